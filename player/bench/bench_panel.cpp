@@ -30,7 +30,7 @@ const char* why(SeenState state)
     case SeenState::stale:
       return "silent";
     case SeenState::not_a_place:
-      return "not a place";
+      return "invalid pose";
     case SeenState::seen:
       break;
   }
@@ -83,8 +83,8 @@ std::string stage_mark_text(const BenchFrame& frame)
   const InputMark& mark = frame.stage;
   if (!mark.is_used) return {};
   if (mark.state != SeenState::seen) return mark_text("stage", mark);
-  if (!frame.is_stage_zeroed) return "stage has no zero: Z at its stop";
-  return frame.has_stage_lost_counts ? "stage has lost counts: Z at its stop" : "";
+  if (!frame.is_stage_zeroed) return "stage not zeroed: press Z at its stop";
+  return frame.has_stage_lost_counts ? "stage has lost counts: press Z at its stop" : "";
 }
 
 BenchPanel::BenchPanel(const BenchFile& bench) : text_(text_px), display_(bench.display) {}
@@ -174,9 +174,9 @@ void BenchPanel::add_panel(const Viewport& area, const BenchState& state, const 
   if (content.timing == nullptr) return;
   const BenchTiming& t = *content.timing;
   const double interval_ms = t.interval.mean_ms();
-  line(tenths(interval_ms > 0.0 ? 1000.0 / interval_ms : 0.0) + " pictures a second", faint);
-  line("sample to picture: " + tenths(t.latency.percentile_ms(0.5)) + " ms median, " +
-           tenths(t.latency.percentile_ms(0.99)) + " ms 99 of 100",
+  line(tenths(interval_ms > 0.0 ? 1000.0 / interval_ms : 0.0) + " frames a second", faint);
+  line("latency: " + tenths(t.latency.percentile_ms(0.5)) + " ms median, " +
+           tenths(t.latency.percentile_ms(0.99)) + " ms 99th percentile",
        faint);
   line(std::to_string(t.n_missed) + " samples missed, " + std::to_string(t.n_late) + " late, " +
            std::to_string(t.n_lost) + " lost",
@@ -198,7 +198,7 @@ void BenchPanel::add_histogram(const Viewport& area, float top_px, const TimeHis
   for (std::size_t k = 0; k < n_bars; ++k) {
     const float share = static_cast<float>(bars[k]) / static_cast<float>(most);
     const float x = left_px + bar_px * static_cast<float>(k);
-    // What is there at all is seen.
+    // A non-empty bin is at least 1 px high.
     const float tall_px = bars[k] == 0 ? 0.0F : std::max(1.0F, height_px * share);
     text_.add_area(overlay_, {x, base_px - tall_px, x + bar_px - 1.0F, base_px}, k < 33 ? green : amber);
   }
@@ -211,7 +211,7 @@ void BenchPanel::add_histogram(const Viewport& area, float top_px, const TimeHis
                     std::min(x, left_px + bar_px * static_cast<float>(n_bars) - text_.width_px(words)),
                     base_px + 2.0F, words, faint);
   }
-  text_.add_words(overlay_, left_px, base_px + 2.0F + text_.line_px(), "ms from sample to picture", faint);
+  text_.add_words(overlay_, left_px, base_px + 2.0F + text_.line_px(), "latency, ms", faint);
 }
 
 }  // namespace vrda

@@ -1,5 +1,5 @@
-/// Words over the bench's picture: what is not live for whoever looks through the display, and for the
-/// operator the devices, the parameter and the timing.
+/// Text over the bench's frame: inputs that are not live in both eyes' views, and a panel for the operator
+/// with devices, parameter and timing.
 #pragma once
 
 #include <optional>
@@ -16,8 +16,8 @@ struct PanelContent {
   DeviceReport tracker, board;
   bool has_board = false;
   const BenchTiming* timing = nullptr;
-  std::string trouble;  ///< of the display; empty: none
-  std::string message;  ///< the newest, for some seconds
+  std::string trouble;  ///< problem of the display; may be empty
+  std::string message;  ///< newest message, shown for some seconds
 };
 
 class BenchPanel {
@@ -25,8 +25,7 @@ class BenchPanel {
   explicit BenchPanel(const BenchFile& bench);
 
   const OverlayFont& font() const { return text_.font(); }
-  /// Valid until the next. What is beyond the eyes' windows is the operator's; where nothing is, the panel
-  /// lies over the left eye's.
+  /// Valid until the next call. The panel is beside the eyes' windows or over the left one.
   const Overlay& drawn(const BenchState& state, const BenchFrame& frame, const PanelContent& content);
 
  private:
@@ -43,16 +42,16 @@ class BenchPanel {
 
 OverlayBox overlay_box(const Viewport& v);
 
-/// The largest part beside all eyes' windows that a panel fits into.
+/// Largest area beside the eyes' windows that is large enough for a panel.
 std::optional<Viewport> operators_area(const DisplaySettings& display);
 
 /// "tracker 127.0.0.1:18944: up, 100 a second".
 std::string device_text(const std::string& name, const DeviceReport& report);
 
-/// "tibia hidden for 1.2 s"; empty for an input that is live or not used.
+/// "tibia hidden for 1.2 s"; empty if the input is live or not used.
 std::string mark_text(const std::string& name, const InputMark& mark);
 
-/// The same of the stage, which may also have no zero, or not have counted all of its way.
+/// The same for the stage, also if it has no zero or has lost counts.
 std::string stage_mark_text(const BenchFrame& frame);
 
 }  // namespace vrda

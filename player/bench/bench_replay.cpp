@@ -1,4 +1,4 @@
-// A recording of the bench, shown again.
+// Replay of a bench recording.
 
 #include <algorithm>
 #include <cmath>
@@ -19,21 +19,21 @@ namespace {
 constexpr double slowest = 0.05, fastest = 100.0;
 constexpr double leap_s = 5.0;
 
-/// Since the first picture.
+/// Seconds since the first picture.
 double seconds_of(const std::vector<RecordedPicture>& pictures, std::size_t n)
 {
   return static_cast<double>(pictures[n].now_ns - pictures.front().now_ns) * s_per_ns;
 }
 
-/// The state at any picture of a recording. Going back begins anew: the state follows from all that came
-/// before.
+/// State at any picture of a recording. Seeking backwards replays from the start, because the state depends
+/// on all earlier input.
 class ReplayState {
  public:
   ReplayState(const BenchSetup& setup, const Recording& recording) : setup_(setup), recording_(recording)
   {
     begin();
   }
-  /// As it was when picture `n` was shown.
+  /// Frame of picture `n`.
   const BenchFrame& at(std::size_t n)
   {
     if (n + 1 < n_taken_) begin();
@@ -61,7 +61,7 @@ class ReplayState {
   std::size_t n_taken_ = 0;
 };
 
-/// A recording, played. Its time goes on from the picture that is next.
+/// Plays a recording. Its time continues from the next picture.
 class Replay final : public Mode {
  public:
   Replay(const BenchOptions& options, const BenchSetup& setup, const Recording& recording)
@@ -114,7 +114,7 @@ class Replay final : public Mode {
       if (std::exchange(is_dirty_, false) && next_ > 0) draw(next_ - 1);
       return;
     }
-    // A wait ends within a nanosecond of its time.
+    // Tolerance of a wait, which ends within a nanosecond.
     constexpr double rounding_s = 1e-6;
     if (speed_ > 0.0 && seconds_of(pictures_, next_) > at_s_ + rounding_s) return;
     draw(next_++);
@@ -144,8 +144,8 @@ class Replay final : public Mode {
   const std::vector<RecordedPicture>& pictures_;
   BenchShow show_;
   ReplayState state_;
-  double speed_ = 1.0;  ///< 0: as fast as it goes
-  double at_s_ = 0.0;   ///< of the recording
+  double speed_ = 1.0;  ///< 0: unpaced
+  double at_s_ = 0.0;   ///< position in the recording
   std::size_t next_ = 0, until_ = 0, n_shown_ = 0;
   bool is_paused_ = false, is_left_ = false, is_dirty_ = false;
 };
@@ -154,7 +154,7 @@ void require_from(const BenchOptions& options, const std::vector<RecordedPicture
 {
   const double last_s = seconds_of(pictures, pictures.size() - 1);
   if (options.from_s <= last_s) return;
-  // Rounded down: what the message wants is there.
+  // Rounded down, so that the reported end is valid.
   constexpr double tenths = 10.0;
   throw InputError(
       {"--from", "", rounded_text(options.from_s, 1),
@@ -169,11 +169,11 @@ void replay_bench(const BenchOptions& options, const Streams& streams)
     throw InputError({"--speed", "", std::to_string(*options.speed), "0.05 to 100"});
   const Recording recording = read_recording(options.replay);
   if (!recording.dropped_why.empty()) {
-    streams.talk << "vrda-player: " << options.replay << ": " << recording.dropped_why
-                 << ": read up to there, " << recording.pictures.size() << " pictures\n";
+    streams.talk << "vrda-player: " << options.replay << ": " << recording.dropped_why << ": "
+                 << recording.pictures.size() << " pictures read before it\n";
   }
   if (recording.pictures.empty())
-    throw InputError({options.replay, "", "no picture", "a recording of at least one"});
+    throw InputError({options.replay, "", "no pictures", "a recording with at least one picture"});
   require_from(options, recording.pictures);
   const BenchSetup setup = setup_of(recording, options);
   Replay replay(options, setup, recording);

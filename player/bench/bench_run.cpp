@@ -22,10 +22,10 @@
 namespace vrda {
 namespace {
 
-constexpr std::size_t samples_at_once = 4096;  // beyond it the vector grows
-constexpr double report_interval_s = 0.25;     // of the panel's device lines
+constexpr std::size_t samples_at_once = 4096;  // reserved capacity
+constexpr double report_interval_s = 0.25;     // update interval of the panel's device lines
 
-/// The bench at its devices. A round takes keys and samples, records them, draws, notes the times.
+/// Live mode: each round processes keys and samples, records them, draws and measures times.
 class BenchRun final : public Mode {
  public:
   BenchRun(const BenchOptions& options, const BenchSetup& setup, const Streams& streams)
@@ -69,7 +69,7 @@ class BenchRun final : public Mode {
     note_times();
     warn(show_.take_warning());
     if (wishes_.zeroes_stage) {
-      tell(devices_.zero_stage() ? "the stage is zero here" : "no stage answers: nothing is set to zero");
+      tell(devices_.zero_stage() ? "stage zeroed" : "the stage does not answer: not zeroed");
     }
     if (wishes_.writes_calibration) write_calibration();
     if (wishes_.takes_picture) show_.save(state_, *frame_);
@@ -98,14 +98,14 @@ class BenchRun final : public Mode {
     if (!words.empty()) streams_.talk << "vrda-player: " << words << std::endl;
   }
 
-  /// A disk that is full or gone ends the recording, not the bench.
+  /// A write error ends the recording, not the bench.
   void record()
   {
     if (!recorder_) return;
     const auto refused = attempt([&] { recorder_->add(now_ns_, keys_, samples_); });
     if (!refused) return;
-    streams_.talk << "vrda-player: " << refused->what() << "; the recording ends here\n";
-    tell("the recording ended: " + refused->facts().found);
+    streams_.talk << "vrda-player: " << refused->what() << "; recording stopped\n";
+    tell("recording stopped: " + refused->facts().found);
     recorder_.reset();
   }
 
@@ -154,7 +154,7 @@ class BenchRun final : public Mode {
 
   void write_calibration()
   {
-    if (options_.calibration.empty()) return tell("no --calibration FILE was given to write to");
+    if (options_.calibration.empty()) return tell("not written: no --calibration FILE");
     const auto refused = attempt([&] {
       write_whole(options_.calibration, {calibration_text(state_.values().calibration, setup_.bench)});
     });
@@ -170,7 +170,7 @@ class BenchRun final : public Mode {
   std::unique_ptr<Recorder> recorder_;
   std::vector<KeyPress> keys_;
   std::vector<Sample> samples_;
-  // Of the round.
+  // Current round.
   std::int64_t now_ns_ = 0;
   BenchWishes wishes_;
   const BenchFrame* frame_ = nullptr;
@@ -184,10 +184,10 @@ class BenchRun final : public Mode {
 void require_options(const BenchOptions& options)
 {
   if (options.replay.empty()) {
-    if (options.from_s != 0.0) refuse_option("--from", "no --replay", "the recording to begin within");
-    if (options.speed) refuse_option("--speed", "no --replay", "the recording to play");
+    if (options.from_s != 0.0) refuse_option("--from", "no --replay", "--replay with a recording");
+    if (options.speed) refuse_option("--speed", "no --replay", "--replay with a recording");
     if (options.is_headless && !options.seconds)
-      refuse_option("--headless", "no --seconds", "how long to run: nobody sees it");
+      refuse_option("--headless", "no --seconds", "a duration, because there is no window to close");
   } else {
     if (!options.record.empty()) refuse_option("--record", "--replay", "one of them");
   }
@@ -206,10 +206,10 @@ void run_bench(const BenchOptions& options, const Streams& streams)
   const BenchSetup setup = read_bench_setup(options);
   if (setup.facts.calibration_text.empty() && !options.is_quiet) {
     streams.talk << (options.calibration.empty() ? "no --calibration"
-                                                 : options.calibration + ": not there yet")
-                 << ": the nominal one of a bench that was never calibrated\n";
+                                                 : options.calibration + ": does not exist")
+                 << ": the nominal calibration is used\n";
   }
-  StopSignals stop;  // before the devices' threads begin, which keep its mask
+  StopSignals stop;  // before the device threads start: they inherit the signal mask
   BenchRun bench(options, setup, streams);
   run_loop(bench, bench.sink(), stop);
   bench.finish();
@@ -217,10 +217,9 @@ void run_bench(const BenchOptions& options, const Streams& streams)
 
 namespace {
 
-constexpr const char* bench_words = "a bench file (schemas/bench.md)";
+constexpr const char* wanted_bench = "a bench file (schemas/bench.md)";
 
-/// Length and last bytes, which hold the checksum of everything before: what tells one model's file from
-/// another.
+/// Identifies a model file by its length and its last bytes, which contain the checksum of the file.
 std::string seal_of_file(const std::string& path)
 {
   constexpr std::streamoff seal_bytes = 16;
@@ -229,7 +228,7 @@ std::string seal_of_file(const std::string& path)
   std::string last(static_cast<std::size_t>(std::min(n, seal_bytes)), '\0');
   file.seekg(n - static_cast<std::streamoff>(last.size()));
   file.read(last.data(), static_cast<std::streamsize>(last.size()));
-  if (!file) throw InputError({path, "", "no file that can be read", "a motion model"});
+  if (!file) throw InputError({path, "", "an unreadable file", "a motion model"});
   std::string text = std::to_string(n) + " ";
   for (const char c : last) {
     constexpr const char* digits = "0123456789abcdef";
@@ -239,11 +238,11 @@ std::string seal_of_file(const std::string& path)
   return text;
 }
 
-/// A bench that is shown waits for no probe and no marker: what is told of the tracker is of the bodies.
-void leave_out_calibration_tools(BenchFile& bench)
+/// `bench` does not use probe and marker, so their absence must not be reported.
+void remove_calibration_tools(BenchFile& bench)
 {
   if (!bench.tracker) return;
-  // They stand behind those of the last role.
+  // They follow the tools of the last role.
   bench.tracker->tools.resize(first_tool_of(bench, static_cast<BodyRole>(n_body_roles)));
 }
 
@@ -251,10 +250,10 @@ struct Texts {
   std::string bench_path, bench, calibration_path, calibration;
 };
 
-BenchSetup made_setup(const Texts& texts, const std::string& model_path, const std::string& set)
+BenchSetup build_setup(const Texts& texts, const std::string& model_path, const std::string& set)
 {
   BenchFile bench = parsed_bench_file(texts.bench, texts.bench_path);
-  leave_out_calibration_tools(bench);
+  remove_calibration_tools(bench);
   Calibration calibration = texts.calibration.empty()
                                 ? nominal_calibration(bench)
                                 : parsed_calibration(texts.calibration, texts.calibration_path, bench);
@@ -274,31 +273,31 @@ BenchSetup made_setup(const Texts& texts, const std::string& model_path, const s
 BenchSetup read_bench_setup(const BenchOptions& options)
 {
   if (options.bench.empty())
-    throw InputError({"--bench", "", "nothing", std::string(bench_words) + ", or --replay"});
+    throw InputError({"--bench", "", "nothing", std::string(wanted_bench) + ", or --replay"});
   Texts texts;
   texts.bench_path = options.bench;
-  texts.bench = document_text(options.bench, bench_words);
+  texts.bench = document_text(options.bench, wanted_bench);
   texts.calibration_path = options.calibration;
-  // One that is still to be written begins with the nominal values.
+  // A new calibration file starts with nominal values.
   if (!options.calibration.empty() && std::filesystem::exists(options.calibration))
     texts.calibration = document_text(options.calibration, "a calibration file (schemas/calibration.md)");
-  return made_setup(texts, options.file, options.set);
+  return build_setup(texts, options.file, options.set);
 }
 
 BenchSetup setup_of(const Recording& recording, const BenchOptions& options)
 {
   const RecordingFacts& facts = recording.facts;
   if (!options.bench.empty() || !options.calibration.empty()) {
-    throw InputError({options.bench.empty() ? "--calibration" : "--bench", "", "a file beside --replay",
-                      "none: the recording has its own"});
+    throw InputError({options.bench.empty() ? "--calibration" : "--bench", "",
+                      "a file together with --replay", "no file, because the recording contains it"});
   }
   if (const std::string seal = seal_of_file(options.file); seal != facts.model_seal) {
     throw InputError({options.file, "", "another motion model (" + seal + ")",
-                      "that of the recording, " + facts.model_path + " (" + facts.model_seal + ")"});
+                      "the model of the recording, " + facts.model_path + " (" + facts.model_seal + ")"});
   }
   const std::string set = options.set.empty() ? facts.set : options.set;
-  return made_setup({facts.bench_path, facts.bench_text, facts.calibration_path, facts.calibration_text},
-                    options.file, set);
+  return build_setup({facts.bench_path, facts.bench_text, facts.calibration_path, facts.calibration_text},
+                     options.file, set);
 }
 
 }  // namespace vrda

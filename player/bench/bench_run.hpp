@@ -1,4 +1,4 @@
-/// The modes `bench`, `devices` and `simulate`.
+/// Commands `vrda-player bench`, `devices` and `simulate`.
 #pragma once
 
 #include <functional>
@@ -17,20 +17,20 @@ namespace vrda {
 
 struct BenchOptions {
   std::string file;         ///< motion model
-  std::string bench;        ///< empty with a replay: that of the recording
+  std::string bench;        ///< bench file; empty with a replay, which contains it
   std::string calibration;  ///< empty: nominal
-  std::string set;          ///< empty: what is shown first
+  std::string set;          ///< surface set; empty: the default one
   LookOptions look;
   int samples = 1;
   bool is_headless = false;
-  std::string pictures;  ///< folder; empty: none
-  int every = 1;         ///< one of so many pictures
+  std::string pictures;  ///< folder; empty: no pictures
+  int every = 1;         ///< saves every n-th frame
   std::string video;
-  std::optional<double> seconds;  ///< to run; without, until the user ends it
+  std::optional<double> seconds;  ///< duration; empty: until the user quits
   std::string record, replay, timing;
   double from_s = 0.0;
-  std::optional<double> speed;    ///< of a replay; default 1 in a window, else as fast as it goes
-  std::optional<bool> has_panel;  ///< the operator's; default in a window only
+  std::optional<double> speed;    ///< of a replay; default 1 in a window, else unpaced
+  std::optional<bool> has_panel;  ///< operator's panel; default only in a window
   bool is_quiet = false;
 };
 
@@ -40,46 +40,45 @@ struct DevicesOptions {
   bool has_json = false;
 };
 
-/// Drives the bench from its devices, or from a recording. Throws InputError for everything a user can put
-/// right before it runs; while it runs a device that fails is shown as such and never ends it.
+/// Runs the bench from its devices or from a recording. Throws InputError for invalid options and files
+/// before it starts. Device failures during the run are shown and do not end it.
 void run_bench(const BenchOptions& options, const Streams& streams);
 
-/// Shows the recording `options.replay`. Throws InputError for everything a user can put right.
+/// Plays the recording `options.replay`. Throws InputError for invalid options and files.
 void replay_bench(const BenchOptions& options, const Streams& streams);
 
-/// Lists the devices: whether each answers, its rate, its last values. Returns how many do not answer.
+/// Lists the devices with link state, rate and last values. Returns the number of devices that do not answer.
 int list_devices(const DevicesOptions& options, const Streams& streams);
 
-/// Hands on what the devices say for so long, or until a signal comes.
+/// Passes device samples to `take` for `seconds` or until a stop signal.
 void listen(Devices& devices, double seconds, StopSignals& stop,
             const std::function<void(const Sample&)>& take);
 
-/// What `bench` starts from, read and checked.
+/// Validated inputs of a bench run.
 struct BenchSetup {
   MotionModel model;
   Motion motion;
-  SolverFrame frame;  ///< of the model's first flexion
+  SolverFrame frame;  ///< solver frame of the model at the first flexion
   BenchFile bench;
   Calibration calibration;
-  RecordingFacts facts;  ///< to record with
+  RecordingFacts facts;  ///< header of a new recording
 };
 
-/// From the files that the options name. Throws InputError.
+/// Reads the files of the options. Throws InputError.
 BenchSetup read_bench_setup(const BenchOptions& options);
 
-/// As `recording` was made, but for the motion model, which is read again and has to be the same file.
+/// Setup of a recording. The motion model of the options must be the recorded one. Throws InputError.
 BenchSetup setup_of(const Recording& recording, const BenchOptions& options);
 
-/// The mode `simulate`.
 struct SimulateOptions {
   std::string bench;
-  std::string model;              ///< motion model that theta and the tibia's place come from; empty: none
-  std::string address;            ///< empty: the bench file's
-  std::optional<double> seconds;  ///< until Ctrl-C without
+  std::string model;              ///< motion model for theta and the tibia's translation; may be empty
+  std::string address;            ///< empty: the bench file's address
+  std::optional<double> seconds;  ///< empty: until Ctrl-C
   bool is_quiet = false;
 };
 
-/// Stands in for the bench's tracker and board, as its [simulation] says. Throws InputError.
+/// Simulates tracker and board as described in [simulation] of the bench file. Throws InputError.
 void simulate(const SimulateOptions& options, const Streams& streams);
 
 }  // namespace vrda

@@ -11,7 +11,7 @@
 namespace vrda {
 namespace {
 
-/// Whether both have the same warp: where the eye is makes no difference to it.
+/// The warp does not depend on the eye's position.
 bool has_same_warp(const Eye& a, const Eye& b)
 {
   return a.visible == b.visible && a.distortion == b.distortion;
@@ -76,16 +76,16 @@ Sink sink_of(const BenchOptions& options, const BenchSetup& setup)
   return sink;
 }
 
-/// Where keys or the potentiometer left eyes that cannot be drawn for.
-void put_back_unusable(BenchState& state, const EyePair& before, PanelContent& panel)
+/// Restores the eyes if keys or the potentiometer made them unusable.
+void restore_unusable(BenchState& state, const EyePair& before, PanelContent& panel)
 {
   Calibration& calibration = state.values().calibration;
   if (calibration.eyes == before) return;
   const std::optional<InputError::Facts> facts = unusable(calibration.eyes, state.bench().path);
   if (!facts) return;
   calibration.eyes = before;
-  state.select(state.selected());  // keys and potentiometer go on from there
-  panel.message = facts->found + ": put back";
+  state.select(state.selected());  // keys and potentiometer continue from the restored value
+  panel.message = facts->found + ": restored";
 }
 
 }  // namespace
@@ -105,7 +105,7 @@ BenchWishes take(BenchState& state, PanelContent& panel, std::span<const KeyPres
     if (request == BenchRequest::show_help) panel.has_help = !panel.has_help;
   }
   for (const Sample& sample : samples) state.take(sample);
-  put_back_unusable(state, before, panel);
+  restore_unusable(state, before, panel);
   return wishes;
 }
 
@@ -145,7 +145,7 @@ void BenchShow::save(BenchState& state, const BenchFrame& frame)
   const Frame last = drawn(state, frame);
   const auto refused =
       attempt([&] { write_png(sink_.renderer().draw(last.scene, last.shots, last.overlay), name); });
-  panel_.message = refused ? refused->what() : "picture written: " + name;
+  panel_.message = refused ? refused->what() : "screenshot written: " + name;
 }
 
 void BenchShow::finish()

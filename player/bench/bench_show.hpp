@@ -1,5 +1,4 @@
-/// The pictures of a bench, pre-distorted for both eyes with words over them, one after the other, wherever
-/// they go.
+/// Frames of the bench, pre-distorted for both eyes with text, drawn to a window or to files.
 #pragma once
 
 #include <array>
@@ -17,17 +16,17 @@ namespace vrda {
 
 class BenchView {
  public:
-  /// Throws InputError where the look or an eye of the calibration cannot be drawn.
+  /// Throws InputError if the look or an eye of the calibration is not usable.
   BenchView(const MotionModel& model, const BenchFile& bench, const Calibration& calibration,
             const LookOptions& look);
 
-  /// Meshes, font and warp.
+  /// Loads meshes, font and warp.
   void load_into(Renderer& renderer) const;
 
-  /// Puts joint and eyes where `frame` says. Allocates nothing.
+  /// Places joint and eyes as in `frame`. Does not allocate.
   void place(const BenchFrame& frame, const Calibration& calibration);
 
-  /// After a change of the eyes, which have to be usable: true when the warp was made anew and wants loading.
+  /// Applies changed eyes, which must be usable. Returns true if the warp changed and must be loaded.
   bool take(const EyePair& eyes);
   const Warp& warp() const { return plan_.warp; }
 
@@ -39,7 +38,7 @@ class BenchView {
   std::span<const Shot> shots() const { return shots_; }
 
  private:
-  std::string file_;  ///< of errors
+  std::string file_;  ///< for errors
   DisplaySettings display_;
   Scene scene_;
   EyePair eyes_;
@@ -48,13 +47,13 @@ class BenchView {
   BenchPanel panel_;
 };
 
-/// What pressed keys ask of the loop.
+/// Requests of pressed keys to the loop.
 struct BenchWishes {
   bool quits = false, zeroes_stage = false, writes_calibration = false, takes_picture = false;
 };
 
-/// Keys first, then samples: the same for a live round and its record. Eyes that cannot be drawn for are put
-/// back to what they were before, and the panel tells it. Without keys and words allocates nothing.
+/// Processes keys, then samples, in live rounds and replays. Eyes that become unusable are restored with a
+/// message in the panel. Does not allocate without keys and messages.
 BenchWishes take(BenchState& state, PanelContent& panel, std::span<const KeyPress> keys,
                  std::span<const Sample> samples);
 
@@ -65,16 +64,17 @@ class BenchShow {
   Sink& sink() { return sink_; }
   PanelContent& panel() { return panel_; }
 
-  /// Draws picture `number` of the run; to files too where they are wanted.
+  /// Draws frame `number` of the run, also to files if requested.
   void show(BenchState& state, const BenchFrame& frame, std::uint64_t number);
-  /// The last picture again, into a new file of the current folder.
+  /// Saves the last frame to a new file in the current folder.
   void save(BenchState& state, const BenchFrame& frame);
-  /// Ends the film.
+  /// Closes the video.
   void finish();
-  /// Shown for some seconds.
+  /// Shows a message for some seconds.
   void tell(const std::string& message, double now_s);
+  /// Removes an expired message.
   void forget_message(double now_s);
-  /// Of a window that is not as the bench file has it, told once; else empty.
+  /// Warning, once, if the window does not match the bench file; else empty.
   std::string take_warning() { return watch_.take_warning(); }
 
  private:

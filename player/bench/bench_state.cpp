@@ -10,13 +10,13 @@ namespace vrda {
 namespace {
 
 constexpr double most_count = 1023.0;
-/// Of the potentiometer's travel: relative parameters move by so many of their steps.
+/// Parameter steps per full travel of the potentiometer.
 constexpr double steps_a_turn = 200.0;
-/// Counts: still within the converter's last bit, quick when turned.
+/// In counts: stable within the converter's last bit at rest, fast when turned.
 constexpr OneEuroOptions potentiometer_options{1.0, 0.05, 2.0};
-/// Counts: noise and the last of 10 bits leave the filtered count within one of where it rests.
+/// Counts; at rest, noise and the last of 10 bits move the filtered count by at most one.
 constexpr double turned_counts = 2.0;
-/// The filter, 0.16 s slow at rest, has caught up with the hand.
+/// Three time constants of the filter at rest (0.16 s).
 constexpr double settles_s = 0.5;
 
 double seconds(std::int64_t ns)
@@ -32,7 +32,7 @@ bool is_angle_of_leg(std::size_t parameter)
 
 OneEuroOptions angle_filter(const FilterSettings& settings)
 {
-  // Hz for each degree a second; the filter wants it for each radian a second.
+  // The file has Hz per degree/s, the filter uses Hz per rad/s.
   return {settings.least_cutoff_hz, settings.slope * deg_from_rad(1.0), default_angle_filter.speed_cutoff_hz};
 }
 
@@ -83,12 +83,12 @@ const PoseFit* BenchState::fit(BodyRole role) const
 
 void BenchState::select(std::size_t parameter)
 {
-  check(parameter < parameters().size(), "a parameter that is selected is one of the list");
+  check(parameter < parameters().size(), "the selected parameter is in the list");
   selected_ = parameter;
-  potentiometer_was_.reset();
-  if (potentiometer_.was_seen) potentiometer_was_ = rest_count_ = potentiometer_count_;
-  turns_until_s_ = 0.0;
-  value_was_ = value_of(values_, driven_.value_or(parameter));
+  start_count_.reset();
+  if (potentiometer_.was_seen) start_count_ = rest_count_ = potentiometer_count_;
+  turning_until_s_ = 0.0;
+  start_value_ = value_of(values_, driven_.value_or(parameter));
 }
 
 void BenchState::take(const Sample& sample)
@@ -116,7 +116,7 @@ void BenchState::take_place(const Sample& sample)
       is_seen ? tracker_clock_.time_s(sample.device_ns, sample.arrival_ns) : seconds(sample.arrival_ns);
   for (std::optional<BodyTracker>& tracker : trackers_) {
     if (!tracker || !tracker->has_tool(sample.source)) continue;
-    // Trackers are quicker than pictures: several messages come before one.
+    // Several messages may arrive between two frames.
     if (tracker->has_come(sample.source)) settle();
     tracker->take(sample, time_s);
   }
@@ -140,7 +140,7 @@ void BenchState::take_link(const Sample& sample)
 
 void BenchState::take_stage(const Sample& sample)
 {
-  // A board that started anew counts from where the stage is now: that says nothing of where it is.
+  // After a restart the board counts from an unknown stage position.
   const bool was_zeroed = stage_.was_seen && (stage_.flags & stage_zeroed) != 0;
   const bool is_zeroed = (sample.state & stage_zeroed) != 0;
   has_lost_zero_ = !is_zeroed && (has_lost_zero_ || was_zeroed);
@@ -158,30 +158,30 @@ void BenchState::take_potentiometer(const Sample& sample)
   const double time_s = seconds(sample.arrival_ns);
   potentiometer_ = {true, true, true, time_s, sample.count, 0};
   potentiometer_count_ = potentiometer_filter_.filtered(sample.count, time_s);
-  if (!potentiometer_was_) potentiometer_was_ = potentiometer_count_;
-  // At rest it leaves the parameter to the keys.
+  if (!start_count_) start_count_ = potentiometer_count_;
+  // At rest the keys set the parameter.
   if (!is_turning(time_s)) return;
   const std::size_t parameter = driven_.value_or(selected_);
-  const Parameter& facts = parameters()[parameter];
+  const Parameter& driven = parameters()[parameter];
   if (is_angle_of_leg(parameter)) {
     const double share = std::clamp(potentiometer_count_ / most_count, 0.0, 1.0);
     const double least = least_of(parameter), most = most_of(parameter);
     set_value(values_, parameter, least + share * (most - least));
     return;
   }
-  const double steps = (potentiometer_count_ - *potentiometer_was_) / most_count * steps_a_turn;
-  // Whole steps: what is not touched stays as it is.
-  set_value(values_, parameter, value_was_ + std::round(steps) * facts.step);
+  const double steps = (potentiometer_count_ - *start_count_) / most_count * steps_a_turn;
+  // Whole steps suppress the noise of a potentiometer at rest.
+  set_value(values_, parameter, start_value_ + std::round(steps) * driven.step);
 }
 
-/// Once it has come, and from a move of some counts until it has settled.
+/// True for the first sample, and from a motion of `turned_counts` until the filter has settled.
 bool BenchState::is_turning(double time_s)
 {
   if (!rest_count_ || std::abs(potentiometer_count_ - *rest_count_) >= turned_counts) {
     rest_count_ = potentiometer_count_;
-    turns_until_s_ = time_s + settles_s;
+    turning_until_s_ = time_s + settles_s;
   }
-  return time_s < turns_until_s_;
+  return time_s < turning_until_s_;
 }
 
 double BenchState::least_of(std::size_t parameter) const
@@ -217,7 +217,7 @@ void BenchState::update_leg()
   bodies.X_shank_tibia = pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(BodyRole::tibia)]);
   const LegAngles raw =
       leg_angles(X_femur_tibia(bodies, femur.at(time_s), tibia.at(time_s)), frame_of_model_);
-  // What was long hidden begins anew.
+  // Filter and predictor restart after a long occlusion.
   constexpr double longest_gap_s = 0.25;
   if (angles_ && time_s - angles_->time_s > longest_gap_s) {
     filter_.start_over();
@@ -237,7 +237,7 @@ Pose BenchState::X_tracker_eyes(double time_s) const
   const Calibration& c = values_.calibration;
   if (bench_.head == HeadKind::tracker) {
     const BodyTracker& head = *trackers_[static_cast<std::size_t>(BodyRole::head)];
-    // Before it was ever seen: where the eyes would be on the table.
+    // Until the head is seen, the nominal pose on the table is used.
     if (head.was_seen()) return head.at(time_s) * pose_of(c.X_headbody_eyes);
   }
   Pose X_table_eyes = pose_of(c.X_table_eyes);
@@ -254,7 +254,7 @@ void BenchState::place_model(double time_s)
     if (angles_) attitude = attitude_of(is_live ? angles_predictor_.at(time_s) : angles_->angles);
   }
   const JointPose pose = motion_.at(attitude);
-  // A cell without an answer: the last pose that has one stays.
+  // At an unsolved cell the last solved pose is kept.
   if (pose.status == PoseStatus::solved || shown_.pose.status != PoseStatus::solved) shown_.pose = pose;
   const BodyRole role = is_rigid ? BodyRole::leg : BodyRole::femur;
   shown_.X_tracker_reference =
@@ -278,7 +278,7 @@ const BenchFrame& BenchState::frame(std::int64_t now_ns)
 {
   settle();
   const double now_s = seconds(now_ns);
-  // Without prediction the newest places are shown as they are, not carried on to now.
+  // Without prediction the newest poses are shown without extrapolation to now.
   const bool is_predicted = values_.prediction_ms > 0.0;
   const double time_s = is_predicted ? now_s + values_.prediction_ms / 1000.0 : 0.0;
   place_model(time_s);

@@ -1,5 +1,4 @@
-/// What the bench shows, from what its devices said: no clock, no device, so that a recording replays
-/// exactly.
+/// State of the bench as a function of samples, keys and times, so that recordings replay exactly.
 #pragma once
 
 #include <array>
@@ -13,18 +12,19 @@
 
 namespace vrda {
 
-/// How an input stands.
+/// State of an input.
 struct InputMark {
   bool is_used = false;
-  bool is_live = false;  ///< false: the last good value is shown
+  bool is_live = false;  ///< false: the last valid value is shown
   bool was_seen = false;
-  double age_s = 0.0;                    ///< of what is shown
-  SeenState state = SeenState::missing;  ///< of a stage that is not live `seen`: it counts from elsewhere
+  double age_s = 0.0;  ///< age of the shown value
+  SeenState state =
+      SeenState::missing;  ///< `seen` for a stage that is not live but sends counts without zero
 };
 
-/// One picture's worth.
+/// Poses and input states of one displayed frame.
 struct BenchFrame {
-  JointPose pose;  ///< of the motion model, at the leg's attitude
+  JointPose pose;  ///< motion model at the leg's attitude
   Pose X_tracker_reference = Pose::Identity();
   Pose X_tracker_moving = Pose::Identity();
   Pose X_tracker_eyes = Pose::Identity();
@@ -32,36 +32,34 @@ struct BenchFrame {
   InputMark stage, potentiometer;
   double stage_mm = 0.0;
   bool is_stage_zeroed = false, has_stage_lost_counts = false;
-  std::int64_t newest_arrival_ns =
-      0;              ///< of the tracker's samples that came since the picture before; 0: none
-  int n_samples = 0;  ///< since the picture before
+  std::int64_t newest_arrival_ns = 0;  ///< newest tracker sample since the previous frame; 0: none
+  int n_samples = 0;                   ///< tracker samples since the previous frame
 };
 
-/// Whether what is shown is all live.
+/// Whether all used inputs are live.
 bool is_live(const BenchFrame& frame);
 
 class BenchState {
  public:
-  /// `motion` must outlive it; `frame` is the model's solver frame of the first flexion.
+  /// `motion` must outlive the state; `frame`: solver frame of the model at the first flexion.
   BenchState(const BenchFile& bench, const Calibration& calibration, const Motion& motion,
              const SolverFrame& frame);
 
-  /// In the order of arrival, of as many messages as came. All samples of a message belong before the next
-  /// frame().
+  /// Processes a sample, in order of arrival. All samples of a message must precede the next frame().
   void take(const Sample& sample);
 
-  /// What to show at `now_ns` of the samples' clock. Allocates nothing.
+  /// Frame to draw at `now_ns` of the samples' clock. Does not allocate.
   const BenchFrame& frame(std::int64_t now_ns);
 
   BenchValues& values() { return values_; }
   const BenchValues& values() const { return values_; }
-  /// The one that keys change, and a potentiometer that drives "selected".
+  /// Parameter changed by keys, and by a potentiometer that drives "selected".
   std::size_t selected() const { return selected_; }
   void select(std::size_t parameter);
   void set_filter(bool is_on) { is_filtered_ = is_on; }
   bool is_filtered() const { return is_filtered_; }
   const BenchFile& bench() const { return bench_; }
-  /// Of a body of markers, the last one; nothing for a body that is a tool.
+  /// Last pose fit of a body of markers; nullptr for a tool.
   const PoseFit* fit(BodyRole role) const;
 
  private:
@@ -94,19 +92,19 @@ class BenchState {
   std::array<std::optional<BodyTracker>, n_body_roles> trackers_;
   ClockMap tracker_clock_;
   BoardInput stage_, potentiometer_;
-  bool has_lost_zero_ = false;         ///< the stage, since it was zeroed last
-  std::optional<std::size_t> driven_;  ///< by the potentiometer; nothing: the selected one
+  bool has_lost_zero_ = false;         ///< the board restarted since the stage was zeroed
+  std::optional<std::size_t> driven_;  ///< parameter driven by the potentiometer; empty: the selected one
   OneEuroFilter potentiometer_filter_;
-  double potentiometer_count_ = 0.0;         ///< filtered
-  std::optional<double> potentiometer_was_;  ///< where it stood when the parameter was selected
-  double value_was_ = 0.0;                   ///< of the parameter it drives, then
-  std::optional<double> rest_count_;         ///< where it rests, or was when it last was seen to turn
-  double turns_until_s_ = 0.0;
+  double potentiometer_count_ = 0.0;   ///< filtered
+  std::optional<double> start_count_;  ///< count when the parameter was selected
+  double start_value_ = 0.0;           ///< value of the driven parameter at start_count_
+  std::optional<double> rest_count_;   ///< count at rest, or at the last detected turn
+  double turning_until_s_ = 0.0;
   std::size_t selected_ = 0;
   bool is_filtered_ = true;
   OneEuroAngles filter_;
   AnglesPredictor angles_predictor_;
-  std::optional<TimedAngles> angles_;  ///< of two bodies: filtered
+  std::optional<TimedAngles> angles_;  ///< two bodies: filtered angles
   std::int64_t newest_arrival_ns_ = 0;
   int n_samples_ = 0;
   BenchFrame shown_;

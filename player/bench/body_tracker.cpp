@@ -26,13 +26,13 @@ double ClockMap::time_s(std::int64_t device_ns, std::int64_t arrival_ns)
     offset_ns_ = offset_ns;
     has_offset_ = true;
   } else {
-    const std::int64_t forgotten_ns = (arrival_ns - arrival_ns_) / drift_divisor;
-    offset_ns_ = std::min(offset_ns_ + forgotten_ns, offset_ns);
+    const std::int64_t relaxed_ns = (arrival_ns - arrival_ns_) / drift_divisor;
+    offset_ns_ = std::min(offset_ns_ + relaxed_ns, offset_ns);
   }
   device_ns_ = device_ns;
   arrival_ns_ = arrival_ns;
-  const std::int64_t ours_ns = std::min(device_ns + offset_ns_, arrival_ns);
-  time_s_ = std::max(time_s_, static_cast<double>(ours_ns) * s_per_ns);
+  const std::int64_t local_ns = std::min(device_ns + offset_ns_, arrival_ns);
+  time_s_ = std::max(time_s_, static_cast<double>(local_ns) * s_per_ns);
   return time_s_;
 }
 
@@ -63,7 +63,7 @@ void BodyTracker::take(const Sample& sample, double time_s)
   std::optional<Eigen::Vector3d>& marker = row_[sample.source - first_tool_];
   marker.reset();
   if (state == SeenState::seen) marker = Eigen::Vector3d::Map(sample.place.position_mm);
-  // A marker's message may stamp the frame, or the marker's own firing; the frame is the earliest.
+  // Stamps may be of the frame or of each marker's firing; the frame time is the earliest.
   row_time_s_ = has_row_ ? std::min(row_time_s_, time_s) : time_s;
   has_row_ = true;
 }
@@ -96,7 +96,7 @@ bool BodyTracker::settle_markers()
 
 void BodyTracker::see(const TimedPose& pose)
 {
-  // What was long hidden has no velocity.
+  // After a long occlusion the velocity is unknown.
   constexpr double longest_gap_s = 0.25;
   if (has_last_ && pose.time_s - last_.time_s > longest_gap_s) predictor_.start_over();
   predictor_.add(pose);

@@ -15,11 +15,11 @@ constexpr double usual_prediction_ms = 30.0;
 
 constexpr std::array key_lines{
     HelpLine{"Up, Down", "previous, next parameter; with Shift the next of another kind"},
-    HelpLine{"Left, Right", "less, more by a step; with Shift by ten"},
-    HelpLine{"F, V, I", "select flexion, varus (of a rigid leg), the distance between the eyes"},
+    HelpLine{"Left, Right", "decrease, increase by a step; with Shift by ten"},
+    HelpLine{"F, V, I", "select flexion, varus (rigid leg), inter-pupillary distance"},
     HelpLine{"P", "prediction on and off"},
     HelpLine{"E", "filter of the leg's angles on and off"},
-    HelpLine{"Z", "the parallax stage is at its stop: zero"},
+    HelpLine{"Z", "zero the parallax stage at its stop"},
     HelpLine{"W", "write the calibration file"},
     HelpLine{"T", "panel with devices and timing"},
     HelpLine{"S", "screenshot (PNG, in the current folder)"},
@@ -27,7 +27,7 @@ constexpr std::array key_lines{
     HelpLine{"Q or Esc", "quit"},
 };
 
-/// "left" of "left.k1".
+/// "left" for "left.k1".
 std::string kind_of(std::size_t parameter)
 {
   const std::string& name = parameters()[parameter].name;
@@ -57,7 +57,7 @@ void change_by(BenchState& state, double steps)
 {
   const std::size_t selected = state.selected();
   const double step = parameters()[selected].step;
-  // Onto the grid of steps, so that the same presses back lead to the same value.
+  // In multiples of the step, so that opposite key presses restore the value.
   const double value = value_of(state.values(), selected);
   set_value(state.values(), selected, (std::round(value / step * 1e3) / 1e3 + steps) * step);
   state.select(selected);
@@ -121,12 +121,12 @@ std::span<const HelpLine> bench_key_lines()
 
 std::string parameter_text(const BenchState& state, std::size_t parameter)
 {
-  const Parameter& facts = parameters()[parameter];
-  // A hundredth of a step is less than anybody sets.
-  const double grain = facts.step / 100.0;
+  const Parameter& p = parameters()[parameter];
+  // Rounded to a hundredth of a step.
+  const double grain = p.step / 100.0;
   const double value = std::round(value_of(state.values(), parameter) / grain) * grain;
   const double shown = std::round(value * 1e6) / 1e6;
-  return facts.name + " " + shortest(shown) + (facts.unit.empty() ? "" : " " + facts.unit);
+  return p.name + " " + shortest(shown) + (p.unit.empty() ? "" : " " + p.unit);
 }
 
 }  // namespace vrda

@@ -1,4 +1,4 @@
-/// The bench's keys (thesis 7.2): they select a parameter and change it.
+/// Keys of the bench (thesis 7.2), which select and change parameters.
 #pragma once
 
 #include <span>
@@ -9,21 +9,21 @@
 
 namespace vrda {
 
-/// What a key asks of whoever runs the loop; it has changed the state already.
+/// Request of a key to the loop.
 enum class BenchRequest {
   none,
   zero_stage,         ///< the stage is at its stop
-  write_calibration,  ///< with every kept parameter as it is now
+  write_calibration,  ///< with the current values of all saved parameters
   screenshot,
-  show_panel,  ///< on and off
-  show_help,   ///< on and off
+  show_panel,  ///< toggle
+  show_help,   ///< toggle
   quit
 };
 
-/// Changes `state` as the key says.
+/// Applies a key to `state` and returns the remaining request.
 BenchRequest press_key(BenchState& state, const KeyPress& press);
 
-/// Keys and what they do, for the help page and the command line.
+/// Help lines of the keys, for the help page and the command line.
 std::span<const HelpLine> bench_key_lines();
 
 /// "flexion 35.5 deg"; "left.k1 0.021".

@@ -1,4 +1,4 @@
-// The mode `devices`.
+// Command `vrda-player devices`.
 #include <array>
 #include <chrono>
 #include <optional>
@@ -16,7 +16,7 @@
 namespace vrda {
 namespace {
 
-/// The last of each input; nothing where it never came.
+/// Last sample of each input; empty if none was received.
 struct LastValues {
   explicit LastValues(const BenchFile& bench)
   {
@@ -27,7 +27,7 @@ struct LastValues {
     }
   }
 
-  std::array<std::optional<BodyTracker>, n_body_roles> bodies;  ///< of markers
+  std::array<std::optional<BodyTracker>, n_body_roles> bodies;  ///< bodies of markers
   std::vector<std::optional<Sample>> tools;
   std::optional<Sample> potentiometer, stage;
 
@@ -65,7 +65,7 @@ void write_report(std::ostream& out, const std::string& name, const DeviceReport
 {
   out << name << "  " << report.peer << "  " << (report.link == LinkState::up ? "answers" : "does not answer")
       << "  " << rounded_text(report.rate_hz, 1) << " samples a second";
-  if (report.n_refused > 0) out << "  " << report.n_refused << " refused";
+  if (report.n_refused > 0) out << "  " << report.n_refused << " rejected";
   if (!report.trouble.empty()) out << "  (" << report.trouble << ")";
   out << "\n";
 }
@@ -97,11 +97,11 @@ void write_table(std::ostream& out, const BenchFile& bench, const Devices& devic
   if (values.potentiometer) out << "  potentiometer  " << values.potentiometer->count << " of 1023\n";
   if (values.stage) {
     out << "  stage  " << rounded_text(bench.stage_mm_per_count * values.stage->count, 3) << " mm"
-        << ((values.stage->state & stage_zeroed) != 0 ? "" : ", never zeroed") << "\n";
+        << ((values.stage->state & stage_zeroed) != 0 ? "" : ", not zeroed") << "\n";
   }
 }
 
-/// What TOML needs escaped in quotes JSON does, too.
+/// JSON and TOML strings have the same escapes, so quoted_text() is valid here.
 std::string json_of(const DeviceReport& report)
 {
   return "\"peer\": " + quoted_text(report.peer) +

@@ -38,7 +38,7 @@ void MarkerFrames::take(const Sample& sample)
                          sample.source < first_tool_ + n_markers_;
   if (!is_marker) return;
   const std::size_t k = sample.source - first_tool_;
-  // One that comes a second time belongs to the next message.
+  // A second sample of a marker starts the next message.
   if (has_come_[k]) end_row();
   has_come_[k] = true;
   if (static_cast<SeenState>(sample.state) == SeenState::seen)
@@ -75,13 +75,13 @@ std::string fit_text(const PoseFit& fit)
     return why;
   }
   const FitQuality quality = quality_of(fit);
-  return rounded_text(quality.residual_mm, 2) + " mm off at " + std::to_string(quality.n_markers) +
-         " markers, turns known to " + rounded_text(quality.turn_sd_deg, 2) + " deg";
+  return "residual " + rounded_text(quality.residual_mm, 2) + " mm at " + std::to_string(quality.n_markers) +
+         " markers, rotation sd " + rounded_text(quality.turn_sd_deg, 2) + " deg";
 }
 
 namespace {
 
-/// Their mean is known twenty times better than each: below what a tracker is off by itself.
+/// The mean of 500 frames has 1/20 of the noise of one, which is below the systematic error of a tracker.
 constexpr std::size_t most_frames = 500;
 
 std::string key_of(BodyRole role)
@@ -104,7 +104,7 @@ BodyRole wanted_role(const BenchFile& bench, const std::string& name)
     known += std::string(known.empty() ? "" : " or ") + name_of(role);
   }
   throw InputError({bench.path, "body",
-                    known.empty() ? "no body of markers" : "no body '" + name + "' of markers",
+                    known.empty() ? "no body of markers" : "no body of markers '" + name + "'",
                     known.empty() ? "a body with the key markers" : known});
 }
 
@@ -125,10 +125,10 @@ void require_seen(const std::vector<MarkerRow>& frames, const BenchFile& bench, 
   if (unseen.empty()) return;
   throw InputError({bench.path, key_of(role) + ".markers",
                     unseen + " in none of " + std::to_string(frames.size()) + " frames",
-                    "each marker seen together with three others"});
+                    "each marker visible together with three others"});
 }
 
-/// What the tracking room refuses, by the names of the file.
+/// Rethrows an error of the body fit with the marker names of the file.
 [[noreturn]] void refuse_named(const FitRefusal& refusal, const BenchFile& bench, BodyRole role)
 {
   const InputError::Facts& facts = refusal.facts();
@@ -145,24 +145,24 @@ std::string tracker_trouble(const DeviceReport& report)
   return "no tracker at " + report.peer + (report.trouble.empty() ? "" : ": " + report.trouble);
 }
 
-std::vector<MarkerRow> heard_frames(const BenchFile& bench, BodyRole role, double seconds)
+std::vector<MarkerRow> received_frames(const BenchFile& bench, BodyRole role, double seconds)
 {
   StopSignals stop;
   Devices devices(bench.tracker, std::nullopt);
-  MarkerFrames heard(first_tool_of(bench, role), settings_of(bench, role).markers.size());
-  listen(devices, seconds, stop, [&](const Sample& sample) { heard.take(sample); });
-  std::vector<MarkerRow> frames = heard.frames(most_frames);
+  MarkerFrames received(first_tool_of(bench, role), settings_of(bench, role).markers.size());
+  listen(devices, seconds, stop, [&](const Sample& sample) { received.take(sample); });
+  std::vector<MarkerRow> frames = received.frames(most_frames);
   if (frames.empty()) {
     throw InputError({bench.path, key_of(role) + ".markers",
                       "none of them seen in " + rounded_text(seconds, 1) + " s (" +
                           tracker_trouble(devices.report(DeviceId::tracker)) + ")",
-                      "markers that the tracker tells of by these names"});
+                      "markers that the tracker reports with these names"});
   }
   return frames;
 }
 
-/// A fit of all its markers, as noisy as the frames were.
-PoseFit usual_fit(const BuiltBody& built)
+/// Fit of all markers with the noise of the frames.
+PoseFit typical_fit(const BuiltBody& built)
 {
   PoseFit fit;
   fit.status = FitStatus::fitted;
@@ -198,20 +198,20 @@ std::string body_text(const BuiltBody& built, const BenchFile& bench, BodyRole r
   text << "]\nmarkers_mm = [";
   for (Eigen::Index k = 0; k < built.body.markers_mm.size(); ++k)
     text << (k == 0 ? "" : ", ") << rounded_text(built.body.markers_mm(k / 3, k % 3), 3);
-  const FitQuality quality = quality_of(usual_fit(built));
+  const FitQuality quality = quality_of(typical_fit(built));
   text << "]\n# from " << built.n_frames << " frames, " << built.n_refused
-       << " of fewer than three markers left out; residual " << rounded_text(built.residual_rms_mm, 3)
-       << " mm (root mean square)\n# a pose fitted to all of them: turns known to "
-       << rounded_text(quality.turn_sd_deg, 3) << " degrees, their middle to "
+       << " with fewer than three markers excluded; residual " << rounded_text(built.residual_rms_mm, 3)
+       << " mm (root mean square)\n# expected pose error with all markers: rotation "
+       << rounded_text(quality.turn_sd_deg, 3) << " degrees, centroid "
        << rounded_text(quality.middle_sd_mm, 3) << " mm (standard deviations)\n";
   for (std::size_t k = 0; k < settings.markers.size(); ++k)
     text << "# " << settings.markers[k] << ": " << rounded_text(built.markers[k].residual_rms_mm, 3)
          << " mm in " << built.markers[k].n_frames << " frames\n";
   if (!settings.markers_body_mm.empty())
-    text << "# in the frame of the bench file's markers_mm, " << rounded_text(built.wanted_rms_mm, 3)
-         << " mm from them\n";
+    text << "# in the frame of the bench file's markers_mm, difference "
+         << rounded_text(built.wanted_rms_mm, 3) << " mm (root mean square)\n";
   if (built.status != BuildStatus::converged)
-    text << "# not settled: too few frames show the same markers together\n";
+    text << "# not converged: too few frames with the same markers\n";
   return text.str();
 }
 
@@ -220,10 +220,9 @@ void measure_body(const MeasureBodyOptions& options, const Streams& streams)
   const BenchFile bench = read_bench_file(options.bench, MarkerPlaces::may_be_missing);
   const BodyRole role = wanted_role(bench, options.role);
   if (!options.is_quiet)
-    streams.talk << "Turn the " << name_of(role)
-                 << "'s body slowly before the tracker: " << rounded_text(options.seconds, 1) << " s"
-                 << std::endl;
-  const std::vector<MarkerRow> frames = heard_frames(bench, role, options.seconds);
+    streams.talk << "Rotate the body '" << name_of(role) << "' slowly in front of the tracker for "
+                 << rounded_text(options.seconds, 1) << " s" << std::endl;
+  const std::vector<MarkerRow> frames = received_frames(bench, role, options.seconds);
   streams.data << body_text(body_from(frames, bench, role), bench, role);
 }
 

@@ -1,4 +1,4 @@
-/// The mode `body`: a body of markers measured with the bench's tracker.
+/// Command `vrda-player body`: measures a body of markers with the bench's tracker.
 #pragma once
 
 #include <string>
@@ -12,36 +12,37 @@
 
 namespace vrda {
 
+/// Groups marker samples by message.
 class MarkerFrames {
  public:
-  /// The markers are the tracker's tools from `first_tool` on, as BenchFile lists them.
+  /// `first_tool`: index of the first marker in the order of BenchFile.
   MarkerFrames(std::size_t first_tool, std::size_t n_markers);
 
-  /// In the order of arrival; other tools' samples are passed over.
+  /// Adds a sample, in order of arrival; ignores other tools.
   void take(const Sample& sample);
 
-  /// Those that saw a marker, `most` of them at most, evenly chosen.
+  /// Frames with at least one visible marker; at most `most`, evenly selected.
   std::vector<MarkerRow> frames(std::size_t most) const;
 
  private:
   void end_row();
 
   std::size_t first_tool_, n_markers_;
-  std::vector<bool> has_come_;  ///< since the row began
+  std::vector<bool> has_come_;  ///< received in the current row
   MarkerRow row_;
   std::vector<MarkerRow> rows_;
 };
 
-/// What the noise that the fit's own residual speaks for makes of the pose: the least certain turn about any
-/// axis and the place of the markers' middle, standard deviations. Zero where there is no fit.
+/// Expected pose error for the noise estimated from the fit's residual; zero without a fit.
 struct FitQuality {
-  double residual_mm = 0.0;  ///< at the markers used, root mean square
-  int n_markers = 0;         ///< used
-  double turn_sd_deg = 0.0, middle_sd_mm = 0.0;
+  double residual_mm = 0.0;   ///< root mean square at the used markers
+  int n_markers = 0;          ///< used markers
+  double turn_sd_deg = 0.0;   ///< standard deviation of the rotation about the least certain axis
+  double middle_sd_mm = 0.0;  ///< standard deviation of the centroid of the markers
 };
 FitQuality quality_of(const PoseFit& fit);
 
-/// "0.12 mm off at 4 markers, turns known to 0.06 deg"; without a fit why.
+/// "residual 0.12 mm at 4 markers, rotation sd 0.06 deg"; without a fit the reason.
 std::string fit_text(const PoseFit& fit);
 
 struct MeasureBodyOptions {
@@ -50,15 +51,15 @@ struct MeasureBodyOptions {
   bool is_quiet = false;
 };
 
-/// Listens to the tracker and writes the body's lines for the bench file, with residual and expected error as
-/// comments. Throws InputError, for markers that make no body too.
+/// Measures the body and writes its lines for the bench file, with residual and expected error as comments.
+/// Throws InputError, also for markers that do not form a valid body.
 void measure_body(const MeasureBodyOptions& options, const Streams& streams);
 
-/// The body that `frames` show, in the frame of the file's markers_mm where they stand there. Throws
-/// InputError naming the bench file, the body and its markers.
+/// Builds the body from `frames`, in the frame of the file's markers_mm if present. Throws InputError with
+/// the bench file, the body and its markers.
 BuiltBody body_from(const std::vector<MarkerRow>& frames, const BenchFile& bench, BodyRole role);
 
-/// The lines.
+/// Lines of the body for the bench file.
 std::string body_text(const BuiltBody& built, const BenchFile& bench, BodyRole role);
 
 }  // namespace vrda

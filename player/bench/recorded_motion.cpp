@@ -32,7 +32,7 @@ std::vector<TimedPose> recorded_motion(const Recording& recording, const BenchFi
     for (const Sample& sample : picture.samples) {
       if (sample.kind != SampleKind::place || !tracker.has_tool(sample.source)) continue;
       if (tracker.has_come(sample.source)) settle();
-      // As the bench does: what is not seen says nothing of the clock.
+      // As in BenchState, hidden samples do not update the clock map.
       const bool is_seen = static_cast<SeenState>(sample.state) == SeenState::seen;
       const double time_s = is_seen ? clock.time_s(sample.device_ns, sample.arrival_ns)
                                     : static_cast<double>(sample.arrival_ns) * 1e-9;
@@ -65,7 +65,7 @@ std::string prediction_text(const std::vector<BodyPrediction>& predictions)
     text << name_of(p.role) << " after " << rounded_text(p.horizon_ms, 2) << " ms: held "
          << hundredths(mm.held.rms) << " mm, " << hundredths(deg_from_rad(turn.held.rms))
          << " deg; predicted " << hundredths(mm.predicted.rms) << " mm, "
-         << hundredths(deg_from_rad(turn.predicted.rms)) << " deg (root mean squares; 95 of 100 within "
+         << hundredths(deg_from_rad(turn.predicted.rms)) << " deg (root mean square; 95th percentile "
          << hundredths(mm.predicted.percentile_95) << " mm)\n";
   }
   return text.str();

@@ -1,4 +1,4 @@
-/// How the tracked bodies moved in a recording, and how well their motion could have been predicted.
+/// Motion of the tracked bodies in a recording, and the prediction error.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace vrda {
 
-/// Every pose of one body of the bench that was recorded, at its device's time.
+/// All recorded poses of a body with their device times mapped to the local clock.
 std::vector<TimedPose> recorded_motion(const Recording& recording, const BenchFile& bench, BodyRole role);
 
 struct BodyPrediction {
@@ -19,10 +19,10 @@ struct BodyPrediction {
   PlacePredictionError error;
 };
 
-/// Of every body, 16, 33 and 50 ms ahead.
+/// Prediction errors of every body, 16, 33 and 50 ms ahead.
 std::vector<BodyPrediction> recorded_predictions(const Recording& recording, const BenchFile& bench);
 
-/// A line each: how far off the pose is that is held, and the predicted one.
+/// One line each: error of the held and of the predicted pose.
 std::string prediction_text(const std::vector<BodyPrediction>& predictions);
 
 }  // namespace vrda

@@ -5,7 +5,7 @@
 namespace vrda {
 namespace {
 
-/// Half a pixel is not seen.
+/// Below the resolution of the eye.
 constexpr double coarseness_px = 0.5;
 
 }  // namespace
@@ -31,7 +31,7 @@ std::optional<InputError::Facts> misplaced(const BenchFile& bench, const std::op
 
 const std::string& ScreenWatch::trouble(const Sink& sink)
 {
-  constexpr int every = 30;  // pictures: a desktop takes a while to place a window, and to be asked
+  constexpr int every = 30;  // frames: placing and querying a window takes time
   if (++n_calls_ % every != 0) return trouble_;
   const std::optional<InputError::Facts> facts =
       misplaced(bench_, sink.window() == nullptr ? std::nullopt : std::optional(sink.window()->place()));

@@ -1,4 +1,4 @@
-/// The bench's window or memory, and whether the window is where calibrated numbers want it.
+/// Window or memory of the bench, and a check that the window has the calibrated position and size.
 #pragma once
 
 #include <optional>
@@ -10,22 +10,22 @@
 
 namespace vrda {
 
-/// A window of the frame buffer's size, at the bench file's place if it has one; without vertical
-/// synchronisation, since the loop keeps the pace. Throws InputError when there is no display.
+/// Window of the frame buffer's size, at the bench file's position if given; without vertical
+/// synchronisation, because the loop paces the frames. Throws InputError without a display.
 Sink bench_window(const BenchFile& bench, const std::string& title, int samples);
 Sink bench_memory(const BenchFile& bench, int samples);
 
-/// Of pixels that are not where the bench file has them, and calibrated numbers with them; nothing: they are.
+/// Differences of the window from the bench file, which invalidate the calibration; empty: none.
 std::optional<InputError::Facts> misplaced(const BenchFile& bench, const std::optional<WindowPlace>& place);
 
-/// Looks now and then whether a window is where it should be.
+/// Checks the window periodically.
 class ScreenWatch {
  public:
   explicit ScreenWatch(const BenchFile& bench) : bench_(bench) {}
 
-  /// For the panel; empty: it is. Allocates only on a change.
+  /// Message for the panel; empty: the window is correct. Allocates only on a change.
   const std::string& trouble(const Sink& sink);
-  /// The same for the log, once: empty from then on.
+  /// The same for the log, returned once.
   std::string take_warning();
 
  private:

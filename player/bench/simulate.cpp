@@ -14,7 +14,7 @@
 namespace vrda {
 namespace {
 
-/// Which simulated tools are sent, under the names of the bench file.
+/// A simulated tool that is sent, with its name in the bench file.
 struct SentTool {
   std::size_t simulated = 0;
   std::string name;
@@ -38,11 +38,11 @@ std::vector<SentTool> sent_tools(const BenchFile& bench, const Simulation& simul
     add(settings(BodyRole::tibia));
   }
   if (bench.head == HeadKind::tracker) add(settings(BodyRole::head));
-  check(at == simulation.tools().size(), "every simulated tool has its place");
+  check(at == simulation.tools().size(), "every simulated tool is assigned");
   return sent;
 }
 
-/// One TDATA a tick; a tool that is hidden is not in it.
+/// One TDATA message a tick, without hidden tools.
 std::vector<IgtlMessage> messages_of(const SimulatedFrame& frame, const std::vector<SentTool>& sent)
 {
   if (frame.is_dropped) return {};

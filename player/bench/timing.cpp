@@ -18,7 +18,7 @@ double spread_of(double sum, double sum_squares, double n)
   return std::sqrt(std::max(0.0, sum_squares / n - mean * mean));
 }
 
-/// As short as it can be: a hundredth of a millisecond is nothing.
+/// Rounded to 0.01 ms.
 std::string ms_text(double ms)
 {
   return rounded_text(ms, 2);
@@ -75,22 +75,22 @@ double TimeHistogram::percentile_ms(double share) const
   return longest_ms_;
 }
 
-/// Slowly, since gaps are rare. A clock that was set makes one short step, jitter of the stamps every other
-/// one; a quicker stream makes them in a row. True for a short step.
+/// Updates the estimated interval slowly, because gaps are rare. A clock adjustment gives one short step,
+/// stamp jitter alternating ones, a faster stream consecutive ones. Returns true for a short step.
 bool SampleWatch::follow_pace(double step_ns)
 {
-  constexpr double forgotten = 0.02, shortest_share = 0.75, longest_share = 1.5;
-  constexpr int n_to_believe = 8;  // as of clocks (devices/tracker_talk.hpp)
+  constexpr double update_share = 0.02, shortest_share = 0.75, longest_share = 1.5;
+  constexpr int n_to_accept = 8;  // as for clocks (devices/tracker_talk.hpp)
   if (interval_ns_ == 0.0) interval_ns_ = step_ns;
   if (step_ns >= shortest_share * interval_ns_) {
     n_short_ = 0;
     short_sum_ns_ = 0.0;
-    interval_ns_ += forgotten * (std::min(step_ns, longest_share * interval_ns_) - interval_ns_);
+    interval_ns_ += update_share * (std::min(step_ns, longest_share * interval_ns_) - interval_ns_);
     return false;
   }
   short_sum_ns_ += step_ns;
-  if (++n_short_ == n_to_believe) {
-    interval_ns_ = short_sum_ns_ / n_to_believe;
+  if (++n_short_ == n_to_accept) {
+    interval_ns_ = short_sum_ns_ / n_to_accept;
     n_short_ = 0;
     short_sum_ns_ = 0.0;
   }
@@ -108,16 +108,16 @@ void SampleWatch::add(std::int64_t device_ns, std::int64_t arrival_ns)
   const std::int64_t delay_ns = arrival_ns - device_ns;
   const bool is_first = n_++ == 0;
   device_ns_ = device_ns;
-  // A clock that stepped: delays are met anew, and no gap can be told.
+  // After a clock step the delays are estimated again, and the gap is unknown.
   constexpr std::int64_t longest_gap_ns = 1'000'000'000;
-  constexpr std::int64_t forgotten_share = 10'000;  // 0.1 ms a second
+  constexpr std::int64_t drift_share = 10'000;  // 0.1 ms a second
   if (is_first || step_ns <= 0 || step_ns > longest_gap_ns) {
     least_delay_ns_ = delay_ns;
     return;
   }
   const auto step = static_cast<double>(step_ns);
-  // Drifting clocks, as of ClockMap; and a clock that was set back by less than an interval.
-  least_delay_ns_ += step_ns / forgotten_share;
+  // Follows clock drift as ClockMap does, and a clock set back by less than an interval.
+  least_delay_ns_ += step_ns / drift_share;
   if (follow_pace(step)) least_delay_ns_ = delay_ns;
   n_missed_ += static_cast<std::uint64_t>(std::max(0.0, std::round(step / interval_ns_) - 1.0));
   least_delay_ns_ = std::min(least_delay_ns_, delay_ns);
@@ -154,9 +154,9 @@ std::string timing_text(const BenchTiming& timing)
 {
   std::ostringstream text;
   const double rate = timing.interval.mean_ms() > 0.0 ? 1000.0 / timing.interval.mean_ms() : 0.0;
-  text << timing.n_pictures << " pictures, " << rounded_text(rate, 1) << " a second; from sample to picture "
+  text << timing.n_pictures << " frames, " << rounded_text(rate, 1) << " a second; latency "
        << ms_text(timing.latency.percentile_ms(0.5)) << " ms (median), "
-       << ms_text(timing.latency.percentile_ms(0.99)) << " ms (99 of 100), "
+       << ms_text(timing.latency.percentile_ms(0.99)) << " ms (99th percentile), "
        << ms_text(timing.latency.longest_ms()) << " ms (longest); " << timing.n_samples << " samples, "
        << timing.n_missed << " missed, " << timing.n_late << " late, " << timing.n_lost << " lost";
   return text.str();

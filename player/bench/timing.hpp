@@ -1,4 +1,4 @@
-/// How long the bench takes from a sample to the picture, and what it missed.
+/// Latency and sample statistics of the bench.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace vrda {
 
-/// Counts of times in bins of a quarter of a millisecond, up to 250 ms; longer ones in the last.
+/// Histogram of times with bins of 0.25 ms up to 250 ms; the last bin counts longer times.
 class TimeHistogram {
  public:
   static constexpr double bin_ms = 0.25;
@@ -20,7 +20,7 @@ class TimeHistogram {
   std::uint64_t n() const { return n_; }
   double mean_ms() const;
   double longest_ms() const { return longest_ms_; }
-  /// The smallest bin edge that `share` of the times do not exceed; 0 without any. 250 or more: the longest.
+  /// Smallest bin edge that `share` of the times do not exceed; from 250 ms the longest time; 0 if empty.
   double percentile_ms(double share) const;
   /// Standard deviation.
   double spread_ms() const;
@@ -32,15 +32,15 @@ class TimeHistogram {
   double sum_ms_ = 0.0, sum_squares_ = 0.0, longest_ms_ = 0.0;
 };
 
-/// One tool's stream: samples that never came, and those that came late, by the device's time stamps.
+/// Counts missed and late samples of one tool by the device's time stamps.
 class SampleWatch {
  public:
-  /// One that says that the tool is hidden came, too; without a stamp nothing can be told.
+  /// Samples of a hidden tool count as received; samples without a stamp are ignored.
   void add(const Sample& sample);
   void add(std::int64_t device_ns, std::int64_t arrival_ns);
   std::uint64_t n() const { return n_; }
   std::uint64_t n_missed() const { return n_missed_; }  ///< gaps of whole intervals between stamps
-  std::uint64_t n_late() const { return n_late_; }      ///< more than half an interval behind the quickest
+  std::uint64_t n_late() const { return n_late_; }      ///< more than half an interval above the least delay
   double jitter_ms() const;  ///< standard deviation of the delays between stamps and arrivals
 
  private:
@@ -48,27 +48,28 @@ class SampleWatch {
 
   std::uint64_t n_ = 0, n_missed_ = 0, n_late_ = 0;
   std::int64_t device_ns_ = 0, least_delay_ns_ = 0;
-  double interval_ns_ = 0.0;  ///< the usual one: gaps are measured by it
-  int n_short_ = 0;           ///< steps in a row that are much shorter, and their sum
+  double interval_ns_ = 0.0;  ///< estimated sample interval
+  int n_short_ = 0;           ///< consecutive much shorter steps, and their sum
   double short_sum_ns_ = 0.0;
   double sum_ms_ = 0.0, sum_squares_ = 0.0;
   std::int64_t n_delays_ = 0;
 };
 
 struct BenchTiming {
-  TimeHistogram latency;   ///< from the arrival of the newest sample of a picture to its last pixel
-  TimeHistogram interval;  ///< between pictures
-  TimeHistogram drawing;   ///< of a picture, from begin to last pixel
+  TimeHistogram latency;   ///< from the arrival of a frame's newest sample to its last pixel
+  TimeHistogram interval;  ///< between frames
+  TimeHistogram drawing;   ///< duration of a frame
   std::uint64_t n_pictures = 0;
-  std::uint64_t n_repeated = 0;   ///< pictures for which no new sample had come
-  std::uint64_t n_unsampled = 0;  ///< pictures of which an input was not live
+  std::uint64_t n_repeated = 0;   ///< frames without a new sample
+  std::uint64_t n_unsampled = 0;  ///< frames with an input that is not live
   std::uint64_t n_samples = 0, n_missed = 0, n_late = 0, n_lost = 0;
-  double jitter_ms = 0.0;  ///< of samples
+  double jitter_ms = 0.0;  ///< largest of all tools
 };
 
-/// {"pictures": ..., "latency_ms": {"median": ..., "p99": ..., "bins": [[from, count], ...]}, ...}
+/// JSON: {"pictures": ..., "latency_ms": {"median": ..., "p99": ..., "bins_from_ms": [[from, count], ...]},
+/// ...}
 void write_timing(std::ostream& out, const BenchTiming& timing);
-/// For people, some lines.
+/// One line of text.
 std::string timing_text(const BenchTiming& timing);
 
 }  // namespace vrda

@@ -20,7 +20,7 @@
 namespace vrda {
 namespace {
 
-/// Of a bench that exists in numbers: it has no day, and its files are equal whenever they are made.
+/// Fixed date of virtual benches, so that their files are reproducible.
 constexpr const char* virtual_date = "2000-01-01";
 
 std::string today()
@@ -36,26 +36,27 @@ std::string today()
 struct CalibrateSetup {
   BenchFile bench;
   Calibration begun;
-  std::vector<CalibrationPart> parts;  ///< asked for
+  std::vector<CalibrationPart> parts;  ///< requested
 };
 
-bool is_about_the_file(const CalibrateOptions& options)
+/// Whether the step only reads or solves an existing file.
+bool is_file_step(const CalibrateOptions& options)
 {
   return options.step == "status" || options.step == "solve";
 }
 
-/// Many benches are calibrated in full, by nobody, and leave statistics alone.
-void require_options_of_many(const CalibrateOptions& options)
+/// --benches runs complete unattended calibrations and writes only statistics.
+void require_benches_options(const CalibrateOptions& options)
 {
   if (options.n_benches == 0) return;
-  if (options.step != "all") refuse_option("--benches", "\"" + options.step + "\"", "all, of each bench");
+  if (options.step != "all") refuse_option("--benches", "\"" + options.step + "\"", "the step all");
   const std::pair<const char*, const std::string*> unused[] = {{"--calibration", &options.calibration},
                                                                {"--script", &options.script},
                                                                {"--pictures", &options.pictures}};
   for (const auto& [name, value] : unused) {
     if (!value->empty())
       refuse_option("--benches", std::string(name) + " \"" + *value + "\"",
-                    "one of both: many benches leave statistics, and nothing else");
+                    "only one of these options; --benches writes only statistics");
   }
 }
 
@@ -66,29 +67,29 @@ void require_options(const CalibrateOptions& options)
   if (!options.is_virtual) {
     if (options.bench.empty())
       refuse_option("--bench", "nothing", "a bench file (schemas/bench.md), or --virtual");
-    if (options.n_benches > 0) refuse_option("--benches", "no --virtual", "benches that exist in numbers");
+    if (options.n_benches > 0) refuse_option("--benches", "no --virtual", "--virtual");
     if (options.head != "stage")
-      refuse_option("--head", "no --virtual", "--bench, which says what carries the display");
+      refuse_option("--head", "no --virtual", "--virtual, or `head` in the file of --bench");
     if (!options.pictures.empty() && options.script.empty())
       refuse_option("--pictures", "no --virtual and no --script", "one of them");
-    if (options.is_headless && options.script.empty() && !is_about_the_file(options))
-      refuse_option("--headless", "no --script", "the keys to press: nobody sees it");
+    if (options.is_headless && options.script.empty() && !is_file_step(options))
+      refuse_option("--headless", "no --script", "a script of keys, because there is no window");
   } else {
-    require_options_of_many(options);
+    require_benches_options(options);
     if (!options.pictures.empty() && options.script.empty() && !options.is_headless)
       refuse_option("--pictures", "no --headless and no --script", "one of them");
   }
   if (!options.bench_from.empty()) {
-    if (is_about_the_file(options))
-      refuse_option("--bench-from", "\"" + options.step + "\"", "a step that is done, best person");
+    if (is_file_step(options))
+      refuse_option("--bench-from", "\"" + options.step + "\"", "a calibration step, preferably person");
     if (options.calibration.empty())
-      refuse_option("--bench-from", "no --calibration", "the file of the person who is calibrated");
+      refuse_option("--bench-from", "no --calibration", "the file of the person to be calibrated");
   }
-  if (options.calibration.empty() && (!options.is_virtual || is_about_the_file(options)))
-    refuse_option("--calibration", "nothing", "the file that keeps what is found (schemas/calibration.md)");
+  if (options.calibration.empty() && (!options.is_virtual || is_file_step(options)))
+    refuse_option("--calibration", "nothing", "the calibration file (schemas/calibration.md)");
 }
 
-/// With the bench's parts of another person's file; what was begun so goes on.
+/// Starts a file from the per-bench parts of another person's file, or resumes a file started that way.
 Calibration begun_from_other(const CalibrateOptions& options, const BenchFile& bench, bool is_there)
 {
   const Calibration other = read_calibration(options.bench_from, bench);
@@ -102,8 +103,7 @@ Calibration begun_from_other(const CalibrateOptions& options, const BenchFile& b
   return begun;
 }
 
-/// Each seed is a bench and a person of its own: what was found on one is of no use on another, nor on the
-/// bench that the file describes.
+/// Each seed is a different bench and person, so the title keeps their calibration files apart.
 std::string virtual_title(const CalibrateOptions& options, const std::string& title)
 {
   return title + (options.bench.empty() ? "" : ", virtual") + ", seed " + std::to_string(options.seed);
@@ -116,10 +116,10 @@ CalibrateSetup read_setup(const CalibrateOptions& options)
   setup.bench = options.bench.empty() ? parsed_bench_file(virtual_bench_text(head), "virtual bench")
                                       : read_bench_file(options.bench);
   if (options.is_virtual) setup.bench.title = virtual_title(options, setup.bench.title);
-  setup.parts = parts_of_step(is_about_the_file(options) ? "all" : options.step, setup.bench);
+  setup.parts = parts_of_step(is_file_step(options) ? "all" : options.step, setup.bench);
   const bool is_there = !options.calibration.empty() && std::filesystem::exists(options.calibration);
-  if (!is_there && is_about_the_file(options))
-    throw InputError({options.calibration, "", "no file", "a calibration that was begun"});
+  if (!is_there && is_file_step(options))
+    throw InputError({options.calibration, "", "no file", "an existing calibration file"});
   if (!options.bench_from.empty()) {
     setup.begun = begun_from_other(options, setup.bench, is_there);
     return setup;
@@ -150,19 +150,18 @@ void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)
 {
   if (!is_place_adjusted(setup)) return;
   if (options.is_virtual) {
-    // There the leg is a way from point to point, and so is the model.
+    // A virtual bench draws leg and model as lines between their points.
     for (const CalibrationPart part : setup.parts) {
       if (!is_model_part(part) || points_of(part, setup.bench.calibration).size() > 1) continue;
       throw InputError({setup.bench.path,
                         part == CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point",
                         "fewer than two points, with calibration.model = \"adjust\"",
-                        "points of the leg, by which a virtual bench shows where it is"});
+                        "two or more points, which a virtual bench needs to draw the leg"});
     }
     return;
   }
   if (options.model.empty())
-    refuse_option("--model", "nothing",
-                  "the motion model whose place is to be adjusted (calibration.model = \"adjust\")");
+    refuse_option("--model", "nothing", "the motion model to be adjusted (calibration.model = \"adjust\")");
 }
 
 GuideOptions guide_options(const CalibrateOptions& options, const CalibrateSetup& setup)
@@ -176,23 +175,24 @@ CalibrateEnd end_of(const GuideSession& session)
   return session.task() == nullptr ? CalibrateEnd::finished : CalibrateEnd::left;
 }
 
-CalibrateEnd by_hand(const CalibrateOptions& options, const CalibrateSetup& setup, const Streams& streams)
+CalibrateEnd run_attended(const CalibrateOptions& options, const CalibrateSetup& setup,
+                          const Streams& streams)
 {
   require_model(options, setup);
-  StopSignals stop;  // before the devices' threads begin, which keep its mask
+  StopSignals stop;  // before the device threads start: they inherit the signal mask
   GuideSession session(setup.bench, setup.begun, guide_options(options, setup));
   KeptCalibration kept(setup.bench, options.calibration);
   GuideMode mode(options, setup.bench, session, kept, streams);
-  const std::unique_ptr<GuideBench> before =
+  const std::unique_ptr<GuideBench> guide_bench =
       options.is_virtual ? open_virtual_bench(setup.bench, options.seed) : open_live_bench(setup.bench);
-  mode.stand_before(*before);
+  mode.stand_before(*guide_bench);
   run_loop(mode, mode.sink(), stop);
   kept.write(session);
   write_parts(options, setup, session.calibration(), streams.data);
   return end_of(session);
 }
 
-/// Whoever lives in numbers does every task.
+/// The simulated operator does every task.
 void operate(GuideSession& session, VirtualOperator& person, KeptCalibration& kept,
              std::vector<Task>& tasks_done)
 {
@@ -200,14 +200,15 @@ void operate(GuideSession& session, VirtualOperator& person, KeptCalibration& ke
   StopSignals stop;
   kept.write(session);
   for (int n = 0; session.task() != nullptr && !stop.came_by({}); ++n) {
-    check(n < most_tasks, "a virtual operator comes to an end");
+    check(n < most_tasks, "a virtual operator finishes");
     tasks_done.push_back(*session.task());
     person.do_task(session);
     kept.write(session);
   }
 }
 
-CalibrateEnd by_operator(const CalibrateOptions& options, const CalibrateSetup& setup, const Streams& streams)
+CalibrateEnd run_unattended(const CalibrateOptions& options, const CalibrateSetup& setup,
+                            const Streams& streams)
 {
   const VirtualNoise noise;
   const VirtualTruth truth = virtual_truth(setup.bench, options.seed);
@@ -239,7 +240,7 @@ CalibrateEnd by_operator(const CalibrateOptions& options, const CalibrateSetup& 
   return end_of(session);
 }
 
-void write_many(const CalibrateOptions& options, const CalibrateSetup& setup, std::ostream& data)
+void write_benches(const CalibrateOptions& options, const CalibrateSetup& setup, std::ostream& data)
 {
   const int n_threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   const VirtualStatistics statistics =
@@ -261,14 +262,14 @@ bool has_screen()
   return is_set("DISPLAY") || is_set("WAYLAND_DISPLAY");
 }
 
-/// Without a screen there is nobody to do it either. Not into a file, which a person may have begun.
-bool is_left_to_numbers(const CalibrateOptions& options)
+/// A virtual bench without a screen runs unattended unless an operator's file would be written.
+bool is_without_screen(const CalibrateOptions& options)
 {
   return options.is_virtual && options.script.empty() && options.calibration.empty() && !has_screen();
 }
 
-/// Keys come from a script, or from a person before a window.
-bool is_by_hand(const CalibrateOptions& options)
+/// Keys come from a script or from a window.
+bool has_keys(const CalibrateOptions& options)
 {
   return !options.is_virtual || !options.script.empty() || !options.is_headless;
 }
@@ -280,21 +281,21 @@ CalibrateEnd calibrate(const CalibrateOptions& options, const Streams& streams)
   require_options(options);
   CalibrateSetup setup = read_setup(options);
   if (options.n_benches > 0) {
-    write_many(options, setup, streams.data);
+    write_benches(options, setup, streams.data);
     return CalibrateEnd::finished;
   }
   if (options.step == "solve") {
     setup.begun = solved_again(setup.bench, setup.begun, options.calibration);
     write_whole(options.calibration, {calibration_text(setup.begun, setup.bench)});
   }
-  if (is_about_the_file(options)) {
+  if (is_file_step(options)) {
     write_parts(options, setup, setup.begun, streams.data);
     return CalibrateEnd::finished;
   }
-  if (!is_by_hand(options)) return by_operator(options, setup, streams);
-  if (!is_left_to_numbers(options)) return by_hand(options, setup, streams);
-  if (!options.is_quiet) streams.talk << "no screen: every task is done as by --headless\n";
-  return by_operator(options, setup, streams);
+  if (!has_keys(options)) return run_unattended(options, setup, streams);
+  if (!is_without_screen(options)) return run_attended(options, setup, streams);
+  if (!options.is_quiet) streams.talk << "no screen: runs unattended, as with --headless\n";
+  return run_unattended(options, setup, streams);
 }
 
 }  // namespace vrda

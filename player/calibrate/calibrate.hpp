@@ -1,4 +1,4 @@
-/// The mode `calibrate`.
+/// Command `vrda-player calibrate`.
 #pragma once
 
 #include <cstdint>
@@ -10,29 +10,29 @@ namespace vrda {
 
 struct CalibrateOptions {
   std::string step;         ///< viewport, ..., all, bench, person; status; solve
-  std::string bench;        ///< empty with is_virtual: the virtual bench's own
-  std::string calibration;  ///< empty with is_virtual: nothing is kept
-  std::string bench_from;   ///< calibration of another person; empty: none
+  std::string bench;        ///< empty with is_virtual: built-in bench file
+  std::string calibration;  ///< empty with is_virtual: not saved
+  std::string bench_from;   ///< calibration file of another person; may be empty
   bool is_anew = false;
-  std::string model, set;  ///< for places that are adjusted by eye, and pictures
+  std::string model, set;  ///< for adjustment by eye and for pictures
   bool is_headless = false;
-  std::string script;  ///< keys from a file
-  int samples = 1;     ///< a pixel
+  std::string script;  ///< file with keys
+  int samples = 1;     ///< samples a pixel
   bool is_virtual = false;
   std::uint64_t seed = 1;
-  std::string head = "stage";  ///< or "tracker": of the virtual bench's own bench file
-  int n_benches = 0;           ///< 0: one, in full
-  std::string pictures;        ///< folder; empty: none
+  std::string head = "stage";  ///< or "tracker", in the built-in bench file
+  int n_benches = 0;           ///< number of benches for statistics; 0: one bench with a report
+  std::string pictures;        ///< folder; empty: no pictures
   bool has_json = false;
   bool is_quiet = false;
 };
 
 enum class CalibrateEnd {
   finished,
-  left  ///< before all that was asked for is done; the file holds what is
+  left  ///< quit before all requested parts were done; finished tasks are saved
 };
 
-/// Throws InputError for everything a user can put right before it begins.
+/// Runs the command. Throws InputError for invalid options and files before it starts.
 CalibrateEnd calibrate(const CalibrateOptions& options, const Streams& streams);
 
 }  // namespace vrda

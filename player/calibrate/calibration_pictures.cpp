@@ -14,7 +14,7 @@
 namespace vrda {
 namespace {
 
-constexpr int samples_of_sheet = 1;  // lines are smooth by themselves
+constexpr int samples_of_sheet = 1;  // lines are anti-aliased by the overlay
 
 Eigen::Vector2d placed(const SheetFrame& frame, const Eigen::Vector2d& p_px)
 {
@@ -34,7 +34,7 @@ Sheet::Sheet(int width, int height)
 
 OverlayBox Sheet::clip_of(const SheetFrame& frame) const
 {
-  // An outline about the whole is not cut in halves.
+  // Room for an outline on the border.
   constexpr float rim_px = 2.0F;
   const Eigen::Vector2f low = placed(frame, frame.source.low_px).cast<float>();
   const Eigen::Vector2f high = placed(frame, frame.source.high_px).cast<float>();
@@ -90,7 +90,7 @@ constexpr VertexColour window_area{30, 34, 40, 255}, visible_area{24, 56, 40, 25
 constexpr Colour grey{0.45F, 0.48F, 0.52F}, green{0.38F, 0.85F, 0.5F}, amber{1.0F, 0.69F, 0.18F},
     white{0.9F, 0.92F, 0.95F}, blue{0.4F, 0.65F, 1.0F};
 constexpr double line_px = 1.5;
-constexpr double words_px = 24.0, gap_px = 16.0;  // of a sheet: a line of words, between frames
+constexpr double words_px = 24.0, gap_px = 16.0;  // line height of text; gap between frames
 
 std::vector<GuideLine> cross_at(const Eigen::Vector2d& p, double arm_px, const Colour& colour, bool is_right)
 {
@@ -164,7 +164,7 @@ std::string write_viewport(const PictureRequest& request, const std::string& fol
   return written(sheet, folder, "viewport.png");
 }
 
-/// Level and upright lines over a box, with a point every few pixels.
+/// Horizontal and vertical lines over a box, with a point every 4 px.
 std::vector<GuideLine> straight_grid(const ShownBox& box, double spacing_px)
 {
   constexpr double piece_px = 4.0;
@@ -211,8 +211,8 @@ std::string write_distortion(const PictureRequest& request, const std::string& f
     sheet.add_lines({box, at, scale}, lines);
     sheet.add_lines({box, at, scale}, std::array{outline_of(box, grey)});
   };
-  add(0, "as it is, seen through the optics", distorted);
-  add(1, "pre-distorted, as it is drawn", bent);
+  add(0, "undistorted, seen through the optics", distorted);
+  add(1, "pre-distorted, as drawn", bent);
   add(2, "pre-distorted, seen through the optics", corrected);
   return written(sheet, folder, "distortion.png");
 }
@@ -226,7 +226,7 @@ const CalibrationMark* mark_of(const Calibration& found, CalibrationPart part, c
   return nullptr;
 }
 
-/// The dials of a task as they stood when it was done.
+/// Dial values with which a task was finished.
 std::vector<double> dials_of(const Task& task, const CalibrationMark& mark, const Calibration& found)
 {
   const Eye& eye = task.is_right ? found.eyes.right : found.eyes.left;
@@ -262,7 +262,7 @@ struct AlignedSheet {
   std::string title;
 };
 
-/// Real things and the lines laid over them, as the left eye sees both, before and after: a row a moment.
+/// Real objects and drawn lines as seen by the left eye, before (row 0) and after (row 1) the alignment.
 std::vector<std::string> write_aligned(const PictureRequest& request, const std::string& folder,
                                        const AlignedSheet& plan)
 {
@@ -290,7 +290,7 @@ std::vector<std::string> write_aligned(const PictureRequest& request, const std:
       const SheetFrame frame{box, at, scale};
       sheet.add_words(
           at - Eigen::Vector2d(0.0, words_px),
-          plan.title + " " + std::to_string(task.index + 1) + (row == 0 ? ": begun" : ": aligned"), ink);
+          plan.title + " " + std::to_string(task.index + 1) + (row == 0 ? ": start" : ": aligned"), ink);
       sheet.add_lines(frame, real);
       sheet.add_lines(frame, lines);
       sheet.add_lines(frame, std::array{outline_of(box, grey)});
@@ -319,8 +319,8 @@ std::string write_overlay(const PictureRequest& request, const CalibrateOptions&
   const int gap = static_cast<int>(gap_px), words = static_cast<int>(words_px);
   Sheet sheet(before.width + after.width + 3 * gap, before.height + 2 * gap + words);
   const int second = 2 * gap + before.width;
-  sheet.add_words({gap_px, gap_px}, "before: nominal eyes; grey is the leg as it is", ink);
-  sheet.add_words({static_cast<double>(second), gap_px}, "after: the calibration found", ink);
+  sheet.add_words({gap_px, gap_px}, "before: nominal eyes; grey: the real leg", ink);
+  sheet.add_words({static_cast<double>(second), gap_px}, "after: calibrated", ink);
   Image both = sheet.image();
   copy_into(both, before, gap, gap + words);
   copy_into(both, after, second, gap + words);
@@ -343,7 +343,7 @@ std::vector<std::string> write_calibration_pictures(const PictureRequest& reques
   add({"rectangles.png", TaskKind::sides, CalibrationPart::eyepoints, 4, "rectangle"});
   const CalibrationPart eyes =
       request.bench.head == HeadKind::tracker ? CalibrationPart::head : CalibrationPart::bullseye;
-  add({"bullseye.png", TaskKind::bullseye, eyes, 3, "marker at place"});
+  add({"bullseye.png", TaskKind::bullseye, eyes, 3, "marker position"});
   if (!options.model.empty()) paths.push_back(write_overlay(request, options));
   return paths;
 }

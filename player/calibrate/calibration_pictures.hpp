@@ -1,4 +1,4 @@
-/// Pictures of what a virtual bench found (thesis, figures 22, 23 and 26).
+/// Pictures of the calibration of a virtual bench (thesis, figures 22, 23 and 26).
 #pragma once
 
 #include <memory>
@@ -17,25 +17,26 @@
 
 namespace vrda {
 
-/// A part of a frame buffer, as large as it is shown within the sheet.
+/// Placement of a part of a frame buffer on a sheet.
 struct SheetFrame {
   ShownBox source;
-  Eigen::Vector2d at_px = Eigen::Vector2d::Zero();  ///< of the sheet: its upper left corner
-  double scale = 1.0;                               ///< px of the sheet by px of the frame buffer
+  Eigen::Vector2d at_px = Eigen::Vector2d::Zero();  ///< upper left corner on the sheet
+  double scale = 1.0;                               ///< sheet px per frame buffer px
 };
 
+/// An off-screen picture with frames, lines and text.
 class Sheet {
  public:
   Sheet(int width, int height);
 
-  /// Lines keep their width; what lies beyond the frame is cut off.
+  /// Line widths are not scaled; lines are clipped at the frame.
   void add_lines(const SheetFrame& frame, std::span<const GuideLine> lines);
   void add_area(const SheetFrame& frame, const ShownBox& box, const VertexColour& colour);
-  /// `at_px`: of the sheet.
+  /// `at_px`: on the sheet.
   void add_words(const Eigen::Vector2d& at_px, const std::string& words, const VertexColour& colour);
   float width_px(const std::string& words) const { return text_.width_px(words); }
 
-  /// Valid until the next.
+  /// Valid until the next call.
   const Image& image();
 
  private:
@@ -47,18 +48,17 @@ class Sheet {
   Scene nothing_;
 };
 
-/// The outline of a box, as a closed line.
+/// Outline of a box as a closed line.
 GuideLine outline_of(const ShownBox& box, const std::array<float, 3>& colour, double width_px = 1.5);
 
-/// What an eye sees of a leg and of the picture laid over it (thesis, figure 26).
 struct OverlayPictureOptions {
-  std::string set;   ///< of the model
-  int height = 560;  ///< px; the leg fills it
+  std::string set;   ///< surface set of the model
+  int height = 560;  ///< px, filled by the leg
 };
 
-/// Through the left eye's true optics, with the stage before the leg: the leg as it is, grey (the model
-/// itself, in the subject's true size), and added to it, since black is transparent, what a bench calibrated
-/// so draws.
+/// Simulated view of the left eye through its true optics, with the stage in front of the leg (thesis, figure
+/// 26): the real leg in grey (the model in the subject's true size) plus the picture that a bench with
+/// `calibration` draws; black is transparent.
 Image overlay_picture(const BenchFile& bench, const VirtualTruth& truth, const Calibration& calibration,
                       const MotionModel& model, const OverlayPictureOptions& options);
 
@@ -66,11 +66,11 @@ struct PictureRequest {
   const BenchFile& bench;
   const VirtualTruth& truth;
   const Calibration& found;
-  const std::vector<Task>& tasks;  ///< done; their marks stand in `found`
+  const std::vector<Task>& tasks;  ///< finished tasks; their marks are in `found`
 };
 
-/// viewport.png, distortion.png, rectangles.png, bullseye.png and, with the options' model, overlay.png, into
-/// their folder. Returns the paths. Throws InputError.
+/// Writes viewport.png, distortion.png, rectangles.png, bullseye.png and, with a model, overlay.png to the
+/// folder of the options. Returns the paths. Throws InputError.
 std::vector<std::string> write_calibration_pictures(const PictureRequest& request,
                                                     const CalibrateOptions& options);
 

@@ -16,13 +16,13 @@ std::string padded(std::string text, std::size_t width)
   return text;
 }
 
-/// JSON has no number that is none.
+/// JSON has no NaN or infinity.
 std::string json_number(double value)
 {
   return std::isfinite(value) ? number_text(value) : "null";
 }
 
-/// Decimals that leave two digits of `size`.
+/// Decimals for two significant digits of `size`.
 int decimals_for(double size)
 {
   constexpr int most = 9;
@@ -53,7 +53,7 @@ void write_part(std::ostream& out, CalibrationPart part, const CalibrationRecord
   }
   if (state == "begun")
     out << ": " << record->marks.size() << (record->marks.size() == 1 ? " mark so far" : " marks so far");
-  if (state == "outdated") out << ": a part that it rests on was done again";
+  if (state == "outdated") out << ": must be repeated";
   out << ", " << record->date << "\n";
   if (!record->estimate) return;
   const Estimate& estimate = *record->estimate;
@@ -194,12 +194,12 @@ TargetSummary summary_of(std::span<const TargetError> errors)
 void write_targets(std::ostream& out, std::span<const TargetError> before, std::span<const TargetError> after,
                    std::span<const CalibrationPart> missing)
 {
-  out << "overlay error at " << before.size() << " targets (mm across the sight, arc minutes)\n";
+  out << "overlay error at " << before.size() << " targets (mm across the line of sight, arc minutes)\n";
   write_summary(out, "before", before);
   if (missing.empty()) {
     write_summary(out, "after", after);
   } else {
-    out << "  " << padded("after", 8) << "known when these are done: " << names_of(missing) << "\n";
+    out << "  " << padded("after", 8) << "unknown until these parts are done: " << names_of(missing) << "\n";
   }
 }
 
@@ -213,7 +213,7 @@ void write_targets_json(std::ostream& out, std::span<const TargetError> before,
 
 void write_statistics(std::ostream& out, const VirtualStatistics& statistics)
 {
-  out << statistics.n_benches << " benches; a part was refused and done again on " << statistics.n_refused
+  out << statistics.n_benches << " benches; a part was rejected and repeated on " << statistics.n_refused
       << "\n"
       << padded("part", 12) << padded("number", 22) << padded("within 95 %", 14) << padded("rms error", 12)
       << "mean half width\n";

@@ -26,7 +26,7 @@ LookOptions plain_look()
 /// Dials in the order of SixNumbers.
 SixNumbers numbers_of(const Task& task, std::span<const double> values)
 {
-  check(values.size() == 6 && task.dials.size() == 6, "a place has six dials");
+  check(values.size() == 6 && task.dials.size() == 6, "a pose task has six dials");
   SixNumbers place;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const auto k = static_cast<std::size_t>(axis);
@@ -78,7 +78,7 @@ void PlacedModel::place(const Calibration& calibration, const PlaceTrial& trial,
 
 namespace {
 
-/// Optics show more than a window's pixels: all that is seen, smaller, within the eye's window.
+/// Scales a displayed line into the eye's window: the optics can display more than the window's pixels.
 void fit_into_window(GuideLine& line, const Eye& eye)
 {
   const ShownBox seen = shown_box(eye), window = box_of(eye.window);
@@ -151,7 +151,7 @@ class VirtualBench final : public GuideBench {
     for (GuideLine& line : seen.lines) fit_into_window(line, line.is_right ? eyes.right : eyes.left);
     if (const std::optional<double> reading = operator_.reading(session)) {
       const std::vector<Dial>& dials = session.task()->dials;
-      seen.notes.push_back("You read " + rounded_text(*reading, 2) +
+      seen.notes.push_back("Reading: " + rounded_text(*reading, 2) +
                            (dials.empty() ? "" : " " + dials.front().unit));
     }
     return seen;

@@ -1,5 +1,4 @@
-/// What stands before an operator: a bench with its devices, or one that exists in numbers, and the model
-/// that is placed by eye.
+/// Bench of a calibration session (real devices or virtual), and the model that is adjusted by eye.
 #pragma once
 
 #include <memory>
@@ -14,9 +13,9 @@
 
 namespace vrda {
 
-/// A joint as the bench shows it.
+/// A model with motion, state and view as in the mode `bench`.
 struct ModelOnBench {
-  /// `scaled`: as large as the calibration's subject.
+  /// `scaled`: model in the size of the calibration's subject.
   ModelOnBench(const BenchFile& bench, const Calibration& calibration, MotionModel scaled,
                const std::string& set);
   ModelOnBench(const ModelOnBench&) = delete;
@@ -29,25 +28,25 @@ struct ModelOnBench {
   BenchView view;
 };
 
-/// A place under way: the task of a part, and its dials as they stand.
+/// A model pose being adjusted: part, task and current dial values.
 struct PlaceTrial {
   CalibrationPart part;
   const Task& task;
   std::span<const double> values;
 };
 
+/// Model drawn at the pose being adjusted.
 class PlacedModel {
  public:
-  /// `model` at its own size, from `file`. Throws InputError where it has not the set.
+  /// `model`: unscaled, from `file`. Throws InputError if it does not contain the set.
   PlacedModel(const BenchFile& bench, MotionModel model, const std::string& file, const std::string& set);
 
   void take(const Sample& sample);
 
-  /// Puts it where `trial` would have it; loads into the renderer what is new. Throws InputError where the
-  /// eyes cannot be drawn for.
+  /// Places the model at `trial` and loads changes into the renderer. Throws InputError for unusable eyes.
   void place(const Calibration& calibration, const PlaceTrial& trial, std::int64_t now_ns,
              Renderer& renderer);
-  /// Placed before.
+  /// Requires place().
   const BenchView& view() const { return shown_->view; }
 
  private:
@@ -57,30 +56,30 @@ class PlacedModel {
   std::unique_ptr<ModelOnBench> shown_;
 };
 
-/// What the window shows of a task, in its pixels.
+/// Contents of the window for a task, in window pixels.
 struct GuideView {
   std::vector<GuideLine> lines;
-  std::optional<std::array<ShownBox, 2>> boxes;  ///< where each eye's lines end; nothing: nowhere
-  std::vector<std::string> notes;                ///< what a ruler says
+  std::optional<std::array<ShownBox, 2>> boxes;  ///< clip box of each eye; empty: no clipping
+  std::vector<std::string> notes;                ///< simulated readings
 };
 
 class GuideBench {
  public:
   virtual ~GuideBench() = default;
-  /// What the devices said since the last call.
+  /// Passes the device samples since the last call to session and model.
   virtual void send_samples(GuideSession& session, PlacedModel* model) = 0;
-  /// ns of the samples' clock.
+  /// Clock of the samples, ns.
   virtual std::int64_t now_ns() const = 0;
   virtual void zero_stage() = 0;
-  /// Of devices that the task at hand waits for; empty: all answer.
+  /// Problems of the devices that the task needs; empty: none.
   virtual std::vector<std::string> troubles(const Task& task) const = 0;
-  /// Of the task at hand.
+  /// View of the current task.
   virtual GuideView view(const GuideSession& session) const = 0;
 };
 
 /// Tracker and board of the bench file.
 std::unique_ptr<GuideBench> open_live_bench(const BenchFile& bench);
-/// The virtual bench of that seed, seen as its person sees it.
+/// Virtual bench of a seed, drawn as its person sees it.
 std::unique_ptr<GuideBench> open_virtual_bench(const BenchFile& bench, std::uint64_t seed);
 
 }  // namespace vrda

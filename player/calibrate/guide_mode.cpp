@@ -60,7 +60,7 @@ KeyPress parsed_press(const std::string& text, const Where& where)
   for (const std::string& part : parts) {
     bool& has = part == "Shift" ? press.has_shift : press.has_control;
     if ((part != "Shift" && part != "Control") || has)
-      refuse(where, text, "Shift+ or Control+ before the key");
+      refuse(where, text, "each of Shift+ and Control+ at most once before the key");
     has = true;
   }
   return press;
@@ -137,7 +137,7 @@ Sink sink_of(const CalibrateOptions& options, const BenchFile& bench)
 KeyScript script_of(const CalibrateOptions& options)
 {
   if (options.script.empty()) return KeyScript({});
-  return KeyScript(parsed_key_script(document_text(options.script, "a script of keys"), options.script));
+  return KeyScript(parsed_key_script(document_text(options.script, "a key script"), options.script));
 }
 
 }  // namespace
@@ -172,7 +172,7 @@ GuideMode::GuideMode(const CalibrateOptions& options, const BenchFile& bench, Gu
 
 RoundTime GuideMode::round_time() const
 {
-  // What no hand and no device waits for goes as fast as it can.
+  // A headless virtual bench has no operator or device and runs without pacing.
   const bool is_paced = !(options_.is_virtual && options_.is_headless);
   return {is_paced ? 1.0 / bench_.display.refresh_hz : 0.0, false};
 }
@@ -197,18 +197,18 @@ void GuideMode::advance(double)
 {
   const double now_s = static_cast<double>(n_rounds_) / bench_.display.refresh_hz;
   for (const KeyPress& pressed : script_.keys(now_s)) press(pressed);
-  before_->send_samples(session_, model_ ? &*model_ : nullptr);
-  if (session_.zeroes_stage()) before_->zero_stage();
-  // A disk that is full ends no session; what is not written is tried again.
+  guide_bench_->send_samples(session_, model_ ? &*model_ : nullptr);
+  if (session_.zeroes_stage()) guide_bench_->zero_stage();
+  // A full disk does not end the session; the write is repeated.
   const auto refused = attempt([&] { kept_.write(session_); });
   content_.message = refused ? refused->what() : "";
-  tell_words();
+  print_words();
 }
 
-void GuideMode::tell_words()
+void GuideMode::print_words()
 {
-  if (session_.revision() == told_revision_) return;
-  told_revision_ = session_.revision();
+  if (session_.revision() == printed_revision_) return;
+  printed_revision_ = session_.revision();
   if (options_.is_quiet) return;
   for (const std::string& line : session_.progress().words) streams_.talk << line << "\n";
 }
@@ -216,24 +216,24 @@ void GuideMode::tell_words()
 void GuideMode::make_content()
 {
   const Task* task = session_.task();
-  GuideView view = before_->view(session_);
+  GuideView view = guide_bench_->view(session_);
   content_.lines = std::move(view.lines);
   content_.boxes = view.boxes;
   content_.notes = std::move(view.notes);
-  content_.troubles = task == nullptr ? std::vector<std::string>{} : before_->troubles(*task);
+  content_.troubles = task == nullptr ? std::vector<std::string>{} : guide_bench_->troubles(*task);
   const std::string& trouble = watch_.trouble(sink_);
   if (!trouble.empty()) content_.troubles.push_back(trouble);
   if (const std::string warning = watch_.take_warning(); !warning.empty())
     streams_.talk << "vrda-player: " << warning << std::endl;
 }
 
-/// Where the task is one that places it.
+/// Places the model if the task adjusts it.
 bool GuideMode::place_model()
 {
   const Task* task = session_.task();
   if (task == nullptr || task->kind != TaskKind::place || !model_) return false;
   model_->place(session_.calibration(), {session_.progress().part, *task, session_.values()},
-                before_->now_ns(), sink_.renderer());
+                guide_bench_->now_ns(), sink_.renderer());
   return is_model_loaded_ = true;
 }
 

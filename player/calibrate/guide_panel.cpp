@@ -19,7 +19,7 @@ OverlayBox overlay_box(const ShownBox& box)
   return {low.x(), low.y(), high.x(), high.y()};
 }
 
-/// What is likely seen of a part whose edges are not known yet.
+/// Inset area that is probably visible while the edges are unknown.
 Viewport inner(const Viewport& visible)
 {
   constexpr int share = 12;
@@ -35,7 +35,7 @@ VertexColour bytes_of(const std::array<float, 3>& colour)
   return bytes;
 }
 
-/// The whole pixels that a level or upright line is meant to light.
+/// Whole pixels of a horizontal or vertical line.
 OverlayBox pixels_of(const GuideLine& line)
 {
   Eigen::Vector2d low = line.points_px.front(), high = line.points_px.front();
@@ -54,7 +54,7 @@ int decimals_of_step(double step)
 {
   constexpr int most = 6;
   int n = 0;
-  for (double left = step; n < most && std::abs(left - std::round(left)) > 1e-9; left *= 10.0) ++n;
+  for (double rest = step; n < most && std::abs(rest - std::round(rest)) > 1e-9; rest *= 10.0) ++n;
   return n;
 }
 
@@ -124,7 +124,7 @@ void GuidePanel::add_task(std::vector<Words>& words, const GuideSession& session
                   std::to_string(progress.n_tasks) + ", " + task.name,
               faint, width_px);
   add_wrapped(words, task.instruction, ink, width_px);
-  // Of one or two dials each has keys of its own; of more one is selected.
+  // One or two dials have their own keys; of more dials one is selected.
   const bool is_selecting = task.dials.size() > 2;
   for (std::size_t k = 0; k < task.dials.size(); ++k) {
     const bool is_live = !is_selecting || k == session.selected_dial();
@@ -149,13 +149,13 @@ std::vector<GuidePanel::Words> GuidePanel::words_of(const GuideSession& session,
   if (content.has_help) {
     for (const HelpLine& help : guide_key_lines())
       add_wrapped(words, std::string(help.keys) + ": " + help.does, ink, width_px);
-    add_wrapped(words, "H: the task again", ink, width_px);
+    add_wrapped(words, "H: back to the task", ink, width_px);
     return words;
   }
   if (session.task() != nullptr) {
     add_task(words, session, width_px);
   } else {
-    add_wrapped(words, "All that was asked for is done. Enter: leave", done_colour, width_px);
+    add_wrapped(words, "All requested parts are done. Enter: quit", done_colour, width_px);
   }
   const GuideProgress& progress = session.progress();
   for (const std::string& line : progress.words)

@@ -1,4 +1,4 @@
-/// The guided procedure on screen: what a task shows, and words for the operator.
+/// Screen of the calibration session: lines of the task and text for the operator.
 #pragma once
 
 #include <optional>
@@ -11,18 +11,18 @@
 
 namespace vrda {
 
-/// Letters and colours of what stands beside the eyes' views, and of sheets.
+/// Text height and colours of the panel and of sheets.
 inline constexpr double text_px = 15.0;
 inline constexpr VertexColour ink{226, 230, 235, 255}, faint{150, 157, 166, 255};
 
 struct GuideContent {
-  /// In pixels of the picture; those under the others first.
+  /// In picture pixels, in drawing order.
   std::vector<GuideLine> lines;
-  /// Where lines of the left and right eye are cut off; nothing: nowhere.
+  /// Clip boxes of the left and the right eye; empty: no clipping.
   std::optional<std::array<ShownBox, 2>> boxes;
-  std::vector<std::string> notes;     ///< of what stands there
-  std::vector<std::string> troubles;  ///< of devices that the task at hand wants
-  std::string message;                ///< what went wrong outside the procedure
+  std::vector<std::string> notes;     ///< simulated readings
+  std::vector<std::string> troubles;  ///< problems of required devices
+  std::string message;                ///< error outside the procedure
   bool has_help = false;
 };
 
@@ -31,8 +31,8 @@ class GuidePanel {
   explicit GuidePanel(const BenchFile& bench);
 
   const OverlayFont& font() const { return text_.font(); }
-  /// Valid until the next. Words stand in the operator's area; where a layout leaves none, at the bottom of
-  /// what the left eye sees.
+  /// Valid until the next call. Text is in the operator's area or, if the layout has none, at the bottom of
+  /// the left eye's visible part.
   const Overlay& drawn(const GuideSession& session, const GuideContent& content);
 
  private:
@@ -51,7 +51,7 @@ class GuidePanel {
   DisplaySettings display_;
 };
 
-/// Draws lines into an overlay: smooth ones anti-aliased, others as whole pixels.
+/// Draws a line into an overlay, anti-aliased if smooth, else in whole pixels.
 void add_guide_line(Overlay& overlay, const OverlayText& text, const GuideLine& line);
 
 /// "left edge 132 px".

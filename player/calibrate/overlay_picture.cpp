@@ -13,7 +13,7 @@ namespace {
 
 constexpr int smoothing_samples = 4;
 
-/// Where the bodies really are, as the tracker of a bench without noise says it.
+/// Sends the true body poses as noise-free tracker samples.
 void send_truth(BenchState& state, const BenchFile& bench, const VirtualTruth& truth)
 {
   const std::array<Pose, n_body_roles> X_tracker_body{truth.X_tracker_leg, truth.X_tracker_leg,
@@ -35,7 +35,7 @@ void send_truth(BenchState& state, const BenchFile& bench, const VirtualTruth& t
   }
 }
 
-/// Moves the stage until the middle between the eyes is before the origin of the leg's model.
+/// Moves the stage until the midpoint of the eyes is in front of the origin of the leg's model.
 void send_stage(BenchState& state, const BenchFile& bench, const VirtualTruth& truth)
 {
   const Calibration& c = truth.calibration;
@@ -50,7 +50,7 @@ void send_stage(BenchState& state, const BenchFile& bench, const VirtualTruth& t
   state.take(sample);
 }
 
-/// One colour for all: a leg, not a picture of bones.
+/// Paints all parts in one grey, as a leg.
 void paint_grey(Scene& scene)
 {
   const Eigen::Vector3f shade(0.10F, 0.115F, 0.14F);
@@ -63,10 +63,10 @@ void paint_grey(Scene& scene)
   }
 }
 
-/// The part of the undistorted picture that the leg lies in, with room around it.
+/// Bounding box of the leg in the undistorted image, with a margin.
 ShownBox box_of_leg(ModelOnBench& joint, const Eye& eye)
 {
-  constexpr double room_px = 40.0;
+  constexpr double border_px = 40.0;
   const BenchFrame& frame = joint.state.frame(0);
   joint.view.place(frame, joint.state.values().calibration);
   const Pose X_eyes_tracker = frame.X_tracker_eyes.inverse();
@@ -81,7 +81,7 @@ ShownBox box_of_leg(ModelOnBench& joint, const Eye& eye)
       box = {box.low_px.cwiseMin(p), box.high_px.cwiseMax(p)};
     }
   }
-  return {(box.low_px.array() - room_px).floor(), (box.high_px.array() + room_px).ceil()};
+  return {(box.low_px.array() - border_px).floor(), (box.high_px.array() + border_px).ceil()};
 }
 
 Image real_leg(ModelOnBench& joint, const Eye& eye, const ShownBox& box, double scale)
@@ -105,6 +105,7 @@ Image drawn_by_bench(ModelOnBench& joint, const BenchFile& bench)
   return memory.renderer().draw(joint.view.scene(), joint.view.shots(), nullptr);
 }
 
+/// sRGB code (0 to 255) to linear light.
 double light_of(double code)
 {
   const double c = code / 255.0;
@@ -118,7 +119,7 @@ std::uint8_t code_of(double light)
   return static_cast<std::uint8_t>(std::lround(255.0 * c));
 }
 
-/// Light of a channel between the middles of four pixels; beyond the image none.
+/// Bilinear interpolation of the linear light of a channel; 0 outside the image.
 double light_at(const Image& image, const Eigen::Vector2d& p_px, int channel)
 {
   const double x = p_px.x() - 0.5, y = p_px.y() - 0.5;
@@ -143,7 +144,7 @@ bool is_within(const Viewport& part, const Eigen::Vector2d& p_px)
          p_px.y() <= part.y + part.height;
 }
 
-/// Adds to `seen`, a picture of `box`, what the eye's optics show of the frame buffer.
+/// Adds the frame buffer as displayed by the eye's optics to `seen`, a picture of `box`.
 void add_display(Image& seen, const ShownBox& box, const Image& frame_buffer, const Eye& eye)
 {
   const Eigen::Vector2d step_px =

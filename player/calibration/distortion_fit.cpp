@@ -17,8 +17,7 @@
 namespace vrda {
 namespace {
 
-/// The unknown numbers, in this order; the aspect in standard deviations of what is known of it, which also
-/// holds one that is known exactly.
+/// Order of the unknowns. The aspect is in standard deviations of its prior, so that it may be known exactly.
 enum Number : Eigen::Index { k1, k2, centre_x, centre_y, aspect_sds, at_x, at_y, spacing, turn, n_numbers };
 
 struct GridProblem {
@@ -44,7 +43,7 @@ GridPlace grid_of(const Eigen::VectorXd& x)
   return {{x[at_x], x[at_y]}, x[spacing], x[turn]};
 }
 
-/// Of the marks, in parts of `noise_px`; of the aspect; and of a centre that is held.
+/// Residuals of the marks in units of `noise_px`, of the aspect prior and, if `is_held`, of the centre prior.
 Eigen::VectorXd residuals(const GridProblem& problem, double noise_px, bool is_held, const Eigen::VectorXd& x)
 {
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
@@ -63,7 +62,7 @@ Eigen::VectorXd residuals(const GridProblem& problem, double noise_px, bool is_h
   return r;
 }
 
-/// Optics that do not distort, and the grid nearest to an even map of the nodes onto the marks.
+/// Start without distortion; grid from an affine map of the nodes onto the marks.
 Eigen::VectorXd start_of(const GridProblem& problem)
 {
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
@@ -73,14 +72,14 @@ Eigen::VectorXd start_of(const GridProblem& problem)
     nodes.row(i) << mark.node.transpose(), 1.0;
     drawn.row(i) = mark.drawn_px.transpose();
   }
-  const Eigen::Matrix<double, 3, 2> even =
+  const Eigen::Matrix<double, 3, 2> affine =
       nodes.jacobiSvd(Eigen::ComputeThinU | Eigen::ComputeThinV).solve(drawn);
   const double aspect = problem.aspect.value;
-  const Eigen::Vector2d along(0.5 * (even(0, 0) - aspect * even(1, 1)),
-                              -0.5 * (aspect * even(0, 1) + even(1, 0)));
+  const Eigen::Vector2d along(0.5 * (affine(0, 0) - aspect * affine(1, 1)),
+                              -0.5 * (aspect * affine(0, 1) + affine(1, 0)));
   Eigen::VectorXd x = Eigen::VectorXd::Zero(n_numbers);
   x.segment<2>(centre_x) = middle_px(problem.eye.visible);
-  x.segment<2>(at_x) = even.row(2).transpose();
+  x.segment<2>(at_x) = affine.row(2).transpose();
   x[spacing] = along.norm();
   x[turn] = arc_tangent2(along.y(), along.x());
   return x;
@@ -88,11 +87,11 @@ Eigen::VectorXd start_of(const GridProblem& problem)
 
 struct GridFit {
   LeastSquares fit;
-  double noise_px = start_noise_px;  ///< that the marks were weighed with
+  double noise_px = start_noise_px;  ///< noise that weighted the marks
 };
 
-/// Weighs the marks by what they left of the fit before, until that is what they were weighed with.
-GridFit weighed_fit(const GridProblem& problem, const GridFit& before, bool is_held)
+/// Repeats the fit, each time weighted with the noise estimated by the previous one.
+GridFit weighted_fit(const GridProblem& problem, const GridFit& before, bool is_held)
 {
   constexpr int n_rounds = 3;
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
@@ -113,11 +112,11 @@ GridFit weighed_fit(const GridProblem& problem, const GridFit& before, bool is_h
   return now;
 }
 
-/// Second singular value of places less their mean: how far they spread beside a line, as a length.
-double spread_beside_a_line(const Eigen::MatrixXd& places)
+/// Root mean square distance of points from their best line (second singular value of the centred points).
+double spread_about_line(const Eigen::MatrixXd& points)
 {
-  const Eigen::MatrixXd from_mean = places.rowwise() - places.colwise().mean();
-  return from_mean.jacobiSvd().singularValues()[1] / std::sqrt(static_cast<double>(places.rows()));
+  const Eigen::MatrixXd from_mean = points.rowwise() - points.colwise().mean();
+  return from_mean.jacobiSvd().singularValues()[1] / std::sqrt(static_cast<double>(points.rows()));
 }
 
 void require_spread(std::span<const GridMark> marks, const std::string& name, const std::string& file)
@@ -125,7 +124,7 @@ void require_spread(std::span<const GridMark> marks, const std::string& name, co
   constexpr std::size_t fewest = 12;
   if (marks.size() < fewest) {
     throw FitRefusal({file, name + ".distortion", std::to_string(marks.size()) + " marked nodes",
-                      "12 or more, all over the visible part"});
+                      "12 or more, distributed over the visible part"});
   }
   constexpr double least_nodes = 0.25, least_px = 5.0;  // two neighbouring rows spread by half a node
   Eigen::MatrixXd nodes(marks.size(), 2), drawn(marks.size(), 2);
@@ -133,9 +132,9 @@ void require_spread(std::span<const GridMark> marks, const std::string& name, co
     nodes.row(static_cast<Eigen::Index>(i)) = marks[i].node.transpose();
     drawn.row(static_cast<Eigen::Index>(i)) = marks[i].drawn_px.transpose();
   }
-  if (spread_beside_a_line(nodes) < least_nodes || spread_beside_a_line(drawn) < least_px) {
-    throw FitRefusal({file, name + ".distortion", "marks that lie on a line",
-                      "nodes of several rows and columns, all over the visible part"});
+  if (spread_about_line(nodes) < least_nodes || spread_about_line(drawn) < least_px) {
+    throw FitRefusal({file, name + ".distortion", "collinear marks",
+                      "nodes of several rows and columns, distributed over the visible part"});
   }
 }
 
@@ -150,7 +149,8 @@ void refuse_outlier(const GridProblem& problem, const GridFit& fit, const std::s
   throw FitRefusal(
       {file,
        name + ".distortion: node (" + rounded_text(node.x(), 2) + ", " + rounded_text(node.y(), 2) + ")",
-       "a mark " + rounded_text(off_px, 1) + " px from where all the others say", "that node marked again"},
+       "a mark " + rounded_text(off_px, 1) + " px from the position predicted by all others",
+       "a consistent mark: mark this node again"},
       {static_cast<std::size_t>(furthest.mark)});
 }
 
@@ -162,12 +162,12 @@ void require_unfolded(const Distortion& distortion, const Eye& eye, const std::s
   if (fold_px > furthest_px) return;
   throw FitRefusal({file, name + ".distortion",
                     "k1 " + rounded_text(distortion.k1, 4) + ", k2 " + rounded_text(distortion.k2, 4) +
-                        ", which fold at " + rounded_text(fold_px, 0) + " px",
-                    "optics that keep the order of pixels out to " + rounded_text(furthest_px, 0) +
-                        " px: marks nearer to the corners of the visible part"});
+                        ", a distortion that folds at a radius of " + rounded_text(fold_px, 0) + " px",
+                    "a monotonic distortion up to " + rounded_text(furthest_px, 0) +
+                        " px; add marks near the corners of the visible part"});
 }
 
-/// Places all over the visible part.
+/// Calls `action` for a lattice of points over the visible part.
 template <typename Action>
 void at_lattice(const Viewport& v, Action action)
 {
@@ -179,8 +179,7 @@ void at_lattice(const Viewport& v, Action action)
   }
 }
 
-/// The mesh that draws and the optics that show, one after the other, in the middles of triangles all over
-/// it.
+/// Largest error of the pre-distortion mesh followed by the optics, sampled at centres of mesh triangles.
 double inverse_error_px(const Distortion& distortion, const Eye& eye)
 {
   Eye drawn_for = eye;
@@ -188,18 +187,18 @@ double inverse_error_px(const Distortion& distortion, const Eye& eye)
   drawn_for.pixel_aspect = distortion.pixel_aspect;
   const ShownBox box = shown_box(drawn_for);
   const WarpMesh mesh = warp_mesh(drawn_for, box);
-  // A prime: every seventh triangle is of all rows and columns, and of both halves of a cell.
+  // 7 is prime, so the samples include all rows, columns and both triangles of a cell.
   constexpr std::size_t stride = 3 * 7;
   double largest_sq = 0.0;
   for (std::size_t t = 0; t < mesh.triangles.size(); t += stride) {
-    Eigen::Vector2d drawn = Eigen::Vector2d::Zero(), looked_up = Eigen::Vector2d::Zero();
+    Eigen::Vector2d drawn = Eigen::Vector2d::Zero(), texture_uv = Eigen::Vector2d::Zero();
     for (std::size_t corner = t; corner < t + 3; ++corner) {
       const WarpVertex& vertex = mesh.vertices[mesh.triangles[corner]];
       drawn += Eigen::Vector2d(vertex.x_px, vertex.y_px) / 3.0;
-      looked_up += Eigen::Vector2d(vertex.u, vertex.v) / 3.0;
+      texture_uv += Eigen::Vector2d(vertex.u, vertex.v) / 3.0;
     }
-    const Eigen::Vector2d asked_for = box.low_px + looked_up.cwiseProduct(box.high_px - box.low_px);
-    largest_sq = std::max(largest_sq, (drawn_px(distortion, asked_for) - drawn).squaredNorm());
+    const Eigen::Vector2d wanted_px = box.low_px + texture_uv.cwiseProduct(box.high_px - box.low_px);
+    largest_sq = std::max(largest_sq, (drawn_px(distortion, wanted_px) - drawn).squaredNorm());
   }
   return std::sqrt(largest_sq);
 }
@@ -207,7 +206,7 @@ double inverse_error_px(const Distortion& distortion, const Eye& eye)
 void add_inverse_error(DistortionFit& fit, const Eye& eye, const std::string& name)
 {
   fit.inverse_error_px = inverse_error_px(fit.distortion, eye);
-  fit.estimate.remarks.push_back(name + ": what is drawn and what the optics make of it differ by at most " +
+  fit.estimate.remarks.push_back(name + ": pre-distortion and optics together leave an error of at most " +
                                  rounded_text(fit.inverse_error_px, 3) + " px");
 }
 
@@ -223,8 +222,8 @@ Estimate estimate_of(const Distortion& d, const Eigen::MatrixXd& covariance, con
   return estimate;
 }
 
-/// Root mean square over the visible part.
-double apart_rms_px(const Distortion& a, const Distortion& b, const Eye& eye)
+/// Root mean square difference of two distortions over the visible part.
+double rms_difference_px(const Distortion& a, const Distortion& b, const Eye& eye)
 {
   double sum_sq = 0.0, n = 0.0;
   at_lattice(eye.visible, [&](const Eigen::Vector2d& p) {
@@ -243,8 +242,8 @@ void add_scatter(DistortionFit& fit, const std::string& what, const std::string&
 void add_held_centre(DistortionFit& fit, const std::string& name)
 {
   fit.estimate.remarks.push_back(name +
-                                 ": too little distortion to tell where its centre is; the "
-                                 "middle of the visible part is taken");
+                                 ": the distortion is too small to determine its centre; the "
+                                 "centre of the visible part is used");
 }
 
 DistortionFit result_of(const GridProblem& problem, const GridFit& found, const std::string& name)
@@ -268,10 +267,10 @@ DistortionFit result_of(const GridProblem& problem, const GridFit& found, const 
   return result;
 }
 
-/// A centre that is known worse than that is not told.
+/// Above this the centre counts as undetermined.
 constexpr double most_centre_sd_px = 20.0;
 
-bool is_centre_told(const GridFit& fit)
+bool is_centre_determined(const GridFit& fit)
 {
   const Eigen::MatrixXd& covariance = fit.fit.covariance;
   return fit.fit.status == LeastSquaresStatus::converged &&
@@ -289,9 +288,9 @@ Vector8d numbers_of(const GridValues& v)
   return numbers;
 }
 
-/// Where the nodes are drawn, by the eight numbers and by the aspect, which is the last column.
-Eigen::MatrixXd nodes_by_numbers(const AdjustedGrids& adjusted, const Eye& eye, const Vector8d& numbers,
-                                 double aspect)
+/// Jacobian of the drawn node positions with respect to the eight parameters and, last column, the aspect.
+Eigen::MatrixXd node_jacobian(const AdjustedGrids& adjusted, const Eye& eye, const Vector8d& numbers,
+                              double aspect)
 {
   const auto drawn = [&](const Vector8d& v, double a) {
     const Distortion distortion = distortion_of(eye, v[0], v[1], v.segment<2>(2), a);
@@ -306,7 +305,7 @@ Eigen::MatrixXd nodes_by_numbers(const AdjustedGrids& adjusted, const Eye& eye, 
     }
     return px;
   };
-  // Central differences: what they leave is a millionth.
+  // Central differences; the truncation error is about 1e-6.
   constexpr double step_k = 1e-4, step_px = 1e-2, step_rad = 1e-5, step_aspect = 1e-5;
   Vector8d steps;
   steps << step_k, step_k, step_px, step_px, step_px, step_px, step_px, step_rad;
@@ -320,7 +319,7 @@ Eigen::MatrixXd nodes_by_numbers(const AdjustedGrids& adjusted, const Eye& eye, 
   return J;
 }
 
-/// The larger one of its coordinates'; infinite where nothing tells it.
+/// Larger variance of the two coordinates of the centre; infinite if undetermined.
 double centre_variance(const Matrix8d& N, double variance)
 {
   const Eigen::FullPivLU<Matrix8d> solver(N);
@@ -346,15 +345,15 @@ DistortionFit fit_distortion(std::span<const GridMark> marks, const Eye& eye, co
   const GridProblem problem{marks, eye, aspect};
   GridFit start;
   start.fit.x = start_of(problem);
-  // Without distortion there is no centre to be told: the search for it begins where one was held.
-  const GridFit held = weighed_fit(problem, start, true);
-  const GridFit free = weighed_fit(problem, held, false);
-  const bool is_held = !is_centre_told(free);
+  // Without distortion the centre is undetermined, so the free fit starts from the fit with the prior.
+  const GridFit held = weighted_fit(problem, start, true);
+  const GridFit free = weighted_fit(problem, held, false);
+  const bool is_held = !is_centre_determined(free);
   const GridFit& found = is_held ? held : free;
   if (found.fit.status != LeastSquaresStatus::converged) {
     throw FitRefusal({file, name + ".distortion",
-                      std::string("a fit of the grid that ended so: ") + name_of(found.fit.status),
-                      "marks on the nodes that were asked for, all over the visible part"});
+                      std::string("a grid fit with status: ") + name_of(found.fit.status),
+                      "marks on the requested nodes, distributed over the visible part"});
   }
   refuse_outlier(problem, found, name, file);
   DistortionFit result = result_of(problem, found, name);
@@ -370,12 +369,12 @@ DistortionFit mean_distortion(const AdjustedGrids& adjusted, const Eye& eye, con
 {
   if (adjusted.values.size() < 2) {
     throw FitRefusal({file, name + ".distortion", std::to_string(adjusted.values.size()) + " adjusted grid",
-                      "two or more: their spread tells how good they are"});
+                      "two or more, because their spread gives the uncertainty"});
   }
   const auto n = static_cast<double>(adjusted.values.size());
   Vector8d mean = Vector8d::Zero();
   for (const GridValues& v : adjusted.values) mean += numbers_of(v) / n;
-  const Eigen::MatrixXd J = nodes_by_numbers(adjusted, eye, mean, aspect.value);
+  const Eigen::MatrixXd J = node_jacobian(adjusted, eye, mean, aspect.value);
   const Eigen::MatrixXd by_numbers = J.leftCols<8>();
   Matrix8d N = by_numbers.transpose() * by_numbers;
   double square_sum = 0.0;
@@ -394,8 +393,8 @@ DistortionFit mean_distortion(const AdjustedGrids& adjusted, const Eye& eye, con
   const Eigen::LDLT<Matrix8d> solver(N);
   Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Zero();
   covariance.topLeftCorner<4, 4>() = variance * solver.solve(Matrix8d::Identity()).topLeftCorner<4, 4>();
-  // The aspect is given, not measured by their spread: half an interval is to be 1.96 deviations of what
-  // comes from it. One that is too large makes all grids' numbers differ by `by_aspect`.
+  // The aspect is given, not measured by the spread, so its contribution to an interval must be 1.96 standard
+  // deviations. `by_aspect` is the common change of all parameters per aspect error.
   Eigen::Matrix<double, 5, 1> by_aspect;
   by_aspect << Vector8d(-solver.solve(by_numbers.transpose() * J.col(8))).head<4>(), 1.0;
   by_aspect *= aspect.sd * t_95(std::numeric_limits<double>::infinity()) / t_95(dof);
@@ -409,7 +408,7 @@ DistortionFit mean_distortion(const AdjustedGrids& adjusted, const Eye& eye, con
   std::vector<double> apart_px;
   for (const GridValues& v : adjusted.values) {
     const Distortion one = distortion_of(eye, v.k1, v.k2, v.centre_px, aspect.value);
-    apart_px.push_back(apart_rms_px(one, result.distortion, eye));
+    apart_px.push_back(rms_difference_px(one, result.distortion, eye));
   }
   set_residuals(result.estimate, apart_px, "px");
   add_scatter(result, "adjusted grids", name);

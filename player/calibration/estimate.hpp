@@ -1,4 +1,4 @@
-/// Numbers that a fit found, and how far they can be trusted.
+/// Estimated parameters with their uncertainty.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,41 +9,40 @@
 
 namespace vrda {
 
-/// In the units of files and screens: mm, deg, px. Of a place (six names "table.shift_x" to "table.turn_z")
-/// the values are those of SixNumbers (tracking/screw.hpp); its covariance is that of the shift and of
-/// a small turn about the fixed axes, as a rotation vector: true = turned(error) * found, which has no angle
-/// at which it fails.
+/// In the units of files and screen: mm, deg, px. A pose has six numbers "table.shift_x" to "table.turn_z"
+/// with the conventions of tracking/screw.hpp; its covariance is that of the translation and of a small
+/// rotation vector about the fixed axes: true = rotation(error) * estimated, which has no singularity.
 struct Estimate {
   std::vector<std::string> names;  ///< [n] "left.k1"
-  std::vector<std::string> units;  ///< [n] "px"; empty: a plain number
+  std::vector<std::string> units;  ///< [n] "px"; empty: dimensionless
   Eigen::VectorXd values;          ///< [n]
   Eigen::MatrixXd covariance;      ///< [n, n]
-  double dof = 0.0;  ///< degrees of freedom of the noise that was measured; infinite: the noise was given
-  std::vector<double> residuals;  ///< what the fit leaves, in the order of the marks
+  double dof = 0.0;  ///< degrees of freedom of the estimated noise; infinite: the noise was given
+  std::vector<double> residuals;  ///< in the order of the marks
   std::string residual_unit;
   double residual_rms = 0.0;
-  std::vector<std::string> remarks;  ///< for the operator, a line each: "the rails are 89.95 deg apart"
+  std::vector<std::string> remarks;  ///< one line each for the operator
 };
 
 /// "name.shift_x" to "name.turn_z"
 std::vector<std::string> names_of_place(const std::string& name);
-/// Of a place: names, units, values, and the covariance in mm and deg from that of (shift_mm, turn_rad).
+/// Estimate of a pose, from the covariance of (shift_mm, turn_rad).
 Estimate estimate_of_place(const std::string& name, const Pose& X,
                            const Eigen::Matrix<double, 6, 6>& covariance_mm_rad);
 
-/// Student's t, two-sided: 1.96 for infinitely many degrees of freedom.
+/// Two-sided 95 % quantile of Student's t; 1.96 for infinite degrees of freedom.
 double t_95(double dof);
 /// Half the width of the 95 % interval of number `k`.
 double half_width_95(const Estimate& estimate, Eigen::Index k);
 
-/// Adds `part` behind `whole`: names, values, blocks of covariance, residuals (of one unit), remarks. The
-/// degrees of freedom are the smaller ones.
+/// Appends `part` to `whole` as an independent estimate (block-diagonal covariance, same residual unit). The
+/// smaller number of degrees of freedom is kept.
 void append(Estimate& whole, const Estimate& part);
 
 /// Stores `residuals` and their root mean square.
 void set_residuals(Estimate& estimate, const std::vector<double>& residuals, const std::string& unit);
 
-/// Number `name`, or -1.
+/// Index of the number `name`, or -1.
 Eigen::Index index_of(const Estimate& estimate, const std::string& name);
 
 }  // namespace vrda

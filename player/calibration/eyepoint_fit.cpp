@@ -14,7 +14,7 @@ namespace vrda {
 namespace {
 
 constexpr std::size_t least_marks = 3;
-/// Depths closer together than a tracker or ruler tells apart.
+/// Below the resolution of a tracker or ruler.
 constexpr double least_depth_range_mm = 1.0;
 constexpr double outlier_sd = 5.0, outlier_px = 3.0;
 
@@ -29,11 +29,11 @@ std::string name_of(const RectangleMark& mark, std::size_t k)
          text(mark.depth_mm, "mm");
 }
 
-/// A mark through the optics.
+/// A mark after the optics.
 struct SeenWidth {
   double width_mm = 0.0, depth_mm = 0.0;
-  double left_px = 0.0, right_px = 0.0;  ///< columns as shown, from the sight
-  double noise_gain = std::sqrt(2.0);    ///< of the width's noise over that of a side as drawn
+  double left_px = 0.0, right_px = 0.0;  ///< displayed columns relative to the optical axis
+  double noise_gain = std::sqrt(2.0);    ///< noise of the width divided by the noise of a drawn side
 };
 
 double px_of(const SeenWidth& seen)
@@ -41,7 +41,7 @@ double px_of(const SeenWidth& seen)
   return seen.right_px - seen.left_px;
 }
 
-/// Columns shown to the right by a column drawn to the right.
+/// Displayed columns per drawn column.
 double magnification(const Distortion& distortion, const Eigen::Vector2d& drawn)
 {
   constexpr double step_px = 0.5;
@@ -69,7 +69,7 @@ std::vector<SeenWidth> seen_of(std::span<const RectangleMark> marks, const Eye& 
   return seen;
 }
 
-/// As an eye would see it whose sight goes along the table's Z: turned by `turn_rad` about the vertical.
+/// The mark as seen with the optical axis rotated by `turn_rad` about the vertical.
 SeenWidth turned(const SeenWidth& seen, double turn_rad, double distance_px)
 {
   SeenWidth result = seen;
@@ -78,14 +78,14 @@ SeenWidth turned(const SeenWidth& seen, double turn_rad, double distance_px)
   return result;
 }
 
-/// Of the width in px to distance and depth.
+/// Gradient of the width in px with respect to distance and depth.
 Eigen::Vector2d slope_of(double width_mm, double depth_mm, const Eyepoint& about)
 {
   const double from_eye_mm = about.depth_mm + depth_mm;
   return {width_mm / from_eye_mm, -about.distance_px * width_mm / (from_eye_mm * from_eye_mm)};
 }
 
-double left_px(const SeenWidth& seen, const Eyepoint& eyepoint)
+double residual_px(const SeenWidth& seen, const Eyepoint& eyepoint)
 {
   return px_of(seen) - eyepoint.distance_px * seen.width_mm / (eyepoint.depth_mm + seen.depth_mm);
 }
@@ -100,18 +100,17 @@ Eigen::Matrix2d information_of(std::span<const SeenWidth> seen, const Eyepoint& 
   return N;
 }
 
-/// The inverse of a two by two matrix, if its columns tell two numbers apart.
+/// Inverse of a 2 x 2 matrix, unless it is singular.
 std::optional<Eigen::Matrix2d> inverse_of(const Eigen::Matrix2d& N)
 {
-  // Of columns scaled to length 1 the determinant is the square of the sine between them; below 1e-12 there
-  // is only rounding.
+  // For columns of length 1 the determinant is the squared sine between them; 1e-12 is rounding error.
   constexpr double least_sine_sq = 1e-12;
   if (!(N.determinant() > least_sine_sq * N(0, 0) * N(1, 1))) return std::nullopt;
   return N.inverse();
 }
 
-/// X (E + Z) = d L is linear in d and E. Biased by the noise in X, but near.
-std::optional<Eyepoint> started(std::span<const SeenWidth> seen)
+/// Start value from X (E + Z) = d L, which is linear in d and E but biased by the noise in X.
+std::optional<Eyepoint> linear_start(std::span<const SeenWidth> seen)
 {
   Eigen::Matrix2d N = Eigen::Matrix2d::Zero();
   Eigen::Vector2d b = Eigen::Vector2d::Zero();
@@ -126,29 +125,29 @@ std::optional<Eyepoint> started(std::span<const SeenWidth> seen)
   return Eyepoint{found(0), found(1)};
 }
 
-bool is_before(const Eyepoint& eyepoint, std::span<const SeenWidth> seen)
+bool is_in_front(const Eyepoint& eyepoint, std::span<const SeenWidth> seen)
 {
   const auto in_front = [&](const SeenWidth& s) { return eyepoint.depth_mm + s.depth_mm > 0.0; };
   return eyepoint.distance_px > 0.0 && std::all_of(seen.begin(), seen.end(), in_front);
 }
 
-/// Gauss-Newton on the true residuals; nothing where the marks do not tell it.
-std::optional<Eyepoint> solved(std::span<const SeenWidth> seen)
+/// Gauss-Newton on the residuals in px; empty if the marks do not determine the eyepoint.
+std::optional<Eyepoint> solve_eyepoint(std::span<const SeenWidth> seen)
 {
-  std::optional<Eyepoint> at = started(seen);
+  std::optional<Eyepoint> at = linear_start(seen);
   constexpr int most_steps = 50;
   constexpr double resolution = 1e-13;
   for (int step = 0; step < most_steps; ++step) {
-    if (!at || !is_before(*at, seen)) return std::nullopt;
+    if (!at || !is_in_front(*at, seen)) return std::nullopt;
     const std::optional<Eigen::Matrix2d> inverse = inverse_of(information_of(seen, *at));
     if (!inverse) return std::nullopt;
     Eigen::Vector2d b = Eigen::Vector2d::Zero();
     for (const SeenWidth& s : seen)
-      b += slope_of(s.width_mm, s.depth_mm, *at) * (left_px(s, *at) / (s.noise_gain * s.noise_gain));
+      b += slope_of(s.width_mm, s.depth_mm, *at) * (residual_px(s, *at) / (s.noise_gain * s.noise_gain));
     const Eigen::Vector2d change = *inverse * b;
     at->distance_px += change(0);
     at->depth_mm += change(1);
-    if (std::abs(change(0)) < resolution * at->distance_px) return is_before(*at, seen) ? at : std::nullopt;
+    if (std::abs(change(0)) < resolution * at->distance_px) return is_in_front(*at, seen) ? at : std::nullopt;
   }
   return std::nullopt;
 }
@@ -157,8 +156,8 @@ double sum_sq(std::span<const SeenWidth> seen, const Eyepoint& eyepoint)
 {
   double sum = 0.0;
   for (const SeenWidth& s : seen) {
-    const double left = left_px(s, eyepoint) / s.noise_gain;
-    sum += left * left;
+    const double residual = residual_px(s, eyepoint) / s.noise_gain;
+    sum += residual * residual;
   }
   return sum;
 }
@@ -175,13 +174,13 @@ void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWid
     const bool is_rectangle =
         marks[k].width_mm > 0.0 && std::isfinite(marks[k].width_mm) && std::isfinite(marks[k].depth_mm);
     if (!is_rectangle)
-      throw FitRefusal({file, name, name_of(marks[k], k), "a width above 0, and a depth"}, {k});
+      throw FitRefusal({file, name, name_of(marks[k], k), "a width above 0 and a finite depth"}, {k});
     if (!(px_of(seen[k]) > 0.0) || !std::isfinite(px_of(seen[k]))) {
-      throw FitRefusal({file, name,
-                        name_of(marks[k], k) + ": sides that are crossed or equal, " +
-                            text(px_of(seen[k]), "px") + " apart",
-                        "the left line left of the right one: align it again"},
-                       {k});
+      throw FitRefusal(
+          {file, name,
+           name_of(marks[k], k) + ": crossed or equal sides, " + text(px_of(seen[k]), "px") + " apart",
+           "the left line left of the right one; align it again"},
+          {k});
     }
     nearest_mm = std::min(nearest_mm, marks[k].depth_mm);
     furthest_mm = std::max(furthest_mm, marks[k].depth_mm);
@@ -189,19 +188,19 @@ void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWid
   if (furthest_mm - nearest_mm < least_depth_range_mm) {
     throw FitRefusal({file, name,
                       "rectangles at equal depths, " + text(furthest_mm - nearest_mm, "mm") + " apart",
-                      "different depths: add a rectangle 150 mm or more behind"});
+                      "different depths; add a rectangle 150 mm or more behind"});
   }
 }
 
-/// By how far each mark lies from where the others put it, against their noise.
+/// Compares each mark with the fit to the others, in units of their noise.
 void require_no_outlier(std::span<const RectangleMark> marks, std::span<const SeenWidth> seen,
                         const std::string& name, const std::string& file)
 {
-  if (marks.size() < least_marks + 1) return;  // three without one tell nothing of noise
+  if (marks.size() < least_marks + 1) return;  // two marks leave no degree of freedom for the noise
   for (std::size_t k = 0; k < marks.size(); ++k) {
     std::vector<SeenWidth> others(seen.begin(), seen.end());
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-    const std::optional<Eyepoint> eyepoint = solved(others);
+    const std::optional<Eyepoint> eyepoint = solve_eyepoint(others);
     if (!eyepoint || !(eyepoint->depth_mm + seen[k].depth_mm > 0.0)) continue;
     const double dof = static_cast<double>(others.size()) - 2.0;
     const double noise_px2 = sum_sq(others, *eyepoint) / dof;
@@ -210,22 +209,22 @@ void require_no_outlier(std::span<const RectangleMark> marks, std::span<const Se
         noise_px2 *
         (seen[k].noise_gain * seen[k].noise_gain +
          slope.dot(inverse_of(information_of(others, *eyepoint)).value_or(Eigen::Matrix2d::Zero()) * slope));
-    const double off_px = std::abs(left_px(seen[k], *eyepoint));
-    // Noise from few marks may be far too small by chance: as many deviations more as Student's t has.
-    const double few = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
-    if (off_px > outlier_px && off_px > few * outlier_sd * std::sqrt(spread_px2)) {
+    const double off_px = std::abs(residual_px(seen[k], *eyepoint));
+    // The noise of few marks may be too small by chance: the limit grows with Student's t.
+    const double t_ratio = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
+    if (off_px > outlier_px && off_px > t_ratio * outlier_sd * std::sqrt(spread_px2)) {
       throw FitRefusal(
           {file, name,
-           name_of(marks[k], k) + ": " + text(off_px, "px") + " from the width that the others ask for",
-           text(outlier_px, "px") + " at most: align it again"},
+           name_of(marks[k], k) + ": " + text(off_px, "px") + " from the width predicted by the others",
+           text(outlier_px, "px") + " at most; align it again"},
           {k});
     }
   }
 }
 
-/// A rectangle behind the others, as wide as the widest looks, that would make the depth known well enough.
-std::string what_to_add(std::span<const SeenWidth> seen, const Eyepoint& about, double noise_px,
-                        double most_sd_mm)
+/// Proposes a rectangle behind the others that makes the depth accurate enough.
+std::string suggested_rectangle(std::span<const SeenWidth> seen, const Eyepoint& about, double noise_px,
+                                double most_sd_mm)
 {
   double widest_px = 0.0, furthest_mm = -std::numeric_limits<double>::infinity();
   for (const SeenWidth& s : seen) {
@@ -243,7 +242,7 @@ std::string what_to_add(std::span<const SeenWidth> seen, const Eyepoint& about, 
     const std::optional<Eigen::Matrix2d> inverse = inverse_of(information_of(with_extra, about));
     if (inverse && noise_px * std::sqrt((*inverse)(1, 1)) < most_sd_mm) {
       return "add a rectangle about " + rounded_text(extra.width_mm, 0) + " mm wide at " +
-             rounded_text(extra.depth_mm, 0) + " mm, marked three times";
+             rounded_text(extra.depth_mm, 0) + " mm and mark it three times";
     }
   }
   return "add rectangles further behind, and repeat all marks";
@@ -256,17 +255,18 @@ Eigen::Vector2d vector_of(const Eyepoint& eyepoint)
   return {eyepoint.distance_px, eyepoint.depth_mm};
 }
 
-/// By how much the fitted numbers change with one of what is taken for known; `seen_with(step)` sees the
-/// marks with that one changed.
+/// Derivative of the fit with respect to a given number; `seen_with(step)` returns the marks with that number
+/// changed by `step`.
 template <typename SeenWith>
 Eigen::Vector2d sensitivity(SeenWith seen_with, double step, const Eyepoint& nominal)
 {
   const std::vector<SeenWidth> less = seen_with(-step), more = seen_with(step);
-  return (vector_of(solved(more).value_or(nominal)) - vector_of(solved(less).value_or(nominal))) /
+  return (vector_of(solve_eyepoint(more).value_or(nominal)) -
+          vector_of(solve_eyepoint(less).value_or(nominal))) /
          (2.0 * step);
 }
 
-/// To k1, k2, the centre and the pixel aspect.
+/// With respect to k1, k2, the centre and the pixel aspect.
 Slope slope_by_distortion(std::span<const RectangleMark> marks, const Eye& eye, const Eyepoint& nominal)
 {
   constexpr std::array<double, 5> steps = {1e-4, 1e-4, 0.1, 0.1, 1e-4};
@@ -285,10 +285,10 @@ Slope slope_by_distortion(std::span<const RectangleMark> marks, const Eye& eye, 
   return slope;
 }
 
-/// Alignment's and distortion's part of the covariance.
-Eigen::Matrix2d taken_for_known(std::span<const RectangleMark> marks, const Eye& eye,
-                                const EyepointOptions& options, const Slope& by_distortion,
-                                const Eyepoint& nominal)
+/// Covariance from the given uncertainties: alignment and distortion.
+Eigen::Matrix2d given_covariance(std::span<const RectangleMark> marks, const Eye& eye,
+                                 const EyepointOptions& options, const Slope& by_distortion,
+                                 const Eyepoint& nominal)
 {
   constexpr double turn_step_rad = 1e-4;
   const std::vector<SeenWidth> seen = seen_of(marks, eye);
@@ -328,10 +328,10 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, c
   const std::vector<SeenWidth> seen = seen_of(marks, eye);
   require_marks(marks, seen, name, file);
   require_no_outlier(marks, seen, name, file);
-  const std::optional<Eyepoint> eyepoint = solved(seen);
+  const std::optional<Eyepoint> eyepoint = solve_eyepoint(seen);
   if (!eyepoint) {
-    throw FitRefusal({file, name, "widths that do not shrink with depth as they must",
-                      "rectangles at depths further apart: add one 150 mm or more behind"});
+    throw FitRefusal({file, name, "widths that do not decrease with depth",
+                      "a larger range of depths; add a rectangle 150 mm or more behind"});
   }
   EyepointFit fit;
   fit.eyepoint = *eyepoint;
@@ -342,11 +342,11 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, c
       inverse_of(information_of(seen, *eyepoint)).value_or(Eigen::Matrix2d::Zero());
   const double depth_sd_mm = std::sqrt(by_noise(1, 1));
   if (!(depth_sd_mm <= options.most_depth_sd_mm)) {
-    throw FitRefusal(
-        {file, name,
-         "a spread of depths that leaves the eye's to " + text(depth_sd_mm, "mm") + " (standard deviation)",
-         text(options.most_depth_sd_mm, "mm") +
-             " or less: " + what_to_add(seen, *eyepoint, fit.noise_px, options.most_depth_sd_mm)});
+    throw FitRefusal({file, name,
+                      "a range of depths that determines the eye's depth to " + text(depth_sd_mm, "mm") +
+                          " (standard deviation)",
+                      text(options.most_depth_sd_mm, "mm") + " or less: " +
+                          suggested_rectangle(seen, *eyepoint, fit.noise_px, options.most_depth_sd_mm)});
   }
   Estimate& estimate = fit.estimate;
   estimate.names = {name + ".distance", name + ".depth"};
@@ -354,20 +354,21 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, c
   estimate.values = vector_of(*eyepoint);
   if (options.distortion_covariance.size() > 0)
     fit.by_distortion = slope_by_distortion(marks, eye, *eyepoint);
-  estimate.covariance = by_noise + taken_for_known(marks, eye, options, fit.by_distortion, *eyepoint);
-  // What was given is known: the noise's share of the variance decides (Welch and Satterthwaite), for the
-  // number of which it is larger.
+  estimate.covariance = by_noise + given_covariance(marks, eye, options, fit.by_distortion, *eyepoint);
+  // Given variances have infinite degrees of freedom (Welch and Satterthwaite); the number with the larger
+  // share of estimated noise decides.
   const Eigen::Vector2d share = by_noise.diagonal().cwiseQuotient(
       estimate.covariance.diagonal().cwiseMax(std::numeric_limits<double>::min()));
   const double most_share = std::max(share.maxCoeff(), 1e-3);
   estimate.dof = dof / (most_share * most_share);
-  std::vector<double> left;
-  left.reserve(seen.size());
-  for (const SeenWidth& s : seen) left.push_back(left_px(s, *eyepoint));
-  set_residuals(estimate, left, "px");
-  estimate.remarks.push_back(
-      name + " eye: " + text(eyepoint->depth_mm, "mm") + " before the first rectangle's plane, 95 %: +-" +
-      text(half_width_95(estimate, 1), "mm") + "; a side's noise " + rounded_text(fit.noise_px, 2) + " px");
+  std::vector<double> residuals_px;
+  residuals_px.reserve(seen.size());
+  for (const SeenWidth& s : seen) residuals_px.push_back(residual_px(s, *eyepoint));
+  set_residuals(estimate, residuals_px, "px");
+  estimate.remarks.push_back(name + " eye: " + text(eyepoint->depth_mm, "mm") +
+                             " in front of the first rectangle's plane, 95 %: +-" +
+                             text(half_width_95(estimate, 1), "mm") + "; noise of a side " +
+                             rounded_text(fit.noise_px, 2) + " px");
   return fit;
 }
 
@@ -388,7 +389,7 @@ Eigen::Vector2d expected_eyepoint_sd(std::span<const RectangleMark> rectangles, 
 double depth_error_mm(double depth_mm, double drawn_ipd_mm, double true_ipd_mm)
 {
   check(drawn_ipd_mm > 0.0, "the eyes drawn for are apart");
-  // The eyes' lines converge as if `drawn_ipd_mm` apart: each goes by half of it over the depth.
+  // The lines of sight converge as for eyes `drawn_ipd_mm` apart.
   return depth_mm * (true_ipd_mm / drawn_ipd_mm - 1.0);
 }
 

@@ -1,5 +1,5 @@
-/// Field of view and eyepoint, from rectangles of known widths at known depths (thesis 8.3, figure 24), and
-/// the distance between the eyes (8.4).
+/// Field of view and eyepoint from rectangles of known widths at known depths (thesis 8.3, figure 24), and
+/// the inter-pupillary distance (8.4).
 #pragma once
 
 #include <span>
@@ -9,55 +9,54 @@
 
 namespace vrda {
 
-/// Two lines were drawn through the pre-distortion and seen on the sides of a rectangle.
+/// Two lines, drawn with pre-distortion, coincided with the sides of a rectangle.
 struct RectangleMark {
   double width_mm = 0.0;
   double depth_mm = 0.0;                                    ///< behind the reference plane, away from the eye
-  Eigen::Vector2d left_drawn_px = Eigen::Vector2d::Zero();  ///< a point of each line, as drawn
+  Eigen::Vector2d left_drawn_px = Eigen::Vector2d::Zero();  ///< a drawn point of each line
   Eigen::Vector2d right_drawn_px = Eigen::Vector2d::Zero();
 };
 
-/// X_i = d L_i / (E + Z_i): d in px, E the eye's distance from the reference plane.
+/// X_i = d L_i / (E + Z_i): d distance in px, E distance of the eye from the reference plane.
 struct Eyepoint {
   double distance_px = 0.0, depth_mm = 0.0;
 };
-/// Closed form of two rectangles; figure 24's last line prints X1 for X2.
+/// Closed form for two rectangles (figure 24, whose last line misprints X1 for X2).
 Eyepoint eyepoint_of_two(const RectangleMark& first, double first_px, const RectangleMark& second,
                          double second_px);
 
 struct EyepointOptions {
-  /// Standard deviation of the sight's direction about the table's Z: off-centre rectangles look narrower by
-  /// it, which no mark of this step shows.
+  /// Standard deviation of the optical axis direction about the table's Z. It changes the apparent width of
+  /// off-centre rectangles, and the marks of this step do not determine it.
   double alignment_sd_rad = 0.0;
-  /// Of k1, k2, centre_x, centre_y, pixel_aspect of the eye, as DistortionFit has them; empty: known.
+  /// Covariance of k1, k2, centre_x, centre_y, pixel_aspect (DistortionFit); empty: known exactly.
   Eigen::MatrixXd distortion_covariance;
-  double most_depth_sd_mm = 15.0;  ///< more is refused
+  double most_depth_sd_mm = 15.0;  ///< a larger standard deviation is an error
 };
 
 struct EyepointFit {
   Eyepoint eyepoint;
-  double noise_px = 0.0;  ///< of a side, from the residuals
-  /// Slope of distance and depth by k1, k2, centre_x, centre_y, pixel_aspect; zero where those are known.
-  /// With it the errors of both are told to go together.
+  double noise_px = 0.0;  ///< standard deviation of a side, from the residuals
+  /// Jacobian of distance and depth with respect to k1, k2, centre_x, centre_y, pixel_aspect; zero if those
+  /// are known. It gives the covariance of eyepoint and distortion.
   Eigen::Matrix<double, 2, 5> by_distortion = Eigen::Matrix<double, 2, 5>::Zero();
-  /// "distance" (px), "depth" (mm), each after `name` and a point. Noise of the marks, alignment and
-  /// distortion together.
+  /// "NAME.distance" (px), "NAME.depth" (mm); the covariance includes marks, alignment and distortion.
   Estimate estimate;
 };
 
-/// Weighted least squares over all rectangles. `eye`: distortion, aspect, sight. Throws FitRefusal naming
-/// `file` and `name`: fewer than three marks, equal depths or a spread too small for `most_depth_sd_mm` (with
-/// what to add), sides crossed or equal, a mark more than 5 standard deviations (more of few marks) and 3 px
-/// from where the others put it (which: repeat).
+/// Weighted least squares over all rectangles. `eye`: distortion, aspect, optical axis. Throws FitRefusal
+/// with `file` and `name`: fewer than three marks, equal depths, a depth range too small for
+/// `max_depth_sd_mm` (with a rectangle to add), crossed or equal sides, an outlier (5 standard deviations,
+/// more for few marks, and 3 px; index given).
 EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, const EyepointOptions& options,
                          const std::string& name, const std::string& file);
 
-/// What is to be expected of rectangles before anybody aligns them: standard deviations of distance (px) and
-/// depth (mm), for noise of `noise_px` a side.
+/// Expected standard deviations of distance (px) and depth (mm) for a set of rectangles, before measuring,
+/// with noise `noise_px` a side.
 Eigen::Vector2d expected_eyepoint_sd(std::span<const RectangleMark> rectangles, const Eyepoint& about,
                                      double noise_px);
 
-/// What was marked with one eye, and found of it.
+/// Marks and fit of one eye.
 struct EyeRectangles {
   std::vector<RectangleMark> marks;
   Eye eye;  ///< with distortion
@@ -67,12 +66,12 @@ struct EyeRectangles {
 struct PupilDistance {
   double ipd_mm = 0.0, sd_mm = 0.0;
 };
-/// The distance between the eyes: both marked the same rectangles in the same order, and the sight of each is
-/// known to `sight_sd_px`. sd in mm, from noise, eyepoints and sights: 1.96 of it are the 95 % interval.
+/// Inter-pupillary distance from the same rectangles marked in the same order with both eyes. `sight_sd_px`:
+/// standard deviation of each optical axis. The 95 % interval is 1.96 sd_mm (noise, eyepoints and axes).
 PupilDistance pupil_distance(const EyeRectangles& left, const EyeRectangles& right, double sight_sd_px);
 
-/// How far behind its place (mm) something at `depth_mm` is perceived, drawn for eyes `drawn_ipd_mm` apart
-/// and seen by eyes `true_ipd_mm` apart.
+/// Error (mm, positive: behind) of the perceived depth of an object at `depth_mm`, drawn for eyes
+/// `drawn_ipd_mm` apart and seen by eyes `true_ipd_mm` apart.
 double depth_error_mm(double depth_mm, double drawn_ipd_mm, double true_ipd_mm);
 
 }  // namespace vrda

@@ -13,7 +13,7 @@
 namespace vrda {
 namespace {
 
-/// What is known of the eyes beforehand, in the order of the estimate.
+/// Order of the prior numbers of the eyes, as in the estimate.
 enum Known : Eigen::Index {
   left_distance,
   right_distance,
@@ -28,10 +28,10 @@ enum Known : Eigen::Index {
   right_optics = left_optics + 5,  // the same
   n_known = right_optics + 5
 };
-/// One instance for matrices of every size: each costs seconds to compile.
+/// One template instance for all sizes saves seconds of compile time.
 using MatrixEigen = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
 
-constexpr Eigen::Index n_place = 6;  // shift (mm), turn (rad) about the fixed axes
+constexpr Eigen::Index n_pose = 6;  // shift (mm), turn (rad) about the fixed axes
 
 Eigen::VectorXd known_of(const EyePair& eyes)
 {
@@ -69,7 +69,7 @@ EyePair eyes_of(const EyePair& like, const Eigen::VectorXd& known)
 
 Eigen::MatrixXd covariance_of(const EyesPrior& prior)
 {
-  // left distance, depth, right distance, depth: an eye with more depth is further back, at more z
+  // columns: left distance, depth, right distance, depth; z increases with depth
   Eigen::Matrix<double, 3, 4> of_eyepoints = Eigen::Matrix<double, 3, 4>::Zero();
   of_eyepoints(0, 0) = of_eyepoints(1, 2) = of_eyepoints(2, 1) = 1.0;
   of_eyepoints(2, 3) = -1.0;
@@ -101,10 +101,10 @@ Eigen::MatrixXd covariance_of(const EyesPrior& prior)
   return covariance;
 }
 
-/// L with L L^T = `covariance`, as many columns as it has directions: also of numbers that are known exactly.
+/// L with L L^T = `covariance` and one column per non-zero eigenvalue, so that variances may be zero.
 Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance)
 {
-  constexpr double least_share = 1e-12;  // of a correlation: rounding
+  constexpr double least_share = 1e-12;  // rounding error of a correlation
   const Eigen::VectorXd sd = covariance.diagonal().cwiseSqrt();
   const Eigen::VectorXd per_sd = (sd.array() > 0.0).select(sd.cwiseInverse(), 0.0);
   const MatrixEigen eigen(per_sd.asDiagonal() * covariance * per_sd.asDiagonal());
@@ -113,7 +113,7 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance)
   return sd.asDiagonal() * eigen.eigenvectors().rightCols(rank) * share.tail(rank).cwiseSqrt().asDiagonal();
 }
 
-/// Shifted, and turned by a rotation vector about the fixed axes.
+/// X translated, and rotated by a rotation vector about the fixed axes.
 Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& by)
 {
   Pose result = X;
@@ -122,7 +122,7 @@ Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& by)
   return result;
 }
 
-/// The search passes places that an eye cannot see: behind it a point counts as 1 mm before it.
+/// Clamps a point to at least 1 mm in front of the eye; iterates may be behind it.
 Eigen::Vector3d before_eye(const Eye& eye, const Eigen::Vector3d& p_head_mm)
 {
   constexpr double nearest_mm = 1.0;
@@ -132,8 +132,8 @@ Eigen::Vector3d before_eye(const Eye& eye, const Eigen::Vector3d& p_head_mm)
 struct EyesProblem {
   std::span<const BullseyeMark> marks;
   const EyesPrior& prior;
-  Eigen::VectorXd known;  ///< [n_known] beforehand
-  Eigen::MatrixXd L;      ///< known less beforehand = L z, z of unit variance
+  Eigen::VectorXd known;  ///< [n_known] prior mean
+  Eigen::MatrixXd L;      ///< deviation from the prior mean = L z, z of unit variance
 };
 
 const Eye& eye_of(const EyePair& eyes, const BullseyeMark& mark)
@@ -141,10 +141,10 @@ const Eye& eye_of(const EyePair& eyes, const BullseyeMark& mark)
   return mark.is_right ? eyes.right : eyes.left;
 }
 
-/// Where the eyes are, how they are, and how good the marks are.
+/// Current estimate: pose and numbers of the eyes, noise of the marks.
 struct EyesGuess {
   Pose X_carrier_eyes;
-  Eigen::VectorXd z;  ///< of what was known
+  Eigen::VectorXd z;  ///< normalised deviation from the prior
   double noise_px = start_noise_px;
 };
 
@@ -153,10 +153,10 @@ EyePair eyes_of(const EyesProblem& problem, const Eigen::VectorXd& z)
   return eyes_of(problem.prior.eyes, problem.known + problem.L * z);
 }
 
-/// Of each mark: what the tracker's noise makes of it, in px of both coordinates, root mean square.
+/// Tracker noise of each mark on the screen, px, root mean square of both coordinates.
 Eigen::VectorXd tracker_sds_px(const EyesProblem& problem, const EyesGuess& guess)
 {
-  constexpr double step_mm = 0.5;  // optics and perspective are straight over that
+  constexpr double step_mm = 0.5;  // optics and perspective are linear over this step
   const EyePair eyes = eyes_of(problem, guess.z);
   const Pose X_eyes_carrier = guess.X_carrier_eyes.inverse();
   Eigen::VectorXd sds(static_cast<Eigen::Index>(problem.marks.size()));
@@ -177,13 +177,13 @@ Eigen::VectorXd tracker_sds_px(const EyesProblem& problem, const EyesGuess& gues
   return sds;
 }
 
-/// Of the marks, each in parts of its own standard deviation, then of what was known.
+/// Residuals of the marks in units of their standard deviations, then of the prior.
 Eigen::VectorXd residuals(const EyesProblem& problem, const Pose& X_start, const Eigen::VectorXd& sds_px,
                           const Eigen::VectorXd& x)
 {
-  const Eigen::VectorXd z = x.tail(x.size() - n_place);
+  const Eigen::VectorXd z = x.tail(x.size() - n_pose);
   const EyePair eyes = eyes_of(problem, z);
-  const Pose X_eyes_carrier = moved(X_start, x.head<n_place>()).inverse();
+  const Pose X_eyes_carrier = moved(X_start, x.head<n_pose>()).inverse();
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
   Eigen::VectorXd r(2 * n + z.size());
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -196,8 +196,8 @@ Eigen::VectorXd residuals(const EyesProblem& problem, const Pose& X_start, const
   return r;
 }
 
-/// A place to start from: the one at which the markers are nearest to the lines of sight of their marks.
-/// Unlike distances on the screen, those across a line of sight have no place where they break off.
+/// Start pose: minimises the distances of the markers from the lines of sight of their marks. Unlike
+/// distances on the screen, these have no singularity.
 Pose start_of(const EyesProblem& problem, const Pose& X_guess)
 {
   const EyePair& eyes = problem.prior.eyes;
@@ -210,8 +210,8 @@ Pose start_of(const EyesProblem& problem, const Pose& X_guess)
     tangents.col(i) = Eigen::Vector2d(aside.x(), -eye.pixel_aspect * aside.y()) / eye.distance_px;
   }
   FitProblem least;
-  least.start = Eigen::VectorXd::Zero(n_place);
-  least.scale.resize(n_place);
+  least.start = Eigen::VectorXd::Zero(n_pose);
+  least.scale.resize(n_pose);
   least.scale << 10.0, 10.0, 10.0, 0.1, 0.1, 0.1;
   least.residuals = [&](const Eigen::VectorXd& x) {
     const Pose X_eyes_carrier = moved(X_guess, x).inverse();
@@ -226,13 +226,14 @@ Pose start_of(const EyesProblem& problem, const Pose& X_guess)
   return moved(X_guess, fit_least_squares(least).x);
 }
 
-/// The noise of an alignment that makes what the marks leave as large as it should be.
-double noise_px_of(const Eigen::VectorXd& left_px, const Eigen::VectorXd& tracker_px, double dof)
+/// Alignment noise for which the weighted sum of squares equals the degrees of freedom.
+double noise_px_of(const Eigen::VectorXd& residual_px, const Eigen::VectorXd& tracker_px, double dof)
 {
   const auto excess = [&](double noise_px) {
     double sum = -dof;
     for (Eigen::Index i = 0; i < tracker_px.size(); ++i) {
-      sum += left_px.segment<2>(2 * i).squaredNorm() / (noise_px * noise_px + tracker_px[i] * tracker_px[i]);
+      sum +=
+          residual_px.segment<2>(2 * i).squaredNorm() / (noise_px * noise_px + tracker_px[i] * tracker_px[i]);
     }
     return sum;
   };
@@ -250,22 +251,22 @@ double noise_px_of(const Eigen::VectorXd& left_px, const Eigen::VectorXd& tracke
 struct EyesSolution {
   LeastSquares fit;
   EyesGuess guess;
-  Eigen::VectorXd sds_px;  ///< [n_marks] that the marks were weighed with
+  Eigen::VectorXd sds_px;  ///< [n_marks] standard deviations used as weights
 };
 
-/// Weighs the marks by what they left of the fit before, until that is what they were weighed with.
-EyesSolution solved(const EyesProblem& problem, const Pose& X_guess)
+/// Repeats the fit, each time weighted with the noise estimated by the previous one.
+EyesSolution solve_eyes(const EyesProblem& problem, const Pose& X_guess)
 {
   constexpr int n_rounds = 4;
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
   EyesSolution solution;
   solution.guess = {start_of(problem, X_guess), Eigen::VectorXd::Zero(problem.L.cols()), start_noise_px};
   FitProblem least;
-  // Steps of differences: 1e-4 mm, 1e-6 rad, 1e-4 of a standard deviation. Places drawn are rounded to 1e-12
-  // px, which smaller steps would show where the marks' noise is small.
-  constexpr double much = 100.0;
-  least.scale = Eigen::VectorXd::Constant(n_place + problem.L.cols(), much);
-  least.scale.segment<3>(3).setConstant(0.01 * much);
+  // Difference steps are 1e-6 of the scale: 1e-4 mm, 1e-6 rad, 1e-4 of a standard deviation. Drawn positions
+  // have a rounding error of 1e-12 px, which matters for smaller steps and small noise.
+  constexpr double scale = 100.0;
+  least.scale = Eigen::VectorXd::Constant(n_pose + problem.L.cols(), scale);
+  least.scale.segment<3>(3).setConstant(0.01 * scale);
   for (int round = 0; round < n_rounds; ++round) {
     EyesGuess& guess = solution.guess;
     const Eigen::VectorXd tracker_px = tracker_sds_px(problem, guess);
@@ -277,12 +278,12 @@ EyesSolution solved(const EyesProblem& problem, const Pose& X_guess)
       return residuals(problem, X_start, solution.sds_px, x);
     };
     solution.fit = fit_least_squares(least);
-    guess.X_carrier_eyes = moved(X_start, solution.fit.x.head<n_place>());
+    guess.X_carrier_eyes = moved(X_start, solution.fit.x.head<n_pose>());
     guess.z = solution.fit.x.tail(guess.z.size());
     if (solution.fit.status != LeastSquaresStatus::converged || round + 1 == n_rounds) break;
-    Eigen::VectorXd left_px = solution.fit.residuals.head(2 * n);
-    for (Eigen::Index i = 0; i < n; ++i) left_px.segment<2>(2 * i) *= solution.sds_px[i];
-    guess.noise_px = noise_px_of(left_px, tracker_px, noise_dof(solution.fit, n));
+    Eigen::VectorXd residual_px = solution.fit.residuals.head(2 * n);
+    for (Eigen::Index i = 0; i < n; ++i) residual_px.segment<2>(2 * i) *= solution.sds_px[i];
+    guess.noise_px = noise_px_of(residual_px, tracker_px, noise_dof(solution.fit, n));
   }
   return solution;
 }
@@ -304,7 +305,8 @@ double extent(const Eigen::VectorXd& along)
   return along.maxCoeff() - along.minCoeff();
 }
 
-/// Places in a plane facing the eyes do not tell a shift from a turn, nor those on a line a turn about it.
+/// Positions at one depth do not separate translation from rotation; positions on a line leave the rotation
+/// about it undetermined.
 void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, const std::string& name,
                     const std::string& file)
 {
@@ -315,22 +317,22 @@ void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, co
   }
   const auto refuse = [&](const std::string& how, double found_mm, const std::string& wanted) {
     throw FitRefusal(
-        {file, name + ": marker's places", how + " (" + rounded_text(found_mm, 0) + " mm)", wanted});
+        {file, name + ": marker positions", how + " (" + rounded_text(found_mm, 0) + " mm)", wanted});
   };
   const Eigen::MatrixX3d from_mean = p.rowwise() - p.colwise().mean();
   const Eigen::MatrixXd scatter = from_mean.transpose() * from_mean;
   const MatrixEigen axes(scatter), across(scatter.topLeftCorner(2, 2));
   const double depth_mm = extent(p.col(2));
   const double across_mm = extent(from_mean.leftCols<2>() * across.eigenvectors().col(1));
-  const double beside_mm = extent(from_mean * axes.eigenvectors().col(1));
+  const double off_line_mm = extent(from_mean * axes.eigenvectors().col(1));
   if (depth_mm < least_mm) {
-    refuse("all at one depth", depth_mm, "some nearer and some further away, 50 mm apart or more");
+    refuse("all at one depth", depth_mm, "nearer and further positions, 50 mm apart or more");
   }
   if (across_mm < least_mm) {
-    refuse("all straight ahead", across_mm, "some to the left and some to the right, 50 mm apart or more");
+    refuse("all straight ahead", across_mm, "positions to the left and to the right, 50 mm apart or more");
   }
-  if (beside_mm < least_mm) {
-    refuse("all on a line", beside_mm, "some beside it, 50 mm or more");
+  if (off_line_mm < least_mm) {
+    refuse("all on a line", off_line_mm, "positions 50 mm or more away from the line");
   }
 }
 
@@ -345,12 +347,12 @@ void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution, co
   const bool is_right = end->is_right;
   const std::ptrdiff_t before = std::count_if(
       problem.marks.begin(), end, [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
-  throw FitRefusal(
-      {file,
-       name + ": bull's-eye " + std::to_string(before + 1) + " of the " + (is_right ? "right" : "left") +
-           " eye",
-       "a mark " + rounded_text(off_px, 1) + " px from where all the others say", "that one aligned again"},
-      {static_cast<std::size_t>(furthest.mark)});
+  throw FitRefusal({file,
+                    name + ": bull's-eye " + std::to_string(before + 1) + " of the " +
+                        (is_right ? "right" : "left") + " eye",
+                    "a mark " + rounded_text(off_px, 1) + " px from the position predicted by all others",
+                    "a consistent mark: align this one again"},
+                   {static_cast<std::size_t>(furthest.mark)});
 }
 
 Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, const std::string& name)
@@ -358,7 +360,7 @@ Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, c
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
   const Eigen::MatrixXd& C = solution.fit.covariance;
   Estimate estimate =
-      estimate_of_place(name, solution.guess.X_carrier_eyes, C.topLeftCorner<n_place, n_place>());
+      estimate_of_place(name, solution.guess.X_carrier_eyes, C.topLeftCorner<n_pose, n_pose>());
   for (const char* known : {"left.distance", "right.distance", "ipd", "depth_apart", "height_apart",
                             "left.sight_x", "left.sight_y", "right.sight_x", "right.sight_y"}) {
     estimate.names.emplace_back(known);
@@ -370,21 +372,21 @@ Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, c
     }
     estimate.units.insert(estimate.units.end(), {"", "", "px", "px", ""});
   }
-  Eigen::VectorXd values(n_place + n_known);
+  Eigen::VectorXd values(n_pose + n_known);
   values << estimate.values, problem.known + problem.L * solution.guess.z;
   estimate.values = values;
-  // From what was searched to what is reported: degrees, and numbers for z.
-  Eigen::MatrixXd to_numbers = Eigen::MatrixXd::Zero(n_place + n_known, C.rows());
-  to_numbers.topLeftCorner<n_place, n_place>().setIdentity();
+  // Maps the unknowns (pose in mm and rad, z) to the reported numbers (degrees, prior numbers).
+  Eigen::MatrixXd to_numbers = Eigen::MatrixXd::Zero(n_pose + n_known, C.rows());
+  to_numbers.topLeftCorner<n_pose, n_pose>().setIdentity();
   to_numbers.diagonal().segment<3>(3).setConstant(deg_from_rad(1.0));
   to_numbers.bottomRightCorner(n_known, problem.L.cols()) = problem.L;
   estimate.covariance = to_numbers * C * to_numbers.transpose();
   estimate.dof = interval_dof(solution.fit, n, to_numbers);
-  std::vector<double> left_px;
+  std::vector<double> residuals_px;
   for (Eigen::Index i = 0; i < n; ++i) {
-    left_px.push_back(solution.sds_px[i] * solution.fit.residuals.segment<2>(2 * i).norm());
+    residuals_px.push_back(solution.sds_px[i] * solution.fit.residuals.segment<2>(2 * i).norm());
   }
-  set_residuals(estimate, left_px, "px");
+  set_residuals(estimate, residuals_px, "px");
   return estimate;
 }
 
@@ -396,11 +398,11 @@ EyesFit fit_eyes(std::span<const BullseyeMark> marks, const EyesPrior& prior, co
   require_marks(marks, name, file);
   require_spread(marks, X_start, name, file);
   const EyesProblem problem{marks, prior, known_of(prior.eyes), root_of(covariance_of(prior))};
-  const EyesSolution solution = solved(problem, X_start);
+  const EyesSolution solution = solve_eyes(problem, X_start);
   if (solution.fit.status != LeastSquaresStatus::converged) {
     throw FitRefusal({file, name,
-                      std::string("a fit of the bull's-eyes that ended so: ") + name_of(solution.fit.status),
-                      "bull's-eyes aligned with the marker of the tracker, at places that differ"});
+                      std::string("a bull's-eye fit with status: ") + name_of(solution.fit.status),
+                      "bull's-eyes aligned with the tracked marker at different positions"});
   }
   refuse_outlier(problem, solution, name, file);
   EyesFit result;

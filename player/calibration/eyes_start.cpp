@@ -8,11 +8,11 @@
 namespace vrda {
 namespace {
 
-/// A mark as one eye sees it, in the eyes' frame.
+/// Line of sight of a mark, in the frame of the eyes.
 struct Sight {
   Eigen::Vector3d from_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d along = Eigen::Vector3d::Zero();   ///< unit
-  Eigen::Matrix3d across = Eigen::Matrix3d::Zero();  ///< takes the part along away
+  Eigen::Matrix3d across = Eigen::Matrix3d::Zero();  ///< projects onto the plane across the line
   Eigen::Vector3d p_carrier_mm = Eigen::Vector3d::Zero();
 };
 
@@ -32,21 +32,21 @@ std::vector<Sight> sights_of(std::span<const BullseyeMark> marks, const EyePair&
   return sights;
 }
 
-struct Placed {
+struct PoseCandidate {
   Pose X_eyes_carrier = Pose::Identity();
   double error_mm2 = std::numeric_limits<double>::infinity();
   bool is_in_front = false;
 };
 
-/// The shift that goes best with the turn.
-void put_shift(const std::vector<Sight>& sights, const Eigen::Matrix3d& inverse, Pose& X_eyes_carrier)
+/// Sets the least-squares translation for the rotation of X_eyes_carrier.
+void set_translation(const std::vector<Sight>& sights, const Eigen::Matrix3d& inverse, Pose& X_eyes_carrier)
 {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Sight& s : sights) sum += s.across * (s.from_mm - X_eyes_carrier.linear() * s.p_carrier_mm);
   X_eyes_carrier.translation() = inverse * sum;
 }
 
-Placed placed_from(const std::vector<Sight>& sights, const Eigen::Matrix3d& turn, int n_iterations)
+PoseCandidate iterate_from(const std::vector<Sight>& sights, const Eigen::Matrix3d& turn, int n_iterations)
 {
   const auto n = static_cast<Eigen::Index>(sights.size());
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
@@ -54,10 +54,10 @@ Placed placed_from(const std::vector<Sight>& sights, const Eigen::Matrix3d& turn
   const Eigen::Matrix3d inverse = sum.inverse();
   Eigen::Matrix3Xd carrier_mm(3, n), on_sights_mm(3, n);
   for (Eigen::Index k = 0; k < n; ++k) carrier_mm.col(k) = sights[static_cast<std::size_t>(k)].p_carrier_mm;
-  Placed placed;
-  Pose& X = placed.X_eyes_carrier;
+  PoseCandidate candidate;
+  Pose& X = candidate.X_eyes_carrier;
   X.linear() = turn;
-  put_shift(sights, inverse, X);
+  set_translation(sights, inverse, X);
   for (int iteration = 0; iteration < n_iterations; ++iteration) {
     for (Eigen::Index k = 0; k < n; ++k) {
       const Sight& s = sights[static_cast<std::size_t>(k)];
@@ -65,20 +65,20 @@ Placed placed_from(const std::vector<Sight>& sights, const Eigen::Matrix3d& turn
     }
     const Eigen::Matrix4d moved = Eigen::umeyama(carrier_mm, on_sights_mm, false);
     X.linear() = moved.topLeftCorner<3, 3>();
-    put_shift(sights, inverse, X);
+    set_translation(sights, inverse, X);
   }
-  placed.error_mm2 = 0.0;
-  placed.is_in_front = true;
+  candidate.error_mm2 = 0.0;
+  candidate.is_in_front = true;
   for (const Sight& s : sights) {
-    const Eigen::Vector3d way = X * s.p_carrier_mm - s.from_mm;
-    placed.error_mm2 += (s.across * way).squaredNorm();
-    placed.is_in_front = placed.is_in_front && s.along.dot(way) > 0.0;
+    const Eigen::Vector3d ray = X * s.p_carrier_mm - s.from_mm;
+    candidate.error_mm2 += (s.across * ray).squaredNorm();
+    candidate.is_in_front = candidate.is_in_front && s.along.dot(ray) > 0.0;
   }
-  return placed;
+  return candidate;
 }
 
-/// Turns that take a cube onto itself.
-std::vector<Eigen::Matrix3d> cube_turns()
+/// The 24 rotations that map a cube onto itself.
+std::vector<Eigen::Matrix3d> cube_rotations()
 {
   std::vector<Eigen::Matrix3d> turns;
   for (const int x : {0, 1, 2}) {
@@ -102,16 +102,16 @@ Pose eyes_start(std::span<const BullseyeMark> marks, const EyePair& eyes)
   constexpr std::size_t least_marks = 3;
   if (marks.size() < least_marks) return Pose::Identity();
   const std::vector<Sight> sights = sights_of(marks, eyes);
-  // Some iterations show which attitudes lead anywhere.
-  constexpr int n_tried = 20, n_wanted = 200;
-  Placed best;
-  for (const Eigen::Matrix3d& turn : cube_turns()) {
-    const Placed placed = placed_from(sights, turn, n_tried);
-    const bool is_better =
-        placed.is_in_front == best.is_in_front ? placed.error_mm2 < best.error_mm2 : placed.is_in_front;
-    if (is_better) best = placed;
+  // A few iterations from each rotation select the best one, which is then refined.
+  constexpr int n_selecting = 20, n_refining = 200;
+  PoseCandidate best;
+  for (const Eigen::Matrix3d& turn : cube_rotations()) {
+    const PoseCandidate candidate = iterate_from(sights, turn, n_selecting);
+    const bool is_better = candidate.is_in_front == best.is_in_front ? candidate.error_mm2 < best.error_mm2
+                                                                     : candidate.is_in_front;
+    if (is_better) best = candidate;
   }
-  return placed_from(sights, best.X_eyes_carrier.linear(), n_wanted).X_eyes_carrier.inverse();
+  return iterate_from(sights, best.X_eyes_carrier.linear(), n_refining).X_eyes_carrier.inverse();
 }
 
 }  // namespace vrda

@@ -19,7 +19,7 @@ void require_distances(std::span<const LandmarkDistance> distances, const std::s
 {
   if (distances.size() < least_distances) {
     throw FitRefusal({file, "landmarks", std::to_string(distances.size()) + " distances",
-                      "three or more: one says nothing of whether an even scale fits"});
+                      "three or more, to check that one scale fits all"});
   }
   for (std::size_t k = 0; k < distances.size(); ++k) {
     const LandmarkDistance& d = distances[k];
@@ -58,13 +58,13 @@ ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::strin
   fit.scale = with_subject / with_model;
   if (!(fit.scale >= least_scale && fit.scale <= most_scale)) {
     throw FitRefusal({file, "landmarks", "a scale of " + rounded_text(fit.scale, 3),
-                      "0.5 to 2: are both in mm, and of the same landmarks?"});
+                      "0.5 to 2; check the unit (mm) and the landmarks of each distance"});
   }
-  std::vector<double> left_mm;
+  std::vector<double> residuals_mm;
   double sum_sq_mm2 = 0.0;
   for (const LandmarkDistance& d : distances) {
-    left_mm.push_back(d.subject_mm - fit.scale * d.model_mm);
-    sum_sq_mm2 += left_mm.back() * left_mm.back();
+    residuals_mm.push_back(d.subject_mm - fit.scale * d.model_mm);
+    sum_sq_mm2 += residuals_mm.back() * residuals_mm.back();
   }
   Estimate& estimate = fit.estimate;
   estimate.names = {"subject.scale"};
@@ -72,12 +72,11 @@ ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::strin
   estimate.values = Eigen::VectorXd::Constant(1, fit.scale);
   estimate.dof = static_cast<double>(distances.size()) - 1.0;
   estimate.covariance = Eigen::MatrixXd::Constant(1, 1, sum_sq_mm2 / estimate.dof / with_model);
-  set_residuals(estimate, left_mm, "mm");
+  set_residuals(estimate, residuals_mm, "mm");
   fit.is_uneven = most > uneven_ratio * least && estimate.residual_rms > uneven_rms_mm;
   if (fit.is_uneven) {
-    estimate.remarks.push_back(
-        "the distances ask for " + percent(least) + " to " + percent(most) +
-        " of the model: one scale does not fit; run the pipeline on the subject's own bones");
+    estimate.remarks.push_back("the distances require scales of " + percent(least) + " to " + percent(most) +
+                               ": one scale does not fit; run the pipeline with the subject's bones");
   }
   return fit;
 }
@@ -86,7 +85,7 @@ namespace {
 
 constexpr std::size_t least_fiducials = 4;
 constexpr double fiducial_outlier_sd = 5.0, fiducial_outlier_mm = 5.0;
-/// A set that fits its mirror image no worse than by this factor does not tell which side it is of.
+/// If the mirrored fit is not worse by this factor, the points do not determine the side.
 constexpr double mirror_factor = 1.5;
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -96,9 +95,9 @@ std::string mm_text(double mm)
   return rounded_text(mm, 2) + " mm";
 }
 
-/// Points of the model, and where they were touched; entries not to be used are empty.
+/// Fiducials without targets: points of the model and touched positions.
 struct Touched {
-  std::vector<std::size_t> places;  ///< among the fit's marks
+  std::vector<std::size_t> places;  ///< indices among the marks
   RigidBody model;
   MarkerRow body_mm;
 };
@@ -109,7 +108,7 @@ Touched touched(std::span<const Fiducial> points, const std::string& file)
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Fiducial& p = points[k];
     if (!p.p_model_mm.allFinite() || !p.p_body_mm.allFinite())
-      throw FitRefusal({file, p.name, "a coordinate that is no number", "mm"}, {k});
+      throw FitRefusal({file, p.name, "a coordinate that is not a finite number", "coordinates in mm"}, {k});
     if (p.is_target) continue;
     result.places.push_back(k);
     result.body_mm.emplace_back(p.p_body_mm);
@@ -117,8 +116,8 @@ Touched touched(std::span<const Fiducial> points, const std::string& file)
   const std::size_t n = result.places.size();
   if (n < least_fiducials || n > static_cast<std::size_t>(most_markers)) {
     throw FitRefusal(
-        {file, "fiducials", std::to_string(n) + " to fit to",
-         std::to_string(least_fiducials) + " to " + std::to_string(most_markers) + ", besides targets"});
+        {file, "fiducials", std::to_string(n) + " in the fit",
+         std::to_string(least_fiducials) + " to " + std::to_string(most_markers) + ", without targets"});
   }
   result.model.markers_mm.resize(static_cast<Eigen::Index>(n), 3);
   Eigen::Index row = 0;
@@ -128,7 +127,7 @@ Touched touched(std::span<const Fiducial> points, const std::string& file)
   return result;
 }
 
-/// Whatever the residual: what is an outlier is decided here.
+/// Fit without an outlier limit; require_no_outlier() checks outliers.
 PoseFit fit_of(const RigidBody& model, const MarkerRow& body_mm)
 {
   FitOptions options;
@@ -142,13 +141,13 @@ void require_spread(const MarkerCloud& cloud, const char* where, const std::stri
     throw FitRefusal(
         {file, "fiducials",
          "collinear " + std::string(where) + ": second singular value " + mm_text(cloud.spread_mm(1)),
-         mm_text(least_spread_mm) + " or more: add a fiducial off their line"});
+         mm_text(least_spread_mm) + " or more; add a fiducial away from the line"});
   }
   if (!(cloud.spread_mm(2) >= least_spread_mm)) {
     throw FitRefusal({file, "fiducials",
                       "coplanar " + std::string(where) + ": third singular value " +
-                          mm_text(cloud.spread_mm(2)) + ", so that a mirrored model would fit as well",
-                      mm_text(least_spread_mm) + " or more: add a fiducial off their plane"});
+                          mm_text(cloud.spread_mm(2)) + ", which a mirrored model fits as well",
+                      mm_text(least_spread_mm) + " or more; add a fiducial away from the plane"});
   }
 }
 
@@ -163,20 +162,19 @@ double mirrored_rms_mm(const Touched& points)
                               const std::string& file)
 {
   throw FitRefusal({file, "fiducials",
-                    mm_text(rms_mm) + " (rms) left as they are, " + mm_text(mirrored_mm) + " mirrored",
-                    wanted});
+                    "a fit to " + mm_text(rms_mm) + " (rms), mirrored to " + mm_text(mirrored_mm), wanted});
 }
 
-/// Each fiducial by a fit to the others.
-struct LeftOut {
+/// Leave-one-out: each fiducial compared with a fit to the others.
+struct LeaveOneOut {
   std::vector<double> error_mm;     ///< length
-  std::vector<double> expected_mm;  ///< a coordinate's standard deviation, by the noise of the others
-  std::vector<double> others_mm;    ///< their residual's rms; infinite: they do not spread
+  std::vector<double> expected_mm;  ///< standard deviation of a coordinate, from the noise of the others
+  std::vector<double> others_mm;    ///< residual rms of the others; infinite: they do not determine a pose
 };
 
-LeftOut left_out(const Touched& points)
+LeaveOneOut leave_one_out(const Touched& points)
 {
-  LeftOut result;
+  LeaveOneOut result;
   for (std::size_t k = 0; k < points.places.size(); ++k) {
     MarkerRow others = points.body_mm;
     others[k].reset();
@@ -196,22 +194,23 @@ LeftOut left_out(const Touched& points)
   return result;
 }
 
-/// The one without which the others agree best is the only one that can be told to be wrong.
-void require_no_outlier(std::span<const Fiducial> marks, const Touched& points, const LeftOut& out,
+/// Only the fiducial whose removal leaves the best fit can be identified as an outlier.
+void require_no_outlier(std::span<const Fiducial> marks, const Touched& points, const LeaveOneOut& out,
                         const std::string& file)
 {
   const auto best = std::min_element(out.others_mm.begin(), out.others_mm.end());
   const auto k = static_cast<std::size_t>(best - out.others_mm.begin());
   if (out.error_mm[k] > fiducial_outlier_mm && out.error_mm[k] > fiducial_outlier_sd * out.expected_mm[k]) {
     const std::size_t place = points.places[k];
-    throw FitRefusal({file, marks[place].name, mm_text(out.error_mm[k]) + " from where the others put it",
-                      mm_text(fiducial_outlier_mm) + " at most: touch it again"},
-                     {place});
+    throw FitRefusal(
+        {file, marks[place].name, mm_text(out.error_mm[k]) + " from the position predicted by the others",
+         mm_text(fiducial_outlier_mm) + " at most; touch it again"},
+        {place});
   }
 }
 
-/// Over the points that can be left out.
-double rms_of(const LeftOut& out)
+/// Over the points whose removal leaves a determined pose.
+double rms_of(const LeaveOneOut& out)
 {
   double sum_sq = 0.0;
   int n = 0;
@@ -223,8 +222,8 @@ double rms_of(const LeftOut& out)
   return n == 0 ? 0.0 : std::sqrt(sum_sq / n);
 }
 
-/// Standard deviation of a coordinate, less what another size of the model would explain: residuals r along
-/// the places c about their centre; 3 n numbers less six and one.
+/// Standard deviation of a coordinate without the part that a scale of the model explains: the component of
+/// the residuals r along the centred positions c; 3 n - 7 degrees of freedom.
 double noise_of_any_size_mm(const Touched& points, const PoseFit& fit)
 {
   double sum_sq = 0.0, along = 0.0, length_sq = 0.0;
@@ -236,12 +235,12 @@ double noise_of_any_size_mm(const Touched& points, const PoseFit& fit)
     along += r.dot(c);
     length_sq += c.squaredNorm();
   }
-  const double left = std::max(0.0, sum_sq - along * along / length_sq);
-  return std::sqrt(left / (3.0 * static_cast<double>(points.places.size()) - 7.0));
+  const double remainder_sq = std::max(0.0, sum_sq - along * along / length_sq);
+  return std::sqrt(remainder_sq / (3.0 * static_cast<double>(points.places.size()) - 7.0));
 }
 
-/// Of shift and turn about the body's axes. Turns go about the points' centre m from the origin: a turn
-/// moves the origin by m x turn.
+/// Covariance of translation and rotation vector in body axes. The rotation is about the points' centre m, so
+/// it moves the origin by m x turn.
 Matrix6 covariance_of(const PoseFit& fit, double noise)
 {
   const PoseError error = expected_error(fit.cloud, noise);
@@ -257,14 +256,15 @@ Matrix6 covariance_of(const PoseFit& fit, double noise)
   return covariance;
 }
 
-/// What the fit leaves at the points, those of one kind.
-std::vector<double> lengths_left(std::span<const Fiducial> points, const Pose& X_body_model, bool of_targets)
+/// Residual lengths at the targets or at the fiducials.
+std::vector<double> residual_lengths(std::span<const Fiducial> points, const Pose& X_body_model,
+                                     bool of_targets)
 {
-  std::vector<double> left;
+  std::vector<double> lengths;
   for (const Fiducial& p : points) {
-    if (p.is_target == of_targets) left.push_back((X_body_model * p.p_model_mm - p.p_body_mm).norm());
+    if (p.is_target == of_targets) lengths.push_back((X_body_model * p.p_model_mm - p.p_body_mm).norm());
   }
-  return left;
+  return lengths;
 }
 
 double rms_of(const std::vector<double>& lengths)
@@ -274,7 +274,7 @@ double rms_of(const std::vector<double>& lengths)
   return lengths.empty() ? 0.0 : std::sqrt(sum_sq / static_cast<double>(lengths.size()));
 }
 
-/// A target was touched with the same noise as the fiducials.
+/// Assumes the same touching noise at targets and fiducials.
 double expected_target_rms(std::span<const Fiducial> points, const PoseFit& fit)
 {
   const double noise = noise_mm(fit);
@@ -289,16 +289,17 @@ double expected_target_rms(std::span<const Fiducial> points, const PoseFit& fit)
 void add_remarks(FiducialFit& fit, bool has_targets)
 {
   std::vector<std::string>& remarks = fit.estimate.remarks;
-  remarks.push_back("the fiducials fit to " + mm_text(fit.fiducial_rms_mm) +
-                    " (rms), each by the others to " + mm_text(fit.leave_one_out_rms_mm));
+  remarks.push_back("the fiducials fit to " + mm_text(fit.fiducial_rms_mm) + " (rms), leave-one-out " +
+                    mm_text(fit.leave_one_out_rms_mm));
   if (!has_targets) {
-    remarks.push_back("no target was held out: nothing shows the error away from the fiducials");
+    remarks.push_back("no targets: the error away from the fiducials is unknown");
     return;
   }
-  remarks.push_back("the targets held out fit to " + mm_text(fit.target_rms_mm) + " (rms), " +
-                    mm_text(fit.expected_target_rms_mm) + " were to be expected");
+  remarks.push_back("the targets fit to " + mm_text(fit.target_rms_mm) + " (rms), expected " +
+                    mm_text(fit.expected_target_rms_mm));
   if (fit.target_rms_mm > 2.0 * fit.expected_target_rms_mm && fit.target_rms_mm > 1.0)
-    remarks.push_back("twice what touching explains: the model's points are not where the body's are");
+    remarks.push_back(
+        "the target error is more than twice the expected one: the model does not match the body");
 }
 
 }  // namespace
@@ -312,30 +313,32 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
     as_touched.markers_mm.row(static_cast<Eigen::Index>(k)) = used.body_mm[k]->transpose();
   require_spread(cloud_of(used.model, used.body_mm), "on the model", file);
   const PoseFit pose = fit_of(used.model, used.body_mm);
-  // Before outliers: of a wrong side any point may look like one. After them: one makes any set fit badly.
+  // A wrong side is checked before outliers, because it makes any point look like one. An undetermined side
+  // is checked after them, because an outlier degrades every fit.
   const double rms_mm = pose.residual_rms_mm, mirrored_mm = mirrored_rms_mm(used);
   if (rms_mm > mirror_factor * mirrored_mm)
-    refuse_side(rms_mm, mirrored_mm, "a model of the leg's own side, and its points in their order", file);
-  const LeftOut out = left_out(used);
+    refuse_side(rms_mm, mirrored_mm, "a model of the same side as the leg, and points in the requested order",
+                file);
+  const LeaveOneOut out = leave_one_out(used);
   require_no_outlier(points, used, out, file);
   require_spread(cloud_of(as_touched, used.body_mm), "as touched", file);
   if (!(mirrored_mm > mirror_factor * rms_mm))
-    refuse_side(rms_mm, mirrored_mm, "a worse fit mirrored: touch again, or add a fiducial off their plane",
-                file);
+    refuse_side(rms_mm, mirrored_mm,
+                "a worse mirrored fit; touch the points again or add a fiducial away from their plane", file);
 
   FiducialFit fit;
   fit.X_body_model = pose.X_tracker_body;
   fit.fiducial_rms_mm = pose.residual_rms_mm;
-  std::vector<double> left_mm = lengths_left(points, fit.X_body_model, false);
-  const std::vector<double> at_targets_mm = lengths_left(points, fit.X_body_model, true);
+  std::vector<double> residuals_mm = residual_lengths(points, fit.X_body_model, false);
+  const std::vector<double> at_targets_mm = residual_lengths(points, fit.X_body_model, true);
   fit.target_rms_mm = rms_of(at_targets_mm);
   fit.expected_target_rms_mm = expected_target_rms(points, pose);
   fit.leave_one_out_rms_mm = rms_of(out);
   const double noise = options.is_size_known ? noise_mm(pose) : noise_of_any_size_mm(used, pose);
   fit.estimate = estimate_of_place(name, fit.X_body_model, covariance_of(pose, noise));
   fit.estimate.dof = 3.0 * static_cast<double>(used.places.size()) - (options.is_size_known ? 6.0 : 7.0);
-  left_mm.insert(left_mm.end(), at_targets_mm.begin(), at_targets_mm.end());
-  set_residuals(fit.estimate, left_mm, "mm");
+  residuals_mm.insert(residuals_mm.end(), at_targets_mm.begin(), at_targets_mm.end());
+  set_residuals(fit.estimate, residuals_mm, "mm");
   add_remarks(fit, !at_targets_mm.empty());
   return fit;
 }
@@ -343,14 +346,14 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
 FiducialFit mean_place(std::span<const Pose> adjusted, const std::string& name, const std::string& file)
 {
   if (adjusted.size() < 2) {
-    throw FitRefusal({file, name, std::to_string(adjusted.size()) + " adjusted places",
-                      "two or more: one does not show how well it can be adjusted"});
+    throw FitRefusal({file, name, std::to_string(adjusted.size()) + " adjusted poses",
+                      "two or more, because their spread gives the uncertainty"});
   }
   const double n = static_cast<double>(adjusted.size());
   FiducialFit fit;
   fit.X_body_model = adjusted.front();
-  // The rotation from which the others' turns cancel out; of turns within a degree or so of each other one
-  // round does it, of any within a quarter turn a dozen.
+  // Karcher mean of the rotations: one iteration suffices for rotations within about a degree, a dozen for
+  // rotations within 90 degrees.
   constexpr int most_rounds = 50;
   constexpr double resolution_rad = 1e-14;
   for (int round = 0; round < most_rounds; ++round) {

@@ -1,4 +1,4 @@
-/// Where a model is on a body, from points of it touched with a probe (thesis 8.5: M_FK), and its size.
+/// Pose of a model on a body from points touched with a probe (thesis 8.5: M_FK), and scale of the model.
 #pragma once
 
 #include <span>
@@ -15,13 +15,13 @@ struct LandmarkDistance {
 
 struct ScaleFit {
   double scale = 1.0;
-  /// The distances ask for different scales: more than 5 % apart, and by more than the 2 mm (residuals' rms)
-  /// that finding landmarks through skin leaves anyway. No known noise of them could decide it by a test.
+  /// The distances require different scales: more than 5 % apart, with a residual rms above 2 mm, the
+  /// accuracy of landmarks palpated through skin. The noise is unknown, so there is no statistical test.
   bool is_uneven = false;
-  Estimate estimate;  ///< "subject.scale"; residuals: subject's less scaled model's, mm
+  Estimate estimate;  ///< "subject.scale"; residuals: subject minus scaled model, mm
 };
 
-/// Least squares through the origin. Throws FitRefusal naming `file`: fewer than three distances, one that is
+/// Least squares through the origin. Throws FitRefusal with `file`: fewer than three distances, a distance
 /// not above 0, a scale outside 0.5 to 2.
 ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::string& file);
 
@@ -29,36 +29,33 @@ struct Fiducial {
   std::string name;
   Eigen::Vector3d p_model_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d p_body_mm = Eigen::Vector3d::Zero();  ///< as touched
-  bool is_target = false;  ///< held out: it takes no part in the fit and tells the error at places like it
+  bool is_target = false;  ///< excluded from the fit; measures the target registration error
 };
 
 struct FiducialFit {
   Pose X_body_model = Pose::Identity();
-  double fiducial_rms_mm = 0.0;         ///< what the fit leaves: says nothing about targets
-  double target_rms_mm = 0.0;           ///< at the points held out; 0 without any
-  double expected_target_rms_mm = 0.0;  ///< of the same, by the noise that the fit found
-  double leave_one_out_rms_mm = 0.0;    ///< each fiducial by a fit to the others
-  /// Place `name`; residuals: length left at each fiducial, then at each target, mm.
+  double fiducial_rms_mm = 0.0;         ///< fiducial registration error (does not predict the target error)
+  double target_rms_mm = 0.0;           ///< target registration error at the targets; 0 without targets
+  double expected_target_rms_mm = 0.0;  ///< expected target registration error for the estimated noise
+  double leave_one_out_rms_mm = 0.0;    ///< error of each fiducial in a fit to the others
+  /// Pose `name`; residuals: lengths at each fiducial, then at each target, mm.
   Estimate estimate;
 };
 
 struct FiducialOptions {
-  /// Else the points may all be too far from each other by one factor: what that leaves is not taken for
-  /// noise.
+  /// If false, residuals explained by a common scale of the points do not count as noise.
   bool is_size_known = true;
 };
 
-/// Closed form (Umeyama, proper rotations, no scale). Throws FitRefusal naming `file` and the point: fewer
-/// than four fiducials, collinear ones (second singular value below 5 mm), coplanar ones (third below 5 mm: a
-/// mirrored leg would fit as well, so nothing would show a wrong side; says to add one off the plane), a set
-/// that fits its mirror image as well as itself (to a factor of 1.5) or better (the other side), a point more
-/// than 5 standard deviations and 5 mm off (which: touch it again).
+/// Closed form (Umeyama, proper rotation, no scale). Throws FitRefusal with `file` and the point: fewer than
+/// four fiducials, collinear (second singular value below 5 mm) or coplanar ones (third below 5 mm: a
+/// mirrored leg would fit as well), a mirror image that fits as well (within a factor of 1.5) or better, an
+/// outlier (5 standard deviations and 5 mm; index given).
 FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& name, const std::string& file,
                           const FiducialOptions& options = {});
 
-/// The mean of places that an operator adjusted (six numbers each, two or more attitudes), and its covariance
-/// by their spread; residuals: distances of their shifts from the mean, mm. Throws FitRefusal: fewer than
-/// two.
+/// Mean of two or more poses adjusted by an operator, with the covariance from their spread; residuals:
+/// distances of the translations from the mean, mm. Throws FitRefusal: fewer than two.
 FiducialFit mean_place(std::span<const Pose> adjusted, const std::string& name, const std::string& file);
 
 }  // namespace vrda

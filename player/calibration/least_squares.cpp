@@ -15,15 +15,15 @@
 namespace vrda {
 namespace {
 
-/// Of `scale`: rounding (1e-16 / 1e-6) and curvature (1e-12) of a central difference are both small there.
+/// Relative to `scale`; small rounding (1e-16 / 1e-6) and truncation (1e-12) errors.
 constexpr double difference_step = 1e-6;
-/// Reciprocal condition of J^T J: what the differences' own error (1e-10) no longer tells from none.
+/// Reciprocal condition of J^T J below which the error of the differences (1e-10) dominates.
 constexpr double least_condition = 1e-14;
-/// Of a standard deviation: the step that may be left when a fit has converged; and the one that polishing
-/// aims for, which is the differences' rounding.
+/// Remaining step in standard deviations: convergence limit, and target of the final Gauss-Newton steps
+/// (rounding error of the differences).
 constexpr double most_step_left = 1e-6;
 constexpr double least_step = 1e-10;
-/// Of `scale`: this near to a bound a number stands at it.
+/// Relative to `scale`: a number this near to a bound counts as at the bound.
 constexpr double at_bound = 1e-9;
 
 bool is_bounded(const FitProblem& problem)
@@ -49,21 +49,21 @@ Eigen::MatrixXd jacobian(const FitProblem& problem, const Eigen::VectorXd& x, Ei
   return J;
 }
 
-/// What is known about the residuals around x.
-struct Place {
+/// Linearisation of the residuals at x.
+struct Linearisation {
   Eigen::VectorXd x, r;
   Eigen::MatrixXd J;
-  /// x + P y: the residuals depend on each y alike, and where nothing is bounded on each by itself. It has no
-  /// column for what they do not tell.
+  /// x + P y: J P has orthonormal columns (without bounds) or columns of equal length (with bounds).
+  /// Undetermined directions have no column.
   Eigen::MatrixXd P;
-  Eigen::VectorXd step;    ///< by Gauss and Newton, to the least sum as far as it looks linear, within bounds
+  Eigen::VectorXd step;    ///< Gauss-Newton step within bounds
   double step_sd = 0.0;    ///< its length in standard deviations
   double condition = 0.0;  ///< reciprocal, of J^T J scaled by `scale`
   bool is_at_bound = false;
 };
 
-/// Columns that make J P orthonormal, and the reciprocal condition of J^T J.
-void factorise(const FitProblem& problem, Place& at)
+/// Sets P with orthonormal J P, and the reciprocal condition of J^T J.
+void factorise(const FitProblem& problem, Linearisation& at)
 {
   const Eigen::Index n = at.x.size();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(at.J * problem.scale.asDiagonal(), Eigen::ComputeThinV);
@@ -76,15 +76,15 @@ void factorise(const FitProblem& problem, Place& at)
   at.condition = ratio * ratio;
 }
 
-void step_freely(Place& at)
+void set_free_step(Linearisation& at)
 {
   const Eigen::VectorXd y = (at.J * at.P).transpose() * at.r;
   at.step = -at.P * y;
   at.step_sd = y.norm();
 }
 
-/// Bounds are kept for each number, so P does not mix them; one at a bound that the step would leave stays.
-void step_within_bounds(const FitProblem& problem, Place& at)
+/// P is diagonal because the bounds are per number; a number at a bound stays if the step would violate it.
+void set_bounded_step(const FitProblem& problem, Linearisation& at)
 {
   const Eigen::Index n = at.x.size();
   Eigen::MatrixXd J = at.J * problem.scale.asDiagonal();
@@ -108,9 +108,9 @@ void step_within_bounds(const FitProblem& problem, Place& at)
   }
 }
 
-Place look_around(const FitProblem& problem, const Eigen::VectorXd& x)
+Linearisation linearise(const FitProblem& problem, const Eigen::VectorXd& x)
 {
-  Place at;
+  Linearisation at;
   at.x = x;
   at.r = problem.residuals(x);
   at.J = jacobian(problem, x, at.r.size());
@@ -120,24 +120,24 @@ Place look_around(const FitProblem& problem, const Eigen::VectorXd& x)
     return at;
   }
   factorise(problem, at);
-  is_bounded(problem) ? step_within_bounds(problem, at) : step_freely(at);
+  is_bounded(problem) ? set_bounded_step(problem, at) : set_free_step(at);
   return at;
 }
 
-bool is_within(const Place& at, double step)
+bool is_within(const Linearisation& at, double step)
 {
   return at.step_sd <= step * (1.0 + at.r.norm());
 }
 
-bool is_converged(const Place& at)
+bool is_converged(const Linearisation& at)
 {
   return is_within(at, most_step_left);
 }
 
-/// One run of NLopt from `from`, in y.
+/// One run of NLopt in y, started at `from`.
 struct Run {
   const FitProblem& problem;
-  const Place& from;
+  const Linearisation& from;
   nlopt_opt optimiser = nullptr;
   std::exception_ptr thrown;
 };
@@ -162,8 +162,8 @@ double half_square_sum(unsigned n, const double* y_data, double* gradient, void*
   }
 }
 
-/// Where NLopt gets to. What it says of itself does not count: look_around() tells.
-Eigen::VectorXd minimised(const FitProblem& problem, const Place& from)
+/// Best x of an NLopt run. Its return code is not used: linearise() decides convergence.
+Eigen::VectorXd minimise(const FitProblem& problem, const Linearisation& from)
 {
   constexpr int most_evaluations = 200;
   constexpr double least_y = 1e-9;  // in standard deviations of y
@@ -191,20 +191,20 @@ Eigen::VectorXd minimised(const FitProblem& problem, const Place& from)
   return within_bounds(problem, from.x + from.P * y);
 }
 
-/// Steps of Gauss and Newton: near its least a sum of squares is too flat for its values to tell more than
-/// half the digits of x, its gradient tells them all.
-Place polished(const FitProblem& problem, Place at)
+/// Final Gauss-Newton steps: near the minimum the sum of squares determines only half of the digits of x, its
+/// gradient all of them.
+Linearisation refine(const FitProblem& problem, Linearisation at)
 {
   constexpr int most_steps = 4;
   for (int step = 0; step < most_steps && !is_within(at, least_step); ++step) {
-    Place next = look_around(problem, at.x + at.step);
+    Linearisation next = linearise(problem, at.x + at.step);
     if (!(next.step_sd < 0.5 * at.step_sd)) break;
     at = std::move(next);
   }
   return at;
 }
 
-LeastSquaresStatus status_of(const Place& at)
+LeastSquaresStatus status_of(const Linearisation& at)
 {
   if (!is_converged(at)) return LeastSquaresStatus::iteration_limit;
   if (at.condition < least_condition) return LeastSquaresStatus::undetermined;
@@ -236,12 +236,12 @@ LeastSquares fit_least_squares(const FitProblem& problem)
   check(n > 0 && problem.scale.size() == n && (problem.scale.array() > 0.0).all(),
         "every number has a scale");
   check(problem.least.size() == problem.most.size() && (!is_bounded(problem) || problem.least.size() == n),
-        "every number has bounds, or none has");
+        "all numbers have bounds, or none");
   check(within_bounds(problem, problem.start) == problem.start, "a fit starts within its bounds");
-  Place at = look_around(problem, problem.start);
+  Linearisation at = linearise(problem, problem.start);
   for (int round = 0; round < most_rounds && !is_converged(at) && at.P.cols() > 0; ++round) {
     const double before = at.r.squaredNorm();
-    Place next = polished(problem, look_around(problem, minimised(problem, at)));
+    Linearisation next = refine(problem, linearise(problem, minimise(problem, at)));
     if (!(next.r.squaredNorm() <= before) && !is_converged(next)) break;
     at = std::move(next);
   }
@@ -296,17 +296,17 @@ double interval_dof(const LeastSquares& fit, Eigen::Index n_marks, const Eigen::
 
 FurthestMark furthest_mark(const LeastSquares& fit, Eigen::Index n_marks)
 {
-  constexpr double alone = 1e-9;  // a mark that no other one says anything about
+  constexpr double alone = 1e-9;  // the other marks do not determine this one
   constexpr double least_sum = std::numeric_limits<double>::min();
   const double square_sum = fit.residuals.head(2 * n_marks).squaredNorm();
   const double dof_without = noise_dof(fit, n_marks) - 2.0;
   FurthestMark furthest;
   for (Eigen::Index mark = 0; mark < n_marks; ++mark) {
-    const Eigen::Matrix2d left_over = Eigen::Matrix2d::Identity() - leverage(fit, mark);
-    if (left_over.determinant() < alone || dof_without <= 0.0) continue;
-    const Eigen::Vector2d left = fit.residuals.segment<2>(2 * mark);
-    const Eigen::Vector2d off = left_over.inverse() * left;
-    const double gain = left.dot(off);
+    const Eigen::Matrix2d redundancy = Eigen::Matrix2d::Identity() - leverage(fit, mark);
+    if (redundancy.determinant() < alone || dof_without <= 0.0) continue;
+    const Eigen::Vector2d residual = fit.residuals.segment<2>(2 * mark);
+    const Eigen::Vector2d off = redundancy.inverse() * residual;
+    const double gain = residual.dot(off);
     const double variance_without = std::max(square_sum - gain, least_sum) / dof_without;
     const double deviations = std::sqrt(std::max(gain, 0.0) / variance_without);
     if (deviations > furthest.deviations) furthest = {mark, deviations, off};

@@ -1,4 +1,4 @@
-/// The least sum of squares of residuals, by NLopt, and what it leaves at marks.
+/// Non-linear least squares by NLopt, degrees of freedom and outlier detection.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,18 +7,18 @@
 namespace vrda {
 
 struct FitProblem {
-  /// [m] of x [n]; each in units of its standard deviation. May throw; must have the same size always.
+  /// Residuals [m] of x [n], in units of standard deviation. May throw; the size must be constant.
   std::function<Eigen::VectorXd(const Eigen::VectorXd&)> residuals;
   Eigen::VectorXd start;        ///< [n] within the bounds
-  Eigen::VectorXd scale;        ///< [n] how much of each number is much: steps of differences are 1e-6 of it
+  Eigen::VectorXd scale;        ///< [n] typical magnitude; difference steps are 1e-6 of it
   Eigen::VectorXd least, most;  ///< [n] bounds; empty: none
 };
 
 enum class LeastSquaresStatus {
   converged,
-  at_a_bound,  ///< a number stands at its bound
+  at_a_bound,  ///< a number is at its bound
   iteration_limit,
-  undetermined  ///< the residuals do not tell some combination of the numbers
+  undetermined  ///< J^T J is singular: the residuals do not determine all numbers
 };
 const char* name_of(LeastSquaresStatus status);
 
@@ -26,35 +26,35 @@ struct LeastSquares {
   Eigen::VectorXd x;           ///< [n]
   Eigen::VectorXd residuals;   ///< [m] at x
   Eigen::MatrixXd J;           ///< [m, n] at x, by central differences
-  Eigen::MatrixXd covariance;  ///< [n, n] inverse of J^T J; zero where undetermined
+  Eigen::MatrixXd covariance;  ///< [n, n] inverse of J^T J; zero if undetermined
   LeastSquaresStatus status = LeastSquaresStatus::iteration_limit;
 };
 
-/// Rethrows what `residuals` throws.
+/// Minimises the sum of squares. Rethrows exceptions of `residuals`.
 LeastSquares fit_least_squares(const FitProblem& problem);
 
-/// Noise of an alignment by eye that fits begin with.
+/// Initial noise of an alignment by eye.
 inline constexpr double start_noise_px = 0.5;
-/// No hand aligns better; keeps weights finite where marks fit exactly.
+/// Lower limit of the noise; keeps weights finite if marks fit exactly.
 inline constexpr double least_noise_px = 1e-4;
 
-/// Degrees of freedom of the marks' noise: their coordinates less the share of the fitted numbers that they
-/// determine (the trace of their part of the hat matrix); what was known before determines the rest.
+/// Degrees of freedom of the noise of the marks: number of coordinates minus the trace of their block of the
+/// hat matrix (the prior determines the rest of the parameters).
 double noise_dof(const LeastSquares& fit, Eigen::Index n_marks);
 
-/// One for the intervals of all numbers `to_numbers` x [k, n]: the variance of what was known before is not
-/// uncertain as that of the noise is, so a number has more than noise_dof(), the more the smaller the marks'
-/// share of its variance. That of the mean share; infinite where the marks tell nothing. Source:
-/// Satterthwaite (1946) Biometrics Bulletin 2, of two variances one known.
+/// Common degrees of freedom for the intervals of the numbers `to_numbers` x [k, n]. The prior variance is
+/// known exactly, so the result exceeds noise_dof() by the inverse squared mean share of the marks in the
+/// variances; infinite if the marks contribute nothing. Source: Satterthwaite (1946) Biometrics Bulletin 2,
+/// one variance known.
 double interval_dof(const LeastSquares& fit, Eigen::Index n_marks, const Eigen::MatrixXd& to_numbers);
 
-/// How far a mark lies from where all the others say, in standard deviations of the others' noise.
+/// Deviation of a mark from the fit to all others, in standard deviations of their noise.
 struct FurthestMark {
   Eigen::Index mark = 0;
   double deviations = 0.0;
-  Eigen::Vector2d off = Eigen::Vector2d::Zero();  ///< in units of the mark's standard deviation
+  Eigen::Vector2d off = Eigen::Vector2d::Zero();  ///< offset in units of the mark's standard deviation
 };
-/// The furthest of them. The fit without each mark follows from the fit with all, as far as it is linear.
+/// Mark with the largest deviation. The fit without a mark follows from the full fit by linearisation.
 FurthestMark furthest_mark(const LeastSquares& fit, Eigen::Index n_marks);
 
 }  // namespace vrda

@@ -9,11 +9,11 @@
 namespace vrda {
 namespace {
 
-/// Middles of rectangles to the right of one eye's sight, and what is taken for known: the eyepoint's
-/// distance and depth, the sight.
+/// Centres of the rectangles relative to one eye's optical axis (positive: right), and their derivatives with
+/// respect to the given numbers: distance and depth of the eyepoint, optical axis.
 struct Middles {
   Eigen::VectorXd right_mm, noise_mm2;
-  Eigen::Matrix<double, Eigen::Dynamic, 3> by_known;  ///< to distance, depth and sight
+  Eigen::Matrix<double, Eigen::Dynamic, 3> by_known;  ///< derivative by distance, depth and axis
   Eigen::Matrix3d known = Eigen::Matrix3d::Zero();    ///< covariance of the three
 };
 
@@ -43,10 +43,9 @@ Middles middles_of(const EyeRectangles& seen, double sight_sd_px)
 
 }  // namespace
 
-// A middle lies by a_left to the right of the left eye's sight and by a_right of the right one's, and the
-// distance between the eyes is a_left - a_right whatever the place of the rectangle. A sight that is off by s
-// adds s (E + Z) / d, which grows with depth, so all rectangles are taken together by generalised least
-// squares.
+// A centre is a_left to the right of the left optical axis and a_right to the right of the right one; the
+// inter-pupillary distance is a_left - a_right for any position of the rectangle. An axis error s adds
+// s (E + Z) / d, which grows with depth, so all rectangles enter one generalised least squares fit.
 PupilDistance pupil_distance(const EyeRectangles& left, const EyeRectangles& right, double sight_sd_px)
 {
   check(left.marks.size() == right.marks.size() && !left.marks.empty(),
@@ -59,13 +58,13 @@ PupilDistance pupil_distance(const EyeRectangles& left, const EyeRectangles& rig
   const Middles r = middles_of(right, sight_sd_px);
   Eigen::MatrixXd V =
       l.by_known * l.known * l.by_known.transpose() + r.by_known * r.known * r.by_known.transpose();
-  // The noise comes from few marks, and sd_mm carries no degrees of freedom: as much more as Student's t has.
+  // sd_mm has no degrees of freedom, so the noise of t_ratio marks is enlarged by the ratio of Student's t.
   const double dof = std::max(1.0, static_cast<double>(left.marks.size() + right.marks.size()) - 4.0);
-  const double few = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
-  V.diagonal() += few * few * (l.noise_mm2 + r.noise_mm2);
-  // Without noise and with all known there is nothing to weigh by; a nanometre decides nothing otherwise.
-  constexpr double nothing_mm2 = 1e-12;
-  V.diagonal().array() += nothing_mm2;
+  const double t_ratio = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
+  V.diagonal() += t_ratio * t_ratio * (l.noise_mm2 + r.noise_mm2);
+  // Keeps V invertible without noise and with known eyepoints; a nanometre is negligible otherwise.
+  constexpr double regularisation_mm2 = 1e-12;
+  V.diagonal().array() += regularisation_mm2;
   const Eigen::VectorXd weights = V.ldlt().solve(Eigen::VectorXd::Ones(V.rows()));
   PupilDistance result;
   result.ipd_mm = weights.dot(l.right_mm - r.right_mm) / weights.sum();

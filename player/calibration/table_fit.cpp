@@ -21,19 +21,20 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix36 = Eigen::Matrix<double, 3, 6>;
 
-/// How far directions of the probe swing from their mean: of a cone, its half angle.
+/// Rms angle of the probe's directions from their mean, about the axis with the least rotation; for a cone
+/// its half angle.
 double spread_of(std::span<const Pose> X_tracker_probe)
 {
   Eigen::Matrix3d mean = Eigen::Matrix3d::Zero();
   for (const Pose& X : X_tracker_probe) mean += X.linear();
   mean /= static_cast<double>(X_tracker_probe.size());
-  // The mean of (R_i - mean)^T (R_i - mean): with v on both sides the mean square way of v's tip.
+  // Mean of (R_i - mean)^T (R_i - mean): its quadratic form in v is the mean square displacement of v.
   const Eigen::Matrix3d swing = Eigen::Matrix3d::Identity() - mean.transpose() * mean;
   const double least = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(swing).eigenvalues()(0);
   return std::asin(std::sqrt(std::clamp(least, 0.0, 1.0)));
 }
 
-/// Of tip and pivot: R tip + t - pivot.
+/// Coefficients of tip and pivot in R tip + t - pivot.
 Matrix36 row_of(const Pose& X)
 {
   Matrix36 row;
@@ -41,16 +42,16 @@ Matrix36 row_of(const Pose& X)
   return row;
 }
 
-/// What noise that is the same in the probe's axes at every pose does to tip and pivot. Not simply the
-/// residuals' mean square: a turn of the probe moves the tip across the shaft, never along it.
+/// Covariance of tip and pivot for noise that is constant in probe axes. It is anisotropic: orientation noise
+/// moves the tip across the shaft, not along it.
 Matrix6 covariance_of(std::span<const Pose> X_tracker_probe, const Vector6& found, const Matrix6& inverse)
 {
   Eigen::Matrix3d noise_probe = Eigen::Matrix3d::Zero();
   for (const Pose& X : X_tracker_probe) {
-    const Eigen::Vector3d left_probe = X.linear().transpose() * (row_of(X) * found + X.translation());
-    noise_probe += left_probe * left_probe.transpose();
+    const Eigen::Vector3d residual_probe = X.linear().transpose() * (row_of(X) * found + X.translation());
+    noise_probe += residual_probe * residual_probe.transpose();
   }
-  noise_probe /= static_cast<double>(X_tracker_probe.size()) - 2.0;  // six numbers of three coordinates
+  noise_probe /= static_cast<double>(X_tracker_probe.size()) - 2.0;  // 6 parameters in 3 coordinates
   Matrix6 sum = Matrix6::Zero();
   for (const Pose& X : X_tracker_probe) {
     const Matrix36 in_probe = X.linear().transpose() * row_of(X);
@@ -72,10 +73,10 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
   if (!(fit.spread_rad >= least_spread_rad)) {
     throw FitRefusal(
         {file, "probe",
-         "swings of " + rounded_text(deg_from_rad(fit.spread_rad), 1) +
-             " deg (rms) about the axis that the probe turned about least",
+         rounded_text(deg_from_rad(fit.spread_rad), 1) +
+             " deg (rms) of rotation about the axis with the least rotation",
          rounded_text(deg_from_rad(least_spread_rad), 0) +
-             " deg or more: rest the tip and tilt the probe to all sides, by 40 deg from one to the other"});
+             " deg or more; keep the tip fixed and tilt the probe in all directions over a range of 40 deg"});
   }
   Matrix6 N = Matrix6::Zero();
   Vector6 b = Vector6::Zero();
@@ -87,8 +88,8 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
   const Vector6 found = inverse * b;
   fit.tip_probe_mm = found.head<3>();
   fit.pivot_tracker_mm = found.tail<3>();
-  std::vector<double> left_mm;
-  for (const Pose& X : X_tracker_probe) left_mm.push_back((row_of(X) * found + X.translation()).norm());
+  std::vector<double> residuals_mm;
+  for (const Pose& X : X_tracker_probe) residuals_mm.push_back((row_of(X) * found + X.translation()).norm());
 
   Estimate& estimate = fit.estimate;
   estimate.names = {"probe.tip_x", "probe.tip_y", "probe.tip_z"};
@@ -96,16 +97,17 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
   estimate.values = fit.tip_probe_mm;
   estimate.covariance = covariance_of(X_tracker_probe, found, inverse).topLeftCorner<3, 3>();
   estimate.dof = static_cast<double>(n) - 2.0;
-  set_residuals(estimate, left_mm, "mm");
+  set_residuals(estimate, residuals_mm, "mm");
   if (!(estimate.residual_rms <= most_rms_mm)) {
-    throw FitRefusal({file, "probe",
-                      "a tip that moves by " + rounded_text(estimate.residual_rms, 2) + " mm (rms)",
-                      rounded_text(most_rms_mm, 0) + " mm at most: it slipped; rest it in a hole and again"});
+    throw FitRefusal(
+        {file, "probe", "a tip that moves by " + rounded_text(estimate.residual_rms, 2) + " mm (rms)",
+         rounded_text(most_rms_mm, 0) + " mm at most; the tip slipped: put it in a small hole and repeat"});
   }
-  estimate.remarks.push_back(
-      "the probe swung by " + rounded_text(deg_from_rad(fit.spread_rad), 0) +
-      " deg (rms) about the axis it turned about least; " + rounded_text(deg_from_rad(least_spread_rad), 0) +
-      " are wanted; its tip stayed within " + rounded_text(estimate.residual_rms, 2) + " mm (rms)");
+  estimate.remarks.push_back("the probe rotated by " + rounded_text(deg_from_rad(fit.spread_rad), 0) +
+                             " deg (rms) about the axis with the least rotation (at least " +
+                             rounded_text(deg_from_rad(least_spread_rad), 0) +
+                             " required); its tip moved by " + rounded_text(estimate.residual_rms, 2) +
+                             " mm (rms)");
   return fit;
 }
 
@@ -123,36 +125,36 @@ std::string text(double value, int decimals, const char* unit)
   return rounded_text(value, decimals) + " " + unit;
 }
 
-/// centre + s direction, the centre being the places' mean.
+/// centre + s direction; the centre is the mean of the positions.
 struct Line {
   Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit, the way it was swept
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit, in the direction of the sweep
 };
 
-/// What a sweep leaves of its line.
+/// Line through a sweep, with residuals.
 struct LineFit {
   Line line;
-  std::vector<double> along_mm, off_mm;  ///< of each place: s, and the distance from the line
+  std::vector<double> along_mm, off_mm;  ///< per position: s, and the distance from the line
   double along_sq_mm2 = 0.0;             ///< sum of squares
   double off_sq_mm2 = 0.0;               ///< sum of squares
-  double dof = 0.0;                      ///< 2 n coordinates across, less a line's four
+  double dof = 0.0;                      ///< 2 n transverse coordinates minus the 4 parameters of a line
 };
 
-LineFit line_of(const std::vector<Eigen::Vector3d>& places)
+LineFit fit_line(const std::vector<Eigen::Vector3d>& points_mm)
 {
-  const double n = static_cast<double>(places.size());
+  const double n = static_cast<double>(points_mm.size());
   LineFit fit;
-  for (const Eigen::Vector3d& p : places) fit.line.centre_mm += p / n;
+  for (const Eigen::Vector3d& p : points_mm) fit.line.centre_mm += p / n;
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const Eigen::Vector3d& p : places)
+  for (const Eigen::Vector3d& p : points_mm)
     scatter += (p - fit.line.centre_mm) * (p - fit.line.centre_mm).transpose();
   fit.line.direction = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(2);
-  double way = 0.0;
-  for (std::size_t k = 0; k < places.size(); ++k)
-    way +=
-        (static_cast<double>(k) - 0.5 * (n - 1.0)) * fit.line.direction.dot(places[k] - fit.line.centre_mm);
-  if (way < 0.0) fit.line.direction = -fit.line.direction;
-  for (const Eigen::Vector3d& p : places) {
+  double trend = 0.0;
+  for (std::size_t k = 0; k < points_mm.size(); ++k)
+    trend += (static_cast<double>(k) - 0.5 * (n - 1.0)) *
+             fit.line.direction.dot(points_mm[k] - fit.line.centre_mm);
+  if (trend < 0.0) fit.line.direction = -fit.line.direction;
+  for (const Eigen::Vector3d& p : points_mm) {
     const Eigen::Vector3d from_centre = p - fit.line.centre_mm;
     fit.along_mm.push_back(fit.line.direction.dot(from_centre));
     fit.off_mm.push_back((from_centre - fit.along_mm.back() * fit.line.direction).norm());
@@ -169,19 +171,19 @@ FitRefusal refusal(Rail rail, const std::string& file, const std::string& found,
                     {static_cast<std::size_t>(rail)});
 }
 
-/// Against the noise of the others, and without its own pull on the line.
+/// Compares each position with the noise of the others, corrected for its leverage on the line.
 void require_no_outlier(const LineFit& fit, Rail rail, const std::string& file)
 {
   const double n = static_cast<double>(fit.off_mm.size());
   for (std::size_t k = 0; k < fit.off_mm.size(); ++k) {
-    const double pull = 1.0 / n + fit.along_mm[k] * fit.along_mm[k] / fit.along_sq_mm2;
-    const double off_mm = fit.off_mm[k] / (1.0 - std::min(pull, 0.99));
+    const double leverage = 1.0 / n + fit.along_mm[k] * fit.along_mm[k] / fit.along_sq_mm2;
+    const double off_mm = fit.off_mm[k] / (1.0 - std::min(leverage, 0.99));
     const double others_mm2 = std::max(0.0, fit.off_sq_mm2 - fit.off_mm[k] * off_mm) / (fit.dof - 2.0);
     if (off_mm > rail_outlier_mm && off_mm > rail_outlier_sd * std::sqrt(others_mm2)) {
       throw refusal(rail, file,
-                    "place " + std::to_string(k + 1) + " is " + text(off_mm, 2, "mm") + " off the line",
-                    "places within " + text(rail_outlier_mm, 0, "mm") +
-                        ": sweep again, with the marker in sight all the way");
+                    "position " + std::to_string(k + 1) + " " + text(off_mm, 2, "mm") + " from the line",
+                    "positions within " + text(rail_outlier_mm, 0, "mm") +
+                        "; sweep again with the marker always visible");
     }
   }
 }
@@ -189,25 +191,26 @@ void require_no_outlier(const LineFit& fit, Rail rail, const std::string& file)
 LineFit required_line(const RailSweep& sweep, Rail rail, const std::string& file)
 {
   check(sweep.stage_mm.empty() || sweep.stage_mm.size() == sweep.p_tracker_mm.size(),
-        "the stage's way is known at every place or none");
+        "the stage value is known at all positions or none");
   const std::size_t n = sweep.p_tracker_mm.size();
   if (n < least_places) {
-    throw refusal(rail, file, std::to_string(n) + " places", std::to_string(least_places) + " or more");
+    throw refusal(rail, file, std::to_string(n) + " positions", std::to_string(least_places) + " or more");
   }
   for (const Eigen::Vector3d& p : sweep.p_tracker_mm) {
-    if (!p.allFinite()) throw refusal(rail, file, "a coordinate that is no number", "mm");
+    if (!p.allFinite())
+      throw refusal(rail, file, "a coordinate that is not a finite number", "coordinates in mm");
   }
-  LineFit fit = line_of(sweep.p_tracker_mm);
+  LineFit fit = fit_line(sweep.p_tracker_mm);
   const auto [least, most] = std::minmax_element(fit.along_mm.begin(), fit.along_mm.end());
   if (!(*most - *least >= least_sweep_mm)) {
     throw refusal(rail, file, "a sweep of " + text(*most - *least, 1, "mm"),
-                  text(least_sweep_mm, 0, "mm") + " or more, best the whole rail");
+                  text(least_sweep_mm, 0, "mm") + " or more, preferably the whole rail");
   }
   require_no_outlier(fit, rail, file);
   const double rms_mm = std::sqrt(fit.off_sq_mm2 / static_cast<double>(n));
   if (!(rms_mm <= most_rail_rms_mm)) {
-    throw refusal(rail, file, "places " + text(rms_mm, 2, "mm") + " (rms) off any line",
-                  text(most_rail_rms_mm, 0, "mm") + " at most: move the marker along the rail only");
+    throw refusal(rail, file, "positions " + text(rms_mm, 2, "mm") + " (rms) from the best line",
+                  text(most_rail_rms_mm, 0, "mm") + " at most; move the marker only along the rail");
   }
   return fit;
 }
@@ -217,27 +220,27 @@ double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-Pose table_of(const Line& x_rail, const Line& z_rail)
+Pose table_pose(const Line& x_rail, const Line& z_rail)
 {
   const Eigen::Vector3d u = x_rail.direction.normalized(), w = z_rail.direction.normalized();
   const Eigen::Vector3d z = (w - w.dot(u) * u).normalized();
   Pose X = Pose::Identity();
   X.linear() << u, z.cross(u), z;
-  // Nearest points: the way between them is square to both directions.
+  // The segment between the nearest points is orthogonal to both directions.
   const Eigen::Vector3d between = z_rail.centre_mm - x_rail.centre_mm;
   const double cos = u.dot(w);
   X.translation() = x_rail.centre_mm + u * ((between.dot(u) - cos * between.dot(w)) / (1.0 - cos * cos));
   return X;
 }
 
-/// Two unit vectors across a line.
+/// Two unit vectors orthogonal to a line.
 std::array<Eigen::Vector3d, 2> across(const Eigen::Vector3d& direction)
 {
   const Eigen::Vector3d one = direction.unitOrthogonal();
   return {one, direction.cross(one)};
 }
 
-/// Of shift and turn, from both lines' centres and directions across themselves, by central differences.
+/// Covariance of the table pose from transverse errors of both lines, by central differences.
 Eigen::Matrix<double, 6, 6> covariance_of(const LineFit& x_fit, const LineFit& z_fit, double noise_mm2)
 {
   Eigen::Matrix<double, 6, 6> sum = Eigen::Matrix<double, 6, 6>::Zero();
@@ -252,7 +255,7 @@ Eigen::Matrix<double, 6, 6> covariance_of(const LineFit& x_fit, const LineFit& z
         const double by = end == 0 ? -step : step;
         lines[rail].centre_mm += by * centre_step;
         lines[rail].direction += by * direction_step;
-        ends[end] = table_of(lines[0], lines[1]);
+        ends[end] = table_pose(lines[0], lines[1]);
       }
       Eigen::Matrix<double, 6, 1> change;
       change << ends[1].translation() - ends[0].translation(),
@@ -269,7 +272,7 @@ Eigen::Matrix<double, 6, 6> covariance_of(const LineFit& x_fit, const LineFit& z
   return sum;
 }
 
-/// Slope of the marker's way over the encoder's.
+/// Marker displacement per encoder displacement (regression slope).
 double stage_scale_of(const RailSweep& sweep, const LineFit& fit, const std::string& file)
 {
   if (sweep.stage_mm.empty()) return 0.0;
@@ -279,18 +282,19 @@ double stage_scale_of(const RailSweep& sweep, const LineFit& fit, const std::str
     with_marker += (sweep.stage_mm[k] - mean_mm) * fit.along_mm[k];
     with_stage += (sweep.stage_mm[k] - mean_mm) * (sweep.stage_mm[k] - mean_mm);
   }
-  // Of the encoder's way over the marker's first: that of an encoder that stands still is 0, not infinite.
+  // The inverse slope is checked first: for a constant encoder it is 0, not infinite.
   const double counted = with_marker / marker_sq;
   const double scale = with_stage > 0.0 ? with_marker / with_stage : 0.0;
   if (!(counted > 0.0)) {
     throw refusal(Rail::x, file,
-                  "an encoder that counts " + rounded_text(counted, 3) + " mm a mm to the right",
-                  "1: the sign of stage_mm_per_count in the bench file, an encoder that is read, a sweep "
-                  "from left to right");
+                  "an encoder displacement of " + rounded_text(counted, 3) + " mm per mm to the right",
+                  "1; check the sign of stage_mm_per_count in the bench file, the encoder and that the sweep "
+                  "was from left to right");
   }
   if (!(std::abs(scale - 1.0) <= most_stage_error)) {
-    throw refusal(Rail::x, file, "a marker that moves " + rounded_text(scale, 4) + " mm a mm of the encoder",
-                  "1 to within 2 %: stage_mm_per_count in the bench file");
+    throw refusal(Rail::x, file,
+                  "a marker displacement of " + rounded_text(scale, 4) + " mm per mm of the encoder",
+                  "1 to within 2 %; check stage_mm_per_count in the bench file");
   }
   return scale;
 }
@@ -308,12 +312,12 @@ TableFit fit_table(const RailSweep& x_rail, const RailSweep& z_rail, const std::
   TableFit fit;
   fit.rails_apart_rad = angle_between(x_fit.line.direction, z_fit.line.direction);
   if (!(std::min(fit.rails_apart_rad, pi - fit.rails_apart_rad) >= least_apart_rad)) {
-    throw refusal(Rail::z, file, "rails " + text(deg_from_rad(fit.rails_apart_rad), 1, "deg") + " apart",
-                  "90 deg, 45 to 135 at least: sweep the other rail");
+    throw refusal(Rail::z, file, "rails at an angle of " + text(deg_from_rad(fit.rails_apart_rad), 1, "deg"),
+                  "about 90 deg, at least 45 to 135; sweep the other rail");
   }
   fit.stage_scale = stage_scale_of(x_rail, x_fit, file);
-  fit.X_tracker_table = table_of(x_fit.line, z_fit.line);
-  // One tracker saw one marker on both: one noise.
+  fit.X_tracker_table = table_pose(x_fit.line, z_fit.line);
+  // Same tracker and marker on both rails, so one noise.
   const double dof = x_fit.dof + z_fit.dof;
   const double noise_mm2 = (x_fit.off_sq_mm2 + z_fit.off_sq_mm2) / dof;
   fit.rails_apart_sd_rad = std::sqrt(noise_mm2 * (1.0 / x_fit.along_sq_mm2 + 1.0 / z_fit.along_sq_mm2));
@@ -323,12 +327,12 @@ TableFit fit_table(const RailSweep& x_rail, const RailSweep& z_rail, const std::
   std::vector<double> off_mm = x_fit.off_mm;
   off_mm.insert(off_mm.end(), z_fit.off_mm.begin(), z_fit.off_mm.end());
   set_residuals(fit.estimate, off_mm, "mm");
-  fit.estimate.remarks.push_back("the rails are " + text(deg_from_rad(fit.rails_apart_rad), 3, "deg") +
-                                 " apart (95 %: +-" +
-                                 text(deg_from_rad(t_95(dof) * fit.rails_apart_sd_rad), 3, "deg") + ")");
+  fit.estimate.remarks.push_back(
+      "angle between the rails: " + text(deg_from_rad(fit.rails_apart_rad), 3, "deg") + " (95 %: +-" +
+      text(deg_from_rad(t_95(dof) * fit.rails_apart_sd_rad), 3, "deg") + ")");
   if (fit.stage_scale > 0.0)
-    fit.estimate.remarks.push_back("the marker moves " + rounded_text(fit.stage_scale, 4) +
-                                   " mm a mm of the encoder");
+    fit.estimate.remarks.push_back("marker displacement: " + rounded_text(fit.stage_scale, 4) +
+                                   " mm per mm of the encoder");
   return fit;
 }
 

@@ -1,5 +1,4 @@
-/// The tip of a probe, from turning it about its resting tip, and the table's frame, from a marker's sweeps
-/// along two rails (thesis 8.5, figure 25).
+/// Pivot calibration of a probe, and the table frame from marker sweeps along two rails (thesis 8.5).
 #pragma once
 
 #include <span>
@@ -12,43 +11,42 @@ namespace vrda {
 struct PivotFit {
   Eigen::Vector3d tip_probe_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d pivot_tracker_mm = Eigen::Vector3d::Zero();
-  double spread_rad = 0.0;  ///< of the turns about the worst determined axis, root mean square
+  double spread_rad = 0.0;  ///< rms rotation about the axis with the least rotation
   Estimate estimate;        ///< "probe.tip_x" to "probe.tip_z" (mm); residuals: lengths, mm
 };
 
-/// Least squares of R_i tip + t_i = pivot. Throws FitRefusal naming `file`: fewer than 20 poses, a spread
-/// below 10 degrees (a static sweep, or turns about one axis only), a residual rms above 2 mm (the tip
-/// slipped).
+/// Least squares of R_i tip + t_i = pivot. Throws FitRefusal with `file`: fewer than 20 poses, a spread below
+/// 10 degrees (no rotation, or about one axis only), a residual rms above 2 mm (the tip slipped).
 PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& file);
 
-/// The table's frame, from a marker's sweeps along two rails (thesis 8.5, figure 25).
+/// Marker positions along a rail.
 struct RailSweep {
   std::vector<Eigen::Vector3d> p_tracker_mm;
-  std::vector<double> stage_mm;  ///< what the encoder said, one a place; empty: not known
+  std::vector<double> stage_mm;  ///< encoder value of each position; empty: unknown
 };
 
 struct TableFit {
-  /// X along the first rail, Z along the second, made square to X; Y = Z x X, up when X goes to the viewer's
-  /// right and Z towards the viewer. Origin: the point of the first rail nearest to the second.
+  /// X along the first rail (viewer's right), Z along the second (towards the viewer), orthogonalised to X;
+  /// Y = Z x X (up). Origin: the point of the first rail nearest to the second.
   Pose X_tracker_table = Pose::Identity();
   double rails_apart_rad = 0.0, rails_apart_sd_rad = 0.0;
-  double stage_scale = 0.0;  ///< way of the marker by that of the encoder; 0: not known
-  /// "table.shift_x" (mm) to "table.turn_z" (deg); residuals: distances of the places from their rail, mm.
+  double stage_scale = 0.0;  ///< marker displacement per encoder displacement; 0: unknown
+  /// "table.shift_x" (mm) to "table.turn_z" (deg); residuals: distances of the positions from their rail, mm.
   /// The noise is pooled over both rails.
   Estimate estimate;
 };
 
-/// The marks of a table, in order.
+/// Rails in the order of the marks.
 enum class Rail { x, z };
 
-/// What fit_table() wants of one sweep alone, and of the encoder's way along the x rail. Throws FitRefusal
-/// naming `file` and the rail.
+/// Checks one sweep as fit_table() does, including the encoder on the x rail. Throws FitRefusal with `file`
+/// and the rail.
 void require_rail(const RailSweep& sweep, Rail rail, const std::string& file);
 
-/// `x_rail` swept from left to right, `z_rail` towards the viewer. Directions by total least squares.
-/// Throws FitRefusal naming `file`: fewer than 10 places, a sweep shorter than 50 mm, one that is no line
-/// (rms above 2 mm), rails less than 45 degrees apart, an encoder that counts the other way or differs by
-/// more than 2 % (bench file's stage_mm_per_count), a place more than 6 standard deviations and 1 mm off.
+/// `x_rail`: swept from left to right, `z_rail`: towards the viewer. Directions by total least squares.
+/// Throws FitRefusal with `file`: fewer than 10 positions, a sweep shorter than 50 mm or not straight (rms
+/// above 2 mm), rails less than 45 degrees apart, an encoder with the wrong sign or a scale error above 2 %
+/// (bench file's stage_mm_per_count), an outlier (6 standard deviations and 1 mm).
 TableFit fit_table(const RailSweep& x_rail, const RailSweep& z_rail, const std::string& file);
 
 }  // namespace vrda

@@ -33,40 +33,40 @@ double mean(const std::vector<double>& values)
   return sum / static_cast<double>(values.size());
 }
 
-/// Places of an edge's readings among all marks.
+/// Indices of an edge's readings among all marks.
 std::vector<std::size_t> marks_of(Edge edge, const ViewportMarks& marks)
 {
   std::size_t first = 0;
   for (std::size_t before = 0; before < static_cast<std::size_t>(edge); ++before)
     first += marks.line_px[before].size();
-  std::vector<std::size_t> places(marks.line_px[static_cast<std::size_t>(edge)].size());
-  std::iota(places.begin(), places.end(), first);
-  return places;
+  std::vector<std::size_t> indices(marks.line_px[static_cast<std::size_t>(edge)].size());
+  std::iota(indices.begin(), indices.end(), first);
+  return indices;
 }
 
 void require_readings(const ViewportMarks& marks, Edge edge, const std::string& field,
                       const std::string& file)
 {
   const std::vector<double>& readings = marks.line_px[static_cast<std::size_t>(edge)];
-  const std::vector<std::size_t> places = marks_of(edge, marks);
-  if (readings.empty()) throw FitRefusal({file, field, "no readings", "one or more: scan this edge"});
+  const std::vector<std::size_t> indices = marks_of(edge, marks);
+  if (readings.empty()) throw FitRefusal({file, field, "no readings", "one or more; scan this edge"});
   for (std::size_t k = 0; k < readings.size(); ++k) {
     if (!std::isfinite(readings[k]))
-      throw FitRefusal({file, field, "a reading that is no number", "px"}, {places[k]});
+      throw FitRefusal({file, field, "a reading that is not a finite number", "px"}, {indices[k]});
     if (readings.size() == 1) break;
     std::vector<double> others = readings;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
     if (std::abs(readings[k] - median(others)) > furthest_reading_px) {
       throw FitRefusal({file, field,
                         "reading " + std::to_string(k + 1) + " at " + px_text(readings[k]) +
-                            ", the others about " + px_text(median(others)),
-                        "readings within " + px_text(furthest_reading_px) + " of each other: scan it again"},
-                       {places[k]});
+                            ", the others at about " + px_text(median(others)),
+                        "readings within " + px_text(furthest_reading_px) + " of each other; scan it again"},
+                       {indices[k]});
     }
   }
 }
 
-/// Left, right, top, bottom: borders between pixels, and how well they are known.
+/// Borders between pixels (left, right, top, bottom) with their variances.
 struct Borders {
   Eigen::Vector4d at_px = Eigen::Vector4d::Zero();
   Eigen::Vector4d variance_px2 = Eigen::Vector4d::Zero();
@@ -79,8 +79,8 @@ Borders borders_of(const ViewportMarks& marks)
   Borders borders;
   double sum_sq_px2 = 0.0;
   for (std::size_t edge = 0; edge < n_edges; ++edge) {
-    // The first pixel of which at least half is seen has its middle behind the border, half a pixel on the
-    // mean: its near side is the border. The last one's far side is.
+    // The centre of the first pixel that is at least half visible is on average half a pixel inside the
+    // border, so its outer side is the border. The same holds for the last pixel.
     const bool is_last =
         edge == static_cast<std::size_t>(Edge::right) || edge == static_cast<std::size_t>(Edge::bottom);
     const double at_px = mean(marks.line_px[edge]);
@@ -90,9 +90,8 @@ Borders borders_of(const ViewportMarks& marks)
       sum_sq_px2 += (reading - at_px) * (reading - at_px);
     }
   }
-  // A reading is rounded to whole pixels, which adds 1/12 px^2. Where the hand's noise scatters the readings,
-  // their spread has it already and it averages away; what their spread lacks of it stays whatever is
-  // repeated.
+  // Rounding to whole pixels adds 1/12 px^2. If the readings scatter, their variance includes it and it
+  // averages out; the remainder does not depend on the number of repeats.
   constexpr double rounding_px2 = 1.0 / 12.0;
   borders.dof = static_cast<double>(borders.residuals_px.size()) - static_cast<double>(n_edges);
   const double noise_px2 = borders.dof > 0.0 ? sum_sq_px2 / borders.dof : 0.0;
@@ -137,10 +136,10 @@ void require_within(const Eigen::Vector4d& at_px, const Viewport& window, const 
     const bool is_last = edge % 2 == 1;
     const double beyond_px =
         (at_px(static_cast<Eigen::Index>(edge)) - border_px[edge]) * (is_last ? 1.0 : -1.0);
-    // What rounds to the window's border is within it.
+    // An edge that rounds to the window's border is inside.
     if (beyond_px < 0.5) continue;
     throw FitRefusal({file, name + "." + name_of(static_cast<Edge>(edge)),
-                      px_text(beyond_px) + " beyond the eye's window", "a part of the window"},
+                      px_text(beyond_px) + " outside the eye's window", "an edge inside the window"},
                      marks_of(static_cast<Edge>(edge), marks));
   }
 }
@@ -153,7 +152,7 @@ void require_size(const ViewportMarks& marks, const std::string& name, const std
     throw FitRefusal(
         {file, name + ".screen",
          rounded_text(marks.screen_mm.x(), 2) + " x " + rounded_text(marks.screen_mm.y(), 2) + " mm",
-         "width and height of what is seen, by a ruler"},
+         "width and height of the visible part above 0, measured with a ruler"},
         {n_readings, n_readings + 1});
   }
   if (!(marks.screen_sd_mm >= 0.0) || !std::isfinite(marks.screen_sd_mm)) {
@@ -162,9 +161,9 @@ void require_size(const ViewportMarks& marks, const std::string& name, const std
   }
 }
 
-/// The aspect rests on the ruler more than on the readings, and the ruler is known. Its variance and
-/// covariances are scaled so that t_95 of the readings' degrees of freedom gives the interval of its own ones
-/// (Welch and Satterthwaite: those of the readings by the square of their share of the variance).
+/// The aspect's variance is mostly the ruler's, which is known. This factor scales its variance and
+/// covariances so that t_95 with the readings' degrees of freedom gives the interval with its own ones (Welch
+/// and Satterthwaite: dof divided by the squared share of the readings).
 double aspect_scale(double dof, double readings_share)
 {
   constexpr double most_dof = 1e9;  // as good as infinite
@@ -172,7 +171,7 @@ double aspect_scale(double dof, double readings_share)
   return t_95(own_dof) / t_95(std::min(most_dof, dof));
 }
 
-/// To a fit whose aspect is known.
+/// Requires fit.pixel_aspect.
 void add_estimate(ViewportFit& fit, const Borders& borders, const ViewportMarks& marks,
                   const std::string& name)
 {

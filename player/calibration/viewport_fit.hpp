@@ -1,4 +1,4 @@
-/// The visible part of an eye's window, from lines scanned over it (thesis 8.1).
+/// Visible part of an eye's window from scanned lines (thesis 8.1).
 #pragma once
 
 #include <array>
@@ -12,30 +12,29 @@ enum class Edge { left, right, top, bottom };
 inline constexpr std::size_t n_edges = 4;
 const char* name_of(Edge edge);
 
-/// Repeated readings: the first column (row) of which at least half is seen, for the left (top) edge, the
-/// last for the right (bottom) one; columns and rows of the frame buffer, from 0.
+/// Repeated readings of each edge: the first (left, top) or last (right, bottom) column or row of the frame
+/// buffer, counted from 0, of which at least half is visible.
 struct ViewportMarks {
   std::array<std::vector<double>, n_edges> line_px;
-  Eigen::Vector2d screen_mm = Eigen::Vector2d::Zero();  ///< width and height of what is seen, by a ruler
+  Eigen::Vector2d screen_mm = Eigen::Vector2d::Zero();  ///< width and height of the visible part, by a ruler
   double screen_sd_mm = 0.1;                            ///< of both
 };
 
 struct ViewportFit {
-  Viewport visible;  ///< whole pixels nearest to the edges
+  Viewport visible;  ///< edges rounded to whole pixels
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
-  double pixel_aspect = 1.0;     ///< height of a pixel by its width
-  double pixel_aspect_sd = 0.0;  ///< of readings and ruler: what a later fit knows from before
-  /// "edge_left", "edge_right", "edge_top", "edge_bottom" (px: the borders themselves), "pixel_aspect",
-  /// each after `name` and a point. The noise of a reading is pooled over the four edges; without any
-  /// repeated it is that of rounding. The aspect's variance is one that makes half_width_95 right with the
-  /// readings' degrees of freedom, though most of it is the ruler's: less than pixel_aspect_sd squared.
+  double pixel_aspect = 1.0;     ///< height of a pixel divided by its width
+  double pixel_aspect_sd = 0.0;  ///< from readings and ruler; prior of a later fit
+  /// "NAME.edge_left", ".edge_right", ".edge_top", ".edge_bottom" (px), ".pixel_aspect". The noise of a
+  /// reading is pooled over the four edges; without repeats it is the rounding. The aspect's variance is
+  /// scaled so that half_width_95 is correct with the dof of the readings.
   Estimate estimate;
 };
 
-/// `name`: "left". Throws FitRefusal naming `file` and the edge: no readings, crossed edges (left beyond
-/// right), a part beyond the window, fewer than 16 pixels between two, a reading more than 5 px from the
-/// others of its edge, a size that is none. A refusal counts marks from the left edge's readings to the
-/// bottom edge's, then the screen's width and height.
+/// `name`: "left" or "right". Throws FitRefusal with `file` and the edge: no readings, crossed edges, an edge
+/// outside the window, opposite edges less than 16 px apart, a reading more than 5 px from the others of its
+/// edge, an invalid size. Mark indices count the readings from the left to the bottom edge, then screen width
+/// and height.
 ViewportFit fit_viewport(const ViewportMarks& marks, const Viewport& window, const std::string& name,
                          const std::string& file);
 

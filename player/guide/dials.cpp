@@ -11,12 +11,12 @@
 namespace vrda {
 namespace {
 
-/// As on the bench (bench/bench_state.cpp): counts of a ten-bit converter, steps a turn.
+/// As in bench/bench_state.cpp: range of the ten-bit converter, steps a turn.
 constexpr double most_count = 1023.0, steps_a_turn = 200.0;
 constexpr OneEuroOptions potentiometer_options{1.0, 0.05, 2.0};
 
-/// Without the dust of many small steps.
-double tidy(double value)
+/// Removes accumulated rounding errors of many small steps.
+double rounded_value(double value)
 {
   constexpr double parts = 1e9;
   return std::round(value * parts) / parts;
@@ -36,17 +36,17 @@ void Dials::select(std::size_t dial)
 {
   if (dial == selected_) return;
   selected_ = dial;
-  potentiometer_was_.reset();
+  start_count_.reset();
 }
 
 void Dials::change(std::size_t dial, double steps)
 {
   if (dial >= dials_.size()) return;
   select(dial);
-  const Dial& facts = dials_[dial];
-  values_[dial] = std::clamp(tidy(values_[dial] + steps * facts.step), facts.least, facts.most);
-  // What keys did stays when the potentiometer goes on.
-  potentiometer_was_.reset();
+  const Dial& limits = dials_[dial];
+  values_[dial] = std::clamp(rounded_value(values_[dial] + steps * limits.step), limits.least, limits.most);
+  // The potentiometer continues from the value that keys set.
+  start_count_.reset();
 }
 
 void Dials::press(const KeyPress& press)
@@ -73,17 +73,18 @@ void Dials::turn(int count, double time_s)
 {
   if (dials_.empty()) return;
   const double filtered = filter_.filtered(count, time_s);
-  if (!potentiometer_was_) {
-    potentiometer_was_ = filtered;
-    value_was_ = values_[selected_];
-    steps_was_ = 0.0;
+  if (!start_count_) {
+    start_count_ = filtered;
+    start_value_ = values_[selected_];
+    last_steps_ = 0.0;
   }
-  // Whole steps: what is not touched stays as it is.
-  const double steps = std::round((filtered - *potentiometer_was_) / most_count * steps_a_turn);
-  if (steps == steps_was_) return;
-  steps_was_ = steps;
-  const Dial& facts = dials_[selected_];
-  values_[selected_] = std::clamp(tidy(value_was_ + steps * facts.step), facts.least, facts.most);
+  // Whole steps suppress the noise of a potentiometer at rest.
+  const double steps = std::round((filtered - *start_count_) / most_count * steps_a_turn);
+  if (steps == last_steps_) return;
+  last_steps_ = steps;
+  const Dial& limits = dials_[selected_];
+  values_[selected_] =
+      std::clamp(rounded_value(start_value_ + steps * limits.step), limits.least, limits.most);
 }
 
 Eigen::Vector2d drawn_cross(const Task& task, std::span<const double> values, const Calibration& calibration)
@@ -97,7 +98,7 @@ std::vector<double> row_of(const Task& task, std::span<const double> values, con
   const Eye& eye = eye_of(calibration, task.is_right);
   switch (task.kind) {
     case TaskKind::sides: {
-      // Where each line crosses the height of the sight: the rest of it says the same.
+      // One point determines the line: its intersection with the height of the optical axis.
       row.clear();
       for (const double x : values) {
         const Eigen::Vector2d drawn = drawn_px(eye.distortion, Eigen::Vector2d(x, eye.sight_px.y()));
@@ -122,7 +123,7 @@ std::vector<double> row_of(const Task& task, std::span<const double> values, con
     case TaskKind::stop:
       break;
   }
-  throw InternalError("what takes samples has no row of its dials");
+  throw InternalError("a task with samples has no row of its dials");
 }
 
 std::optional<BodyRole> body_beside(CalibrationPart part, const Task& task)

@@ -1,4 +1,4 @@
-/// A task's numbers under the operator's keys and potentiometer, and the mark's row that they make.
+/// Numbers of a task that keys and potentiometer change, and their conversion to a row of a mark.
 #pragma once
 
 #include <optional>
@@ -19,9 +19,9 @@ class Dials {
   std::span<const double> values() const { return values_; }
   std::size_t selected() const { return selected_; }
 
-  /// Arrow keys, as guide/session.hpp says; others mean nothing here.
+  /// Handles arrow keys (guide/session.hpp); ignores others.
   void press(const KeyPress& press);
-  /// The potentiometer stands at `count`: 200 steps a turn from where it stood when the dial was selected.
+  /// Handles a potentiometer value: 200 steps a turn, relative to its position when the dial was selected.
   void turn(int count, double time_s);
 
  private:
@@ -29,22 +29,22 @@ class Dials {
   void select(std::size_t dial);
 
   std::vector<Dial> dials_;
-  bool is_cross_ = false;  ///< up is where y is less
+  bool is_cross_ = false;  ///< Up decreases y
   std::vector<double> values_;
   std::size_t selected_ = 0;
   OneEuroFilter filter_;
-  std::optional<double> potentiometer_was_;
-  double value_was_ = 0.0;  ///< of the selected dial, at potentiometer_was_
-  double steps_was_ = 0.0;
+  std::optional<double> start_count_;
+  double start_value_ = 0.0;  ///< of the selected dial at start_count_
+  double last_steps_ = 0.0;
 };
 
-/// Of a task that takes no samples, as its kind says.
+/// Row of the mark for a task without samples; its kind defines the numbers.
 std::vector<double> row_of(const Task& task, std::span<const double> values, const Calibration& calibration);
 
-/// Of a bull's-eye: where its cross is drawn.
+/// Drawn position of the cross of a bull's-eye, px.
 Eigen::Vector2d drawn_cross(const Task& task, std::span<const double> values, const Calibration& calibration);
 
-/// Whose place is wanted beside the task's tool.
+/// Body whose pose is recorded together with the task's tool; may be empty.
 std::optional<BodyRole> body_beside(CalibrationPart part, const Task& task);
 
 }  // namespace vrda

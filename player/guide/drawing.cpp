@@ -16,7 +16,7 @@ namespace {
 constexpr double longest_piece_px = 8.0;
 using Points2d = std::vector<Eigen::Vector2d>;
 
-/// Draws for one eye, and only where its screen shows something.
+/// Adds lines for one eye, clipped at its visible part.
 class Pen {
  public:
   Pen(const Eye& eye, bool is_right, std::vector<GuideLine>& lines)
@@ -24,7 +24,7 @@ class Pen {
   {
   }
 
-  /// A line of the frame buffer, clipped at the visible part.
+  /// Adds a line in frame buffer coordinates.
   void draw(const Points2d& points)
   {
     const Viewport& v = eye_.visible;
@@ -35,25 +35,25 @@ class Pen {
     };
     for (std::size_t k = 0; k + 1 < points.size(); ++k) {
       double from = 0.0, to = 1.0;
-      const Eigen::Vector2d a = points[k], way = points[k + 1] - a;
-      const bool is_in = clip(a.x(), way.x(), v.x, v.x + v.width, from, to) &&
-                         clip(a.y(), way.y(), v.y, v.y + v.height, from, to) && from < to;
+      const Eigen::Vector2d a = points[k], step = points[k + 1] - a;
+      const bool is_in = clip(a.x(), step.x(), v.x, v.x + v.width, from, to) &&
+                         clip(a.y(), step.y(), v.y, v.y + v.height, from, to) && from < to;
       if (!is_in) {
         finish();
         continue;
       }
       if (from > 0.0) finish();
-      if (piece.empty()) piece.emplace_back(a + from * way);
-      piece.emplace_back(a + to * way);
+      if (piece.empty()) piece.emplace_back(a + from * step);
+      piece.emplace_back(a + to * step);
       if (to < 1.0) finish();
     }
     finish();
   }
 
-  /// A straight line of the undistorted picture, through the pre-distortion.
+  /// Adds a straight line of the undistorted image, pre-distorted.
   void draw_shown(const Eigen::Vector2d& from, const Eigen::Vector2d& to)
   {
-    // Pieces that are too long as drawn are halved.
+    // Halves pieces that are too long after pre-distortion.
     Points2d drawn{drawn_px(eye_.distortion, from)};
     const int n = std::max(1, static_cast<int>(std::ceil((to - from).norm() / longest_piece_px)));
     for (int k = 0; k < n; ++k)
@@ -62,10 +62,10 @@ class Pen {
   }
 
  private:
-  static bool clip(double at, double way, double low, double high, double& from, double& to)
+  static bool clip(double at, double step, double low, double high, double& from, double& to)
   {
-    if (way == 0.0) return at >= low && at <= high;
-    const double t1 = (low - at) / way, t2 = (high - at) / way;
+    if (step == 0.0) return at >= low && at <= high;
+    const double t1 = (low - at) / step, t2 = (high - at) / step;
     from = std::max(from, std::min(t1, t2));
     to = std::min(to, std::max(t1, t2));
     return from <= to;
@@ -95,7 +95,7 @@ GuideLine scan_line(const Eye& eye, const Task& task, double at)
   GuideLine line;
   line.is_right = task.is_right;
   line.is_smooth = false;
-  const double middle = at + 0.5;  // of a pixel
+  const double middle = at + 0.5;  // pixel centre
   if (task.is_across) {
     line.points_px = {{middle, w.y}, {middle, w.y + w.height}};
   } else {
@@ -117,13 +117,13 @@ void draw_sides(Pen& pen, const Eye& eye, std::span<const double> x)
   for (const double side : x) pen.draw_shown({side, box.low_px.y()}, {side, box.high_px.y()});
 }
 
-/// Rings with a cross whose middle is open: nothing hides what it is put on.
+/// Rings and a cross with an open centre, which does not hide the marker.
 void draw_bullseye(Pen& pen, const Eigen::Vector2d& at)
 {
   constexpr double open_px = 2.0, arm_px = 16.0;
-  for (const Eigen::Vector2d& way :
+  for (const Eigen::Vector2d& direction :
        {Eigen::Vector2d(1, 0), Eigen::Vector2d(-1, 0), Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1)})
-    pen.draw_shown(at + open_px * way, at + arm_px * way);
+    pen.draw_shown(at + open_px * direction, at + arm_px * direction);
   constexpr int n = 48;
   for (const double radius_px : {6.0, 12.0}) {
     const auto on_ring = [&](int k) {

@@ -11,10 +11,10 @@
 namespace vrda {
 namespace {
 
-/// What rows of a kind have.
+/// Row lengths of a task kind.
 struct RowShape {
-  std::size_t first = 0;         ///< numbers of the first row
-  std::vector<std::size_t> all;  ///< of the others, any of these
+  std::size_t first = 0;         ///< length of the first row
+  std::vector<std::size_t> all;  ///< allowed lengths of the other rows
 };
 
 RowShape shape_of(TaskKind kind)
@@ -54,11 +54,11 @@ bool is_of_shape(const CalibrationMark& mark, TaskKind kind)
     if (is_first ? n != shape.first : std::find(shape.all.begin(), shape.all.end(), n) == shape.all.end())
       return false;
   }
-  // The cross, then samples.
+  // A bull's-eye has the cross in row 0, then at least one sample.
   return kind != TaskKind::bullseye || mark.rows.size() > 1;
 }
 
-std::ptrdiff_t place_of_task(const std::vector<Task>& tasks, const std::string& name)
+std::ptrdiff_t index_of_task(const std::vector<Task>& tasks, const std::string& name)
 {
   const auto found =
       std::find_if(tasks.begin(), tasks.end(), [&](const Task& task) { return task.name == name; });
@@ -84,9 +84,9 @@ std::size_t next_task(const std::vector<Task>& tasks, const CalibrationRecord& r
 void put_mark(CalibrationRecord& record, const std::vector<Task>& tasks, CalibrationMark mark)
 {
   std::erase_if(record.marks, [&](const CalibrationMark& m) { return m.task == mark.task; });
-  const std::ptrdiff_t at = place_of_task(tasks, mark.task);
+  const std::ptrdiff_t at = index_of_task(tasks, mark.task);
   const auto later = std::find_if(record.marks.begin(), record.marks.end(), [&](const CalibrationMark& m) {
-    return place_of_task(tasks, m.task) > at;
+    return index_of_task(tasks, m.task) > at;
   });
   record.marks.insert(later, std::move(mark));
 }
@@ -95,14 +95,14 @@ void require_of_tasks(const CalibrationRecord& record, const std::vector<Task>& 
                       const std::string& place, const std::string& path)
 {
   for (const CalibrationMark& mark : record.marks) {
-    const auto at = static_cast<std::size_t>(place_of_task(tasks, mark.task));
+    const auto at = static_cast<std::size_t>(index_of_task(tasks, mark.task));
     if (at == tasks.size()) {
-      throw InputError({path, place, "a mark of '" + mark.task + "', which the bench file does not ask for",
-                        "marks of its tasks: has [calibration] changed? Do the part anew"});
+      throw InputError({path, place, "a mark of '" + mark.task + "', which is not a task of the bench file",
+                        "marks of its tasks; if [calibration] has changed, repeat the part with --anew"});
     }
     if (!is_of_shape(mark, tasks[at].kind)) {
-      throw InputError({path, place, "rows of '" + mark.task + "' that no such task makes",
-                        "those of schemas/calibration.md: do the part anew"});
+      throw InputError({path, place, "rows of '" + mark.task + "' with a wrong number of values",
+                        "rows as in schemas/calibration.md; repeat the part with --anew"});
     }
   }
 }
@@ -158,7 +158,7 @@ void put_eyepoints(EyePair& eyes, const Estimate& found)
 {
   eyes.left.distance_px = value_in(found, "left.distance");
   eyes.right.distance_px = value_in(found, "right.distance");
-  // The head frame's origin stays in the middle; the eye that is further from the plane is further back.
+  // The origin of the head frame stays at the midpoint; the eye with the larger depth is further back.
   const double apart_mm = value_in(found, "left.depth") - value_in(found, "right.depth");
   eyes.left.position_head_mm.z() = 0.5 * apart_mm;
   eyes.right.position_head_mm.z() = -0.5 * apart_mm;
@@ -220,7 +220,7 @@ const Estimate& estimate_of(CalibrationPart part, const Calibration& calibration
 {
   const auto record = calibration.records.find(part);
   if (record == calibration.records.end() || !record->second.estimate)
-    throw InputError({path, name_of(part), "nothing found yet", "the part done, as others rest on it"});
+    throw InputError({path, name_of(part), "no estimate", "a finished part, because others depend on it"});
   return *record->second.estimate;
 }
 
@@ -236,9 +236,8 @@ Eigen::MatrixXd known_covariance(const Estimate& estimate, const std::vector<std
       covariance(i, j) = estimate.covariance(a, b);
     }
   }
-  // The normal distribution that has the same 95 % interval.
-  const double widening = t_95(estimate.dof) / t_95(std::numeric_limits<double>::infinity());
-  return widening * widening * covariance;
+  const double t_ratio = t_95(estimate.dof) / t_95(std::numeric_limits<double>::infinity());
+  return t_ratio * t_ratio * covariance;
 }
 
 }  // namespace vrda

@@ -7,7 +7,7 @@
 namespace vrda {
 namespace {
 
-/// Finer than anybody sees, coarse enough for keys.
+/// Below visual resolution, but coarse enough for keys.
 constexpr double dial_step_px = 0.25, dial_step_mm = 0.05;
 
 Dial dial(const char* name, const char* unit, double value, double least, double most, double step)
@@ -15,7 +15,7 @@ Dial dial(const char* name, const char* unit, double value, double least, double
   return {name, unit, value, least, most, step};
 }
 
-/// Named and numbered from 1.
+/// Name with a number counted from 1.
 std::string nth(const std::string& name, int k)
 {
   return name + ", " + std::to_string(k + 1);
@@ -33,17 +33,17 @@ Task scan_task(const Viewport& window, bool is_right, Edge edge, int repeat)
   const bool is_first = edge == Edge::left || edge == Edge::top;
   const double least = task.is_across ? window.x : window.y;
   const double most = least + (task.is_across ? window.width : window.height) - 1.0;
-  task.instruction = "Look with the " + eye_text(is_right) + " alone. Move the line to the " + side +
-                     " edge of what you see:\nthe " + (is_first ? "first" : "last") +
+  task.instruction = "Use only the " + eye_text(is_right) + ". Move the line to the " + side +
+                     " edge of the visible part:\nthe " + (is_first ? "first" : "last") +
                      (task.is_across ? " column" : " row") +
-                     " of which at least half is still seen. Come from a new side each time.";
+                     " of which at least half is visible. Approach from alternating sides.";
   task.dials = {dial(task.is_across ? "column" : "row", "px", is_first ? least : most, least, most, 1.0)};
   return task;
 }
 
 Task screen_task(const Viewport& window, bool is_right, bool is_height)
 {
-  // A screen of usual pixels; the ruler says what it is.
+  // Start value for a typical pixel size.
   constexpr double usual_pixel_mm = 0.1, most_mm = 5000.0;
   Task task;
   task.kind = TaskKind::number;
@@ -51,14 +51,14 @@ Task screen_task(const Viewport& window, bool is_right, bool is_height)
   task.index = is_height ? 1 : 0;
   const char* what = is_height ? "height" : "width";
   task.name = eye_text(is_right) + ", " + what;
-  task.instruction = "Measure with a ruler, on the screen of the " + eye_text(is_right) + ", the " + what +
-                     "\nof the part that is seen, from edge to edge.";
+  task.instruction = "Measure with a ruler on the screen of the " + eye_text(is_right) + " the " + what +
+                     "\nof the visible part, from edge to edge.";
   const double begin_mm = usual_pixel_mm * (is_height ? window.height : window.width);
   task.dials = {dial(what, "mm", begin_mm, 1.0, most_mm, dial_step_mm)};
   return task;
 }
 
-/// Spacing at which a grid of so many columns would fill most of the visible part.
+/// Start value of the spacing: the grid fills 70 % of the visible part.
 double likely_spacing_px(const Eye& eye, const CalibrationSettings& settings)
 {
   constexpr double share = 0.7;
@@ -74,8 +74,8 @@ Task node_task(const Eye& eye, const CalibrationSettings& settings, bool is_righ
   task.node = {column - 0.5 * (settings.grid_columns - 1), row - 0.5 * (settings.grid_rows - 1)};
   const std::string place = rounded_text(task.node.x(), 1) + ", " + rounded_text(task.node.y(), 1);
   task.name = eye_text(is_right) + ", node " + place;
-  task.instruction = "Look with the " + eye_text(is_right) + " at the grid. Put the cross on the node at " +
-                     place + ":\ncolumns to the right of the middle one, rows above it.";
+  task.instruction = "Look at the grid with the " + eye_text(is_right) + ". Move the cross to node " + place +
+                     "\n(columns to the right of the centre, rows above it).";
   const Eigen::Vector2d up(1.0, -1.0);
   const Eigen::Vector2d begin =
       middle_px(eye.visible) + likely_spacing_px(eye, settings) * task.node.cwiseProduct(up);
@@ -94,8 +94,8 @@ Task grid_task(const Eye& eye, const CalibrationSettings& settings, bool is_righ
   task.node = {settings.grid_columns, settings.grid_rows};
   task.name = eye_text(is_right) + ", grid " + std::to_string(repeat + 1);
   task.instruction =
-      "Look with the " + eye_text(is_right) +
-      ". Make the drawn grid cover the real one everywhere:\nfirst place and spacing in the middle, "
+      "Use only the " + eye_text(is_right) +
+      ". Adjust the drawn grid until it covers the real one:\nfirst position and spacing at the centre, "
       "then k1 for the edges, k2 for the corners.";
   const Eigen::Vector2d middle = middle_px(eye.visible);
   constexpr double most_k = 1.0, step_k = 0.001, step_deg = 0.02, step_spacing_px = 0.05;
@@ -127,11 +127,12 @@ Task sides_task(const Calibration& calibration, const CalibrationSettings& setti
   task.is_right = is_right;
   task.index = static_cast<int>(rectangle);
   task.name = nth(eye_text(is_right) + ", rectangle " + std::to_string(rectangle + 1), repeat);
-  task.instruction =
-      "Place the rectangle " + rounded_text(r.width_mm, 1) + " mm wide " + rounded_text(r.depth_mm, 1) +
-      " mm behind the first one's plane.\nWith the " + eye_text(is_right) +
-      ", put one line on each of its upright sides: left with Left and Right, right with Up and Down.";
-  // As a usual eye at a usual place would see it.
+  task.instruction = "Place the rectangle " + rounded_text(r.width_mm, 1) + " mm wide " +
+                     rounded_text(r.depth_mm, 1) + " mm behind the plane of the first one.\nWith the " +
+                     eye_text(is_right) +
+                     ", align one line with each vertical side: Left and Right move the left line, Up and "
+                     "Down the right one.";
+  // Start value for a nominal eye at a nominal position.
   const Eye usual;
   const double half_px =
       0.5 * r.width_mm * usual.distance_px / std::max(100.0, calibration.image_distance_mm + r.depth_mm);
@@ -223,7 +224,7 @@ std::vector<Task> ipd_tasks(const BenchFile& bench)
   if (bench.calibration.has_pupillometer) {
     tasks.push_back(
         number_task("pupillary distance", 0,
-                    "Measure the distance between the pupils with the pupillometer, set to the image's "
+                    "Measure the distance between the pupils with the pupillometer, set to the image "
                     "distance.",
                     dial("distance", "mm", usual_ipd_mm, least_ipd_mm, most_ipd_mm, dial_step_mm)));
   }
@@ -231,22 +232,20 @@ std::vector<Task> ipd_tasks(const BenchFile& bench)
     return number_task(
         name, index,
         std::string("Move the ") + side +
-            " arm until its optical axis stands before the pupil:\nhalf the pupillary distance "
+            " arm until its optical axis is in front of the pupil:\nhalf the pupillary distance "
             "from the middle. Read its scale.",
         dial("from the middle", "mm", 0.5 * usual_ipd_mm, 0.0, most_ipd_mm, dial_step_mm));
   };
   tasks.push_back(arm("left arm", 1, "left"));
   tasks.push_back(arm("right arm", 2, "right"));
-  tasks.push_back(number_task("image distance", 3,
-                              "How far away does the screens' image appear? Nominal is 800 mm.",
+  tasks.push_back(number_task("image distance", 3, "Set the distance of the virtual image. Nominal: 800 mm.",
                               dial("distance", "mm", usual_image_mm, 100.0, most_image_mm, 1.0)));
   Task look;
   look.kind = TaskKind::look;
   look.name = "look";
   look.instruction =
-      "With both eyes: a frame 100 mm wide is drawn at the image's distance. Hold a real one of that "
-      "size\nthere: "
-      "do they stand at one depth? Enter: yes. R: measure again.";
+      "With both eyes: a frame 100 mm wide is drawn at the image distance. Hold a real one of that size\n"
+      "there. If both appear at the same depth, press Enter; otherwise press R to measure again.";
   tasks.push_back(look);
   return tasks;
 }
@@ -258,8 +257,8 @@ std::vector<Task> subject_tasks(const BenchFile& bench)
   for (std::size_t k = 0; k < landmarks.size(); ++k) {
     Task task = number_task(
         landmarks[k].name.c_str(), static_cast<int>(k),
-        "Measure on the subject: " + landmarks[k].name + ".\nThe model has " +
-            rounded_text(landmarks[k].model_mm, 1) + " mm.",
+        "Measure on the subject: " + landmarks[k].name +
+            ".\nDistance in the model: " + rounded_text(landmarks[k].model_mm, 1) + " mm.",
         dial("distance", "mm", landmarks[k].model_mm, 0.1, 10.0 * landmarks[k].model_mm, dial_step_mm));
     tasks.push_back(task);
   }

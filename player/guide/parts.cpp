@@ -38,8 +38,8 @@ bool is_part_of(CalibrationPart part, const BenchFile& bench)
   }
 }
 
-/// Whatever the bench has of it.
-std::vector<CalibrationPart> may_rest_on(CalibrationPart part, const BenchFile& bench)
+/// Possible dependencies, including parts that the bench does not have.
+std::vector<CalibrationPart> possible_dependencies(CalibrationPart part, const BenchFile& bench)
 {
   switch (part) {
     case CalibrationPart::distortion:
@@ -56,7 +56,7 @@ std::vector<CalibrationPart> may_rest_on(CalibrationPart part, const BenchFile& 
     case CalibrationPart::leg:
     case CalibrationPart::femur:
     case CalibrationPart::tibia:
-      // A model that is placed by eye is seen through everything else.
+      // Adjustment by eye depends on the whole optical calibration.
       if (bench.calibration.is_model_adjusted)
         return {CalibrationPart::subject, CalibrationPart::bullseye, CalibrationPart::head};
       return {CalibrationPart::probe, CalibrationPart::subject};
@@ -65,7 +65,7 @@ std::vector<CalibrationPart> may_rest_on(CalibrationPart part, const BenchFile& 
   }
 }
 
-/// All that may be asked for of the bench, for a message.
+/// All valid steps of the bench, for a message.
 std::string step_names(const BenchFile& bench)
 {
   return "all, bench, person, tracking, status, solve, " + names_of(parts_of(bench));
@@ -101,7 +101,7 @@ std::vector<CalibrationPart> parts_of(const BenchFile& bench)
 
 std::vector<CalibrationPart> rests_on(CalibrationPart part, const BenchFile& bench)
 {
-  std::vector<CalibrationPart> parts = may_rest_on(part, bench);
+  std::vector<CalibrationPart> parts = possible_dependencies(part, bench);
   std::erase_if(parts, [&](CalibrationPart p) { return !is_part_of(p, bench); });
   return parts;
 }
@@ -141,7 +141,7 @@ std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchF
     throw InputError({"calibrate", "STEP", "'" + step + "'", "one of " + step_names(bench)});
   if (wanted.size() == 1 && !is_part_of(wanted.front(), bench)) {
     require_wanted(wanted.front(), bench);
-    throw InputError({"calibrate", "STEP", "'" + step + "', which " + bench.path + " has no use for",
+    throw InputError({"calibrate", "STEP", "'" + step + "', which does not apply to " + bench.path,
                       "one of " + step_names(bench)});
   }
   std::erase_if(wanted, [&](CalibrationPart part) { return !is_part_of(part, bench); });
@@ -166,13 +166,13 @@ void require_wanted(CalibrationPart part, const BenchFile& bench)
                                [](const CalibrationPoint& point) { return !point.is_target; });
   if (n < static_cast<std::ptrdiff_t>(least_fiducials)) {
     refuse(part == CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point",
-           std::to_string(n) + " points that are no targets", "four or more, not in one plane");
+           std::to_string(n) + " points that are not targets", "four or more, not coplanar");
   }
 }
 
 BodyRole role_of(CalibrationPart part)
 {
-  check(is_model_part(part), "only models are placed on bodies");
+  check(is_model_part(part), "only model parts have a body");
   return part == CalibrationPart::leg ? BodyRole::leg
                                       : (part == CalibrationPart::femur ? BodyRole::femur : BodyRole::tibia);
 }
@@ -200,12 +200,12 @@ Calibration begun_from(const Calibration& other, const BenchFile& bench, const s
   for (const CalibrationPart part : parts_of_step("bench", bench)) {
     if (is_done(other, part)) continue;
     throw InputError({other_path, std::string("per_bench.") + name_of(part),
-                      other.records.contains(part) ? "a part that is to be done again" : "nothing",
-                      "all once-per-bench parts done: vrda-player calibrate bench"});
+                      other.records.contains(part) ? "a part that must be repeated" : "nothing",
+                      "all per-bench parts done; run vrda-player calibrate bench"});
   }
   Calibration begun = nominal_calibration(bench);
   begun.records = bench_records(other);
-  // The eyes as those parts found them: the other person's bull's-eyes made them their own.
+  // The eyes of `other` include its person's bull's-eye fit, so they are rebuilt from the per-bench parts.
   begun.eyes = eyes_before(CalibrationPart::eyepoints, bench, begun);
   begun.X_tracker_table = other.X_tracker_table;
   begun.stage_direction_table = other.stage_direction_table;
@@ -216,14 +216,14 @@ void require_same_bench_parts(const Calibration& begun, const std::string& path,
                               const std::string& other_path)
 {
   if (records_text(bench_records(begun)) == records_text(bench_records(other))) return;
-  throw InputError({path, "per_bench", "once-per-bench parts that are not those of " + other_path,
-                    "a file that is not there yet, or one that was begun from " + other_path});
+  throw InputError({path, "per_bench", "per-bench parts that differ from those of " + other_path,
+                    "a new file, or one that was started from " + other_path});
 }
 
 namespace {
 
-/// The bench file's key of those numbers.
-const char* key_of_numbers(CalibrationPart part)
+/// Bench file key of bench_numbers_of().
+const char* bench_key(CalibrationPart part)
 {
   switch (part) {
     case CalibrationPart::eyepoints:
@@ -239,13 +239,13 @@ const char* key_of_numbers(CalibrationPart part)
   }
 }
 
-std::string place_of(CalibrationPart part)
+std::string record_key(CalibrationPart part)
 {
   return std::string(is_once_a_bench(part) ? "per_bench." : "per_person.") + name_of(part);
 }
 
-/// Samples of the stage are kept in mm: its scale is in them.
-bool has_numbers_in_rows(CalibrationPart part)
+/// Whether the stored rows depend on the bench numbers: stage samples are stored in mm.
+bool is_scaled_by_bench(CalibrationPart part)
 {
   return part == CalibrationPart::bullseye;
 }
@@ -255,33 +255,33 @@ void require_numbers(const CalibrationRecord& record, CalibrationPart part, cons
 {
   const std::vector<double> now = bench_numbers_of(part, bench);
   const std::vector<double>& then = record.made_with;
-  // Nothing: of a file that does not tell.
+  // Files without these values are accepted.
   if (record.marks.empty() || then.empty() || then == now) return;
   const auto differ = std::mismatch(then.begin(), then.end(), now.begin(), now.end());
   const auto text = [](const std::vector<double>& list, std::vector<double>::const_iterator at) {
     return at == list.end() ? "nothing" : number_text(*at);
   };
-  const std::string key = key_of_numbers(part);
-  const std::string mended =
-      has_numbers_in_rows(part) ? "" : "; if they were wrong and are right now, calibrate solve";
-  throw InputError(
-      {path, place_of(part),
-       "marks made when " + key + " had " + text(then, differ.first) + " where it now has " +
-           text(now, differ.second),
-       "those of " + bench.path + ": put its numbers back, or do " + name_of(part) + " anew" + mended});
+  const std::string key = bench_key(part);
+  const std::string solve_remedy =
+      is_scaled_by_bench(part) ? "" : "; if the old values were wrong, run calibrate solve";
+  throw InputError({path, record_key(part),
+                    "marks made with " + text(then, differ.first) + " in " + key + ", which now has " +
+                        text(now, differ.second),
+                    "the values of " + bench.path + "; restore them or repeat " + name_of(part) +
+                        " with --anew" + solve_remedy});
 }
 
-bool is_left_as_it_is(CalibrationPart part, const Calibration& begun)
+bool is_kept(CalibrationPart part, const Calibration& begun)
 {
   const auto record = begun.records.find(part);
   return record != begun.records.end() && !record->second.is_outdated;
 }
 
+/// Checks a part and its dependencies. Outdated parts are repeated, so their old marks are not checked.
 void require_plan_of_all(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                          const std::string& path)
 {
-  // What is outdated is done anew.
-  if (is_left_as_it_is(part, begun)) require_of_plan(part, bench, begun, path);
+  if (is_kept(part, begun)) require_of_plan(part, bench, begun, path);
   for (const CalibrationPart below : rests_on(part, bench)) require_plan_of_all(below, bench, begun, path);
 }
 
@@ -320,13 +320,13 @@ void require_of_plan(CalibrationPart part, const BenchFile& bench, const Calibra
                      const std::string& path)
 {
   const CalibrationRecord& record = begun.records.at(part);
-  require_of_tasks(record, tasks_of(part, bench, begun), place_of(part), path);
+  require_of_tasks(record, tasks_of(part, bench, begun), record_key(part), path);
   require_numbers(record, part, bench, path);
 }
 
 void take_numbers(CalibrationRecord& record, CalibrationPart part, const BenchFile& bench)
 {
-  if (!record.made_with.empty() && !has_numbers_in_rows(part))
+  if (!record.made_with.empty() && !is_scaled_by_bench(part))
     record.made_with = bench_numbers_of(part, bench);
 }
 
@@ -346,7 +346,7 @@ void require_order(const std::vector<CalibrationPart>& parts, const BenchFile& b
       throw InputError(
           {path, name_of(part),
            std::string(name_of(below)) + (was_done ? ", which is outdated" : ", which is not done"),
-           std::string(name_of(below)) + " first, as " + name_of(part) + " rests on it"});
+           std::string(name_of(below)) + " done first, because " + name_of(part) + " depends on it"});
     }
     require_plan_of_all(part, bench, begun, path);
     if (is_all_done && !is_done(begun, part)) require_earlier_marks(part, bench, begun, path);

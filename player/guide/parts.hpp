@@ -1,4 +1,4 @@
-/// The parts of the procedure: which a bench has, what each rests on, and whether it can begin.
+/// Parts of the procedure: applicability to a bench, dependencies and preconditions.
 #pragma once
 
 #include <span>
@@ -9,62 +9,59 @@
 
 namespace vrda {
 
-/// In the order of doing them.
+/// Parts that apply to a bench, in the order of execution.
 std::vector<CalibrationPart> parts_of(const BenchFile& bench);
 
-/// Those whose results it uses, of the ones that the bench has.
+/// Parts of the bench whose results `part` uses.
 std::vector<CalibrationPart> rests_on(CalibrationPart part, const BenchFile& bench);
 
-/// Solved, and nothing that it rests on was done again since.
+/// Whether the part is solved and not outdated.
 bool is_done(const Calibration& calibration, CalibrationPart part);
 
-/// All that rest on `part`, and on those, are to be done again.
+/// Marks all parts that depend on `part`, directly or indirectly, as outdated.
 void outdate_after(Calibration& calibration, CalibrationPart part, const BenchFile& bench);
 
-/// Parts named by a step of the command line; see guide/session.hpp.
+/// Parts of a command line step; see guide/session.hpp.
 std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchFile& bench);
 
-/// Throws InputError naming the bench file's key when it lacks what the part wants.
+/// Throws InputError with the bench file's key if it lacks data for the part.
 void require_wanted(CalibrationPart part, const BenchFile& bench);
 
-/// Their names, "rails, stop".
+/// Comma-separated names: "rails, stop".
 std::string names_of(std::span<const CalibrationPart> parts);
 
-/// leg, femur or tibia
+/// Whether the part is leg, femur or tibia.
 bool is_model_part(CalibrationPart part);
-/// Whose body's model a part places.
+/// Body of a model part.
 BodyRole role_of(CalibrationPart part);
-/// The points that it touches.
+/// Points of a model part.
 const std::vector<CalibrationPoint>& points_of(CalibrationPart part, const CalibrationSettings& settings);
 
-/// The stage's encoder is read.
+/// Whether the bench has a stage with an encoder.
 bool has_stage(const BenchFile& bench);
 
-/// A nominal calibration with what `other` knows of the bench: its once-per-bench records, what they found of
-/// the eyes' screens, table and stage; nothing of its person. Throws InputError naming `other_path` and the
-/// part when one of them is not done.
+/// Nominal calibration with the per-bench records and results of `other` (screens, table, stage) and without
+/// its person. Throws InputError with `other_path` and the part if one of these parts is not done.
 Calibration begun_from(const Calibration& other, const BenchFile& bench, const std::string& other_path);
 
-/// Throws InputError naming `path` unless `begun` has just the once-per-bench records of `other`.
+/// Throws InputError with `path` unless the per-bench records of `begun` and `other` are equal.
 void require_same_bench_parts(const Calibration& begun, const std::string& path, const Calibration& other,
                               const std::string& other_path);
 
-/// Numbers of the bench file that a part's marks belong to, besides the names of its tasks: what was placed
-/// before the eyes, touched or measured. Often none.
+/// Bench file values on which the marks of a part depend (`made_with`); may be empty.
 std::vector<double> bench_numbers_of(CalibrationPart part, const BenchFile& bench);
 
-/// Throws InputError naming `path` and the part when a mark of its record belongs to no task, its rows are
-/// not such as the task makes, or the bench file's numbers were others.
+/// Throws InputError with `path` and the part if a mark belongs to no task, its rows do not match the task
+/// kind, or the bench file had other values.
 void require_of_plan(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                      const std::string& path);
 
-/// For marks that are solved anew: they belong to the bench file's numbers as they are now, unless samples
-/// hold them.
+/// Updates the record's bench file values before solving again, unless the samples depend on them.
 void take_numbers(CalibrationRecord& record, CalibrationPart part, const BenchFile& bench);
 
-/// The same of `parts`, to be done in that order, and of all that they rest on, on and on. Throws InputError
-/// when one is asked for before one it rests on, when the bench file lacks what it wants (which key), and
-/// when the marks of earlier parts do not give what solving it takes from them.
+/// require_current_record() for `parts`, to be executed in this order, and for all their dependencies. Also
+/// throws InputError if a dependency is not done, the bench file lacks data (with the key), or a fit of
+/// earlier marks fails.
 void require_order(const std::vector<CalibrationPart>& parts, const BenchFile& bench,
                    const Calibration& begun, const std::string& path);
 

@@ -34,7 +34,7 @@ struct ScannedLine {
   double at_px = 0.0;
 };
 
-/// Of the edge of the eye that `task` is about.
+/// Marked scans of an edge, for the eye of `task`.
 std::vector<ScannedLine> scans_of(Edge edge, const Task& task, const std::vector<Task>& tasks,
                                   const CalibrationRecord& record)
 {
@@ -61,14 +61,14 @@ void require_uncrossed(const std::vector<Task>& tasks, const CalibrationRecord& 
     return is_first(edge) ? at_px >= other.at_px : at_px <= other.at_px;
   });
   if (!is_crossed) return;
-  std::vector<std::string> doubted;
-  for (const ScannedLine& scan : scans) doubted.push_back(scan.task);
-  for (const ScannedLine& scan : scans_of(edge, last, tasks, record)) doubted.push_back(scan.task);
+  std::vector<std::string> rejected;
+  for (const ScannedLine& scan : scans) rejected.push_back(scan.task);
+  for (const ScannedLine& scan : scans_of(edge, last, tasks, record)) rejected.push_back(scan.task);
   throw PartRefusal({path, name_of(CalibrationPart::viewport),
                      "crossed edges of the " + eye_text(last.is_right) + ": " + name_of(edge) + " beyond " +
                          name_of(opposite(edge)),
-                     "left before right, and top before bottom: scan both again"},
-                    std::move(doubted));
+                     "left before right and top before bottom; scan both edges again"},
+                    std::move(rejected));
 }
 
 std::string words_of(const InputError& error)

@@ -1,4 +1,4 @@
-/// A part that is refused, and the tasks that are to be done again.
+/// Error of a part with the tasks that must be repeated.
 #pragma once
 
 #include <string>
@@ -15,32 +15,31 @@ class PartRefusal : public InputError {
       : InputError(std::move(facts)), tasks_(std::move(tasks))
   {
   }
-  /// Names of those whose marks are doubted; empty: all that were looked at.
+  /// Names of the tasks whose marks are rejected; empty: all checked tasks.
   const std::vector<std::string>& tasks() const { return tasks_; }
 
  private:
   std::vector<std::string> tasks_;
 };
 
-/// Runs a fit to marks of `tasks`, in order: of what it refuses, the tasks.
+/// Runs a fit to the marks of `tasks` (same order) and converts FitRefusal to PartRefusal with task names.
 template <typename Fit>
 auto fitted(const std::vector<std::string>& tasks, const Fit& fit)
 {
   try {
     return fit();
   } catch (const FitRefusal& refusal) {
-    std::vector<std::string> doubted;
-    for (const std::size_t mark : refusal.marks()) doubted.push_back(tasks.at(mark));
-    throw PartRefusal(refusal.facts(), std::move(doubted));
+    std::vector<std::string> rejected;
+    for (const std::size_t mark : refusal.marks()) rejected.push_back(tasks.at(mark));
+    throw PartRefusal(refusal.facts(), std::move(rejected));
   }
 }
 
-/// After the mark of task `done`: throws PartRefusal where scans of opposite edges are crossed, so that one
-/// of them is wrong.
+/// Throws PartRefusal if the mark of task `done` crosses a scan of the opposite edge.
 void require_uncrossed(const std::vector<Task>& tasks, const CalibrationRecord& record, std::size_t done,
                        const std::string& path);
 
-/// For the screen: what was found and what is wanted, without the file's name.
+/// Message for the screen: field, found and wanted, without the file.
 std::string words_of(const InputError& error);
 
 }  // namespace vrda

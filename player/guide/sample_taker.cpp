@@ -11,7 +11,7 @@ namespace {
 double rounded(double value, double parts)
 {
   const double number = std::round(value * parts) / parts;
-  // Zero has one sign in a file.
+  // Avoids "-0" in files.
   return number == 0.0 ? 0.0 : number;
 }
 
@@ -57,7 +57,7 @@ void SampleTaker::begin(const Task& task, const std::optional<BodyRole>& role)
 {
   const std::vector<std::string>& tools = bench_.tracker->tools;
   const auto found = std::find(tools.begin(), tools.end(), task.tool);
-  check(found != tools.end(), "a task's tool is one of the tracker's");
+  check(found != tools.end(), "the tool of a task is a tool of the tracker");
   tool_ = static_cast<std::size_t>(found - tools.begin());
   kind_ = task.kind;
   role_ = role;

@@ -1,4 +1,4 @@
-/// Rows of numbers for a task, from what tracker and board say.
+/// Collects rows of numbers for a task from tracker and board samples.
 #pragma once
 
 #include <array>
@@ -14,20 +14,20 @@ class SampleTaker {
  public:
   explicit SampleTaker(const BenchFile& bench);
 
-  /// Takes rows for `task` from now on, together with where the body of `role` is.
+  /// Starts collecting rows for `task`, with the pose of the body `role` if given.
   void begin(const Task& task, const std::optional<BodyRole>& role);
   void end() { is_taking_ = false; }
   bool is_taking() const { return is_taking_; }
   const std::vector<std::vector<double>>& rows() const { return rows_; }
 
-  /// In the order of arrival; true: another row has come.
+  /// Processes a sample (in order of arrival). Returns true if it added a row.
   bool take(const Sample& sample);
 
-  /// Nothing before the board spoke.
+  /// Empty before the first message of the board.
   const std::optional<double>& stage_mm() const { return stage_mm_; }
-  /// It was set to zero since the board was switched on.
+  /// Whether the stage was zeroed since the board was switched on.
   bool is_stage_zeroed() const { return is_stage_zeroed_; }
-  /// As the board is being told.
+  /// Mirrors the zero command that is sent to the board.
   void zero_stage();
 
  private:
@@ -46,7 +46,7 @@ class SampleTaker {
   std::vector<std::vector<double>> rows_;
 };
 
-/// mm to ten nanometres: far finer than any tracker, and files stay short.
+/// Rounds mm to 10 nm, far below tracker noise, to keep files short.
 double rounded_mm(double value);
 
 }  // namespace vrda

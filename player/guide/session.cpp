@@ -19,7 +19,7 @@ namespace vrda {
 namespace {
 
 constexpr const char* silent_stage =
-    "The stage's board has said nothing yet: is it switched on and plugged in?";
+    "No message from the stage's board: check that it is switched on and plugged in.";
 
 }  // namespace
 
@@ -43,14 +43,14 @@ struct GuideSession::Inner {
   void outdate_asked();
   void next_part();
   void begin_part(CalibrationPart part);
-  void go_on();
-  void show_look();
+  void next_task_of_part();
+  void prepare_look();
   void enter();
   void finish(std::vector<std::vector<double>> rows);
   void put(CalibrationMark mark);
   void solve();
   void refuse(const PartRefusal& refusal, const TaskRound& round);
-  void refuse_to_begin(const std::string& why);
+  void show_error(const std::string& why);
   void forget(const std::string& task);
   void judge(std::size_t done);
   void back();
@@ -64,19 +64,19 @@ struct GuideSession::Inner {
   Calibration calibration;
   GuideOptions options;
   SampleTaker taker;
-  std::size_t n_begun = 0;  ///< parts of the options that were looked at
+  std::size_t n_begun = 0;  ///< requested parts that were started or skipped
   std::vector<Task> tasks;
   std::size_t at_task = 0;
-  bool is_fresh = false;  ///< the part's old marks go with its first new one
+  bool is_fresh = false;  ///< the first new mark will replace all old marks of the part
   Dials dials;
-  std::optional<Calibration> looked_at;  ///< what a look is drawn by
-  std::optional<Eigen::Vector3d> cross;  ///< of a bull's-eye that is being taken: x, y as drawn, stage
+  std::optional<Calibration> looked_at;  ///< calibration for drawing a look
+  std::optional<Eigen::Vector3d> cross;  ///< bull's-eye being sampled: x, y as drawn, stage mm
   GuideProgress progress;
   std::uint64_t revision = 0;
   bool zeroes = false, is_left = false;
 };
 
-/// At once, and kept in the file: whoever goes on later need not say again what was to be done anew.
+/// Outdates the requested parts in the file, so that a resumed session repeats them without --anew.
 void GuideSession::Inner::outdate_asked()
 {
   for (const CalibrationPart part : options.parts) {
@@ -111,12 +111,12 @@ void GuideSession::Inner::begin_part(CalibrationPart part)
   const CalibrationRecord so_far = record_so_far();
   progress.n_tasks = static_cast<int>(tasks.size());
   for (std::string& line : words_before(part, bench, calibration)) progress.words.push_back(std::move(line));
-  // Interrupted between its last mark and its solution.
+  // The session was interrupted after the last mark and before solving.
   if (next_task(tasks, so_far) == tasks.size()) return solve();
-  go_on();
+  next_task_of_part();
 }
 
-void GuideSession::Inner::go_on()
+void GuideSession::Inner::next_task_of_part()
 {
   const CalibrationRecord so_far = record_so_far();
   at_task = next_task(tasks, so_far);
@@ -126,20 +126,20 @@ void GuideSession::Inner::go_on()
   taker.end();
   dials = Dials(tasks[at_task]);
   looked_at.reset();
-  if (tasks[at_task].kind == TaskKind::look) show_look();
+  if (tasks[at_task].kind == TaskKind::look) prepare_look();
 }
 
-/// What was measured is to be looked at before it is confirmed, when the part is not solved yet.
-void GuideSession::Inner::show_look()
+/// A look checks the result before the part is confirmed, so the part is solved here for drawing only.
+void GuideSession::Inner::prepare_look()
 {
   try {
     looked_at = solved_part(progress.part, bench, calibration, options.path);
   } catch (const PartRefusal& refusal) {
-    refuse_to_begin(words_of(refusal));
+    show_error(words_of(refusal));
   }
 }
 
-void GuideSession::Inner::refuse_to_begin(const std::string& why)
+void GuideSession::Inner::show_error(const std::string& why)
 {
   progress.words = {why};
   progress.is_refused = true;
@@ -151,11 +151,10 @@ void GuideSession::Inner::enter()
   const Task& asked = *task();
   const bool is_on_stage = asked.kind == TaskKind::bullseye || asked.kind == TaskKind::stop;
   if (is_on_stage && has_stage(bench)) {
-    if (!taker.stage_mm()) return refuse_to_begin(silent_stage);
+    if (!taker.stage_mm()) return show_error(silent_stage);
     if (asked.kind == TaskKind::bullseye && !taker.is_stage_zeroed())
-      return refuse_to_begin(
-          "The stage was not set to zero since its board was switched on: push the stage against its stop "
-          "and "
+      return show_error(
+          "The stage was not zeroed since its board was switched on: push the stage against its stop and "
           "press Z.");
   }
   if (asked.n_samples > 0) {
@@ -189,7 +188,7 @@ void GuideSession::Inner::take_row()
     constexpr double stage_moved_mm = 0.05;
     const double now_mm = has_stage(bench) ? taker.stage_mm().value_or((*cross)[2]) : 0.0;
     if (std::abs(now_mm - (*cross)[2]) > stage_moved_mm) {
-      return refuse_to_begin("The stage moved while samples were taken: hold it still, align again, Enter.");
+      return show_error("The stage moved during sampling: hold it still, align again and press Enter.");
     }
     rows.insert(rows.begin(), {(*cross)[0], (*cross)[1], (*cross)[2]});
   }
@@ -219,16 +218,16 @@ void GuideSession::Inner::finish(std::vector<std::vector<double>> rows)
   try {
     require_still(progress.part, *task(), mark, options.path);
   } catch (const PartRefusal& refusal) {
-    // The dials stay as they were aligned.
+    // The dials keep their values.
     progress.n_samples = 0;
-    return refuse_to_begin(words_of(refusal));
+    return show_error(words_of(refusal));
   }
   const std::size_t done = at_task;
   put(mark);
   judge(done);
 }
 
-/// What the mark of task `done` shows of its round, or of the part.
+/// Checks the mark of task `done`, its group when complete, and solves the part when all tasks are done.
 void GuideSession::Inner::judge(std::size_t done)
 {
   const TaskRound round = round_of(progress.part, tasks, done);
@@ -243,7 +242,7 @@ void GuideSession::Inner::judge(std::size_t done)
   } catch (const PartRefusal& refusal) {
     refuse(refusal, round);
   }
-  go_on();
+  next_task_of_part();
 }
 
 void GuideSession::Inner::solve()
@@ -260,7 +259,7 @@ void GuideSession::Inner::solve()
     next_part();
   } catch (const PartRefusal& refusal) {
     refuse(refusal, {0, tasks.size()});
-    go_on();
+    next_task_of_part();
   }
 }
 
@@ -281,13 +280,13 @@ void GuideSession::Inner::forget(const std::string& task)
 
 void GuideSession::Inner::back()
 {
-  if (progress.is_taking) return go_on();
+  if (progress.is_taking) return next_task_of_part();
   if (at_task == 0 || is_fresh) return;
   forget(tasks[at_task - 1].name);
   progress.words.clear();
   progress.is_refused = false;
   ++revision;
-  go_on();
+  next_task_of_part();
 }
 
 void GuideSession::Inner::again()
@@ -298,7 +297,7 @@ void GuideSession::Inner::again()
   }
   progress.words.clear();
   progress.is_refused = false;
-  go_on();
+  next_task_of_part();
 }
 
 void GuideSession::Inner::zero()
@@ -307,12 +306,12 @@ void GuideSession::Inner::zero()
   taker.zero_stage();
 }
 
-/// After a board that restarted: no part is done again for it, and no mark is lost.
+/// Zeroes the stage after a restart of the board; marks and parts stay valid.
 void GuideSession::Inner::zero_by_key()
 {
   if (!has_stage(bench)) return;
-  if (!taker.stage_mm()) return refuse_to_begin(silent_stage);
-  progress.words = {"The stage is at zero here; it stood at " + rounded_text(*taker.stage_mm(), 2) + " mm."};
+  if (!taker.stage_mm()) return show_error(silent_stage);
+  progress.words = {"The stage is zeroed; it was at " + rounded_text(*taker.stage_mm(), 2) + " mm."};
   progress.is_refused = false;
   ++revision;
   zero();
@@ -329,7 +328,7 @@ void GuideSession::Inner::press(const KeyPress& key)
   if (task() == nullptr) return;
   if (key.key == key_of('R')) return again();
   if (key.key == Key::backspace) return back();
-  // What is aligned stays so while samples of it are taken.
+  // The alignment must not change during sampling.
   if (progress.is_taking) return;
   if (key.key == Key::enter) return enter();
   if (key.key == key_of('Z')) return zero_by_key();
@@ -405,14 +404,14 @@ std::uint64_t GuideSession::revision() const
 std::span<const HelpLine> guide_key_lines()
 {
   static constexpr std::array<HelpLine, 8> lines{
-      {{"Left, Right", "first number less, more; of many numbers the selected one"},
-       {"Up, Down", "second number more, less (a cross: up, down); of many numbers select another"},
-       {"Shift, Control", "ten, a hundred steps at once"},
-       {"Enter", "it is aligned, read or held still: goes on, or takes the tracker's samples"},
-       {"Backspace", "the task before again; while samples are taken: stops that"},
-       {"R", "this part again from its first task"},
-       {"Z", "the stage stands against its stop: this is its zero, as after its board was switched on again"},
-       {"Escape, Q", "leaves; everything done so far is kept"}}};
+      {{"Left, Right", "decrease, increase the first (or the selected) number"},
+       {"Up, Down", "increase, decrease the second number (cross: up, down), or select a number"},
+       {"Shift, Control", "10, 100 steps at once"},
+       {"Enter", "confirm, or start sampling"},
+       {"Backspace", "repeat the previous task; during sampling: stop it"},
+       {"R", "repeat this part from its first task"},
+       {"Z", "zero the stage at its stop, also after its board was switched on again"},
+       {"Escape, Q", "quit; finished tasks are kept"}}};
   return lines;
 }
 

@@ -1,5 +1,5 @@
-/// The guided procedure: asks for one task after the other, takes keys and samples, solves each part when its
-/// tasks are done. No clock, no device, no screen.
+/// Guided calibration: presents the tasks in order, processes keys and samples, and solves each part when its
+/// tasks are done. No clock, device or screen.
 #pragma once
 
 #include <memory>
@@ -13,60 +13,59 @@
 namespace vrda {
 
 struct GuideOptions {
-  std::vector<CalibrationPart> parts;  ///< to be done, in order
-  bool is_anew = false;  ///< their records are outdated at once: they are done from the first task
-  std::string date;      ///< of today
-  std::string path;      ///< of the calibration file, for messages
+  std::vector<CalibrationPart> parts;  ///< requested parts, in order
+  bool is_anew = false;  ///< repeat the parts from the first task: their records become outdated
+  std::string date;      ///< today
+  std::string path;      ///< calibration file, for messages
 };
 
-/// How far it is.
+/// Progress of the current part.
 struct GuideProgress {
   CalibrationPart part = CalibrationPart::viewport;
-  int n_tasks = 0, n_done = 0;  ///< of that part
-  int n_samples = 0;            ///< taken of the task at hand
-  bool is_taking = false;       ///< samples are being taken
-  /// What the operator has to know: a refusal with its reason, a part's result, what is to be expected.
+  int n_tasks = 0, n_done = 0;  ///< tasks of the part
+  int n_samples = 0;            ///< samples of the current task
+  bool is_taking = false;       ///< samples are being collected
+  /// Messages for the operator: an error, the result of a part, the expected accuracy.
   std::vector<std::string> words;
-  bool is_refused = false;  ///< the words are a refusal; marks to be done again have been taken away
+  bool is_refused = false;  ///< the messages are an error; the rejected marks have been removed
 };
 
-/// Parts named by a step of the command line ("all", "bench" and "person" for those once a bench and once a
-/// person, "tracking", or a part itself) that make sense on that bench. Throws InputError naming the step.
+/// Parts of a command line step ("all", "bench", "person", "tracking" or a part) that apply to the bench.
+/// Throws InputError with the step.
 std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchFile& bench);
 
 class GuideSession {
  public:
-  /// `begun`: what is calibrated so far; parts under way go on behind their last mark. Throws InputError when
-  /// a part is asked for before one it rests on, or the bench file lacks what it wants (which key).
+  /// `begun`: calibration so far; unfinished parts resume after their last mark. Throws InputError if a
+  /// dependency of a part is not done or the bench file lacks data (with the key).
   GuideSession(const BenchFile& bench, const Calibration& begun, const GuideOptions& options);
   ~GuideSession();
   GuideSession(const GuideSession&) = delete;
   GuideSession& operator=(const GuideSession&) = delete;
 
-  /// The one at hand; nothing: all parts are done.
+  /// Current task; nullptr when all parts are done.
   const Task* task() const;
-  /// Of its dials, as they stand.
+  /// Current values of its dials.
   std::span<const double> values() const;
   std::size_t selected_dial() const;
   const GuideProgress& progress() const;
 
-  /// Left and Right change the first dial, Up and Down the second (a cross moves with all four); of tasks of
-  /// more than two dials Up and Down select, Left and Right change. A step; with Shift ten, with Control a
-  /// hundred. Enter: it is aligned, or begins to take samples. Backspace: the task before again. R: the part
-  /// from its first task. Z: the stage stands against its stop, which is zero. Escape or Q: leave; everything
-  /// done so far is kept.
+  /// Left and Right change the first dial, Up and Down the second (a cross follows all four). With more than
+  /// two dials Up and Down select a dial and Left and Right change it. One step; Shift ten, Control a
+  /// hundred. Enter: confirm, or start sampling. Backspace: repeat the previous task. R: repeat the part. Z:
+  /// zero the stage at its stop. Escape or Q: quit; finished tasks are kept.
   void take(const KeyPress& press);
-  /// In the order of arrival.
+  /// Processes a sample, in order of arrival.
   void take(const Sample& sample);
-  /// The stage is to be set to zero (a stop task was confirmed, or Z pressed); true once.
+  /// Returns true once after the stage must be zeroed (stop task confirmed, or Z pressed).
   bool zeroes_stage();
   bool is_left() const;
 
-  /// With every mark, estimate and value so far.
+  /// Calibration so far, with all marks, estimates and values.
   const Calibration& calibration() const;
-  /// What the task at hand is drawn by: of a look, eyes and image distance as the part's marks have them.
+  /// Calibration for drawing the current task; a depth check uses the values just measured.
   const Calibration& drawn_by() const;
-  /// Grows from 0 with every mark, result and refusal: time to write the file.
+  /// Counts changes (mark, result, error); a new value means that the file must be written.
   std::uint64_t revision() const;
 
  private:
@@ -74,11 +73,10 @@ class GuideSession {
   std::unique_ptr<Inner> inner_;
 };
 
-/// Solves every part of `calibration` anew that has all its marks, from the marks and the bench file's
-/// numbers as they are now. Throws InputError.
+/// Solves all complete parts again, from the marks and the current bench file. Throws InputError.
 Calibration solved_again(const BenchFile& bench, const Calibration& calibration, const std::string& path);
 
-/// Keys and what they do.
+/// Help lines of the keys.
 std::span<const HelpLine> guide_key_lines();
 
 }  // namespace vrda

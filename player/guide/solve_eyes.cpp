@@ -51,11 +51,11 @@ ViewportFit viewport_of(const BenchFile& bench, const Calibration& begun, bool i
   ViewportMarks marks;
   marks.screen_sd_mm = bench.calibration.screen_sd_mm;
   std::vector<MarkedTask> tasks = tasks_of_eye(CalibrationPart::viewport, bench, begun, is_right);
-  const auto place = [](const Task& task) {
+  const auto order = [](const Task& task) {
     return std::pair(task.kind == TaskKind::scan_line ? 0 : 1, task.index);
   };
   std::stable_sort(tasks.begin(), tasks.end(),
-                   [&](const MarkedTask& a, const MarkedTask& b) { return place(a.task) < place(b.task); });
+                   [&](const MarkedTask& a, const MarkedTask& b) { return order(a.task) < order(b.task); });
   for (const MarkedTask& t : tasks) {
     const double number = t.mark->rows[0][0];
     if (t.task.kind == TaskKind::scan_line) {

@@ -42,7 +42,7 @@ Estimate given(const std::string& name, const std::string& unit, double value, d
   return estimate;
 }
 
-/// The number of a task of ipd; nothing where it is not asked for.
+/// Number of a task of ipd; empty if the bench does not have the task.
 std::optional<double> number_of(const Calibration& begun, const char* task)
 {
   const CalibrationMark* mark = mark_of(begun.records.at(CalibrationPart::ipd), task);
@@ -66,13 +66,12 @@ Estimate solved_ipd(const BenchFile& bench, const Calibration& begun, const std:
   const double arms_mm = *number_of(begun, "left arm") + *number_of(begun, "right arm");
   constexpr double most_apart_mm = 1.0;
   if (std::abs(arms_mm - ipd_mm) > most_apart_mm) {
-    estimate.remarks.push_back("the arms stand " + rounded_text(arms_mm, 1) + " mm apart, the eyes " +
-                               rounded_text(ipd_mm, 1) + " mm: move the arms");
+    estimate.remarks.push_back("distance of the arms " + rounded_text(arms_mm, 1) + " mm, of the eyes " +
+                               rounded_text(ipd_mm, 1) + " mm: adjust the arms");
   }
-  estimate.remarks.push_back("if the eyes are 1 mm further apart than that, what lies at " +
-                             rounded_text(depth_mm, 0) + " mm is seen " +
-                             rounded_text(depth_error_mm(depth_mm, ipd_mm, ipd_mm + 1.0), 1) +
-                             " mm behind its place");
+  estimate.remarks.push_back(
+      "an error of 1 mm (eyes further apart) shifts an object at " + rounded_text(depth_mm, 0) + " mm by " +
+      rounded_text(depth_error_mm(depth_mm, ipd_mm, ipd_mm + 1.0), 1) + " mm away from the viewer");
   return estimate;
 }
 
@@ -89,14 +88,14 @@ Estimate solved_subject(const BenchFile& bench, const Calibration& begun, const 
     std::string ratios;
     for (const LandmarkDistance& d : distances)
       ratios += (ratios.empty() ? "" : ", ") + d.name + " " + rounded_text(d.subject_mm / d.model_mm, 3);
-    throw PartRefusal({path, "subject", "distances that one scale does not fit: " + ratios,
-                       "distances of one scale: measure again, or run the pipeline anew with these landmarks "
+    throw PartRefusal({path, "subject", "distances with different scales: " + ratios,
+                       "distances with one scale; measure again, or run the pipeline with these landmarks "
                        "(schemas/scaling.md)"});
   }
   return fit.estimate;
 }
 
-/// Puts a new viewport in; an old distortion that folds within it is forgotten.
+/// Applies a new viewport; resets an old distortion that folds within it.
 void put_viewport(Calibration& calibration, const Estimate& found)
 {
   put_found(calibration.eyes, CalibrationPart::viewport, found);
@@ -107,12 +106,12 @@ void put_viewport(Calibration& calibration, const Estimate& found)
 
 void solve_stop(CalibrationRecord& record)
 {
-  // Nothing is found: the stage stands at zero from now on.
+  // An empty estimate: the part only zeroes the stage.
   record.estimate.emplace();
   record.estimate->dof = std::numeric_limits<double>::infinity();
 }
 
-void solve_eyes(CalibrationPart part, const BenchFile& bench, Calibration& c, const std::string& path)
+void put_solved_eyes(CalibrationPart part, const BenchFile& bench, Calibration& c, const std::string& path)
 {
   const EyesFit fit = eyes_of(part, bench, c, path);
   c.eyes = fit.eyes;
@@ -151,7 +150,7 @@ void put_solved(CalibrationPart part, const BenchFile& bench, Calibration& c, co
       return;
     case CalibrationPart::bullseye:
     case CalibrationPart::head:
-      return solve_eyes(part, bench, c, path);
+      return put_solved_eyes(part, bench, c, path);
     case CalibrationPart::leg:
     case CalibrationPart::femur:
     case CalibrationPart::tibia: {
@@ -163,7 +162,7 @@ void put_solved(CalibrationPart part, const BenchFile& bench, Calibration& c, co
   }
 }
 
-/// Decimals that show a 95 % interval to two digits.
+/// Decimals for two significant digits of a 95 % interval.
 int decimals_of(double half_width)
 {
   if (!(half_width > 0.0)) return 3;
@@ -191,8 +190,9 @@ void require_earlier_marks(CalibrationPart part, const BenchFile& bench, const C
     for (const bool is_right : {false, true}) eyepoint_of(bench, begun, is_right, path);
   } catch (const PartRefusal& refusal) {
     const InputError::Facts& facts = refusal.facts();
-    throw InputError({facts.file, "per_person.eyepoints: " + facts.field, facts.found,
-                      facts.wanted + ". Do eyepoints anew, as " + name_of(part) + " rests on them"});
+    throw InputError(
+        {facts.file, "per_person.eyepoints: " + facts.field, facts.found,
+         facts.wanted + ". Repeat eyepoints with --anew, because " + name_of(part) + " depends on it"});
   }
 }
 
@@ -212,7 +212,7 @@ std::vector<std::string> round_remarks(CalibrationPart part, const BenchFile& be
 void require_still(CalibrationPart part, const Task& task, const CalibrationMark& mark,
                    const std::string& path)
 {
-  // Ten times the noise of an optical tracker at the end of a probe; more is a hand that moved.
+  // Ten times the noise of an optical tracker at the tip of a probe.
   constexpr double furthest_mm = 3.0;
   std::vector<Eigen::Vector3d> places;
   if (task.kind == TaskKind::bullseye) places = marker_places(mark);
@@ -222,10 +222,9 @@ void require_still(CalibrationPart part, const Task& task, const CalibrationMark
   }
   const MeanPlace mean = mean_place(places);
   if (mean.furthest_mm > furthest_mm) {
-    throw PartRefusal(
-        {path, std::string(name_of(part)) + ", " + task.name,
-         "samples up to " + rounded_text(mean.furthest_mm, 1) + " mm from their mean",
-         "at most " + rounded_text(furthest_mm, 1) + " mm: hold it still, and take them again"});
+    throw PartRefusal({path, std::string(name_of(part)) + ", " + task.name,
+                       "samples up to " + rounded_text(mean.furthest_mm, 1) + " mm from their mean",
+                       "at most " + rounded_text(furthest_mm, 1) + " mm; hold it still and sample again"});
   }
 }
 
@@ -259,9 +258,9 @@ Calibration solved_again(const BenchFile& bench, const Calibration& calibration,
     const auto record = solved.records.find(part);
     if (record == solved.records.end() || record->second.marks.empty()) continue;
     take_numbers(record->second, part, bench);
-    // Parts that rest on this one read its marks, too, whether it is solved or not.
+    // Dependent parts also read the marks of an unsolved part.
     require_of_plan(part, bench, solved, path);
-    // What it rests on is being done anew.
+    // A dependency without an estimate is being repeated.
     const std::vector<CalibrationPart> below = rests_on(part, bench);
     if (!std::all_of(below.begin(), below.end(), has_estimate)) continue;
     const std::vector<Task> tasks = tasks_of(part, bench, solved);

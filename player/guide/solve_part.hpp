@@ -1,4 +1,4 @@
-/// From a part's marks to numbers of the calibration.
+/// Solves a part from its marks.
 #pragma once
 
 #include <string>
@@ -13,31 +13,28 @@
 
 namespace vrda {
 
-/// `begun` with the part's estimate in its record and what it found in the calibration's own fields. All of
-/// the part's tasks must have marks, and the parts that it rests on estimates. Throws PartRefusal, of the
-/// fits and where the samples say that something moved.
+/// Returns `begun` with the estimate in the part's record and in the calibration values. All tasks must have
+/// marks and all dependencies estimates. Throws PartRefusal if a fit fails or a static measurement moved.
 Calibration solved_part(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                         const std::string& path);
 
-/// What solving `part` takes from marks of earlier parts: throws InputError naming that part, when they do
-/// not give it. To be asked before the part is begun, as its own marks are not to blame.
+/// Checks the fits of earlier marks that solving `part` repeats; throws InputError with the earlier part. To
+/// be called before the part starts.
 void require_earlier_marks(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                            const std::string& path);
 
-/// The marks of one round alone, which ends with `done`: throws PartRefusal as solving them would, and
-/// returns what is to be said of them.
+/// Solves only the task group that ends with `done` and returns its remarks. Throws PartRefusal.
 std::vector<std::string> round_remarks(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                                        const Task& done, const std::string& path);
 
-/// The samples of one mark alone: throws PartRefusal when something moved that had to rest.
+/// Throws PartRefusal if the samples of a static measurement moved.
 void require_still(CalibrationPart part, const Task& task, const CalibrationMark& mark,
                    const std::string& path);
 
-/// "left.k1 0.1023 +- 0.0012": a line for each number of an estimate with its 95 % interval, then its
-/// remarks.
+/// One line per number with its 95 % interval ("left.k1 0.1023 +- 0.0012"), then residual and remarks.
 std::vector<std::string> lines_of(const Estimate& estimate);
 
-/// Of one eye: its tasks' marks, in order. Each throws PartRefusal naming `path` as its fit does.
+/// Fits of one eye to the marks of its tasks. Throw PartRefusal with `path`.
 ViewportFit viewport_of(const BenchFile& bench, const Calibration& begun, bool is_right,
                         const std::string& path);
 DistortionFit distortion_of(const BenchFile& bench, const Calibration& begun, bool is_right,
@@ -45,42 +42,42 @@ DistortionFit distortion_of(const BenchFile& bench, const Calibration& begun, bo
 EyeRectangles eyepoint_of(const BenchFile& bench, const Calibration& begun, bool is_right,
                           const std::string& path);
 
-/// The bench file's rectangles, each so often, without marks.
+/// Rectangles of the bench file with their repeats, without measured positions.
 std::vector<RectangleMark> rectangles_of(const CalibrationSettings& settings);
 
-/// Tasks of a part and their marks, of one eye where `is_right` says so.
+/// A task with its mark, or nullptr.
 struct MarkedTask {
   Task task;
   const CalibrationMark* mark = nullptr;
 };
 std::vector<MarkedTask> marked_tasks(CalibrationPart part, const BenchFile& bench, const Calibration& begun);
-/// Of the tasks.
+/// Names of the tasks.
 std::vector<std::string> names_of(std::span<const MarkedTask> tasks);
 
-/// The sweep of task `done` of rails alone: throws PartRefusal as the table's fit would.
+/// Checks the sweep of the rail task `done`. Throws PartRefusal.
 void require_good_rail(const Task& done, const BenchFile& bench, const Calibration& begun,
                        const std::string& path);
 
-/// Each throws PartRefusal naming `path` as its fit does.
+/// Fits of table and probe. Throw PartRefusal with `path`.
 TableFit table_of(const BenchFile& bench, const Calibration& begun, const std::string& path);
 PivotFit pivot_of(const BenchFile& bench, const Calibration& begun, const std::string& path);
 
-/// Of `part` bullseye or head. On a stage the covariance of the eyes' place holds that of the table, too.
+/// `part`: bullseye or head. With a stage the covariance of the pose includes the error of the table.
 EyesFit eyes_of(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                 const std::string& path);
 
-/// Of `part` leg, femur or tibia. The covariance holds those of the probe's tip and of the subject's scale.
+/// `part`: leg, femur or tibia. The covariance includes the errors of probe tip and scale.
 FiducialFit model_of(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                      const std::string& path);
 
-/// Mean and noise of places that should be one.
+/// Mean and scatter of repeated positions.
 struct MeanPlace {
   Eigen::Vector3d p_mm = Eigen::Vector3d::Zero();
-  double sd_mm = 0.0;  ///< of a coordinate of one sample
+  double sd_mm = 0.0;  ///< standard deviation of a coordinate of one sample
   double furthest_mm = 0.0;
 };
 MeanPlace mean_place(const std::vector<Eigen::Vector3d>& places);
-/// Of a bull's-eye's samples: the marker, in the frame of the head's body where that is tracked.
+/// Marker positions of a bull's-eye, in the frame of the head's body if it is tracked, else of the tracker.
 std::vector<Eigen::Vector3d> marker_places(const CalibrationMark& mark);
 
 }  // namespace vrda

@@ -15,7 +15,7 @@ namespace {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// Tasks, in the order of Rail.
+/// Task names in the order of Rail.
 const std::vector<std::string> rails{"x rail", "z rail"};
 
 const CalibrationMark& mark_named(CalibrationPart part, const Calibration& begun, const char* task)
@@ -33,7 +33,7 @@ RailSweep sweep_of(const CalibrationMark& mark, bool is_on_stage)
     sweep.p_tracker_mm.push_back(sampled_position(row));
     if (is_on_stage && row.size() > stage_at) sweep.stage_mm.push_back(row[stage_at]);
   }
-  // Known of every place, or of none.
+  // The stage must be known at all positions or none.
   if (sweep.stage_mm.size() != sweep.p_tracker_mm.size()) sweep.stage_mm.clear();
   return sweep;
 }
@@ -45,9 +45,10 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v)
   return m;
 }
 
-/// Bull's-eyes tell where the eyes are in the tracker's frame, so that an error of the table (b, a: shift and
-/// turn in the tracker's axes) is one of the eyes on the table: with R, t of X_tracker_table and X_table_eyes
-/// the turn is -R^T a, the shift -R^T b - (R^T a) x t. mm and degrees.
+/// Adds the table's covariance to the pose of the eyes on the table. Bull's-eyes determine the eyes in the
+/// tracker frame, so a table error (translation b, rotation a, tracker axes) becomes, with R of
+/// X_tracker_table and t of X_table_eyes, the rotation -R^T a and the translation -R^T b - (R^T a) x t. mm
+/// and degrees.
 void add_table_error(Estimate& eyes, const Pose& X_table_eyes, const Pose& X_tracker_table,
                      const Estimate& table)
 {
@@ -93,7 +94,7 @@ BullseyeMark bullseye_of(const MarkedTask& t, const Pose& X_carrier_seen, double
   return mark;
 }
 
-/// Where each point was touched on the body, and how the probe was held.
+/// Touched points in the body frame and the orientation of the probe.
 struct Touched {
   std::vector<Fiducial> points;
   std::vector<Eigen::Matrix3d> R_body_probe;
@@ -115,13 +116,14 @@ Touched touched_of(std::span<const MarkedTask> tasks, std::span<const Calibratio
   return touched;
 }
 
-/// An error of the tip moves every touched point by its own turn of it: the model's place follows as a fit to
-/// those small ways does. One of the scale moves the model's points along themselves.
+/// Adds the covariance from tip and scale errors, by a linear fit of the pose to the displacements that they
+/// cause: a tip error displaces each point by the probe's rotation of it, a scale error along the point's
+/// position vector.
 void add_known_errors(FiducialFit& fit, const Touched& touched, const Eigen::Matrix3d& tip_covariance,
                       double scale_variance, double scale)
 {
-  // Ways of the fiducials -> (shift, turn): least squares of shift + turn x r = way, r from the body's origin
-  // to the point less the model's origin there.
+  // Least squares of translation + rotation x r = displacement, r from the model's origin to the point in
+  // body axes.
   std::vector<std::size_t> used;
   for (std::size_t k = 0; k < touched.points.size(); ++k) {
     if (!touched.points[k].is_target) used.push_back(k);

@@ -51,16 +51,16 @@ TaskRound round_of(CalibrationPart part, const std::vector<Task>& tasks, std::si
 
 namespace {
 
-/// What a careful eye reaches at a line's side, and a usual eye.
+/// Typical alignment noise of a line.
 constexpr double usual_noise_px = 0.5;
 
 std::string expected_eyepoint(const BenchFile& bench, const Calibration& calibration)
 {
   const Eyepoint usual{Eye().distance_px, calibration.image_distance_mm};
   const Eigen::Vector2d sd = expected_eyepoint_sd(rectangles_of(bench.calibration), usual, usual_noise_px);
-  return "With these rectangles and half a pixel of noise an eye's distance will be known to about +-" +
-         rounded_text(2.0 * sd.x(), 1) + " px, its depth to +-" + rounded_text(2.0 * sd.y(), 1) +
-         " mm. Rectangles further apart in depth make it better.";
+  return "Expected accuracy with these rectangles and half a pixel of noise: distance about +-" +
+         rounded_text(2.0 * sd.x(), 1) + " px, depth +-" + rounded_text(2.0 * sd.y(), 1) +
+         " mm. A larger range of depths improves it.";
 }
 
 }  // namespace

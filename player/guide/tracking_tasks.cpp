@@ -46,9 +46,9 @@ Task bullseye_task(CalibrationPart part, const BenchFile& bench, const Calibrati
   const bool is_head = part == CalibrationPart::head;
   task.instruction =
       std::string("Put the marker ") + place_text(place) +
-      (is_head ? ", and hold the head another way than before." : "; the stage may be anywhere.") +
+      (is_head ? " and change the orientation of the head." : "; the stage may be at any position.") +
       "\nWith the " + eye_text(is_right) +
-      ", put the cross on it, then Enter: keep still until the samples are taken.";
+      ", align the cross with it and press Enter. Keep still until sampling is done.";
   const ShownBox box = shown_box(eye);
   task.dials = {{"x", "px", eye.sight_px.x(), box.low_px.x(), box.high_px.x(), step_px},
                 {"y", "px", eye.sight_px.y(), box.low_px.y(), box.high_px.y(), step_px}};
@@ -57,16 +57,15 @@ Task bullseye_task(CalibrationPart part, const BenchFile& bench, const Calibrati
 
 Task place_task(const char* model, const SixNumbers& begin, int repeat)
 {
-  // Well below a hand's scatter: three places that round to one number would seem to be exact.
+  // Well below the scatter of a hand: otherwise equal rounded poses would seem exact.
   constexpr double most_mm = 10000.0, step_mm = 0.1, step_deg = 0.1;
   Task task;
   task.kind = TaskKind::place;
   task.index = repeat;
   task.name = "place " + std::to_string(repeat + 1);
-  task.instruction =
-      std::string("Turn and move the model of the ") + model +
-      " until it lies in the real one, seen from here;\nthen look from elsewhere, and correct. "
-      "Up and Down select, Left and Right change.";
+  task.instruction = std::string("Move and rotate the model of the ") + model +
+                     " until it matches the real one;\nthen check from other positions and correct. "
+                     "Up and Down select, Left and Right change.";
   const std::array<const char*, 3> axes{"x", "y", "z"};
   for (std::size_t k = 0; k < 3; ++k) {
     task.dials.push_back({std::string("shift ") + axes[k], "mm", begin.shift_mm[static_cast<Eigen::Index>(k)],
@@ -84,7 +83,7 @@ Task place_task(const char* model, const SixNumbers& begin, int repeat)
 
 Eigen::Vector3i marker_place(int index)
 {
-  // Every direction of space within the first four, the corners before the middles.
+  // The first four span all directions; corners come before the middles.
   static constexpr std::array<std::array<int, 3>, 27> places{
       {{-1, -1, -1}, {1, 1, -1},  {1, -1, 1},  {-1, 1, 1}, {0, 0, 0},  {1, -1, -1}, {-1, 1, -1},
        {-1, -1, 1},  {1, 1, 1},   {0, 0, -1},  {0, 0, 1},  {-1, 0, 0}, {1, 0, 0},   {0, -1, 0},
@@ -98,14 +97,15 @@ std::vector<Task> rail_tasks(const BenchFile& bench)
 {
   const CalibrationSettings& settings = bench.calibration;
   const int n = settings.rail_samples;
-  return {sweep_task(
-              "x rail", settings.marker, n,
-              "Fasten the marker to the stage. Enter, then move the stage slowly along its whole rail,\nfrom "
-              "left to right, with the marker in the tracker's sight."),
-          sweep_task(
-              "z rail", settings.marker, n,
-              "Fasten the marker to the slide of the rail along the table. Enter, then move it slowly along "
-              "the whole rail,\ntowards the viewer.")};
+  return {
+      sweep_task(
+          "x rail", settings.marker, n,
+          "Attach the marker to the stage. Press Enter, then move the stage slowly along its whole rail,\n"
+          "from left to right, with the marker visible to the tracker."),
+      sweep_task(
+          "z rail", settings.marker, n,
+          "Attach the marker to the slide of the rail along the table. Press Enter, then move it slowly\n"
+          "along the whole rail, towards the viewer.")};
 }
 
 std::vector<Task> stop_tasks()
@@ -113,7 +113,7 @@ std::vector<Task> stop_tasks()
   Task task;
   task.kind = TaskKind::stop;
   task.name = "stop";
-  task.instruction = "Move the stage against its stop and hold it there. Enter: this place is zero.";
+  task.instruction = "Move the stage against its stop, hold it there and press Enter to zero it.";
   return {task};
 }
 
@@ -121,8 +121,8 @@ std::vector<Task> probe_tasks(const BenchFile& bench)
 {
   return {sweep_task(
       "sweep", bench.calibration.probe, bench.calibration.pivot_samples,
-      "Rest the probe's tip in a small hole. Enter, then turn the probe about it,\nto and fro, to the "
-      "left and right, by 40 degrees and more. The tip must not slip.")};
+      "Put the probe's tip into a small hole. Press Enter, then tilt the probe forwards, backwards,\nto the "
+      "left and to the right over a range of 40 degrees or more. The tip must not slip.")};
 }
 
 std::vector<Task> bullseye_tasks(CalibrationPart part, const BenchFile& bench, const Calibration& calibration)
@@ -154,8 +154,8 @@ std::vector<Task> model_tasks(CalibrationPart part, const BenchFile& bench, cons
     task.tool = settings.probe;
     task.n_samples = settings.hold_samples;
     task.instruction = "Touch with the probe's tip: " + points[k].name +
-                       (points[k].is_target ? " (it tells the error).\n" : ".\n") +
-                       "Enter, then keep probe and leg still until the samples are taken.";
+                       (points[k].is_target ? " (target, not part of the fit).\n" : ".\n") +
+                       "Press Enter and keep probe and leg still until sampling is done.";
     tasks.push_back(task);
   }
   return tasks;

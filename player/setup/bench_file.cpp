@@ -43,12 +43,12 @@ DisplaySettings display_of(const Document& document)
   if (display.find("right_window") != nullptr)
     settings.windows.right = window_of(document, "display.right_window", settings);
   if (within(settings.windows.left, settings.windows.right).width > 0) {
-    document.refuse("display.right_window", "a window over the left eye's",
-                    "one beside it: each eye has its own");
+    document.refuse("display.right_window", "a window that overlaps display.left_window",
+                    "windows that do not overlap");
   }
   settings.refresh_hz = number_at(display, "refresh_hz");
   if (display.find("at") != nullptr) {
-    // Outputs may be to the left of the first one, and above it.
+    // Negative positions are valid: an output may be left of or above the first one.
     const std::vector<double> at = numbers_at(display, "at");
     settings.at = {static_cast<int>(at[0]), static_cast<int>(at[1])};
   }
@@ -65,7 +65,7 @@ void add_markers(const Document& document, const std::string& role, MarkerPlaces
   if (body.find("markers_mm") == nullptr) {
     if (places == MarkerPlaces::may_be_missing) return;
     document.refuse(key + ".markers_mm", "nothing",
-                    "x, y, z of each marker (vrda-player body " + role + " measures them)");
+                    "x, y, z of each marker (measure them with vrda-player body " + role + ")");
   }
   const std::vector<double> flat = numbers_at(body, "markers_mm");
   if (flat.size() != 3 * settings.markers.size()) {
@@ -80,7 +80,7 @@ BodySettings body_of(const Document& document, const std::string& role, MarkerPl
 {
   const std::string key = "body." + role;
   const DocumentValue* body = find_at(document.root, key);
-  if (body == nullptr) document.refuse(key, "nothing", "a table with tool, or with markers and markers_mm");
+  if (body == nullptr) document.refuse(key, "nothing", "a table with tool or with markers and markers_mm");
   const bool has_tool = body->find("tool") != nullptr, has_markers = body->find("markers") != nullptr;
   if (has_tool == has_markers) {
     document.refuse(key + ".tool", has_tool ? "tool and markers" : "neither tool nor markers", "one of them");
@@ -113,15 +113,15 @@ void add_bodies(const Document& document, MarkerPlaces places, BenchFile& bench)
     if (!body.tool.empty()) names.push_back(body.tool);
     for (const std::string& name : names) {
       if (std::find(tools.begin(), tools.end(), name) != tools.end()) {
-        document.refuse(std::string("body.") + name_of(role), "the tool '" + name + "' a second time",
-                        "each tool once");
+        document.refuse(std::string("body.") + name_of(role), "the tool '" + name + "' twice",
+                        "each tool only once");
       }
       tools.push_back(name);
     }
   }
 }
 
-/// The probe and the marker: a tool that a body has already stays that one.
+/// Adds the tools of probe and marker unless a body already uses them.
 void add_calibration(const Document& document, BenchFile& bench)
 {
   bench.calibration = calibration_settings_of(document);

@@ -1,4 +1,4 @@
-/// What the bench consists of: its display, tracker and board, and which input drives what.
+/// Configuration of a bench: display, tracker, board, tracked bodies and input mapping.
 #pragma once
 
 #include <array>
@@ -14,74 +14,73 @@
 namespace vrda {
 
 struct DisplaySettings {
-  int width = 1280, height = 1024;  ///< of the frame buffer, px
+  int width = 1280, height = 1024;  ///< frame buffer size, px
   Layout layout = Layout::quarters;
-  EyeWindows windows;  ///< those of the layout, or as the file has them
+  EyeWindows windows;  ///< from the layout unless the file sets them
   double refresh_hz = 60.0;
-  /// Of the frame buffer's top left corner, px of the desktop; nothing: an ordinary window.
+  /// Top left corner of the frame buffer on the desktop, px; empty: an ordinary window.
   std::optional<std::array<int, 2>> at;
 };
 
 enum class LegKind {
-  rigid,      ///< the thesis's mannequin: one body; the angle comes from a parameter
-  two_bodies  ///< femur and tibia are tracked: flexion and varus come from them
+  rigid,      ///< one body (the thesis's mannequin); flexion and varus are parameters
+  two_bodies  ///< femur and tibia are tracked; flexion and varus are measured
 };
 enum class HeadKind {
-  stage,   ///< on the parallax stage, along one line
-  tracker  ///< a body on the display
+  stage,   ///< moves along the parallax stage
+  tracker  ///< tracked by a body on the display
 };
 
-/// Bodies by what they are fastened to.
+/// What a tracked body is attached to.
 enum class BodyRole { leg, femur, tibia, head };
 inline constexpr std::size_t n_body_roles = 4;
 const char* name_of(BodyRole role);
 
-/// A tool that the tracker gives the pose of, or markers that it gives the positions of.
+/// A tracked body: one tool with a pose, or several markers with positions.
 struct BodySettings {
   std::string tool;                              ///< empty: markers
-  std::vector<std::string> markers;              ///< tools of the tracker, labelled
-  std::vector<Eigen::Vector3d> markers_body_mm;  ///< where they are on the body; empty: not measured yet
-  double marker_interval_ms = 0.0;               ///< they fire one after another, that far apart
+  std::vector<std::string> markers;              ///< tracker tools, one a marker
+  std::vector<Eigen::Vector3d> markers_body_mm;  ///< positions in the body frame; empty: not measured yet
+  double marker_interval_ms = 0.0;               ///< time between the firing of successive markers
 };
 
-/// One-Euro filter of the leg's angles.
+/// One-Euro filter of the leg angles.
 struct FilterSettings {
   bool is_on = true;
   double least_cutoff_hz = 1.5;
-  double slope = 0.3;  ///< Hz of cutoff for each degree a second
+  double slope = 0.3;  ///< cutoff increase, Hz per degree/s
 };
 
 struct BenchFile {
   std::string path, title;
-  std::string text;  ///< whole, for recordings
+  std::string text;  ///< whole file, stored in recordings
   DisplaySettings display;
   LegKind leg = LegKind::two_bodies;
   HeadKind head = HeadKind::stage;
-  std::array<std::optional<BodySettings>, n_body_roles> bodies;  ///< of the roles that leg and head want
-  /// Its tools: those of the bodies, in order, each once; with [calibration] its probe and marker behind
-  /// them.
+  std::array<std::optional<BodySettings>, n_body_roles> bodies;  ///< for the roles that leg and head require
+  /// Tools in order: those of the bodies, then with [calibration] the probe and the marker; each once.
   std::optional<TrackerSettings> tracker;
   CalibrationSettings calibration;
   std::optional<BoardSettings> board;
   double stage_mm_per_count = 0.005;
-  std::string potentiometer;  ///< the parameter it drives, "selected": the one keys select; empty: none
+  std::string potentiometer;  ///< parameter it drives; "selected": the one chosen by keys; empty: none
   FilterSettings filter;
-  std::string simulation_address = "127.0.0.1";  ///< that `vrda-player simulate` listens on: a number
-  SimulationScript simulation;  ///< what `vrda-player simulate` plays; bodies and tools as above
-  double prediction_ms = 0.0;   ///< how far ahead tracked bodies are predicted at first; 0: not
+  std::string simulation_address = "127.0.0.1";  ///< numeric listening address of `vrda-player simulate`
+  SimulationScript simulation;  ///< what `vrda-player simulate` plays, with the bodies and tools above
+  double prediction_ms = 0.0;   ///< initial prediction time of tracked bodies; 0: no prediction
 };
 
-/// The tracker's tools of a body: itself, or its markers.
+/// Number of tracker tools of a body: 1, or the number of its markers.
 std::size_t n_tools(const BodySettings& body);
-/// Row of the tracker's tools where those of a role begin.
+/// Index of the first tracker tool of a role.
 std::size_t first_tool_of(const BenchFile& bench, BodyRole role);
 
-/// Whether a body of markers has to say where they are on it.
+/// Whether a body of markers must contain the marker positions.
 enum class MarkerPlaces { needed, may_be_missing };
 
-/// Reads a TOML file as schemas/bench.md describes it. Throws InputError naming file and key.
+/// Reads a bench file (schemas/bench.md). Throws InputError with file and key.
 BenchFile read_bench_file(const std::string& path, MarkerPlaces places = MarkerPlaces::needed);
-/// The same from the text of a file; `path` is for errors.
+/// The same from the file's text; `path` is used in errors.
 BenchFile parsed_bench_file(const std::string& text, const std::string& path,
                             MarkerPlaces places = MarkerPlaces::needed);
 

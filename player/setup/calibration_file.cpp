@@ -15,7 +15,7 @@ const DocumentSchema& calibration_schema();  // schemas/calibration.schema.json
 namespace {
 
 constexpr int version = 1;
-/// A direction of the file is this near to a unit vector, or was no direction.
+/// Allowed deviation of the length of a stored direction from 1.
 constexpr double unit_tolerance = 1e-3;
 
 Eigen::Vector2d two(const DocumentValue& table, const char* key)
@@ -57,15 +57,15 @@ std::vector<double> numbers_of(const Viewport& v)
           static_cast<double>(v.height)};
 }
 
-/// Marks and coefficients are in pixels of the eye's window: of another one they mean something else. A file
-/// that does not tell its windows is taken as it is.
+/// Measurements and coefficients are in pixels of the eye's window, so it must be the same. A file without
+/// windows is accepted.
 void require_window(const Document& document, const std::string& key, const Viewport& window)
 {
   if (find_at(document.root, key) == nullptr) return;
   const std::vector<double> made_for = numbers_at(document.root, key), wanted = numbers_of(window);
   if (made_for == wanted) return;
   document.refuse(key, "a calibration of the window " + list_text(made_for),
-                  "one of this bench's window, " + list_text(wanted) + ": calibrate anew");
+                  "this bench's window, " + list_text(wanted) + "; calibrate again");
 }
 
 void require_bench(const Document& document, const BenchFile& bench)
@@ -79,7 +79,7 @@ void require_bench(const Document& document, const BenchFile& bench)
   made_for.layout = layout_named(text_at(root, "display.layout")).value();
   if (display_text(made_for) != display_text(bench.display)) {
     document.refuse("display", "a calibration of " + display_text(made_for),
-                    "one of this bench's display, " + display_text(bench.display) + ": calibrate anew");
+                    "this bench's display, " + display_text(bench.display) + "; calibrate again");
   }
   require_window(document, "display.left_window", bench.display.windows.left);
   require_window(document, "display.right_window", bench.display.windows.right);
@@ -97,7 +97,7 @@ Calibration calibration_in(const Document& document, const BenchFile& bench)
   calibration.X_table_eyes = six_in(root, "eyes");
   calibration.stage_direction_table = vector3_at(root, "stage_direction");
   if (!(std::abs(calibration.stage_direction_table.norm() - 1.0) < unit_tolerance))
-    document.refuse("stage_direction", "a vector that is no unit vector", "a direction of length 1");
+    document.refuse("stage_direction", "a vector whose length is not 1", "a unit vector");
   calibration.X_headbody_eyes = six_in(root, "head");
   for (const BodyRole role : {BodyRole::leg, BodyRole::femur, BodyRole::tibia})
     calibration.X_body_model[static_cast<std::size_t>(role)] = six_in(root, name_of(role));
@@ -146,12 +146,11 @@ Calibration read_calibration(const std::string& path, const BenchFile& bench)
 std::string calibration_text(const Calibration& calibration, const BenchFile& bench)
 {
   std::ostringstream text;
-  text << "# schemas/calibration.md says what everything means.\nversion = " << version
-       << "\nbench = " << quoted_text(bench.title)
+  text << "# See schemas/calibration.md.\nversion = " << version << "\nbench = " << quoted_text(bench.title)
        << "\nimage_distance_mm = " << number_text(calibration.image_distance_mm)
        << "\nstage_direction = " << list_of(calibration.stage_direction_table)
-       << "  # of the table, a unit vector\nsubject_scale = " << number_text(calibration.subject_scale)
-       << "  # of the model's lengths\n\n[display]\nwidth = " << bench.display.width
+       << "  # unit vector in table axes\nsubject_scale = " << number_text(calibration.subject_scale)
+       << "  # scale of the model's lengths\n\n[display]\nwidth = " << bench.display.width
        << "\nheight = " << bench.display.height
        << "\nlayout = " << quoted_text(layout_names()[static_cast<std::size_t>(bench.display.layout)])
        << "\nleft_window = " << list_text(numbers_of(bench.display.windows.left))
@@ -159,13 +158,14 @@ std::string calibration_text(const Calibration& calibration, const BenchFile& be
        << "\n";
   add_eye(text, "left", calibration.eyes.left);
   add_eye(text, "right", calibration.eyes.right);
-  add_six(text, "table", "the table in the tracker's frame", calibration.X_tracker_table);
-  add_six(text, "eyes", "the middle between the eyes on the table, with the stage at zero",
+  add_six(text, "table", "pose of the table in the tracker frame", calibration.X_tracker_table);
+  add_six(text, "eyes", "pose of the eyes' midpoint in the table frame, stage at zero",
           calibration.X_table_eyes);
-  add_six(text, "head", "the middle between the eyes on the display's body", calibration.X_headbody_eyes);
-  add_six(text, "leg", "the knee model on the leg's body", calibration.X_body_model[0]);
-  add_six(text, "femur", "the femur's model on its body", calibration.X_body_model[1]);
-  add_six(text, "tibia", "the tibia's model on its body", calibration.X_body_model[2]);
+  add_six(text, "head", "pose of the eyes' midpoint in the frame of the display's body",
+          calibration.X_headbody_eyes);
+  add_six(text, "leg", "pose of the knee model in the frame of the leg's body", calibration.X_body_model[0]);
+  add_six(text, "femur", "pose of the femur model in the frame of its body", calibration.X_body_model[1]);
+  add_six(text, "tibia", "pose of the tibia model in the frame of its body", calibration.X_body_model[2]);
   return text.str() + records_text(calibration.records);
 }
 

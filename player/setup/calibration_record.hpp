@@ -1,4 +1,4 @@
-/// What calibration did, kept beside what it found: every part's marks, estimate and date.
+/// Stored calibration data of each part: measurements, estimate and date.
 #pragma once
 
 #include <optional>
@@ -9,13 +9,13 @@
 
 namespace vrda {
 
-/// A piece of the procedure that is solved by itself. The order is that of doing them.
+/// A part of the procedure with a fit of its own, in the order of execution.
 enum class CalibrationPart {
   viewport,
   distortion,
   rails,
   stop,
-  probe,  // once a bench
+  probe,  // the last part per bench
   eyepoints,
   ipd,
   subject,
@@ -23,31 +23,30 @@ enum class CalibrationPart {
   head,
   leg,
   femur,
-  tibia  // once a person
+  tibia  // the last part per person
 };
 inline constexpr std::size_t n_calibration_parts = 13;
 const char* name_of(CalibrationPart part);
 std::optional<CalibrationPart> calibration_part_named(const std::string& name);
 bool is_once_a_bench(CalibrationPart part);
 
-/// Names of the numbers that other parts read from what this one found; often none.
+/// Names of the estimated numbers that other parts use; may be empty.
 std::vector<std::string> numbers_read_of(CalibrationPart part);
 
-/// One finished task: rows of numbers as the task's kind says (guide/task.hpp).
+/// Measurement of one finished task; the task kind (guide/task.hpp) defines the rows.
 struct CalibrationMark {
-  std::string task;  ///< its name, which is unique in its part
+  std::string task;  ///< task name, unique within its part
   std::vector<std::vector<double>> rows;
 };
 
 struct CalibrationRecord {
   std::string date;  ///< "2026-11-22", of the last mark
-  /// In the order of the part's tasks; the first task without one is asked for next.
+  /// In the order of the part's tasks; the first task without a mark is the next one.
   std::vector<CalibrationMark> marks;
-  /// Numbers of the bench file that the marks belong to (guide/parts.hpp); empty: there are none, or the file
-  /// does not tell.
+  /// Values of the bench file to which the marks belong (guide/parts.hpp); may be empty.
   std::vector<double> made_with;
-  std::optional<Estimate> estimate;  ///< once it is solved
-  /// To be done again: it was asked for anew, or a part that it rests on was done again since.
+  std::optional<Estimate> estimate;  ///< once solved
+  /// The part must be repeated: by --anew, or because a part that it depends on was repeated.
   bool is_outdated = false;
 };
 

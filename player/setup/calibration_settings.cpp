@@ -18,13 +18,13 @@ std::vector<CalibrationRectangle> rectangles_of(const Document& document)
     depths_mm.insert(row[1]);
   }
   if (depths_mm.size() < 2) {
-    document.refuse("calibration.rectangles", "one depth only, " + shortest(*depths_mm.begin()) + " mm",
-                    "two depths or more: one alone does not determine how far the eye is");
+    document.refuse("calibration.rectangles", "one depth, " + shortest(*depths_mm.begin()) + " mm",
+                    "two depths or more; one depth does not determine the distance of the eye");
   }
   return rectangles;
 }
 
-/// Tables of a list, each with a name of its own, by `item_of`.
+/// Converts a list of tables with unique names by `item_of`.
 template <typename Item, typename ItemOf>
 std::vector<Item> named_items(const Document& document, const std::string& key, ItemOf item_of)
 {
@@ -33,8 +33,8 @@ std::vector<Item> named_items(const Document& document, const std::string& key, 
   for (const DocumentValue& value : list_or_empty(document.root, key)) {
     const std::string& name = text_at(value, "name");
     if (!names.insert(name).second) {
-      document.refuse(key + "." + std::to_string(items.size()) + ".name", "'" + name + "' a second time",
-                      "a name of its own");
+      document.refuse(key + "." + std::to_string(items.size()) + ".name", "'" + name + "' twice",
+                      "a unique name");
     }
     items.push_back(item_of(value, name));
   }

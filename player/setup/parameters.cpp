@@ -25,11 +25,11 @@ struct List {
     entries.push_back(std::move(entry));
   }
 
-  /// A number of the values, `scale` of whose units are one of the parameter's.
+  /// A number at `at`; one unit of the parameter is `scale` units of the stored value.
   template <typename At>
   void add_number(const Parameter& parameter, At at, double scale = 1.0)
   {
-    // What is only read through `at` is not changed by it.
+    // The const_cast is safe: the getter only reads through `at`.
     add(parameter,
         {[at, scale](const BenchValues& values) { return at(const_cast<BenchValues&>(values)) / scale; },
          [at, scale](BenchValues& values, double value) { at(values) = value * scale; }});
@@ -42,7 +42,7 @@ double& eye_position(BenchValues& values, Eye EyePair::*side, Eigen::Index axis)
 }
 
 /// "left.sight_x"
-std::string part_of(const std::string& name, const char* what, Eigen::Index axis)
+std::string with_axis(const std::string& name, const char* what, Eigen::Index axis)
 {
   return name + what + "xyz"[axis];
 }
@@ -53,16 +53,16 @@ void add_eye(List& list, const std::string& name, Eye EyePair::*side)
   constexpr double px = 20000.0;
   list.add_number({name + ".distance", "px", 10.0, 100000.0, 1.0},
                   [eye](BenchValues& v) -> double& { return eye(v).distance_px; });
-  // The distortion's too, as the calibration file has one number for both.
+  // The file has one aspect ratio for both projection and distortion.
   list.add({name + ".pixel_aspect", "", 0.1, 10.0, 0.001},
            {[side](const BenchValues& v) { return (v.calibration.eyes.*side).pixel_aspect; },
             [eye](BenchValues& v, double value) {
               eye(v).pixel_aspect = eye(v).distortion.pixel_aspect = value;
             }});
   for (const Eigen::Index axis : {0, 1}) {
-    list.add_number({part_of(name, ".sight_", axis), "px", -px, px, 0.5},
+    list.add_number({with_axis(name, ".sight_", axis), "px", -px, px, 0.5},
                     [eye, axis](BenchValues& v) -> double& { return eye(v).sight_px[axis]; });
-    list.add_number({part_of(name, ".centre_", axis), "px", -px, px, 0.5},
+    list.add_number({with_axis(name, ".centre_", axis), "px", -px, px, 0.5},
                     [eye, axis](BenchValues& v) -> double& { return eye(v).distortion.centre_px[axis]; });
   }
   list.add_number({name + ".k1", "", -1.0, 1.0, 0.001},
@@ -80,12 +80,12 @@ void add_six(List& list, const std::string& name, At at)
 {
   constexpr double most_mm = 10000.0, most_deg = 180.0;
   for (const Eigen::Index axis : {0, 1, 2}) {
-    list.add_number({part_of(name, ".shift_", axis), "mm", -most_mm, most_mm, 0.5},
+    list.add_number({with_axis(name, ".shift_", axis), "mm", -most_mm, most_mm, 0.5},
                     [at, axis](BenchValues& v) -> double& { return at(v).shift_mm[axis]; });
   }
   for (const Eigen::Index axis : {0, 1, 2}) {
     list.add_number(
-        {part_of(name, ".turn_", axis), "deg", -most_deg, most_deg, 0.1},
+        {with_axis(name, ".turn_", axis), "deg", -most_deg, most_deg, 0.1},
         [at, axis](BenchValues& v) -> double& { return at(v).turn_rad[axis]; }, rad_from_deg(1.0));
   }
 }
@@ -97,7 +97,7 @@ void add_model(List& list, BodyRole role)
   });
 }
 
-/// The middle between the eyes stays.
+/// Moves both eyes symmetrically: their midpoint does not change.
 void set_pupillary_distance(BenchValues& values, double distance_mm)
 {
   double &left = eye_position(values, &EyePair::left, 0), &right = eye_position(values, &EyePair::right, 0);
@@ -106,7 +106,7 @@ void set_pupillary_distance(BenchValues& values, double distance_mm)
   right = middle + 0.5 * distance_mm;
 }
 
-List made_list()
+List build_list()
 {
   List list;
   list.add_number({"flexion", "deg", -30.0, 180.0, 1.0, false},
@@ -136,8 +136,8 @@ List made_list()
 
 const List& list()
 {
-  static const List made = made_list();
-  return made;
+  static const List built = build_list();
+  return built;
 }
 
 }  // namespace
@@ -175,8 +175,8 @@ double value_of(const BenchValues& values, std::size_t parameter)
 
 void set_value(BenchValues& values, std::size_t parameter, double value)
 {
-  const Parameter& facts = list().parameters.at(parameter);
-  list().entries.at(parameter).set(values, std::clamp(value, facts.least, facts.most));
+  const Parameter& limits = list().parameters.at(parameter);
+  list().entries.at(parameter).set(values, std::clamp(value, limits.least, limits.most));
 }
 
 }  // namespace vrda

@@ -1,4 +1,4 @@
-/// What can be adjusted while the bench runs (thesis 7.2): each with its unit, range and step.
+/// Parameters that can be adjusted while the bench runs (thesis 7.2), with unit, range and step.
 #pragma once
 
 #include <optional>
@@ -9,30 +9,29 @@
 
 namespace vrda {
 
-/// All that parameters change.
+/// All values that parameters change.
 struct BenchValues {
   Calibration calibration;
-  double flexion_deg = 0.0, varus_deg = 0.0;  ///< of a rigid leg
+  double flexion_deg = 0.0, varus_deg = 0.0;  ///< only for a rigid leg
   double prediction_ms = 0.0;
 };
 
 struct Parameter {
   std::string name;  ///< "flexion", "left.k1", "tibia.shift_x"
-  std::string unit;  ///< empty: a plain number
+  std::string unit;  ///< empty: dimensionless
   double least = 0.0, most = 0.0, step = 0.0;
-  bool is_kept = true;  ///< in the calibration file
+  bool is_kept = true;  ///< saved in the calibration file
 };
 
-/// In the order in which keys go through them. Never changes.
+/// All parameters, in the order in which keys select them. Constant.
 std::span<const Parameter> parameters();
 std::optional<std::size_t> parameter_named(const std::string& name);
 
-/// Whether it changes anything on that bench: a tracked leg has no flexion to set, a rigid one no femur's
-/// body.
+/// Whether the parameter has an effect on the bench, e.g. `flexion` only with a rigid leg.
 bool is_used(std::size_t parameter, const BenchFile& bench);
 
 double value_of(const BenchValues& values, std::size_t parameter);
-/// Within the parameter's range.
+/// Sets a parameter; the value is clamped to its range.
 void set_value(BenchValues& values, std::size_t parameter, double value);
 
 }  // namespace vrda

@@ -10,10 +10,10 @@ namespace {
 
 constexpr const char* bench_table = "per_bench";
 constexpr const char* person_table = "per_person";
-/// A plain number's unit, as a list of texts cannot hold an empty one.
-constexpr const char* plain_unit = "1";
+/// Unit of a dimensionless number in the file: the list of texts must not contain empty texts.
+constexpr const char* dimensionless_unit = "1";
 
-std::string place_of(CalibrationPart part)
+std::string table_key(CalibrationPart part)
 {
   return std::string(is_once_a_bench(part) ? bench_table : person_table) + "." + name_of(part);
 }
@@ -25,23 +25,23 @@ std::vector<CalibrationMark> marks_in(const Document& document, const std::strin
   for (const DocumentValue& item : list_or_empty(document.root, key)) {
     const CalibrationMark mark{text_at(item, "task"), rows_at(item, "rows")};
     if (!names.insert(mark.task).second) {
-      document.refuse(key + "." + std::to_string(marks.size()) + ".task", "'" + mark.task + "' a second time",
-                      "each task once");
+      document.refuse(key + "." + std::to_string(marks.size()) + ".task", "'" + mark.task + "' twice",
+                      "each task only once");
     }
     marks.push_back(mark);
   }
   return marks;
 }
 
-/// A list of as many items as there are names.
+/// Checks that a list has one item a name.
 void require_size(const Document& document, const std::string& key, std::size_t found, std::size_t wanted,
                   const char* items)
 {
   if (found == wanted) return;
-  document.refuse(key, std::to_string(found) + " " + items, std::to_string(wanted) + ", as many as names");
+  document.refuse(key, std::to_string(found) + " " + items, std::to_string(wanted) + ", one for each name");
 }
 
-/// Its rows and columns follow the numbers; what is no covariance is refused.
+/// Reads an [n, n] covariance; rows and columns follow `names`. A negative variance is an error.
 Eigen::MatrixXd covariance_in(const Document& document, const std::string& key, std::size_t n)
 {
   if (n == 0) return {};
@@ -54,7 +54,7 @@ Eigen::MatrixXd covariance_in(const Document& document, const std::string& key, 
     covariance.row(static_cast<Eigen::Index>(i)) = Eigen::RowVectorXd::Map(rows[i].data(), size);
   }
   if (!(covariance.diagonal().minCoeff() >= 0.0))
-    document.refuse(key, "a variance below 0", "variances on its diagonal");
+    document.refuse(key, "a negative variance", "a covariance with a non-negative diagonal");
   return covariance;
 }
 
@@ -67,7 +67,7 @@ Estimate estimate_in(const Document& document, const std::string& key)
   const std::size_t n = estimate.names.size();
   require_size(document, key + ".units", estimate.units.size(), n, "units");
   for (std::string& unit : estimate.units) {
-    if (unit == plain_unit) unit.clear();
+    if (unit == dimensionless_unit) unit.clear();
   }
   const std::vector<double> values = numbers_at(table, "values");
   require_size(document, key + ".values", values.size(), n, "numbers");
@@ -81,14 +81,14 @@ Estimate estimate_in(const Document& document, const std::string& key)
   return estimate;
 }
 
-/// Other parts find their numbers by name.
-void require_numbers_read(const Document& document, const std::string& key, const Estimate& estimate,
-                          CalibrationPart part)
+/// Checks that the numbers that other parts read by name are present.
+void require_estimate_names(const Document& document, const std::string& key, const Estimate& estimate,
+                            CalibrationPart part)
 {
   for (const std::string& name : numbers_read_of(part)) {
     if (index_of(estimate, name) >= 0) continue;
     document.refuse(key + ".names", "no '" + name + "'",
-                    "the numbers that " + std::string(name_of(part)) + " finds");
+                    "the numbers that the part " + std::string(name_of(part)) + " estimates");
   }
 }
 
@@ -102,7 +102,7 @@ CalibrationRecord record_in(const Document& document, const std::string& key, Ca
   record.marks = marks_in(document, key + ".mark");
   if (table.find("result") != nullptr) {
     record.estimate = estimate_in(document, key + ".result");
-    require_numbers_read(document, key + ".result", *record.estimate, part);
+    require_estimate_names(document, key + ".result", *record.estimate, part);
   }
   return record;
 }
@@ -114,7 +114,7 @@ std::string texts_text(const std::vector<std::string>& texts)
   return text + "]";
 }
 
-/// A row of the list on a line of its own.
+/// Writes each row on its own line.
 std::string rows_text(const std::vector<std::vector<double>>& rows)
 {
   std::string text = "[";
@@ -122,18 +122,18 @@ std::string rows_text(const std::vector<std::vector<double>>& rows)
   return text + "]";
 }
 
-void add_estimate(std::ostream& text, const std::string& place, const Estimate& estimate)
+void add_estimate(std::ostream& text, const std::string& key, const Estimate& estimate)
 {
   std::vector<std::string> units = estimate.units;
   for (std::string& unit : units) {
-    if (unit.empty()) unit = plain_unit;
+    if (unit.empty()) unit = dimensionless_unit;
   }
   std::vector<std::vector<double>> covariance;
   for (Eigen::Index i = 0; i < estimate.covariance.rows(); ++i) {
     const Eigen::VectorXd row = estimate.covariance.row(i);
     covariance.emplace_back(row.data(), row.data() + row.size());
   }
-  text << "\n[" << place << ".result]\nnames = " << texts_text(estimate.names)
+  text << "\n[" << key << ".result]\nnames = " << texts_text(estimate.names)
        << "\nunits = " << texts_text(units) << "\nvalues = "
        << list_text({estimate.values.data(), static_cast<std::size_t>(estimate.values.size())})
        << "\ncovariance = " << rows_text(covariance) << "\ndof = " << number_text(estimate.dof)
@@ -151,8 +151,8 @@ CalibrationRecords records_in(const Document& document)
   CalibrationRecords records;
   for (std::size_t k = 0; k < n_calibration_parts; ++k) {
     const auto part = static_cast<CalibrationPart>(k);
-    if (find_at(document.root, place_of(part)) != nullptr)
-      records[part] = record_in(document, place_of(part), part);
+    if (find_at(document.root, table_key(part)) != nullptr)
+      records[part] = record_in(document, table_key(part), part);
   }
   return records;
 }
@@ -161,13 +161,13 @@ std::string records_text(const CalibrationRecords& records)
 {
   std::ostringstream text;
   for (const auto& [part, record] : records) {
-    const std::string place = place_of(part);
-    text << "\n[" << place << "]\ndate = " << quoted_text(record.date) << "\n";
-    if (record.is_outdated) text << "outdated = true  # to be done again\n";
+    const std::string key = table_key(part);
+    text << "\n[" << key << "]\ndate = " << quoted_text(record.date) << "\n";
+    if (record.is_outdated) text << "outdated = true  # must be repeated\n";
     if (!record.made_with.empty()) text << "made_with = " << list_text(record.made_with) << "\n";
-    if (record.estimate) add_estimate(text, place, *record.estimate);
+    if (record.estimate) add_estimate(text, key, *record.estimate);
     for (const CalibrationMark& mark : record.marks) {
-      text << "\n[[" << place << ".mark]]\ntask = " << quoted_text(mark.task)
+      text << "\n[[" << key << ".mark]]\ntask = " << quoted_text(mark.task)
            << "\nrows = " << rows_text(mark.rows) << "\n";
     }
   }

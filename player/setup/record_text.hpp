@@ -10,11 +10,10 @@ namespace vrda {
 
 using CalibrationRecords = std::map<CalibrationPart, CalibrationRecord>;
 
-/// Of a checked file; none where it has none. Throws InputError naming file and key of what does not fit
-/// together.
+/// Reads the records of a schema-checked file; may be empty. Throws InputError with file and key.
 CalibrationRecords records_in(const Document& document);
 
-/// Tables behind everything else: reading them gives equal records.
+/// TOML tables for the end of the file; reading them gives equal records.
 std::string records_text(const CalibrationRecords& records);
 
 }  // namespace vrda

@@ -10,10 +10,10 @@
 namespace vrda {
 namespace {
 
-SimulatedBody simulated(const BodySettings& settings, const char* name)
+SimulatedBody simulated_body(const BodySettings& settings, const char* name)
 {
   SimulatedBody body;
-  // A body of markers has no tool of its own; the name stands for it in occlusions.
+  // A body of markers has no tool; occlusions refer to it by its role name.
   body.tool = settings.tool.empty() ? name : settings.tool;
   body.markers_mm = settings.markers_body_mm;
   return body;
@@ -22,7 +22,7 @@ SimulatedBody simulated(const BodySettings& settings, const char* name)
 void add_bodies(const BenchFile& bench, SimulationScript& script)
 {
   const auto body = [&](BodyRole role) {
-    return simulated(*bench.bodies[static_cast<std::size_t>(role)], name_of(role));
+    return simulated_body(*bench.bodies[static_cast<std::size_t>(role)], name_of(role));
   };
   script.femur = body(bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur);
   if (bench.leg == LegKind::two_bodies) {
@@ -61,7 +61,7 @@ void add_noise(const DocumentValue& table, SimulationScript& script)
   script.sway_s = number_at(table, "sway_s");
 }
 
-void add_troubles(const DocumentValue& table, SimulationScript& script)
+void add_faults(const DocumentValue& table, SimulationScript& script)
 {
   if (table.find("occlusion") != nullptr) script.occlusions.clear();
   for (const DocumentValue& item : list_or_empty(table, "occlusion")) {
@@ -88,7 +88,7 @@ std::string simulation_address_of(const Document& document)
   std::array<unsigned char, sizeof(in6_addr)> bytes{};
   if (inet_pton(AF_INET, address.c_str(), bytes.data()) != 1 &&
       inet_pton(AF_INET6, address.c_str(), bytes.data()) != 1)
-    document.refuse_value(key, "the number of an address of this machine, or 0.0.0.0 for all");
+    document.refuse_value(key, "a numeric IP address of this machine, or 0.0.0.0 for all its addresses");
   return address;
 }
 
@@ -96,10 +96,10 @@ SimulationScript simulation_of(const Document& document, const BenchFile& bench)
 {
   const DocumentValue& table = value_at(document.root, "simulation");
   SimulationScript script;
-  // The nominal bench has the eyes 800 mm from the knee, which the table's origin is in the middle of.
+  // The knee is at the table origin; the eyes of the nominal bench are 800 mm from it.
   script.X_tracker_femur.translation().setZero();
   add_bodies(bench, script);
-  // Of the default: a tibia that nobody tracks, or that has another name, cannot be hidden.
+  // The default occlusion refers to the tibia by the default name; a rigid leg has no tracked tibia.
   for (Occlusion& occlusion : script.occlusions) occlusion.tool = script.tibia.tool;
   if (bench.leg == LegKind::rigid) script.occlusions.clear();
   script.X_tracker_head = pose_of(nominal_calibration(bench).X_table_eyes);
@@ -108,7 +108,7 @@ SimulationScript simulation_of(const Document& document, const BenchFile& bench)
   if (table.find("femur") != nullptr) script.X_tracker_femur = pose_of(six_at(table, "femur"));
   add_noise(table, script);
   add_paths(table, script);
-  add_troubles(table, script);
+  add_faults(table, script);
   require_usable(script, document.file);
   return script;
 }

@@ -6,11 +6,11 @@
 
 namespace vrda {
 
-/// What is simulated of `bench`: its bodies and markers, moved as the checked file says.
-/// Throws InputError naming file and key.
+/// Script of the simulated devices: bodies and markers of `bench`, paths and noise of the schema-checked
+/// file. Throws InputError with file and key.
 SimulationScript simulation_of(const Document& document, const BenchFile& bench);
 
-/// Where the simulated tracker listens: beyond this machine only if the table says so.
+/// Numeric listening address of the simulated tracker; loopback unless the file sets another.
 std::string simulation_address_of(const Document& document);
 
 }  // namespace vrda

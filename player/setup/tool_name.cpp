@@ -8,8 +8,9 @@ namespace {
 const std::string& required_short(const Document& document, const std::string& key, const std::string& name)
 {
   if (name.size() > longest_tool_name) {
-    document.refuse(key, "'" + name + "' of " + std::to_string(name.size()) + " bytes",
-                    "at most " + std::to_string(longest_tool_name) + " bytes, as OpenIGTLink cuts them");
+    document.refuse(
+        key, "'" + name + "' of " + std::to_string(name.size()) + " bytes",
+        "at most " + std::to_string(longest_tool_name) + " bytes (OpenIGTLink truncates longer names)");
   }
   return name;
 }

@@ -1,4 +1,4 @@
-// Where the eyes stand, and what the board's inputs change.
+// Pose of the eyes and effect of the board's inputs.
 #include <gtest/gtest.h>
 
 #include "../setup/bench_texts.hpp"
@@ -11,6 +11,7 @@ namespace vrda::bench_inputs_test {
 using test::SmallBench, test::distance_of, test::ms_in_ns, test::some_pose;
 
 constexpr double rounding = 1e-9;
+constexpr const char* no_zero = "stage not zeroed: press Z at its stop";
 
 TEST(BenchInputs, TheStageMovesTheEyesAlongItsDirectionByItsCounts)
 {
@@ -48,7 +49,7 @@ TEST(BenchInputs, AStageWhoseBoardStartedAnewStaysWhereItWasUntilItIsZeroed)
     EXPECT_FALSE(anew.stage.is_live || anew.is_stage_zeroed);
     EXPECT_EQ(anew.X_tracker_eyes.matrix(), zeroed.X_tracker_eyes.matrix());
     EXPECT_EQ(anew.stage_mm, zeroed.stage_mm);
-    EXPECT_EQ(stage_mark_text(anew), "stage has no zero: Z at its stop");
+    EXPECT_EQ(stage_mark_text(anew), no_zero);
   }
   const BenchFrame again = at(200, stage_zeroed);
   EXPECT_TRUE(again.stage.is_live);
@@ -64,14 +65,13 @@ TEST(BenchInputs, AStageIsMarkedThatWasNeverZeroedOrHasLostCounts)
     int flags;
     const char* mark;
   };
-  for (const Row row : {Row{0, "stage has no zero: Z at its stop"},
-                        Row{stage_lost_counts, "stage has no zero: Z at its stop"},
-                        Row{stage_zeroed | stage_lost_counts, "stage has lost counts: Z at its stop"},
+  for (const Row row : {Row{0, no_zero}, Row{stage_lost_counts, no_zero},
+                        Row{stage_zeroed | stage_lost_counts, "stage has lost counts: press Z at its stop"},
                         Row{stage_zeroed, ""}}) {
     bench.state.take(test::stage_sample(100, ms_in_ns, static_cast<std::uint8_t>(row.flags)));
     const BenchFrame& frame = bench.state.frame(ms_in_ns);
     EXPECT_EQ(stage_mark_text(frame), row.mark);
-    // What was counted since the start of a board that nobody zeroed still moves the eyes.
+    // Without zeroing, the counts since the start of the board move the eyes.
     EXPECT_TRUE(frame.stage.is_live);
     EXPECT_NEAR(frame.stage_mm, 0.5, rounding);
   }
@@ -82,7 +82,7 @@ TEST(BenchInputs, AHeadOnTheTrackerStandsAtItsBody)
 {
   SmallBench bench(test::two_bodies_text("tracker"));
   const Calibration& c = bench.calibration;
-  // Before it was ever seen: on the table.
+  // Before the head is seen: on the table.
   EXPECT_LT(
       distance_of(bench.state.frame(0).X_tracker_eyes, pose_of(c.X_tracker_table) * pose_of(c.X_table_eyes)),
       rounding);
@@ -114,14 +114,14 @@ TEST(BenchInputs, ThePotentiometerMovesAnyOtherParameterByItsSteps)
   bench.state.select(distance);
   bench.state.take(test::potentiometer_sample(100, ms_in_ns));
   EXPECT_EQ(value_of(bench.state.values(), distance), 880.0);
-  // Half a turn, and long enough for its filter: 100 steps of 1 px.
+  // Half a turn, long enough for the filter: 100 steps of 1 px.
   const auto turn_to = [&](int count, int from) {
     for (int k = 0; k < 500; ++k)
       bench.state.take(test::potentiometer_sample(count, (from + k) * 10 * ms_in_ns));
   };
   turn_to(612, 1);
   EXPECT_EQ(value_of(bench.state.values(), distance), 980.0);
-  // Another parameter begins where the potentiometer stands.
+  // For another parameter the potentiometer starts at its current position.
   const std::size_t aspect = parameter_named("left.pixel_aspect").value();
   bench.state.select(aspect);
   turn_to(612, 501);
@@ -151,7 +151,7 @@ TEST(BenchInputs, KeysChangeAnAngleForGoodWhileThePotentiometerRests)
   SmallBench bench(test::rigid_text("flexion"));
   int k = 0;
   const auto listen = [&](int count) {
-    // The last bit to and fro.
+    // The last bit toggles.
     for (int n = 0; n < 500; ++n, ++k)
       bench.state.take(test::potentiometer_sample(count + k % 2, k * 10 * ms_in_ns));
     return bench.state.values().flexion_deg;

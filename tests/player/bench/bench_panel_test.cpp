@@ -1,4 +1,4 @@
-// The operator's panel and the marks, as pixels.
+// Pixels of the operator's panel and of the marks.
 #include "bench/bench_panel.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ Colour pixel(const Image& image, int x, int y)
   return {image.rgba[i], image.rgba[i + 1], image.rgba[i + 2]};
 }
 
-/// Of a column the longest run of one colour: letters are short.
+/// Longest run of a colour in a column; runs of letters are short.
 int longest_run(const Image& image, int x, const Colour& colour)
 {
   int longest = 0, run = 0;
@@ -33,7 +33,7 @@ int longest_run(const Image& image, int x, const Colour& colour)
   return longest;
 }
 
-/// Pixels of a part that have wholly that colour.
+/// Pixels of an area with exactly that colour.
 int n_of(const Image& image, const Viewport& part, const Colour& colour)
 {
   int n = 0;
@@ -42,7 +42,7 @@ int n_of(const Image& image, const Viewport& part, const Colour& colour)
   return n;
 }
 
-/// Pixels of a part that words in amber touch, edges of letters too.
+/// Pixels of an area covered by amber text, including anti-aliased edges.
 int n_amber_in(const Image& image, const Viewport& part)
 {
   constexpr int clearly = 60;  // more red than blue; nothing else on the panel has more red
@@ -55,7 +55,7 @@ int n_amber_in(const Image& image, const Viewport& part)
   return n;
 }
 
-/// A rigid leg in quarters of 1280 x 1024, all of it live.
+/// A rigid leg in quarters of 1280 x 1024, all inputs live.
 class Panel : public testing::Test {
  protected:
   Panel() : panel_(bench_.bench), renderer_(make_offscreen_renderer({width, height, 1}))
@@ -91,13 +91,13 @@ TEST_F(Panel, TheHistogramsBarsAreAsTallAsTheirTimesAreMany)
   for (int k = 0; k < 25; ++k) timing.latency.add(40.9);
   timing.latency.add(240.0);
   const Image& image = picture();
-  // 50 bars of a millisecond between margins of 12 px; 90 px for the most.
+  // 50 bars of 1 ms between margins of 12 px; the highest has 90 px.
   const auto middle_of = [](int bar) { return static_cast<int>(12.0 + 616.0 / 50.0 * (bar + 0.5)); };
   EXPECT_NEAR(longest_run(image, middle_of(5), green), 90, 1);
   EXPECT_NEAR(longest_run(image, middle_of(20), green), 45, 1);
-  // Later than a picture at 30 Hz.
+  // Longer than a frame at 30 Hz.
   EXPECT_NEAR(longest_run(image, middle_of(40), amber), 22.5, 1);
-  // What is there at all is seen, longer times in the last bar.
+  // A non-empty bar is visible; longer times are in the last bar.
   EXPECT_GE(longest_run(image, middle_of(49), amber), 1);
   for (const int bar : {25, 30, 45}) {
     EXPECT_EQ(longest_run(image, middle_of(bar), green), 0) << bar;

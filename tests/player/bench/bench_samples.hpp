@@ -1,4 +1,4 @@
-/// Benches without devices: samples made by hand.
+/// Benches without devices, with synthetic samples.
 #pragma once
 
 #include <string>
@@ -18,12 +18,12 @@ Sample potentiometer_sample(int count, std::int64_t arrival_ns);
 Sample stage_sample(int count, std::int64_t arrival_ns, std::uint8_t flags = 0);
 Sample link_sample(DeviceId device, LinkState state, std::int64_t arrival_ns);
 
-/// A model of flexion 0 to 90 and varus -4 to 4 degrees, whose tibia moves and turns with both.
+/// A model with flexion 0 to 90 and varus -4 to 4 degrees, whose tibia translates and rotates with both.
 MotionModel bench_model(const std::string& side);
 
-/// A bench and the state made of it.
+/// A bench with its state.
 struct SmallBench {
-  /// `text` of a bench file; the calibration is random but usable.
+  /// `text`: bench file; the calibration is random but usable.
   explicit SmallBench(const std::string& text, const std::string& side = "right");
 
   MotionModel model;
@@ -34,22 +34,22 @@ struct SmallBench {
   BenchState state;
 
   Pose X_body_model(BodyRole role) const;
-  /// The tibia's body where the femur's is at `X_tracker_thigh` and the knee at `angles`.
+  /// Pose of the tibia's body for the femur's body at `X_tracker_thigh` and the knee at `angles`.
   Pose X_tracker_shank(const Pose& X_tracker_thigh, const LegAngles& angles) const;
-  /// Both bodies so, in one message.
+  /// Samples of both bodies in these poses, as one message.
   void take_leg(const Pose& X_tracker_thigh, const LegAngles& angles, std::int64_t device_ns,
                 std::int64_t arrival_ns);
 };
 
-/// Of two bodies by tools, unfiltered, with a board.
+/// Bench with two bodies (tools), no filter, and a board.
 std::string two_bodies_text(const std::string& head = "stage");
-/// A rigid leg by a tool; the potentiometer drives what `potentiometer` names.
+/// Bench with a rigid leg (tool); the potentiometer drives the parameter `potentiometer`.
 std::string rigid_text(const std::string& potentiometer = "selected");
 
-/// Some pose a metre from the tracker.
+/// A pose 1 m from the tracker.
 Pose some_pose(int number);
 
-/// A body that is at `start` at time 0 and goes on at `a_second`, in its own axes.
+/// A body at `start` at time 0 with the constant velocity `a_second` in body axes.
 Pose moved(const Pose& start, const Screw& a_second, double time_s);
 
 double distance_of(const Pose& a, const Pose& b);

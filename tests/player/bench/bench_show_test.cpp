@@ -1,4 +1,4 @@
-// The bench's pictures without devices: what keys may not do, recordings from anywhere, no allocation.
+// Frames of the bench without devices: invalid key input, damaged recordings, no allocation.
 #include "bench/bench_show.hpp"
 
 #include <gmock/gmock.h>
@@ -46,14 +46,14 @@ TEST(BenchTake, EyesThatCannotBeDrawnForArePutBackToWhatTheyWereBefore)
   PanelContent panel;
   take(bench.state, panel, to_right_k1(), {});
   ASSERT_EQ(parameters()[bench.state.selected()].name, "right.k1");
-  // The corner of 640 x 480 is 1.25 units out: optics fold there from k1 = -1 / (3 * 1.25^2) = -0.213 on.
+  // The corner of 640 x 480 is at 1.25 units; folds there below k1 = -1 / (3 * 1.25^2) = -0.213.
   take(bench.state, panel, presses(20, Key::left, true), {});
   EXPECT_NEAR(right_k1(bench.state), -0.2, 1e-12);
   EXPECT_EQ(panel.message, "");
   take(bench.state, panel, presses(2, Key::left, true), {});
   EXPECT_NEAR(right_k1(bench.state), -0.2, 1e-12);
-  EXPECT_THAT(panel.message, testing::HasSubstr("which fold at"));
-  EXPECT_THAT(panel.message, testing::EndsWith(": put back"));
+  EXPECT_THAT(panel.message, testing::HasSubstr("fold"));
+  EXPECT_THAT(panel.message, testing::EndsWith(": restored"));
   take(bench.state, panel, presses(1, Key::right, true), {});
   EXPECT_NEAR(right_k1(bench.state), -0.19, 1e-12);
 }
@@ -74,10 +74,10 @@ TEST(BenchTake, ThePotentiometerGoesOnFromWhatWasPutBack)
     return right_k1(bench.state);
   };
   turn(900, 900);
-  // 80 steps of 0.001 down, of which 13 can be drawn for; it stops at the last one.
+  // 80 steps of 0.001 down, of which 13 are usable; the value stops at the last one.
   EXPECT_NEAR(turn(900, 491), -0.213, 0.0015);
-  EXPECT_THAT(panel.message, testing::EndsWith(": put back"));
-  // 20 steps up from there, the way back does not count.
+  EXPECT_THAT(panel.message, testing::EndsWith(": restored"));
+  // 20 steps up from there; the rejected steps do not count.
   EXPECT_NEAR(turn(491, 593), -0.193, 0.0015);
 }
 
@@ -104,12 +104,12 @@ class BenchReplay : public testing::Test {
   {
     if (picture == 2) return to_right_k1();
     if (picture == 5) return presses(15, Key::left, true);
-    if (picture == 8) return presses(15, Key::left, true);  // optics that fold: put back
+    if (picture == 8) return presses(15, Key::left, true);  // a folding distortion is restored
     if (picture == 20) return presses(10, Key::right, true);
     return {};
   }
 
-  /// The leg turns and goes.
+  /// The leg rotates and moves.
   static Sample sample_of(int picture)
   {
     const Screw a_second{{0.5, -0.8, 0.3}, {40.0, -20.0, 10.0}};
@@ -171,7 +171,7 @@ TEST_F(BenchReplay, FromWithinAndAtAnySpeedShowsThePicturesOfAWholeOne)
   const std::map<std::string, std::string> whole = replayed(log, "whole", 0.0, std::nullopt);
   ASSERT_EQ(whole.size(), static_cast<std::size_t>(n_pictures));
   EXPECT_EQ(replayed(log, "quick", 0.0, 100.0), whole);
-  // Between what was put back and the next key, and behind it.
+  // Between the restored value and the next key, and after it.
   for (const int first : {15, 30}) {
     const std::string folder = "from " + std::to_string(first);
     const std::map<std::string, std::string> part =

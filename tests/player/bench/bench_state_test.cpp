@@ -1,4 +1,4 @@
-// Where the model stands: tracked legs, hidden bodies, prediction.
+// Pose of the model: tracked legs, hidden bodies, prediction.
 #include <gtest/gtest.h>
 
 #include "../setup/bench_texts.hpp"
@@ -11,7 +11,7 @@ namespace vrda::bench_state_test {
 
 using test::SmallBench, test::distance_of, test::ms_in_ns, test::some_pose;
 
-/// Of poses a metre away, through quaternions and six numbers.
+/// Rounding of poses 1 m away, converted to quaternions and six numbers.
 constexpr double rounding = 1e-9;
 
 LegAngles angles_at(double flexion_deg, double varus_deg)
@@ -71,7 +71,7 @@ TEST(BenchState, AHiddenBodyStaysWhereItWasIsMarkedAndRecovers)
   EXPECT_FALSE(bench.state.frame(0).bodies[2].was_seen);
   bench.take_leg(some_pose(1), angles_at(30, 1), 5, ms_in_ns);
   EXPECT_TRUE(is_live(bench.state.frame(ms_in_ns)));
-  // The femur goes on, the tibia is hidden: its angles stay.
+  // The femur moves, the tibia is hidden: the angles are kept.
   bench.state.take(test::place_sample(0, some_pose(2), 5 + 100 * ms_in_ns, 101 * ms_in_ns));
   bench.state.take(test::hidden_sample(1, 101 * ms_in_ns));
   const BenchFrame hidden = bench.state.frame(301 * ms_in_ns);
@@ -127,7 +127,7 @@ TEST(BenchState, AClockThatStepsBackIsFollowed)
       bench.take_leg(X_thigh, angles_at(20 + 0.5 * k, 0), device_ns, arrival_ns);
       const BenchFrame& frame = bench.state.frame(arrival_ns);
       EXPECT_TRUE(frame.bodies[1].is_live);
-      // 0.5 degrees in 10 ms: at most what the prediction adds.
+      // 0.5 degrees in 10 ms: the largest change by prediction.
       EXPECT_NEAR(deg_from_rad(frame.pose.attitude.flexion_rad), 20 + 0.5 * k, 0.05 * prediction_ms + 1e-6)
           << k;
       EXPECT_LT(distance_of(frame.X_tracker_reference, X_thigh * bench.X_body_model(BodyRole::femur)), 1e-6);
@@ -146,7 +146,7 @@ TEST(BenchState, PredictionCarriesAConstantVelocityOnByTheHorizon)
     bench.state.take(
         test::place_sample(0, test::moved(start, a_second, 0.01 * k), arrival_ns + 77, arrival_ns));
   }
-  // What passes until the picture counts too: 4 ms.
+  // The delay of 4 ms until the frame is also predicted.
   const BenchFrame& frame = bench.state.frame(204 * ms_in_ns);
   const Pose wanted = test::moved(start, a_second, 0.204 + 0.030) * bench.X_body_model(BodyRole::leg);
   EXPECT_LT(distance_of(frame.X_tracker_reference, wanted), 1e-6);
@@ -177,7 +177,7 @@ TEST(BenchState, MarkersThatFireOneAfterAnotherGiveThePoseOfTheFrame)
   const Pose start = some_pose(6);
   const auto error_mm = [&](const std::string& interval_ms, double prediction_ms) {
     SmallBench bench(body + interval_ms + "\n");
-    // Several messages before a picture.
+    // Several messages before a frame.
     for (int k = 1; k <= 30; ++k) {
       const std::int64_t arrival_ns = k * 10 * ms_in_ns;
       for (std::uint16_t m = 0; m < 4; ++m) {
@@ -239,7 +239,7 @@ TEST(BenchState, ACellWithoutAnAnswerKeepsTheLastPose)
   EXPECT_EQ(state.frame(1).X_tracker_moving.matrix(), solved.X_tracker_moving.matrix());
 }
 
-/// A second of everything, with a gap.
+/// One second of all inputs, with a gap.
 std::vector<BenchFrame> frames_of(SmallBench& bench, long& n_allocations)
 {
   std::vector<BenchFrame> frames;

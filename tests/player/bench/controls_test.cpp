@@ -80,7 +80,7 @@ TEST_F(Controls, LeftAndRightChangeByStepsAndBackToTheSameValue)
     const Parameter& parameter = parameters()[k];
     SCOPED_TRACE(parameter.name);
     bench_.state.select(k);
-    // Off the ends of its range, so that nothing is clamped.
+    // Away from the ends of the range, so that nothing is clamped.
     set_value(bench_.state.values(), k,
               std::round(0.5 * (parameter.least + parameter.most) / parameter.step) * parameter.step);
     press(Key::right);

@@ -6,7 +6,7 @@
 
 namespace vrda::recorded_motion_test {
 
-/// Two samples a picture, on their way for 3 ms.
+/// Two samples a picture, with a delay of 3 ms.
 Recording recording_of(const Pose& start, const Screw& a_second)
 {
   Recording recording;
@@ -35,7 +35,7 @@ TEST(RecordedMotion, IsEveryPoseAtItsTime)
               1e-9);
   }
   EXPECT_TRUE(recorded_motion(recording, bench, BodyRole::tibia).empty());
-  // A constant twist is predicted without error; held, it is off by the way of the horizon.
+  // A constant twist is predicted exactly; the held pose has the error of the motion during the horizon.
   const std::vector<BodyPrediction> predictions = recorded_predictions(recording, bench);
   ASSERT_EQ(predictions.size(), 3u);
   EXPECT_EQ(predictions[1].horizon_ms, 33.0);

@@ -29,7 +29,7 @@ TEST(ClockMap, TakesTheShortestWaySeenForTheWay)
   const std::int64_t offset = 7'000'000 * ms;
   EXPECT_NEAR(clock.time_s(offset, 5 * ms), 0.005, rounding_s);
   EXPECT_NEAR(clock.time_s(offset + 10 * ms, 12 * ms), 0.012, rounding_s);
-  // 6 ms on its way instead of 2: what was forgotten since is 0.1 ms a second.
+  // A delay of 6 ms instead of 2 ms; the offset is relaxed by 0.1 ms a second.
   EXPECT_NEAR(clock.time_s(offset + 20 * ms, 26 * ms), 0.022 + 14e-3 * 1e-4, rounding_s);
   EXPECT_NEAR(clock.time_s(offset + 30 * ms, 32 * ms), 0.032, rounding_s);
 }
@@ -73,7 +73,7 @@ TEST(ClockMap, FollowsClocksThatDriftByFiftyMillionths)
     for (std::int64_t k = 1; k <= 60000; ++k) {
       const std::int64_t arrival = k * 10 * ms;
       const std::int64_t device = arrival + arrival / 1'000'000 * ppm;
-      // Every sample is on the shortest way.
+      // All samples have the shortest delay.
       ASSERT_NEAR(clock.time_s(device, arrival), static_cast<double>(arrival) * 1e-9, 1e-9) << k;
     }
   }
@@ -129,7 +129,7 @@ TEST(SampleWatch, CountsGapsAndLateArrivals)
   EXPECT_EQ(watch.n(), 97u);
   EXPECT_EQ(watch.n_missed(), 3u);
   EXPECT_EQ(watch.n_late(), 1u);
-  // One of 96 delays 6 ms longer than the others, less what is forgotten of the shortest in 10 ms.
+  // One of 96 delays is 6 ms longer than the others, minus the relaxation of the shortest delay in 10 ms.
   EXPECT_NEAR(watch.jitter_ms(), 5.999 * std::sqrt(95.0) / 96.0, 1e-9);
 }
 
@@ -142,7 +142,7 @@ TEST(SampleWatch, AClockThatStepsIsNoGap)
   EXPECT_EQ(watch.n_late(), 0u);
 }
 
-/// 100 Hz for 5 s through what listens to a tracker, TDATA by TDATA.
+/// 100 Hz for 5 s through the tracker's listener, one TDATA message at a time.
 SampleWatch watched(std::int64_t set_back_ms, const std::function<bool(int)>& is_hidden)
 {
   TrackerSettings settings;
@@ -194,7 +194,7 @@ TEST(SampleWatch, AStreamThatGrowsQuickerIsFollowed)
 TEST(SampleWatch, AClockThatRunsSlowMakesNothingLate)
 {
   SampleWatch watch;
-  // Ten minutes at 50 millionths.
+  // Ten minutes with a drift of 50 ppm.
   for (std::int64_t k = 1; k <= 60'000; ++k) watch.add(k * (10 * ms - 500), k * 10 * ms);
   EXPECT_EQ(watch.n_late(), 0U);
   EXPECT_EQ(watch.n_missed(), 0U);
@@ -223,8 +223,8 @@ TEST(BenchTiming, IsToldInNumbersAndWords)
   EXPECT_NE(json.str().find("[[7, 1]]"), std::string::npos);
   EXPECT_EQ(
       timing_text(timing),
-      "60 pictures, 62.5 a second; from sample to picture 7.25 ms (median), 7.25 ms (99 of 100), 7.1 ms "
-      "(longest); 120 samples, 3 missed, 0 late, 0 lost");
+      "60 frames, 62.5 a second; latency 7.25 ms (median), 7.25 ms (99th percentile), 7.1 ms (longest); "
+      "120 samples, 3 missed, 0 late, 0 lost");
 }
 
 }  // namespace vrda::timing_test

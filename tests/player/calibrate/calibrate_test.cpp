@@ -1,4 +1,4 @@
-// `calibrate` as its users meet it, on benches that exist in numbers.
+// The command `calibrate` on virtual benches.
 #include "calibrate/calibrate.hpp"
 
 #include <gmock/gmock.h>
@@ -159,7 +159,7 @@ TEST_F(Calibrate, TheErrorAfterwardsIsToldOnceAllPartsAreDone)
 {
   const Said text = calibrated(options("viewport"));
   EXPECT_THAT(text.data, HasSubstr("  before  median "));
-  EXPECT_THAT(text.data, HasSubstr("  after   known when these are done: distortion, rails, stop, probe, "));
+  EXPECT_THAT(text.data, HasSubstr(": distortion, rails, stop, probe, "));
   EXPECT_THAT(text.data, testing::Not(HasSubstr("after   median")));
   CalibrateOptions bench = options("bench");
   bench.has_json = true;
@@ -194,7 +194,7 @@ TEST_F(Calibrate, ThePersonInNumbersDoesItAll)
   EXPECT_EQ(told["parts"][0]["numbers"][0]["name"], "left.edge_left");
   EXPECT_GT(told["parts"][0]["numbers"][0]["half_width_95"], 0.0);
 
-  // Solved anew from the marks alone it is the same, to the last digit.
+  // Solving again from the marks gives identical numbers.
   const std::string before = test::read_bytes(options("all").calibration);
   EXPECT_EQ(calibrated(options("solve")).end, CalibrateEnd::finished);
   EXPECT_EQ(test::read_bytes(options("all").calibration), before);
@@ -224,7 +224,7 @@ TEST_F(Calibrate, TheVirtualBenchTellsItsErrors)
 
 TEST_F(Calibrate, LeftAndTakenUpAgainItIsTheSame)
 {
-  // The person in numbers does a part in one go; a script stops wherever it ends.
+  // The simulated operator finishes a part; a script may end within one.
   CalibrateOptions whole = options("viewport", "whole.toml"), pieces = options("viewport", "pieces.toml");
   const std::string first = "press Right 20\npress Enter\npress Left 15\npress Enter\n";
   const std::string second = "press Right 21\npress Enter\nwait 0.1\npress Left 16\npress Enter\n";
@@ -241,7 +241,7 @@ TEST_F(Calibrate, LeftAndTakenUpAgainItIsTheSame)
   EXPECT_EQ(test::read_bytes(pieces.calibration), test::read_bytes(whole.calibration));
 }
 
-/// Of a text, from one word up to the next other one.
+/// Part of a text from one word to the next occurrence of another one.
 std::string between(const std::string& text, const std::string& from, const std::string& to)
 {
   const std::size_t begin = text.find(from), end = text.find(to, begin);
@@ -252,14 +252,14 @@ TEST_F(Calibrate, TheNextPersonBeginsWithTheBenchAndNothingOfThePersonBefore)
 {
   CalibrateOptions anna = options("bench", "anna.toml"), bob = options("person", "bob.toml");
   bob.bench_from = anna.calibration;
-  EXPECT_EQ(refusal(bob).file, anna.calibration);  // there is none yet
+  EXPECT_EQ(refusal(bob).file, anna.calibration);  // does not exist yet
   EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
   const std::string bench_alone = test::read_bytes(anna.calibration);
   EXPECT_THAT(bench_alone, testing::Not(HasSubstr("[per_person")));
   anna.step = "person";
   EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
 
-  // One task of the first part of a person, by a script.
+  // One task of the first part per person, by a script.
   bob.script = written("script.txt", "press Enter\nwait 0.1\n");
   EXPECT_EQ(calibrated(bob).end, CalibrateEnd::left);
   const std::string annas = test::read_bytes(anna.calibration), bobs = test::read_bytes(bob.calibration);
@@ -271,16 +271,16 @@ TEST_F(Calibrate, TheNextPersonBeginsWithTheBenchAndNothingOfThePersonBefore)
   EXPECT_THAT(annas, testing::Not(HasSubstr("subject_scale = 1.0 ")));
   for (const std::string& table : {std::string("[eyes]"), std::string("[leg]")})
     EXPECT_NE(between(bobs, table, "\n\n"), between(annas, table, "\n\n"));
-  // As after the bench's parts alone: not even what bull's-eyes found better is hers.
+  // As after the per-bench parts only: without the refinement by her bull's-eyes.
   for (const std::string& table : {std::string("[left]"), std::string("[right]"), std::string("[table]")})
     EXPECT_EQ(between(bobs, table, "\n\n"), between(bench_alone, table, "\n\n"));
 
-  // The same command goes on, and so does the one without --bench-from.
+  // The same command resumes, also without --bench-from.
   bob.script.clear();
   EXPECT_EQ(calibrated(bob).end, CalibrateEnd::finished);
   bob.bench_from.clear();
   EXPECT_EQ(calibrated(bob).end, CalibrateEnd::finished);
-  // Hers is another bench now: an edge was read anew, elsewhere.
+  // Her per-bench parts now differ: an edge was measured again.
   anna.step = "viewport";
   anna.is_anew = true;
   anna.script = written("anew.txt", "press Right 20\npress Enter\nwait 0.1\n");
@@ -360,7 +360,7 @@ TEST_F(Calibrate, TheCalibrationOfAnotherSeedIsRefused)
     EXPECT_THAT(facts.wanted, HasSubstr("'Virtual, seed 2'"));
   }
   EXPECT_FALSE(std::filesystem::exists(person.calibration));
-  // Nor is what was found in numbers a real bench's.
+  // A calibration of a virtual bench is not valid for a real one.
   CalibrateOptions real = options("viewport", "real.toml");
   real.bench = written("bench.toml", virtual_bench_text());
   EXPECT_EQ(calibrated(real).end, CalibrateEnd::finished);
@@ -376,10 +376,10 @@ TEST_F(Calibrate, APlaceByEyeWantsTheModel)
   text.insert(text.find(table) + table.size(), "model = \"adjust\"\n");
   CalibrateOptions adjust = options("all");
   adjust.bench = written("bench.toml", text);
-  EXPECT_EQ(calibrated(adjust).end, CalibrateEnd::finished);  // who lives in numbers needs no picture
+  EXPECT_EQ(calibrated(adjust).end, CalibrateEnd::finished);  // the simulated operator needs no picture
   adjust.is_anew = true;
   adjust.script = written("script.txt", "press Enter\n");
-  EXPECT_EQ(calibrated(adjust).end, CalibrateEnd::left);  // whoever trains sees points
+  EXPECT_EQ(calibrated(adjust).end, CalibrateEnd::left);  // an operator sees points
   adjust.bench = written("bare.toml", text.substr(0, text.find("\n[[calibration.point]]")));
   EXPECT_EQ(refusal(adjust).field, "calibration.point");
   adjust.is_virtual = false;
@@ -387,7 +387,7 @@ TEST_F(Calibrate, APlaceByEyeWantsTheModel)
   EXPECT_EQ(refusal(adjust).file, "--model");
 }
 
-/// Pixels of a part of a PNG picture that are not black.
+/// Number of pixels of an area of a PNG picture that are not black.
 int n_lit(const Texture& picture, int left, int top, int right, int bottom)
 {
   int n = 0;
@@ -417,7 +417,7 @@ TEST_F(Calibrate, PicturesShowWhatWasFound)
     const Texture picture = read_png_texture(path);
     EXPECT_GT(n_lit(picture, 0, 0, picture.width, picture.height), 1000);
   }
-  // Figure 22 of the quarters: the left half of the frame buffer is nobody's; both eyes' parts are filled.
+  // Figure 22 for the quarters: the left half of the frame buffer is empty; both windows are filled.
   const Texture viewport = read_png_texture(all.pictures + "/viewport.png");
   EXPECT_EQ(n_lit(viewport, 30, 300, 280, 700), 0);
   EXPECT_EQ(n_lit(viewport, 520, 100, 860, 300), 340 * 200);
@@ -433,7 +433,7 @@ TEST_F(Calibrate, AScriptShowsItsTasks)
   EXPECT_EQ(said.end, CalibrateEnd::left);
   EXPECT_THAT(said.data, HasSubstr("task_0001.png"));
   EXPECT_THAT(said.data, HasSubstr("task_0002.png"));
-  // Words in the operator's area, at the left of the quarters; lines in the left eye's window.
+  // Text in the operator's area, left of the quarters; lines in the left eye's window.
   const Texture picture = read_png_texture(viewport.pictures + "/task_0001.png");
   ASSERT_EQ(picture.width, 1280);
   EXPECT_GT(n_lit(picture, 0, 0, 640, 200), 100);

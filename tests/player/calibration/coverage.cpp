@@ -9,7 +9,7 @@ namespace vrda::test {
 
 void Coverage::add(const std::string& name, double error, double half_width)
 {
-  // The two eyes are alike: twice the cases.
+  // Both eyes are pooled, which doubles the number of cases.
   const bool is_left = name.starts_with("left."), is_right = name.starts_with("right.");
   Count& count = counts_[is_left || is_right ? "an eye's" + name.substr(name.find('.')) : name];
   ++count.n;

@@ -1,4 +1,4 @@
-/// How often the stated intervals hold the truth.
+/// Coverage of confidence intervals.
 #pragma once
 
 #include <map>
@@ -8,14 +8,14 @@
 
 namespace vrda::test {
 
-/// Of many estimates against what is true.
+/// Counts how often intervals contain the true value.
 class Coverage {
  public:
-  /// `error`: found less true of each number in its units, or of the first ones.
+  /// `error`: estimated minus true value of each number, or of the first ones.
   void add(const Estimate& estimate, const Eigen::VectorXd& error);
   void add(const std::string& name, double error, double half_width);
-  /// Expects each number within its 95 % interval in 90 to 98 % of cases: of 200 honest ones in 97 of 100
-  /// runs. Numbers of the left and of the right eye count as one.
+  /// Expects each number within its 95 % interval in 90 to 98 % of cases, which holds for correct intervals
+  /// in 97 % of runs of 200 cases. Numbers of the left and the right eye are pooled.
   void expect_honest() const;
 
  private:
@@ -25,7 +25,7 @@ class Coverage {
   std::map<std::string, Count> counts_;
 };
 
-/// Found less true of a place, as Estimate has it: shift in mm and turn about the fixed axes in deg.
+/// Pose error as in Estimate: translation in mm and rotation vector about the fixed axes in deg.
 Eigen::VectorXd place_error(const Pose& X_found, const Pose& X_true);
 
 }  // namespace vrda::test

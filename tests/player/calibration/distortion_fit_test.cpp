@@ -12,7 +12,7 @@
 
 namespace vrda::distortion_fit_test {
 
-/// Its mesh keeps warp_mesh() to 0.01 px of what is shown, in the middles of its edges.
+/// Accuracy of warp_mesh() at the midpoints of its edges.
 constexpr double mesh_px = 0.02;
 
 using test::Coverage;
@@ -22,7 +22,7 @@ using testing::HasSubstr;
 
 const std::string file = "calibration.toml";
 
-/// Half of 1280 x 480, most of it visible.
+/// Half of 1280 x 480, mostly visible.
 Eye bench_eye()
 {
   Eye eye;
@@ -81,7 +81,7 @@ TEST(GridPlaces, RowsGoUpwardsAndTurnsCounterClockwise)
   const GridPlace upright{{100, 50}, 20, 0.0};
   EXPECT_LT((shown_px(upright, 1.0, {2, 1}) - Eigen::Vector2d(140, 30)).norm(), 1e-12);
   EXPECT_LT((shown_px(upright, 2.0, {2, 1}) - Eigen::Vector2d(140, 40)).norm(), 1e-12);
-  const GridPlace turned{{100, 50}, 20, rad_from_deg(90)};  // what was right is up
+  const GridPlace turned{{100, 50}, 20, rad_from_deg(90)};  // rotates right to up
   EXPECT_LT((shown_px(turned, 2.0, {1, 0}) - Eigen::Vector2d(100, 40)).norm(), 1e-12);
 }
 
@@ -92,7 +92,7 @@ TEST(DistortionFits, MarksWithoutNoiseGiveTheOpticsBack)
     SCOPED_TRACE(k1);
     Truth truth = sample_truth();
     truth.distortion.k1 = k1;
-    // The aspect was measured a little off: the marks know better.
+    // The prior of the aspect has an error, which the marks correct.
     const DistortionFit fit = fitted(marks_of(truth, 0.0, none), {1.021, 0.001});
     EXPECT_FALSE(fit.is_centre_held);
     EXPECT_LT((numbers_of(fit.distortion) - numbers_of(truth.distortion)).cwiseAbs().maxCoeff(), 1e-6);
@@ -116,7 +116,7 @@ TEST(DistortionFits, AnAspectThatIsKnownStays)
   EXPECT_EQ(fit.estimate.covariance(4, 4), 0.0);
 }
 
-/// Moving the whole picture on the frame buffer moves the answer.
+/// Translating the picture in the frame buffer translates the result.
 TEST(DistortionFits, MovingThePictureMovesTheCentre)
 {
   Noise noise(3);
@@ -186,16 +186,16 @@ TEST(DistortionFits, MarksThatAreNotEnoughAreRefused)
   EXPECT_EQ(few.found, "11 marked nodes");
   std::vector<GridMark> row;
   for (int repeat = 0; repeat < 2; ++repeat) row.insert(row.end(), marks.begin() + 14, marks.begin() + 21);
-  EXPECT_EQ(refused(row).found, "marks that lie on a line");
+  EXPECT_THAT(refused(row).found, HasSubstr("collinear"));
   std::vector<GridMark> one_place = marks;
   for (GridMark& mark : one_place) mark.drawn_px = middle_px();
-  EXPECT_EQ(refused(one_place).found, "marks that lie on a line");
-  // Four nodes again and again spread well and tell next to nothing.
+  EXPECT_THAT(refused(one_place).found, HasSubstr("collinear"));
+  // Four repeated nodes have a large spread but do not determine the distortion.
   std::vector<GridMark> corners;
   for (int repeat = 0; repeat < 3; ++repeat) {
     for (const std::size_t i : {0U, 6U, 28U, 34U}) corners.push_back(marks[i]);
   }
-  EXPECT_THAT(refused(corners).wanted, HasSubstr("all over the visible part"));
+  EXPECT_THAT(refused(corners).wanted, HasSubstr("the visible part"));
 }
 
 TEST(DistortionFits, AMarkOnTheWrongNodeIsNamed)
@@ -208,7 +208,7 @@ TEST(DistortionFits, AMarkOnTheWrongNodeIsNamed)
     const Eigen::Vector2i node = marks[i].node.cast<int>();
     EXPECT_EQ(facts.field,
               "left.distortion: node (" + std::to_string(node.x()) + ", " + std::to_string(node.y()) + ")");
-    EXPECT_THAT(facts.found, HasSubstr("px from where all the others say"));
+    EXPECT_THAT(facts.found, HasSubstr(" px from "));
   }
 }
 
@@ -221,7 +221,7 @@ TEST(DistortionFits, OpticsThatFoldAreRefused)
   Noise noise(6);
   const InputError::Facts facts = input_error([&] { fitted(marks_of(truth, 0.1, noise)); });
   EXPECT_EQ(facts.field, "left.distortion");
-  EXPECT_THAT(facts.found, HasSubstr("which fold at"));
+  EXPECT_THAT(facts.found, HasSubstr("fold"));
 }
 
 GridValues values_of(const DistortionFit& fit)
@@ -229,7 +229,7 @@ GridValues values_of(const DistortionFit& fit)
   return {fit.distortion.k1, fit.distortion.k2, fit.distortion.centre_px, fit.grid};
 }
 
-/// Of somebody who matches all nodes as well as the eight numbers can, with the aspect that is drawn by.
+/// Grid of an operator who matches all nodes as well as the eight numbers allow, for the drawn aspect.
 AdjustedGrids adjusted_grids(int n, const Truth& truth, double drawn_aspect, Noise& noise)
 {
   AdjustedGrids grids{{}, 7, 5};
@@ -243,9 +243,9 @@ DistortionFit mean_of(const AdjustedGrids& grids, const AspectPrior& aspect = {1
   return mean_distortion(grids, bench_eye(), aspect, "left", file);
 }
 
-/// Two grids that differ by a turn alone: noise^2 = 2 (turn * spacing)^2 sum |node|^2 / 8, as nodes move
-/// across the way from the grid's middle. Without distortion and with square pixels they are drawn where they
-/// are shown.
+/// Two grids that differ only by a rotation: noise^2 = 2 (turn * spacing)^2 sum |node|^2 / 8, because nodes
+/// move perpendicular to the radius. Without distortion and with square pixels drawn and displayed positions
+/// are equal.
 TEST(AdjustedGrids, TheirMeanAndTheirNoiseMatchTheClosedForm)
 {
   GridValues a;
@@ -264,14 +264,14 @@ TEST(AdjustedGrids, TheirMeanAndTheirNoiseMatchTheClosedForm)
   EXPECT_EQ(fit.estimate.dof, 8.0);
   EXPECT_NEAR(fit.grid.turn_rad, 0.01, 1e-15);
   EXPECT_EQ(fit.grid.spacing_px, 80.0);
-  // Nothing tells a centre.
+  // The centre is undetermined.
   EXPECT_TRUE(fit.is_centre_held);
   EXPECT_EQ(fit.distortion.centre_px, middle_px());
   EXPECT_NEAR(fit.estimate.covariance(2, 2), held_centre_sd_px * held_centre_sd_px, 1e-6);
-  EXPECT_THAT(fit.estimate.remarks.back(), HasSubstr("too little distortion"));
+  EXPECT_THAT(fit.estimate.remarks.back(), HasSubstr("centre"));
 }
 
-/// Of the aspect it is 1.96 of its given deviations, however few grids there are.
+/// The interval of the aspect is 1.96 times its given standard deviation for any number of grids.
 TEST(AdjustedGrids, TheIntervalOfAnAspectIsThatOfWhatIsKnownOfIt)
 {
   for (const int n : {2, 3, 10}) {
@@ -287,11 +287,11 @@ TEST(AdjustedGrids, TheIntervalOfAnAspectIsThatOfWhatIsKnownOfIt)
   }
 }
 
-/// Each grid is a fit to its nodes: the mean of n has an n-th of a fit's covariance, and a wrong aspect
-/// shifts all of them by as much as it shifts a fit.
+/// Each grid is a fit to its nodes: the mean of n grids has 1/n of a fit's covariance, and an aspect error
+/// shifts all of them as it shifts a fit.
 TEST(AdjustedGrids, TheirCovarianceIsThatOfFitsToTheirNodes)
 {
-  // Without noise, where a fit is as straight as its derivatives say.
+  // Without noise, where the linearisation of the fit is exact.
   Noise noise(41);
   const std::vector<GridMark> marks = marks_of(sample_truth(), 0.0, noise);
   const DistortionFit fit = fitted(marks, {1.02, 0.0});
@@ -304,7 +304,7 @@ TEST(AdjustedGrids, TheirCovarianceIsThatOfFitsToTheirNodes)
       fit.estimate.covariance.topLeftCorner<4, 4>() / (fit.noise_px * fit.noise_px);
   const Eigen::MatrixXd of_mean =
       2.0 * exact.estimate.covariance.topLeftCorner<4, 4>() / (exact.noise_px * exact.noise_px);
-  constexpr double differences = 1e-4;  // both by differences of places on the screen
+  constexpr double differences = 1e-4;  // both by finite differences
   for (Eigen::Index k = 0; k < 4; ++k) {
     for (Eigen::Index l = 0; l < 4; ++l) {
       EXPECT_NEAR(of_mean(k, l), of_fit(k, l), differences * std::sqrt(of_fit(k, k) * of_fit(l, l)))
@@ -316,7 +316,7 @@ TEST(AdjustedGrids, TheirCovarianceIsThatOfFitsToTheirNodes)
   const double given = sd * 1.959964 / t_95(8.0);
   const Eigen::VectorXd by_aspect = (numbers_of(more.distortion) - numbers_of(less.distortion)) / 1e-3;
   for (Eigen::Index k = 0; k < 4; ++k) {
-    // By differences over a thousandth, and by a search that ends within 1e-6.
+    // By differences over 0.001, and by a fit that converges within 1e-6.
     const double wanted = by_aspect[k] * given * given;
     EXPECT_NEAR(known.estimate.covariance(k, 4), wanted, 0.01 * std::abs(wanted) + 1e-12) << k;
     EXPECT_NEAR(known.estimate.covariance(k, k) - exact.estimate.covariance(k, k),

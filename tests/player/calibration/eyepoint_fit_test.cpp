@@ -25,19 +25,19 @@ Eye sample_eye(double x_mm)
   eye.window = eye.visible = {0, 0, 640, 480};
   eye.distance_px = 880.0;
   eye.sight_px = {322.0, 238.0};
-  eye.position_head_mm = {x_mm, 0.0, 750.0};  // the first rectangle's plane at z = 0
+  eye.position_head_mm = {x_mm, 0.0, 750.0};  // plane of the first rectangle: z = 0
   eye.distortion = {0.06, 0.01, {318.0, 241.0}, 320.0, 1.0};
   return eye;
 }
 
 struct Hand {
-  double noise_px = 0.5;  ///< of a side
+  double noise_px = 0.5;  ///< standard deviation of a side
   int repeats = 3;
-  double turn_rad = 0.0;   ///< of the sight about the vertical
-  double middle_mm = 4.0;  ///< the rectangles' place across
+  double turn_rad = 0.0;   ///< rotation of the optical axis about the vertical
+  double middle_mm = 4.0;  ///< horizontal position of the rectangles
 };
 
-/// What an operator with that hand marks, of a bench that is as `eye` says.
+/// Marks of an operator with the given noise, for the true `eye`.
 std::vector<RectangleMark> marks_of(const Eye& eye, const Hand& hand, std::mt19937_64& random)
 {
   std::normal_distribution<double> noise(0.0, hand.noise_px > 0.0 ? hand.noise_px : 1.0);
@@ -76,8 +76,9 @@ TEST(Eyepoint, OfTwoRectanglesIsThatOfFigure24)
 
 TEST(Eyepoint, NearDepthsAreIllConditionedAsWeKnow)
 {
-  // A width's noise of 0.5 px on rectangles of 150 mm at 0.75 and 0.85 m. The first's depth is X2 Z / (X1 -
-  // X2): 27.4 mm by both widths' noise. DESIGN.md's 29 mm count the noise of the difference alone.
+  // Width noise of 0.5 px, rectangles of 150 mm at 0.75 and 0.85 m. The depth of the first is X2 Z / (X1 -
+  // X2): 27.4 mm from the noise of both widths. The 29 mm in DESIGN.md include only the noise of the
+  // difference.
   const std::array<RectangleMark, 2> rectangles = {{{150.0, 0.0, {}, {}}, {150.0, 100.0, {}, {}}}};
   const Eigen::Vector2d sd = expected_eyepoint_sd(rectangles, {880.0, 750.0}, 0.5 / std::sqrt(2.0));
   const double X1 = 176.0, X2 = 880.0 * 150.0 / 850.0, apart_sq = (X1 - X2) * (X1 - X2);
@@ -94,7 +95,7 @@ TEST(EyepointFit, RoundTripWithoutNoiseAgreesWithTwoRectangles)
   hand.noise_px = 0.0;
   const std::vector<RectangleMark> marks = marks_of(eye, hand, random);
   const EyepointFit fit = fit_eyepoint(marks, eye, {}, "left", "marks");
-  constexpr double rounding = 1e-7;  // of pixels 1e-12, by the condition of the fit
+  constexpr double rounding = 1e-7;  // 1e-12 px amplified by the condition of the fit
   EXPECT_NEAR(fit.eyepoint.distance_px, 880.0, rounding);
   EXPECT_NEAR(fit.eyepoint.depth_mm, 750.0, rounding);
   EXPECT_EQ(fit.estimate.names[1], "left.depth");
@@ -155,7 +156,7 @@ TEST(EyepointFit, WhatIsExpectedBeforeIsWhatComes)
     sum_sq += (fit.estimate.values - truth_of(plain)).cwiseAbs2() / n;
   }
   const Eigen::Vector2d expected = expected_eyepoint_sd(marks_of(plain, {}, random), {880.0, 750.0}, 0.5);
-  // A standard deviation from a thousand is known to 1 / sqrt(2000); four of that.
+  // The standard deviation of 1000 samples has a relative error of 1 / sqrt(2000); four times that.
   EXPECT_NEAR(std::sqrt(sum_sq(0)) / expected(0), 1.0, 0.09);
   EXPECT_NEAR(std::sqrt(sum_sq(1)) / expected(1), 1.0, 0.09);
 }
@@ -208,7 +209,7 @@ TEST(EyepointFit, RefusesWidthsThatGrowWithDepth)
   EXPECT_FALSE(refusal(marks).wanted.empty());
 }
 
-/// What somebody with eyes at -32 and +32 mm marks, sights taken to be `sight_error_px` (left, right) off.
+/// Marks of a person with eyes at -32 and +32 mm, with axis errors `sight_error_px` (left, right).
 std::array<EyeRectangles, 2> seen_by_two(const Hand& hand, const Eigen::Vector2d& sight_error_px,
                                          std::mt19937_64& random)
 {

@@ -37,7 +37,7 @@ EyesPrior bench_prior()
   EyesPrior prior;
   prior.eyes.left = bench_eye(0, -32.0);
   prior.eyes.right = bench_eye(640, 32.0);
-  Eigen::Matrix2d eyepoint;  // distance (px) and depth (mm) go together: 0.97
+  Eigen::Matrix2d eyepoint;  // correlation of distance (px) and depth (mm): 0.97
   eyepoint << 81.0, 70.0, 70.0, 64.0;
   prior.eyepoint_covariance.topLeftCorner<2, 2>() = eyepoint;
   prior.eyepoint_covariance.bottomRightCorner<2, 2>() = eyepoint;
@@ -48,7 +48,7 @@ EyesPrior bench_prior()
   return prior;
 }
 
-/// Everything known exactly but the place.
+/// Everything known exactly except the pose.
 EyesPrior known_eyes()
 {
   EyesPrior prior = bench_prior();
@@ -77,7 +77,7 @@ Truth sample_truth()
   return truth;
 }
 
-/// Numbers 6 to 24 of the estimate.
+/// Numbers 6 to 24 of the estimate, after the pose.
 Eigen::VectorXd numbers_of(const EyePair& eyes)
 {
   Eigen::VectorXd numbers(19);
@@ -92,7 +92,7 @@ Eigen::VectorXd numbers_of(const EyePair& eyes)
   return numbers;
 }
 
-/// Found less true, of a place as Estimate says.
+/// Pose error with the conventions of Estimate.
 Eigen::VectorXd errors_of(const EyesFit& fit, const Truth& truth)
 {
   Eigen::VectorXd errors(25);
@@ -102,7 +102,7 @@ Eigen::VectorXd errors_of(const EyesFit& fit, const Truth& truth)
   return errors;
 }
 
-/// Eyes as they may be where `prior` is all that is known.
+/// Eyes drawn at random from `prior`.
 EyePair drawn_eyes(const EyesPrior& prior, Noise& noise)
 {
   EyePair eyes = prior.eyes;
@@ -130,7 +130,7 @@ struct MarkNoise {
   double alignment_px = 0.0, tracker_mm = 0.0;
 };
 
-/// Nine places for each eye, 600 to 1000 mm away.
+/// Nine positions for each eye, 600 to 1000 mm away.
 std::vector<BullseyeMark> marks_of(const Truth& truth, const MarkNoise& of, Noise& noise)
 {
   std::vector<BullseyeMark> marks;
@@ -219,7 +219,7 @@ TEST(EyesFits, MovingTheCarriersFrameMovesTheAnswer)
   constexpr double solver_tolerance = 1e-5;  // 1e-6 of a standard deviation of up to 9 px
   EXPECT_TRUE(there.X_carrier_eyes.isApprox(X_other_carrier * here.X_carrier_eyes, solver_tolerance));
   EXPECT_LT((numbers_of(there.eyes) - numbers_of(here.eyes)).cwiseAbs().maxCoeff(), solver_tolerance);
-  // Errors turn with the frame they are told in.
+  // The covariance rotates with the frame.
   const Eigen::Matrix3d R = X_other_carrier.linear();
   const Eigen::Matrix3d expected = R * here.estimate.covariance.block(3, 3, 3, 3) * R.transpose();
   const Eigen::Matrix3d found = there.estimate.covariance.block(3, 3, 3, 3);
@@ -239,7 +239,7 @@ TEST(EyesFits, AnyStartWithinHalfAMetreAndTwentyDegreesLeadsThere)
     Pose X_start = truth.X_carrier_eyes * turned(turn);
     X_start.translation() += shift;
     const EyesFit fit = fitted(marks, bench_prior(), X_start);
-    constexpr double solver_tolerance = 1e-4;  // noise is found by rounds from other starts
+    constexpr double solver_tolerance = 1e-4;  // the noise iterations depend on the start
     EXPECT_TRUE(fit.X_carrier_eyes.isApprox(expected.X_carrier_eyes, solver_tolerance));
     EXPECT_NEAR(fit.noise_px, expected.noise_px, 0.01);
   }
@@ -250,8 +250,8 @@ struct Setting {
   MarkNoise noise;
 };
 
-/// Truth is drawn from what is stated as known, so every number's interval must hold it in 95 % of cases
-/// (over 1500 seeds 94 to 97 %). Numbers of the left and the right eye are alike and counted together.
+/// The truth is drawn from the prior, so each interval must contain it in 95 % of cases (1500 seeds: 94 to 97
+/// %). Numbers of the left and the right eye are pooled.
 TEST(EyesFits, IntervalsAreHonest)
 {
   for (const Setting& setting : {Setting{"the hand's noise", {0.5, 0.1}}, {"the tracker's", {0.3, 1.0}}}) {
@@ -268,7 +268,7 @@ TEST(EyesFits, IntervalsAreHonest)
       noise_sum_px += fit.noise_px;
     }
     coverage.expect_honest();
-    // Where the tracker's noise is by far the larger part, noises that come out as none pull the mean down.
+    // With dominant tracker noise some estimates of the alignment noise are zero, which lowers the mean.
     EXPECT_NEAR(noise_sum_px / n_sets, setting.noise.alignment_px, 0.1);
   }
 }
@@ -311,7 +311,7 @@ TEST(EyesFits, PlacesThatDoNotTellAreRefusedWithWhatIsMissing)
   };
   EXPECT_THAT(refused({1, 1, 0.1}).found, HasSubstr("all at one depth (40 mm)"));
   EXPECT_THAT(refused({0.1, 0.1, 1}).found, HasSubstr("all straight ahead"));
-  EXPECT_EQ(refused({0.1, 0.1, 1}).field, "eyes: marker's places");
+  EXPECT_EQ(refused({0.1, 0.1, 1}).field, "eyes: marker positions");
   std::vector<BullseyeMark> line = marks;
   for (std::size_t i = 0; i < line.size(); ++i) {
     const double way = static_cast<double>(i) - 8.5;
@@ -331,7 +331,7 @@ TEST(EyesFits, ABullseyeThatWasAlignedWronglyIsNamed)
     const InputError::Facts facts = input_error([&] { fitted(marks); });
     EXPECT_EQ(facts.field, "eyes: bull's-eye " + std::to_string(i % 9 + 1) + " of the " +
                                (i < 9 ? "left" : "right") + " eye");
-    EXPECT_THAT(facts.found, HasSubstr("px from where all the others say"));
+    EXPECT_THAT(facts.found, HasSubstr(" px from "));
   }
 }
 
@@ -368,8 +368,8 @@ Pose random_pose(std::mt19937_64& random)
 
 TEST(EyesStart, FindsEyesInAnyAttitudeNearEnoughForTheFit)
 {
-  // The fit takes a guess within 20 degrees and half a metre; sights that are off by 3 px and half a pixel of
-  // noise turn the answer by less than a degree and shift it by some percent of a metre.
+  // The fit needs a start within 20 degrees and 0.5 m; axis errors of 3 px and noise of 0.5 px rotate the
+  // result by less than a degree and shift it by some centimetres.
   constexpr double most_deg = 5.0, most_mm = 60.0;
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> part(-1.0, 1.0);

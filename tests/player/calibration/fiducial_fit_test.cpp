@@ -15,7 +15,7 @@ namespace vrda::fiducial_fit_test {
 using test::input_error;
 using test::place_error;
 
-/// On a knee: six to fit to, two held out.
+/// Knee with six fiducials and two targets.
 std::vector<Fiducial> knee_points()
 {
   return {{"lateral epicondyle", {0, 20, 42}, {}, false},
@@ -77,10 +77,10 @@ TEST(FiducialFit, IntervalsAreHonestAndTargetsAsBadAsExpected)
     fiducial_sq += fit.fiducial_rms_mm * fit.fiducial_rms_mm / n;
   }
   coverage.expect_honest();
-  // Six numbers a set of 6 coordinates (targets) and of 12 degrees of freedom (noise): a mean square is known
-  // to sqrt(2 / 6 / 800) and sqrt(2 / 12 / 800), 2.5 % together; four of that.
+  // Per set 6 target coordinates and 12 degrees of freedom of the noise: relative errors of the mean squares
+  // sqrt(2 / 6 / 800) and sqrt(2 / 12 / 800), together 2.5 %; four times that.
   EXPECT_NEAR(target_sq / expected_sq, 1.0, 0.1);
-  // What a fit leaves: 3 (1 - 2 / n) of a coordinate's noise. Source: Fitzpatrick (1998).
+  // Fiducial registration error: 3 (1 - 2 / n) variances of a coordinate. Source: Fitzpatrick (1998).
   EXPECT_NEAR(fiducial_sq / (3.0 * 0.09 * (1.0 - 2.0 / 6.0)), 1.0, 0.1);
 }
 
@@ -104,7 +104,7 @@ TEST(FiducialFit, RefusesSetsThatDoNotTellThePlace)
   for (Fiducial& p : plane) p.p_model_mm.x() = 0.3 * p.p_model_mm.y();
   const InputError::Facts facts = refusal(touched_at(plane, X, 0.1, random));
   EXPECT_NE(facts.found.find("coplanar"), std::string::npos);
-  EXPECT_NE(facts.wanted.find("off their plane"), std::string::npos);
+  EXPECT_NE(facts.wanted.find("plane"), std::string::npos);
   std::vector<Fiducial> one_place = touched_at(knee_points(), X, 0.1, random);
   for (Fiducial& p : one_place) p.p_body_mm = {1.0, 2.0, 3.0};
   EXPECT_NE(refusal(one_place).found.find("as touched"), std::string::npos) << refusal(one_place).found;
@@ -118,12 +118,12 @@ TEST(FiducialFit, RefusesTheOtherSide)
   std::mt19937_64 random(55);
   std::vector<Fiducial> points = touched_at(knee_points(), test::random_pose(random), 0.3, random);
   for (Fiducial& p : points) p.p_model_mm.z() *= -1.0;
-  EXPECT_NE(refusal(points).wanted.find("own side"), std::string::npos) << refusal(points).wanted;
+  EXPECT_NE(refusal(points).wanted.find("same side"), std::string::npos) << refusal(points).wanted;
 }
 
 TEST(FiducialFit, RefusesASetThatFitsItsMirrorImageAsWell)
 {
-  // 2.5 mm off a plane (5.6 mm of singular value) touched to 3 mm: nobody knows which side.
+  // 2.5 mm off a plane (singular value 5.6 mm) with 3 mm of noise: the side is undetermined.
   std::mt19937_64 random(56);
   std::vector<Fiducial> flat = knee_points();
   for (std::size_t k = 0; k < flat.size(); ++k) flat[k].p_model_mm.x() = k % 2 == 0 ? 2.5 : -2.5;
@@ -232,7 +232,7 @@ TEST(ScaleFit, IntervalsAreHonestAndFewAreCalledUneven)
     n_uneven += fit.is_uneven ? 1 : 0;
   }
   coverage.expect_honest();
-  EXPECT_LE(n_uneven, n / 1000);  // of a millimetre of noise, as of fingers on skin
+  EXPECT_LE(n_uneven, n / 1000);  // for 1 mm of noise, as in palpation
 }
 
 TEST(ScaleFit, UnevenDistancesAreCalledSo)

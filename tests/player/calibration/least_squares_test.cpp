@@ -12,7 +12,7 @@ namespace vrda::least_squares_test {
 
 using Eigen::VectorXd;
 
-/// Where differences of 1e-6 of a scale of 1 and polishing leave nothing but rounding.
+/// Rounding error with difference steps of 1e-6 of a scale of 1 and final Gauss-Newton steps.
 constexpr double solver_tolerance = 1e-9;
 
 FitProblem problem_of(std::function<VectorXd(const VectorXd&)> residuals, const VectorXd& start)
@@ -78,7 +78,7 @@ TEST(LeastSquares, TheCertifiedValuesOfMisra1aAreFound)
     const double square_sum = fit.residuals.squaredNorm();
     EXPECT_NEAR(square_sum / 1.2455138894E-01, 1.0, solver_tolerance);
     const double variance = square_sum / 12.0;
-    // The certificate's standard deviations have the differences' precision in J here.
+    // The standard deviations have the precision of the differences in J.
     constexpr double difference_tolerance = 1e-7;
     EXPECT_NEAR(std::sqrt(variance * fit.covariance(0, 0)) / 2.7070075241E+00, 1.0, difference_tolerance);
     EXPECT_NEAR(std::sqrt(variance * fit.covariance(1, 1)) / 7.2668688436E-06, 1.0, difference_tolerance);
@@ -107,7 +107,7 @@ TEST(LeastSquares, WhatTheResidualsThrowComesOut)
   FitProblem problem = line();
   const auto residuals = problem.residuals;
   problem.residuals = [&](const VectorXd& x) {
-    // Once around the start, then within NLopt.
+    // Thrown at the start, or within NLopt.
     if (++n_calls > 8) throw std::domain_error("no such place");
     return residuals(x);
   };
@@ -134,7 +134,7 @@ TEST(LeastSquares, WhatTheResidualsDoNotTellIsUndetermined)
 
 TEST(LeastSquares, AFitThatNeverEndsSaysSo)
 {
-  // Its least is a kink, where no slope vanishes.
+  // The minimum is a kink without zero gradient.
   const LeastSquares endless = fit_least_squares(
       problem_of([](const VectorXd& x) { return VectorXd(1.0 + x.array().max(-2.0 * x.array())); },
                  VectorXd::Constant(1, 3.0)));
@@ -156,7 +156,8 @@ TEST(LeastSquares, EveryStatusHasAName)
 
 constexpr double dof_tolerance = 1e-8;
 
-/// An even map of places on a line to marks: four numbers, and `known` of them known to 1 beforehand.
+/// Affine map of positions on a line to marks: four numbers, `known` of them with a prior of standard
+/// deviation 1.
 LeastSquares line_fit(const std::vector<Eigen::Vector2d>& marks, const std::vector<double>& at,
                       int n_known = 0)
 {
@@ -196,7 +197,7 @@ TEST(AlignedMarks, NumbersTakeTheirShareOfTheDegreesOfFreedom)
   test::Noise noise(1);
   const Marks line = noisy_line(noise);
   EXPECT_NEAR(noise_dof(line_fit(line.marks, line.at), 8), 16.0 - 4.0, dof_tolerance);
-  // What was known leaves the marks less to determine.
+  // With a prior the marks determine less.
   const double dof = noise_dof(line_fit(line.marks, line.at, 4), 8);
   EXPECT_GT(dof, 12.0 + 0.1);
   EXPECT_LT(dof, 16.0);
@@ -204,7 +205,7 @@ TEST(AlignedMarks, NumbersTakeTheirShareOfTheDegreesOfFreedom)
 
 TEST(AlignedMarks, IntervalsHaveTheDegreesOfFreedomOfTheMarksShare)
 {
-  // One number, told by two marks at 1 (variance 1/4 together) and beforehand (variance 1): 4/5 by marks.
+  // One number from two marks (together variance 1/4) and a prior (variance 1): share of the marks 4/5.
   FitProblem problem;
   problem.start = Eigen::VectorXd::Zero(1);
   problem.scale = Eigen::VectorXd::Ones(1);
@@ -218,8 +219,8 @@ TEST(AlignedMarks, IntervalsHaveTheDegreesOfFreedomOfTheMarksShare)
   EXPECT_TRUE(std::isinf(interval_dof(fit, 2, Eigen::MatrixXd::Zero(1, 1))));
 }
 
-/// The fit really done without the mark. Slopes by differences are off by 1e-15 (rounding of numbers up to
-/// 20) / 1e-6 (step), and that by the mark's 25.
+/// Compared with a real fit without the mark. The error of the differences is 1e-15 (rounding of numbers up
+/// to 20) / 1e-6 (step), amplified by the mark's deviation of 25.
 TEST(AlignedMarks, TheFurthestMarkIsJudgedByAFitToTheOthers)
 {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {

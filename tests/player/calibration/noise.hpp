@@ -7,14 +7,14 @@
 
 namespace vrda::test {
 
-/// The same numbers on every machine: sums of twelve uniform numbers, mean 0, variance 1.
+/// Portable normal noise: sums of twelve uniform numbers, mean 0, variance 1.
 class Noise {
  public:
   explicit Noise(std::uint64_t seed) : bits_(seed) {}
   double uniform();  ///< in [0, 1)
   double normal();
   Eigen::VectorXd normals(Eigen::Index n);
-  /// Of mean 0 and that covariance, positive definite.
+  /// Mean 0 and the given positive definite covariance.
   Eigen::VectorXd correlated(const Eigen::MatrixXd& covariance);
 
  private:

@@ -17,11 +17,11 @@ namespace vrda::table_fit_test {
 using test::input_error;
 using test::place_error;
 
-/// A bench as it is: rails nearly square, one above the other.
+/// True bench: nearly orthogonal rails at different heights.
 struct Bench {
   Pose X_tracker_table = Pose::Identity();
   double apart_rad = rad_from_deg(89.8);
-  double height_mm = 35.0;  ///< of the second rail
+  double height_mm = 35.0;  ///< height of the second rail
   double noise_mm = 0.1;
   int n = 200;
   double length_mm = 400.0;
@@ -62,7 +62,7 @@ TEST(TableFit, RoundTripWithoutNoise)
   EXPECT_NEAR(fit.stage_scale, 1.0, rounding);
   EXPECT_NEAR(fit.X_tracker_table.linear().determinant(), 1.0, rounding);
   EXPECT_EQ(fit.estimate.names.front(), "table.shift_x");
-  EXPECT_NE(fit.estimate.remarks.front().find("the rails are 89.8 deg apart"), std::string::npos);
+  EXPECT_NE(fit.estimate.remarks.front().find(" 89.8"), std::string::npos);
 }
 
 TEST(TableFit, UpIsUpWhenXGoesRightAndZTowardsTheViewer)
@@ -87,7 +87,7 @@ TEST(TableFit, MovingTheTrackerMovesTheTable)
   EXPECT_LT(place_error(there.X_tracker_table, X_moved * fit.X_tracker_table).norm(), rounding);
   Eigen::MatrixXd turned = Eigen::MatrixXd::Zero(6, 6);
   turned.topLeftCorner<3, 3>() = turned.bottomRightCorner<3, 3>() = X_moved.linear();
-  constexpr double differences = 1e-5;  // central ones, of a step of 1e-5
+  constexpr double differences = 1e-5;  // central differences with a step of 1e-5
   EXPECT_TRUE(
       there.estimate.covariance.isApprox(turned * fit.estimate.covariance * turned.transpose(), differences));
 }
@@ -123,7 +123,7 @@ TEST(TableFit, RefusesSweepsThatAreNone)
   std::mt19937_64 random(45);
   Bench few;
   few.n = 9;
-  EXPECT_EQ(refusal(sweeps_of(few, random)).found, "9 places");
+  EXPECT_NE(refusal(sweeps_of(few, random)).found.find("9 "), std::string::npos);
   Bench still;
   still.length_mm = 45.0;
   EXPECT_NE(refusal(sweeps_of(still, random)).found.find("a sweep of 4"), std::string::npos);
@@ -131,7 +131,7 @@ TEST(TableFit, RefusesSweepsThatAreNone)
   for (std::size_t k = 0; k < bent.z.p_tracker_mm.size(); ++k)
     bent.z.p_tracker_mm[k].y() += 12.0 * std::sin(pi * static_cast<double>(k) / 200.0);
   EXPECT_EQ(refusal(bent).field, "z_rail");
-  EXPECT_NE(refusal(bent).found.find("off any line"), std::string::npos);
+  EXPECT_NE(refusal(bent).found.find("mm (rms)"), std::string::npos);
   Sweeps nowhere = sweeps_of({}, random);
   nowhere.x.p_tracker_mm[3].y() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(refusal(nowhere).field, "x_rail");
@@ -146,7 +146,7 @@ TEST(TableFit, RefusesAnOutlierByItsPlace)
     for (const std::size_t k : {std::size_t{0}, std::size_t{6}}) {
       Sweeps sweeps = sweeps_of(bench, random);
       sweeps.x.p_tracker_mm[k].y() += 8.0;
-      EXPECT_NE(refusal(sweeps).found.find("place " + std::to_string(k + 1) + " "), std::string::npos)
+      EXPECT_NE(refusal(sweeps).found.find("position " + std::to_string(k + 1) + " "), std::string::npos)
           << refusal(sweeps).found;
     }
   }
@@ -159,7 +159,7 @@ TEST(TableFit, RefusesParallelRails)
     Bench bench;
     bench.apart_rad = rad_from_deg(apart_deg);
     EXPECT_EQ(refusal(sweeps_of(bench, random)).field, "z_rail");
-    EXPECT_NE(refusal(sweeps_of(bench, random)).found.find("apart"), std::string::npos);
+    EXPECT_NE(refusal(sweeps_of(bench, random)).found.find("angle"), std::string::npos);
   }
 }
 
@@ -187,7 +187,7 @@ struct Sweep {
   double slip_mm = 0.0;
 };
 
-/// Tilted to all sides about the shaft's axis, and turned about it by as much.
+/// Tilted in all directions, and rotated about the shaft by the same amount.
 std::vector<Pose> poses_of(const Sweep& sweep, std::mt19937_64& random,
                            const Pose& X_moved = Pose::Identity())
 {
@@ -256,7 +256,7 @@ TEST(PivotFit, IntervalsAreHonest)
 
 TEST(PivotFit, ASpreadIsTheHalfAngleOfACone)
 {
-  // Poses round a cone of 30 degrees, each turned about its axis all the way: the axis itself swings least.
+  // Poses on a cone of 30 degrees, with full rotation about the shaft: the shaft's direction varies least.
   std::vector<Pose> poses;
   const double half_rad = rad_from_deg(30.0);
   for (int k = 0; k < 36; ++k) {
@@ -274,14 +274,14 @@ TEST(PivotFit, ASpreadIsTheHalfAngleOfACone)
 
 TEST(PivotFit, SaysWhatItsNumberOfDegreesIs)
 {
-  // To 35 degrees on every side: that many the probe was turned by, but its swing is less.
+  // Tilted by up to 35 degrees; the rms rotation is less.
   std::mt19937_64 random(35);
   const PivotFit fit = fit_pivot(poses_of({}, random), "marks");
   const std::string swing = std::to_string(std::lround(deg_from_rad(fit.spread_rad)));
   ASSERT_EQ(fit.estimate.remarks.size(), 1u);
-  EXPECT_TRUE(fit.estimate.remarks[0].starts_with(
-      "the probe swung by " + swing + " deg (rms) about the axis it turned about least; 10 are wanted"))
+  EXPECT_NE(fit.estimate.remarks[0].find(" " + swing + " deg (rms)"), std::string::npos)
       << fit.estimate.remarks[0];
+  EXPECT_NE(fit.estimate.remarks[0].find("at least 10 "), std::string::npos) << fit.estimate.remarks[0];
 }
 
 TEST(PivotFit, Refuses)
@@ -295,7 +295,7 @@ TEST(PivotFit, Refuses)
   EXPECT_EQ(refusal(few).found, "19 poses");
   Sweep still;
   still.tilt_rad = 0.0;
-  EXPECT_NE(refusal(still).found.find("swings of 0 deg (rms)"), std::string::npos) << refusal(still).found;
+  EXPECT_TRUE(refusal(still).found.starts_with("0 deg (rms)")) << refusal(still).found;
   Sweep little;
   little.tilt_rad = rad_from_deg(8.0);
   EXPECT_NE(refusal(little).wanted.find("tilt the probe"), std::string::npos);
@@ -314,8 +314,7 @@ TEST(PivotFit, RefusesTurnsAboutOneAxis)
     X.translation() = true_pivot_mm - X.linear() * true_tip_mm;
     poses.push_back(X);
   }
-  EXPECT_NE(input_error([&] { fit_pivot(poses, "marks"); }).found.find("swings of 0 deg (rms)"),
-            std::string::npos);
+  EXPECT_NE(input_error([&] { fit_pivot(poses, "marks"); }).found.find("0 deg (rms)"), std::string::npos);
 }
 
 }  // namespace vrda::table_fit_test

@@ -20,7 +20,7 @@ struct TrueView {
   Eigen::Vector2d screen_mm = {300.0, 236.7};
 };
 
-/// The line seen at least half: noise moves the border, not the reading.
+/// First or last line that is at least half visible; the noise moves the border before rounding.
 ViewportMarks readings_of(const TrueView& view, double noise_px, int repeats, std::mt19937_64& random)
 {
   std::normal_distribution<double> noise(0.0, 1.0);
@@ -49,7 +49,7 @@ ViewportMarks good_marks()
 TEST(ViewportFit, WholePixelsAreFoundExactly)
 {
   ViewportMarks marks;
-  // Columns 650 to 1249 are seen: their borders are 650 and 1250.
+  // Columns 650 to 1249 are visible, so the borders are 650 and 1250.
   marks.line_px = {{{650, 650}, {1249, 1249}, {520, 520}, {969, 969}}};
   marks.screen_mm = {300.0, 225.0};
   const ViewportFit fit = fit_viewport(marks, window, "left", "marks");
@@ -60,7 +60,7 @@ TEST(ViewportFit, WholePixelsAreFoundExactly)
   EXPECT_EQ(fit.centre_px, Eigen::Vector2d(950.0, 745.0));
   EXPECT_DOUBLE_EQ(fit.pixel_aspect, 1.0);
   EXPECT_EQ(fit.estimate.names[1], "left.edge_right");
-  // Equal readings are not exact ones: they were rounded.
+  // Equal readings still have the rounding error.
   EXPECT_DOUBLE_EQ(fit.estimate.covariance(0, 0), 1.0 / 12.0);
 }
 
@@ -142,7 +142,7 @@ TEST(ViewportFit, RefusesByEdge)
   ViewportMarks beyond = good_marks();
   for (double& reading : beyond.line_px[1]) reading += 40.0;
   EXPECT_EQ(refusal(beyond).field, "left.right");
-  EXPECT_NE(refusal(beyond).found.find("beyond"), std::string::npos);
+  EXPECT_NE(refusal(beyond).found.find("outside"), std::string::npos);
 
   ViewportMarks narrow = good_marks();
   narrow.line_px[1] = {670.0, 670.0};

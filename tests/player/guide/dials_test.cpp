@@ -28,7 +28,7 @@ TEST(GuideDials, KeysChangeTheFirstAndTheSecond)
   EXPECT_EQ(after(two, {{Key::left}, {Key::left}}), (Values{9.5, 10.0}));
   EXPECT_EQ(after(two, {{Key::up}}), (Values{10.0, 10.25}));
   EXPECT_EQ(after(two, {{Key::down, true}}), (Values{10.0, 7.5}));
-  // A cross goes up where y is less.
+  // A cross moves up when y decreases.
   EXPECT_EQ(after(cross, {{Key::up}}), (Values{10.0, 9.75}));
   EXPECT_EQ(after(cross, {{Key::down}}), (Values{10.0, 10.25}));
   EXPECT_EQ(after(one, {{Key::right, false, true}, {Key::up}, {Key::down}}), Values{35.0});
@@ -66,12 +66,12 @@ TEST(GuideDials, ATurnOfThePotentiometerIsTwoHundredSteps)
   const auto hold = [&](int count) {
     for (int k = 0; k < 500; ++k) dials.turn(count, time_s += 0.01);
   };
-  // Where it stands to begin with changes nothing.
+  // The initial position has no effect.
   hold(200);
   EXPECT_EQ(dials.values()[0], 10.0);
   hold(200 + 1023 / 2);
   EXPECT_EQ(dials.values()[0], 10.0 + 100 * 0.25);
-  // A key in between stays, and the potentiometer goes on from where it stands.
+  // The potentiometer continues from the value set by a key.
   dials.press({Key::right});
   hold(200 + 1023 / 2);
   EXPECT_EQ(dials.values()[0], 35.25);

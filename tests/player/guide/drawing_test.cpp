@@ -13,7 +13,7 @@ namespace vrda::drawing_test {
 
 using test::Trial;
 
-/// Of what clipping leaves.
+/// Rounding error of clipping.
 constexpr double rounding_px = 1e-9;
 
 std::vector<double> begin_of(const Task& task)
@@ -28,7 +28,7 @@ struct Drawn {
   std::vector<GuideLine> lines;
 };
 
-/// Every task of a bench with what it draws, before eyes as they truly are.
+/// All tasks of a bench with their lines, for the true eyes.
 std::vector<Drawn> all_drawn(const BenchFile& bench, const Calibration& calibration)
 {
   std::vector<Drawn> drawn;
@@ -68,7 +68,7 @@ TEST(GuideDrawing, StaysWithinWhatIsVisible)
         expect_within(line, is_scan ? eye.window : eye.visible);
         EXPECT_GE(line.points_px.size(), 2u);
         n_lines += is_scan ? 0 : 1;
-        // The arms of a plain cross are straight; everything else may be curved.
+        // Only the arms of a plain cross are always straight.
         const double longest_px = drawn.task.kind == TaskKind::point ? 16.0 : 8.0;
         for (std::size_t k = 1; !is_scan && k < line.points_px.size(); ++k)
           EXPECT_LE((line.points_px[k] - line.points_px[k - 1]).norm(), longest_px + rounding_px);
@@ -85,7 +85,7 @@ TEST(GuideDrawing, AnAlignedCrossThatLiesOutsideDrawsNothing)
   const Task task = tasks_of(CalibrationPart::distortion, bench, truth).front();
   const Viewport& v = truth.eyes.left.visible;
   EXPECT_TRUE(drawing_of(task, std::vector<double>{v.x - 20.0, v.y - 20.0}, truth).empty());
-  // Half of it within.
+  // Half of it inside.
   EXPECT_EQ(drawing_of(task, std::vector<double>{v.x + 0.0, v.y + 50.0}, truth).size(), 2u);
 }
 
@@ -106,7 +106,7 @@ TEST(GuideDrawing, AScanLineIsOneCrispColumnOrRow)
   EXPECT_EQ(row[0].points_px[1], Eigen::Vector2d(window.x + window.width, 100.5));
 }
 
-/// What is drawn through the pre-distortion is straight through the optics.
+/// Pre-distorted lines are straight after the optics.
 TEST(GuideDrawing, SidesAreUprightAsShown)
 {
   const BenchFile bench = test::virtual_bench(HeadKind::stage);
@@ -116,8 +116,7 @@ TEST(GuideDrawing, SidesAreUprightAsShown)
   const std::vector<double> sides{eye.sight_px.x() - 90.0, eye.sight_px.x() + 75.0};
   const std::vector<GuideLine> lines = drawing_of(task, sides, truth);
   ASSERT_EQ(lines.size(), 2u);
-  // Between points eight px apart a line as curved as the optics' is off by as much as an eighth of the
-  // square of that by its radius; only where it was clipped at the border the chord counts.
+  // The sagitta of an 8 px chord is 8^2 / (8 radius); chords occur only at clipped ends.
   constexpr double chord_px = 0.02;
   for (std::size_t k = 0; k < 2; ++k) {
     EXPECT_FALSE(lines[k].is_right);
@@ -128,7 +127,7 @@ TEST(GuideDrawing, SidesAreUprightAsShown)
   }
 }
 
-/// Sets the number at hand and confirms it.
+/// Sets the number of the current task and confirms it.
 void give(Trial& trial, double wanted)
 {
   const double step = trial.session->task()->dials[0].step;
@@ -137,7 +136,7 @@ void give(Trial& trial, double wanted)
   trial.press(Key::enter);
 }
 
-/// The test object is to be seen by what was just measured, before it is confirmed.
+/// The look draws the test object with the new measurements before they are confirmed.
 TEST(GuideDrawing, ALookIsDrawnByTheMarksOfItsPart)
 {
   Trial trial(test::virtual_bench(HeadKind::stage));
@@ -152,7 +151,7 @@ TEST(GuideDrawing, ALookIsDrawnByTheMarksOfItsPart)
     give(trial, 0.5 * row.ipd_mm);
     give(trial, row.image_mm);
     ASSERT_TRUE(trial.is_asked(CalibrationPart::ipd, "look"));
-    // The calibration itself waits for the confirmation.
+    // The calibration changes only after the confirmation.
     const Calibration& now = trial.session->calibration();
     EXPECT_FALSE(now.records.at(CalibrationPart::ipd).estimate);
     const std::vector<GuideLine> lines = drawing_of(*trial.session);
@@ -169,7 +168,7 @@ TEST(GuideDrawing, ALookIsDrawnByTheMarksOfItsPart)
   }
 }
 
-/// As a person in training sees it: both frames as large, and as far apart from eye to eye.
+/// On the virtual bench both frames have the same size and disparity.
 TEST(GuideDrawing, WithoutNoiseTheLookIsSeenWhereTheRealOneIs)
 {
   const BenchFile bench = test::virtual_bench(HeadKind::stage);
@@ -192,11 +191,11 @@ TEST(GuideDrawing, WithoutNoiseTheLookIsSeenWhereTheRealOneIs)
     const std::vector<Eigen::Vector2d>& corners = real[is_right ? 1 : 0].points_px;
     const Eye& eye = eye_of(trial.truth.calibration, is_right);
     width_px[is_right] = (high - low) - (corners[1].x() - corners[0].x());
-    // The sight's place is the bull's-eye's to find: seen from it, what is drawn lies where it should.
+    // The optical axis is estimated later by the bull's-eyes; relative to it the drawing is correct.
     middle_px[is_right] = 0.5 * (low + high) - eye_of(trial.session->drawn_by(), is_right).sight_px.x() -
                           (0.5 * (corners[0].x() + corners[1].x()) - eye.sight_px.x());
   }
-  // A distance of 880 px is found to a step of a quarter of a pixel at each side: 0.3 % of 110 px.
+  // The distance of 880 px is determined to a step of 0.25 px at each side: 0.3 % of 110 px.
   constexpr double step_px = 0.4;
   for (const std::size_t k : {0U, 1U}) {
     EXPECT_NEAR(width_px[k], 0.0, step_px);

@@ -10,8 +10,8 @@
 
 namespace vrda::example_points_test {
 
-/// Facets of 5 mm on what is rounded by 9.5 mm lie up to 5^2 / (8 * 9.5) mm inside; fields are distances but
-/// for their slopes, which differ from 1 by a tenth there.
+/// Facets of 5 mm on a radius of 9.5 mm are up to 5^2 / (8 * 9.5) mm inside; the gradient of the fields
+/// differs from 1 by up to 0.1.
 constexpr double off_surface_mm = 0.4;
 
 CalibrationSettings example()

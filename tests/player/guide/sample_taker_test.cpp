@@ -6,10 +6,10 @@
 
 namespace vrda::sample_taker_test {
 
-/// Of numbers kept to ten nanometres.
+/// Rounding to 10 nm.
 constexpr double kept_mm = 1e-5;
 
-/// A leg of three markers, then probe and marker: tools 0 to 4.
+/// Leg with three markers, then probe and marker: tools 0 to 4.
 BenchFile marked_bench()
 {
   return test::bench_of(test::bench_head("rigid") + test::display_table + test::tracker_table +
@@ -90,13 +90,13 @@ TEST(SampleTaker, WhatIsHeldHasTheBodyOfMarkersBesideIt)
 {
   SampleTaker taker(marked_bench());
   taker.begin(task_with(TaskKind::hold, "probe"), BodyRole::leg);
-  // The leg was never seen.
+  // The leg has not been seen.
   EXPECT_FALSE(taker.take(seen(probe, {1, 2, 3}, 0)));
   send_leg(taker, {10, 20, 30}, 10);
   ASSERT_TRUE(taker.take(seen(probe, {1, 2, 3}, 10)));
   send_leg(taker, {11, 20, 30}, 20);
   ASSERT_TRUE(taker.take(seen(probe, {1, 2, 3}, 20)));
-  // Seen last too long ago: stale_after_ms is 100.
+  // The last pose is older than stale_after_ms (100).
   EXPECT_FALSE(taker.take(seen(probe, {1, 2, 3}, 200)));
   const std::vector<std::vector<double>>& rows = taker.rows();
   ASSERT_EQ(rows.size(), 2u);

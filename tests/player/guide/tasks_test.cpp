@@ -96,7 +96,7 @@ TEST(GuideTasks, MarkersSpreadInEveryDirectionWithinTheFirstSix)
     const Eigen::Vector3d place = marker_place(k).cast<double>();
     spread += place * place.transpose();
   }
-  // Of six places of which five are corners, each direction has nearly as much as any other.
+  // Six positions with five corners have a nearly isotropic scatter.
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvalues()[0], 2.0);
 }
 

@@ -11,7 +11,7 @@ BenchFile virtual_bench(HeadKind head, const std::string& changed, const std::st
   std::string text = virtual_bench_text(head);
   if (!changed.empty()) {
     const std::size_t at = text.find(changed);
-    check(at != std::string::npos, "what is to be changed stands in the file");
+    check(at != std::string::npos, "the text to be replaced is in the file");
     text.replace(at, changed.size(), into);
   }
   return parsed_bench_file(text, "bench.toml");

@@ -1,4 +1,4 @@
-/// A virtual bench, somebody at it, and a session.
+/// A virtual bench, a simulated operator and a session.
 #pragma once
 
 #include <memory>
@@ -11,14 +11,14 @@ namespace vrda::test {
 
 /// The virtual bench's file with `changed` replaced by `into`, which must occur in it.
 BenchFile virtual_bench(HeadKind head, const std::string& changed = "", const std::string& into = "");
-/// Everything, or the parts of a step.
+/// Options for all parts, or for those of a step.
 GuideOptions options_of(const BenchFile& bench, const std::string& step = "all");
 
-/// On a stage.
+/// Bench with a stage.
 const BenchFile& bench();
-/// All its parts done, once for all tests.
+/// Calibration with all parts done, computed once.
 const Calibration& all_done();
-/// `step` of it, as whoever does it again.
+/// Options that repeat `step`.
 GuideOptions anew(const std::string& step);
 
 struct Trial {
@@ -27,13 +27,13 @@ struct Trial {
 
   void press(Key key, bool has_shift = false, bool has_control = false);
   void press(char key);
-  /// Does what is asked.
+  /// Does the current task.
   void do_task();
-  /// Does all tasks before that one. Stands there, or fails.
+  /// Does all tasks before `task` of `part`, or fails.
   void go_to(CalibrationPart part, const std::string& task);
   void do_part(CalibrationPart part);
   void do_all();
-  /// Enter without aligning anything; then whatever samples are wanted.
+  /// Confirms without alignment and sends the samples.
   void do_badly();
   std::string words() const;
   bool is_asked(CalibrationPart part, const std::string& task) const;

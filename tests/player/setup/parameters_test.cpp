@@ -9,7 +9,7 @@
 
 namespace vrda::parameters_test {
 
-/// Of a turn in degrees and back.
+/// Of an angle converted to degrees and back.
 constexpr double rounding = 1e-10;
 
 BenchValues nominal_values()
@@ -32,7 +32,7 @@ TEST(Parameters, HaveNamesUnitsRangesAndSteps)
     EXPECT_LT(parameter.step, parameter.most - parameter.least);
     EXPECT_EQ(parameter_named(parameter.name), names.size() - 1);
   }
-  // Three of the bench, two of both eyes, six poses of six numbers, ten of each eye.
+  // Three of the bench, two common to both eyes, six poses of six numbers, ten of each eye.
   EXPECT_EQ(names.size(), 3u + 2u + 36u + 20u);
   EXPECT_FALSE(parameter_named("no.such").has_value());
 }
@@ -84,7 +84,7 @@ TEST(Parameters, KeptOnesSurviveTheFileAndTheOthersAreNotInIt)
     BenchValues read;
     read.calibration = parsed_calibration(text, "c.toml", bench);
     EXPECT_EQ(text != nominal, parameter.is_kept);
-    // All of it: what the file does not hold would be lost with the next start.
+    // Values that are not in the file would be lost at the next start.
     EXPECT_EQ(read.calibration.eyes.left.distortion.pixel_aspect,
               values.calibration.eyes.left.distortion.pixel_aspect);
     EXPECT_EQ(read.calibration.eyes.right.distortion.pixel_aspect,
