@@ -68,13 +68,16 @@ AuditSet unmeasured(const MotionModel& model, const std::string& set, int refine
   AuditSet out;
   out.name = set;
   out.refine = refine;
-  out.flexion_deg = refined(model.flexion_deg, refine);
-  out.varus_deg = set == "zero_varus" ? std::vector<double>{0.0} : refined(model.varus_deg, refine);
+  const bool is_two_sided = set == "two_sided";
+  out.flexion_deg = refined(is_two_sided ? model.two_sided->flexion_deg : model.flexion_deg, refine);
+  out.varus_deg =
+      is_two_sided || set == "zero_varus" ? std::vector<double>{0.0} : refined(model.varus_deg, refine);
   const auto rows = static_cast<Eigen::Index>(out.flexion_deg.size());
   const auto columns = static_cast<Eigen::Index>(out.varus_deg.size());
   out.state = GridB::Constant(rows, columns, static_cast<std::int8_t>(AuditState::no_pose));
   out.gap_mm = GridD::Constant(rows, columns, nan);
   out.penetration_mm = GridD::Constant(rows, columns, nan);
+  if (model.has_compartments) out.gap_medial_mm = out.gap_lateral_mm = out.penetration_mm;
   return out;
 }
 
@@ -95,7 +98,12 @@ AuditSet audit(const MotionModel& model, const std::string& set, int refine, int
     for (Eigen::Index j = 0; j < out.state.cols(); ++j) {
       const AuditPose pose = pose_at(model, motion, out, i, j);
       const Judge judge = is_node(out, i, j) ? Judge::narrow_phase : Judge::sweep;
-      if (pose.has_pose) set_state(out, i, j, meter.measure(pose.attitude, pose.X_reference_moving, judge));
+      if (!pose.has_pose) continue;
+      set_state(out, i, j, meter.measure(pose.attitude, pose.X_reference_moving, judge));
+      if (!model.has_compartments) continue;
+      const CompartmentGaps gaps = meter.compartment_gaps(pose.attitude, pose.X_reference_moving);
+      out.gap_medial_mm(i, j) = gaps.medial_mm;
+      out.gap_lateral_mm(i, j) = gaps.lateral_mm;
     }
   });
   return out;

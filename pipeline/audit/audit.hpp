@@ -10,7 +10,8 @@
 namespace vrda {
 
 /// Measures the motion `set` (one of set_names of motion/poses.hpp) at the attitudes of the model's grid,
-/// with each cell subdivided into `refine` (at least 1) parts per axis; for "zero_varus" only along flexion.
+/// with each cell subdivided into `refine` (at least 1) parts per axis; for "two_sided", on its own axis, and
+/// "zero_varus" only along flexion.
 /// Poses: the stored X_reference_moving for "raw" at the model's own attitudes, otherwise from Motion. At the
 /// model's own attitudes the narrow phase tests every pose, between them the sweep if possible
 /// (audit/pose_meter.hpp). Same bits for any number of threads.

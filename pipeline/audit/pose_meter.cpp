@@ -44,16 +44,24 @@ double radius_mm(const Mesh& mesh)
 }  // namespace
 
 AuditScene make_audit_scene(const Mesh& reference_canonical, const Mesh& moving_canonical,
-                            const SolverFrame& frame)
+                            const SolverFrame& frame, const std::vector<std::int8_t>& compartment_of_triangle)
 {
   const Mesh reference = solver_mesh(reference_canonical, frame);
   const Mesh moving = solver_mesh(moving_canonical, frame);
-  return {frame, make_tree_mesh(reference), make_tree_mesh(moving), GapTree(reference), GapTree(moving)};
+  return {frame,
+          make_tree_mesh(reference),
+          make_tree_mesh(moving),
+          GapTree(reference),
+          GapTree(moving),
+          GapTree(moving, triangles_of(compartment_of_triangle, Compartment::medial)),
+          GapTree(moving, triangles_of(compartment_of_triangle, Compartment::lateral))};
 }
 
 PoseMeter::PoseMeter(const AuditScene& scene)
     : scene_(scene),
       query_(scene.reference_gap, scene.moving_gap),
+      medial_query_(scene.reference_gap, scene.medial_gap),
+      lateral_query_(scene.reference_gap, scene.lateral_gap),
       X_zero_(Pose::Identity()),
       radii_mm_(radius_mm(scene.reference.mesh) + radius_mm(scene.moving.mesh))
 {
@@ -159,6 +167,18 @@ PoseAudit PoseMeter::measure(const Attitude& attitude, const Pose& X_reference_m
   return {false, 0.0, touch_mm(0.0)};
 }
 
+CompartmentGaps PoseMeter::compartment_gaps(const Attitude& attitude, const Pose& X_reference_moving)
+{
+  place(attitude, X_reference_moving);
+  if (tilted_query_ || scene_.medial_gap.is_empty() || scene_.lateral_gap.is_empty()) return {};
+  const auto gap_mm = [&](GapQuery& query) {
+    query.set_attitude(attitude);
+    const double travel_mm = query.travel_mm(pose_);
+    return std::isfinite(travel_mm) ? travel_mm : nan;
+  };
+  return {gap_mm(medial_query_), gap_mm(lateral_query_)};
+}
+
 double PoseMeter::travel_into_contact_mm(const Attitude& attitude, const Pose& X_reference_moving)
 {
   place(attitude, X_reference_moving);
@@ -176,8 +196,9 @@ namespace {
 std::shared_ptr<const AuditScene> scene_along(const MotionModel& model, const Eigen::Vector3d& delta)
 {
   const Side side = model.side == "left" ? Side::left : Side::right;
-  return std::make_shared<const AuditScene>(make_audit_scene(
-      model.reference.contact.mesh, model.moving.contact.mesh, {side, model.rotation_centre_mm, delta}));
+  return std::make_shared<const AuditScene>(
+      make_audit_scene(model.reference.contact.mesh, model.moving.contact.mesh,
+                       {side, model.rotation_centre_mm, delta}, model.compartment_of_triangle));
 }
 
 /// The meter of a thread, replaced when Delta changes.

@@ -1,6 +1,7 @@
 /// Gap and penetration at one pose from meshes and poses only, independent of the solver's state.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -18,11 +19,20 @@ struct AuditScene {
   SolverFrame frame;
   TreeMesh reference, moving;
   GapTree reference_gap, moving_gap;
+  GapTree medial_gap, lateral_gap;  ///< moving triangles of each compartment; empty without compartments
 };
 
-/// Expects contact meshes in canonical axes of the joint's own side.
+/// Expects contact meshes in canonical axes of the joint's own side. `compartment_of_triangle` is empty or
+/// has one Compartment per moving triangle.
 AuditScene make_audit_scene(const Mesh& reference_canonical, const Mesh& moving_canonical,
-                            const SolverFrame& frame);
+                            const SolverFrame& frame,
+                            const std::vector<std::int8_t>& compartment_of_triangle = {});
+
+/// Signed travel along Delta until each compartment's first contact from below; negative: overlap. NaN where
+/// the compartment faces nothing, the joint has none, or the pose is not a rotation about Delta alone.
+struct CompartmentGaps {
+  double medial_mm = nan, lateral_mm = nan;
+};
 
 /// Measurement of one pose.
 struct PoseAudit {
@@ -54,6 +64,8 @@ class PoseMeter {
   std::optional<MovingPose> solver_pose() const;
   const AuditScene& scene() const { return scene_; }
 
+  CompartmentGaps compartment_gaps(const Attitude& attitude, const Pose& X_reference_moving);
+
   /// Signed travel along Delta from the pose into contact, minus `contact_margin_mm` (or a multiple if that
   /// still overlaps): an overlapping pose retreats until free, a free pose advances to the next contact. NaN
   /// without a contact ahead.
@@ -72,6 +84,7 @@ class PoseMeter {
   const AuditScene& scene_;
   NarrowPhase narrow_phase_;
   GapQuery query_;
+  GapQuery medial_query_, lateral_query_;
   std::optional<GapQuery> tilted_query_;  ///< for a pose that is not a rotation about Delta alone
   Attitude attitude_;                     ///< attitude of the query
   MovingPose pose_;                       ///< in S, at the placed attitude

@@ -95,4 +95,16 @@ Body mirrored_z(const Body& body);
 /// The two sides of a joint that are evaluated separately.
 enum class Compartment : std::int8_t { none = 0, medial = 1, lateral = 2 };
 
+/// Rows of the triangles in compartment `wanted`; `Code` is Compartment or its stored code.
+template <typename Code>
+std::vector<std::int32_t> triangles_of(const std::vector<Code>& compartment_of_triangle, Compartment wanted)
+{
+  std::vector<std::int32_t> rows;
+  for (std::size_t t = 0; t < compartment_of_triangle.size(); ++t) {
+    if (static_cast<Compartment>(compartment_of_triangle[t]) == wanted)
+      rows.push_back(static_cast<std::int32_t>(t));
+  }
+  return rows;
+}
+
 }  // namespace vrda

@@ -95,9 +95,9 @@ Motion::EvaluationRate Motion::smoothed_rate_at(const Attitude& attitude) const
   return result;
 }
 
-Motion::EvaluationRate Motion::zero_varus_rate_at(const Attitude& attitude) const
+Motion::EvaluationRate Motion::flexion_table_rate_at(const Attitude& attitude) const
 {
-  const HermiteRate<5> rate = sample_rate(*zero_varus_, attitude);
+  const HermiteRate<5> rate = sample_rate(*by_flexion_, attitude);
   if (!rate.here.is_solved) return {{attitude, {}, false}, {}, {}, 0.0};
   return {{{attitude.flexion_rad, rate.here.numbers[4]}, first_four(rate.here.numbers), true},
           first_four(rate.by_flexion),
@@ -109,7 +109,7 @@ Motion::EvaluationRate Motion::zero_varus_rate_at(const Attitude& attitude) cons
 Motion::EvaluationRate Motion::evaluation_rate_at(const Attitude& wanted) const
 {
   const Attitude attitude = with_set_varus(wanted);
-  if (zero_varus_) return zero_varus_rate_at(attitude);
+  if (by_flexion_) return flexion_table_rate_at(attitude);
   EvaluationRate result = smoothed_ ? smoothed_rate_at(attitude) : raw_rate_at(attitude);
   const bool has_varus_surface = smoothed_ && smoothed_->has_varus;
   if (has_varus_surface || free_varus_.empty()) return result;

@@ -124,6 +124,7 @@ std::vector<std::string> set_names(const MotionModel& model)
   std::sort(sets.begin(), sets.end(),
             [](const SmoothedSet* a, const SmoothedSet* b) { return a->degree > b->degree; });
   std::vector<std::string> listed;
+  if (model.two_sided) listed.emplace_back("two_sided");
   for (const SmoothedSet* set : sets) {
     if (set->recontact_mm) listed.push_back(name_of(*set) + recontacted);
     listed.push_back(name_of(*set));
@@ -156,7 +157,10 @@ Motion::Motion(const MotionModel& model, const std::string& set) : Motion(model)
       std::find_if(model.smoothed.begin(), model.smoothed.end(), [&](const SmoothedSet& candidate) {
         return name_of(candidate) == set || name_of(candidate) + recontacted == set;
       });
-  if (set == "zero_varus") {
+  if (set == "two_sided") {
+    check(model.two_sided.has_value(), "the set is one of set_names");
+    use_two_sided(*model.two_sided);
+  } else if (set == "zero_varus") {
     check(has_pose(model.zero_varus), "the set is one of set_names");
     use_zero_varus(*model.zero_varus);
   } else if (set != "raw") {
@@ -205,25 +209,38 @@ void Motion::use_travel(const GridD& travel_mm)
   set_slopes(*travel_);
 }
 
+void Motion::use_two_sided(const TwoSided& table)
+{
+  std::vector<double> flexion_rad;
+  for (const double flexion_deg : table.flexion_deg) flexion_rad.push_back(rad_from_deg(flexion_deg));
+  use_flexion_table(flexion_rad, table.contact, table);
+}
+
 void Motion::use_zero_varus(const ZeroVarus& table)
 {
-  const std::size_t n = raw_.flexion_rad.size();
+  use_flexion_table(raw_.flexion_rad, table.source, table);
+}
+
+template <typename Table>
+void Motion::use_flexion_table(const std::vector<double>& flexion_rad, const std::vector<std::int8_t>& state,
+                               const Table& table)
+{
+  const std::size_t n = flexion_rad.size();
   for (const std::vector<double>* column :
        {&table.tx_mm, &table.ty_mm, &table.tz_mm, &table.theta_deg, &table.varus_deg}) {
-    check(column->size() == n, "a zero-varus table has one row per flexion");
+    check(column->size() == n && state.size() == n, "a motion over flexion has one row per flexion");
   }
-  check(table.source.size() == n, "a zero-varus table has one row per flexion");
-  zero_varus_ = HermiteGrid<5>{raw_.flexion_rad, {0.0}, {}};
+  by_flexion_ = HermiteGrid<5>{flexion_rad, {0.0}, {}};
   free_varus_.clear();
   for (std::size_t i = 0; i < n; ++i) {
-    HermiteNode<5>& node = zero_varus_->nodes.emplace_back();
-    node.is_solved = is_pose(table.source[i]);
+    HermiteNode<5>& node = by_flexion_->nodes.emplace_back();
+    node.is_solved = is_pose(state[i]);
     if (!node.is_solved) continue;
     node.value = {table.tx_mm[i], table.ty_mm[i], table.tz_mm[i], rad_from_deg(table.theta_deg[i]),
                   rad_from_deg(table.varus_deg[i])};
-    free_varus_.push_back({raw_.flexion_rad[i], node.value[4]});
+    free_varus_.push_back({flexion_rad[i], node.value[4]});
   }
-  set_slopes(*zero_varus_);
+  set_slopes(*by_flexion_);
 }
 
 Motion::Evaluation Motion::smoothed_at(const Attitude& attitude) const
@@ -239,9 +256,9 @@ Motion::Evaluation Motion::smoothed_at(const Attitude& attitude) const
   return found;
 }
 
-Motion::Evaluation Motion::zero_varus_at(const Attitude& attitude) const
+Motion::Evaluation Motion::flexion_table_at(const Attitude& attitude) const
 {
-  const HermiteSample<5> here = sample(*zero_varus_, attitude);
+  const HermiteSample<5> here = sample(*by_flexion_, attitude);
   if (!here.is_solved) return {attitude, {}, false};
   return {{attitude.flexion_rad, here.numbers[4]},
           {here.numbers[0], here.numbers[1], here.numbers[2], here.numbers[3]},
@@ -258,7 +275,7 @@ Attitude Motion::with_set_varus(const Attitude& wanted) const
 Motion::Evaluation Motion::evaluation_at(const Attitude& wanted) const
 {
   const Attitude attitude = with_set_varus(wanted);
-  if (zero_varus_) return zero_varus_at(attitude);
+  if (by_flexion_) return flexion_table_at(attitude);
   if (smoothed_) return smoothed_at(attitude);
   const RawSample here = sample(raw_, attitude);
   return {attitude, here.numbers, here.is_solved};

@@ -55,7 +55,8 @@ struct JointRate {
   bool is_flexion_free = false, is_varus_free = false;
 };
 
-/// Names of the sets that `Motion` accepts, in order of preference for display: smoothed sets by descending
+/// Names of the sets that `Motion` accepts, in order of preference for display: "two_sided", which depends on
+/// flexion only; smoothed sets by descending
 /// degree, each after its recontacted variant without overlaps and gaps ("degree_6_recontacted", "degree_6",
 /// ...); then "raw"; last "zero_varus", which depends on flexion only.
 std::vector<std::string> set_names(const MotionModel& model);
@@ -84,7 +85,7 @@ class Motion {
   /// set has its own varus, that varus.
   double balanced_varus_rad(double flexion_rad) const;
   bool has_spine() const { return !spine_.empty(); }
-  /// True if each flexion has its own varus: varus was free, or the set is "zero_varus".
+  /// True if each flexion has its own varus: varus was free, or the set is "two_sided" or "zero_varus".
   bool is_varus_free() const { return !free_varus_.empty(); }
 
   /// Unit vector, world W: linear between the rows of the push, constant beyond the ends, then normalised.
@@ -105,7 +106,11 @@ class Motion {
   void set_varus_range();
   void use_smoothed(const MotionModel& model, const SmoothedSet& set);
   void use_travel(const GridD& travel_mm);
+  void use_two_sided(const TwoSided& table);
   void use_zero_varus(const ZeroVarus& table);
+  template <typename Table>
+  void use_flexion_table(const std::vector<double>& flexion_rad, const std::vector<std::int8_t>& state,
+                         const Table& table);
   /// With the derivatives of the numbers, and of the varus if the set has its own.
   struct EvaluationRate {
     Evaluation found;
@@ -119,12 +124,12 @@ class Motion {
   EvaluationRate evaluation_rate_at(const Attitude& attitude) const;
   EvaluationRate smoothed_rate_at(const Attitude& attitude) const;
   EvaluationRate raw_rate_at(const Attitude& attitude) const;
-  EvaluationRate zero_varus_rate_at(const Attitude& attitude) const;
+  EvaluationRate flexion_table_rate_at(const Attitude& attitude) const;
   Eigen::Vector3d delta_rate(double flexion_rad) const;
   Eigen::Vector3d solver_turn(double flexion_rad, const Eigen::Matrix3d& R) const;
   void set_twists(JointRate& rate) const;
   Evaluation smoothed_at(const Attitude& attitude) const;
-  Evaluation zero_varus_at(const Attitude& attitude) const;
+  Evaluation flexion_table_at(const Attitude& attitude) const;
   Eigen::Matrix3d R_world_solver(double flexion_rad) const;
 
   SolverFrame frame_;                    ///< at the first flexion
@@ -135,7 +140,7 @@ class Motion {
   RawSurfaces raw_;                           ///< its axes are the measured range
   std::optional<SmoothedSurfaces> smoothed_;  ///< for "degree_N" and "degree_N_recontacted"
   std::optional<HermiteGrid<1>> travel_;      ///< along Delta, mm; for "degree_N_recontacted"
-  std::optional<HermiteGrid<5>> zero_varus_;  ///< over flexion; for "zero_varus"
+  std::optional<HermiteGrid<5>> by_flexion_;  ///< for "two_sided" and "zero_varus"
   std::vector<Attitude> spine_;               ///< solved spine cells by ascending flexion
 };
 

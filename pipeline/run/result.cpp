@@ -16,6 +16,7 @@
 #include "core/text.hpp"
 #include "core/whole_file.hpp"
 #include "reduce/reduce.hpp"
+#include "reduce/two_sided.hpp"
 #include "run/run_output.hpp"
 #include "run/summary.hpp"
 #include "smooth/smooth.hpp"
@@ -106,6 +107,16 @@ void add_smoothed(MotionModel& model, const Case& job_case, const std::string& o
   }
 }
 
+// With the highest degree of the job, or the default.
+void add_two_sided(MotionModel& model, const Case& job_case, int n_threads)
+{
+  TwoSidedOptions options;
+  options.is_robust = job_case.smooth_robust;
+  if (!job_case.smooth_degrees.empty())
+    options.degree = *std::max_element(job_case.smooth_degrees.begin(), job_case.smooth_degrees.end());
+  model.two_sided = two_sided(model, options, n_threads);
+}
+
 // From the raw poses; omitted for joints or results without such a motion.
 void add_zero_varus(MotionModel& model)
 {
@@ -156,6 +167,8 @@ std::optional<MotionModel> result_of(const Case& job_case, const SweepResult& re
   check(result.is_complete, "result_of: the sweep is complete");
   MotionModel model = audited_model_of(job_case, result, n_threads);
   add_smoothed(model, job_case, output, n_threads, is_stopped);
+  if (is_stopped()) return std::nullopt;
+  add_two_sided(model, job_case, n_threads);
   if (is_stopped()) return std::nullopt;
   add_zero_varus(model);
   return is_stopped() ? std::nullopt : std::optional(std::move(model));

@@ -10,19 +10,6 @@
 #include "solve/stability_search.hpp"
 
 namespace vrda {
-namespace {
-
-std::vector<std::int32_t> triangles_of(const std::vector<Compartment>& of_triangle, Compartment compartment)
-{
-  std::vector<std::int32_t> rows;
-  for (std::size_t t = 0; t < of_triangle.size(); ++t) {
-    if (of_triangle[t] == compartment) rows.push_back(static_cast<std::int32_t>(t));
-  }
-  return rows;
-}
-
-}  // namespace
-
 double extent_along_delta_mm(const Mesh& mesh)
 {
   const Box box = bounding_box(mesh);

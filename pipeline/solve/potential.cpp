@@ -11,7 +11,7 @@ namespace vrda {
 namespace {
 
 // Newton's method safeguarded by bisection: 60 halvings reduce 1000 mm to rounding.
-constexpr int max_iterations = 80;
+constexpr int max_height_steps = 80;
 
 // Changes coordinates from the pose to the configuration: rotation about the pivot moves the object's origin.
 Potential about_pivot(const Potential& of_pose, const Eigen::Vector3d& arm)
@@ -67,7 +67,7 @@ Rest rest_along_delta(const Forces& forces, Place configuration, const RestLimit
   double low = limits.ceiling_mm - limits.reach_mm, high = limits.ceiling_mm;
   configuration.pivot_mm.y() = std::clamp(configuration.pivot_mm.y(), low, high);
   Rest candidate{configuration, potential_at(forces, configuration), true};
-  for (int k = 0; k < max_iterations; ++k) {
+  for (int k = 0; k < max_height_steps; ++k) {
     double& y = candidate.place.pivot_mm.y();
     const double slope = candidate.potential.gradient(along_y),
                  stiffness = candidate.potential.hessian(along_y, along_y);

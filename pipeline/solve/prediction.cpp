@@ -10,7 +10,7 @@ namespace {
 constexpr double negligible = 1e-7;
 
 // Limit of iterations over the contacts; ten are rarely needed.
-constexpr std::size_t max_iterations = 100;
+constexpr std::size_t max_prediction_steps = 100;
 
 // +1 or -1 when all moments that are not negligible agree in sign, 0 otherwise. Contact `skipped` is ignored.
 int common_sign(const std::vector<Contact>& contacts, const Eigen::Vector3d& centre, std::size_t skipped)
@@ -97,7 +97,7 @@ Nearest nearest_of_simplex(const Vectors& simplex)
 Eigen::Vector3d nearest_of_hull(const Vectors& points)
 {
   Nearest nearest{points.front(), {points.front()}};
-  for (std::size_t k = 0; k < max_iterations; ++k) {
+  for (std::size_t k = 0; k < max_prediction_steps; ++k) {
     const Eigen::Vector3d& p = nearest.point;
     const double distance_sq = p.squaredNorm();
     if (distance_sq <= negligible * negligible) return Eigen::Vector3d::Zero();

@@ -14,15 +14,16 @@ namespace {
 
 // The approach stops this share of the translation resolution before the exact contact, so that rounding
 // never makes a result overlap.
-constexpr double standoff_share = 0.01;
+constexpr double search_standoff_share = 0.01;
 
 // Share of the translation resolution within which a contact carries load: ten stand-offs. Contacts further
 // away are neighbours within the thesis's band.
-constexpr double loaded_share = 10.0 * standoff_share;
+constexpr double loaded_share = 10.0 * search_standoff_share;
 
 // Bands, as shares of the translation resolution, whose contacts predict an ascent: narrow ones give the
 // slope at the pose, wide ones include the neighbouring contacts.
-constexpr std::array<double, 3> ascent_bands = {5.0 * standoff_share, 20.0 * standoff_share, 1.0};
+constexpr std::array<double, 3> ascent_bands = {5.0 * search_standoff_share, 20.0 * search_standoff_share,
+                                                1.0};
 
 // An ascent starts with half the translation resolution and grows up to the translation step. It must rise by
 // a thousandth of the resolution: above rounding, below the rise of slopes of a few thousandths.
@@ -158,7 +159,7 @@ class Search {
   {
     const Gap gap = gap_ahead();
     if (!std::isfinite(gap.travel_mm)) return false;
-    const double travel_mm = gap.travel_mm - standoff_share * options_.translation_resolution_mm;
+    const double travel_mm = gap.travel_mm - search_standoff_share * options_.translation_resolution_mm;
     report_strides(travel_mm);
     has_touched_ = true;
     if (travel_mm <= 0.0) return true;

@@ -9,7 +9,7 @@ namespace vrda {
 namespace {
 
 // With a few smooth constraints Newton's method takes three to six.
-constexpr int max_iterations = 20;
+constexpr int max_plan_iterations = 20;
 constexpr int max_corrections = 2;
 // Reduction of the trust radius when a trial does not decrease the merit.
 constexpr double shrink_factor = 0.25;
@@ -182,7 +182,7 @@ StepPlan StepPlanner::plan(const Rest& from, const std::vector<Obstacle>& constr
   const double merit_from = merit_nmm(from);
   double merit = merit_from, radius_mm = options.radius_mm;
   bool has_multipliers = false;
-  for (int k = 0; k < max_iterations && radius_mm > 0.01 * options.tolerance_mm; ++k) {
+  for (int k = 0; k < max_plan_iterations && radius_mm > 0.01 * options.tolerance_mm; ++k) {
     const Vector5d travelled = step_between(from.place, plan.end.place, forces_.grip);
     linear_ = clearances_;
     // Removes rounding, so that the zero step is feasible.

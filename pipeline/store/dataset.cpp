@@ -120,6 +120,8 @@ FlagTable flag_table(FlagSet set)
       return {{-1, 0, 1, 2}, "no_pose free overlapping nothing_ahead"};
     case FlagSet::zero_varus_source:
       return {{-1, 0, 1, 2}, "none both_touch interpolated free"};
+    case FlagSet::two_sided_contact:
+      return {{-1, 0, 1, 2}, "no_pose both medial lateral"};
     case FlagSet::case_status:
       return {{0, 1, 2, 3}, "done partial failed missing"};
   }

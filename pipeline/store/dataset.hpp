@@ -52,6 +52,7 @@ enum class FlagSet {
   body,
   audit_state,
   zero_varus_source,
+  two_sided_contact,
   case_status,  ///< of an index: schemas/campaign.md
 };
 

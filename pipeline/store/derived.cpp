@@ -45,7 +45,7 @@ std::string coefficients_path(std::int32_t degree, const std::string& name)
 
 bool is_audit_name(const std::string& name)
 {
-  if (name == "raw" || name == "zero_varus") return true;
+  if (name == "raw" || name == "two_sided" || name == "zero_varus") return true;
   for (int degree = 0; degree <= largest_smoothed_degree; ++degree) {
     const std::string set = "degree_" + std::to_string(degree);
     if (name == set || name == set + "_recontacted") return true;

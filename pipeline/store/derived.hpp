@@ -76,10 +76,12 @@ struct AuditSet {
   std::vector<double> flexion_deg, varus_deg;  ///< axes; varus is {0} for zero_varus and where varus was free
   GridB state;                                 ///< AuditState
   GridD gap_mm;                                ///< travel along Delta to the next contact; NaN unless free
+  GridD gap_medial_mm, gap_lateral_mm;         ///< signed, of each compartment; sized only with compartments
   GridD penetration_mm;  ///< travel opposite to Delta out of the overlap; 0 when free, NaN without a pose
 };
 
-/// Whether an audit may have this name: "raw", "zero_varus", "degree_6" or "degree_6_recontacted".
+/// Whether an audit may have this name: "raw", "two_sided", "zero_varus", "degree_6" or
+/// "degree_6_recontacted".
 bool is_audit_name(const std::string& name);
 /// "/audit/raw".
 std::string audit_group(const std::string& name);
@@ -88,7 +90,7 @@ std::string group_name(const AuditSet& audit);
 bool set_group_name(AuditSet& audit, const std::string& name);
 inline const char* group_names(const AuditSet&)
 {
-  return "raw, zero_varus, degree_N or degree_N_recontacted";
+  return "raw, two_sided, zero_varus, degree_N or degree_N_recontacted";
 }
 
 /// Maxima over the grid; NaN if no attitude has a value.
@@ -100,6 +102,25 @@ AuditSummary summary_of(const AuditSet& audit);
 
 /// Returns `audits`, sorted by name, with `audit` inserted or replacing the one of the same name.
 std::vector<AuditSet> with_audit(std::vector<AuditSet> audits, AuditSet audit);
+
+/// Which compartments are in contact in a two-sided pose.
+enum class TwoSidedContact : std::int8_t {
+  no_pose = -1,
+  both = 0,
+  medial = 1,   ///< the lateral one is lifted off, as in the raw motion
+  lateral = 2,  ///< the medial one is lifted off
+};
+
+/// The motion over flexion alone in which both compartments are in contact (thesis 5.4): x, z and theta are
+/// polynomials of flexion, the position along Delta and varus follow from the gaps of both compartments.
+struct TwoSided {
+  std::int32_t degree = 0;                             ///< of the polynomials
+  std::vector<double> flexion_deg;                     ///< own axis, finer than the model's
+  std::vector<std::int8_t> contact;                    ///< TwoSidedContact
+  std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg;  ///< as the surfaces of those names; NaN without a pose
+  std::vector<double> varus_deg;
+  std::vector<double> gap_medial_mm, gap_lateral_mm;  ///< measured
+};
 
 /// Source of the varus of a zero-varus pose (DESIGN.md 5.5).
 enum class ZeroVarusSource : std::int8_t {

@@ -92,6 +92,7 @@ MotionModel with_pending_cells(MotionModel model)
   const double band_moment_nmm = model.equilibrium ? model.equilibrium->band_moment_nmm : 0.0;
   model.equilibrium.reset();
   model.smoothed.clear();
+  model.two_sided.reset();
   model.zero_varus.reset();
   model.audits.clear();
   visit_motion_model(model, EmptyCells());

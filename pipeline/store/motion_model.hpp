@@ -155,6 +155,7 @@ struct MotionModel {
   ContactRows contacts;
   Body reference, moving;               ///< canonical, own side
   std::vector<SmoothedSet> smoothed;    ///< by increasing degree
+  std::optional<TwoSided> two_sided;    ///< only with compartments
   std::optional<ZeroVarus> zero_varus;  ///< after `reduce`
   std::vector<AuditSet> audits;         ///< by name
   JobRecord job;

@@ -179,11 +179,12 @@ void visit_motion_model(Model& model, Visitor&& visit)
     visit_equilibrium(model, visit);
   }
   if (is_there(visit, "/ligaments", model.ligaments)) visit_ligaments(model, visit);
+  if (is_there(visit, "/two_sided", model.two_sided)) visit_two_sided(*model.two_sided, visit);
   if (is_there(visit, "/zero_varus", model.zero_varus))
     visit_zero_varus(*model.zero_varus, model.has_compartments, visit);
   visit.list("/audit", model.audits);
   if (!model.audits.empty()) visit.group("/audit");
-  for (auto& audit : model.audits) visit_audit(audit, visit);
+  for (auto& audit : model.audits) visit_audit(audit, model.has_compartments, visit);
   visit.group("/bodies");
   visit_body(model.reference, "/bodies/reference", visit);
   visit_body(model.moving, "/bodies/moving", visit);

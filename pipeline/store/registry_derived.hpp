@@ -43,6 +43,26 @@ void visit_smoothed(Set& set, Visitor& visit)
 }
 
 template <typename Motion, typename Visitor>
+void visit_two_sided(Motion& motion, Visitor& visit)
+{
+  const std::string group = "/two_sided";
+  const std::vector<std::string> flexion{group + "/flexion"};
+  const Answered posed{Answered::When::not_at_code, values_of(motion.contact), code_of(TwoSidedContact::no_pose), "where contact is not no_pose"};
+  visit.group(group);
+  visit.attribute(group, "degree", motion.degree);
+  visit.dimension(group + "/flexion", Count::axis(motion.flexion_deg.size()));
+  visit({group + "/flexion", flexion, unit::degree, rule(Rule::axis), "flexion of the attitude"}, motion.flexion_deg);
+  visit({group + "/contact", flexion, unit::none, codes(FlagSet::two_sided_contact), "compartments in contact"}, motion.contact);
+  visit({group + "/varus", flexion, unit::degree, number(posed), "varus of the attitude, adduction positive"}, motion.varus_deg);
+  visit({group + "/tx", flexion, unit::mm, number(posed), "translation along X of the world frame W"}, motion.tx_mm);
+  visit({group + "/ty", flexion, unit::mm, number(posed), "translation along Y of the world frame W"}, motion.ty_mm);
+  visit({group + "/tz", flexion, unit::mm, number(posed), "translation along Z of the world frame W"}, motion.tz_mm);
+  visit({group + "/theta", flexion, unit::degree, number(posed), "rotation about Delta, right-knee sign"}, motion.theta_deg);
+  visit({group + "/gap_medial", flexion, unit::mm, number(posed), "gap along Delta of the medial compartment"}, motion.gap_medial_mm);
+  visit({group + "/gap_lateral", flexion, unit::mm, number(posed), "gap along Delta of the lateral compartment"}, motion.gap_lateral_mm);
+}
+
+template <typename Motion, typename Visitor>
 void visit_zero_varus_poses(Motion& motion, Visitor& visit)
 {
   using When = Answered::When;
@@ -98,7 +118,7 @@ void visit_zero_varus(Motion& motion, bool has_compartments, Visitor& visit)
 }
 
 template <typename Audit, typename Visitor>
-void visit_audit(Audit& audit, Visitor& visit)
+void visit_audit(Audit& audit, bool has_compartments, Visitor& visit)
 {
   using When = Answered::When;
   const std::string group = audit_group(audit.name), flexion = group + "/flexion", varus = group + "/varus";
@@ -119,6 +139,9 @@ void visit_audit(Audit& audit, Visitor& visit)
   visit({group + "/state", grid, unit::none, codes(FlagSet::audit_state), "result of the audit"}, audit.state);
   visit({group + "/gap", grid, unit::mm, at_least_0(free), "travel along Delta to the next contact"}, audit.gap_mm);
   visit({group + "/penetration", grid, unit::mm, at_least_0(posed), "travel opposite to Delta to the first contact of an approach from far away"}, audit.penetration_mm);
+  if (!has_compartments) return;
+  visit({group + "/gap_medial", grid, unit::mm, number_or_nan(posed), "travel along Delta to the first contact of the medial compartment, negative: overlap"}, audit.gap_medial_mm);
+  visit({group + "/gap_lateral", grid, unit::mm, number_or_nan(posed), "travel along Delta to the first contact of the lateral compartment, negative: overlap"}, audit.gap_lateral_mm);
 }
 
 // clang-format on
