@@ -5,16 +5,16 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "assemble/case_solver.hpp"
+#include "core/atomic_file.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "core/whole_file.hpp"
+#include "job_run/summary.hpp"
 #include "load/job.hpp"
+#include "model_build/case_solver.hpp"
 #include "picture/case_picture.hpp"
 #include "proximity/directional_gap.hpp"
-#include "run/summary.hpp"
 
-namespace vrda {
+namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -25,14 +25,16 @@ std::vector<double> numbers(const Eigen::Vector3d& v)
 }
 
 // Overlap and travel to contact at the initial pose of the job.
-Json initial_pose_of(const Joint& joint, const SweepPlan& plan, const SearchOptions& search)
+Json initial_pose_of(const solve::Joint& joint, const sweep::SweepPlan& plan, const SearchOptions& search)
 {
-  NarrowPhase narrow_phase;
-  const TreeMesh reference = turned(joint.reference.solid, {plan.flexion_rad.front(), 0.0});
+  contact::NarrowPhase narrow_phase;
+  const proximity::TreeMesh reference =
+      proximity::rotated_reference(joint.reference.tree_mesh, {plan.flexion_rad.front(), 0.0});
   const bool is_overlapping =
-      find_collision(reference, joint.moving.solid, plan.initial, narrow_phase).has_value();
-  const Gap gap = directional_gap(reference, joint.moving.solid.mesh, joint.moving.solid.tree, plan.initial,
-                                  {is_overlapping ? GapKind::from_afar : GapKind::from_here, {}});
+      contact::find_collision(reference, joint.moving.tree_mesh, plan.initial, narrow_phase).has_value();
+  const proximity::Gap gap = proximity::directional_gap(
+      reference, joint.moving.tree_mesh.mesh, joint.moving.tree_mesh.tree, plan.initial,
+      {is_overlapping ? proximity::GapKind::signed_facing : proximity::GapKind::non_negative, {}});
   Json result = {{"overlapping", is_overlapping},
                  {"travel_along_delta_mm", std::isfinite(gap.travel_mm) ? Json(gap.travel_mm) : Json()},
                  {"substep_mm", joint.substep_mm},
@@ -44,12 +46,12 @@ std::string list_text(const Eigen::Vector3d& v)
 {
   std::string text;
   for (const double value : v)
-    text += (text.empty() ? "[" : ", ") + shortest(std::round(100.0 * value) / 100.0 + 0.0);
+    text += (text.empty() ? "[" : ", ") + shortest_decimal(std::round(100.0 * value) / 100.0 + 0.0);
   return text + "]";
 }
 
 // Signed coordinate axis nearest to the direction from the moving object to the reference.
-Eigen::Vector3d towards_reference(const Case& job_case)
+Eigen::Vector3d towards_reference(const load::Case& job_case)
 {
   const Box reference = bounding_box(job_case.reference.contact.mesh);
   const Box moving = bounding_box(job_case.moving.contact.mesh);
@@ -60,7 +62,7 @@ Eigen::Vector3d towards_reference(const Case& job_case)
 }
 
 // Warns of an initial pose from which the first step cannot approach the reference.
-void warn_of_start(const Case& job_case, const Json& start, Json& warnings)
+void warn_of_start(const load::Case& job_case, const Json& start, Json& warnings)
 {
   const Json& travel = start["travel_along_delta_mm"];
   const Eigen::Vector3d& delta = job_case.frame.delta;
@@ -89,7 +91,7 @@ constexpr std::size_t most_overlaps = 100;
 // Warns of components whose triangles intersect each other: their thickness is undefined.
 void warn_of_self_overlaps(const Body& body, Json& warnings)
 {
-  NarrowPhase narrow_phase;
+  contact::NarrowPhase narrow_phase;
   for (std::size_t c = 0; c < body.components.size(); ++c) {
     std::vector<Eigen::Index> rows;
     for (std::size_t t = 0; t < body.contact.component.size(); ++t) {
@@ -97,9 +99,10 @@ void warn_of_self_overlaps(const Body& body, Json& warnings)
         rows.push_back(static_cast<Eigen::Index>(t));
     }
     if (rows.empty()) continue;
-    const std::size_t n = find_self_overlaps(make_tree_mesh(with_triangles(body.contact.mesh, rows)),
-                                             narrow_phase, most_overlaps)
-                              .size();
+    const std::size_t n =
+        contact::find_self_overlaps(proximity::make_tree_mesh(select_triangles(body.contact.mesh, rows)),
+                                    narrow_phase, most_overlaps)
+            .size();
     if (n == 0) continue;
     warnings.push_back(body.name + " component \"" + body.components[c].name +
                        "\": its triangles intersect each other in " +
@@ -107,7 +110,7 @@ void warn_of_self_overlaps(const Body& body, Json& warnings)
   }
 }
 
-Json component_json(const ComponentSurvey& c)
+Json component_json(const load::ComponentSurvey& c)
 {
   return {{"body", c.body},
           {"name", c.name},
@@ -132,7 +135,7 @@ Json axis_json(const std::vector<double>& values)
   return {{"from_deg", values.front()}, {"to_deg", values.back()}, {"count", values.size()}};
 }
 
-Json grid_json(const Case& job_case, const SweepPlan& plan)
+Json grid_json(const load::Case& job_case, const sweep::SweepPlan& plan)
 {
   return {{"flexion", axis_json(job_case.grid.flexion_deg)},
           {"varus", job_case.is_varus_free ? Json() : axis_json(job_case.grid.varus_deg)},
@@ -140,12 +143,12 @@ Json grid_json(const Case& job_case, const SweepPlan& plan)
           {"attitudes", plan.flexion_rad.size() * plan.varus_rad.size()}};
 }
 
-bool is_search(const Case& job_case)
+bool is_search(const load::Case& job_case)
 {
   return job_case.method == "stability-search";
 }
 
-Json steps_json(const Case& job_case)
+Json steps_json(const load::Case& job_case)
 {
   if (!is_search(job_case)) return {};
   const SearchOptions& s = job_case.search;
@@ -155,7 +158,7 @@ Json steps_json(const Case& job_case)
           {"rotation_resolution_deg", deg_from_rad(s.rotation_resolution_rad)}};
 }
 
-Json equilibrium_json(const Case& job_case)
+Json equilibrium_json(const load::Case& job_case)
 {
   if (is_search(job_case)) return {};
   return {{"tolerance_mm", job_case.equilibrium.tolerance_mm},
@@ -166,17 +169,17 @@ Json equilibrium_json(const Case& job_case)
 }
 
 // Bundles in the order of their first fibres.
-Json ligaments_json(const Ligaments& ligaments)
+Json ligaments_json(const ligament::Ligaments& ligaments)
 {
   if (ligaments.fibres.empty()) return {};
   Json bundles = Json::array(), wraps = Json::array();
-  for (const Wrap& wrap : ligaments.wraps) {
+  for (const ligament::Wrap& wrap : ligaments.wraps) {
     wraps.push_back({{"name", wrap.name},
-                     {"shape", wrap.shape == WrapShape::cylinder ? "cylinder" : "ellipsoid"},
-                     {"body", wrap.body == WrapBody::reference ? "reference" : "moving"},
+                     {"shape", wrap.shape == ligament::WrapShape::cylinder ? "cylinder" : "ellipsoid"},
+                     {"body", wrap.body == ligament::WrapBody::reference ? "reference" : "moving"},
                      {"fibres", 0}});
   }
-  for (const Fibre& fibre : ligaments.fibres) {
+  for (const ligament::Fibre& fibre : ligaments.fibres) {
     auto bundle = std::find_if(bundles.begin(), bundles.end(),
                                [&](const Json& b) { return b["name"] == fibre.bundle; });
     if (bundle == bundles.end())
@@ -193,7 +196,7 @@ Json ligaments_json(const Ligaments& ligaments)
 }
 
 // A number or a list; a setting over flexion becomes a table with one row per angle, as in the job.
-Json over_flexion_json(const OverFlexion& setting)
+Json over_flexion_json(const load::FlexionTable& setting)
 {
   Json rows = Json::array(), angles_deg = Json::array();
   for (Eigen::Index i = 0; i < setting.value.rows(); ++i) {
@@ -206,7 +209,7 @@ Json over_flexion_json(const OverFlexion& setting)
 }
 
 // The job's values; only the point is scaled with the subject.
-Json push_json(const PushJob& push, const Case& job_case)
+Json push_json(const load::PushJob& push, const load::Case& job_case)
 {
   return {{"delta", over_flexion_json(push.delta)},
           {"force_n", over_flexion_json(push.force_n)},
@@ -216,21 +219,22 @@ Json push_json(const PushJob& push, const Case& job_case)
           {"point_mm", numbers(job_case.push_point_mm)}};
 }
 
-Json job_json(const Case& job_case, const PushJob& push)
+Json job_json(const load::Case& job_case, const load::PushJob& push)
 {
-  const SweepPlan plan = plan_of(job_case);
+  const sweep::SweepPlan plan = model_build::plan_of(job_case);
   Json components = Json::array();
-  for (const ComponentSurvey& c : job_case.survey) components.push_back(component_json(c));
+  for (const load::ComponentSurvey& c : job_case.survey) components.push_back(component_json(c));
   return {{"title", job_case.title},
           {"joint", job_case.joint},
           {"side", job_case.frame.side == Side::left ? "left" : "right"},
           {"method", job_case.method},
           {"rotation_centre_mm", numbers(job_case.frame.rotation_centre_mm)},
           {"delta", numbers(job_case.frame.delta)},
-          {"scaling", scaling_json(job_case.scaling)},
-          {"scaling_note", scaling_line(job_case)},
+          {"scaling", job_run::scaling_json(job_case.scaling)},
+          {"scaling_note", job_run::scaling_line(job_case)},
           {"components", components},
-          {"initial_pose", initial_pose_of(joint_of(job_case, job_case.frame), plan, job_case.search)},
+          {"initial_pose",
+           initial_pose_of(model_build::joint_of(job_case, job_case.frame), plan, job_case.search)},
           {"ligaments", ligaments_json(job_case.ligaments)},
           {"push", push_json(push, job_case)},
           {"grid", grid_json(job_case, plan)},
@@ -292,10 +296,10 @@ void print_ligaments(const Json& l)
 
 std::string text_of(const Json& number_or_list)
 {
-  if (!number_or_list.is_array()) return shortest(number_or_list.get<double>());
+  if (!number_or_list.is_array()) return shortest_decimal(number_or_list.get<double>());
   std::string text;
   for (const Json& number : number_or_list)
-    text += (text.empty() ? "[" : " ") + shortest(number.get<double>());
+    text += (text.empty() ? "[" : " ") + shortest_decimal(number.get<double>());
   return text + "]";
 }
 
@@ -308,9 +312,10 @@ void print_load(const char* name, const Json& load, const char* unit)
   } else {
     const Json& angles_deg = load["flexion_deg"];
     const Json& rows = load["value"];
-    text = text_of(rows.front()) + unit + " at " + shortest(angles_deg.front().get<double>()) +
+    text = text_of(rows.front()) + unit + " at " + shortest_decimal(angles_deg.front().get<double>()) +
            " degrees of flexion to " + text_of(rows.back()) + unit + " at " +
-           shortest(angles_deg.back().get<double>()) + ", in " + std::to_string(rows.size()) + " rows";
+           shortest_decimal(angles_deg.back().get<double>()) + ", in " + std::to_string(rows.size()) +
+           " rows";
   }
   std::printf("  %-18s %s\n", name, text.c_str());
 }
@@ -352,7 +357,7 @@ void print(const Json& u)
   const Json& o = u["rotation_centre_mm"];
   std::printf("rotation centre [%.2f %.2f %.2f] mm, canonical axes\n", o[0].get<double>(), o[1].get<double>(),
               o[2].get<double>());
-  print_scaling(u["scaling"]);
+  job_run::print_scaling(u["scaling"]);
   if (const auto note = u["scaling_note"].get<std::string>(); !note.empty())
     std::printf("  %s\n", note.c_str());
   std::printf("components\n");
@@ -376,25 +381,27 @@ void print(const Json& u)
   for (const Json& w : u["warnings"]) std::printf("warning: %s\n", w.get<std::string>().c_str());
 }
 
-void write_picture(const std::string& path, const Case& job_case, const Job& job, std::size_t n_warnings)
+void write_picture(const std::string& path, const load::Case& job_case, const load::Job& job,
+                   std::size_t n_warnings)
 {
-  PictureNotes notes;
+  picture::PictureNotes notes;
   notes.n_warnings = n_warnings;
-  const auto is_file = [](const ComponentJob& component) { return !component.generate; };
-  const auto has_file = [&](const BodyJob& body) {
+  const auto is_file = [](const load::ComponentJob& component) { return !component.generate; };
+  const auto has_file = [&](const load::BodyJob& body) {
     return std::any_of(body.components.begin(), body.components.end(), is_file);
   };
   if (has_file(job.reference) || has_file(job.moving))
     notes.file_axes = {job.frame.anterior, job.frame.proximal, job.frame.right};
-  write_whole(path, {case_picture(job_case, notes)});
+  write_atomically(path, {picture::case_picture(job_case, notes)});
 }
 
 }  // namespace
 
-ExitCode check_command(const CheckOptions& options)
+console::ExitCode check_command(const CheckOptions& options)
 {
-  const Case job_case = of_subject(load_case(options.job_file, {options.data_directory, options.overrides}));
-  const Job job = parse_job(options.job_file, job_case.job_text, options.overrides);
+  const load::Case job_case =
+      load::scaled_to_subject(load::load_case(options.job_file, {options.data_directory, options.overrides}));
+  const load::Job job = load::parse_job(options.job_file, job_case.job_text, options.overrides);
   Json result = job_json(job_case, job.push);
   warn_of_start(job_case, result["initial_pose"], result["warnings"]);
   warn_of_self_overlaps(job_case.reference, result["warnings"]);
@@ -405,7 +412,7 @@ ExitCode check_command(const CheckOptions& options)
   } else {
     print(result);
   }
-  return ExitCode::done;
+  return console::ExitCode::done;
 }
 
-}  // namespace vrda
+}  // namespace vrda::app

@@ -10,9 +10,9 @@
 #include "compare/compare.hpp"
 #include "compare/recommend.hpp"
 #include "core/error.hpp"
-#include "run/summary.hpp"
+#include "job_run/summary.hpp"
 
-namespace vrda {
+namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -27,18 +27,19 @@ std::string number(double value)
 }
 
 /// Errors of the translation vector, then of the angles.
-std::vector<ErrorMeasures> errors_of(const DegreeRow& row)
+std::vector<compare::ErrorMeasures> errors_of(const compare::DegreeRow& row)
 {
-  std::vector<ErrorMeasures> errors{row.translation};
+  std::vector<compare::ErrorMeasures> errors{row.translation};
   for (std::size_t s = 3; s < row.surfaces.size(); ++s) errors.push_back(row.surfaces[s].errors);
   return errors;
 }
 
-constexpr double ErrorMeasures::*measures[] = {&ErrorMeasures::rms, &ErrorMeasures::largest,
-                                               &ErrorMeasures::leave_one_out, &ErrorMeasures::roughness};
+constexpr double compare::ErrorMeasures::*measures[] = {
+    &compare::ErrorMeasures::rms, &compare::ErrorMeasures::largest, &compare::ErrorMeasures::leave_one_out,
+    &compare::ErrorMeasures::roughness};
 
 /// Two heading lines: the measure above its first column, the unit above every column.
-std::pair<Cells, Cells> headings(const DegreeRow& row)
+std::pair<Cells, Cells> headings(const compare::DegreeRow& row)
 {
   Cells upper{""}, lower{"degree"};
   for (const char* measure : {"RMS", "largest", "leave-one-out", "roughness"}) {
@@ -52,7 +53,7 @@ std::pair<Cells, Cells> headings(const DegreeRow& row)
   }
   upper.push_back("perceptible");
   lower.push_back("%");
-  if (!row.faults) return {upper, lower};
+  if (!row.audit_totals) return {upper, lower};
   for (const char* fault : {"penetration", "gap"}) {
     upper.insert(upper.end(), {fault, ""});
     lower.insert(lower.end(), {"grid mm", "between mm"});
@@ -60,22 +61,23 @@ std::pair<Cells, Cells> headings(const DegreeRow& row)
   return {upper, lower};
 }
 
-Cells cells_of(const DegreeRow& row)
+Cells cells_of(const compare::DegreeRow& row)
 {
   Cells cells{std::to_string(row.set.degree)};
   for (const auto measure : measures) {
-    for (const ErrorMeasures& errors : errors_of(row)) cells.push_back(number(errors.*measure));
+    for (const compare::ErrorMeasures& errors : errors_of(row)) cells.push_back(number(errors.*measure));
   }
   cells.push_back(number(100.0 * row.perceptible_share));
-  if (!row.faults) return cells;
-  for (const auto fault : {&Faults::largest_penetration_mm, &Faults::largest_gap_mm}) {
-    cells.push_back(number(row.faults->at_grid.*fault));
-    cells.push_back(number(row.faults->between.*fault));
+  if (!row.audit_totals) return cells;
+  for (const auto fault :
+       {&compare::AuditTotals::largest_penetration_mm, &compare::AuditTotals::largest_gap_mm}) {
+    cells.push_back(number(row.audit_totals->at_grid.*fault));
+    cells.push_back(number(row.audit_totals->between.*fault));
   }
   return cells;
 }
 
-Json json_of(const ErrorMeasures& errors)
+Json json_of(const compare::ErrorMeasures& errors)
 {
   return {{"rms", errors.rms},
           {"largest_residual", errors.largest},
@@ -83,7 +85,7 @@ Json json_of(const ErrorMeasures& errors)
           {"roughness", errors.roughness}};
 }
 
-Json json_of(const Faults& faults)
+Json json_of(const compare::AuditTotals& faults)
 {
   return {{"attitudes", faults.n_attitudes},
           {"overlapping", faults.n_overlapping},
@@ -92,7 +94,7 @@ Json json_of(const Faults& faults)
           {"largest_gap_mm", faults.largest_gap_mm}};
 }
 
-Json json_of(const SurfaceRow& surface, bool is_length)
+Json json_of(const compare::SurfaceRow& surface, bool is_length)
 {
   Json json = {{"unit", is_length ? "mm" : "degree"},
                {"cells", surface.n_cells},
@@ -101,7 +103,7 @@ Json json_of(const SurfaceRow& surface, bool is_length)
   return json;
 }
 
-Json json_of(const DegreeRow& row, const RankedDegree& ranked)
+Json json_of(const compare::DegreeRow& row, const compare::RankedDegree& ranked)
 {
   Json surfaces = Json::object();
   for (std::size_t s = 0; s < row.surfaces.size(); ++s)
@@ -117,20 +119,20 @@ Json json_of(const DegreeRow& row, const RankedDegree& ranked)
                  {"excess_sq", ranked.excess_sq},
                  {"standard_error", ranked.standard_error},
                  {"is_within", ranked.is_within}}}};
-  if (row.faults) {
-    json["at_grid"] = json_of(row.faults->at_grid);
-    json["between"] = json_of(row.faults->between);
+  if (row.audit_totals) {
+    json["at_grid"] = json_of(row.audit_totals->at_grid);
+    json["between"] = json_of(row.audit_totals->between);
   }
   return json;
 }
 
 }  // namespace
 
-std::string table_of(const Comparison& comparison)
+std::string comparison_table(const compare::Comparison& comparison)
 {
   const auto [upper, lower] = headings(comparison.rows.front());
   std::vector<Cells> lines{upper, lower};
-  for (const DegreeRow& row : comparison.rows) lines.push_back(cells_of(row));
+  for (const compare::DegreeRow& row : comparison.rows) lines.push_back(cells_of(row));
   std::vector<std::size_t> widths(lower.size(), 0);
   for (const Cells& line : lines) {
     for (std::size_t c = 0; c < line.size(); ++c) widths[c] = std::max(widths[c], line[c].size());
@@ -145,21 +147,21 @@ std::string table_of(const Comparison& comparison)
   return text;
 }
 
-std::string sentence_of(const Recommendation& recommendation)
+std::string recommendation_text(const compare::Recommendation& recommendation)
 {
   return "recommended: " + recommendation.reason;
 }
 
-Json json_of(const Comparison& comparison)
+Json json_of(const compare::Comparison& comparison)
 {
   Json rows = Json::array();
   for (std::size_t k = 0; k < comparison.rows.size(); ++k)
     rows.push_back(json_of(comparison.rows[k], comparison.recommendation.ranked[k]));
-  const Recommendation& r = comparison.recommendation;
+  const compare::Recommendation& r = comparison.recommendation;
   const auto degree = [](int value) { return value < 0 ? Json() : Json(value); };
-  return {{"perceptible", {{"mm", perceptible_mm}, {"degree", perceptible_deg}}},
+  return {{"perceptible", {{"mm", compare::perceptible_mm}, {"degree", compare::perceptible_deg}}},
           {"degrees", rows},
-          {"not_carried", comparison.degrees_not_carried},
+          {"not_carried", comparison.undetermined_degrees},
           {"recommendation",
            {{"degree", degree(r.degree)}, {"best_degree", degree(r.best_degree)}, {"reason", r.reason}}}};
 }
@@ -169,7 +171,7 @@ namespace {
 [[noreturn]] void refuse(const std::string& text)
 {
   throw InputError({"vrda compare", "--degrees", "\"" + text + "\"",
-                    "degrees from 0 to " + std::to_string(largest_smoothed_degree) +
+                    "degrees from 0 to " + std::to_string(store::max_smoothed_degree) +
                         " as a range or a list: 1..12 or 2,4,6"});
 }
 
@@ -178,47 +180,48 @@ int degree_of(const std::string& word, const std::string& text)
   int degree = -1;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), degree);
   const bool is_whole = error == std::errc() && end == word.data() + word.size();
-  if (!is_whole || degree < 0 || degree > largest_smoothed_degree) refuse(text);
+  if (!is_whole || degree < 0 || degree > store::max_smoothed_degree) refuse(text);
   return degree;
 }
 
-CompareOptions compare_options(const CompareCommandOptions& options)
+compare::CompareOptions compare_options(const CompareCommandOptions& options)
 {
-  const int n_threads = threads_or_all(options.n_threads);
-  CompareOptions compare;
+  const int n_threads = job_run::thread_count_or_all(options.n_threads);
+  compare::CompareOptions compare;
   compare.name = options.file;
-  compare.degrees = degrees_of(options.degrees);
+  compare.degrees = parse_degrees(options.degrees);
   compare.smooth.is_robust = options.is_robust;
   if (options.is_recontacted) {
-    compare.recontact = [n_threads](const MotionModel& model, const SmoothedSet& set) {
-      return recontact(model, set, n_threads);
+    compare.recontact = [n_threads](const store::MotionModel& model, const store::SmoothedSet& set) {
+      return audit::recontact(model, set, n_threads);
     };
   }
   if (options.refine > 0) {
-    compare.audit = [n_threads, refine = options.refine](const MotionModel& model, const std::string& set) {
-      say("measuring " + set);
-      return audit(model, set, refine, n_threads);
+    compare.audit = [n_threads, refine = options.refine](const store::MotionModel& model,
+                                                         const std::string& set) {
+      console::log_info("measuring " + set);
+      return audit::audit(model, set, refine, n_threads);
     };
   }
   return compare;
 }
 
-void report_skipped_degrees(const std::string& file, const Comparison& comparison)
+void report_skipped_degrees(const std::string& file, const compare::Comparison& comparison)
 {
-  if (!comparison.degrees_not_carried.empty()) {
-    say(file + ": too few solved cells to fit degree " +
-        std::to_string(comparison.degrees_not_carried.front()) + " and above");
+  if (!comparison.undetermined_degrees.empty()) {
+    console::log_info(file + ": too few solved cells to fit degree " +
+                      std::to_string(comparison.undetermined_degrees.front()) + " and above");
   }
-  for (const DegreeRow& row : comparison.rows) {
+  for (const compare::DegreeRow& row : comparison.rows) {
     if (!row.is_converged)
-      warn("degree " + std::to_string(row.set.degree) +
-           ": the robust weights did not converge within the iteration limit");
+      console::log_warning("degree " + std::to_string(row.set.degree) +
+                           ": the robust weights did not converge within the iteration limit");
   }
 }
 
 }  // namespace
 
-std::vector<int> degrees_of(const std::string& text)
+std::vector<int> parse_degrees(const std::string& text)
 {
   std::set<int> degrees;
   for (std::size_t from = 0; from <= text.size();) {
@@ -234,14 +237,16 @@ std::vector<int> degrees_of(const std::string& text)
   return {degrees.begin(), degrees.end()};
 }
 
-ExitCode compare_command(const CompareCommandOptions& options)
+console::ExitCode compare_command(const CompareCommandOptions& options)
 {
-  const CompareOptions compare_with = compare_options(options);
-  const Comparison comparison = compare(read_solved_model(options.file), compare_with);
+  const compare::CompareOptions compare_with = compare_options(options);
+  const compare::Comparison comparison =
+      compare::compare(job_run::read_solved_model(options.file), compare_with);
   report_skipped_degrees(options.file, comparison);
   if (!options.as_json) {
-    std::printf("%s%s\n", table_of(comparison).c_str(), sentence_of(comparison.recommendation).c_str());
-    return ExitCode::done;
+    std::printf("%s%s\n", comparison_table(comparison).c_str(),
+                recommendation_text(comparison.recommendation).c_str());
+    return console::ExitCode::done;
   }
   nlohmann::ordered_json json = {{"file", options.file},
                                  {"robust", options.is_robust},
@@ -249,7 +254,7 @@ ExitCode compare_command(const CompareCommandOptions& options)
                                  {"refine", options.refine}};
   json.update(json_of(comparison));
   std::printf("%s\n", json.dump(2).c_str());
-  return ExitCode::done;
+  return console::ExitCode::done;
 }
 
-}  // namespace vrda
+}  // namespace vrda::app

@@ -7,16 +7,16 @@
 #include "convert/job_text.hpp"
 #include "convert/mesh_writer.hpp"
 #include "convert/object_set.hpp"
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "core/whole_file.hpp"
+#include "job_run/run_output.hpp"
 #include "load/axis_map.hpp"
 #include "load/clean_mesh.hpp"
 #include "load/file_bytes.hpp"
 #include "load/job_schema.hpp"
-#include "run/run_output.hpp"
 #include "shapes/shapes.hpp"
 
-namespace vrda {
+namespace vrda::app {
 namespace {
 
 namespace fs = std::filesystem;
@@ -41,16 +41,17 @@ void print_table(const std::vector<TableRow>& rows)
   }
 }
 
-TableRow written_component(const ObjectComponent& component, const fs::path& folder)
+TableRow written_component(const convert::ObjectComponent& component, const fs::path& folder)
 {
   const std::string stem = (folder / component.name).string();
-  write_whole(stem + ".obj", {vertices_faces_bytes(component.mesh)});
-  write_whole(stem + ".normals", {vertex_normals_bytes(component.mesh)});
-  const CleanMesh clean = clean_mesh(component.mesh, Winding::outward, Side::right);
-  say(stem + ".obj, " + stem + ".normals: " + std::to_string(component.mesh.vertices.rows()) + " vertices");
+  write_atomically(stem + ".obj", {convert::vertices_faces_bytes(component.mesh)});
+  write_atomically(stem + ".normals", {convert::vertex_normals_bytes(component.mesh)});
+  const load::CleanMesh clean = load::clean_mesh(component.mesh, load::Winding::outward, Side::right);
+  console::log_info(stem + ".obj, " + stem + ".normals: " + std::to_string(component.mesh.vertices.rows()) +
+                    " vertices");
   if (clean.n_degenerate > 0) {
-    warn(component.name + ": " + std::to_string(clean.n_degenerate) +
-         " faces or triangles without area are not counted as triangles");
+    console::log_warning(component.name + ": " + std::to_string(clean.n_degenerate) +
+                         " faces or triangles without area are not counted as triangles");
   }
   return {component.name, component.mesh.size.size(), clean.mesh.triangles.rows()};
 }
@@ -63,68 +64,74 @@ fs::path models_folder(const fs::path& configuration)
   return !fs::exists(beside) && fs::is_directory(above) ? above : beside;
 }
 
-void warn_of_missing_models(const Configuration& configuration, const fs::path& models)
+void warn_of_missing_models(const convert::KeywordConfiguration& configuration, const fs::path& models)
 {
   for (const std::vector<std::string>* names : {&configuration.reference, &configuration.moving}) {
     for (const std::string& name : *names) {
       const fs::path file = models / (name + ".obj");
-      if (!fs::exists(file)) warn("missing file \"" + file.string() + "\", which the job needs");
+      if (!fs::exists(file))
+        console::log_warning("missing file \"" + file.string() + "\", which the job needs");
     }
   }
 }
 
 }  // namespace
 
-ExitCode convert_object_command(const ConvertObjectOptions& options)
+console::ExitCode convert_object_command(const ConvertObjectOptions& options)
 {
-  const std::vector<ObjectComponent> components = parse_object_set(read_object_set(options.prefix));
-  make_folder(options.folder);
+  const std::vector<convert::ObjectComponent> components =
+      convert::parse_object_set(convert::read_object_set(options.prefix));
+  job_run::make_folder(options.folder);
   std::vector<TableRow> rows;
   rows.reserve(components.size());
-  for (const ObjectComponent& component : components)
+  for (const convert::ObjectComponent& component : components)
     rows.push_back(written_component(component, options.folder));
   print_table(rows);
-  return ExitCode::done;
+  return console::ExitCode::done;
 }
 
-ExitCode convert_mesh_command(const ConvertMeshOptions& options)
+console::ExitCode convert_mesh_command(const ConvertMeshOptions& options)
 {
   std::error_code no_such_file;
   if (fs::equivalent(options.input, options.output, no_such_file))
     throw InputError({options.output, "output", "the input file", "another file"});
-  std::string bytes = file_bytes(options.input, {options.input, "", "", "a mesh file"}, largest_mesh_bytes);
-  const RawMesh mesh = with_shared_vertices(read_mesh(options.input, std::move(bytes)));
-  write_whole(options.output, {mesh_bytes(options.output, mesh)});
+  std::string bytes =
+      load::file_bytes(options.input, {options.input, "", "", "a mesh file"}, load::largest_mesh_bytes);
+  const load::RawMesh mesh = convert::merge_equal_vertices(load::read_mesh(options.input, std::move(bytes)));
+  write_atomically(options.output, {convert::mesh_bytes(options.output, mesh)});
   std::printf("%s\n", options.output.c_str());
-  say(std::to_string(mesh.vertices.rows()) + " vertices, " + std::to_string(mesh.size.size()) + " faces");
-  return ExitCode::done;
+  console::log_info(std::to_string(mesh.vertices.rows()) + " vertices, " + std::to_string(mesh.size.size()) +
+                    " faces");
+  return console::ExitCode::done;
 }
 
-ExitCode convert_config_command(const ConvertConfigOptions& options)
+console::ExitCode convert_config_command(const ConvertConfigOptions& options)
 {
-  const NamedText source = read_configuration(options.file);
-  const Configuration configuration = parse_configuration(source, mm_in(options.unit));
+  const convert::NamedText source = convert::read_configuration(options.file);
+  const convert::KeywordConfiguration configuration =
+      convert::parse_configuration(source, load::mm_per_unit(options.unit));
   const fs::path models = models_folder(options.file);
   std::error_code no_such_file;
   if (fs::equivalent(options.file, options.output, no_such_file))
     throw InputError({options.output, "output", "the configuration file", "another file"});
   const fs::path job_folder = fs::absolute(options.output).lexically_normal().parent_path();
   const fs::path file = options.file;
-  const std::string text =
-      job_text(configuration, {file.stem().string(), file.filename().string(),
-                               models.lexically_relative(job_folder).generic_string(), options.unit});
-  checked_job({options.output, parse_toml(text, options.output), {}});  // a name may be invalid UTF-8
-  write_whole(options.output, {text});
+  const std::string text = convert::job_text(
+      configuration, {file.stem().string(), file.filename().string(),
+                      models.lexically_relative(job_folder).generic_string(), options.unit});
+  load::checked_job(
+      {options.output, documents::parse_toml(text, options.output), {}});  // a name may be invalid UTF-8
+  write_atomically(options.output, {text});
   std::printf("%s\n", options.output.c_str());
   warn_of_missing_models(configuration, models);
-  return ExitCode::done;
+  return console::ExitCode::done;
 }
 
 namespace {
 
-ShapeRequest request_of(const ShapeOptions& options)
+shapes::ShapeRequest request_of(const ShapeOptions& options)
 {
-  ShapeRequest request;
+  shapes::ShapeRequest request;
   request.shape = options.shape;
   for (const std::string& parameter : options.parameters) {
     const std::size_t equals = parameter.find('=');
@@ -145,37 +152,37 @@ ShapeRequest request_of(const ShapeOptions& options)
 
 }  // namespace
 
-ExitCode shape_command(const ShapeOptions& options)
+console::ExitCode shape_command(const ShapeOptions& options)
 {
-  const ShapeRequest request = request_of(options);
+  const shapes::ShapeRequest request = request_of(options);
   // A shape without ligaments is refused before anything is written.
-  const std::string table = options.has_ligaments ? fibre_table(request) : "";
-  const Shape shape = generate_shape(request);
-  make_folder(options.folder);
-  for (const std::vector<ShapePart>* parts : {&shape.reference, &shape.moving}) {
-    for (const ShapePart& part : *parts) {
+  const std::string table = options.has_ligaments ? shapes::fibre_table(request) : "";
+  const shapes::Shape shape = shapes::generate_shape(request);
+  job_run::make_folder(options.folder);
+  for (const std::vector<shapes::ShapePart>* parts : {&shape.reference, &shape.moving}) {
+    for (const shapes::ShapePart& part : *parts) {
       const fs::path path = fs::path(options.folder) / (part.name + ".stl");
-      write_whole(path.string(), {stl_bytes(part.mesh, "vrda shape, mm")});
+      write_atomically(path.string(), {convert::stl_bytes(part.mesh, "vrda shape, mm")});
       std::printf("%s\n", path.c_str());
-      say(part.name + ": " + std::to_string(part.mesh.triangles.rows()) + " triangles, " + part.material +
-          (part.has_contact ? "" : ", drawn only"));
+      console::log_info(part.name + ": " + std::to_string(part.mesh.triangles.rows()) + " triangles, " +
+                        part.material + (part.has_contact ? "" : ", drawn only"));
     }
   }
   if (options.has_ligaments) {
     const fs::path path = fs::path(options.folder) / "ligaments.csv";
-    write_whole(path.string(), {table});
+    write_atomically(path.string(), {table});
     std::printf("%s\n", path.c_str());
-    say("ligaments: " + std::to_string(generate_fibres(request).size()) + " fibres");
+    console::log_info("ligaments: " + std::to_string(shapes::generate_fibres(request).size()) + " fibres");
   }
-  return ExitCode::done;
+  return console::ExitCode::done;
 }
 
 std::string shape_help()
 {
   std::string text = "Shapes and their parameters (name=value):\n";
-  for (const std::string& shape : shape_names()) {
-    text += "  " + shape + ": " + shape_summary(shape) + '\n';
-    for (const ShapeParameter& p : shape_parameters(shape)) {
+  for (const std::string& shape : shapes::shape_names()) {
+    text += "  " + shape + ": " + shapes::shape_summary(shape) + '\n';
+    for (const shapes::ShapeParameter& p : shapes::shape_parameters(shape)) {
       char line[160];
       if (p.choices.empty()) {
         std::snprintf(line, sizeof line, "    %-18s %g %s (%g to %g)", p.name.c_str(), p.default_number,
@@ -189,4 +196,4 @@ std::string shape_help()
   return text;
 }
 
-}  // namespace vrda
+}  // namespace vrda::app

@@ -9,14 +9,14 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
-#include "core/whole_file.hpp"
 #include "exports/formats.hpp"
-#include "run/run_output.hpp"
+#include "job_run/run_output.hpp"
 #include "store/motion_model_file.hpp"
 
-namespace vrda {
+namespace vrda::app {
 namespace {
 
 namespace fs = std::filesystem;
@@ -103,18 +103,18 @@ std::vector<double> flexions_of(const std::string& range)
   return flexions;
 }
 
-FlexionPlan plan_of(const ExportOptions& options, const MotionModel& model)
+exports::FlexionPlan plan_of(const ExportOptions& options, const store::MotionModel& model)
 {
-  FlexionPlan plan;
+  exports::FlexionPlan plan;
   plan.set = options.set;
   plan.flexion_deg = flexions_of(options.flexion);
-  plan.varus = default_varus(model);
-  if (options.varus == name_of(VarusRule::spine)) plan.varus = VarusRule::spine;
-  if (options.varus == name_of(VarusRule::zero)) plan.varus = VarusRule::zero;
-  if (options.varus.empty() || options.varus == name_of(plan.varus)) return plan;
+  plan.varus = exports::default_varus(model);
+  if (options.varus == exports::name_of(exports::VarusRule::spine)) plan.varus = exports::VarusRule::spine;
+  if (options.varus == exports::name_of(exports::VarusRule::zero)) plan.varus = exports::VarusRule::zero;
+  if (options.varus.empty() || options.varus == exports::name_of(plan.varus)) return plan;
   const std::optional<double> varus_deg = number_in(options.varus);
   if (!varus_deg) refuse("--varus", options.varus, "degrees, spine or zero");
-  plan.varus = VarusRule::given;
+  plan.varus = exports::VarusRule::given;
   plan.varus_deg = *varus_deg;
   return plan;
 }
@@ -126,18 +126,19 @@ bool is_column_name(const std::string& name)
   });
 }
 
-OpenSimOptions opensim_options(const ExportOptions& options, Side side)
+exports::OpenSimOptions opensim_options(const ExportOptions& options, Side side)
 {
-  OpenSimOptions opensim{opensim_columns(side), options.in_degrees, options.degrees_per_second};
+  exports::OpenSimOptions opensim{exports::opensim_columns(side), options.in_degrees,
+                                  options.degrees_per_second};
   for (const std::string& assignment : options.coordinates) {
     const std::size_t equals = std::min(assignment.find('='), assignment.size());
-    const auto* found =
-        std::find(opensim_coordinates.begin(), opensim_coordinates.end(), assignment.substr(0, equals));
+    const auto* found = std::find(exports::opensim_coordinates.begin(), exports::opensim_coordinates.end(),
+                                  assignment.substr(0, equals));
     const std::string name = equals < assignment.size() ? assignment.substr(equals + 1) : "";
-    if (found == opensim_coordinates.end() || !is_column_name(name)) {
+    if (found == exports::opensim_coordinates.end() || !is_column_name(name)) {
       refuse("--coordinate", assignment, "COORDINATE=NAME, one of flexion, varus, internal, tx, ty, tz");
     }
-    opensim.columns[static_cast<std::size_t>(found - opensim_coordinates.begin())] = name;
+    opensim.columns[static_cast<std::size_t>(found - exports::opensim_coordinates.begin())] = name;
   }
   for (std::size_t k = 0; k < opensim.columns.size(); ++k) {
     const auto rest = opensim.columns.begin() + static_cast<std::ptrdiff_t>(k) + 1;
@@ -156,51 +157,53 @@ std::string piece_name(const fs::path& output, const char* kind, std::size_t fra
   return stem + "/" + stem + kind + number;
 }
 
-std::vector<std::string> write_series(const MotionModel& model, const FlexionMotion& motion,
+std::vector<std::string> write_series(const store::MotionModel& model, const exports::FlexionMotion& motion,
                                       const fs::path& output)
 {
   std::vector<std::string> files;
-  std::vector<SeriesEntry> entries;
-  const auto write = [&](const FlexionFrame& frame, int part, const std::string& name,
+  std::vector<exports::SeriesEntry> entries;
+  const auto write = [&](const exports::FlexionFrame& frame, int part, const std::string& name,
                          const std::string& bytes) {
     const std::string path = (output.parent_path() / name).string();
-    write_whole(path, {bytes});
+    write_atomically(path, {bytes});
     files.push_back(path);
     entries.push_back({frame.flexion_deg, part, name});
   };
-  make_folder((output.parent_path() / output.stem()).string());
+  job_run::make_folder((output.parent_path() / output.stem()).string());
   for (std::size_t k = 0; k < motion.frames.size(); ++k) {
-    const FlexionFrame& frame = motion.frames[k];
-    write(frame, 0, piece_name(output, "", k), posed_vtp(model, frame));
-    const std::string contacts = motion.set == "raw" ? contacts_vtp(model, frame) : "";
+    const exports::FlexionFrame& frame = motion.frames[k];
+    write(frame, 0, piece_name(output, "", k), exports::posed_vtp(model, frame));
+    const std::string contacts = motion.set == "raw" ? exports::contacts_vtp(model, frame) : "";
     if (!contacts.empty()) write(frame, 1, piece_name(output, "_contacts", k), contacts);
   }
-  write_whole(output.string(), {series_pvd(entries)});
+  write_atomically(output.string(), {exports::series_pvd(entries)});
   files.insert(files.begin(), output.string());
   return files;
 }
 
-std::string file_of(const ExportOptions& options, const MotionModel& model, const FlexionMotion& motion)
+std::string file_of(const ExportOptions& options, const store::MotionModel& model,
+                    const exports::FlexionMotion& motion)
 {
-  if (options.format == "csv") return flexion_csv(motion);
-  if (options.format == "gltf") return animated_glb(model, motion, options.degrees_per_second);
-  return opensim_table(motion, opensim_options(options, motion.side));
+  if (options.format == "csv") return exports::flexion_csv(motion);
+  if (options.format == "gltf") return exports::animated_glb(model, motion, options.degrees_per_second);
+  return exports::opensim_table(motion, opensim_options(options, motion.side));
 }
 
-void warn_of_left_out(const FlexionMotion& motion)
+void warn_of_left_out(const exports::FlexionMotion& motion)
 {
-  if (motion.left_out.empty()) return;
+  if (motion.omitted.empty()) return;
   std::string list;
   constexpr std::size_t most_shown = 10;
-  for (std::size_t k = 0; k < std::min(most_shown, motion.left_out.size()); ++k) {
-    list +=
-        (k > 0 ? ", " : "") + shortest(motion.left_out[k].flexion_deg) + " (" + motion.left_out[k].why + ")";
+  for (std::size_t k = 0; k < std::min(most_shown, motion.omitted.size()); ++k) {
+    list += (k > 0 ? ", " : "") + shortest_decimal(motion.omitted[k].flexion_deg) + " (" +
+            motion.omitted[k].reason + ")";
   }
-  if (motion.left_out.size() > most_shown) list += ", ...";
-  warn(std::to_string(motion.left_out.size()) + " flexions omitted: " + list);
+  if (motion.omitted.size() > most_shown) list += ", ...";
+  console::log_warning(std::to_string(motion.omitted.size()) + " flexions omitted: " + list);
 }
 
-void print(const ExportOptions& options, const FlexionMotion* motion, const std::vector<std::string>& files)
+void print(const ExportOptions& options, const exports::FlexionMotion* motion,
+           const std::vector<std::string>& files)
 {
   if (!options.as_json) {
     for (const std::string& file : files) std::printf("%s\n", file.c_str());
@@ -211,8 +214,8 @@ void print(const ExportOptions& options, const FlexionMotion* motion, const std:
     json["set"] = motion->set;
     json["attitudes"] = motion->frames.size();
     json["left_out"] = nlohmann::ordered_json::array();
-    for (const LeftOut& out : motion->left_out) {
-      json["left_out"].push_back({{"flexion_deg", out.flexion_deg}, {"why", out.why}});
+    for (const exports::OmittedFlexion& out : motion->omitted) {
+      json["left_out"].push_back({{"flexion_deg", out.flexion_deg}, {"why", out.reason}});
     }
   }
   std::printf("%s\n", json.dump(2).c_str());
@@ -220,35 +223,35 @@ void print(const ExportOptions& options, const FlexionMotion* motion, const std:
 
 }  // namespace
 
-ExitCode export_command(const ExportOptions& options)
+console::ExitCode export_command(const ExportOptions& options)
 {
   require_useful(options);
   require_output(options);
-  const MotionModel model = read_motion_model(options.file);
+  const store::MotionModel model = store::read_motion_model(options.file);
   const fs::path output = options.output;
   const fs::path folder = output.parent_path();
   if (options.every_cell) {
     if (!(model.status == status_stable).any()) {
       throw InputError({options.file, "status", "no stable cell", "at least one to export"});
     }
-    if (!folder.empty()) make_folder(folder.string());
-    write_whole(options.output, {cells_csv(model)});
+    if (!folder.empty()) job_run::make_folder(folder.string());
+    write_atomically(options.output, {exports::cells_csv(model)});
     print(options, nullptr, {options.output});
-    return ExitCode::done;
+    return console::ExitCode::done;
   }
-  const FlexionMotion motion = flexion_motion(model, options.file, plan_of(options, model));
+  const exports::FlexionMotion motion = exports::flexion_motion(model, options.file, plan_of(options, model));
   std::vector<std::string> files{options.output};
   if (options.format == "vtk") {
     files = write_series(model, motion, output);
   } else {
     const std::string bytes = file_of(options, model, motion);
-    if (!folder.empty()) make_folder(folder.string());
-    write_whole(options.output, {bytes});
+    if (!folder.empty()) job_run::make_folder(folder.string());
+    write_atomically(options.output, {bytes});
   }
   warn_of_left_out(motion);
-  say(motion.set + ": " + std::to_string(motion.frames.size()) + " attitudes");
+  console::log_info(motion.set + ": " + std::to_string(motion.frames.size()) + " attitudes");
   print(options, &motion, files);
-  return ExitCode::done;
+  return console::ExitCode::done;
 }
 
-}  // namespace vrda
+}  // namespace vrda::app

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "console/console.hpp"
 #include "report/report.hpp"
-#include "talk/talk.hpp"
 
-namespace vrda {
+namespace vrda::app {
 
 struct CheckOptions {
   std::string job_file;
@@ -17,7 +17,7 @@ struct CheckOptions {
   bool as_json = false;
 };
 
-ExitCode check_command(const CheckOptions& options);
+console::ExitCode check_command(const CheckOptions& options);
 
 /// `vrda shape`: writes a generated joint as STL files and its ligaments as a CSV table.
 struct ShapeOptions {
@@ -27,7 +27,7 @@ struct ShapeOptions {
   bool has_ligaments = false;           ///< write ligaments.csv too
 };
 
-ExitCode shape_command(const ShapeOptions& options);
+console::ExitCode shape_command(const ShapeOptions& options);
 
 /// Lists every shape with its parameters, for `--help`.
 std::string shape_help();
@@ -50,12 +50,12 @@ struct ConvertConfigOptions {
 };
 
 /// Writes NAME.obj (Vertices-Faces) and NAME.normals per component; prints the table of thesis 5.2.
-ExitCode convert_object_command(const ConvertObjectOptions& options);
+console::ExitCode convert_object_command(const ConvertObjectOptions& options);
 
-ExitCode convert_mesh_command(const ConvertMeshOptions& options);
+console::ExitCode convert_mesh_command(const ConvertMeshOptions& options);
 
 /// Searches for models in the folder `models` next to the configuration, then next to its folder.
-ExitCode convert_config_command(const ConvertConfigOptions& options);
+console::ExitCode convert_config_command(const ConvertConfigOptions& options);
 
 /// `vrda export`: writes a motion model in formats of other programs (schemas/exports.md).
 struct ExportOptions {
@@ -74,7 +74,7 @@ struct ExportOptions {
 
 /// Prints the written files. Omits attitudes without a pose and reports them. Throws InputError, with nothing
 /// written, for options that do not apply to the format and if no attitude can be exported.
-ExitCode export_command(const ExportOptions& options);
+console::ExitCode export_command(const ExportOptions& options);
 
 /// `vrda report`: writes motion models as one HTML page.
 struct ReportOptions {
@@ -88,14 +88,15 @@ struct ReportOptions {
 
 /// Writes <folder>/index.html and prints its path. Writes nothing if a file is unreadable or has no solved
 /// attitude.
-ExitCode report_command(const ReportOptions& options);
+console::ExitCode report_command(const ReportOptions& options);
 
 /// Returns `player`, which must exist (InputError), or if empty the vrda-player next to the running program;
 /// an empty text if there is none.
-std::string player_program(const std::string& player);
+std::string find_player(const std::string& player);
 
 /// Renders frames of the motion model `file` at several flexions from the front and side. A failure is
 /// reported in the note, and the report has no pictures.
-Stills player_stills(const std::string& player, const std::string& file, const MotionModel& model);
+report::RenderedImages render_images(const std::string& player, const std::string& file,
+                                     const store::MotionModel& model);
 
-}  // namespace vrda
+}  // namespace vrda::app

@@ -8,20 +8,20 @@
 #include <functional>
 #include <iostream>
 
-#include "app/cluster_words.hpp"
+#include "app/cluster_options.hpp"
 #include "app/file_commands.hpp"
 #include "app/model_commands.hpp"
-#include "app/word_checks.hpp"
+#include "app/usage.hpp"
+#include "console/console.hpp"
 #include "core/error.hpp"
-#include "run/merge_command.hpp"
-#include "run/run_command.hpp"
-#include "store/read_apart.hpp"
+#include "job_run/merge_command.hpp"
+#include "job_run/run_command.hpp"
+#include "store/read_separately.hpp"
 #include "store/seal.hpp"
-#include "talk/talk.hpp"
 
 namespace {
 
-using vrda::ExitCode;
+using vrda::console::ExitCode;
 
 constexpr const char* help_footer = R"(Example:
   vrda run jobs/knee-generic.toml
@@ -36,23 +36,23 @@ Exit codes:
 
 struct Commands {
   CLI::App app{"VRDA: computes a motion model of a joint from its surface meshes.", "vrda"};
-  vrda::RunOptions run;
-  vrda::MergeOptions merge;
-  vrda::CheckOptions check;
-  vrda::InfoOptions info;
-  vrda::InfoOptions validate;
-  vrda::CompareCommandOptions compare;
-  vrda::ShapeOptions shape;
-  vrda::TraceOptions trace;
-  vrda::ReduceOptions reduce;
-  vrda::ReportOptions report;
-  vrda::SmoothCommandOptions smooth;
-  vrda::AuditOptions audit;
-  vrda::ExportOptions exported;
-  vrda::ConvertObjectOptions object;
-  vrda::ConvertMeshOptions mesh;
-  vrda::ConvertConfigOptions config;
-  vrda::ClusterWords cluster;
+  vrda::job_run::RunOptions run;
+  vrda::job_run::MergeOptions merge;
+  vrda::app::CheckOptions check;
+  vrda::app::InfoOptions info;
+  vrda::app::InfoOptions validate;
+  vrda::app::CompareCommandOptions compare;
+  vrda::app::ShapeOptions shape;
+  vrda::app::TraceOptions trace;
+  vrda::app::ReduceOptions reduce;
+  vrda::app::ReportOptions report;
+  vrda::app::SmoothCommandOptions smooth;
+  vrda::app::AuditOptions audit;
+  vrda::app::ExportOptions exported;
+  vrda::app::ConvertObjectOptions object;
+  vrda::app::ConvertMeshOptions mesh;
+  vrda::app::ConvertConfigOptions config;
+  vrda::app::ClusterOptions cluster;
   bool is_quiet = false;
   std::function<ExitCode()> chosen;
 
@@ -75,7 +75,7 @@ struct Commands {
   {
     CLI::App& command = add(name, what, example);
     command.add_flag_callback(
-        "--unsealed", [] { vrda::accept_unsealed_files(); },
+        "--unsealed", [] { vrda::store::accept_unsealed_files(); },
         "Also read files without a seal: files that another program wrote or changed");
     return command;
   }
@@ -92,14 +92,14 @@ struct Commands {
         ->allow_extra_args(false)
         ->take_all();
     c.add_option("--threads", run.n_threads, "Worker threads; default: one per processor")
-        ->check(vrda::whole_number(1, 1024));
+        ->check(vrda::app::whole_number(1, 1024));
     c.add_flag("--fresh", run.is_fresh, "Discard the journal and solve again, also when the job is finished");
     c.add_flag("--replace", run.may_replace, "Replace the result of another job");
     CLI::Option* spine = c.add_flag("--spine", run.only_spine,
                                     "Solve only the spine (the path along flexion from which each row "
                                     "starts), into NAME.h5.spine.journal");
     c.add_option_function<std::string>(
-         "--shard", [this](const std::string& text) { run.shard = vrda::shard_of(text); },
+         "--shard", [this](const std::string& text) { run.shard = vrda::cluster::shard_of(text); },
          "I/N: solve every Nth flexion from the Ith on, into a separate journal for vrda merge")
         ->type_name("I/N")
         ->excludes(spine);
@@ -109,7 +109,7 @@ struct Commands {
     c.callback([this] {
       chosen = [this] {
         if (is_quiet) run.progress = "none";
-        return run_command(run);
+        return vrda::job_run::run_command(run);
       };
     });
   }
@@ -127,10 +127,10 @@ struct Commands {
         ->allow_extra_args(false)
         ->take_all();
     c.add_option("--threads", merge.n_threads, "Threads for smoothing; default: one per processor")
-        ->check(vrda::whole_number(1, 1024));
+        ->check(vrda::app::whole_number(1, 1024));
     c.add_flag("--keep", merge.keeps_journals, "Keep the journals");
     c.add_flag("--replace", merge.may_replace, "Replace the result of another job");
-    c.callback([this] { chosen = [this] { return merge_command(merge); }; });
+    c.callback([this] { chosen = [this] { return vrda::job_run::merge_command(merge); }; });
   }
 
   void add_check()
@@ -177,12 +177,12 @@ struct Commands {
     c.add_option("file", smooth.file, "Motion model (HDF5)")->required();
     c.add_option("--degree", smooth.degree, "Total degree of the polynomials")
         ->required()
-        ->check(vrda::whole_number(1, 12));
+        ->check(vrda::app::whole_number(1, 12));
     c.add_flag("--robust", smooth.is_robust, "Reduce the weight of outliers (Huber)");
     c.add_flag("--recontact", smooth.is_recontacted,
                "Also find the travel along Delta into contact at every attitude");
     c.add_option("--threads", smooth.n_threads, "Worker threads; default: one per processor")
-        ->check(vrda::whole_number(1, 1024));
+        ->check(vrda::app::whole_number(1, 1024));
     c.add_flag("--json", smooth.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return smooth_command(smooth); }; });
   }
@@ -196,10 +196,10 @@ struct Commands {
     c.add_option("--set", audit.set, "raw, degree_N, degree_N_recontacted, zero_varus or all")
         ->capture_default_str();
     c.add_option("--refine", audit.refine, "Subdivisions of each grid cell along each axis")
-        ->check(vrda::whole_number(1, 100))
+        ->check(vrda::app::whole_number(1, 100))
         ->capture_default_str();
     c.add_option("--threads", audit.n_threads, "Worker threads; default: one per processor")
-        ->check(vrda::whole_number(1, 1024));
+        ->check(vrda::app::whole_number(1, 1024));
     c.add_flag("--json", audit.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return audit_command(audit); }; });
   }
@@ -210,9 +210,9 @@ struct Commands {
                               "vrda trace results/knee-generic/knee-generic.trace.h5 --flexion 45 --csv");
     c.add_option("file", trace.file, "Trace (HDF5), written by vrda run --trace")->required();
     c.add_option("--flexion", trace.filter.flexion_deg, "Only searches at this flexion of the grid, degrees")
-        ->check(vrda::any_number());
+        ->check(vrda::app::any_number());
     c.add_option("--varus", trace.filter.varus_deg, "Only searches at this varus of the grid, degrees")
-        ->check(vrda::any_number());
+        ->check(vrda::app::any_number());
     c.add_flag("--contact-only", trace.contact_only, "Only moves in contact");
     CLI::Option* csv = c.add_flag("--csv", trace.as_csv, "Print the moves as CSV");
     c.add_flag("--json", trace.as_json, "Print JSON")->excludes(csv);
@@ -257,10 +257,10 @@ struct Commands {
     c.add_option("--degrees", compare.degrees, "A range or a list: 1..12 or 2,4,6")->capture_default_str();
     c.add_option("--refine", compare.refine,
                  "Subdivisions of a grid step at which gap and penetration are measured; 0: no audit")
-        ->check(vrda::whole_number(0, 16))
+        ->check(vrda::app::whole_number(0, 16))
         ->capture_default_str();
     c.add_option("--threads", compare.n_threads, "Worker threads; default: one per processor")
-        ->check(vrda::whole_number(1, 1024));
+        ->check(vrda::app::whole_number(1, 1024));
     c.add_flag("--robust", compare.is_robust, "Fit with Huber weights, which reduce the effect of outliers");
     c.add_flag("--recontact", compare.is_recontacted,
                "Compare the motions after moving them into contact along Delta");
@@ -270,14 +270,14 @@ struct Commands {
 
   void add_export()
   {
-    vrda::ExportOptions& e = exported;
+    vrda::app::ExportOptions& e = exported;
     CLI::App& c = add_reading(
         "export", "Write the motion of a motion model for OpenSim, ParaView, spreadsheets or glTF viewers.",
         "vrda export results/knee-generic/knee-generic.h5 --to gltf -o knee.glb");
     c.add_option("file", e.file, "Motion model (HDF5)")->required();
     c.add_option("--to", e.format, "sto or mot (OpenSim), csv, gltf (.glb) or vtk (.pvd, ParaView)")
         ->required()
-        ->check(vrda::one_of({"sto", "mot", "csv", "gltf", "vtk"}));
+        ->check(vrda::app::one_of({"sto", "mot", "csv", "gltf", "vtk"}));
     c.add_option("-o,--output", e.output, "Output file, with the extension of the format")->required();
     c.add_option("--set", e.set, "raw, degree_N, ...; default: the default set of vrda-player");
     c.add_option("--flexion", e.flexion, "FROM:TO:STEP, degrees; default: the flexions of the model");
@@ -293,7 +293,7 @@ struct Commands {
     c.add_flag("--degrees", e.in_degrees, "Angles of sto and mot in degrees; default: radians");
     c.add_option("--rate", e.degrees_per_second,
                  "Flexion rate that sets time in sto, mot and gltf, degrees per second")
-        ->check(vrda::number(1e-3, 1e6))
+        ->check(vrda::app::number(1e-3, 1e6))
         ->capture_default_str();
     c.add_flag("--full", e.every_cell, "csv: one row per grid cell, with all of its values");
     c.add_flag("--json", e.as_json, "Print JSON");
@@ -304,7 +304,7 @@ struct Commands {
   {
     CLI::App& c = add("shape", "Write a generated joint as STL files.",
                       "vrda shape knee -o knee side=left resolution=2");
-    c.footer("Example:\n  vrda shape knee -o knee side=left resolution=2\n\n" + vrda::shape_help());
+    c.footer("Example:\n  vrda shape knee -o knee side=left resolution=2\n\n" + vrda::app::shape_help());
     c.add_option("shape", shape.shape, "Name of the shape")->required();
     c.add_option("parameters", shape.parameters, "name=value");
     c.add_option("-o,--output", shape.folder, "Output folder")->required();
@@ -336,7 +336,7 @@ struct Commands {
     c.add_option("file", config.file, "Configuration file")->required();
     c.add_option("-o,--output", config.output, "Job file (TOML) to write")->required();
     c.add_option("--unit", config.unit, "Unit of the configuration's lengths and of the meshes: m, cm or mm")
-        ->check(vrda::one_of({"m", "cm", "mm"}))
+        ->check(vrda::app::one_of({"m", "cm", "mm"}))
         ->capture_default_str();
     c.callback([this] { chosen = [this] { return convert_config_command(config); }; });
   }
@@ -398,13 +398,13 @@ int run_program(int argc, char** argv)
     require_printed();
     return as_int(ExitCode::done);
   } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "vrda: %s\n", vrda::usage_message(commands.app, error).c_str());
+    std::fprintf(stderr, "vrda: %s\n", vrda::app::usage_message(commands.app, error).c_str());
     return as_int(ExitCode::bad_input);
   }
-  if (commands.is_quiet) vrda::be_quiet();
-  vrda::on_unconfined_reading([](const std::string& why) {
-    vrda::warn("the process that reads HDF5 runs without a sandbox on this system (" + why +
-               "); its resource limits still apply");
+  if (commands.is_quiet) vrda::console::suppress_info();
+  vrda::store::on_unconfined_read([](const std::string& why) {
+    vrda::console::log_warning("the process that reads HDF5 runs without a sandbox on this system (" + why +
+                               "); its resource limits still apply");
   });
   const ExitCode code = commands.chosen();
   require_printed();
@@ -424,6 +424,6 @@ int main(int argc, char** argv)
   } catch (const std::exception& error) {
     std::fprintf(stderr, "vrda: internal error: %s\nPlease report this with the command and the job file.\n",
                  error.what());
-    return as_int(ExitCode::our_mistake);
+    return as_int(ExitCode::internal_error);
   }
 }

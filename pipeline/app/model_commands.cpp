@@ -9,11 +9,11 @@
 #include "audit/audit.hpp"
 #include "core/error.hpp"
 #include "core/mesh.hpp"
+#include "job_run/summary.hpp"
 #include "motion/poses.hpp"
-#include "run/summary.hpp"
 #include "store/motion_model_file.hpp"
 
-namespace vrda {
+namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -29,7 +29,7 @@ struct Range {
   }
 };
 
-Json range_json(const GridD& surface)
+Json range_json(const store::GridD& surface)
 {
   Range range;
   for (Eigen::Index c = 0; c < surface.size(); ++c) range.include(surface.data()[c]);
@@ -37,7 +37,7 @@ Json range_json(const GridD& surface)
 }
 
 // Internal rotation along the spine: the screw-home motion of the joint.
-Json screw_home(const MotionModel& model)
+Json screw_home(const store::MotionModel& model)
 {
   Range range;
   Json curve = Json::array();
@@ -55,7 +55,7 @@ Json screw_home(const MotionModel& model)
 }
 
 // Attitudes that are not stable, in attitude order.
-Json unsolved_json(const MotionModel& model)
+Json unsolved_json(const store::MotionModel& model)
 {
   Json list = Json::array();
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
@@ -70,10 +70,10 @@ Json unsolved_json(const MotionModel& model)
   return list;
 }
 
-Json doubtful_json(const MotionModel& model)
+Json doubtful_json(const store::MotionModel& model)
 {
   Json list = Json::array();
-  for (const DoubtfulCell& cell : doubtful_cells(model)) {
+  for (const job_run::DoubtfulCell& cell : job_run::doubtful_cells(model)) {
     list.push_back({{"flexion_deg", cell.flexion_deg},
                     {"varus_deg", cell.varus_deg},
                     {"plausibility", name_of(cell.plausibility)}});
@@ -81,7 +81,7 @@ Json doubtful_json(const MotionModel& model)
   return list;
 }
 
-Json iterations_json(const MotionModel& model)
+Json iterations_json(const store::MotionModel& model)
 {
   const double n = static_cast<double>(model.iterations.size());
   return {{"mean", static_cast<double>(model.iterations.cast<std::int64_t>().sum()) / n},
@@ -89,12 +89,12 @@ Json iterations_json(const MotionModel& model)
           {"queries_mean", static_cast<double>(model.queries.cast<std::int64_t>().sum()) / n}};
 }
 
-Json smoothed_json(const MotionModel& model)
+Json smoothed_json(const store::MotionModel& model)
 {
   Json sets = Json::array();
-  for (const SmoothedSet& set : model.smoothed) {
+  for (const store::SmoothedSet& set : model.smoothed) {
     Json surfaces = Json::object();
-    for (const SmoothedSurface& s : set.surfaces) {
+    for (const store::SmoothedSurface& s : set.surfaces) {
       surfaces[s.name] = {{"rms", s.rms}, {"largest_residual", s.largest_residual}, {"cells", s.n_cells}};
     }
     sets.push_back({{"degree", set.degree}, {"surfaces", surfaces}});
@@ -103,7 +103,7 @@ Json smoothed_json(const MotionModel& model)
 }
 
 // Largest share over all cells of the contact force along Delta that a compartment carries.
-Json largest_share(const ForceRows& forces, Compartment compartment)
+Json largest_share(const store::ForceRows& forces, Compartment compartment)
 {
   Range range;
   for (std::size_t cell = 0; cell + 1 < forces.row_start.size(); ++cell) {
@@ -119,10 +119,10 @@ Json largest_share(const ForceRows& forces, Compartment compartment)
   return range.largest;
 }
 
-Json equilibrium_json(const MotionModel& model)
+Json equilibrium_json(const store::MotionModel& model)
 {
   if (!model.equilibrium) return {};
-  const EquilibriumSurfaces& e = *model.equilibrium;
+  const store::EquilibriumSurfaces& e = *model.equilibrium;
   const auto n_several =
       std::count_if(e.spine.n_optima.begin(), e.spine.n_optima.end(), [](std::int32_t n) { return n > 1; });
   return {{"worst_gap_mm", range_json(e.worst_gap_mm)["min"]},
@@ -134,9 +134,9 @@ Json equilibrium_json(const MotionModel& model)
 }
 
 // For free varus reports the range of solved angles; the grid then has a single column.
-Json grid_json(const MotionModel& model)
+Json grid_json(const store::MotionModel& model)
 {
-  const bool is_varus_free = Motion(model, "raw").is_varus_free();
+  const bool is_varus_free = motion::Motion(model, "raw").is_varus_free();
   const auto axis = [](const std::vector<double>& values) {
     return Json{values.front(), values.back(), values.size()};
   };
@@ -146,19 +146,20 @@ Json grid_json(const MotionModel& model)
           {"varus_found_deg", is_varus_free ? range_json(model.varus_solved_deg) : Json()}};
 }
 
-Json summary_of(const MotionModel& model)
+Json summary_of(const store::MotionModel& model)
 {
-  const AuditFigures measured = figures_of(audit(model, "raw", 1, threads_or_all(0)));
+  const audit::AuditFigures measured =
+      audit::figures_of(audit::audit(model, "raw", 1, job_run::thread_count_or_all(0)));
   const auto n_stable = (model.status == status_stable).count();
   const bool has_gap = n_stable > 0 && measured.n_nothing_ahead == 0;
   Json statuses = Json::object();
-  for (const auto& [name, n] : cells_by_status(model)) statuses[name] = n;
+  for (const auto& [name, n] : job_run::cells_by_status(model)) statuses[name] = n;
   return {{"title", model.title},
           {"joint", model.joint},
           {"side", model.side},
           {"method", model.method},
           {"grid", grid_json(model)},
-          {"scaling", scaling_json(model.job.scaling)},
+          {"scaling", job_run::scaling_json(model.job.scaling)},
           {"status", statuses},
           {"triangles",
            {{"reference", model.reference.contact.mesh.triangles.rows()},
@@ -208,7 +209,7 @@ void print_varus(const Json& grid)
               short_text(found["max"]).c_str());
 }
 
-void print_equilibrium(const MotionModel& model, const Json& s)
+void print_equilibrium(const store::MotionModel& model, const Json& s)
 {
   if (!model.equilibrium) return;
   const Json& e = s["equilibrium"];
@@ -223,28 +224,28 @@ void print_equilibrium(const MotionModel& model, const Json& s)
   std::printf("  flexions with several optima: %d\n", e["flexions_with_several_optima"].get<int>());
 }
 
-void print_doubtful(const MotionModel& model)
+void print_doubtful(const store::MotionModel& model)
 {
-  if (doubtful_cells(model).empty()) return;
-  std::printf("of the stable attitudes: %s\n", plausibility_line(model).c_str());
+  if (job_run::doubtful_cells(model).empty()) return;
+  std::printf("of the stable attitudes: %s\n", job_run::plausibility_line(model).c_str());
   for (const Plausibility plausibility : doubtful_plausibilities) {
     if ((model.plausibility == static_cast<std::int8_t>(plausibility)).any())
       std::printf("  %s: %s\n", name_of(plausibility), meaning_of(plausibility));
   }
 }
 
-void print(const MotionModel& model, const Json& s)
+void print(const store::MotionModel& model, const Json& s)
 {
   std::printf("%s: %s, %s side, %s\n", model.title.c_str(), model.joint.c_str(), model.side.c_str(),
               model.method.c_str());
-  print_scaling(s["scaling"]);
+  job_run::print_scaling(s["scaling"]);
   if (!s["scaling"].is_null()) {
     std::printf("  steps solved %s\n",
                 s["scaling"]["keeps_steps"].get<bool>() ? "at factor 1, then scaled" : "at this size");
   }
   print_extent("flexion", s["grid"]["flexion_deg"]);
   print_varus(s["grid"]);
-  std::printf("%s\n", status_line(model).c_str());
+  std::printf("%s\n", job_run::status_line(model).c_str());
   for (const StepStatus status : all_step_statuses) {
     const auto n = (model.status == static_cast<std::int8_t>(status)).count();
     if (status != StepStatus::stable && n > 0) {
@@ -284,30 +285,30 @@ void print(const MotionModel& model, const Json& s)
 
 }  // namespace
 
-ExitCode info_command(const InfoOptions& options)
+console::ExitCode info_command(const InfoOptions& options)
 {
-  const MotionModel model = read_motion_model(options.file);
+  const store::MotionModel model = store::read_motion_model(options.file);
   const Json summary = summary_of(model);
   if (options.as_json) {
     std::printf("%s\n", summary.dump(2).c_str());
   } else {
     print(model, summary);
   }
-  return ExitCode::done;
+  return console::ExitCode::done;
 }
 
-ExitCode validate_command(const InfoOptions& options)
+console::ExitCode validate_command(const InfoOptions& options)
 {
-  const std::vector<Finding> findings = validate_hdf5(options.file);
+  const std::vector<store::Finding> findings = store::validate_hdf5(options.file);
   Json list = Json::array();
-  for (const Finding& f : findings) {
+  for (const store::Finding& f : findings) {
     list.push_back({{"where", f.where}, {"found", f.found}, {"wanted", f.wanted}});
     // Formatted like an error: one printable line, whatever the file contains.
     if (!options.as_json) std::puts(InputError({options.file, f.where, f.found, f.wanted}).what());
   }
   if (options.as_json) std::printf("%s\n", list.dump(2).c_str());
-  if (findings.empty()) say(options.file + ": valid");
-  return findings.empty() ? ExitCode::done : ExitCode::bad_input;
+  if (findings.empty()) console::log_info(options.file + ": valid");
+  return findings.empty() ? console::ExitCode::done : console::ExitCode::bad_input;
 }
 
-}  // namespace vrda
+}  // namespace vrda::app

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "compare/compare.hpp"
+#include "console/console.hpp"
 #include "store/trace.hpp"
-#include "talk/talk.hpp"
 
-namespace vrda {
+namespace vrda::app {
 
 struct InfoOptions {
   std::string file;
@@ -17,9 +17,9 @@ struct InfoOptions {
 };
 
 /// Measures gaps and penetrations again from the file's meshes and poses at every attitude.
-ExitCode info_command(const InfoOptions& options);
+console::ExitCode info_command(const InfoOptions& options);
 
-ExitCode validate_command(const InfoOptions& options);
+console::ExitCode validate_command(const InfoOptions& options);
 
 /// `vrda audit`: measures gap and penetration of the motions in a motion model.
 struct AuditOptions {
@@ -31,16 +31,16 @@ struct AuditOptions {
 };
 
 /// Writes /audit/SET into the file and replaces an existing one.
-ExitCode audit_command(const AuditOptions& options);
+console::ExitCode audit_command(const AuditOptions& options);
 
 /// One row per degree: lengths of the translation vector, angles per surface. Ends with a line feed.
-std::string table_of(const Comparison& comparison);
+std::string comparison_table(const compare::Comparison& comparison);
 
 /// Formats the recommendation as a sentence.
-std::string sentence_of(const Recommendation& recommendation);
+std::string recommendation_text(const compare::Recommendation& recommendation);
 
 /// All measures of each degree; a value that is not a number is null.
-nlohmann::ordered_json json_of(const Comparison& comparison);
+nlohmann::ordered_json json_of(const compare::Comparison& comparison);
 
 /// `vrda compare`: compares smoothing degrees and recommends one.
 struct CompareCommandOptions {
@@ -54,10 +54,10 @@ struct CompareCommandOptions {
 };
 
 /// Parses degrees; returns them ascending and without duplicates. Throws InputError naming --degrees.
-std::vector<int> degrees_of(const std::string& text);
+std::vector<int> parse_degrees(const std::string& text);
 
 /// Prints one row per degree and the recommendation. Does not change the file.
-ExitCode compare_command(const CompareCommandOptions& options);
+console::ExitCode compare_command(const CompareCommandOptions& options);
 
 /// `vrda reduce`: adds the flexion-only motion to a motion model and prints it.
 struct ReduceOptions {
@@ -69,7 +69,7 @@ struct ReduceOptions {
 /// Replaces an existing zero-varus motion, and drops its audit if the poses differ. Throws InputError, with
 /// the file unchanged, for a joint without compartments and with given varus, for a set that is missing from
 /// the file, and if no flexion can be reduced.
-ExitCode reduce_command(const ReduceOptions& options);
+console::ExitCode reduce_command(const ReduceOptions& options);
 
 /// `vrda smooth`: adds a smoothed set to a motion model.
 struct SmoothCommandOptions {
@@ -82,17 +82,17 @@ struct SmoothCommandOptions {
 };
 
 /// Writes /smoothed/degree_N and replaces an existing one. Drops audits of a changed set.
-ExitCode smooth_command(const SmoothCommandOptions& options);
+console::ExitCode smooth_command(const SmoothCommandOptions& options);
 
 /// `vrda trace`: summarises the searches of a trace.
 struct TraceOptions {
   std::string file;
-  AttitudeFilter filter;
+  store::AttitudeFilter filter;
   bool contact_only = false;  ///< omit moves that are not in contact
   bool as_csv = false;
   bool as_json = false;
 };
 
-ExitCode trace_command(const TraceOptions& options);
+console::ExitCode trace_command(const TraceOptions& options);
 
-}  // namespace vrda
+}  // namespace vrda::app

@@ -7,7 +7,7 @@
 
 #include "cluster/jobs.hpp"
 
-namespace vrda {
+namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -27,11 +27,11 @@ struct ShardCost {
   double processor_s = 0.0;  ///< including loading
 };
 
-ShardCost cost_of_shard(const PlannedCase& planned, const Shard& shard)
+ShardCost cost_of_shard(const PlannedCase& planned, const journal::Shard& shard)
 {
-  SweepPlan plan = planned.plan;
-  plan.rows = rows_of(shard, static_cast<std::int32_t>(plan.flexion_rad.size()));
-  const CaseCost cost = cost_of(planned.size, step_counts(plan));
+  sweep::SweepPlan plan = planned.plan;
+  plan.rows = cluster::rows_of(shard, static_cast<std::int32_t>(plan.flexion_rad.size()));
+  const cluster::CaseCost cost = cluster::cost_of(planned.size, cluster::step_counts(plan));
   const auto n_rows = static_cast<std::int64_t>(plan.rows->size());
   return {n_rows, n_rows * planned.size.n_varus, cost.load_s + cost.rows_s};
 }
@@ -105,7 +105,7 @@ Totals totals_of(const std::vector<PlannedCase>& cases, int n_shards)
   return totals;
 }
 
-Json command_of(const CaseSpec& spec)
+Json command_of(const cluster::CaseSpec& spec)
 {
   Json words = {"vrda", "run", spec.job_file};
   if (!spec.data_directory.empty()) words.insert(words.end(), {"--data", spec.data_directory});
@@ -113,12 +113,12 @@ Json command_of(const CaseSpec& spec)
   return words;
 }
 
-Json case_json(const Campaign& campaign, const PlannedCase& planned, int n_shards)
+Json case_json(const cluster::Campaign& campaign, const PlannedCase& planned, int n_shards)
 {
   Json levels = Json::object();
   for (std::size_t a = 0; a < campaign.axes.size(); ++a)
     levels[campaign.axes[a]] = planned.campaign_case.levels[a];
-  const CaseCost& cost = planned.cost;
+  const cluster::CaseCost& cost = planned.cost;
   Json result = {
       {"name", planned.campaign_case.spec.name},
       {"levels", levels},
@@ -152,7 +152,7 @@ Json case_json(const Campaign& campaign, const PlannedCase& planned, int n_shard
   return result;
 }
 
-Json plan_json(const Campaign& campaign, const std::vector<PlannedCase>& cases, int n_shards)
+Json plan_json(const cluster::Campaign& campaign, const std::vector<PlannedCase>& cases, int n_shards)
 {
   const Totals totals = totals_of(cases, n_shards);
   Json list = Json::array();
@@ -169,7 +169,7 @@ Json plan_json(const Campaign& campaign, const std::vector<PlannedCase>& cases, 
             {"largest_memory_bytes", totals.largest_memory},
             {"journal_bytes", totals.journal_bytes},
             {"model_bytes", totals.model_bytes}}},
-          {"estimate_is_within_a_factor_of", cost_spread}};
+          {"estimate_is_within_a_factor_of", cluster::cost_spread}};
 }
 
 void print_case(const PlannedCase& planned, int n_shards, int name_width)
@@ -223,15 +223,17 @@ void warn_of_large_spines(const std::vector<PlannedCase>& cases, int n_shards)
   if (n == 0 || n_shards == 1) return;
   const std::string of =
       cases.size() == 1 ? "" : " in " + std::to_string(n) + " of " + std::to_string(cases.size()) + " cases";
-  warn("--shards: most of the work is the spine" + of +
-       ", which one task solves before all shards: use more --cpus for its restarts, not more shards");
+  console::log_warning(
+      "--shards: most of the work is the spine" + of +
+      ", which one task solves before all shards: use more --cpus for its restarts, not more shards");
 }
 
 void warn_of_duplicates(const std::vector<PlannedCase>& cases)
 {
   for (const PlannedCase& planned : cases) {
     if (planned.same_as.empty()) continue;
-    warn("case " + planned.campaign_case.spec.name + " gives the same motion as " + planned.same_as);
+    console::log_warning("case " + planned.campaign_case.spec.name + " gives the same motion as " +
+                         planned.same_as);
   }
 }
 
@@ -242,12 +244,13 @@ void report_shared_steps(const std::vector<PlannedCase>& cases)
   const auto n = std::count_if(cases.begin(), cases.end(), is_scaled);
   if (n == 0) return;
   const PlannedCase& first = *std::find_if(cases.begin(), cases.end(), is_scaled);
-  say(std::to_string(n) + " of " + std::to_string(cases.size()) +
-      " cases differ from another case only in scaling, such as " + first.campaign_case.spec.name + " from " +
-      first.same_steps_as + ": vrda merge --job of one accepts the journals of the other");
+  console::log_info(std::to_string(n) + " of " + std::to_string(cases.size()) +
+                    " cases differ from another case only in scaling, such as " +
+                    first.campaign_case.spec.name + " from " + first.same_steps_as +
+                    ": vrda merge --job of one accepts the journals of the other");
 }
 
-void print(const Campaign& campaign, const std::vector<PlannedCase>& cases, int n_shards)
+void print(const cluster::Campaign& campaign, const std::vector<PlannedCase>& cases, int n_shards)
 {
   if (!campaign.title.empty()) std::printf("%s\n", campaign.title.c_str());
   print_cases(cases, n_shards);
@@ -264,9 +267,10 @@ void print(const Campaign& campaign, const std::vector<PlannedCase>& cases, int 
 
 }  // namespace
 
-ExitCode plan_command(const PlanOptions& options)
+console::ExitCode plan_command(const PlanOptions& options)
 {
-  const Campaign campaign = campaign_of(options.job_file, options.data_directory, options.overrides);
+  const cluster::Campaign campaign =
+      cluster::campaign_of(options.job_file, options.data_directory, options.overrides);
   const std::vector<PlannedCase> cases = planned_cases(campaign);
   warn_of_duplicates(cases);
   report_shared_steps(cases);
@@ -276,7 +280,7 @@ ExitCode plan_command(const PlanOptions& options)
   } else {
     print(campaign, cases, options.n_shards);
   }
-  return ExitCode::done;
+  return console::ExitCode::done;
 }
 
-}  // namespace vrda
+}  // namespace vrda::app

@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
+#include "job_run/run_output.hpp"
 #include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
-#include "run/run_output.hpp"
 #include "store/motion_model_file.hpp"
 
-namespace vrda {
+namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 /// Columns of the table; their headings are `name` + each of `parts` + `unit`.
 struct Column {
   const char* name;
-  std::vector<double> ZeroVarus::*values;
+  std::vector<double> store::ZeroVarus::*values;
   std::vector<const char*> parts;  ///< e.g. _x, _y, _z; one empty text for a single number
   const char* unit;
 };
@@ -28,60 +28,61 @@ struct Column {
 const std::vector<const char*> single{""}, xyz{"_x", "_y", "_z"};
 
 const std::vector<Column> flexion_columns{
-    {"varus", &ZeroVarus::varus_deg, single, "_deg"},
-    {"varus_first", &ZeroVarus::varus_first_deg, single, "_deg"},
-    {"varus_last", &ZeroVarus::varus_last_deg, single, "_deg"},
-    {"tx", &ZeroVarus::tx_mm, single, "_mm"},
-    {"ty", &ZeroVarus::ty_mm, single, "_mm"},
-    {"tz", &ZeroVarus::tz_mm, single, "_mm"},
-    {"theta", &ZeroVarus::theta_deg, single, "_deg"},
-    {"clinical_flexion", &ZeroVarus::clinical_flexion_deg, single, "_deg"},
-    {"clinical_varus", &ZeroVarus::clinical_varus_deg, single, "_deg"},
-    {"internal_rotation", &ZeroVarus::internal_rotation_deg, single, "_deg"},
-    {"anterior", &ZeroVarus::anterior_mm, single, "_mm"},
-    {"proximal", &ZeroVarus::proximal_mm, single, "_mm"},
-    {"lateral", &ZeroVarus::lateral_mm, single, "_mm"},
-    {"medial_reference", &ZeroVarus::medial_reference_mm, xyz, "_mm"},
-    {"medial_moving", &ZeroVarus::medial_moving_mm, xyz, "_mm"},
-    {"lateral_reference", &ZeroVarus::lateral_reference_mm, xyz, "_mm"},
-    {"lateral_moving", &ZeroVarus::lateral_moving_mm, xyz, "_mm"}};
+    {"varus", &store::ZeroVarus::varus_deg, single, "_deg"},
+    {"varus_first", &store::ZeroVarus::varus_first_deg, single, "_deg"},
+    {"varus_last", &store::ZeroVarus::varus_last_deg, single, "_deg"},
+    {"tx", &store::ZeroVarus::tx_mm, single, "_mm"},
+    {"ty", &store::ZeroVarus::ty_mm, single, "_mm"},
+    {"tz", &store::ZeroVarus::tz_mm, single, "_mm"},
+    {"theta", &store::ZeroVarus::theta_deg, single, "_deg"},
+    {"clinical_flexion", &store::ZeroVarus::clinical_flexion_deg, single, "_deg"},
+    {"clinical_varus", &store::ZeroVarus::clinical_varus_deg, single, "_deg"},
+    {"internal_rotation", &store::ZeroVarus::internal_rotation_deg, single, "_deg"},
+    {"anterior", &store::ZeroVarus::anterior_mm, single, "_mm"},
+    {"proximal", &store::ZeroVarus::proximal_mm, single, "_mm"},
+    {"lateral", &store::ZeroVarus::lateral_mm, single, "_mm"},
+    {"medial_reference", &store::ZeroVarus::medial_reference_mm, xyz, "_mm"},
+    {"medial_moving", &store::ZeroVarus::medial_moving_mm, xyz, "_mm"},
+    {"lateral_reference", &store::ZeroVarus::lateral_reference_mm, xyz, "_mm"},
+    {"lateral_moving", &store::ZeroVarus::lateral_moving_mm, xyz, "_mm"}};
 
 /// Values of the step from the row's flexion to the next one.
 const std::vector<Column> step_columns{
-    {"helical_rotation", &ZeroVarus::helical_rotation_deg, single, "_deg"},
-    {"helical_translation", &ZeroVarus::helical_translation_mm, single, "_mm"},
-    {"helical_direction", &ZeroVarus::helical_direction, xyz, ""},
-    {"helical_point", &ZeroVarus::helical_point_mm, xyz, "_mm"},
-    {"instant_centre", &ZeroVarus::instant_centre_mm, {"_anterior", "_proximal"}, "_mm"},
-    {"medial_rolling", &ZeroVarus::medial_rolling_mm, single, "_mm"},
-    {"medial_sliding", &ZeroVarus::medial_sliding_mm, single, "_mm"},
-    {"lateral_rolling", &ZeroVarus::lateral_rolling_mm, single, "_mm"},
-    {"lateral_sliding", &ZeroVarus::lateral_sliding_mm, single, "_mm"}};
+    {"helical_rotation", &store::ZeroVarus::helical_rotation_deg, single, "_deg"},
+    {"helical_translation", &store::ZeroVarus::helical_translation_mm, single, "_mm"},
+    {"helical_direction", &store::ZeroVarus::helical_direction, xyz, ""},
+    {"helical_point", &store::ZeroVarus::helical_point_mm, xyz, "_mm"},
+    {"instant_centre", &store::ZeroVarus::instant_centre_mm, {"_anterior", "_proximal"}, "_mm"},
+    {"medial_rolling", &store::ZeroVarus::medial_rolling_mm, single, "_mm"},
+    {"medial_sliding", &store::ZeroVarus::medial_sliding_mm, single, "_mm"},
+    {"lateral_rolling", &store::ZeroVarus::lateral_rolling_mm, single, "_mm"},
+    {"lateral_sliding", &store::ZeroVarus::lateral_sliding_mm, single, "_mm"}};
 
-constexpr ZeroVarusSource all_sources[] = {ZeroVarusSource::none, ZeroVarusSource::both_touch,
-                                           ZeroVarusSource::interpolated, ZeroVarusSource::free};
+constexpr store::ZeroVarusSource all_sources[] = {
+    store::ZeroVarusSource::none, store::ZeroVarusSource::both_touch, store::ZeroVarusSource::interpolated,
+    store::ZeroVarusSource::free};
 
-const char* name_of(ZeroVarusSource source)
+const char* name_of(store::ZeroVarusSource source)
 {
   switch (source) {
-    case ZeroVarusSource::none:
+    case store::ZeroVarusSource::none:
       return "none";
-    case ZeroVarusSource::both_touch:
+    case store::ZeroVarusSource::both_touch:
       return "both_touch";
-    case ZeroVarusSource::interpolated:
+    case store::ZeroVarusSource::interpolated:
       return "interpolated";
-    case ZeroVarusSource::free:
+    case store::ZeroVarusSource::free:
       return "free";
   }
   throw InternalError("a source of varus has a name");
 }
 
-const char* source_name(const ZeroVarus& z, std::size_t i)
+const char* source_name(const store::ZeroVarus& z, std::size_t i)
 {
-  return name_of(static_cast<ZeroVarusSource>(z.source[i]));
+  return name_of(static_cast<store::ZeroVarusSource>(z.source[i]));
 }
 
-void add_json(Json& row, const ZeroVarus& z, const std::vector<Column>& columns, std::size_t i)
+void add_json(Json& row, const store::ZeroVarus& z, const std::vector<Column>& columns, std::size_t i)
 {
   for (const Column& c : columns) {
     const std::vector<double>& values = z.*c.values;
@@ -93,7 +94,7 @@ void add_json(Json& row, const ZeroVarus& z, const std::vector<Column>& columns,
   }
 }
 
-void print_json(const MotionModel& model, const ZeroVarus& z, const std::string& set)
+void print_json(const store::MotionModel& model, const store::ZeroVarus& z, const std::string& set)
 {
   Json flexions = Json::array(), steps = Json::array();
   for (std::size_t i = 0; i < z.source.size(); ++i) {
@@ -118,7 +119,7 @@ void print_names(const std::vector<Column>& columns)
 }
 
 /// Prints an empty field for an unknown value and beyond the last step.
-void print_numbers(const ZeroVarus& z, const std::vector<Column>& columns, std::size_t i)
+void print_numbers(const store::ZeroVarus& z, const std::vector<Column>& columns, std::size_t i)
 {
   for (const Column& c : columns) {
     const std::vector<double>& values = z.*c.values;
@@ -133,7 +134,7 @@ void print_numbers(const ZeroVarus& z, const std::vector<Column>& columns, std::
   }
 }
 
-void print_csv(const MotionModel& model, const ZeroVarus& z)
+void print_csv(const store::MotionModel& model, const store::ZeroVarus& z)
 {
   std::printf("flexion_deg,source");
   print_names(flexion_columns);
@@ -147,10 +148,10 @@ void print_csv(const MotionModel& model, const ZeroVarus& z)
   }
 }
 
-void require_set(const MotionModel& model, const ReduceOptions& options)
+void require_set(const store::MotionModel& model, const ReduceOptions& options)
 {
   std::string known;
-  for (const std::string& name : set_names(model)) {
+  for (const std::string& name : motion::set_names(model)) {
     if (name == "zero_varus") continue;
     if (name == options.set) return;
     known += (known.empty() ? "" : ", ") + name;
@@ -158,16 +159,16 @@ void require_set(const MotionModel& model, const ReduceOptions& options)
   throw InputError({options.file, "--set", "\"" + options.set + "\"", "a set of this file: " + known});
 }
 
-void require_reducible(const MotionModel& model, const std::string& file)
+void require_reducible(const store::MotionModel& model, const std::string& file)
 {
-  if (is_reducible(model)) return;
+  if (reduce::is_reducible(model)) return;
   throw InputError({file, "compartments", "no compartments with given varus",
                     "a medial and a lateral compartment in the job, or grid.varus = \"free\""});
 }
 
-void require_reduced(const ZeroVarus& z, const std::string& file)
+void require_reduced(const store::ZeroVarus& z, const std::string& file)
 {
-  if (n_reduced(z) > 0) return;
+  if (reduce::n_reduced_flexions(z) > 0) return;
   throw InputError(
       {file, "contact_medial, contact_lateral, gap_medial_mm, gap_lateral_mm",
        "no flexion with a pose where both compartments touch, or with two poses whose gap difference changes "
@@ -183,16 +184,16 @@ bool are_same(const std::vector<double>& a, const std::vector<double>& b)
 }
 
 /// An audit of replaced poses must not be read as an audit of the new ones.
-void drop_stale_audit(MotionModel& model, const ZeroVarus& z)
+void drop_stale_audit(store::MotionModel& model, const store::ZeroVarus& z)
 {
   if (model.zero_varus && are_same(model.zero_varus->X_reference_moving, z.X_reference_moving)) return;
-  std::erase_if(model.audits, [](const AuditSet& audit) { return audit.name == "zero_varus"; });
+  std::erase_if(model.audits, [](const store::AuditSet& audit) { return audit.name == "zero_varus"; });
 }
 
-std::string counts_line(const ZeroVarus& z)
+std::string counts_line(const store::ZeroVarus& z)
 {
   std::string line;
-  for (const ZeroVarusSource source : all_sources) {
+  for (const store::ZeroVarusSource source : all_sources) {
     const auto n = std::count(z.source.begin(), z.source.end(), static_cast<std::int8_t>(source));
     if (n > 0) line += (line.empty() ? "" : ", ") + std::to_string(n) + " " + name_of(source);
   }
@@ -201,26 +202,27 @@ std::string counts_line(const ZeroVarus& z)
 
 }  // namespace
 
-ExitCode reduce_command(const ReduceOptions& options)
+console::ExitCode reduce_command(const ReduceOptions& options)
 {
-  const std::optional<OutputLock> lock = locked_output(options.file, "vrda reduce");
-  if (!lock) return ExitCode::interrupted;
-  MotionModel model = read_motion_model(options.file);
+  const std::optional<OutputLock> lock = job_run::lock_output(options.file, "vrda reduce");
+  if (!lock) return console::ExitCode::interrupted;
+  store::MotionModel model = store::read_motion_model(options.file);
   require_set(model, options);
   require_reducible(model, options.file);
-  ZeroVarus z = reduce(model, options.set);
+  store::ZeroVarus z = reduce::reduce(model, options.set);
   require_reduced(z, options.file);
   drop_stale_audit(model, z);
   model.zero_varus = std::move(z);
-  write_motion_model(options.file, model);
-  say(options.file + ": zero-varus motion from " + options.set + ", " +
-      std::to_string(model.zero_varus->source.size()) + " flexions: " + counts_line(*model.zero_varus));
+  store::write_motion_model(options.file, model);
+  console::log_info(options.file + ": zero-varus motion from " + options.set + ", " +
+                    std::to_string(model.zero_varus->source.size()) +
+                    " flexions: " + counts_line(*model.zero_varus));
   if (options.as_json) {
     print_json(model, *model.zero_varus, options.set);
   } else {
     print_csv(model, *model.zero_varus);
   }
-  return ExitCode::done;
+  return console::ExitCode::done;
 }
 
-}  // namespace vrda
+}  // namespace vrda::app

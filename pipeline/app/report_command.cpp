@@ -17,17 +17,17 @@
 #include "audit/audit.hpp"
 #include "cluster/child.hpp"
 #include "compare/compare.hpp"
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "core/whole_file.hpp"
+#include "job_run/run_output.hpp"
+#include "job_run/summary.hpp"
 #include "load/file_bytes.hpp"
 #include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
 #include "report/report.hpp"
-#include "run/run_output.hpp"
-#include "run/summary.hpp"
 #include "smooth/smooth.hpp"
 
-namespace vrda {
+namespace vrda::app {
 namespace {
 
 namespace fs = std::filesystem;
@@ -84,7 +84,7 @@ std::optional<int> exit_code_of(std::vector<std::string> command)
   return WEXITSTATUS(status);
 }
 
-std::string flexion_range(const MotionModel& model)
+std::string flexion_range(const store::MotionModel& model)
 {
   const double first = model.flexion_deg.front(), last = model.flexion_deg.back();
   const double step = last > first ? (last - first) / n_steps : 1.0;
@@ -94,11 +94,11 @@ std::string flexion_range(const MotionModel& model)
 }
 
 // Splits "front_flexion_030.png" into view and label; an unparsed name becomes the label.
-Still still_of(const fs::path& file)
+report::RenderedImage still_of(const fs::path& file)
 {
   constexpr std::string_view between = "_flexion_";
   const std::string name = file.stem().string();
-  Still still;
+  report::RenderedImage still;
   const std::size_t at = name.find(between);
   still.view = name.substr(0, at);
   const std::string angle = at == std::string::npos ? "" : name.substr(at + between.size());
@@ -108,25 +108,25 @@ Still still_of(const fs::path& file)
   std::array<char, 48> text{};
   std::snprintf(text.data(), text.size(), "flexion %.4g°", degrees);
   still.label = is_number ? text.data() : name;
-  still.png = file_bytes(file.string(), {file.string(), "", "", "a picture"}, largest_png_bytes);
+  still.png = load::file_bytes(file.string(), {file.string(), "", "", "a picture"}, largest_png_bytes);
   return still;
 }
 
-std::vector<Still> stills_in(const fs::path& folder)
+std::vector<report::RenderedImage> stills_in(const fs::path& folder)
 {
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     if (entry.path().extension() == ".png") files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());
-  std::vector<Still> stills;
+  std::vector<report::RenderedImage> stills;
   for (const fs::path& file : files) stills.push_back(still_of(file));
   return stills;
 }
 
 }  // namespace
 
-std::string player_program(const std::string& player)
+std::string find_player(const std::string& player)
 {
   std::error_code error;
   if (!player.empty()) {
@@ -134,12 +134,13 @@ std::string player_program(const std::string& player)
       throw InputError({player, "--player", "no such program", "the path of vrda-player"});
     return fs::absolute(player).string();
   }
-  const fs::path own = own_program();
+  const fs::path own = cluster::own_program();
   const fs::path beside = own.parent_path() / "vrda-player";
   return !own.empty() && fs::is_regular_file(beside, error) ? beside.string() : "";
 }
 
-Stills player_stills(const std::string& player, const std::string& file, const MotionModel& model)
+report::RenderedImages render_images(const std::string& player, const std::string& file,
+                                     const store::MotionModel& model)
 {
   if (player.empty())
     return {{}, "No pictures: vrda-player is not in the folder of vrda; give its path with --player PATH."};
@@ -163,48 +164,49 @@ namespace {
 #endif
 
 // The audit at the grid's attitudes: from the file, otherwise measured now.
-AuditSet grid_audit(const MotionModel& model, const std::string& set)
+store::AuditSet grid_audit(const store::MotionModel& model, const std::string& set)
 {
-  for (const AuditSet& stored : model.audits) {
+  for (const store::AuditSet& stored : model.audits) {
     if (stored.name == set && stored.refine == 1) return stored;
   }
-  return audit(model, set, 1, threads_or_all(0));
+  return audit::audit(model, set, 1, job_run::thread_count_or_all(0));
 }
 
-RawExtremes raw_extremes(const MotionModel& model)
+report::RawExtremes raw_extremes(const store::MotionModel& model)
 {
-  const AuditFigures figures = figures_of(grid_audit(model, "raw"));
+  const audit::AuditFigures figures = audit::figures_of(grid_audit(model, "raw"));
   const double gap_mm =
       figures.n_nothing_ahead > 0 ? std::numeric_limits<double>::infinity() : figures.largest_gap.value_mm;
   return {figures.n_overlapping, figures.largest_penetration.value_mm, gap_mm};
 }
 
 // Empty if the solved cells cannot determine even degree 1.
-std::optional<Comparison> comparison_of(const MotionModel& model, const ReportOptions& options)
+std::optional<compare::Comparison> comparison_of(const store::MotionModel& model,
+                                                 const ReportOptions& options)
 {
-  if (largest_degree(smooth_input(model, options.files.front())) < 1) return std::nullopt;
-  CompareOptions compare_with;
+  if (smooth::largest_degree(smooth::smooth_input(model, options.files.front())) < 1) return std::nullopt;
+  compare::CompareOptions compare_with;
   compare_with.name = options.files.front();
   if (!options.is_quick) {
-    compare_with.audit = [](const MotionModel& smoothed, const std::string& set) {
-      return audit(smoothed, set, 1, threads_or_all(0));
+    compare_with.audit = [](const store::MotionModel& smoothed, const std::string& set) {
+      return audit::audit(smoothed, set, 1, job_run::thread_count_or_all(0));
     };
   }
-  return compare(model, compare_with);
+  return compare::compare(model, compare_with);
 }
 
 // Adds the audits that are missing from the file.
-void add_audits(MotionModel& model)
+void add_audits(store::MotionModel& model)
 {
-  for (const std::string& set : set_names(model)) {
+  for (const std::string& set : motion::set_names(model)) {
     const bool is_there = std::any_of(model.audits.begin(), model.audits.end(),
-                                      [&](const AuditSet& a) { return a.name == set; });
-    if (!is_there) model.audits.push_back(audit(model, set, 1, threads_or_all(0)));
+                                      [&](const store::AuditSet& a) { return a.name == set; });
+    if (!is_there) model.audits.push_back(audit::audit(model, set, 1, job_run::thread_count_or_all(0)));
   }
 }
 
 // Distinguishes files of the same name in different folders.
-std::string unique_name(const std::vector<ReportModel>& models, const std::string& file)
+std::string unique_name(const std::vector<report::ReportModel>& models, const std::string& file)
 {
   const std::string stem = std::filesystem::path(file).stem().string();
   std::string name = stem;
@@ -215,57 +217,57 @@ std::string unique_name(const std::vector<ReportModel>& models, const std::strin
 }
 
 // The report starts with the flexion-only motion; if the file has none, it is reduced from the raw cells.
-MotionModel reduced(MotionModel model)
+store::MotionModel reduced(store::MotionModel model)
 {
-  if (model.zero_varus || !is_reducible(model)) return model;
-  ZeroVarus zero_varus = reduce(model, "raw");
-  if (n_reduced(zero_varus) > 0) model.zero_varus = std::move(zero_varus);
+  if (model.zero_varus || !reduce::is_reducible(model)) return model;
+  store::ZeroVarus zero_varus = reduce::reduce(model, "raw");
+  if (reduce::n_reduced_flexions(zero_varus) > 0) model.zero_varus = std::move(zero_varus);
   return model;
 }
 
-std::vector<ReportModel> models_of(const ReportOptions& options)
+std::vector<report::ReportModel> models_of(const ReportOptions& options)
 {
-  std::vector<ReportModel> models;
+  std::vector<report::ReportModel> models;
   for (const std::string& file : options.files) {
-    ReportModel entry;
+    report::ReportModel entry;
     entry.name = unique_name(models, file);
-    entry.model = reduced(read_solved_model(file));
+    entry.model = reduced(job_run::read_solved_model(file));
     models.push_back(std::move(entry));
   }
   return models;
 }
 
-Report gathered(const ReportOptions& options)
+report::Report gathered(const ReportOptions& options)
 {
-  Report report;
+  report::Report report;
   report.program = "vrda " VRDA_VERSION;
   report.models = models_of(options);
-  for (const std::string& file : options.against) report.against.push_back(read_curve_file(file));
-  const std::string player = player_program(options.player);
-  for (ReportModel& entry : report.models) entry.raw = raw_extremes(entry.model);
+  for (const std::string& file : options.against) report.against.push_back(report::read_curve_file(file));
+  const std::string player = find_player(options.player);
+  for (report::ReportModel& entry : report.models) entry.raw = raw_extremes(entry.model);
   if (report.models.size() == 1) {
-    ReportModel& only = report.models.front();
+    report::ReportModel& only = report.models.front();
     only.comparison = comparison_of(only.model, options);
     if (!options.is_quick) add_audits(only.model);
-    only.stills = player_stills(player, options.files.front(), only.model);
-    if (!only.stills.note.empty()) warn(only.stills.note);
+    only.images = render_images(player, options.files.front(), only.model);
+    if (!only.images.note.empty()) console::log_warning(only.images.note);
   }
   return report;
 }
 
 }  // namespace
 
-ExitCode report_command(const ReportOptions& options)
+console::ExitCode report_command(const ReportOptions& options)
 {
-  const Report report = gathered(options);
-  for (const ReportModel& entry : report.models) {
-    for (const std::string& line : warnings_of(entry)) say(entry.name + ": " + line);
+  const report::Report report = gathered(options);
+  for (const report::ReportModel& entry : report.models) {
+    for (const std::string& line : report::warnings_of(entry)) console::log_info(entry.name + ": " + line);
   }
-  make_folder(options.folder);
+  job_run::make_folder(options.folder);
   const std::string file = (std::filesystem::path(options.folder) / "index.html").string();
-  write_whole(file, {report_page(report)});
-  std::printf("%s\n", options.as_json ? report_json(report).c_str() : file.c_str());
-  return ExitCode::done;
+  write_atomically(file, {report::report_page(report)});
+  std::printf("%s\n", options.as_json ? report::report_json(report).c_str() : file.c_str());
+  return console::ExitCode::done;
 }
 
-}  // namespace vrda
+}  // namespace vrda::app

@@ -8,24 +8,25 @@
 #include "app/model_commands.hpp"
 #include "audit/audit.hpp"
 #include "core/error.hpp"
+#include "job_run/run_output.hpp"
+#include "job_run/summary.hpp"
 #include "motion/poses.hpp"
-#include "run/run_output.hpp"
-#include "run/summary.hpp"
 #include "smooth/smooth.hpp"
 #include "store/motion_model_file.hpp"
 
-namespace vrda {
+namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
 // Reports the audits that were dropped with a changed set.
-void report_dropped_audits(const std::vector<AuditSet>& before, const std::vector<AuditSet>& after)
+void report_dropped_audits(const std::vector<store::AuditSet>& before,
+                           const std::vector<store::AuditSet>& after)
 {
-  for (const AuditSet& audit : before) {
+  for (const store::AuditSet& audit : before) {
     const bool is_there = std::any_of(after.begin(), after.end(),
-                                      [&](const AuditSet& other) { return other.name == audit.name; });
-    if (!is_there) say("dropped /audit/" + audit.name + ", which measured the replaced set");
+                                      [&](const store::AuditSet& other) { return other.name == audit.name; });
+    if (!is_there) console::log_info("dropped /audit/" + audit.name + ", which measured the replaced set");
   }
 }
 
@@ -34,7 +35,7 @@ struct Travels {
   double least_mm = 0.0, largest_mm = 0.0, rms_mm = 0.0;
 };
 
-Travels travels_of(const GridD& travel_mm)
+Travels travels_of(const store::GridD& travel_mm)
 {
   Travels t;
   Eigen::Index n = 0;
@@ -52,10 +53,10 @@ Travels travels_of(const GridD& travel_mm)
   return t;
 }
 
-Json json_of(const SmoothedSet& set)
+Json json_of(const store::SmoothedSet& set)
 {
   Json surfaces = Json::object();
-  for (const SmoothedSurface& s : set.surfaces) {
+  for (const store::SmoothedSurface& s : set.surfaces) {
     surfaces[s.name] = {{"rms", s.rms},
                         {"largest_residual", s.largest_residual},
                         {"leave_one_out_rms", s.leave_one_out_rms},
@@ -75,13 +76,13 @@ Json json_of(const SmoothedSet& set)
       {"degree", set.degree}, {"robust", set.is_robust}, {"surfaces", surfaces}, {"recontact", recontact}};
 }
 
-void print(const SmoothedSet& set)
+void print(const store::SmoothedSet& set)
 {
   std::printf("smoothed, degree %d: %d terms%s; mm and degrees\n", set.degree,
               static_cast<int>(set.exponents.rows()), set.is_robust ? ", robust" : "");
   std::printf("  %-6s %-10s %-10s %-14s %-6s %s\n", "", "RMS", "largest", "leave-one-out", "cells",
               "condition");
-  for (const SmoothedSurface& s : set.surfaces) {
+  for (const store::SmoothedSurface& s : set.surfaces) {
     std::printf("  %-6s %-10.4g %-10.4g %-14.4g %-6d %.3g\n", s.name.c_str(), s.rms, s.largest_residual,
                 s.leave_one_out_rms, s.n_cells, s.condition_number);
   }
@@ -95,33 +96,35 @@ void print(const SmoothedSet& set)
 
 }  // namespace
 
-ExitCode smooth_command(const SmoothCommandOptions& options)
+console::ExitCode smooth_command(const SmoothCommandOptions& options)
 {
-  const std::optional<OutputLock> lock = locked_output(options.file, "vrda smooth");
-  if (!lock) return ExitCode::interrupted;
-  MotionModel model = read_solved_model(options.file);
-  SmoothFit fit = smooth_fit(smooth_input(model, options.file), options.degree, {options.is_robust});
+  const std::optional<OutputLock> lock = job_run::lock_output(options.file, "vrda smooth");
+  if (!lock) return console::ExitCode::interrupted;
+  store::MotionModel model = job_run::read_solved_model(options.file);
+  smooth::SmoothFit fit =
+      smooth::smooth_fit(smooth::smooth_input(model, options.file), options.degree, {options.is_robust});
   if (std::find(fit.is_converged.begin(), fit.is_converged.end(), false) != fit.is_converged.end())
-    warn("the robust weights did not converge within the iteration limit");
-  SmoothedSet set = std::move(fit.set);
-  if (options.is_recontacted) set.recontact_mm = recontact(model, set, threads_or_all(options.n_threads));
-  const std::vector<AuditSet> audits = model.audits;
-  model = with_smoothed(std::move(model), set);
-  write_motion_model(options.file, model);
+    console::log_warning("the robust weights did not converge within the iteration limit");
+  store::SmoothedSet set = std::move(fit.set);
+  if (options.is_recontacted)
+    set.recontact_mm = audit::recontact(model, set, job_run::thread_count_or_all(options.n_threads));
+  const std::vector<store::AuditSet> audits = model.audits;
+  model = store::with_smoothed(std::move(model), set);
+  store::write_motion_model(options.file, model);
   report_dropped_audits(audits, model.audits);
   if (options.as_json) {
     std::printf("%s\n", json_of(set).dump(2).c_str());
   } else {
     print(set);
   }
-  return ExitCode::done;
+  return console::ExitCode::done;
 }
 
 namespace {
 
-std::vector<std::string> chosen_sets(const MotionModel& model, const AuditOptions& options)
+std::vector<std::string> chosen_sets(const store::MotionModel& model, const AuditOptions& options)
 {
-  const std::vector<std::string> names = set_names(model);
+  const std::vector<std::string> names = motion::set_names(model);
   if (options.set == "all") return names;
   if (std::find(names.begin(), names.end(), options.set) != names.end()) return {options.set};
   std::string wanted = "all";
@@ -129,15 +132,15 @@ std::vector<std::string> chosen_sets(const MotionModel& model, const AuditOption
   throw InputError({options.file, "--set", options.set, "one of " + wanted});
 }
 
-Json json_of(const AuditExtreme& extreme, int n)
+Json json_of(const audit::AuditExtreme& extreme, int n)
 {
   if (n == 0) return {};
   return {{"mm", extreme.value_mm}, {"flexion_deg", extreme.flexion_deg}, {"varus_deg", extreme.varus_deg}};
 }
 
-Json json_of(const AuditSet& set)
+Json json_of(const store::AuditSet& set)
 {
-  const AuditFigures f = figures_of(set);
+  const audit::AuditFigures f = audit::figures_of(set);
   const int n_free = f.n_poses - f.n_overlapping - f.n_nothing_ahead;
   return {{"set", set.name},
           {"refine", set.refine},
@@ -152,7 +155,7 @@ Json json_of(const AuditSet& set)
 }
 
 // "0.0123 at 45, -2.5", or a dash.
-std::string text_of(const AuditExtreme& extreme, int n)
+std::string text_of(const audit::AuditExtreme& extreme, int n)
 {
   if (n == 0) return "-";
   char text[96];
@@ -169,14 +172,14 @@ std::string mean_text(double mean_mm, int n)
   return text;
 }
 
-void print(const std::vector<AuditSet>& sets)
+void print(const std::vector<store::AuditSet>& sets)
 {
   constexpr const char* row = "%-22s %6s %8s %11s  %-24s %-10s %-24s %-10s %s\n";
   std::printf("lengths in mm along Delta, attitudes as flexion, varus in degrees\n");
   std::printf(row, "set", "refine", "poses", "overlapping", "largest penetration", "mean", "largest gap",
               "mean", "nothing ahead");
-  for (const AuditSet& set : sets) {
-    const AuditFigures f = figures_of(set);
+  for (const store::AuditSet& set : sets) {
+    const audit::AuditFigures f = audit::figures_of(set);
     const int n_free = f.n_poses - f.n_overlapping - f.n_nothing_ahead;
     std::printf(
         row, set.name.c_str(), std::to_string(set.refine).c_str(), std::to_string(f.n_poses).c_str(),
@@ -188,25 +191,26 @@ void print(const std::vector<AuditSet>& sets)
 
 }  // namespace
 
-ExitCode audit_command(const AuditOptions& options)
+console::ExitCode audit_command(const AuditOptions& options)
 {
-  const std::optional<OutputLock> lock = locked_output(options.file, "vrda audit");
-  if (!lock) return ExitCode::interrupted;
-  MotionModel model = read_solved_model(options.file);
-  std::vector<AuditSet> measured;
+  const std::optional<OutputLock> lock = job_run::lock_output(options.file, "vrda audit");
+  if (!lock) return console::ExitCode::interrupted;
+  store::MotionModel model = job_run::read_solved_model(options.file);
+  std::vector<store::AuditSet> measured;
   for (const std::string& set : chosen_sets(model, options)) {
-    measured.push_back(audit(model, set, options.refine, threads_or_all(options.n_threads)));
+    measured.push_back(
+        audit::audit(model, set, options.refine, job_run::thread_count_or_all(options.n_threads)));
   }
-  for (const AuditSet& set : measured) model.audits = with_audit(std::move(model.audits), set);
-  write_motion_model(options.file, model);
+  for (const store::AuditSet& set : measured) model.audits = store::with_audit(std::move(model.audits), set);
+  store::write_motion_model(options.file, model);
   if (!options.as_json) {
     print(measured);
-    return ExitCode::done;
+    return console::ExitCode::done;
   }
   Json list = Json::array();
-  for (const AuditSet& set : measured) list.push_back(json_of(set));
+  for (const store::AuditSet& set : measured) list.push_back(json_of(set));
   std::printf("%s\n", list.dump(2).c_str());
-  return ExitCode::done;
+  return console::ExitCode::done;
 }
 
-}  // namespace vrda
+}  // namespace vrda::app

@@ -8,11 +8,11 @@
 #include "cluster/local_run.hpp"
 #include "cluster/slurm.hpp"
 #include "cluster/slurm_scripts.hpp"
+#include "console/console.hpp"
 #include "core/error.hpp"
-#include "run/summary.hpp"
-#include "talk/talk.hpp"
+#include "job_run/summary.hpp"
 
-namespace vrda {
+namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -22,97 +22,101 @@ std::string dumped(const Json& json)
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 
-ExitCode run_here(const std::string& folder, const Submission& submission, const Work& work,
-                  const StartOptions& options)
+console::ExitCode run_here(const std::string& folder, const cluster::Submission& submission,
+                           const cluster::Work& work, const StartOptions& options)
 {
-  const int n_workers = threads_or_all(options.n_workers);
-  LocalOptions local;
+  const int n_workers = job_run::thread_count_or_all(options.n_workers);
+  cluster::LocalOptions local;
   local.n_workers = n_workers;
-  local.n_cpus = std::max({1, submission.slurm.cpus, threads_or_all(0) / n_workers});
-  local.is_stopped = is_interrupted;
-  local.tell = say;
-  watch_for_interrupts();
-  const LocalOutcome outcome =
-      run_locally(folder, submission, jobs_of_work(submission, work, no_limits), local);
+  local.n_cpus = std::max({1, submission.slurm.cpus, job_run::thread_count_or_all(0) / n_workers});
+  local.is_stop_requested = console::is_interrupted;
+  local.report = console::log_info;
+  console::install_signal_handlers();
+  const cluster::LocalOutcome outcome = cluster::run_locally(
+      folder, submission, cluster::jobs_of_work(submission, work, cluster::no_limits), local);
   if (options.as_json) {
     std::printf("%s\n", dumped({{"folder", folder},
                                 {"done", outcome.n_done},
                                 {"failed", outcome.n_failed},
-                                {"left_out", outcome.n_left_out},
+                                {"left_out", outcome.n_skipped},
                                 {"interrupted", outcome.is_interrupted}})
                             .c_str());
   } else {
     std::printf("%s\n", folder.c_str());
   }
   if (outcome.n_failed > 0) {
-    warn(std::to_string(outcome.n_failed) + " tasks failed; " + std::to_string(outcome.n_left_out) +
-         " tasks that depend on them did not start: see vrda status " + folder);
+    console::log_warning(std::to_string(outcome.n_failed) + " tasks failed; " +
+                         std::to_string(outcome.n_skipped) +
+                         " tasks that depend on them did not start: see vrda status " + folder);
   }
-  if (!outcome.is_interrupted) return static_cast<ExitCode>(outcome.worst_code);
-  say("interrupted; to resume: vrda resume " + folder + " --local");
-  return ExitCode::interrupted;
+  if (!outcome.is_interrupted) return static_cast<console::ExitCode>(outcome.worst_code);
+  console::log_info("interrupted; to resume: vrda resume " + folder + " --local");
+  return console::ExitCode::interrupted;
 }
 
-ExitCode print_plan(const std::string& folder, const Submission& submission, const Work& work)
+console::ExitCode print_plan(const std::string& folder, const cluster::Submission& submission,
+                             const cluster::Work& work)
 {
-  SlurmLimits limits;
+  cluster::SlurmLimits limits;
   try {
-    limits = ask_limits();
+    limits = cluster::query_limits();
   } catch (const InputError& error) {
-    warn(std::string(error.what()) + "; using Slurm's defaults");
+    console::log_warning(std::string(error.what()) + "; using Slurm's defaults");
   }
-  const std::vector<PlannedJob> jobs = jobs_of_work(submission, work, limits);
-  std::set<TaskKind> kinds;
-  for (const PlannedJob& job : jobs) kinds.insert(job.kind);
-  for (const TaskKind kind : kinds) {
-    std::printf("==> scripts/%s <==\n%s\n", script_name_of(kind).c_str(),
-                script_of(kind, folder, submission).c_str());
+  const std::vector<cluster::PlannedJob> jobs = cluster::jobs_of_work(submission, work, limits);
+  std::set<cluster::TaskKind> kinds;
+  for (const cluster::PlannedJob& job : jobs) kinds.insert(job.kind);
+  for (const cluster::TaskKind kind : kinds) {
+    std::printf("==> scripts/%s <==\n%s\n", cluster::script_name_of(kind).c_str(),
+                cluster::script_of(kind, folder, submission).c_str());
   }
-  std::printf("==> commands <==\n%s", sbatch_lines(folder, submission, jobs).c_str());
-  return ExitCode::done;
+  std::printf("==> commands <==\n%s", cluster::sbatch_lines(folder, submission, jobs).c_str());
+  return console::ExitCode::done;
 }
 
-void print_tasks(const Submission& submission, const Work& work)
+void print_tasks(const cluster::Submission& submission, const cluster::Work& work)
 {
-  for (const PlannedJob& job : jobs_of_work(submission, work, no_limits)) {
-    for (const TaskId& task : tasks_of(submission, job))
-      std::printf("%s\n", full_text_of(task, submission).c_str());
+  for (const cluster::PlannedJob& job : cluster::jobs_of_work(submission, work, cluster::no_limits)) {
+    for (const cluster::TaskId& task : cluster::tasks_of(submission, job))
+      std::printf("%s\n", cluster::full_text_of(task, submission).c_str());
   }
 }
 
-Json json_of(const Submission& submission, const SubmittedJob& submitted)
+Json json_of(const cluster::Submission& submission, const cluster::SubmittedJob& submitted)
 {
-  const PlannedJob& job = submitted.job;
-  const TaskId task{job.kind, job.case_number, 0};
-  const Json name = job.case_number < 0 ? Json() : Json(case_of(submission, task).spec.name);
+  const cluster::PlannedJob& job = submitted.job;
+  const cluster::TaskId task{job.kind, job.case_number, 0};
+  const Json name = job.case_number < 0 ? Json() : Json(cluster::case_of(submission, task).spec.name);
   return {{"id", submitted.id},
-          {"kind", name_of(job.kind)},
+          {"kind", cluster::name_of(job.kind)},
           {"case", name},
-          {"array", job.numbers.empty() ? Json() : Json(ranges_text(job.numbers))}};
+          {"array", job.numbers.empty() ? Json() : Json(cluster::ranges_text(job.numbers))}};
 }
 
 }  // namespace
 
-ExitCode start_tasks(const std::string& folder, const Submission& submission, const Work& work,
-                     const StartOptions& options)
+console::ExitCode start_tasks(const std::string& folder, const cluster::Submission& submission,
+                              const cluster::Work& work, const StartOptions& options)
 {
   if (options.is_dry && options.is_local) {
     print_tasks(submission, work);
-    return ExitCode::done;
+    return console::ExitCode::done;
   }
   if (options.is_dry) return print_plan(folder, submission, work);
   if (options.is_local) return run_here(folder, submission, work, options);
-  const std::vector<PlannedJob> jobs = jobs_of_work(submission, work, ask_limits());
-  write_scripts(folder, submission, jobs);
-  const std::vector<SubmittedJob> submitted = submit_jobs(folder, submission, jobs);
+  const std::vector<cluster::PlannedJob> jobs =
+      cluster::jobs_of_work(submission, work, cluster::query_limits());
+  cluster::write_scripts(folder, submission, jobs);
+  const std::vector<cluster::SubmittedJob> submitted = cluster::submit_jobs(folder, submission, jobs);
   if (!options.as_json) {
-    for (const std::string& line : lines_of(submission, submitted)) std::printf("%s\n", line.c_str());
-    return ExitCode::done;
+    for (const std::string& line : cluster::lines_of(submission, submitted))
+      std::printf("%s\n", line.c_str());
+    return console::ExitCode::done;
   }
   Json list = Json::array();
-  for (const SubmittedJob& job : submitted) list.push_back(json_of(submission, job));
+  for (const cluster::SubmittedJob& job : submitted) list.push_back(json_of(submission, job));
   std::printf("%s\n", dumped({{"folder", folder}, {"jobs", list}}).c_str());
-  return ExitCode::done;
+  return console::ExitCode::done;
 }
 
-}  // namespace vrda
+}  // namespace vrda::app

@@ -12,51 +12,52 @@
 #include "cluster/slurm_scripts.hpp"
 #include "cluster/status.hpp"
 #include "core/error.hpp"
+#include "job_run/run_output.hpp"
 #include "load/case.hpp"
 #include "load/job.hpp"
-#include "run/run_output.hpp"
 
-namespace vrda {
+namespace vrda::app {
 namespace {
 
 namespace fs = std::filesystem;
 
 std::string folder_of(const SubmitOptions& options)
 {
-  if (!options.folder.empty()) return absolute_folder(options.folder);
-  return absolute_folder((fs::path("results") / fs::path(options.job_file).stem()).string());
+  if (!options.folder.empty()) return cluster::absolute_folder(options.folder);
+  return cluster::absolute_folder((fs::path("results") / fs::path(options.job_file).stem()).string());
 }
 
 std::string program_for_tasks()
 {
-  const std::string program = own_program();
+  const std::string program = cluster::own_program();
   if (program.empty())
     throw InputError({"/proc/self/exe", "", "an unreadable link", "the path of this program"});
   return fs::absolute(program).lexically_normal().string();
 }
 
-Job job_of(const Campaign& campaign, const CampaignCase& one)
+load::Job job_of(const cluster::Campaign& campaign, const cluster::CampaignCase& one)
 {
   try {
-    return read_job(one.spec.job_file, one.spec.overrides);
+    return load::read_job(one.spec.job_file, one.spec.overrides);
   } catch (const InputError& error) {
-    throw fault_of_case(campaign, one, error);
+    throw cluster::error_of_case(campaign, one, error);
   }
 }
 
-Submission submission_of(const SubmitOptions& options)
+cluster::Submission submission_of(const SubmitOptions& options)
 {
-  const Campaign campaign = campaign_of(options.job_file, options.data_directory, options.overrides);
-  Submission submission;
+  const cluster::Campaign campaign =
+      cluster::campaign_of(options.job_file, options.data_directory, options.overrides);
+  cluster::Submission submission;
   submission.program = program_for_tasks();
   submission.title = campaign.title;
   submission.axes = campaign.axes;
   submission.n_shards = options.n_shards;
   submission.slurm = options.slurm;
   const bool is_single = campaign.axes.empty() && campaign.cases.size() == 1;
-  for (const CampaignCase& c : campaign.cases) {
-    const Job job = job_of(campaign, c);
-    SubmittedCase submitted;
+  for (const cluster::CampaignCase& c : campaign.cases) {
+    const load::Job job = job_of(campaign, c);
+    cluster::SubmittedCase submitted;
     submitted.spec = c.spec;
     submitted.levels = c.levels;
     submitted.output = (is_single ? "" : c.spec.name + "/") + c.spec.name + ".h5";
@@ -66,15 +67,15 @@ Submission submission_of(const SubmitOptions& options)
   }
   // Checks the meshes before the job is queued. For a campaign vrda plan checks every mesh.
   if (is_single) {
-    const CaseSpec& spec = submission.cases.front().spec;
-    load_case(spec.job_file, {spec.data_directory, spec.overrides});
+    const cluster::CaseSpec& spec = submission.cases.front().spec;
+    load::load_case(spec.job_file, {spec.data_directory, spec.overrides});
   }
   return submission;
 }
 
-void require_slurm_options(const SlurmOptions& slurm)
+void require_slurm_options(const cluster::SlurmOptions& slurm)
 {
-  require_sound(slurm);
+  cluster::require_valid_options(slurm);
   constexpr const char* alternative = ", or --local to run on this machine";
   if (slurm.time.empty())
     throw InputError(
@@ -85,24 +86,26 @@ void require_slurm_options(const SlurmOptions& slurm)
 }
 
 // A folder holds one submission, and only its models.
-void require_new(const std::string& folder, const Submission& submission)
+void require_new(const std::string& folder, const cluster::Submission& submission)
 {
-  if (fs::exists(submission_file_of(folder))) {
-    const bool is_same = read_submission(folder) == submission;
+  if (fs::exists(cluster::submission_file_of(folder))) {
+    const bool is_same = cluster::read_submission(folder) == submission;
     throw InputError({folder, "", is_same ? "the same submission" : "another submission",
                       is_same ? "vrda resume FOLDER" : "another folder (-o), or vrda resume FOLDER"});
   }
-  for (const SubmittedCase& c : submission.cases) {
-    if (!fs::exists(output_of(folder, c))) continue;
-    throw InputError({output_of(folder, c), "", "a motion model that does not belong to a submission",
+  for (const cluster::SubmittedCase& c : submission.cases) {
+    if (!fs::exists(cluster::output_of(folder, c))) continue;
+    throw InputError({cluster::output_of(folder, c), "",
+                      "a motion model that does not belong to a submission",
                       "another folder (-o), or this file moved away"});
   }
 }
 
 void make_folders(const std::string& folder)
 {
-  for (const std::string& one : {folder, scripts_of(folder), logs_of(folder), tasks_of(folder)})
-    make_folder(one);
+  for (const std::string& one :
+       {folder, cluster::scripts_of(folder), cluster::logs_of(folder), cluster::tasks_of(folder)})
+    job_run::make_folder(one);
 }
 
 // If Slurm accepted no job, the command can be repeated with other options.
@@ -112,30 +115,31 @@ void remove_submission(const std::string& folder)
   for (const char* name : {"submission.json", "submitted.jsonl", "submission.lock"}) {
     fs::remove(fs::path(folder) / name, ignored);
   }
-  fs::remove_all(scripts_of(folder), ignored);
-  for (const std::string& one : {logs_of(folder), tasks_of(folder), folder}) fs::remove(one, ignored);
+  fs::remove_all(cluster::scripts_of(folder), ignored);
+  for (const std::string& one : {cluster::logs_of(folder), cluster::tasks_of(folder), folder})
+    fs::remove(one, ignored);
 }
 
 }  // namespace
 
-ExitCode submit_command(const SubmitOptions& options)
+console::ExitCode submit_command(const SubmitOptions& options)
 {
   if (!options.is_local) require_slurm_options(options.slurm);
   const std::string folder = folder_of(options);
-  if (!options.is_local) require_log_folder(folder);
-  const Submission submission = submission_of(options);
-  const Work work = all_work(submission);
+  if (!options.is_local) cluster::require_log_folder(folder);
+  const cluster::Submission submission = submission_of(options);
+  const cluster::Work work = cluster::all_work(submission);
   const StartOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};
   require_new(folder, submission);
   if (options.is_dry) return start_tasks(folder, submission, work, how);
   make_folders(folder);
-  const OpenFile lock = locked_submission(folder);
+  const OpenFile lock = cluster::locked_submission(folder);
   require_new(folder, submission);
-  write_submission(folder, submission);
+  cluster::write_submission(folder, submission);
   try {
     return start_tasks(folder, submission, work, how);
   } catch (const InputError&) {
-    if (!options.is_local && read_submitted(folder).empty()) remove_submission(folder);
+    if (!options.is_local && cluster::read_submitted(folder).empty()) remove_submission(folder);
     throw;
   }
 }
@@ -147,7 +151,7 @@ void replace_if_given(std::string& old, const std::string& given)
   if (!given.empty()) old = given;
 }
 
-SlurmOptions changed(SlurmOptions slurm, const SlurmOptions& given)
+cluster::SlurmOptions changed(cluster::SlurmOptions slurm, const cluster::SlurmOptions& given)
 {
   replace_if_given(slurm.partition, given.partition);
   replace_if_given(slurm.time, given.time);
@@ -164,76 +168,84 @@ SlurmOptions changed(SlurmOptions slurm, const SlurmOptions& given)
 void say_reasons(const std::vector<std::string>& reasons)
 {
   constexpr std::size_t most = 20;
-  for (std::size_t k = 0; k < std::min(most, reasons.size()); ++k) say(reasons[k]);
-  if (reasons.size() > most) say("and " + std::to_string(reasons.size() - most) + " more: vrda status");
+  for (std::size_t k = 0; k < std::min(most, reasons.size()); ++k) console::log_info(reasons[k]);
+  if (reasons.size() > most)
+    console::log_info("and " + std::to_string(reasons.size() - most) + " more: vrda status");
 }
 
-void require_options(const ResumeOptions& options, const Submission& submission, const Missing& missing)
+void require_options(const ResumeOptions& options, const cluster::Submission& submission,
+                     const cluster::MissingWork& missing)
 {
   if (options.is_local) {
-    if (missing.n_under_way == 0) return;
-    throw InputError({"--local", "", std::to_string(missing.n_under_way) + " tasks in Slurm's queue",
+    if (missing.n_active == 0) return;
+    throw InputError({"--local", "", std::to_string(missing.n_active) + " tasks in Slurm's queue",
                       "vrda resume without --local, or scancel first"});
   }
-  require_log_folder(absolute_folder(options.folder));
-  require_sound(submission.slurm);
+  cluster::require_log_folder(cluster::absolute_folder(options.folder));
+  cluster::require_valid_options(submission.slurm);
   if (submission.slurm.time.empty()) {
     throw InputError({"--time", "", "nothing", "the time limit per task, or --local as before"});
   }
 }
 
 // The node whose launch failed may be repaired by now, or another node may start the task.
-void release_held(const SubmissionSnapshot& snapshot)
+void release_held(const cluster::SubmissionSnapshot& snapshot)
 {
   std::vector<std::string> held;
   for (const auto& [task, queue] : snapshot.slurm) {
     const bool is_new = std::find(held.begin(), held.end(), queue.job) == held.end();
-    if (is_new && is_held_after_failed_launch(queue.row)) held.push_back(queue.job);
+    if (is_new && cluster::is_held_after_failed_launch(queue.row)) held.push_back(queue.job);
   }
   if (held.empty()) return;
-  release_jobs(held);
-  for (const std::string& job : held) say(job + " is released: Slurm had held it because its launch failed");
+  cluster::release_jobs(held);
+  for (const std::string& job : held)
+    console::log_info(job + " is released: Slurm had held it because its launch failed");
 }
 
-ExitCode say_nothing_is_missing(const std::string& folder, const Missing& missing, bool as_json)
+console::ExitCode say_nothing_is_missing(const std::string& folder, const cluster::MissingWork& missing,
+                                         bool as_json)
 {
   if (as_json) {
     const nlohmann::ordered_json json = {{"folder", folder}, {"jobs", nlohmann::ordered_json::array()}};
     std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
   }
-  const std::string rest = missing.n_under_way == 0
+  const std::string rest = missing.n_active == 0
                                ? "all results are complete"
-                               : std::to_string(missing.n_under_way) + " tasks are queued or running";
-  say("nothing is missing: " + rest);
-  return ExitCode::done;
+                               : std::to_string(missing.n_active) + " tasks are queued or running";
+  console::log_info("nothing is missing: " + rest);
+  return console::ExitCode::done;
 }
 
 }  // namespace
 
-ExitCode resume_command(const ResumeOptions& options)
+console::ExitCode resume_command(const ResumeOptions& options)
 {
-  const std::string folder = absolute_folder(options.folder);
-  Submission submission = read_submission(folder);
-  const OpenFile lock = locked_submission(folder);
-  const SubmissionSnapshot snapshot = take_snapshot(folder, submission);
+  const std::string folder = cluster::absolute_folder(options.folder);
+  cluster::Submission submission = cluster::read_submission(folder);
+  const OpenFile lock = cluster::locked_submission(folder);
+  const cluster::SubmissionSnapshot snapshot = cluster::take_snapshot(folder, submission);
   if (!snapshot.remark.empty())
     throw InputError(
         {folder, "", "no state of its tasks from Slurm: " + snapshot.remark, "a reachable Slurm"});
   if (!options.is_local && !options.is_dry) release_held(snapshot);
-  const Missing missing = missing_of(folder, submission, status_of(folder, submission, snapshot), snapshot);
-  if (missing.work.is_nothing()) return say_nothing_is_missing(folder, missing, options.as_json);
-  const SlurmOptions slurm = changed(submission.slurm, options.slurm);
+  const cluster::MissingWork missing = cluster::find_missing_work(
+      folder, submission, cluster::status_of(folder, submission, snapshot), snapshot);
+  if (missing.work.is_empty()) return say_nothing_is_missing(folder, missing, options.as_json);
+  const cluster::SlurmOptions slurm = changed(submission.slurm, options.slurm);
   const bool is_changed = !(slurm == submission.slurm);
   submission.slurm = slurm;
   require_options(options, submission, missing);
-  if (options.slurm.cases_per_task > 0) require_same_span(snapshot.slurm, options.slurm.cases_per_task);
+  if (options.slurm.cases_per_task > 0)
+    cluster::require_same_cases_per_task(snapshot.slurm, options.slurm.cases_per_task);
   say_reasons(missing.reasons);
   const StartOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};
   if (options.is_dry) return start_tasks(folder, submission, missing.work, how);
-  for (const std::string& one : {scripts_of(folder), logs_of(folder), tasks_of(folder)}) make_folder(one);
-  if (is_changed) write_submission(folder, submission);
-  if (const auto fault = cancel_jobs(missing.to_cancel)) throw InputError(*fault);
+  for (const std::string& one :
+       {cluster::scripts_of(folder), cluster::logs_of(folder), cluster::tasks_of(folder)})
+    job_run::make_folder(one);
+  if (is_changed) cluster::write_submission(folder, submission);
+  if (const auto fault = cluster::cancel_jobs(missing.to_cancel)) throw InputError(*fault);
   return start_tasks(folder, submission, missing.work, how);
 }
 
-}  // namespace vrda
+}  // namespace vrda::app

@@ -8,7 +8,7 @@
 #include "core/step_record.hpp"
 #include "store/trace_file.hpp"
 
-namespace vrda {
+namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -22,7 +22,7 @@ struct Tally {
   int n_cycles = 0;
   int n_blocked = 0;  ///< trials
 
-  void add(const TraceMoves& moves, std::size_t m)
+  void add(const store::TraceMoves& moves, std::size_t m)
   {
     ++by_kind[static_cast<std::size_t>(moves.kind[m])];
     ++n_moves;
@@ -32,21 +32,21 @@ struct Tally {
   }
 };
 
-std::vector<std::size_t> chosen_moves(const Trace& trace, std::size_t search, bool contact_only)
+std::vector<std::size_t> chosen_moves(const store::Trace& trace, std::size_t search, bool contact_only)
 {
-  if (contact_only) return moves_in_contact(trace, search);
+  if (contact_only) return store::moves_in_contact(trace, search);
   std::vector<std::size_t> moves;
-  const MoveRange range = moves_of(trace, search);
+  const store::MoveRange range = store::moves_of(trace, search);
   for (std::size_t m = range.first; m < range.end; ++m) moves.push_back(m);
   return moves;
 }
 
-const char* node_name(const Trace& trace, std::size_t search)
+const char* node_name(const store::Trace& trace, std::size_t search)
 {
   return name_of(static_cast<StepKind>(trace.searches.node[search]));
 }
 
-const char* status_name(const Trace& trace, std::size_t search)
+const char* status_name(const store::Trace& trace, std::size_t search)
 {
   return name_of(static_cast<StepStatus>(trace.searches.status[search]));
 }
@@ -57,19 +57,19 @@ struct End {
 };
 
 // The pose after the last move; without moves the seed.
-End end_of(const Trace& trace, std::size_t search)
+End end_of(const store::Trace& trace, std::size_t search)
 {
-  const MoveRange range = moves_of(trace, search);
+  const store::MoveRange range = store::moves_of(trace, search);
   const bool has_moves = range.first < range.end;
-  const Points32& points = has_moves ? trace.moves.translation_mm : trace.searches.seed_translation_mm;
+  const store::Points32& points = has_moves ? trace.moves.translation_mm : trace.searches.seed_translation_mm;
   const auto row = static_cast<Eigen::Index>(has_moves ? range.end - 1 : search);
   return {{points(row, 0), points(row, 1), points(row, 2)},
           has_moves ? trace.moves.theta_deg[range.end - 1] : trace.searches.seed_theta_deg[search]};
 }
 
-int iterations_of(const Trace& trace, std::size_t search)
+int iterations_of(const store::Trace& trace, std::size_t search)
 {
-  const MoveRange range = moves_of(trace, search);
+  const store::MoveRange range = store::moves_of(trace, search);
   return range.first < range.end ? trace.moves.iteration[range.end - 1] : 0;
 }
 
@@ -85,7 +85,7 @@ Json json_of(const Tally& tally)
           {"blocked_trials", tally.n_blocked}};
 }
 
-Json json_of(const Trace& trace, std::size_t search, const Tally& tally)
+Json json_of(const store::Trace& trace, std::size_t search, const Tally& tally)
 {
   const End end = end_of(trace, search);
   Json json = {{"flexion_deg", trace.searches.flexion_deg[search]},
@@ -98,7 +98,7 @@ Json json_of(const Trace& trace, std::size_t search, const Tally& tally)
   return json;
 }
 
-void print_row(const Trace& trace, std::size_t search, const Tally& tally)
+void print_row(const store::Trace& trace, std::size_t search, const Tally& tally)
 {
   const End end = end_of(trace, search);
   std::printf("%8g %7g  %-11s %-15s %5d %6d", trace.searches.flexion_deg[search],
@@ -109,7 +109,8 @@ void print_row(const Trace& trace, std::size_t search, const Tally& tally)
               end.translation_mm[2], end.theta_deg);
 }
 
-void print_summary(const Trace& trace, const std::vector<std::size_t>& searches, const TraceOptions& options)
+void print_summary(const store::Trace& trace, const std::vector<std::size_t>& searches,
+                   const TraceOptions& options)
 {
   Json list = Json::array();
   Tally all;
@@ -140,12 +141,12 @@ void print_summary(const Trace& trace, const std::vector<std::size_t>& searches,
   std::printf("%s\n", summary.dump(2).c_str());
 }
 
-void print_csv(const Trace& trace, const std::vector<std::size_t>& searches, bool contact_only)
+void print_csv(const store::Trace& trace, const std::vector<std::size_t>& searches, bool contact_only)
 {
   std::printf(
       "flexion_deg,varus_deg,node,iteration,kind,x_mm,y_mm,z_mm,theta_deg,translation_step_mm,"
       "rotation_step_deg,collides,is_cycle,in_contact,contacts\n");
-  const TraceMoves& moves = trace.moves;
+  const store::TraceMoves& moves = trace.moves;
   for (const std::size_t s : searches) {
     for (const std::size_t m : chosen_moves(trace, s, contact_only)) {
       const auto row = static_cast<Eigen::Index>(m);
@@ -162,16 +163,16 @@ void print_csv(const Trace& trace, const std::vector<std::size_t>& searches, boo
 
 }  // namespace
 
-ExitCode trace_command(const TraceOptions& options)
+console::ExitCode trace_command(const TraceOptions& options)
 {
-  const Trace trace = read_trace(options.file);
-  const std::vector<std::size_t> searches = searches_at(trace, options.file, options.filter);
+  const store::Trace trace = store::read_trace(options.file);
+  const std::vector<std::size_t> searches = store::searches_at(trace, options.file, options.filter);
   if (options.as_csv) {
     print_csv(trace, searches, options.contact_only);
   } else {
     print_summary(trace, searches, options);
   }
-  return ExitCode::done;
+  return console::ExitCode::done;
 }
 
-}  // namespace vrda
+}  // namespace vrda::app

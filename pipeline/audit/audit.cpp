@@ -8,7 +8,7 @@
 #include "core/units.hpp"
 #include "solve/potential.hpp"
 
-namespace vrda {
+namespace vrda::audit {
 namespace {
 
 /// A pose to measure, if the motion has one at the attitude.
@@ -18,18 +18,18 @@ struct AuditPose {
   bool has_pose = false;
 };
 
-bool is_node(const AuditSet& out, Eigen::Index i, Eigen::Index j)
+bool is_node(const store::AuditSet& out, Eigen::Index i, Eigen::Index j)
 {
   return i % out.refine == 0 && j % out.refine == 0;
 }
 
-AuditPose pose_of(const Motion& motion, const Attitude& attitude)
+AuditPose pose_of(const motion::Motion& motion, const Attitude& attitude)
 {
-  const JointPose pose = motion.at(attitude);
-  return {pose.attitude, pose.X_reference_moving, pose.status == PoseStatus::solved};
+  const motion::JointPose pose = motion.at(attitude);
+  return {pose.attitude, pose.X_reference_moving, pose.status == motion::PoseStatus::solved};
 }
 
-AuditPose stored_pose(const MotionModel& model, Eigen::Index flexion, Eigen::Index varus)
+AuditPose stored_pose(const store::MotionModel& model, Eigen::Index flexion, Eigen::Index varus)
 {
   AuditPose pose;
   pose.has_pose = model.status(flexion, varus) == status_stable;
@@ -37,35 +37,35 @@ AuditPose stored_pose(const MotionModel& model, Eigen::Index flexion, Eigen::Ind
   pose.attitude = {rad_from_deg(model.flexion_deg[static_cast<std::size_t>(flexion)]),
                    rad_from_deg(model.varus_solved_deg(flexion, varus))};
   const auto cell = static_cast<std::size_t>(flexion * model.status.cols() + varus);
-  pose.X_reference_moving = pose_in(model.X_reference_moving, cell);
+  pose.X_reference_moving = store::pose_in(model.X_reference_moving, cell);
   return pose;
 }
 
-AuditPose pose_at(const MotionModel& model, const Motion& motion, const AuditSet& out, Eigen::Index i,
-                  Eigen::Index j)
+AuditPose pose_at(const store::MotionModel& model, const motion::Motion& motion, const store::AuditSet& out,
+                  Eigen::Index i, Eigen::Index j)
 {
   if (out.name == "raw" && is_node(out, i, j)) return stored_pose(model, i / out.refine, j / out.refine);
   return pose_of(motion, {rad_from_deg(out.flexion_deg[static_cast<std::size_t>(i)]),
                           rad_from_deg(out.varus_deg[static_cast<std::size_t>(j)])});
 }
 
-void set_state(AuditSet& out, Eigen::Index i, Eigen::Index j, const PoseAudit& found)
+void set_state(store::AuditSet& out, Eigen::Index i, Eigen::Index j, const PoseAudit& found)
 {
   out.penetration_mm(i, j) = found.penetration_mm;
-  AuditState state = AuditState::free;
+  store::AuditState state = store::AuditState::free;
   if (found.is_overlapping) {
-    state = AuditState::overlapping;
+    state = store::AuditState::overlapping;
   } else if (std::isinf(found.gap_mm)) {
-    state = AuditState::nothing_ahead;
+    state = store::AuditState::nothing_ahead;
   } else {
     out.gap_mm(i, j) = found.gap_mm;
   }
   out.state(i, j) = static_cast<std::int8_t>(state);
 }
 
-AuditSet unmeasured(const MotionModel& model, const std::string& set, int refine)
+store::AuditSet unmeasured(const store::MotionModel& model, const std::string& set, int refine)
 {
-  AuditSet out;
+  store::AuditSet out;
   out.name = set;
   out.refine = refine;
   const bool is_two_sided = set == "two_sided";
@@ -74,9 +74,9 @@ AuditSet unmeasured(const MotionModel& model, const std::string& set, int refine
       is_two_sided || set == "zero_varus" ? std::vector<double>{0.0} : refined(model.varus_deg, refine);
   const auto rows = static_cast<Eigen::Index>(out.flexion_deg.size());
   const auto columns = static_cast<Eigen::Index>(out.varus_deg.size());
-  out.state = GridB::Constant(rows, columns, static_cast<std::int8_t>(AuditState::no_pose));
-  out.gap_mm = GridD::Constant(rows, columns, nan);
-  out.penetration_mm = GridD::Constant(rows, columns, nan);
+  out.state = store::GridB::Constant(rows, columns, static_cast<std::int8_t>(store::AuditState::no_pose));
+  out.gap_mm = store::GridD::Constant(rows, columns, nan);
+  out.penetration_mm = store::GridD::Constant(rows, columns, nan);
   if (model.has_compartments) out.gap_medial_mm = out.gap_lateral_mm = out.penetration_mm;
   return out;
 }
@@ -88,16 +88,16 @@ void take_larger(AuditExtreme& extreme, const AuditExtreme& found)
 
 }  // namespace
 
-AuditSet audit(const MotionModel& model, const std::string& set, int refine, int n_threads)
+store::AuditSet audit(const store::MotionModel& model, const std::string& set, int refine, int n_threads)
 {
   check(refine >= 1, "an audit divides a cell into at least one part");
-  const Motion motion(model, set);
-  AuditSet out = unmeasured(model, set, refine);
+  const motion::Motion motion(model, set);
+  store::AuditSet out = unmeasured(model, set, refine);
   for_each_row(model, motion, out.flexion_deg, n_threads, [&](std::size_t row, PoseMeter& meter) {
     const auto i = static_cast<Eigen::Index>(row);
     for (Eigen::Index j = 0; j < out.state.cols(); ++j) {
       const AuditPose pose = pose_at(model, motion, out, i, j);
-      const Judge judge = is_node(out, i, j) ? Judge::narrow_phase : Judge::sweep;
+      const OverlapTest judge = is_node(out, i, j) ? OverlapTest::narrow_phase : OverlapTest::sweep;
       if (!pose.has_pose) continue;
       set_state(out, i, j, meter.measure(pose.attitude, pose.X_reference_moving, judge));
       if (!model.has_compartments) continue;
@@ -109,22 +109,22 @@ AuditSet audit(const MotionModel& model, const std::string& set, int refine, int
   return out;
 }
 
-AuditFigures figures_of(const AuditSet& audit)
+AuditFigures figures_of(const store::AuditSet& audit)
 {
   AuditFigures figures;
   int n_free = 0;
   for (Eigen::Index i = 0; i < audit.state.rows(); ++i) {
     for (Eigen::Index j = 0; j < audit.state.cols(); ++j) {
-      const auto state = static_cast<AuditState>(audit.state(i, j));
-      if (state == AuditState::no_pose) continue;
+      const auto state = static_cast<store::AuditState>(audit.state(i, j));
+      if (state == store::AuditState::no_pose) continue;
       ++figures.n_poses;
       const double flexion_deg = audit.flexion_deg[static_cast<std::size_t>(i)];
       const double varus_deg = audit.varus_deg[static_cast<std::size_t>(j)];
-      if (state == AuditState::overlapping) {
+      if (state == store::AuditState::overlapping) {
         ++figures.n_overlapping;
         figures.mean_penetration_mm += audit.penetration_mm(i, j);
         take_larger(figures.largest_penetration, {audit.penetration_mm(i, j), flexion_deg, varus_deg});
-      } else if (state == AuditState::nothing_ahead) {
+      } else if (state == store::AuditState::nothing_ahead) {
         ++figures.n_nothing_ahead;
       } else {
         ++n_free;
@@ -147,7 +147,7 @@ constexpr double range_resolutions = 4.0;
 // 1e-3 in the search (solve/stability_search.cpp).
 constexpr double level_slope = 1e-3;
 
-Loads loads_of(const MotionModel& model, Eigen::Index flexion, const SolverFrame& frame)
+Loads loads_of(const store::MotionModel& model, Eigen::Index flexion, const SolverFrame& frame)
 {
   Loads loads;
   loads.force_n = Eigen::Vector3d::UnitY();  // the only load of the stability search
@@ -177,31 +177,33 @@ std::vector<Vector5d> free_directions(bool is_varus_free)
 
 /// A configuration and its travel along Delta into contact.
 struct ContactTravel {
-  Place configuration;
+  solve::Configuration configuration;
   double travel_mm = 0.0;
 };
 
 /// Assesses the stable poses of one row of the grid.
 class RowAssessor {
  public:
-  RowAssessor(const MotionModel& model, Eigen::Index flexion, const Ligaments& canonical, PoseMeter& meter)
+  RowAssessor(const store::MotionModel& model, Eigen::Index flexion, const ligament::Ligaments& canonical,
+              PoseMeter& meter)
       : model_(model),
         flexion_(flexion),
         meter_(meter),
         resolution_mm_(model.contact_resolution_mm),
-        rotation_scale_(grip_of(meter.scene().moving.mesh)),
-        ligaments_(solver_ligaments(canonical, meter.scene().frame)),
+        rotation_scale_(solve::rotation_scale_of(meter.scene().moving.mesh)),
+        ligaments_(ligament::solver_ligaments(canonical, meter.scene().frame)),
         loads_(loads_of(model, flexion, meter.scene().frame)),
         forces_{ligaments_, loads_, rotation_scale_,
                 rad_from_deg(model.flexion_deg[static_cast<std::size_t>(flexion)])}
   {
   }
 
-  void assess(Eigen::Index varus, bool is_varus_free, PoseVerdicts& verdicts)
+  void assess(Eigen::Index varus, bool is_varus_free, PoseAssessment& verdicts)
   {
     const Attitude attitude{forces_.flexion_rad, rad_from_deg(model_.varus_solved_deg(flexion_, varus))};
     const std::size_t cell = static_cast<std::size_t>(flexion_ * model_.status.cols() + varus);
-    const PoseAudit found = meter_.measure(attitude, pose_in(model_.X_reference_moving, cell), Judge::sweep);
+    const PoseAudit found =
+        meter_.measure(attitude, store::pose_in(model_.X_reference_moving, cell), OverlapTest::sweep);
     verdicts.is_overlapping(flexion_, varus) = found.is_overlapping ? 1 : 0;
     if (found.is_overlapping) return;
     Plausibility plausibility = Plausibility::nothing_found;
@@ -225,11 +227,13 @@ class RowAssessor {
   {
     const std::optional<MovingPose> pose = meter_.solver_pose();
     if (!pose) return Plausibility::nothing_found;
-    const Place here = place_at(*pose, attitude.varus_rad, rotation_scale_);
+    const solve::Configuration here = solve::configuration_at(*pose, attitude.varus_rad, rotation_scale_);
     const ContactTravel start{here, gap_mm};
     for (const Vector5d& direction : free_directions(is_varus_free)) {
-      const ContactTravel one = contact_travel(moved(here, resolution_mm_ * direction, rotation_scale_));
-      const ContactTravel other = contact_travel(moved(here, -resolution_mm_ * direction, rotation_scale_));
+      const ContactTravel one =
+          contact_travel(solve::moved(here, resolution_mm_ * direction, rotation_scale_));
+      const ContactTravel other =
+          contact_travel(solve::moved(here, -resolution_mm_ * direction, rotation_scale_));
       const double furthest_mm = std::max(one.travel_mm, other.travel_mm);
       if (std::isfinite(furthest_mm) && is_lower_both_ways(start, one, other))
         return Plausibility::unstable_balance;
@@ -238,10 +242,10 @@ class RowAssessor {
     return Plausibility::nothing_found;
   }
 
-  ContactTravel contact_travel(const Place& configuration)
+  ContactTravel contact_travel(const solve::Configuration& configuration)
   {
     return {configuration, meter_.travel_near_mm({forces_.flexion_rad, configuration.varus_rad},
-                                                 pose_at(configuration, rotation_scale_),
+                                                 solve::pose_at(configuration, rotation_scale_),
                                                  range_resolutions * resolution_mm_)};
   }
 
@@ -258,29 +262,31 @@ class RowAssessor {
 
   double energy_nmm(const ContactTravel& travel) const
   {
-    Place configuration = travel.configuration;
+    solve::Configuration configuration = travel.configuration;
     configuration.pivot_mm.y() += travel.travel_mm;
-    return potential_at(forces_, configuration).energy_nmm;
+    return solve::potential_at(forces_, configuration).energy_nmm;
   }
 
-  const MotionModel& model_;
+  const store::MotionModel& model_;
   Eigen::Index flexion_;
   PoseMeter& meter_;
   double resolution_mm_;
-  Grip rotation_scale_;
-  Ligaments ligaments_;
+  solve::RotationScale rotation_scale_;
+  ligament::Ligaments ligaments_;
   Loads loads_;
-  Forces forces_;
+  solve::NonContactForces forces_;
 };
 
 }  // namespace
 
-PoseVerdicts pose_verdicts(const MotionModel& model, const Ligaments& ligaments, int n_threads)
+PoseAssessment assess_poses(const store::MotionModel& model, const ligament::Ligaments& ligaments,
+                            int n_threads)
 {
-  const Motion motion(model, "raw");
-  PoseVerdicts verdicts;
-  verdicts.is_overlapping = GridB::Zero(model.status.rows(), model.status.cols());
-  verdicts.plausibility = GridB::Constant(model.status.rows(), model.status.cols(), plausibility_not_judged);
+  const motion::Motion motion(model, "raw");
+  PoseAssessment verdicts;
+  verdicts.is_overlapping = store::GridB::Zero(model.status.rows(), model.status.cols());
+  verdicts.plausibility =
+      store::GridB::Constant(model.status.rows(), model.status.cols(), plausibility_not_judged);
   for_each_row(model, motion, model.flexion_deg, n_threads, [&](std::size_t row, PoseMeter& meter) {
     const auto i = static_cast<Eigen::Index>(row);
     RowAssessor assessor(model, i, ligaments, meter);
@@ -291,14 +297,14 @@ PoseVerdicts pose_verdicts(const MotionModel& model, const Ligaments& ligaments,
   return verdicts;
 }
 
-GridD recontact(const MotionModel& model, const SmoothedSet& set, int n_threads)
+store::GridD recontact(const store::MotionModel& model, const store::SmoothedSet& set, int n_threads)
 {
-  const Motion motion(model, set);
-  GridD travel_mm(static_cast<Eigen::Index>(model.flexion_deg.size()),
-                  static_cast<Eigen::Index>(model.varus_deg.size()));
+  const motion::Motion motion(model, set);
+  store::GridD travel_mm(static_cast<Eigen::Index>(model.flexion_deg.size()),
+                         static_cast<Eigen::Index>(model.varus_deg.size()));
   for_each_row(model, motion, model.flexion_deg, n_threads, [&](std::size_t row, PoseMeter& meter) {
     for (Eigen::Index j = 0; j < travel_mm.cols(); ++j) {
-      const JointPose pose = motion.at(
+      const motion::JointPose pose = motion.at(
           {rad_from_deg(model.flexion_deg[row]), rad_from_deg(model.varus_deg[static_cast<std::size_t>(j)])});
       travel_mm(static_cast<Eigen::Index>(row), j) =
           meter.travel_into_contact_mm(pose.attitude, pose.X_reference_moving);
@@ -307,4 +313,4 @@ GridD recontact(const MotionModel& model, const SmoothedSet& set, int n_threads)
   return travel_mm;
 }
 
-}  // namespace vrda
+}  // namespace vrda::audit

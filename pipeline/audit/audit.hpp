@@ -7,7 +7,7 @@
 #include "ligament/ligaments.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::audit {
 
 /// Measures the motion `set` (one of set_names of motion/poses.hpp) at the attitudes of the model's grid,
 /// with each cell subdivided into `refine` (at least 1) parts per axis; for "two_sided", on its own axis, and
@@ -15,7 +15,7 @@ namespace vrda {
 /// Poses: the stored X_reference_moving for "raw" at the model's own attitudes, otherwise from Motion. At the
 /// model's own attitudes the narrow phase tests every pose, between them the sweep if possible
 /// (audit/pose_meter.hpp). Same bits for any number of threads.
-AuditSet audit(const MotionModel& model, const std::string& set, int refine, int n_threads);
+store::AuditSet audit(const store::MotionModel& model, const std::string& set, int refine, int n_threads);
 
 /// An extreme value of an audit and its attitude.
 struct AuditExtreme {
@@ -33,12 +33,12 @@ struct AuditFigures {
   double mean_penetration_mm = 0.0;  ///< of the overlapping poses
 };
 
-AuditFigures figures_of(const AuditSet& audit);
+AuditFigures figures_of(const store::AuditSet& audit);
 
 /// One entry per cell of the grid.
-struct PoseVerdicts {
-  GridB is_overlapping;  ///< 1 if the meshes of a stable pose overlap
-  GridB plausibility;    ///< Plausibility; `not_judged` if not stable or overlapping
+struct PoseAssessment {
+  store::GridB is_overlapping;  ///< 1 if the meshes of a stable pose overlap
+  store::GridB plausibility;    ///< Plausibility; `not_judged` if not stable or overlapping
 };
 
 /// Measures every stable pose of the raw motion again (audit/pose_meter.hpp), and its neighbours displaced by
@@ -48,13 +48,14 @@ struct PoseVerdicts {
 /// both sides, after moving into contact, the energy of loads and ligaments is lower than in the pose by more
 /// than the work of the push over d / 1000. Poses held by fibres without contact are exempt from both.
 /// `ligaments` are canonical. Same bits for any number of threads.
-PoseVerdicts pose_verdicts(const MotionModel& model, const Ligaments& ligaments, int n_threads);
+PoseAssessment assess_poses(const store::MotionModel& model, const ligament::Ligaments& ligaments,
+                            int n_threads);
 
 /// Travel along Delta (mm, negative: retreat) from the smoothed pose of `set` into contact at every attitude
 /// of the model's grid, also without a raw pose, since polynomials are defined everywhere. A free pose
 /// advances to the next contact. An overlapping pose retreats by 0.1, 0.2, 0.4 mm ... until free and advances
 /// from there. Stops contact_margin_mm before contact, so that nothing overlaps. NaN without a contact ahead.
 /// Same bits for any number of threads. `set` need not belong to the model; its recontact_mm is ignored.
-GridD recontact(const MotionModel& model, const SmoothedSet& set, int n_threads);
+store::GridD recontact(const store::MotionModel& model, const store::SmoothedSet& set, int n_threads);
 
-}  // namespace vrda
+}  // namespace vrda::audit

@@ -13,7 +13,7 @@
 #include "core/trig.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::audit {
 namespace {
 
 // Tolerance on matrix elements of equal rotations: 1e-9 mm at a vertex one metre away.
@@ -49,12 +49,12 @@ AuditScene make_audit_scene(const Mesh& reference_canonical, const Mesh& moving_
   const Mesh reference = solver_mesh(reference_canonical, frame);
   const Mesh moving = solver_mesh(moving_canonical, frame);
   return {frame,
-          make_tree_mesh(reference),
-          make_tree_mesh(moving),
-          GapTree(reference),
-          GapTree(moving),
-          GapTree(moving, triangles_of(compartment_of_triangle, Compartment::medial)),
-          GapTree(moving, triangles_of(compartment_of_triangle, Compartment::lateral))};
+          proximity::make_tree_mesh(reference),
+          proximity::make_tree_mesh(moving),
+          proximity::GapTree(reference),
+          proximity::GapTree(moving),
+          proximity::GapTree(moving, triangles_of(compartment_of_triangle, Compartment::medial)),
+          proximity::GapTree(moving, triangles_of(compartment_of_triangle, Compartment::lateral))};
 }
 
 PoseMeter::PoseMeter(const AuditScene& scene)
@@ -82,7 +82,8 @@ void PoseMeter::place(const Attitude& attitude, const Pose& X_reference_moving)
     pose_ = *pose;
   } else {
     pose_ = {};
-    tilted_query_.emplace(scene_.reference_gap, GapTree(transformed(scene_.moving.mesh, X_turned)));
+    tilted_query_.emplace(scene_.reference_gap,
+                          proximity::GapTree(transformed(scene_.moving.mesh, X_turned)));
   }
   query().set_attitude(attitude);
   attitude_ = attitude;
@@ -106,20 +107,20 @@ bool PoseMeter::is_reached_from_below(double shift_mm)
   return touch_mm(shift_mm - beneath_mm_) - beneath_mm_ > clear_mm;
 }
 
-bool PoseMeter::is_overlapping(double shift_mm, Judge judge)
+bool PoseMeter::is_overlapping(double shift_mm, OverlapTest judge)
 {
-  if (judge == Judge::sweep && is_reached_from_below(shift_mm)) return false;
+  if (judge == OverlapTest::sweep && is_reached_from_below(shift_mm)) return false;
   Pose X = X_zero_;
   X.translation() += shift_mm * delta_zero_;
-  const std::optional<TrianglePair> pair =
-      find_collision(scene_.reference, scene_.moving, RigidPlacement(X), narrow_phase_, hint_);
+  const std::optional<proximity::TrianglePair> pair = contact::find_collision(
+      scene_.reference, scene_.moving, proximity::RigidPlacement(X), narrow_phase_, hint_);
   if (pair) hint_ = *pair;
   return pair.has_value();
 }
 
 double PoseMeter::touch_mm(double shift_mm)
 {
-  return query().touch(shifted(shift_mm)).travel_mm;
+  return query().next_contact(shifted(shift_mm)).travel_mm;
 }
 
 // Retreat from an overlapping pose. From far below, travel_mm finds the first contact, which for a ball deep
@@ -129,7 +130,7 @@ double PoseMeter::retreat_mm()
   const double afar_mm = query().travel_mm(pose_);
   const double most_mm = afar_mm < 0.0 ? -afar_mm : beneath_mm_;
   for (double back_mm = first_retreat_mm; back_mm < most_mm; back_mm *= 2.0) {
-    if (!is_overlapping(-back_mm, Judge::sweep)) return std::max(0.0, back_mm - touch_mm(-back_mm));
+    if (!is_overlapping(-back_mm, OverlapTest::sweep)) return std::max(0.0, back_mm - touch_mm(-back_mm));
   }
   // Without facing pairs ahead (an open sheet hit from behind) the contact is searched from below everything.
   return afar_mm < 0.0 ? most_mm : std::max(0.0, most_mm - touch_mm(-most_mm));
@@ -150,17 +151,18 @@ double PoseMeter::travel_near_mm(const Attitude& attitude, const MovingPose& pos
   if (std::abs(afar_mm) <= range_mm) return afar_mm;
   MovingPose behind = pose;
   behind.translation_mm.y() -= range_mm;
-  const double travel_mm = query_.touch(behind).travel_mm;
+  const double travel_mm = query_.next_contact(behind).travel_mm;
   if (travel_mm <= 2.0 * range_mm) return travel_mm - range_mm;
   // An overlap there hides the nearest contact, and the query returns the next one.
   Pose X = pose_of(behind);
   X.prerotate(Eigen::Matrix3d(reference_rotation(attitude).transpose()));
-  const bool is_blocked =
-      find_collision(scene_.reference, scene_.moving, RigidPlacement(X), narrow_phase_, hint_).has_value();
+  const bool is_blocked = contact::find_collision(scene_.reference, scene_.moving,
+                                                  proximity::RigidPlacement(X), narrow_phase_, hint_)
+                              .has_value();
   return is_blocked ? -range_mm : travel_mm - range_mm;
 }
 
-PoseAudit PoseMeter::measure(const Attitude& attitude, const Pose& X_reference_moving, Judge judge)
+PoseAudit PoseMeter::measure(const Attitude& attitude, const Pose& X_reference_moving, OverlapTest judge)
 {
   place(attitude, X_reference_moving);
   if (is_overlapping(0.0, judge)) return {true, retreat_mm(), 0.0};
@@ -171,7 +173,7 @@ CompartmentGaps PoseMeter::compartment_gaps(const Attitude& attitude, const Pose
 {
   place(attitude, X_reference_moving);
   if (tilted_query_ || scene_.medial_gap.is_empty() || scene_.lateral_gap.is_empty()) return {};
-  const auto gap_mm = [&](GapQuery& query) {
+  const auto gap_mm = [&](proximity::GapQuery& query) {
     query.set_attitude(attitude);
     const double travel_mm = query.travel_mm(pose_);
     return std::isfinite(travel_mm) ? travel_mm : nan;
@@ -182,18 +184,18 @@ CompartmentGaps PoseMeter::compartment_gaps(const Attitude& attitude, const Pose
 double PoseMeter::travel_into_contact_mm(const Attitude& attitude, const Pose& X_reference_moving)
 {
   place(attitude, X_reference_moving);
-  const double contact_mm = is_overlapping(0.0, Judge::sweep) ? -retreat_mm() : touch_mm(0.0);
+  const double contact_mm = is_overlapping(0.0, OverlapTest::sweep) ? -retreat_mm() : touch_mm(0.0);
   for (double margin_mm = contact_margin_mm; margin_mm <= largest_margin_mm; margin_mm *= margin_growth) {
     if (std::isinf(contact_mm)) break;
     // Must be free at half the margin; the other half allows for rounding in a later measurement.
-    if (!is_overlapping(contact_mm - 0.5 * margin_mm, Judge::sweep)) return contact_mm - margin_mm;
+    if (!is_overlapping(contact_mm - 0.5 * margin_mm, OverlapTest::sweep)) return contact_mm - margin_mm;
   }
   return std::numeric_limits<double>::quiet_NaN();
 }
 
 namespace {
 
-std::shared_ptr<const AuditScene> scene_along(const MotionModel& model, const Eigen::Vector3d& delta)
+std::shared_ptr<const AuditScene> scene_along(const store::MotionModel& model, const Eigen::Vector3d& delta)
 {
   const Side side = model.side == "left" ? Side::left : Side::right;
   return std::make_shared<const AuditScene>(
@@ -204,7 +206,7 @@ std::shared_ptr<const AuditScene> scene_along(const MotionModel& model, const Ei
 /// The meter of a thread, replaced when Delta changes.
 class CachedMeter {
  public:
-  CachedMeter(const MotionModel& model, std::shared_ptr<const AuditScene> scene) : model_(model)
+  CachedMeter(const store::MotionModel& model, std::shared_ptr<const AuditScene> scene) : model_(model)
   {
     use(std::move(scene));
   }
@@ -222,7 +224,7 @@ class CachedMeter {
     meter_ = std::make_unique<PoseMeter>(*scene_);
   }
 
-  const MotionModel& model_;
+  const store::MotionModel& model_;
   std::shared_ptr<const AuditScene> scene_;
   std::unique_ptr<PoseMeter> meter_;
 };
@@ -240,8 +242,9 @@ std::vector<double> refined(const std::vector<double>& axis_deg, int refine)
   return result;
 }
 
-void for_each_row(const MotionModel& model, const Motion& motion, const std::vector<double>& flexion_deg,
-                  int n_threads, const std::function<void(std::size_t, PoseMeter&)>& measure)
+void for_each_row(const store::MotionModel& model, const motion::Motion& motion,
+                  const std::vector<double>& flexion_deg, int n_threads,
+                  const std::function<void(std::size_t, PoseMeter&)>& measure)
 {
   const auto delta_at = [&](std::size_t row) { return motion.delta(rad_from_deg(flexion_deg[row])); };
   const std::shared_ptr<const AuditScene> first = scene_along(model, delta_at(0));
@@ -266,4 +269,4 @@ void for_each_row(const MotionModel& model, const Motion& motion, const std::vec
   if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace vrda
+}  // namespace vrda::audit

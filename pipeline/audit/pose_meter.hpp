@@ -12,14 +12,15 @@
 #include "proximity/gap_query.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::audit {
 
 /// Both objects of a motion model for one Delta, in S at zero attitude. Shared by all threads.
 struct AuditScene {
   SolverFrame frame;
-  TreeMesh reference, moving;
-  GapTree reference_gap, moving_gap;
-  GapTree medial_gap, lateral_gap;  ///< moving triangles of each compartment; empty without compartments
+  proximity::TreeMesh reference, moving;
+  proximity::GapTree reference_gap, moving_gap;
+  proximity::GapTree medial_gap,
+      lateral_gap;  ///< moving triangles of each compartment; empty without compartments
 };
 
 /// Expects contact meshes in canonical axes of the joint's own side. `compartment_of_triangle` is empty or
@@ -42,7 +43,7 @@ struct PoseAudit {
 };
 
 /// Which test may classify a pose as free.
-enum class Judge {
+enum class OverlapTest {
   narrow_phase,  ///< only the narrow phase: independent of the queries that the equilibrium uses
   sweep,  ///< also the directional gap, if it finds no contact on the way from far below; ten times as fast
 };
@@ -54,7 +55,7 @@ class PoseMeter {
   /// `scene` must outlive it.
   explicit PoseMeter(const AuditScene& scene);
 
-  PoseAudit measure(const Attitude& attitude, const Pose& X_reference_moving, Judge judge);
+  PoseAudit measure(const Attitude& attitude, const Pose& X_reference_moving, OverlapTest judge);
 
   /// Signed travel along Delta into contact from `pose` (in S), which must be near a measured pose. Searches
   /// from `range_mm` behind it; returns -range_mm if the objects also overlap there.
@@ -74,25 +75,25 @@ class PoseMeter {
  private:
   void place(const Attitude& attitude, const Pose& X_reference_moving);
   void turn_reference(const Attitude& attitude);
-  bool is_overlapping(double shift_mm, Judge judge);
+  bool is_overlapping(double shift_mm, OverlapTest judge);
   bool is_reached_from_below(double shift_mm);
   double touch_mm(double shift_mm);
   double retreat_mm();
   MovingPose shifted(double shift_mm) const;
-  GapQuery& query() { return tilted_query_ ? *tilted_query_ : query_; }
+  proximity::GapQuery& query() { return tilted_query_ ? *tilted_query_ : query_; }
 
   const AuditScene& scene_;
-  NarrowPhase narrow_phase_;
-  GapQuery query_;
-  GapQuery medial_query_, lateral_query_;
-  std::optional<GapQuery> tilted_query_;  ///< for a pose that is not a rotation about Delta alone
-  Attitude attitude_;                     ///< attitude of the query
-  MovingPose pose_;                       ///< in S, at the placed attitude
-  Pose X_zero_;                           ///< moving to reference, S at zero attitude
-  Eigen::Vector3d delta_zero_;            ///< Delta there
-  double radii_mm_ = 0.0;                 ///< of both objects about the origin of S
-  double beneath_mm_ = 0.0;               ///< no contact is possible this far back along Delta
-  TrianglePair hint_;                     ///< the last overlapping pair
+  contact::NarrowPhase narrow_phase_;
+  proximity::GapQuery query_;
+  proximity::GapQuery medial_query_, lateral_query_;
+  std::optional<proximity::GapQuery> tilted_query_;  ///< for a pose that is not a rotation about Delta alone
+  Attitude attitude_;                                ///< attitude of the query
+  MovingPose pose_;                                  ///< in S, at the placed attitude
+  Pose X_zero_;                                      ///< moving to reference, S at zero attitude
+  Eigen::Vector3d delta_zero_;                       ///< Delta there
+  double radii_mm_ = 0.0;                            ///< of both objects about the origin of S
+  double beneath_mm_ = 0.0;                          ///< no contact is possible this far back along Delta
+  proximity::TrianglePair hint_;                     ///< the last overlapping pair
 };
 
 /// Distance along Delta at which a recontacted pose stops before contact. Poses and the narrow phase have
@@ -105,7 +106,8 @@ std::vector<double> refined(const std::vector<double>& axis_deg, int refine);
 
 /// Calls `measure(row, meter)` once for every row of `flexion_deg`, from `n_threads` threads, with a meter
 /// for the row's Delta. `measure` must write to its row only. Rethrows its first exception.
-void for_each_row(const MotionModel& model, const Motion& motion, const std::vector<double>& flexion_deg,
-                  int n_threads, const std::function<void(std::size_t, PoseMeter&)>& measure);
+void for_each_row(const store::MotionModel& model, const motion::Motion& motion,
+                  const std::vector<double>& flexion_deg, int n_threads,
+                  const std::function<void(std::size_t, PoseMeter&)>& measure);
 
-}  // namespace vrda
+}  // namespace vrda::audit

@@ -10,7 +10,7 @@
 #include "load/file_bytes.hpp"
 #include "load/job_schema.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 namespace {
 
 namespace fs = std::filesystem;
@@ -36,7 +36,7 @@ struct Axis {
 };
 
 struct Source {
-  const Document& document;
+  const documents::Document& document;
 
   [[noreturn]] void refuse(const std::string& key, const std::string& found, const std::string& wanted) const
   {
@@ -64,15 +64,15 @@ bool do_overlap(const std::string& a, const std::string& b)
 }
 
 // Every leaf of the table; a list is one leaf.
-void add_leaves(const Source& source, const std::string& at, const DocumentValue& value,
+void add_leaves(const Source& source, const std::string& at, const documents::DocumentValue& value,
                 const std::string& path, std::vector<std::string>& leaves)
 {
-  const DocumentValue::Table* table = value.table();
+  const documents::DocumentValue::Table* table = value.table();
   if (table == nullptr || (table->empty() && !path.empty())) {
-    leaves.push_back(path + "=" + value_text(value));
+    leaves.push_back(path + "=" + documents::value_text(value));
     return;
   }
-  for (const DocumentEntry& entry : *table) {
+  for (const documents::DocumentEntry& entry : *table) {
     if (entry.key.empty() || entry.key.find_first_of(".=") != std::string::npos) {
       source.refuse(at, "the key \"" + entry.key + "\"", "keys without '.' and '='");
     }
@@ -80,26 +80,27 @@ void add_leaves(const Source& source, const std::string& at, const DocumentValue
   }
 }
 
-Level level_of(const Source& source, const std::string& key, const DocumentValue& table)
+Level level_of(const Source& source, const std::string& key, const documents::DocumentValue& table)
 {
   Level level;
-  level.name = text_at(table, "name");
+  level.name = documents::text_at(table, "name");
   level.key = "campaign." + key;
-  if (const std::string job = text_or_empty(table, "job"); !job.empty()) level.job = source.resolved(job);
-  if (const std::string data = text_or_empty(table, "data"); !data.empty())
+  if (const std::string job = documents::text_or_empty(table, "job"); !job.empty())
+    level.job = source.resolved(job);
+  if (const std::string data = documents::text_or_empty(table, "data"); !data.empty())
     level.data = source.resolved(data);
-  if (const DocumentValue* settings = table.find("set")) {
+  if (const documents::DocumentValue* settings = table.find("set")) {
     if (settings->find("campaign") != nullptr) source.refuse(key + ".set", "campaign", "keys of a job");
     add_leaves(source, key + ".set", *settings, "", level.overrides);
   }
   return level;
 }
 
-Axis axis_of(const Source& source, const DocumentEntry& entry)
+Axis axis_of(const Source& source, const documents::DocumentEntry& entry)
 {
   Axis axis{entry.key, {}, {}};
   std::set<std::string> names;
-  for (const DocumentValue& table : *entry.value.list()) {
+  for (const documents::DocumentValue& table : *entry.value.list()) {
     const std::string key = axis.name + "." + std::to_string(axis.levels.size());
     Level level = level_of(source, key, table);
     if (!names.insert(level.name).second) {
@@ -111,10 +112,10 @@ Axis axis_of(const Source& source, const DocumentEntry& entry)
   return axis;
 }
 
-std::vector<Axis> axes_of(const Source& source, const DocumentValue& campaign)
+std::vector<Axis> axes_of(const Source& source, const documents::DocumentValue& campaign)
 {
   std::vector<Axis> axes;
-  for (const DocumentEntry& entry : *campaign.table()) {
+  for (const documents::DocumentEntry& entry : *campaign.table()) {
     if (entry.key != "title" && entry.key != "exclude") axes.push_back(axis_of(source, entry));
   }
   return axes;
@@ -183,11 +184,11 @@ std::vector<std::string> names_of(const Axis& axis)
 // Axis name -> level name.
 using Combination = std::map<std::string, std::string>;
 
-Combination combination_of(const Source& source, const std::vector<Axis>& axes, const DocumentValue& table,
-                           const std::string& key)
+Combination combination_of(const Source& source, const std::vector<Axis>& axes,
+                           const documents::DocumentValue& table, const std::string& key)
 {
   Combination combination;
-  for (const DocumentEntry& entry : *table.table()) {
+  for (const documents::DocumentEntry& entry : *table.table()) {
     const auto axis =
         std::find_if(axes.begin(), axes.end(), [&](const Axis& a) { return a.name == entry.key; });
     const std::string at = key + "." + entry.key;
@@ -204,10 +205,10 @@ Combination combination_of(const Source& source, const std::vector<Axis>& axes, 
 }
 
 std::vector<Combination> excluded(const Source& source, const std::vector<Axis>& axes,
-                                  const DocumentValue& campaign)
+                                  const documents::DocumentValue& campaign)
 {
   std::vector<Combination> combinations;
-  for (const DocumentValue& table : list_or_empty(campaign, "exclude")) {
+  for (const documents::DocumentValue& table : documents::list_or_empty(campaign, "exclude")) {
     combinations.push_back(
         combination_of(source, axes, table, "exclude." + std::to_string(combinations.size())));
   }
@@ -239,7 +240,7 @@ CampaignCase case_of(const CaseSpec& base, const Chosen& chosen, const std::vect
     if (!level->data.empty()) result.spec.data_directory = level->data;
     result.spec.overrides.insert(result.spec.overrides.end(), level->overrides.begin(),
                                  level->overrides.end());
-    result.set_at.insert(result.set_at.end(), level->overrides.size(), level->key + ".set");
+    result.override_keys.insert(result.override_keys.end(), level->overrides.size(), level->key + ".set");
   }
   if (!name.empty()) result.spec.name = name;
   result.spec.overrides.insert(result.spec.overrides.end(), overrides.begin(), overrides.end());
@@ -273,8 +274,8 @@ std::size_t n_combinations(const Source& source, const std::vector<Axis>& axes)
 // Key of the level that sets `key`, a part of it or a table with it; empty if there is none.
 std::string override_location(const CampaignCase& one, const std::string& key)
 {
-  for (std::size_t k = 0; k < one.set_at.size(); ++k) {
-    if (do_overlap(key_of(one.spec.overrides[k]), key)) return one.set_at[k] + "." + key;
+  for (std::size_t k = 0; k < one.override_keys.size(); ++k) {
+    if (do_overlap(key_of(one.spec.overrides[k]), key)) return one.override_keys[k] + "." + key;
   }
   return "";
 }
@@ -296,20 +297,20 @@ Campaign campaign_of(const std::string& job_or_campaign, const std::string& data
                      const std::vector<std::string>& overrides)
 {
   const CaseSpec base = case_of_job(job_or_campaign, data_directory, overrides);
-  const std::string bytes = file_bytes(job_or_campaign, {job_or_campaign, "", "", "a job or campaign file"},
-                                       largest_campaign_bytes);
-  const Document document{job_or_campaign, parse_toml(bytes, job_or_campaign)};
-  const DocumentValue* table = document.root.find("campaign");
+  const std::string bytes = load::file_bytes(
+      job_or_campaign, {job_or_campaign, "", "", "a job or campaign file"}, largest_campaign_bytes);
+  const documents::Document document{job_or_campaign, documents::parse_toml(bytes, job_or_campaign)};
+  const documents::DocumentValue* table = document.root.find("campaign");
   if (table == nullptr) return {job_or_campaign, "", {}, {{base, {}, {}}}};
 
-  check_campaign(document);
+  load::check_campaign(document);
   const Source source{document};
   const std::vector<Axis> axes = axes_of(source, *table);
-  check_subjects(source, axes, is_campaign_alone(document.root));
+  check_subjects(source, axes, load::is_campaign_only(document.root));
   check_disjoint_keys(source, axes);
   check_overrides(axes, overrides);
   const std::vector<Combination> exclusions = excluded(source, axes, *table);
-  Campaign campaign{job_or_campaign, text_or_empty(*table, "title"), {}, {}};
+  Campaign campaign{job_or_campaign, documents::text_or_empty(*table, "title"), {}, {}};
   for (const Axis& axis : axes) campaign.axes.push_back(axis.name);
   const std::size_t n = n_combinations(source, axes);
   const CaseSpec plain{base.name, base.job_file, base.data_directory, {}};
@@ -322,7 +323,7 @@ Campaign campaign_of(const std::string& job_or_campaign, const std::string& data
   return campaign;
 }
 
-InputError fault_of_case(const Campaign& campaign, const CampaignCase& one, const InputError& error)
+InputError error_of_case(const Campaign& campaign, const CampaignCase& one, const InputError& error)
 {
   if (campaign.axes.empty()) return error;
   InputError::Facts facts = error.facts();
@@ -343,4 +344,4 @@ InputError fault_of_case(const Campaign& campaign, const CampaignCase& one, cons
   return InputError(facts);
 }
 
-}  // namespace vrda
+}  // namespace vrda::cluster

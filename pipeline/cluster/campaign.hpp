@@ -7,13 +7,13 @@
 #include "cluster/case_spec.hpp"
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 
 struct CampaignCase {
   CaseSpec spec;
   std::vector<std::string> levels;  ///< [axes] names
   /// For the first spec.overrides, which come from levels: key of the level, "campaign.size.1.set".
-  std::vector<std::string> set_at = {};
+  std::vector<std::string> override_keys = {};
 };
 
 struct Campaign {
@@ -30,6 +30,6 @@ Campaign campaign_of(const std::string& job_or_campaign, const std::string& data
                      const std::vector<std::string>& overrides);
 
 /// Maps an error of a case to the campaign's file and key if a level caused it, and names the case.
-InputError fault_of_case(const Campaign& campaign, const CampaignCase& one, const InputError& error);
+InputError error_of_case(const Campaign& campaign, const CampaignCase& one, const InputError& error);
 
-}  // namespace vrda
+}  // namespace vrda::cluster

@@ -3,11 +3,11 @@
 #include <filesystem>
 
 #include "cluster/json_fields.hpp"
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "core/whole_file.hpp"
 #include "load/file_bytes.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 namespace {
 
 namespace fs = std::filesystem;
@@ -55,20 +55,20 @@ void write_case_file(const std::string& path, const CaseFile& content)
 {
   const nlohmann::ordered_json json = content;
   // A path may contain invalid UTF-8.
-  write_whole(path, {json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace), "\n"});
+  write_atomically(path, {json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace), "\n"});
 }
 
 CaseFile read_case_file(const std::string& path)
 {
   constexpr const char* wanted = "the case file that vrda run --spine or --shard wrote, or --job";
-  const std::optional<std::string> text = text_of_file(path);
+  const std::optional<std::string> text = read_text_file(path);
   if (!text) throw InputError({path, "", "no file", wanted});
   std::optional<CaseFile> content = parsed(*text);
   if (!content) throw InputError({path, "", "content that is not a case file", wanted});
   return std::move(*content);
 }
 
-InputError fault_of_case_file(const std::string& path, const CaseSpec& spec, const InputError& error)
+InputError error_of_case_file(const std::string& path, const CaseSpec& spec, const InputError& error)
 {
   InputError::Facts facts = error.facts();
   constexpr std::string_view with_override = " with --set ";
@@ -88,16 +88,16 @@ InputError fault_of_case_file(const std::string& path, const CaseSpec& spec, con
 
 std::string sha256_of_model(const std::string& output)
 {
-  return sha256_of(file_bytes(output, {output, "", "", "a motion model"}, largest_model_bytes));
+  return load::sha256_of(load::file_bytes(output, {output, "", "", "a motion model"}, largest_model_bytes));
 }
 
-bool is_only_to_clear_up(const std::string& output)
+bool is_cleanup_pending(const std::string& output)
 {
-  const std::optional<std::string> text = text_of_file(case_file_of(output));
+  const std::optional<std::string> text = read_text_file(case_file_of(output));
   const std::optional<CaseFile> case_file = text ? parsed(*text) : std::nullopt;
   if (!case_file || case_file->merged_sha256.empty()) return false;
-  const std::optional<std::string> model = text_of_file(output);
-  return model && case_file->merged_sha256 == sha256_of(*model);
+  const std::optional<std::string> model = read_text_file(output);
+  return model && case_file->merged_sha256 == load::sha256_of(*model);
 }
 
-}  // namespace vrda
+}  // namespace vrda::cluster

@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 
 struct CaseSpec {
   std::string name;                    ///< of letters, digits, '-', '_' and '.'; unique in a campaign
@@ -46,7 +46,7 @@ CaseFile read_case_file(const std::string& path);
 
 /// Maps an error of a case file's job to the case file if the value comes from it (e.g. a damaged file),
 /// since the user did not type a --set.
-InputError fault_of_case_file(const std::string& path, const CaseSpec& spec, const InputError& error);
+InputError error_of_case_file(const std::string& path, const CaseSpec& spec, const InputError& error);
 
 /// Larger motion models are rejected.
 constexpr std::uintmax_t largest_model_bytes = std::uintmax_t{1} << 34;
@@ -56,6 +56,6 @@ std::string sha256_of_model(const std::string& output);
 
 /// Whether a merge was interrupted during clean-up: the model matches its case file, journals may be removed.
 /// False if either file cannot be read; the merge then reports the error.
-bool is_only_to_clear_up(const std::string& output);
+bool is_cleanup_pending(const std::string& output);
 
-}  // namespace vrda
+}  // namespace vrda::cluster

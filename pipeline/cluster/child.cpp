@@ -22,7 +22,7 @@
 
 extern "C" char** environ;
 
-namespace vrda {
+namespace vrda::cluster {
 namespace {
 
 constexpr int exit_code_not_found = 127;
@@ -105,7 +105,7 @@ int wait_for_exit(pid_t pid)
 
 }  // namespace
 
-Said run_program(const std::vector<std::string>& words, const std::string& folder)
+ProgramResult run_program(const std::vector<std::string>& words, const std::string& folder)
 {
   const OpenFile out = output_file(words.front()), err = output_file(words.front());
   const std::vector<std::string> environment = environment_where(is_for_slurm);
@@ -123,8 +123,8 @@ Said run_program(const std::vector<std::string>& words, const std::string& folde
     _exit(errno == ENOENT ? exit_code_not_found : exit_code_not_found - 1);
   }
   const int status = wait_for_exit(pid);
-  Said result{WIFEXITED(status) ? WEXITSTATUS(status) : -1, false, text_in(out), text_in(err)};
-  result.is_absent = result.exit_code == exit_code_not_found && result.out.empty() && result.err.empty();
+  ProgramResult result{WIFEXITED(status) ? WEXITSTATUS(status) : -1, false, text_in(out), text_in(err)};
+  result.is_not_found = result.exit_code == exit_code_not_found && result.out.empty() && result.err.empty();
   return result;
 }
 
@@ -149,7 +149,7 @@ pid_t start_program(const std::vector<std::string>& words, const std::string& lo
   _exit(exit_code_not_found);
 }
 
-Ending wait_a_moment(const std::vector<pid_t>& children)
+ChildExit poll_children(const std::vector<pid_t>& children)
 {
   for (const pid_t child : children) {
     int status = 0;
@@ -174,4 +174,4 @@ std::string own_program()
   return error ? "" : program_to_start(executable.string(), program_invocation_name);
 }
 
-}  // namespace vrda
+}  // namespace vrda::cluster

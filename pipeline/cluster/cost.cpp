@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 namespace {
 
 // Measured on one core of an Intel Xeon with two or three other busy cores, release build, on the generic
@@ -57,9 +57,9 @@ std::int64_t nearest_zero(const std::vector<double>& varus_rad)
 }
 
 // The balanced cell, and the probes on either side of it.
-std::int64_t probes_of_flexion(const SweepPlan& plan)
+std::int64_t probes_of_flexion(const sweep::SweepPlan& plan)
 {
-  if (plan.spine == SpineRule::nearest_zero) return 1;
+  if (plan.spine == sweep::SpineRule::nearest_zero) return 1;
   const std::int64_t column = nearest_zero(plan.varus_rad);
   const auto last = static_cast<std::int64_t>(plan.varus_rad.size()) - 1;
   return 1 + (column > 0 ? 1 : 0) + (column < last ? 1 : 0);
@@ -69,14 +69,14 @@ std::int64_t probes_of_flexion(const SweepPlan& plan)
 
 const double cost_spread = 2.0;
 
-StepCounts step_counts(const SweepPlan& plan)
+StepCounts step_counts(const sweep::SweepPlan& plan)
 {
   check(!plan.flexion_rad.empty() && !plan.varus_rad.empty(), "step_counts: an empty grid");
   const auto n_flexion = static_cast<std::int64_t>(plan.flexion_rad.size());
   const auto n_varus = static_cast<std::int64_t>(plan.varus_rad.size());
   const auto n_rows = plan.rows ? static_cast<std::int64_t>(plan.rows->size()) : n_flexion;
   StepCounts counts;
-  if (plan.spine == SpineRule::free_varus) {
+  if (plan.spine == sweep::SpineRule::free_varus) {
     counts.chain = 2 * n_flexion;
     counts.restarts = n_flexion * plan.n_restarts;
     counts.bands = plan.has_band ? 2 * n_rows : 0;
@@ -113,4 +113,4 @@ CaseCost cost_of(const CaseSize& size, const StepCounts& steps)
   return cost;
 }
 
-}  // namespace vrda
+}  // namespace vrda::cluster

@@ -6,7 +6,7 @@
 
 #include "sweep/sweep.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 
 /// Steps of a sweep. Exact if the balance stays in an inner column of the grid, no equilibrium is propagated
 /// to a neighbouring flexion and every spine cell is stable.
@@ -23,7 +23,7 @@ struct StepCounts {
 };
 
 /// Steps of the spine and of the rows in `plan`.
-StepCounts step_counts(const SweepPlan& plan);
+StepCounts step_counts(const sweep::SweepPlan& plan);
 
 /// Quantities that determine step times and file sizes.
 struct CaseSize {
@@ -57,4 +57,4 @@ CaseCost cost_of(const CaseSize& size, const StepCounts& steps);
 /// Measured times are between the estimate divided and multiplied by this factor.
 extern const double cost_spread;
 
-}  // namespace vrda
+}  // namespace vrda::cluster

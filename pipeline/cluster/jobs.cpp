@@ -5,15 +5,15 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 
-Shard shard_of(const std::string& text)
+journal::Shard shard_of(const std::string& text)
 {
-  if (const auto shard = parsed_shard(text, "/")) return *shard;
+  if (const auto shard = journal::parse_shard(text, "/")) return *shard;
   throw InputError({"--shard", "", text.empty() ? "nothing" : text, "I/N with I from 1 to N, e.g. 3/8"});
 }
 
-std::vector<std::int32_t> rows_of(const Shard& shard, std::int32_t n_rows)
+std::vector<std::int32_t> rows_of(const journal::Shard& shard, std::int32_t n_rows)
 {
   check(shard.number >= 1 && shard.number <= shard.count,
         "a shard's number must be from 1 to the number of shards");
@@ -40,16 +40,16 @@ std::size_t append_jobs(std::vector<PlannedJob>& jobs, const CaseWork& work)
     job.kind = TaskKind::shard;
     job.numbers = work.shards;
     job.after = spine;
-    job.after_ids = work.spine_under_way;
+    job.after_ids = work.active_spine_jobs;
     before_merge = {jobs.size()};
     jobs.push_back(job);
   }
   job.kind = TaskKind::merge;
   job.numbers.clear();
   job.after = before_merge;
-  job.after_ids = work.shards_under_way;
+  job.after_ids = work.active_shard_jobs;
   if (work.shards.empty()) {
-    job.after_ids.insert(job.after_ids.end(), work.spine_under_way.begin(), work.spine_under_way.end());
+    job.after_ids.insert(job.after_ids.end(), work.active_spine_jobs.begin(), work.active_spine_jobs.end());
   }
   jobs.push_back(job);
   return jobs.size() - 1;
@@ -153,7 +153,7 @@ std::vector<PlannedJob> jobs_of_work(const Submission& submission, const Work& w
     PlannedJob index;
     index.kind = TaskKind::index;
     index.after = last;
-    index.after_ids = work.cases_under_way;
+    index.after_ids = work.active_case_jobs;
     jobs.push_back(index);
   }
   require_room(submission, jobs, per_task, limits);
@@ -200,4 +200,4 @@ std::vector<TaskId> tasks_of(const Submission& submission, const PlannedJob& job
   return tasks;
 }
 
-}  // namespace vrda
+}  // namespace vrda::cluster

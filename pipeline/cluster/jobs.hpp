@@ -8,14 +8,14 @@
 #include "cluster/submission.hpp"
 #include "journal/run_files.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 
 /// Parses "3/8". Throws InputError whose file is "--shard".
-Shard shard_of(const std::string& text);
+journal::Shard shard_of(const std::string& text);
 
 /// Rows of a shard, round-robin: i with i % count == number - 1. Empty for the last shards if there are more
 /// shards than rows.
-std::vector<std::int32_t> rows_of(const Shard& shard, std::int32_t n_rows);
+std::vector<std::int32_t> rows_of(const journal::Shard& shard, std::int32_t n_rows);
 
 /// Remaining tasks of one case: `run` only, or the missing of spine and shards followed by a merge.
 struct CaseWork {
@@ -24,16 +24,16 @@ struct CaseWork {
   std::vector<std::int32_t> shards;  ///< ascending
   bool needs_run = false;
   /// Slurm ids of active jobs on which the shards or the merge depend.
-  std::vector<std::string> spine_under_way;
-  std::vector<std::string> shards_under_way;
+  std::vector<std::string> active_spine_jobs;
+  std::vector<std::string> active_shard_jobs;
 };
 
 struct Work {
   std::vector<CaseWork> cases;
   bool needs_index = false;
-  std::vector<std::string> cases_under_way;  ///< Slurm ids of other active jobs on which the index depends
+  std::vector<std::string> active_case_jobs;  ///< Slurm ids of other active jobs on which the index depends
 
-  bool is_nothing() const { return cases.empty() && !needs_index; }
+  bool is_empty() const { return cases.empty() && !needs_index; }
 };
 
 /// All tasks of a new submission.
@@ -77,4 +77,4 @@ std::vector<TaskId> tasks_of(const Submission& submission, const PlannedJob& job
 /// The tasks of all its array tasks.
 std::vector<TaskId> tasks_of(const Submission& submission, const PlannedJob& job);
 
-}  // namespace vrda
+}  // namespace vrda::cluster

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-namespace vrda {
+namespace vrda::cluster {
 
 struct JsonWriter {
   nlohmann::ordered_json& json;
@@ -43,4 +43,4 @@ auto from_json(const nlohmann::ordered_json& json, Value& value)
   name_fields(JsonReader{json}, value);
 }
 
-}  // namespace vrda
+}  // namespace vrda::cluster

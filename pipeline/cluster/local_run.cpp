@@ -12,7 +12,7 @@
 #include "cluster/task_state.hpp"
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 namespace {
 
 constexpr int code_interrupted = 4;
@@ -46,14 +46,14 @@ class LocalRun {
   {
     try {
       while (true) {
-        if (!is_stopping_ && options_.is_stopped && options_.is_stopped()) terminate_children();
+        if (!is_stopping_ && options_.is_stop_requested && options_.is_stop_requested()) terminate_children();
         if (!is_stopping_) start_ready();
         if (running_.empty()) break;
-        handle_exit(wait_a_moment(pids()));
+        handle_exit(poll_children(pids()));
       }
     } catch (...) {
       terminate_children();
-      while (!running_.empty()) running_.erase(wait_a_moment(pids()).pid);
+      while (!running_.empty()) running_.erase(poll_children(pids()).pid);
       throw;
     }
     outcome_.is_interrupted = is_stopping_ || outcome_.is_interrupted;
@@ -96,7 +96,7 @@ class LocalRun {
           !all_dependencies([](const LocalJob& b) { return b.is_successful; })) {
         job.n_started = job.n_ended = job.tasks.size();
         job.is_successful = false;
-        outcome_.n_left_out += static_cast<int>(job.tasks.size());
+        outcome_.n_skipped += static_cast<int>(job.tasks.size());
         continue;
       }
       while (job.n_started < job.tasks.size()) {
@@ -128,7 +128,7 @@ class LocalRun {
     return logs_of(folder_) + "/" + file_stem_of(task, submission_) + ".log";
   }
 
-  void handle_exit(const Ending& ending)
+  void handle_exit(const ChildExit& ending)
   {
     const auto found = running_.find(ending.pid);
     if (found == running_.end()) return;
@@ -144,18 +144,18 @@ class LocalRun {
     is_successful ? ++outcome_.n_done : ++outcome_.n_failed;
     outcome_.worst_code = worse_of(outcome_.worst_code, ending.exit_code >= 0 ? ending.exit_code : 2);
     const std::string reason = reason_of(task, ending);
-    if (!options_.tell) return;
-    options_.tell(full_text_of(task, submission_) + (is_successful ? ": done" : ": failed") +
-                  (reason.empty() ? "" : ": ") + reason);
+    if (!options_.report) return;
+    options_.report(full_text_of(task, submission_) + (is_successful ? ": done" : ": failed") +
+                    (reason.empty() ? "" : ": ") + reason);
   }
 
   // Records the reason for a task that could not write its final state, e.g. after SIGKILL.
-  std::string reason_of(const TaskId& task, const Ending& ending) const
+  std::string reason_of(const TaskId& task, const ChildExit& ending) const
   {
     std::optional<TaskState> state = read_task_state(folder_, submission_, task);
     if (state && state->phase != TaskPhase::running) return state->reason;
     if (!state) {
-      state = begun_now(0);
+      state = started_now(0);
       state->slurm_job.clear();  // would be the Slurm job of this process
       state->n_restarts = 0;
     }
@@ -194,9 +194,9 @@ OpenFile locked_submission(const std::string& folder)
     throw InputError({path, "", std::string("a lock that cannot be taken (") + std::strerror(errno) + ")",
                       "a folder that can be written"});
   }
-  if (lock_without_waiting(file.get(), path)) return file;
+  if (try_lock_file(file.get(), path)) return file;
   throw InputError({folder, "", "a submission that another vrda submit or resume is working on",
                     "the end of that process"});
 }
 
-}  // namespace vrda
+}  // namespace vrda::cluster

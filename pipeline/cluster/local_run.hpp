@@ -9,20 +9,20 @@
 #include "cluster/submission.hpp"
 #include "core/open_file.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 
 struct LocalOptions {
-  int n_workers = 1;                             ///< concurrent tasks
-  int n_cpus = 1;                                ///< threads per task
-  std::function<bool()> is_stopped;              ///< polled
-  std::function<void(const std::string&)> tell;  ///< one line per ended task
+  int n_workers = 1;                               ///< concurrent tasks
+  int n_cpus = 1;                                  ///< threads per task
+  std::function<bool()> is_stop_requested;         ///< polled
+  std::function<void(const std::string&)> report;  ///< one line per ended task
 };
 
 struct LocalOutcome {
   bool is_interrupted = false;
   int n_done = 0;
   int n_failed = 0;    ///< ended with an error
-  int n_left_out = 0;  ///< skipped because a dependency failed
+  int n_skipped = 0;   ///< skipped because a dependency failed
   int worst_code = 0;  ///< exit code; priority 5, 2, 3, 0
 };
 
@@ -34,4 +34,4 @@ LocalOutcome run_locally(const std::string& folder, const Submission& submission
 /// Takes the lock of `vrda submit` and `vrda resume`; throws InputError if another process holds it.
 OpenFile locked_submission(const std::string& folder);
 
-}  // namespace vrda
+}  // namespace vrda::cluster

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace vrda {
+namespace vrda::cluster {
 namespace {
 
 void add_once(std::vector<std::string>& ids, const std::string& id)
@@ -12,7 +12,7 @@ void add_once(std::vector<std::string>& ids, const std::string& id)
 
 const char* problem_of(const TaskView& view)
 {
-  if (view.standing != TaskStanding::done) return name_of(view.standing);
+  if (view.status != TaskStatus::done) return name_of(view.status);
   switch (view.task.kind) {
     case TaskKind::spine:
     case TaskKind::shard:
@@ -33,7 +33,7 @@ class Search {
   {
   }
 
-  Missing found(const StatusView& status)
+  MissingWork found(const StatusView& status)
   {
     for (const CaseView& view : status.cases) check_case(view);
     if (status.index) check_index(*status.index);
@@ -45,7 +45,7 @@ class Search {
   {
     const TaskView& last = view.tasks.back();
     note_end(last.task);
-    if (view.is_made) return;
+    if (view.is_complete) return;
     CaseWork work;
     work.case_number = view.case_number;
     const bool has_merge = last.task.kind == TaskKind::merge;
@@ -61,10 +61,10 @@ class Search {
   {
     const TaskKind kind = view.task.kind;
     if (is_under_way(view)) {
-      ++missing_.n_under_way;
-      if (kind == TaskKind::spine) add_once(work.spine_under_way, view.slurm_job);
-      if (kind == TaskKind::shard) add_once(work.shards_under_way, view.slurm_job);
-      if (kind == TaskKind::run) add_once(missing_.work.cases_under_way, view.slurm_job);
+      ++missing_.n_active;
+      if (kind == TaskKind::spine) add_once(work.active_spine_jobs, view.slurm_job);
+      if (kind == TaskKind::shard) add_once(work.active_shard_jobs, view.slurm_job);
+      if (kind == TaskKind::run) add_once(missing_.work.active_case_jobs, view.slurm_job);
       return;
     }
     if (is_complete(view)) return;
@@ -78,9 +78,9 @@ class Search {
   {
     const bool is_new = work.needs_spine || !work.shards.empty();
     const bool has_merge = is_under_way(merge);
-    if (has_merge) ++missing_.n_under_way;
-    if (has_merge && (!is_new || merge.standing == TaskStanding::running)) {
-      return add_once(missing_.work.cases_under_way, merge.slurm_job);
+    if (has_merge) ++missing_.n_active;
+    if (has_merge && (!is_new || merge.status == TaskStatus::running)) {
+      return add_once(missing_.work.active_case_jobs, merge.slurm_job);
     }
     // The queued merge would start without the new shards, or never.
     if (has_merge) add_once(missing_.to_cancel, merge.slurm_job);
@@ -91,18 +91,18 @@ class Search {
   void check_index(const TaskView& index)
   {
     const bool has_work = !missing_.work.cases.empty();
-    const bool is_running = is_under_way(index) && index.standing == TaskStanding::running;
+    const bool is_running = is_under_way(index) && index.status == TaskStatus::running;
     if (!has_work && is_under_way(index)) {
-      ++missing_.n_under_way;
+      ++missing_.n_active;
       return;
     }
-    if (!has_work && index.standing == TaskStanding::done && !is_outdated(index)) return;
+    if (!has_work && index.status == TaskStatus::done && !is_outdated(index)) return;
     if (is_running) {
       // The running index may miss the new models, and must not overwrite the table of the next index task.
-      ++missing_.n_under_way;
-      add_once(missing_.work.cases_under_way, index.slurm_job);
+      ++missing_.n_active;
+      add_once(missing_.work.active_case_jobs, index.slurm_job);
     }
-    if (index.standing == TaskStanding::queued) add_once(missing_.to_cancel, index.slurm_job);
+    if (index.status == TaskStatus::queued) add_once(missing_.to_cancel, index.slurm_job);
     missing_.work.needs_index = true;
     if (!has_work) repeat(index, problem_of(index));
   }
@@ -111,8 +111,8 @@ class Search {
   bool is_under_way(const TaskView& view) const
   {
     const bool is_local = snapshot_.locked.count(view.task) > 0;
-    return !is_local && (view.standing == TaskStanding::queued || view.standing == TaskStanding::running ||
-                         view.is_job_running);
+    return !is_local &&
+           (view.status == TaskStatus::queued || view.status == TaskStatus::running || view.is_job_running);
   }
 
   const TaskState* state_of(const TaskId& task) const
@@ -125,7 +125,7 @@ class Search {
   bool has_own_failure(const TaskView& merge) const
   {
     const TaskState* own = state_of(merge.task);
-    return merge.standing == TaskStanding::failed && own != nullptr && own->phase == TaskPhase::failed &&
+    return merge.status == TaskStatus::failed && own != nullptr && own->phase == TaskPhase::failed &&
            own->slurm_job == merge.slurm_job;
   }
 
@@ -141,7 +141,7 @@ class Search {
   bool is_outdated(const TaskView& index) const
   {
     const TaskState* own = state_of(index.task);
-    return !missing_.work.cases_under_way.empty() || (own != nullptr && last_end_ > own->begun);
+    return !missing_.work.active_case_jobs.empty() || (own != nullptr && last_end_ > own->started);
   }
 
   // With free varus the total is unknown: whether the spine is complete is determined only by a merge, a
@@ -156,7 +156,7 @@ class Search {
 
   bool is_complete(const TaskView& view)
   {
-    if (view.standing != TaskStanding::done || view.task.kind == TaskKind::run) return false;
+    if (view.status != TaskStatus::done || view.task.kind == TaskKind::run) return false;
     const SolvedCount solved = counter_.count(view.task);
     if (solved.n_total > 0) return solved.n_done == solved.n_total;
     return view.task.kind == TaskKind::shard || solved.n_done > 0;
@@ -177,15 +177,15 @@ class Search {
   const std::string now_ = utc_now();
   SolvedCounter counter_;
   std::string last_end_;  // UTC, of the completed cases
-  Missing missing_;
+  MissingWork missing_;
 };
 
 }  // namespace
 
-Missing missing_of(const std::string& folder, const Submission& submission, const StatusView& status,
-                   const SubmissionSnapshot& snapshot)
+MissingWork find_missing_work(const std::string& folder, const Submission& submission,
+                              const StatusView& status, const SubmissionSnapshot& snapshot)
 {
   return Search(folder, submission, snapshot).found(status);
 }
 
-}  // namespace vrda
+}  // namespace vrda::cluster

@@ -19,7 +19,7 @@
 #include "core/error.hpp"
 #include "core/open_file.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 namespace {
 
 // Ids per command line, far below the system's limit.
@@ -49,9 +49,10 @@ std::int32_t number_in(const std::string& text, std::int32_t otherwise)
   return is_number ? static_cast<std::int32_t>(value) : otherwise;
 }
 
-InputError::Facts failure_of(const std::vector<std::string>& words, const Said& result, const char* wanted)
+InputError::Facts failure_of(const std::vector<std::string>& words, const ProgramResult& result,
+                             const char* wanted)
 {
-  if (result.is_absent) {
+  if (result.is_not_found) {
     return {words.front(), "", "no such program: Slurm is not installed here",
             "a machine of a Slurm cluster, or --local"};
   }
@@ -60,9 +61,9 @@ InputError::Facts failure_of(const std::vector<std::string>& words, const Said& 
           wanted};
 }
 
-bool is_done(const Said& result)
+bool is_done(const ProgramResult& result)
 {
-  return !result.is_absent && result.exit_code == 0;
+  return !result.is_not_found && result.exit_code == 0;
 }
 
 constexpr const char* wanted_controller = "a responding Slurm controller, or --local";
@@ -141,30 +142,30 @@ std::string slurm_message(const std::string& standard_error)
   return message;
 }
 
-SlurmLimits ask_limits()
+SlurmLimits query_limits()
 {
   const std::vector<std::string> words{"scontrol", "show", "config"};
-  const Said result = run_program(words, "");
+  const ProgramResult result = run_program(words, "");
   if (!is_done(result)) throw InputError(failure_of(words, result, wanted_controller));
   return limits_of_config(result.out);
 }
 
-SubmitAnswer submit_job(const std::vector<std::string>& words, const std::string& folder)
+SubmitResult submit_job(const std::vector<std::string>& words, const std::string& folder)
 {
-  const Said result = run_program(words, folder);
+  const ProgramResult result = run_program(words, folder);
   const std::string id = trimmed(result.out.substr(0, result.out.find_first_of(";\n")));
   if (is_done(result) && !id.empty()) return {id, std::nullopt};
   return {"", failure_of(words, result, "a job that Slurm accepts")};
 }
 
-QueueAnswer ask_rows(const std::vector<std::string>& ids)
+QueueResult query_queue(const std::vector<std::string>& ids)
 {
-  QueueAnswer answer;
+  QueueResult answer;
   for (std::size_t k = 0; k < ids.size(); k += ids_at_once) {
     const std::vector<std::string> words{
         "squeue",       "--noheader", "--all",       "--array",
         "--states=all", "-o",         squeue_format, "--jobs=" + joined(ids, k, ids_at_once)};
-    const Said result = run_program(words, "");
+    const ProgramResult result = run_program(words, "");
     // For a single purged job squeue fails instead of printing no row.
     const bool is_purged = result.err.find("Invalid job id") != std::string::npos;
     if (!is_done(result) && !is_purged) return {{}, failure_of(words, result, wanted_controller)};
@@ -179,7 +180,7 @@ std::optional<InputError::Facts> cancel_jobs(const std::vector<std::string>& ids
   for (std::size_t k = 0; k < ids.size(); k += ids_at_once) {
     std::vector<std::string> words{"scancel"};
     for (std::size_t i = k; i < std::min(k + ids_at_once, ids.size()); ++i) words.push_back(ids[i]);
-    const Said result = run_program(words, "");
+    const ProgramResult result = run_program(words, "");
     if (!is_done(result)) return failure_of(words, result, "jobs that may be cancelled");
   }
   return std::nullopt;
@@ -189,7 +190,7 @@ void release_jobs(const std::vector<std::string>& ids)
 {
   for (std::size_t k = 0; k < ids.size(); k += ids_at_once) {
     const std::vector<std::string> words{"scontrol", "release", joined(ids, k, ids_at_once)};
-    const Said result = run_program(words, "");
+    const ProgramResult result = run_program(words, "");
     if (!is_done(result)) throw InputError(failure_of(words, result, "jobs that may be released"));
   }
 }
@@ -212,7 +213,7 @@ template <typename Fields>
 void name_fields(const Fields& fields, SubmittedJob& s)
 {
   fields("id", s.id);
-  fields("at", s.at);
+  fields("at", s.submitted_at);
   std::string kind = name_of(s.job.kind);
   fields("kind", kind);
   const std::optional<TaskKind> known = task_kind_of(kind);
@@ -278,7 +279,7 @@ std::map<TaskId, SlurmTask> tasks_in_slurm(const Submission& submission,
   return tasks;
 }
 
-void require_same_span(const std::map<TaskId, SlurmTask>& tasks, std::int32_t requested)
+void require_same_cases_per_task(const std::map<TaskId, SlurmTask>& tasks, std::int32_t requested)
 {
   for (const auto& [id, task] : tasks) {
     const bool is_under_way = is_queued(task.row) || is_running(task.row);
@@ -290,4 +291,4 @@ void require_same_span(const std::map<TaskId, SlurmTask>& tasks, std::int32_t re
   }
 }
 
-}  // namespace vrda
+}  // namespace vrda::cluster

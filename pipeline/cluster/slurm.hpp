@@ -11,7 +11,7 @@
 #include "cluster/submission.hpp"
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 
 /// squeue's row of a job or of one array task.
 struct SlurmRow {
@@ -41,27 +41,27 @@ bool is_running(const SlurmRow& row);
 std::string slurm_message(const std::string& standard_error);
 
 /// Errors are an InputError or its facts, with Slurm's message, or suggesting --local without Slurm.
-SlurmLimits ask_limits();
-struct SubmitAnswer {
+SlurmLimits query_limits();
+struct SubmitResult {
   std::string id;
-  std::optional<InputError::Facts> fault;  ///< if set, there is no id
+  std::optional<InputError::Facts> error;  ///< if set, there is no id
 };
 /// Runs `words` (sbatch ...) in `folder` and returns the printed id.
-SubmitAnswer submit_job(const std::vector<std::string>& words, const std::string& folder);
-struct QueueAnswer {
+SubmitResult submit_job(const std::vector<std::string>& words, const std::string& folder);
+struct QueueResult {
   std::vector<SlurmRow> rows;
-  std::optional<InputError::Facts> fault;  ///< if set, there are no rows
+  std::optional<InputError::Facts> error;  ///< if set, there are no rows
 };
 /// Jobs that Slurm has purged have no row.
-QueueAnswer ask_rows(const std::vector<std::string>& ids);
+QueueResult query_queue(const std::vector<std::string>& ids);
 std::optional<InputError::Facts> cancel_jobs(const std::vector<std::string>& ids);
 void release_jobs(const std::vector<std::string>& ids);
 
 /// One line of DIR/submitted.jsonl.
 struct SubmittedJob {
   std::string id;
-  std::string at;  ///< UTC
-  PlannedJob job;  ///< without dependencies
+  std::string submitted_at;  ///< UTC
+  PlannedJob job;            ///< without dependencies
 };
 
 /// Appends one line and flushes it to disk, so that no job in Slurm's queue is lost. Returns the facts of an
@@ -86,6 +86,6 @@ std::map<TaskId, SlurmTask> tasks_in_slurm(const Submission& submission,
 
 /// Throws InputError whose file is "--cases-per-task" unless queued or running `run` tasks have `requested`
 /// cases per task: a task is a range of case numbers, and ranges of different lengths would overlap.
-void require_same_span(const std::map<TaskId, SlurmTask>& tasks, std::int32_t requested);
+void require_same_cases_per_task(const std::map<TaskId, SlurmTask>& tasks, std::int32_t requested);
 
-}  // namespace vrda
+}  // namespace vrda::cluster

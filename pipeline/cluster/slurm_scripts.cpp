@@ -11,10 +11,10 @@
 
 #include "cluster/slurm.hpp"
 #include "cluster/task_state.hpp"
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "core/whole_file.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 namespace {
 
 constexpr const char* wanted_time = "minutes, hours:minutes:seconds or days-hours, e.g. 30, 2:00:00 or 1-12";
@@ -133,8 +133,8 @@ std::variant<SubmittedJob, InputError::Facts> submit_and_record(const std::strin
 {
   std::vector<std::string> ids;
   for (const SubmittedJob& one : before) ids.push_back(one.id);
-  const SubmitAnswer answer = submit_job(sbatch_words(folder, submission, job, ids), folder);
-  if (answer.fault) return *answer.fault;
+  const SubmitResult answer = submit_job(sbatch_words(folder, submission, job, ids), folder);
+  if (answer.error) return *answer.error;
   const SubmittedJob submitted{answer.id, utc_now(), job};
   const auto fault = append_submitted(folder, submitted);
   if (!fault) return submitted;
@@ -176,7 +176,7 @@ void require_log_folder(const std::string& folder)
       {folder, "folder", "a backslash or a line break", "a path that sbatch accepts for a log file"});
 }
 
-void require_sound(const SlurmOptions& options)
+void require_valid_options(const SlurmOptions& options)
 {
   require_word("--partition", options.partition);
   require_word("--mem", options.memory);
@@ -233,7 +233,7 @@ done
 job=${SLURM_ARRAY_JOB_ID:+${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID}
 job=${job:-$SLURM_JOB_ID}
 if { [ "$code" -eq 4 ] || [ "$code" -eq 143 ]; } && [ "${SLURM_RESTART_COUNT:-0}" -lt )" +
-         std::to_string(most_restarts) + R"( ]; then
+         std::to_string(max_restarts) + R"( ]; then
   case $(squeue --noheader --jobs="$job" --states=all -O 'RestartCnt: ,State: ,Reason: ') in
     "${SLURM_RESTART_COUNT:-0} RUNNING"* | "${SLURM_RESTART_COUNT:-0} "*TimeLimit*) scontrol requeue "$job" && exit 0 ;;
   esac
@@ -304,7 +304,7 @@ void write_scripts(const std::string& folder, const Submission& submission,
   for (const PlannedJob& job : jobs) kinds.insert(job.kind);
   for (const TaskKind kind : kinds) {
     const std::string path = scripts_of(folder) + "/" + script_name_of(kind);
-    write_whole(path, {script_of(kind, folder, submission)});
+    write_atomically(path, {script_of(kind, folder, submission)});
     constexpr mode_t readable_by_all = 0755;
     chmod(path.c_str(), readable_by_all);
   }
@@ -353,4 +353,4 @@ std::vector<std::string> lines_of(const Submission& submission, const std::vecto
   return lines;
 }
 
-}  // namespace vrda
+}  // namespace vrda::cluster

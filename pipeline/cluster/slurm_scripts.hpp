@@ -8,7 +8,7 @@
 #include "cluster/slurm.hpp"
 #include "cluster/submission.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 
 /// Seconds of a time limit as sbatch takes it: minutes, minutes:seconds, hours:minutes:seconds, days-hours,
 /// days-hours:minutes, days-hours:minutes:seconds. Throws InputError whose file is "--time".
@@ -20,10 +20,10 @@ std::int64_t seconds_of_time(const std::string& text);
 std::int64_t warning_seconds(std::int64_t time_limit_seconds);
 
 /// Maximum number of restarts of a task.
-inline constexpr int most_restarts = 100;
+inline constexpr int max_restarts = 100;
 
 /// Throws InputError naming an invalid option: a line break would end a script's line, a space an option.
-void require_sound(const SlurmOptions& options);
+void require_valid_options(const SlurmOptions& options);
 /// Throws InputError if `folder` has characters that sbatch interprets in log paths.
 void require_log_folder(const std::string& folder);
 
@@ -61,4 +61,4 @@ std::vector<SubmittedJob> submit_jobs(const std::string& folder, const Submissio
 /// "spine 12, shards 13_[1-8%4], merge 14": one line per case, then one for unsharded cases and the index.
 std::vector<std::string> lines_of(const Submission& submission, const std::vector<SubmittedJob>& jobs);
 
-}  // namespace vrda
+}  // namespace vrda::cluster

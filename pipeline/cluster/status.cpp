@@ -14,7 +14,7 @@
 #include "journal/journal.hpp"
 #include "journal/record_bytes.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 namespace {
 
 namespace fs = std::filesystem;
@@ -24,7 +24,8 @@ constexpr std::array<const char*, 7> standing_names{"waiting", "queued",      "r
 
 std::vector<std::int32_t> rows_of(const Submission& submission, const TaskId& task)
 {
-  return rows_of(Shard{task.shard, submission.n_shards}, case_of(submission, task).n_flexion);
+  return cluster::rows_of(journal::Shard{task.shard, submission.n_shards},
+                          case_of(submission, task).n_flexion);
 }
 
 // slurmstepd's last message in a log after it ended a task: time limit, memory, node failure.
@@ -49,12 +50,12 @@ std::string with_reason(const std::string& what, const std::string& reason)
 }
 
 struct Standing {
-  TaskStanding standing;
+  TaskStatus standing;
   std::string reason = {};
 };
 
-constexpr std::array<TaskStanding, 4> standing_of_phase{TaskStanding::running, TaskStanding::done,
-                                                        TaskStanding::failed, TaskStanding::interrupted};
+constexpr std::array<TaskStatus, 4> standing_of_phase{TaskStatus::running, TaskStatus::done,
+                                                      TaskStatus::failed, TaskStatus::interrupted};
 
 /// Status of one task: from Slurm while it has the job, otherwise from the task's state file, verified with
 /// its journal, its lock and Slurm.
@@ -99,17 +100,17 @@ class TaskAssessment {
   {
     if (is_queued(row)) {
       const bool is_held = is_held_after_failed_launch(row);
-      return {TaskStanding::queued, row.reason + (is_held ? "; vrda resume releases it" : "")};
+      return {TaskStatus::queued, row.reason + (is_held ? "; vrda resume releases it" : "")};
     }
     if (has_own(TaskPhase::done)) return by_state();
     if (is_running(row)) return while_job_runs(row);
     // It was repeated locally since.
     if (own_ != nullptr && !is_of_job_ && own_->slurm_job.empty()) return by_state();
-    if (has_own(TaskPhase::failed)) return {TaskStanding::failed, own_->reason};
+    if (has_own(TaskPhase::failed)) return {TaskStatus::failed, own_->reason};
     // Its state file may not be visible yet on a network file system.
     if (row.state == "COMPLETED") return when_done("");
     const bool has_failed_dependency = row.reason.find("Dependency") != std::string::npos;
-    return {has_own(TaskPhase::interrupted) ? TaskStanding::interrupted : TaskStanding::failed,
+    return {has_own(TaskPhase::interrupted) ? TaskStatus::interrupted : TaskStatus::failed,
             has_failed_dependency ? row.state + ": a job it depends on failed"
                                   : with_reason(row.state, row.reason)};
   }
@@ -118,11 +119,11 @@ class TaskAssessment {
   Standing while_job_runs(const SlurmRow& row) const
   {
     if (queue_->per_task > 1) {
-      if (has_own(TaskPhase::failed)) return {TaskStanding::failed, own_->reason};
-      if (!has_own(TaskPhase::running)) return {TaskStanding::queued, "waiting for other cases of its task"};
+      if (has_own(TaskPhase::failed)) return {TaskStatus::failed, own_->reason};
+      if (!has_own(TaskPhase::running)) return {TaskStatus::queued, "waiting for other cases of its task"};
     }
     const bool has_started = own_ != nullptr && own_->phase == TaskPhase::running;
-    return {TaskStanding::running, row.state != "RUNNING" ? row.state : has_started ? own_->reason : ""};
+    return {TaskStatus::running, row.state != "RUNNING" ? row.state : has_started ? own_->reason : ""};
   }
 
   Standing by_state() const
@@ -130,20 +131,20 @@ class TaskAssessment {
     const bool is_of_earlier_job =
         own_ != nullptr && queue_ != nullptr && !is_of_job_ && !own_->slurm_job.empty();
     if (own_ == nullptr || is_of_earlier_job) {
-      if (queue_ == nullptr) return {TaskStanding::waiting};
-      if (!snapshot_.remark.empty()) return {TaskStanding::queued, "last known state"};
-      return {TaskStanding::lost, "Slurm has no record of the job, and it never started"};
+      if (queue_ == nullptr) return {TaskStatus::waiting};
+      if (!snapshot_.remark.empty()) return {TaskStatus::queued, "last known state"};
+      return {TaskStatus::lost, "Slurm has no record of the job, and it never started"};
     }
     if (own_->phase == TaskPhase::done) return when_done(own_->reason);
     if (own_->phase != TaskPhase::running)
       return {standing_of_phase.at(static_cast<std::size_t>(own_->phase)), own_->reason};
     if (own_->slurm_job.empty()) {
-      if (snapshot_.locked.count(task_) > 0) return {TaskStanding::running, own_->reason};
-      return {TaskStanding::lost, "its process no longer exists"};
+      if (snapshot_.locked.count(task_) > 0) return {TaskStatus::running, own_->reason};
+      return {TaskStatus::lost, "its process no longer exists"};
     }
-    if (!snapshot_.remark.empty()) return {TaskStanding::running, "last known state"};
+    if (!snapshot_.remark.empty()) return {TaskStatus::running, "last known state"};
     const std::string message = queue_ == nullptr ? "" : slurm_error_in(logs_of(folder_) + "/" + queue_->log);
-    return {TaskStanding::lost, message.empty() ? "Slurm has no record of the job" : message};
+    return {TaskStatus::lost, message.empty() ? "Slurm has no record of the job" : message};
   }
 
   // Its result must still exist: a journal until it is merged.
@@ -152,8 +153,8 @@ class TaskAssessment {
     const bool has_journal = task_.kind == TaskKind::spine || task_.kind == TaskKind::shard;
     std::error_code ignored;
     if (has_journal && !fs::exists(journals_of(folder_, submission_, task_).front(), ignored))
-      return {TaskStanding::lost, "its journal is missing"};
-    return {TaskStanding::done, reason};
+      return {TaskStatus::lost, "its journal is missing"};
+    return {TaskStatus::done, reason};
   }
 
   const std::string& folder_;
@@ -179,8 +180,8 @@ class Viewer {
     TaskView view = assessment.view();
     const bool is_done = own != nullptr && own->phase == TaskPhase::done;
     const Standing standing =
-        is_made ? Standing{TaskStanding::done, is_done ? own->reason : ""} : assessment.standing();
-    view.standing = standing.standing;
+        is_made ? Standing{TaskStatus::done, is_done ? own->reason : ""} : assessment.standing();
+    view.status = standing.standing;
     view.reason = standing.reason;
     count(view, own);
     return view;
@@ -190,9 +191,9 @@ class Viewer {
   void count(TaskView& view, const TaskState* own)
   {
     view.n_total = counter_.total_of(view.task);
-    if (view.standing == TaskStanding::done) {
+    if (view.status == TaskStatus::done) {
       view.n_done = view.n_total;
-    } else if (view.standing == TaskStanding::running) {
+    } else if (view.status == TaskStatus::running) {
       const SolvedCount solved = counter_.count(view.task);
       view.n_done = solved.n_done;
       view.n_total = solved.n_total;
@@ -206,7 +207,7 @@ class Viewer {
   // the journal. Both are times of the same file server, so differences between clocks do not matter.
   void measure(TaskView& view, const TaskState& own) const
   {
-    const std::int64_t n_new = view.n_done - own.n_done_at_begin;
+    const std::int64_t n_new = view.n_done - own.n_done_at_start;
     const std::vector<std::string> journals = journals_of(folder_, submission_, view.task);
     if (n_new <= 0 || journals.empty()) return;
     std::error_code no_state, no_journal;
@@ -227,23 +228,23 @@ class Viewer {
   SolvedCounter counter_;
 };
 
-TaskStanding standing_of(const std::vector<TaskView>& tasks)
+TaskStatus standing_of(const std::vector<TaskView>& tasks)
 {
-  for (const TaskStanding standing : {TaskStanding::failed, TaskStanding::lost, TaskStanding::running,
-                                      TaskStanding::interrupted, TaskStanding::queued}) {
+  for (const TaskStatus standing : {TaskStatus::failed, TaskStatus::lost, TaskStatus::running,
+                                    TaskStatus::interrupted, TaskStatus::queued}) {
     for (const TaskView& task : tasks) {
-      if (task.standing == standing) return standing;
+      if (task.status == standing) return standing;
     }
   }
-  return TaskStanding::waiting;
+  return TaskStatus::waiting;
 }
 
 // "2 running, 1 queued", non-zero counts only.
-std::string counts_text(const std::vector<TaskStanding>& standings)
+std::string counts_text(const std::vector<TaskStatus>& standings)
 {
   std::string text;
-  for (const TaskStanding standing : {TaskStanding::running, TaskStanding::queued, TaskStanding::waiting,
-                                      TaskStanding::failed, TaskStanding::interrupted, TaskStanding::lost}) {
+  for (const TaskStatus standing : {TaskStatus::running, TaskStatus::queued, TaskStatus::waiting,
+                                    TaskStatus::failed, TaskStatus::interrupted, TaskStatus::lost}) {
     const auto n = std::count(standings.begin(), standings.end(), standing);
     if (n > 0) text += ", " + std::to_string(n) + " " + name_of(standing);
   }
@@ -269,7 +270,7 @@ std::string attitudes_text(const StatusView& view)
 
 }  // namespace
 
-const char* name_of(TaskStanding standing)
+const char* name_of(TaskStatus standing)
 {
   return standing_names.at(static_cast<std::size_t>(standing));
 }
@@ -280,8 +281,8 @@ SubmissionSnapshot take_snapshot(const std::string& folder, const Submission& su
   const std::vector<SubmittedJob> jobs = read_submitted(folder);
   std::vector<std::string> ids;
   for (const SubmittedJob& job : jobs) ids.push_back(job.id);
-  const QueueAnswer queue = ask_rows(ids);
-  if (queue.fault) snapshot.remark = InputError(*queue.fault).what();
+  const QueueResult queue = query_queue(ids);
+  if (queue.error) snapshot.remark = InputError(*queue.error).what();
   // Read after the queue, so that a task that ends meanwhile has its final state.
   snapshot.states = read_task_states(folder, submission);
   snapshot.slurm = tasks_in_slurm(submission, jobs, queue.rows);
@@ -306,14 +307,14 @@ StatusView status_of(const std::string& folder, const Submission& submission,
     CaseView view;
     view.case_number = k;
     const SubmittedCase& submitted = submission.cases[static_cast<std::size_t>(k)];
-    view.is_made = is_made(folder, submitted);
+    view.is_complete = is_case_complete(folder, submitted);
     view.is_merged =
-        !view.is_made && submission.n_shards > 1 && is_only_to_clear_up(output_of(folder, submitted));
+        !view.is_complete && submission.n_shards > 1 && is_cleanup_pending(output_of(folder, submitted));
     for (const TaskId& task : tasks_of_case(submission, k)) {
-      const bool is_done = view.is_made || (view.is_merged && task.kind != TaskKind::merge);
+      const bool is_done = view.is_complete || (view.is_merged && task.kind != TaskKind::merge);
       view.tasks.push_back(viewer.view(task, is_done));
     }
-    view.standing = view.is_made ? TaskStanding::done : standing_of(view.tasks);
+    view.status = view.is_complete ? TaskStatus::done : standing_of(view.tasks);
     status.cases.push_back(std::move(view));
   }
   if (submission.has_index()) status.index = viewer.view({TaskKind::index, -1, 0}, false);
@@ -322,19 +323,19 @@ StatusView status_of(const std::string& folder, const Submission& submission,
 
 std::string summary_of(const StatusView& view, const Submission& submission)
 {
-  std::vector<TaskStanding> standings;
+  std::vector<TaskStatus> standings;
   const bool is_campaign = submission.has_index();
   for (const CaseView& c : view.cases) {
     if (is_campaign) {
-      standings.push_back(c.standing);
+      standings.push_back(c.status);
       continue;
     }
     for (const TaskView& task : c.tasks) {
       if (task.task.kind == TaskKind::shard || task.task.kind == TaskKind::run)
-        standings.push_back(task.standing);
+        standings.push_back(task.status);
     }
   }
-  const auto n_done = std::count(standings.begin(), standings.end(), TaskStanding::done);
+  const auto n_done = std::count(standings.begin(), standings.end(), TaskStatus::done);
   const char* what = is_campaign ? " cases" : submission.n_shards > 1 ? " shards" : " runs";
   return std::to_string(n_done) + " of " + std::to_string(standings.size()) + what + " done" +
          counts_text(standings) + "; " + attitudes_text(view);
@@ -369,22 +370,23 @@ std::vector<std::string> journals_of(const std::string& folder, const Submission
 {
   if (task.case_number < 0) return {};
   const std::string output = output_of(folder, case_of(submission, task));
-  if (task.kind == TaskKind::spine) return {spine_journal_of(output)};
-  if (task.kind == TaskKind::run) return {journal_of(output)};
+  if (task.kind == TaskKind::spine) return {journal::spine_journal_of(output)};
+  if (task.kind == TaskKind::run) return {journal::journal_of(output)};
   if (task.kind != TaskKind::shard) return {};
-  return {shard_journal_of(output, {task.shard, submission.n_shards}), spine_journal_of(output)};
+  return {journal::shard_journal_of(output, {task.shard, submission.n_shards}),
+          journal::spine_journal_of(output)};
 }
 
 SolvedCounter::Content SolvedCounter::content_of(const std::string& journal)
 {
   // Valid records before damage count; the task that resumes the journal reports the damage.
   Content content;
-  FrameTail tail = journal_tail(journal);
+  journal::FrameTail tail = journal::journal_tail(journal);
   for (bool has_more = true; has_more;) {
-    const TailNews news = tail.look();
+    const journal::TailUpdate news = tail.poll();
     has_more = news.has_more;
     for (const std::string& frame : news.frames) {
-      const std::optional<StepRecord> record = record_of(frame);
+      const std::optional<StepRecord> record = journal::record_of(frame);
       if (!record) return content;
       const StepKey& key = record->key;
       if (key.kind == StepKind::spine || key.kind == StepKind::row)
@@ -398,7 +400,7 @@ SolvedCounter::Content SolvedCounter::content_of(const std::string& journal)
 const SolvedCounter::Content& SolvedCounter::spine_of(const TaskId& task)
 {
   if (spine_case_ != task.case_number) {
-    spine_ = content_of(spine_journal_of(output_of(folder_, case_of(submission_, task))));
+    spine_ = content_of(journal::spine_journal_of(output_of(folder_, case_of(submission_, task))));
     spine_case_ = task.case_number;
   }
   return spine_;
@@ -432,4 +434,4 @@ SolvedCount SolvedCounter::count(const TaskId& task)
   return {n_done, total_of(task)};
 }
 
-}  // namespace vrda
+}  // namespace vrda::cluster

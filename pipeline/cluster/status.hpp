@@ -14,7 +14,7 @@
 #include "cluster/submission.hpp"
 #include "cluster/task_state.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 
 struct SolvedCount {
   std::int64_t n_done = 0;
@@ -56,7 +56,7 @@ class SolvedCounter {
 std::vector<std::string> journals_of(const std::string& folder, const Submission& submission,
                                      const TaskId& task);
 
-enum class TaskStanding {
+enum class TaskStatus {
   waiting,      ///< for other tasks, or not yet submitted
   queued,       ///< in Slurm's queue
   running,      ///< running
@@ -66,11 +66,11 @@ enum class TaskStanding {
   lost,         ///< started, but no longer exists
 };
 
-const char* name_of(TaskStanding standing);
+const char* name_of(TaskStatus standing);
 
 struct TaskView {
   TaskId task;
-  TaskStanding standing = TaskStanding::waiting;
+  TaskStatus status = TaskStatus::waiting;
   std::string reason;     ///< of waiting or failure; one line, may be empty
   std::string host;       ///< host of the last start
   std::string slurm_job;  ///< "13_3", or empty
@@ -84,8 +84,8 @@ struct TaskView {
 
 struct CaseView {
   std::int32_t case_number = 0;
-  TaskStanding standing = TaskStanding::waiting;
-  bool is_made = false;         ///< the motion model exists and is cleaned up
+  TaskStatus status = TaskStatus::waiting;
+  bool is_complete = false;     ///< the motion model exists and is cleaned up
   bool is_merged = false;       ///< the motion model exists, but clean-up is incomplete
   std::vector<TaskView> tasks;  ///< spine, shards, merge; or run
 };
@@ -121,16 +121,16 @@ std::string rate_text(double per_second, std::optional<double> seconds_left);
 std::string duration_text(double seconds);
 
 /// Remaining work of a submission.
-struct Missing {
+struct MissingWork {
   Work work;
   std::vector<std::string> reasons;    ///< one line per task to repeat: name and reason
   std::vector<std::string> to_cancel;  ///< Slurm jobs that can never start, or would start too early
-  std::int32_t n_under_way = 0;        ///< tasks queued or running in Slurm, which are not repeated
+  std::int32_t n_active = 0;           ///< tasks queued or running in Slurm, which are not repeated
 };
 
 /// Reads the journals of finished tasks in incomplete cases: their content decides, not the task states. A
 /// running local task counts as missing: its repetition waits for its lock and uses its results.
-Missing missing_of(const std::string& folder, const Submission& submission, const StatusView& status,
-                   const SubmissionSnapshot& snapshot);
+MissingWork find_missing_work(const std::string& folder, const Submission& submission,
+                              const StatusView& status, const SubmissionSnapshot& snapshot);
 
-}  // namespace vrda
+}  // namespace vrda::cluster

@@ -5,12 +5,12 @@
 #include <filesystem>
 
 #include "cluster/json_fields.hpp"
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
-#include "core/whole_file.hpp"
 #include "journal/run_files.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 namespace {
 
 namespace fs = std::filesystem;
@@ -111,12 +111,12 @@ std::vector<TaskId> tasks_of(const Submission& submission)
   return tasks;
 }
 
-bool is_made(const std::string& folder, const SubmittedCase& submitted)
+bool is_case_complete(const std::string& folder, const SubmittedCase& submitted)
 {
   const std::string output = output_of(folder, submitted);
   std::error_code ignored;
   return fs::exists(output, ignored) && !fs::exists(case_file_of(output), ignored) &&
-         !fs::exists(journal_of(output), ignored);
+         !fs::exists(journal::journal_of(output), ignored);
 }
 
 std::string text_of(const TaskId& task, const Submission& submission)
@@ -146,7 +146,7 @@ void write_submission(const std::string& folder, const Submission& submission)
   json.update(Json(submission));
   const std::string path = submission_file_of(folder);
   try {
-    write_whole(path, {json.dump(1), "\n"});
+    write_atomically(path, {json.dump(1), "\n"});
   } catch (const Json::exception&) {
     throw InputError({path, "", "a path or name that is not UTF-8", "paths in UTF-8"});
   }
@@ -156,7 +156,7 @@ Submission read_submission(const std::string& folder)
 {
   const std::string path = submission_file_of(folder);
   const std::string wanted = "the folder of a submission, created by vrda submit";
-  const std::optional<std::string> text = text_of_file(path);
+  const std::optional<std::string> text = read_text_file(path);
   if (!text) throw InputError({path, "", "no file", wanted});
   try {
     const Json json = Json::parse(*text);
@@ -180,4 +180,4 @@ std::int32_t case_named(const Submission& submission, const std::string& name)
                     "a case of the submission; the nearest is " + nearest_word(name, names)});
 }
 
-}  // namespace vrda
+}  // namespace vrda::cluster

@@ -8,7 +8,7 @@
 
 #include "cluster/case_spec.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 
 /// Kinds of tasks: a case is computed by `run`, or by `spine`, every `shard`, then `merge`.
 enum class TaskKind { spine, shard, merge, run, index };
@@ -88,7 +88,7 @@ std::vector<TaskId> tasks_of(const Submission& submission);
 const SubmittedCase& case_of(const Submission& submission, const TaskId& task);
 
 /// Whether the case's motion model exists and all intermediate files have been removed.
-bool is_made(const std::string& folder, const SubmittedCase& submitted);
+bool is_case_complete(const std::string& folder, const SubmittedCase& submitted);
 
 /// "spine", "shard 3 of 8", "index"; without the case's name.
 std::string text_of(const TaskId& task, const Submission& submission);
@@ -104,4 +104,4 @@ Submission read_submission(const std::string& folder);
 /// Index of the case with that name. Throws InputError whose file is "--case", naming the nearest one.
 std::int32_t case_named(const Submission& submission, const std::string& name);
 
-}  // namespace vrda
+}  // namespace vrda::cluster

@@ -10,9 +10,9 @@
 #include <set>
 
 #include "cluster/json_fields.hpp"
-#include "core/whole_file.hpp"
+#include "core/atomic_file.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 namespace {
 
 constexpr std::array<const char*, 4> phase_names{"running", "done", "failed", "interrupted"};
@@ -41,9 +41,9 @@ void name_fields(const Fields& fields, TaskState& s)
   if (named == phase_names.end()) throw nlohmann::json::other_error::create(501, "an unknown state", nullptr);
   s.phase = static_cast<TaskPhase>(named - phase_names.begin());
   fields("host", s.host);
-  fields("begun", s.begun);
+  fields("begun", s.started);
   fields("ended", s.ended);
-  fields("attitudes_at_begin", s.n_done_at_begin);
+  fields("attitudes_at_begin", s.n_done_at_start);
   fields("slurm_job", s.slurm_job);
   fields("restarts", s.n_restarts);
   fields("exit_code", s.exit_code);
@@ -76,14 +76,14 @@ std::string host_name()
   return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
 }
 
-TaskState begun_now(std::int64_t n_done)
+TaskState started_now(std::int64_t n_done)
 {
   TaskState state;
   // Several Slurm nodes may share a machine, so the node's name is preferred.
   const std::string node = environment("SLURMD_NODENAME");
   state.host = node.empty() ? host_name() : node;
-  state.begun = utc_now();
-  state.n_done_at_begin = n_done;
+  state.started = utc_now();
+  state.n_done_at_start = n_done;
   state.slurm_job = slurm_job();
   state.n_restarts = std::atoi(environment("SLURM_RESTART_COUNT").c_str());
   return state;
@@ -103,7 +103,7 @@ void write_task_state(const std::string& folder, const Submission& submission, c
                       const TaskState& state)
 {
   // A reason may contain invalid UTF-8.
-  write_whole(
+  write_atomically(
       task_file_of(folder, submission, task),
       {nlohmann::ordered_json(state).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace),
        "\n"});
@@ -113,7 +113,7 @@ std::optional<TaskState> read_task_state(const std::string& folder, const Submis
                                          const TaskId& task)
 {
   try {
-    return nlohmann::ordered_json::parse(text_of_file(task_file_of(folder, submission, task)).value_or(""))
+    return nlohmann::ordered_json::parse(read_text_file(task_file_of(folder, submission, task)).value_or(""))
         .get<TaskState>();
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;
@@ -136,4 +136,4 @@ std::map<TaskId, TaskState> read_task_states(const std::string& folder, const Su
   return states;
 }
 
-}  // namespace vrda
+}  // namespace vrda::cluster

@@ -9,7 +9,7 @@
 
 #include "cluster/submission.hpp"
 
-namespace vrda {
+namespace vrda::cluster {
 
 enum class TaskPhase { running, done, failed, interrupted };
 
@@ -18,9 +18,9 @@ const char* name_of(TaskPhase phase);
 struct TaskState {
   TaskPhase phase = TaskPhase::running;
   std::string host;                  ///< node name for Slurm tasks
-  std::string begun;                 ///< UTC, of the last start
+  std::string started;               ///< UTC, of the last start
   std::string ended;                 ///< UTC; empty while running
-  std::int64_t n_done_at_begin = 0;  ///< attitudes (spine: steps) in the journals when solving started
+  std::int64_t n_done_at_start = 0;  ///< attitudes (spine: steps) in the journals when solving started
   std::string slurm_job;             ///< "13_3", or empty
   std::int32_t n_restarts = 0;       ///< by Slurm
   std::int32_t exit_code = 0;        ///< of the command; meaningful once ended
@@ -33,7 +33,7 @@ std::string utc_now();
 std::string host_name();
 
 /// The state of a task that starts now in this process; Slurm's numbers are from the environment.
-TaskState begun_now(std::int64_t n_done);
+TaskState started_now(std::int64_t n_done);
 
 /// Whether both belong to the same start; restarts of a Slurm job differ in n_restarts. Local tasks are
 /// excluded by the lock of their state file (core/open_file.hpp), which each holds while it runs.
@@ -51,4 +51,4 @@ std::optional<TaskState> read_task_state(const std::string& folder, const Submis
 /// The states of all tasks that have started; lists the folder once.
 std::map<TaskId, TaskState> read_task_states(const std::string& folder, const Submission& submission);
 
-}  // namespace vrda
+}  // namespace vrda::cluster

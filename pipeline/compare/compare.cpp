@@ -7,16 +7,16 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::compare {
 namespace {
 
-bool is_stable(const MotionModel& model, Eigen::Index i, Eigen::Index j)
+bool is_stable(const store::MotionModel& model, Eigen::Index i, Eigen::Index j)
 {
   return model.status(i, j) == status_stable;
 }
 
 /// True if the one, two or four cells around attitude (i, j) of the refined grid are solved.
-bool is_surrounded(const MotionModel& model, Eigen::Index i, Eigen::Index j, Eigen::Index refine)
+bool is_surrounded(const store::MotionModel& model, Eigen::Index i, Eigen::Index j, Eigen::Index refine)
 {
   for (const Eigen::Index row : {i / refine, (i + refine - 1) / refine}) {
     for (const Eigen::Index column : {j / refine, (j + refine - 1) / refine}) {
@@ -32,32 +32,32 @@ void update_largest(double& largest, double value)
   if (std::isnan(largest) || value > largest) largest = value;
 }
 
-void include(Faults& faults, AuditState state, double gap_mm, double penetration_mm)
+void include(AuditTotals& faults, store::AuditState state, double gap_mm, double penetration_mm)
 {
-  if (state == AuditState::no_pose) return;
+  if (state == store::AuditState::no_pose) return;
   ++faults.n_attitudes;
-  if (state == AuditState::overlapping) ++faults.n_overlapping;
-  if (state == AuditState::nothing_ahead) ++faults.n_nothing_ahead;
+  if (state == store::AuditState::overlapping) ++faults.n_overlapping;
+  if (state == store::AuditState::nothing_ahead) ++faults.n_nothing_ahead;
   update_largest(faults.largest_penetration_mm, penetration_mm);
   update_largest(faults.largest_gap_mm, gap_mm);
 }
 
 }  // namespace
 
-MotionFaults faults_of(const MotionModel& model, const AuditSet& audit)
+MotionAuditTotals motion_audit_totals(const store::MotionModel& model, const store::AuditSet& audit)
 {
   const auto refine = static_cast<Eigen::Index>(audit.refine);
   check(refine >= 1 && audit.state.rows() == (model.status.rows() - 1) * refine + 1 &&
             audit.state.cols() == (model.status.cols() - 1) * refine + 1,
         "an audit of a smoothed motion refines the grid of the model");
-  MotionFaults result;
-  for (Faults* faults : {&result.at_grid, &result.between})
+  MotionAuditTotals result;
+  for (AuditTotals* faults : {&result.at_grid, &result.between})
     faults->largest_penetration_mm = faults->largest_gap_mm = nan;
   for (Eigen::Index i = 0; i < audit.state.rows(); ++i) {
     for (Eigen::Index j = 0; j < audit.state.cols(); ++j) {
       if (!is_surrounded(model, i, j, refine)) continue;
       const bool is_of_grid = i % refine == 0 && j % refine == 0;
-      include(is_of_grid ? result.at_grid : result.between, static_cast<AuditState>(audit.state(i, j)),
+      include(is_of_grid ? result.at_grid : result.between, static_cast<store::AuditState>(audit.state(i, j)),
               audit.gap_mm(i, j), audit.penetration_mm(i, j));
     }
   }
@@ -99,14 +99,15 @@ double mean_square(const Series& series)
 }
 
 /// du/dx; 0 where the axis has one value.
-double slope(const AxisRange& range)
+double slope(const store::AxisRange& range)
 {
   return range.first_deg == range.last_deg ? 0.0 : 2.0 / (range.last_deg - range.first_deg);
 }
 
 }  // namespace
 
-double roughness(const SmoothedSet& set, const SmoothedSurface& surface, const AxisRanges& ranges)
+double roughness(const store::SmoothedSet& set, const store::SmoothedSurface& surface,
+                 const store::AxisRanges& ranges)
 {
   check(static_cast<Eigen::Index>(surface.coefficients.size()) == set.exponents.rows(),
         "one coefficient per term");
@@ -124,10 +125,10 @@ namespace {
 
 constexpr std::size_t n_lengths = 3;  ///< tx, ty and tz come first; the others are angles
 
-std::vector<SurfaceRow> surface_rows(const SmoothedSet& set, const AxisRanges& ranges)
+std::vector<SurfaceRow> surface_rows(const store::SmoothedSet& set, const store::AxisRanges& ranges)
 {
   std::vector<SurfaceRow> rows;
-  for (const SmoothedSurface& s : set.surfaces) {
+  for (const store::SmoothedSurface& s : set.surfaces) {
     rows.push_back({s.name,
                     s.n_cells,
                     s.condition_number,
@@ -137,12 +138,12 @@ std::vector<SurfaceRow> surface_rows(const SmoothedSet& set, const AxisRanges& r
 }
 
 /// Residual of the translation at a cell, mm, before recontact.
-Eigen::Vector3d translation_residual(const SmoothFit& fit, Eigen::Index i, Eigen::Index j)
+Eigen::Vector3d translation_residual(const smooth::SmoothFit& fit, Eigen::Index i, Eigen::Index j)
 {
   return {fit.residual[0](i, j), fit.residual[1](i, j), fit.residual[2](i, j)};
 }
 
-ErrorMeasures translation_of(const SmoothFit& fit, const std::vector<SurfaceRow>& rows)
+ErrorMeasures translation_of(const smooth::SmoothFit& fit, const std::vector<SurfaceRow>& rows)
 {
   const auto together = [&](double ErrorMeasures::*measure) {
     double sum_sq = 0.0;
@@ -161,7 +162,8 @@ ErrorMeasures translation_of(const SmoothFit& fit, const std::vector<SurfaceRow>
 }
 
 /// Whether the error of the displayed pose at cell (i, j) is perceptible.
-bool is_perceptible(const MotionModel& model, const SmoothFit& fit, Eigen::Index i, Eigen::Index j)
+bool is_perceptible(const store::MotionModel& model, const smooth::SmoothFit& fit, Eigen::Index i,
+                    Eigen::Index j)
 {
   Eigen::Vector3d error_mm = translation_residual(fit, i, j);
   // NaN: no contact ahead, no travel.
@@ -174,7 +176,7 @@ bool is_perceptible(const MotionModel& model, const SmoothFit& fit, Eigen::Index
   return false;
 }
 
-double perceptible_share(const MotionModel& model, const SmoothFit& fit)
+double perceptible_share(const store::MotionModel& model, const smooth::SmoothFit& fit)
 {
   int n_cells = 0, n_perceptible = 0;
   for (Eigen::Index i = 0; i < fit.residual[0].rows(); ++i) {
@@ -188,11 +190,11 @@ double perceptible_share(const MotionModel& model, const SmoothFit& fit)
 }
 
 /// `model` must have no smoothed sets; it temporarily holds the set for the audit.
-DegreeRow row_of(MotionModel& model, SmoothFit& fit, const CompareOptions& options)
+DegreeRow row_of(store::MotionModel& model, smooth::SmoothFit& fit, const CompareOptions& options)
 {
   if (options.recontact) fit.set.recontact_mm = options.recontact(model, fit.set);
   DegreeRow row;
-  row.surfaces = surface_rows(fit.set, axis_ranges(model.flexion_deg, model.varus_deg));
+  row.surfaces = surface_rows(fit.set, store::axis_ranges(model.flexion_deg, model.varus_deg));
   row.translation = translation_of(fit, row.surfaces);
   row.is_converged =
       std::find(fit.is_converged.begin(), fit.is_converged.end(), false) == fit.is_converged.end();
@@ -202,7 +204,7 @@ DegreeRow row_of(MotionModel& model, SmoothFit& fit, const CompareOptions& optio
   model.smoothed = {fit.set};
   const std::string motion =
       "degree_" + std::to_string(fit.set.degree) + (options.recontact ? "_recontacted" : "");
-  row.faults = faults_of(model, options.audit(model, motion));
+  row.audit_totals = motion_audit_totals(model, options.audit(model, motion));
   model.smoothed.clear();
   return row;
 }
@@ -215,26 +217,26 @@ void require_ascending(const std::vector<int>& degrees)
 
 }  // namespace
 
-Comparison compare(const MotionModel& model, const CompareOptions& options)
+Comparison compare(const store::MotionModel& model, const CompareOptions& options)
 {
   require_ascending(options.degrees);
-  const SmoothInput input = smooth_input(model, options.name);
-  const int largest = largest_degree(input, options.degrees.back());
+  const smooth::SmoothInput input = smooth::smooth_input(model, options.name);
+  const int largest = smooth::largest_degree(input, options.degrees.back());
   Comparison comparison;
-  std::vector<SmoothFit> fits;
+  std::vector<smooth::SmoothFit> fits;
   for (const int degree : options.degrees) {
     // The lowest is always tried, since its error names the cause.
     if (degree > largest && degree != options.degrees.front()) {
-      comparison.degrees_not_carried.push_back(degree);
+      comparison.undetermined_degrees.push_back(degree);
     } else {
-      fits.push_back(smooth_fit(input, degree, options.smooth));
+      fits.push_back(smooth::smooth_fit(input, degree, options.smooth));
     }
   }
-  MotionModel bare = model;
+  store::MotionModel bare = model;
   bare.smoothed.clear();
-  for (SmoothFit& fit : fits) comparison.rows.push_back(row_of(bare, fit, options));
+  for (smooth::SmoothFit& fit : fits) comparison.rows.push_back(row_of(bare, fit, options));
   comparison.recommendation = recommend(degree_errors(fits));
   return comparison;
 }
 
-}  // namespace vrda
+}  // namespace vrda::compare

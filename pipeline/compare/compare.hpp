@@ -11,10 +11,10 @@
 #include "store/evaluate_smoothed.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::compare {
 
 /// Audit figures of the attitudes that count; lengths are NaN without any.
-struct Faults {
+struct AuditTotals {
   int n_attitudes = 0;      ///< with all surrounding cells of the model solved
   int n_overlapping = 0;    ///< of these
   int n_nothing_ahead = 0;  ///< of these: free, without a contact along Delta
@@ -22,20 +22,21 @@ struct Faults {
   double largest_gap_mm = 0.0;  ///< of the free ones with a contact ahead
 };
 
-struct MotionFaults {
-  Faults at_grid;  ///< attitudes of the model's grid
-  Faults between;  ///< attitudes between them
+struct MotionAuditTotals {
+  AuditTotals at_grid;  ///< attitudes of the model's grid
+  AuditTotals between;  ///< attitudes between them
 };
 
 /// Ignores attitudes next to a failed cell, where a smoothed motion has a pose without data.
-MotionFaults faults_of(const MotionModel& model, const AuditSet& audit);
+MotionAuditTotals motion_audit_totals(const store::MotionModel& model, const store::AuditSet& audit);
 
 /// Root mean square of the second derivatives over the measured range: the square root of the mean over
 /// flexion f and varus w of s_ff^2 + 2 s_fw^2 + s_ww^2 (a thin plate's energy, invariant to rotation of the
 /// two axes). 0 for a plane. An axis with one value adds nothing. Unit: that of the surface per degree
 /// squared. Exact: derivatives of a Legendre series are Legendre series, which are orthogonal. Source: Green,
 /// Silverman (1994), Nonparametric Regression and Generalized Linear Models, 7.4.
-double roughness(const SmoothedSet& set, const SmoothedSurface& surface, const AxisRanges& ranges);
+double roughness(const store::SmoothedSet& set, const store::SmoothedSurface& surface,
+                 const store::AxisRanges& ranges);
 
 /// Errors of a smoothed surface against the raw one, in mm or degrees.
 struct ErrorMeasures {
@@ -54,32 +55,32 @@ struct SurfaceRow {
 
 /// The measures of one degree.
 struct DegreeRow {
-  SmoothedSet set;                   ///< with recontact_mm if requested
+  store::SmoothedSet set;            ///< with recontact_mm if requested
   std::vector<SurfaceRow> surfaces;  ///< in the order of set.surfaces
   ErrorMeasures translation;         ///< of the vector (tx, ty, tz)
   bool is_converged = true;          ///< false if the Huber weights reached the iteration limit
   /// Share of the solved attitudes with an error of the motion above perceptible_mm, or above perceptible_deg
   /// in an angle that is fitted there. With recontact, the share of the recontacted motion.
   double perceptible_share = 0.0;
-  std::optional<MotionFaults> faults;  ///< if an audit was requested
+  std::optional<MotionAuditTotals> audit_totals;  ///< if an audit was requested
 };
 
 /// Audits the set "degree_N" or "degree_N_recontacted" of `model`; implemented by the `audit` room.
-using AuditMotion = std::function<AuditSet(const MotionModel& model, const std::string& set)>;
+using AuditMotion = std::function<store::AuditSet(const store::MotionModel& model, const std::string& set)>;
 /// Travel along Delta into contact at the attitudes of the grid, mm; implemented by the `audit` room.
-using Recontact = std::function<GridD(const MotionModel& model, const SmoothedSet& set)>;
+using Recontact = std::function<store::GridD(const store::MotionModel& model, const store::SmoothedSet& set)>;
 
 struct CompareOptions {
   std::string name;                                                 ///< model name for messages
   std::vector<int> degrees{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};  ///< ascending, each at most 20
-  SmoothOptions smooth;
+  smooth::SmoothOptions smooth;
   AuditMotion audit;    ///< empty: no audit
   Recontact recontact;  ///< empty: no recontact
 };
 
 struct Comparison {
-  std::vector<DegreeRow> rows;           ///< by ascending degree
-  std::vector<int> degrees_not_carried;  ///< requested, but too high for the solved cells
+  std::vector<DegreeRow> rows;            ///< by ascending degree
+  std::vector<int> undetermined_degrees;  ///< requested, but too high for the solved cells
   Recommendation recommendation;
 };
 
@@ -88,6 +89,6 @@ struct Comparison {
 /// of (angle / perceptible_deg) for angles fitted under every degree. With robust smoothing large errors
 /// count with Huber's loss: linear above 1.345 scales, with the smallest scale of all degrees. Throws
 /// InputError if the cells do not determine the lowest degree.
-Comparison compare(const MotionModel& model, const CompareOptions& options);
+Comparison compare(const store::MotionModel& model, const CompareOptions& options);
 
-}  // namespace vrda
+}  // namespace vrda::compare

@@ -9,7 +9,7 @@
 #include "core/units.hpp"
 #include "smooth/huber.hpp"
 
-namespace vrda {
+namespace vrda::compare {
 namespace {
 
 constexpr double standard_errors = 2.0;
@@ -32,9 +32,9 @@ std::vector<double> at_least_rounding(std::vector<double> errors_sq)
 RankedDegree ranked_against(const std::vector<double>& best_sq, const DegreeErrors& errors)
 {
   RankedDegree ranked{errors.degree, nan, nan, nan, false};
-  if (errors.left_out_sq.empty()) return ranked;
-  check(errors.left_out_sq.size() == best_sq.size(), "every degree has the same cells");
-  std::vector<double> difference = at_least_rounding(errors.left_out_sq);
+  if (errors.leave_one_out_sq.empty()) return ranked;
+  check(errors.leave_one_out_sq.size() == best_sq.size(), "every degree has the same cells");
+  std::vector<double> difference = at_least_rounding(errors.leave_one_out_sq);
   ranked.error = std::sqrt(mean(difference));
   for (std::size_t c = 0; c < difference.size(); ++c) difference[c] -= best_sq[c];
   ranked.excess_sq = mean(difference);
@@ -93,8 +93,8 @@ Recommendation recommend(const std::vector<DegreeErrors>& degrees)
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < degrees.size(); ++k) {
     check(k == 0 || degrees[k - 1].degree < degrees[k].degree, "degrees ascend");
-    if (degrees[k].left_out_sq.empty()) continue;
-    const double error_sq = mean(at_least_rounding(degrees[k].left_out_sq));
+    if (degrees[k].leave_one_out_sq.empty()) continue;
+    const double error_sq = mean(at_least_rounding(degrees[k].leave_one_out_sq));
     if (error_sq >= least) continue;
     least = error_sq;
     best = k;
@@ -104,7 +104,7 @@ Recommendation recommend(const std::vector<DegreeErrors>& degrees)
     for (const DegreeErrors& errors : degrees) r.ranked.push_back({errors.degree, nan, nan, nan, false});
     return r;
   }
-  const std::vector<double> best_sq = at_least_rounding(degrees[best].left_out_sq);
+  const std::vector<double> best_sq = at_least_rounding(degrees[best].leave_one_out_sq);
   for (const DegreeErrors& errors : degrees) r.ranked.push_back(ranked_against(best_sq, errors));
   const auto chosen =
       std::find_if(r.ranked.begin(), r.ranked.end(), [](const RankedDegree& d) { return d.is_within; });
@@ -126,28 +126,28 @@ double unit_of(std::size_t surface)
 }
 
 /// True if a fitted cell cannot be omitted.
-bool is_saturated(const SmoothFit& fit)
+bool is_saturated(const smooth::SmoothFit& fit)
 {
-  for (std::size_t s = 0; s < fit.left_out.size(); ++s) {
-    if ((fit.left_out[s].isNaN() != fit.residual[s].isNaN()).any()) return true;
+  for (std::size_t s = 0; s < fit.leave_one_out.size(); ++s) {
+    if ((fit.leave_one_out[s].isNaN() != fit.residual[s].isNaN()).any()) return true;
   }
   return false;
 }
 
 /// Error above which the loss is linear: huber_constant times the smallest scale of any fit, in perceptible
 /// units.
-double huber_limit(const std::vector<const SmoothFit*>& fits, std::size_t surface)
+double huber_limit(const std::vector<const smooth::SmoothFit*>& fits, std::size_t surface)
 {
   double least = std::numeric_limits<double>::infinity();
-  for (const SmoothFit* fit : fits) {
+  for (const smooth::SmoothFit* fit : fits) {
     std::vector<double> errors;
-    for (const double error : fit->left_out[surface].reshaped<Eigen::RowMajor>()) {
+    for (const double error : fit->leave_one_out[surface].reshaped<Eigen::RowMajor>()) {
       if (!std::isnan(error)) errors.push_back(error);
     }
-    least = std::min(least, robust_scale(Eigen::Map<const Eigen::VectorXd>(
+    least = std::min(least, smooth::robust_scale(Eigen::Map<const Eigen::VectorXd>(
                                 errors.data(), static_cast<Eigen::Index>(errors.size()))));
   }
-  return std::max(least_limit, huber_constant * least / unit_of(surface));
+  return std::max(least_limit, smooth::huber_constant * least / unit_of(surface));
 }
 
 /// Square of the error; above `limit` the tangent of the square.
@@ -158,50 +158,50 @@ double loss(double error, double limit)
 }
 
 /// 1 for cells where every fit has this surface.
-GridB cells_of_all(const std::vector<const SmoothFit*>& fits, std::size_t surface)
+store::GridB cells_of_all(const std::vector<const smooth::SmoothFit*>& fits, std::size_t surface)
 {
-  GridB is_of_all =
-      GridB::Ones(fits.front()->left_out[surface].rows(), fits.front()->left_out[surface].cols());
-  for (const SmoothFit* fit : fits)
-    is_of_all = is_of_all * (!fit->left_out[surface].isNaN()).cast<std::int8_t>();
+  store::GridB is_of_all = store::GridB::Ones(fits.front()->leave_one_out[surface].rows(),
+                                              fits.front()->leave_one_out[surface].cols());
+  for (const smooth::SmoothFit* fit : fits)
+    is_of_all = is_of_all * (!fit->leave_one_out[surface].isNaN()).cast<std::int8_t>();
   return is_of_all;
 }
 
 /// Adds the losses of one surface to the cells (those fitted in translation, in grid order).
-void add_losses(DegreeErrors& errors, const SmoothFit& fit, std::size_t surface, const GridB& is_of_all,
-                double limit)
+void add_losses(DegreeErrors& errors, const smooth::SmoothFit& fit, std::size_t surface,
+                const store::GridB& is_of_all, double limit)
 {
   std::size_t cell = 0;
   for (Eigen::Index k = 0; k < is_of_all.size(); ++k) {
     if (std::isnan(fit.residual[0].data()[k])) continue;
     if (is_of_all.data()[k] == 1)
-      errors.left_out_sq[cell] += loss(fit.left_out[surface].data()[k] / unit_of(surface), limit);
+      errors.leave_one_out_sq[cell] += loss(fit.leave_one_out[surface].data()[k] / unit_of(surface), limit);
     ++cell;
   }
 }
 
 }  // namespace
 
-std::vector<DegreeErrors> degree_errors(const std::vector<SmoothFit>& fits)
+std::vector<DegreeErrors> degree_errors(const std::vector<smooth::SmoothFit>& fits)
 {
   std::vector<DegreeErrors> all;
-  std::vector<const SmoothFit*> usable;
-  for (const SmoothFit& fit : fits) {
+  std::vector<const smooth::SmoothFit*> usable;
+  for (const smooth::SmoothFit& fit : fits) {
     all.push_back({fit.set.degree, {}});
     if (is_saturated(fit)) continue;
     usable.push_back(&fit);
-    all.back().left_out_sq.assign(static_cast<std::size_t>((!fit.residual[0].isNaN()).count()), 0.0);
+    all.back().leave_one_out_sq.assign(static_cast<std::size_t>((!fit.residual[0].isNaN()).count()), 0.0);
   }
   if (usable.empty()) return all;
-  for (std::size_t s = 0; s < usable.front()->left_out.size(); ++s) {
-    const GridB is_of_all = cells_of_all(usable, s);
+  for (std::size_t s = 0; s < usable.front()->leave_one_out.size(); ++s) {
+    const store::GridB is_of_all = cells_of_all(usable, s);
     const double limit =
         usable.front()->set.is_robust ? huber_limit(usable, s) : std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < fits.size(); ++k) {
-      if (!all[k].left_out_sq.empty()) add_losses(all[k], fits[k], s, is_of_all, limit);
+      if (!all[k].leave_one_out_sq.empty()) add_losses(all[k], fits[k], s, is_of_all, limit);
     }
   }
   return all;
 }
 
-}  // namespace vrda
+}  // namespace vrda::compare

@@ -6,7 +6,7 @@
 
 #include "smooth/smooth.hpp"
 
-namespace vrda {
+namespace vrda::compare {
 
 /// One arc minute from 0.5 m (DESIGN.md 5.5): 500 mm * pi / 10800 = 0.1454 mm.
 inline constexpr double perceptible_mm = 0.145;
@@ -17,7 +17,7 @@ inline constexpr double perceptible_deg = 0.27;
 struct DegreeErrors {
   int degree = 0;
   /// [n_cells] squared, the same cells in the same order for every degree; empty if a cell cannot be omitted.
-  std::vector<double> left_out_sq;
+  std::vector<double> leave_one_out_sq;
 };
 
 /// One degree compared with the best.
@@ -42,6 +42,6 @@ Recommendation recommend(const std::vector<DegreeErrors>& degrees);
 
 /// [n_fits] The error of each cell's pose, input of recommend(); compare/compare.hpp has the rules. Cells are
 /// those fitted in translation. Robust if the fits are. `fits` are of one model by ascending degree.
-std::vector<DegreeErrors> degree_errors(const std::vector<SmoothFit>& fits);
+std::vector<DegreeErrors> degree_errors(const std::vector<smooth::SmoothFit>& fits);
 
-}  // namespace vrda
+}  // namespace vrda::compare

@@ -7,7 +7,7 @@
 
 #include "contact/narrow_phase.hpp"
 
-namespace vrda {
+namespace vrda::contact {
 namespace {
 
 // Cosine below which two opposed faces are coplanar: 1e-6 rad moves a corner of a 10 mm face by 1e-5 mm.
@@ -20,7 +20,7 @@ constexpr double parallel_edges = 1e-6;
 constexpr double same_point_mm = 1e-6;
 
 struct Candidate {
-  TrianglePair pair;
+  proximity::TrianglePair pair;
   double distance_mm = 0.0;
   Eigen::Vector3d p_reference_mm;
   Eigen::Vector3d p_moving_mm;
@@ -29,42 +29,44 @@ struct Candidate {
 };
 
 struct Scene {
-  const TreeMesh& reference;
+  const proximity::TreeMesh& reference;
   const SurfaceFeatures& reference_features;
   const Collider& moving;
-  RigidPlacement place;  // of the moving object in the reference's frame
+  proximity::RigidPlacement place;  // of the moving object in the reference's frame
   NarrowPhase& narrow_phase;
   const ContactOptions& options;
-  const std::vector<TrianglePair>* candidates;  // null: pairs from the trees
+  const std::vector<proximity::TrianglePair>* candidates;  // null: pairs from the trees
 
-  Corners reference_corners(const TrianglePair& pair) const
+  proximity::Corners reference_corners(const proximity::TrianglePair& pair) const
   {
     return corners(reference.mesh, pair.reference);
   }
-  Corners moving_corners(const TrianglePair& pair) const
+  proximity::Corners moving_corners(const proximity::TrianglePair& pair) const
   {
-    return place(corners(moving.solid.mesh, pair.moving));
+    return place(corners(moving.tree_mesh.mesh, pair.moving));
   }
 };
 
 template <typename Transform>
-std::optional<TrianglePair> first_collision(const TreeMesh& reference, const TreeMesh& moving,
-                                            const Transform& place, NarrowPhase& narrow_phase,
-                                            const TrianglePair& hint)
+std::optional<proximity::TrianglePair> first_collision(const proximity::TreeMesh& reference,
+                                                       const proximity::TreeMesh& moving,
+                                                       const Transform& place, NarrowPhase& narrow_phase,
+                                                       const proximity::TrianglePair& hint)
 {
-  std::optional<TrianglePair> found;
-  const auto overlaps = [&](const TrianglePair& pair) {
-    const Corners r = corners(reference.mesh, pair.reference), m = place(corners(moving.mesh, pair.moving));
-    if (is_surely_apart(r, m, 0.0) || !narrow_phase.measure(r, m).is_overlapping) return false;
+  std::optional<proximity::TrianglePair> found;
+  const auto overlaps = [&](const proximity::TrianglePair& pair) {
+    const proximity::Corners r = corners(reference.mesh, pair.reference),
+                             m = place(corners(moving.mesh, pair.moving));
+    if (is_certainly_separated(r, m, 0.0) || !narrow_phase.measure(r, m).is_overlapping) return false;
     found = pair;
     return true;
   };
   if (hint.reference >= 0 && overlaps(hint)) return found;
-  visit_close_pairs(reference.tree, moving.tree, place, 0.0, overlaps);
+  proximity::visit_close_pairs(reference.tree, moving.tree, place, 0.0, overlaps);
   return found;
 }
 
-Eigen::Vector3d unit_normal(const Corners& t)
+Eigen::Vector3d unit_normal(const proximity::Corners& t)
 {
   return (t[1] - t[0]).cross(t[2] - t[0]).normalized();
 }
@@ -73,12 +75,12 @@ Candidate with_features(const Scene& scene, Candidate candidate)
 {
   candidate.reference = feature_at(scene.reference.mesh, scene.reference_features, candidate.pair.reference,
                                    candidate.p_reference_mm, scene.reference_corners(candidate.pair));
-  candidate.moving = feature_at(scene.moving.solid.mesh, scene.moving.features, candidate.pair.moving,
+  candidate.moving = feature_at(scene.moving.tree_mesh.mesh, scene.moving.features, candidate.pair.moving,
                                 candidate.p_moving_mm, scene.moving_corners(candidate.pair));
   return candidate;
 }
 
-bool is_inside(const Corners& face, const Eigen::Vector3d& n, const Eigen::Vector3d& p)
+bool is_inside(const proximity::Corners& face, const Eigen::Vector3d& n, const Eigen::Vector3d& p)
 {
   for (std::size_t k = 0; k < 3; ++k) {
     const Eigen::Vector3d along = face[(k + 1) % 3] - face[k];
@@ -91,7 +93,7 @@ bool is_inside(const Corners& face, const Eigen::Vector3d& n, const Eigen::Vecto
 // their edges.
 std::vector<Candidate> polygon_corners(const Scene& scene, const Candidate& pair)
 {
-  const Corners r = scene.reference_corners(pair.pair), m = scene.moving_corners(pair.pair);
+  const proximity::Corners r = scene.reference_corners(pair.pair), m = scene.moving_corners(pair.pair);
   const Eigen::Vector3d n = unit_normal(r);
   std::vector<Candidate> result;
   const auto add = [&](const Eigen::Vector3d& on_reference, const Eigen::Vector3d& on_moving) {
@@ -126,9 +128,9 @@ std::vector<Candidate> close_pairs(const Scene& scene)
 {
   std::vector<Candidate> result;
   const double band_mm = scene.options.band_mm;
-  const auto visit = [&](const TrianglePair& pair) {
-    const Corners r = scene.reference_corners(pair), m = scene.moving_corners(pair);
-    if (is_surely_apart(r, m, band_mm)) return false;
+  const auto visit = [&](const proximity::TrianglePair& pair) {
+    const proximity::Corners r = scene.reference_corners(pair), m = scene.moving_corners(pair);
+    if (is_certainly_separated(r, m, band_mm)) return false;
     const TriangleDistance found = scene.narrow_phase.measure(r, m);
     if (found.is_overlapping || found.distance_mm > band_mm) return false;
     const TriangleDistance measured = closest_points(r, m);
@@ -138,7 +140,8 @@ std::vector<Candidate> close_pairs(const Scene& scene)
   if (scene.candidates != nullptr) {
     std::for_each(scene.candidates->begin(), scene.candidates->end(), visit);
   } else {
-    visit_close_pairs(scene.reference.tree, scene.moving.solid.tree, scene.place, band_mm, visit);
+    proximity::visit_close_pairs(scene.reference.tree, scene.moving.tree_mesh.tree, scene.place, band_mm,
+                                 visit);
   }
   std::sort(result.begin(), result.end(),
             [](const Candidate& l, const Candidate& r) { return l.pair < r.pair; });
@@ -164,10 +167,10 @@ bool is_separate_contact(const Scene& scene, const std::vector<Candidate>& pairs
 {
   for (const std::int32_t r : scene.reference_features.star(candidate.reference)) {
     for (const std::int32_t m : scene.moving.features.star(candidate.moving)) {
-      const TrianglePair neighbour{r, m};
+      const proximity::TrianglePair neighbour{r, m};
       const auto found =
           std::lower_bound(pairs.begin(), pairs.end(), neighbour,
-                           [](const Candidate& c, const TrianglePair& p) { return c.pair < p; });
+                           [](const Candidate& c, const proximity::TrianglePair& p) { return c.pair < p; });
       if (found == pairs.end() || found->pair != neighbour) continue;
       const double away_mm = (found->p_moving_mm - candidate.p_moving_mm).norm() +
                              (found->p_reference_mm - candidate.p_reference_mm).norm();
@@ -188,7 +191,7 @@ Eigen::Vector3d feature_normal(const Mesh& mesh, const SurfaceFeatures& features
 
 // Barycentric interpolation of the vertex normals of triangle t at p.
 Eigen::Vector3d interpolated_normal(const Mesh& mesh, std::int32_t t, const Eigen::Vector3d& p,
-                                    const Corners& corner)
+                                    const proximity::Corners& corner)
 {
   const Eigen::Vector3d n = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -224,7 +227,7 @@ std::optional<Eigen::Vector3d> along_moving(const Scene& scene, const Candidate&
 {
   if (c.moving.kind != FeatureKind::edge) return std::nullopt;
   return scene.place.direction(
-      edge_direction(scene.moving.solid.mesh, scene.moving.features, c.moving.index));
+      edge_direction(scene.moving.tree_mesh.mesh, scene.moving.features, c.moving.index));
 }
 
 // Without friction no force acts along an edge. The mean normal of the faces around a vertex may have such a
@@ -255,7 +258,7 @@ Reaction least_curvature_normal(const Scene& scene, const Candidate& c)
   if (takes_reference)
     return {c.reference.kind == FeatureKind::vertex ? across(e, of_reference()) : of_reference(), true};
   const Eigen::Vector3d normal =
-      -scene.place.direction(feature_normal(scene.moving.solid.mesh, scene.moving.features, c.moving));
+      -scene.place.direction(feature_normal(scene.moving.tree_mesh.mesh, scene.moving.features, c.moving));
   return {c.moving.kind == FeatureKind::vertex ? across(d, normal) : normal, false};
 }
 
@@ -271,9 +274,9 @@ Reaction reaction(const Scene& scene, const Candidate& c)
     case ContactNormals::moving:
       break;
   }
-  const Corners corner = scene.moving_corners(c.pair);
+  const proximity::Corners corner = scene.moving_corners(c.pair);
   return {-scene.place.direction(
-              interpolated_normal(scene.moving.solid.mesh, c.pair.moving, c.p_moving_mm, corner)),
+              interpolated_normal(scene.moving.tree_mesh.mesh, c.pair.moving, c.p_moving_mm, corner)),
           false};
 }
 
@@ -297,9 +300,9 @@ Contact centre_contact(const Scene& scene, const Candidate& c)
                                (scene.options.normals == ContactNormals::least_curvature &&
                                 sharpest(scene.reference_features, c.pair.reference) <=
                                     sharpest(scene.moving.features, c.pair.moving));
-  const Corners r = scene.reference_corners(c.pair), m = scene.moving_corners(c.pair);
-  const Corners& corner = takes_reference ? r : m;
-  const Mesh& mesh = takes_reference ? scene.reference.mesh : scene.moving.solid.mesh;
+  const proximity::Corners r = scene.reference_corners(c.pair), m = scene.moving_corners(c.pair);
+  const proximity::Corners& corner = takes_reference ? r : m;
+  const Mesh& mesh = takes_reference ? scene.reference.mesh : scene.moving.tree_mesh.mesh;
   const std::int32_t t = takes_reference ? c.pair.reference : c.pair.moving;
   const Eigen::Vector3d centre = (corner[0] + corner[1] + corner[2]) / 3.0;
   const Eigen::Vector3d normal = interpolated_normal(mesh, t, centre, corner);
@@ -350,29 +353,32 @@ Collider make_collider(Mesh mesh)
   if (mesh.normals.rows() != mesh.vertices_mm.rows()) mesh.normals = vertex_normals(mesh);
   Collider result;
   result.features = SurfaceFeatures(mesh);
-  result.solid = make_tree_mesh(std::move(mesh));
+  result.tree_mesh = proximity::make_tree_mesh(std::move(mesh));
   return result;
 }
 
-std::optional<TrianglePair> find_collision(const TreeMesh& reference, const TreeMesh& moving,
-                                           const MovingPose& pose, NarrowPhase& narrow_phase,
-                                           const TrianglePair& hint)
+std::optional<proximity::TrianglePair> find_collision(const proximity::TreeMesh& reference,
+                                                      const proximity::TreeMesh& moving,
+                                                      const MovingPose& pose, NarrowPhase& narrow_phase,
+                                                      const proximity::TrianglePair& hint)
 {
-  return first_collision(reference, moving, Placement(pose), narrow_phase, hint);
+  return first_collision(reference, moving, proximity::Placement(pose), narrow_phase, hint);
 }
 
-std::optional<TrianglePair> find_collision(const TreeMesh& reference, const TreeMesh& moving,
-                                           const RigidPlacement& place, NarrowPhase& narrow_phase,
-                                           const TrianglePair& hint)
+std::optional<proximity::TrianglePair> find_collision(const proximity::TreeMesh& reference,
+                                                      const proximity::TreeMesh& moving,
+                                                      const proximity::RigidPlacement& place,
+                                                      NarrowPhase& narrow_phase,
+                                                      const proximity::TrianglePair& hint)
 {
   return first_collision(reference, moving, place, narrow_phase, hint);
 }
 
-std::vector<TrianglePair> find_self_overlaps(const TreeMesh& mesh, NarrowPhase& narrow_phase,
-                                             std::size_t limit)
+std::vector<proximity::TrianglePair> find_self_overlaps(const proximity::TreeMesh& mesh,
+                                                        NarrowPhase& narrow_phase, std::size_t limit)
 {
-  std::vector<TrianglePair> found;
-  const auto shares_a_vertex = [&](const TrianglePair& pair) {
+  std::vector<proximity::TrianglePair> found;
+  const auto shares_a_vertex = [&](const proximity::TrianglePair& pair) {
     for (Eigen::Index i = 0; i < 3; ++i) {
       for (Eigen::Index k = 0; k < 3; ++k) {
         if (mesh.mesh.triangles(pair.reference, i) == mesh.mesh.triangles(pair.moving, k)) return true;
@@ -380,23 +386,24 @@ std::vector<TrianglePair> find_self_overlaps(const TreeMesh& mesh, NarrowPhase& 
     }
     return false;
   };
-  visit_close_pairs(mesh.tree, mesh.tree, Placement({}), 0.0, [&](const TrianglePair& pair) {
-    if (pair.reference >= pair.moving || shares_a_vertex(pair)) return false;
-    const Corners a = corners(mesh.mesh, pair.reference), b = corners(mesh.mesh, pair.moving);
-    if (is_surely_apart(a, b, 0.0) || !narrow_phase.measure(a, b).is_overlapping) return false;
-    found.push_back(pair);
-    return found.size() >= limit;
-  });
+  proximity::visit_close_pairs(
+      mesh.tree, mesh.tree, proximity::Placement({}), 0.0, [&](const proximity::TrianglePair& pair) {
+        if (pair.reference >= pair.moving || shares_a_vertex(pair)) return false;
+        const proximity::Corners a = corners(mesh.mesh, pair.reference), b = corners(mesh.mesh, pair.moving);
+        if (is_certainly_separated(a, b, 0.0) || !narrow_phase.measure(a, b).is_overlapping) return false;
+        found.push_back(pair);
+        return found.size() >= limit;
+      });
   return found;
 }
 
-std::vector<Contact> find_contacts(const Touching& objects, const MovingPose& pose, NarrowPhase& narrow_phase,
-                                   const ContactOptions& options)
+std::vector<Contact> find_contacts(const ContactObjects& objects, const MovingPose& pose,
+                                   NarrowPhase& narrow_phase, const ContactOptions& options)
 {
   const Scene scene{objects.reference,
                     objects.reference_features,
                     objects.moving,
-                    RigidPlacement(pose_of(pose)),
+                    proximity::RigidPlacement(pose_of(pose)),
                     narrow_phase,
                     options,
                     nullptr};
@@ -404,16 +411,20 @@ std::vector<Contact> find_contacts(const Touching& objects, const MovingPose& po
 }
 
 std::vector<Contact> find_contacts(const Collider& reference, const Collider& moving,
-                                   const Standing& standing, const std::vector<TrianglePair>& candidates,
+                                   const ObjectPoses& standing,
+                                   const std::vector<proximity::TrianglePair>& candidates,
                                    NarrowPhase& narrow_phase, const ContactOptions& options)
 {
   Pose X_solver_reference = Pose::Identity();
   X_solver_reference.linear() = reference_rotation(standing.attitude);
   Pose X_reference_solver = Pose::Identity();
   X_reference_solver.linear() = X_solver_reference.linear().transpose();
-  const Scene scene{reference.solid, reference.features,
-                    moving,          RigidPlacement(X_reference_solver * pose_of(standing.pose)),
-                    narrow_phase,    options,
+  const Scene scene{reference.tree_mesh,
+                    reference.features,
+                    moving,
+                    proximity::RigidPlacement(X_reference_solver * pose_of(standing.pose)),
+                    narrow_phase,
+                    options,
                     &candidates};
   std::vector<Contact> contacts = contacts_of(scene, X_reference_solver.linear() * Eigen::Vector3d::UnitY());
   for (Contact& c : contacts) {
@@ -424,4 +435,4 @@ std::vector<Contact> find_contacts(const Collider& reference, const Collider& mo
   return contacts;
 }
 
-}  // namespace vrda
+}  // namespace vrda::contact

@@ -7,13 +7,13 @@
 #include "contact/features.hpp"
 #include "contact/narrow_phase.hpp"
 #include "core/solver_options.hpp"
-#include "proximity/placed.hpp"
+#include "proximity/placement.hpp"
 
-namespace vrda {
+namespace vrda::contact {
 
 /// A mesh in the solver frame with bounding-volume tree and connectivity.
 struct Collider {
-  TreeMesh solid;
+  proximity::TreeMesh tree_mesh;
   SurfaceFeatures features;
 };
 
@@ -27,7 +27,7 @@ struct Contact {
   Eigen::Vector3d application_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit, direction of the reaction on the moving object
   double distance_mm = 0.0;
-  TrianglePair triangles;
+  proximity::TrianglePair triangles;
 };
 
 struct ContactOptions {
@@ -40,40 +40,44 @@ struct ContactOptions {
 
 /// The first intersecting pair of triangles found, if any; `hint` is tried first.
 /// `reference` is rotated to its attitude.
-std::optional<TrianglePair> find_collision(const TreeMesh& reference, const TreeMesh& moving,
-                                           const MovingPose& pose, NarrowPhase& narrow_phase,
-                                           const TrianglePair& hint = {});
+std::optional<proximity::TrianglePair> find_collision(const proximity::TreeMesh& reference,
+                                                      const proximity::TreeMesh& moving,
+                                                      const MovingPose& pose, NarrowPhase& narrow_phase,
+                                                      const proximity::TrianglePair& hint = {});
 /// The same with the moving object placed in the reference's own frame by any rigid motion.
-std::optional<TrianglePair> find_collision(const TreeMesh& reference, const TreeMesh& moving,
-                                           const RigidPlacement& place, NarrowPhase& narrow_phase,
-                                           const TrianglePair& hint = {});
+std::optional<proximity::TrianglePair> find_collision(const proximity::TreeMesh& reference,
+                                                      const proximity::TreeMesh& moving,
+                                                      const proximity::RigidPlacement& place,
+                                                      NarrowPhase& narrow_phase,
+                                                      const proximity::TrianglePair& hint = {});
 
 /// Pairs of triangles of one mesh that intersect without a common vertex, at most `limit`; each once, smaller
 /// row first. Neighbours in a welded mesh share vertices, so a valid mesh has none.
-std::vector<TrianglePair> find_self_overlaps(const TreeMesh& mesh, NarrowPhase& narrow_phase,
-                                             std::size_t limit);
+std::vector<proximity::TrianglePair> find_self_overlaps(const proximity::TreeMesh& mesh,
+                                                        NarrowPhase& narrow_phase, std::size_t limit);
 
 /// The two objects of a contact query.
-struct Touching {
-  const TreeMesh& reference;                  ///< rotated to its attitude
+struct ContactObjects {
+  const proximity::TreeMesh& reference;       ///< rotated to its attitude
   const SurfaceFeatures& reference_features;  ///< of the same mesh in any attitude
   const Collider& moving;
 };
 
 /// Pose of both objects in S.
-struct Standing {
+struct ObjectPoses {
   Attitude attitude;
   MovingPose pose;
 };
 
 /// Contacts within the band whose normals oppose Delta, nearest first. Overlapping pairs of triangles give no
 /// contact, so the objects should not overlap.
-std::vector<Contact> find_contacts(const Touching& objects, const MovingPose& pose, NarrowPhase& narrow_phase,
-                                   const ContactOptions& options);
+std::vector<Contact> find_contacts(const ContactObjects& objects, const MovingPose& pose,
+                                   NarrowPhase& narrow_phase, const ContactOptions& options);
 /// The same without a rotated copy of the reference: `reference` is at zero attitude, `candidates` contain
 /// every pair within the band (GapQuery::close_pairs).
 std::vector<Contact> find_contacts(const Collider& reference, const Collider& moving,
-                                   const Standing& standing, const std::vector<TrianglePair>& candidates,
+                                   const ObjectPoses& standing,
+                                   const std::vector<proximity::TrianglePair>& candidates,
                                    NarrowPhase& narrow_phase, const ContactOptions& options);
 
-}  // namespace vrda
+}  // namespace vrda::contact

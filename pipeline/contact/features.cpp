@@ -4,7 +4,7 @@
 #include <map>
 #include <utility>
 
-namespace vrda {
+namespace vrda::contact {
 namespace {
 
 // Bend of an edge with one face or more than two: the maximum.
@@ -118,7 +118,7 @@ bool is_behind(const Mesh& mesh, std::int32_t face, std::int32_t other, double f
 
 }  // namespace
 
-std::vector<bool> sticking_out(const Mesh& mesh, const SurfaceFeatures& features)
+std::vector<bool> protruding_vertices(const Mesh& mesh, const SurfaceFeatures& features)
 {
   std::vector<bool> sticks(static_cast<std::size_t>(mesh.vertices_mm.rows()), false);
   const double flat_mm =
@@ -136,4 +136,4 @@ std::vector<bool> sticking_out(const Mesh& mesh, const SurfaceFeatures& features
   return sticks;
 }
 
-}  // namespace vrda
+}  // namespace vrda::contact

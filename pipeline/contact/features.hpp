@@ -8,7 +8,7 @@
 
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::contact {
 
 enum class FeatureKind : std::int8_t { vertex, edge, face };
 
@@ -59,6 +59,6 @@ Feature feature_at(const Mesh& mesh, const SurfaceFeatures& features, std::int32
 /// [n_vertices] whether a convex, boundary or non-manifold edge ends at the vertex. Around any other vertex
 /// the surface is flat or concave: another point touches a face no later, so the vertex itself carries no
 /// load.
-std::vector<bool> sticking_out(const Mesh& mesh, const SurfaceFeatures& features);
+std::vector<bool> protruding_vertices(const Mesh& mesh, const SurfaceFeatures& features);
 
-}  // namespace vrda
+}  // namespace vrda::contact

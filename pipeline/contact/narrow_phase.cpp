@@ -9,7 +9,7 @@
 #include <cmath>
 #include <limits>
 
-namespace vrda {
+namespace vrda::contact {
 
 static_assert(sizeof(btScalar) == 8, "Bullet must be its double-precision build (pkg-config bullet-float64)");
 
@@ -47,7 +47,7 @@ struct NarrowPhase::Bullet {
     input.m_transformB.setIdentity();
   }
 
-  TriangleDistance measure(const Corners& a, const Corners& b)
+  TriangleDistance measure(const proximity::Corners& a, const proximity::Corners& b)
   {
     // Coordinates relative to a corner of the pair: a distant origin loses no digits.
     const Eigen::Vector3d& origin = a[0];
@@ -70,13 +70,13 @@ struct NarrowPhase::Bullet {
   }
 
   // Initial axis for GJK; Bullet uses (0, 1, 0) when both centres coincide.
-  static Eigen::Vector3d centre(const Corners& t) { return (t[0] + t[1] + t[2]) / 3.0; }
+  static Eigen::Vector3d centre(const proximity::Corners& t) { return (t[0] + t[1] + t[2]) / 3.0; }
 };
 
 NarrowPhase::NarrowPhase() : bullet_(std::make_unique<Bullet>()) {}
 NarrowPhase::~NarrowPhase() = default;
 
-TriangleDistance NarrowPhase::measure(const Corners& reference, const Corners& moving)
+TriangleDistance NarrowPhase::measure(const proximity::Corners& reference, const proximity::Corners& moving)
 {
   ++n_measured_;
   const TriangleDistance found = bullet_->measure(reference, moving);
@@ -85,13 +85,13 @@ TriangleDistance NarrowPhase::measure(const Corners& reference, const Corners& m
   return closest_points(reference, moving);
 }
 
-bool is_surely_apart(const Corners& a, const Corners& b, double band_mm)
+bool is_certainly_separated(const proximity::Corners& a, const proximity::Corners& b, double band_mm)
 {
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const Extent ea = extent(a, axis), eb = extent(b, axis);
+    const proximity::Extent ea = proximity::extent(a, axis), eb = proximity::extent(b, axis);
     if (ea.least - eb.most > band_mm || eb.least - ea.most > band_mm) return true;
   }
-  const auto separates = [band_mm](const Corners& face, const Corners& other) {
+  const auto separates = [band_mm](const proximity::Corners& face, const proximity::Corners& other) {
     const Eigen::Vector3d n = (face[1] - face[0]).cross(face[2] - face[0]);
     const double limit = band_mm * n.norm();
     const double d0 = n.dot(other[0] - face[0]), d1 = n.dot(other[1] - face[0]),
@@ -110,11 +110,11 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // cross product's direction equals the error of omitting it.
 constexpr double parallel_sine = 1e-8;
 
-Eigen::Vector3d edge(const Corners& t, std::size_t k)
+Eigen::Vector3d edge(const proximity::Corners& t, std::size_t k)
 {
   return t[(k + 1) % 3] - t[k];
 }
-Eigen::Vector3d normal_of(const Corners& t)
+Eigen::Vector3d normal_of(const proximity::Corners& t)
 {
   return edge(t, 0).cross(edge(t, 1));
 }
@@ -122,7 +122,7 @@ Eigen::Vector3d normal_of(const Corners& t)
 // Keeps the largest separation of two triangles over the tested axes.
 class MaxSeparation {
  public:
-  MaxSeparation(const Corners& a, const Corners& b)
+  MaxSeparation(const proximity::Corners& a, const proximity::Corners& b)
   {
     // Relative to a corner of the pair: a distant origin loses no digits.
     for (std::size_t k = 0; k < 3; ++k) {
@@ -143,12 +143,12 @@ class MaxSeparation {
     max_mm_ = std::max(max_mm_, std::max(above, below) / length);
   }
 
-  const Corners& a() const { return a_; }
-  const Corners& b() const { return b_; }
+  const proximity::Corners& a() const { return a_; }
+  const proximity::Corners& b() const { return b_; }
   double max_mm() const { return max_mm_; }
 
  private:
-  Corners a_, b_;
+  proximity::Corners a_, b_;
   double max_mm_ = -infinity;
 };
 
@@ -174,7 +174,7 @@ class Nearest {
 
 // Candidate closest points to `p` on the corners, edges and face of a triangle, passed to `offer`.
 template <typename Offer>
-void offer_point(const Eigen::Vector3d& p, const Corners& t, const Eigen::Vector3d& normal,
+void offer_point(const Eigen::Vector3d& p, const proximity::Corners& t, const Eigen::Vector3d& normal,
                  const Offer& offer)
 {
   bool is_over = true;
@@ -189,8 +189,8 @@ void offer_point(const Eigen::Vector3d& p, const Corners& t, const Eigen::Vector
 }
 
 // Feet of the common perpendicular of two edges.
-void offer_edges(const Corners& reference, std::size_t i, const Corners& moving, std::size_t k,
-                 Nearest& nearest)
+void offer_edges(const proximity::Corners& reference, std::size_t i, const proximity::Corners& moving,
+                 std::size_t k, Nearest& nearest)
 {
   const Eigen::Vector3d d = edge(reference, i), e = edge(moving, k), w = moving[k] - reference[i];
   const Eigen::Vector3d across = d.cross(e);
@@ -202,7 +202,7 @@ void offer_edges(const Corners& reference, std::size_t i, const Corners& moving,
 
 }  // namespace
 
-double separation_mm(const Corners& a, const Corners& b)
+double separation_mm(const proximity::Corners& a, const proximity::Corners& b)
 {
   MaxSeparation separation(a, b);
   const Eigen::Vector3d normal_a = normal_of(separation.a()), normal_b = normal_of(separation.b());
@@ -220,7 +220,7 @@ double separation_mm(const Corners& a, const Corners& b)
   return separation.max_mm();
 }
 
-TriangleDistance closest_points(const Corners& reference, const Corners& moving)
+TriangleDistance closest_points(const proximity::Corners& reference, const proximity::Corners& moving)
 {
   Nearest nearest;
   const Eigen::Vector3d normal_r = normal_of(reference), normal_m = normal_of(moving);
@@ -234,4 +234,4 @@ TriangleDistance closest_points(const Corners& reference, const Corners& moving)
   return nearest.answer();
 }
 
-}  // namespace vrda
+}  // namespace vrda::contact

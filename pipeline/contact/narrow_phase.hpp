@@ -3,9 +3,9 @@
 
 #include <memory>
 
-#include "proximity/placed.hpp"
+#include "proximity/placement.hpp"
 
-namespace vrda {
+namespace vrda::contact {
 
 struct TriangleDistance {
   bool is_overlapping = false;  ///< the triangles intersect; distance 0, points undefined
@@ -24,7 +24,7 @@ class NarrowPhase {
 
   /// Overlap is exact to rounding; distances are accurate to rounding below 1e-3 mm and, from Bullet with
   /// zero margins, to 1e-6 mm above (README.md).
-  TriangleDistance measure(const Corners& reference, const Corners& moving);
+  TriangleDistance measure(const proximity::Corners& reference, const proximity::Corners& moving);
 
   long long n_measured() const { return n_measured_; }
 
@@ -36,15 +36,15 @@ class NarrowPhase {
 
 /// True when an axis or a face plane separates the triangles by more than `band_mm`. Conservative and cheap:
 /// rejects pairs before the narrow phase.
-bool is_surely_apart(const Corners& a, const Corners& b, double band_mm);
+bool is_certainly_separated(const proximity::Corners& a, const proximity::Corners& b, double band_mm);
 
 /// Largest separation over the axes of the separating-axis theorem (both normals, cross products of edges,
 /// in-plane edge normals): positive when the triangles are disjoint, negative when they overlap by at least
 /// as much on every axis. Accurate to rounding.
-double separation_mm(const Corners& a, const Corners& b);
+double separation_mm(const proximity::Corners& a, const proximity::Corners& b);
 
 /// Closest points of two disjoint triangles over all corners, edges and faces; accurate to rounding. Where
 /// they are not unique (parallel edges or faces) the result is an end of the common segment.
-TriangleDistance closest_points(const Corners& reference, const Corners& moving);
+TriangleDistance closest_points(const proximity::Corners& reference, const proximity::Corners& moving);
 
-}  // namespace vrda
+}  // namespace vrda::contact

@@ -7,7 +7,7 @@
 #include "core/text.hpp"
 #include "load/file_bytes.hpp"
 
-namespace vrda {
+namespace vrda::convert {
 namespace {
 
 constexpr std::uintmax_t largest_configuration_bytes = 1U << 20U;  // the thesis's example has about 15 lines
@@ -29,7 +29,7 @@ class Reader {
  public:
   Reader(const NamedText& source, double unit_mm) : lines_(source), unit_mm_(unit_mm) {}
 
-  Configuration read()
+  KeywordConfiguration read()
   {
     while (lines_.next()) read_line();
     check_models();
@@ -116,7 +116,7 @@ class Reader {
   {
     const double mm = in_mm(lines_.real(k, "a length"), unit_mm_);
     if (std::abs(mm) > longest_mm)
-      lines_.refuse(shortest(mm) + " mm", "at most " + shortest(longest_mm) + " mm");
+      lines_.refuse(shortest_decimal(mm) + " mm", "at most " + shortest_decimal(longest_mm) + " mm");
     return mm + 0.0;
   }
 
@@ -124,7 +124,7 @@ class Reader {
   {
     const std::string wanted = "an angle from -180 to 180 degrees";
     const double deg = lines_.real(k, wanted);
-    if (std::abs(deg) > 180.0) lines_.refuse(shortest(deg), wanted);
+    if (std::abs(deg) > 180.0) lines_.refuse(shortest_decimal(deg), wanted);
     return deg + 0.0;
   }
 
@@ -132,8 +132,8 @@ class Reader {
   double positive(double value, double largest, const char* unit)
   {
     if (!(value > 0.0) || value > largest)
-      lines_.refuse(shortest(value) + unit,
-                    std::string("above 0") + unit + ", at most " + shortest(largest) + unit);
+      lines_.refuse(shortest_decimal(value) + unit,
+                    std::string("above 0") + unit + ", at most " + shortest_decimal(largest) + unit);
     return value;
   }
 
@@ -174,8 +174,8 @@ class Reader {
     out_.motion_mm = motion_mm;
     const double step_mm = motion_mm.norm();
     if (!(step_mm > 0.0) || step_mm > longest_step_mm) {
-      lines_.refuse("a motion of " + shortest(step_mm) + " mm",
-                    "one above 0 mm, at most " + shortest(longest_step_mm) + " mm");
+      lines_.refuse("a motion of " + shortest_decimal(step_mm) + " mm",
+                    "one above 0 mm, at most " + shortest_decimal(longest_step_mm) + " mm");
     }
   }
 
@@ -252,18 +252,19 @@ class Reader {
     const double lowest = std::min(range.from_deg, range.to_deg);
     const double highest = std::max(range.from_deg, range.to_deg);
     if (angle == 0 && (lowest < -30.0 || highest > 180.0)) {
-      lines_.refuse(shortest(lowest < -30.0 ? lowest : highest),
+      lines_.refuse(shortest_decimal(lowest < -30.0 ? lowest : highest),
                     "flexion from -30 to 180 degrees; positive angles bend the knee");
     }
     if (angle == 1 && (lowest < -85.0 || highest > 85.0))
-      lines_.refuse(shortest(lowest < -85.0 ? lowest : highest), "varus from -85 to 85 degrees");
+      lines_.refuse(shortest_decimal(lowest < -85.0 ? lowest : highest), "varus from -85 to 85 degrees");
     const bool is_falling = range.to_deg < range.from_deg;
     range.step_deg = lines_.words().size() > 4 ? lines_.real(4, "a step in degrees")
                      : is_falling              ? -1.0
                                                : 1.0;
     if (range.step_deg == 0.0 || (range.from_deg != range.to_deg && (range.step_deg < 0.0) != is_falling)) {
-      lines_.refuse("a step of " + shortest(range.step_deg),
-                    "a step that goes from " + shortest(range.from_deg) + " to " + shortest(range.to_deg));
+      lines_.refuse("a step of " + shortest_decimal(range.step_deg),
+                    "a step that goes from " + shortest_decimal(range.from_deg) + " to " +
+                        shortest_decimal(range.to_deg));
     }
   }
 
@@ -297,8 +298,9 @@ class Reader {
     other_turns_deg[axis] = across_mm[axis] = 0.0;
     if (!other_turns_deg.isZero(0.0) || !across_mm.isZero(0.0)) {
       lines_.refuse_at(line_of("INITIAL_ORIENTATION 1"),
-                       "rotations " + shortest(orientation_deg_.x()) + ", " + shortest(orientation_deg_.y()) +
-                           " and " + shortest(orientation_deg_.z()) + " degrees about X, Y and Z",
+                       "rotations " + shortest_decimal(orientation_deg_.x()) + ", " +
+                           shortest_decimal(orientation_deg_.y()) + " and " +
+                           shortest_decimal(orientation_deg_.z()) + " degrees about X, Y and Z",
                        "a rotation about the direction of motion only");
     }
     out_.turn_deg = out_.motion_mm[axis] < 0.0 ? -orientation_deg_[axis] : orientation_deg_[axis];
@@ -308,8 +310,8 @@ class Reader {
   {
     const auto compare = [&](std::size_t line, double resolution, double step, const char* unit) {
       if (resolution <= step) return;
-      lines_.refuse_at(line, "a resolution of " + shortest(resolution) + unit,
-                       "at most the step, " + shortest(step) + unit);
+      lines_.refuse_at(line, "a resolution of " + shortest_decimal(resolution) + unit,
+                       "at most the step, " + shortest_decimal(step) + unit);
     };
     compare(std::max(line_of("CONTACT_RESOLUTION"), line_of("MODELING_RESOLUTION")),
             out_.contact_resolution_mm, out_.modelling_step_mm, " mm");
@@ -330,19 +332,19 @@ class Reader {
   double unit_mm_;
   Eigen::Vector3d orientation_deg_{0.0, 0.0, 0.0};
   std::map<std::string, std::size_t> line_of_;
-  Configuration out_;
+  KeywordConfiguration out_;
 };
 
 }  // namespace
 
-Configuration parse_configuration(const NamedText& source, double unit_mm)
+KeywordConfiguration parse_configuration(const NamedText& source, double unit_mm)
 {
   return Reader(source, unit_mm).read();
 }
 
 NamedText read_configuration(const std::string& file)
 {
-  return {file, file_bytes(file, {file, "", "", "a configuration file"}, largest_configuration_bytes)};
+  return {file, load::file_bytes(file, {file, "", "", "a configuration file"}, largest_configuration_bytes)};
 }
 
-}  // namespace vrda
+}  // namespace vrda::convert

@@ -11,7 +11,7 @@
 
 #include "convert/text_lines.hpp"
 
-namespace vrda {
+namespace vrda::convert {
 
 /// Angles in degrees, ends included; a single angle if the ends are equal.
 struct AngleRange {
@@ -28,7 +28,7 @@ struct ConfiguredView {
 
 /// Vectors are in the axes of the files. Omitted settings have the defaults of the thesis. Angles are in
 /// degrees, as in a job file.
-struct Configuration {
+struct KeywordConfiguration {
   std::vector<std::string> reference;          ///< models of body 0, at least one
   std::vector<std::string> moving;             ///< models of body 1, at least one
   Eigen::Vector3d position_mm{0.0, 0.0, 0.0};  ///< of the origin of the moving body
@@ -49,9 +49,9 @@ struct Configuration {
 /// `unit_mm`: the length unit of the text in mm; the thesis uses metres.
 /// Throws InputError with file and line for unknown and duplicate keywords, missing values, values out of
 /// range, a missing model, and an orientation that a job cannot express.
-Configuration parse_configuration(const NamedText& source, double unit_mm = 1000.0);
+KeywordConfiguration parse_configuration(const NamedText& source, double unit_mm = 1000.0);
 
 /// Reads a configuration file. Throws InputError if it is missing or larger than 1 MiB.
 NamedText read_configuration(const std::string& file);
 
-}  // namespace vrda
+}  // namespace vrda::convert

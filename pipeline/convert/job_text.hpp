@@ -5,9 +5,9 @@
 
 #include "convert/configuration.hpp"
 
-namespace vrda {
+namespace vrda::convert {
 
-struct JobPlaces {
+struct JobTextOptions {
   std::string title;
   std::string source;         ///< name of the configuration, for the first comment
   std::string models_folder;  ///< folder of the models' .obj files, relative to the job file
@@ -16,6 +16,6 @@ struct JobPlaces {
 
 /// TOML with comments. Frame: thesis 5.2 in the OpenGL view (DESIGN.md 3): X to the subject's left, Y up, Z
 /// forward, left knee.
-std::string job_text(const Configuration& configuration, const JobPlaces& places);
+std::string job_text(const KeywordConfiguration& configuration, const JobTextOptions& places);
 
-}  // namespace vrda
+}  // namespace vrda::convert

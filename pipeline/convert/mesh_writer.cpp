@@ -13,17 +13,18 @@
 #include "load/polygon.hpp"
 #include "load/weld.hpp"
 
-namespace vrda {
+namespace vrda::convert {
 namespace {
 
 std::string point_text(const Points& points, Eigen::Index row)
 {
-  return shortest(points(row, 0)) + ' ' + shortest(points(row, 1)) + ' ' + shortest(points(row, 2));
+  return shortest_decimal(points(row, 0)) + ' ' + shortest_decimal(points(row, 1)) + ' ' +
+         shortest_decimal(points(row, 2));
 }
 
 // Calls `act` with the number of corners of each face and a pointer to the first.
 template <typename Act>
-void for_each_face(const RawMesh& mesh, const Act& act)
+void for_each_face(const load::RawMesh& mesh, const Act& act)
 {
   const std::int32_t* corner = mesh.corner.data();
   for (const std::int32_t n : mesh.size) {
@@ -47,13 +48,13 @@ void put_vector(std::array<char, 50>& record, std::size_t slot, const Eigen::Vec
   }
 }
 
-Mesh triangle_mesh(const RawMesh& raw)
+Mesh triangle_mesh(const load::RawMesh& raw)
 {
   std::vector<std::int32_t> corners;
   for_each_face(raw, [&](std::int32_t n, const std::int32_t* corner) {
     Points points(n, 3);
     for (std::int32_t k = 0; k < n; ++k) points.row(k) = raw.vertices.row(corner[k]);
-    for (const std::array<std::int32_t, 3>& triangle : triangulated(points)) {
+    for (const std::array<std::int32_t, 3>& triangle : load::triangulate(points)) {
       for (const std::int32_t k : triangle) corners.push_back(corner[k]);
     }
   });
@@ -64,19 +65,19 @@ Mesh triangle_mesh(const RawMesh& raw)
   return mesh;
 }
 
-void check_single_precision(const std::string& file, const RawMesh& mesh)
+void check_single_precision(const std::string& file, const load::RawMesh& mesh)
 {
   constexpr double largest = std::numeric_limits<float>::max();
   for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
     if (mesh.vertices.row(v).cwiseAbs().maxCoeff() <= largest) continue;
     throw InputError({file, "vertex " + std::to_string(v), "(" + point_text(mesh.vertices, v) + ")",
-                      "coordinates within single precision, up to " + shortest(largest)});
+                      "coordinates within single precision, up to " + shortest_decimal(largest)});
   }
 }
 
 }  // namespace
 
-std::string vertices_faces_bytes(const RawMesh& mesh)
+std::string vertices_faces_bytes(const load::RawMesh& mesh)
 {
   std::string bytes = std::to_string(mesh.vertices.rows()) + ' ' + std::to_string(mesh.size.size()) + '\n';
   for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) bytes += point_text(mesh.vertices, v) + '\n';
@@ -84,14 +85,14 @@ std::string vertices_faces_bytes(const RawMesh& mesh)
   return bytes;
 }
 
-std::string vertex_normals_bytes(const RawMesh& mesh)
+std::string vertex_normals_bytes(const load::RawMesh& mesh)
 {
   std::string bytes = std::to_string(mesh.normals.rows()) + '\n';
   for (Eigen::Index v = 0; v < mesh.normals.rows(); ++v) bytes += point_text(mesh.normals, v) + '\n';
   return bytes;
 }
 
-std::string wavefront_bytes(const RawMesh& mesh)
+std::string wavefront_bytes(const load::RawMesh& mesh)
 {
   const bool has_normals = mesh.normals.rows() > 0;
   std::string bytes;
@@ -108,7 +109,7 @@ std::string wavefront_bytes(const RawMesh& mesh)
   return bytes;
 }
 
-std::string ply_bytes(const RawMesh& mesh)
+std::string ply_bytes(const load::RawMesh& mesh)
 {
   constexpr std::int32_t largest_uchar = 255;
   const bool has_normals = mesh.normals.rows() > 0;
@@ -144,7 +145,7 @@ std::string stl_bytes(const Mesh& mesh, const std::string& header)
   return bytes;
 }
 
-std::string mesh_bytes(const std::string& file, const RawMesh& mesh)
+std::string mesh_bytes(const std::string& file, const load::RawMesh& mesh)
 {
   const std::string extension = std::filesystem::path(file).extension().string();
   if (extension == ".vf") return vertices_faces_bytes(mesh);
@@ -157,14 +158,14 @@ std::string mesh_bytes(const std::string& file, const RawMesh& mesh)
   throw InputError({file, "", "the extension \"" + extension + "\"", "an output .vf, .stl, .ply or .obj"});
 }
 
-RawMesh with_shared_vertices(const RawMesh& mesh)
+load::RawMesh merge_equal_vertices(const load::RawMesh& mesh)
 {
-  WeldedVertices welded = welded_vertices(mesh);
-  RawMesh out;
+  load::WeldedVertices welded = load::weld_vertices(mesh);
+  load::RawMesh out;
   out.size = mesh.size;
   out.corner.reserve(mesh.corner.size());
   for (const std::int32_t corner : mesh.corner)
-    out.corner.push_back(welded.of_raw[static_cast<std::size_t>(corner)]);
+    out.corner.push_back(welded.index_of_raw[static_cast<std::size_t>(corner)]);
   out.vertices = std::move(welded.vertices);
   out.normals = std::move(welded.normal_sums);
   for (Eigen::Index v = 0; v < out.normals.rows(); ++v) {
@@ -178,4 +179,4 @@ RawMesh with_shared_vertices(const RawMesh& mesh)
   return out;
 }
 
-}  // namespace vrda
+}  // namespace vrda::convert

@@ -5,17 +5,17 @@
 
 #include "load/raw_mesh.hpp"
 
-namespace vrda {
+namespace vrda::convert {
 
 /// Vertices-Faces (thesis 4.1), indices from 0, without normals.
-std::string vertices_faces_bytes(const RawMesh& mesh);
+std::string vertices_faces_bytes(const load::RawMesh& mesh);
 
 /// The normals file of a Vertices-Faces file: their number, then one normal for each vertex and line.
-std::string vertex_normals_bytes(const RawMesh& mesh);
+std::string vertex_normals_bytes(const load::RawMesh& mesh);
 
 /// Wavefront OBJ and ASCII PLY, with normals if the mesh has them.
-std::string wavefront_bytes(const RawMesh& mesh);
-std::string ply_bytes(const RawMesh& mesh);
+std::string wavefront_bytes(const load::RawMesh& mesh);
+std::string ply_bytes(const load::RawMesh& mesh);
 
 /// Binary STL, single precision. `header`: at most 80 bytes are written.
 std::string stl_bytes(const Mesh& mesh, const std::string& header);
@@ -23,10 +23,10 @@ std::string stl_bytes(const Mesh& mesh, const std::string& header);
 /// Selects the format by the extension of `file`: .vf, .obj (Wavefront), .ply, or .stl (polygons are
 /// triangulated as in load). Throws InputError naming `file` for another extension and for a coordinate
 /// outside the range of an STL.
-std::string mesh_bytes(const std::string& file, const RawMesh& mesh);
+std::string mesh_bytes(const std::string& file, const load::RawMesh& mesh);
 
 /// Merges vertices with equal coordinates, since the readers of STL and Wavefront give each face its own
 /// vertices. Normals are averaged and normalised; if one has no direction, all are removed.
-RawMesh with_shared_vertices(const RawMesh& mesh);
+load::RawMesh merge_equal_vertices(const load::RawMesh& mesh);
 
-}  // namespace vrda
+}  // namespace vrda::convert

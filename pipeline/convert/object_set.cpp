@@ -11,7 +11,7 @@
 #include "load/file_bytes.hpp"
 #include "load/words.hpp"
 
-namespace vrda {
+namespace vrda::convert {
 namespace {
 
 // Rows of three numbers, numbered without gaps from `first`.
@@ -29,7 +29,7 @@ struct RowCount {
 RowCount row_count_in(const TextLines& lines)
 {
   if (lines.words().size() != 1) return {};
-  return {whole_in(lines.words().front()), lines.line()};
+  return {load::parse_integer(lines.words().front()), lines.line()};
 }
 
 void check_row_count(const TextLines& lines, const RowCount& count, std::size_t n_rows)
@@ -92,8 +92,8 @@ Rows read_rows(const NamedText& source, const std::string& what, const Rows* ver
     numbers.read(lines);
     for (std::size_t k = 1; k <= 3; ++k) {
       values.push_back(lines.real(k, "a finite coordinate"));
-      if (std::abs(values.back()) > largest_coordinate)
-        lines.refuse("a coordinate of " + shortest(values.back()), "at most 1e9 in size");
+      if (std::abs(values.back()) > load::largest_coordinate)
+        lines.refuse("a coordinate of " + shortest_decimal(values.back()), "at most 1e9 in size");
     }
   }
   const auto n = static_cast<Eigen::Index>(values.size() / 3);
@@ -125,8 +125,8 @@ class ElementReader {
     if (count.n_rows) has_line = lines_.next();
     std::size_t n_faces = 0;
     for (; has_line; has_line = lines_.next()) {
-      if (++n_faces > largest_face_count)
-        lines_.refuse("more faces", "at most " + std::to_string(largest_face_count));
+      if (++n_faces > load::largest_face_count)
+        lines_.refuse("more faces", "at most " + std::to_string(load::largest_face_count));
       read_face();
     }
     check_row_count(lines_, count, n_faces);
@@ -140,9 +140,9 @@ class ElementReader {
     const auto& words = lines_.words();
     Polygons& component = component_named(words.front());
     const std::size_t n_corners = words.size() - 1;
-    if (n_corners < 3 || n_corners > largest_face_size) {
+    if (n_corners < 3 || n_corners > load::largest_face_size) {
       lines_.refuse(std::to_string(n_corners) + " vertices after the component's name",
-                    "from 3 to " + std::to_string(largest_face_size));
+                    "from 3 to " + std::to_string(load::largest_face_size));
     }
     const Eigen::Index n_vertices = vertices_.values.rows();
     for (std::size_t k = 1; k <= n_corners; ++k) {
@@ -159,13 +159,13 @@ class ElementReader {
   Polygons& component_named(std::string_view name)
   {
     if (const auto found = index_of_.find(name); found != index_of_.end()) return components_[found->second];
-    if (real_in(name)) {
+    if (load::parse_real(name)) {
       lines_.refuse("an element without a component name: its first word is " + quoted(name),
                     "the name of its component, then the numbers of its vertices");
     }
     if (!is_component_name(name)) lines_.refuse(quoted(name), component_name_rule);
-    if (components_.size() == most_object_components)
-      lines_.refuse("more components", "at most " + std::to_string(most_object_components));
+    if (components_.size() == max_object_components)
+      lines_.refuse("more components", "at most " + std::to_string(max_object_components));
     index_of_.emplace(name, components_.size());
     components_.push_back({std::string(name), lines_.line(), {}, {}});
     return components_.back();
@@ -193,7 +193,7 @@ ObjectComponent component_of(Polygons polygons, const std::vector<std::int32_t>&
                              const Rows& normals)
 {
   ObjectComponent component{std::move(polygons.name), {}};
-  RawMesh& mesh = component.mesh;
+  load::RawMesh& mesh = component.mesh;
   mesh.vertices.resize(static_cast<Eigen::Index>(used.size()), 3);
   mesh.normals.resize(static_cast<Eigen::Index>(used.size()), 3);
   for (std::size_t v = 0; v < used.size(); ++v) {
@@ -211,8 +211,8 @@ ObjectComponent component_of(Polygons polygons, const std::vector<std::int32_t>&
 NamedText text_of(const std::string& prefix, const char* extension, const char* holds)
 {
   const std::string file = prefix + extension;
-  return {file, file_bytes(file, {file, "", "", std::string("the ") + holds + " of an Object set"},
-                           largest_mesh_bytes)};
+  return {file, load::file_bytes(file, {file, "", "", std::string("the ") + holds + " of an Object set"},
+                                 load::largest_mesh_bytes)};
 }
 
 }  // namespace
@@ -235,4 +235,4 @@ ObjectSetTexts read_object_set(const std::string& prefix)
           text_of(prefix, ".elem", "elements")};
 }
 
-}  // namespace vrda
+}  // namespace vrda::convert

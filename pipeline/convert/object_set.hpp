@@ -8,7 +8,7 @@
 #include "convert/text_lines.hpp"
 #include "load/raw_mesh.hpp"
 
-namespace vrda {
+namespace vrda::convert {
 
 struct ObjectSetTexts {
   NamedText coordinates;
@@ -19,10 +19,10 @@ struct ObjectSetTexts {
 /// One component with its vertices, in the order of the set, and their normals.
 struct ObjectComponent {
   std::string name;
-  RawMesh mesh;
+  load::RawMesh mesh;
 };
 
-inline constexpr std::size_t most_object_components = 1000;
+inline constexpr std::size_t max_object_components = 1000;
 
 /// The components in the order of their first polygons. Throws InputError with file and line.
 std::vector<ObjectComponent> parse_object_set(const ObjectSetTexts& texts);
@@ -30,4 +30,4 @@ std::vector<ObjectComponent> parse_object_set(const ObjectSetTexts& texts);
 /// Reads PREFIX.coor, PREFIX.norm and PREFIX.elem. Throws InputError if one of them is missing.
 ObjectSetTexts read_object_set(const std::string& prefix);
 
-}  // namespace vrda
+}  // namespace vrda::convert

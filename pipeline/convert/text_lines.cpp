@@ -6,7 +6,7 @@
 #include "core/error.hpp"
 #include "load/words.hpp"
 
-namespace vrda {
+namespace vrda::convert {
 namespace {
 
 constexpr std::string_view separators = " \t\r,";
@@ -40,14 +40,15 @@ bool TextLines::next()
 
 double TextLines::real(std::size_t k, const std::string& wanted) const
 {
-  const std::optional<double> number = k < words_.size() ? real_in(words_[k]) : std::nullopt;
+  const std::optional<double> number = k < words_.size() ? load::parse_real(words_[k]) : std::nullopt;
   if (!number || !std::isfinite(*number)) refuse(shown_word(k), wanted);
   return *number;
 }
 
 std::int64_t TextLines::whole(std::size_t k, const std::string& wanted) const
 {
-  const std::optional<std::int64_t> number = k < words_.size() ? whole_in(words_[k]) : std::nullopt;
+  const std::optional<std::int64_t> number =
+      k < words_.size() ? load::parse_integer(words_[k]) : std::nullopt;
   if (!number) refuse(shown_word(k), wanted);
   return *number;
 }
@@ -82,4 +83,4 @@ bool is_component_name(std::string_view word)
   });
 }
 
-}  // namespace vrda
+}  // namespace vrda::convert

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace vrda {
+namespace vrda::convert {
 
 /// A text and its file name for messages.
 struct NamedText {
@@ -51,4 +51,4 @@ bool is_component_name(std::string_view word);
 inline constexpr const char* component_name_rule =
     "a name of at most 100 letters, digits, \"_\", \"-\" and \".\", a letter first";
 
-}  // namespace vrda
+}  // namespace vrda::convert

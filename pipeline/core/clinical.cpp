@@ -4,9 +4,10 @@
 
 #include "core/trig.hpp"
 
-namespace vrda {
+namespace vrda::inline core {
 
-Clinical clinical_of(const Pose& X_reference_moving, Side side, const Eigen::Vector3d& rotation_centre_mm)
+ClinicalCoordinates clinical_coordinates(const Pose& X_reference_moving, Side side,
+                                         const Eigen::Vector3d& rotation_centre_mm)
 {
   Eigen::Matrix3d R = X_reference_moving.linear();
   // Displacement of the moving point at the rotation centre: independent of the meshes' origin.
@@ -18,7 +19,7 @@ Clinical clinical_of(const Pose& X_reference_moving, Side side, const Eigen::Vec
   }
   // R = Rz(-f) Rx(v) Ry(i): row 2 is (-cos v sin i, sin v, cos v cos i), column 1 is
   // (sin f cos v, cos f cos v, sin v).
-  Clinical result;
+  ClinicalCoordinates result;
   result.varus_rad = arc_sine(R(2, 1));
   result.flexion_rad = arc_tangent2(R(0, 1), R(1, 1));
   result.internal_rotation_rad = arc_tangent2(-R(2, 0), R(2, 2));
@@ -83,7 +84,7 @@ std::optional<HelicalAxis> helical_axis(const Pose& X_fixed_start, const Pose& X
   const Turn turn = turn_of(R);
   HelicalAxis axis;
   axis.rotation_rad = arc_tangent2(turn.sin, turn.cos);
-  if (axis.rotation_rad < least_turn_rad) return {};
+  if (axis.rotation_rad < min_rotation_rad) return {};
   axis.direction = turn.direction;
   // Displacement of the body's point that starts at `near`.
   const Eigen::Vector3d way_mm =
@@ -95,7 +96,7 @@ std::optional<HelicalAxis> helical_axis(const Pose& X_fixed_start, const Pose& X
   return axis;
 }
 
-Eigen::Matrix3d orientation_midway(const Pose& X_fixed_start, const Pose& X_fixed_end)
+Eigen::Matrix3d midpoint_orientation(const Pose& X_fixed_start, const Pose& X_fixed_end)
 {
   const std::optional<HelicalAxis> axis =
       helical_axis(X_fixed_start, X_fixed_end, X_fixed_start.translation());
@@ -110,7 +111,7 @@ std::optional<Eigen::Vector2d> instant_centre_mm(const Pose& X_fixed_start, cons
   // The rotation about Z nearest to R, projected along Z.
   const double y = R(1, 0) - R(0, 1), x = R(0, 0) + R(1, 1);
   const double length = std::sqrt(x * x + y * y);
-  if (std::abs(arc_tangent2(y, x)) < least_turn_rad) return {};
+  if (std::abs(arc_tangent2(y, x)) < min_rotation_rad) return {};
   const Eigen::Vector3d way_mm =
       X_fixed_end.translation() - near_fixed_mm + R * (near_fixed_mm - X_fixed_start.translation());
   const Eigen::Vector2d across_mm(-way_mm.y(), way_mm.x());
@@ -118,4 +119,4 @@ std::optional<Eigen::Vector2d> instant_centre_mm(const Pose& X_fixed_start, cons
          0.5 * (way_mm.head<2>() + half_cotangent(y / length, x / length) * across_mm);
 }
 
-}  // namespace vrda
+}  // namespace vrda::inline core

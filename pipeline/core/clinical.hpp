@@ -7,12 +7,12 @@
 #include "core/frames.hpp"
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::inline core {
 
 /// Angles: flexion +, varus (adduction) +, internal rotation +. Translations of the tibial point that
 /// coincides with the rotation centre at the zero pose, along the Grood-Suntay axes: anterior +,
 /// proximal +, lateral + on both sides.
-struct Clinical {
+struct ClinicalCoordinates {
   double flexion_rad = 0.0;
   double varus_rad = 0.0;
   double internal_rotation_rad = 0.0;
@@ -24,11 +24,12 @@ struct Clinical {
 /// Decomposes `X_reference_moving`: R = Rz(-flexion) Rx(varus) Ry(internal) on the right side; on the left
 /// the mirrored pose is decomposed. `rotation_centre_mm` is in canonical coordinates of the joint's own side.
 /// Source: Grood and Suntay (1983) J Biomech Eng 105:136-144.
-Clinical clinical_of(const Pose& X_reference_moving, Side side, const Eigen::Vector3d& rotation_centre_mm);
+ClinicalCoordinates clinical_coordinates(const Pose& X_reference_moving, Side side,
+                                         const Eigen::Vector3d& rotation_centre_mm);
 
 /// Smallest rotation with a defined axis: below it, rounding of coordinates of some 100 mm (1e-13 mm) shifts
 /// the axis by more than 1e-7 mm.
-inline constexpr double least_turn_rad = 1e-6;
+inline constexpr double min_rotation_rad = 1e-6;
 
 /// The screw motion from one pose of a body to another.
 struct HelicalAxis {
@@ -46,7 +47,7 @@ std::optional<HelicalAxis> helical_axis(const Pose& X_fixed_start, const Pose& X
                                         const Eigen::Vector3d& near_fixed_mm);
 
 /// The start's orientation rotated by half the screw's angle; the start's orientation where there is no axis.
-Eigen::Matrix3d orientation_midway(const Pose& X_fixed_start, const Pose& X_fixed_end);
+Eigen::Matrix3d midpoint_orientation(const Pose& X_fixed_start, const Pose& X_fixed_end);
 
 /// The instant centre of the rotation about Z, (x, y) of the fixed frame: the intersection of the
 /// perpendicular bisectors of the planar displacements of the moving point that starts at `near_fixed_mm` and
@@ -55,4 +56,4 @@ Eigen::Matrix3d orientation_midway(const Pose& X_fixed_start, const Pose& X_fixe
 std::optional<Eigen::Vector2d> instant_centre_mm(const Pose& X_fixed_start, const Pose& X_fixed_end,
                                                  const Eigen::Vector3d& near_fixed_mm);
 
-}  // namespace vrda
+}  // namespace vrda::inline core

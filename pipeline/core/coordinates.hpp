@@ -7,7 +7,7 @@
 
 #include "core/frames.hpp"
 
-namespace vrda {
+namespace vrda::inline core {
 
 enum Coordinate : Eigen::Index { along_x = 0, along_y = 1, along_z = 2, about_y = 3, about_varus = 4 };
 inline constexpr Eigen::Index n_coordinates = 5;
@@ -34,4 +34,4 @@ struct Potential {
   Matrix5d hessian = Matrix5d::Zero();  ///< symmetric
 };
 
-}  // namespace vrda
+}  // namespace vrda::inline core

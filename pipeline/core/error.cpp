@@ -5,7 +5,7 @@
 
 #include "core/text.hpp"
 
-namespace vrda {
+namespace vrda::inline core {
 namespace {
 
 /// Longer than any Linux path; a key or word of a damaged file can have megabytes.
@@ -14,7 +14,7 @@ constexpr std::size_t longest_fact = 5000;
 /// Escaped and truncated, since a fact may quote any bytes of a file.
 std::string shown(std::string_view fact)
 {
-  return printable(fact.substr(0, longest_fact)) + (fact.size() > longest_fact ? "..." : "");
+  return escape_control_characters(fact.substr(0, longest_fact)) + (fact.size() > longest_fact ? "..." : "");
 }
 
 std::string message(const InputError::Facts& facts)
@@ -37,4 +37,4 @@ void check(bool condition, const char* why)
   if (!condition) throw InternalError(why);
 }
 
-}  // namespace vrda
+}  // namespace vrda::inline core

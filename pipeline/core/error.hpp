@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace vrda {
+namespace vrda::inline core {
 
 /// An error that the user can fix. what() is "file: line 3, field: found ..., wanted ...": one printable
 /// line; control characters are escaped.
@@ -35,4 +35,4 @@ class InternalError : public std::logic_error {
 /// Throws InternalError with `why` unless the condition holds; active in release builds too.
 void check(bool condition, const char* why);
 
-}  // namespace vrda
+}  // namespace vrda::inline core

@@ -2,7 +2,7 @@
 
 #include "core/trig.hpp"
 
-namespace vrda {
+namespace vrda::inline core {
 namespace {
 
 Eigen::Vector3d flipped_z(const Eigen::Vector3d& v)
@@ -139,4 +139,4 @@ Eigen::Vector3d world_from_solver(const SolverFrame& frame, const Eigen::Vector3
   return of_right_side(frame, rotation_solver_world(frame).transpose() * v_solver);
 }
 
-}  // namespace vrda
+}  // namespace vrda::inline core

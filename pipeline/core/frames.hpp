@@ -10,7 +10,7 @@
 
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::inline core {
 
 enum class Side { right, left };
 
@@ -64,4 +64,4 @@ Eigen::Vector3d solver_translation_mm(const SolverFrame& frame, const Eigen::Vec
 /// A point or direction of S, in W of the joint's own side; both frames have the same origin.
 Eigen::Vector3d world_from_solver(const SolverFrame& frame, const Eigen::Vector3d& v_solver);
 
-}  // namespace vrda
+}  // namespace vrda::inline core

@@ -4,7 +4,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::inline core {
 namespace {
 
 Eigen::Vector3d doubled_area_vector(const Mesh& mesh, Eigen::Index t)
@@ -165,7 +165,7 @@ void append(Mesh& mesh, const Mesh& extra)
   mesh.normals.bottomRows(extra.vertices_mm.rows()) = extra.normals;
 }
 
-Mesh with_triangles(const Mesh& mesh, const std::vector<Eigen::Index>& kept)
+Mesh select_triangles(const Mesh& mesh, const std::vector<Eigen::Index>& kept)
 {
   Mesh result = mesh;
   result.triangles.resize(static_cast<Eigen::Index>(kept.size()), 3);
@@ -197,4 +197,4 @@ Body mirrored_z(const Body& body)
   return result;
 }
 
-}  // namespace vrda
+}  // namespace vrda::inline core

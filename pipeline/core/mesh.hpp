@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace vrda {
+namespace vrda::inline core {
 
 using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using Triangles = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 3, Eigen::RowMajor>;
@@ -65,7 +65,7 @@ Mesh mirrored_z(const Mesh& mesh);
 void append(Mesh& mesh, const Mesh& extra);
 
 /// The mesh with only the listed triangles; all vertices are kept.
-Mesh with_triangles(const Mesh& mesh, const std::vector<Eigen::Index>& kept);
+Mesh select_triangles(const Mesh& mesh, const std::vector<Eigen::Index>& kept);
 
 /// A named component of one of the two bodies of a joint.
 struct Component {
@@ -107,4 +107,4 @@ std::vector<std::int32_t> triangles_of(const std::vector<Code>& compartment_of_t
   return rows;
 }
 
-}  // namespace vrda
+}  // namespace vrda::inline core

@@ -11,10 +11,10 @@
 #include <cstring>
 #include <thread>
 
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "core/whole_file.hpp"
 
-namespace vrda {
+namespace vrda::inline core {
 
 OpenFile::~OpenFile()
 {
@@ -23,7 +23,7 @@ OpenFile::~OpenFile()
   errno = kept;
 }
 
-bool is_at(int descriptor, const std::string& path)
+bool is_open_file_at(int descriptor, const std::string& path)
 {
   struct stat opened {
   }, named{};
@@ -31,7 +31,7 @@ bool is_at(int descriptor, const std::string& path)
          opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
 }
 
-bool lock_without_waiting(int descriptor, const std::string& path)
+bool try_lock_file(int descriptor, const std::string& path)
 {
   while (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
     if (errno == EWOULDBLOCK) return false;
@@ -53,7 +53,7 @@ bool write_all(int descriptor, std::string_view bytes)
   return true;
 }
 
-void sync_folder(const std::string& path)
+void sync_parent_directory(const std::string& path)
 {
   const std::size_t slash = path.rfind('/');
   const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
@@ -87,33 +87,33 @@ std::string holder_in(int descriptor)
 
 }  // namespace
 
-std::optional<OutputLock> OutputLock::take(const std::string& output, const std::string& command,
-                                           const Waiting& waiting)
+std::optional<OutputLock> OutputLock::acquire(const std::string& output, const std::string& command,
+                                              const WaitOptions& waiting)
 {
-  const std::string path = link_target(output) + ".lock";
+  const std::string path = resolve_links(output) + ".lock";
   for (bool is_announced = false;;) {
     OpenFile file = opened(path);
     if (!file.is_open()) {
       throw InputError({output, "", std::strerror(errno), "a folder that exists and can be written"});
     }
-    if (lock_without_waiting(file.get(), output)) {
-      if (!is_at(file.get(), path)) continue;  // the previous holder has just removed it
+    if (try_lock_file(file.get(), output)) {
+      if (!is_open_file_at(file.get(), path)) continue;  // the previous holder has just removed it
       const std::string holder = command + ", process " + std::to_string(getpid()) + " on " + host_name();
       // Informative only: a write error (full disk) is ignored.
       if (ftruncate(file.get(), 0) == 0)
         static_cast<void>(!pwrite(file.get(), holder.data(), holder.size(), 0));
       return OutputLock(path, std::move(file));
     }
-    if (!is_announced && waiting.begins) waiting.begins(holder_in(file.get()));
+    if (!is_announced && waiting.on_wait) waiting.on_wait(holder_in(file.get()));
     is_announced = true;
-    if (waiting.is_stopped()) return std::nullopt;
+    if (waiting.is_cancelled()) return std::nullopt;
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
 }
 
 bool OutputLock::is_held(const std::string& output)
 {
-  const OpenFile file(open((link_target(output) + ".lock").c_str(), O_RDONLY | O_CLOEXEC));
+  const OpenFile file(open((resolve_links(output) + ".lock").c_str(), O_RDONLY | O_CLOEXEC));
   return file.is_open() && flock(file.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
@@ -122,4 +122,4 @@ OutputLock::~OutputLock()
   if (file_.is_open()) unlink(path_.c_str());  // while locked, so a new holder's file is never removed
 }
 
-}  // namespace vrda
+}  // namespace vrda::inline core

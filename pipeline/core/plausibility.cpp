@@ -2,7 +2,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::inline core {
 
 const char* name_of(Plausibility plausibility)
 {
@@ -34,4 +34,4 @@ const char* meaning_of(Plausibility plausibility)
   throw InternalError("a plausibility without a meaning");
 }
 
-}  // namespace vrda
+}  // namespace vrda::inline core

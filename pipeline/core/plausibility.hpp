@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-namespace vrda {
+namespace vrda::inline core {
 
 enum class Plausibility : std::int8_t {
   not_judged = -1,       ///< no stable pose
@@ -31,4 +31,4 @@ const char* name_of(Plausibility plausibility);
 /// One-line description.
 const char* meaning_of(Plausibility plausibility);
 
-}  // namespace vrda
+}  // namespace vrda::inline core

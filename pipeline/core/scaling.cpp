@@ -1,10 +1,10 @@
 #include "core/scaling.hpp"
 
-namespace vrda {
+namespace vrda::inline core {
 
-bool is_even(const Eigen::Vector3d& factor)
+bool is_uniform(const Eigen::Vector3d& factor)
 {
   return factor.x() == factor.y() && factor.y() == factor.z();
 }
 
-}  // namespace vrda
+}  // namespace vrda::inline core

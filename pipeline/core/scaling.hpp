@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace vrda {
+namespace vrda::inline core {
 
 struct Scaling {
   Eigen::Vector3d factor{1.0, 1.0, 1.0};  ///< anterior, proximal, right; about the rotation centre
@@ -23,6 +23,6 @@ struct Scaling {
 };
 
 /// Whether the three factors are equal.
-bool is_even(const Eigen::Vector3d& factor);
+bool is_uniform(const Eigen::Vector3d& factor);
 
-}  // namespace vrda
+}  // namespace vrda::inline core

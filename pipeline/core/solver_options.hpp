@@ -5,7 +5,7 @@
 
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::inline core {
 
 enum class ContactPoints { exact, triangle_centre };
 enum class ContactNormals { least_curvature, reference, moving };
@@ -44,4 +44,4 @@ struct Loads {
   Eigen::Vector3d point_mm{0.0, 0.0, 0.0};
 };
 
-}  // namespace vrda
+}  // namespace vrda::inline core

@@ -2,7 +2,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::inline core {
 
 const char* name_of(StepStatus status)
 {
@@ -101,4 +101,4 @@ const char* name_of(MoveKind kind)
   throw InternalError("a move without a name");
 }
 
-}  // namespace vrda
+}  // namespace vrda::inline core

@@ -10,7 +10,7 @@
 
 #include "core/frames.hpp"
 
-namespace vrda {
+namespace vrda::inline core {
 
 enum class StepStatus : std::int8_t {
   pending = -1,         ///< not solved yet
@@ -45,7 +45,7 @@ enum class StepKind : std::uint8_t {
 };
 
 /// The kinds that a stability search can have; these have traces.
-inline constexpr StepKind searched_step_kinds[] = {StepKind::spine_probe, StepKind::spine, StepKind::row};
+inline constexpr StepKind search_step_kinds[] = {StepKind::spine_probe, StepKind::spine, StepKind::row};
 inline constexpr StepKind last_step_kind = StepKind::band;
 
 const char* name_of(StepKind kind);
@@ -155,4 +155,4 @@ struct SearchTrace {
   std::vector<SearchMove> moves;
 };
 
-}  // namespace vrda
+}  // namespace vrda::inline core

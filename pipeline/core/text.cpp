@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace vrda {
+namespace vrda::inline core {
 namespace {
 
 /// The smallest code point that needs this many continuation bytes.
@@ -59,7 +59,7 @@ bool has_control_characters(std::string_view text, std::string_view allowed)
   return false;
 }
 
-std::string printable(std::string_view text)
+std::string escape_control_characters(std::string_view text)
 {
   constexpr std::string_view hex = "0123456789abcdef";
   std::string out;
@@ -76,7 +76,7 @@ std::string printable(std::string_view text)
   return out;
 }
 
-std::string shortest(double value)
+std::string shortest_decimal(double value)
 {
   std::array<char, 32> digits{};
   const std::to_chars_result end = std::to_chars(digits.data(), digits.data() + digits.size(), value + 0.0);
@@ -108,7 +108,7 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   return best == known.end() ? "" : *best;
 }
 
-std::string alternatives(const std::vector<std::string>& words)
+std::string join_alternatives(const std::vector<std::string>& words)
 {
   std::string text;
   for (std::size_t i = 0; i < words.size(); ++i) {
@@ -118,4 +118,4 @@ std::string alternatives(const std::vector<std::string>& words)
   return text;
 }
 
-}  // namespace vrda
+}  // namespace vrda::inline core

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace vrda {
+namespace vrda::inline core {
 
 /// Whether the bytes are UTF-8 (RFC 3629): no overlong forms, no surrogates, nothing above U+10FFFF.
 bool is_utf8(std::string_view bytes);
@@ -15,11 +15,11 @@ bool is_utf8(std::string_view bytes);
 bool has_control_characters(std::string_view text, std::string_view allowed = {});
 
 /// The text with each byte of a control character escaped as "\\x1b": one line, safe for a terminal.
-std::string printable(std::string_view text);
+std::string escape_control_characters(std::string_view text);
 
 /// `value` in the fewest digits that read back as the same double; -0 gives "0", so that equal numbers give
 /// equal text.
-std::string shortest(double value);
+std::string shortest_decimal(double value);
 
 /// Levenshtein distance: fewest insertions, deletions and replacements between two words.
 std::size_t edit_distance(std::string_view a, std::string_view b);
@@ -28,6 +28,6 @@ std::size_t edit_distance(std::string_view a, std::string_view b);
 std::string nearest_word(const std::string& word, const std::vector<std::string>& known);
 
 /// "a, b or c".
-std::string alternatives(const std::vector<std::string>& words);
+std::string join_alternatives(const std::vector<std::string>& words);
 
-}  // namespace vrda
+}  // namespace vrda::inline core

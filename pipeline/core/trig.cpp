@@ -5,7 +5,7 @@
 
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::inline core {
 namespace {
 
 // pi/2 in three parts of 33 bits each (fdlibm e_rem_pio2.c): k * part is exact for |k| < 2^20.
@@ -114,4 +114,4 @@ double arc_cosine(double x)
   return arc_tangent2(std::sqrt((1.0 - clamped) * (1.0 + clamped)), clamped);
 }
 
-}  // namespace vrda
+}  // namespace vrda::inline core

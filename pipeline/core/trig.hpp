@@ -4,7 +4,7 @@
 /// Source: polynomials of fdlibm (Sun Microsystems, 1993), k_sin.c, k_cos.c, s_atan.c.
 #pragma once
 
-namespace vrda {
+namespace vrda::inline core {
 
 struct SinCos {
   double sin = 0.0;
@@ -20,4 +20,4 @@ double arc_tangent2(double y, double x);
 double arc_sine(double x);
 double arc_cosine(double x);
 
-}  // namespace vrda
+}  // namespace vrda::inline core

@@ -3,7 +3,7 @@
 
 #include <limits>
 
-namespace vrda {
+namespace vrda::inline core {
 
 inline constexpr double pi = 3.14159265358979323846;
 inline constexpr double metres_per_mm = 1e-3;
@@ -20,4 +20,4 @@ constexpr double deg_from_rad(double angle_rad)
   return angle_rad * (180.0 / pi);
 }
 
-}  // namespace vrda
+}  // namespace vrda::inline core

@@ -6,7 +6,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::documents {
 namespace {
 
 // The largest documents are calibrations with about ten thousand poses.
@@ -56,7 +56,7 @@ std::string Document::source_of(const std::string& key) const
   return file;
 }
 
-std::string Document::source_of_all(const std::vector<std::string>& keys) const
+std::string Document::source_of_conflict(const std::vector<std::string>& keys) const
 {
   for (const std::string& key : keys) {
     if (source_of(key) != file) return file + " with --set " + key;
@@ -84,7 +84,7 @@ void Document::refuse_value(const std::string& key, const std::string& wanted) c
   refuse(key, shown(*path_to(root, key).back()), wanted);
 }
 
-std::string document_text(const std::string& path, const std::string& wanted)
+std::string read_document_text(const std::string& path, const std::string& wanted)
 {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw InputError({path, "", "no readable file", wanted});
@@ -97,4 +97,4 @@ std::string document_text(const std::string& path, const std::string& wanted)
   return text;
 }
 
-}  // namespace vrda
+}  // namespace vrda::documents

@@ -7,7 +7,7 @@
 
 #include "documents/value.hpp"
 
-namespace vrda {
+namespace vrda::documents {
 
 struct Document {
   std::string file;
@@ -18,7 +18,7 @@ struct Document {
   /// The file name; "--set" if an override set `key`; both if an override set a part of it.
   std::string source_of(const std::string& key) const;
   /// For a conflict between several keys: the file name and the first of the keys that an override set.
-  std::string source_of_all(const std::vector<std::string>& keys) const;
+  std::string source_of_conflict(const std::vector<std::string>& keys) const;
   /// Line of the key, or of the innermost enclosing table in the file; 0 if --set gave it.
   int line_of(const std::string& key) const;
 
@@ -30,7 +30,7 @@ struct Document {
 
 /// Reads the text of a document. Throws InputError if the file is unreadable or larger than 8 MB; the message
 /// contains `wanted`.
-std::string document_text(const std::string& path, const std::string& wanted);
+std::string read_document_text(const std::string& path, const std::string& wanted);
 
 /// Parses TOML; tables keep the order of the text. Throws InputError for a syntax error (with line and
 /// column), control characters, dates and NaN.
@@ -43,4 +43,4 @@ DocumentValue parse_json(std::string_view text, const std::string& file, const s
 /// Throws InputError whose file is "--set".
 void apply_override(Document& document, const std::string& assignment);
 
-}  // namespace vrda
+}  // namespace vrda::documents

@@ -5,7 +5,7 @@
 #include "core/error.hpp"
 #include "documents/document.hpp"
 
-namespace vrda {
+namespace vrda::documents {
 namespace {
 
 using Json = nlohmann::json;
@@ -117,4 +117,4 @@ DocumentValue parse_json(std::string_view text, const std::string& file, const s
   return std::move(builder.root);
 }
 
-}  // namespace vrda
+}  // namespace vrda::documents

@@ -11,7 +11,7 @@
 #include "core/text.hpp"
 #include "documents/document.hpp"
 
-namespace vrda {
+namespace vrda::documents {
 namespace {
 
 struct KeyContext {
@@ -146,4 +146,4 @@ void apply_override(Document& document, const std::string& assignment)
   document.overridden.push_back(key);
 }
 
-}  // namespace vrda
+}  // namespace vrda::documents

@@ -12,7 +12,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 
-namespace vrda {
+namespace vrda::documents {
 namespace {
 
 using Json = nlohmann::json;
@@ -59,7 +59,7 @@ std::string range_text(const Node& node)
 {
   const auto limit = [&](const char* key, const std::string& word) {
     const Node* number = node.find(key);
-    return number == nullptr ? "" : " " + word + " " + shortest(number_at(*number, ""));
+    return number == nullptr ? "" : " " + word + " " + shortest_decimal(number_at(*number, ""));
   };
   const bool has_both = node.find("minimum") != nullptr && node.find("maximum") != nullptr;
   return limit("minimum", has_both ? "from" : "of at least") + limit("exclusiveMinimum", "above") +
@@ -82,7 +82,7 @@ std::string words_text(const Node& words)
 {
   std::vector<std::string> quoted;
   for (const Node& word : *words.list()) quoted.push_back(value_text(word));
-  return alternatives(quoted);
+  return join_alternatives(quoted);
 }
 
 // Path to a failed check: "<root>", "[grid]", "[flexion]", "[0]".
@@ -197,7 +197,7 @@ std::string DocumentSchema::Compiled::wanted_by_type(const Node& node) const
 {
   std::vector<std::string> shapes;
   for (const Node& shape : list_or_empty(node, "anyOf")) shapes.push_back(wanted_at(shape));
-  if (!shapes.empty()) return alternatives(shapes);
+  if (!shapes.empty()) return join_alternatives(shapes);
   if (const Node* words = node.find("enum")) return words_text(*words);
   const std::string& type = text_or_empty(node, "type");
   if (type == "boolean") return "true or false";
@@ -399,4 +399,4 @@ void DocumentSchema::check_required_keys(const Document& document) const
   compiled_->check_required(document, compiled_->root, document.root, "");
 }
 
-}  // namespace vrda
+}  // namespace vrda::documents

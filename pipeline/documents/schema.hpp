@@ -6,7 +6,7 @@
 
 #include "documents/document.hpp"
 
-namespace vrda {
+namespace vrda::documents {
 
 /// JSON Schema (draft 7). Extension: `"infinite": true` permits infinite numbers, which TOML can express. The
 /// "wanted" text of a message is the `description`; without one it is derived from type, range and choices.
@@ -35,4 +35,4 @@ class DocumentSchema {
   std::unique_ptr<const Compiled> compiled_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::documents

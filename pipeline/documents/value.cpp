@@ -6,7 +6,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 
-namespace vrda {
+namespace vrda::documents {
 namespace {
 
 bool is_bare(const std::string& key)
@@ -201,7 +201,7 @@ std::string value_text(const DocumentValue& value)
   struct Visitor {
     std::string operator()(bool flag) const { return flag ? "true" : "false"; }
     std::string operator()(std::int64_t number) const { return std::to_string(number); }
-    std::string operator()(double number) const { return shortest(number); }
+    std::string operator()(double number) const { return shortest_decimal(number); }
     std::string operator()(const std::string& text) const { return quoted(text); }
     std::string operator()(const DocumentValue::List& list) const
     {
@@ -238,4 +238,4 @@ std::string shown(const DocumentValue& value)
   return text.size() > max_characters ? text.substr(0, max_characters) + "..." : text;
 }
 
-}  // namespace vrda
+}  // namespace vrda::documents

@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-namespace vrda {
+namespace vrda::documents {
 
 struct DocumentEntry;
 
@@ -61,4 +61,4 @@ std::string value_text(const DocumentValue& value);
 /// The same for messages: at most 60 characters, then "...".
 std::string shown(const DocumentValue& value);
 
-}  // namespace vrda
+}  // namespace vrda::documents

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "core/draw_mesh.hpp"
+#include "core/render_mesh.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::exports {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -48,7 +48,7 @@ std::size_t add_block(Scene& scene, const std::vector<std::array<Number, n>>& ro
   if (target != 0) view["target"] = target;
   for (const std::array<Number, n>& row : rows) {
     for (std::size_t k = 0; k < n; ++k) {
-      put(scene.bytes, row[k]);
+      append_value(scene.bytes, row[k]);
       limits.min[k] = std::min(limits.min[k], static_cast<double>(row[k]));
       limits.max[k] = std::max(limits.max[k], static_cast<double>(row[k]));
     }
@@ -102,10 +102,10 @@ std::array<float, 3> metres(const std::array<float, 3>& p_mm)
 }
 
 /// Adds the node of one component's mesh.
-std::size_t add_component(Scene& scene, const Component& component, const DrawMesh& mesh)
+std::size_t add_component(Scene& scene, const Component& component, const RenderMesh& mesh)
 {
   std::vector<std::array<float, 3>> positions, normals;
-  for (const DrawVertex& vertex : mesh.vertices) {
+  for (const RenderVertex& vertex : mesh.vertices) {
     positions.push_back(metres(vertex.position_mm));
     normals.push_back(vertex.normal);
   }
@@ -128,7 +128,7 @@ std::size_t add_body(Scene& scene, const Body& body, const Eigen::Vector3d& cent
   for (const Part* part : {&body.contact, &body.visual}) {
     const std::vector<std::vector<Eigen::Index>> triangles = triangles_by_component(body, *part);
     for (std::size_t c = 0; c < triangles.size(); ++c) {
-      const DrawMesh mesh = draw_mesh(part->mesh, triangles[c], centre_mm);
+      const RenderMesh mesh = make_render_mesh(part->mesh, triangles[c], centre_mm);
       if (mesh.triangles.empty()) continue;
       children.push_back(add_component(scene, body.components[c], mesh));
     }
@@ -140,7 +140,7 @@ std::size_t add_body(Scene& scene, const Body& body, const Eigen::Vector3d& cent
 }
 
 /// Rotation keys, each in the hemisphere of the previous one: viewers interpolate along the shorter arc.
-std::vector<Quaternion> rotations_of(const FlexionMotion& motion, Pose JointPose::*X_world_body)
+std::vector<Quaternion> rotations_of(const FlexionMotion& motion, Pose motion::JointPose::*X_world_body)
 {
   std::vector<Quaternion> rotations;
   Eigen::Quaterniond previous = Eigen::Quaterniond::Identity();
@@ -156,7 +156,8 @@ std::vector<Quaternion> rotations_of(const FlexionMotion& motion, Pose JointPose
 }
 
 /// Translation keys: the position of the body's point at the rotation centre, in metres.
-std::vector<std::array<float, 3>> translations_of(const FlexionMotion& motion, Pose JointPose::*X_world_body)
+std::vector<std::array<float, 3>> translations_of(const FlexionMotion& motion,
+                                                  Pose motion::JointPose::*X_world_body)
 {
   std::vector<std::array<float, 3>> translations;
   for (const FlexionFrame& frame : motion.frames) {
@@ -181,7 +182,7 @@ void add_channel(Animation& animation, std::size_t node, const char* path, std::
 
 /// Animates a node and sets its static pose to the first frame, for viewers without animation.
 void animate(Scene& scene, Animation& animation, std::size_t node, const FlexionMotion& motion,
-             Pose JointPose::*X_world_body)
+             Pose motion::JointPose::*X_world_body)
 {
   const std::vector<Quaternion> rotations = rotations_of(motion, X_world_body);
   const std::vector<std::array<float, 3>> translations = translations_of(motion, X_world_body);
@@ -203,7 +204,7 @@ std::size_t add_times(Scene& scene, const FlexionMotion& motion, double degrees_
 void put_chunk(std::string& file, const char* kind, std::string chunk, char filler)
 {
   chunk.append((4 - chunk.size() % 4) % 4, filler);
-  put(file, static_cast<std::uint32_t>(chunk.size()));
+  append_value(file, static_cast<std::uint32_t>(chunk.size()));
   file.append(kind, 4);
   file += chunk;
 }
@@ -215,22 +216,23 @@ std::string glb_file(const Json& json, const std::string& bytes)
   put_chunk(chunks, "JSON", json.dump(-1, ' ', false, Json::error_handler_t::replace), ' ');
   put_chunk(chunks, "BIN\0", bytes, '\0');
   std::string file = "glTF";
-  put(file, std::uint32_t{2});
-  put(file, static_cast<std::uint32_t>(chunks.size() + 12));
+  append_value(file, std::uint32_t{2});
+  append_value(file, static_cast<std::uint32_t>(chunks.size() + 12));
   return file + chunks;
 }
 
 }  // namespace
 
-std::string animated_glb(const MotionModel& model, const FlexionMotion& motion, double degrees_per_second)
+std::string animated_glb(const store::MotionModel& model, const FlexionMotion& motion,
+                         double degrees_per_second)
 {
   Scene scene;
   const std::size_t reference = add_body(scene, model.reference, model.rotation_centre_mm);
   const std::size_t moving = add_body(scene, model.moving, model.rotation_centre_mm);
   Animation animation;
   animation.times = add_times(scene, motion, degrees_per_second);
-  animate(scene, animation, reference, motion, &JointPose::X_world_reference);
-  animate(scene, animation, moving, motion, &JointPose::X_world_moving);
+  animate(scene, animation, reference, motion, &motion::JointPose::X_world_reference);
+  animate(scene, animation, moving, motion, &motion::JointPose::X_world_moving);
   // A rotation by 90 degrees about Y maps anterior (+X) to glTF's front (+Z) and the subject's right to -X.
   const double half = std::sqrt(0.5);
   scene.nodes.push_back({{"name", model.title},
@@ -251,4 +253,4 @@ std::string animated_glb(const MotionModel& model, const FlexionMotion& motion, 
   return glb_file(json, scene.bytes);
 }
 
-}  // namespace vrda
+}  // namespace vrda::exports

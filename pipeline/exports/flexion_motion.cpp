@@ -7,12 +7,12 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::exports {
 namespace {
 
-std::string chosen_set(const MotionModel& model, const std::string& file, const std::string& set)
+std::string chosen_set(const store::MotionModel& model, const std::string& file, const std::string& set)
 {
-  const std::vector<std::string> names = set_names(model);
+  const std::vector<std::string> names = motion::set_names(model);
   if (set.empty()) return names.front();
   std::string known;
   for (const std::string& name : names) {
@@ -22,7 +22,7 @@ std::string chosen_set(const MotionModel& model, const std::string& file, const 
   throw InputError({file, "--set", set, known});
 }
 
-void require_varus(const MotionModel& model, const Motion& motion, const std::string& file,
+void require_varus(const store::MotionModel& model, const motion::Motion& motion, const std::string& file,
                    const FlexionPlan& plan)
 {
   if (plan.varus == VarusRule::zero && !model.zero_varus) {
@@ -31,23 +31,24 @@ void require_varus(const MotionModel& model, const Motion& motion, const std::st
   }
   if (plan.varus != VarusRule::given) return;
   if (motion.is_varus_free()) {
-    throw InputError({file, "--varus", shortest(plan.varus_deg), "spine: the job left varus free"});
+    throw InputError({file, "--varus", shortest_decimal(plan.varus_deg), "spine: the job left varus free"});
   }
   const double varus_rad = rad_from_deg(plan.varus_deg);
   if (varus_rad >= motion.first_varus_rad() && varus_rad <= motion.last_varus_rad()) return;
-  throw InputError({file, "--varus", shortest(plan.varus_deg) + " degrees",
-                    shortest(model.varus_deg.front()) + " to " + shortest(model.varus_deg.back())});
+  throw InputError(
+      {file, "--varus", shortest_decimal(plan.varus_deg) + " degrees",
+       shortest_decimal(model.varus_deg.front()) + " to " + shortest_decimal(model.varus_deg.back())});
 }
 
-bool has_zero_varus(const ZeroVarus& table, std::size_t flexion)
+bool has_zero_varus(const store::ZeroVarus& table, std::size_t flexion)
 {
-  return table.source[flexion] != static_cast<std::int8_t>(ZeroVarusSource::none);
+  return table.source[flexion] != static_cast<std::int8_t>(store::ZeroVarusSource::none);
 }
 
 /// Linear interpolation between two flexions with a zero-varus pose.
-std::optional<double> zero_varus_deg(const MotionModel& model, double flexion_deg)
+std::optional<double> zero_varus_deg(const store::MotionModel& model, double flexion_deg)
 {
-  const ZeroVarus& table = *model.zero_varus;
+  const store::ZeroVarus& table = *model.zero_varus;
   const std::vector<double>& grid_deg = model.flexion_deg;
   const auto after = std::lower_bound(grid_deg.begin(), grid_deg.end(), flexion_deg);
   if (after == grid_deg.end()) return {};
@@ -59,8 +60,8 @@ std::optional<double> zero_varus_deg(const MotionModel& model, double flexion_de
   return table.varus_deg[i - 1] + s * (table.varus_deg[i] - table.varus_deg[i - 1]);
 }
 
-std::optional<double> varus_deg_at(const MotionModel& model, const Motion& motion, const FlexionPlan& plan,
-                                   double flexion_deg)
+std::optional<double> varus_deg_at(const store::MotionModel& model, const motion::Motion& motion,
+                                   const FlexionPlan& plan, double flexion_deg)
 {
   switch (plan.varus) {
     case VarusRule::given:
@@ -73,24 +74,25 @@ std::optional<double> varus_deg_at(const MotionModel& model, const Motion& motio
   throw InternalError("an unknown varus rule");
 }
 
-void add_frame(FlexionMotion& result, const Motion& motion, double flexion_deg,
+void add_frame(FlexionMotion& result, const motion::Motion& motion, double flexion_deg,
                std::optional<double> varus_deg)
 {
   const double flexion_rad = rad_from_deg(flexion_deg);
   if (flexion_rad < motion.first_flexion_rad() || flexion_rad > motion.last_flexion_rad()) {
-    result.left_out.push_back({flexion_deg, "beyond the measured range"});
+    result.omitted.push_back({flexion_deg, "beyond the measured range"});
     return;
   }
   if (!varus_deg) {
-    result.left_out.push_back({flexion_deg, "no zero-varus pose"});
+    result.omitted.push_back({flexion_deg, "no zero-varus pose"});
     return;
   }
   FlexionFrame frame{flexion_deg, motion.at({flexion_rad, rad_from_deg(*varus_deg)}), {}};
-  if (frame.pose.status != PoseStatus::solved) {
-    result.left_out.push_back({flexion_deg, name_of(frame.pose.status)});
+  if (frame.pose.status != motion::PoseStatus::solved) {
+    result.omitted.push_back({flexion_deg, motion::name_of(frame.pose.status)});
     return;
   }
-  frame.clinical = clinical_of(frame.pose.X_reference_moving, result.side, result.rotation_centre_mm);
+  frame.clinical =
+      clinical_coordinates(frame.pose.X_reference_moving, result.side, result.rotation_centre_mm);
   result.frames.push_back(frame);
 }
 
@@ -109,19 +111,20 @@ const char* name_of(VarusRule rule)
   throw InternalError("an unknown varus rule");
 }
 
-VarusRule default_varus(const MotionModel& model)
+VarusRule default_varus(const store::MotionModel& model)
 {
   return model.zero_varus ? VarusRule::zero : VarusRule::spine;
 }
 
-FlexionMotion flexion_motion(const MotionModel& model, const std::string& file, const FlexionPlan& plan)
+FlexionMotion flexion_motion(const store::MotionModel& model, const std::string& file,
+                             const FlexionPlan& plan)
 {
   FlexionMotion result;
   result.title = model.title;
   result.set = chosen_set(model, file, plan.set);
   result.side = model.side == "left" ? Side::left : Side::right;
   result.rotation_centre_mm = model.rotation_centre_mm;
-  const Motion motion(model, result.set);
+  const motion::Motion motion(model, result.set);
   require_varus(model, motion, file, plan);
   for (const double flexion_deg : plan.flexion_deg.empty() ? model.flexion_deg : plan.flexion_deg) {
     add_frame(result, motion, flexion_deg, varus_deg_at(model, motion, plan, flexion_deg));
@@ -137,4 +140,4 @@ double time_s(const FlexionMotion& motion, const FlexionFrame& frame, double deg
   return (frame.flexion_deg - motion.frames.front().flexion_deg) / degrees_per_second;
 }
 
-}  // namespace vrda
+}  // namespace vrda::exports

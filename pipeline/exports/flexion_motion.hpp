@@ -9,7 +9,7 @@
 #include "motion/poses.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::exports {
 
 /// Source of the varus of each flexion.
 enum class VarusRule {
@@ -28,14 +28,14 @@ struct FlexionPlan {
 };
 
 struct FlexionFrame {
-  double flexion_deg = 0.0;  ///< as requested
-  JointPose pose;            ///< solved
-  Clinical clinical;         ///< of pose.X_reference_moving
+  double flexion_deg = 0.0;      ///< as requested
+  motion::JointPose pose;        ///< solved
+  ClinicalCoordinates clinical;  ///< of pose.X_reference_moving
 };
 
-struct LeftOut {
+struct OmittedFlexion {
   double flexion_deg = 0.0;
-  std::string why;
+  std::string reason;
 };
 
 struct FlexionMotion {
@@ -44,18 +44,19 @@ struct FlexionMotion {
   Side side = Side::right;
   Eigen::Vector3d rotation_centre_mm = Eigen::Vector3d::Zero();  ///< canonical
   std::vector<FlexionFrame> frames;                              ///< in ascending flexion
-  std::vector<LeftOut> left_out;                                 ///< flexions without a pose
+  std::vector<OmittedFlexion> omitted;                           ///< flexions without a pose
 };
 
 /// `zero` if the model has a zero-varus table, otherwise `spine`.
-VarusRule default_varus(const MotionModel& model);
+VarusRule default_varus(const store::MotionModel& model);
 
 /// The poses of `plan`. Flexions without a pose are omitted and listed: poses are not clamped to the measured
 /// range or interpolated across a hole. Throws InputError naming `file` if the model does not have the set,
 /// the varus rule is not available (given although varus was free, zero without a table), or no pose remains.
-FlexionMotion flexion_motion(const MotionModel& model, const std::string& file, const FlexionPlan& plan);
+FlexionMotion flexion_motion(const store::MotionModel& model, const std::string& file,
+                             const FlexionPlan& plan);
 
 /// Time of a frame in s, 0 at the first frame, for flexion at `degrees_per_second`.
 double time_s(const FlexionMotion& motion, const FlexionFrame& frame, double degrees_per_second);
 
-}  // namespace vrda
+}  // namespace vrda::exports

@@ -10,12 +10,13 @@
 
 #include "exports/flexion_motion.hpp"
 
-namespace vrda {
+namespace vrda::exports {
 
 /// Content of the .glb file: both bodies, one node and mesh per component, one material per name, and one
 /// animation "flexion" with one key per frame for the rotation and translation of both bodies. Metres; Y (up)
 /// is proximal, +Z is anterior (axes of glTF); the origin is the rotation centre.
-std::string animated_glb(const MotionModel& model, const FlexionMotion& motion, double degrees_per_second);
+std::string animated_glb(const store::MotionModel& model, const FlexionMotion& motion,
+                         double degrees_per_second);
 
 /// One row per flexion: the six numbers of data/kinematics, then the attitude, the surfaces in world W
 /// and the clinical translations. mm and degrees.
@@ -26,7 +27,7 @@ std::vector<std::string> flexion_csv_columns();
 
 /// One row per cell of the grid, flexion-major: all numbers of the cell, including the smoothed ones. Fields
 /// without a value are empty; the status is written by name.
-std::string cells_csv(const MotionModel& model);
+std::string cells_csv(const store::MotionModel& model);
 
 /// Coordinates after `time`, in this order: three angles and the translation of the moving mesh's origin.
 inline constexpr std::array<const char*, 6> opensim_coordinates{"flexion", "varus", "internal",
@@ -50,11 +51,11 @@ std::string opensim_table(const FlexionMotion& motion, const OpenSimOptions& opt
 /// Both bodies posed in world W (mm, single precision) as VTK PolyData in XML with appended raw arrays. Cell
 /// data: `body` (0 reference, 1 moving), `component`, `material` and `has_contact`; field data: the names
 /// indexed by `component` and `material`, the attitude and the clinical numbers.
-std::string posed_vtp(const MotionModel& model, const FlexionFrame& frame);
+std::string posed_vtp(const store::MotionModel& model, const FlexionFrame& frame);
 
 /// The contacts of the raw cell at this frame, as points in world W with `normal`, `distance_mm` and
 /// `compartment`; empty if the frame is not a cell of the grid. Only for a motion of the set "raw".
-std::string contacts_vtp(const MotionModel& model, const FlexionFrame& frame);
+std::string contacts_vtp(const store::MotionModel& model, const FlexionFrame& frame);
 
 struct SeriesEntry {
   double flexion_deg = 0.0;
@@ -69,11 +70,11 @@ std::string series_pvd(const std::vector<SeriesEntry>& entries);
 static_assert(std::endian::native == std::endian::little, "numbers are copied from memory");
 
 template <typename Number>
-void put(std::string& bytes, Number value)
+void append_value(std::string& bytes, Number value)
 {
   char raw[sizeof value];
   std::memcpy(raw, &value, sizeof value);
   bytes.append(raw, sizeof value);
 }
 
-}  // namespace vrda
+}  // namespace vrda::exports

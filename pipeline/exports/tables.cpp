@@ -9,13 +9,13 @@
 #include "core/units.hpp"
 #include "exports/formats.hpp"
 
-namespace vrda {
+namespace vrda::exports {
 namespace {
 
 /// Text of a number; empty for NaN.
 std::string field(double value)
 {
-  return std::isnan(value) ? "" : shortest(value);
+  return std::isnan(value) ? "" : shortest_decimal(value);
 }
 
 struct Column {
@@ -25,13 +25,13 @@ struct Column {
 
 using Columns = std::vector<Column>;
 
-void add(Columns& columns, const std::string& name, const GridD& grid)
+void add(Columns& columns, const std::string& name, const store::GridD& grid)
 {
   columns.push_back({name, [&grid](Eigen::Index cell) { return field(grid.data()[cell]); }});
 }
 
 template <typename Integer>
-void add_integers(Columns& columns, const std::string& name, const Grid<Integer>& grid)
+void add_integers(Columns& columns, const std::string& name, const store::Grid<Integer>& grid)
 {
   columns.push_back({name, [&grid](Eigen::Index cell) { return std::to_string(int{grid.data()[cell]}); }});
 }
@@ -46,7 +46,7 @@ void add_points(Columns& columns, const std::string& name, const std::vector<dou
   }
 }
 
-void add_attitude(Columns& columns, const MotionModel& model)
+void add_attitude(Columns& columns, const store::MotionModel& model)
 {
   const auto n_varus = static_cast<Eigen::Index>(model.varus_deg.size());
   columns.push_back({"flexion_deg", [&model, n_varus](Eigen::Index cell) {
@@ -64,14 +64,14 @@ void add_attitude(Columns& columns, const MotionModel& model)
                      }});
 }
 
-void add_raw(Columns& columns, const MotionModel& model)
+void add_raw(Columns& columns, const store::MotionModel& model)
 {
   add(columns, "varus_solved_deg", model.varus_solved_deg);
   add(columns, "tx_mm", model.tx_mm);
   add(columns, "ty_mm", model.ty_mm);
   add(columns, "tz_mm", model.tz_mm);
   add(columns, "theta_deg", model.theta_deg);
-  const ClinicalSurfaces& clinical = model.clinical;
+  const store::ClinicalSurfaces& clinical = model.clinical;
   add(columns, "clinical_flexion_deg", clinical.flexion_deg);
   add(columns, "clinical_varus_deg", clinical.varus_deg);
   add(columns, "internal_rotation_deg", clinical.internal_rotation_deg);
@@ -89,17 +89,17 @@ void add_raw(Columns& columns, const MotionModel& model)
   add(columns, "residual_mm", model.residual_mm);
 }
 
-void add_mechanics(Columns& columns, const MotionModel& model)
+void add_mechanics(Columns& columns, const store::MotionModel& model)
 {
   if (model.contact_paths) {
-    const ContactPaths& paths = *model.contact_paths;
+    const store::ContactPaths& paths = *model.contact_paths;
     add_points(columns, "medial_reference_mm", paths.medial_reference_mm);
     add_points(columns, "medial_moving_mm", paths.medial_moving_mm);
     add_points(columns, "lateral_reference_mm", paths.lateral_reference_mm);
     add_points(columns, "lateral_moving_mm", paths.lateral_moving_mm);
   }
   if (!model.equilibrium) return;
-  const EquilibriumSurfaces& e = *model.equilibrium;
+  const store::EquilibriumSurfaces& e = *model.equilibrium;
   add(columns, "energy_nmm", e.energy_nmm);
   add(columns, "balance_residual_n", e.balance_residual_n);
   add(columns, "complementarity_mm", e.complementarity_mm);
@@ -116,11 +116,11 @@ std::string with_unit(const std::string& surface)
   return surface + (surface == "theta" || surface == "varus" ? "_deg" : "_mm");
 }
 
-void add_smoothed(Columns& columns, const MotionModel& model)
+void add_smoothed(Columns& columns, const store::MotionModel& model)
 {
-  for (const SmoothedSet& set : model.smoothed) {
+  for (const store::SmoothedSet& set : model.smoothed) {
     const std::string prefix = "degree_" + std::to_string(set.degree) + "_";
-    for (const SmoothedSurface& surface : set.surfaces) {
+    for (const store::SmoothedSurface& surface : set.surfaces) {
       add(columns, prefix + with_unit(surface.name), surface.values);
     }
     if (set.recontact_mm) add(columns, prefix + "recontact_mm", *set.recontact_mm);
@@ -131,8 +131,8 @@ using Value = std::pair<const char*, double>;
 
 std::array<Value, 15> values_of(const FlexionMotion& motion, const FlexionFrame& frame)
 {
-  const Clinical& c = frame.clinical;
-  const JointPose& pose = frame.pose;
+  const ClinicalCoordinates& c = frame.clinical;
+  const motion::JointPose& pose = frame.pose;
   const Eigen::Vector3d t_mm = pose.X_reference_moving.translation();
   const Eigen::Vector3d moved_mm = pose.X_world_moving * motion.rotation_centre_mm;
   const double to_lateral = motion.side == Side::left ? -1.0 : 1.0;
@@ -178,7 +178,7 @@ std::string flexion_csv(const FlexionMotion& motion)
   return text;
 }
 
-std::string cells_csv(const MotionModel& model)
+std::string cells_csv(const store::MotionModel& model)
 {
   Columns columns;
   add_attitude(columns, model);
@@ -219,7 +219,7 @@ std::string header(const FlexionMotion& motion, const OpenSimOptions& options)
   text += "nColumns=" + std::to_string(1 + options.columns.size()) + "\n";
   text += std::string("inDegrees=") + (options.in_degrees ? "yes" : "no") + "\n\n";
   text += "Units are S.I. units (second, meters, Newtons, ...)\n";
-  text += "Flexion grows by " + shortest(options.degrees_per_second) + " degrees a second.\n\n";
+  text += "Flexion grows by " + shortest_decimal(options.degrees_per_second) + " degrees a second.\n\n";
   text += "endheader\ntime";
   for (const std::string& column : options.columns) text += "\t" + column;
   return text + "\n";
@@ -227,7 +227,7 @@ std::string header(const FlexionMotion& motion, const OpenSimOptions& options)
 
 std::array<double, 6> numbers_of(const FlexionFrame& frame, bool in_degrees)
 {
-  const Clinical& c = frame.clinical;
+  const ClinicalCoordinates& c = frame.clinical;
   const Eigen::Vector3d t_m = frame.pose.X_reference_moving.translation() * metres_per_mm;
   std::array<double, 6> numbers{c.flexion_rad, c.varus_rad, c.internal_rotation_rad,
                                 t_m.x(),       t_m.y(),     t_m.z()};
@@ -248,11 +248,11 @@ std::string opensim_table(const FlexionMotion& motion, const OpenSimOptions& opt
 {
   std::string text = header(motion, options);
   for (const FlexionFrame& frame : motion.frames) {
-    text += shortest(time_s(motion, frame, options.degrees_per_second));
-    for (const double number : numbers_of(frame, options.in_degrees)) text += "\t" + shortest(number);
+    text += shortest_decimal(time_s(motion, frame, options.degrees_per_second));
+    for (const double number : numbers_of(frame, options.in_degrees)) text += "\t" + shortest_decimal(number);
     text += "\n";
   }
   return text;
 }
 
-}  // namespace vrda
+}  // namespace vrda::exports

@@ -7,7 +7,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::exports {
 namespace {
 
 /// Appended data section of a VTK XML file: raw arrays, each preceded by its size in bytes.
@@ -21,7 +21,7 @@ struct Appended {
     const std::string element = "<DataArray type=\"" + type + "\" Name=\"" + name +
                                 "\" NumberOfComponents=\"" + std::to_string(n_components) +
                                 "\" format=\"appended\" offset=\"" + std::to_string(bytes.size()) + "\"/>\n";
-    put(bytes, static_cast<std::uint64_t>(block.size()));
+    append_value(bytes, static_cast<std::uint64_t>(block.size()));
     bytes += block;
     return element;
   }
@@ -36,7 +36,7 @@ struct Bodies {
 
 void put_point(std::string& bytes, const Eigen::Vector3d& p)
 {
-  for (Eigen::Index axis = 0; axis < 3; ++axis) put(bytes, static_cast<float>(p[axis]));
+  for (Eigen::Index axis = 0; axis < 3; ++axis) append_value(bytes, static_cast<float>(p[axis]));
 }
 
 std::int32_t row_of(std::vector<std::string>& names, const std::string& name)
@@ -54,11 +54,12 @@ void add_part(Bodies& all, const Part& part, const Pose& X_world_body, std::int3
     put_point(all.points, X_world_body * part.mesh.vertices_mm.row(v).transpose());
   }
   for (Eigen::Index t = 0; t < part.mesh.triangles.rows(); ++t) {
-    for (Eigen::Index c = 0; c < 3; ++c) put(all.connectivity, all.n_points + part.mesh.triangles(t, c));
-    put(all.offsets, 3 * ++all.n_cells);
+    for (Eigen::Index c = 0; c < 3; ++c)
+      append_value(all.connectivity, all.n_points + part.mesh.triangles(t, c));
+    append_value(all.offsets, 3 * ++all.n_cells);
     const std::int32_t component = part.component[static_cast<std::size_t>(t)];
-    put(all.component, first_component + component);
-    put(all.material, material[static_cast<std::size_t>(component)]);
+    append_value(all.component, first_component + component);
+    append_value(all.material, material[static_cast<std::size_t>(component)]);
   }
   all.n_points += static_cast<std::int32_t>(part.mesh.vertices_mm.rows());
 }
@@ -82,7 +83,7 @@ void add_body(Bodies& all, const Body& body, std::uint8_t number, const Pose& X_
 std::string number_field(const std::string& name, double value)
 {
   return "<DataArray type=\"Float64\" Name=\"" + name + "\" NumberOfTuples=\"1\" format=\"ascii\">" +
-         shortest(value) + "</DataArray>\n";
+         shortest_decimal(value) + "</DataArray>\n";
 }
 
 /// VTK's ASCII string arrays: byte values as numbers, each word ended by 0.
@@ -99,7 +100,7 @@ std::string words_field(const std::string& name, const std::vector<std::string>&
 
 std::string attitude_fields(const FlexionFrame& frame)
 {
-  const Clinical& c = frame.clinical;
+  const ClinicalCoordinates& c = frame.clinical;
   return number_field("TimeValue", frame.flexion_deg) + number_field("flexion_deg", frame.flexion_deg) +
          number_field("varus_deg", deg_from_rad(frame.pose.attitude.varus_rad)) +
          number_field("internal_rotation_deg", deg_from_rad(c.internal_rotation_rad)) +
@@ -150,7 +151,7 @@ std::string closing(const Appended& appended)
 }
 
 /// The raw cell of the frame, or -1.
-Eigen::Index cell_of(const MotionModel& model, const FlexionFrame& frame)
+Eigen::Index cell_of(const store::MotionModel& model, const FlexionFrame& frame)
 {
   constexpr double same_deg = 1e-9;  // tolerance of conversion between degrees and radians
   for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {
@@ -165,7 +166,7 @@ Eigen::Index cell_of(const MotionModel& model, const FlexionFrame& frame)
 
 }  // namespace
 
-std::string posed_vtp(const MotionModel& model, const FlexionFrame& frame)
+std::string posed_vtp(const store::MotionModel& model, const FlexionFrame& frame)
 {
   Bodies all;
   add_body(all, model.reference, 0, frame.pose.X_world_reference);
@@ -184,21 +185,21 @@ std::string posed_vtp(const MotionModel& model, const FlexionFrame& frame)
   return text + closing(appended);
 }
 
-std::string contacts_vtp(const MotionModel& model, const FlexionFrame& frame)
+std::string contacts_vtp(const store::MotionModel& model, const FlexionFrame& frame)
 {
   const Eigen::Index cell = cell_of(model, frame);
   if (cell < 0) return {};
-  const ContactRows& rows = model.contacts;
+  const store::ContactRows& rows = model.contacts;
   const auto c = static_cast<std::size_t>(cell);
   std::string points, normals, distances, compartments, connectivity, offsets;
   std::int32_t n = 0;
   for (std::int64_t k = rows.row_start[c]; k < rows.row_start[c + 1]; ++k) {
     put_point(points, rows.point_world_mm.row(k).transpose());
     put_point(normals, rows.normal_world.row(k).transpose());
-    put(distances, static_cast<float>(rows.distance_mm[static_cast<std::size_t>(k)]));
-    put(compartments, rows.compartment[static_cast<std::size_t>(k)]);
-    put(connectivity, n);
-    put(offsets, ++n);
+    append_value(distances, static_cast<float>(rows.distance_mm[static_cast<std::size_t>(k)]));
+    append_value(compartments, rows.compartment[static_cast<std::size_t>(k)]);
+    append_value(connectivity, n);
+    append_value(offsets, ++n);
   }
   Appended appended;
   std::string text = opening(attitude_fields(frame)) + piece(n, n, 0);
@@ -215,10 +216,10 @@ std::string series_pvd(const std::vector<SeriesEntry>& entries)
 {
   std::string text = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n";
   for (const SeriesEntry& entry : entries) {
-    text += "<DataSet timestep=\"" + shortest(entry.flexion_deg) + "\" part=\"" + std::to_string(entry.part) +
-            "\" file=\"" + escaped(entry.file) + "\"/>\n";
+    text += "<DataSet timestep=\"" + shortest_decimal(entry.flexion_deg) + "\" part=\"" +
+            std::to_string(entry.part) + "\" file=\"" + escaped(entry.file) + "\"/>\n";
   }
   return text + "</Collection>\n</VTKFile>\n";
 }
 
-}  // namespace vrda
+}  // namespace vrda::exports

@@ -8,15 +8,15 @@
 #include <nlohmann/json.hpp>
 
 #include "cluster/case_spec.hpp"
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "core/whole_file.hpp"
 #include "journal/run_files.hpp"
 #include "load/file_bytes.hpp"
 #include "store/index_table.hpp"
-#include "store/read_apart.hpp"
+#include "store/read_separately.hpp"
 
-namespace vrda {
+namespace vrda::index {
 namespace {
 
 namespace fs = std::filesystem;
@@ -30,13 +30,14 @@ bool file_exists(const std::string& path)
 // Whether a run or a shard has left a start file or journal next to its output.
 bool is_started(const std::string& output)
 {
-  if (file_exists(start_file_of(output)) || file_exists(journal_of(output))) return true;
-  return file_exists(spine_journal_of(output)) || !shard_journals_in_sight(output).empty();
+  if (file_exists(journal::start_file_of(output)) || file_exists(journal::journal_of(output))) return true;
+  return file_exists(journal::spine_journal_of(output)) ||
+         !journal::list_shard_journals_if_readable(output).empty();
 }
 
 std::optional<CaseTimes> times_beside(const std::string& output)
 {
-  const std::optional<std::string> text = text_of_file(output + ".run.json");
+  const std::optional<std::string> text = read_text_file(output + ".run.json");
   if (!text) return std::nullopt;
   try {
     const auto json = nlohmann::json::parse(*text);
@@ -49,16 +50,17 @@ std::optional<CaseTimes> times_beside(const std::string& output)
   }
 }
 
-void add_model(IndexRow& row, const MotionModel& model)
+void add_model(IndexRow& row, const store::MotionModel& model)
 {
-  const std::string bytes = file_bytes(row.file, {row.file, "", "", "a motion model"}, largest_model_bytes);
+  const std::string bytes =
+      load::file_bytes(row.file, {row.file, "", "", "a motion model"}, cluster::largest_model_bytes);
   row.title = model.title;
   row.joint = model.joint;
   row.side = model.side;
   row.solver = model.method;
   row.curve = index_curve_of(model);
   row.numbers = index_numbers_of(model, static_cast<double>(bytes.size()));
-  row.sha256 = sha256_of(bytes);
+  row.sha256 = load::sha256_of(bytes);
   row.status = CaseStatus::done;
 }
 
@@ -73,10 +75,10 @@ std::vector<Value> each(const std::vector<IndexRow>& rows, const Of& of)
 }
 
 template <typename Of>
-IndexColumn text_column(const std::string& name, const std::string& what, const std::vector<IndexRow>& rows,
-                        const Of& of)
+store::IndexColumn text_column(const std::string& name, const std::string& what,
+                               const std::vector<IndexRow>& rows, const Of& of)
 {
-  return {name, "", what, each<std::string>(rows, of), FlagSet::none};
+  return {name, "", what, each<std::string>(rows, of), store::FlagSet::none};
 }
 
 struct TextColumn {
@@ -99,21 +101,21 @@ std::string relative_to(const fs::path& folder, const std::string& file)
   return fs::path(file).lexically_relative(folder).generic_string();
 }
 
-void add_numbers(std::vector<IndexColumn>& columns, const std::vector<IndexRow>& rows)
+void add_numbers(std::vector<store::IndexColumn>& columns, const std::vector<IndexRow>& rows)
 {
   for (std::size_t k = 0; k < index_numbers().size(); ++k) {
     const IndexNumber& number = index_numbers()[k];
     const auto value = [k](const IndexRow& row) { return row.numbers.empty() ? nan : row.numbers.at(k); };
     columns.push_back(
-        {number.name, number.units, number.long_name, each<double>(rows, value), FlagSet::none});
+        {number.name, number.units, number.long_name, each<double>(rows, value), store::FlagSet::none});
   }
 }
 
-IndexTable table_of(const fs::path& folder, const std::string& title, const std::vector<std::string>& axes,
-                    const std::vector<IndexRow>& rows)
+store::IndexTable table_of(const fs::path& folder, const std::string& title,
+                           const std::vector<std::string>& axes, const std::vector<IndexRow>& rows)
 {
-  IndexTable table{title, {}};
-  std::vector<IndexColumn>& columns = table.columns;
+  store::IndexTable table{title, {}};
+  std::vector<store::IndexColumn>& columns = table.columns;
   columns.push_back(text_column("case", "name of the case", rows, [](const auto& r) { return r.name; }));
   for (std::size_t a = 0; a < axes.size(); ++a) {
     columns.push_back(text_column(axes[a], "level of this campaign axis", rows,
@@ -121,7 +123,7 @@ IndexTable table_of(const fs::path& folder, const std::string& title, const std:
   }
   const auto code = [](const IndexRow& row) { return static_cast<std::int8_t>(row.status); };
   columns.push_back(
-      {"status", "", "progress of the case", each<std::int8_t>(rows, code), FlagSet::case_status});
+      {"status", "", "progress of the case", each<std::int8_t>(rows, code), store::FlagSet::case_status});
   for (const TextColumn& text : texts) {
     columns.push_back(text_column(text.name, text.what, rows, [&](const auto& r) { return r.*text.value; }));
   }
@@ -133,20 +135,20 @@ IndexTable table_of(const fs::path& folder, const std::string& title, const std:
   return table;
 }
 
-IndexTable times_of(const std::vector<IndexRow>& rows)
+store::IndexTable times_of(const std::vector<IndexRow>& rows)
 {
-  IndexTable table;
-  std::vector<IndexColumn>& columns = table.columns;
+  store::IndexTable table;
+  std::vector<store::IndexColumn>& columns = table.columns;
   columns.push_back(text_column("case", "", rows, [](const auto& r) { return r.name; }));
   columns.push_back(
-      text_column("begun", "", rows, [](const auto& r) { return r.times ? r.times->begun : ""; }));
+      text_column("begun", "", rows, [](const auto& r) { return r.times ? r.times->started : ""; }));
   columns.push_back(
       text_column("host", "", rows, [](const auto& r) { return r.times ? r.times->host : ""; }));
   const auto add = [&](const char* name, const auto& of) {
     const auto value = [&](const IndexRow& row) {
       return row.times ? static_cast<double>(of(*row.times)) : nan;
     };
-    columns.push_back({name, "", "", each<double>(rows, value), FlagSet::none});
+    columns.push_back({name, "", "", each<double>(rows, value), store::FlagSet::none});
   };
   add("seconds", [](const CaseTimes& t) { return t.seconds; });
   add("solving_processor_seconds", [](const CaseTimes& t) { return t.solving_processor_seconds; });
@@ -161,7 +163,7 @@ std::string absolute_path(const std::string& path)
   return fs::absolute(path).lexically_normal().string();
 }
 
-IndexRow row_of(const IndexedCase& one, ModelReading* reading)
+IndexRow row_of(const IndexedCase& one, store::SeparateModelRead* reading)
 {
   IndexRow row;
   row.name = one.name;
@@ -195,12 +197,12 @@ const char* name_of(CaseStatus status)
 std::vector<IndexRow> index_rows(const std::vector<IndexedCase>& cases, int n_processes)
 {
   std::vector<IndexRow> rows;
-  std::deque<std::unique_ptr<ModelReading>> pending;  // null if there is no model
+  std::deque<std::unique_ptr<store::SeparateModelRead>> pending;  // null if there is no model
   const auto n_pending = static_cast<std::size_t>(std::max(1, n_processes));
   for (std::size_t k = 0; k < cases.size(); ++k) {
     for (std::size_t next = k + pending.size(); next < std::min(cases.size(), k + n_pending); ++next) {
       const std::string file = absolute_path(cases[next].model_path);
-      pending.push_back(file_exists(file) ? std::make_unique<ModelReading>(file) : nullptr);
+      pending.push_back(file_exists(file) ? std::make_unique<store::SeparateModelRead>(file) : nullptr);
     }
     rows.push_back(row_of(cases[k], pending.front().get()));
     pending.pop_front();
@@ -212,10 +214,10 @@ void write_index(const std::string& folder, const std::string& title, const std:
                  const std::vector<IndexRow>& rows)
 {
   const fs::path root = fs::absolute(folder).lexically_normal();
-  const IndexTable table = table_of(root, title, axes, rows);
-  write_index_file((root / "index.h5").string(), table);
-  write_whole((root / "index.csv").string(), {index_csv(table)});
-  write_whole((root / "index.times.csv").string(), {index_csv(times_of(rows))});
+  const store::IndexTable table = table_of(root, title, axes, rows);
+  store::write_index_file((root / "index.h5").string(), table);
+  write_atomically((root / "index.csv").string(), {store::index_csv(table)});
+  write_atomically((root / "index.times.csv").string(), {store::index_csv(times_of(rows))});
 }
 
-}  // namespace vrda
+}  // namespace vrda::index

@@ -7,7 +7,7 @@
 
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::index {
 
 enum class CaseStatus : std::int8_t {
   done = 0,     ///< the motion model exists and is valid
@@ -20,7 +20,7 @@ const char* name_of(CaseStatus status);
 
 /// Times and host from <model>.run.json. They differ between runs, so they are not part of the index.
 struct CaseTimes {
-  std::string begun;  ///< UTC
+  std::string started;  ///< UTC
   std::string host;
   double seconds = 0.0;                    ///< wall clock
   double solving_processor_seconds = 0.0;  ///< of all threads
@@ -53,10 +53,10 @@ struct IndexNumber {
 const std::vector<IndexNumber>& index_numbers();
 
 /// Values of index_numbers() for `model`; `model_bytes` is the file's size.
-std::vector<double> index_numbers_of(const MotionModel& model, double model_bytes);
+std::vector<double> index_numbers_of(const store::MotionModel& model, double model_bytes);
 
 /// "zero_varus" if the model has that motion, otherwise "spine" if a spine cell is stable, otherwise empty.
-std::string index_curve_of(const MotionModel& model);
+std::string index_curve_of(const store::MotionModel& model);
 
 /// A case and the path of its motion model.
 struct IndexedCase {
@@ -74,4 +74,4 @@ std::vector<IndexRow> index_rows(const std::vector<IndexedCase>& cases, int n_pr
 void write_index(const std::string& folder, const std::string& title, const std::vector<std::string>& axes,
                  const std::vector<IndexRow>& rows);
 
-}  // namespace vrda
+}  // namespace vrda::index

@@ -6,25 +6,25 @@
 #include "index/index.hpp"
 #include "motion/poses.hpp"
 
-namespace vrda {
+namespace vrda::index {
 namespace {
 
 /// Input of the columns.
 struct Subject {
-  const MotionModel& model;
+  const store::MotionModel& model;
   double model_bytes = 0.0;
-  std::vector<Eigen::Index> spine;        ///< stable cell of each flexion, or -1
-  const SmoothedSet* smoothed = nullptr;  ///< the default set
-  std::string smoothed_name;              ///< its name
+  std::vector<Eigen::Index> spine;               ///< stable cell of each flexion, or -1
+  const store::SmoothedSet* smoothed = nullptr;  ///< the default set
+  std::string smoothed_name;                     ///< its name
   bool is_varus_free = false;
 };
 
-bool is_stable(const MotionModel& model, Eigen::Index cell)
+bool is_stable(const store::MotionModel& model, Eigen::Index cell)
 {
   return model.status.data()[cell] == status_stable;
 }
 
-std::vector<Eigen::Index> spine_of(const MotionModel& model)
+std::vector<Eigen::Index> spine_of(const store::MotionModel& model)
 {
   std::vector<Eigen::Index> spine;
   const Eigen::Index n_varus = model.status.cols();
@@ -43,7 +43,7 @@ double count_of(std::int64_t n)
   return static_cast<double>(n);
 }
 
-double n_stable(const MotionModel& model)
+double n_stable(const store::MotionModel& model)
 {
   return count_of((model.status == status_stable).count());
 }
@@ -58,9 +58,9 @@ double largest(const double* values, Eigen::Index n)
   return result;
 }
 
-double smallest(const GridD& values)
+double smallest(const store::GridD& values)
 {
-  const GridD opposite = -values;
+  const store::GridD opposite = -values;
   return -largest(opposite.data(), opposite.size());
 }
 
@@ -88,26 +88,26 @@ std::vector<double> along_curve(const Subject& s, const OfZero& of_zero, const O
 std::vector<double> internal_rotation(const Subject& s)
 {
   return along_curve(
-      s, [](const ZeroVarus& zero, std::size_t i) { return zero.internal_rotation_deg[i]; },
+      s, [](const store::ZeroVarus& zero, std::size_t i) { return zero.internal_rotation_deg[i]; },
       [&](Eigen::Index c) { return s.model.clinical.internal_rotation_deg.data()[c]; });
 }
 
 std::vector<double> balanced_varus(const Subject& s)
 {
   return along_curve(
-      s, [](const ZeroVarus& zero, std::size_t i) { return zero.clinical_varus_deg[i]; },
+      s, [](const store::ZeroVarus& zero, std::size_t i) { return zero.clinical_varus_deg[i]; },
       [&](Eigen::Index c) { return s.model.clinical.varus_deg.data()[c]; });
 }
 
 // Anterior coordinate of a compartment's centre of contact on the moving object.
-std::vector<double> contact_x_mm(const Subject& s, const std::vector<double> ZeroVarus::*of_zero,
-                                 const std::vector<double> ContactPaths::*of_cell)
+std::vector<double> contact_x_mm(const Subject& s, const std::vector<double> store::ZeroVarus::*of_zero,
+                                 const std::vector<double> store::ContactPaths::*of_cell)
 {
   const auto at = [](const std::vector<double>& points, std::size_t k) {
     return points.empty() ? nan : points[3 * k];
   };
   return along_curve(
-      s, [&](const ZeroVarus& zero, std::size_t i) { return at(zero.*of_zero, i); },
+      s, [&](const store::ZeroVarus& zero, std::size_t i) { return at(zero.*of_zero, i); },
       [&](Eigen::Index c) {
         return s.model.contact_paths ? at(*s.model.contact_paths.*of_cell, static_cast<std::size_t>(c)) : nan;
       });
@@ -144,7 +144,7 @@ double mean_of(const std::vector<double>& values)
   return n == 0 ? nan : sum / count_of(static_cast<std::int64_t>(n));
 }
 
-double determined_fraction(const MotionModel& model)
+double determined_fraction(const store::MotionModel& model)
 {
   const double n = n_stable(model);
   return n > 0.0 ? count_of((model.theta_determined == 1).count()) / n : nan;
@@ -155,10 +155,11 @@ double width(const Points& vertices_mm)
   return vertices_mm.rows() == 0 ? nan : vertices_mm.col(2).maxCoeff() - vertices_mm.col(2).minCoeff();
 }
 
-double audit_value(const MotionModel& model, const std::string& name, double AuditSummary::*figure)
+double audit_value(const store::MotionModel& model, const std::string& name,
+                   double store::AuditSummary::*figure)
 {
-  for (const AuditSet& audit : model.audits) {
-    if (audit.name == name) return summary_of(audit).*figure;
+  for (const store::AuditSet& audit : model.audits) {
+    if (audit.name == name) return store::summary_of(audit).*figure;
   }
   return nan;
 }
@@ -167,7 +168,7 @@ double audit_value(const MotionModel& model, const std::string& name, double Aud
 double medial_share(const Subject& s)
 {
   if (!s.model.equilibrium || !s.model.has_compartments) return nan;
-  const ForceRows& forces = s.model.equilibrium->forces;
+  const store::ForceRows& forces = s.model.equilibrium->forces;
   std::vector<double> shares;
   for (const Eigen::Index cell : s.spine) {
     if (cell < 0) continue;
@@ -184,21 +185,21 @@ double medial_share(const Subject& s)
   return mean_of(shares);
 }
 
-double several_optima(const MotionModel& model)
+double several_optima(const store::MotionModel& model)
 {
   if (!model.equilibrium) return nan;
   const std::vector<std::int32_t>& n = model.equilibrium->spine.n_optima;
   return count_of(std::count_if(n.begin(), n.end(), [](std::int32_t k) { return k > 1; }));
 }
 
-using Figure = double SmoothedSurface::*;
+using Figure = double store::SmoothedSurface::*;
 
 // Root of the sum of squares over the three translations.
 double smoothed_translation(const Subject& s, Figure figure)
 {
   if (s.smoothed == nullptr) return nan;
   double sum = 0.0;
-  for (const SmoothedSurface& surface : s.smoothed->surfaces) {
+  for (const store::SmoothedSurface& surface : s.smoothed->surfaces) {
     const bool is_translation = surface.name == "tx" || surface.name == "ty" || surface.name == "tz";
     if (is_translation) sum += surface.*figure * (surface.*figure);
   }
@@ -208,7 +209,7 @@ double smoothed_translation(const Subject& s, Figure figure)
 double smoothed_theta(const Subject& s, Figure figure)
 {
   if (s.smoothed == nullptr) return nan;
-  for (const SmoothedSurface& surface : s.smoothed->surfaces) {
+  for (const store::SmoothedSurface& surface : s.smoothed->surfaces) {
     if (surface.name == "theta") return surface.*figure;
   }
   return nan;
@@ -284,9 +285,11 @@ std::vector<Column> quality_columns()
       {{"reference_width_mm", "mm", "left-to-right extent of the reference's contact mesh"},
        [](const Subject& s) { return width(s.model.reference.contact.mesh.vertices_mm); }},
       {{"raw_penetration_mm", "mm", "largest penetration of the raw motion, if audited"},
-       [](const Subject& s) { return audit_value(s.model, "raw", &AuditSummary::largest_penetration_mm); }},
+       [](const Subject& s) {
+         return audit_value(s.model, "raw", &store::AuditSummary::largest_penetration_mm);
+       }},
       {{"raw_gap_mm", "mm", "largest gap of the raw motion, if audited"},
-       [](const Subject& s) { return audit_value(s.model, "raw", &AuditSummary::largest_gap_mm); }},
+       [](const Subject& s) { return audit_value(s.model, "raw", &store::AuditSummary::largest_gap_mm); }},
       {{"worst_gap_mm", "mm", "smallest signed gap of the equilibria; negative is overlap"},
        [](const Subject& s) {
          return s.model.equilibrium ? smallest(s.model.equilibrium->worst_gap_mm) : nan;
@@ -294,7 +297,7 @@ std::vector<Column> quality_columns()
       {{"balance_residual_n", "N", "largest residual of the force balance of the equilibria"},
        [](const Subject& s) {
          if (!s.model.equilibrium) return nan;
-         const GridD& residual_n = s.model.equilibrium->balance_residual_n;
+         const store::GridD& residual_n = s.model.equilibrium->balance_residual_n;
          return largest(residual_n.data(), residual_n.size());
        }},
       {{"several_optima", "1", "flexions with more than one equilibrium, varus free"},
@@ -318,13 +321,15 @@ std::vector<Column> curve_columns()
       {{"rollback_medial_mm", "mm",
         "posterior travel of the medial centre of contact on the moving object, first to last flexion"},
        [](const Subject& s) {
-         const auto x = contact_x_mm(s, &ZeroVarus::medial_moving_mm, &ContactPaths::medial_moving_mm);
+         const auto x =
+             contact_x_mm(s, &store::ZeroVarus::medial_moving_mm, &store::ContactPaths::medial_moving_mm);
          return first_of(x) - last_of(x);
        }},
       {{"rollback_lateral_mm", "mm",
         "posterior travel of the lateral centre of contact on the moving object, first to last flexion"},
        [](const Subject& s) {
-         const auto x = contact_x_mm(s, &ZeroVarus::lateral_moving_mm, &ContactPaths::lateral_moving_mm);
+         const auto x =
+             contact_x_mm(s, &store::ZeroVarus::lateral_moving_mm, &store::ContactPaths::lateral_moving_mm);
          return first_of(x) - last_of(x);
        }},
       {{"medial_share", "1", "medial share of the contact forces along Delta, mean over the spine"},
@@ -340,20 +345,22 @@ std::vector<Column> smooth_columns()
       {{"smooth_degree", "1", "degree of the default smoothed set"},
        [](const Subject& s) { return s.smoothed == nullptr ? nan : count_of(s.smoothed->degree); }},
       {{"smooth_rms_mm", "mm", "root mean square residual of that set's translations"},
-       [](const Subject& s) { return smoothed_translation(s, &SmoothedSurface::rms); }},
+       [](const Subject& s) { return smoothed_translation(s, &store::SmoothedSurface::rms); }},
       {{"smooth_rms_deg", "degree", "root mean square residual of that set's theta"},
-       [](const Subject& s) { return smoothed_theta(s, &SmoothedSurface::rms); }},
+       [](const Subject& s) { return smoothed_theta(s, &store::SmoothedSurface::rms); }},
       {{"smooth_leave_one_out_mm", "mm", "leave-one-out error of that set's translations"},
-       [](const Subject& s) { return smoothed_translation(s, &SmoothedSurface::leave_one_out_rms); }},
+       [](const Subject& s) { return smoothed_translation(s, &store::SmoothedSurface::leave_one_out_rms); }},
       {{"smooth_leave_one_out_deg", "degree", "leave-one-out error of that set's theta"},
-       [](const Subject& s) { return smoothed_theta(s, &SmoothedSurface::leave_one_out_rms); }},
+       [](const Subject& s) { return smoothed_theta(s, &store::SmoothedSurface::leave_one_out_rms); }},
       {{"smooth_penetration_mm", "mm",
         "largest penetration of that set (recontacted if available), if audited"},
        [](const Subject& s) {
-         return audit_value(s.model, s.smoothed_name, &AuditSummary::largest_penetration_mm);
+         return audit_value(s.model, s.smoothed_name, &store::AuditSummary::largest_penetration_mm);
        }},
       {{"smooth_gap_mm", "mm", "largest gap of that set (recontacted if available), if audited"},
-       [](const Subject& s) { return audit_value(s.model, s.smoothed_name, &AuditSummary::largest_gap_mm); }},
+       [](const Subject& s) {
+         return audit_value(s.model, s.smoothed_name, &store::AuditSummary::largest_gap_mm);
+       }},
       {{"model_bytes", "byte", "size of the motion model's file"},
        [](const Subject& s) { return s.model_bytes; }},
   };
@@ -383,12 +390,13 @@ const std::vector<IndexNumber>& index_numbers()
   return numbers;
 }
 
-std::vector<double> index_numbers_of(const MotionModel& model, double model_bytes)
+std::vector<double> index_numbers_of(const store::MotionModel& model, double model_bytes)
 {
-  Subject subject{model, model_bytes, spine_of(model), nullptr, "", Motion(model, "raw").is_varus_free()};
+  Subject subject{model,   model_bytes, spine_of(model),
+                  nullptr, "",          motion::Motion(model, "raw").is_varus_free()};
   if (!model.smoothed.empty()) {
     subject.smoothed = &model.smoothed.back();  // sorted by degree; the default is the highest
-    subject.smoothed_name = set_names(model).front();
+    subject.smoothed_name = motion::set_names(model).front();
   }
   std::vector<double> numbers;
   for (const Column& column : columns()) {
@@ -398,7 +406,7 @@ std::vector<double> index_numbers_of(const MotionModel& model, double model_byte
   return numbers;
 }
 
-std::string index_curve_of(const MotionModel& model)
+std::string index_curve_of(const store::MotionModel& model)
 {
   if (model.zero_varus) return "zero_varus";
   const std::vector<Eigen::Index> spine = spine_of(model);
@@ -406,4 +414,4 @@ std::string index_curve_of(const MotionModel& model)
   return is_any ? "spine" : "";
 }
 
-}  // namespace vrda
+}  // namespace vrda::index

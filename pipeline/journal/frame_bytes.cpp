@@ -4,7 +4,7 @@
 
 #include "journal/little_endian.hpp"
 
-namespace vrda {
+namespace vrda::journal {
 namespace {
 
 /// A key has 64 digits; a much larger length means a damaged header.
@@ -28,7 +28,7 @@ std::string header_bytes(const std::string& key, const FrameFormat& format)
   return bytes;
 }
 
-FrameHeader header_in(std::string_view bytes, const FrameFormat& format)
+FrameHeader parse_header(std::string_view bytes, const FrameFormat& format)
 {
   const std::size_t fixed = format.magic.size() + 8;
   if (bytes.substr(0, format.magic.size()) != format.magic || bytes.size() < fixed) {
@@ -40,11 +40,11 @@ FrameHeader header_in(std::string_view bytes, const FrameFormat& format)
   const bool is_whole = key_bytes <= longest_key && bytes.size() >= fixed + key_bytes + 4;
   const std::size_t end = is_whole ? fixed + key_bytes : 0;
   if (!is_whole || u32_at(bytes, end) != crc_of(bytes.substr(0, end))) {
-    return {"", 0, "header", "a damaged header", std::string("an intact header, or ") + way_to_start_over};
+    return {"", 0, "header", "a damaged header", std::string("an intact header, or ") + start_over_remedy};
   }
   if (found_version != format.version) {
     return {"", 0, "format version", std::to_string(found_version),
-            std::to_string(format.version) + ", or " + way_to_start_over};
+            std::to_string(format.version) + ", or " + start_over_remedy};
   }
   return {std::string(bytes.substr(fixed, key_bytes)), end + 4, "", "", ""};
 }
@@ -58,7 +58,7 @@ std::string frame_of(std::string_view content)
   return bytes.append(content);
 }
 
-Taken take_frame(std::string_view rest, const FrameFormat& format)
+ParsedFrame parse_frame(std::string_view rest, const FrameFormat& format)
 {
   const std::string name = format.frame_name;
   if (rest.size() < frame_head_bytes) return {{}, 0, "a torn frame", frame_head_bytes};
@@ -72,4 +72,4 @@ Taken take_frame(std::string_view rest, const FrameFormat& format)
   return {content, frame_head_bytes + length, {}, 0};
 }
 
-}  // namespace vrda
+}  // namespace vrda::journal

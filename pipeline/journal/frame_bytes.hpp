@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace vrda {
+namespace vrda::journal {
 
 struct FrameFormat {
   std::string_view magic;  ///< 8 bytes
@@ -20,7 +20,7 @@ std::string header_bytes(const std::string& key, const FrameFormat& format);
 inline constexpr std::size_t longest_header_bytes = 8 + 8 + 4096 + 4;
 
 /// Remedy for a file that cannot be resumed; only `vrda run` has the option --fresh.
-inline constexpr const char* way_to_start_over =
+inline constexpr const char* start_over_remedy =
     "the file removed to start over (vrda run --fresh, or by hand and then vrda resume)";
 
 /// The header at the beginning of a file.
@@ -31,20 +31,20 @@ struct FrameHeader {
   std::string found;
   std::string wanted;
 };
-FrameHeader header_in(std::string_view bytes, const FrameFormat& format);
+FrameHeader parse_header(std::string_view bytes, const FrameFormat& format);
 
 inline constexpr std::size_t frame_head_bytes = 8;  ///< length and checksum, before the content
 
 std::string frame_of(std::string_view content);
 
-struct Taken {
+struct ParsedFrame {
   std::string_view content;
-  std::size_t n_bytes = 0;      ///< frame and content
-  std::string why_not;          ///< why the frame is invalid; empty if it is valid
-  std::size_t n_bytes_due = 0;  ///< if `rest` is too short: number of bytes needed, else 0
+  std::size_t n_bytes = 0;         ///< frame and content
+  std::string invalid_reason;      ///< why the frame is invalid; empty if it is valid
+  std::size_t n_bytes_needed = 0;  ///< if `rest` is too short: number of bytes needed, else 0
 };
 
 /// The frame at the beginning of `rest`.
-Taken take_frame(std::string_view rest, const FrameFormat& format);
+ParsedFrame parse_frame(std::string_view rest, const FrameFormat& format);
 
-}  // namespace vrda
+}  // namespace vrda::journal

@@ -9,7 +9,7 @@
 
 #include "core/open_file.hpp"
 
-namespace vrda {
+namespace vrda::journal {
 namespace {
 
 /// Size limit of one poll, unless a single frame is longer: some thousand steps, so that a poll returns
@@ -39,9 +39,9 @@ std::int64_t changed_ns(const struct stat& facts)
 
 }  // namespace
 
-TailNews FrameTail::look()
+TailUpdate FrameTail::poll()
 {
-  TailNews news;
+  TailUpdate news;
   const OpenFile descriptor(open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   struct stat facts {};
   const bool is_file =
@@ -52,20 +52,20 @@ TailNews FrameTail::look()
   was_there_ = is_file;
   if (!is_file) return news;
   identity_ = identity;
-  news.is_there = true;
+  news.file_exists = true;
   news.changed_ns = changed_ns(facts);
 
   const auto n_bytes = static_cast<std::uint64_t>(facts.st_size);
   const std::string head =
       bytes_at(descriptor.get(), 0, std::min<std::uint64_t>(n_bytes, longest_header_bytes));
-  const FrameHeader header = header_in(head, format_);
+  const FrameHeader header = parse_header(head, format_);
   if (header.n_bytes == 0) {
-    news.why_not = header.found;
+    news.invalid_reason = header.found;
     return news;
   }
   const std::string_view found_header = std::string_view(head).substr(0, header.n_bytes);
   if (!is_same_file || !is_continued(descriptor.get(), found_header, n_bytes)) {
-    news.is_anew = !header_.empty();
+    news.is_restarted = !header_.empty();
     header_ = found_header;
     key_ = header.key;
     n_read_ = header_.size();
@@ -82,19 +82,19 @@ bool FrameTail::is_continued(int descriptor, std::string_view header, std::uint6
   return last_head_.empty() || bytes_at(descriptor, last_frame_, frame_head_bytes) == last_head_;
 }
 
-void FrameTail::take_frames(int descriptor, std::uint64_t n_bytes, TailNews& news)
+void FrameTail::take_frames(int descriptor, std::uint64_t n_bytes, TailUpdate& news)
 {
   std::string bytes = bytes_at(descriptor, n_read_, std::min(n_bytes - n_read_, bytes_per_poll));
-  const Taken first = take_frame(bytes, format_);
-  if (first.n_bytes_due > bytes.size() && first.n_bytes_due <= n_bytes - n_read_) {
-    bytes = bytes_at(descriptor, n_read_, first.n_bytes_due);
+  const ParsedFrame first = parse_frame(bytes, format_);
+  if (first.n_bytes_needed > bytes.size() && first.n_bytes_needed <= n_bytes - n_read_) {
+    bytes = bytes_at(descriptor, n_read_, first.n_bytes_needed);
   }
   std::string_view rest = bytes;
   while (!rest.empty()) {
-    const Taken taken = take_frame(rest, format_);
-    if (!taken.why_not.empty()) {
-      news.has_more = taken.n_bytes_due > 0 && n_read_ + taken.n_bytes_due <= n_bytes;
-      if (!news.has_more) news.why_not = taken.why_not;
+    const ParsedFrame taken = parse_frame(rest, format_);
+    if (!taken.invalid_reason.empty()) {
+      news.has_more = taken.n_bytes_needed > 0 && n_read_ + taken.n_bytes_needed <= n_bytes;
+      if (!news.has_more) news.invalid_reason = taken.invalid_reason;
       return;
     }
     news.frames.emplace_back(taken.content);
@@ -106,4 +106,4 @@ void FrameTail::take_frames(int descriptor, std::uint64_t n_bytes, TailNews& new
   news.has_more = n_read_ < n_bytes;
 }
 
-}  // namespace vrda
+}  // namespace vrda::journal

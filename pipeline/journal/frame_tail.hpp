@@ -8,15 +8,15 @@
 
 #include "journal/frame_bytes.hpp"
 
-namespace vrda {
+namespace vrda::journal {
 
 /// Result of one poll.
-struct TailNews {
-  bool is_there = false;
-  bool is_anew = false;             ///< the file was restarted: frames of earlier polls are obsolete
+struct TailUpdate {
+  bool file_exists = false;
+  bool is_restarted = false;        ///< the file was restarted: frames of earlier polls are obsolete
   std::vector<std::string> frames;  ///< contents of the frames since the last poll, in order
   bool has_more = false;            ///< the size limit of one poll was reached: poll again immediately
-  std::string why_not;              ///< error after the last valid frame; it may be gone at the next poll
+  std::string invalid_reason;       ///< error after the last valid frame; it may be gone at the next poll
   std::int64_t changed_ns = 0;      ///< modification time of the file
 };
 
@@ -27,7 +27,7 @@ class FrameTail {
  public:
   FrameTail(std::string path, const FrameFormat& format) : path_(std::move(path)), format_(format) {}
 
-  TailNews look();
+  TailUpdate poll();
 
   const std::string& path() const { return path_; }
   const std::string& key() const { return key_; }  ///< of the job that wrote it; empty if not read yet
@@ -38,7 +38,7 @@ class FrameTail {
     bool operator==(const Identity&) const = default;
   };
   bool is_continued(int descriptor, std::string_view header, std::uint64_t n_bytes) const;
-  void take_frames(int descriptor, std::uint64_t n_bytes, TailNews& news);
+  void take_frames(int descriptor, std::uint64_t n_bytes, TailUpdate& news);
 
   std::string path_;
   FrameFormat format_;
@@ -51,4 +51,4 @@ class FrameTail {
   std::string last_head_;         // its length and checksum
 };
 
-}  // namespace vrda
+}  // namespace vrda::journal

@@ -13,7 +13,7 @@
 #include "core/error.hpp"
 #include "core/open_file.hpp"
 
-namespace vrda {
+namespace vrda::journal {
 namespace {
 
 constexpr const char* wanted_readable = "a journal that can be read";
@@ -55,7 +55,7 @@ struct RemovedWhileEmpty {
 bool is_locked_by_us(int descriptor, const std::string& temporary, const std::string& path)
 {
   RemovedWhileEmpty opened{descriptor, temporary};
-  const bool is_locked = lock_without_waiting(descriptor, path);
+  const bool is_locked = try_lock_file(descriptor, path);
   opened.is_kept = true;
   return is_locked;
 }
@@ -68,15 +68,14 @@ std::optional<int> try_write_new(const std::string& path, const std::string& byt
   // Not truncated at open: it may belong to another process until it is locked.
   OpenFile descriptor(open(temporary.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (descriptor.get() < 0) fail(path, "a journal that cannot be created", wanted_writable);
-  if (!is_locked_by_us(descriptor.get(), temporary, path) || !is_at(descriptor.get(), temporary)) {
+  if (!is_locked_by_us(descriptor.get(), temporary, path) || !is_open_file_at(descriptor.get(), temporary)) {
     return std::nullopt;
   }
   // Checked under the lock of the temporary file, which excludes other creators; the lock of the old file
   // excludes processes that resume it.
   const OpenFile old(open(path.c_str(), O_RDWR | O_CLOEXEC));
-  const bool is_taken = creation == Creation::only_new
-                            ? access(path.c_str(), F_OK) == 0
-                            : old.get() >= 0 && !lock_without_waiting(old.get(), path);
+  const bool is_taken = creation == Creation::only_new ? access(path.c_str(), F_OK) == 0
+                                                       : old.get() >= 0 && !try_lock_file(old.get(), path);
   if (is_taken) {
     std::remove(temporary.c_str());
     return std::nullopt;
@@ -89,7 +88,7 @@ std::optional<int> try_write_new(const std::string& path, const std::string& byt
     errno = kept;
     fail(path, "a journal that cannot be created", wanted_writable);
   }
-  sync_folder(path);
+  sync_parent_directory(path);
   return descriptor.release();
 }
 
@@ -109,15 +108,15 @@ std::string bytes_in(int descriptor, std::size_t n_bytes, const std::string& pat
 
 }  // namespace
 
-std::string frame_bytes_of(const std::string& path)
+std::string read_frame_file(const std::string& path)
 {
-  std::optional<std::string> bytes = frame_bytes_if_there(path);
+  std::optional<std::string> bytes = read_frame_file_if_present(path);
   if (bytes) return std::move(*bytes);
   errno = ENOENT;
   fail(path, "no access", wanted_readable);
 }
 
-std::optional<std::string> frame_bytes_if_there(const std::string& path)
+std::optional<std::string> read_frame_file_if_present(const std::string& path)
 {
   const OpenFile descriptor(open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (descriptor.get() < 0 && errno == ENOENT) return std::nullopt;
@@ -133,18 +132,18 @@ std::optional<std::string> frame_bytes_if_there(const std::string& path)
   }
 }
 
-FrameFacts parse_frames(const std::string& path, std::string_view bytes, const FrameFormat& format,
-                        const std::function<std::string(std::string_view)>& take)
+FrameFileSummary parse_frames(const std::string& path, std::string_view bytes, const FrameFormat& format,
+                              const std::function<std::string(std::string_view)>& take)
 {
-  FrameFacts facts;
-  const FrameHeader header = header_in(bytes, format);
+  FrameFileSummary facts;
+  const FrameHeader header = parse_header(bytes, format);
   if (header.n_bytes == 0) throw InputError({path, header.field, header.found, header.wanted});
   facts.key = header.key;
   std::size_t offset = header.n_bytes;
   while (offset < bytes.size()) {
-    const Taken taken = take_frame(bytes.substr(offset), format);
-    facts.dropped_why = taken.why_not.empty() ? take(taken.content) : taken.why_not;
-    if (!facts.dropped_why.empty()) break;
+    const ParsedFrame taken = parse_frame(bytes.substr(offset), format);
+    facts.dropped_reason = taken.invalid_reason.empty() ? take(taken.content) : taken.invalid_reason;
+    if (!facts.dropped_reason.empty()) break;
     offset += taken.n_bytes;
   }
   facts.valid_bytes = offset;
@@ -175,7 +174,7 @@ std::optional<FrameWriter> FrameWriter::try_lock(const std::string& path, const 
   if (descriptor.get() < 0 && errno == ENOENT) return std::nullopt;
   if (descriptor.get() < 0) fail(path, "a journal that cannot be opened", wanted_writable);
   struct stat facts {};
-  if (!lock_without_waiting(descriptor.get(), path) || !is_at(descriptor.get(), path) ||
+  if (!try_lock_file(descriptor.get(), path) || !is_open_file_at(descriptor.get(), path) ||
       fstat(descriptor.get(), &facts) != 0) {
     return std::nullopt;
   }
@@ -311,4 +310,4 @@ void FrameWriter::close()
     fail(path_, "a journal that cannot be closed", wanted_writable);
 }
 
-}  // namespace vrda
+}  // namespace vrda::journal

@@ -13,26 +13,26 @@
 
 #include "journal/frame_bytes.hpp"
 
-namespace vrda {
+namespace vrda::journal {
 
 /// Summary of such a file.
-struct FrameFacts {
+struct FrameFileSummary {
   std::string key;                  ///< of the job that wrote it
   std::uint64_t valid_bytes = 0;    ///< header and valid frames
   std::uint64_t dropped_bytes = 0;  ///< the rest
-  std::string dropped_why;          ///< empty: nothing was dropped
+  std::string dropped_reason;       ///< empty: nothing was dropped
 };
 
 /// Calls `take` with the content of each valid frame of `bytes`, in order; it returns why the content is
 /// invalid, or an empty string. A damaged or torn tail is reported, not thrown. Throws InputError with `path`
 /// if the header is not that of `format`.
-FrameFacts parse_frames(const std::string& path, std::string_view bytes, const FrameFormat& format,
-                        const std::function<std::string(std::string_view)>& take);
+FrameFileSummary parse_frames(const std::string& path, std::string_view bytes, const FrameFormat& format,
+                              const std::function<std::string(std::string_view)>& take);
 
 /// The bytes of the file. Throws InputError if it cannot be read.
-std::string frame_bytes_of(const std::string& path);
+std::string read_frame_file(const std::string& path);
 /// The same; empty if there is no file.
-std::optional<std::string> frame_bytes_if_there(const std::string& path);
+std::optional<std::string> read_frame_file_if_present(const std::string& path);
 
 /// Appends to one such file, which it locks: a second writer of the same file gets an InputError.
 class FrameWriter {
@@ -99,4 +99,4 @@ class FrameWriter {
   std::chrono::steady_clock::time_point synced_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace vrda
+}  // namespace vrda::journal

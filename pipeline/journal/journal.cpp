@@ -9,7 +9,7 @@
 #include "core/error.hpp"
 #include "journal/record_bytes.hpp"
 
-namespace vrda {
+namespace vrda::journal {
 namespace {
 
 /// A record of a hundred contacts takes 7 kB; a length above 16 MiB means a damaged frame.
@@ -20,7 +20,7 @@ constexpr FrameFormat step_format{"VRDAJRNL", 1, std::uint32_t{1} << 24, "record
 JournalContent parse_journal(const std::string& path, std::string_view bytes)
 {
   JournalContent content;
-  FrameFacts facts = parse_frames(path, bytes, step_format, [&](std::string_view frame) -> std::string {
+  FrameFileSummary facts = parse_frames(path, bytes, step_format, [&](std::string_view frame) -> std::string {
     std::optional<StepRecord> record = record_of(frame);
     if (!record) return "a record that is not a motion step";
     content.records.push_back(std::move(*record));
@@ -29,13 +29,13 @@ JournalContent parse_journal(const std::string& path, std::string_view bytes)
   content.key = std::move(facts.key);
   content.valid_bytes = facts.valid_bytes;
   content.dropped_bytes = facts.dropped_bytes;
-  content.dropped_why = std::move(facts.dropped_why);
+  content.dropped_reason = std::move(facts.dropped_reason);
   return content;
 }
 
 JournalContent read_journal(const std::string& path)
 {
-  return parse_journal(path, frame_bytes_of(path));
+  return parse_journal(path, read_frame_file(path));
 }
 
 FrameTail journal_tail(const std::string& path)
@@ -47,7 +47,7 @@ void require_key(const std::string& found, const std::string& path, const std::s
 {
   if (found == wanted) return;
   throw InputError({path, "key", "the journal of another job (" + found + ")",
-                    wanted + ", or " + way_to_start_over + ", or another output"});
+                    wanted + ", or " + start_over_remedy + ", or another output"});
 }
 
 JournalWriter JournalWriter::create(const std::string& path, const std::string& key)
@@ -63,7 +63,7 @@ std::optional<OpenJournal> JournalWriter::try_open(const std::string& path, cons
     return OpenJournal{JournalWriter(std::move(*created)), {key, {}, 0, 0, {}}};
   }
   std::optional<FrameWriter> locked = FrameWriter::try_lock(path, step_format);
-  const std::optional<std::string> bytes = frame_bytes_if_there(path);
+  const std::optional<std::string> bytes = read_frame_file_if_present(path);
   if (!bytes) return std::nullopt;  // its writer has just finished the model and removed it
   // The lock excludes other writers; a journal of another job is an error even while it is being written.
   JournalContent content = parse_journal(path, *bytes);
@@ -85,4 +85,4 @@ void JournalWriter::append(const StepRecord& record)
   file_.append(bytes_of(record));
 }
 
-}  // namespace vrda
+}  // namespace vrda::journal

@@ -12,14 +12,14 @@
 #include "journal/frame_tail.hpp"
 #include "journal/framed_file.hpp"
 
-namespace vrda {
+namespace vrda::journal {
 
 struct JournalContent {
   std::string key;                  ///< of the job that wrote it
   std::vector<StepRecord> records;  ///< in the order of completion
   std::uint64_t valid_bytes = 0;    ///< header and valid records
   std::uint64_t dropped_bytes = 0;  ///< the rest
-  std::string dropped_why;          ///< empty: nothing was dropped
+  std::string dropped_reason;       ///< empty: nothing was dropped
 };
 
 /// The valid prefix of a journal's bytes; a damaged or torn tail is reported, not thrown. Throws InputError
@@ -71,4 +71,4 @@ struct OpenJournal {
   JournalContent content;
 };
 
-}  // namespace vrda
+}  // namespace vrda::journal

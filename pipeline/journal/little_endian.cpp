@@ -1,6 +1,6 @@
 #include "journal/little_endian.hpp"
 
-namespace vrda {
+namespace vrda::journal {
 namespace {
 
 void append_u64(std::string& bytes, std::uint64_t value)
@@ -37,7 +37,7 @@ void append_vector(std::string& bytes, const Eigen::Vector3d& v)
 
 std::uint32_t u32_at(std::string_view bytes, std::size_t offset)
 {
-  return static_cast<std::uint32_t>(Cursor(bytes.substr(offset)).take(4));
+  return static_cast<std::uint32_t>(ByteReader(bytes.substr(offset)).take(4));
 }
 
-}  // namespace vrda
+}  // namespace vrda::journal

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace vrda {
+namespace vrda::journal {
 
 void append_u32(std::string& bytes, std::uint32_t value);
 void append_i8(std::string& bytes, std::int8_t value);
@@ -18,19 +18,19 @@ void append_vector(std::string& bytes, const Eigen::Vector3d& v);
 std::uint32_t u32_at(std::string_view bytes, std::size_t offset);
 
 /// Reads values sequentially; past the end it returns zeros and becomes invalid.
-class Cursor {
+class ByteReader {
  public:
-  explicit Cursor(std::string_view bytes) : bytes_(bytes) {}
+  explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
 
-  std::size_t left() const { return bytes_.size() - at_; }
-  bool is_sound() const { return is_sound_; }
+  std::size_t n_bytes_left() const { return bytes_.size() - at_; }
+  bool is_valid() const { return is_sound_; }
   /// Marks the bytes as invalid, for a value out of range.
-  void refuse() { is_sound_ = false; }
+  void mark_invalid() { is_sound_ = false; }
 
   /// An integer of at most 8 bytes.
   std::uint64_t take(std::size_t n_bytes)
   {
-    if (left() < n_bytes) {
+    if (n_bytes_left() < n_bytes) {
       is_sound_ = false;
       return 0;
     }
@@ -63,4 +63,4 @@ class Cursor {
   bool is_sound_ = true;
 };
 
-}  // namespace vrda
+}  // namespace vrda::journal

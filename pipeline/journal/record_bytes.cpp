@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace vrda {
+namespace vrda::journal {
 
 namespace {
 
@@ -23,7 +23,7 @@ void append_touch(std::string& bytes, const Touch& touch, double measure)
 }
 
 template <typename Touch>
-Touch take_touch(Cursor& cursor, double Touch::*measure)
+Touch take_touch(ByteReader& cursor, double Touch::*measure)
 {
   Touch touch;
   touch.point_solver_mm = cursor.take_vector();
@@ -55,18 +55,18 @@ void append_contact(std::string& bytes, const ContactRecord& contact)
   append_touch(bytes, contact, contact.distance_mm);
 }
 
-StepKey take_key(Cursor& cursor)
+StepKey take_key(ByteReader& cursor)
 {
   StepKey key;
   const std::uint64_t kind = cursor.take(1);
-  if (kind > static_cast<std::uint64_t>(last_step_kind)) cursor.refuse();
+  if (kind > static_cast<std::uint64_t>(last_step_kind)) cursor.mark_invalid();
   key.kind = static_cast<StepKind>(kind);
   key.flexion = cursor.take_i32();
   key.varus = cursor.take_i32();
   return key;
 }
 
-MovingPose take_pose(Cursor& cursor)
+MovingPose take_pose(ByteReader& cursor)
 {
   MovingPose pose;
   pose.translation_mm = cursor.take_vector();
@@ -74,20 +74,20 @@ MovingPose take_pose(Cursor& cursor)
   // NaN is allowed: no pose was found.
   if ((pose.translation_mm.array().abs() > largest_pose_number).any() ||
       std::abs(pose.theta_rad) > largest_pose_number)
-    cursor.refuse();
+    cursor.mark_invalid();
   return pose;
 }
 
-StepStatus take_status(Cursor& cursor)
+StepStatus take_status(ByteReader& cursor)
 {
   const auto status = static_cast<StepStatus>(cursor.take_i8());
   const bool is_known = std::find(std::begin(all_step_statuses), std::end(all_step_statuses), status) !=
                         std::end(all_step_statuses);
-  if (!is_known) cursor.refuse();
+  if (!is_known) cursor.mark_invalid();
   return status;
 }
 
-ContactRecord take_contact(Cursor& cursor)
+ContactRecord take_contact(ByteReader& cursor)
 {
   return take_touch(cursor, &ContactRecord::distance_mm);
 }
@@ -104,7 +104,7 @@ void append_balance(std::string& bytes, const Balance& balance)
   for (const ContactForce& force : balance.forces) append_touch(bytes, force, force.along_delta_n);
 }
 
-Balance take_balance(Cursor& cursor)
+Balance take_balance(ByteReader& cursor)
 {
   Balance balance;
   for (double* value : {&balance.energy_nmm, &balance.residual_n, &balance.complementarity_mm,
@@ -113,8 +113,8 @@ Balance take_balance(Cursor& cursor)
   }
   const std::uint64_t n_forces = cursor.take(4);
   // Checked before allocation; a force has as many bytes as a contact.
-  if (n_forces > cursor.left() / contact_bytes) cursor.refuse();
-  for (std::uint64_t i = 0; cursor.is_sound() && i < n_forces; ++i)
+  if (n_forces > cursor.n_bytes_left() / contact_bytes) cursor.mark_invalid();
+  for (std::uint64_t i = 0; cursor.is_valid() && i < n_forces; ++i)
     balance.forces.push_back(take_touch(cursor, &ContactForce::along_delta_n));
   return balance;
 }
@@ -144,7 +144,7 @@ std::string bytes_of(const StepRecord& record)
 
 std::optional<StepRecord> record_of(std::string_view bytes)
 {
-  Cursor cursor(bytes);
+  ByteReader cursor(bytes);
   StepRecord record;
   record.key = take_key(cursor);
   record.pose = take_pose(cursor);
@@ -161,12 +161,12 @@ std::optional<StepRecord> record_of(std::string_view bytes)
   if (record.status == StepStatus::stable &&
       !(record.pose.translation_mm.allFinite() && std::isfinite(record.pose.theta_rad) &&
         std::abs(record.varus_rad) <= largest_pose_number))
-    cursor.refuse();
+    cursor.mark_invalid();
   record.balance = take_balance(cursor);
   const std::uint64_t n_contacts = cursor.take(4);
-  if (!cursor.is_sound() || cursor.left() != n_contacts * contact_bytes) return std::nullopt;
+  if (!cursor.is_valid() || cursor.n_bytes_left() != n_contacts * contact_bytes) return std::nullopt;
   for (std::uint64_t i = 0; i < n_contacts; ++i) record.contacts.push_back(take_contact(cursor));
   return record;
 }
 
-}  // namespace vrda
+}  // namespace vrda::journal

@@ -8,7 +8,7 @@
 #include "core/step_record.hpp"
 #include "journal/little_endian.hpp"
 
-namespace vrda {
+namespace vrda::journal {
 
 std::string bytes_of(const StepRecord& record);
 
@@ -24,9 +24,9 @@ void append_pose(std::string& bytes, const MovingPose& pose);
 void append_contact(std::string& bytes, const ContactRecord& contact);
 
 /// An invalid key, pose, status or contact makes the reader invalid.
-StepKey take_key(Cursor& cursor);
-MovingPose take_pose(Cursor& cursor);
-StepStatus take_status(Cursor& cursor);
-ContactRecord take_contact(Cursor& cursor);
+StepKey take_key(ByteReader& cursor);
+MovingPose take_pose(ByteReader& cursor);
+StepStatus take_status(ByteReader& cursor);
+ContactRecord take_contact(ByteReader& cursor);
 
-}  // namespace vrda
+}  // namespace vrda::journal

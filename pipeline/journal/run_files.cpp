@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::journal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -38,7 +38,7 @@ std::optional<JournalName> shard_journal_name(std::string_view journal)
   const std::string_view stem = journal.substr(0, journal.size() - journal_ending.size());
   const std::size_t mark = stem.rfind(shard_mark);
   if (mark == std::string_view::npos) return std::nullopt;
-  const auto shard = parsed_shard(stem.substr(mark + shard_mark.size()), between);
+  const auto shard = parse_shard(stem.substr(mark + shard_mark.size()), between);
   if (!shard) return std::nullopt;
   return JournalName{std::string(stem.substr(0, mark)), *shard};
 }
@@ -87,7 +87,7 @@ std::string output_of_start_file(const std::string& start_file)
   return is_one ? start_file.substr(0, start_file.size() - start_ending.size()) : std::string();
 }
 
-std::optional<Shard> parsed_shard(std::string_view text, std::string_view separator)
+std::optional<Shard> parse_shard(std::string_view text, std::string_view separator)
 {
   const std::size_t at = text.find(separator);
   if (at == std::string_view::npos) return std::nullopt;
@@ -121,7 +121,7 @@ std::string output_of_journal(const std::string& journal)
   return name ? name->output : std::string();
 }
 
-std::vector<std::string> shard_journals_beside(const std::string& output)
+std::vector<std::string> list_shard_journals(const std::string& output)
 {
   const Listing listing = shard_journals_listed(output);
   if (!listing.error) return listing.paths;
@@ -129,9 +129,9 @@ std::vector<std::string> shard_journals_beside(const std::string& output)
   throw InputError({folder.string(), "", listing.error.message(), "a folder that can be read"});
 }
 
-std::vector<std::string> shard_journals_in_sight(const std::string& output)
+std::vector<std::string> list_shard_journals_if_readable(const std::string& output)
 {
   return shard_journals_listed(output).paths;
 }
 
-}  // namespace vrda
+}  // namespace vrda::journal

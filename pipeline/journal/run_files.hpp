@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace vrda {
+namespace vrda::journal {
 
 std::string journal_of(const std::string& output);
 std::string trace_journal_of(const std::string& output);
@@ -25,7 +25,7 @@ struct Shard {
 };
 
 /// Parses "3/8", or with another separator; empty if the text does not match.
-std::optional<Shard> parsed_shard(std::string_view text, std::string_view separator);
+std::optional<Shard> parse_shard(std::string_view text, std::string_view separator);
 
 /// "<output>.spine.journal" and "<output>.shard-3-of-8.journal".
 std::string spine_journal_of(const std::string& output);
@@ -39,9 +39,9 @@ std::string output_of_journal(const std::string& journal);
 
 /// The journals of all shards next to `output`, for any count, sorted by count and number. Throws InputError
 /// if the folder cannot be read.
-std::vector<std::string> shard_journals_beside(const std::string& output);
+std::vector<std::string> list_shard_journals(const std::string& output);
 
 /// The same without errors: an empty list if the folder cannot be read.
-std::vector<std::string> shard_journals_in_sight(const std::string& output);
+std::vector<std::string> list_shard_journals_if_readable(const std::string& output);
 
-}  // namespace vrda
+}  // namespace vrda::journal

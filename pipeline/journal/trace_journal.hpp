@@ -11,10 +11,10 @@
 #include "journal/frame_tail.hpp"
 #include "journal/framed_file.hpp"
 
-namespace vrda {
+namespace vrda::journal {
 
 struct TraceJournalContent {
-  FrameFacts facts;
+  FrameFileSummary summary;
   std::map<StepKey, SearchTrace> searches;  ///< the first of duplicates, which are equal
 };
 
@@ -30,10 +30,10 @@ FrameTail trace_journal_tail(const std::string& path);
 
 /// Like JournalWriter::create() and resuming one.
 FrameWriter create_trace_journal(const std::string& path, const std::string& key);
-FrameWriter resume_trace_journal(const std::string& path, const FrameFacts& facts);
+FrameWriter resume_trace_journal(const std::string& path, const FrameFileSummary& facts);
 
 /// The content of one frame, and its inverse: empty if the bytes are not a valid search.
 std::string bytes_of(const SearchTrace& trace);
 std::optional<SearchTrace> trace_of(std::string_view bytes);
 
-}  // namespace vrda
+}  // namespace vrda::journal

@@ -4,7 +4,7 @@
 #include "core/trig.hpp"
 #include "ligament/wrap_path.hpp"
 
-namespace vrda {
+namespace vrda::ligament {
 namespace {
 
 // Tangent point on the unit circle of the line from `p`, on the side of increasing (turn = 1) or decreasing
@@ -45,14 +45,14 @@ WrapPath cylinder_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& e
   path.length_mm = std::sqrt(across_mm * across_mm + rise_mm * rise_mm);
   const Eigen::Vector2d normal = tangent_point(end, -turn);
   const double cosine_rise = across_mm / path.length_mm, sine_rise = rise_mm / path.length_mm;
-  path.arrival << -turn * cosine_rise * normal.y(), turn * cosine_rise * normal.x(), sine_rise;
+  path.end_direction << -turn * cosine_rise * normal.y(), turn * cosine_rise * normal.x(), sine_rise;
   const Eigen::Vector3d n(normal.x(), normal.y(), 0.0);
-  const Eigen::Vector3d b = path.arrival.cross(n);
+  const Eigen::Vector3d b = path.end_direction.cross(n);
   const double free_mm = std::max(last_mm / cosine_rise, 1e-9 * radius_mm);
   path.bending = n * n.transpose() / free_mm + b * b.transpose() / path.length_mm;
   const Eigen::Vector2d touch = tangent_point(start, turn);
   path.touch_mm << radius_mm * touch, touch_z_mm;
-  path.departure << -turn * cosine_rise * touch.y(), turn * cosine_rise * touch.x(), sine_rise;
+  path.start_direction << -turn * cosine_rise * touch.y(), turn * cosine_rise * touch.x(), sine_rise;
   path.arc_mm = radius_mm * arc_rad / cosine_rise;
   return path;
 }
@@ -61,10 +61,12 @@ Eigen::Vector3d cylinder_point_mm(const WrapPath& path, double along_mm, double 
 {
   const Eigen::Vector2d touch_mm = path.touch_mm.head<2>();
   const Eigen::Vector2d left_mm(-touch_mm.y(), touch_mm.x());
-  const SinCos turn = sin_cos(along_mm * path.departure.head<2>().dot(left_mm) / (radius_mm * radius_mm));
+  const SinCos turn =
+      sin_cos(along_mm * path.start_direction.head<2>().dot(left_mm) / (radius_mm * radius_mm));
   Eigen::Vector3d point_mm;
-  point_mm << turn.cos * touch_mm + turn.sin * left_mm, path.touch_mm.z() + along_mm * path.departure.z();
+  point_mm << turn.cos * touch_mm + turn.sin * left_mm,
+      path.touch_mm.z() + along_mm * path.start_direction.z();
   return point_mm;
 }
 
-}  // namespace vrda
+}  // namespace vrda::ligament

@@ -5,7 +5,7 @@
 #include "core/units.hpp"
 #include "ligament/wrap_path.hpp"
 
-namespace vrda {
+namespace vrda::ligament {
 namespace {
 
 constexpr int max_steps = 2000;
@@ -49,8 +49,8 @@ OdeState step(const OdeState& at, double h, const Ellipsoid& surface)
 
 }  // namespace
 
-GeodesicState advance(const GeodesicState& from, double length_mm, const Eigen::Vector3d& half_axes_mm,
-                      double step_rad)
+GeodesicState integrate_geodesic(const GeodesicState& from, double length_mm,
+                                 const Eigen::Vector3d& half_axes_mm, double step_rad)
 {
   Ellipsoid surface;
   surface.inverse_sq = half_axes_mm.cwiseProduct(half_axes_mm).cwiseInverse();
@@ -81,7 +81,7 @@ struct Circle {
   double height = 0.0;  // of the line over the centre
 };
 
-Circle circle_in(const WrapScene& scene, const SinCos& tilt)
+Circle circle_in(const WrapProblem& scene, const SinCos& tilt)
 {
   Circle circle;
   circle.up = tilt.cos * scene.outward + tilt.sin * scene.sideways;
@@ -92,7 +92,7 @@ Circle circle_in(const WrapScene& scene, const SinCos& tilt)
 }
 
 // Tangent point of the line from `point` on the side of `up`; `turn` is -1 before the top, +1 after it.
-Eigen::Vector3d tangent_point(const WrapScene& scene, const Circle& circle, const Eigen::Vector3d& point,
+Eigen::Vector3d tangent_point(const WrapProblem& scene, const Circle& circle, const Eigen::Vector3d& point,
                               double turn)
 {
   const double x = point.dot(scene.along), y = circle.height, r = circle.radius;
@@ -103,7 +103,7 @@ Eigen::Vector3d tangent_point(const WrapScene& scene, const Circle& circle, cons
 }
 
 // Length of the shorter arc between two points of the circle, by repeated bisection into chords.
-double arc_length_mm(const WrapScene& scene, const Circle& circle, const Eigen::Vector3d& from,
+double arc_length_mm(const WrapProblem& scene, const Circle& circle, const Eigen::Vector3d& from,
                      const Eigen::Vector3d& to, int halvings)
 {
   if (halvings == 0) return scene.mm(to - from).norm();
@@ -117,14 +117,14 @@ double arc_length_mm(const WrapScene& scene, const Circle& circle, const Eigen::
 
 }  // namespace
 
-Eigen::Vector3d any_across(const Eigen::Vector3d& unit)
+Eigen::Vector3d any_perpendicular(const Eigen::Vector3d& unit)
 {
   const Eigen::Vector3d trial =
       std::abs(unit.x()) < 0.6 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY();
   return (trial - trial.dot(unit) * unit).normalized();
 }
 
-bool set_line(WrapScene& scene)
+bool set_straight_line(WrapProblem& scene)
 {
   const Eigen::Vector3d span = scene.end - scene.start;
   const double length = span.norm();
@@ -135,17 +135,18 @@ bool set_line(WrapScene& scene)
   scene.depth = nearest.norm();
   if (!(before > 0.0 && after > 0.0 && scene.depth < 1.0)) return false;
   // For a line through the centre any plane is valid.
-  scene.outward = scene.depth > 1e-12 ? Eigen::Vector3d(nearest / scene.depth) : any_across(scene.along);
+  scene.outward =
+      scene.depth > 1e-12 ? Eigen::Vector3d(nearest / scene.depth) : any_perpendicular(scene.along);
   scene.sideways = scene.outward.cross(scene.along);
   return true;
 }
 
-PlaneWay way_in_plane(const WrapScene& scene, const SinCos& tilt)
+PlanarPath planar_path(const WrapProblem& scene, const SinCos& tilt)
 {
   constexpr int halvings = 2;
   const Circle circle = circle_in(scene, tilt);
   const Eigen::Vector3d top = circle.centre + circle.radius * circle.up;
-  PlaneWay path;
+  PlanarPath path;
   path.touch = tangent_point(scene, circle, scene.start, -1.0);
   path.leave = tangent_point(scene, circle, scene.end, 1.0);
   path.arc_mm = arc_length_mm(scene, circle, path.touch, top, halvings) +
@@ -185,7 +186,7 @@ Horizon horizon_of(const Eigen::Vector3d& start, const Eigen::Vector3d& touch)
   const Eigen::Vector3d axis = start / std::sqrt(square);
   const Eigen::Vector3d spoke = touch - touch.dot(axis) * axis;
   const Eigen::Vector3d unit =
-      spoke.squaredNorm() > 0.0 ? Eigen::Vector3d(spoke.normalized()) : any_across(axis);
+      spoke.squaredNorm() > 0.0 ? Eigen::Vector3d(spoke.normalized()) : any_perpendicular(axis);
   const double radius = std::sqrt(1.0 - 1.0 / square);
   return {start, start / square, radius * unit, radius * axis.cross(unit)};
 }
@@ -214,7 +215,7 @@ struct Shot {
   double miss_normal_mm = 0.0, miss_across_mm = 0.0;
 };
 
-Shot shoot(const WrapScene& scene, const Horizon& horizon, const InitialValues& initial)
+Shot shoot(const WrapProblem& scene, const Horizon& horizon, const InitialValues& initial)
 {
   const Eigen::Vector3d& a = scene.half_axes_mm;
   const SinCos turn = sin_cos(initial.angle_rad);
@@ -229,7 +230,7 @@ Shot shoot(const WrapScene& scene, const Horizon& horizon, const InitialValues& 
   state.width = v.cross(state.q.cwiseQuotient(a).normalized()).dot(pace_mm);
   state.width_slope = state.width / shot.first_mm;
   shot.ahead_mm = v.dot(pace_mm);
-  shot.at_leave = advance(state, initial.arc_mm, a, initial.step_rad);
+  shot.at_leave = integrate_geodesic(state, initial.arc_mm, a, initial.step_rad);
   shot.end_mm = scene.mm(scene.end - shot.at_leave.q);
   shot.direction = scene.mm(shot.at_leave.q_slope).normalized();
   shot.normal = shot.at_leave.q.cwiseQuotient(a).normalized();
@@ -242,7 +243,7 @@ Shot shoot(const WrapScene& scene, const Horizon& horizon, const InitialValues& 
 
 // Newton step for a zero miss. The frame of direction, normal and across rotates by the surface's curvatures
 // (Darboux frame).
-InitialValues newton_step(const WrapScene& scene, const InitialValues& initial, const Shot& shot)
+InitialValues newton_step(const WrapProblem& scene, const InitialValues& initial, const Shot& shot)
 {
   const Eigen::Vector3d& a = scene.half_axes_mm;
   const Eigen::Vector3d v = shot.direction.cwiseQuotient(a), b = shot.across.cwiseQuotient(a);
@@ -284,7 +285,7 @@ bool is_locally_shortest(const Geodesic& geodesic)
 }
 
 // Newton iteration until the miss is below `max_miss` times the largest half-axis.
-Geodesic solve_shooting(const WrapScene& scene, const Horizon& horizon, InitialValues initial,
+Geodesic solve_shooting(const WrapProblem& scene, const Horizon& horizon, InitialValues initial,
                         double max_miss)
 {
   const double max_miss_mm = max_miss * scene.half_axes_mm.maxCoeff();
@@ -305,11 +306,11 @@ Geodesic solve_shooting(const WrapScene& scene, const Horizon& horizon, InitialV
   return {};
 }
 
-using PlanarPaths = std::array<PlaneWay, n_planes>;
+using PlanarPaths = std::array<PlanarPath, n_planes>;
 
 // Starts from the planar paths that are shorter than both neighbours, or from all. Paths much longer than the
 // shortest cannot lead to the shortest geodesic.
-Geodesic shortest_geodesic(const WrapScene& scene, const PlanarPaths& paths, double shortest_mm,
+Geodesic shortest_geodesic(const WrapProblem& scene, const PlanarPaths& paths, double shortest_mm,
                            bool from_all)
 {
   constexpr double worth_trying = 1.1;
@@ -329,20 +330,20 @@ Geodesic shortest_geodesic(const WrapScene& scene, const PlanarPaths& paths, dou
 }
 
 // Sets the first point on the surface, the direction there and the arc length.
-void set_touch(WrapPath& path, const WrapScene& scene, const Eigen::Vector3d& touch, double arc_mm)
+void set_touch(WrapPath& path, const WrapProblem& scene, const Eigen::Vector3d& touch, double arc_mm)
 {
   path.touch_mm = scene.mm(touch);
-  path.departure = scene.mm(touch - scene.start).normalized();
+  path.start_direction = scene.mm(touch - scene.start).normalized();
   path.arc_mm = arc_mm;
 }
 
-WrapPath path_of(const WrapScene& scene, const Geodesic& geodesic)
+WrapPath path_of(const WrapProblem& scene, const Geodesic& geodesic)
 {
   const Shot& shot = geodesic.shot;
   WrapPath path;
   path.is_wrapped = true;
   path.length_mm = geodesic.length_mm;
-  path.arrival = shot.direction;
+  path.end_direction = shot.direction;
   // For an end on the surface the free segment vanishes; its length is bounded below.
   const double free_mm = std::max(shot.last_mm, 1e-9 * geodesic.length_mm);
   const double divergence =
@@ -354,13 +355,14 @@ WrapPath path_of(const WrapScene& scene, const Geodesic& geodesic)
 }
 
 // The planar path, where no geodesic was found.
-WrapPath path_of(const WrapScene& scene, const PlaneWay& planar)
+WrapPath path_of(const WrapProblem& scene, const PlanarPath& planar)
 {
   WrapPath path;
   path.is_wrapped = true;
   path.length_mm = planar.length_mm;
-  path.arrival = scene.mm(scene.end - planar.leave).normalized();
-  path.bending = (Eigen::Matrix3d::Identity() - path.arrival * path.arrival.transpose()) / path.length_mm;
+  path.end_direction = scene.mm(scene.end - planar.leave).normalized();
+  path.bending =
+      (Eigen::Matrix3d::Identity() - path.end_direction * path.end_direction.transpose()) / path.length_mm;
   set_touch(path, scene, planar.touch, planar.arc_mm);
   return path;
 }
@@ -370,18 +372,18 @@ WrapPath path_of(const WrapScene& scene, const PlaneWay& planar)
 WrapPath ellipsoid_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& end_mm,
                         const Eigen::Vector3d& half_axes_mm)
 {
-  WrapScene scene;
+  WrapProblem scene;
   scene.half_axes_mm = half_axes_mm;
   scene.start = start_mm.cwiseQuotient(half_axes_mm);
   scene.end = end_mm.cwiseQuotient(half_axes_mm);
   if (scene.start.squaredNorm() < 1.0 || scene.end.squaredNorm() < 1.0) return {};
   scene.start = moved_outside(scene.start);
   scene.end = moved_outside(scene.end);
-  if (!set_line(scene)) return {};
+  if (!set_straight_line(scene)) return {};
   PlanarPaths paths;
-  const PlaneWay* shortest = &paths[0];
+  const PlanarPath* shortest = &paths[0];
   for (std::size_t i = 0; i < n_planes; ++i) {
-    paths[i] = way_in_plane(scene, sin_cos(static_cast<double>(i) * (2.0 * pi / n_planes)));
+    paths[i] = planar_path(scene, sin_cos(static_cast<double>(i) * (2.0 * pi / n_planes)));
     if (paths[i].length_mm < shortest->length_mm) shortest = &paths[i];
   }
   Geodesic best = shortest_geodesic(scene, paths, shortest->length_mm, false);
@@ -393,8 +395,8 @@ Eigen::Vector3d ellipsoid_point_mm(const WrapPath& path, double along_mm, const 
 {
   GeodesicState state;
   state.q = path.touch_mm.cwiseQuotient(half_axes_mm);
-  state.q_slope = path.departure.cwiseQuotient(half_axes_mm);
-  return half_axes_mm.cwiseProduct(advance(state, along_mm, half_axes_mm, fine_step_rad).q);
+  state.q_slope = path.start_direction.cwiseQuotient(half_axes_mm);
+  return half_axes_mm.cwiseProduct(integrate_geodesic(state, along_mm, half_axes_mm, fine_step_rad).q);
 }
 
-}  // namespace vrda
+}  // namespace vrda::ligament

@@ -3,7 +3,7 @@
 #include "core/error.hpp"
 #include "ligament/wrap_path.hpp"
 
-namespace vrda {
+namespace vrda::ligament {
 namespace {
 
 Eigen::Vector3d flipped_z(const Eigen::Vector3d& v)
@@ -123,7 +123,7 @@ Tension tension_of(double strain, double stiffness_n, double transition_strain)
 std::vector<FibreState> fibre_states(const Ligaments& ligaments, const Attitude& attitude,
                                      const MovingPose& pose)
 {
-  const JointPlacement placement = placed(attitude, pose);
+  const JointPlacement placement = joint_placement(attitude, pose);
   std::vector<FibreState> states;
   states.reserve(ligaments.fibres.size());
   for (const Fibre& fibre : ligaments.fibres) {
@@ -138,7 +138,7 @@ std::vector<FibreState> fibre_states(const Ligaments& ligaments, const Attitude&
 
 Potential ligament_energy(const Ligaments& ligaments, const Attitude& attitude, const MovingPose& pose)
 {
-  const JointPlacement placement = placed(attitude, pose);
+  const JointPlacement placement = joint_placement(attitude, pose);
   Potential sum;
   for (const Fibre& fibre : ligaments.fibres) {
     const FibrePath path = fibre_path(fibre, ligaments.wraps, placement);
@@ -194,7 +194,7 @@ WrapPath wrapped_path(const Fibre& fibre, const Wrap& wrap, const JointPlacement
 
 }  // namespace
 
-JointPlacement placed(const Attitude& attitude, const MovingPose& pose)
+JointPlacement joint_placement(const Attitude& attitude, const MovingPose& pose)
 {
   return {reference_rotation(attitude), rotation_y(pose.theta_rad), pose.translation_mm};
 }
@@ -213,15 +213,16 @@ FibrePath fibre_path(const Fibre& fibre, const std::vector<Wrap>& wraps, const J
   FibrePath path;
   path.length_mm = wrapped.length_mm;
   path.is_wrapped = true;
-  path.direction = R_S_wrap * (is_on_moving ? Eigen::Vector3d(-wrapped.arrival) : wrapped.arrival);
+  path.direction =
+      R_S_wrap * (is_on_moving ? Eigen::Vector3d(-wrapped.end_direction) : wrapped.end_direction);
   path.end_mm = is_on_moving ? reference_mm : moving_mm;
   path.end_body = is_on_moving ? WrapBody::reference : WrapBody::moving;
   path.bending = R_S_wrap * wrapped.bending * R_S_wrap.transpose();
   return path;
 }
 
-FibreWay fibre_way(const Fibre& fibre, const std::vector<Wrap>& wraps, const JointPlacement& placement,
-                   std::span<Eigen::Vector3d> points_mm)
+SampledFibre sample_fibre_path(const Fibre& fibre, const std::vector<Wrap>& wraps,
+                               const JointPlacement& placement, std::span<Eigen::Vector3d> points_mm)
 {
   check(points_mm.size() >= 4, "points_mm has room for four points");
   points_mm.front() = placement.R_S_reference * fibre.reference_mm;
@@ -252,4 +253,4 @@ FibreWay fibre_way(const Fibre& fibre, const std::vector<Wrap>& wraps, const Joi
   return {wrapped.length_mm, true};
 }
 
-}  // namespace vrda
+}  // namespace vrda::ligament

@@ -8,7 +8,7 @@
 
 #include "core/coordinates.hpp"
 
-namespace vrda {
+namespace vrda::ligament {
 
 enum class WrapShape { cylinder, ellipsoid };
 enum class WrapBody { reference, moving };
@@ -75,7 +75,7 @@ struct JointPlacement {
   Eigen::Matrix3d R_S_moving = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t_S_moving_mm = Eigen::Vector3d::Zero();
 };
-JointPlacement placed(const Attitude& attitude, const MovingPose& pose);
+JointPlacement joint_placement(const Attitude& attitude, const MovingPose& pose);
 
 /// Path of a fibre in S. One free segment connects the object with the wrap to the other object (straight
 /// fibre: the whole fibre). Only this segment exerts a force between the objects.
@@ -94,7 +94,7 @@ struct FibrePath {
 /// No allocation.
 FibrePath fibre_path(const Fibre& fibre, const std::vector<Wrap>& wraps, const JointPlacement& placement);
 
-struct FibreWay {
+struct SampledFibre {
   double length_mm = 0.0;  ///< as from fibre_path, not the length of the polyline
   bool is_wrapped = false;
 };
@@ -102,7 +102,7 @@ struct FibreWay {
 /// Writes points of the fibre's path to `points_mm` (at least four), in S, from the reference's attachment to
 /// the moving object's: evenly spaced on a straight fibre; on a wrapped one both attachments and points
 /// evenly spaced on the arc on the surface, its ends included. No allocation.
-FibreWay fibre_way(const Fibre& fibre, const std::vector<Wrap>& wraps, const JointPlacement& placement,
-                   std::span<Eigen::Vector3d> points_mm);
+SampledFibre sample_fibre_path(const Fibre& fibre, const std::vector<Wrap>& wraps,
+                               const JointPlacement& placement, std::span<Eigen::Vector3d> points_mm);
 
-}  // namespace vrda
+}  // namespace vrda::ligament

@@ -7,20 +7,20 @@
 
 #include "core/trig.hpp"
 
-namespace vrda {
+namespace vrda::ligament {
 
 struct WrapPath {
   bool is_wrapped = false;  ///< false: the path is straight; the other members are unset
   double length_mm = 0.0;
   /// Unit, along the last free segment from the surface to the end: derivative of the length over the end.
-  Eigen::Vector3d arrival = Eigen::Vector3d::Zero();
+  Eigen::Vector3d end_direction = Eigen::Vector3d::Zero();
   /// Second derivatives of the length over the end, 1/mm. The free segment rolls on the surface: in the plane
   /// of the surface normal the value is 1 / its length; across that plane it follows the divergence of
   /// neighbouring geodesics.
   Eigen::Matrix3d bending = Eigen::Matrix3d::Zero();
   /// First point on the surface, unit direction there, and length of the arc on the surface.
   Eigen::Vector3d touch_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d departure = Eigen::Vector3d::Zero();
+  Eigen::Vector3d start_direction = Eigen::Vector3d::Zero();
   double arc_mm = 0.0;
 };
 
@@ -52,12 +52,12 @@ struct GeodesicState {
 /// Integrates the geodesic by `length_mm`, backwards if negative. With q scaled and Joachimsthal's invariant
 /// C the equation is q'' = -C w^-2 q / a^2 with w = sum of q^2 / a^2; the width follows Jacobi's equation.
 /// `step_rad` is the largest angle a step; the method is of fifth order.
-GeodesicState advance(const GeodesicState& from, double length_mm, const Eigen::Vector3d& half_axes_mm,
-                      double step_rad);
+GeodesicState integrate_geodesic(const GeodesicState& from, double length_mm,
+                                 const Eigen::Vector3d& half_axes_mm, double step_rad);
 
 /// Two points outside an ellipsoid, scaled so that it is the unit sphere (q = p / half-axes), and the
 /// straight line between them.
-struct WrapScene {
+struct WrapProblem {
   Eigen::Vector3d half_axes_mm = Eigen::Vector3d::Ones();
   Eigen::Vector3d start, end;  ///< scaled
   Eigen::Vector3d along;       ///< unit, from start to end
@@ -69,13 +69,13 @@ struct WrapScene {
 };
 
 /// Computes `along` and the members after it. False when the straight line misses the ellipsoid.
-bool set_line(WrapScene& scene);
+bool set_straight_line(WrapProblem& scene);
 
 /// A unit vector perpendicular to a unit vector; deterministic.
-Eigen::Vector3d any_across(const Eigen::Vector3d& unit);
+Eigen::Vector3d any_perpendicular(const Eigen::Vector3d& unit);
 
 /// A planar path: tangent, arc, tangent.
-struct PlaneWay {
+struct PlanarPath {
   double length_mm = std::numeric_limits<double>::infinity();
   Eigen::Vector3d touch = Eigen::Vector3d::Zero();  ///< scaled
   Eigen::Vector3d leave = Eigen::Vector3d::Zero();
@@ -83,6 +83,6 @@ struct PlaneWay {
 };
 
 /// The path in the half-plane bounded by the straight line, rotated by `tilt` from `outward` to `sideways`.
-PlaneWay way_in_plane(const WrapScene& scene, const SinCos& tilt);
+PlanarPath planar_path(const WrapProblem& scene, const SinCos& tilt);
 
-}  // namespace vrda
+}  // namespace vrda::ligament

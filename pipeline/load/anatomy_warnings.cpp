@@ -7,7 +7,7 @@
 #include "load/condyles.hpp"
 #include "load/unit_check.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 std::string lower_case(std::string text)
@@ -125,13 +125,13 @@ std::string origin_text(const Eigen::Vector3d& p_mm, const AxisMap& map)
   const double tenths = 10.0 * map.unit_mm;  // of a millimetre, in the files' unit
   std::string text;
   for (const double value : native)
-    text += (text.empty() ? "" : ", ") + shortest(std::round(value * tenths) / tenths + 0.0);
+    text += (text.empty() ? "" : ", ") + shortest_decimal(std::round(value * tenths) / tenths + 0.0);
   return "frame.origin = [" + text + "]";
 }
 
 std::string tenths_text(double value_mm)
 {
-  const std::string text = shortest(std::round(10.0 * value_mm) / 10.0);
+  const std::string text = shortest_decimal(std::round(10.0 * value_mm) / 10.0);
   return text.find('.') == std::string::npos ? text + ".0" : text;
 }
 
@@ -191,4 +191,4 @@ std::vector<std::string> anatomy_warnings(const Job& job, const AxisMap& map, co
   return warnings;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -2,7 +2,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 Eigen::Vector3d axis_of(const std::string& word)
@@ -19,7 +19,7 @@ std::string opposite(const std::string& word)
 
 }  // namespace
 
-double mm_in(const std::string& unit)
+double mm_per_unit(const std::string& unit)
 {
   return unit == "m" ? 1000.0 : unit == "cm" ? 10.0 : 1.0;
 }
@@ -33,7 +33,8 @@ AxisMap axis_map(const Job& job)
   R_canonical_native.row(0) = axis_of(frame.anterior).transpose();
   R_canonical_native.row(1) = axis_of(frame.proximal).transpose();
   R_canonical_native.row(2) = axis_of(frame.right).transpose();
-  const std::string source = job.document.source_of_all({"frame.anterior", "frame.proximal", "frame.right"});
+  const std::string source =
+      job.document.source_of_conflict({"frame.anterior", "frame.proximal", "frame.right"});
   const double handedness =
       R_canonical_native.row(0).cross(R_canonical_native.row(1)).dot(R_canonical_native.row(2));
   if (handedness == 0.0) throw InputError({source, "frame", words, "each of X, Y and Z once"});
@@ -46,10 +47,10 @@ AxisMap axis_map(const Job& job)
                                   rotation_y(frame.align_rotation_rad.y()) *
                                   rotation_x(frame.align_rotation_rad.x());
   AxisMap map;
-  map.unit_mm = mm_in(frame.unit);
+  map.unit_mm = mm_per_unit(frame.unit);
   map.X_canonical_native.linear() = R_canonical_native * R_align;
   map.X_canonical_native.translation() = R_canonical_native * frame.align_translation_mm;
   return map;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -3,7 +3,7 @@
 
 #include "load/job.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 /// p_canonical = X_canonical_native * (unit_mm * p_native). Order: conversion to mm; alignment in the files'
 /// axes (R = Rz Ry Rx about fixed axes, then the translation); renaming of the axes (X anterior, Y proximal,
@@ -19,9 +19,9 @@ struct AxisMap {
 };
 
 /// 1, 10 or 1000 for "mm", "cm" and "m".
-double mm_in(const std::string& unit);
+double mm_per_unit(const std::string& unit);
 
 /// Throws InputError if two directions name the same axis or the map is left-handed.
 AxisMap axis_map(const Job& job);
 
-}  // namespace vrda
+}  // namespace vrda::load

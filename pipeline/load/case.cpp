@@ -7,13 +7,13 @@
 #include "load/case_ligaments.hpp"
 #include "load/case_warnings.hpp"
 #include "load/compartments.hpp"
-#include "load/component_source.hpp"
+#include "load/component_loader.hpp"
 #include "load/fibre_warnings.hpp"
 #include "load/job.hpp"
 #include "load/scaling.hpp"
 #include "load/unit_check.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 // A mean of unit vectors shorter than this has no usable direction.
@@ -22,8 +22,8 @@ constexpr double smallest_direction = 1e-6;
 void check_method(const Job& job)
 {
   if (job.method == SolverMethod::equilibrium || !job.is_varus_free) return;
-  throw InputError({job.document.source_of_all({"grid.varus", "solver.method"}), "grid.varus", "\"free\"",
-                    "a table { from, to, step }: \"stability-search\" cannot leave varus free"});
+  throw InputError({job.document.source_of_conflict({"grid.varus", "solver.method"}), "grid.varus",
+                    "\"free\"", "a table { from, to, step }: \"stability-search\" cannot leave varus free"});
 }
 
 // The load at each flexion of the grid.
@@ -33,18 +33,19 @@ std::vector<Push> push_rows(const Job& job)
   for (const double flexion_deg : job.grid.flexion_deg) {
     const double flexion_rad = rad_from_deg(flexion_deg);
     Push push;
-    const Eigen::Vector3d direction = at_flexion(job.push.delta, flexion_rad);
+    const Eigen::Vector3d direction = value_at_flexion(job.push.delta, flexion_rad);
     if (!(direction.norm() > smallest_direction)) {
-      throw InputError({job.document.source_of("push.delta"), "push.delta",
-                        "directions that cancel out at " + shortest(flexion_deg) + " degrees of flexion",
-                        "directions of neighbouring rows less than 180 degrees apart"});
+      throw InputError(
+          {job.document.source_of("push.delta"), "push.delta",
+           "directions that cancel out at " + shortest_decimal(flexion_deg) + " degrees of flexion",
+           "directions of neighbouring rows less than 180 degrees apart"});
     }
     push.delta = direction.normalized();
-    const Eigen::Vector2d across_n = at_flexion(job.push.lateral_force_n, flexion_rad);
-    push.force_n = at_flexion(job.push.force_n, flexion_rad)[0] * push.delta +
+    const Eigen::Vector2d across_n = value_at_flexion(job.push.lateral_force_n, flexion_rad);
+    push.force_n = value_at_flexion(job.push.force_n, flexion_rad)[0] * push.delta +
                    Eigen::Vector3d(across_n[0], 0.0, across_n[1]);
-    push.moment_nmm = at_flexion(job.push.moment_nmm, flexion_rad)[0];
-    push.varus_moment_nmm = at_flexion(job.push.varus_moment_nmm, flexion_rad)[0];
+    push.moment_nmm = value_at_flexion(job.push.moment_nmm, flexion_rad)[0];
+    push.varus_moment_nmm = value_at_flexion(job.push.varus_moment_nmm, flexion_rad)[0];
     rows.push_back(push);
   }
   return rows;
@@ -56,7 +57,7 @@ void append_part(Part& part, const Mesh& mesh, std::int32_t component)
   part.component.insert(part.component.end(), static_cast<std::size_t>(mesh.triangles.rows()), component);
 }
 
-Body loaded_body(const BodyJob& body_job, ComponentSource& source, Case& loaded)
+Body loaded_body(const BodyJob& body_job, ComponentLoader& source, Case& loaded)
 {
   Body body;
   body.name = body_job.name;
@@ -102,13 +103,13 @@ Case settings_of(const Job& job)
 
 }  // namespace
 
-Case case_of_joint(const Job& job, const std::string& data_directory, const Case& joint)
+Case case_with_joint(const Job& job, const std::string& data_directory, const Case& joint)
 {
   Case loaded = settings_of(job);
   loaded.ligaments = joint.ligaments;
   loaded.inputs = joint.inputs;
   loaded.compartment_of_triangle = joint.compartment_of_triangle;
-  take_up_scaling(loaded, job, load_scaling(job, data_directory, axis_map(job)));
+  apply_scaling(loaded, job, load_scaling(job, data_directory, axis_map(job)));
   return loaded;
 }
 
@@ -119,8 +120,8 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
   Case loaded = settings_of(job);
   const AxisMap map = axis_map(job);
   const LoadedLigaments ligaments = load_ligaments(job, options.data_directory, map);
-  const LoadedScaling scaling = load_scaling(job, options.data_directory, map);
-  ComponentSource source(job, options.data_directory);
+  const RequestedScaling scaling = load_scaling(job, options.data_directory, map);
+  ComponentLoader source(job, options.data_directory);
   loaded.reference = loaded_body(job.reference, source, loaded);
   loaded.moving = loaded_body(job.moving, source, loaded);
   check_unit(job, loaded.survey);  // before the fibres: a wrong unit also misplaces attachments
@@ -130,11 +131,11 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
   loaded.compartment_of_triangle = compartments_of(job, loaded.moving, loaded.frame.rotation_centre_mm.z());
   const Warnings anatomy = anatomy_warnings(job, map, loaded);
   const Warnings fibres = fibre_warnings(ligaments, loaded.reference, loaded.moving);
-  take_up_scaling(loaded, job, scaling);
-  loaded.warnings = case_warnings(job, of_subject(loaded));
+  apply_scaling(loaded, job, scaling);
+  loaded.warnings = case_warnings(job, scaled_to_subject(loaded));
   for (const Warnings& more : {anatomy, fibres, scaling.warnings})
     loaded.warnings.insert(loaded.warnings.end(), more.begin(), more.end());
   return loaded;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -13,7 +13,7 @@
 #include "core/solver_options.hpp"
 #include "ligament/ligaments.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 /// Start pose of the moving object: translation from the pose of the meshes (canonical axes, the joint's own
 /// side; DESIGN.md 5.6 `initial`) and rotation about Delta (right-knee sign).
@@ -39,7 +39,7 @@ struct Push {
 struct LoadedInput {
   std::string name;           ///< path as written in the job, or the generator's name and parameters
   std::string sha256;         ///< of the file's bytes, or of the generated mesh
-  bool decides_steps = true;  ///< false: affects only the scaling of the results
+  bool affects_steps = true;  ///< false: affects only the scaling of the results
 };
 
 /// Statistics of one component, printed by `vrda check`.
@@ -69,7 +69,7 @@ struct Case {
   SolverFrame frame;           ///< side, rotation centre (canonical), Delta of the first flexion
   Body reference;              ///< canonical, own side
   Body moving;
-  Ligaments ligaments;  ///< canonical, own side; empty if the job has none
+  ligament::Ligaments ligaments;  ///< canonical, own side; empty if the job has none
   InitialPose initial;
   GridAxes grid;
   bool is_varus_free = false;                               ///< the grid then has the single varus 0
@@ -86,10 +86,10 @@ struct Case {
   bool smooth_robust = false;    ///< fitted with Huber weights
   double unsolved_fraction = 0.0;
 
-  std::optional<Scaling> scaling;   ///< set if the job has [scaling]
-  double steps_scale = 1.0;         ///< ratio of the subject's size to the size of this case
-  std::string solved_anew_because;  ///< why scaling requires a new run; empty if it keeps the steps
-  std::string steps_job;            ///< the part of `resolved_job` that determines the steps
+  std::optional<Scaling> scaling;  ///< set if the job has [scaling]
+  double steps_scale = 1.0;        ///< ratio of the subject's size to the size of this case
+  std::string rerun_reason;        ///< why scaling requires a new run; empty if it keeps the steps
+  std::string steps_job_text;      ///< the part of `resolved_job` that determines the steps
 
   std::string job_text;      ///< bytes of the job file
   std::string resolved_job;  ///< canonical TOML with every key; equal jobs have equal text
@@ -109,6 +109,6 @@ Case load_case(const std::string& job_file, const LoadOptions& options = {});
 
 /// The case at the subject's size: every length times `steps_scale`, including the lengths among the solver
 /// settings, which applied at factor 1. The result has `steps_scale` 1.
-Case of_subject(const Case& solved);
+Case scaled_to_subject(const Case& solved);
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -5,20 +5,20 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
-#include "load/component_source.hpp"
+#include "load/component_loader.hpp"
 #include "load/file_bytes.hpp"
 #include "load/input_file.hpp"
 #include "load/ligament_table.hpp"
 #include "load/wraps_file.hpp"
 #include "shapes/shapes.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 [[noreturn]] void refuse(const FibreJob& fibre, const std::string& key, const std::string& found,
                          const std::string& wanted)
 {
-  throw InputError({fibre.source, key_of_fibre(fibre, key), found, wanted});
+  throw InputError({fibre.source, fibre_key(fibre, key), found, wanted});
 }
 
 void check_names(const std::vector<FibreJob>& fibres)
@@ -34,7 +34,7 @@ void check_names(const std::vector<FibreJob>& fibres)
          "a unique name for each fibre");
 }
 
-int wrap_named(const FibreJob& fibre, const std::vector<Wrap>& wraps, const std::string& wraps_file)
+int wrap_named(const FibreJob& fibre, const std::vector<ligament::Wrap>& wraps, const std::string& wraps_file)
 {
   if (fibre.wrap.empty()) return -1;
   std::vector<std::string> names;
@@ -51,7 +51,7 @@ int wrap_named(const FibreJob& fibre, const std::vector<Wrap>& wraps, const std:
 // Slack lengths from reference strains and the lengths at the pose of the meshes.
 void set_slack_lengths(LoadedLigaments& loaded)
 {
-  const std::vector<FibreState> states = fibre_states(loaded.ligaments, {}, {});
+  const std::vector<ligament::FibreState> states = ligament::fibre_states(loaded.ligaments, {}, {});
   for (std::size_t i = 0; i < states.size(); ++i) {
     const FibreJob& job = loaded.jobs[i];
     if (!job.reference_strain) continue;
@@ -92,14 +92,15 @@ void add_generated(const Job& job, LoadedLigaments& loaded)
   const std::string key = "ligaments.generate";
   const std::string source = job.document.source_of(key);
   try {
-    const ShapeRequest request{generate.shape, generate.numbers, generate.words};
-    for (const ShapeFibre& fibre : generate_fibres(request)) {
+    const shapes::ShapeRequest request{generate.shape, generate.numbers, generate.words};
+    for (const shapes::ShapeFibre& fibre : shapes::generate_fibres(request)) {
       loaded.jobs.push_back({fibre.name, fibre.bundle, fibre.reference_mm, fibre.moving_mm, fibre.stiffness_n,
                              fibre.slack_length_mm, std::nullopt, "", source, key});
       loaded.ligaments.fibres.push_back({fibre.name, fibre.bundle, fibre.reference_mm, fibre.moving_mm,
                                          fibre.stiffness_n, fibre.slack_length_mm, -1});
     }
-    loaded.inputs.push_back({request_text(generate) + " ligaments", sha256_of(fibre_table(request))});
+    loaded.inputs.push_back(
+        {shape_request_text(generate) + " ligaments", sha256_of(shapes::fibre_table(request))});
   } catch (const InputError& error) {
     const std::string& field = error.facts().field;
     const bool is_parameter = generate.numbers.contains(field) || generate.words.contains(field);
@@ -113,7 +114,7 @@ void add_wraps(const Job& job, const InputFile& file, const AxisMap& map, Loaded
   const std::string& name = job.ligaments->wraps_file;
   if (name.empty()) return;
   loaded.ligaments.wraps = read_wraps(file.path, file.bytes, {job.reference.name, job.moving.name});
-  for (Wrap& wrap : loaded.ligaments.wraps) wrap.X_body_wrap = canonical(wrap.X_body_wrap, map);
+  for (ligament::Wrap& wrap : loaded.ligaments.wraps) wrap.X_body_wrap = canonical(wrap.X_body_wrap, map);
   loaded.inputs.push_back({name, sha256_of(file.bytes)});
 }
 
@@ -128,7 +129,7 @@ void add_fibres(const Job& job, const InputFile& file, const AxisMap& map, Loade
   check_names(loaded.jobs);
   for (const FibreJob& fibre : loaded.jobs) {
     loaded.ligaments.fibres.push_back(
-        {fibre.name, fibre.bundle.empty() ? bundle_of(fibre.name) : fibre.bundle,
+        {fibre.name, fibre.bundle.empty() ? default_bundle(fibre.name) : fibre.bundle,
          map.X_canonical_native * fibre.reference_native_mm, map.X_canonical_native * fibre.moving_native_mm,
          fibre.stiffness_n, fibre.slack_length_mm.value_or(1.0),
          wrap_named(fibre, loaded.ligaments.wraps, named.wraps_file)});
@@ -148,7 +149,8 @@ Box box_of(const Body& body)
 
 std::string in_mm(const Eigen::Vector3d& p)
 {
-  return "(" + shortest(p.x()) + ", " + shortest(p.y()) + ", " + shortest(p.z()) + ")";
+  return "(" + shortest_decimal(p.x()) + ", " + shortest_decimal(p.y()) + ", " + shortest_decimal(p.z()) +
+         ")";
 }
 
 void check_inside(const Eigen::Vector3d& p_mm, const FibreJob& fibre, const Body& body,
@@ -160,7 +162,7 @@ void check_inside(const Eigen::Vector3d& p_mm, const FibreJob& fibre, const Body
                          (p_mm.array() <= box.max_mm.array() + margin_mm).all();
   if (is_inside) return;
   refuse(fibre, key, "fibre \"" + fibre.name + "\" attached at " + in_mm(p_mm) + " mm in canonical axes",
-         "a point within " + shortest(margin_mm) + " mm of " + body.name + "'s bounding box, " +
+         "a point within " + shortest_decimal(margin_mm) + " mm of " + body.name + "'s bounding box, " +
              in_mm(box.min_mm) + " to " + in_mm(box.max_mm) + " mm");
 }
 
@@ -169,18 +171,19 @@ void check_fibre_unit(const LoadedLigaments& loaded)
 {
   constexpr double shortest_mm = 1.0;
   double longest_mm = 0.0;
-  for (const Fibre& fibre : loaded.ligaments.fibres)
+  for (const ligament::Fibre& fibre : loaded.ligaments.fibres)
     longest_mm = std::max(longest_mm, (fibre.reference_mm - fibre.moving_mm).norm());
   if (longest_mm == 0.0 || longest_mm >= shortest_mm) return;
   refuse(
       loaded.jobs.front(), "reference_mm",
-      "attachments whose longest fibre measures " + shortest(std::round(1e4 * longest_mm) / 1e4) + " mm",
+      "attachments whose longest fibre measures " + shortest_decimal(std::round(1e4 * longest_mm) / 1e4) +
+          " mm",
       "attachments in mm, independent of frame.unit; a table in m has the columns reference_x_m and so on");
 }
 
 }  // namespace
 
-std::string key_of_fibre(const FibreJob& fibre, const std::string& key)
+std::string fibre_key(const FibreJob& fibre, const std::string& key)
 {
   return fibre.field.starts_with("line ") ? fibre.field + ", " + key : fibre.field + "." + key;
 }
@@ -204,10 +207,10 @@ void check_attachments(const LoadedLigaments& loaded, const Body& reference, con
 {
   check_fibre_unit(loaded);
   for (std::size_t i = 0; i < loaded.jobs.size(); ++i) {
-    const Fibre& fibre = loaded.ligaments.fibres[i];
+    const ligament::Fibre& fibre = loaded.ligaments.fibres[i];
     check_inside(fibre.reference_mm, loaded.jobs[i], reference, "reference_mm");
     check_inside(fibre.moving_mm, loaded.jobs[i], moving, "moving_mm");
   }
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -5,10 +5,10 @@
 #include "ligament/ligaments.hpp"
 #include "load/axis_map.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 struct LoadedLigaments {
-  Ligaments ligaments;              ///< canonical, own side; empty if the job has none
+  ligament::Ligaments ligaments;    ///< canonical, own side; empty if the job has none
   std::vector<FibreJob> jobs;       ///< [fibres] origin of each fibre
   std::vector<LoadedInput> inputs;  ///< files read, or the generator's name
 };
@@ -18,11 +18,11 @@ struct LoadedLigaments {
 LoadedLigaments load_ligaments(const Job& job, const std::string& data_directory, const AxisMap& map);
 
 /// "ligaments.fibre.3.stiffness_n" for a fibre in the job, "line 7, stiffness_n" for one in a table.
-std::string key_of_fibre(const FibreJob& fibre, const std::string& key);
+std::string fibre_key(const FibreJob& fibre, const std::string& key);
 
 /// Throws InputError if all fibres are shorter than 1 mm (attachments in m), or if an attachment is outside
 /// its object: outside the bounding box of all components (visual ones included), enlarged on each side by
 /// half of its longest edge.
 void check_attachments(const LoadedLigaments& loaded, const Body& reference, const Body& moving);
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -7,7 +7,7 @@
 #include "core/text.hpp"
 #include "load/unit_check.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 using Warnings = std::vector<std::string>;
@@ -35,16 +35,16 @@ void warn_of_steps(const Job& job, Warnings& warnings)
 }
 
 // Whether the job file or an override sets the key or a part of it. `root`: the file without defaults.
-bool is_given(const Job& job, const DocumentValue& root, const std::string& key)
+bool is_given(const Job& job, const documents::DocumentValue& root, const std::string& key)
 {
   for (const std::string& given : job.document.overridden) {
     if (given == key || given.starts_with(key + ".")) return true;
   }
-  return find_at(root, key) != nullptr;
+  return documents::find_at(root, key) != nullptr;
 }
 
 // Keys that the selected method ignores.
-void warn_of_other_method(const Job& job, const DocumentValue& root, Warnings& warnings)
+void warn_of_other_method(const Job& job, const documents::DocumentValue& root, Warnings& warnings)
 {
   const auto warn = [&](const std::string& key, const char* reason) {
     if (is_given(job, root, key)) warnings.push_back(key + ": it has no effect on " + reason);
@@ -68,7 +68,7 @@ void warn_of_other_method(const Job& job, const DocumentValue& root, Warnings& w
 
 void warn_of_unused(const Job& job, Warnings& warnings)
 {
-  const DocumentValue root = parse_toml(job.text, job.file);
+  const documents::DocumentValue root = documents::parse_toml(job.text, job.file);
   warn_of_other_method(job, root, warnings);
   const std::size_t n_flexion = job.grid.flexion_deg.size(), n_varus = job.grid.varus_deg.size();
   for (const std::int32_t degree : job.smooth_degrees) {
@@ -111,7 +111,7 @@ void warn_of_edges(const ComponentSurvey& component, Warnings& warnings)
 std::string measured(const ComponentSurvey& component)
 {
   return named(component) + ": its bounding box measures " +
-         shortest(std::round(diagonal_mm(component.box) * 1000.0) / 1000.0) + " mm across";
+         shortest_decimal(std::round(diagonal_mm(component.box) * 1000.0) / 1000.0) + " mm across";
 }
 
 std::string unit_remedy(const Job& job, const std::string& unit)
@@ -122,24 +122,25 @@ std::string unit_remedy(const Job& job, const std::string& unit)
 
 void warn_of_size(const Job& job, const ComponentSurvey& component, Warnings& warnings)
 {
-  const UsualSizes usual = usual_sizes(job);
+  const SizeRange usual = usual_size_range(job);
   const double size_mm = diagonal_mm(component.box);
   if (size_mm >= usual.least_mm && size_mm <= usual.most_mm) return;
-  const std::string unit = likelier_unit(job, size_mm, usual);
+  const std::string unit = suggested_unit(job, size_mm, usual);
   warnings.push_back(measured(component) + (unit.empty() ? "" : unit_remedy(job, unit)));
 }
 
 // Knee bones in cm, read as mm, have the size of menisci.
 void warn_of_small_knee(const Job& job, const Case& loaded, Warnings& warnings)
 {
-  constexpr UsualSizes whole_bone{50.0, 800.0};
+  constexpr SizeRange whole_bone{50.0, 800.0};
   const auto largest = std::max_element(loaded.survey.begin(), loaded.survey.end(),
                                         [](const ComponentSurvey& a, const ComponentSurvey& b) {
                                           return diagonal_mm(a.box) < diagonal_mm(b.box);
                                         });
   const double size_mm = diagonal_mm(largest->box);
-  if (job.joint != "knee" || size_mm >= whole_bone.least_mm || size_mm < usual_sizes(job).least_mm) return;
-  const std::string unit = likelier_unit(job, size_mm, whole_bone);
+  if (job.joint != "knee" || size_mm >= whole_bone.least_mm || size_mm < usual_size_range(job).least_mm)
+    return;
+  const std::string unit = suggested_unit(job, size_mm, whole_bone);
   warnings.push_back(measured(*largest) + ", the largest of the joint" +
                      (unit.empty() ? "" : unit_remedy(job, unit)));
 }
@@ -147,14 +148,16 @@ void warn_of_small_knee(const Job& job, const Case& loaded, Warnings& warnings)
 void warn_of_last_angle(const Job& job, const std::string& key, const std::vector<double>& angles_deg,
                         Warnings& warnings)
 {
-  const DocumentValue& root = job.document.root;
-  const double to_deg = number_at(root, key + ".to"), step_deg = number_at(root, key + ".step");
+  const documents::DocumentValue& root = job.document.root;
+  const double to_deg = documents::number_at(root, key + ".to"),
+               step_deg = documents::number_at(root, key + ".step");
   const double last_deg = angles_deg.back();
   constexpr double reached = 1e-6;  // of a step
   if (std::abs(to_deg - last_deg) <= reached * std::abs(step_deg)) return;
-  warnings.push_back(key + ": steps of " + shortest(step_deg) + " from " + shortest(angles_deg.front()) +
-                     " end at " + shortest(last_deg) + ", before " + shortest(to_deg) +
-                     "; to = " + shortest(last_deg) + ", to = " + shortest(last_deg + step_deg) +
+  warnings.push_back(key + ": steps of " + shortest_decimal(step_deg) + " from " +
+                     shortest_decimal(angles_deg.front()) + " end at " + shortest_decimal(last_deg) +
+                     ", before " + shortest_decimal(to_deg) + "; to = " + shortest_decimal(last_deg) +
+                     ", to = " + shortest_decimal(last_deg + step_deg) +
                      ", or a step that divides the range");
 }
 
@@ -168,8 +171,8 @@ void warn_of_radians(const Job& job, Warnings& warnings)
       steps >= 1.0 && to < 3.2 && std::abs(to - rad_from_deg(steps * step_deg)) < rounding;
   if (!is_radians) return;
   warnings.push_back(
-      "grid.flexion: up to " + shortest(to) +
-      " degrees; angles are in degrees; in radians this is to = " + shortest(steps * step_deg));
+      "grid.flexion: up to " + shortest_decimal(to) +
+      " degrees; angles are in degrees; in radians this is to = " + shortest_decimal(steps * step_deg));
 }
 
 void warn_of_grid(const Job& job, Warnings& warnings)
@@ -257,4 +260,4 @@ std::vector<std::string> case_warnings(const Job& job, const Case& loaded)
   return warnings;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -3,9 +3,9 @@
 
 #include "load/job.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 /// One sentence each, in a fixed order: settings, then components. See also anatomy_warnings, fibre_warnings.
 std::vector<std::string> case_warnings(const Job& job, const Case& loaded);
 
-}  // namespace vrda
+}  // namespace vrda::load

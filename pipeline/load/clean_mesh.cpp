@@ -8,7 +8,7 @@
 #include "load/shells.hpp"
 #include "load/weld.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 // The corners of a face after welding, without consecutive duplicates.
@@ -35,14 +35,15 @@ Triangles triangles_of(const RawMesh& raw, const WeldedVertices& merged, Eigen::
   std::vector<std::array<std::int32_t, 3>> kept;
   std::size_t first = 0;
   for (const std::int32_t size : raw.size) {
-    const std::vector<std::int32_t> face = distinct_corners(merged.of_raw, raw.corner.data() + first, size);
+    const std::vector<std::int32_t> face =
+        distinct_corners(merged.index_of_raw, raw.corner.data() + first, size);
     first += static_cast<std::size_t>(size);
     const std::size_t n_before = kept.size();
     if (face.size() >= 3) {
       Points corners_mm(static_cast<Eigen::Index>(face.size()), 3);
       for (std::size_t k = 0; k < face.size(); ++k)
         corners_mm.row(static_cast<Eigen::Index>(k)) = merged.vertices.row(face[k]);
-      for (const std::array<std::int32_t, 3>& t : triangulated(corners_mm)) {
+      for (const std::array<std::int32_t, 3>& t : triangulate(corners_mm)) {
         const std::array<std::int32_t, 3> triangle{face[static_cast<std::size_t>(t[0])],
                                                    face[static_cast<std::size_t>(t[1])],
                                                    face[static_cast<std::size_t>(t[2])]};
@@ -121,7 +122,7 @@ Points outward_normals(const Mesh& mesh)
 CleanMesh clean_mesh(const RawMesh& raw, Winding winding, Side side)
 {
   CleanMesh out;
-  WeldedVertices merged = welded_vertices(raw);
+  WeldedVertices merged = weld_vertices(raw);
   out.n_welded = raw.vertices.rows() - merged.vertices.rows();
   Mesh mesh;
   mesh.triangles = triangles_of(raw, merged, out.n_degenerate);
@@ -133,4 +134,4 @@ CleanMesh clean_mesh(const RawMesh& raw, Winding winding, Side side)
   return out;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

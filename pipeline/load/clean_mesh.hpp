@@ -4,7 +4,7 @@
 #include "load/job.hpp"
 #include "load/raw_mesh.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 struct CleanMesh {
   Mesh mesh;                      ///< axes and unit of the raw mesh; has normals, no unused vertices
@@ -23,4 +23,4 @@ struct CleanMesh {
 /// with the other side gives the mirrored mesh bit for bit, whether or not its winding is reversed.
 CleanMesh clean_mesh(const RawMesh& raw, Winding winding, Side side);
 
-}  // namespace vrda
+}  // namespace vrda::load

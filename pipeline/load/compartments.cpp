@@ -6,7 +6,7 @@
 #include "core/text.hpp"
 #include "load/job_schema.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 std::vector<std::string> contact_names(const Body& moving)
@@ -82,4 +82,4 @@ std::vector<Compartment> compartments_of(const Job& job, const Body& moving, dou
   return out;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

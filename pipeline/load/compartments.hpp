@@ -3,7 +3,7 @@
 
 #include "load/job.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 /// [n_triangles of moving.contact]; empty if the job has no compartments. Compartments given by component
 /// names are assigned first; then one given by a half-space takes the remaining triangles with their centroid
@@ -11,4 +11,4 @@ namespace vrda {
 /// that is not a moving contact component or is in both compartments.
 std::vector<Compartment> compartments_of(const Job& job, const Body& moving, double centre_z_mm);
 
-}  // namespace vrda
+}  // namespace vrda::load

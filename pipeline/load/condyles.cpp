@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 struct Face {
@@ -146,4 +146,4 @@ std::optional<CondyleSpheres> condyle_spheres(const Mesh& femur)
   return CondyleSpheres{*left_sphere, *right_sphere};
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -5,7 +5,7 @@
 
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 struct Sphere {
   Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
@@ -23,4 +23,4 @@ struct CondyleSpheres {
 /// half has too few faces or the radius is outside 5 to 60 mm.
 std::optional<CondyleSpheres> condyle_spheres(const Mesh& femur);
 
-}  // namespace vrda
+}  // namespace vrda::load

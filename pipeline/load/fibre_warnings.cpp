@@ -7,14 +7,14 @@
 
 #include "core/text.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 constexpr double infinity_mm = std::numeric_limits<double>::infinity();
 
 std::string rounded_text(double value, double steps_per_unit)
 {
-  return shortest(std::round(value * steps_per_unit) / steps_per_unit);
+  return shortest_decimal(std::round(value * steps_per_unit) / steps_per_unit);
 }
 
 double to_segment_mm(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b)
@@ -59,7 +59,7 @@ double farthest_attachment_mm(const Body& body)
 // "ligaments.csv: line 3, moving_mm: fibre "ACL" ".
 std::string place_of(const FibreJob& fibre, const std::string& key)
 {
-  return fibre.source + ": " + key_of_fibre(fibre, key) + ": fibre \"" + fibre.name + "\" ";
+  return fibre.source + ": " + fibre_key(fibre, key) + ": fibre \"" + fibre.name + "\" ";
 }
 
 std::string and_more(std::size_t n)
@@ -70,7 +70,7 @@ std::string and_more(std::size_t n)
 // One end of a fibre: its key in the job, its position and its object.
 struct End {
   const char* key;
-  Eigen::Vector3d Fibre::*place_mm;
+  Eigen::Vector3d ligament::Fibre::*place_mm;
   const Body* body;
 };
 
@@ -92,8 +92,8 @@ void warn_of_far_attachments(const LoadedLigaments& loaded, const End& end,
   if (n_far == 0) return;
   warnings.push_back(place_of(loaded.jobs[first], end.key) + "attached " + rounded_text(first_mm, 10.0) +
                      " mm from the surface of " + end.body->name + and_more(n_far) +
-                     "; attachments are in mm along the mesh files' axes, at most " + shortest(enough_mm) +
-                     " mm from it");
+                     "; attachments are in mm along the mesh files' axes, at most " +
+                     shortest_decimal(enough_mm) + " mm from it");
 }
 
 void warn_of_scattered_bundles(const LoadedLigaments& loaded, const End& end,
@@ -101,7 +101,7 @@ void warn_of_scattered_bundles(const LoadedLigaments& loaded, const End& end,
 {
   constexpr double farthest_mm = 20.0;  // neighbours in a bundle of the real knees are within 10 mm
   constexpr int fewest_others = 2;      // with two fibres the wrong one is ambiguous
-  const std::vector<Fibre>& fibres = loaded.ligaments.fibres;
+  const std::vector<ligament::Fibre>& fibres = loaded.ligaments.fibres;
   for (std::size_t i = 0; i < fibres.size(); ++i) {
     double nearest_mm = infinity_mm;
     int n_others = 0;
@@ -113,7 +113,8 @@ void warn_of_scattered_bundles(const LoadedLigaments& loaded, const End& end,
     if (n_others < fewest_others || nearest_mm <= farthest_mm) continue;
     warnings.push_back(place_of(loaded.jobs[i], end.key) + "attached " + rounded_text(nearest_mm, 10.0) +
                        " mm from the nearest other fibre of bundle \"" + fibres[i].bundle +
-                       "\", wanted at most " + shortest(farthest_mm) + " mm; is a sign or digit wrong?");
+                       "\", wanted at most " + shortest_decimal(farthest_mm) +
+                       " mm; is a sign or digit wrong?");
     return;
   }
 }
@@ -135,7 +136,7 @@ std::string strain_remedy(const FibreJob& fibre, double strain, double length_mm
 
 void warn_of_strains(const LoadedLigaments& loaded, std::vector<std::string>& warnings)
 {
-  const std::vector<FibreState> states = fibre_states(loaded.ligaments, {}, {});
+  const std::vector<ligament::FibreState> states = ligament::fibre_states(loaded.ligaments, {}, {});
   std::size_t first = 0, n_implausible = 0;
   const auto strain_of = [&](std::size_t i) {
     return states[i].length_mm / loaded.ligaments.fibres[i].slack_length_mm - 1.0;
@@ -150,7 +151,7 @@ void warn_of_strains(const LoadedLigaments& loaded, std::vector<std::string>& wa
   warnings.push_back(place_of(fibre, fibre.reference_strain ? "reference_strain" : "slack_length_mm") +
                      "has a strain of " + rounded_text(strain_of(first), 1000.0) +
                      " at the pose of the meshes" + and_more(n_implausible) + "; ligaments have " +
-                     shortest(least_strain) + " to " + shortest(largest_strain) +
+                     shortest_decimal(least_strain) + " to " + shortest_decimal(largest_strain) +
                      strain_remedy(fibre, strain_of(first), states[first].length_mm));
 }
 
@@ -159,13 +160,13 @@ void warn_of_stiffnesses(const LoadedLigaments& loaded, std::vector<std::string>
 {
   constexpr double least_n = 300.0;
   std::map<std::string, double> sum_n;
-  for (const Fibre& fibre : loaded.ligaments.fibres) sum_n[fibre.bundle] += fibre.stiffness_n;
+  for (const ligament::Fibre& fibre : loaded.ligaments.fibres) sum_n[fibre.bundle] += fibre.stiffness_n;
   for (std::size_t i = 0; i < loaded.jobs.size(); ++i) {
-    const Fibre& fibre = loaded.ligaments.fibres[i];
+    const ligament::Fibre& fibre = loaded.ligaments.fibres[i];
     if (sum_n[fibre.bundle] >= least_n) continue;
     warnings.push_back(place_of(loaded.jobs[i], "stiffness_n") + "and its bundle have " +
                        rounded_text(sum_n[fibre.bundle], 10.0) + " N per unit strain, wanted at least " +
-                       shortest(least_n) + "; N/mm times the slack length in mm gives N: " +
+                       shortest_decimal(least_n) + "; N/mm times the slack length in mm gives N: " +
                        "stiffness_n = " + rounded_text(fibre.stiffness_n * fibre.slack_length_mm, 1.0));
     return;
   }
@@ -177,8 +178,8 @@ std::vector<std::string> fibre_warnings(const LoadedLigaments& loaded, const Bod
                                         const Body& moving)
 {
   std::vector<std::string> warnings;
-  for (const End& end : {End{"reference_mm", &Fibre::reference_mm, &reference},
-                         End{"moving_mm", &Fibre::moving_mm, &moving}}) {
+  for (const End& end : {End{"reference_mm", &ligament::Fibre::reference_mm, &reference},
+                         End{"moving_mm", &ligament::Fibre::moving_mm, &moving}}) {
     warn_of_far_attachments(loaded, end, warnings);
     warn_of_scattered_bundles(loaded, end, warnings);
   }
@@ -187,4 +188,4 @@ std::vector<std::string> fibre_warnings(const LoadedLigaments& loaded, const Bod
   return warnings;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -3,11 +3,11 @@
 
 #include "load/case_ligaments.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 /// One sentence for each kind, naming the first such fibre: attachments far from their object or from the
 /// rest of their bundle, strains outside the physiological range, stiffnesses that are probably in N/mm.
 std::vector<std::string> fibre_warnings(const LoadedLigaments& loaded, const Body& reference,
                                         const Body& moving);
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <memory>
 
-namespace vrda {
+namespace vrda::load {
 
 std::string file_bytes(const std::string& file, const InputError::Facts& facts, std::uintmax_t largest_bytes)
 {
@@ -51,4 +51,4 @@ std::string sha256_of(std::string_view bytes)
   return out;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 /// The content of `file`. Throws InputError for a missing file, a folder, an unreadable file and one larger
 /// than `largest_bytes`; `facts` supplies file, field and wanted of the message.
@@ -16,4 +16,4 @@ std::string file_bytes(const std::string& file, const InputError::Facts& facts, 
 /// SHA-256 as 64 lower-case hexadecimal digits.
 std::string sha256_of(std::string_view bytes);
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -5,9 +5,9 @@
 #include "load/file_bytes.hpp"
 #include "load/raw_mesh.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
-InputFile input_file(const Job& job, const std::string& data_directory, const NamedFile& named)
+InputFile input_file(const Job& job, const std::string& data_directory, const FileReference& named)
 {
   namespace fs = std::filesystem;
   const fs::path next_to_job = fs::path(job.file).parent_path() / named.name;
@@ -22,4 +22,4 @@ InputFile input_file(const Job& job, const std::string& data_directory, const Na
           file_bytes(path, {job.document.source_of(named.key), named.key, "", wanted}, largest_mesh_bytes)};
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

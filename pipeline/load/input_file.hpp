@@ -5,10 +5,10 @@
 
 #include "load/job.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 /// A file name in a job with its key and the expected kind of file.
-struct NamedFile {
+struct FileReference {
   std::string key;   ///< "reference.component.0.file"
   std::string name;  ///< as written in the job
   std::string what;  ///< "a mesh file"
@@ -21,6 +21,6 @@ struct InputFile {
 
 /// Searches the data folder (if not empty), then the folder of the job file.
 /// Throws InputError naming job, key and file if the file is missing or unreadable.
-InputFile input_file(const Job& job, const std::string& data_directory, const NamedFile& named);
+InputFile input_file(const Job& job, const std::string& data_directory, const FileReference& named);
 
-}  // namespace vrda
+}  // namespace vrda::load

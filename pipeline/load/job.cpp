@@ -9,17 +9,17 @@
 #include "load/file_bytes.hpp"
 #include "load/job_schema.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 constexpr std::uintmax_t largest_job_bytes = 16U << 20U;  // a job with ten thousand fibres is 2 MiB
 constexpr double largest_grid_cells = 1e6;                // more is probably a mistake
 
 // The parameters of the shape are numbers or words.
-GenerateJob generate_of(const DocumentValue& value)
+GenerateJob generate_of(const documents::DocumentValue& value)
 {
   GenerateJob generate;
-  for (const DocumentEntry& entry : *value.table()) {
+  for (const documents::DocumentEntry& entry : *value.table()) {
     if (entry.key == "shape") {
       generate.shape = *entry.value.text();
     } else if (entry.key == "part") {
@@ -27,38 +27,39 @@ GenerateJob generate_of(const DocumentValue& value)
     } else if (entry.value.text() != nullptr) {
       generate.words[entry.key] = *entry.value.text();
     } else {
-      generate.numbers[entry.key] = number_at(entry.value, "");
+      generate.numbers[entry.key] = documents::number_at(entry.value, "");
     }
   }
   return generate;
 }
 
-ComponentJob component_of(const Job& job, const DocumentValue& value, const std::string& key)
+ComponentJob component_of(const Job& job, const documents::DocumentValue& value, const std::string& key)
 {
   ComponentJob component;
   component.key = key;
-  component.name = text_at(value, "name");
-  component.file = text_or_empty(value, "file");
-  if (const DocumentValue* generate = value.find("generate")) component.generate = generate_of(*generate);
+  component.name = documents::text_at(value, "name");
+  component.file = documents::text_or_empty(value, "file");
+  if (const documents::DocumentValue* generate = value.find("generate"))
+    component.generate = generate_of(*generate);
   if (component.file.empty() == !component.generate) {
     job.document.refuse(key, component.generate ? "both file and generate" : "neither file nor generate",
                         "one of file = \"mesh.stl\" and generate = { shape = \"knee\", part = \"femur\" }");
   }
-  component.material = text_at(value, "material");
-  component.has_contact = flag_at(value, "contact");
-  component.winding = text_at(value, "winding") == "inward" ? Winding::inward : Winding::outward;
-  component.inset_mm = number_at(value, "inset_mm");
-  component.shift_mm = vector3_at(value, "shift_mm");
+  component.material = documents::text_at(value, "material");
+  component.has_contact = documents::flag_at(value, "contact");
+  component.winding = documents::text_at(value, "winding") == "inward" ? Winding::inward : Winding::outward;
+  component.inset_mm = documents::number_at(value, "inset_mm");
+  component.shift_mm = documents::vector3_at(value, "shift_mm");
   return component;
 }
 
-BodyJob body_of(const Job& job, const DocumentValue& root, const std::string& key)
+BodyJob body_of(const Job& job, const documents::DocumentValue& root, const std::string& key)
 {
   BodyJob body;
-  body.name = text_at(root, key + ".name");
+  body.name = documents::text_at(root, key + ".name");
   std::vector<std::string> names;
   bool has_contact = false;
-  for (const DocumentValue& value : *value_at(root, key + ".component").list()) {
+  for (const documents::DocumentValue& value : *documents::value_at(root, key + ".component").list()) {
     const std::string item = key + ".component." + std::to_string(body.components.size());
     ComponentJob component = component_of(job, value, item);
     if (std::find(names.begin(), names.end(), component.name) != names.end()) {
@@ -74,58 +75,61 @@ BodyJob body_of(const Job& job, const DocumentValue& root, const std::string& ke
   return body;
 }
 
-FrameJob frame_of(const DocumentValue& root)
+FrameJob frame_of(const documents::DocumentValue& root)
 {
   FrameJob frame;
-  frame.unit = text_at(root, "frame.unit");
-  frame.anterior = text_at(root, "frame.anterior");
-  frame.proximal = text_at(root, "frame.proximal");
-  frame.right = text_at(root, "frame.right");
-  frame.origin_native = vector3_at(root, "frame.origin");
-  const Eigen::Vector3d rotation_deg = vector3_at(root, "frame.align.rotation_deg");
+  frame.unit = documents::text_at(root, "frame.unit");
+  frame.anterior = documents::text_at(root, "frame.anterior");
+  frame.proximal = documents::text_at(root, "frame.proximal");
+  frame.right = documents::text_at(root, "frame.right");
+  frame.origin_native = documents::vector3_at(root, "frame.origin");
+  const Eigen::Vector3d rotation_deg = documents::vector3_at(root, "frame.align.rotation_deg");
   for (int k = 0; k < 3; ++k) frame.align_rotation_rad[k] = rad_from_deg(rotation_deg[k]);
-  frame.align_translation_mm = vector3_at(root, "frame.align.translation_mm");
+  frame.align_translation_mm = documents::vector3_at(root, "frame.align.translation_mm");
   return frame;
 }
 
-std::optional<ScalingJob> scaling_of(const Job& job, const DocumentValue& root)
+std::optional<ScalingJob> scaling_of(const Job& job, const documents::DocumentValue& root)
 {
-  const DocumentValue* table = root.find("scaling");
+  const documents::DocumentValue* table = root.find("scaling");
   if (table == nullptr) return std::nullopt;
   ScalingJob scaling;
-  scaling.landmarks_file = text_or_empty(*table, "landmarks");
-  const DocumentValue* factor = table->find("factor");
+  scaling.landmarks_file = documents::text_or_empty(*table, "landmarks");
+  const documents::DocumentValue* factor = table->find("factor");
   if (factor == nullptr) return scaling;
   if (!scaling.landmarks_file.empty()) {
-    throw InputError({job.document.source_of_all({"scaling.landmarks", "scaling.factor"}), "scaling",
+    throw InputError({job.document.source_of_conflict({"scaling.landmarks", "scaling.factor"}), "scaling",
                       "both factor and landmarks", "one of factor = 1.07 and landmarks = \"landmarks.csv\""});
   }
-  scaling.factor =
-      factor->list() != nullptr ? vector3_at(*factor, "") : Eigen::Vector3d::Constant(number_at(*factor, ""));
+  scaling.factor = factor->list() != nullptr ? documents::vector3_at(*factor, "")
+                                             : Eigen::Vector3d::Constant(documents::number_at(*factor, ""));
   return scaling;
 }
 
-std::vector<double> row_of(const DocumentValue& value)
+std::vector<double> row_of(const documents::DocumentValue& value)
 {
-  return value.list() != nullptr ? numbers_of(value) : std::vector<double>{number_at(value, "")};
+  return value.list() != nullptr ? documents::numbers_of(value)
+                                 : std::vector<double>{documents::number_at(value, "")};
 }
 
-OverFlexion over_flexion_at(const Job& job, const DocumentValue& root, const std::string& key)
+FlexionTable over_flexion_at(const Job& job, const documents::DocumentValue& root, const std::string& key)
 {
-  const DocumentValue& value = value_at(root, key);
-  OverFlexion out;
+  const documents::DocumentValue& value = documents::value_at(root, key);
+  FlexionTable out;
   std::vector<std::vector<double>> rows;
   if (value.table() == nullptr) {
     out.flexion_rad = {0.0};
     rows = {row_of(value)};
   } else {
-    for (const double angle_deg : numbers_at(value, "flexion_deg")) {
+    for (const double angle_deg : documents::numbers_at(value, "flexion_deg")) {
       if (!out.flexion_rad.empty() && rad_from_deg(angle_deg) <= out.flexion_rad.back()) {
-        job.document.refuse(key + ".flexion_deg", shown(value_at(value, "flexion_deg")), "increasing angles");
+        job.document.refuse(key + ".flexion_deg", documents::shown(documents::value_at(value, "flexion_deg")),
+                            "increasing angles");
       }
       out.flexion_rad.push_back(rad_from_deg(angle_deg));
     }
-    for (const DocumentValue& row : *value_at(value, "value").list()) rows.push_back(row_of(row));
+    for (const documents::DocumentValue& row : *documents::value_at(value, "value").list())
+      rows.push_back(row_of(row));
     if (rows.size() != out.flexion_rad.size()) {
       job.document.refuse(key + ".value", std::to_string(rows.size()) + " values",
                           "one for each angle of flexion_deg, " + std::to_string(out.flexion_rad.size()));
@@ -140,7 +144,7 @@ OverFlexion over_flexion_at(const Job& job, const DocumentValue& root, const std
   return out;
 }
 
-PushJob push_of(const Job& job, const DocumentValue& root)
+PushJob push_of(const Job& job, const documents::DocumentValue& root)
 {
   PushJob push;
   push.delta = over_flexion_at(job, root, "push.delta");
@@ -149,43 +153,45 @@ PushJob push_of(const Job& job, const DocumentValue& root)
     // Scaled first: squares of huge or tiny components would leave the range of doubles.
     const double largest = given.cwiseAbs().maxCoeff();
     if (!(largest > 0.0))
-      job.document.refuse("push.delta", shown(value_at(root, "push.delta")), "a direction: not all zero");
+      job.document.refuse("push.delta", documents::shown(documents::value_at(root, "push.delta")),
+                          "a direction: not all zero");
     push.delta.value.row(i) = (given / largest).normalized().transpose();
   }
   push.force_n = over_flexion_at(job, root, "push.force_n");
   push.lateral_force_n = over_flexion_at(job, root, "push.lateral_force_n");
   push.moment_nmm = over_flexion_at(job, root, "push.moment_nmm");
   push.varus_moment_nmm = over_flexion_at(job, root, "push.varus_moment_nmm");
-  push.point_mm = vector3_at(root, "push.point_mm");
+  push.point_mm = documents::vector3_at(root, "push.point_mm");
   return push;
 }
 
 // from, from + step, ... up to `to`, which is included if a whole number of steps reaches it.
-std::vector<double> range_at(const Job& job, const DocumentValue& root, const std::string& key)
+std::vector<double> range_at(const Job& job, const documents::DocumentValue& root, const std::string& key)
 {
   constexpr double rounding = 1e-9;  // of (to - from) / step
-  const double from_deg = number_at(root, key + ".from");
-  const double to_deg = number_at(root, key + ".to");
-  const double step_deg = number_at(root, key + ".step");
+  const double from_deg = documents::number_at(root, key + ".from");
+  const double to_deg = documents::number_at(root, key + ".to");
+  const double step_deg = documents::number_at(root, key + ".step");
   if (step_deg == 0.0) job.document.refuse(key + ".step", "0", "a step that is not zero");
   const double n_steps = (to_deg - from_deg) / step_deg;
   if (n_steps < 0.0) {
-    job.document.refuse(
-        key, "from " + shortest(from_deg) + " to " + shortest(to_deg) + " by " + shortest(step_deg),
-        "a step with the sign of to - from");
+    job.document.refuse(key,
+                        "from " + shortest_decimal(from_deg) + " to " + shortest_decimal(to_deg) + " by " +
+                            shortest_decimal(step_deg),
+                        "a step with the sign of to - from");
   }
   if (!(n_steps < largest_grid_cells))
-    job.document.refuse(key + ".step", shortest(step_deg), "at most 1000000 attitudes");
+    job.document.refuse(key + ".step", shortest_decimal(step_deg), "at most 1000000 attitudes");
   std::vector<double> angles_deg;
   const auto n = static_cast<int>(std::floor(n_steps + rounding));
   for (int i = 0; i <= n; ++i) angles_deg.push_back(from_deg + i * step_deg + 0.0);
   return angles_deg;
 }
 
-void read_grid(Job& job, const DocumentValue& root)
+void read_grid(Job& job, const documents::DocumentValue& root)
 {
   job.grid.flexion_deg = range_at(job, root, "grid.flexion");
-  job.is_varus_free = value_at(root, "grid.varus").text() != nullptr;
+  job.is_varus_free = documents::value_at(root, "grid.varus").text() != nullptr;
   job.grid.varus_deg = job.is_varus_free ? std::vector<double>{0.0} : range_at(job, root, "grid.varus");
   const double n_cells =
       static_cast<double>(job.grid.flexion_deg.size()) * static_cast<double>(job.grid.varus_deg.size());
@@ -195,22 +201,22 @@ void read_grid(Job& job, const DocumentValue& root)
   }
 }
 
-SearchOptions search_of(const DocumentValue& root)
+SearchOptions search_of(const documents::DocumentValue& root)
 {
-  const DocumentValue& search = value_at(root, "solver.search");
+  const documents::DocumentValue& search = documents::value_at(root, "solver.search");
   SearchOptions options;
-  options.approach_step_mm = number_at(search, "approach_step_mm");
-  options.translation_step_mm = number_at(search, "translation_step_mm");
-  options.translation_resolution_mm = number_at(search, "translation_resolution_mm");
-  options.rotation_step_rad = rad_from_deg(number_at(search, "rotation_step_deg"));
-  options.rotation_resolution_rad = rad_from_deg(number_at(search, "rotation_resolution_deg"));
+  options.approach_step_mm = documents::number_at(search, "approach_step_mm");
+  options.translation_step_mm = documents::number_at(search, "translation_step_mm");
+  options.translation_resolution_mm = documents::number_at(search, "translation_resolution_mm");
+  options.rotation_step_rad = rad_from_deg(documents::number_at(search, "rotation_step_deg"));
+  options.rotation_resolution_rad = rad_from_deg(documents::number_at(search, "rotation_resolution_deg"));
   options.points =
-      text_at(search, "points") == "exact" ? ContactPoints::exact : ContactPoints::triangle_centre;
-  const std::string& normals = text_at(search, "normals");
+      documents::text_at(search, "points") == "exact" ? ContactPoints::exact : ContactPoints::triangle_centre;
+  const std::string& normals = documents::text_at(search, "normals");
   options.normals = normals == "reference" ? ContactNormals::reference
                     : normals == "moving"  ? ContactNormals::moving
                                            : ContactNormals::least_curvature;
-  options.max_steps = static_cast<int>(integer_at(search, "max_steps"));
+  options.max_steps = static_cast<int>(documents::integer_at(search, "max_steps"));
   return options;
 }
 
@@ -219,27 +225,27 @@ void check_step(const Job& job, const std::string& kind, const std::string& unit
 {
   const std::string resolution = "solver.search." + kind + "_resolution_" + unit;
   const std::string step_name = kind + "_step_" + unit, step = "solver.search." + step_name;
-  const DocumentValue& root = job.document.root;
-  if (number_at(root, resolution) <= number_at(root, step)) return;
-  throw InputError({job.document.source_of_all({resolution, step}), resolution,
-                    shown(value_at(root, resolution)),
-                    "at most " + step_name + ", " + shown(value_at(root, step))});
+  const documents::DocumentValue& root = job.document.root;
+  if (documents::number_at(root, resolution) <= documents::number_at(root, step)) return;
+  throw InputError({job.document.source_of_conflict({resolution, step}), resolution,
+                    documents::shown(documents::value_at(root, resolution)),
+                    "at most " + step_name + ", " + documents::shown(documents::value_at(root, step))});
 }
 
-FibreJob fibre_of(const Job& job, const DocumentValue& value, const std::string& key)
+FibreJob fibre_of(const Job& job, const documents::DocumentValue& value, const std::string& key)
 {
   const auto optional_number = [&](const char* name) {
-    const DocumentValue* number = value.find(name);
-    return number == nullptr ? std::nullopt : std::optional(number_at(*number, ""));
+    const documents::DocumentValue* number = value.find(name);
+    return number == nullptr ? std::nullopt : std::optional(documents::number_at(*number, ""));
   };
-  FibreJob fibre{text_at(value, "name"),
-                 text_at(value, "bundle"),
-                 vector3_at(value, "reference_mm"),
-                 vector3_at(value, "moving_mm"),
-                 number_at(value, "stiffness_n"),
+  FibreJob fibre{documents::text_at(value, "name"),
+                 documents::text_at(value, "bundle"),
+                 documents::vector3_at(value, "reference_mm"),
+                 documents::vector3_at(value, "moving_mm"),
+                 documents::number_at(value, "stiffness_n"),
                  optional_number("slack_length_mm"),
                  optional_number("reference_strain"),
-                 text_at(value, "wrap"),
+                 documents::text_at(value, "wrap"),
                  job.document.source_of(key),
                  key};
   if (fibre.slack_length_mm.has_value() == fibre.reference_strain.has_value()) {
@@ -249,16 +255,16 @@ FibreJob fibre_of(const Job& job, const DocumentValue& value, const std::string&
   return fibre;
 }
 
-std::optional<LigamentsJob> ligaments_of(const Job& job, const DocumentValue& root)
+std::optional<LigamentsJob> ligaments_of(const Job& job, const documents::DocumentValue& root)
 {
-  const DocumentValue* table = root.find("ligaments");
+  const documents::DocumentValue* table = root.find("ligaments");
   if (table == nullptr) return std::nullopt;
   LigamentsJob ligaments;
-  ligaments.fibres_file = text_or_empty(*table, "fibres");
-  ligaments.wraps_file = text_or_empty(*table, "wraps");
-  ligaments.transition_strain = number_at(*table, "transition_strain");
-  const DocumentValue* fibres = table->find("fibre");
-  const DocumentValue* generate = table->find("generate");
+  ligaments.fibres_file = documents::text_or_empty(*table, "fibres");
+  ligaments.wraps_file = documents::text_or_empty(*table, "wraps");
+  ligaments.transition_strain = documents::number_at(*table, "transition_strain");
+  const documents::DocumentValue* fibres = table->find("fibre");
+  const documents::DocumentValue* generate = table->find("generate");
   std::string given;
   int n_given = 0;
   for (const char* key : {"fibres", "fibre", "generate"}) {
@@ -272,96 +278,100 @@ std::optional<LigamentsJob> ligaments_of(const Job& job, const DocumentValue& ro
   }
   if (generate != nullptr) ligaments.generate = generate_of(*generate);
   if (fibres == nullptr) return ligaments;
-  for (const DocumentValue& fibre : *fibres->list()) {
+  for (const documents::DocumentValue& fibre : *fibres->list()) {
     const std::string key = "ligaments.fibre." + std::to_string(ligaments.fibres.size());
     ligaments.fibres.push_back(fibre_of(job, fibre, key));
   }
   return ligaments;
 }
 
-CompartmentJob compartment_of(const DocumentValue& value)
+CompartmentJob compartment_of(const documents::DocumentValue& value)
 {
   CompartmentJob compartment;
-  compartment.half_space = text_or_empty(value, "half_space");
-  compartment.components = texts_at(value, "components");
+  compartment.half_space = documents::text_or_empty(value, "half_space");
+  compartment.components = documents::texts_at(value, "components");
   return compartment;
 }
 
-DocumentValue half_space(const std::string& side)
+documents::DocumentValue half_space(const std::string& side)
 {
-  return {DocumentValue::Table{{"half_space", {side}}}};
+  return {documents::DocumentValue::Table{{"half_space", {side}}}};
 }
 
-void complete_side(DocumentValue* generate, const std::string& side)
+void complete_side(documents::DocumentValue* generate, const std::string& side)
 {
-  if (generate == nullptr || text_at(*generate, "shape") != "knee" || generate->find("side") != nullptr)
+  if (generate == nullptr || documents::text_at(*generate, "shape") != "knee" ||
+      generate->find("side") != nullptr)
     return;
-  std::get<DocumentValue::Table>(generate->data).push_back({"side", {side}});
+  std::get<documents::DocumentValue::Table>(generate->data).push_back({"side", {side}});
 }
 
 // The table without one key, in the same order.
-DocumentValue without(const DocumentValue& root, const std::string& key)
+documents::DocumentValue without(const documents::DocumentValue& root, const std::string& key)
 {
-  DocumentValue::Table rest;
-  for (const DocumentEntry& entry : *root.table()) {
+  documents::DocumentValue::Table rest;
+  for (const documents::DocumentEntry& entry : *root.table()) {
     if (entry.key != key) rest.push_back(entry);
   }
   return {rest};
 }
 
 // Called before validation and before defaults are filled in.
-bool has_start(const DocumentValue& root)
+bool has_start(const documents::DocumentValue& root)
 {
-  const DocumentValue* moving = root.find("moving");
-  const DocumentValue* initial = moving == nullptr ? nullptr : moving->find("initial");
+  const documents::DocumentValue* moving = root.find("moving");
+  const documents::DocumentValue* initial = moving == nullptr ? nullptr : moving->find("initial");
   return initial != nullptr && initial->find("translation_mm") != nullptr;
 }
 
 // Joints other than a knee start 20 mm back, against the direction of the push.
-void complete_start(DocumentValue& root)
+void complete_start(documents::DocumentValue& root)
 {
   constexpr double back_mm = 20.0;
-  const DocumentValue& delta = value_at(root, "push.delta");
-  const std::vector<double> push =
-      numbers_of(delta.table() == nullptr ? delta : value_at(delta, "value").list()->front());
+  const documents::DocumentValue& delta = documents::value_at(root, "push.delta");
+  const std::vector<double> push = documents::numbers_of(
+      delta.table() == nullptr ? delta : documents::value_at(delta, "value").list()->front());
   const double length = Eigen::Vector3d(push[0], push[1], push[2]).stableNorm();
   // push_of() reports a zero direction. For a proximal push the default of the schema is already this start.
   if (!(length > 0.0) || push[1] == length) return;
-  DocumentValue* shift = root.find("moving")->find("initial")->find("translation_mm");
+  documents::DocumentValue* shift = root.find("moving")->find("initial")->find("translation_mm");
   for (std::size_t k = 0; k < push.size(); ++k)
-    std::get<DocumentValue::List>(shift->data)[k].data = 0.0 - back_mm * (push[k] / length);
+    std::get<documents::DocumentValue::List>(shift->data)[k].data = 0.0 - back_mm * (push[k] / length);
 }
 
 // Defaults that depend on other keys: compartments of a knee, side of a generated knee, and factor 1 for an
 // empty [scaling].
-void complete(DocumentValue& root)
+void complete(documents::DocumentValue& root)
 {
-  const std::string side = text_at(root, "side");
-  if (root.find("compartments") == nullptr && text_at(root, "joint") == "knee") {
+  const std::string side = documents::text_at(root, "side");
+  if (root.find("compartments") == nullptr && documents::text_at(root, "joint") == "knee") {
     const std::string medial = side == "right" ? "left" : "right";
-    const DocumentValue::Table both{{"medial", half_space(medial)}, {"lateral", half_space(side)}};
-    std::get<DocumentValue::Table>(root.data).push_back({"compartments", {both}});
+    const documents::DocumentValue::Table both{{"medial", half_space(medial)}, {"lateral", half_space(side)}};
+    std::get<documents::DocumentValue::Table>(root.data).push_back({"compartments", {both}});
   }
   for (const char* body : {"reference", "moving"}) {
-    for (DocumentValue& component : std::get<DocumentValue::List>(root.find(body)->find("component")->data)) {
+    for (documents::DocumentValue& component :
+         std::get<documents::DocumentValue::List>(root.find(body)->find("component")->data)) {
       complete_side(component.find("generate"), side);
     }
   }
-  if (DocumentValue* scaling = root.find("scaling"); scaling != nullptr && scaling->table()->empty()) {
-    std::get<DocumentValue::Table>(scaling->data).push_back({"factor", {1.0}});
+  if (documents::DocumentValue* scaling = root.find("scaling");
+      scaling != nullptr && scaling->table()->empty()) {
+    std::get<documents::DocumentValue::Table>(scaling->data).push_back({"factor", {1.0}});
   }
-  if (DocumentValue* ligaments = root.find("ligaments")) complete_side(ligaments->find("generate"), side);
+  if (documents::DocumentValue* ligaments = root.find("ligaments"))
+    complete_side(ligaments->find("generate"), side);
 }
 
 // [player] is kept as given. Checks what the schema cannot express: unique view numbers.
 void check_views(const Job& job)
 {
-  const DocumentValue* player = job.document.root.find("player");
-  const DocumentValue* views = player == nullptr ? nullptr : player->find("view");
+  const documents::DocumentValue* player = job.document.root.find("player");
+  const documents::DocumentValue* views = player == nullptr ? nullptr : player->find("view");
   if (views == nullptr) return;
   std::vector<std::int64_t> numbers;
-  for (const DocumentValue& view : *views->list()) {
-    const std::int64_t number = integer_at(view, "number");
+  for (const documents::DocumentValue& view : *views->list()) {
+    const std::int64_t number = documents::integer_at(view, "number");
     if (std::find(numbers.begin(), numbers.end(), number) != numbers.end()) {
       job.document.refuse("player.view." + std::to_string(numbers.size()) + ".number",
                           std::to_string(number) + " a second time", "a unique number for each view");
@@ -372,45 +382,45 @@ void check_views(const Job& job)
 
 void read_settings(Job& job)
 {
-  const DocumentValue& root = job.document.root;
-  job.title = text_at(root, "title");
-  job.joint = text_at(root, "joint");
-  job.side = text_at(root, "side") == "left" ? Side::left : Side::right;
+  const documents::DocumentValue& root = job.document.root;
+  job.title = documents::text_at(root, "title");
+  job.joint = documents::text_at(root, "joint");
+  job.side = documents::text_at(root, "side") == "left" ? Side::left : Side::right;
   job.frame = frame_of(root);
   job.scaling = scaling_of(job, root);
   job.reference = body_of(job, root, "reference");
   job.moving = body_of(job, root, "moving");
-  job.initial = {vector3_at(root, "moving.initial.translation_mm"),
-                 rad_from_deg(number_at(root, "moving.initial.theta_deg"))};
+  job.initial = {documents::vector3_at(root, "moving.initial.translation_mm"),
+                 rad_from_deg(documents::number_at(root, "moving.initial.theta_deg"))};
   job.push = push_of(job, root);
   read_grid(job, root);
-  job.method = text_at(root, "solver.method") == "equilibrium" ? SolverMethod::equilibrium
-                                                               : SolverMethod::stability_search;
+  job.method = documents::text_at(root, "solver.method") == "equilibrium" ? SolverMethod::equilibrium
+                                                                          : SolverMethod::stability_search;
   job.search = search_of(root);
   check_step(job, "translation", "mm");
   check_step(job, "rotation", "deg");
   check_views(job);
-  job.equilibrium = {number_at(root, "solver.equilibrium.tolerance_mm"),
-                     static_cast<int>(integer_at(root, "solver.equilibrium.max_iterations")),
-                     number_at(root, "solver.equilibrium.contact_resolution_mm")};
-  job.spine = {static_cast<int>(integer_at(root, "solver.equilibrium.restarts")),
-               number_at(root, "solver.equilibrium.band_moment_nmm")};
+  job.equilibrium = {documents::number_at(root, "solver.equilibrium.tolerance_mm"),
+                     static_cast<int>(documents::integer_at(root, "solver.equilibrium.max_iterations")),
+                     documents::number_at(root, "solver.equilibrium.contact_resolution_mm")};
+  job.spine = {static_cast<int>(documents::integer_at(root, "solver.equilibrium.restarts")),
+               documents::number_at(root, "solver.equilibrium.band_moment_nmm")};
   job.ligaments = ligaments_of(job, root);
-  if (const DocumentValue* compartments = root.find("compartments")) {
-    job.medial = compartment_of(value_at(*compartments, "medial"));
-    job.lateral = compartment_of(value_at(*compartments, "lateral"));
+  if (const documents::DocumentValue* compartments = root.find("compartments")) {
+    job.medial = compartment_of(documents::value_at(*compartments, "medial"));
+    job.lateral = compartment_of(documents::value_at(*compartments, "lateral"));
   }
-  for (const double degree : numbers_at(root, "smooth.degrees")) {
+  for (const double degree : documents::numbers_at(root, "smooth.degrees")) {
     job.smooth_degrees.push_back(static_cast<std::int32_t>(degree));
   }
-  job.smooth_recontact = flag_at(root, "smooth.recontact");
-  job.smooth_robust = flag_at(root, "smooth.robust");
-  job.unsolved_fraction = number_at(root, "limits.unsolved_fraction");
+  job.smooth_recontact = documents::flag_at(root, "smooth.recontact");
+  job.smooth_robust = documents::flag_at(root, "smooth.robust");
+  job.unsolved_fraction = documents::number_at(root, "limits.unsolved_fraction");
 }
 
 }  // namespace
 
-Eigen::VectorXd at_flexion(const OverFlexion& setting, double flexion_rad)
+Eigen::VectorXd value_at_flexion(const FlexionTable& setting, double flexion_rad)
 {
   const std::vector<double>& angles = setting.flexion_rad;
   const auto above =
@@ -428,16 +438,17 @@ Job parse_job(const std::string& file, std::string text, const std::vector<std::
   job.file = file;
   job.text = std::move(text);
   job.document.file = file;
-  job.document.root = parse_toml(job.text, file);
-  for (const std::string& override_text : overrides) apply_override(job.document, override_text);
+  job.document.root = documents::parse_toml(job.text, file);
+  for (const std::string& override_text : overrides) documents::apply_override(job.document, override_text);
   job.has_campaign = job.document.root.find("campaign") != nullptr;
   const bool is_start_given = has_start(job.document.root);
   job.document.root = checked_job(job.document);
   complete(job.document.root);
-  if (!is_start_given && text_at(job.document.root, "joint") != "knee") complete_start(job.document.root);
+  if (!is_start_given && documents::text_at(job.document.root, "joint") != "knee")
+    complete_start(job.document.root);
   job.document.root = checked_job(job.document);  // again, to restore the order of keys
-  job.resolved_text = toml_text(job.document.root);
-  job.unscaled_text = toml_text(without(job.document.root, "scaling"));
+  job.resolved_text = documents::toml_text(job.document.root);
+  job.unscaled_text = documents::toml_text(without(job.document.root, "scaling"));
   read_settings(job);
   return job;
 }
@@ -447,4 +458,4 @@ Job read_job(const std::string& file, const std::vector<std::string>& overrides)
   return parse_job(file, file_bytes(file, {file, "", "", "a job file"}, largest_job_bytes), overrides);
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

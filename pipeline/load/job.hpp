@@ -13,7 +13,7 @@
 #include "documents/document.hpp"
 #include "load/case.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 /// Direction of the triangle normals of an open sheet, by the winding in its file.
 enum class Winding { outward, inward };
@@ -62,20 +62,20 @@ struct ScalingJob {
 };
 
 /// A setting over flexion: linear between rows, constant beyond the ends. A constant has one row.
-struct OverFlexion {
+struct FlexionTable {
   std::vector<double> flexion_rad;  ///< [n] increasing
   Eigen::MatrixXd value;            ///< [n, components]
 };
 
 /// The interpolated row of values at a flexion.
-Eigen::VectorXd at_flexion(const OverFlexion& setting, double flexion_rad);
+Eigen::VectorXd value_at_flexion(const FlexionTable& setting, double flexion_rad);
 
 struct PushJob {
-  OverFlexion delta;             ///< [n, 3] unit vectors, canonical
-  OverFlexion force_n;           ///< [n, 1]
-  OverFlexion lateral_force_n;   ///< [n, 2] anterior, right
-  OverFlexion moment_nmm;        ///< [n, 1] about Delta
-  OverFlexion varus_moment_nmm;  ///< [n, 1] on varus, adduction positive
+  FlexionTable delta;             ///< [n, 3] unit vectors, canonical
+  FlexionTable force_n;           ///< [n, 1]
+  FlexionTable lateral_force_n;   ///< [n, 2] anterior, right
+  FlexionTable moment_nmm;        ///< [n, 1] about Delta
+  FlexionTable varus_moment_nmm;  ///< [n, 1] on varus, adduction positive
   Eigen::Vector3d point_mm{0.0, 0.0, 0.0};
 };
 
@@ -113,11 +113,11 @@ struct CompartmentJob {
 
 struct Job {
   std::string file;
-  std::string text;           ///< the file's bytes
-  std::string resolved_text;  ///< canonical TOML: every key with its value
-  std::string unscaled_text;  ///< the same without [scaling]
-  Document document;          ///< for error messages
-  bool has_campaign = false;  ///< the resolved job does not contain it
+  std::string text;              ///< the file's bytes
+  std::string resolved_text;     ///< canonical TOML: every key with its value
+  std::string unscaled_text;     ///< the same without [scaling]
+  documents::Document document;  ///< for error messages
+  bool has_campaign = false;     ///< the resolved job does not contain it
 
   std::string title;
   std::string joint;
@@ -153,6 +153,6 @@ Job read_job(const std::string& file, const std::vector<std::string>& overrides 
 /// The Case of a job without loading meshes: ligaments, inputs and compartments are copied from `joint`,
 /// which must be at factor 1; bodies, survey and warnings stay empty. The only file read is the landmark
 /// table. Throws InputError for a combination that no method solves and for invalid scaling.
-Case case_of_joint(const Job& job, const std::string& data_directory, const Case& joint);
+Case case_with_joint(const Job& job, const std::string& data_directory, const Case& joint);
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -8,11 +8,11 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "documents/schema.hpp"
-#include "load/comma_table.hpp"
+#include "load/csv_table.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
-const DocumentSchema& landmarks_schema();  // schemas/landmarks.schema.json
+const documents::DocumentSchema& landmarks_schema();  // schemas/landmarks.schema.json
 
 namespace {
 
@@ -20,24 +20,24 @@ constexpr std::size_t max_pairs = 10000;  // more is probably another kind of fi
 constexpr double least_distance = 1e-9;   // as in the schema
 
 // A row as a table by column. Empty fields are omitted; invalid numbers stay text, which the schema rejects.
-DocumentValue row_of(const std::vector<std::string_view>& columns,
-                     const std::vector<std::string_view>& fields, const TableLine& line)
+documents::DocumentValue row_of(const std::vector<std::string_view>& columns,
+                                const std::vector<std::string_view>& fields, const TableLine& line)
 {
-  DocumentValue::Table row;
+  documents::DocumentValue::Table row;
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    const std::optional<double> number = columns[i] == "name" ? std::nullopt : real_in(fields[i]);
+    const std::optional<double> number = columns[i] == "name" ? std::nullopt : parse_real(fields[i]);
     if (fields[i].empty()) continue;
     row.push_back({std::string(columns[i]), number && std::isfinite(*number)
-                                                ? DocumentValue{*number}
-                                                : DocumentValue{std::string(fields[i])}});
+                                                ? documents::DocumentValue{*number}
+                                                : documents::DocumentValue{std::string(fields[i])}});
   }
   return {row, static_cast<int>(line.number)};
 }
 
-std::vector<std::string_view> columns_of(const CommaTable& table)
+std::vector<std::string_view> columns_of(const CsvTable& table)
 {
-  std::vector<std::string_view> columns = fields_in(table.header().text);
-  const Document header{table.file(), row_of(columns, columns, table.header())};
+  std::vector<std::string_view> columns = split_fields(table.header().text);
+  const documents::Document header{table.file(), row_of(columns, columns, table.header())};
   landmarks_schema().check_known_keys(header);
   landmarks_schema().check_required_keys(header);
   for (const std::string_view column : columns) {
@@ -47,13 +47,15 @@ std::vector<std::string_view> columns_of(const CommaTable& table)
   return columns;
 }
 
-LandmarkPair pair_of(const Document& row)
+LandmarkPair pair_of(const documents::Document& row)
 {
-  const DocumentValue pair = landmarks_schema().checked(row);
+  const documents::DocumentValue pair = landmarks_schema().checked(row);
   const auto point = [&](const std::string& of) {
-    return Eigen::Vector3d(number_at(pair, of + "x"), number_at(pair, of + "y"), number_at(pair, of + "z"));
+    return Eigen::Vector3d(documents::number_at(pair, of + "x"), documents::number_at(pair, of + "y"),
+                           documents::number_at(pair, of + "z"));
   };
-  const LandmarkPair landmarks{text_at(pair, "name"), point("a"), point("b"), number_at(pair, "subject_mm")};
+  const LandmarkPair landmarks{documents::text_at(pair, "name"), point("a"), point("b"),
+                               documents::number_at(pair, "subject_mm")};
   if (!((landmarks.a_native - landmarks.b_native).norm() > least_distance))
     row.refuse("", "two coincident points", "two landmarks at different positions");
   return landmarks;
@@ -63,22 +65,22 @@ LandmarkPair pair_of(const Document& row)
 
 std::vector<LandmarkPair> read_landmarks(const std::string& file, std::string_view text)
 {
-  const CommaTable table(file, text, {"pair", "pairs", "pairs of landmarks"});
+  const CsvTable table(file, text, {"pair", "pairs", "pairs of landmarks"});
   const std::vector<std::string_view> columns = columns_of(table);
   table.require_rows(max_pairs);
   std::vector<LandmarkPair> pairs;
   std::set<std::string> names;
   for (std::size_t i = 0; i < table.n_rows(); ++i) {
-    const Document row{file, row_of(columns, table.fields(table.row(i)), table.row(i))};
+    const documents::Document row{file, row_of(columns, table.fields(table.row(i)), table.row(i))};
     pairs.push_back(pair_of(row));
     if (!names.insert(pairs.back().name).second)
-      row.refuse("name", CommaTable::quoted(pairs.back().name) + " a second time",
+      row.refuse("name", CsvTable::quoted(pairs.back().name) + " a second time",
                  "a unique name for each pair");
   }
   return pairs;
 }
 
-Scaling fitted_scaling(const std::vector<LandmarkPair>& pairs, double unit_mm)
+Scaling fit_scaling(const std::vector<LandmarkPair>& pairs, double unit_mm)
 {
   check(!pairs.empty(), "fitting a factor requires at least one pair");
   Scaling scaling;
@@ -104,4 +106,4 @@ Scaling fitted_scaling(const std::vector<LandmarkPair>& pairs, double unit_mm)
   return scaling;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

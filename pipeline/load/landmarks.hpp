@@ -7,7 +7,7 @@
 
 #include "core/scaling.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 struct LandmarkPair {
   std::string name;
@@ -24,6 +24,6 @@ std::vector<LandmarkPair> read_landmarks(const std::string& file, std::string_vi
 /// Least-squares fit of one factor s: minimises sum((subject - s model)^2). `unit_mm` is the length unit of
 /// the files. The standard error assumes equal uncertainty of all distances: sqrt(sum(residual^2) / (n - 1) /
 /// sum(model^2)). Requires at least one pair.
-Scaling fitted_scaling(const std::vector<LandmarkPair>& pairs, double unit_mm);
+Scaling fit_scaling(const std::vector<LandmarkPair>& pairs, double unit_mm);
 
-}  // namespace vrda
+}  // namespace vrda::load

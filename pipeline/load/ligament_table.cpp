@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "load/comma_table.hpp"
+#include "load/csv_table.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 constexpr std::size_t max_fibres = 10000;  // the limit of the job schema
@@ -69,9 +69,9 @@ std::vector<ColumnName> known_columns()
 
 class Fibres {
  public:
-  explicit Fibres(const CommaTable& table) : table_(table)
+  explicit Fibres(const CsvTable& table) : table_(table)
   {
-    for (const std::string_view field : fields_in(table.header().text))
+    for (const std::string_view field : split_fields(table.header().text))
       columns_.push_back(column_named(field));
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
@@ -138,12 +138,12 @@ class Fibres {
       if (column.name == name) return column;
       names.push_back(column.name);
     }
-    table_.refuse_unknown(name, names, fibre_columns);
+    table_.refuse_unknown_column(name, names, fibre_columns);
   }
 
   double number_in(const TableLine& line, const ColumnName& column, std::string_view field) const
   {
-    const std::optional<double> value = real_in(field);
+    const std::optional<double> value = parse_real(field);
     if (!value || !std::isfinite(column.scale * *value)) table_.refuse_number(line, column.name, field);
     if ((column.quantity == q_stiffness || column.quantity == q_slack_length) && !(*value > 0.0))
       table_.refuse(line, column.name, std::string(field), "a number above 0");
@@ -152,13 +152,13 @@ class Fibres {
     return column.scale * *value;
   }
 
-  const CommaTable& table_;
+  const CsvTable& table_;
   std::vector<ColumnName> columns_;
 };
 
 }  // namespace
 
-std::string bundle_of(const std::string& fibre_name)
+std::string default_bundle(const std::string& fibre_name)
 {
   std::size_t end = fibre_name.find_last_not_of("0123456789");
   if (end == std::string::npos) return fibre_name;
@@ -169,7 +169,7 @@ std::string bundle_of(const std::string& fibre_name)
 
 std::vector<FibreJob> read_ligament_table(const std::string& file, std::string_view text)
 {
-  const CommaTable table(file, text, {"fibre", "fibres", "fibres"});
+  const CsvTable table(file, text, {"fibre", "fibres", "fibres"});
   const Fibres rows(table);
   table.require_rows(max_fibres);
   std::vector<FibreJob> fibres;
@@ -177,4 +177,4 @@ std::vector<FibreJob> read_ligament_table(const std::string& file, std::string_v
   return fibres;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -7,7 +7,7 @@
 
 #include "load/job.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 /// The fibres of a table, in order, in the axes of the mesh files. `file` is its name in messages. Throws
 /// InputError with file, line and column for unknown, missing and duplicate columns, invalid values, and no
@@ -16,6 +16,6 @@ std::vector<FibreJob> read_ligament_table(const std::string& file, std::string_v
 
 /// Default bundle of a fibre: its name without trailing digits and one preceding "_", "-", "." or blank
 /// ("ACLam" for "ACLam3" and "ACLam_3"); the whole name if nothing remains.
-std::string bundle_of(const std::string& fibre_name);
+std::string default_bundle(const std::string& fibre_name);
 
-}  // namespace vrda
+}  // namespace vrda::load

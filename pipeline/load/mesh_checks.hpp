@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace vrda {
+namespace vrda::load {
 
 /// Binary STL: must have 84 + 50 n bytes; returned unchanged. ASCII STL: every facet must have three vertices
 /// of three numbers, with endsolid at the end; returned with lower-case keywords and without names and
@@ -15,4 +15,4 @@ std::string checked_stl(const std::string& file, std::string bytes);
 /// lines, with absolute indices. The format has no counts: truncation after a line is not detectable.
 std::string checked_wavefront(const std::string& file, const std::string& bytes);
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -16,7 +16,7 @@
 #include "load/raw_mesh.hpp"
 #include "load/vf_file.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 // Prevents importers from opening other files.
@@ -95,7 +95,8 @@ void check_mesh(const std::string& file, const RawMesh& mesh)
     if (mesh.vertices.row(v).allFinite() && !is_far) continue;
     const auto p = mesh.vertices.row(v);
     throw InputError({file, "vertex " + std::to_string(v),
-                      "(" + shortest(p.x()) + ", " + shortest(p.y()) + ", " + shortest(p.z()) + ")",
+                      "(" + shortest_decimal(p.x()) + ", " + shortest_decimal(p.y()) + ", " +
+                          shortest_decimal(p.z()) + ")",
                       "three finite numbers of at most 1e9 in size"});
   }
   std::size_t corner = 0;
@@ -143,4 +144,4 @@ RawMesh read_mesh(const std::string& file, std::string bytes)
   return mesh;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -11,7 +11,7 @@
 #include "core/error.hpp"
 #include "load/words.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 enum class Type { none, int8, uint8, int16, uint16, int32, uint32, float32, float64 };
@@ -157,7 +157,7 @@ class HeaderReader {
 
   void read_element(const std::string& name, const std::string& count)
   {
-    const std::optional<std::int64_t> given = whole_in(count);
+    const std::optional<std::int64_t> given = parse_integer(count);
     if (!given || *given < 0) refuse("\"" + count + "\"", "the number of elements");
     const auto n = static_cast<std::size_t>(*given);
     // At most three unshared vertices for each face.
@@ -190,8 +190,8 @@ class Values {
   {
     if (format_ == Format::ascii) {
       const std::string_view word = next_word();
-      const std::optional<double> number = real_in(word);
-      return is_whole(type) && !whole_in(word) ? std::nullopt : number;
+      const std::optional<double> number = parse_real(word);
+      return is_whole(type) && !parse_integer(word) ? std::nullopt : number;
     }
     const std::size_t n = bytes_of(type);
     if (bytes_.size() - at_ < n) return std::nullopt;
@@ -363,4 +363,4 @@ RawMesh read_ply(const std::string& file, const std::string& bytes)
   return std::move(body).mesh(has_normals);
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

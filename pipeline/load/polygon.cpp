@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 using Outline = std::vector<Eigen::Vector2d>;  // corners in the plane of the polygon
@@ -77,7 +77,7 @@ std::size_t next_ear(const Outline& flat, const std::vector<std::int32_t>& remai
 
 }  // namespace
 
-std::vector<std::array<std::int32_t, 3>> triangulated(const Points& corners_mm)
+std::vector<std::array<std::int32_t, 3>> triangulate(const Points& corners_mm)
 {
   std::vector<std::array<std::int32_t, 3>> triangles;
   if (corners_mm.rows() == 3) return {{0, 1, 2}};
@@ -99,4 +99,4 @@ std::vector<std::array<std::int32_t, 3>> triangulated(const Points& corners_mm)
   return triangles;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -7,7 +7,7 @@
 
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 struct RawMesh {
   Points vertices;                   ///< [n, 3] native unit
@@ -30,4 +30,4 @@ inline constexpr std::size_t largest_face_size =
 /// index out of range, no faces.
 RawMesh read_mesh(const std::string& file, std::string bytes);
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -9,7 +9,7 @@
 #include "load/input_file.hpp"
 #include "load/landmarks.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 // The limits of schemas/job.schema.json (infant to adult and reverse); others are probably a wrong unit.
@@ -21,13 +21,14 @@ constexpr double largest_misfit = 0.05;
 
 std::string rounded(double value, double step)
 {
-  return shortest(std::round(value / step) * step);
+  return shortest_decimal(std::round(value / step) * step);
 }
 
 std::string shown_factor(const Eigen::Vector3d& factor)
 {
-  if (is_even(factor)) return shortest(factor.x());
-  return "[" + shortest(factor.x()) + ", " + shortest(factor.y()) + ", " + shortest(factor.z()) + "]";
+  if (is_uniform(factor)) return shortest_decimal(factor.x());
+  return "[" + shortest_decimal(factor.x()) + ", " + shortest_decimal(factor.y()) + ", " +
+         shortest_decimal(factor.z()) + "]";
 }
 
 std::vector<std::string> warnings_of_fit(const Scaling& scaling)
@@ -56,7 +57,7 @@ Mesh scaled(const Mesh& mesh, const Eigen::Vector3d& centre_mm, const Eigen::Vec
     const Eigen::Vector3d p_mm = mesh.vertices_mm.row(v);
     out.vertices_mm.row(v) = (centre_mm + factor.cwiseProduct(p_mm - centre_mm)).transpose();
   }
-  if (is_even(factor)) return out;
+  if (is_uniform(factor)) return out;
   // Normals are covectors. Zero normals stay zero.
   for (Eigen::Index v = 0; v < out.normals.rows(); ++v) {
     const Eigen::Vector3d n = Eigen::Vector3d(mesh.normals.row(v)).cwiseQuotient(factor);
@@ -65,20 +66,20 @@ Mesh scaled(const Mesh& mesh, const Eigen::Vector3d& centre_mm, const Eigen::Vec
   return out;
 }
 
-void scale(Ligaments& ligaments, const Eigen::Vector3d& centre_mm, const Eigen::Vector3d& factor)
+void scale(ligament::Ligaments& ligaments, const Eigen::Vector3d& centre_mm, const Eigen::Vector3d& factor)
 {
   const auto at = [&](const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
     return centre_mm + factor.cwiseProduct(p_mm - centre_mm);
   };
-  for (Fibre& fibre : ligaments.fibres) {
+  for (ligament::Fibre& fibre : ligaments.fibres) {
     const Eigen::Vector3d span_mm = fibre.reference_mm - fibre.moving_mm;
     // The strain at the pose of the meshes is kept. With a non-uniform factor all fibres are straight.
     fibre.slack_length_mm *=
-        is_even(factor) ? factor.x() : factor.cwiseProduct(span_mm).norm() / span_mm.norm();
+        is_uniform(factor) ? factor.x() : factor.cwiseProduct(span_mm).norm() / span_mm.norm();
     fibre.reference_mm = at(fibre.reference_mm);
     fibre.moving_mm = at(fibre.moving_mm);
   }
-  for (Wrap& wrap : ligaments.wraps) {
+  for (ligament::Wrap& wrap : ligaments.wraps) {
     wrap.X_body_wrap.translation() = at(wrap.X_body_wrap.translation());
     wrap.radii_mm *= factor.x();
   }
@@ -95,7 +96,7 @@ void update_survey(Case& loaded, const Eigen::Vector3d& factor)
     for (std::size_t c = 0; c < body->components.size(); ++c, ++entry) {
       ComponentSurvey& survey = loaded.survey.at(entry);
       const Part& part = survey.has_contact ? body->contact : body->visual;
-      const Mesh mesh = with_triangles(part.mesh, (survey.has_contact ? contact : visual)[c]);
+      const Mesh mesh = select_triangles(part.mesh, (survey.has_contact ? contact : visual)[c]);
       survey.box.min_mm = centre_mm + factor.cwiseProduct(survey.box.min_mm - centre_mm);
       survey.box.max_mm = centre_mm + factor.cwiseProduct(survey.box.max_mm - centre_mm);
       survey.mean_edge_mm = mean_edge_length_mm(mesh);
@@ -121,7 +122,7 @@ void scale_lengths(Case& loaded, const Eigen::Vector3d& factor)
 // Why the steps at factor 1 cannot be reused; empty if they can.
 std::string reason_for_rerun(const Case& loaded, const Eigen::Vector3d& factor)
 {
-  if (!is_even(factor)) return "the factors differ, which changes the shapes";
+  if (!is_uniform(factor)) return "the factors differ, which changes the shapes";
   // The search uses contact and directions only.
   if (factor.x() == 1.0 || loaded.method != "equilibrium") return "";
   if (!loaded.ligaments.fibres.empty()) return "ligaments constrain the joint";
@@ -133,7 +134,7 @@ std::string reason_for_rerun(const Case& loaded, const Eigen::Vector3d& factor)
 
 void check_uneven(const Case& loaded, const Job& job, const Eigen::Vector3d& factor)
 {
-  if (is_even(factor)) return;
+  if (is_uniform(factor)) return;
   const std::string key = "scaling.factor";
   const auto refuse = [&](const std::string& with, const std::string& wanted) {
     throw InputError({job.document.source_of(key), key, shown_factor(factor) + " with " + with, wanted});
@@ -142,7 +143,7 @@ void check_uneven(const Case& loaded, const Job& job, const Eigen::Vector3d& fac
     refuse("the wrapping surface \"" + loaded.ligaments.wraps.front().name + "\"",
            "one factor: a non-uniformly scaled cylinder is not a cylinder");
   }
-  for (const Fibre& fibre : loaded.ligaments.fibres) {
+  for (const ligament::Fibre& fibre : loaded.ligaments.fibres) {
     if (fibre.reference_mm != fibre.moving_mm) continue;
     refuse("the fibre \"" + fibre.name + "\", whose attachments coincide",
            "one factor, or different attachments: the slack length is scaled by their distance");
@@ -151,9 +152,9 @@ void check_uneven(const Case& loaded, const Job& job, const Eigen::Vector3d& fac
 
 }  // namespace
 
-LoadedScaling load_scaling(const Job& job, const std::string& data_directory, const AxisMap& map)
+RequestedScaling load_scaling(const Job& job, const std::string& data_directory, const AxisMap& map)
 {
-  LoadedScaling loaded;
+  RequestedScaling loaded;
   if (!job.scaling) return loaded;
   const std::string& name = job.scaling->landmarks_file;
   if (name.empty()) {
@@ -162,11 +163,11 @@ LoadedScaling load_scaling(const Job& job, const std::string& data_directory, co
   }
   const std::string key = "scaling.landmarks";
   const InputFile file = input_file(job, data_directory, {key, name, "a CSV file"});
-  loaded.scaling = fitted_scaling(read_landmarks(file.path, file.bytes), map.unit_mm);
+  loaded.scaling = fit_scaling(read_landmarks(file.path, file.bytes), map.unit_mm);
   const double factor = loaded.scaling->factor.x();
   if (!(factor >= smallest_factor && factor <= largest_factor)) {
     throw InputError({file.path, "",
-                      "distances that make the subject " + shortest(factor) + " times the model",
+                      "distances that make the subject " + shortest_decimal(factor) + " times the model",
                       "a factor from 0.1 to 10: points are in the mesh files' unit (frame.unit = \"" +
                           job.frame.unit + "\"), distances in mm"});
   }
@@ -175,29 +176,29 @@ LoadedScaling load_scaling(const Job& job, const std::string& data_directory, co
   return loaded;
 }
 
-void take_up_scaling(Case& loaded, const Job& job, const LoadedScaling& requested)
+void apply_scaling(Case& loaded, const Job& job, const RequestedScaling& requested)
 {
-  loaded.steps_job = job.resolved_text;
+  loaded.steps_job_text = job.resolved_text;
   loaded.scaling = requested.scaling;
   if (!requested.scaling) return;
   const Eigen::Vector3d& factor = requested.scaling->factor;
   check_uneven(loaded, job, factor);
-  loaded.solved_anew_because = reason_for_rerun(loaded, factor);
-  const bool keeps_steps = loaded.solved_anew_because.empty();
+  loaded.rerun_reason = reason_for_rerun(loaded, factor);
+  const bool keeps_steps = loaded.rerun_reason.empty();
   loaded.scaling->keeps_steps = keeps_steps;
   if (keeps_steps) {
     loaded.steps_scale = factor.x();
-    loaded.steps_job = job.unscaled_text;
+    loaded.steps_job_text = job.unscaled_text;
   } else {
     scale_lengths(loaded, factor);
   }
   for (LoadedInput input : requested.inputs) {
-    input.decides_steps = !keeps_steps;
+    input.affects_steps = !keeps_steps;
     loaded.inputs.push_back(input);
   }
 }
 
-Case of_subject(const Case& solved)
+Case scaled_to_subject(const Case& solved)
 {
   Case subject = solved;
   if (solved.steps_scale == 1.0) return subject;
@@ -213,4 +214,4 @@ Case of_subject(const Case& solved)
   return subject;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 struct EdgeUse {
@@ -155,4 +155,4 @@ std::vector<bool> inward_shells(const Mesh& mesh, const std::vector<Shell>& shel
   return is_inward;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -5,7 +5,7 @@
 
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 /// A set of triangles connected by shared edges.
 struct Shell {
@@ -22,4 +22,4 @@ std::vector<Shell> shells_of(const Mesh& mesh);
 /// negative, a nested closed shell together with its outermost enclosing shell, an open shell never.
 std::vector<bool> inward_shells(const Mesh& mesh, const std::vector<Shell>& shells);
 
-}  // namespace vrda
+}  // namespace vrda::load

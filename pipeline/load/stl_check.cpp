@@ -7,7 +7,7 @@
 #include "load/raw_mesh.hpp"
 #include "load/words.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 constexpr std::size_t header_bytes = 80;
@@ -33,8 +33,8 @@ bool is_ascii(const std::string& bytes)
 
 bool has_three_numbers(const std::vector<std::string_view>& words, std::size_t first)
 {
-  return words.size() == first + 3 && real_in(words[first]) && real_in(words[first + 1]) &&
-         real_in(words[first + 2]);
+  return words.size() == first + 3 && parse_real(words[first]) && parse_real(words[first + 1]) &&
+         parse_real(words[first + 2]);
 }
 
 class AsciiReader {
@@ -47,7 +47,7 @@ class AsciiReader {
     for (std::size_t begin = 0; begin < bytes_.size(); ++line) {
       const std::size_t end = std::min(bytes_.find('\n', begin), bytes_.size());
       const std::vector<std::string_view> words =
-          words_in(std::string_view(bytes_).substr(begin, end - begin));
+          split_words(std::string_view(bytes_).substr(begin, end - begin));
       begin = end + 1;
       const std::string found = words.empty() ? "" : read(words);
       if (found.empty()) continue;
@@ -166,4 +166,4 @@ std::string checked_stl(const std::string& file, std::string bytes)
   return bytes;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

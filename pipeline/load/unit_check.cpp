@@ -7,23 +7,23 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 // From mice to whales; a wrong unit gives a factor of 10 to 1000.
-UsualSizes possible_sizes(const Job& job)
+SizeRange possible_sizes(const Job& job)
 {
   return {job.joint == "knee" ? 3.0 : 1.0, 3000.0};
 }
 
-bool is_within(double size_mm, const UsualSizes& sizes)
+bool is_within(double size_mm, const SizeRange& sizes)
 {
   return size_mm >= sizes.least_mm && size_mm <= sizes.most_mm;
 }
 
 std::string three_decimals(double value)
 {
-  return shortest(std::round(value * 1000.0) / 1000.0);
+  return shortest_decimal(std::round(value * 1000.0) / 1000.0);
 }
 
 // The largest mesh file of one object; null if all components are generated.
@@ -44,16 +44,16 @@ double diagonal_mm(const Box& box)
   return (box.max_mm - box.min_mm).norm();
 }
 
-UsualSizes usual_sizes(const Job& job)
+SizeRange usual_size_range(const Job& job)
 {
   // Menisci are 40 mm long, a whole tibia 450 mm; other joints range from fingers to hips.
-  return job.joint == "knee" ? UsualSizes{12.0, 800.0} : UsualSizes{3.0, 2000.0};
+  return job.joint == "knee" ? SizeRange{12.0, 800.0} : SizeRange{3.0, 2000.0};
 }
 
-std::string likelier_unit(const Job& job, double size_mm, const UsualSizes& sizes)
+std::string suggested_unit(const Job& job, double size_mm, const SizeRange& sizes)
 {
   for (const char* unit : {"mm", "cm", "m"}) {
-    if (is_within(size_mm / mm_in(job.frame.unit) * mm_in(unit), sizes)) return unit;
+    if (is_within(size_mm / mm_per_unit(job.frame.unit) * mm_per_unit(unit), sizes)) return unit;
   }
   return "";
 }
@@ -68,20 +68,20 @@ void check_unit(const Job& job, const std::vector<ComponentSurvey>& survey)
     if (file == nullptr) continue;
     const double size_mm = diagonal_mm(file->box);
     if (is_within(size_mm, possible_sizes(job))) continue;
-    const std::string unit = likelier_unit(job, size_mm, usual_sizes(job));
+    const std::string unit = suggested_unit(job, size_mm, usual_size_range(job));
     const std::string found = "\"" + job.frame.unit + "\", in which \"" + file->name + "\" (" + file->source +
                               ") measures " + three_decimals(size_mm) + " mm across";
     std::string wanted = "meshes of a joint in mm, cm or m";
-    if (other != nullptr && is_within(diagonal_mm(other->box), usual_sizes(job))) {
+    if (other != nullptr && is_within(diagonal_mm(other->box), usual_size_range(job))) {
       wanted = "all mesh files in one unit: \"" + other->name + "\" measures " +
                three_decimals(diagonal_mm(other->box)) + " mm; convert \"" + file->source + "\" to " +
                job.frame.unit + (unit.empty() ? "" : ", its size suggests " + unit);
     } else if (!unit.empty()) {
       wanted = "frame.unit = \"" + unit + "\", in which it measures " +
-               three_decimals(size_mm / mm_in(job.frame.unit) * mm_in(unit)) + " mm";
+               three_decimals(size_mm / mm_per_unit(job.frame.unit) * mm_per_unit(unit)) + " mm";
     }
     throw InputError({job.document.source_of("frame.unit"), "frame.unit", found, wanted});
   }
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -7,17 +7,17 @@
 #include "load/axis_map.hpp"
 #include "load/job.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 /// Range of component sizes (diagonals of bounding boxes) without a warning.
-struct UsualSizes {
+struct SizeRange {
   double least_mm = 0.0, most_mm = 0.0;
 };
 
-UsualSizes usual_sizes(const Job& job);
+SizeRange usual_size_range(const Job& job);
 
 /// The unit in which a component of `size_mm` in frame.unit would be within these sizes; empty if none.
-std::string likelier_unit(const Job& job, double size_mm, const UsualSizes& sizes);
+std::string suggested_unit(const Job& job, double size_mm, const SizeRange& sizes);
 
 double diagonal_mm(const Box& box);
 
@@ -25,4 +25,4 @@ double diagonal_mm(const Box& box);
 /// 3 mm) or above 3 m. `survey` has the components in the order of the job.
 void check_unit(const Job& job, const std::vector<ComponentSurvey>& survey);
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -5,7 +5,7 @@
 #include "core/error.hpp"
 #include "load/words.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 class Words {
@@ -21,8 +21,8 @@ class Words {
     return std::string_view(bytes_).substr(begin, at_ - begin);
   }
 
-  double real(const std::string& wanted) { return known(real_in(advance()), wanted); }
-  std::int64_t whole(const std::string& wanted) { return known(whole_in(advance()), wanted); }
+  double real(const std::string& wanted) { return known(parse_real(advance()), wanted); }
+  std::int64_t whole(const std::string& wanted) { return known(parse_integer(advance()), wanted); }
 
   [[noreturn]] void refuse(const std::string& found, const std::string& wanted) const
   {
@@ -152,4 +152,4 @@ RawMesh read_vertices_faces(const std::string& file, const std::string& bytes)
   return mesh;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

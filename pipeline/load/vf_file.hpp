@@ -6,7 +6,7 @@
 
 #include "load/raw_mesh.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 /// Whether the first word is a number, which distinguishes the format from Wavefront.
 bool is_vertices_faces(const std::string& bytes);
@@ -15,4 +15,4 @@ bool is_vertices_faces(const std::string& bytes);
 /// occurs. Throws InputError naming file and line.
 RawMesh read_vertices_faces(const std::string& file, const std::string& bytes);
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -6,7 +6,7 @@
 #include "load/raw_mesh.hpp"
 #include "load/words.hpp"
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 using WordList = std::vector<std::string_view>;
@@ -44,7 +44,7 @@ class Checker {
       if (is_continued) text.remove_suffix(1);
       joined += text;
       if (is_continued) continue;
-      const WordList words = words_in(joined);
+      const WordList words = split_words(joined);
       if (!words.empty()) read(words);
       joined.clear();
     }
@@ -87,7 +87,7 @@ class Checker {
     }
     out_ += words[0];
     for (std::size_t k = 1; k < words.size(); ++k) {
-      if (!real_in(words[k])) refuse(quoted(words[k]), "a number");
+      if (!parse_real(words[k])) refuse(quoted(words[k]), "a number");
       if (k <= fewest) (out_ += " ") += words[k];
     }
     out_ += "\n";
@@ -120,7 +120,7 @@ class Checker {
   // Negative indices count back from the last one so far.
   std::int64_t absolute(std::string_view corner, std::string_view word, std::int64_t n_so_far) const
   {
-    const std::optional<std::int64_t> index = whole_in(word);
+    const std::optional<std::int64_t> index = parse_integer(word);
     const std::int64_t value = index && *index < 0 ? n_so_far + 1 + *index : index.value_or(0);
     if (value < 1) refuse(quoted(corner), "an index from 1 or a negative one: " + valid_vertices());
     return value;
@@ -158,4 +158,4 @@ std::string checked_wavefront(const std::string& file, const std::string& bytes)
   return Checker(file, bytes).reduced();
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <numeric>
 
-namespace vrda {
+namespace vrda::load {
 
-WeldedVertices welded_vertices(const RawMesh& raw)
+WeldedVertices weld_vertices(const RawMesh& raw)
 {
   const Eigen::Index n = raw.vertices.rows();
   std::vector<std::int32_t> order(static_cast<std::size_t>(n));
@@ -23,21 +23,22 @@ WeldedVertices welded_vertices(const RawMesh& raw)
         is_new ? order[k] : earliest[static_cast<std::size_t>(order[k - 1])];
   }
   WeldedVertices out;
-  out.of_raw.resize(order.size());
+  out.index_of_raw.resize(order.size());
   out.vertices.resize(n, 3);
   out.normal_sums = Points::Zero(raw.normals.rows(), 3);
   std::int32_t n_merged = 0;
   for (Eigen::Index v = 0; v < n; ++v) {
     const auto place = static_cast<std::size_t>(v);
     const bool is_first = earliest[place] == v;
-    out.of_raw[place] = is_first ? n_merged++ : out.of_raw[static_cast<std::size_t>(earliest[place])];
+    out.index_of_raw[place] =
+        is_first ? n_merged++ : out.index_of_raw[static_cast<std::size_t>(earliest[place])];
     // Adding zero turns -0 into 0.
-    if (is_first) out.vertices.row(out.of_raw[place]) = raw.vertices.row(v).array() + 0.0;
-    if (raw.normals.rows() > 0) out.normal_sums.row(out.of_raw[place]) += raw.normals.row(v);
+    if (is_first) out.vertices.row(out.index_of_raw[place]) = raw.vertices.row(v).array() + 0.0;
+    if (raw.normals.rows() > 0) out.normal_sums.row(out.index_of_raw[place]) += raw.normals.row(v);
   }
   out.vertices.conservativeResize(n_merged, 3);
   if (raw.normals.rows() > 0) out.normal_sums.conservativeResize(n_merged, 3);
   return out;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
-namespace vrda {
+namespace vrda::load {
 namespace {
 
 template <class Number>
@@ -31,7 +31,7 @@ std::string_view trimmed(std::string_view text)
   return text;
 }
 
-std::vector<std::string_view> fields_in(std::string_view line)
+std::vector<std::string_view> split_fields(std::string_view line)
 {
   std::vector<std::string_view> fields;
   while (true) {
@@ -56,7 +56,7 @@ std::vector<TableLine> table_lines(std::string_view text)
   return lines;
 }
 
-std::vector<std::string_view> words_in(std::string_view line)
+std::vector<std::string_view> split_words(std::string_view line)
 {
   constexpr std::string_view separators = " \t";
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
@@ -70,13 +70,13 @@ std::vector<std::string_view> words_in(std::string_view line)
   return words;
 }
 
-std::optional<double> real_in(std::string_view word)
+std::optional<double> parse_real(std::string_view word)
 {
   return number_in<double>(word);
 }
-std::optional<std::int64_t> whole_in(std::string_view word)
+std::optional<std::int64_t> parse_integer(std::string_view word)
 {
   return number_in<std::int64_t>(word);
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -9,9 +9,9 @@
 #include "load/axis_map.hpp"
 #include "load/words.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
-const DocumentSchema& wraps_schema();  // schemas/wraps.schema.json
+const documents::DocumentSchema& wraps_schema();  // schemas/wraps.schema.json
 
 namespace {
 
@@ -19,12 +19,12 @@ namespace {
 constexpr double largest_ratio = 5.0;
 
 // Converts a text such as "1 2 3" to a list of numbers; any other text stays unchanged.
-void read_numbers(DocumentValue& value)
+void read_numbers(documents::DocumentValue& value)
 {
   if (value.text() == nullptr) return;
-  DocumentValue::List numbers;
-  for (const std::string_view word : words_in(*value.text())) {
-    const std::optional<double> number = real_in(word);
+  documents::DocumentValue::List numbers;
+  for (const std::string_view word : split_words(*value.text())) {
+    const std::optional<double> number = parse_real(word);
     if (!number) return;
     numbers.push_back({*number});
   }
@@ -32,35 +32,35 @@ void read_numbers(DocumentValue& value)
 }
 
 // Converts the numeric keys; a list of one number becomes that number for radius and length.
-void read_all_numbers(DocumentValue& wrap)
+void read_all_numbers(documents::DocumentValue& wrap)
 {
   for (const char* key : {"xyz_body_rotation", "translation", "dimensions", "radius", "length"}) {
-    if (DocumentValue* value = wrap.find(key)) read_numbers(*value);
+    if (documents::DocumentValue* value = wrap.find(key)) read_numbers(*value);
   }
   for (const char* key : {"radius", "length"}) {
-    const DocumentValue* value = wrap.find(key);
+    const documents::DocumentValue* value = wrap.find(key);
     if (value == nullptr || value->list() == nullptr || value->list()->size() != 1) continue;
-    *wrap.find(key) = DocumentValue(value->list()->front());
+    *wrap.find(key) = documents::DocumentValue(value->list()->front());
   }
 }
 
 // A wrap of the validated document and its index, for messages.
 struct Entry {
-  const Document& document;
-  const DocumentValue& value;
+  const documents::Document& document;
+  const documents::DocumentValue& value;
   std::string index;
 
   std::string key(const std::string& name) const { return index + "." + name; }
 
   Eigen::Vector3d vector(const std::string& name) const
   {
-    return Eigen::Vector3d::Map(numbers_at(value, name).data());
+    return Eigen::Vector3d::Map(documents::numbers_at(value, name).data());
   }
 };
 
-WrapShape shape_of(const Entry& entry)
+ligament::WrapShape shape_of(const Entry& entry)
 {
-  const std::string& type = text_at(entry.value, "type");
+  const std::string& type = documents::text_at(entry.value, "type");
   const bool is_cylinder = type == "WrapCylinder";
   for (const char* name : {"radius", "length", "dimensions"}) {
     const bool is_wanted = is_cylinder == (name != std::string("dimensions"));
@@ -70,26 +70,26 @@ WrapShape shape_of(const Entry& entry)
         entry.key(name), is_given ? "a key of the other type" : "nothing",
         "for a " + type + (is_cylinder ? " radius and length" : " three dimensions") + ", lengths above 0");
   }
-  return is_cylinder ? WrapShape::cylinder : WrapShape::ellipsoid;
+  return is_cylinder ? ligament::WrapShape::cylinder : ligament::WrapShape::ellipsoid;
 }
 
-WrapBody body_of(const Entry& entry, const BodyNames& bodies)
+ligament::WrapBody body_of(const Entry& entry, const BodyNames& bodies)
 {
-  const std::string& name = text_at(entry.value, "body");
-  if (name == bodies.reference || name == "reference") return WrapBody::reference;
-  if (name == bodies.moving || name == "moving") return WrapBody::moving;
-  if (name.starts_with("femur")) return WrapBody::reference;
-  if (name.starts_with("tibia")) return WrapBody::moving;
+  const std::string& name = documents::text_at(entry.value, "body");
+  if (name == bodies.reference || name == "reference") return ligament::WrapBody::reference;
+  if (name == bodies.moving || name == "moving") return ligament::WrapBody::moving;
+  if (name.starts_with("femur")) return ligament::WrapBody::reference;
+  if (name.starts_with("tibia")) return ligament::WrapBody::moving;
   entry.document.refuse_value(entry.key("body"), "\"reference\", \"moving\", \"" + bodies.reference +
                                                      "\", \"" + bodies.moving +
                                                      "\", or a name that begins with femur or tibia");
 }
 
-Eigen::Vector3d radii_of(const Entry& entry, WrapShape shape)
+Eigen::Vector3d radii_of(const Entry& entry, ligament::WrapShape shape)
 {
-  if (shape == WrapShape::cylinder) {
-    const double radius = number_at(entry.value, "radius");
-    return {radius, radius, 0.5 * number_at(entry.value, "length")};
+  if (shape == ligament::WrapShape::cylinder) {
+    const double radius = documents::number_at(entry.value, "radius");
+    return {radius, radius, 0.5 * documents::number_at(entry.value, "length")};
   }
   const Eigen::Vector3d radii = entry.vector("dimensions");
   if (radii.maxCoeff() > largest_ratio * radii.minCoeff()) {
@@ -99,13 +99,13 @@ Eigen::Vector3d radii_of(const Entry& entry, WrapShape shape)
   return radii;
 }
 
-Wrap wrap_of(const Entry& entry, const BodyNames& bodies)
+ligament::Wrap wrap_of(const Entry& entry, const BodyNames& bodies)
 {
-  Wrap wrap;
-  wrap.name = text_at(entry.value, "name");
+  ligament::Wrap wrap;
+  wrap.name = documents::text_at(entry.value, "name");
   wrap.shape = shape_of(entry);
   wrap.body = body_of(entry, bodies);
-  const double unit_mm = mm_in(text_at(entry.value, "unit"));
+  const double unit_mm = mm_per_unit(documents::text_at(entry.value, "unit"));
   wrap.radii_mm = unit_mm * radii_of(entry, wrap.shape);
   const Eigen::Vector3d angles_rad = entry.vector("xyz_body_rotation");
   wrap.X_body_wrap.linear() =
@@ -116,22 +116,26 @@ Wrap wrap_of(const Entry& entry, const BodyNames& bodies)
 
 }  // namespace
 
-std::vector<Wrap> read_wraps(const std::string& file, const std::string& text, const BodyNames& bodies)
+std::vector<ligament::Wrap> read_wraps(const std::string& file, const std::string& text,
+                                       const BodyNames& bodies)
 {
-  Document document{file, parse_json(text, file, "a list of wraps in JSON"), {}, "wrap."};
-  if (auto* list = std::get_if<DocumentValue::List>(&document.root.data)) {
-    for (DocumentValue& wrap : *list) read_all_numbers(wrap);
+  documents::Document document{
+      file, documents::parse_json(text, file, "a list of wraps in JSON"), {}, "wrap."};
+  if (auto* list = std::get_if<documents::DocumentValue::List>(&document.root.data)) {
+    for (documents::DocumentValue& wrap : *list) read_all_numbers(wrap);
   }
   document.root = wraps_schema().checked(document);
-  std::vector<Wrap> wraps;
+  std::vector<ligament::Wrap> wraps;
   std::set<std::string> names;
-  for (const DocumentValue& value : *document.root.list()) {
+  for (const documents::DocumentValue& value : *document.root.list()) {
     const Entry entry{document, value, std::to_string(wraps.size())};
     wraps.push_back(wrap_of(entry, bodies));
     if (!names.insert(wraps.back().name).second)
-      document.refuse(entry.key("name"), shown(value_at(value, "name")) + " a second time", "a unique name");
+      document.refuse(entry.key("name"),
+                      documents::shown(documents::value_at(value, "name")) + " a second time",
+                      "a unique name");
   }
   return wraps;
 }
 
-}  // namespace vrda
+}  // namespace vrda::load

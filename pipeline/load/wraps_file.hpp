@@ -6,7 +6,7 @@
 
 #include "ligament/ligaments.hpp"
 
-namespace vrda {
+namespace vrda::load {
 
 /// Names of the two objects in the job. A wrap names the object it is fixed to.
 struct BodyNames {
@@ -16,6 +16,7 @@ struct BodyNames {
 
 /// The wraps of a file, in order, with poses in the axes of the mesh files and mm.
 /// Throws InputError naming file, wrap and key.
-std::vector<Wrap> read_wraps(const std::string& file, const std::string& text, const BodyNames& bodies);
+std::vector<ligament::Wrap> read_wraps(const std::string& file, const std::string& text,
+                                       const BodyNames& bodies);
 
-}  // namespace vrda
+}  // namespace vrda::load

@@ -6,23 +6,23 @@
 #include "core/step_record.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::motion {
 namespace {
 
-bool is_node(const Trace& trace, std::size_t search, StepKind kind)
+bool is_node(const store::Trace& trace, std::size_t search, StepKind kind)
 {
   return trace.searches.node[search] == static_cast<std::int8_t>(kind);
 }
 
 // Without a varus the spine cell of the flexion; otherwise the search of the attitude's cell.
-std::size_t chosen_search(const Trace& trace, const std::string& file, AttitudeFilter cell)
+std::size_t chosen_search(const store::Trace& trace, const std::string& file, store::AttitudeFilter cell)
 {
   const bool wants_spine = !cell.varus_deg.has_value();
   if (!cell.flexion_deg) {
-    const std::vector<std::size_t> any = searches_at(trace, file, cell);
+    const std::vector<std::size_t> any = store::searches_at(trace, file, cell);
     cell.flexion_deg = trace.searches.flexion_deg[any.front()];
   }
-  const std::vector<std::size_t> found = searches_at(trace, file, cell);
+  const std::vector<std::size_t> found = store::searches_at(trace, file, cell);
   const auto chosen = std::find_if(found.begin(), found.end(), [&](std::size_t s) {
     return wants_spine ? is_node(trace, s, StepKind::spine) : !is_node(trace, s, StepKind::spine_probe);
   });
@@ -31,7 +31,7 @@ std::size_t chosen_search(const Trace& trace, const std::string& file, AttitudeF
                     wants_spine ? "a spine cell, or a varus" : "the search of its cell"});
 }
 
-PoseNumbers numbers_of(const Points32& translation_mm, std::size_t row, float theta_deg)
+PoseCoordinates numbers_of(const store::Points32& translation_mm, std::size_t row, float theta_deg)
 {
   const auto i = static_cast<Eigen::Index>(row);
   return {translation_mm(i, 0), translation_mm(i, 1), translation_mm(i, 2),
@@ -40,16 +40,16 @@ PoseNumbers numbers_of(const Points32& translation_mm, std::size_t row, float th
 
 }  // namespace
 
-Film film_of(const Trace& trace, const std::string& file, const FilmOptions& options)
+Film film_of(const store::Trace& trace, const std::string& file, const FilmOptions& options)
 {
   check(options.every > 0, "a film keeps every Nth frame, N above 0");
   const std::size_t search = chosen_search(trace, file, options.cell);
-  std::vector<PoseNumbers> all;
+  std::vector<PoseCoordinates> all;
   if (!options.contact_only) {
     all.push_back(
         numbers_of(trace.searches.seed_translation_mm, search, trace.searches.seed_theta_deg[search]));
   }
-  const MoveRange range = moves_of(trace, search);
+  const store::MoveRange range = store::moves_of(trace, search);
   for (std::size_t m = range.first; m < range.end; ++m) {
     if (options.contact_only && trace.moves.in_contact[m] == 0) continue;
     all.push_back(numbers_of(trace.moves.translation_mm, m, trace.moves.theta_deg[m]));
@@ -65,4 +65,4 @@ Film film_of(const Trace& trace, const std::string& file, const FilmOptions& opt
   return film;
 }
 
-}  // namespace vrda
+}  // namespace vrda::motion

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace vrda {
+namespace vrda::motion {
 namespace {
 
 /// Values along one grid line.
@@ -169,7 +169,7 @@ HermiteSample<N> sample(const HermiteGrid<N>& grid, const Attitude& attitude)
   HermiteSample<N> result;
   result.is_solved =
       for_corners(grid, flexion, varus, [&](const HermiteNode<N>& node, std::size_t a, std::size_t b) {
-        if (node.is_solved) add(result.numbers, node, product(flexion.weights, a, varus.weights, b));
+        if (node.is_solved) add(result.values, node, product(flexion.weights, a, varus.weights, b));
         return node.is_solved;
       });
   return result;
@@ -182,10 +182,10 @@ HermiteRate<N> sample_rate(const HermiteGrid<N>& grid, const Attitude& attitude)
   const Span varus = span_of(grid.varus_rad, attitude.varus_rad);
   const Weights by_flexion = derivative(flexion), by_varus = derivative(varus);
   HermiteRate<N> result;
-  result.here.is_solved =
+  result.value.is_solved =
       for_corners(grid, flexion, varus, [&](const HermiteNode<N>& node, std::size_t a, std::size_t b) {
         if (!node.is_solved) return false;
-        add(result.here.numbers, node, product(flexion.weights, a, varus.weights, b));
+        add(result.value.values, node, product(flexion.weights, a, varus.weights, b));
         add(result.by_flexion, node, product(by_flexion, a, varus.weights, b));
         add(result.by_varus, node, product(flexion.weights, a, by_varus, b));
         return true;
@@ -203,4 +203,4 @@ template HermiteRate<1> sample_rate(const HermiteGrid<1>&, const Attitude&);
 template HermiteRate<4> sample_rate(const HermiteGrid<4>&, const Attitude&);
 template HermiteRate<5> sample_rate(const HermiteGrid<5>&, const Attitude&);
 
-}  // namespace vrda
+}  // namespace vrda::motion

@@ -7,7 +7,7 @@
 
 #include "core/frames.hpp"
 
-namespace vrda {
+namespace vrda::motion {
 
 /// One node with its slopes; all zero if it is unsolved.
 template <std::size_t N>
@@ -34,7 +34,7 @@ void set_slopes(HermiteGrid<N>& grid);
 
 template <std::size_t N>
 struct HermiteSample {
-  std::array<double, N> numbers{};
+  std::array<double, N> values{};
   bool is_solved = false;  ///< false if a corner of the patch is unsolved; the numbers are then invalid
 };
 
@@ -45,7 +45,7 @@ HermiteSample<N> sample(const HermiteGrid<N>& grid, const Attitude& attitude);
 /// A sample with its derivatives per radian; 0 along an axis with one value, one-sided at the end of an axis.
 template <std::size_t N>
 struct HermiteRate {
-  HermiteSample<N> here;
+  HermiteSample<N> value;
   std::array<double, N> by_flexion{};
   std::array<double, N> by_varus{};
 };
@@ -54,4 +54,4 @@ struct HermiteRate {
 template <std::size_t N>
 HermiteRate<N> sample_rate(const HermiteGrid<N>& grid, const Attitude& attitude);
 
-}  // namespace vrda
+}  // namespace vrda::motion

@@ -3,7 +3,7 @@
 
 #include "motion/poses.hpp"
 
-namespace vrda {
+namespace vrda::motion {
 namespace {
 
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v)
@@ -45,7 +45,7 @@ double varus_slope(const std::vector<Attitude>& attitudes, double flexion_rad)
   return (end->varus_rad - before.varus_rad) / (end->flexion_rad - before.flexion_rad);
 }
 
-PoseNumbers first_four(const PoseAndVarus& numbers)
+PoseCoordinates first_four(const PoseAndVarus& numbers)
 {
   return {numbers[0], numbers[1], numbers[2], numbers[3]};
 }
@@ -68,24 +68,24 @@ Eigen::Vector3d Motion::delta_rate(double flexion_rad) const
 Motion::EvaluationRate Motion::raw_rate_at(const Attitude& attitude) const
 {
   const HermiteRate<4> rate = sample_rate(raw_, attitude);
-  return {{attitude, rate.here.numbers, rate.here.is_solved}, rate.by_flexion, rate.by_varus, 0.0};
+  return {{attitude, rate.value.values, rate.value.is_solved}, rate.by_flexion, rate.by_varus, 0.0};
 }
 
 Motion::EvaluationRate Motion::smoothed_rate_at(const Attitude& attitude) const
 {
   const SmoothedRate rate = evaluate_rate(*smoothed_, attitude);
-  EvaluationRate result{{attitude, first_four(rate.here), true},
+  EvaluationRate result{{attitude, first_four(rate.value), true},
                         first_four(rate.by_flexion),
                         first_four(rate.by_varus),
                         rate.by_flexion[4]};
-  if (smoothed_->has_varus) result.found.attitude.varus_rad = rate.here[4];
+  if (smoothed_->has_varus) result.found.attitude.varus_rad = rate.value[4];
   if (!travel_) return result;
   const HermiteRate<1> travel = sample_rate(*travel_, attitude);
-  result.found.is_solved = travel.here.is_solved;
+  result.found.is_solved = travel.value.is_solved;
   const Eigen::Vector3d unit = delta(attitude.flexion_rad);
-  const Eigen::Vector3d shift_mm = travel.here.numbers[0] * unit;
+  const Eigen::Vector3d shift_mm = travel.value.values[0] * unit;
   const Eigen::Vector3d by_flexion =
-      travel.by_flexion[0] * unit + travel.here.numbers[0] * delta_rate(attitude.flexion_rad);
+      travel.by_flexion[0] * unit + travel.value.values[0] * delta_rate(attitude.flexion_rad);
   for (int axis = 0; axis < 3; ++axis) {
     const auto number = static_cast<std::size_t>(axis);
     result.found.numbers[number] += shift_mm[axis];
@@ -98,8 +98,8 @@ Motion::EvaluationRate Motion::smoothed_rate_at(const Attitude& attitude) const
 Motion::EvaluationRate Motion::flexion_table_rate_at(const Attitude& attitude) const
 {
   const HermiteRate<5> rate = sample_rate(*by_flexion_, attitude);
-  if (!rate.here.is_solved) return {{attitude, {}, false}, {}, {}, 0.0};
-  return {{{attitude.flexion_rad, rate.here.numbers[4]}, first_four(rate.here.numbers), true},
+  if (!rate.value.is_solved) return {{attitude, {}, false}, {}, {}, 0.0};
+  return {{{attitude.flexion_rad, rate.value.values[4]}, first_four(rate.value.values), true},
           first_four(rate.by_flexion),
           {},
           rate.by_flexion[4]};
@@ -153,11 +153,11 @@ void Motion::set_twists(JointRate& rate) const
                         by_theta = sign * R.col(1);
   const auto twist_of = [&](const PoseRate& of, double flexion_rate) {
     const Eigen::Vector3d a = flexion_rate * (by_flexion + w - L * w) + of.varus * by_varus;
-    const Eigen::Vector3d b = flexion_rate * (w - Q * w) + of.numbers[3] * by_theta;
-    const Eigen::Vector3d s_rate(of.numbers[0], of.numbers[1], of.numbers[2]);
+    const Eigen::Vector3d b = flexion_rate * (w - Q * w) + of.coordinates[3] * by_theta;
+    const Eigen::Vector3d s_rate(of.coordinates[0], of.coordinates[1], of.coordinates[2]);
     Twist twist;
-    twist.turn = L.transpose() * (b - a);
-    twist.shift_mm = L.transpose() * (s_rate - b.cross(s)) - twist.turn.cross(c);
+    twist.angular = L.transpose() * (b - a);
+    twist.linear_mm = L.transpose() * (s_rate - b.cross(s)) - twist.angular.cross(c);
     return twist;
   };
   if (rate.is_flexion_free) rate.by_flexion.twist = twist_of(rate.by_flexion, 1.0);
@@ -174,15 +174,15 @@ JointRate Motion::rate_at(const Attitude& wanted) const
   result.is_varus_free =
       is_solved && !result.pose.is_varus_clamped && !is_varus_free() && raw_.varus_rad.size() > 1;
   if (result.is_flexion_free) {
-    result.by_flexion.numbers = found.by_flexion;
+    result.by_flexion.coordinates = found.by_flexion;
     result.by_flexion.varus = found.varus_by_flexion;
   }
   if (result.is_varus_free) {
-    result.by_varus.numbers = found.by_varus;
+    result.by_varus.coordinates = found.by_varus;
     result.by_varus.varus = 1.0;
   }
   set_twists(result);
   return result;
 }
 
-}  // namespace vrda
+}  // namespace vrda::motion

@@ -6,10 +6,10 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::motion {
 namespace {
 
-std::string name_of(const SmoothedSet& set)
+std::string name_of(const store::SmoothedSet& set)
 {
   return "degree_" + std::to_string(set.degree);
 }
@@ -19,15 +19,15 @@ constexpr const char* recontacted = "_recontacted";
 
 bool is_pose(std::int8_t source)
 {
-  return source != static_cast<std::int8_t>(ZeroVarusSource::none);
+  return source != static_cast<std::int8_t>(store::ZeroVarusSource::none);
 }
 
-bool has_pose(const std::optional<ZeroVarus>& table)
+bool has_pose(const std::optional<store::ZeroVarus>& table)
 {
   return table && std::any_of(table->source.begin(), table->source.end(), is_pose);
 }
 
-std::vector<Attitude> solved_spine(const MotionModel& model, const RawSurfaces& raw)
+std::vector<Attitude> solved_spine(const store::MotionModel& model, const RawSurfaces& raw)
 {
   std::vector<Attitude> spine;
   if (model.is_spine.size() == 0) return spine;
@@ -53,7 +53,7 @@ Eigen::Matrix3d rotation_world_solver(const SolverFrame& frame)
 }
 
 /// Delta of each flexion; empty if all are equal.
-std::vector<Eigen::Vector3d> deltas_by_flexion(const MotionModel& model)
+std::vector<Eigen::Vector3d> deltas_by_flexion(const store::MotionModel& model)
 {
   const Points& delta = model.push.delta;
   check(delta.rows() == static_cast<Eigen::Index>(model.flexion_deg.size()),
@@ -65,7 +65,7 @@ std::vector<Eigen::Vector3d> deltas_by_flexion(const MotionModel& model)
 }
 
 /// The varus solved at each flexion; empty if it is that of the axis.
-std::vector<Attitude> free_varus(const MotionModel& model, const RawSurfaces& raw)
+std::vector<Attitude> free_varus(const store::MotionModel& model, const RawSurfaces& raw)
 {
   std::vector<Attitude> found;
   if (raw.varus_rad.size() > 1) return found;
@@ -116,16 +116,16 @@ const char* name_of(PoseStatus status)
   throw InternalError("a pose status has a name");
 }
 
-std::vector<std::string> set_names(const MotionModel& model)
+std::vector<std::string> set_names(const store::MotionModel& model)
 {
-  std::vector<const SmoothedSet*> sets;
+  std::vector<const store::SmoothedSet*> sets;
   sets.reserve(model.smoothed.size());
-  for (const SmoothedSet& set : model.smoothed) sets.push_back(&set);
+  for (const store::SmoothedSet& set : model.smoothed) sets.push_back(&set);
   std::sort(sets.begin(), sets.end(),
-            [](const SmoothedSet* a, const SmoothedSet* b) { return a->degree > b->degree; });
+            [](const store::SmoothedSet* a, const store::SmoothedSet* b) { return a->degree > b->degree; });
   std::vector<std::string> listed;
   if (model.two_sided) listed.emplace_back("two_sided");
-  for (const SmoothedSet* set : sets) {
+  for (const store::SmoothedSet* set : sets) {
     if (set->recontact_mm) listed.push_back(name_of(*set) + recontacted);
     listed.push_back(name_of(*set));
   }
@@ -134,7 +134,7 @@ std::vector<std::string> set_names(const MotionModel& model)
   return listed;
 }
 
-Motion::Motion(const MotionModel& model)
+Motion::Motion(const store::MotionModel& model)
     : frame_{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm, model.delta},
       R_world_solver_(rotation_world_solver(frame_)),
       deltas_(deltas_by_flexion(model)),
@@ -145,16 +145,16 @@ Motion::Motion(const MotionModel& model)
   free_varus_ = free_varus(model, raw_);
 }
 
-Motion::Motion(const MotionModel& model, const SmoothedSet& set) : Motion(model)
+Motion::Motion(const store::MotionModel& model, const store::SmoothedSet& set) : Motion(model)
 {
   use_smoothed(model, set);
   set_varus_range();
 }
 
-Motion::Motion(const MotionModel& model, const std::string& set) : Motion(model)
+Motion::Motion(const store::MotionModel& model, const std::string& set) : Motion(model)
 {
   const auto found =
-      std::find_if(model.smoothed.begin(), model.smoothed.end(), [&](const SmoothedSet& candidate) {
+      std::find_if(model.smoothed.begin(), model.smoothed.end(), [&](const store::SmoothedSet& candidate) {
         return name_of(candidate) == set || name_of(candidate) + recontacted == set;
       });
   if (set == "two_sided") {
@@ -185,7 +185,7 @@ void Motion::set_varus_range()
   }
 }
 
-void Motion::use_smoothed(const MotionModel& model, const SmoothedSet& set)
+void Motion::use_smoothed(const store::MotionModel& model, const store::SmoothedSet& set)
 {
   smoothed_ = smoothed_surfaces(model, set);
   if (!smoothed_->has_varus) return;
@@ -195,7 +195,7 @@ void Motion::use_smoothed(const MotionModel& model, const SmoothedSet& set)
   }
 }
 
-void Motion::use_travel(const GridD& travel_mm)
+void Motion::use_travel(const store::GridD& travel_mm)
 {
   travel_ = HermiteGrid<1>{raw_.flexion_rad, raw_.varus_rad, {}};
   check(static_cast<std::size_t>(travel_mm.rows()) == raw_.flexion_rad.size() &&
@@ -209,14 +209,14 @@ void Motion::use_travel(const GridD& travel_mm)
   set_slopes(*travel_);
 }
 
-void Motion::use_two_sided(const TwoSided& table)
+void Motion::use_two_sided(const store::TwoSided& table)
 {
   std::vector<double> flexion_rad;
   for (const double flexion_deg : table.flexion_deg) flexion_rad.push_back(rad_from_deg(flexion_deg));
   use_flexion_table(flexion_rad, table.contact, table);
 }
 
-void Motion::use_zero_varus(const ZeroVarus& table)
+void Motion::use_zero_varus(const store::ZeroVarus& table)
 {
   use_flexion_table(raw_.flexion_rad, table.source, table);
 }
@@ -251,7 +251,7 @@ Motion::Evaluation Motion::smoothed_at(const Attitude& attitude) const
   if (!travel_) return found;
   const HermiteSample<1> travel = sample(*travel_, attitude);
   found.is_solved = travel.is_solved;
-  const Eigen::Vector3d shift_mm = travel.numbers[0] * delta(attitude.flexion_rad);
+  const Eigen::Vector3d shift_mm = travel.values[0] * delta(attitude.flexion_rad);
   for (int axis = 0; axis < 3; ++axis) found.numbers[static_cast<std::size_t>(axis)] += shift_mm[axis];
   return found;
 }
@@ -260,8 +260,8 @@ Motion::Evaluation Motion::flexion_table_at(const Attitude& attitude) const
 {
   const HermiteSample<5> here = sample(*by_flexion_, attitude);
   if (!here.is_solved) return {attitude, {}, false};
-  return {{attitude.flexion_rad, here.numbers[4]},
-          {here.numbers[0], here.numbers[1], here.numbers[2], here.numbers[3]},
+  return {{attitude.flexion_rad, here.values[4]},
+          {here.values[0], here.values[1], here.values[2], here.values[3]},
           true};
 }
 
@@ -278,7 +278,7 @@ Motion::Evaluation Motion::evaluation_at(const Attitude& wanted) const
   if (by_flexion_) return flexion_table_at(attitude);
   if (smoothed_) return smoothed_at(attitude);
   const RawSample here = sample(raw_, attitude);
-  return {attitude, here.numbers, here.is_solved};
+  return {attitude, here.values, here.is_solved};
 }
 
 Eigen::Vector3d Motion::delta(double flexion_rad) const
@@ -316,14 +316,14 @@ JointPose Motion::at(const Attitude& wanted) const
 JointPose Motion::posed(const Evaluation& found, const Attitude& wanted) const
 {
   JointPose pose;
-  if (found.is_solved) pose = placed(found.attitude, found.numbers);
+  if (found.is_solved) pose = joint_pose(found.attitude, found.numbers);
   pose.attitude = found.attitude;
   pose.is_flexion_clamped = pose.attitude.flexion_rad != wanted.flexion_rad;
   pose.is_varus_clamped = pose.attitude.varus_rad != wanted.varus_rad;
   return pose;
 }
 
-JointPose Motion::placed(const Attitude& attitude, const PoseNumbers& numbers) const
+JointPose Motion::joint_pose(const Attitude& attitude, const PoseCoordinates& numbers) const
 {
   JointPose pose;
   pose.attitude = attitude;
@@ -352,4 +352,4 @@ double Motion::balanced_varus_rad(double flexion_rad) const
   return varus_between(spine_, flexion_rad);
 }
 
-}  // namespace vrda
+}  // namespace vrda::motion

@@ -9,7 +9,7 @@
 #include "motion/surfaces.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::motion {
 
 enum class PoseStatus {
   solved,
@@ -35,15 +35,15 @@ struct JointPose {
 /// reference vertices) moves by angular.cross(p_mm) + linear_mm. The instantaneous helical axis has the
 /// direction of angular and contains angular.cross(linear_mm) / angular.squaredNorm().
 struct Twist {
-  Eigen::Vector3d turn = Eigen::Vector3d::Zero();
-  Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();
+  Eigen::Vector3d linear_mm = Eigen::Vector3d::Zero();
 };
 
 /// Derivatives by one angle of the attitude, per radian.
 struct PoseRate {
-  PoseNumbers numbers{};  ///< of x, y, z (mm, world W) and theta (rad, right-knee sign)
-  double varus = 0.0;     ///< of the evaluated varus, rad
-  Twist twist;            ///< moving object relative to the reference
+  PoseCoordinates coordinates{};  ///< of x, y, z (mm, world W) and theta (rad, right-knee sign)
+  double varus = 0.0;             ///< of the evaluated varus, rad
+  Twist twist;                    ///< moving object relative to the reference
 };
 
 /// A pose and its derivatives, one-sided (from within) at the ends of the measured range.
@@ -59,15 +59,15 @@ struct JointRate {
 /// flexion only; smoothed sets by descending
 /// degree, each after its recontacted variant without overlaps and gaps ("degree_6_recontacted", "degree_6",
 /// ...); then "raw"; last "zero_varus", which depends on flexion only.
-std::vector<std::string> set_names(const MotionModel& model);
+std::vector<std::string> set_names(const store::MotionModel& model);
 
 /// One set of a motion model, ready for evaluation. Copies the required data of the model.
 class Motion {
  public:
   /// `set` must be one of set_names(model); the grids must have the size of the axes.
-  Motion(const MotionModel& model, const std::string& set);
+  Motion(const store::MotionModel& model, const std::string& set);
   /// `set` need not belong to the model; its recontact travel is ignored.
-  Motion(const MotionModel& model, const SmoothedSet& set);
+  Motion(const store::MotionModel& model, const store::SmoothedSet& set);
 
   /// The poses at `wanted` or at the nearest attitude of the measured range. Takes under a microsecond and
   /// allocates nothing.
@@ -78,7 +78,7 @@ class Motion {
   JointRate rate_at(const Attitude& wanted) const;
 
   /// The poses for `numbers` of the moving object at `attitude`, independent of the set.
-  JointPose placed(const Attitude& attitude, const PoseNumbers& numbers) const;
+  JointPose joint_pose(const Attitude& attitude, const PoseCoordinates& numbers) const;
 
   /// Varus at which the compartments are closest to balance: linear in flexion between the solved spine
   /// cells, constant beyond the first and last. Without spine cells, the measured varus nearest to 0. If the
@@ -99,22 +99,22 @@ class Motion {
  private:
   struct Evaluation {
     Attitude attitude;
-    PoseNumbers numbers{};
+    PoseCoordinates numbers{};
     bool is_solved = false;
   };
-  explicit Motion(const MotionModel& model);
+  explicit Motion(const store::MotionModel& model);
   void set_varus_range();
-  void use_smoothed(const MotionModel& model, const SmoothedSet& set);
-  void use_travel(const GridD& travel_mm);
-  void use_two_sided(const TwoSided& table);
-  void use_zero_varus(const ZeroVarus& table);
+  void use_smoothed(const store::MotionModel& model, const store::SmoothedSet& set);
+  void use_travel(const store::GridD& travel_mm);
+  void use_two_sided(const store::TwoSided& table);
+  void use_zero_varus(const store::ZeroVarus& table);
   template <typename Table>
   void use_flexion_table(const std::vector<double>& flexion_rad, const std::vector<std::int8_t>& state,
                          const Table& table);
   /// With the derivatives of the numbers, and of the varus if the set has its own.
   struct EvaluationRate {
     Evaluation found;
-    PoseNumbers by_flexion{}, by_varus{};
+    PoseCoordinates by_flexion{}, by_varus{};
     double varus_by_flexion = 0.0;
   };
   Attitude clamped(const Attitude& wanted) const;
@@ -144,4 +144,4 @@ class Motion {
   std::vector<Attitude> spine_;               ///< solved spine cells by ascending flexion
 };
 
-}  // namespace vrda
+}  // namespace vrda::motion

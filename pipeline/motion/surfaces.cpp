@@ -9,7 +9,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::motion {
 namespace {
 
 std::vector<double> radians(const std::vector<double>& angles_deg)
@@ -25,13 +25,13 @@ bool ascends(const std::vector<double>& axis)
   return std::adjacent_find(axis.begin(), axis.end(), std::greater_equal<>()) == axis.end();
 }
 
-void check_model(const MotionModel& model)
+void check_model(const store::MotionModel& model)
 {
   const auto rows = static_cast<Eigen::Index>(model.flexion_deg.size());
   const auto columns = static_cast<Eigen::Index>(model.varus_deg.size());
   check(rows > 0 && columns > 0, "a motion model has at least one flexion and one varus");
   check(ascends(model.flexion_deg) && ascends(model.varus_deg), "the axes of a motion model ascend");
-  for (const GridD* grid : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg}) {
+  for (const store::GridD* grid : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg}) {
     check(grid->rows() == rows && grid->cols() == columns,
           "the surfaces of a motion model have the size of its axes");
   }
@@ -40,7 +40,7 @@ void check_model(const MotionModel& model)
 
 }  // namespace
 
-RawSurfaces raw_surfaces(const MotionModel& model)
+RawSurfaces raw_surfaces(const store::MotionModel& model)
 {
   check_model(model);
   RawSurfaces surfaces{radians(model.flexion_deg), radians(model.varus_deg), {}};
@@ -66,10 +66,10 @@ constexpr std::array<const char*, 5> names{"tx", "ty", "tz", "theta", "varus"};
 constexpr std::size_t varus = 4;
 
 /// Null if the set has no such surface; only varus may be missing.
-const SmoothedSurface* surface_named(const SmoothedSet& set, std::size_t number)
+const store::SmoothedSurface* surface_named(const store::SmoothedSet& set, std::size_t number)
 {
   const auto found = std::find_if(set.surfaces.begin(), set.surfaces.end(),
-                                  [&](const SmoothedSurface& s) { return s.name == names[number]; });
+                                  [&](const store::SmoothedSurface& s) { return s.name == names[number]; });
   if (found == set.surfaces.end()) {
     check(number == varus, "a smoothed set has the surfaces tx, ty, tz and theta");
     return nullptr;
@@ -80,25 +80,26 @@ const SmoothedSurface* surface_named(const SmoothedSet& set, std::size_t number)
 }
 
 /// du/dx of unit_coordinate, per radian.
-double unit_rate(const AxisRange& range)
+double unit_rate(const store::AxisRange& range)
 {
   return range.first_deg == range.last_deg ? 0.0 : deg_from_rad(2.0 / (range.last_deg - range.first_deg));
 }
 
 }  // namespace
 
-SmoothedSurfaces smoothed_surfaces(const MotionModel& model, const SmoothedSet& set)
+SmoothedSurfaces smoothed_surfaces(const store::MotionModel& model, const store::SmoothedSet& set)
 {
   SmoothedSurfaces result;
-  result.ranges = axis_ranges(model.flexion_deg, model.varus_deg);
-  std::array<const SmoothedSurface*, names.size()> surfaces{};
+  result.ranges = store::axis_ranges(model.flexion_deg, model.varus_deg);
+  std::array<const store::SmoothedSurface*, names.size()> surfaces{};
   for (std::size_t number = 0; number < names.size(); ++number) surfaces[number] = surface_named(set, number);
   result.has_varus = surfaces[varus] != nullptr;
   for (Eigen::Index k = 0; k < set.exponents.rows(); ++k) {
     SmoothedTerm term{set.exponents(k, 0), set.exponents(k, 1), {}};
     result.degree = std::max({result.degree, term.flexion_degree, term.varus_degree});
-    check(std::min(term.flexion_degree, term.varus_degree) >= 0 && result.degree <= largest_smoothed_degree,
-          "the exponents of a smoothed set fit the table of polynomials");
+    check(
+        std::min(term.flexion_degree, term.varus_degree) >= 0 && result.degree <= store::max_smoothed_degree,
+        "the exponents of a smoothed set fit the table of polynomials");
     for (std::size_t number = 0; number < names.size(); ++number) {
       if (surfaces[number] == nullptr) continue;
       const double c = surfaces[number]->coefficients[static_cast<std::size_t>(k)];
@@ -111,9 +112,9 @@ SmoothedSurfaces smoothed_surfaces(const MotionModel& model, const SmoothedSet& 
 
 PoseAndVarus evaluate(const SmoothedSurfaces& surfaces, const Attitude& attitude)
 {
-  const double u = unit_coordinate(deg_from_rad(attitude.flexion_rad), surfaces.ranges.flexion);
-  const double v = unit_coordinate(deg_from_rad(attitude.varus_rad), surfaces.ranges.varus);
-  const LegendreTable P = legendre(u, surfaces.degree), Q = legendre(v, surfaces.degree);
+  const double u = store::unit_coordinate(deg_from_rad(attitude.flexion_rad), surfaces.ranges.flexion);
+  const double v = store::unit_coordinate(deg_from_rad(attitude.varus_rad), surfaces.ranges.varus);
+  const store::LegendreTable P = store::legendre(u, surfaces.degree), Q = store::legendre(v, surfaces.degree);
   PoseAndVarus numbers{};
   for (const SmoothedTerm& term : surfaces.terms) {
     const double basis = P.value[term.flexion_degree] * Q.value[term.varus_degree];
@@ -125,17 +126,17 @@ PoseAndVarus evaluate(const SmoothedSurfaces& surfaces, const Attitude& attitude
 
 SmoothedRate evaluate_rate(const SmoothedSurfaces& surfaces, const Attitude& attitude)
 {
-  const double u = unit_coordinate(deg_from_rad(attitude.flexion_rad), surfaces.ranges.flexion);
-  const double v = unit_coordinate(deg_from_rad(attitude.varus_rad), surfaces.ranges.varus);
+  const double u = store::unit_coordinate(deg_from_rad(attitude.flexion_rad), surfaces.ranges.flexion);
+  const double v = store::unit_coordinate(deg_from_rad(attitude.varus_rad), surfaces.ranges.varus);
   const double u_rate = unit_rate(surfaces.ranges.flexion), v_rate = unit_rate(surfaces.ranges.varus);
-  const LegendreTable P = legendre(u, surfaces.degree), Q = legendre(v, surfaces.degree);
+  const store::LegendreTable P = store::legendre(u, surfaces.degree), Q = store::legendre(v, surfaces.degree);
   SmoothedRate result;
   for (const SmoothedTerm& term : surfaces.terms) {
     const double basis = P.value[term.flexion_degree] * Q.value[term.varus_degree];
     const double by_flexion = u_rate * P.derivative[term.flexion_degree] * Q.value[term.varus_degree];
     const double by_varus = v_rate * P.value[term.flexion_degree] * Q.derivative[term.varus_degree];
     for (std::size_t number = 0; number < result.by_flexion.size(); ++number) {
-      result.here[number] += term.coefficient[number] * basis;
+      result.value[number] += term.coefficient[number] * basis;
       result.by_flexion[number] += term.coefficient[number] * by_flexion;
       result.by_varus[number] += term.coefficient[number] * by_varus;
     }
@@ -143,4 +144,4 @@ SmoothedRate evaluate_rate(const SmoothedSurfaces& surfaces, const Attitude& att
   return result;
 }
 
-}  // namespace vrda
+}  // namespace vrda::motion

@@ -8,10 +8,10 @@
 #include "store/evaluate_smoothed.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::motion {
 
 /// x, y, z of the moving object in world W (mm), and theta (rad, right-knee sign).
-using PoseNumbers = std::array<double, 4>;
+using PoseCoordinates = std::array<double, 4>;
 /// The same, then varus (rad).
 using PoseAndVarus = std::array<double, 5>;
 
@@ -19,7 +19,7 @@ using RawNode = HermiteNode<4>;
 using RawSurfaces = HermiteGrid<4>;
 using RawSample = HermiteSample<4>;
 
-RawSurfaces raw_surfaces(const MotionModel& model);
+RawSurfaces raw_surfaces(const store::MotionModel& model);
 
 /// One basis polynomial of a smoothed set with its coefficient in every surface.
 struct SmoothedTerm {
@@ -30,23 +30,23 @@ struct SmoothedTerm {
 
 /// Sum of coefficient P_i(u) P_j(v) as in store/evaluate_smoothed.hpp, for all surfaces in one pass.
 struct SmoothedSurfaces {
-  AxisRanges ranges;
+  store::AxisRanges ranges;
   int degree = 0;          ///< highest exponent
   bool has_varus = false;  ///< varus was free and has a surface; if false its coefficients are 0
   std::vector<SmoothedTerm> terms;
 };
 
-SmoothedSurfaces smoothed_surfaces(const MotionModel& model, const SmoothedSet& set);
+SmoothedSurfaces smoothed_surfaces(const store::MotionModel& model, const store::SmoothedSet& set);
 
 /// Value at `attitude`, which should be within the axes. Allocates nothing.
 PoseAndVarus evaluate(const SmoothedSurfaces& surfaces, const Attitude& attitude);
 
 /// The value of evaluate() with its derivatives per radian; 0 along an axis with one value.
 struct SmoothedRate {
-  PoseAndVarus here{};
+  PoseAndVarus value{};
   PoseAndVarus by_flexion{};
   PoseAndVarus by_varus{};
 };
 SmoothedRate evaluate_rate(const SmoothedSurfaces& surfaces, const Attitude& attitude);
 
-}  // namespace vrda
+}  // namespace vrda::motion

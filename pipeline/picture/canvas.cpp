@@ -13,7 +13,7 @@
 #define STB_IMAGE_WRITE_STATIC
 #include <stb/stb_image_write.h>
 
-namespace vrda {
+namespace vrda::picture {
 namespace {
 
 constexpr int fineness = 2;              // samples per pixel along each axis
@@ -202,4 +202,4 @@ std::string Canvas::png() const
   return bytes;
 }
 
-}  // namespace vrda
+}  // namespace vrda::picture

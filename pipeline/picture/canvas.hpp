@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace vrda {
+namespace vrda::picture {
 
 using Colour = Eigen::Vector3f;  ///< red, green, blue from 0 to 1, sRGB
 
@@ -43,4 +43,4 @@ class Canvas {
 /// The bytes of a TrueType file.
 std::string_view picture_font();
 
-}  // namespace vrda
+}  // namespace vrda::picture

@@ -6,7 +6,7 @@
 #include "core/text.hpp"
 #include "picture/canvas.hpp"
 
-namespace vrda {
+namespace vrda::picture {
 namespace {
 
 constexpr int width_px = 1600, height_px = 1000;
@@ -27,7 +27,7 @@ struct View {
   std::string title, left_word, right_word;
 };
 
-View front_view(const Case& job_case)
+View front_view(const load::Case& job_case)
 {
   const bool is_knee = job_case.joint == "knee", is_right = job_case.frame.side == Side::right;
   View view{-Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX(), "from the front", "right", "left"};
@@ -36,7 +36,7 @@ View front_view(const Case& job_case)
   return view;
 }
 
-View side_view(const Case& job_case)
+View side_view(const load::Case& job_case)
 {
   const bool is_knee = job_case.joint == "knee", is_right = job_case.frame.side == Side::right;
   if (is_knee && !is_right) {
@@ -72,7 +72,7 @@ void include(Box& box, const Eigen::Vector3d& p_mm)
   box.max_mm = box.max_mm.cwiseMax(p_mm);
 }
 
-Box box_of_bones(const Case& job_case)
+Box box_of_bones(const load::Case& job_case)
 {
   Box box = bounding_box(job_case.reference.contact.mesh);
   for (const Body* body : {&job_case.reference, &job_case.moving}) {
@@ -86,7 +86,7 @@ Box box_of_bones(const Case& job_case)
 }
 
 // Ends behind the moving object, along the push.
-Arrow push_arrow(const Case& job_case, double length_mm)
+Arrow push_arrow(const load::Case& job_case, double length_mm)
 {
   const Eigen::Vector3d& delta = job_case.frame.delta;
   const Eigen::Vector3d at_mm = job_case.frame.rotation_centre_mm + job_case.push_point_mm;
@@ -148,7 +148,8 @@ void draw_label(Canvas& canvas, const Eigen::Vector3d& from_px, const Eigen::Vec
   canvas.draw_text(at, text_px, text, align, colour);
 }
 
-void draw_axes(Canvas& canvas, const Projection& projected, const Case& job_case, const PictureNotes& notes)
+void draw_axes(Canvas& canvas, const Projection& projected, const load::Case& job_case,
+               const PictureNotes& notes)
 {
   constexpr double axis_px = 130.0;
   const Eigen::Vector3d& centre_mm = job_case.frame.rotation_centre_mm;
@@ -165,11 +166,11 @@ void draw_axes(Canvas& canvas, const Projection& projected, const Case& job_case
   canvas.draw_disc(from.head<2>(), 6.0, Colour::Ones());
 }
 
-std::string push_text(const Case& job_case)
+std::string push_text(const load::Case& job_case)
 {
-  const Push& push = job_case.push.front();
+  const load::Push& push = job_case.push.front();
   if (job_case.method != "equilibrium") return "push";
-  return "push, " + shortest(std::round(10.0 * push.force_n.dot(push.delta)) / 10.0) + " N";
+  return "push, " + shortest_decimal(std::round(10.0 * push.force_n.dot(push.delta)) / 10.0) + " N";
 }
 
 // 1, 2 or 5 times a power of ten, at most a quarter of the panel.
@@ -186,10 +187,10 @@ void draw_scale(Canvas& canvas, const Projection& projected)
   const Eigen::Vector3d to = from + Eigen::Vector3d(length_mm * projected.px_per_mm, 0.0, 0.0);
   canvas.draw_line(from, to, 5.0, black);
   canvas.draw_text(to.head<2>() + Eigen::Vector2d(12.0, 8.0), text_px,
-                   shortest(std::round(1e3 * length_mm) / 1e3) + " mm", TextAlign::left, black);
+                   shortest_decimal(std::round(1e3 * length_mm) / 1e3) + " mm", TextAlign::left, black);
 }
 
-void draw_view(Canvas& canvas, const Projection& projected, const Case& job_case, const Arrow& push,
+void draw_view(Canvas& canvas, const Projection& projected, const load::Case& job_case, const Arrow& push,
                const PictureNotes& notes)
 {
   const Colour pale = 0.5F * Colour::Ones();
@@ -197,7 +198,7 @@ void draw_view(Canvas& canvas, const Projection& projected, const Case& job_case
   draw_part(canvas, projected, job_case.moving.contact, moving_colour);
   draw_part(canvas, projected, job_case.reference.visual, 0.5F * reference_colour + pale);
   draw_part(canvas, projected, job_case.moving.visual, 0.5F * moving_colour + pale);
-  for (const Fibre& fibre : job_case.ligaments.fibres) {
+  for (const ligament::Fibre& fibre : job_case.ligaments.fibres) {
     const Eigen::Vector3d a = projected(fibre.reference_mm), b = projected(fibre.moving_mm);
     canvas.draw_line(a, b, 3.0, fibre_colour);
     canvas.draw_disc(a.head<2>(), 4.0, fibre_colour);
@@ -215,10 +216,11 @@ void draw_view(Canvas& canvas, const Projection& projected, const Case& job_case
 
 std::string shift_text(const Eigen::Vector3d& v_mm)
 {
-  return "[" + shortest(v_mm.x()) + ", " + shortest(v_mm.y()) + ", " + shortest(v_mm.z()) + "]";
+  return "[" + shortest_decimal(v_mm.x()) + ", " + shortest_decimal(v_mm.y()) + ", " +
+         shortest_decimal(v_mm.z()) + "]";
 }
 
-void draw_legend(Canvas& canvas, const Case& job_case, const PictureNotes& notes)
+void draw_legend(Canvas& canvas, const load::Case& job_case, const PictureNotes& notes)
 {
   struct Entry {
     std::string text;
@@ -245,13 +247,13 @@ void draw_legend(Canvas& canvas, const Case& job_case, const PictureNotes& notes
 
 }  // namespace
 
-std::string case_picture(const Case& job_case, const PictureNotes& notes)
+std::string case_picture(const load::Case& job_case, const PictureNotes& notes)
 {
   Box box = box_of_bones(job_case);
   const Arrow push = push_arrow(job_case, 0.15 * (box.max_mm - box.min_mm).maxCoeff());
   for (const Eigen::Vector3d& p_mm : {job_case.frame.rotation_centre_mm, push.from_mm, push.to_mm})
     include(box, p_mm);
-  for (const Fibre& fibre : job_case.ligaments.fibres) {
+  for (const ligament::Fibre& fibre : job_case.ligaments.fibres) {
     include(box, fibre.reference_mm);
     include(box, fibre.moving_mm);
   }
@@ -273,4 +275,4 @@ std::string case_picture(const Case& job_case, const PictureNotes& notes)
   return canvas.png();
 }
 
-}  // namespace vrda
+}  // namespace vrda::picture

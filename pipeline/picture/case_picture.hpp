@@ -6,7 +6,7 @@
 
 #include "load/case.hpp"
 
-namespace vrda {
+namespace vrda::picture {
 
 struct PictureNotes {
   /// The mesh files' axes along anterior, proximal and right, e.g. "-Y"; empty without mesh files.
@@ -16,6 +16,6 @@ struct PictureNotes {
 
 /// The bytes of a PNG file: bones in the pose of the mesh files, anatomical axes at the rotation centre,
 /// push, fibres and scale bar, from the front and from the lateral side (other joints: from the right).
-std::string case_picture(const Case& job_case, const PictureNotes& notes);
+std::string case_picture(const load::Case& job_case, const PictureNotes& notes);
 
-}  // namespace vrda
+}  // namespace vrda::picture

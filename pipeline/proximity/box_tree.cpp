@@ -9,7 +9,7 @@
 #include "core/error.hpp"
 #include "proximity/gap_kernel.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 namespace {
 
 // One triangle a leaf was faster than two on the generic knee: the exact kernel costs more than a node.
@@ -176,13 +176,13 @@ double triangle_travel_mm(const Mesh& mesh, Eigen::Index t, const Ray& ray)
 
 }  // namespace
 
-double ray_travel_mm(const Mesh& mesh, const BoxTree& tree, const Ray& ray)
+double ray_distance_mm(const Mesh& mesh, const BoxTree& tree, const Ray& ray)
 {
   if (tree.is_empty()) return infinity;
   const Eigen::Vector3d inverse = inverse_of(ray.direction);
   std::array<std::int32_t, max_depth> stack{};
   std::size_t n = 1;
-  double shortest_mm = ray.longest_mm;
+  double shortest_mm = ray.max_length_mm;
   bool is_hit = false;
   while (n > 0) {
     const std::int32_t at = stack[--n];
@@ -204,4 +204,4 @@ double ray_travel_mm(const Mesh& mesh, const BoxTree& tree, const Ray& ray)
   return is_hit ? shortest_mm : infinity;
 }
 
-}  // namespace vrda
+}  // namespace vrda::proximity

@@ -7,7 +7,7 @@
 
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 
 /// Axis-aligned boxes, median split, nodes in depth-first order (a child's index exceeds its parent's).
 class BoxTree {
@@ -43,13 +43,13 @@ class BoxTree {
 struct Ray {
   Eigen::Vector3d from_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d direction = Eigen::Vector3d::UnitY();  ///< unit
-  double longest_mm = 0.0;
+  double max_length_mm = 0.0;
 };
 
 /// Distance to the first triangle of `mesh` that faces the ray (normal against the direction); infinite where
 /// none is within max_length_mm. In the mesh's own frame. A ray through an edge or a vertex hits a triangle
 /// there. No allocation; under a microsecond for short rays.
 /// Source: Moeller and Trumbore (1997), J Graphics Tools 2(1):21-28.
-double ray_travel_mm(const Mesh& mesh, const BoxTree& tree, const Ray& ray);
+double ray_distance_mm(const Mesh& mesh, const BoxTree& tree, const Ray& ray);
 
-}  // namespace vrda
+}  // namespace vrda::proximity

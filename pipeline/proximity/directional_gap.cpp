@@ -4,18 +4,18 @@
 
 #include "proximity/gap_kernel.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 namespace {
 
 using gap_rules::infinity;
 
 // Keeps the smallest travel that counts.
 struct Least {
-  GapKind kind = GapKind::from_here;
+  GapKind kind = GapKind::non_negative;
   double travel_mm = infinity;
   void offer(double travel)
   {
-    if (kind == GapKind::from_here && travel < 0.0) return;
+    if (kind == GapKind::non_negative && travel < 0.0) return;
     travel_mm = std::min(travel_mm, travel);
   }
 };
@@ -24,9 +24,9 @@ double travel_of(const Corners& reference, const Corners& moving, GapKind kind)
 {
   const GapFace r = gap_face(reference), m = gap_face(moving);
   // Only a moving face directed up can be the first to touch a reference face directed down.
-  if (kind == GapKind::from_afar && !(r.looks_down() && m.looks_up())) return infinity;
+  if (kind == GapKind::signed_facing && !(r.faces_down() && m.faces_up())) return infinity;
   Least least{kind};
-  visit_meeting_places(r, m, [&least](const MeetingPlace& at) { least.offer(at.travel_mm); });
+  visit_contact_candidates(r, m, [&least](const ContactCandidate& at) { least.offer(at.travel_mm); });
   return least.travel_mm;
 }
 
@@ -77,7 +77,7 @@ class Query {
     const BoxTree::Node m = place_(moving_.nodes()[static_cast<std::size_t>(task.moving)]);
     if (!projections_overlap(r, m)) return;
     task.bound = r.min_mm[1] - m.max_mm[1];
-    if (kind_ == GapKind::from_here) {
+    if (kind_ == GapKind::non_negative) {
       if (r.max_mm[1] < m.min_mm[1]) return;
       task.bound = std::max(task.bound, 0.0);
     }
@@ -128,7 +128,7 @@ class Query {
     const Extent rx = extent(r, 0), mx = extent(m, 0), rz = extent(r, 2), mz = extent(m, 2);
     if (rx.least > mx.most || mx.least > rx.most || rz.least > mz.most || mz.least > rz.most) return false;
     const Extent ry = extent(r, 1), my = extent(m, 1);
-    if (kind_ == GapKind::from_here && ry.most < my.least) return false;
+    if (kind_ == GapKind::non_negative && ry.most < my.least) return false;
     return ry.least - my.most <= best_.travel_mm;
   }
 
@@ -157,4 +157,4 @@ Gap directional_gap(const TreeMesh& reference, const Mesh& moving_mesh, const Bo
   return query.run();
 }
 
-}  // namespace vrda
+}  // namespace vrda::proximity

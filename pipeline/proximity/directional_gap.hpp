@@ -3,9 +3,9 @@
 
 #include <limits>
 
-#include "proximity/placed.hpp"
+#include "proximity/placement.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 
 /// A travel and the pair of triangles in contact at its end.
 struct Gap {
@@ -15,13 +15,13 @@ struct Gap {
 
 /// Which travels count.
 enum class GapKind {
-  from_here,  ///< the smallest non-negative one: the next contact along Delta from the current pose
-  from_afar,  ///< the smallest signed one over facing pairs: the first contact of an object approaching from
-              ///< far below; negative when the current pose is beyond it
+  non_negative,   ///< the smallest non-negative one: the next contact along Delta from the current pose
+  signed_facing,  ///< the smallest signed one over facing pairs: the first contact of an object approaching
+                  ///< from far below; negative when the current pose is beyond it
 };
 
 struct GapOptions {
-  GapKind kind = GapKind::from_here;
+  GapKind kind = GapKind::non_negative;
   TrianglePair hint;  ///< a pair to evaluate first, usually the last result
 };
 
@@ -37,4 +37,4 @@ Gap directional_gap(const TreeMesh& reference, const Mesh& moving_mesh, const Bo
 /// The travel of one pair of triangles; infinite when their projections do not overlap.
 double pair_travel_mm(const Corners& reference, const Corners& moving, GapKind kind);
 
-}  // namespace vrda
+}  // namespace vrda::proximity

@@ -5,7 +5,7 @@
 #include <span>
 #include <utility>
 
-namespace vrda {
+namespace vrda::proximity {
 namespace {
 
 // Largest distance of a face from its neighbour's plane, relative to the largest coordinate, at which both
@@ -84,7 +84,8 @@ GapSurface gap_surface(const Mesh& mesh, std::vector<std::int32_t> triangles)
   return surface;
 }
 
-unsigned touching_edges(const GapSurface& surface, std::int32_t triangle, const std::vector<bool>& counts)
+unsigned first_contact_edges(const GapSurface& surface, std::int32_t triangle,
+                             const std::vector<bool>& counts)
 {
   unsigned edges = 0;
   for (unsigned k = 0; k < 3; ++k) {
@@ -359,4 +360,4 @@ MovingTree moving_tree(const GapSurface& surface, const std::vector<std::int32_t
   return tree_over<MovingTree>(surface, triangles);
 }
 
-}  // namespace vrda
+}  // namespace vrda::proximity

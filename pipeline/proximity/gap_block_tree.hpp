@@ -9,7 +9,7 @@
 #include "core/mesh.hpp"
 #include "proximity/gap_blocks.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 
 /// An edge can touch first if it is convex by more than rounding, a boundary, or not shared by exactly two
 /// consistently wound faces. Across a flat or reflex edge between two included faces the height difference is
@@ -27,7 +27,8 @@ struct GapSurface {
 GapSurface gap_surface(const Mesh& mesh, std::vector<std::int32_t> triangles);
 
 /// Bit i: the edge from corner i of `triangle` can touch first if only faces with `counts[row]` are included.
-unsigned touching_edges(const GapSurface& surface, std::int32_t triangle, const std::vector<bool>& counts);
+unsigned first_contact_edges(const GapSurface& surface, std::int32_t triangle,
+                             const std::vector<bool>& counts);
 
 /// Children of a block: blocks, or rows of triangles in a leaf; -1 for an unused lane. Blocks are in
 /// depth-first order, the root first.
@@ -58,4 +59,4 @@ ReferenceTree reference_tree(const GapSurface& surface);
 /// Over the listed triangles.
 MovingTree moving_tree(const GapSurface& surface, const std::vector<std::int32_t>& triangles);
 
-}  // namespace vrda
+}  // namespace vrda::proximity

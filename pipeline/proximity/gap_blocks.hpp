@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-namespace vrda {
+namespace vrda::proximity {
 
 inline constexpr int block_lanes = 8;
 
@@ -53,7 +53,7 @@ struct PlacedCorners {
   BlockRow x[3], z[3];
 };
 
-struct BlockTurn {
+struct BlockRotation {
   float R[3][3];
   float cull;  ///< faces with a normal further up than this are omitted
 };
@@ -83,8 +83,8 @@ struct LeafPair {
 
 /// The same functions compiled for one instruction set; all give the same bits.
 struct BlockFunctions {
-  void (*turn_inner)(const ReferenceInner&, const BlockTurn&, PlacedBlock&);
-  void (*turn_leaf)(const ReferenceLeaf&, const BlockTurn&, PlacedBlock&, PlacedCorners&);
+  void (*rotate_inner)(const ReferenceInner&, const BlockRotation&, PlacedBlock&);
+  void (*rotate_leaf)(const ReferenceLeaf&, const BlockRotation&, PlacedBlock&, PlacedCorners&);
   void (*place_inner)(const MovingInner&, const BlockPlacement&, PlacedBlock&);
   void (*place_leaf)(const MovingLeaf&, const BlockPlacement&, PlacedBlock&, PlacedCorners&);
   /// Whether any lane may be within the limit of one bound of the other object: an early rejection at an
@@ -105,4 +105,4 @@ inline constexpr float steep_normal = 0.5F;
 /// A normal with a larger y in float cannot have y <= -1e-6 in double.
 inline constexpr float facing_slack = 1e-5F;
 
-}  // namespace vrda
+}  // namespace vrda::proximity

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-namespace vrda {
+namespace vrda::proximity {
 namespace {
 
 // A point computed from different triangles differs by rounding: coordinates of 100 mm, divided by sines of
@@ -25,7 +25,7 @@ bool is_same(const GapFeature& a, const GapFeature& b)
 
 }  // namespace
 
-GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const MeetingPlace& candidate,
+GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const ContactCandidate& candidate,
                        const TrianglePair& pair)
 {
   GapFeature feature;
@@ -33,15 +33,15 @@ GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const Me
   feature.triangles = pair;
   const Corners &r = reference.corner, &m = moving.corner;
   switch (candidate.kind) {
-    case MeetingPlace::Kind::moving_vertex:
+    case ContactCandidate::Kind::moving_vertex:
       feature.point_mm = m[candidate.moving];
       feature.normal = unit_normal(r);
       break;
-    case MeetingPlace::Kind::reference_vertex:
+    case ContactCandidate::Kind::reference_vertex:
       feature.point_mm = r[candidate.reference] - candidate.travel_mm * Eigen::Vector3d::UnitY();
       feature.normal = -unit_normal(m);
       break;
-    case MeetingPlace::Kind::edges: {
+    case ContactCandidate::Kind::edges: {
       const Eigen::Vector3d d = r[(candidate.reference + 1) % 3] - r[candidate.reference];
       const Eigen::Vector3d e = m[(candidate.moving + 1) % 3] - m[candidate.moving];
       feature.point_mm = m[candidate.moving] + candidate.along_moving * e;
@@ -79,4 +79,4 @@ Vector5d travel_gradient(const GapFeature& feature, const MovingPose& pose)
   return -(point_jacobian(touch, pose).transpose() * feature.normal) / feature.normal.y();
 }
 
-}  // namespace vrda
+}  // namespace vrda::proximity

@@ -4,11 +4,11 @@
 #include "proximity/gap_kernel.hpp"
 #include "proximity/gap_query.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 
 /// `reference` is directed down, `moving` up. The normal is the face's for a vertex on a face, the cross
 /// product of the edges for two edges.
-GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const MeetingPlace& candidate,
+GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const ContactCandidate& candidate,
                        const TrianglePair& pair);
 
 /// Sorts by travel and removes duplicates found through several pairs of triangles (of equal travels the
@@ -16,4 +16,4 @@ GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const Me
 /// linearisation.
 void merge_features(std::vector<GapFeature>& features);
 
-}  // namespace vrda
+}  // namespace vrda::proximity

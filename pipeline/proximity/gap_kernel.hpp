@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
-#include "proximity/placed.hpp"
+#include "proximity/placement.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 
 namespace gap_rules {
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -36,8 +36,8 @@ struct GapFace {
   bool is_vertical = true;
   unsigned edges = 7;  ///< bit i: the edge from corner i to the next can touch first
 
-  bool looks_up() const { return !is_vertical && projected > 0.0; }
-  bool looks_down() const { return !is_vertical && projected < 0.0; }
+  bool faces_up() const { return !is_vertical && projected > 0.0; }
+  bool faces_down() const { return !is_vertical && projected < 0.0; }
 };
 
 inline double doubled_area(const Corners& t)
@@ -76,7 +76,7 @@ inline bool height_over(const GapFace& face, const Eigen::Vector3d& p, double& h
 }
 
 /// A point where the pair can touch.
-struct MeetingPlace {
+struct ContactCandidate {
   enum class Kind { moving_vertex, reference_vertex, edges };
   Kind kind = Kind::moving_vertex;
   unsigned reference = 0;     ///< corner, or first corner of the edge
@@ -86,7 +86,8 @@ struct MeetingPlace {
 };
 
 /// Crossing of the projected edges from corner i of r and k of m; false if they do not cross.
-inline bool edges_cross(const GapFace& r, unsigned i, const GapFace& m, unsigned k, MeetingPlace& candidate)
+inline bool edges_cross(const GapFace& r, unsigned i, const GapFace& m, unsigned k,
+                        ContactCandidate& candidate)
 {
   const Eigen::Vector3d& a = r.corner[i];
   const Eigen::Vector3d d = r.corner[(i + 1) % 3] - a;
@@ -109,32 +110,32 @@ inline bool edges_cross(const GapFace& r, unsigned i, const GapFace& m, unsigned
     t = ((s * d.x() - wx) * e.x() + (s * d.z() - wz) * e.z()) / (e.x() * e.x() + e.z() * e.z());
     if (t < low || t > high) return false;
   }
-  candidate = {MeetingPlace::Kind::edges, i, k, t, (a.y() + s * d.y()) - (b.y() + t * e.y())};
+  candidate = {ContactCandidate::Kind::edges, i, k, t, (a.y() + s * d.y()) - (b.y() + t * e.y())};
   return true;
 }
 
 /// Calls `offer(candidate)` for every candidate of the pair in any orientation; masked edges are skipped.
 template <typename Offer>
-void visit_meeting_places(const GapFace& r, const GapFace& m, const Offer& offer)
+void visit_contact_candidates(const GapFace& r, const GapFace& m, const Offer& offer)
 {
   double height = 0.0;
   for (unsigned k = 0; k < 3 && !r.is_vertical; ++k) {
     if (height_over(r, m.corner[k], height)) {
-      offer(MeetingPlace{MeetingPlace::Kind::moving_vertex, 0, k, 0.0, height - m.corner[k].y()});
+      offer(ContactCandidate{ContactCandidate::Kind::moving_vertex, 0, k, 0.0, height - m.corner[k].y()});
     }
   }
   for (unsigned i = 0; i < 3 && !m.is_vertical; ++i) {
     if (height_over(m, r.corner[i], height)) {
-      offer(MeetingPlace{MeetingPlace::Kind::reference_vertex, i, 0, 0.0, r.corner[i].y() - height});
+      offer(ContactCandidate{ContactCandidate::Kind::reference_vertex, i, 0, 0.0, r.corner[i].y() - height});
     }
   }
   for (unsigned i = 0; i < 3; ++i) {
     if ((r.edges >> i & 1U) == 0) continue;
     for (unsigned k = 0; k < 3; ++k) {
-      MeetingPlace candidate;
+      ContactCandidate candidate;
       if ((m.edges >> k & 1U) != 0 && edges_cross(r, i, m, k, candidate)) offer(candidate);
     }
   }
 }
 
-}  // namespace vrda
+}  // namespace vrda::proximity

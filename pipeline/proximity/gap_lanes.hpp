@@ -4,15 +4,15 @@
 #include "proximity/gap_place_lanes.hpp"
 #include "proximity/gap_test_lanes.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 
 template <typename F>
 constexpr BlockFunctions block_functions()
 {
   using P = PlaceLanes<F>;
   using T = TestLanes<F>;
-  return {P::turn_inner,  P::turn_leaf, P::place_inner, P::place_leaf, T::reference_near,
-          T::moving_near, T::test,      T::test_ahead,  T::screen};
+  return {P::rotate_inner, P::rotate_leaf, P::place_inner, P::place_leaf, T::reference_near,
+          T::moving_near,  T::test,        T::test_ahead,  T::screen};
 }
 
-}  // namespace vrda
+}  // namespace vrda::proximity

@@ -8,7 +8,7 @@
 #endif
 #include "proximity/gap_lanes_float8.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 namespace {
 
 __m512 twice(const BlockRow& r)
@@ -66,4 +66,4 @@ constinit const BlockFunctions block_functions_avx512 = [] {
   return functions;
 }();
 
-}  // namespace vrda
+}  // namespace vrda::proximity

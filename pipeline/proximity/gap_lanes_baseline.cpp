@@ -3,7 +3,7 @@
 
 #include "proximity/gap_lanes.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 namespace {
 
 struct Float4 {
@@ -33,4 +33,4 @@ struct Float4 {
 
 constinit const BlockFunctions block_functions_baseline = block_functions<Float4>();
 
-}  // namespace vrda
+}  // namespace vrda::proximity

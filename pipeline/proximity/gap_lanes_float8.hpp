@@ -6,7 +6,7 @@
 
 #include "proximity/gap_lanes.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 namespace {
 
 struct Float8 {
@@ -30,4 +30,4 @@ struct Float8 {
 };
 
 }  // namespace
-}  // namespace vrda
+}  // namespace vrda::proximity

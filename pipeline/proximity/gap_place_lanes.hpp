@@ -5,7 +5,7 @@
 
 #include "proximity/gap_blocks.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 
 template <typename F>
 struct PlaceLanes {
@@ -27,7 +27,7 @@ struct PlaceLanes {
     return F::all(R[0]) * v[0] + F::all(R[1]) * v[1] + F::all(R[2]) * v[2];
   }
 
-  static void turn_inner(const ReferenceInner& in, const BlockTurn& turn, PlacedBlock& out)
+  static void rotate_inner(const ReferenceInner& in, const BlockRotation& turn, PlacedBlock& out)
   {
     for (int at = 0; at < block_lanes; at += F::width) {
       const F c[3] = {row(in.centre[0], at), row(in.centre[1], at), row(in.centre[2], at)};
@@ -64,8 +64,8 @@ struct PlaceLanes {
     box.z_high.store(out.z_high.lane + at);
   }
 
-  static void turn_leaf(const ReferenceLeaf& in, const BlockTurn& turn, PlacedBlock& out,
-                        PlacedCorners& corners)
+  static void rotate_leaf(const ReferenceLeaf& in, const BlockRotation& turn, PlacedBlock& out,
+                          PlacedCorners& corners)
   {
     for (int at = 0; at < block_lanes; at += F::width) {
       F low[3], high[3];
@@ -148,4 +148,4 @@ struct PlaceLanes {
   }
 };
 
-}  // namespace vrda
+}  // namespace vrda::proximity

@@ -9,7 +9,7 @@
 #include "proximity/gap_features.hpp"
 #include "proximity/gap_walk.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 namespace {
 
 std::vector<std::int32_t> all_rows(const Mesh& mesh)
@@ -55,7 +55,7 @@ struct GapTree::Data {
   }
   const MovingTree& as_moving(GapKind kind) const
   {
-    if (kind == GapKind::from_afar) {
+    if (kind == GapKind::signed_facing) {
       std::call_once(up_once_, [this] { up_tree_ = moving_tree(surface, up); });
       return up_tree_;
     }
@@ -79,13 +79,13 @@ GapTree::GapTree(const Mesh& mesh, const std::vector<std::int32_t>& triangles)
   std::vector<bool> looks_up(data->faces.size());
   for (const std::int32_t t : data->surface.triangles) {
     const ExactFace& face = data->faces[static_cast<std::size_t>(t)];
-    if (!gap_face(face.corner, face.doubled_area).looks_up()) continue;
+    if (!gap_face(face.corner, face.doubled_area).faces_up()) continue;
     looks_up[static_cast<std::size_t>(t)] = true;
     data->up.push_back(t);
   }
   data->up_edges.assign(data->faces.size(), 0);
   for (const std::int32_t t : data->up) {
-    data->up_edges[static_cast<std::size_t>(t)] = touching_edges(data->surface, t, looks_up);
+    data->up_edges[static_cast<std::size_t>(t)] = first_contact_edges(data->surface, t, looks_up);
   }
   if (mesh.vertices_mm.rows() > 0) data->radius_mm = mesh.vertices_mm.rowwise().norm().maxCoeff();
   data_ = std::move(data);
@@ -121,12 +121,12 @@ class Hints {
 struct GapQuery::State {
   std::shared_ptr<const GapTree::Data> reference, moving;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  std::optional<GapWalk> signed_traversal, forward_traversal;  // built on first use
+  std::optional<DualTreeTraversal> signed_traversal, forward_traversal;  // built on first use
   Hints signed_hints, forward_hints;
-  GapAnswer answer;
+  GapResult answer;
   struct NearCandidate {
     TrianglePair pair;
-    MeetingPlace at;
+    ContactCandidate at;
   };
   std::vector<NearCandidate> near;  // possible features
   std::vector<TrianglePair> close;
@@ -148,7 +148,7 @@ struct GapQuery::State {
   void start(const MovingPose& pose, const Placement& place);
   void find_least(const Placement& place);
   void find_features(const Placement& place, double band_mm);
-  GapWalk& traversal(GapKind kind);
+  DualTreeTraversal& traversal(GapKind kind);
 };
 
 bool GapQuery::State::looks_down(std::int32_t row) const
@@ -187,11 +187,11 @@ template <typename Offer>
 void GapQuery::State::visit_pair(const TrianglePair& pair, const Placement& place, const Offer& offer)
 {
   GapFace r = reference_face(pair.reference);
-  if (!r.looks_down()) return;
+  if (!r.faces_down()) return;
   r.edges = reference_edges(pair.reference);
   GapFace m = moving_face(pair.moving, place);
   m.edges = moving->up_edges[static_cast<std::size_t>(pair.moving)];
-  visit_meeting_places(r, m, [&](const MeetingPlace& at) {
+  visit_contact_candidates(r, m, [&](const ContactCandidate& at) {
     if (at.travel_mm < answer.travel_mm || (at.travel_mm == answer.travel_mm && pair < answer.pair)) {
       answer.travel_mm = at.travel_mm;
       answer.pair = pair;
@@ -202,7 +202,7 @@ void GapQuery::State::visit_pair(const TrianglePair& pair, const Placement& plac
 
 void GapQuery::State::try_pair(const TrianglePair& pair, const Placement& place)
 {
-  visit_pair(pair, place, [](const GapFace&, const GapFace&, const MeetingPlace&) {});
+  visit_pair(pair, place, [](const GapFace&, const GapFace&, const ContactCandidate&) {});
 }
 
 void GapQuery::State::reset_answer()
@@ -216,13 +216,13 @@ void GapQuery::State::start(const MovingPose& pose, const Placement& place)
 {
   ++n_queries;
   reset_answer();
-  traversal(GapKind::from_afar).place(pose, reach_mm(pose));
+  traversal(GapKind::signed_facing).place(pose, reach_mm(pose));
   for (const TrianglePair& hint : signed_hints) try_pair(hint, place);
 }
 
 void GapQuery::State::find_least(const Placement& place)
 {
-  traversal(GapKind::from_afar)
+  traversal(GapKind::signed_facing)
       .run([this] { return answer.travel_mm; },
            [this, &place](const TrianglePair& pair) { try_pair(pair, place); });
 }
@@ -232,10 +232,10 @@ void GapQuery::State::find_least(const Placement& place)
 void GapQuery::State::find_features(const Placement& place, double band_mm)
 {
   near.clear();
-  traversal(GapKind::from_afar)
+  traversal(GapKind::signed_facing)
       .run([this, band_mm] { return answer.travel_mm + band_mm; },
            [&](const TrianglePair& pair) {
-             visit_pair(pair, place, [&](const GapFace&, const GapFace&, const MeetingPlace& at) {
+             visit_pair(pair, place, [&](const GapFace&, const GapFace&, const ContactCandidate& at) {
                if (at.travel_mm <= answer.travel_mm + band_mm) near.push_back({pair, at});
              });
            });
@@ -251,15 +251,16 @@ void GapQuery::State::find_features(const Placement& place, double band_mm)
 void GapQuery::State::try_touch(const TrianglePair& pair, const Placement& place, Gap& best) const
 {
   const GapFace r = reference_face(pair.reference), m = moving_face(pair.moving, place);
-  visit_meeting_places(r, m, [&](const MeetingPlace& at) {
+  visit_contact_candidates(r, m, [&](const ContactCandidate& at) {
     if (at.travel_mm < 0.0 || at.travel_mm > best.travel_mm) return;
     if (at.travel_mm < best.travel_mm || pair < best.pair) best = {at.travel_mm, pair};
   });
 }
 
-GapWalk& GapQuery::State::traversal(GapKind kind)
+DualTreeTraversal& GapQuery::State::traversal(GapKind kind)
 {
-  std::optional<GapWalk>& known = kind == GapKind::from_afar ? signed_traversal : forward_traversal;
+  std::optional<DualTreeTraversal>& known =
+      kind == GapKind::signed_facing ? signed_traversal : forward_traversal;
   if (!known) {
     known.emplace(reference->as_reference(), moving->as_moving(kind), kind);
     known->turn(R);
@@ -282,7 +283,7 @@ GapQuery::GapQuery(GapQuery&&) noexcept = default;
 void GapQuery::set_attitude(const Attitude& attitude)
 {
   state_->R = reference_rotation(attitude);
-  for (std::optional<GapWalk>* known : {&state_->signed_traversal, &state_->forward_traversal}) {
+  for (std::optional<DualTreeTraversal>* known : {&state_->signed_traversal, &state_->forward_traversal}) {
     if (*known) (*known)->turn(state_->R);
   }
 }
@@ -296,7 +297,7 @@ double GapQuery::travel_mm(const MovingPose& pose)
   return state_->answer.travel_mm;
 }
 
-double GapQuery::travel_at_most_mm(const MovingPose& pose)
+double GapQuery::travel_upper_bound_mm(const MovingPose& pose)
 {
   const Placement place(pose);
   state_->reset_answer();
@@ -304,7 +305,7 @@ double GapQuery::travel_at_most_mm(const MovingPose& pose)
   return state_->answer.travel_mm;
 }
 
-const GapAnswer& GapQuery::features(const MovingPose& pose, double band_mm)
+const GapResult& GapQuery::features(const MovingPose& pose, double band_mm)
 {
   const Placement place(pose);
   state_->start(pose, place);
@@ -315,12 +316,12 @@ const GapAnswer& GapQuery::features(const MovingPose& pose, double band_mm)
   return state_->answer;
 }
 
-Gap GapQuery::touch(const MovingPose& pose)
+Gap GapQuery::next_contact(const MovingPose& pose)
 {
   State& state = *state_;
   ++state.n_queries;
   const Placement place(pose);
-  GapWalk& traversal = state.traversal(GapKind::from_here);
+  DualTreeTraversal& traversal = state.traversal(GapKind::non_negative);
   traversal.place(pose, state.reach_mm(pose));
   Gap best;
   for (const TrianglePair& hint : state.forward_hints) state.try_touch(hint, place, best);
@@ -335,7 +336,7 @@ const std::vector<TrianglePair>& GapQuery::close_pairs(const MovingPose& pose, d
   // Two points within the band differ by at most the band in height; on a plane of 60 degrees, the steepest
   // bound, the offset across Delta adds at most 1.74 bands.
   const double limit_mm = 3.0 * band_mm;
-  GapWalk& traversal = state_->traversal(GapKind::from_here);
+  DualTreeTraversal& traversal = state_->traversal(GapKind::non_negative);
   traversal.place(pose, state_->reach_mm(pose), band_mm);
   ++state_->n_queries;
   state_->close.clear();
@@ -348,4 +349,4 @@ int GapQuery::n_queries() const
   return state_->n_queries;
 }
 
-}  // namespace vrda
+}  // namespace vrda::proximity

@@ -8,7 +8,7 @@
 #include "core/coordinates.hpp"
 #include "proximity/directional_gap.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 
 /// A contact or near contact: a vertex under a face, a vertex over a face, or two edges that cross in
 /// projection. Rules:
@@ -33,7 +33,7 @@ struct GapFeature {
 /// contact. The derivative over y is -1.
 Vector5d travel_gradient(const GapFeature& feature, const MovingPose& pose);
 
-struct GapAnswer {
+struct GapResult {
   double travel_mm = std::numeric_limits<double>::infinity();  ///< infinite: no facing pair
   TrianglePair pair;                                           ///< -1, -1 without a facing pair
   std::vector<GapFeature> features;  ///< those within the band of `travel_mm`, nearest first
@@ -72,14 +72,14 @@ class GapQuery {
   /// Upper bound of travel_mm(pose) from the hints, often equal to it; infinite where no hint applies. Runs
   /// no query. Depends on earlier queries, so it must not decide anything that travel_mm() would decide
   /// differently.
-  double travel_at_most_mm(const MovingPose& pose);
+  double travel_upper_bound_mm(const MovingPose& pose);
 
   /// The same with the features whose travel is within `band_mm` of it. Valid until the next call.
-  const GapAnswer& features(const MovingPose& pose, double band_mm);
+  const GapResult& features(const MovingPose& pose, double band_mm);
 
   /// The next contact along +Y from the current pose: the smallest non-negative travel over all pairs of
   /// triangles. Bitwise equal to directional_gap() with GapKind::non_negative.
-  Gap touch(const MovingPose& pose);
+  Gap next_contact(const MovingPose& pose);
 
   /// A superset of the pairs of triangles within `band_mm` of each other at the pose, in any direction;
   /// unordered. Valid until the next call.
@@ -92,4 +92,4 @@ class GapQuery {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::proximity

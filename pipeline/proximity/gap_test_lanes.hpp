@@ -5,7 +5,7 @@
 
 #include "proximity/gap_blocks.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 
 template <typename F>
 struct TestLanes {
@@ -177,4 +177,4 @@ struct TestLanes {
   }
 };
 
-}  // namespace vrda
+}  // namespace vrda::proximity

@@ -4,7 +4,7 @@
 
 #include "proximity/instruction_set.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 namespace {
 
 const BlockFunctions& functions_of(InstructionSet set)
@@ -45,7 +45,7 @@ double gap_slack_mm(double reach_mm)
   return 128.0 / 16777216.0 * reach_mm + 1e-9;
 }
 
-GapWalk::GapWalk(const ReferenceTree& reference, const MovingTree& moving, GapKind kind)
+DualTreeTraversal::DualTreeTraversal(const ReferenceTree& reference, const MovingTree& moving, GapKind kind)
     : reference_(reference),
       moving_(moving),
       kind_(kind),
@@ -59,16 +59,16 @@ GapWalk::GapWalk(const ReferenceTree& reference, const MovingTree& moving, GapKi
 {
 }
 
-void GapWalk::turn(const Eigen::Matrix3d& R)
+void DualTreeTraversal::turn(const Eigen::Matrix3d& R)
 {
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 3; ++k) turn_.R[i][k] = static_cast<float>(R(i, k));
   }
-  turn_.cull = kind_ == GapKind::from_afar ? facing_slack : 2.0F;  // beyond any normal
+  turn_.cull = kind_ == GapKind::signed_facing ? facing_slack : 2.0F;  // beyond any normal
   advance_stamp(turn_stamp_, reference_stamps_);
 }
 
-void GapWalk::place(const MovingPose& pose, double reach_mm, double margin_mm)
+void DualTreeTraversal::place(const MovingPose& pose, double reach_mm, double margin_mm)
 {
   const SinCos turn = sin_cos(pose.theta_rad);
   slack_mm_ = gap_slack_mm(reach_mm) + margin_mm;
@@ -81,7 +81,7 @@ void GapWalk::place(const MovingPose& pose, double reach_mm, double margin_mm)
   advance_stamp(place_stamp_, moving_stamps_);
 }
 
-bool GapWalk::test(const Task& task, float limit)
+bool DualTreeTraversal::test(const Task& task, float limit)
 {
   const auto r = static_cast<std::size_t>(task.reference), m = static_cast<std::size_t>(task.moving);
   if (reference_stamps_[r] != turn_stamp_) {
@@ -89,9 +89,9 @@ bool GapWalk::test(const Task& task, float limit)
     const Block& block = reference_.blocks[r];
     const auto slot = static_cast<std::size_t>(block.slot);
     if (block.is_leaf()) {
-      functions_->turn_leaf(reference_.leaves[slot], turn_, reference_placed_[r], reference_corners_[slot]);
+      functions_->rotate_leaf(reference_.leaves[slot], turn_, reference_placed_[r], reference_corners_[slot]);
     } else {
-      functions_->turn_inner(reference_.inner[slot], turn_, reference_placed_[r]);
+      functions_->rotate_inner(reference_.inner[slot], turn_, reference_placed_[r]);
     }
   }
   if (moving_stamps_[m] != place_stamp_) {
@@ -114,13 +114,13 @@ bool GapWalk::test(const Task& task, float limit)
     const PlacedBlock& parent = moving_placed_[static_cast<std::size_t>(m_block.parent)];
     if (!functions_->reference_near(reference_placed_[r], lane_of(parent, m_block.lane), limit)) return false;
   }
-  if (kind_ == GapKind::from_afar) {
+  if (kind_ == GapKind::signed_facing) {
     return functions_->test(reference_placed_[r], moving_placed_[m], limit, pairs_);
   }
   return functions_->test_ahead(reference_placed_[r], moving_placed_[m], {-placement_.slack, limit}, pairs_);
 }
 
-void GapWalk::screen(const Block& r, const Block& m, float limit)
+void DualTreeTraversal::screen(const Block& r, const Block& m, float limit)
 {
   const auto r_index = static_cast<std::size_t>(&r - reference_.blocks.data());
   const auto m_index = static_cast<std::size_t>(&m - moving_.blocks.data());
@@ -130,7 +130,7 @@ void GapWalk::screen(const Block& r, const Block& m, float limit)
                      pairs_);
 }
 
-void GapWalk::push_children(const Task& task, const Block& r, const Block& m)
+void DualTreeTraversal::push_children(const Task& task, const Block& r, const Block& m)
 {
   // Only the taller subtree descends, so that leaves are paired with leaves: a block paired with much finer
   // ones is visited too often.
@@ -162,4 +162,4 @@ void GapWalk::push_children(const Task& task, const Block& r, const Block& m)
   std::iter_swap(nearest, tasks_.end() - 1);
 }
 
-}  // namespace vrda
+}  // namespace vrda::proximity

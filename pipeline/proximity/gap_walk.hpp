@@ -9,16 +9,16 @@
 #include "proximity/directional_gap.hpp"
 #include "proximity/gap_block_tree.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 
 /// Error bound of the float bounds, mm, for vertices of either object up to `reach_mm` from the origin of S.
 double gap_slack_mm(double reach_mm);
 
-class GapWalk {
+class DualTreeTraversal {
  public:
   /// Keeps references to the trees. Uses the current instruction_set(). `signed_facing` skips reference faces
   /// directed up, `non_negative` skips pairs that the moving object has passed.
-  GapWalk(const ReferenceTree& reference, const MovingTree& moving, GapKind kind);
+  DualTreeTraversal(const ReferenceTree& reference, const MovingTree& moving, GapKind kind);
 
   void turn(const Eigen::Matrix3d& R);
   /// With a margin, pairs of triangles within it of each other count as touching.
@@ -73,7 +73,7 @@ class GapWalk {
   const MovingTree& moving_;
   GapKind kind_;
   const BlockFunctions* functions_;
-  BlockTurn turn_{};
+  BlockRotation turn_{};
   BlockPlacement placement_{};
   double slack_mm_ = 0.0;
   std::uint32_t turn_stamp_ = 1, place_stamp_ = 1;
@@ -84,4 +84,4 @@ class GapWalk {
   BlockPairs pairs_{};
 };
 
-}  // namespace vrda
+}  // namespace vrda::proximity

@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::proximity {
 namespace {
 
 std::atomic<InstructionSet>& chosen()
@@ -39,4 +39,4 @@ InstructionSet instruction_set()
   return chosen();
 }
 
-}  // namespace vrda
+}  // namespace vrda::proximity

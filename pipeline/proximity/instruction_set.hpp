@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace vrda {
+namespace vrda::proximity {
 
 enum class InstructionSet {
   baseline,  ///< SSE2: x86-64-v1 and -v2 processors
@@ -19,4 +19,4 @@ std::vector<InstructionSet> instruction_sets();
 void set_instruction_set(InstructionSet set);
 InstructionSet instruction_set();
 
-}  // namespace vrda
+}  // namespace vrda::proximity

@@ -9,7 +9,7 @@
 #include "core/units.hpp"
 #include "motion/poses.hpp"
 
-namespace vrda {
+namespace vrda::reduce {
 namespace {
 
 // A mean of two columns this close to a third column is that column: rounding of degrees.
@@ -17,7 +17,7 @@ constexpr double same_varus_deg = 1e-9;
 
 /// One flexion of the grid.
 struct Row {
-  const MotionModel& model;
+  const store::MotionModel& model;
   Eigen::Index flexion;
   double spine_varus_deg;
 
@@ -61,7 +61,7 @@ double distance_deg(const Row& row, const Run& run)
 }
 
 /// Finds the columns around `varus_deg`, which must be between solved columns.
-VarusChoice between_columns(const Row& row, ZeroVarusSource source, double varus_deg)
+VarusChoice between_columns(const Row& row, store::ZeroVarusSource source, double varus_deg)
 {
   VarusChoice choice;
   choice.source = source;
@@ -73,7 +73,8 @@ VarusChoice between_columns(const Row& row, ZeroVarusSource source, double varus
     if (row.is_solved(j) && row.varus_deg(j) <= varus_deg + same_varus_deg) choice.before = j;
   }
   const double before_deg = row.varus_deg(choice.before), after_deg = row.varus_deg(choice.after);
-  if (choice.before != choice.after) choice.share_after = (varus_deg - before_deg) / (after_deg - before_deg);
+  if (choice.before != choice.after)
+    choice.weight_after = (varus_deg - before_deg) / (after_deg - before_deg);
   return choice;
 }
 
@@ -83,7 +84,7 @@ VarusChoice mean_of(const Row& row, const std::vector<Run>& runs)
     return distance_deg(row, a) < distance_deg(row, b);
   });
   const double first_deg = row.varus_deg(run.first), last_deg = row.varus_deg(run.last);
-  VarusChoice choice = between_columns(row, ZeroVarusSource::both_touch, 0.5 * (first_deg + last_deg));
+  VarusChoice choice = between_columns(row, store::ZeroVarusSource::both_touch, 0.5 * (first_deg + last_deg));
   choice.first_deg = first_deg;
   choice.last_deg = last_deg;
   return choice;
@@ -117,21 +118,21 @@ VarusChoice given_varus_choice(const Row& row)
   const double nearest_deg = *std::min_element(roots_deg.begin(), roots_deg.end(), [&](double a, double b) {
     return std::abs(a - row.spine_varus_deg) < std::abs(b - row.spine_varus_deg);
   });
-  return between_columns(row, ZeroVarusSource::interpolated, nearest_deg);
+  return between_columns(row, store::ZeroVarusSource::interpolated, nearest_deg);
 }
 
 VarusChoice free_varus_choice(const Row& row)
 {
   VarusChoice choice;
   if (!row.is_solved(0)) return choice;
-  choice.source = ZeroVarusSource::free;
+  choice.source = store::ZeroVarusSource::free;
   choice.varus_deg = row.model.varus_solved_deg(row.flexion, 0);
   return choice;
 }
 
 }  // namespace
 
-std::vector<VarusChoice> varus_choices(const MotionModel& model, const Motion& raw)
+std::vector<VarusChoice> varus_choices(const store::MotionModel& model, const motion::Motion& raw)
 {
   std::vector<VarusChoice> choices;
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
@@ -158,10 +159,10 @@ double shared_mm(double a_mm, double b_mm)
 
 }  // namespace
 
-Rolling rolling_between(const Bearing& start, const Bearing& end)
+Rolling rolling_between(const CompartmentContact& start, const CompartmentContact& end)
 {
   const Eigen::Matrix3d R_reference_moving =
-      orientation_midway(start.X_reference_moving, end.X_reference_moving);
+      midpoint_orientation(start.X_reference_moving, end.X_reference_moving);
   Rolling rolling;
   rolling.reference_mm =
       forward_mm(R_reference_moving.transpose() * (end.p_reference_mm - start.p_reference_mm));
@@ -183,53 +184,55 @@ struct ReducedPose {
   double varus_deg = 0.0;
 };
 
-ReducedPose cell_pose(const MotionModel& model, Eigen::Index i, Eigen::Index j)
+ReducedPose cell_pose(const store::MotionModel& model, Eigen::Index i, Eigen::Index j)
 {
   ReducedPose pose;
   pose.t_mm = {model.tx_mm(i, j), model.ty_mm(i, j), model.tz_mm(i, j)};
   pose.theta_deg = model.theta_deg(i, j);
   const auto cell = static_cast<std::size_t>(i * model.status.cols() + j);
-  pose.X_reference_moving = pose_in(model.X_reference_moving, cell);
+  pose.X_reference_moving = store::pose_in(model.X_reference_moving, cell);
   return pose;
 }
 
-ReducedPose raw_pose(const MotionModel& model, const Motion& raw, Eigen::Index i, const VarusChoice& choice)
+ReducedPose raw_pose(const store::MotionModel& model, const motion::Motion& raw, Eigen::Index i,
+                     const VarusChoice& choice)
 {
   ReducedPose pose = cell_pose(model, i, choice.before);
   pose.varus_deg = choice.varus_deg;
   if (choice.before == choice.after) return pose;
   const ReducedPose after = cell_pose(model, i, choice.after);
-  pose.t_mm += choice.share_after * (after.t_mm - pose.t_mm);
-  pose.theta_deg += choice.share_after * (after.theta_deg - pose.theta_deg);
+  pose.t_mm += choice.weight_after * (after.t_mm - pose.t_mm);
+  pose.theta_deg += choice.weight_after * (after.theta_deg - pose.theta_deg);
   const Attitude attitude{rad_from_deg(model.flexion_deg[static_cast<std::size_t>(i)]),
                           rad_from_deg(choice.varus_deg)};
-  const PoseNumbers numbers{pose.t_mm.x(), pose.t_mm.y(), pose.t_mm.z(), rad_from_deg(pose.theta_deg)};
-  pose.X_reference_moving = raw.placed(attitude, numbers).X_reference_moving;
+  const motion::PoseCoordinates numbers{pose.t_mm.x(), pose.t_mm.y(), pose.t_mm.z(),
+                                        rad_from_deg(pose.theta_deg)};
+  pose.X_reference_moving = raw.joint_pose(attitude, numbers).X_reference_moving;
   return pose;
 }
 
 /// Empty if the set has no pose.
-std::optional<ReducedPose> set_pose(const MotionModel& model, const Motion& motion, Eigen::Index i,
-                                    const VarusChoice& choice)
+std::optional<ReducedPose> set_pose(const store::MotionModel& model, const motion::Motion& motion,
+                                    Eigen::Index i, const VarusChoice& choice)
 {
-  const JointPose joint = motion.at(
+  const motion::JointPose joint = motion.at(
       {rad_from_deg(model.flexion_deg[static_cast<std::size_t>(i)]), rad_from_deg(choice.varus_deg)});
-  if (joint.status != PoseStatus::solved) return {};
+  if (joint.status != motion::PoseStatus::solved) return {};
   ReducedPose pose;
   pose.X_reference_moving = joint.X_reference_moving;
   pose.t_mm = joint.X_world_moving * model.rotation_centre_mm;
   pose.theta_deg = deg_from_rad(joint.theta_rad);
   // With free varus a smoothed set may have its own varus.
-  pose.varus_deg =
-      choice.source == ZeroVarusSource::free ? deg_from_rad(joint.attitude.varus_rad) : choice.varus_deg;
+  pose.varus_deg = choice.source == store::ZeroVarusSource::free ? deg_from_rad(joint.attitude.varus_rad)
+                                                                 : choice.varus_deg;
   return pose;
 }
 
-ZeroVarus empty_table(const MotionModel& model)
+store::ZeroVarus empty_table(const store::MotionModel& model)
 {
   const std::size_t n = model.flexion_deg.size(), n_steps = n - 1;
-  ZeroVarus z;
-  z.source.assign(n, static_cast<std::int8_t>(ZeroVarusSource::none));
+  store::ZeroVarus z;
+  z.source.assign(n, static_cast<std::int8_t>(store::ZeroVarusSource::none));
   for (auto* of_flexion : {&z.varus_deg, &z.varus_first_deg, &z.varus_last_deg, &z.tx_mm, &z.ty_mm, &z.tz_mm,
                            &z.theta_deg, &z.clinical_flexion_deg, &z.clinical_varus_deg,
                            &z.internal_rotation_deg, &z.anterior_mm, &z.proximal_mm, &z.lateral_mm})
@@ -248,7 +251,7 @@ ZeroVarus empty_table(const MotionModel& model)
   return z;
 }
 
-void put_pose(ZeroVarus& z, const MotionModel& model, std::size_t i, const ReducedPose& pose)
+void put_pose(store::ZeroVarus& z, const store::MotionModel& model, std::size_t i, const ReducedPose& pose)
 {
   z.varus_deg[i] = pose.varus_deg;
   z.tx_mm[i] = pose.t_mm.x();
@@ -256,7 +259,7 @@ void put_pose(ZeroVarus& z, const MotionModel& model, std::size_t i, const Reduc
   z.tz_mm[i] = pose.t_mm.z();
   z.theta_deg[i] = pose.theta_deg;
   Eigen::Map<Matrix4>(&z.X_reference_moving[16 * i]) = pose.X_reference_moving.matrix();
-  const Clinical clinical = clinical_of(
+  const ClinicalCoordinates clinical = clinical_coordinates(
       pose.X_reference_moving, model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm);
   z.clinical_flexion_deg[i] = deg_from_rad(clinical.flexion_rad);
   z.clinical_varus_deg[i] = deg_from_rad(clinical.varus_rad);
@@ -284,13 +287,14 @@ Eigen::Vector3d point_between(const std::vector<double>& path_mm, std::size_t fi
   const Eigen::Vector3d after = row3(path_mm, first_cell + static_cast<std::size_t>(choice.after));
   if (std::isnan(after.x())) return before;
   if (std::isnan(before.x())) return after;
-  return before + choice.share_after * (after - before);
+  return before + choice.weight_after * (after - before);
 }
 
-void put_contacts(ZeroVarus& z, const MotionModel& model, std::size_t i, const VarusChoice& choice)
+void put_contacts(store::ZeroVarus& z, const store::MotionModel& model, std::size_t i,
+                  const VarusChoice& choice)
 {
   if (!model.contact_paths) return;
-  const ContactPaths& paths = *model.contact_paths;
+  const store::ContactPaths& paths = *model.contact_paths;
   const std::size_t first_cell = i * model.varus_deg.size();
   put_row3(z.medial_reference_mm, i, point_between(paths.medial_reference_mm, first_cell, choice));
   put_row3(z.medial_moving_mm, i, point_between(paths.medial_moving_mm, first_cell, choice));
@@ -298,9 +302,10 @@ void put_contacts(ZeroVarus& z, const MotionModel& model, std::size_t i, const V
   put_row3(z.lateral_moving_mm, i, point_between(paths.lateral_moving_mm, first_cell, choice));
 }
 
-void put_axes(ZeroVarus& z, std::size_t k, const Eigen::Vector3d& centre_mm)
+void put_axes(store::ZeroVarus& z, std::size_t k, const Eigen::Vector3d& centre_mm)
 {
-  const Pose start = pose_in(z.X_reference_moving, k), end = pose_in(z.X_reference_moving, k + 1);
+  const Pose start = store::pose_in(z.X_reference_moving, k),
+             end = store::pose_in(z.X_reference_moving, k + 1);
   if (const std::optional<HelicalAxis> axis = helical_axis(start, end, centre_mm)) {
     z.helical_rotation_deg[k] = deg_from_rad(axis->rotation_rad);
     z.helical_translation_mm[k] = axis->translation_mm;
@@ -312,16 +317,19 @@ void put_axes(ZeroVarus& z, std::size_t k, const Eigen::Vector3d& centre_mm)
 }
 
 /// Empty unless the compartment is in contact at both ends.
-std::optional<Rolling> rolling_of(const ZeroVarus& z, std::size_t k, const std::vector<double>& reference_mm,
+std::optional<Rolling> rolling_of(const store::ZeroVarus& z, std::size_t k,
+                                  const std::vector<double>& reference_mm,
                                   const std::vector<double>& moving_mm)
 {
-  const Bearing start{pose_in(z.X_reference_moving, k), row3(reference_mm, k), row3(moving_mm, k)};
-  const Bearing end{pose_in(z.X_reference_moving, k + 1), row3(reference_mm, k + 1), row3(moving_mm, k + 1)};
+  const CompartmentContact start{store::pose_in(z.X_reference_moving, k), row3(reference_mm, k),
+                                 row3(moving_mm, k)};
+  const CompartmentContact end{store::pose_in(z.X_reference_moving, k + 1), row3(reference_mm, k + 1),
+                               row3(moving_mm, k + 1)};
   if (std::isnan(start.p_reference_mm.x()) || std::isnan(end.p_reference_mm.x())) return {};
   return rolling_between(start, end);
 }
 
-void put_rolling(ZeroVarus& z, std::size_t k)
+void put_rolling(store::ZeroVarus& z, std::size_t k)
 {
   if (const auto medial = rolling_of(z, k, z.medial_reference_mm, z.medial_moving_mm)) {
     z.medial_rolling_mm[k] = medial->rolling_mm;
@@ -333,28 +341,28 @@ void put_rolling(ZeroVarus& z, std::size_t k)
   }
 }
 
-bool has_pose(const ZeroVarus& z, std::size_t i)
+bool has_pose(const store::ZeroVarus& z, std::size_t i)
 {
-  return z.source[i] != static_cast<std::int8_t>(ZeroVarusSource::none);
+  return z.source[i] != static_cast<std::int8_t>(store::ZeroVarusSource::none);
 }
 
 }  // namespace
 
-bool is_reducible(const MotionModel& model)
+bool is_reducible(const store::MotionModel& model)
 {
-  return model.has_compartments || Motion(model, "raw").is_varus_free();
+  return model.has_compartments || motion::Motion(model, "raw").is_varus_free();
 }
 
-ZeroVarus reduce(const MotionModel& model, const std::string& set)
+store::ZeroVarus reduce(const store::MotionModel& model, const std::string& set)
 {
   check(is_reducible(model), "a joint without compartments and with given varus has no zero varus");
-  const Motion raw(model, "raw"), motion(model, set);
+  const motion::Motion raw(model, "raw"), motion(model, set);
   const std::vector<VarusChoice> choices = varus_choices(model, raw);
-  ZeroVarus z = empty_table(model);
+  store::ZeroVarus z = empty_table(model);
   z.set = set;
   for (std::size_t i = 0; i < choices.size(); ++i) {
     const VarusChoice& choice = choices[i];
-    if (choice.source == ZeroVarusSource::none) continue;
+    if (choice.source == store::ZeroVarusSource::none) continue;
     const auto row = static_cast<Eigen::Index>(i);
     const std::optional<ReducedPose> pose =
         set == "raw" ? raw_pose(model, raw, row, choice) : set_pose(model, motion, row, choice);
@@ -373,12 +381,12 @@ ZeroVarus reduce(const MotionModel& model, const std::string& set)
   return z;
 }
 
-int n_reduced(const ZeroVarus& zero_varus)
+int n_reduced_flexions(const store::ZeroVarus& zero_varus)
 {
-  const auto none = static_cast<std::int8_t>(ZeroVarusSource::none);
+  const auto none = static_cast<std::int8_t>(store::ZeroVarusSource::none);
   return static_cast<int>(
       zero_varus.source.size() -
       static_cast<std::size_t>(std::count(zero_varus.source.begin(), zero_varus.source.end(), none)));
 }
 
-}  // namespace vrda
+}  // namespace vrda::reduce

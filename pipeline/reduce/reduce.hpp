@@ -10,16 +10,16 @@
 #include "motion/poses.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::reduce {
 
 /// The zero varus of one flexion. Both columns are solved ones, and equal if the varus is that of a column.
 struct VarusChoice {
-  ZeroVarusSource source = ZeroVarusSource::none;
+  store::ZeroVarusSource source = store::ZeroVarusSource::none;
   double varus_deg = std::numeric_limits<double>::quiet_NaN();
   double first_deg = std::numeric_limits<double>::quiet_NaN();  ///< only for both_touch, like last_deg
   double last_deg = std::numeric_limits<double>::quiet_NaN();
   Eigen::Index before = 0, after = 0;  ///< columns around it
-  double share_after = 0.0;            ///< weight of `after` in a linear interpolation
+  double weight_after = 0.0;           ///< weight of `after` in a linear interpolation
 };
 
 /// [n_flexion]. If varus was free: the solved varus. Else the mean of the first and last solved column in
@@ -27,10 +27,10 @@ struct VarusChoice {
 /// nearest to the spine counts. Without such columns: the root nearest to the spine of gap_medial -
 /// gap_lateral, linear between neighbouring solved columns. Else none. `raw` is the motion of the model's raw
 /// surfaces. Source: thesis 5.4, which has a single run.
-std::vector<VarusChoice> varus_choices(const MotionModel& model, const Motion& raw);
+std::vector<VarusChoice> varus_choices(const store::MotionModel& model, const motion::Motion& raw);
 
 /// Contact of a compartment at one pose. Both points are the same contact.
-struct Bearing {
+struct CompartmentContact {
   Pose X_reference_moving = Pose::Identity();
   Eigen::Vector3d p_reference_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d p_moving_mm = Eigen::Vector3d::Zero();
@@ -48,17 +48,17 @@ struct Rolling {
 /// Rolling between two contacts. The travel on the reference is rotated into the moving body's axes midway
 /// between both poses. Chords approximate arcs: relative error a^2 / 24 for a rotation a.
 /// Source: rolling of two bodies on each other; formulas in schemas/clinical.md.
-Rolling rolling_between(const Bearing& start, const Bearing& end);
+Rolling rolling_between(const CompartmentContact& start, const CompartmentContact& end);
 
 /// True if the joint has compartments or varus was free.
-bool is_reducible(const MotionModel& model);
+bool is_reducible(const store::MotionModel& model);
 
 /// The flexion-only motion: varus from the raw cells, poses from `set`, one of set_names(model). Poses of
 /// "raw" are linear between the two adjacent columns, or those of the cell; contact points always come from
 /// the raw cells. The model must be reducible. Flexions without a pose, possibly all, have source none.
-ZeroVarus reduce(const MotionModel& model, const std::string& set);
+store::ZeroVarus reduce(const store::MotionModel& model, const std::string& set);
 
 /// Number of flexions with a pose.
-int n_reduced(const ZeroVarus& zero_varus);
+int n_reduced_flexions(const store::ZeroVarus& zero_varus);
 
-}  // namespace vrda
+}  // namespace vrda::reduce

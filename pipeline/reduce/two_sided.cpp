@@ -14,7 +14,7 @@
 #include "reduce/reduce.hpp"
 #include "smooth/smooth.hpp"
 
-namespace vrda {
+namespace vrda::reduce {
 namespace {
 
 constexpr double first_bracket_rad = rad_from_deg(0.25);
@@ -27,21 +27,21 @@ constexpr double contact_gap_mm = 0.01;
 
 /// Raw poses over flexion; varus is their own.
 struct RawCourse {
-  SmoothInput input;  ///< [n_flexion, 1]
+  smooth::SmoothInput input;  ///< [n_flexion, 1]
   std::vector<double>
       gap_difference_mm;  ///< [n_flexion] medial less lateral where a side is lifted off, else 0
 };
 
-GridD column_of(const std::vector<double>& values)
+store::GridD column_of(const std::vector<double>& values)
 {
-  return Eigen::Map<const GridD>(values.data(), static_cast<Eigen::Index>(values.size()), 1);
+  return Eigen::Map<const store::GridD>(values.data(), static_cast<Eigen::Index>(values.size()), 1);
 }
 
 /// `Poses` is FreeSpine or ZeroVarus.
 template <typename Poses>
-SmoothInput course_of(const MotionModel& model, const Poses& poses, GridB status)
+smooth::SmoothInput course_of(const store::MotionModel& model, const Poses& poses, store::GridB status)
 {
-  SmoothInput input;
+  smooth::SmoothInput input;
   input.name = model.title;
   input.flexion_deg = model.flexion_deg;
   input.varus_deg = {0.0};
@@ -50,46 +50,48 @@ SmoothInput course_of(const MotionModel& model, const Poses& poses, GridB status
   input.tz_mm = column_of(poses.tz_mm);
   input.theta_deg = column_of(poses.theta_deg);
   input.varus_solved_deg = column_of(poses.varus_deg);
-  input.theta_determined = GridB::Constant(status.rows(), 1, 1);
+  input.theta_determined = store::GridB::Constant(status.rows(), 1, 1);
   input.status = std::move(status);
   return input;
 }
 
-SmoothInput raw_course(const MotionModel& model)
+smooth::SmoothInput raw_course(const store::MotionModel& model)
 {
   const auto n = static_cast<Eigen::Index>(model.flexion_deg.size());
-  GridB status(n, 1);
+  store::GridB status(n, 1);
   if (model.equilibrium) {
-    const FreeSpine& spine = model.equilibrium->spine;
+    const store::FreeSpine& spine = model.equilibrium->spine;
     for (Eigen::Index i = 0; i < n; ++i) status(i, 0) = spine.status[static_cast<std::size_t>(i)];
     return course_of(model, spine, std::move(status));
   }
-  const ZeroVarus poses = reduce(model, "raw");
+  const store::ZeroVarus poses = reduce(model, "raw");
   for (Eigen::Index i = 0; i < n; ++i) {
-    const bool has_pose = poses.source[static_cast<std::size_t>(i)] != code_of(ZeroVarusSource::none);
-    status(i, 0) = has_pose ? status_stable : code_of(StepStatus::pending);
+    const bool has_pose =
+        poses.source[static_cast<std::size_t>(i)] != store::code_of(store::ZeroVarusSource::none);
+    status(i, 0) = has_pose ? status_stable : store::code_of(StepStatus::pending);
   }
   return course_of(model, poses, std::move(status));
 }
 
 /// Medial less lateral at the raw poses, where the equilibrium lifts a side off.
-std::vector<double> lift_off_mm(const MotionModel& model, const Motion& motion, const SmoothInput& course,
-                                int n_threads)
+std::vector<double> lift_off_mm(const store::MotionModel& model, const motion::Motion& motion,
+                                const smooth::SmoothInput& course, int n_threads)
 {
   std::vector<double> difference_mm(course.flexion_deg.size(), 0.0);
   if (!model.equilibrium) return difference_mm;
-  for_each_row(model, motion, course.flexion_deg, n_threads, [&](std::size_t row, PoseMeter& meter) {
-    const auto i = static_cast<Eigen::Index>(row);
-    if (course.status(i, 0) != status_stable) return;
-    const Attitude attitude{rad_from_deg(course.flexion_deg[row]),
-                            rad_from_deg(course.varus_solved_deg(i, 0))};
-    const JointPose pose = motion.placed(
-        attitude,
-        {course.tx_mm(i, 0), course.ty_mm(i, 0), course.tz_mm(i, 0), rad_from_deg(course.theta_deg(i, 0))});
-    const CompartmentGaps gaps = meter.compartment_gaps(attitude, pose.X_reference_moving);
-    if (std::max(gaps.medial_mm, gaps.lateral_mm) > model.contact_resolution_mm)
-      difference_mm[row] = gaps.medial_mm - gaps.lateral_mm;
-  });
+  audit::for_each_row(
+      model, motion, course.flexion_deg, n_threads, [&](std::size_t row, audit::PoseMeter& meter) {
+        const auto i = static_cast<Eigen::Index>(row);
+        if (course.status(i, 0) != status_stable) return;
+        const Attitude attitude{rad_from_deg(course.flexion_deg[row]),
+                                rad_from_deg(course.varus_solved_deg(i, 0))};
+        const motion::JointPose pose =
+            motion.joint_pose(attitude, {course.tx_mm(i, 0), course.ty_mm(i, 0), course.tz_mm(i, 0),
+                                         rad_from_deg(course.theta_deg(i, 0))});
+        const audit::CompartmentGaps gaps = meter.compartment_gaps(attitude, pose.X_reference_moving);
+        if (std::max(gaps.medial_mm, gaps.lateral_mm) > model.contact_resolution_mm)
+          difference_mm[row] = gaps.medial_mm - gaps.lateral_mm;
+      });
   return difference_mm;
 }
 
@@ -121,23 +123,23 @@ std::optional<double> balanced_varus_rad(const Imbalance& imbalance_mm, double s
   return std::nullopt;
 }
 
-TwoSided without_poses(std::vector<double> flexion_deg, int degree)
+store::TwoSided without_poses(std::vector<double> flexion_deg, int degree)
 {
   const std::size_t n = flexion_deg.size();
-  TwoSided result;
+  store::TwoSided result;
   result.degree = degree;
   result.flexion_deg = std::move(flexion_deg);
-  result.contact.assign(n, code_of(TwoSidedContact::no_pose));
+  result.contact.assign(n, store::code_of(store::TwoSidedContact::no_pose));
   for (std::vector<double>* column : {&result.tx_mm, &result.ty_mm, &result.tz_mm, &result.theta_deg,
                                       &result.varus_deg, &result.gap_medial_mm, &result.gap_lateral_mm})
     column->assign(n, nan);
   return result;
 }
 
-TwoSidedContact contact_of(const CompartmentGaps& gaps)
+store::TwoSidedContact contact_of(const audit::CompartmentGaps& gaps)
 {
-  if (std::max(gaps.medial_mm, gaps.lateral_mm) <= contact_gap_mm) return TwoSidedContact::both;
-  return gaps.medial_mm < gaps.lateral_mm ? TwoSidedContact::medial : TwoSidedContact::lateral;
+  if (std::max(gaps.medial_mm, gaps.lateral_mm) <= contact_gap_mm) return store::TwoSidedContact::both;
+  return gaps.medial_mm < gaps.lateral_mm ? store::TwoSidedContact::medial : store::TwoSidedContact::lateral;
 }
 
 int steps_per_interval(const std::vector<double>& flexion_deg, double spacing_deg)
@@ -150,15 +152,16 @@ int steps_per_interval(const std::vector<double>& flexion_deg, double spacing_de
 
 }  // namespace
 
-std::optional<TwoSided> two_sided(const MotionModel& model, const TwoSidedOptions& options, int n_threads)
+std::optional<store::TwoSided> two_sided(const store::MotionModel& model, const TwoSidedOptions& options,
+                                         int n_threads)
 {
   if (!model.has_compartments) return std::nullopt;
-  const SmoothInput course = raw_course(model);
-  const int degree = largest_degree(course, options.degree);
+  const smooth::SmoothInput course = raw_course(model);
+  const int degree = smooth::largest_degree(course, options.degree);
   if (degree < 0) return std::nullopt;
-  const SmoothedSurfaces smooth_course =
-      smoothed_surfaces(model, smooth(course, degree, {options.is_robust}));
-  const Motion motion(model, "raw");
+  const motion::SmoothedSurfaces smooth_course =
+      motion::smoothed_surfaces(model, smooth::smooth(course, degree, {options.is_robust}));
+  const motion::Motion motion(model, "raw");
   const std::vector<double> difference_mm = lift_off_mm(model, motion, course, n_threads);
 
   std::vector<std::size_t> posed;
@@ -166,44 +169,46 @@ std::optional<TwoSided> two_sided(const MotionModel& model, const TwoSidedOption
     if (course.status(static_cast<Eigen::Index>(i), 0) == status_stable) posed.push_back(i);
   const double first_deg = course.flexion_deg[posed.front()], last_deg = course.flexion_deg[posed.back()];
 
-  TwoSided result = without_poses(
-      refined(model.flexion_deg, steps_per_interval(model.flexion_deg, options.spacing_deg)), degree);
-  for_each_row(model, motion, result.flexion_deg, n_threads, [&](std::size_t row, PoseMeter& meter) {
-    const double flexion_deg = result.flexion_deg[row], flexion_rad = rad_from_deg(flexion_deg);
-    if (flexion_deg < first_deg || flexion_deg > last_deg) return;
-    const PoseAndVarus smooth_pose = evaluate(smooth_course, {flexion_rad, 0.0});
-    PoseNumbers numbers{smooth_pose[0], smooth_pose[1], smooth_pose[2], smooth_pose[3]};
-    const auto pose_at = [&](double varus_rad) {
-      return motion.placed({flexion_rad, varus_rad}, numbers).X_reference_moving;
-    };
-    const auto gaps_at = [&](double varus_rad) {
-      return meter.compartment_gaps({flexion_rad, varus_rad}, pose_at(varus_rad));
-    };
-    const double wanted_mm = linear_at(course.flexion_deg, difference_mm, flexion_deg);
-    const auto imbalance_mm = [&](double varus_rad) {
-      const CompartmentGaps gaps = gaps_at(varus_rad);
-      return gaps.medial_mm - gaps.lateral_mm - wanted_mm;
-    };
-    const std::optional<double> varus_rad = balanced_varus_rad(imbalance_mm, smooth_pose[4]);
-    if (!varus_rad) return;
-    const double travel_mm = meter.travel_into_contact_mm({flexion_rad, *varus_rad}, pose_at(*varus_rad));
-    if (std::isnan(travel_mm)) return;
-    const Eigen::Vector3d shift_mm = travel_mm * motion.delta(flexion_rad);
-    for (std::size_t axis = 0; axis < 3; ++axis) numbers[axis] += shift_mm[static_cast<Eigen::Index>(axis)];
-    const CompartmentGaps gaps = gaps_at(*varus_rad);
-    result.contact[row] = code_of(contact_of(gaps));
-    result.tx_mm[row] = numbers[0];
-    result.ty_mm[row] = numbers[1];
-    result.tz_mm[row] = numbers[2];
-    result.theta_deg[row] = deg_from_rad(numbers[3]);
-    result.varus_deg[row] = deg_from_rad(*varus_rad);
-    result.gap_medial_mm[row] = gaps.medial_mm;
-    result.gap_lateral_mm[row] = gaps.lateral_mm;
-  });
+  store::TwoSided result = without_poses(
+      audit::refined(model.flexion_deg, steps_per_interval(model.flexion_deg, options.spacing_deg)), degree);
+  audit::for_each_row(
+      model, motion, result.flexion_deg, n_threads, [&](std::size_t row, audit::PoseMeter& meter) {
+        const double flexion_deg = result.flexion_deg[row], flexion_rad = rad_from_deg(flexion_deg);
+        if (flexion_deg < first_deg || flexion_deg > last_deg) return;
+        const motion::PoseAndVarus smooth_pose = motion::evaluate(smooth_course, {flexion_rad, 0.0});
+        motion::PoseCoordinates numbers{smooth_pose[0], smooth_pose[1], smooth_pose[2], smooth_pose[3]};
+        const auto pose_at = [&](double varus_rad) {
+          return motion.joint_pose({flexion_rad, varus_rad}, numbers).X_reference_moving;
+        };
+        const auto gaps_at = [&](double varus_rad) {
+          return meter.compartment_gaps({flexion_rad, varus_rad}, pose_at(varus_rad));
+        };
+        const double wanted_mm = linear_at(course.flexion_deg, difference_mm, flexion_deg);
+        const auto imbalance_mm = [&](double varus_rad) {
+          const audit::CompartmentGaps gaps = gaps_at(varus_rad);
+          return gaps.medial_mm - gaps.lateral_mm - wanted_mm;
+        };
+        const std::optional<double> varus_rad = balanced_varus_rad(imbalance_mm, smooth_pose[4]);
+        if (!varus_rad) return;
+        const double travel_mm = meter.travel_into_contact_mm({flexion_rad, *varus_rad}, pose_at(*varus_rad));
+        if (std::isnan(travel_mm)) return;
+        const Eigen::Vector3d shift_mm = travel_mm * motion.delta(flexion_rad);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          numbers[axis] += shift_mm[static_cast<Eigen::Index>(axis)];
+        const audit::CompartmentGaps gaps = gaps_at(*varus_rad);
+        result.contact[row] = store::code_of(contact_of(gaps));
+        result.tx_mm[row] = numbers[0];
+        result.ty_mm[row] = numbers[1];
+        result.tz_mm[row] = numbers[2];
+        result.theta_deg[row] = deg_from_rad(numbers[3]);
+        result.varus_deg[row] = deg_from_rad(*varus_rad);
+        result.gap_medial_mm[row] = gaps.medial_mm;
+        result.gap_lateral_mm[row] = gaps.lateral_mm;
+      });
   if (std::ranges::all_of(result.contact,
-                          [](std::int8_t c) { return c == code_of(TwoSidedContact::no_pose); }))
+                          [](std::int8_t c) { return c == store::code_of(store::TwoSidedContact::no_pose); }))
     return std::nullopt;
   return result;
 }
 
-}  // namespace vrda
+}  // namespace vrda::reduce

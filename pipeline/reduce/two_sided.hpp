@@ -5,7 +5,7 @@
 
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::reduce {
 
 struct TwoSidedOptions {
   int degree = 6;          ///< of the polynomials of x, z and theta; lowered to what the raw poses determine
@@ -27,6 +27,7 @@ struct TwoSidedOptions {
 ///    gaps.
 /// Empty if the joint has no compartments or the raw course has no pose. Bitwise equal for any number of
 /// threads.
-std::optional<TwoSided> two_sided(const MotionModel& model, const TwoSidedOptions& options, int n_threads);
+std::optional<store::TwoSided> two_sided(const store::MotionModel& model, const TwoSidedOptions& options,
+                                         int n_threads);
 
-}  // namespace vrda
+}  // namespace vrda::reduce

@@ -15,18 +15,18 @@
 #include "load/words.hpp"
 #include "motion/poses.hpp"
 
-namespace vrda {
+namespace vrda::report {
 namespace {
 
 // Tolerance for equal flexions of two files: rounding.
 constexpr double same_flexion_deg = 1e-9;
 
-Side side_of(const MotionModel& model)
+Side side_of(const store::MotionModel& model)
 {
   return model.side == "left" ? Side::left : Side::right;
 }
 
-ClinicalCurve empty_curve(const MotionModel& model, std::string name)
+ClinicalCurve empty_curve(const store::MotionModel& model, std::string name)
 {
   ClinicalCurve curve;
   curve.name = std::move(name);
@@ -35,9 +35,11 @@ ClinicalCurve empty_curve(const MotionModel& model, std::string name)
   return curve;
 }
 
-void set_row(ClinicalCurve& curve, std::size_t row, const Pose& X_reference_moving, const MotionModel& model)
+void set_row(ClinicalCurve& curve, std::size_t row, const Pose& X_reference_moving,
+             const store::MotionModel& model)
 {
-  const Clinical c = clinical_of(X_reference_moving, side_of(model), model.rotation_centre_mm);
+  const ClinicalCoordinates c =
+      clinical_coordinates(X_reference_moving, side_of(model), model.rotation_centre_mm);
   const Eigen::Vector3d origin_mm = X_reference_moving.translation();
   curve.of(Quantity::internal)[row] = deg_from_rad(c.internal_rotation_rad);
   curve.of(Quantity::varus)[row] = deg_from_rad(c.varus_rad);
@@ -49,43 +51,44 @@ void set_row(ClinicalCurve& curve, std::size_t row, const Pose& X_reference_movi
   curve.of(Quantity::origin_lateral)[row] = side_of(model) == Side::left ? -origin_mm.z() : origin_mm.z();
 }
 
-ClinicalCurve raw_curve(const MotionModel& model)
+ClinicalCurve raw_curve(const store::MotionModel& model)
 {
   ClinicalCurve curve = empty_curve(model, "raw");
   const std::vector<Eigen::Index> spine = solved_spine(model);
   for (std::size_t i = 0; i < spine.size(); ++i) {
     if (spine[i] >= 0)
-      set_row(curve, i, pose_in(model.X_reference_moving, static_cast<std::size_t>(spine[i])), model);
+      set_row(curve, i, store::pose_in(model.X_reference_moving, static_cast<std::size_t>(spine[i])), model);
   }
   return curve;
 }
 
-ClinicalCurve zero_varus_curve(const MotionModel& model)
+ClinicalCurve zero_varus_curve(const store::MotionModel& model)
 {
   ClinicalCurve curve = empty_curve(model, "zero_varus");
   for (std::size_t i = 0; i < curve.flexion_deg.size(); ++i) {
-    if (model.zero_varus->source[i] == static_cast<std::int8_t>(ZeroVarusSource::none)) continue;
-    set_row(curve, i, pose_in(model.zero_varus->X_reference_moving, i), model);
+    if (model.zero_varus->source[i] == static_cast<std::int8_t>(store::ZeroVarusSource::none)) continue;
+    set_row(curve, i, store::pose_in(model.zero_varus->X_reference_moving, i), model);
   }
   return curve;
 }
 
 // The varus at which a smoothed set is evaluated: that of the flexion-only motion, so that curves differ only
 // by smoothing.
-double varus_rad(const MotionModel& model, const Motion& motion, std::size_t row)
+double varus_rad(const store::MotionModel& model, const motion::Motion& motion, std::size_t row)
 {
   if (model.zero_varus && std::isfinite(model.zero_varus->varus_deg[row]))
     return rad_from_deg(model.zero_varus->varus_deg[row]);
   return motion.balanced_varus_rad(rad_from_deg(model.flexion_deg[row]));
 }
 
-ClinicalCurve curve_of_set(const MotionModel& model, const std::string& set)
+ClinicalCurve curve_of_set(const store::MotionModel& model, const std::string& set)
 {
   ClinicalCurve curve = empty_curve(model, set);
-  const Motion motion(model, set);
+  const motion::Motion motion(model, set);
   for (std::size_t i = 0; i < curve.flexion_deg.size(); ++i) {
-    const JointPose pose = motion.at({rad_from_deg(curve.flexion_deg[i]), varus_rad(model, motion, i)});
-    if (pose.status == PoseStatus::solved) set_row(curve, i, pose.X_reference_moving, model);
+    const motion::JointPose pose =
+        motion.at({rad_from_deg(curve.flexion_deg[i]), varus_rad(model, motion, i)});
+    if (pose.status == motion::PoseStatus::solved) set_row(curve, i, pose.X_reference_moving, model);
   }
   return curve;
 }
@@ -121,7 +124,7 @@ double value_at(const std::vector<std::pair<double, double>>& points, double fle
 
 }  // namespace
 
-std::vector<Eigen::Index> solved_spine(const MotionModel& model)
+std::vector<Eigen::Index> solved_spine(const store::MotionModel& model)
 {
   std::vector<Eigen::Index> cells(model.flexion_deg.size(), -1);
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
@@ -133,11 +136,11 @@ std::vector<Eigen::Index> solved_spine(const MotionModel& model)
   return cells;
 }
 
-std::vector<ClinicalCurve> clinical_curves(const MotionModel& model)
+std::vector<ClinicalCurve> clinical_curves(const store::MotionModel& model)
 {
   std::vector<ClinicalCurve> curves;
   if (model.zero_varus) curves.push_back(zero_varus_curve(model));
-  for (const std::string& set : set_names(model)) {
+  for (const std::string& set : motion::set_names(model)) {
     if (set != "raw" && set != "zero_varus") curves.push_back(curve_of_set(model, set));
   }
   curves.push_back(raw_curve(model));
@@ -184,7 +187,7 @@ bool is_ignored(std::string_view name)
 {
   const bool is_matrix_entry = name.size() == 3 && name[0] == 'T' && name[1] >= '1' && name[1] <= '3' &&
                                name[2] >= '1' && name[2] <= '4';
-  static const std::vector<std::string> exported = flexion_csv_columns();
+  static const std::vector<std::string> exported = exports::flexion_csv_columns();
   return is_matrix_entry || std::find(exported.begin(), exported.end(), name) != exported.end() ||
          name == "frame" || name == "time_s" || name == "femur_rel_tibia_prox_mm" ||
          name == "femur_rel_tibia_ant_mm" || name == "femur_rel_tibia_lat_mm";
@@ -220,10 +223,10 @@ class CurveReader {
   void take(std::string_view line)
   {
     ++n_lines_;
-    line = trimmed(line);
+    line = load::trimmed(line);
     if (line.empty()) return;
     if (line.front() == '#') {
-      result_.notes.emplace_back(trimmed(line.substr(1)));
+      result_.comments.emplace_back(load::trimmed(line.substr(1)));
     } else if (columns_.empty()) {
       take_header(line);
     } else {
@@ -249,7 +252,7 @@ class CurveReader {
   void take_header(std::string_view line)
   {
     bool has_flexion = false, has_quantity = false;
-    for (const std::string_view name : fields_in(line)) {
+    for (const std::string_view name : load::split_fields(line)) {
       const std::optional<Column> column = column_named(name);
       if (!column) refuse("column '" + std::string(name) + "'", "an unknown column", wanted_columns);
       const bool is_repeated = column->kind != Column::Kind::ignored &&
@@ -266,7 +269,7 @@ class CurveReader {
 
   void take_row(std::string_view line)
   {
-    const std::vector<std::string_view> fields = fields_in(line);
+    const std::vector<std::string_view> fields = load::split_fields(line);
     if (fields.size() != columns_.size())
       refuse(here(), std::to_string(fields.size()) + " fields",
              std::to_string(columns_.size()) + ", as in the header");
@@ -279,7 +282,7 @@ class CurveReader {
     const bool may_be_empty = column.kind == Column::Kind::quantity;
     double number = std::numeric_limits<double>::quiet_NaN();
     if (!field.empty() || !may_be_empty) {
-      const std::optional<double> read = real_in(field);
+      const std::optional<double> read = load::parse_real(field);
       if (!read || !std::isfinite(*read))
         refuse(here() + ", " + name, "'" + std::string(field) + "'", "a finite number");
       number = *read;
@@ -313,8 +316,8 @@ CurveFile curve_from_text(const std::string& file, std::string_view text)
 
 CurveFile read_curve_file(const std::string& file)
 {
-  return curve_from_text(file,
-                         file_bytes(file, {file, "", "", "a CSV file of a curve"}, largest_curve_bytes));
+  return curve_from_text(
+      file, load::file_bytes(file, {file, "", "", "a CSV file of a curve"}, largest_curve_bytes));
 }
 
-}  // namespace vrda
+}  // namespace vrda::report

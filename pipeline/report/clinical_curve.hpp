@@ -8,7 +8,7 @@
 
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::report {
 
 /// Quantities of a curve. Angles in degrees, translations in mm; internal rotation, varus (adduction),
 /// anterior, proximal and lateral are positive, on both sides.
@@ -54,11 +54,11 @@ struct ClinicalCurve {
 };
 
 /// Index of the spine cell of each flexion; -1 if it is missing or not stable.
-std::vector<Eigen::Index> solved_spine(const MotionModel& model);
+std::vector<Eigen::Index> solved_spine(const store::MotionModel& model);
 
 /// The curves of a model at the flexions of its grid: "zero_varus" if reduced, each smoothed set at that
 /// varus (else at the balanced varus), and "raw", the spine cells.
-std::vector<ClinicalCurve> clinical_curves(const MotionModel& model);
+std::vector<ClinicalCurve> clinical_curves(const store::MotionModel& model);
 
 /// Difference of `curve` and `other` at the flexions of `other` within the range of `curve`, which is linear
 /// between its points.
@@ -73,8 +73,8 @@ CurveDifference difference(const ClinicalCurve& curve, const ClinicalCurve& othe
 
 /// A measured or published curve: a CSV file of clinical numbers over flexion.
 struct CurveFile {
-  ClinicalCurve curve;             ///< named like the file, without folder and extension
-  std::vector<std::string> notes;  ///< its comments, without the '#'
+  ClinicalCurve curve;                ///< named like the file, without folder and extension
+  std::vector<std::string> comments;  ///< its comments, without the '#'
 };
 
 /// Reads a header of column names, then rows; lines starting with '#' are comments. Needs flexion_deg and at
@@ -88,4 +88,4 @@ CurveFile read_curve_file(const std::string& file);
 /// As read_curve_file, from text; `file` gives the name and appears in errors.
 CurveFile curve_from_text(const std::string& file, std::string_view text);
 
-}  // namespace vrda
+}  // namespace vrda::report

@@ -9,7 +9,7 @@
 #include "core/units.hpp"
 #include "report/clinical_curve.hpp"
 
-namespace vrda {
+namespace vrda::report {
 namespace {
 
 // The certificate of an equilibrium (DESIGN.md 5.3) allows this share of the push.
@@ -50,7 +50,7 @@ double range_of(const std::vector<double>& values)
   return most >= least ? most - least : nan;
 }
 
-double largest_jump(const MotionModel& model)
+double largest_jump(const store::MotionModel& model)
 {
   const std::vector<Eigen::Index> spine = solved_spine(model);
   double result = nan;
@@ -62,21 +62,21 @@ double largest_jump(const MotionModel& model)
   return result;
 }
 
-void add_equilibrium(const MotionModel& model, Numbers& numbers)
+void add_equilibrium(const store::MotionModel& model, MotionSummary& numbers)
 {
-  const EquilibriumSurfaces& e = *model.equilibrium;
+  const store::EquilibriumSurfaces& e = *model.equilibrium;
   numbers.n_several_optima =
       std::count_if(e.spine.n_optima.begin(), e.spine.n_optima.end(), [](std::int32_t n) { return n > 1; });
   numbers.largest_optima_spread_deg = largest(e.spine.optima_theta_spread_deg);
   numbers.balance_residual_n = largest(e.balance_residual_n.data(), e.balance_residual_n.size());
-  const GridD opposite = -e.worst_gap_mm;
+  const store::GridD opposite = -e.worst_gap_mm;
   numbers.worst_gap_mm = -largest(opposite.data(), opposite.size());
   numbers.push_n = model.push.force_n.rows() > 0 ? model.push.force_n.rowwise().norm().maxCoeff() : nan;
 }
 
 using Lines = std::vector<std::string>;
 
-void add_unsolved(const MotionModel& model, Lines& lines)
+void add_unsolved(const store::MotionModel& model, Lines& lines)
 {
   for (const StepStatus status : all_step_statuses) {
     const auto n = (model.status == static_cast<std::int8_t>(status)).count();
@@ -92,7 +92,7 @@ void add_unsolved(const MotionModel& model, Lines& lines)
              static_cast<long long>(n_missing), spine.size()));
 }
 
-void add_doubtful(const MotionModel& model, Lines& lines)
+void add_doubtful(const store::MotionModel& model, Lines& lines)
 {
   for (const Plausibility plausibility : doubtful_plausibilities) {
     const auto n = (model.plausibility == static_cast<std::int8_t>(plausibility)).count();
@@ -104,38 +104,40 @@ void add_doubtful(const MotionModel& model, Lines& lines)
 
 void add_raw_extremes(const ReportModel& entry, Lines& lines)
 {
-  if (entry.raw.largest_penetration_mm > perceptible_mm)
-    lines.push_back(line(
-        "The raw motion overlaps by up to %.3g mm (%lld attitudes overlap), above the perceptible "
-        "%.3g mm.",
-        entry.raw.largest_penetration_mm, static_cast<long long>(entry.raw.n_overlapping), perceptible_mm));
+  if (entry.raw.largest_penetration_mm > compare::perceptible_mm)
+    lines.push_back(
+        line("The raw motion overlaps by up to %.3g mm (%lld attitudes overlap), above the perceptible "
+             "%.3g mm.",
+             entry.raw.largest_penetration_mm, static_cast<long long>(entry.raw.n_overlapping),
+             compare::perceptible_mm));
   if (std::isinf(entry.raw.largest_gap_mm)) {
     lines.push_back("At some attitudes no contact is ahead along Delta: the objects have separated.");
-  } else if (entry.raw.largest_gap_mm > std::max(perceptible_mm, entry.model.contact_resolution_mm)) {
+  } else if (entry.raw.largest_gap_mm >
+             std::max(compare::perceptible_mm, entry.model.contact_resolution_mm)) {
     lines.push_back(line("The raw motion has a gap of up to %.3g mm, above the perceptible %.3g mm.",
-                         entry.raw.largest_gap_mm, perceptible_mm));
+                         entry.raw.largest_gap_mm, compare::perceptible_mm));
   }
 }
 
 // One line for all degrees, since most of them overlap.
-void add_audits(const MotionModel& model, Lines& lines)
+void add_audits(const store::MotionModel& model, Lines& lines)
 {
   std::string found;
-  for (const AuditSet& audit : model.audits) {
+  for (const store::AuditSet& audit : model.audits) {
     if (audit.name == "raw") continue;
     const double deepest_mm = largest(audit.penetration_mm.data(), audit.penetration_mm.size());
-    const auto n = (audit.state == static_cast<std::int8_t>(AuditState::overlapping)).count();
-    if (deepest_mm > perceptible_mm)
+    const auto n = (audit.state == static_cast<std::int8_t>(store::AuditState::overlapping)).count();
+    if (deepest_mm > compare::perceptible_mm)
       found += line("%s%s by up to %.3g mm (%lld of %lld attitudes overlap)", found.empty() ? "" : ", ",
                     audit.name.c_str(), deepest_mm, static_cast<long long>(n),
                     static_cast<long long>(audit.state.size()));
   }
   if (!found.empty())
-    lines.push_back(line("Audits found overlaps above the perceptible %.3g mm: ", perceptible_mm) + found +
-                    ".");
+    lines.push_back(line("Audits found overlaps above the perceptible %.3g mm: ", compare::perceptible_mm) +
+                    found + ".");
 }
 
-void add_rotation(const MotionModel& model, const Numbers& numbers, Lines& lines)
+void add_rotation(const store::MotionModel& model, const MotionSummary& numbers, Lines& lines)
 {
   if (numbers.theta_undetermined_share > 0.0)
     lines.push_back(
@@ -153,7 +155,7 @@ void add_rotation(const MotionModel& model, const Numbers& numbers, Lines& lines
                          numbers.largest_spine_jump_deg));
 }
 
-void add_spine_at_border(const MotionModel& model, Lines& lines)
+void add_spine_at_border(const store::MotionModel& model, Lines& lines)
 {
   const auto n_varus = static_cast<Eigen::Index>(model.varus_deg.size());
   if (n_varus < 3) return;
@@ -168,14 +170,14 @@ void add_spine_at_border(const MotionModel& model, Lines& lines)
              static_cast<long long>(n)));
 }
 
-void add_interpolated(const MotionModel& model, Lines& lines)
+void add_interpolated(const store::MotionModel& model, Lines& lines)
 {
   if (!model.zero_varus) return;
   const std::vector<std::int8_t>& source = model.zero_varus->source;
-  const auto n =
-      std::count(source.begin(), source.end(), static_cast<std::int8_t>(ZeroVarusSource::interpolated));
+  const auto n = std::count(source.begin(), source.end(),
+                            static_cast<std::int8_t>(store::ZeroVarusSource::interpolated));
   const auto n_none =
-      std::count(source.begin(), source.end(), static_cast<std::int8_t>(ZeroVarusSource::none));
+      std::count(source.begin(), source.end(), static_cast<std::int8_t>(store::ZeroVarusSource::none));
   if (n > 0)
     lines.push_back(
         line("The zero-varus pose is interpolated between two varus columns at %lld of %zu flexions.",
@@ -187,9 +189,9 @@ void add_interpolated(const MotionModel& model, Lines& lines)
 
 }  // namespace
 
-Numbers numbers_of(const MotionModel& model)
+MotionSummary motion_summary(const store::MotionModel& model)
 {
-  Numbers numbers;
+  MotionSummary numbers;
   numbers.n_cells = model.status.size();
   numbers.n_stable = (model.status == status_stable).count();
   const auto n_undetermined = (model.theta_determined == 0).count();
@@ -213,8 +215,8 @@ Numbers numbers_of(const MotionModel& model)
 
 std::vector<std::string> warnings_of(const ReportModel& entry)
 {
-  const MotionModel& model = entry.model;
-  const Numbers numbers = numbers_of(model);
+  const store::MotionModel& model = entry.model;
+  const MotionSummary numbers = motion_summary(model);
   Lines lines;
   add_unsolved(model, lines);
   add_doubtful(model, lines);
@@ -231,4 +233,4 @@ std::vector<std::string> warnings_of(const ReportModel& entry)
   return lines;
 }
 
-}  // namespace vrda
+}  // namespace vrda::report

@@ -9,7 +9,7 @@
 #include "report/clinical_curve.hpp"
 #include "report/model_json.hpp"
 
-namespace vrda {
+namespace vrda::report {
 
 Json short_number(double value)
 {
@@ -25,7 +25,7 @@ Json short_numbers(const std::vector<double>& values)
   return list;
 }
 
-Json short_grid(const GridD& grid)
+Json short_grid(const store::GridD& grid)
 {
   Json rows = Json::array();
   for (Eigen::Index i = 0; i < grid.rows(); ++i) {
@@ -103,7 +103,7 @@ double crossing_mm(const Edge& edge, const Point& middle, const Point& direction
 
 }  // namespace
 
-std::vector<Eigen::Vector2d> outline(const Mesh& mesh, const OutlineOptions& options)
+std::vector<Eigen::Vector2d> projected_outline(const Mesh& mesh, const OutlineOptions& options)
 {
   const std::vector<Edge> edges = edges_of(mesh, options);
   if (edges.empty()) return {};
@@ -125,7 +125,7 @@ namespace {
 constexpr double rim_mm = 12.0;
 
 /// [n_flexion, 3] of the spine's cells.
-std::vector<double> along_spine(const MotionModel& model, const std::vector<double>& cells)
+std::vector<double> along_spine(const store::MotionModel& model, const std::vector<double>& cells)
 {
   std::vector<double> rows;
   for (const Eigen::Index cell : solved_spine(model)) {
@@ -140,15 +140,15 @@ struct Path {
   std::vector<double> reference_mm, moving_mm;  ///< [n_flexion, 3]
 };
 
-std::vector<Path> paths_of(const MotionModel& model)
+std::vector<Path> paths_of(const store::MotionModel& model)
 {
   if (model.zero_varus && !model.zero_varus->medial_reference_mm.empty()) {
-    const ZeroVarus& z = *model.zero_varus;
+    const store::ZeroVarus& z = *model.zero_varus;
     return {{"medial", z.medial_reference_mm, z.medial_moving_mm},
             {"lateral", z.lateral_reference_mm, z.lateral_moving_mm}};
   }
   if (!model.contact_paths) return {};
-  const ContactPaths& c = *model.contact_paths;
+  const store::ContactPaths& c = *model.contact_paths;
   return {{"medial", along_spine(model, c.medial_reference_mm), along_spine(model, c.medial_moving_mm)},
           {"lateral", along_spine(model, c.lateral_reference_mm), along_spine(model, c.lateral_moving_mm)}};
 }
@@ -169,7 +169,7 @@ Json outline_json(const Mesh& mesh, OutlineOptions heights)
   if (!(heights.from_mm <= heights.to_mm)) return list;
   heights.from_mm -= rim_mm;
   heights.to_mm += rim_mm;
-  for (const Eigen::Vector2d& p : outline(mesh, heights))
+  for (const Eigen::Vector2d& p : projected_outline(mesh, heights))
     list.push_back(Json::array({short_number(p.x()), short_number(p.y())}));
   return list;
 }
@@ -182,7 +182,7 @@ Mesh whole_mesh(const Body& body)
 }
 
 /// Force along Delta of one cell by compartment: none, medial, lateral.
-std::array<double, 3> forces_of_cell(const ForceRows& forces, Eigen::Index cell)
+std::array<double, 3> forces_of_cell(const store::ForceRows& forces, Eigen::Index cell)
 {
   if (cell < 0) return {nan, nan, nan};
   std::array<double, 3> sums{};
@@ -200,7 +200,7 @@ struct Bundle {
   std::vector<std::size_t> fibres;
 };
 
-std::vector<Bundle> bundles_of(const LigamentRows& ligaments)
+std::vector<Bundle> bundles_of(const store::LigamentRows& ligaments)
 {
   std::vector<Bundle> bundles;
   for (std::size_t f = 0; f < ligaments.bundle.size(); ++f) {
@@ -212,7 +212,8 @@ std::vector<Bundle> bundles_of(const LigamentRows& ligaments)
   return bundles;
 }
 
-Json bundle_json(const LigamentRows& ligaments, const Bundle& bundle, const std::vector<Eigen::Index>& spine)
+Json bundle_json(const store::LigamentRows& ligaments, const Bundle& bundle,
+                 const std::vector<Eigen::Index>& spine)
 {
   const std::size_t n_fibres = ligaments.name.size();
   std::vector<double> strain, tension_n;
@@ -235,7 +236,7 @@ Json bundle_json(const LigamentRows& ligaments, const Bundle& bundle, const std:
 
 }  // namespace
 
-Json contact_paths_json(const MotionModel& model)
+Json contact_paths_json(const store::MotionModel& model)
 {
   OutlineOptions reference, moving;
   reference.from_mm = moving.from_mm = std::numeric_limits<double>::infinity();
@@ -254,10 +255,10 @@ Json contact_paths_json(const MotionModel& model)
           {"outline_moving", outline_json(whole_mesh(model.moving), moving)}};
 }
 
-Json axes_json(const MotionModel& model)
+Json axes_json(const store::MotionModel& model)
 {
   if (!model.zero_varus) return nullptr;
-  const ZeroVarus& z = *model.zero_varus;
+  const store::ZeroVarus& z = *model.zero_varus;
   return {{"rotation_deg", short_numbers(z.helical_rotation_deg)},
           {"translation_mm", short_numbers(z.helical_translation_mm)},
           {"direction", short_rows(z.helical_direction, 3)},
@@ -269,7 +270,7 @@ Json axes_json(const MotionModel& model)
           {"lateral_sliding_mm", short_numbers(z.lateral_sliding_mm)}};
 }
 
-Json forces_json(const MotionModel& model)
+Json forces_json(const store::MotionModel& model)
 {
   if (!model.equilibrium) return nullptr;
   std::array<std::vector<double>, 3> sums;
@@ -282,7 +283,7 @@ Json forces_json(const MotionModel& model)
           {"lateral_n", short_numbers(sums[static_cast<std::size_t>(Compartment::lateral)])}};
 }
 
-Json fibres_json(const MotionModel& model)
+Json fibres_json(const store::MotionModel& model)
 {
   if (!model.ligaments || model.ligaments->name.empty()) return nullptr;
   const std::vector<Eigen::Index> spine = solved_spine(model);
@@ -292,10 +293,10 @@ Json fibres_json(const MotionModel& model)
   return bundles;
 }
 
-Json spine_json(const MotionModel& model)
+Json spine_json(const store::MotionModel& model)
 {
   if (!model.equilibrium) return nullptr;
-  const FreeSpine& spine = model.equilibrium->spine;
+  const store::FreeSpine& spine = model.equilibrium->spine;
   const std::vector<Eigen::Index> cells = solved_spine(model);
   std::vector<double> low_deg, high_deg;
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -311,4 +312,4 @@ Json spine_json(const MotionModel& model)
           {"n_optima", spine.n_optima}};
 }
 
-}  // namespace vrda
+}  // namespace vrda::report

@@ -6,12 +6,12 @@
 #include "report/report.hpp"
 #include "store/motion_model_file.hpp"
 
-namespace vrda {
+namespace vrda::report {
 namespace {
 
-bool is_varus_free(const MotionModel& model)
+bool is_varus_free(const store::MotionModel& model)
 {
-  return Motion(model, "raw").is_varus_free();
+  return motion::Motion(model, "raw").is_varus_free();
 }
 
 Json body_json(const Body& body)
@@ -25,7 +25,7 @@ Json body_json(const Body& body)
           {"visual_triangles", body.visual.mesh.triangles.rows()}};
 }
 
-Json statuses_json(const MotionModel& model)
+Json statuses_json(const store::MotionModel& model)
 {
   Json list = Json::array();
   for (const StepStatus status : all_step_statuses) {
@@ -48,7 +48,7 @@ Json plausibilities_json()
 
 Json numbers_json(const ReportModel& entry)
 {
-  const Numbers n = numbers_of(entry.model);
+  const MotionSummary n = motion_summary(entry.model);
   return {{"cells", n.n_cells},
           {"stable", n.n_stable},
           {"overlapping", entry.raw.n_overlapping},
@@ -70,7 +70,7 @@ Json numbers_json(const ReportModel& entry)
 
 Json head_json(const ReportModel& entry)
 {
-  const MotionModel& model = entry.model;
+  const store::MotionModel& model = entry.model;
   return {{"name", entry.name},
           {"title", model.title},
           {"joint", model.joint},
@@ -87,14 +87,14 @@ Json head_json(const ReportModel& entry)
           {"warnings", warnings_of(entry)}};
 }
 
-Json curves_json(const MotionModel& model)
+Json curves_json(const store::MotionModel& model)
 {
   Json list = Json::array();
   for (const ClinicalCurve& curve : clinical_curves(model)) list.push_back(curve_json(curve));
   return list;
 }
 
-Json raw_surfaces_json(const MotionModel& model)
+Json raw_surfaces_json(const store::MotionModel& model)
 {
   Json raw = {{"name", "raw"},
               {"tx", short_grid(model.tx_mm)},
@@ -106,11 +106,11 @@ Json raw_surfaces_json(const MotionModel& model)
 }
 
 // The set's surfaces plus the travel into contact, in W along the Delta of each flexion.
-Json recontacted_json(const MotionModel& model, const SmoothedSet& set, const std::string& name)
+Json recontacted_json(const store::MotionModel& model, const store::SmoothedSet& set, const std::string& name)
 {
   Json result = {{"name", name}};
-  for (const SmoothedSurface& surface : set.surfaces) {
-    GridD values = surface.values;
+  for (const store::SmoothedSurface& surface : set.surfaces) {
+    store::GridD values = surface.values;
     for (Eigen::Index i = 0; i < values.rows(); ++i) {
       const Eigen::Vector3d delta = model.push.delta.row(i).transpose();
       const double component = surface.name == "tx"   ? delta.x()
@@ -124,25 +124,26 @@ Json recontacted_json(const MotionModel& model, const SmoothedSet& set, const st
   return result;
 }
 
-Json surfaces_json(const MotionModel& model)
+Json surfaces_json(const store::MotionModel& model)
 {
   Json list = Json::array({raw_surfaces_json(model)});
-  for (const SmoothedSet& set : model.smoothed) {
+  for (const store::SmoothedSet& set : model.smoothed) {
     const std::string name = "degree_" + std::to_string(set.degree);
     Json values = {{"name", name}};
-    for (const SmoothedSurface& surface : set.surfaces) values[surface.name] = short_grid(surface.values);
+    for (const store::SmoothedSurface& surface : set.surfaces)
+      values[surface.name] = short_grid(surface.values);
     list.push_back(std::move(values));
     if (set.recontact_mm) list.push_back(recontacted_json(model, set, name + "_recontacted"));
   }
   return list;
 }
 
-Json degrees_json(const MotionModel& model)
+Json degrees_json(const store::MotionModel& model)
 {
   Json list = Json::array();
-  for (const SmoothedSet& set : model.smoothed) {
+  for (const store::SmoothedSet& set : model.smoothed) {
     Json surfaces = Json::array();
-    for (const SmoothedSurface& s : set.surfaces) {
+    for (const store::SmoothedSurface& s : set.surfaces) {
       surfaces.push_back({{"name", s.name},
                           {"cells", s.n_cells},
                           {"rms", short_number(s.rms)},
@@ -158,7 +159,7 @@ Json degrees_json(const MotionModel& model)
   return list;
 }
 
-double largest_of(const GridD& grid)
+double largest_of(const store::GridD& grid)
 {
   double most = -1.0;
   for (Eigen::Index k = 0; k < grid.size(); ++k) {
@@ -167,19 +168,21 @@ double largest_of(const GridD& grid)
   return most;
 }
 
-Json audits_json(const MotionModel& model)
+Json audits_json(const store::MotionModel& model)
 {
   Json list = Json::array();
-  for (const AuditSet& a : model.audits) {
-    const auto n_of = [&](AuditState state) { return (a.state == static_cast<std::int8_t>(state)).count(); };
+  for (const store::AuditSet& a : model.audits) {
+    const auto n_of = [&](store::AuditState state) {
+      return (a.state == static_cast<std::int8_t>(state)).count();
+    };
     const double gap_mm = largest_of(a.gap_mm), penetration_mm = largest_of(a.penetration_mm);
     list.push_back(
         {{"name", a.name},
          {"refine", a.refine},
          {"attitudes", a.state.size()},
-         {"no_pose", n_of(AuditState::no_pose)},
-         {"overlapping", n_of(AuditState::overlapping)},
-         {"nothing_ahead", n_of(AuditState::nothing_ahead)},
+         {"no_pose", n_of(store::AuditState::no_pose)},
+         {"overlapping", n_of(store::AuditState::overlapping)},
+         {"nothing_ahead", n_of(store::AuditState::nothing_ahead)},
          {"largest_gap_mm", gap_mm < 0.0 ? Json() : short_number(gap_mm)},
          {"largest_penetration_mm", penetration_mm < 0.0 ? Json() : short_number(penetration_mm)}});
   }
@@ -199,19 +202,19 @@ Json scaling_json(const std::optional<Scaling>& scaling)
           {"residual_mm", short_numbers(scaling->residual_mm)}};
 }
 
-Json provenance_json(const MotionModel& model)
+Json provenance_json(const store::MotionModel& model)
 {
   Json inputs = Json::array();
-  for (const InputFile& input : model.job.inputs)
+  for (const store::InputFile& input : model.job.inputs)
     inputs.push_back({{"name", input.name}, {"sha256", input.sha256}});
   return {{"job", model.job.text},
           {"resolved", model.job.resolved},
           {"inputs", inputs},
           {"scaling", scaling_json(model.job.scaling)},
-          {"format_version", format_version}};
+          {"format_version", store::format_version}};
 }
 
-Json flags_json(const GridB& flags)
+Json flags_json(const store::GridB& flags)
 {
   Json rows = Json::array();
   for (Eigen::Index i = 0; i < flags.rows(); ++i) {
@@ -223,10 +226,10 @@ Json flags_json(const GridB& flags)
 }
 
 // Bit 0: contact of the medial compartment, bit 1: of the lateral one; -1 without a pose.
-Json contacts_json(const MotionModel& model)
+Json contacts_json(const store::MotionModel& model)
 {
   if (!model.has_compartments) return nullptr;
-  GridB contacts = model.contact_medial;
+  store::GridB contacts = model.contact_medial;
   for (Eigen::Index k = 0; k < contacts.size(); ++k) {
     if (contacts.data()[k] < 0) continue;
     contacts.data()[k] =
@@ -235,7 +238,7 @@ Json contacts_json(const MotionModel& model)
   return flags_json(contacts);
 }
 
-Json errors_json(const std::string& name, const ErrorMeasures& errors)
+Json errors_json(const std::string& name, const compare::ErrorMeasures& errors)
 {
   return {{"name", name},
           {"rms", short_number(errors.rms)},
@@ -244,10 +247,10 @@ Json errors_json(const std::string& name, const ErrorMeasures& errors)
           {"roughness", short_number(errors.roughness)}};
 }
 
-Json faults_json(const DegreeRow& row)
+Json faults_json(const compare::DegreeRow& row)
 {
-  if (!row.faults) return nullptr;
-  const Faults& f = row.faults->at_grid;
+  if (!row.audit_totals) return nullptr;
+  const compare::AuditTotals& f = row.audit_totals->at_grid;
   return {{"attitudes", f.n_attitudes},
           {"overlapping", f.n_overlapping},
           {"nothing_ahead", f.n_nothing_ahead},
@@ -255,13 +258,13 @@ Json faults_json(const DegreeRow& row)
           {"largest_gap_mm", short_number(f.largest_gap_mm)}};
 }
 
-Json comparison_json(const std::optional<Comparison>& comparison)
+Json comparison_json(const std::optional<compare::Comparison>& comparison)
 {
   if (!comparison) return nullptr;
   Json rows = Json::array();
-  for (const DegreeRow& row : comparison->rows) {
+  for (const compare::DegreeRow& row : comparison->rows) {
     Json errors = Json::array({errors_json("translation", row.translation)});
-    for (const SurfaceRow& surface : row.surfaces) {
+    for (const compare::SurfaceRow& surface : row.surfaces) {
       const bool is_angle = surface.name == "theta" || surface.name == "varus";
       if (is_angle) errors.push_back(errors_json(surface.name, surface.errors));
     }
@@ -271,7 +274,7 @@ Json comparison_json(const std::optional<Comparison>& comparison)
                     {"faults", faults_json(row)}});
   }
   return {{"rows", rows},
-          {"not_carried", comparison->degrees_not_carried},
+          {"not_carried", comparison->undetermined_degrees},
           {"recommended", comparison->recommendation.degree},
           {"reason", comparison->recommendation.reason}};
 }
@@ -291,10 +294,10 @@ std::string base64(const std::string& bytes)
   return text;
 }
 
-Json stills_json(const Stills& stills)
+Json stills_json(const RenderedImages& stills)
 {
   Json list = Json::array();
-  for (const Still& still : stills.stills)
+  for (const RenderedImage& still : stills.images)
     list.push_back({{"view", still.view}, {"label", still.label}, {"png", base64(still.png)}});
   return {{"note", stills.note}, {"stills", list}};
 }
@@ -312,7 +315,7 @@ Json curve_json(const ClinicalCurve& curve)
 
 Json model_json(const ReportModel& entry, const ModelJsonOptions& options)
 {
-  const MotionModel& model = entry.model;
+  const store::MotionModel& model = entry.model;
   Json json = head_json(entry);
   json["curves"] = curves_json(model);
   json["provenance"] = provenance_json(model);
@@ -331,8 +334,8 @@ Json model_json(const ReportModel& entry, const ModelJsonOptions& options)
   json["axes"] = axes_json(model);
   json["forces"] = forces_json(model);
   json["fibres"] = fibres_json(model);
-  json["stills"] = stills_json(entry.stills);
+  json["stills"] = stills_json(entry.images);
   return json;
 }
 
-}  // namespace vrda
+}  // namespace vrda::report

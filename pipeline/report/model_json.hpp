@@ -10,7 +10,7 @@
 #include "store/grid.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::report {
 
 using Json = nlohmann::ordered_json;
 
@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 Json short_number(double value);
 Json short_numbers(const std::vector<double>& values);
 /// One row per flexion with the values over varus.
-Json short_grid(const GridD& grid);
+Json short_grid(const store::GridD& grid);
 /// Rows of `width` numbers.
 Json short_rows(const std::vector<double>& values, std::size_t width);
 
@@ -32,23 +32,23 @@ struct OutlineOptions {
 /// Closed star-shaped outline (X, Z, mm; canonical) of the mesh near the joint, projected along Y, as
 /// background of contact paths: in each direction from the centre of its bounding box the farthest crossing
 /// with an edge. Empty if no triangle is included; directions without a crossing are omitted.
-std::vector<Eigen::Vector2d> outline(const Mesh& mesh, const OutlineOptions& options);
+std::vector<Eigen::Vector2d> projected_outline(const Mesh& mesh, const OutlineOptions& options);
 
 /// Contact points of each compartment on both bodies over flexion, with the bodies' outlines; null without
 /// compartments. From the zero-varus motion if present, else from the spine cells.
-Json contact_paths_json(const MotionModel& model);
+Json contact_paths_json(const store::MotionModel& model);
 
 /// Finite helical axes, instant centres, rolling and sliding between flexions; null before `vrda reduce`.
-Json axes_json(const MotionModel& model);
+Json axes_json(const store::MotionModel& model);
 
 /// Force along Delta by compartment over flexion, N; null for the stability search.
-Json forces_json(const MotionModel& model);
+Json forces_json(const store::MotionModel& model);
 
 /// By bundle over flexion: largest fibre strain and total tension; null without fibres.
-Json fibres_json(const MotionModel& model);
+Json fibres_json(const store::MotionModel& model);
 
 /// Spine data of the equilibrium: internal rotation under an extra moment, number of optima; else null.
-Json spine_json(const MotionModel& model);
+Json spine_json(const store::MotionModel& model);
 
 /// The page's data of one model. With `is_whole` false only those for a comparison of models: header,
 /// numbers, warnings, curves, provenance, spine.
@@ -60,4 +60,4 @@ Json model_json(const ReportModel& entry, const ModelJsonOptions& options = {});
 /// A curve over flexion with the page's keys.
 Json curve_json(const ClinicalCurve& curve);
 
-}  // namespace vrda
+}  // namespace vrda::report

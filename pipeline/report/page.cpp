@@ -6,7 +6,7 @@
 #include "core/error.hpp"
 #include "report/model_json.hpp"
 
-namespace vrda {
+namespace vrda::report {
 namespace {
 
 // Curve files have the translations of the mesh origin along the femoral axes.
@@ -26,7 +26,7 @@ Json against_json(const Report& report)
   Json list = Json::array();
   for (const CurveFile& file : report.against) {
     Json curve = curve_json(file.curve);
-    curve["notes"] = file.notes;
+    curve["notes"] = file.comments;
     list.push_back(std::move(curve));
   }
   return list;
@@ -174,4 +174,4 @@ std::string report_page(const Report& report)
                                   {"data", data}});
 }
 
-}  // namespace vrda
+}  // namespace vrda::report

@@ -10,7 +10,7 @@
 #include "report/clinical_curve.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::report {
 
 /// The largest gap and penetration of the raw motion at the attitudes of the grid.
 struct RawExtremes {
@@ -20,23 +20,23 @@ struct RawExtremes {
 };
 
 /// An image of the joint.
-struct Still {
+struct RenderedImage {
   std::string view;   ///< "front", ...
   std::string label;  ///< "flexion 030"
   std::string png;    ///< the file's bytes
 };
 
-struct Stills {
-  std::vector<Still> stills;
+struct RenderedImages {
+  std::vector<RenderedImage> images;
   std::string note;  ///< reason for missing images; else empty
 };
 
 struct ReportModel {
   std::string name;  ///< file name without folder and extension; unique in a report
-  MotionModel model;
+  store::MotionModel model;
   RawExtremes raw;
-  std::optional<Comparison> comparison;  ///< of smoothing degrees
-  Stills stills;
+  std::optional<compare::Comparison> comparison;  ///< of smoothing degrees
+  RenderedImages images;
 };
 
 struct Report {
@@ -46,7 +46,7 @@ struct Report {
 };
 
 /// Summary of a motion model. NaN: unknown or not applicable.
-struct Numbers {
+struct MotionSummary {
   std::int64_t n_cells = 0, n_stable = 0;
   double theta_undetermined_share = 0.0;   ///< of the stable cells
   double screw_home_range_deg = 0.0;       ///< range of internal rotation along the spine
@@ -59,7 +59,7 @@ struct Numbers {
   double largest_strain = 0.0;
   double largest_tension_n = 0.0;
 };
-Numbers numbers_of(const MotionModel& model);
+MotionSummary motion_summary(const store::MotionModel& model);
 
 /// One line per warning, most severe first.
 std::vector<std::string> warnings_of(const ReportModel& entry);
@@ -79,4 +79,4 @@ std::string_view page_code();       ///< JavaScript, bundled
 std::string_view plotly_licence();  ///< as a JavaScript comment
 std::string_view plotly_library();  ///< JavaScript, minified
 
-}  // namespace vrda
+}  // namespace vrda::report

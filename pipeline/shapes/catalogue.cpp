@@ -6,7 +6,7 @@
 #include "shapes/knee.hpp"
 #include "shapes/scenes.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 namespace {
 
 using Entry = CatalogueEntry;
@@ -27,7 +27,7 @@ ShapeParameter whole(std::string name, std::string meaning, int value, Range ran
 {
   ShapeParameter parameter =
       number(std::move(name), std::move(meaning), "", static_cast<double>(value), range);
-  parameter.is_whole = true;
+  parameter.is_integer = true;
   return parameter;
 }
 
@@ -66,7 +66,7 @@ Entry knee_entry()
 
 Entry hip_entry()
 {
-  const HipPlan plan;
+  const HipParameters plan;
   return {
       "hip",
       "a spherical head with a neck in a deep socket",
@@ -78,7 +78,7 @@ Entry hip_entry()
        number("depth", "distance of the socket's rim below its centre", "mm", plan.depth_mm, {-20.0, 20.0}),
        number("neck", "angle of the neck from -Y", "deg", plan.neck_deg, {0.0, 80.0})},
       [](const Values& values) {
-        HipPlan chosen;
+        HipParameters chosen;
         chosen.resolution = values.number("resolution");
         chosen.radius_mm = values.number("radius");
         chosen.clearance_mm = values.number("clearance");
@@ -93,7 +93,7 @@ Entry hip_entry()
 
 Entry ball_in_dish_entry()
 {
-  const BallInDishPlan plan;
+  const BallInDishParameters plan;
   return {
       "ball-in-dish",
       "a ball or ellipsoid pushed up into a dish that is open at the bottom",
@@ -111,10 +111,10 @@ Entry ball_in_dish_entry()
        number("turn", "rotation of the ellipsoid about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
        number("offset_x", "X of the ball from the dish's axis", "mm", 0.0, {-500.0, 500.0}),
        number("offset_z", "Z of the ball from the dish's axis", "mm", 0.0, {-500.0, 500.0}),
-       number("apart", "initial distance from the ball's top to the dish's rim", "mm", plan.apart_mm,
-              {0.0, 100.0})},
+       number("apart", "initial distance from the ball's top to the dish's rim", "mm",
+              plan.initial_clearance_mm, {0.0, 100.0})},
       [](const Values& values) {
-        BallInDishPlan chosen;
+        BallInDishParameters chosen;
         chosen.ball_radius_mm = values.number("ball_radius");
         chosen.stretch = {values.number("stretch_x"), values.number("stretch_y"), values.number("stretch_z")};
         chosen.dish_radius_mm = values.number("dish_radius");
@@ -123,12 +123,12 @@ Entry ball_in_dish_entry()
         chosen.section = values.word("section") == "cone"   ? DishSection::cone
                          : values.word("section") == "wave" ? DishSection::wave
                                                             : DishSection::bowl;
-        chosen.ball_edges = values.whole("ball_edges");
-        chosen.dish_edges = values.whole("dish_edges");
+        chosen.ball_edges = values.integer("ball_edges");
+        chosen.dish_edges = values.integer("dish_edges");
         chosen.turn_deg = values.number("turn");
         chosen.offset_x_mm = values.number("offset_x");
         chosen.offset_z_mm = values.number("offset_z");
-        chosen.apart_mm = values.number("apart");
+        chosen.initial_clearance_mm = values.number("apart");
         return ball_in_dish(chosen);
       },
       nullptr,
@@ -137,7 +137,7 @@ Entry ball_in_dish_entry()
 
 Entry bar_on_pyramids_entry()
 {
-  const BarOnPyramidsPlan plan;
+  const BarOnPyramidsParameters plan;
   return {
       "bar-on-pyramids",
       "a bar pushed up between two pyramids with their tips down",
@@ -152,9 +152,10 @@ Entry bar_on_pyramids_entry()
        number("offset_x", "X of the bar from the middle between the pyramids", "mm", 0.0, {-500.0, 500.0}),
        number("offset_z", "Z of the bar from the middle between the pyramids", "mm", 0.0, {-500.0, 500.0}),
        whole("edges", "edges along half a base", plan.edges, {1, 200}),
-       number("apart", "initial distance from the bar to the tips", "mm", plan.apart_mm, {0.0, 100.0})},
+       number("apart", "initial distance from the bar to the tips", "mm", plan.initial_clearance_mm,
+              {0.0, 100.0})},
       [](const Values& values) {
-        BarOnPyramidsPlan chosen;
+        BarOnPyramidsParameters chosen;
         chosen.base_mm = values.number("base");
         chosen.height_mm = values.number("height");
         chosen.gap_mm = values.number("gap");
@@ -164,8 +165,8 @@ Entry bar_on_pyramids_entry()
         chosen.turn_deg = values.number("turn");
         chosen.offset_x_mm = values.number("offset_x");
         chosen.offset_z_mm = values.number("offset_z");
-        chosen.edges = values.whole("edges");
-        chosen.apart_mm = values.number("apart");
+        chosen.edges = values.integer("edges");
+        chosen.initial_clearance_mm = values.number("apart");
         return bar_on_pyramids(chosen);
       },
       nullptr,
@@ -174,7 +175,7 @@ Entry bar_on_pyramids_entry()
 
 Entry cap_in_sink_entry()
 {
-  const CapInSinkPlan plan;
+  const CapInSinkParameters plan;
   return {"cap-in-sink",
           "a four-faced cap pushed up into a four-faced sink of the same slopes",
           {number("base", "edge length of the sink's opening", "mm", plan.base_mm, {1.0, 500.0}),
@@ -184,18 +185,18 @@ Entry cap_in_sink_entry()
            number("offset_x", "X of the cap from the sink's axis", "mm", 0.0, {-500.0, 500.0}),
            number("offset_z", "Z of the cap from the sink's axis", "mm", 0.0, {-500.0, 500.0}),
            whole("edges", "edges along half a base; 1: one triangle a face", plan.edges, {1, 200}),
-           number("apart", "initial distance from the cap's tip to the sink's rim", "mm", plan.apart_mm,
-                  {0.0, 100.0})},
+           number("apart", "initial distance from the cap's tip to the sink's rim", "mm",
+                  plan.initial_clearance_mm, {0.0, 100.0})},
           [](const Values& values) {
-            CapInSinkPlan chosen;
+            CapInSinkParameters chosen;
             chosen.base_mm = values.number("base");
             chosen.depth_mm = values.number("depth");
             chosen.cap_scale = values.number("cap_scale");
             chosen.turn_deg = values.number("turn");
             chosen.offset_x_mm = values.number("offset_x");
             chosen.offset_z_mm = values.number("offset_z");
-            chosen.edges = values.whole("edges");
-            chosen.apart_mm = values.number("apart");
+            chosen.edges = values.integer("edges");
+            chosen.initial_clearance_mm = values.number("apart");
             return cap_in_sink(chosen);
           },
           nullptr,
@@ -211,4 +212,4 @@ const std::vector<CatalogueEntry>& shape_catalogue()
   return all;
 }
 
-}  // namespace vrda
+}  // namespace vrda::shapes

@@ -8,13 +8,13 @@
 
 #include "shapes/shapes.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 
 /// The complete, validated parameters of a request.
 class ShapeValues {
  public:
   double number(const std::string& name) const { return numbers_.at(name); }
-  int whole(const std::string& name) const { return static_cast<int>(std::lround(numbers_.at(name))); }
+  int integer(const std::string& name) const { return static_cast<int>(std::lround(numbers_.at(name))); }
   const std::string& word(const std::string& name) const { return words_.at(name); }
   void set(const std::string& name, double value) { numbers_[name] = value; }
   void set(const std::string& name, const std::string& value) { words_[name] = value; }
@@ -36,4 +36,4 @@ struct CatalogueEntry {
 /// In the order of the help text.
 const std::vector<CatalogueEntry>& shape_catalogue();
 
-}  // namespace vrda
+}  // namespace vrda::shapes

@@ -7,7 +7,7 @@
 
 #include "core/trig.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 namespace {
 
 struct Spiral {
@@ -142,4 +142,4 @@ double CondyleSurface::underside_mm(double x_mm, double z_mm) const
   return p.y();
 }
 
-}  // namespace vrda
+}  // namespace vrda::shapes

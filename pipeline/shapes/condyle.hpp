@@ -15,7 +15,7 @@
 #include <array>
 #include <cstddef>
 
-namespace vrda {
+namespace vrda::shapes {
 
 struct Condyle {
   double posterior_radius_mm = 20.0;
@@ -68,4 +68,4 @@ class CondyleSurface {
   double reach_mm_ = 0.0;  // bounding radius of the surface about the middle
 };
 
-}  // namespace vrda
+}  // namespace vrda::shapes

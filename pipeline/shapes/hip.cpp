@@ -9,14 +9,14 @@
 #include "core/units.hpp"
 #include "shapes/level_set.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 namespace {
 
 constexpr double rim_rounding_mm = 1.5;
 // Edges of a tenth of the radius: about 3,500 triangles on the socket at resolution 1.
 constexpr double cells_a_radius = 10.0;
 
-LevelSetOptions options_for(const HipPlan& plan)
+LevelSetOptions options_for(const HipParameters& plan)
 {
   LevelSetOptions options;
   options.cell_mm = plan.radius_mm / (cells_a_radius * plan.resolution);
@@ -24,7 +24,7 @@ LevelSetOptions options_for(const HipPlan& plan)
   return options;
 }
 
-Mesh socket(const HipPlan& plan)
+Mesh socket(const HipParameters& plan)
 {
   const double inner_mm = plan.radius_mm + plan.clearance_mm;
   const Field field = [=](const Eigen::Vector3d& p) {
@@ -37,7 +37,7 @@ Mesh socket(const HipPlan& plan)
                         options_for(plan));
 }
 
-Mesh head(const HipPlan& plan)
+Mesh head(const HipParameters& plan)
 {
   const SinCos lean = sin_cos(rad_from_deg(plan.neck_deg));
   const Eigen::Vector3d axis(0.0, -lean.cos, lean.sin);
@@ -55,7 +55,7 @@ Mesh head(const HipPlan& plan)
 
 }  // namespace
 
-Shape hip(const HipPlan& plan)
+Shape hip(const HipParameters& plan)
 {
   const double inner_mm = plan.radius_mm + plan.clearance_mm;
   // A rim below the centre must leave an opening for the head; a rim above it must leave a cap.
@@ -69,4 +69,4 @@ Shape hip(const HipPlan& plan)
   return {{{"socket", "bone", true, socket(plan)}}, {{"head", "bone", true, head(plan)}}};
 }
 
-}  // namespace vrda
+}  // namespace vrda::shapes

@@ -3,9 +3,9 @@
 
 #include "shapes/shapes.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 
-struct HipPlan {
+struct HipParameters {
   double resolution = 1.0;    ///< factor on the number of edges along a line
   double radius_mm = 24.0;    ///< of the head
   double clearance_mm = 0.5;  ///< inner radius of the socket minus radius of the head
@@ -17,6 +17,6 @@ struct HipPlan {
 /// Reference "socket", moving "head"; generated concentric without contact. Pushed up, the head is in
 /// equilibrium with its centre at (0, clearance, 0). Throws InputError when the socket's rim is too narrow
 /// for the head to enter from below, or too shallow.
-Shape hip(const HipPlan& plan);
+Shape hip(const HipParameters& plan);
 
-}  // namespace vrda
+}  // namespace vrda::shapes

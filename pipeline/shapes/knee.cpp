@@ -5,7 +5,7 @@
 
 #include "shapes/level_set.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 namespace {
 
 // Drawn-only parts do not benefit from a higher resolution.
@@ -13,13 +13,13 @@ constexpr double finest_drawn_resolution = 3.0;
 
 }  // namespace
 
-double apart_mm()
+double initial_clearance_mm()
 {
   return 0.5;  // more than the chord errors of two concave surfaces
 }
 
-void sink_into_contact_part(Mesh& shaft, const std::function<double(const Eigen::Vector3d&)>& depth_mm,
-                            double cell_mm)
+void hide_shaft_end(Mesh& shaft, const std::function<double(const Eigen::Vector3d&)>& depth_mm,
+                    double cell_mm)
 {
   // The rim is rounded over 2 mm; adjacent triangles and their shading are curved too.
   const double covered_mm = 2.0 + cell_mm;
@@ -49,7 +49,7 @@ Shape right_knee(double resolution)
                   {"meniscus_lateral", "meniscus", true, meniscus_lateral_mesh(resolution)},
                   {"tibia_shaft", "bone", false, std::move(tibia.shaft)},
                   {"fibula", "bone", false, fibula_mesh(drawn)}};
-  for (ShapePart& part : shape.moving) part.mesh.vertices_mm.col(1).array() -= apart_mm();
+  for (ShapePart& part : shape.moving) part.mesh.vertices_mm.col(1).array() -= initial_clearance_mm();
   return shape;
 }
 
@@ -125,11 +125,11 @@ std::vector<ShapeFibre> right_knee_fibres()
           on_surface(bundle.moving_field, (1.0 - t) * bundle.first_tibia_mm + t * bundle.last_tibia_mm);
       const double length_mm = (tibia_mm - femur_mm).norm();
       fibres.push_back({bundle.name + std::to_string(i + 1), bundle.name, femur_mm,
-                        tibia_mm - apart_mm() * Eigen::Vector3d::UnitY(),
+                        tibia_mm - initial_clearance_mm() * Eigen::Vector3d::UnitY(),
                         bundle.stiffness_n / bundle.n_fibres, length_mm / (1.0 + bundle.reference_strain)});
     }
   }
   return fibres;
 }
 
-}  // namespace vrda
+}  // namespace vrda::shapes

@@ -9,7 +9,7 @@
 #include "shapes/condyle.hpp"
 #include "shapes/shapes.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 
 /// The medial condyle: larger, distal radius 40 mm, posterior radius 23 mm.
 Condyle medial_condyle();
@@ -27,12 +27,12 @@ double plateau_height_mm(double x_mm, double z_mm);
 /// Hides the end of a drawn shaft inside its contact part. `depth_mm` is a point's distance inside that
 /// part's end plane, `cell_mm` the edge of a triangle. The shaft is slightly outside over the part's rounded
 /// rim and below its surface further in.
-void sink_into_contact_part(Mesh& shaft, const std::function<double(const Eigen::Vector3d&)>& depth_mm,
-                            double cell_mm);
+void hide_shaft_end(Mesh& shaft, const std::function<double(const Eigen::Vector3d&)>& depth_mm,
+                    double cell_mm);
 
 /// Contact point of the medial (lateral) condyle in the design pose.
-Eigen::Vector3d medial_rest_mm();
-Eigen::Vector3d lateral_rest_mm();
+Eigen::Vector3d medial_contact_point_mm();
+Eigen::Vector3d lateral_contact_point_mm();
 
 /// A bone in two meshes: the contact part, and the shaft that is only drawn.
 struct BoneMeshes {
@@ -47,7 +47,7 @@ Mesh meniscus_medial_mesh(double resolution);
 Mesh meniscus_lateral_mesh(double resolution);
 
 /// Distance of the generated moving parts below the design pose.
-double apart_mm();
+double initial_clearance_mm();
 
 /// The right knee with the moving parts lowered by initial_clearance_mm(), so that nothing touches.
 Shape right_knee(double resolution);
@@ -59,4 +59,4 @@ std::vector<ShapeFibre> right_knee_fibres();
 /// Sources of the ligament data, as comment lines of a fibre table.
 extern const char* const knee_fibre_sources;
 
-}  // namespace vrda
+}  // namespace vrda::shapes

@@ -7,7 +7,7 @@
 #include "shapes/knee.hpp"
 #include "shapes/level_set.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 namespace {
 
 // Above this height the femur is only drawn.
@@ -175,9 +175,9 @@ BoneMeshes femur_meshes(double resolution, double drawn_resolution)
   if (resolution != drawn_resolution) {
     contact = level_set_mesh(lower.field, lower.box_mm, femur_options(resolution));
   }
-  sink_into_contact_part(
+  hide_shaft_end(
       shaft, [](const Eigen::Vector3d& p) { return femur_cut_mm - p.y(); }, drawn.cell_mm);
   return {std::move(contact), std::move(shaft)};
 }
 
-}  // namespace vrda
+}  // namespace vrda::shapes

@@ -8,7 +8,7 @@
 #include "shapes/knee.hpp"
 #include "shapes/level_set.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 namespace {
 
 // A C-shaped wedge around a condyle's contact point, open towards the eminence. Its upper side follows the
@@ -31,7 +31,7 @@ constexpr double above_plateau_mm = 0.2;
 
 MeniscusPlan medial_plan()
 {
-  const Eigen::Vector3d rest = medial_rest_mm();
+  const Eigen::Vector3d rest = medial_contact_point_mm();
   return {.condyle = CondyleSurface(medial_condyle()),
           .middle_mm = {rest.x() - 0.5, rest.z()},
           .towards_eminence = 1.0,
@@ -46,7 +46,7 @@ MeniscusPlan medial_plan()
 
 MeniscusPlan lateral_plan()
 {
-  const Eigen::Vector3d rest = lateral_rest_mm();
+  const Eigen::Vector3d rest = lateral_contact_point_mm();
   return {.condyle = CondyleSurface(lateral_condyle()),
           .middle_mm = {rest.x(), rest.z()},
           .towards_eminence = -1.0,
@@ -240,4 +240,4 @@ Mesh meniscus_lateral_mesh(double resolution)
   return meniscus_mesh(lateral_plan(), resolution);
 }
 
-}  // namespace vrda
+}  // namespace vrda::shapes

@@ -5,7 +5,7 @@
 #include "shapes/knee.hpp"
 #include "shapes/level_set.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 namespace {
 
 constexpr double tibia_cut_mm = -50.0;     // below it the tibia is only drawn
@@ -30,7 +30,7 @@ double bump(double dx, double dz)
 // Concave in both directions; posterior slope of about 3 degrees from rim to rim, level at the contact point.
 double medial_plateau_mm(double x, double z)
 {
-  static const Eigen::Vector3d rest = medial_rest_mm();
+  static const Eigen::Vector3d rest = medial_contact_point_mm();
   constexpr double slope = 0.08;
   // dish'(rest) = -slope makes the surface level at the contact point.
   constexpr double rise = 1.7, reach = 10.0;
@@ -44,7 +44,7 @@ double medial_plateau_mm(double x, double z)
 // Slightly convex from front to back, slightly concave from side to side, posterior slope of 4 degrees.
 double lateral_plateau_mm(double x, double z)
 {
-  static const Eigen::Vector3d rest = lateral_rest_mm();
+  static const Eigen::Vector3d rest = lateral_contact_point_mm();
   const double dx = x - rest.x();
   constexpr double slope = 0.07, convex_radius_mm = 140.0;
   return rest.y() + slope * dx - dx * dx / (2.0 * convex_radius_mm) + dish(z - rest.z(), 1.6, 9.0);
@@ -103,13 +103,13 @@ LevelSet plateau_part()
 
 }  // namespace
 
-Eigen::Vector3d medial_rest_mm()
+Eigen::Vector3d medial_contact_point_mm()
 {
   const Support p = support(medial_condyle(), 0.0);
   return {-p.slope_mm, -p.value_mm, medial_condyle().z_mm};
 }
 
-Eigen::Vector3d lateral_rest_mm()
+Eigen::Vector3d lateral_contact_point_mm()
 {
   const Support p = support(lateral_condyle(), 0.0);
   return {-p.slope_mm, -p.value_mm, lateral_condyle().z_mm};
@@ -154,7 +154,7 @@ BoneMeshes tibia_meshes(double resolution, double drawn_resolution)
   if (resolution != drawn_resolution) {
     contact = level_set_mesh(upper.field, upper.box_mm, tibia_options(resolution));
   }
-  sink_into_contact_part(
+  hide_shaft_end(
       shaft, [](const Eigen::Vector3d& p) { return p.y() - tibia_cut_mm; }, drawn.cell_mm);
   return {std::move(contact), std::move(shaft)};
 }
@@ -169,4 +169,4 @@ Mesh fibula_mesh(double resolution)
   return level_set_mesh(whole, {{-40, shaft_end_mm - 10, 15}, {10, -30, 60}}, options);
 }
 
-}  // namespace vrda
+}  // namespace vrda::shapes

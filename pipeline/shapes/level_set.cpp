@@ -11,7 +11,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 namespace {
 
 using Index3 = std::array<int, 3>;
@@ -263,7 +263,7 @@ std::optional<Mesh> manifold_mesh(const Net& net)
 
 Net relaxed_net(const LevelSet& set, double cell_mm, const LevelSetOptions& options)
 {
-  Net net = surface_net(sample(set.field, set.box_mm, cell_mm, options.steepest_slope));
+  Net net = surface_net(sample(set.field, set.box_mm, cell_mm, options.max_gradient));
   for (int pass = 0; pass < options.n_relaxations; ++pass) relax(net, set.field, cell_mm);
   return net;
 }
@@ -298,7 +298,7 @@ Net net_along(const LevelSet& neighbour, const Net& neighbour_net, const LevelSe
     shift[static_cast<std::size_t>(axis)] = n_cells;
     box_mm.min_mm[axis] = corner_mm + n_cells * cell_mm;
   }
-  Net net = surface_net(sample(wanted.field, box_mm, cell_mm, options.steepest_slope));
+  Net net = surface_net(sample(wanted.field, box_mm, cell_mm, options.max_gradient));
   pin_to_neighbour(net, neighbour_net, shift, wanted.field, neighbour.field);
   for (int pass = 0; pass < options.n_relaxations; ++pass) relax(net, wanted.field, cell_mm);
   return net;
@@ -353,4 +353,4 @@ AdjoiningMeshes adjoining_level_set_meshes(const LevelSet& first, const LevelSet
   }
 }
 
-}  // namespace vrda
+}  // namespace vrda::shapes

@@ -7,7 +7,7 @@
 
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 
 /// Union with a fillet: the smaller value where the two differ by more than `width_mm`, and at most
 /// width_mm / 6 below it where they are equal. Twice continuously differentiable.
@@ -35,9 +35,9 @@ inline double smooth_step(double from, double to, double x)
 using Field = std::function<double(const Eigen::Vector3d&)>;
 
 struct LevelSetOptions {
-  double cell_mm = 2.0;         ///< edge of a sampling cell, about the mean edge of the triangles
-  double steepest_slope = 2.0;  ///< bound on |gradient|, used to skip empty space
-  int n_relaxations = 12;       ///< smoothing passes along the surface
+  double cell_mm = 2.0;       ///< edge of a sampling cell, about the mean edge of the triangles
+  double max_gradient = 2.0;  ///< bound on |gradient|, used to skip empty space
+  int n_relaxations = 12;     ///< smoothing passes along the surface
 };
 
 /// The zero surface of `field` inside `box_mm` by surface nets; vertices are projected onto the surface and
@@ -62,4 +62,4 @@ struct AdjoiningMeshes {
 AdjoiningMeshes adjoining_level_set_meshes(const LevelSet& first, const LevelSet& second,
                                            const LevelSetOptions& options);
 
-}  // namespace vrda
+}  // namespace vrda::shapes

@@ -11,7 +11,7 @@
 #include "core/units.hpp"
 #include "shapes/surface.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 namespace {
 
 // Material thickness above the deepest point of a cavity.
@@ -34,7 +34,7 @@ double bowl_depth_mm(double radius_mm, double from_axis_mm)
 }
 
 // Depth of the dish's surface below the origin's height, at a distance from its axis.
-double dish_depth_mm(const BallInDishPlan& plan, double from_axis_mm)
+double dish_depth_mm(const BallInDishParameters& plan, double from_axis_mm)
 {
   if (plan.section == DishSection::bowl) return bowl_depth_mm(plan.dish_radius_mm, from_axis_mm);
   const double half_mm = 0.5 * plan.dish_width_mm;
@@ -45,7 +45,7 @@ double dish_depth_mm(const BallInDishPlan& plan, double from_axis_mm)
   return slope * (from_axis_mm - 0.7 / wave_per_mm * sine(wave_per_mm * from_axis_mm));
 }
 
-Mesh dish(const BallInDishPlan& plan)
+Mesh dish(const BallInDishParameters& plan)
 {
   const double half_mm = 0.5 * plan.dish_width_mm;
   Block block;
@@ -63,7 +63,7 @@ double pyramid_mm(double height_mm, double half_base_mm, double dx, double dz)
   return height_mm * std::max(0.0, 1.0 - std::max(std::abs(dx), std::abs(dz)) / half_base_mm);
 }
 
-Mesh pyramids(const BarOnPyramidsPlan& plan)
+Mesh pyramids(const BarOnPyramidsParameters& plan)
 {
   const double half_mm = 0.5 * plan.base_mm;
   const double middle_mm = 0.5 * plan.gap_mm + half_mm;
@@ -83,7 +83,7 @@ Mesh pyramids(const BarOnPyramidsPlan& plan)
 }
 
 // A box with its upper face at y = 0.
-Mesh bar(const BarOnPyramidsPlan& plan)
+Mesh bar(const BarOnPyramidsParameters& plan)
 {
   Block block;
   append_lines(block.x_mm, -0.5 * plan.bar_width_mm, 0.5 * plan.bar_width_mm, plan.edges);
@@ -109,7 +109,7 @@ Mesh pyramid_mesh(double half_base_mm, double depth_mm, double back_y_mm, int ed
 
 }  // namespace
 
-Shape ball_in_dish(const BallInDishPlan& plan)
+Shape ball_in_dish(const BallInDishParameters& plan)
 {
   // The block's corners must stay inside the ball's equator, where the bowl would be vertical.
   constexpr double widest = 0.95;
@@ -127,26 +127,28 @@ Shape ball_in_dish(const BallInDishPlan& plan)
          "less than " + std::to_string(widest_hole_mm) + " mm for this dish_width and dish_edges"});
   }
   const Eigen::Vector3d half_axes_mm = plan.ball_radius_mm * plan.stretch;
-  const double top_mm = -dish_depth_mm(plan, corner_mm) - plan.apart_mm;
+  const double top_mm = -dish_depth_mm(plan, corner_mm) - plan.initial_clearance_mm;
   const Eigen::Vector3d shift_mm(plan.offset_x_mm, top_mm - half_axes_mm.y(), plan.offset_z_mm);
   return pair_of("dish", dish(plan), "ball",
                  placed(ellipsoid_mesh(half_axes_mm, plan.ball_edges), plan.turn_deg, shift_mm));
 }
 
-Shape bar_on_pyramids(const BarOnPyramidsPlan& plan)
+Shape bar_on_pyramids(const BarOnPyramidsParameters& plan)
 {
-  const Eigen::Vector3d shift_mm(plan.offset_x_mm, -plan.height_mm - plan.apart_mm, plan.offset_z_mm);
+  const Eigen::Vector3d shift_mm(plan.offset_x_mm, -plan.height_mm - plan.initial_clearance_mm,
+                                 plan.offset_z_mm);
   return pair_of("pyramids", pyramids(plan), "bar", placed(bar(plan), plan.turn_deg, shift_mm));
 }
 
-Shape cap_in_sink(const CapInSinkPlan& plan)
+Shape cap_in_sink(const CapInSinkParameters& plan)
 {
   const double cap_half_mm = 0.5 * plan.cap_scale * plan.base_mm,
                cap_depth_mm = plan.cap_scale * plan.depth_mm;
-  const Eigen::Vector3d shift_mm(plan.offset_x_mm, -plan.depth_mm - plan.apart_mm, plan.offset_z_mm);
+  const Eigen::Vector3d shift_mm(plan.offset_x_mm, -plan.depth_mm - plan.initial_clearance_mm,
+                                 plan.offset_z_mm);
   return pair_of("sink", pyramid_mesh(0.5 * plan.base_mm, plan.depth_mm, backing_mm, plan.edges), "cap",
                  placed(pyramid_mesh(cap_half_mm, cap_depth_mm, -cap_depth_mm - backing_mm, plan.edges),
                         plan.turn_deg, shift_mm));
 }
 
-}  // namespace vrda
+}  // namespace vrda::shapes

@@ -5,7 +5,7 @@
 
 #include "shapes/shapes.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 
 enum class DishSection {
   bowl,  ///< part of a ball
@@ -15,7 +15,7 @@ enum class DishSection {
 
 /// A ball or ellipsoid under a square dish. For a ball smaller than the bowl: equilibrium with its top at the
 /// origin.
-struct BallInDishPlan {
+struct BallInDishParameters {
   double ball_radius_mm = 10.0;
   Eigen::Vector3d stretch{1.0, 1.0, 1.0};  ///< half axes / ball_radius_mm
   double dish_radius_mm = 30.0;            ///< of the bowl's curvature
@@ -27,14 +27,14 @@ struct BallInDishPlan {
   double turn_deg = 0.0;     ///< of an ellipsoid about +Y
   double offset_x_mm = 0.0;  ///< of the ball from the dish's axis
   double offset_z_mm = 0.0;
-  double apart_mm = 5.0;
+  double initial_clearance_mm = 5.0;
 };
 /// Throws InputError when the dish radius is too small for the block's width, or the hole leaves no rim.
-Shape ball_in_dish(const BallInDishPlan& plan);
+Shape ball_in_dish(const BallInDishParameters& plan);
 
 /// A bar under two four-faced pyramids side by side along X, tips down. If it is narrower than the gap, its
 /// equilibrium is between them along Z with the upper face at y = 0.
-struct BarOnPyramidsPlan {
+struct BarOnPyramidsParameters {
   double base_mm = 20.0;    ///< edge of each pyramid's square base
   double height_mm = 15.0;  ///< of each pyramid
   double gap_mm = 10.0;     ///< between the two bases
@@ -45,13 +45,13 @@ struct BarOnPyramidsPlan {
   double offset_x_mm = 0.0;
   double offset_z_mm = 0.0;
   int edges = 4;  ///< along half a base
-  double apart_mm = 5.0;
+  double initial_clearance_mm = 5.0;
 };
-Shape bar_on_pyramids(const BarOnPyramidsPlan& plan);
+Shape bar_on_pyramids(const BarOnPyramidsParameters& plan);
 
 /// A pyramidal cap under a pyramidal sink of the same slopes. Equilibrium: both tips at the origin, edges
 /// aligned.
-struct CapInSinkPlan {
+struct CapInSinkParameters {
   double base_mm = 40.0;   ///< edge of the sink's opening
   double depth_mm = 20.0;  ///< of the sink
   double cap_scale = 0.9;  ///< size of the cap / size of the sink
@@ -59,8 +59,8 @@ struct CapInSinkPlan {
   double offset_x_mm = 0.0;
   double offset_z_mm = 0.0;
   int edges = 2;  ///< along half a base; 1 makes every face one triangle
-  double apart_mm = 5.0;
+  double initial_clearance_mm = 5.0;
 };
-Shape cap_in_sink(const CapInSinkPlan& plan);
+Shape cap_in_sink(const CapInSinkParameters& plan);
 
-}  // namespace vrda
+}  // namespace vrda::shapes

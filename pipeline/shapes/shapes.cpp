@@ -9,7 +9,7 @@
 #include "core/text.hpp"
 #include "shapes/catalogue.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 namespace {
 
 using Entry = CatalogueEntry;
@@ -56,10 +56,10 @@ void set_number(Values& values, const Entry& chosen, const std::string& name, do
     throw InputError({"shape " + chosen.name, name, text(value), one_of("", wanted.choices)});
   }
   const bool is_in_range = value >= wanted.lowest && value <= wanted.highest;  // false for NaN
-  const bool is_allowed = is_in_range && (!wanted.is_whole || value == std::floor(value));
+  const bool is_allowed = is_in_range && (!wanted.is_integer || value == std::floor(value));
   if (!is_allowed) {
     throw InputError({"shape " + chosen.name, name, text(value),
-                      std::string(wanted.is_whole ? "a whole number" : "a number") + " from " +
+                      std::string(wanted.is_integer ? "a whole number" : "a number") + " from " +
                           text(wanted.lowest) + " to " + text(wanted.highest) +
                           (wanted.unit.empty() ? "" : " " + wanted.unit)});
   }
@@ -157,4 +157,4 @@ std::string fibre_table(const ShapeRequest& request)
   return table;
 }
 
-}  // namespace vrda
+}  // namespace vrda::shapes

@@ -9,7 +9,7 @@
 
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 
 /// One component of an object. `mesh` is closed, wound outward and has vertex normals.
 struct ShapePart {
@@ -49,7 +49,7 @@ struct ShapeParameter {
   double default_number = 0.0;
   double lowest = 0.0;   ///< allowed
   double highest = 0.0;  ///< allowed
-  bool is_whole = false;
+  bool is_integer = false;
   std::vector<std::string> choices;  ///< for words; the first is the default
 };
 
@@ -74,4 +74,4 @@ std::vector<ShapeFibre> generate_fibres(const ShapeRequest& request);
 /// The same as a table for a job's `ligaments.fibres` (schemas/ligaments.md), with its sources as comments.
 std::string fibre_table(const ShapeRequest& request);
 
-}  // namespace vrda
+}  // namespace vrda::shapes

@@ -10,7 +10,7 @@
 #include "core/trig.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 namespace {
 
 using Face = std::array<std::int32_t, 3>;
@@ -217,4 +217,4 @@ Mesh ellipsoid_mesh(const Eigen::Vector3d& half_axes_mm, int n_edges)
   return mesh;
 }
 
-}  // namespace vrda
+}  // namespace vrda::shapes

@@ -6,7 +6,7 @@
 
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::shapes {
 
 /// `n_steps` equal steps from `from` to `to`, both ends included, appended to `lines` (a common end once).
 void append_lines(std::vector<double>& lines, double from, double to, int n_steps);
@@ -32,4 +32,4 @@ Mesh plain_pyramid_mesh(double half_base_mm, double rim_y_mm, double back_y_mm);
 /// vertices on the ellipsoid.
 Mesh ellipsoid_mesh(const Eigen::Vector3d& half_axes_mm, int n_edges);
 
-}  // namespace vrda
+}  // namespace vrda::shapes

@@ -2,15 +2,15 @@
 
 #include <utility>
 
-namespace vrda {
+namespace vrda::smooth {
 namespace {
 
-std::vector<LegendreTable> tables_of(const std::vector<double>& values_deg, const AxisRange& range,
-                                     int degree)
+std::vector<store::LegendreTable> tables_of(const std::vector<double>& values_deg,
+                                            const store::AxisRange& range, int degree)
 {
-  std::vector<LegendreTable> tables;
+  std::vector<store::LegendreTable> tables;
   for (const double value_deg : values_deg)
-    tables.push_back(legendre(unit_coordinate(value_deg, range), degree));
+    tables.push_back(store::legendre(store::unit_coordinate(value_deg, range), degree));
   return tables;
 }
 
@@ -19,11 +19,11 @@ std::vector<LegendreTable> tables_of(const std::vector<double>& values_deg, cons
 AxisTables axis_tables(const std::vector<double>& flexion_deg, const std::vector<double>& varus_deg,
                        int degree)
 {
-  const AxisRanges ranges = axis_ranges(flexion_deg, varus_deg);
+  const store::AxisRanges ranges = store::axis_ranges(flexion_deg, varus_deg);
   return {tables_of(flexion_deg, ranges.flexion, degree), tables_of(varus_deg, ranges.varus, degree)};
 }
 
-Exponents terms_up_to(int degree, bool has_flexion, bool has_varus)
+Exponents terms_of_degree(int degree, bool has_flexion, bool has_varus)
 {
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
   for (std::int32_t total = 0; total <= degree; ++total) {
@@ -39,35 +39,36 @@ Exponents terms_up_to(int degree, bool has_flexion, bool has_varus)
   return exponents;
 }
 
-PivotedQr decomposed(const std::vector<Cell>& cells, const Exponents& exponents, const AxisTables& tables)
+PivotedQr decompose_design(const std::vector<Cell>& cells, const Exponents& exponents,
+                           const AxisTables& tables)
 {
   const auto n_cells = static_cast<Eigen::Index>(cells.size());
   if (n_cells < exponents.rows()) return {};
   Eigen::MatrixXd A(n_cells, exponents.rows());
   for (Eigen::Index row = 0; row < n_cells; ++row) {
     const Cell& cell = cells[static_cast<std::size_t>(row)];
-    const LegendreTable& P = tables.flexion[static_cast<std::size_t>(cell.flexion)];
-    const LegendreTable& Q = tables.varus[static_cast<std::size_t>(cell.varus)];
+    const store::LegendreTable& P = tables.flexion[static_cast<std::size_t>(cell.flexion)];
+    const store::LegendreTable& Q = tables.varus[static_cast<std::size_t>(cell.varus)];
     for (Eigen::Index k = 0; k < A.cols(); ++k)
       A(row, k) = P.value[exponents(k, 0)] * Q.value[exponents(k, 1)];
   }
   return pivoted_qr(A);
 }
 
-bool is_carried(const PivotedQr& qr)
+bool is_full_rank(const PivotedQr& qr)
 {
   return qr.rank > 0 && qr.rank == qr.R.cols();
 }
 
-GridD grid_values(const std::vector<double>& coefficients, const Exponents& exponents,
-                  const AxisTables& tables)
+store::GridD grid_values(const std::vector<double>& coefficients, const Exponents& exponents,
+                         const AxisTables& tables)
 {
-  GridD values = GridD::Zero(static_cast<Eigen::Index>(tables.flexion.size()),
-                             static_cast<Eigen::Index>(tables.varus.size()));
+  store::GridD values = store::GridD::Zero(static_cast<Eigen::Index>(tables.flexion.size()),
+                                           static_cast<Eigen::Index>(tables.varus.size()));
   for (Eigen::Index i = 0; i < values.rows(); ++i) {
     for (Eigen::Index j = 0; j < values.cols(); ++j) {
-      const LegendreTable& P = tables.flexion[static_cast<std::size_t>(i)];
-      const LegendreTable& Q = tables.varus[static_cast<std::size_t>(j)];
+      const store::LegendreTable& P = tables.flexion[static_cast<std::size_t>(i)];
+      const store::LegendreTable& Q = tables.varus[static_cast<std::size_t>(j)];
       double value = 0.0;
       for (Eigen::Index k = 0; k < exponents.rows(); ++k)
         value +=
@@ -78,4 +79,4 @@ GridD grid_values(const std::vector<double>& coefficients, const Exponents& expo
   return values;
 }
 
-}  // namespace vrda
+}  // namespace vrda::smooth

@@ -7,7 +7,7 @@
 #include "smooth/least_squares.hpp"
 #include "store/evaluate_smoothed.hpp"
 
-namespace vrda {
+namespace vrda::smooth {
 
 struct Cell {
   Eigen::Index flexion = 0;  ///< row of the grid
@@ -16,24 +16,25 @@ struct Cell {
 
 /// Legendre polynomials at every value of both axes.
 struct AxisTables {
-  std::vector<LegendreTable> flexion, varus;
+  std::vector<store::LegendreTable> flexion, varus;
 };
 AxisTables axis_tables(const std::vector<double>& flexion_deg, const std::vector<double>& varus_deg,
                        int degree);
 
 /// [n_terms, 2] (i, j), i + j <= degree, by ascending i + j; i (j) is always 0 if its axis has one value.
-using Exponents = decltype(SmoothedSet::exponents);
-Exponents terms_up_to(int degree, bool has_flexion, bool has_varus);
+using Exponents = decltype(store::SmoothedSet::exponents);
+Exponents terms_of_degree(int degree, bool has_flexion, bool has_varus);
 
 /// Decomposes the matrix P_i(u) P_j(v) of cells (rows) and terms (columns). Rank 0 if there are fewer cells
 /// than terms.
-PivotedQr decomposed(const std::vector<Cell>& cells, const Exponents& exponents, const AxisTables& tables);
+PivotedQr decompose_design(const std::vector<Cell>& cells, const Exponents& exponents,
+                           const AxisTables& tables);
 
 /// True if the cells determine all terms.
-bool is_carried(const PivotedQr& qr);
+bool is_full_rank(const PivotedQr& qr);
 
 /// Polynomial at every grid attitude, bitwise equal to evaluate() of store/evaluate_smoothed.hpp.
-GridD grid_values(const std::vector<double>& coefficients, const Exponents& exponents,
-                  const AxisTables& tables);
+store::GridD grid_values(const std::vector<double>& coefficients, const Exponents& exponents,
+                         const AxisTables& tables);
 
-}  // namespace vrda
+}  // namespace vrda::smooth

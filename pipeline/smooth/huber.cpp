@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::smooth {
 namespace {
 
 /// Enough to converge with few outliers, at a tenth of the cost.
@@ -64,9 +64,9 @@ HuberFit iterated_weights(const PivotedQr& qr, const Eigen::VectorXd& data, int 
   Eigen::VectorXd along = qr.Q.transpose() * data;
   HuberFit fit;
   fit.weights = Eigen::VectorXd::Ones(data.size());
-  while (fit.n_steps < most_steps && !fit.is_converged) {
+  while (fit.n_iterations < most_steps && !fit.is_converged) {
     const Eigen::VectorXd residuals = data - qr.Q * along;
-    const double scale = fit.n_steps < steps_with_new_scale ? robust_scale(residuals) : fit.scale;
+    const double scale = fit.n_iterations < steps_with_new_scale ? robust_scale(residuals) : fit.scale;
     if (scale <= rounding * largest) {  // more than half of the rows are on the surface
       fit.is_converged = true;
       break;
@@ -74,10 +74,10 @@ HuberFit iterated_weights(const PivotedQr& qr, const Eigen::VectorXd& data, int 
     fit.scale = scale;
     fit.weights = weights_of(residuals, scale);
     Eigen::VectorXd move = qr.Q.transpose() * fit.weights.cwiseProduct(residuals);
-    if (fit.n_steps >= unweighted_steps) move = weighted_normal(qr, fit.weights).solve(move).eval();
+    if (fit.n_iterations >= unweighted_steps) move = weighted_normal(qr, fit.weights).solve(move).eval();
     along += move;
     fit.is_converged = move.norm() <= convergence_tolerance * scale * root_n;
-    ++fit.n_steps;
+    ++fit.n_iterations;
   }
   return fit;
 }
@@ -96,7 +96,7 @@ double robust_scale(Eigen::VectorXd values)
 
 HuberFit huber_fit(const PivotedQr& qr, const Eigen::VectorXd& data, const HuberOptions& options)
 {
-  HuberFit fit = iterated_weights(qr, data, options.most_steps);
+  HuberFit fit = iterated_weights(qr, data, options.max_iterations);
   const WeightedNormal normal = weighted_normal(qr, fit.weights);
   const Eigen::VectorXd along = normal.solve(qr.Q.transpose() * fit.weights.cwiseProduct(data));
   fit.coefficients = coefficients_of(qr, along);
@@ -104,4 +104,4 @@ HuberFit huber_fit(const PivotedQr& qr, const Eigen::VectorXd& data, const Huber
   return fit;
 }
 
-}  // namespace vrda
+}  // namespace vrda::smooth

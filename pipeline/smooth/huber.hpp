@@ -3,7 +3,7 @@
 
 #include "smooth/least_squares.hpp"
 
-namespace vrda {
+namespace vrda::smooth {
 
 /// Residuals beyond this multiple of the scale get less weight: 95 % efficiency on normal noise (Huber 1981).
 inline constexpr double huber_constant = 1.345;
@@ -20,12 +20,12 @@ struct HuberFit {
   Eigen::VectorXd weights;       ///< [n_rows] min(1, huber_constant * scale / |residual|)
   Eigen::VectorXd leverage;      ///< [n_rows] diagonal of the hat matrix of the weighted problem
   double scale = 0.0;            ///< robust_scale of the residuals that set the weights
-  int n_steps = 0;
+  int n_iterations = 0;
   bool is_converged = false;  ///< if false, the iterate after max_iterations
 };
 
 struct HuberOptions {
-  int most_steps = 300;
+  int max_iterations = 300;
 };
 
 /// Huber's M-estimate: solves sum of weight * residual * row = 0. The first 30 iterations use the unweighted
@@ -37,4 +37,4 @@ struct HuberOptions {
 /// row and with these weights. The rank must be full.
 HuberFit huber_fit(const PivotedQr& qr, const Eigen::VectorXd& data, const HuberOptions& options = {});
 
-}  // namespace vrda
+}  // namespace vrda::smooth

@@ -6,7 +6,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::smooth {
 namespace {
 
 using Decomposition = Eigen::ColPivHouseholderQR<Eigen::MatrixXd>;
@@ -64,4 +64,4 @@ double condition_number(const PivotedQr& qr)
   return singular_values(0) / singular_values(singular_values.size() - 1);
 }
 
-}  // namespace vrda
+}  // namespace vrda::smooth

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-namespace vrda {
+namespace vrda::smooth {
 
 /// A = Q R with permuted columns, Q thin.
 struct PivotedQr {
@@ -30,4 +30,4 @@ Eigen::VectorXd leverages(const PivotedQr& qr);
 /// Largest over smallest singular value of A. The rank must be full.
 double condition_number(const PivotedQr& qr);
 
-}  // namespace vrda
+}  // namespace vrda::smooth

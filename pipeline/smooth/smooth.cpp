@@ -11,7 +11,7 @@
 #include "smooth/design.hpp"
 #include "smooth/huber.hpp"
 
-namespace vrda {
+namespace vrda::smooth {
 namespace {
 
 /// A cell with a higher leverage cannot be omitted; the difference to 1 is rounding.
@@ -27,7 +27,7 @@ struct Problem {
 
 Exponents exponents_of(const SmoothInput& input, int degree)
 {
-  return terms_up_to(degree, input.flexion_deg.size() > 1, input.varus_deg.size() > 1);
+  return terms_of_degree(degree, input.flexion_deg.size() > 1, input.varus_deg.size() > 1);
 }
 
 std::vector<Cell> cells_of(const SmoothInput& input, bool theta_only)
@@ -45,7 +45,7 @@ std::vector<Cell> cells_of(const SmoothInput& input, bool theta_only)
 bool is_determined(const SmoothInput& input, const std::vector<Cell>& cells, int degree)
 {
   const AxisTables tables = axis_tables(input.flexion_deg, input.varus_deg, degree);
-  return is_carried(decomposed(cells, exponents_of(input, degree), tables));
+  return is_full_rank(decompose_design(cells, exponents_of(input, degree), tables));
 }
 
 int largest_degree_of(const SmoothInput& input, const std::vector<Cell>& cells, int limit)
@@ -84,17 +84,17 @@ Problem problem_of(std::vector<Cell> cells, PivotedQr qr)
 
 /// The problem of the cells that determine theta. Empty if the problem of all cells applies: both are the
 /// same, or too few cells determine theta (a ball in a socket, which keeps the theta of its seed).
-std::optional<Problem> theta_problem(const SmoothInput& input, const SmoothedSet& set,
+std::optional<Problem> theta_problem(const SmoothInput& input, const store::SmoothedSet& set,
                                      const AxisTables& tables, std::size_t n_solved)
 {
   std::vector<Cell> determined = cells_of(input, true);
   if (determined.size() == n_solved) return std::nullopt;
-  PivotedQr qr = decomposed(determined, set.exponents, tables);
-  if (!is_carried(qr)) return std::nullopt;
+  PivotedQr qr = decompose_design(determined, set.exponents, tables);
+  if (!is_full_rank(qr)) return std::nullopt;
   return problem_of(std::move(determined), std::move(qr));
 }
 
-Eigen::VectorXd data_of(const GridD& grid, const std::vector<Cell>& cells)
+Eigen::VectorXd data_of(const store::GridD& grid, const std::vector<Cell>& cells)
 {
   Eigen::VectorXd data(static_cast<Eigen::Index>(cells.size()));
   std::transform(cells.begin(), cells.end(), data.begin(),
@@ -104,10 +104,10 @@ Eigen::VectorXd data_of(const GridD& grid, const std::vector<Cell>& cells)
 }
 
 /// Adds residuals and leave-one-out errors of a surface.
-void add_errors(SmoothFit& fit, SmoothedSurface& surface, const Problem& problem, const GridD& grid,
-                const Eigen::VectorXd& leverage)
+void add_errors(SmoothFit& fit, store::SmoothedSurface& surface, const Problem& problem,
+                const store::GridD& grid, const Eigen::VectorXd& leverage)
 {
-  GridD residuals = GridD::Constant(grid.rows(), grid.cols(), nan), left_out = residuals;
+  store::GridD residuals = store::GridD::Constant(grid.rows(), grid.cols(), nan), left_out = residuals;
   double sum_sq = 0.0, left_out_sum_sq = 0.0;
   for (std::size_t c = 0; c < problem.cells.size(); ++c) {
     const auto& [i, j] = problem.cells[c];
@@ -123,14 +123,14 @@ void add_errors(SmoothFit& fit, SmoothedSurface& surface, const Problem& problem
   surface.rms = std::sqrt(sum_sq / n);
   surface.leave_one_out_rms = std::sqrt(left_out_sum_sq / n);
   fit.residual.push_back(std::move(residuals));
-  fit.left_out.push_back(std::move(left_out));
+  fit.leave_one_out.push_back(std::move(left_out));
 }
 
-void add_surface(SmoothFit& fit, const std::string& name, const GridD& grid, const Problem& problem,
+void add_surface(SmoothFit& fit, const std::string& name, const store::GridD& grid, const Problem& problem,
                  const AxisTables& tables)
 {
   const Eigen::VectorXd data = data_of(grid, problem.cells);
-  SmoothedSurface surface;
+  store::SmoothedSurface surface;
   surface.name = name;
   surface.condition_number = problem.condition_number;
   surface.n_cells = static_cast<std::int32_t>(data.size());
@@ -155,7 +155,7 @@ void require_shapes(const SmoothInput& input)
         "every surface to smooth has the shape of the axes");
 }
 
-bool is_varus_free(const MotionModel& model)
+bool is_varus_free(const store::MotionModel& model)
 {
   if (model.varus_deg.size() != 1) return false;
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
@@ -167,7 +167,7 @@ bool is_varus_free(const MotionModel& model)
 
 }  // namespace
 
-SmoothInput smooth_input(const MotionModel& model, const std::string& name)
+SmoothInput smooth_input(const store::MotionModel& model, const std::string& name)
 {
   return {name,
           model.flexion_deg,
@@ -178,15 +178,15 @@ SmoothInput smooth_input(const MotionModel& model, const std::string& name)
           model.theta_deg,
           model.status,
           model.theta_determined,
-          is_varus_free(model) ? model.varus_solved_deg : GridD()};
+          is_varus_free(model) ? model.varus_solved_deg : store::GridD()};
 }
 
 SmoothFit smooth_fit(const SmoothInput& input, int degree, const SmoothOptions& options)
 {
   require_shapes(input);
-  if (degree < 0 || degree > largest_smoothed_degree) {
+  if (degree < 0 || degree > store::max_smoothed_degree) {
     throw InputError({input.name, "smooth.degrees", std::to_string(degree),
-                      "a degree from 0 to " + std::to_string(largest_smoothed_degree)});
+                      "a degree from 0 to " + std::to_string(store::max_smoothed_degree)});
   }
   SmoothFit fit;
   fit.set.degree = degree;
@@ -194,8 +194,8 @@ SmoothFit smooth_fit(const SmoothInput& input, int degree, const SmoothOptions& 
   fit.set.exponents = exponents_of(input, degree);
   const AxisTables tables = axis_tables(input.flexion_deg, input.varus_deg, degree);
   std::vector<Cell> cells = cells_of(input, false);
-  PivotedQr qr = decomposed(cells, fit.set.exponents, tables);
-  if (!is_carried(qr)) refuse(input, cells, degree);
+  PivotedQr qr = decompose_design(cells, fit.set.exponents, tables);
+  if (!is_full_rank(qr)) refuse(input, cells, degree);
   const Problem solved = problem_of(std::move(cells), std::move(qr));
   const std::optional<Problem> theta = theta_problem(input, fit.set, tables, solved.cells.size());
   add_surface(fit, "tx", input.tx_mm, solved, tables);
@@ -206,7 +206,7 @@ SmoothFit smooth_fit(const SmoothInput& input, int degree, const SmoothOptions& 
   return fit;
 }
 
-SmoothedSet smooth(const SmoothInput& input, int degree, const SmoothOptions& options)
+store::SmoothedSet smooth(const SmoothInput& input, int degree, const SmoothOptions& options)
 {
   return smooth_fit(input, degree, options).set;
 }
@@ -217,4 +217,4 @@ int largest_degree(const SmoothInput& input, int limit)
   return largest_degree_of(input, cells_of(input, false), limit);
 }
 
-}  // namespace vrda
+}  // namespace vrda::smooth

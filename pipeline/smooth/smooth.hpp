@@ -8,21 +8,21 @@
 #include "store/evaluate_smoothed.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::smooth {
 
 /// Surfaces to smooth. Residuals have the units of these values: mm and degrees.
 struct SmoothInput {
   std::string name;                 ///< output file or job, for messages
   std::vector<double> flexion_deg;  ///< [n_flexion], strictly increasing
   std::vector<double> varus_deg;    ///< [n_varus], strictly increasing
-  GridD tx_mm, ty_mm, tz_mm, theta_deg;
-  GridB status;            ///< cells that are not StepStatus::stable are omitted
-  GridB theta_determined;  ///< theta is fitted to cells with 1, if these determine the degree
-  GridD varus_solved_deg;  ///< fifth surface if varus was free; otherwise empty
+  store::GridD tx_mm, ty_mm, tz_mm, theta_deg;
+  store::GridB status;            ///< cells that are not StepStatus::stable are omitted
+  store::GridB theta_determined;  ///< theta is fitted to cells with 1, if these determine the degree
+  store::GridD varus_solved_deg;  ///< fifth surface if varus was free; otherwise empty
 };
 
 /// Varus counts as free if its axis has one value and a solved cell has another.
-SmoothInput smooth_input(const MotionModel& model, const std::string& name);
+SmoothInput smooth_input(const store::MotionModel& model, const std::string& name);
 
 struct SmoothOptions {
   bool is_robust = false;  ///< Huber weights (smooth/huber.hpp), separate for each surface
@@ -30,9 +30,10 @@ struct SmoothOptions {
 
 /// A smoothed set with its errors at each grid cell, in the order of set.surfaces.
 struct SmoothFit {
-  SmoothedSet set;
-  std::vector<GridD> residual;     ///< raw minus smoothed value; NaN if the cell is not fitted
-  std::vector<GridD> left_out;     ///< residual of a fit without the cell; NaN also if the fit needs the cell
+  store::SmoothedSet set;
+  std::vector<store::GridD> residual;  ///< raw minus smoothed value; NaN if the cell is not fitted
+  std::vector<store::GridD>
+      leave_one_out;               ///< residual of a fit without the cell; NaN also if the fit needs the cell
   std::vector<bool> is_converged;  ///< false if the Huber weights reached the iteration limit
 };
 
@@ -44,9 +45,9 @@ struct SmoothFit {
 /// the degree, with their number and the largest possible degree. Cost: cells times terms squared.
 SmoothFit smooth_fit(const SmoothInput& input, int degree, const SmoothOptions& options = {});
 
-SmoothedSet smooth(const SmoothInput& input, int degree, const SmoothOptions& options = {});
+store::SmoothedSet smooth(const SmoothInput& input, int degree, const SmoothOptions& options = {});
 
 /// The highest degree up to `limit` that the solved cells determine; -1 without solved cells.
-int largest_degree(const SmoothInput& input, int limit = largest_smoothed_degree);
+int largest_degree(const SmoothInput& input, int limit = store::max_smoothed_degree);
 
-}  // namespace vrda
+}  // namespace vrda::smooth

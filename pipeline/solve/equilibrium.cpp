@@ -5,7 +5,7 @@
 
 #include "solve/equilibrium_run.hpp"
 
-namespace vrda {
+namespace vrda::solve {
 
 using namespace equilibrium_rules;
 
@@ -42,7 +42,7 @@ double mean_area_mm2(const Mesh& mesh)
 
 }  // namespace
 
-double band_of(const Mesh& reference, const Mesh& moving)
+double feature_band_mm(const Mesh& reference, const Mesh& moving)
 {
   const double of_reference = mean_area_mm2(reference), of_moving = mean_area_mm2(moving);
   const double facet_mm2 = of_reference * of_moving / (of_reference + of_moving);
@@ -52,11 +52,11 @@ double band_of(const Mesh& reference, const Mesh& moving)
 EquilibriumSolver::Run::Run(State& state, const Task& task)
     : state_(state),
       task_(task),
-      forces_{state.ligaments, task.loads, state.grip, task.attitude.flexion_rad},
+      forces_{state.ligaments, task.loads, state.scale, task.attitude.flexion_rad},
       push_n_(task.loads.force_n.norm() > 0.0 ? task.loads.force_n.norm() : 1.0),
       tolerance_mm_(state.options.tolerance_mm),
       band_mm_(state.band_mm),
-      seed_(place_at(task.seed, task.attitude.varus_rad, state.grip)),
+      seed_(configuration_at(task.seed, task.attitude.varus_rad, state.scale)),
       planner_(forces_, {seed_, spring_share_per_mm * push_n_})
 {
   plan_options_.is_free[about_varus] = task.is_varus_free;
@@ -73,8 +73,8 @@ StepRecord EquilibriumSolver::Run::run()
   record.status = find_equilibrium();
   record.iterations = iteration_;
   record.residual_mm = residual_mm_;
-  record.pose = pose_at(current_.place, state_.grip);
-  record.varus_rad = current_.place.varus_rad;
+  record.pose = pose_at(current_.configuration, state_.scale);
+  record.varus_rad = current_.configuration.varus_rad;
   if (record.status == StepStatus::stable) {
     if (task_.is_measured) measure(record);
     fill_balance(record);
@@ -85,7 +85,7 @@ StepRecord EquilibriumSolver::Run::run()
 
 StepStatus EquilibriumSolver::Run::find_equilibrium()
 {
-  current_.place = seed_;
+  current_.configuration = seed_;
   sample_gap(seed_, sample_);
   if (!std::isfinite(sample_.travel_mm)) return StepStatus::no_contact;
   current_ = candidate_at(seed_, sample_.travel_mm);
@@ -120,53 +120,56 @@ int EquilibriumSolver::Run::n_gap_queries() const
   return state_.gap.n_queries() + state_.medial.n_queries() + state_.lateral.n_queries();
 }
 
-Attitude EquilibriumSolver::Run::attitude_at(const Place& configuration) const
+Attitude EquilibriumSolver::Run::attitude_at(const Configuration& configuration) const
 {
   return {task_.attitude.flexion_rad, configuration.varus_rad};
 }
 
-void EquilibriumSolver::Run::sample_gap(const Place& configuration, GapSight& sample)
+void EquilibriumSolver::Run::sample_gap(const Configuration& configuration, GapSample& sample)
 {
   sample_gap(configuration, band_mm_, sample);
   if (sample.n_features > max_features) band_mm_ *= 0.5;
   if (sample.n_features < min_features) band_mm_ = std::min(1.5 * band_mm_, max_band_mm);
 }
 
-void EquilibriumSolver::Run::sample_gap(const Place& configuration, double band, GapSight& sample)
+void EquilibriumSolver::Run::sample_gap(const Configuration& configuration, double band, GapSample& sample)
 {
   state_.set_attitude(attitude_at(configuration));
-  const GapAnswer& answer = state_.gap.features(pose_at(configuration, state_.grip), band);
+  const proximity::GapResult& answer = state_.gap.features(pose_at(configuration, state_.scale), band);
   sample.n_features = answer.features.size();
   sample.travel_mm = answer.travel_mm;
   sample.ceiling_mm = configuration.pivot_mm.y() + answer.travel_mm;
-  sample.obstacles.clear();
-  const TouchingMeshes meshes{state_.joint.reference.solid.mesh, state_.joint.moving.solid.mesh, state_.grip};
+  sample.constraints.clear();
+  const ConstraintMeshes meshes{state_.joint.reference.tree_mesh.mesh, state_.joint.moving.tree_mesh.mesh,
+                                state_.scale};
   const Rotations rotations(configuration, task_.attitude.flexion_rad);
-  for (std::size_t k = 0; k < answer.features.size() && sample.obstacles.size() < max_constraints; ++k) {
-    const Obstacle constraint = obstacle_of(answer.features[k], meshes, configuration, rotations);
-    if (can_carry_load(constraint)) sample.obstacles.push_back(constraint);
+  for (std::size_t k = 0; k < answer.features.size() && sample.constraints.size() < max_constraints; ++k) {
+    const ContactConstraint constraint =
+        contact_constraint_of(answer.features[k], meshes, configuration, rotations);
+    if (can_carry_load(constraint)) sample.constraints.push_back(constraint);
   }
 }
 
-bool EquilibriumSolver::Run::can_carry_load(const Obstacle& constraint) const
+bool EquilibriumSolver::Run::can_carry_load(const ContactConstraint& constraint) const
 {
   if (constraint.vertex < 0) return true;
-  const std::vector<bool>& sticks_out = constraint.kind == Obstacle::Kind::face_of_reference
-                                            ? state_.joint.moving_sticks_out
-                                            : state_.joint.reference_sticks_out;
+  const std::vector<bool>& sticks_out = constraint.kind == ContactConstraint::Kind::face_of_reference
+                                            ? state_.joint.moving_protrudes
+                                            : state_.joint.reference_protrudes;
   return sticks_out[static_cast<std::size_t>(constraint.vertex)];
 }
 
-Rest EquilibriumSolver::Run::candidate_at(const Place& configuration, double travel_mm) const
+EquilibriumCandidate EquilibriumSolver::Run::candidate_at(const Configuration& configuration,
+                                                          double travel_mm) const
 {
-  return rest_along_delta(forces_, configuration,
-                          {configuration.pivot_mm.y() + travel_mm - plan_options_.standoff_mm,
-                           plan_options_.reach_mm, plan_options_.force_tolerance_n});
+  return equilibrium_along_delta(forces_, configuration,
+                                 {configuration.pivot_mm.y() + travel_mm - plan_options_.standoff_mm,
+                                  plan_options_.reach_mm, plan_options_.force_tolerance_n});
 }
 
 StepPlan EquilibriumSolver::Run::next_plan()
 {
-  constraints_ = sample_.obstacles;
+  constraints_ = sample_.constraints;
   constraints_.insert(constraints_.end(), cuts_.begin(), cuts_.end());
   plan_options_.radius_mm = radius_mm_;
   return planner_.plan(current_, constraints_, plan_options_);
@@ -174,24 +177,25 @@ StepPlan EquilibriumSolver::Run::next_plan()
 
 bool EquilibriumSolver::Run::active_set_uses_cuts(const StepPlan& plan) const
 {
-  return std::any_of(plan.bearing.begin(), plan.bearing.begin() + static_cast<std::ptrdiff_t>(plan.n_bearing),
-                     [&](std::size_t row) { return row >= sample_.obstacles.size(); });
+  return std::any_of(plan.active.begin(), plan.active.begin() + static_cast<std::ptrdiff_t>(plan.n_active),
+                     [&](std::size_t row) { return row >= sample_.constraints.size(); });
 }
 
-bool EquilibriumSolver::Run::is_satisfied_here(const Obstacle& constraint, const Rotations& rotations) const
+bool EquilibriumSolver::Run::is_satisfied_here(const ContactConstraint& constraint,
+                                               const Rotations& rotations) const
 {
-  return clearance(constraint, current_.place, rotations).travel_mm >=
+  return clearance(constraint, current_.configuration, rotations).travel_mm >=
          plan_options_.standoff_mm - rounding_mm;
 }
 
 EquilibriumSolver::Run::Outcome EquilibriumSolver::Run::attempt(const StepPlan& plan)
 {
-  sample_gap(plan.end.place, trial_sample_);
-  const Rest candidate = std::isfinite(trial_sample_.travel_mm)
-                             ? candidate_at(plan.end.place, trial_sample_.travel_mm)
-                             : plan.end;
+  sample_gap(plan.end.configuration, trial_sample_);
+  const EquilibriumCandidate candidate = std::isfinite(trial_sample_.travel_mm)
+                                             ? candidate_at(plan.end.configuration, trial_sample_.travel_mm)
+                                             : plan.end;
   if (!std::isfinite(trial_sample_.travel_mm) || !candidate.is_bounded) {
-    unbounded_trial_ = plan.end.place;
+    unbounded_trial_ = plan.end.configuration;
     radius_mm_ = 0.25 * std::min(radius_mm_, plan.length_mm);
     return Outcome::unbounded;
   }
@@ -210,25 +214,26 @@ EquilibriumSolver::Run::Outcome EquilibriumSolver::Run::attempt(const StepPlan& 
 
 void EquilibriumSolver::Run::reject(const StepPlan& plan)
 {
-  const bool has_new_cuts = add_cuts(trial_sample_.obstacles, cuts_);
+  const bool has_new_cuts = add_cuts(trial_sample_.constraints, cuts_);
   ++n_rejections_;
   if (has_new_cuts && n_rejections_ < max_rejections) return;
   n_rejections_ = 0;
   radius_mm_ = 0.25 * plan.length_mm;
 }
 
-bool EquilibriumSolver::Run::add_cuts(const std::vector<Obstacle>& found, std::vector<Obstacle>& cuts) const
+bool EquilibriumSolver::Run::add_cuts(const std::vector<ContactConstraint>& found,
+                                      std::vector<ContactConstraint>& cuts) const
 {
-  const Rotations rotations(current_.place, task_.attitude.flexion_rad);
+  const Rotations rotations(current_.configuration, task_.attitude.flexion_rad);
   const std::size_t n_before = cuts.size();
-  for (const Obstacle& constraint : found) {
+  for (const ContactConstraint& constraint : found) {
     if (cuts.size() < n_before + max_constraints && is_satisfied_here(constraint, rotations))
       cuts.push_back(constraint);
   }
   return cuts.size() > n_before;
 }
 
-void EquilibriumSolver::Run::accept(const Rest& candidate)
+void EquilibriumSolver::Run::accept(const EquilibriumCandidate& candidate)
 {
   current_ = candidate;
   std::swap(sample_, trial_sample_);
@@ -244,7 +249,7 @@ bool EquilibriumSolver::Run::shrink_trust_region()
   return radius_mm_ > 0.1 * tolerance_mm_;
 }
 
-EquilibriumSolver::EquilibriumSolver(const Joint& joint, const Ligaments& ligaments,
+EquilibriumSolver::EquilibriumSolver(const Joint& joint, const ligament::Ligaments& ligaments,
                                      const EquilibriumOptions& options)
     : state_(std::make_unique<State>(joint, ligaments, options))
 {
@@ -258,4 +263,4 @@ StepRecord EquilibriumSolver::solve(const Task& task)
   return Run(*state_, task).run();
 }
 
-}  // namespace vrda
+}  // namespace vrda::solve

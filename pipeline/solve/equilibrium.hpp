@@ -8,13 +8,14 @@
 #include "ligament/ligaments.hpp"
 #include "solve/joint.hpp"
 
-namespace vrda {
+namespace vrda::solve {
 
 /// Solver of one thread for one joint. Scratch memory and hints kept between steps do not affect results.
 class EquilibriumSolver {
  public:
   /// `ligaments` are in the solver's frames and may have no fibre. The references must outlive the solver.
-  EquilibriumSolver(const Joint& joint, const Ligaments& ligaments, const EquilibriumOptions& options);
+  EquilibriumSolver(const Joint& joint, const ligament::Ligaments& ligaments,
+                    const EquilibriumOptions& options);
   ~EquilibriumSolver();
   EquilibriumSolver(EquilibriumSolver&&) noexcept;
 
@@ -38,4 +39,4 @@ class EquilibriumSolver {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::solve

@@ -7,7 +7,7 @@
 #include "solve/equilibrium_run.hpp"
 #include "solve/joint.hpp"
 
-namespace vrda {
+namespace vrda::solve {
 
 using namespace equilibrium_rules;
 
@@ -41,16 +41,17 @@ bool EquilibriumSolver::Run::is_certified(const StepPlan& plan)
 {
   const double allowed = active_set_uses_cuts(plan) ? unbalanced_share_with_cuts : unbalanced_share;
   touching_.clear();
-  add_touching(sample_.obstacles);
+  add_touching(sample_.constraints);
   update_balance();
   double probe_mm = tolerance_mm_;
   for (int k = 0; k < max_probes && balance_.residual_n > unbalanced_share_with_cuts * push_n_; ++k) {
     // The missing constraint is a small step away, along the residual force.
     Vector5d probe = balance_.unbalanced_n * (probe_mm / balance_.residual_n);
     probe(along_y) = 0.0;
-    sample_gap(moved(current_.place, probe, state_.grip), touching_tolerances * tolerance_mm_, trial_sample_);
+    sample_gap(moved(current_.configuration, probe, state_.scale), touching_tolerances * tolerance_mm_,
+               trial_sample_);
     const double before_n = balance_.residual_n;
-    add_touching(trial_sample_.obstacles);
+    add_touching(trial_sample_.constraints);
     update_balance();
     if (balance_.residual_n > 0.99 * before_n) probe_mm *= probe_growth;
   }
@@ -60,29 +61,29 @@ bool EquilibriumSolver::Run::is_certified(const StepPlan& plan)
 bool EquilibriumSolver::Run::is_at_border()
 {
   if (!unbounded_trial_) return false;
-  Vector5d step = step_between(current_.place, *unbounded_trial_, state_.grip);
+  Vector5d step = step_between(current_.configuration, *unbounded_trial_, state_.scale);
   step(along_y) = 0.0;
   if (step.norm() > ridge_radius_mm) step *= ridge_radius_mm / step.norm();
-  sample_gap(moved(current_.place, step, state_.grip), 0.0, trial_sample_);
+  sample_gap(moved(current_.configuration, step, state_.scale), 0.0, trial_sample_);
   return !std::isfinite(trial_sample_.travel_mm);
 }
 
 bool EquilibriumSolver::Run::crosses_ridge()
 {
-  const Rotations rotations(current_.place, task_.attitude.flexion_rad);
-  const auto point = [&](const Obstacle& constraint) {
+  const Rotations rotations(current_.configuration, task_.attitude.flexion_rad);
+  const auto point = [&](const ContactConstraint& constraint) {
     return Eigen::Vector3d(rotations.of_reference * constraint.reference_mm);
   };
-  for (const Held::Bearing& active : balance_.bearing) {
+  for (const ContactForceBalance::ActiveConstraint& active : balance_.active) {
     const Eigen::Vector3d at = point(touching_[active.row]);
-    const auto is_at_point = [&](const Obstacle& constraint) {
+    const auto is_at_point = [&](const ContactConstraint& constraint) {
       return (point(constraint) - at).cwiseAbs().maxCoeff() <= touching_tolerances * tolerance_mm_;
     };
     constraints_.clear();
-    std::remove_copy_if(sample_.obstacles.begin(), sample_.obstacles.end(), std::back_inserter(constraints_),
-                        is_at_point);
+    std::remove_copy_if(sample_.constraints.begin(), sample_.constraints.end(),
+                        std::back_inserter(constraints_), is_at_point);
     if (std::count_if(touching_.begin(), touching_.end(), is_at_point) < 2) continue;
-    for (const Obstacle& single : touching_) {
+    for (const ContactConstraint& single : touching_) {
       if (!is_at_point(single)) continue;
       constraints_.push_back(single);
       if (accept_if_improving()) return true;
@@ -92,7 +93,8 @@ bool EquilibriumSolver::Run::crosses_ridge()
   return false;
 }
 
-bool EquilibriumSolver::Run::has_gain(double share, const StepPlan& plan, const Rest& candidate) const
+bool EquilibriumSolver::Run::has_gain(double share, const StepPlan& plan,
+                                      const EquilibriumCandidate& candidate) const
 {
   return candidate.is_bounded &&
          planner_.merit_nmm(current_) - planner_.merit_nmm(candidate) >= share * plan.gain_nmm;
@@ -104,50 +106,50 @@ bool EquilibriumSolver::Run::accept_if_improving()
   const StepPlan plan = planner_.plan(current_, constraints_, plan_options_);
   if (plan.gain_nmm <= tolerance_mm_ * push_n_) return false;
   // An upper bound of the travel, from the last pair in contact, rejects most trials. Counts as a query.
-  state_.set_attitude(attitude_at(plan.end.place));
-  const double bound_mm = state_.gap.travel_at_most_mm(pose_at(plan.end.place, state_.grip));
+  state_.set_attitude(attitude_at(plan.end.configuration));
+  const double bound_mm = state_.gap.travel_upper_bound_mm(pose_at(plan.end.configuration, state_.scale));
   if (std::isfinite(bound_mm) &&
-      !has_gain(ridge_gain_share - rounding_share, plan, candidate_at(plan.end.place, bound_mm))) {
+      !has_gain(ridge_gain_share - rounding_share, plan, candidate_at(plan.end.configuration, bound_mm))) {
     ++n_queries_saved_;
     return false;
   }
-  sample_gap(plan.end.place, band_mm_, trial_sample_);
+  sample_gap(plan.end.configuration, band_mm_, trial_sample_);
   if (!std::isfinite(trial_sample_.travel_mm)) return false;
-  const Rest candidate = candidate_at(plan.end.place, trial_sample_.travel_mm);
+  const EquilibriumCandidate candidate = candidate_at(plan.end.configuration, trial_sample_.travel_mm);
   if (!has_gain(ridge_gain_share, plan, candidate)) return false;
   accept(candidate);
   radius_mm_ = first_radius_mm;
   return true;
 }
 
-void EquilibriumSolver::Run::add_touching(const std::vector<Obstacle>& constraints)
+void EquilibriumSolver::Run::add_touching(const std::vector<ContactConstraint>& constraints)
 {
-  const Rotations rotations(current_.place, task_.attitude.flexion_rad);
-  for (const Obstacle& constraint : constraints) {
-    const double travel_mm = clearance(constraint, current_.place, rotations).travel_mm;
+  const Rotations rotations(current_.configuration, task_.attitude.flexion_rad);
+  for (const ContactConstraint& constraint : constraints) {
+    const double travel_mm = clearance(constraint, current_.configuration, rotations).travel_mm;
     if (travel_mm >= 0.0 && travel_mm <= touching_tolerances * tolerance_mm_) touching_.push_back(constraint);
   }
 }
 
 void EquilibriumSolver::Run::update_balance()
 {
-  const Rotations rotations(current_.place, task_.attitude.flexion_rad);
+  const Rotations rotations(current_.configuration, task_.attitude.flexion_rad);
   clearances_.clear();
-  for (const Obstacle& constraint : touching_)
-    clearances_.push_back(clearance(constraint, current_.place, rotations));
-  balance_ = held_by(current_.potential, clearances_, state_.grip, plan_options_.is_free);
+  for (const ContactConstraint& constraint : touching_)
+    clearances_.push_back(clearance(constraint, current_.configuration, rotations));
+  balance_ = balance_contact_forces(current_.potential, clearances_, state_.scale, plan_options_.is_free);
 }
 
 void EquilibriumSolver::Run::measure(StepRecord& record)
 {
-  const Attitude attitude = attitude_at(current_.place);
-  ContactOptions exact;
+  const Attitude attitude = attitude_at(current_.configuration);
+  contact::ContactOptions exact;
   exact.band_mm = state_.options.contact_resolution_mm;
   state_.set_attitude(attitude);
   measure_contacts(
       state_.joint,
-      find_contacts(state_.joint.reference, state_.joint.moving, {attitude, record.pose},
-                    state_.gap.close_pairs(record.pose, exact.band_mm), state_.narrow_phase, exact),
+      contact::find_contacts(state_.joint.reference, state_.joint.moving, {attitude, record.pose},
+                             state_.gap.close_pairs(record.pose, exact.band_mm), state_.narrow_phase, exact),
       state_.options.contact_resolution_mm, record);
   if (!state_.joint.compartment_of_triangle.empty()) {
     record.gap_medial_mm = gap_left_mm(state_.medial, attitude, record.pose);
@@ -156,7 +158,8 @@ void EquilibriumSolver::Run::measure(StepRecord& record)
   record.theta_determined = resists_turn(-turn_rad) && resists_turn(turn_rad);
 }
 
-double EquilibriumSolver::Run::gap_left_mm(GapQuery& query, const Attitude& attitude, const MovingPose& pose)
+double EquilibriumSolver::Run::gap_left_mm(proximity::GapQuery& query, const Attitude& attitude,
+                                           const MovingPose& pose)
 {
   query.set_attitude(attitude);
   const double travel_mm = query.travel_mm(pose);
@@ -168,22 +171,22 @@ bool EquilibriumSolver::Run::resists_turn(double turn)
   const double limit_nmm = current_.potential.energy_nmm + turn_cost_tolerances * tolerance_mm_ * push_n_;
   PlanOptions options = plan_options_;
   options.is_free[about_y] = false;
-  options.radius_mm = 2.0 * state_.grip.lever_mm * turn_rad;
-  Place configuration = current_.place;
+  options.radius_mm = 2.0 * state_.scale.lever_mm * turn_rad;
+  Configuration configuration = current_.configuration;
   configuration.theta_rad += turn;
   const Rotations rotations(configuration, task_.attitude.flexion_rad);
-  constraints_ = sample_.obstacles;
+  constraints_ = sample_.constraints;
   for (int k = 0; k < max_turn_iterations; ++k) {
     double least_mm = plan_options_.reach_mm;
-    for (const Obstacle& constraint : constraints_)
+    for (const ContactConstraint& constraint : constraints_)
       least_mm = std::min(least_mm, clearance(constraint, configuration, rotations).travel_mm);
     const StepPlan plan = planner_.plan(candidate_at(configuration, least_mm), constraints_, options);
     if (plan.end.potential.energy_nmm > limit_nmm) return true;
-    sample_gap(plan.end.place, trial_sample_);
+    sample_gap(plan.end.configuration, trial_sample_);
     if (!std::isfinite(trial_sample_.travel_mm)) return false;
-    const Rest candidate = candidate_at(plan.end.place, trial_sample_.travel_mm);
+    const EquilibriumCandidate candidate = candidate_at(plan.end.configuration, trial_sample_.travel_mm);
     if (!candidate.is_bounded || candidate.potential.energy_nmm <= limit_nmm) return false;
-    if (!add_cuts(trial_sample_.obstacles, constraints_)) return true;
+    if (!add_cuts(trial_sample_.constraints, constraints_)) return true;
   }
   return true;
 }
@@ -193,9 +196,9 @@ void EquilibriumSolver::Run::fill_balance(StepRecord& record) const
   Balance& out = record.balance;
   out.energy_nmm = current_.potential.energy_nmm;
   out.residual_n = balance_.residual_n;
-  out.worst_gap_mm = sample_.ceiling_mm - current_.place.pivot_mm.y();
+  out.worst_gap_mm = sample_.ceiling_mm - current_.configuration.pivot_mm.y();
   double sum_n = 0.0, weighted = 0.0, varus_nmm = current_.potential.gradient(about_varus);
-  for (const Held::Bearing& b : balance_.bearing) {
+  for (const ContactForceBalance::ActiveConstraint& b : balance_.active) {
     const Clearance& c = clearances_[b.row];
     out.forces.push_back(contact_force(touching_[b.row], c, b.along_delta_n));
     sum_n += b.along_delta_n;
@@ -207,10 +210,10 @@ void EquilibriumSolver::Run::fill_balance(StepRecord& record) const
   out.flexion_moment_nmm = flexion_moment_nmm(out.forces);
 }
 
-ContactForce EquilibriumSolver::Run::contact_force(const Obstacle& constraint, const Clearance& c,
+ContactForce EquilibriumSolver::Run::contact_force(const ContactConstraint& constraint, const Clearance& c,
                                                    double along_delta_n) const
 {
-  const Rotations rotations(current_.place, task_.attitude.flexion_rad);
+  const Rotations rotations(current_.configuration, task_.attitude.flexion_rad);
   ContactForce force;
   force.point_solver_mm = rotations.of_reference * constraint.reference_mm;
   force.normal_solver = c.gradient.head<3>().normalized();  // -n / n.y
@@ -227,14 +230,14 @@ ContactForce EquilibriumSolver::Run::contact_force(const Obstacle& constraint, c
 double EquilibriumSolver::Run::ligament_energy_at(double flexion_rad) const
 {
   if (state_.ligaments.fibres.empty()) return 0.0;
-  return ligament_energy(state_.ligaments, {flexion_rad, current_.place.varus_rad},
-                         pose_at(current_.place, state_.grip))
+  return ligament::ligament_energy(state_.ligaments, {flexion_rad, current_.configuration.varus_rad},
+                                   pose_at(current_.configuration, state_.scale))
       .energy_nmm;
 }
 
 double EquilibriumSolver::Run::flexion_moment_nmm(const std::vector<ContactForce>& forces) const
 {
-  const Eigen::Vector3d axis = rotation_x(-current_.place.varus_rad) * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d axis = rotation_x(-current_.configuration.varus_rad) * Eigen::Vector3d::UnitZ();
   const Loads& loads = task_.loads;
   double sum_nmm = axis.dot(loads.point_mm.cross(loads.force_n)) + loads.moment_nmm * axis.y();
   for (const ContactForce& f : forces) {
@@ -247,4 +250,4 @@ double EquilibriumSolver::Run::flexion_moment_nmm(const std::vector<ContactForce
                        (2.0 * difference_rad);
 }
 
-}  // namespace vrda
+}  // namespace vrda::solve

@@ -7,7 +7,7 @@
 #include "solve/potential.hpp"
 #include "solve/step_plan.hpp"
 
-namespace vrda {
+namespace vrda::solve {
 
 namespace equilibrium_rules {
 // A grid step moves a knee by at most this. Measured: 2 mm takes 10 % more iterations; 0.33 mm takes 5 %
@@ -18,17 +18,17 @@ inline constexpr double first_radius_mm = 0.9;
 /// Initial width of the band beyond the first contact in which features are returned, mm. Depends on the mean
 /// facet areas, so that coarse and fine meshes give similar numbers of features. Others become cutting planes
 /// of rejected steps. Measured: twice the features save an iteration in eight and cost more.
-double band_of(const Mesh& reference, const Mesh& moving);
+double feature_band_mm(const Mesh& reference, const Mesh& moving);
 
 struct EquilibriumSolver::State {
-  State(const Joint& j, const Ligaments& l, const EquilibriumOptions& o)
+  State(const Joint& j, const ligament::Ligaments& l, const EquilibriumOptions& o)
       : joint(j),
         ligaments(l),
         options(o),
-        grip(grip_of(j.moving.solid.mesh)),
-        reach_mm(2.0 * (extent_along_delta_mm(j.reference.solid.mesh) +
-                        extent_along_delta_mm(j.moving.solid.mesh))),
-        band_mm(band_of(j.reference.solid.mesh, j.moving.solid.mesh)),
+        scale(rotation_scale_of(j.moving.tree_mesh.mesh)),
+        reach_mm(2.0 * (extent_along_delta_mm(j.reference.tree_mesh.mesh) +
+                        extent_along_delta_mm(j.moving.tree_mesh.mesh))),
+        band_mm(feature_band_mm(j.reference.tree_mesh.mesh, j.moving.tree_mesh.mesh)),
         gap(j.reference_gap, j.moving_gap),
         medial(j.reference_gap, j.medial_gap),
         lateral(j.reference_gap, j.lateral_gap)
@@ -45,25 +45,25 @@ struct EquilibriumSolver::State {
   }
 
   const Joint& joint;
-  const Ligaments& ligaments;
+  const ligament::Ligaments& ligaments;
   EquilibriumOptions options;
-  Grip grip;
+  RotationScale scale;
   double reach_mm;
   double band_mm;
-  GapQuery gap;
-  GapQuery medial;
-  GapQuery lateral;
-  NarrowPhase narrow_phase;
+  proximity::GapQuery gap;
+  proximity::GapQuery medial;
+  proximity::GapQuery lateral;
+  contact::NarrowPhase narrow_phase;
   Attitude at;  // of `gap`
   bool is_set = false;
 };
 
 /// Result of a gap query at one configuration.
-struct GapSight {
+struct GapSample {
   double travel_mm = 0.0;
-  double ceiling_mm = 0.0;          ///< height of the pivot at the first contact
-  std::size_t n_features = 0;       ///< including those that cannot carry load
-  std::vector<Obstacle> obstacles;  ///< nearest first
+  double ceiling_mm = 0.0;                     ///< height of the pivot at the first contact
+  std::size_t n_features = 0;                  ///< including those that cannot carry load
+  std::vector<ContactConstraint> constraints;  ///< nearest first
 };
 
 class EquilibriumSolver::Run {
@@ -75,25 +75,25 @@ class EquilibriumSolver::Run {
   enum class Outcome { accepted, rejected, unbounded };
   StepStatus find_equilibrium();
   int n_gap_queries() const;
-  Attitude attitude_at(const Place& configuration) const;
+  Attitude attitude_at(const Configuration& configuration) const;
   // Overwrites `sample`, whose memory is reused.
-  void sample_gap(const Place& configuration, double band, GapSight& sample);
+  void sample_gap(const Configuration& configuration, double band, GapSample& sample);
   // With the current band, which is then adapted to the number of features.
-  void sample_gap(const Place& configuration, GapSight& sample);
+  void sample_gap(const Configuration& configuration, GapSample& sample);
   // False for a vertex in a flat or concave region, whose constraint would not exist.
-  bool can_carry_load(const Obstacle& constraint) const;
-  Rest candidate_at(const Place& configuration, double travel_mm) const;
+  bool can_carry_load(const ContactConstraint& constraint) const;
+  EquilibriumCandidate candidate_at(const Configuration& configuration, double travel_mm) const;
   StepPlan next_plan();
   bool active_set_uses_cuts(const StepPlan& plan) const;
   // A constraint violated at the current configuration was extended too far and is not valid there.
-  bool is_satisfied_here(const Obstacle& constraint, const Rotations& rotations) const;
+  bool is_satisfied_here(const ContactConstraint& constraint, const Rotations& rotations) const;
   Outcome attempt(const StepPlan& plan);
   // Adds the constraints found at the trial as cutting planes; without any, shrinks the trust region.
   void reject(const StepPlan& plan);
   // Adds the constraints that are satisfied at the current configuration; false if none is.
-  bool add_cuts(const std::vector<Obstacle>& found, std::vector<Obstacle>& cuts) const;
+  bool add_cuts(const std::vector<ContactConstraint>& found, std::vector<ContactConstraint>& cuts) const;
   // Drops the cutting planes of the previous configuration: extended too far, they block valid steps.
-  void accept(const Rest& candidate);
+  void accept(const EquilibriumCandidate& candidate);
   // After a failed certificate: drops the cutting planes too. False when the radius reaches its minimum.
   bool shrink_trust_region();
   // Uses only features sampled at the current configuration, not the constraints of the plan.
@@ -105,42 +105,44 @@ class EquilibriumSolver::Run {
   bool crosses_ridge();
   // Plans with `constraints_` and accepts the trial if its true gain is sufficient.
   bool accept_if_improving();
-  bool has_gain(double share, const StepPlan& plan, const Rest& candidate) const;
+  bool has_gain(double share, const StepPlan& plan, const EquilibriumCandidate& candidate) const;
   // Adds the constraints in contact at the current configuration.
-  void add_touching(const std::vector<Obstacle>& constraints);
+  void add_touching(const std::vector<ContactConstraint>& constraints);
   void update_balance();
   void measure(StepRecord& record);
-  static double gap_left_mm(GapQuery& query, const Attitude& attitude, const MovingPose& pose);
+  static double gap_left_mm(proximity::GapQuery& query, const Attitude& attitude, const MovingPose& pose);
   // All other coordinates adapt to the constraints; those found at each trial are added.
   bool resists_turn(double turn);
   void fill_balance(StepRecord& record) const;
-  ContactForce contact_force(const Obstacle& constraint, const Clearance& c, double along_delta_n) const;
+  ContactForce contact_force(const ContactConstraint& constraint, const Clearance& c,
+                             double along_delta_n) const;
   double ligament_energy_at(double flexion_rad) const;
   // Flexion rotates the reference about `axis`, so a flexing moment acts on the moving object about -axis.
   // Ligaments by central differences: flexion is not a coordinate of their energy.
   double flexion_moment_nmm(const std::vector<ContactForce>& forces) const;
   State& state_;
   const Task& task_;
-  Forces forces_;
+  NonContactForces forces_;
   double push_n_;
   double tolerance_mm_;
   double band_mm_;  // adapted to the number of features
-  Place seed_;
+  Configuration seed_;
   StepPlanner planner_;
   PlanOptions plan_options_;
-  Rest current_;
-  GapSight sample_, trial_sample_;
-  std::vector<Obstacle> cuts_;  // cutting planes: constraints found at trials rejected from `current_`
-  std::vector<Obstacle> constraints_, touching_;
+  EquilibriumCandidate current_;
+  GapSample sample_, trial_sample_;
+  std::vector<ContactConstraint>
+      cuts_;  // cutting planes: constraints found at trials rejected from `current_`
+  std::vector<ContactConstraint> constraints_, touching_;
   std::vector<Clearance> clearances_;
-  Held balance_;
+  ContactForceBalance balance_;
   double radius_mm_ = equilibrium_rules::first_radius_mm;
   double residual_mm_ = 0.0;
-  std::optional<Place> unbounded_trial_;  // last trial without contact
+  std::optional<Configuration> unbounded_trial_;  // last trial without contact
   int n_rejections_ = 0;
   int iteration_ = 0;
   int n_queries_before_ = 0;
   int n_queries_saved_ = 0;
 };
 
-}  // namespace vrda
+}  // namespace vrda::solve

@@ -9,14 +9,14 @@
 #include "proximity/directional_gap.hpp"
 #include "solve/stability_search.hpp"
 
-namespace vrda {
+namespace vrda::solve {
 double extent_along_delta_mm(const Mesh& mesh)
 {
   const Box box = bounding_box(mesh);
   return box.max_mm.y() - box.min_mm.y();
 }
 
-double thinnest_mm(const SolverBody& body)
+double thinnest_part_mm(const SolverBody& body)
 {
   const std::int32_t n_components =
       body.component.empty() ? 1 : 1 + *std::max_element(body.component.begin(), body.component.end());
@@ -27,7 +27,7 @@ double thinnest_mm(const SolverBody& body)
       if (body.component.empty() || body.component[static_cast<std::size_t>(t)] == c) rows.push_back(t);
     }
     if (rows.empty()) continue;
-    const Mesh part = with_triangles(body.mesh, rows);
+    const Mesh part = select_triangles(body.mesh, rows);
     const bool is_closed = edge_counts(part).boundary == 0;
     least = std::min(least, is_closed ? 2.0 * std::abs(signed_volume_mm3(part)) / area_mm2(part)
                                       : mean_edge_length_mm(part));
@@ -43,35 +43,37 @@ Joint make_joint(const SolverBody& reference, const SolverBody& moving,
             static_cast<Eigen::Index>(compartment_of_triangle.size()) == moving.mesh.triangles.rows(),
         "make_joint: one compartment per moving triangle");
   Joint joint;
-  joint.reference = make_collider(reference.mesh);
-  joint.moving = make_collider(moving.mesh);
+  joint.reference = contact::make_collider(reference.mesh);
+  joint.moving = contact::make_collider(moving.mesh);
   joint.compartment_of_triangle = compartment_of_triangle;
   const std::vector<std::int32_t> medial = triangles_of(compartment_of_triangle, Compartment::medial);
   const std::vector<std::int32_t> lateral = triangles_of(compartment_of_triangle, Compartment::lateral);
-  joint.medial = BoxTree(moving.mesh, medial);
-  joint.lateral = BoxTree(moving.mesh, lateral);
-  joint.reference_gap = GapTree(reference.mesh);
-  joint.moving_gap = GapTree(moving.mesh);
-  joint.medial_gap = GapTree(moving.mesh, medial);
-  joint.lateral_gap = GapTree(moving.mesh, lateral);
-  joint.reference_sticks_out = sticking_out(joint.reference.solid.mesh, joint.reference.features);
-  joint.moving_sticks_out = sticking_out(joint.moving.solid.mesh, joint.moving.features);
-  joint.substep_mm = 0.5 * std::min(thinnest_mm(reference), thinnest_mm(moving));
+  joint.medial = proximity::BoxTree(moving.mesh, medial);
+  joint.lateral = proximity::BoxTree(moving.mesh, lateral);
+  joint.reference_gap = proximity::GapTree(reference.mesh);
+  joint.moving_gap = proximity::GapTree(moving.mesh);
+  joint.medial_gap = proximity::GapTree(moving.mesh, medial);
+  joint.lateral_gap = proximity::GapTree(moving.mesh, lateral);
+  joint.reference_protrudes =
+      contact::protruding_vertices(joint.reference.tree_mesh.mesh, joint.reference.features);
+  joint.moving_protrudes = contact::protruding_vertices(joint.moving.tree_mesh.mesh, joint.moving.features);
+  joint.substep_mm = 0.5 * std::min(thinnest_part_mm(reference), thinnest_part_mm(moving));
   return joint;
 }
 
 namespace {
 
-double gap_or_nan_mm(const Joint& joint, const TreeMesh& reference, const BoxTree& compartment,
-                     const MovingPose& pose)
+double gap_or_nan_mm(const Joint& joint, const proximity::TreeMesh& reference,
+                     const proximity::BoxTree& compartment, const MovingPose& pose)
 {
-  const Gap gap = directional_gap(reference, joint.moving.solid.mesh, compartment, pose);
+  const proximity::Gap gap =
+      proximity::directional_gap(reference, joint.moving.tree_mesh.mesh, compartment, pose);
   return std::isfinite(gap.travel_mm) ? gap.travel_mm : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace
 
-ContactRecord contact_record(const Joint& joint, const Contact& contact)
+ContactRecord contact_record(const Joint& joint, const contact::Contact& contact)
 {
   ContactRecord record{contact.point_mm,         contact.normal,
                        contact.distance_mm,      contact.triangles.reference,
@@ -82,12 +84,12 @@ ContactRecord contact_record(const Joint& joint, const Contact& contact)
   return record;
 }
 
-void measure_contacts(const Joint& joint, const std::vector<Contact>& contacts, double resolution_mm,
+void measure_contacts(const Joint& joint, const std::vector<contact::Contact>& contacts, double resolution_mm,
                       StepRecord& record)
 {
   const Eigen::Vector3d middle = mean_point(contacts);
   int n_resisting = 0;
-  for (const Contact& c : contacts) {
+  for (const contact::Contact& c : contacts) {
     record.contacts.push_back(contact_record(joint, c));
     const auto compartment = static_cast<Compartment>(record.contacts.back().compartment);
     record.contact_medial = record.contact_medial || compartment == Compartment::medial;
@@ -97,8 +99,8 @@ void measure_contacts(const Joint& joint, const std::vector<Contact>& contacts, 
   record.theta_determined = n_resisting >= 2;
 }
 
-int measure_step(const Joint& joint, const TreeMesh& reference, const std::vector<Contact>& contacts,
-                 double resolution_mm, StepRecord& record)
+int measure_step(const Joint& joint, const proximity::TreeMesh& reference,
+                 const std::vector<contact::Contact>& contacts, double resolution_mm, StepRecord& record)
 {
   measure_contacts(joint, contacts, resolution_mm, record);
   if (joint.compartment_of_triangle.empty()) return 0;
@@ -107,4 +109,4 @@ int measure_step(const Joint& joint, const TreeMesh& reference, const std::vecto
   return 2;
 }
 
-}  // namespace vrda
+}  // namespace vrda::solve

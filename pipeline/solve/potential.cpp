@@ -7,7 +7,7 @@
 
 #include "solve/quadratic_program.hpp"
 
-namespace vrda {
+namespace vrda::solve {
 namespace {
 
 // Newton's method safeguarded by bisection: 60 halvings reduce 1000 mm to rounding.
@@ -30,11 +30,12 @@ Potential about_pivot(const Potential& of_pose, const Eigen::Vector3d& arm)
   return out;
 }
 
-Potential second_order_expansion(const Rest& from, const Place& configuration)
+Potential second_order_expansion(const EquilibriumCandidate& from, const Configuration& configuration)
 {
   Vector5d step;
-  step << configuration.pivot_mm - from.place.pivot_mm, configuration.theta_rad - from.place.theta_rad,
-      configuration.varus_rad - from.place.varus_rad;
+  step << configuration.pivot_mm - from.configuration.pivot_mm,
+      configuration.theta_rad - from.configuration.theta_rad,
+      configuration.varus_rad - from.configuration.varus_rad;
   const Vector5d change = from.potential.hessian * step;
   Potential u = from.potential;
   u.energy_nmm += from.potential.gradient.dot(step) + 0.5 * step.dot(change);
@@ -44,13 +45,14 @@ Potential second_order_expansion(const Rest& from, const Place& configuration)
 
 }  // namespace
 
-Potential potential_at(const Forces& forces, const Place& configuration)
+Potential potential_at(const NonContactForces& forces, const Configuration& configuration)
 {
-  if (forces.near != nullptr) return second_order_expansion(*forces.near, configuration);
-  const MovingPose pose = pose_at(configuration, forces.grip);
+  if (forces.expansion_point != nullptr)
+    return second_order_expansion(*forces.expansion_point, configuration);
+  const MovingPose pose = pose_at(configuration, forces.scale);
   Potential u;
   if (!forces.ligaments.fibres.empty())
-    u = ligament_energy(forces.ligaments, {forces.flexion_rad, configuration.varus_rad}, pose);
+    u = ligament::ligament_energy(forces.ligaments, {forces.flexion_rad, configuration.varus_rad}, pose);
   const Loads& loads = forces.loads;
   const Eigen::Vector3d turning_nmm = loads.point_mm.cross(loads.force_n);
   Vector5d push;
@@ -62,13 +64,14 @@ Potential potential_at(const Forces& forces, const Place& configuration)
   return about_pivot(u, configuration.pivot_mm - pose.translation_mm);
 }
 
-Rest rest_along_delta(const Forces& forces, Place configuration, const RestLimits& limits)
+EquilibriumCandidate equilibrium_along_delta(const NonContactForces& forces, Configuration configuration,
+                                             const HeightLimits& limits)
 {
   double low = limits.ceiling_mm - limits.reach_mm, high = limits.ceiling_mm;
   configuration.pivot_mm.y() = std::clamp(configuration.pivot_mm.y(), low, high);
-  Rest candidate{configuration, potential_at(forces, configuration), true};
+  EquilibriumCandidate candidate{configuration, potential_at(forces, configuration), true};
   for (int k = 0; k < max_height_steps; ++k) {
-    double& y = candidate.place.pivot_mm.y();
+    double& y = candidate.configuration.pivot_mm.y();
     const double slope = candidate.potential.gradient(along_y),
                  stiffness = candidate.potential.hessian(along_y, along_y);
     if (std::abs(slope) <= limits.force_tolerance_n || (y >= limits.ceiling_mm && slope < 0.0))
@@ -81,14 +84,14 @@ Rest rest_along_delta(const Forces& forces, Place configuration, const RestLimit
       next = slope < 0.0 && high == limits.ceiling_mm ? high : 0.5 * (low + high);
     }
     y = next;
-    candidate.potential = potential_at(forces, candidate.place);
+    candidate.potential = potential_at(forces, candidate.configuration);
   }
   candidate.is_bounded = high - low < 0.5 * limits.reach_mm && low > limits.ceiling_mm - limits.reach_mm;
   return candidate;
 }
 
-Held held_by(const Potential& potential, const std::vector<Clearance>& touching, const Grip& scale,
-             const std::array<bool, 5>& is_free)
+ContactForceBalance balance_contact_forces(const Potential& potential, const std::vector<Clearance>& touching,
+                                           const RotationScale& scale, const std::array<bool, 5>& is_free)
 {
   Vector5d s;
   s << 1.0, 1.0, 1.0, 1.0 / scale.lever_mm, 1.0 / scale.lever_mm;
@@ -102,16 +105,17 @@ Held held_by(const Potential& potential, const std::vector<Clearance>& touching,
   }
   const QpSolution qp =
       solve_quadratic_program(QpMatrix::Identity(), s.cwiseProduct(potential.gradient), rows);
-  Held held;
+  ContactForceBalance held;
   held.unbalanced_n = qp.d;
   held.residual_n = qp.d.norm();
-  for (std::size_t k = 0; k < qp.n_support; ++k) {
-    const QpSolution::Support& active = qp.support[k];
-    if (active.multiplier > 0.0) held.bearing.push_back({active.row, active.multiplier / length[active.row]});
+  for (std::size_t k = 0; k < qp.n_active; ++k) {
+    const QpSolution::ActiveConstraint& active = qp.active[k];
+    if (active.multiplier > 0.0) held.active.push_back({active.row, active.multiplier / length[active.row]});
   }
-  std::sort(held.bearing.begin(), held.bearing.end(),
-            [](const Held::Bearing& a, const Held::Bearing& b) { return a.row < b.row; });
+  std::sort(held.active.begin(), held.active.end(),
+            [](const ContactForceBalance::ActiveConstraint& a,
+               const ContactForceBalance::ActiveConstraint& b) { return a.row < b.row; });
   return held;
 }
 
-}  // namespace vrda
+}  // namespace vrda::solve

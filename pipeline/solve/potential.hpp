@@ -7,35 +7,35 @@
 #include "core/solver_options.hpp"
 #include "core/step_record.hpp"
 #include "ligament/ligaments.hpp"
-#include "solve/obstacle.hpp"
+#include "solve/contact_constraint.hpp"
 
-namespace vrda {
+namespace vrda::solve {
 
-struct Rest;
+struct EquilibriumCandidate;
 
 /// All forces at one flexion except contact.
-struct Forces {
-  const Ligaments& ligaments;
+struct NonContactForces {
+  const ligament::Ligaments& ligaments;
   const Loads& loads;
-  const Grip& grip;
+  const RotationScale& scale;
   double flexion_rad = 0.0;
   /// If set, the potential is expanded to second order about it, which saves the path of every fibre.
-  const Rest* near = nullptr;
+  const EquilibriumCandidate* expansion_point = nullptr;
 };
 
 /// Ligament energy minus work of the loads, N mm, with derivatives over the configuration (angles in rad).
-Potential potential_at(const Forces& forces, const Place& configuration);
+Potential potential_at(const NonContactForces& forces, const Configuration& configuration);
 
 /// Proximal term: stiffness / 2 times the squared step from the seed, without the height. Negligible against
 /// real stiffness; selects the point nearest the seed if the minimum is a continuum.
-struct SeedSpring {
-  Place seed;
+struct ProximalTerm {
+  Configuration seed;
   double stiffness_n_mm = 0.0;
 };
 
 /// A configuration in equilibrium along Delta.
-struct Rest {
-  Place place;
+struct EquilibriumCandidate {
+  Configuration configuration;
   Potential potential;  ///< at `configuration`
   bool is_bounded = true;
 };
@@ -43,28 +43,29 @@ struct Rest {
 /// Minimises the potential over the height of the pivot, all other coordinates held, searching down from
 /// `configuration`. The minimum is at the ceiling, or where the derivative along Delta vanishes. Not bounded:
 /// no minimum within `reach_mm` below the ceiling.
-struct RestLimits {
+struct HeightLimits {
   double ceiling_mm = 0.0;  ///< highest pivot without overlap
   double reach_mm = 0.0;
   double force_tolerance_n = 0.0;  ///< of the derivative along Delta
 };
-Rest rest_along_delta(const Forces& forces, Place configuration, const RestLimits& limits);
+EquilibriumCandidate equilibrium_along_delta(const NonContactForces& forces, Configuration configuration,
+                                             const HeightLimits& limits);
 
 /// Force balance of the constraints in contact at one configuration.
-struct Held {
-  struct Bearing {
+struct ContactForceBalance {
+  struct ActiveConstraint {
     std::size_t row = 0;         ///< of the constraints
     double along_delta_n = 0.0;  ///< above 0
   };
   /// Residual force along the free coordinates; moments divided by the lever.
   Vector5d unbalanced_n = Vector5d::Zero();
   double residual_n = 0.0;  ///< norm of unbalanced_n
-  std::vector<Bearing> bearing;
+  std::vector<ActiveConstraint> active;
 };
 
 /// Non-negative least squares: the contact forces of `touching` that minimise the residual gradient of
 /// `potential` along the free coordinates. Solved by its dual, the projection of the gradient on a cone.
-Held held_by(const Potential& potential, const std::vector<Clearance>& touching, const Grip& scale,
-             const std::array<bool, 5>& is_free);
+ContactForceBalance balance_contact_forces(const Potential& potential, const std::vector<Clearance>& touching,
+                                           const RotationScale& scale, const std::array<bool, 5>& is_free);
 
-}  // namespace vrda
+}  // namespace vrda::solve

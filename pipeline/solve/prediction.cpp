@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace vrda {
+namespace vrda::solve {
 namespace {
 
 // A moment (mm, unit normal) or a projection below this is rounding: contact points are accurate to 1e-8 mm.
@@ -13,7 +13,8 @@ constexpr double negligible = 1e-7;
 constexpr std::size_t max_prediction_steps = 100;
 
 // +1 or -1 when all moments that are not negligible agree in sign, 0 otherwise. Contact `skipped` is ignored.
-int common_sign(const std::vector<Contact>& contacts, const Eigen::Vector3d& centre, std::size_t skipped)
+int common_sign(const std::vector<contact::Contact>& contacts, const Eigen::Vector3d& centre,
+                std::size_t skipped)
 {
   int sign = 0;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
@@ -28,7 +29,7 @@ int common_sign(const std::vector<Contact>& contacts, const Eigen::Vector3d& cen
 }
 
 // Whether a normal that is not parallel to Delta has no moment about the centre.
-bool passes_through(const Contact& contact, const Eigen::Vector3d& centre)
+bool passes_through(const contact::Contact& contact, const Eigen::Vector3d& centre)
 {
   const bool is_oblique =
       std::abs(contact.normal.x()) > negligible || std::abs(contact.normal.z()) > negligible;
@@ -115,20 +116,20 @@ Eigen::Vector3d nearest_of_hull(const Vectors& points)
 
 }  // namespace
 
-double moment_about_mm(const Contact& contact, const Eigen::Vector3d& centre)
+double moment_about_mm(const contact::Contact& contact, const Eigen::Vector3d& centre)
 {
   const Eigen::Vector3d arm = contact.application_mm - centre;
   return arm.z() * contact.normal.x() - arm.x() * contact.normal.z();
 }
 
-Eigen::Vector3d mean_point(const std::vector<Contact>& contacts)
+Eigen::Vector3d mean_point(const std::vector<contact::Contact>& contacts)
 {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Contact& c : contacts) sum += c.application_mm;
+  for (const contact::Contact& c : contacts) sum += c.application_mm;
   return contacts.empty() ? sum : Eigen::Vector3d(sum / static_cast<double>(contacts.size()));
 }
 
-RotationPrediction predict_rotation(const std::vector<Contact>& contacts)
+RotationPrediction predict_rotation(const std::vector<contact::Contact>& contacts)
 {
   if (contacts.size() < 2) return {};
   const std::size_t none_skipped = contacts.size();
@@ -147,15 +148,15 @@ RotationPrediction predict_rotation(const std::vector<Contact>& contacts)
   // Two opposite forces on one line both qualify and their mean is on that line; a third contact beside it
   // translates the object instead.
   if (std::any_of(contacts.begin(), contacts.end(),
-                  [&](const Contact& c) { return passes_through(c, centre); }))
+                  [&](const contact::Contact& c) { return passes_through(c, centre); }))
     return {};
   return {common_sign(contacts, centre, none_skipped), centre};
 }
 
-Eigen::Vector3d predict_translation(const std::vector<Contact>& contacts)
+Eigen::Vector3d predict_translation(const std::vector<contact::Contact>& contacts)
 {
   HalfAxis plus_x, minus_x, plus_z, minus_z;
-  for (const Contact& c : contacts) {
+  for (const contact::Contact& c : contacts) {
     const double length = std::sqrt(c.normal.x() * c.normal.x() + c.normal.z() * c.normal.z());
     if (length <= negligible) continue;
     const double x = c.normal.x() / length, z = c.normal.z() / length;
@@ -167,13 +168,13 @@ Eigen::Vector3d predict_translation(const std::vector<Contact>& contacts)
   return {plus_x.mean() - minus_x.mean(), 0.0, plus_z.mean() - minus_z.mean()};
 }
 
-Climb predict_climb(const std::vector<Contact>& contacts, std::optional<double> lever_mm)
+Ascent predict_ascent(const std::vector<contact::Contact>& contacts, std::optional<double> lever_mm)
 {
   if (contacts.empty()) return {};
-  Climb climb;
+  Ascent climb;
   climb.centre_mm = mean_point(contacts);
   std::vector<Eigen::Vector3d> slopes;
-  for (const Contact& c : contacts) {
+  for (const contact::Contact& c : contacts) {
     const double moment = lever_mm ? moment_about_mm(c, climb.centre_mm) / *lever_mm : 0.0;
     slopes.push_back(Eigen::Vector3d(c.normal.x(), moment, c.normal.z()) / -c.normal.y());
   }
@@ -181,8 +182,8 @@ Climb predict_climb(const std::vector<Contact>& contacts, std::optional<double> 
   climb.rise = nearest.norm();
   if (climb.rise <= negligible) return {};
   climb.direction = Eigen::Vector3d(nearest.x(), 0.0, nearest.z()) / climb.rise;
-  if (lever_mm) climb.turn_rad_mm = nearest.y() / climb.rise / *lever_mm;
+  if (lever_mm) climb.turn_rad_per_mm = nearest.y() / climb.rise / *lever_mm;
   return climb;
 }
 
-}  // namespace vrda
+}  // namespace vrda::solve

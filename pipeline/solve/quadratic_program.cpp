@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::solve {
 namespace {
 
 constexpr Eigen::Index n_unknowns = 5;
@@ -67,9 +67,9 @@ class DualMethod {
       if (!take(worst)) break;
     }
     solution.d = x_;
-    solution.n_support = static_cast<std::size_t>(n_active_);
+    solution.n_active = static_cast<std::size_t>(n_active_);
     for (Eigen::Index k = 0; k < n_active_; ++k)
-      solution.support[static_cast<std::size_t>(k)] = {active_[static_cast<std::size_t>(k)], u_(k)};
+      solution.active[static_cast<std::size_t>(k)] = {active_[static_cast<std::size_t>(k)], u_(k)};
     return solution;
   }
 
@@ -205,4 +205,4 @@ QpSolution solve_quadratic_program(const QpMatrix& H, const QpVector& g,
   return DualMethod(H, g, half_spaces).run();
 }
 
-}  // namespace vrda
+}  // namespace vrda::solve

@@ -6,7 +6,7 @@
 #include <array>
 #include <vector>
 
-namespace vrda {
+namespace vrda::solve {
 
 using QpVector = Eigen::Matrix<double, 5, 1>;
 using QpMatrix = Eigen::Matrix<double, 5, 5>;
@@ -21,13 +21,13 @@ struct HalfSpace {
 inline constexpr double qp_tolerance = 1e-11;
 
 struct QpSolution {
-  struct Support {
+  struct ActiveConstraint {
     std::size_t row = 0;      ///< of the half-spaces
     double multiplier = 0.0;  ///< above 0: H d + g = sum of multiplier * normal
   };
   QpVector d = QpVector::Zero();
-  std::array<Support, 5> support{};  ///< the active set: the first n_active entries, unordered
-  std::size_t n_support = 0;
+  std::array<ActiveConstraint, 5> active{};  ///< the active set: the first n_active entries, unordered
+  std::size_t n_active = 0;
   bool is_solved = false;  ///< false: infeasible, to rounding
 };
 
@@ -39,4 +39,4 @@ struct QpSolution {
 QpSolution solve_quadratic_program(const QpMatrix& H, const QpVector& g,
                                    const std::vector<HalfSpace>& half_spaces);
 
-}  // namespace vrda
+}  // namespace vrda::solve

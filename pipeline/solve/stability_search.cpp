@@ -9,7 +9,7 @@
 #include "proximity/gap_query.hpp"
 #include "solve/joint.hpp"
 
-namespace vrda {
+namespace vrda::solve {
 namespace {
 
 // The approach stops this share of the translation resolution before the exact contact, so that rounding
@@ -48,9 +48,9 @@ enum class LastMotion { none, rotation, translation };
 class Search {
  public:
   Search(const Joint& joint, const Attitude& attitude, const MovingPose& seed, const SearchOptions& options,
-         const Watch& observer)
+         const SearchObserver& observer)
       : joint_(joint),
-        reference_(turned(joint.reference.solid, attitude)),
+        reference_(proximity::rotated_reference(joint.reference.tree_mesh, attitude)),
         gap_(joint.reference_gap, joint.moving_gap),
         varus_rad_(attitude.varus_rad),
         options_(options),
@@ -82,7 +82,7 @@ class Search {
     for (iteration_ = 1; iteration_ <= options_.max_steps; ++iteration_) {
       if (!approach()) return StepStatus::no_contact;
       const bool is_cycle = adapt_steps();
-      const std::vector<Contact> contacts = contacts_here();
+      const std::vector<contact::Contact> contacts = contacts_here();
       report_contact(contacts, is_cycle);
       const RotationPrediction rotation = predict_rotation(contacts);
       if (rotation.sign != 0 && rotation_step_rad_ >= options_.rotation_resolution_rad) {
@@ -99,37 +99,39 @@ class Search {
   bool collides(const MovingPose& pose)
   {
     ++queries_;
-    const auto hit = find_collision(reference_, joint_.moving.solid, pose, narrow_phase_, collision_hint_);
+    const auto hit =
+        contact::find_collision(reference_, joint_.moving.tree_mesh, pose, narrow_phase_, collision_hint_);
     if (hit) collision_hint_ = *hit;
     return hit.has_value();
   }
 
-  std::vector<Contact> contacts_here()
+  std::vector<contact::Contact> contacts_here()
   {
     ++queries_;
-    return find_contacts({reference_, joint_.reference.features, joint_.moving}, pose_, narrow_phase_,
-                         {options_.translation_resolution_mm, options_.rotation_resolution_rad,
-                          options_.points, options_.normals});
+    return contact::find_contacts({reference_, joint_.reference.features, joint_.moving}, pose_,
+                                  narrow_phase_,
+                                  {options_.translation_resolution_mm, options_.rotation_resolution_rad,
+                                   options_.points, options_.normals});
   }
 
   // The contacts nearer than a share of the translation resolution.
-  std::vector<Contact> within(const std::vector<Contact>& contacts, double share) const
+  std::vector<contact::Contact> within(const std::vector<contact::Contact>& contacts, double share) const
   {
-    std::vector<Contact> near;
-    std::copy_if(contacts.begin(), contacts.end(), std::back_inserter(near), [&](const Contact& c) {
+    std::vector<contact::Contact> near;
+    std::copy_if(contacts.begin(), contacts.end(), std::back_inserter(near), [&](const contact::Contact& c) {
       return c.distance_mm <= share * options_.translation_resolution_mm;
     });
     return near;
   }
 
   // Cached for repeated queries at the same pose.
-  const Gap& gap_ahead()
+  const proximity::Gap& gap_ahead()
   {
     const bool is_known =
         ahead_ && ahead_at_.translation_mm == pose_.translation_mm && ahead_at_.theta_rad == pose_.theta_rad;
     if (is_known) return *ahead_;
     ++queries_;
-    ahead_ = gap_.touch(pose_);
+    ahead_ = gap_.next_contact(pose_);
     ahead_at_ = pose_;
     return *ahead_;
   }
@@ -139,7 +141,7 @@ class Search {
   bool retreat()
   {
     const double limit_mm = std::max(
-        std::min(extent_along_delta_mm(reference_.mesh), extent_along_delta_mm(joint_.moving.solid.mesh)),
+        std::min(extent_along_delta_mm(reference_.mesh), extent_along_delta_mm(joint_.moving.tree_mesh.mesh)),
         options_.approach_step_mm);
     MovingPose free = pose_;
     double stride_mm = std::min(options_.translation_resolution_mm, options_.translation_step_mm);
@@ -157,7 +159,7 @@ class Search {
   // Moves along Delta to contact; false without contact ahead.
   bool approach()
   {
-    const Gap gap = gap_ahead();
+    const proximity::Gap gap = gap_ahead();
     if (!std::isfinite(gap.travel_mm)) return false;
     const double travel_mm = gap.travel_mm - search_standoff_share * options_.translation_resolution_mm;
     report_strides(travel_mm);
@@ -184,7 +186,7 @@ class Search {
   }
 
   // Translates as the contacts predict; false if that is below the resolution.
-  bool try_translate(const std::vector<Contact>& contacts)
+  bool try_translate(const std::vector<contact::Contact>& contacts)
   {
     Eigen::Vector3d by_mm = translation_step_mm_ * predict_translation(contacts);
     residual_mm_ = by_mm.norm();
@@ -207,19 +209,19 @@ class Search {
   // The component-wise average may point into a surface in contact, so that halving stops short of
   // equilibrium (thesis 3.5 and 3.6), and a neighbour within the band may block a rotation too early. So the
   // contacts of a stable pose are tested for an ascent, first without a rotation.
-  bool try_ascend(const std::vector<Contact>& contacts)
+  bool try_ascend(const std::vector<contact::Contact>& contacts)
   {
     // The lever weighs one resolution of translation and of rotation equally.
     const double lever_mm = options_.translation_resolution_mm / options_.rotation_resolution_rad;
     for (const double band : ascent_bands) {
-      const std::vector<Contact> near = within(contacts, band);
-      if (try_ascend(predict_climb(near)) || try_ascend(predict_climb(near, lever_mm))) return true;
+      const std::vector<contact::Contact> near = within(contacts, band);
+      if (try_ascend(predict_ascent(near)) || try_ascend(predict_ascent(near, lever_mm))) return true;
     }
     return false;
   }
 
   // Moves by the longest tried length that ends higher along Delta, unless the motion collides.
-  bool try_ascend(const Climb& ascent)
+  bool try_ascend(const Ascent& ascent)
   {
     if (ascent.rise <= 0.0) return false;
     const double length_mm = ascent_length_mm(ascent);
@@ -230,13 +232,13 @@ class Search {
         return false;
     }
     pose_ = lowered_pose(pose_, ascent, length_mm, length_mm);
-    last_motion_ = ascent.turn_rad_mm == 0.0 ? LastMotion::translation : LastMotion::rotation;
-    report(ascent.turn_rad_mm == 0.0 ? MoveKind::translate : MoveKind::rotate, pose_);
+    last_motion_ = ascent.turn_rad_per_mm == 0.0 ? LastMotion::translation : LastMotion::rotation;
+    report(ascent.turn_rad_per_mm == 0.0 ? MoveKind::translate : MoveKind::rotate, pose_);
     return true;
   }
 
   // 0 if the shortest motion does not rise.
-  double ascent_length_mm(const Climb& ascent)
+  double ascent_length_mm(const Ascent& ascent)
   {
     const MovingPose here = pose_;
     const double contact_mm = contact_height_mm();  // a translation may have stopped closer than an approach
@@ -244,7 +246,7 @@ class Search {
     for (double length_mm =
              ascent_start_share * options_.translation_resolution_mm / std::max(1.0, ascent.rise);
          length_mm <= options_.translation_step_mm &&
-         length_mm * std::abs(ascent.turn_rad_mm) <= options_.rotation_step_rad;
+         length_mm * std::abs(ascent.turn_rad_per_mm) <= options_.rotation_step_rad;
          length_mm *= ascent_growth) {
       pose_ = lowered_pose(here, ascent, length_mm, length_mm);
       const double rise_mm = contact_height_mm() - contact_mm;
@@ -259,20 +261,21 @@ class Search {
   double contact_height_mm() { return pose_.translation_mm.y() + gap_ahead().travel_mm; }
 
   // Pose after a part of an ascent, lowered by the whole motion's displacement to clear flanks of 45 degrees.
-  MovingPose lowered_pose(const MovingPose& start, const Climb& ascent, double length_mm,
+  MovingPose lowered_pose(const MovingPose& start, const Ascent& ascent, double length_mm,
                           double whole_mm) const
   {
-    MovingPose pose = rotated_about(start, ascent.centre_mm, length_mm * ascent.turn_rad_mm);
+    MovingPose pose = rotated_about(start, ascent.centre_mm, length_mm * ascent.turn_rad_per_mm);
     pose.translation_mm += length_mm * ascent.direction;
     pose.translation_mm.y() -= whole_mm * sweep_per_mm(ascent);
     return pose;
   }
 
   // Largest displacement of any point, mm per mm of the motion.
-  double sweep_per_mm(const Climb& ascent) const
+  double sweep_per_mm(const Ascent& ascent) const
   {
-    if (ascent.turn_rad_mm == 0.0) return 1.0;
-    return ascent.direction.norm() + std::abs(ascent.turn_rad_mm) * farthest_from_axis_mm(ascent.centre_mm);
+    if (ascent.turn_rad_per_mm == 0.0) return 1.0;
+    return ascent.direction.norm() +
+           std::abs(ascent.turn_rad_per_mm) * farthest_from_axis_mm(ascent.centre_mm);
   }
 
   // A long translation ends at the largest travel along Delta: under the push the moving object would
@@ -354,8 +357,8 @@ class Search {
 
   double farthest_from_axis_mm(const Eigen::Vector3d& centre_mm) const
   {
-    const BoxTree::Node& box = joint_.moving.solid.tree.nodes().front();
-    const Placement place(pose_);
+    const proximity::BoxTree::Node& box = joint_.moving.tree_mesh.tree.nodes().front();
+    const proximity::Placement place(pose_);
     double farthest_sq = 0.0;
     for (const double x : {box.min_mm[0], box.max_mm[0]}) {
       for (const double z : {box.min_mm[2], box.max_mm[2]}) {
@@ -387,10 +390,10 @@ class Search {
 
   void measure(StepRecord& record)
   {
-    ContactOptions exact{options_.translation_resolution_mm, options_.rotation_resolution_rad,
-                         ContactPoints::exact, options_.normals};
-    const std::vector<Contact> contacts =
-        find_contacts({reference_, joint_.reference.features, joint_.moving}, pose_, narrow_phase_, exact);
+    contact::ContactOptions exact{options_.translation_resolution_mm, options_.rotation_resolution_rad,
+                                  ContactPoints::exact, options_.normals};
+    const std::vector<contact::Contact> contacts = contact::find_contacts(
+        {reference_, joint_.reference.features, joint_.moving}, pose_, narrow_phase_, exact);
     queries_ += 1 + measure_step(joint_, reference_, contacts, options_.translation_resolution_mm, record);
   }
 
@@ -413,32 +416,32 @@ class Search {
     observer_(move);
   }
 
-  void report_contact(const std::vector<Contact>& contacts, bool is_cycle) const
+  void report_contact(const std::vector<contact::Contact>& contacts, bool is_cycle) const
   {
     if (!observer_) return;
     SearchMove move = move_of(MoveKind::approach, pose_);
     move.is_cycle = is_cycle;
     move.in_contact = true;
-    for (const Contact& c : contacts) move.contacts.push_back(contact_record(joint_, c));
+    for (const contact::Contact& c : contacts) move.contacts.push_back(contact_record(joint_, c));
     observer_(move);
   }
 
   const Joint& joint_;
-  TreeMesh reference_;  // at the attitude
-  GapQuery gap_;        // likewise
+  proximity::TreeMesh reference_;  // at the attitude
+  proximity::GapQuery gap_;        // likewise
   double varus_rad_;
   const SearchOptions& options_;
-  const Watch& observer_;
-  NarrowPhase narrow_phase_;
+  const SearchObserver& observer_;
+  contact::NarrowPhase narrow_phase_;
   MovingPose pose_;
   double translation_step_mm_;
   double rotation_step_rad_;
   LastMotion last_motion_ = LastMotion::none;
   bool has_touched_ = false;
   std::vector<MovingPose> history_;
-  std::optional<Gap> ahead_;  // at ahead_at_
+  std::optional<proximity::Gap> ahead_;  // at ahead_at_
   MovingPose ahead_at_;
-  TrianglePair collision_hint_;
+  proximity::TrianglePair collision_hint_;
   double residual_mm_ = 0.0;
   int iteration_ = 0;
   int queries_ = 0;
@@ -447,9 +450,9 @@ class Search {
 }  // namespace
 
 StepRecord find_stable_pose(const Joint& joint, const Attitude& attitude, const MovingPose& seed,
-                            const SearchOptions& options, const Watch& observer)
+                            const SearchOptions& options, const SearchObserver& observer)
 {
   return Search(joint, attitude, seed, options, observer).run();
 }
 
-}  // namespace vrda
+}  // namespace vrda::solve

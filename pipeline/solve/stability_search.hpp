@@ -11,7 +11,7 @@
 #include "core/step_record.hpp"
 #include "solve/joint.hpp"
 
-namespace vrda {
+namespace vrda::solve {
 
 struct RotationPrediction {
   int sign = 0;                                         ///< +1 or -1 about Delta; 0: no rotation
@@ -22,22 +22,22 @@ struct RotationPrediction {
 /// the mean of the contact points for which they agree, if they agree there too and no normal passes through
 /// it. Contacts without a moment are ignored otherwise. No rotation with fewer than two contacts.
 /// Source: thesis 3.4.
-RotationPrediction predict_rotation(const std::vector<Contact>& contacts);
+RotationPrediction predict_rotation(const std::vector<contact::Contact>& contacts);
 
 /// Moment of a contact's normal about the axis through `centre`, mm (unit normal).
-double moment_about_mm(const Contact& contact, const Eigen::Vector3d& centre);
+double moment_about_mm(const contact::Contact& contact, const Eigen::Vector3d& centre);
 
-Eigen::Vector3d mean_point(const std::vector<Contact>& contacts);
+Eigen::Vector3d mean_point(const std::vector<contact::Contact>& contacts);
 
 /// Sum over the four half-axes perpendicular to Delta of the mean positive component of the normals' unit
 /// projections: a vector perpendicular to Delta, each component in [-1, 1]. A normal parallel to Delta does
 /// not contribute. Source: thesis 3.5.
-Eigen::Vector3d predict_translation(const std::vector<Contact>& contacts);
+Eigen::Vector3d predict_translation(const std::vector<contact::Contact>& contacts);
 
 /// Direction of steepest ascent along Delta: a translation perpendicular to Delta and a rotation about it.
-struct Climb {
+struct Ascent {
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< mm perpendicular to Delta per mm of motion
-  double turn_rad_mm = 0.0;                             ///< rad about Delta per mm of motion
+  double turn_rad_per_mm = 0.0;                         ///< rad about Delta per mm of motion
   Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< the axis of rotation passes here
   double rise = 0.0;  ///< mm along Delta per mm of motion; 0: the contacts block every motion
 };
@@ -47,16 +47,17 @@ struct Climb {
 /// rotation times `lever_mm`; without a lever there is no rotation. The rise is the distance from the origin
 /// to the convex hull of these slopes: if the hull contains the origin, forces and, with a lever, moments
 /// balance and no motion rises. Exact; a few iterations over the contacts.
-Climb predict_climb(const std::vector<Contact>& contacts, std::optional<double> lever_mm = std::nullopt);
+Ascent predict_ascent(const std::vector<contact::Contact>& contacts,
+                      std::optional<double> lever_mm = std::nullopt);
 
 /// Called for every move, in order.
-using Watch = std::function<void(const SearchMove&)>;
+using SearchObserver = std::function<void(const SearchMove&)>;
 
 /// Solves one motion step from `seed`. Does not set the key of the result. A `stable` pose never overlaps and
 /// is in contact within the translation resolution. Pure: same input, same bits. Source: thesis 3.2 to 3.7.
 /// Differs: travel along Delta is exact instead of stepped, normals are those of the side of least curvature,
 /// and a step size is restored only by a motion to a new pose.
 StepRecord find_stable_pose(const Joint& joint, const Attitude& attitude, const MovingPose& seed,
-                            const SearchOptions& options, const Watch& observer = {});
+                            const SearchOptions& options, const SearchObserver& observer = {});
 
-}  // namespace vrda
+}  // namespace vrda::solve

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace vrda {
+namespace vrda::solve {
 namespace {
 
 // With a few smooth constraints Newton's method takes three to six.
@@ -20,7 +20,7 @@ constexpr double heights_per_radius = 8.0;
 constexpr double dependent_sq = 1e-16;
 
 // Derivatives of the coordinates over the scaled step.
-Vector5d scaling(const Grip& scale)
+Vector5d scaling(const RotationScale& scale)
 {
   Vector5d s;
   s << 1.0, 1.0, 1.0, 1.0 / scale.lever_mm, 1.0 / scale.lever_mm;
@@ -38,7 +38,7 @@ QpMatrix make_positive_definite(const QpMatrix& H, double least)
   return 0.5 * (out + out.transpose());
 }
 
-double ceiling_mm(const std::vector<Clearance>& clearances, const Place& configuration,
+double ceiling_mm(const std::vector<Clearance>& clearances, const Configuration& configuration,
                   const PlanOptions& options)
 {
   double least = options.reach_mm;
@@ -54,14 +54,15 @@ double largest_but_height(const Vector5d& step)
 
 }  // namespace
 
-double StepPlanner::merit_nmm(const Rest& candidate) const
+double StepPlanner::merit_nmm(const EquilibriumCandidate& candidate) const
 {
-  Vector5d from_seed = step_between(spring_.seed, candidate.place, forces_.grip);
+  Vector5d from_seed = step_between(spring_.seed, candidate.configuration, forces_.scale);
   from_seed(along_y) = 0.0;
   return candidate.potential.energy_nmm + 0.5 * spring_.stiffness_n_mm * from_seed.squaredNorm();
 }
 
-void StepPlanner::sample_constraints(const std::vector<Obstacle>& constraints, const Place& configuration)
+void StepPlanner::sample_constraints(const std::vector<ContactConstraint>& constraints,
+                                     const Configuration& configuration)
 {
   const Rotations rotations(configuration, forces_.flexion_rad);
   trial_.resize(constraints.size());
@@ -69,16 +70,17 @@ void StepPlanner::sample_constraints(const std::vector<Obstacle>& constraints, c
     trial_[k] = clearance(constraints[k], configuration, rotations);
 }
 
-QpMatrix StepPlanner::curvature(const Rest& at, const std::vector<Obstacle>& constraints,
+QpMatrix StepPlanner::curvature(const EquilibriumCandidate& at,
+                                const std::vector<ContactConstraint>& constraints,
                                 const PlanOptions& options) const
 {
-  const Rotations rotations(at.place, forces_.flexion_rad);
+  const Rotations rotations(at.configuration, forces_.flexion_rad);
   Matrix5d H = at.potential.hessian;
   Matrix5d lagrangian = H;
   QpMatrix null_space = QpMatrix::Identity();  // projector on the null space of the active constraints
   for (std::size_t k = 0; k < constraints.size(); ++k) {
     if (!(multipliers_[k] > 0.0)) continue;
-    lagrangian -= multipliers_[k] * clearance_bend(constraints[k], rotations);
+    lagrangian -= multipliers_[k] * clearance_hessian(constraints[k], rotations);
     const QpVector across = null_space * half_spaces_[k].normal;
     const double length_sq = across.squaredNorm();
     if (length_sq > dependent_sq) null_space -= across * across.transpose() / length_sq;
@@ -94,7 +96,7 @@ QpMatrix StepPlanner::curvature(const Rest& at, const std::vector<Obstacle>& con
 // Adds the proximal term, scales angles by the lever and removes held coordinates.
 QpMatrix StepPlanner::scaled(const Matrix5d& hessian, const PlanOptions& options) const
 {
-  const Vector5d s = scaling(forces_.grip);
+  const Vector5d s = scaling(forces_.scale);
   QpMatrix H = s.asDiagonal() * hessian * s.asDiagonal();
   for (Eigen::Index k = 0; k < n_coordinates; ++k) {
     if (k != along_y) H(k, k) += spring_.stiffness_n_mm;
@@ -107,11 +109,11 @@ QpMatrix StepPlanner::scaled(const Matrix5d& hessian, const PlanOptions& options
 }
 
 // `travelled`: from the start of the plan to `at`.
-QpSolution StepPlanner::solve_linearised(const Rest& at, const Vector5d& travelled,
-                                         const std::vector<Obstacle>& constraints, const PlanOptions& options,
-                                         double radius_mm)
+QpSolution StepPlanner::solve_linearised(const EquilibriumCandidate& at, const Vector5d& travelled,
+                                         const std::vector<ContactConstraint>& constraints,
+                                         const PlanOptions& options, double radius_mm)
 {
-  const Vector5d s = scaling(forces_.grip);
+  const Vector5d s = scaling(forces_.scale);
   const auto is_free = [&](Eigen::Index k) { return options.is_free[static_cast<std::size_t>(k)]; };
   half_spaces_.clear();
   row_length_.clear();
@@ -133,31 +135,33 @@ QpSolution StepPlanner::solve_linearised(const Rest& at, const Vector5d& travell
     bound.offset = std::min(0.0, std::max(travelled(k) - max_mm, -max_mm * radius_mm / options.radius_mm));
     half_spaces_.push_back(bound);
   }
-  Vector5d from_seed = step_between(spring_.seed, at.place, forces_.grip);
+  Vector5d from_seed = step_between(spring_.seed, at.configuration, forces_.scale);
   from_seed(along_y) = 0.0;
   QpVector g = s.cwiseProduct(at.potential.gradient) + spring_.stiffness_n_mm * from_seed;
   for (Eigen::Index k = 0; k < n_coordinates; ++k) g(k) = is_free(k) ? g(k) : 0.0;
   return solve_quadratic_program(curvature(at, constraints, options), g, half_spaces_);
 }
 
-Rest StepPlanner::candidate_after(const Rest& at, const QpVector& d, const std::vector<Obstacle>& constraints,
-                                  const PlanOptions& options)
+EquilibriumCandidate StepPlanner::candidate_after(const EquilibriumCandidate& at, const QpVector& d,
+                                                  const std::vector<ContactConstraint>& constraints,
+                                                  const PlanOptions& options)
 {
-  const Place configuration = moved(at.place, d, forces_.grip);
+  const Configuration configuration = moved(at.configuration, d, forces_.scale);
   sample_constraints(constraints, configuration);
-  const Rest candidate = rest_along_delta(
+  const EquilibriumCandidate candidate = equilibrium_along_delta(
       forces_, configuration,
       {ceiling_mm(trial_, configuration, options), options.reach_mm, options.force_tolerance_n});
-  drop_mm_ = configuration.pivot_mm.y() - candidate.place.pivot_mm.y();
+  drop_mm_ = configuration.pivot_mm.y() - candidate.configuration.pivot_mm.y();
   return candidate;
 }
 
 // Second-order correction for curved constraints; without it a free rotation about a contact loses height.
-Rest StepPlanner::corrected(const Rest& at, const Vector5d& travelled, QpVector d,
-                            const std::vector<Obstacle>& constraints, const PlanOptions& options)
+EquilibriumCandidate StepPlanner::corrected(const EquilibriumCandidate& at, const Vector5d& travelled,
+                                            QpVector d, const std::vector<ContactConstraint>& constraints,
+                                            const PlanOptions& options)
 {
-  Rest candidate = at;
-  const Vector5d s = scaling(forces_.grip);
+  EquilibriumCandidate candidate = at;
+  const Vector5d s = scaling(forces_.scale);
   for (int k = 0; k < max_corrections; ++k) {
     for (std::size_t i = 0; i < constraints.size(); ++i)
       linear_[i] = {trial_[i].travel_mm - clearances_[i].gradient.dot(s.cwiseProduct(d)),
@@ -171,19 +175,19 @@ Rest StepPlanner::corrected(const Rest& at, const Vector5d& travelled, QpVector 
   return candidate;
 }
 
-StepPlan StepPlanner::plan(const Rest& from, const std::vector<Obstacle>& constraints,
-                           const PlanOptions& options)
+StepPlan StepPlanner::plan(const EquilibriumCandidate& from,
+                           const std::vector<ContactConstraint>& constraints, const PlanOptions& options)
 {
   StepPlan plan{from};
-  forces_.near = forces_.ligaments.fibres.empty() ? nullptr : &from;
+  forces_.expansion_point = forces_.ligaments.fibres.empty() ? nullptr : &from;
   multipliers_.assign(constraints.size(), 0.0);
-  sample_constraints(constraints, from.place);
+  sample_constraints(constraints, from.configuration);
   clearances_.swap(trial_);
   const double merit_from = merit_nmm(from);
   double merit = merit_from, radius_mm = options.radius_mm;
   bool has_multipliers = false;
   for (int k = 0; k < max_plan_iterations && radius_mm > 0.01 * options.tolerance_mm; ++k) {
-    const Vector5d travelled = step_between(from.place, plan.end.place, forces_.grip);
+    const Vector5d travelled = step_between(from.configuration, plan.end.configuration, forces_.scale);
     linear_ = clearances_;
     // Removes rounding, so that the zero step is feasible.
     for (Clearance& c : linear_) c.travel_mm = std::max(c.travel_mm, options.standoff_mm);
@@ -194,7 +198,7 @@ StepPlan StepPlanner::plan(const Rest& from, const std::vector<Obstacle>& constr
     }
     update_active_set(qp, plan, constraints.size());
     if (largest_but_height(qp.d) <= 0.1 * options.tolerance_mm) break;
-    Rest candidate = candidate_after(plan.end, qp.d, constraints, options);
+    EquilibriumCandidate candidate = candidate_after(plan.end, qp.d, constraints, options);
     if (!(candidate.is_bounded && merit_nmm(candidate) < merit) && has_multipliers)
       candidate = corrected(plan.end, travelled, qp.d, constraints, options);
     if (candidate.is_bounded && merit_nmm(candidate) < merit) {
@@ -209,22 +213,23 @@ StepPlan StepPlanner::plan(const Rest& from, const std::vector<Obstacle>& constr
       radius_mm = shrink_factor * std::min(radius_mm, largest_but_height(qp.d));
     }
   }
-  plan.length_mm = largest_but_height(step_between(from.place, plan.end.place, forces_.grip));
+  plan.length_mm =
+      largest_but_height(step_between(from.configuration, plan.end.configuration, forces_.scale));
   plan.gain_nmm = merit_from - merit;
-  forces_.near = nullptr;
+  forces_.expansion_point = nullptr;
   return plan;
 }
 
 void StepPlanner::update_active_set(const QpSolution& qp, StepPlan& plan, std::size_t n_constraints)
 {
   std::fill(multipliers_.begin(), multipliers_.end(), 0.0);
-  plan.n_bearing = 0;
-  for (std::size_t i = 0; i < qp.n_support; ++i) {
-    const QpSolution::Support& active = qp.support[i];
+  plan.n_active = 0;
+  for (std::size_t i = 0; i < qp.n_active; ++i) {
+    const QpSolution::ActiveConstraint& active = qp.active[i];
     if (active.row >= n_constraints) continue;
     multipliers_[active.row] = active.multiplier / row_length_[active.row];
-    plan.bearing[plan.n_bearing++] = active.row;
+    plan.active[plan.n_active++] = active.row;
   }
 }
 
-}  // namespace vrda
+}  // namespace vrda::solve

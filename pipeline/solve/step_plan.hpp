@@ -5,11 +5,11 @@
 #include <array>
 #include <vector>
 
-#include "solve/obstacle.hpp"
+#include "solve/contact_constraint.hpp"
 #include "solve/potential.hpp"
 #include "solve/quadratic_program.hpp"
 
-namespace vrda {
+namespace vrda::solve {
 
 struct PlanOptions {
   std::array<bool, 5> is_free{true, true, true, true, true};
@@ -21,11 +21,11 @@ struct PlanOptions {
 };
 
 struct StepPlan {
-  Rest end;
+  EquilibriumCandidate end;
   double length_mm = 0.0;  ///< largest coordinate of the step but the height, angles times the lever
   double gain_nmm = 0.0;   ///< decrease of potential and proximal term; never negative
-  std::array<std::size_t, 5> bearing{};  ///< rows of the active constraints at the end
-  std::size_t n_bearing = 0;
+  std::array<std::size_t, 5> active{};  ///< rows of the active constraints at the end
+  std::size_t n_active = 0;
 };
 
 /// Sequential quadratic programming. Each iterate linearises the constraints, and its Hessian is that of the
@@ -33,30 +33,36 @@ struct StepPlan {
 /// are restored exactly; ligament energy is expanded to second order. Scratch memory does not affect results.
 class StepPlanner {
  public:
-  StepPlanner(const Forces& forces, const SeedSpring& spring) : forces_(forces), spring_(spring) {}
+  StepPlanner(const NonContactForces& forces, const ProximalTerm& spring) : forces_(forces), spring_(spring)
+  {
+  }
 
   /// `from` must satisfy every constraint with its standoff, to rounding.
-  StepPlan plan(const Rest& from, const std::vector<Obstacle>& constraints, const PlanOptions& options);
+  StepPlan plan(const EquilibriumCandidate& from, const std::vector<ContactConstraint>& constraints,
+                const PlanOptions& options);
 
   /// Potential plus proximal term.
-  double merit_nmm(const Rest& candidate) const;
+  double merit_nmm(const EquilibriumCandidate& candidate) const;
 
  private:
-  Rest candidate_after(const Rest& at, const QpVector& d, const std::vector<Obstacle>& constraints,
-                       const PlanOptions& options);
-  Rest corrected(const Rest& at, const Vector5d& travelled, QpVector d,
-                 const std::vector<Obstacle>& constraints, const PlanOptions& options);
+  EquilibriumCandidate candidate_after(const EquilibriumCandidate& at, const QpVector& d,
+                                       const std::vector<ContactConstraint>& constraints,
+                                       const PlanOptions& options);
+  EquilibriumCandidate corrected(const EquilibriumCandidate& at, const Vector5d& travelled, QpVector d,
+                                 const std::vector<ContactConstraint>& constraints,
+                                 const PlanOptions& options);
   void update_active_set(const QpSolution& qp, StepPlan& plan, std::size_t n_constraints);
-  void sample_constraints(const std::vector<Obstacle>& constraints, const Place& configuration);
-  QpMatrix curvature(const Rest& at, const std::vector<Obstacle>& constraints,
+  void sample_constraints(const std::vector<ContactConstraint>& constraints,
+                          const Configuration& configuration);
+  QpMatrix curvature(const EquilibriumCandidate& at, const std::vector<ContactConstraint>& constraints,
                      const PlanOptions& options) const;
   QpMatrix scaled(const Matrix5d& hessian, const PlanOptions& options) const;
-  QpSolution solve_linearised(const Rest& at, const Vector5d& travelled,
-                              const std::vector<Obstacle>& constraints, const PlanOptions& options,
+  QpSolution solve_linearised(const EquilibriumCandidate& at, const Vector5d& travelled,
+                              const std::vector<ContactConstraint>& constraints, const PlanOptions& options,
                               double radius_mm);
 
-  Forces forces_;
-  SeedSpring spring_;
+  NonContactForces forces_;
+  ProximalTerm spring_;
   std::vector<Clearance> clearances_;   // of the iterate
   std::vector<Clearance> trial_;        // of a trial
   std::vector<Clearance> linear_;       // linearised constraints of the programme
@@ -66,4 +72,4 @@ class StepPlanner {
   std::vector<double> multipliers_;     // of the constraints, N along Delta
 };
 
-}  // namespace vrda
+}  // namespace vrda::solve

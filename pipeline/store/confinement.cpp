@@ -10,7 +10,7 @@
 
 #include "store/sanitized.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 /// System calls that the C and C++ libraries, zlib and HDF5 need for open files and memory.
@@ -47,4 +47,4 @@ std::string confine_this_process()
   return error == 0 ? "" : std::strerror(-error);
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace vrda {
+namespace vrda::store {
 
 /// Restricts this process to computing, allocating memory, reading and writing open files, and exiting. The
 /// kernel refuses every other system call with EPERM: no file, socket, program or thread can be opened or
@@ -11,4 +11,4 @@ namespace vrda {
 /// address and thread sanitizers, whose reports need to open files.
 std::string confine_this_process();
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -4,7 +4,7 @@
 #include "core/mesh.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 struct CellPoints {
@@ -87,4 +87,4 @@ ContactPaths contact_paths_of(const MotionModel& model)
   return paths;
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -5,7 +5,7 @@
 #include "core/step_record.hpp"
 #include "store/value_findings.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 constexpr StepStatus solver_statuses[] = {StepStatus::pending,         StepStatus::stable,
@@ -26,7 +26,7 @@ FlagTable table_of(const Codes& codes)
 }
 
 /// Description of the valid values, without the condition where they are defined.
-std::string value_text(const Valid& valid)
+std::string value_text(const ValueRule& valid)
 {
   const std::string bound = valid.excludes_least         ? " above " + text_of(valid.least)
                             : std::isfinite(valid.least) ? " of at least " + text_of(valid.least)
@@ -35,7 +35,7 @@ std::string value_text(const Valid& valid)
     case Rule::any:
       return "";
     case Rule::number:
-      return valid.answered.when == Answered::When::always && bound.empty()
+      return valid.condition.when == ValueCondition::When::always && bound.empty()
                  ? "finite numbers of magnitude up to 1e9"
                  : "a number" + bound;
     case Rule::number_or_nan:
@@ -56,8 +56,9 @@ std::string value_text(const Valid& valid)
     case Rule::row_starts:
       return "non-decreasing, from 0 to the number of entries";
     case Rule::codes:
-      return valid.answered.when == Answered::When::always ? "a code of " + flag_table(valid.flags).meanings
-                                                           : "0 or 1";
+      return valid.condition.when == ValueCondition::When::always
+                 ? "a code of " + flag_table(valid.flags).meanings
+                 : "0 or 1";
     case Rule::names:
       return "non-empty names";
     case Rule::unique_names:
@@ -105,8 +106,8 @@ FlagTable flag_table(FlagSet set)
     case FlagSet::move_kind:
       return table_of(all_move_kinds);
     case FlagSet::node:
-      return table_of(searched_step_kinds);
-    case FlagSet::answer:
+      return table_of(search_step_kinds);
+    case FlagSet::optional_yes_no:
       return {{-1, 0, 1}, "no_answer no yes"};
     case FlagSet::yes_no:
       return {{0, 1}, "no yes"};
@@ -128,18 +129,18 @@ FlagTable flag_table(FlagSet set)
   return {};
 }
 
-std::string words_of(const Valid& valid)
+std::string rule_text(const ValueRule& valid)
 {
   const std::string text = value_text(valid);
-  if (valid.answered.when == Answered::When::always) return text;
-  return text + " " + valid.answered.words +
+  if (valid.condition.when == ValueCondition::When::always) return text;
+  return text + " " + valid.condition.text +
          (valid.rule == Rule::codes ? ", -1 elsewhere" : ", NaN elsewhere");
 }
 
 bool may_be_nan(const Dataset& dataset, ValueKind kind)
 {
-  const bool is_partly_answered = dataset.valid.answered.when != Answered::When::always;
+  const bool is_partly_answered = dataset.valid.condition.when != ValueCondition::When::always;
   return kind == ValueKind::float64 && (is_partly_answered || dataset.valid.rule == Rule::number_or_nan);
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

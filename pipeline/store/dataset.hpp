@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace vrda {
+namespace vrda::store {
 
 enum class ValueKind { float64, float32, int64, int32, int8, text };
 const char* name_of(ValueKind kind);
@@ -43,7 +43,7 @@ enum class FlagSet {
   solver_status,  ///< without `overlapping`: of the spine with free varus
   search_status,  ///< also without `unbounded`: of a trace's searches
   plausibility,
-  answer,
+  optional_yes_no,
   yes_no,
   compartment,
   move_kind,
@@ -63,12 +63,12 @@ struct FlagTable {
 FlagTable flag_table(FlagSet set);
 
 /// Where a dataset has values: a condition on codes, one code per entry along the leading dimensions.
-struct Answered {
+struct ValueCondition {
   enum class When { always, at_code, not_at_code, between };
   When when = When::always;
   std::span<const std::int8_t> codes = {};
   std::int8_t code = 0;
-  const char* words = "";  ///< "where status is stable"
+  const char* text = "";  ///< "where status is stable"
 
   /// Number of leading entries; with `between`, one per pair of neighbouring codes.
   std::size_t size() const { return codes.size() - (when == When::between ? 1 : 0); }
@@ -99,9 +99,9 @@ enum class Rule {
 };
 
 /// Rule of a dataset's values. Where the condition does not hold, numbers are NaN and codes -1.
-struct Valid {
+struct ValueRule {
   Rule rule = Rule::any;
-  Answered answered = {};
+  ValueCondition condition = {};
   double least = -std::numeric_limits<double>::infinity();
   bool excludes_least = false;
   double largest = std::numeric_limits<double>::infinity();
@@ -109,13 +109,13 @@ struct Valid {
 };
 
 /// Text of the rule for messages and the pages in schemas/; empty where every value is valid.
-std::string words_of(const Valid& valid);
+std::string rule_text(const ValueRule& valid);
 
 struct Dataset {
   std::string path;                     ///< "/bodies/reference/vertices"
   std::vector<std::string> dimensions;  ///< paths of the scales, slowest first; empty: one value
   Unit units;
-  Valid valid;
+  ValueRule valid;
   const char* long_name;
 
   FlagSet flags() const { return valid.flags; }
@@ -125,14 +125,14 @@ struct Dataset {
 bool may_be_nan(const Dataset& dataset, ValueKind kind);
 
 /// The size of a dimension.
-struct Count {
+struct DimensionSize {
   enum class Kind { fixed, counted, axis };
   Kind kind;       ///< fixed: known from the specification or other dimensions; axis: counted, at least 1
   std::int64_t n;  ///< for `counted` and `axis`: size in this model, unknown before it is read
 
-  static Count fixed(std::int64_t n) { return {Kind::fixed, n}; }
-  static Count counted(std::size_t n) { return {Kind::counted, static_cast<std::int64_t>(n)}; }
-  static Count axis(std::size_t n) { return {Kind::axis, static_cast<std::int64_t>(n)}; }
+  static DimensionSize fixed(std::int64_t n) { return {Kind::fixed, n}; }
+  static DimensionSize counted(std::size_t n) { return {Kind::counted, static_cast<std::int64_t>(n)}; }
+  static DimensionSize axis(std::size_t n) { return {Kind::axis, static_cast<std::int64_t>(n)}; }
 };
 
 /// The values of a model's member as a span.
@@ -188,4 +188,4 @@ void resize(Eigen::PlainObjectBase<Derived>& member, const std::vector<std::int6
   member.resize(shape.at(0), shape.at(1));
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

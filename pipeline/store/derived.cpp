@@ -8,7 +8,7 @@
 
 #include "store/evaluate_smoothed.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 double largest_number_in(const GridD& values)
@@ -46,7 +46,7 @@ std::string coefficients_path(std::int32_t degree, const std::string& name)
 bool is_audit_name(const std::string& name)
 {
   if (name == "raw" || name == "two_sided" || name == "zero_varus") return true;
-  for (int degree = 0; degree <= largest_smoothed_degree; ++degree) {
+  for (int degree = 0; degree <= max_smoothed_degree; ++degree) {
     const std::string set = "degree_" + std::to_string(degree);
     if (name == set || name == set + "_recontacted") return true;
   }
@@ -96,4 +96,4 @@ std::vector<AuditSet> with_audit(std::vector<AuditSet> audits, AuditSet audit)
   return audits;
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

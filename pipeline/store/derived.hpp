@@ -10,7 +10,7 @@
 
 #include "store/grid.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 /// The code stored in the file.
 template <typename Code>
@@ -56,7 +56,7 @@ std::string coefficients_path(std::int32_t degree, const std::string& name);
 std::string group_name(const SmoothedSet& set);
 bool set_group_name(SmoothedSet& set, const std::string& name);
 /// Names that an element may have, for messages.
-inline const char* group_names(const SmoothedSet&)
+inline const char* allowed_group_names(const SmoothedSet&)
 {
   return "\"degree_\" followed by an integer";
 }
@@ -88,7 +88,7 @@ std::string audit_group(const std::string& name);
 
 std::string group_name(const AuditSet& audit);
 bool set_group_name(AuditSet& audit, const std::string& name);
-inline const char* group_names(const AuditSet&)
+inline const char* allowed_group_names(const AuditSet&)
 {
   return "raw, two_sided, zero_varus, degree_N or degree_N_recontacted";
 }
@@ -152,4 +152,4 @@ struct ZeroVarus {
   std::vector<double> medial_rolling_mm, medial_sliding_mm, lateral_rolling_mm, lateral_sliding_mm;
 };
 
-}  // namespace vrda
+}  // namespace vrda::store

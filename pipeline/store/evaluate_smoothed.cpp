@@ -2,7 +2,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 /// du/dx of unit_coordinate.
@@ -21,7 +21,7 @@ AxisRanges axis_ranges(const std::vector<double>& flexion_deg, const std::vector
 
 LegendreTable legendre(double u, int degree)
 {
-  check(degree >= 0 && degree <= largest_smoothed_degree, "the degree must not exceed the table");
+  check(degree >= 0 && degree <= max_smoothed_degree, "the degree must not exceed the table");
   LegendreTable table;
   table.value[0] = 1.0;
   table.derivative[0] = 0.0;
@@ -61,4 +61,4 @@ SmoothedValue evaluate(const SmoothedSet& set, const SmoothedSurface& surface, c
   return result;
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -5,7 +5,7 @@
 
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 /// First and last value of an axis. An axis with one value has both equal and maps to 0.
 struct AxisRange {
@@ -21,12 +21,12 @@ struct AxisRanges {
 AxisRanges axis_ranges(const std::vector<double>& flexion_deg, const std::vector<double>& varus_deg);
 
 /// Largest degree of a surface; tables of this size are on the stack.
-inline constexpr int largest_smoothed_degree = 20;
+inline constexpr int max_smoothed_degree = 20;
 
 /// Legendre polynomials and their derivatives at one point of [-1, 1] (or a little outside).
 struct LegendreTable {
-  double value[largest_smoothed_degree + 1] = {};
-  double derivative[largest_smoothed_degree + 1] = {};
+  double value[max_smoothed_degree + 1] = {};
+  double derivative[max_smoothed_degree + 1] = {};
 };
 LegendreTable legendre(double u, int degree);
 
@@ -44,4 +44,4 @@ struct SmoothedValue {
 SmoothedValue evaluate(const SmoothedSet& set, const SmoothedSurface& surface, const AxisRanges& ranges,
                        double flexion_deg, double varus_deg);
 
-}  // namespace vrda
+}  // namespace vrda::store

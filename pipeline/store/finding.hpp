@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace vrda {
+namespace vrda::store {
 
 struct Finding {
   std::string where;  ///< path of the object in the file, "@name" for an attribute
@@ -11,4 +11,4 @@ struct Finding {
   std::string wanted;
 };
 
-}  // namespace vrda
+}  // namespace vrda::store

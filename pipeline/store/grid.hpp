@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-namespace vrda {
+namespace vrda::store {
 
 /// Values over (flexion, varus). NaN (or -1 for flags) where a cell has no value.
 template <typename Scalar>
@@ -13,4 +13,4 @@ using GridD = Grid<double>;
 using GridI = Grid<std::int32_t>;
 using GridB = Grid<std::int8_t>;
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 static_assert(std::is_same_v<hid_t, H5Id>, "HDF5 1.10 identifiers are 64-bit integers");
@@ -51,7 +51,7 @@ void H5Handle::reset() noexcept
   id_ = -1;
 }
 
-H5Id check_h5(H5Id code, const H5Place& place, const char* wanted)
+H5Id check_h5(H5Id code, const H5Location& place, const char* wanted)
 {
   if (code >= 0) return code;
   std::string reason = "no reason given";
@@ -60,7 +60,7 @@ H5Id check_h5(H5Id code, const H5Place& place, const char* wanted)
   throw InputError({place.file, place.object, "an HDF5 error (" + reason + ")", wanted});
 }
 
-H5Handle own_h5(H5Id id, const H5Place& place, const char* wanted)
+H5Handle own_h5(H5Id id, const H5Location& place, const char* wanted)
 {
   return H5Handle(check_h5(id, place, wanted));
 }
@@ -70,4 +70,4 @@ void silence_h5()
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -6,7 +6,7 @@
 
 #include "store/dataset.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 using H5Id = std::int64_t;
 
@@ -27,16 +27,16 @@ class H5Handle {
 };
 
 /// Location of a call; becomes the InputError's file and field.
-struct H5Place {
+struct H5Location {
   const std::string& file;
   std::string object;  ///< path inside the file; may be empty
 };
 
 /// Returns `code` when it is not negative; otherwise throws InputError with HDF5's error text.
-H5Id check_h5(H5Id code, const H5Place& place, const char* wanted);
+H5Id check_h5(H5Id code, const H5Location& place, const char* wanted);
 
 /// The same for calls that return an identifier to own.
-H5Handle own_h5(H5Id id, const H5Place& place, const char* wanted);
+H5Handle own_h5(H5Id id, const H5Location& place, const char* wanted);
 
 /// HDF5's native type of a kind of numbers.
 H5Id native_type(ValueKind kind);
@@ -44,4 +44,4 @@ H5Id native_type(ValueKind kind);
 /// Disables HDF5's printing of its error stack; check_h5 reports errors.
 void silence_h5();
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -12,7 +12,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 constexpr int deepest_nesting = 8;
@@ -95,7 +95,7 @@ class TextMemory {
 };
 
 /// Copies the texts, checked for UTF-8 and control characters; the caller keeps ownership of `texts`.
-std::vector<std::string> copies(const std::vector<char*>& texts, const H5Place& place)
+std::vector<std::string> copies(const std::vector<char*>& texts, const H5Location& place)
 {
   std::vector<std::string> result;
   result.reserve(texts.size());
@@ -264,16 +264,16 @@ bool H5Reader::is_dataset(const std::string& path) const
   return found != objects_.end() && found->second == ObjectKind::dataset;
 }
 
-DatasetFacts H5Reader::facts(const std::string& dataset) const
+DatasetInfo H5Reader::dataset_info(const std::string& dataset) const
 {
   const H5Id object = kept_open(dataset);
   const H5Handle creation = own_h5(H5Dget_create_plist(object), place(dataset), intact_file);
   const H5Handle type = own_h5(H5Dget_type(object), place(dataset), intact_file);
-  DatasetFacts facts;
+  DatasetInfo facts;
   facts.kind = kind_of(type.id());
   // Checked first: for the shape of a virtual dataset, HDF5 opens its source files.
-  facts.elsewhere = storage_elsewhere(creation.id());
-  if (!facts.elsewhere.empty()) return facts;
+  facts.external_storage = storage_elsewhere(creation.id());
+  if (!facts.external_storage.empty()) return facts;
   const H5Handle space = own_h5(H5Dget_space(object), place(dataset), intact_file);
   facts.shape = shape_of(space.id());
   if (H5DSis_scale(object) > 0) {
@@ -285,7 +285,7 @@ DatasetFacts H5Reader::facts(const std::string& dataset) const
   return facts;
 }
 
-std::string H5Reader::storage_problem(const DatasetIds& ids, const DatasetFacts& facts) const
+std::string H5Reader::storage_problem(const DatasetIds& ids, const DatasetInfo& facts) const
 {
   std::string filter = filter_problem(ids.creation);
   if (!filter.empty()) return filter;
@@ -317,7 +317,7 @@ bool H5Reader::is_attached(const std::string& dataset, std::size_t axis, const s
 
 std::optional<AttributeValue> H5Reader::attribute(const std::string& object, const std::string& name) const
 {
-  const H5Place here = place(object + "@" + name);
+  const H5Location here = place(object + "@" + name);
   const H5Id owner = kept_open(object);
   if (check_h5(H5Aexists(owner, name.c_str()), here, intact_file) == 0) return std::nullopt;
   const H5Handle attribute = own_h5(H5Aopen(owner, name.c_str(), H5P_DEFAULT), here, intact_file);
@@ -376,4 +376,4 @@ void H5Reader::read(const std::string& dataset, std::span<std::string> values) c
   std::move(taken.begin(), taken.end(), values.begin());
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

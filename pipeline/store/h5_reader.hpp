@@ -13,13 +13,13 @@
 #include "store/h5_handle.hpp"
 #include "store/seal.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 enum class ObjectKind { group, dataset };
 
-struct DatasetFacts {
+struct DatasetInfo {
   std::optional<ValueKind> kind;  ///< empty: a type that motion models do not use
-  std::string elsewhere;  ///< description of storage outside this file; if not empty, no shape is read
+  std::string external_storage;  ///< description of storage outside this file; if not empty, no shape is read
   std::vector<std::int64_t> shape;
   std::string scale_name;       ///< of a dimension scale; empty otherwise
   std::string storage_problem;  ///< why its values must not be read; empty: no problem
@@ -44,9 +44,9 @@ class H5Reader {
   bool is_group(const std::string& path) const;
   bool is_dataset(const std::string& path) const;
   /// Links out of the file, too deep nesting, and other objects that were rejected while listing the file.
-  const std::vector<Finding>& refused() const { return refused_; }
+  const std::vector<Finding>& rejected() const { return refused_; }
 
-  DatasetFacts facts(const std::string& dataset) const;
+  DatasetInfo dataset_info(const std::string& dataset) const;
   bool is_attached(const std::string& dataset, std::size_t axis, const std::string& scale) const;
   std::optional<AttributeValue> attribute(const std::string& object, const std::string& name) const;
 
@@ -63,7 +63,7 @@ class H5Reader {
     H5Id dataset, creation, type;
   };
 
-  H5Place place(const std::string& object) const { return {file_name_, object}; }
+  H5Location place(const std::string& object) const { return {file_name_, object}; }
   H5Handle open(const std::string& object) const;
   /// Like open(), but the handle stays open: repeated opening took a third of the reading time.
   H5Id kept_open(const std::string& object) const;
@@ -71,7 +71,7 @@ class H5Reader {
   void add_link(H5Id group, const std::string& path, int depth);
   void add_object(const std::string& path, int depth);
   bool is_full() const;
-  std::string storage_problem(const DatasetIds& ids, const DatasetFacts& facts) const;
+  std::string storage_problem(const DatasetIds& ids, const DatasetInfo& facts) const;
   void read_values(const std::string& dataset, ValueKind kind, std::size_t size, void* values) const;
   void read_raw(const std::string& dataset, H5Id memory_type, std::size_t size, void* values,
                 H5Id transfer) const;
@@ -84,4 +84,4 @@ class H5Reader {
   mutable std::map<std::string, H5Handle> open_;  ///< declared after file_, so closed before it
 };
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -15,30 +15,30 @@
 #include "store/registry_rows.hpp"
 #include "store/value_findings.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 /// Writes one class of objects per visit: the bytes of an HDF5 file depend on the order of writing.
-class Hdf5Write : public RegistryVisitor {
+class Hdf5WriteVisitor : public RegistryVisitor {
  public:
-  enum class Sort { root_attributes, groups, datasets, attributes };
-  Hdf5Write(H5Writer& writer, Sort sort) : writer_(writer), sort_(sort) {}
+  enum class Pass { root_attributes, groups, datasets, attributes };
+  Hdf5WriteVisitor(H5Writer& writer, Pass sort) : writer_(writer), sort_(sort) {}
 
   void group(const std::string& path)
   {
-    if (sort_ == Sort::groups) writer_.create_group(path);
+    if (sort_ == Pass::groups) writer_.create_group(path);
   }
 
   template <typename Member>
   void attribute(const std::string& object, const std::string& name, const Member& member,
                  const Unit& = unit::none)
   {
-    if (sort_ == Sort::root_attributes && object == "/") write(object, name, member);
-    if (sort_ == Sort::attributes && object != "/")
+    if (sort_ == Pass::root_attributes && object == "/") write(object, name, member);
+    if (sort_ == Pass::attributes && object != "/")
       later_.push_back({object, [this, object, name, member] { write(object, name, member); }});
   }
 
   template <typename Value>
-  void repeated(const std::string& object, const std::string& name, const Value& value)
+  void derived_attribute(const std::string& object, const std::string& name, const Value& value)
   {
     attribute(object, name, value);
   }
@@ -47,7 +47,7 @@ class Hdf5Write : public RegistryVisitor {
   template <typename Member>
   void operator()(const Dataset& dataset, const Member& member)
   {
-    if (sort_ != Sort::datasets) return;
+    if (sort_ != Pass::datasets) return;
     const std::vector<std::int64_t> shape = shape_of(dataset);
     for (std::size_t axis = 0; axis < shape.size(); ++axis) {
       const std::string& dimension = dataset.dimensions[axis];
@@ -92,7 +92,7 @@ class Hdf5Write : public RegistryVisitor {
   }
 
   H5Writer& writer_;
-  Sort sort_;
+  Pass sort_;
   std::set<std::string> existing_;
   std::vector<std::pair<std::string, std::function<void()>>> later_;
 };
@@ -108,27 +108,27 @@ inline void write_format(H5Writer& writer, const char* name, const char* version
 template <typename Visit>
 void write_hdf5(H5Writer& writer, const Visit& visit)
 {
-  using Sort = Hdf5Write::Sort;
+  using Sort = Hdf5WriteVisitor::Pass;
   for (const Sort sort : {Sort::root_attributes, Sort::groups, Sort::datasets, Sort::attributes}) {
-    Hdf5Write visitor(writer, sort);
+    Hdf5WriteVisitor visitor(writer, sort);
     visit(visitor);
     visitor.finish();
   }
 }
 
 /// Reads the datasets of a file into the content returned by its structure check.
-class Hdf5Read : public RegistryVisitor {
+class Hdf5ReadVisitor : public RegistryVisitor {
  public:
   using Sizes = std::vector<std::pair<std::string, std::int64_t>>;
-  Hdf5Read(const H5Reader& reader, const Sizes& counted) : reader_(reader), counted_(counted) {}
+  Hdf5ReadVisitor(const H5Reader& reader, const Sizes& counted) : reader_(reader), counted_(counted) {}
 
   bool has(const std::string& path, bool) { return reader_.objects().count(path) > 0; }
 
-  void dimension(const std::string& path, const Count& count)
+  void dimension(const std::string& path, const DimensionSize& count)
   {
     const auto found = std::find_if(counted_.begin(), counted_.end(),
                                     [&](const auto& known) { return known.first == path; });
-    RegistryVisitor::dimension(path, found == counted_.end() ? count : Count::fixed(found->second));
+    RegistryVisitor::dimension(path, found == counted_.end() ? count : DimensionSize::fixed(found->second));
   }
 
   template <typename Member>
@@ -143,4 +143,4 @@ class Hdf5Read : public RegistryVisitor {
   const Sizes& counted_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::store

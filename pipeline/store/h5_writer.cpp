@@ -15,7 +15,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 constexpr const char* wanted_memory = "sufficient memory";
@@ -46,7 +46,7 @@ H5Id file_type(ValueKind kind)
   throw InternalError("text has no fixed file type");
 }
 
-H5Handle text_type(const H5Place& place)
+H5Handle text_type(const H5Location& place)
 {
   H5Handle type = own_h5(H5Tcopy(H5T_C_S1), place, wanted_memory);
   check_h5(H5Tset_size(type.id(), H5T_VARIABLE), place, wanted_memory);
@@ -54,7 +54,7 @@ H5Handle text_type(const H5Place& place)
   return type;
 }
 
-H5Handle extent(const std::vector<std::int64_t>& shape, const H5Place& place)
+H5Handle extent(const std::vector<std::int64_t>& shape, const H5Location& place)
 {
   if (shape.empty()) return own_h5(H5Screate(H5S_SCALAR), place, wanted_memory);
   const std::vector<hsize_t> sizes(shape.begin(), shape.end());
@@ -62,14 +62,14 @@ H5Handle extent(const std::vector<std::int64_t>& shape, const H5Place& place)
                 wanted_memory);
 }
 
-void disable_times_and_order_attributes(H5Id properties, const H5Place& place)
+void disable_times_and_order_attributes(H5Id properties, const H5Location& place)
 {
   check_h5(H5Pset_obj_track_times(properties, false), place, wanted_memory);
   check_h5(H5Pset_attr_creation_order(properties, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED), place,
            wanted_memory);
 }
 
-void order_links(H5Id properties, const H5Place& place)
+void order_links(H5Id properties, const H5Location& place)
 {
   check_h5(H5Pset_link_creation_order(properties, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED), place,
            wanted_memory);
@@ -84,7 +84,7 @@ std::size_t count_of(const std::vector<std::int64_t>& shape)
 
 /// Chunks of whole rows, compressed and with a checksum, so that a damaged one fails to read.
 void compress(H5Id properties, const std::vector<std::int64_t>& shape, std::size_t element_bytes,
-              const H5Place& place)
+              const H5Location& place)
 {
   const std::size_t row_bytes = count_of(shape) / static_cast<std::size_t>(shape[0]) * element_bytes;
   const std::size_t n_rows = std::max<std::size_t>(1, largest_chunk_bytes / row_bytes);
@@ -167,7 +167,7 @@ void H5Writer::create_group(const std::string& path)
 
 void H5Writer::create_dimension(const std::string& path, std::int64_t size)
 {
-  const H5Place here = place(path);
+  const H5Location here = place(path);
   {
     const H5Handle creation = own_h5(H5Pcreate(H5P_DATASET_CREATE), here, wanted_memory);
     disable_times_and_order_attributes(creation.id(), here);
@@ -195,7 +195,7 @@ void H5Writer::make_scale(const std::string& path, const std::string& name)
 // Source: HDF5 Dimension Scale Specification, section 4.
 void H5Writer::attach_scales(const Dataset& dataset)
 {
-  const H5Place here = place(dataset.path);
+  const H5Location here = place(dataset.path);
   std::vector<hobj_ref_t> references(dataset.dimensions.size());
   std::vector<hvl_t> lists(dataset.dimensions.size());
   for (std::size_t axis = 0; axis < dataset.dimensions.size(); ++axis) {
@@ -215,7 +215,7 @@ void H5Writer::write_reference_list(const std::string& scale, const std::vector<
     std::int32_t axis;
     std::int32_t padding;
   };
-  const H5Place here = place(scale);
+  const H5Location here = place(scale);
   std::vector<Entry> entries;
   for (const Use& use : uses) {
     Entry entry{0, use.axis, 0};
@@ -232,7 +232,7 @@ void H5Writer::write_raw(const Dataset& dataset, const std::vector<std::int64_t>
 {
   check(shape.size() == dataset.dimensions.size(), "a dataset's shape must have one size per dimension");
   check(memory.size == count_of(shape), "the number of values must match the dataset's shape");
-  const H5Place here = place(dataset.path);
+  const H5Location here = place(dataset.path);
   const bool is_text = memory.kind == ValueKind::text;
   const H5Handle creation = own_h5(H5Pcreate(H5P_DATASET_CREATE), here, wanted_memory);
   disable_times_and_order_attributes(creation.id(), here);
@@ -298,7 +298,7 @@ void H5Writer::write(const Dataset& dataset, const std::vector<std::int64_t>& sh
 
 void H5Writer::write_raw_attribute(const std::string& object, const std::string& name, const Raw& memory)
 {
-  const H5Place here = place(object + "@" + name);
+  const H5Location here = place(object + "@" + name);
   const H5Handle owner = open(object);
   const H5Handle space = extent({static_cast<std::int64_t>(memory.size)}, here);
   const H5Handle attribute =
@@ -332,4 +332,4 @@ std::string H5Writer::bytes()
   return bytes_of_file(memory_, file_name_);
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -11,7 +11,7 @@
 #include "store/dataset.hpp"
 #include "store/h5_handle.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 /// The file is built in memory, since HDF5 1.10 fails badly on a full disk.
 /// Every member throws InputError naming the file and the object when memory runs out.
@@ -67,7 +67,7 @@ class H5Writer {
     std::size_t size = 0;
   };
 
-  H5Place place(const std::string& object) const { return {file_name_, object}; }
+  H5Location place(const std::string& object) const { return {file_name_, object}; }
   H5Handle open(const std::string& object) const;
   void write_values(const Dataset& dataset, const std::vector<std::int64_t>& shape, const Values& values);
   void write_number_attribute(const std::string& object, const std::string& name, const Values& values);
@@ -84,4 +84,4 @@ class H5Writer {
   std::map<std::string, std::vector<Use>> users_;  ///< of each scale
 };
 
-}  // namespace vrda
+}  // namespace vrda::store

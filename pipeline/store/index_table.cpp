@@ -4,12 +4,12 @@
 #include <cmath>
 #include <sstream>
 
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
-#include "core/whole_file.hpp"
 #include "store/h5_visitors.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 std::size_t n_rows_of(const IndexTable& table)
@@ -54,7 +54,7 @@ std::string field_of(const IndexColumn& column, std::size_t row)
   if (const auto* codes = std::get_if<std::vector<std::int8_t>>(&column.values))
     return word_of(column.flags, codes->at(row));
   const double number = std::get<std::vector<double>>(column.values).at(row);
-  return std::isnan(number) ? "" : shortest(number);
+  return std::isnan(number) ? "" : shortest_decimal(number);
 }
 
 }  // namespace
@@ -65,12 +65,12 @@ void write_index_file(const std::string& path, const IndexTable& table)
   H5Writer writer(path);
   write_format(writer, index_format_name, index_format_version);
   writer.write_attribute("/", "title", table.title);
-  Hdf5Write write(writer, Hdf5Write::Sort::datasets);
-  write.dimension(dimension, Count::counted(n_rows_of(table)));
+  Hdf5WriteVisitor write(writer, Hdf5WriteVisitor::Pass::datasets);
+  write.dimension(dimension, DimensionSize::counted(n_rows_of(table)));
   for (const IndexColumn& column : table.columns)
     std::visit([&](const auto& values) { write(dataset_of(column, dimension), values); }, column.values);
   const std::string content = writer.bytes();
-  write_whole(path, {content});
+  write_atomically(path, {content});
 }
 
 std::string index_csv(const IndexTable& table)
@@ -88,4 +88,4 @@ std::string index_csv(const IndexTable& table)
   return out;
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

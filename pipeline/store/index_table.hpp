@@ -9,7 +9,7 @@
 
 #include "store/dataset.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 struct IndexColumn {
   std::string name;       ///< letters, digits and '_'
@@ -35,4 +35,4 @@ void write_index_file(const std::string& path, const IndexTable& table);
 /// The table as CSV (RFC 4180): a heading, then one line per row; codes as words, NaN as an empty field.
 std::string index_csv(const IndexTable& table);
 
-}  // namespace vrda
+}  // namespace vrda::store

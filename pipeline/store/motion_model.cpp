@@ -8,7 +8,7 @@
 #include "core/units.hpp"
 #include "store/registry.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 /// Resizes every dataset of the cells and of the free spine and fills it with empty values.
@@ -132,4 +132,4 @@ MotionModel with_smoothed(MotionModel model, SmoothedSet set)
   return model;
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -16,7 +16,7 @@
 #include "store/derived.hpp"
 #include "store/grid.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 /// Grood-Suntay numbers over the grid (core/clinical.hpp).
 struct ClinicalSurfaces {
@@ -180,4 +180,4 @@ MotionModel with_pending_cells(MotionModel model);
 /// of the old set and a zero-varus motion derived from it are removed; an equal set changes nothing.
 MotionModel with_smoothed(MotionModel model, SmoothedSet set);
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -7,12 +7,12 @@
 #include "store/finding.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 inline constexpr const char* format_name = "vrda motion model";
-inline constexpr const char* format_version = "1.5";
+inline constexpr const char* format_version = "1.6";
 /// Smallest minor version that readers accept; later ones add objects, which are ignored.
-inline constexpr int format_minor_version = 5;
+inline constexpr int format_minor_version = 6;
 
 /// Writes `model` to `path`: under a temporary name in the same folder, flushed to the disk, then renamed,
 /// so `path` is always a complete old or new file. Equal models give equal bytes.
@@ -30,4 +30,4 @@ MotionModel read_motion_model(const std::string& path);
 /// throws InputError when the file is absent, not an HDF5 file, or too damaged to be listed.
 std::vector<Finding> validate_hdf5(const std::string& path);
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -11,20 +11,20 @@
 #include "store/value_findings.hpp"
 #include "store/values.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 MotionModel read_model_values(const H5Reader& reader, Structure<MotionModel> structure)
 {
   MotionModel model = std::move(structure.content);
-  visit_motion_model(model, Hdf5Read(reader, structure.sizes));
+  visit_motion_model(model, Hdf5ReadVisitor(reader, structure.sizes));
   if (!model.has_compartments) set_no_compartments(model);
   return model;
 }
 
 Trace read_trace_values(const H5Reader& reader, Structure<Trace> structure)
 {
-  visit_trace(structure.content, Hdf5Read(reader, structure.sizes));
+  visit_trace(structure.content, Hdf5ReadVisitor(reader, structure.sizes));
   return std::move(structure.content);
 }
 
@@ -61,9 +61,9 @@ MotionModel parse_motion_model(const Hdf5Content& content)
 {
   const H5Reader reader(content);
   Structure<MotionModel> structure = structure_of_model(reader);
-  require_none(structure.findings, content.file);
+  require_no_findings(structure.findings, content.file);
   MotionModel model = read_model_values(reader, std::move(structure));
-  require_none(findings_of(reader, model), content.file);
+  require_no_findings(findings_of(reader, model), content.file);
   return model;
 }
 
@@ -71,9 +71,9 @@ Trace parse_trace(const Hdf5Content& content)
 {
   const H5Reader reader(content);
   Structure<Trace> structure = structure_of_trace(reader);
-  require_none(structure.findings, content.file);
+  require_no_findings(structure.findings, content.file);
   Trace trace = read_trace_values(reader, std::move(structure));
-  require_none(check_values(trace), content.file);
+  require_no_findings(check_values(trace), content.file);
   return trace;
 }
 
@@ -96,4 +96,4 @@ std::vector<Finding> findings_in(const Hdf5Content& content)
   }
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -9,7 +9,7 @@
 #include "store/seal.hpp"
 #include "store/trace.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 /// Throw InputError naming the file and the first object that violates the specification.
 MotionModel parse_motion_model(const Hdf5Content& content);
@@ -19,4 +19,4 @@ Trace parse_trace(const Hdf5Content& content);
 /// InputError when the content is not an HDF5 file or too damaged to be listed.
 std::vector<Finding> findings_in(const Hdf5Content& content);
 
-}  // namespace vrda
+}  // namespace vrda::store

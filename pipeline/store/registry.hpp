@@ -11,7 +11,7 @@
 #include "store/registry_mechanics.hpp"
 #include "store/registry_rows.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 namespace registry {
 
@@ -29,15 +29,15 @@ void visit_root(Model& model, Visitor& visit)
   visit.attribute("/", "delta", model.delta);
   visit.attribute("/", "contact_resolution_mm", model.contact_resolution_mm, unit::mm);
   visit.attribute("/", "has_compartments", model.has_compartments);
-  visit.dimension("/flexion", Count::axis(model.flexion_deg.size()));
-  visit.dimension("/varus", Count::axis(model.varus_deg.size()));
-  visit.dimension("/row", Count::fixed(4));
-  visit.dimension("/column", Count::fixed(4));
-  visit.dimension("/xyz", Count::fixed(3));
-  visit.dimension("/corner", Count::fixed(3));
+  visit.dimension("/flexion", DimensionSize::axis(model.flexion_deg.size()));
+  visit.dimension("/varus", DimensionSize::axis(model.varus_deg.size()));
+  visit.dimension("/row", DimensionSize::fixed(4));
+  visit.dimension("/column", DimensionSize::fixed(4));
+  visit.dimension("/xyz", DimensionSize::fixed(3));
+  visit.dimension("/corner", DimensionSize::fixed(3));
 
   const std::vector<std::string> grid{"/flexion", "/varus"};
-  const Answered stable = where_stable(model.status);
+  const ValueCondition stable = where_stable(model.status);
   visit({"/flexion", {"/flexion"}, unit::degree, rule(Rule::axis), "flexion of the attitude"}, model.flexion_deg);
   visit({"/varus", {"/varus"}, unit::degree, rule(Rule::axis), "varus of the attitude, adduction positive"}, model.varus_deg);
   visit({"/tx", grid, unit::mm, number(stable), "translation along X of the world frame W"}, model.tx_mm);
@@ -50,14 +50,14 @@ void visit_root(Model& model, Visitor& visit)
   visit({"/iterations", grid, unit::one, count(), "iterations of the motion step"}, model.iterations);
   visit({"/queries", grid, unit::one, count(), "collision and gap queries of the motion step"}, model.queries);
   visit({"/residual", grid, unit::mm, number_or_nan(), "last translation predicted by the solver"}, model.residual_mm);
-  visit({"/theta_determined", grid, unit::none, codes(FlagSet::answer, stable), "whether the contacts determine the rotation about Delta"}, model.theta_determined);
+  visit({"/theta_determined", grid, unit::none, codes(FlagSet::optional_yes_no, stable), "whether the contacts determine the rotation about Delta"}, model.theta_determined);
   visit({"/is_spine", grid, unit::none, codes(FlagSet::yes_no), "whether the cell is on the spine, the continuation path along flexion"}, model.is_spine);
   visit({"/varus_solved", grid, unit::degree, number(stable), "varus of the pose, adduction positive"}, model.varus_solved_deg);
   if (!model.has_compartments) return;
   visit({"/gap_medial_mm", grid, unit::mm, number_or_nan(stable), "remaining gap along Delta in the medial compartment"}, model.gap_medial_mm);
   visit({"/gap_lateral_mm", grid, unit::mm, number_or_nan(stable), "remaining gap along Delta in the lateral compartment"}, model.gap_lateral_mm);
-  visit({"/contact_medial", grid, unit::none, codes(FlagSet::answer, stable), "whether the medial compartment is in contact"}, model.contact_medial);
-  visit({"/contact_lateral", grid, unit::none, codes(FlagSet::answer, stable), "whether the lateral compartment is in contact"}, model.contact_lateral);
+  visit({"/contact_medial", grid, unit::none, codes(FlagSet::optional_yes_no, stable), "whether the medial compartment is in contact"}, model.contact_medial);
+  visit({"/contact_lateral", grid, unit::none, codes(FlagSet::optional_yes_no, stable), "whether the lateral compartment is in contact"}, model.contact_lateral);
 }
 
 template <typename Model, typename Visitor>
@@ -65,7 +65,7 @@ void visit_clinical(Model& model, Visitor& visit)
 {
   auto& clinical = model.clinical;
   const std::vector<std::string> grid{"/flexion", "/varus"};
-  const Answered stable = where_stable(model.status);
+  const ValueCondition stable = where_stable(model.status);
   visit.group("/clinical");
   visit({"/clinical/flexion_angle", grid, unit::degree, number(stable), "Grood-Suntay flexion"}, clinical.flexion_deg);
   visit({"/clinical/varus_angle", grid, unit::degree, number(stable), "Grood-Suntay varus, adduction positive"}, clinical.varus_deg);
@@ -82,8 +82,8 @@ void visit_contacts(Model& model, Visitor& visit)
   const std::size_t n = contacts.distance_mm.size();
   const std::vector<std::string> contact{"/contacts/contact"}, vectors{"/contacts/contact", "/xyz"};
   visit.group("/contacts");
-  visit.dimension("/contacts/contact", Count::counted(n));
-  visit.dimension("/contacts/cell_bound", Count::fixed(visit.size("/flexion") * visit.size("/varus") + 1));
+  visit.dimension("/contacts/contact", DimensionSize::counted(n));
+  visit.dimension("/contacts/cell_bound", DimensionSize::fixed(visit.size("/flexion") * visit.size("/varus") + 1));
   visit({"/contacts/row_start", {"/contacts/cell_bound"}, unit::one, row_starts(n), "first contact of each cell, cells in the order of the grid, then the number of contacts"}, contacts.row_start);
   visit({"/contacts/point", vectors, unit::mm, number(), "point on the reference's surface, world W"}, contacts.point_world_mm);
   visit({"/contacts/normal", vectors, unit::one, rule(Rule::unit_rows), "unit direction of the reaction on the moving object, world W"}, contacts.normal_world);
@@ -99,8 +99,8 @@ void visit_part(APart& part, const std::string& group, const std::string& body, 
 {
   auto& mesh = part.mesh;
   const std::string vertex = group + "/vertex", triangle = group + "/triangle";
-  visit.dimension(vertex, Count::counted(static_cast<std::size_t>(mesh.vertices_mm.rows())));
-  visit.dimension(triangle, Count::counted(static_cast<std::size_t>(mesh.triangles.rows())));
+  visit.dimension(vertex, DimensionSize::counted(static_cast<std::size_t>(mesh.vertices_mm.rows())));
+  visit.dimension(triangle, DimensionSize::counted(static_cast<std::size_t>(mesh.triangles.rows())));
   visit({group + "/vertices", {vertex, "/xyz"}, unit::mm, number(), "vertices, canonical axes"}, mesh.vertices_mm);
   if (visit.has(group + "/normals", mesh.normals.rows() > 0)) {
     visit({group + "/normals", {vertex, "/xyz"}, unit::one, rule(Rule::unit_or_zero_rows), "outward unit normals of the vertices, canonical axes"}, mesh.normals);
@@ -115,7 +115,7 @@ void visit_body(ABody& body, const std::string& group, Visitor& visit)
   const std::vector<std::string> member{group + "/member"};
   visit.group(group);
   visit.attribute(group, "name", body.name);
-  visit.dimension(group + "/member", Count::counted(body.components.size()));
+  visit.dimension(group + "/member", DimensionSize::counted(body.components.size()));
   visit_column(visit, {group + "/component_name", member, unit::none, rule(Rule::unique_names), "names of the body's components"}, body.components, &Component::name);
   visit_column(visit, {group + "/component_material", member, unit::none, rule(Rule::any), "materials of the body's components"}, body.components, &Component::material);
   visit_part(body.contact, group, group, body.components.size(), visit);
@@ -142,7 +142,7 @@ void visit_scaling(AScaling& scaling, Visitor& visit)
   visit.attribute(group, "keeps_steps", scaling.keeps_steps);
   visit.attribute(group, "standard_error", scaling.standard_error);
   visit.attribute(group, "residual_rms_mm", scaling.residual_rms_mm, unit::landmark_mm);
-  visit.dimension(group + "/pair", Count::counted(scaling.landmark.size()));
+  visit.dimension(group + "/pair", DimensionSize::counted(scaling.landmark.size()));
   visit({group + "/landmark", pair, unit::none, rule(Rule::names), "names of the pairs of landmarks"}, scaling.landmark);
   visit({group + "/model", pair, unit::landmark_mm, above_0(), "distance of each pair in the unscaled model"}, scaling.model_mm);
   visit({group + "/subject", pair, unit::landmark_mm, above_0(), "distance of each pair in the subject"}, scaling.subject_mm);
@@ -178,9 +178,9 @@ void visit_motion_model(Model& model, Visitor&& visit)
     }
     visit_equilibrium(model, visit);
   }
-  if (is_there(visit, "/ligaments", model.ligaments)) visit_ligaments(model, visit);
-  if (is_there(visit, "/two_sided", model.two_sided)) visit_two_sided(*model.two_sided, visit);
-  if (is_there(visit, "/zero_varus", model.zero_varus))
+  if (has_optional(visit, "/ligaments", model.ligaments)) visit_ligaments(model, visit);
+  if (has_optional(visit, "/two_sided", model.two_sided)) visit_two_sided(*model.two_sided, visit);
+  if (has_optional(visit, "/zero_varus", model.zero_varus))
     visit_zero_varus(*model.zero_varus, model.has_compartments, visit);
   visit.list("/audit", model.audits);
   if (!model.audits.empty()) visit.group("/audit");
@@ -194,12 +194,12 @@ void visit_motion_model(Model& model, Visitor&& visit)
     // clang-format on
   }
   visit.group("/job");
-  visit.dimension("/job/input", Count::counted(model.job.inputs.size()));
+  visit.dimension("/job/input", DimensionSize::counted(model.job.inputs.size()));
   visit({"/job/text", {}, unit::none, rule(Rule::any), "the job file as given"}, model.job.text);
   visit({"/job/resolved", {}, unit::none, rule(Rule::any), "every key of the job with its value"},
         model.job.resolved);
   visit_inputs(model.job.inputs, visit);
-  if (is_there(visit, "/job/scaling", model.job.scaling)) visit_scaling(*model.job.scaling, visit);
+  if (has_optional(visit, "/job/scaling", model.job.scaling)) visit_scaling(*model.job.scaling, visit);
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

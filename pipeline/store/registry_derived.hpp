@@ -4,7 +4,7 @@
 #include "store/derived.hpp"
 #include "store/registry_rows.hpp"
 
-namespace vrda::registry {
+namespace vrda::store::registry {
 
 // One line per dataset.
 // clang-format off
@@ -17,10 +17,10 @@ void visit_smoothed(Set& set, Visitor& visit)
   const std::string group = smoothed_group(set.degree);
   const std::vector<std::string> grid{"/flexion", "/varus"};
   visit.group(group);
-  visit.repeated(group, "degree", set.degree);
+  visit.derived_attribute(group, "degree", set.degree);
   visit.attribute(group, "is_robust", set.is_robust);
-  visit.dimension(group + "/term", Count::counted(static_cast<std::size_t>(set.exponents.rows())));
-  visit.dimension(group + "/axis", Count::fixed(2));
+  visit.dimension(group + "/term", DimensionSize::counted(static_cast<std::size_t>(set.exponents.rows())));
+  visit.dimension(group + "/axis", DimensionSize::fixed(2));
   visit({group + "/exponents", {group + "/term", group + "/axis"}, unit::one, rule(Rule::any), "degree of each term's Legendre polynomial of flexion and of varus"}, set.exponents);
   const bool has_varus = visit.has(smoothed_path(set.degree, "varus"), set.surfaces.size() == 5);
   if constexpr (!std::is_const_v<Set>) {
@@ -38,7 +38,7 @@ void visit_smoothed(Set& set, Visitor& visit)
     visit.attribute(path, "leave_one_out_rms", surface.leave_one_out_rms, units);
     visit.attribute(path, "condition_number", surface.condition_number);
   }
-  if (!is_there(visit, group + "/recontact", set.recontact_mm)) return;
+  if (!has_optional(visit, group + "/recontact", set.recontact_mm)) return;
   visit({group + "/recontact", grid, unit::mm, number_or_nan(), "travel along Delta from the smoothed pose into contact"}, *set.recontact_mm);
 }
 
@@ -47,10 +47,10 @@ void visit_two_sided(Motion& motion, Visitor& visit)
 {
   const std::string group = "/two_sided";
   const std::vector<std::string> flexion{group + "/flexion"};
-  const Answered posed{Answered::When::not_at_code, values_of(motion.contact), code_of(TwoSidedContact::no_pose), "where contact is not no_pose"};
+  const ValueCondition posed{ValueCondition::When::not_at_code, values_of(motion.contact), code_of(TwoSidedContact::no_pose), "where contact is not no_pose"};
   visit.group(group);
   visit.attribute(group, "degree", motion.degree);
-  visit.dimension(group + "/flexion", Count::axis(motion.flexion_deg.size()));
+  visit.dimension(group + "/flexion", DimensionSize::axis(motion.flexion_deg.size()));
   visit({group + "/flexion", flexion, unit::degree, rule(Rule::axis), "flexion of the attitude"}, motion.flexion_deg);
   visit({group + "/contact", flexion, unit::none, codes(FlagSet::two_sided_contact), "compartments in contact"}, motion.contact);
   visit({group + "/varus", flexion, unit::degree, number(posed), "varus of the attitude, adduction positive"}, motion.varus_deg);
@@ -65,12 +65,12 @@ void visit_two_sided(Motion& motion, Visitor& visit)
 template <typename Motion, typename Visitor>
 void visit_zero_varus_poses(Motion& motion, Visitor& visit)
 {
-  using When = Answered::When;
+  using When = ValueCondition::When;
   const std::string group = "/zero_varus";
   const std::vector<std::string> flexion{"/flexion"};
-  const Answered posed{When::not_at_code, values_of(motion.source), code_of(ZeroVarusSource::none),
+  const ValueCondition posed{When::not_at_code, values_of(motion.source), code_of(ZeroVarusSource::none),
                        "where source is not none"};
-  const Answered mean{When::at_code, values_of(motion.source), code_of(ZeroVarusSource::both_touch),
+  const ValueCondition mean{When::at_code, values_of(motion.source), code_of(ZeroVarusSource::both_touch),
                       "where source is both_touch"};
   visit({group + "/source", flexion, unit::none, codes(FlagSet::zero_varus_source), "source of the varus"}, motion.source);
   visit({group + "/varus", flexion, unit::degree, number(posed), "varus of the attitude, adduction positive"}, motion.varus_deg);
@@ -98,13 +98,13 @@ void visit_zero_varus(Motion& motion, bool has_compartments, Visitor& visit)
   visit.attribute(group, "set", motion.set);
   visit_zero_varus_poses(motion, visit);
   const std::int8_t none = code_of(ZeroVarusSource::none);
-  const Answered posed{Answered::When::not_at_code, values_of(motion.source), none,
+  const ValueCondition posed{ValueCondition::When::not_at_code, values_of(motion.source), none,
                        "where source is not none"};
   if (has_compartments) visit_paths(motion, group, {"/flexion", "/xyz"}, posed, visit);
-  visit.dimension(group + "/interval", Count::fixed(visit.size("/flexion") - 1));
-  visit.dimension(group + "/sagittal", Count::fixed(2));
-  const Valid between =
-      rule(Rule::whole_rows, {Answered::When::between, values_of(motion.source), none, "between two poses"});
+  visit.dimension(group + "/interval", DimensionSize::fixed(visit.size("/flexion") - 1));
+  visit.dimension(group + "/sagittal", DimensionSize::fixed(2));
+  const ValueRule between =
+      rule(Rule::whole_rows, {ValueCondition::When::between, values_of(motion.source), none, "between two poses"});
   visit({group + "/helical_rotation", interval, unit::degree, between, "rotation about the finite helical axis"}, motion.helical_rotation_deg);
   visit({group + "/helical_translation", interval, unit::mm, between, "translation along the finite helical axis"}, motion.helical_translation_mm);
   visit({group + "/helical_direction", vectors, unit::one, between, "unit direction of the finite helical axis, canonical axes of the reference body"}, motion.helical_direction);
@@ -120,20 +120,20 @@ void visit_zero_varus(Motion& motion, bool has_compartments, Visitor& visit)
 template <typename Audit, typename Visitor>
 void visit_audit(Audit& audit, bool has_compartments, Visitor& visit)
 {
-  using When = Answered::When;
+  using When = ValueCondition::When;
   const std::string group = audit_group(audit.name), flexion = group + "/flexion", varus = group + "/varus";
   const std::vector<std::string> grid{flexion, varus};
-  const Answered free{When::at_code, values_of(audit.state), code_of(AuditState::free),
+  const ValueCondition free{When::at_code, values_of(audit.state), code_of(AuditState::free),
                       "where state is free"};
-  const Answered posed{When::not_at_code, values_of(audit.state), code_of(AuditState::no_pose),
+  const ValueCondition posed{When::not_at_code, values_of(audit.state), code_of(AuditState::no_pose),
                        "where state is not no_pose"};
   const AuditSummary summary = summary_of(audit);
   visit.group(group);
   visit.attribute(group, "refine", audit.refine);
-  visit.repeated(group, "largest_penetration", summary.largest_penetration_mm);
-  visit.repeated(group, "largest_gap", summary.largest_gap_mm);
-  visit.dimension(flexion, Count::axis(audit.flexion_deg.size()));
-  visit.dimension(varus, Count::axis(audit.varus_deg.size()));
+  visit.derived_attribute(group, "largest_penetration", summary.largest_penetration_mm);
+  visit.derived_attribute(group, "largest_gap", summary.largest_gap_mm);
+  visit.dimension(flexion, DimensionSize::axis(audit.flexion_deg.size()));
+  visit.dimension(varus, DimensionSize::axis(audit.varus_deg.size()));
   visit({flexion, {flexion}, unit::degree, rule(Rule::axis), "flexion of the attitude"}, audit.flexion_deg);
   visit({varus, {varus}, unit::degree, rule(Rule::axis), "varus of the attitude, adduction positive"}, audit.varus_deg);
   visit({group + "/state", grid, unit::none, codes(FlagSet::audit_state), "result of the audit"}, audit.state);
@@ -145,4 +145,4 @@ void visit_audit(Audit& audit, bool has_compartments, Visitor& visit)
 }
 
 // clang-format on
-}  // namespace vrda::registry
+}  // namespace vrda::store::registry

@@ -3,7 +3,7 @@
 
 #include "store/registry_rows.hpp"
 
-namespace vrda::registry {
+namespace vrda::store::registry {
 
 // One line per dataset.
 // clang-format off
@@ -27,8 +27,8 @@ void visit_forces(Model& model, Visitor& visit)
   const std::size_t n = forces.along_delta_n.size();
   const std::vector<std::string> force{group + "/force"}, vectors{group + "/force", "/xyz"};
   visit.group(group);
-  visit.dimension(group + "/force", Count::counted(n));
-  visit.dimension(group + "/cell_bound", Count::fixed(visit.size("/flexion") * visit.size("/varus") + 1));
+  visit.dimension(group + "/force", DimensionSize::counted(n));
+  visit.dimension(group + "/cell_bound", DimensionSize::fixed(visit.size("/flexion") * visit.size("/varus") + 1));
   visit({group + "/row_start", {group + "/cell_bound"}, unit::one, row_starts(n), "first force of each cell, cells in the order of the grid, then the number of forces"}, forces.row_start);
   visit({group + "/point", vectors, unit::mm, number(), "point of application, world W"}, forces.point_world_mm);
   visit({group + "/normal", vectors, unit::one, rule(Rule::unit_rows), "unit direction of the force on the moving object, world W"}, forces.normal_world);
@@ -43,7 +43,7 @@ void visit_free_spine(Spine& spine, Visitor& visit)
 {
   const std::string group = "/equilibrium/spine";
   const std::vector<std::string> flexion{"/flexion"};
-  const Answered stable = where_stable(spine.status);
+  const ValueCondition stable = where_stable(spine.status);
   visit.group(group);
   visit({group + "/status", flexion, unit::none, codes(FlagSet::solver_status), "how the motion step with free varus ended"}, spine.status);
   visit({group + "/varus", flexion, unit::degree, number(stable), "varus at equilibrium, adduction positive"}, spine.varus_deg);
@@ -64,7 +64,7 @@ void visit_equilibrium(Model& model, Visitor& visit)
 {
   auto& found = *model.equilibrium;
   const std::vector<std::string> grid{"/flexion", "/varus"}, vectors{"/flexion", "/varus", "/xyz"};
-  const Answered stable = where_stable(model.status);
+  const ValueCondition stable = where_stable(model.status);
   visit.group("/equilibrium");
   visit.attribute("/equilibrium", "band_moment_nmm", found.band_moment_nmm, unit::nmm);
   visit({"/equilibrium/energy", grid, unit::nmm, number(stable), "energy of the ligaments minus the work of the loads"}, found.energy_nmm);
@@ -85,7 +85,7 @@ template <typename Ligaments, typename Visitor>
 void visit_wraps(Ligaments& ligaments, Visitor& visit)
 {
   const std::vector<std::string> wrap{"/ligaments/wrapping"};
-  visit.dimension("/ligaments/wrapping", Count::counted(ligaments.wrap_name.size()));
+  visit.dimension("/ligaments/wrapping", DimensionSize::counted(ligaments.wrap_name.size()));
   visit({"/ligaments/wrap_name", wrap, unit::none, rule(Rule::names), "names of the wrapping surfaces"}, ligaments.wrap_name);
   visit({"/ligaments/wrap_shape", wrap, unit::none, codes(FlagSet::wrap_shape), "shape of the wrapping surface"}, ligaments.wrap_shape);
   visit({"/ligaments/wrap_body", wrap, unit::none, codes(FlagSet::body), "body to which the wrapping surface is fixed"}, ligaments.wrap_body);
@@ -99,10 +99,10 @@ void visit_ligaments(Model& model, Visitor& visit)
   auto& ligaments = *model.ligaments;
   const std::vector<std::string> fibre{"/ligaments/fibre"}, vectors{"/ligaments/fibre", "/xyz"},
       states{"/flexion", "/varus", "/ligaments/fibre"};
-  const Answered stable = where_stable(model.status);
+  const ValueCondition stable = where_stable(model.status);
   visit.group("/ligaments");
   visit.attribute("/ligaments", "transition_strain", ligaments.transition_strain);
-  visit.dimension("/ligaments/fibre", Count::counted(ligaments.name.size()));
+  visit.dimension("/ligaments/fibre", DimensionSize::counted(ligaments.name.size()));
   visit({"/ligaments/name", fibre, unit::none, rule(Rule::names), "names of the fibres"}, ligaments.name);
   visit({"/ligaments/bundle", fibre, unit::none, rule(Rule::any), "ligament of the fibre"}, ligaments.bundle);
   visit({"/ligaments/reference", vectors, unit::mm, number(), "attachment to the reference body, its canonical axes"}, ligaments.reference_mm);
@@ -115,8 +115,8 @@ void visit_ligaments(Model& model, Visitor& visit)
   visit({"/ligaments/strain", states, unit::one, number(stable), "strain of the fibre, negative is slack"}, ligaments.strain);
   visit({"/ligaments/tension", states, unit::n, at_least_0(stable), "tension of the fibre"}, ligaments.tension_n);
   visit({"/ligaments/energy", states, unit::nmm, at_least_0(stable), "energy of the fibre"}, ligaments.energy_nmm);
-  visit({"/ligaments/is_wrapped", states, unit::none, codes(FlagSet::answer, stable), "whether the fibre is in contact with its wrapping surface"}, ligaments.is_wrapped);
+  visit({"/ligaments/is_wrapped", states, unit::none, codes(FlagSet::optional_yes_no, stable), "whether the fibre is in contact with its wrapping surface"}, ligaments.is_wrapped);
 }
 
 // clang-format on
-}  // namespace vrda::registry
+}  // namespace vrda::store::registry

@@ -10,7 +10,7 @@
 #include "core/step_record.hpp"
 #include "store/dataset.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 /// CF 1.9 is the first to allow 64-bit integers (row_start).
 inline constexpr const char* conventions = "CF-1.9";
@@ -22,14 +22,14 @@ class RegistryVisitor {
   void group(const std::string&) {}
   /// Whether an optional object exists: in the model (`is_there`), or in the file being read.
   bool has(const std::string&, bool is_there) { return is_there; }
-  void dimension(const std::string& path, const Count& count) { sizes_.push_back({path, count.n}); }
+  void dimension(const std::string& path, const DimensionSize& count) { sizes_.push_back({path, count.n}); }
   template <typename Member>
   void attribute(const std::string&, const std::string&, Member&, const Unit& = unit::none)
   {
   }
   /// An attribute that repeats a value stored elsewhere in the model.
   template <typename Value>
-  void repeated(const std::string&, const std::string&, const Value&)
+  void derived_attribute(const std::string&, const std::string&, const Value&)
   {
   }
   /// A list with one group per element below `group`; a reader fills the list.
@@ -58,56 +58,56 @@ class RegistryVisitor {
 
 namespace registry {
 
-inline Valid number()
+inline ValueRule number()
 {
   return {.rule = Rule::number};
 }
-inline Valid number(const Answered& answered)
+inline ValueRule number(const ValueCondition& answered)
 {
-  return {.rule = Rule::number, .answered = answered};
+  return {.rule = Rule::number, .condition = answered};
 }
-inline Valid number_or_nan(const Answered& answered = {})
+inline ValueRule number_or_nan(const ValueCondition& answered = {})
 {
-  return {.rule = Rule::number_or_nan, .answered = answered};
+  return {.rule = Rule::number_or_nan, .condition = answered};
 }
-inline Valid at_least_0(const Answered& answered)
+inline ValueRule at_least_0(const ValueCondition& answered)
 {
-  return {.rule = Rule::number, .answered = answered, .least = 0.0};
+  return {.rule = Rule::number, .condition = answered, .least = 0.0};
 }
-inline Valid above_0()
+inline ValueRule above_0()
 {
   return {.rule = Rule::number, .least = 0.0, .excludes_least = true};
 }
-inline Valid integer(double least, double largest)
+inline ValueRule integer(double least, double largest)
 {
   return {.rule = Rule::integer, .least = least, .largest = largest};
 }
-inline Valid count()
+inline ValueRule count()
 {
   return integer(0, std::numeric_limits<std::int32_t>::max());
 }
 /// Row indices of a table of `n` rows, from `least`.
-inline Valid row_of(Eigen::Index n, double least = 0)
+inline ValueRule row_of(Eigen::Index n, double least = 0)
 {
   return integer(least, static_cast<double>(n - 1));
 }
-inline Valid row_starts(std::size_t n_entries)
+inline ValueRule row_starts(std::size_t n_entries)
 {
   return {.rule = Rule::row_starts, .largest = static_cast<double>(n_entries)};
 }
-inline Valid rule(Rule rule, const Answered& answered = {})
+inline ValueRule rule(Rule rule, const ValueCondition& answered = {})
 {
-  return {.rule = rule, .answered = answered};
+  return {.rule = rule, .condition = answered};
 }
-inline Valid codes(FlagSet flags, const Answered& answered = {})
+inline ValueRule codes(FlagSet flags, const ValueCondition& answered = {})
 {
-  return {.rule = Rule::codes, .answered = answered, .flags = flags};
+  return {.rule = Rule::codes, .condition = answered, .flags = flags};
 }
 
 template <typename Codes>
-Answered where_stable(const Codes& status)
+ValueCondition where_stable(const Codes& status)
 {
-  return {Answered::When::at_code, values_of(status), status_stable, "where status is stable"};
+  return {ValueCondition::When::at_code, values_of(status), status_stable, "where status is stable"};
 }
 
 /// Visits one text member of a list's elements as a column; a reader resizes the list.
@@ -127,7 +127,7 @@ void visit_column(Visitor& visit, const Dataset& dataset, List& list, Text text)
 
 /// Whether an optional part exists; a reader creates it if the file has it.
 template <typename Optional, typename Visitor>
-bool is_there(Visitor& visit, const std::string& path, Optional& part)
+bool has_optional(Visitor& visit, const std::string& path, Optional& part)
 {
   const bool found = visit.has(path, part.has_value());
   if constexpr (!std::is_const_v<Optional>) {
@@ -139,9 +139,9 @@ bool is_there(Visitor& visit, const std::string& path, Optional& part)
 /// Centres of contact of the compartments, of the cells or of the zero-varus motion.
 template <typename Paths, typename Visitor>
 void visit_paths(Paths& paths, const std::string& group, const std::vector<std::string>& dimensions,
-                 const Answered& answered, Visitor& visit)
+                 const ValueCondition& answered, Visitor& visit)
 {
-  const Valid points = rule(Rule::whole_rows, answered);
+  const ValueRule points = rule(Rule::whole_rows, answered);
   visit({group + "/medial_reference", dimensions, unit::mm, points,
          "centre of contact of the medial compartment, canonical axes of the reference body"},
         paths.medial_reference_mm);
@@ -157,4 +157,4 @@ void visit_paths(Paths& paths, const std::string& group, const std::vector<std::
 }
 
 }  // namespace registry
-}  // namespace vrda
+}  // namespace vrda::store

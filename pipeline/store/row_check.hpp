@@ -9,7 +9,7 @@
 #include "store/registry_rows.hpp"
 #include "store/value_findings.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 class RowCheck : public RegistryVisitor {
  public:
@@ -37,8 +37,8 @@ class RowCheck : public RegistryVisitor {
     const auto is_sha256 = [](const std::string& text) {
       return text.size() == 64 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
     };
-    findings_.each(
-        dataset.path, texts.size(), words_of(dataset.valid),
+    findings_.report_each(
+        dataset.path, texts.size(), rule_text(dataset.valid),
         [&](std::size_t i) {
           switch (dataset.valid.rule) {
             case Rule::names:
@@ -57,9 +57,9 @@ class RowCheck : public RegistryVisitor {
   template <typename Scalar>
   void check_integers(const Dataset& dataset, std::span<const Scalar> values)
   {
-    const Valid& valid = dataset.valid;
+    const ValueRule& valid = dataset.valid;
     const std::vector<std::int8_t> codes = flag_table(dataset.flags()).values;
-    const std::size_t width = width_of(valid.answered, values.size());
+    const std::size_t width = width_of(valid.condition, values.size());
     const auto is_wrong = [&](std::size_t i) {
       if (valid.rule == Rule::any) return false;
       if (valid.rule == Rule::row_starts) {
@@ -71,12 +71,12 @@ class RowCheck : public RegistryVisitor {
         const auto value = static_cast<double>(values[i]);
         return value < valid.least || value > valid.largest;
       }
-      if (valid.answered.when != Answered::When::always)
-        return valid.answered.at(i / width) ? values[i] != 0 && values[i] != 1 : values[i] != -1;
+      if (valid.condition.when != ValueCondition::When::always)
+        return valid.condition.at(i / width) ? values[i] != 0 && values[i] != 1 : values[i] != -1;
       return std::find(codes.begin(), codes.end(), values[i]) == codes.end();
     };
-    findings_.each(dataset.path, values.size(), words_of(valid), is_wrong,
-                   [&](std::size_t i) { return std::to_string(values[i]); });
+    findings_.report_each(dataset.path, values.size(), rule_text(valid), is_wrong,
+                          [&](std::size_t i) { return std::to_string(values[i]); });
   }
 
   template <typename Scalar>
@@ -96,7 +96,7 @@ class RowCheck : public RegistryVisitor {
         check_rows(dataset, values, 16);
         return;
       case Rule::whole_rows:
-        check_rows(dataset, values, width_of(dataset.valid.answered, values.size()));
+        check_rows(dataset, values, width_of(dataset.valid.condition, values.size()));
         return;
       default:
         check_lengths(dataset, values);
@@ -106,45 +106,46 @@ class RowCheck : public RegistryVisitor {
   template <typename Scalar>
   void check_axis(const Dataset& dataset, std::span<const Scalar> values)
   {
-    findings_.each_number(
-        dataset.path, values.data(), values.size(), words_of(dataset.valid), [&](std::size_t i) {
-          return !is_number(values[i]) || (i > 0 && !(values[i] - values[i - 1] >= least_step_deg));
+    findings_.report_numbers(
+        dataset.path, values.data(), values.size(), rule_text(dataset.valid), [&](std::size_t i) {
+          return !is_number(values[i]) || (i > 0 && !(values[i] - values[i - 1] >= min_axis_step_deg));
         });
   }
 
   template <typename Scalar>
   void check_each_number(const Dataset& dataset, std::span<const Scalar> values)
   {
-    const Valid& valid = dataset.valid;
-    const std::size_t width = width_of(valid.answered, values.size());
-    findings_.each_number(dataset.path, values.data(), values.size(), words_of(valid), [&](std::size_t i) {
-      const auto value = static_cast<double>(values[i]);
-      if (!valid.answered.at(i / width)) return !std::isnan(value);
-      if (std::isnan(value)) return valid.rule != Rule::number_or_nan;
-      return !is_number(value) || value < valid.least || (valid.excludes_least && value == valid.least);
-    });
+    const ValueRule& valid = dataset.valid;
+    const std::size_t width = width_of(valid.condition, values.size());
+    findings_.report_numbers(
+        dataset.path, values.data(), values.size(), rule_text(valid), [&](std::size_t i) {
+          const auto value = static_cast<double>(values[i]);
+          if (!valid.condition.at(i / width)) return !std::isnan(value);
+          if (std::isnan(value)) return valid.rule != Rule::number_or_nan;
+          return !is_number(value) || value < valid.least || (valid.excludes_least && value == valid.least);
+        });
   }
 
   /// Checks poses, or rows that are all numbers or all NaN.
   template <typename Scalar>
   void check_rows(const Dataset& dataset, std::span<const Scalar> values, std::size_t width)
   {
-    const Valid& valid = dataset.valid;
+    const ValueRule& valid = dataset.valid;
     if (values.empty()) return;
     const auto all = [&](std::size_t row, auto&& is) {
       return std::all_of(values.begin() + static_cast<std::ptrdiff_t>(row * width),
                          values.begin() + static_cast<std::ptrdiff_t>((row + 1) * width), is);
     };
-    findings_.each(
-        dataset.path, values.size() / width, words_of(valid),
+    findings_.report_each(
+        dataset.path, values.size() / width, rule_text(valid),
         [&](std::size_t row) {
           const bool are_nan = all(row, [](double x) { return std::isnan(x); });
-          if (!valid.answered.at(row)) return !are_nan;
+          if (!valid.condition.at(row)) return !are_nan;
           if (valid.rule == Rule::rigid) return !is_rigid(values.subspan(16 * row, 16));
           return !are_nan && !all(row, [](double x) { return is_number(x); });
         },
         [&](std::size_t row) {
-          if (!valid.answered.at(row)) return "numbers";
+          if (!valid.condition.at(row)) return "numbers";
           return valid.rule == Rule::rigid ? "not a rigid pose" : "not numbers";
         });
   }
@@ -166,8 +167,8 @@ class RowCheck : public RegistryVisitor {
     const auto length = [&](std::size_t i) {
       return Eigen::Map<const Eigen::Matrix<Scalar, 3, 1>>(&values[3 * i]).template cast<double>().norm();
     };
-    findings_.each(
-        dataset.path, values.size() / 3, words_of(dataset.valid),
+    findings_.report_each(
+        dataset.path, values.size() / 3, rule_text(dataset.valid),
         [&](std::size_t i) {
           const bool may_be_zero = rule == Rule::unit_or_zero_rows;
           return !(std::abs(length(i) - 1.0) <= tolerance) && !(may_be_zero && length(i) == 0.0);
@@ -176,13 +177,13 @@ class RowCheck : public RegistryVisitor {
   }
 
   /// Number of values per leading entry.
-  static std::size_t width_of(const Answered& answered, std::size_t n_values)
+  static std::size_t width_of(const ValueCondition& answered, std::size_t n_values)
   {
-    if (answered.when == Answered::When::always || answered.size() == 0) return 1;
+    if (answered.when == ValueCondition::When::always || answered.size() == 0) return 1;
     return std::max<std::size_t>(1, n_values / answered.size());
   }
 
   ValueFindings& findings_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -1,7 +1,7 @@
 /// Whether address or thread sanitizers are enabled, which exceed memory limits and open files for reports.
 #pragma once
 
-namespace vrda {
+namespace vrda::store {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool is_sanitized = true;
@@ -15,4 +15,4 @@ inline constexpr bool is_sanitized = false;
 inline constexpr bool is_sanitized = false;
 #endif
 
-}  // namespace vrda
+}  // namespace vrda::store

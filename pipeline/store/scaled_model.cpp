@@ -5,7 +5,7 @@
 #include "core/error.hpp"
 #include "store/registry.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 /// Multiplies values by the factor to the length power of their unit.
@@ -48,4 +48,4 @@ MotionModel scaled_model(MotionModel model, double factor)
   return model;
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

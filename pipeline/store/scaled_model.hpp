@@ -3,11 +3,11 @@
 
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 /// Multiplies every length, energy and moment by `factor` (above 0) about the origin of the canonical axes.
 /// Angles, forces, strains, counts and the job record are unchanged. Pure contact has no length scale
 /// (schemas/scaling.md): the result equals a run at that scale, up to the position of the origin.
 MotionModel scaled_model(MotionModel model, double factor);
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -13,7 +13,7 @@
 #include "core/error.hpp"
 #include "core/open_file.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 constexpr std::string_view magic = "VRDASEAL";
@@ -105,4 +105,4 @@ Hdf5Content read_hdf5(const std::string& file)
                     "a sealed motion model or trace, or the option --unsealed"});
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace vrda {
+namespace vrda::store {
 
 /// The "wanted" text of messages about damaged files.
 inline constexpr const char* intact_file = "an intact motion model or trace (HDF5)";
@@ -28,4 +28,4 @@ void accept_unsealed_files(bool accepts = true);
 /// its seal does not match or is missing and unsealed files are not accepted.
 Hdf5Content read_hdf5(const std::string& file);
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -17,7 +17,7 @@
 #include "core/error.hpp"
 #include "store/sanitized.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 constexpr int done = 0, not_written = 1;
@@ -46,7 +46,7 @@ void restrict_this_process(const ProcessLimits& limits, int answer)
   prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, limits.processor_s);
-  limit(RLIMIT_FSIZE, limits.answer_bytes);
+  limit(RLIMIT_FSIZE, limits.result_bytes);
   limit(RLIMIT_NPROC, 0);
   if (!is_sanitized) limit(RLIMIT_AS, mapped_bytes() + limits.memory_bytes);
   // The C library would print to the terminal on heap corruption, which the caller reports.
@@ -95,7 +95,7 @@ std::string ending_of(int status, const ProcessLimits& limits)
   const int signal = WTERMSIG(status);
   // Hard and soft limits are equal; at the hard limit the kernel sends SIGKILL.
   if (signal == SIGXCPU) return "more than " + std::to_string(limits.processor_s) + " s of processor time";
-  if (signal == SIGXFSZ) return "more than " + std::to_string(limits.answer_bytes) + " bytes of values";
+  if (signal == SIGXFSZ) return "more than " + std::to_string(limits.result_bytes) + " bytes of values";
   return "signal " + std::to_string(signal);
 }
 
@@ -103,8 +103,8 @@ constexpr const char* wanted_process = "resources for another process";
 
 }  // namespace
 
-SeparateWork::SeparateWork(const std::function<std::string()>& work, std::string subject,
-                           const ProcessLimits& limits)
+SeparateProcess::SeparateProcess(const std::function<std::string()>& work, std::string subject,
+                                 const ProcessLimits& limits)
     : subject_(std::move(subject)), limits_(limits)
 {
   // A file in memory instead of a pipe: the parent need not read while the child writes.
@@ -121,7 +121,7 @@ SeparateWork::SeparateWork(const std::function<std::string()>& work, std::string
   _exit(write_all(file_, work()) ? done : not_written);
 }
 
-SeparateWork::~SeparateWork()
+SeparateProcess::~SeparateProcess()
 {
   if (child_ > 0) {
     ::kill(child_, SIGKILL);
@@ -130,7 +130,7 @@ SeparateWork::~SeparateWork()
   ::close(file_);
 }
 
-int SeparateWork::wait()
+int SeparateProcess::wait()
 {
   int status = 0;
   pid_t ended = -1;
@@ -141,7 +141,7 @@ int SeparateWork::wait()
   return ended < 0 ? -1 : status;
 }
 
-SeparateAnswer SeparateWork::answer()
+ProcessResult SeparateProcess::wait_for_result()
 {
   check(child_ > 0, "the result may be taken once");
   const int status = wait();
@@ -150,10 +150,10 @@ SeparateAnswer SeparateWork::answer()
   return {false, ending_of(status, limits_)};
 }
 
-SeparateAnswer answer_apart(const std::function<std::string()>& work, const std::string& subject,
-                            const ProcessLimits& limits)
+ProcessResult run_separately(const std::function<std::string()>& work, const std::string& subject,
+                             const ProcessLimits& limits)
 {
-  return SeparateWork(work, subject, limits).answer();
+  return SeparateProcess(work, subject, limits).wait_for_result();
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

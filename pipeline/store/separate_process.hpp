@@ -5,17 +5,17 @@
 #include <functional>
 #include <string>
 
-namespace vrda {
+namespace vrda::store {
 
 struct ProcessLimits {
   std::uint64_t memory_bytes = std::uint64_t{512} << 20;  ///< beyond the memory this process has mapped
-  std::uint64_t answer_bytes = std::uint64_t{256} << 20;
+  std::uint64_t result_bytes = std::uint64_t{256} << 20;
   unsigned processor_s = 5;  ///< several hundred times the time of a typical model
 };
 
 /// How the process ended.
-struct SeparateAnswer {
-  bool is_whole = false;
+struct ProcessResult {
+  bool is_complete = false;
   std::string text;  ///< result of `work`; if not complete, how the process ended: "signal 11"
 };
 
@@ -24,17 +24,17 @@ struct SeparateAnswer {
 /// `work` are lost. `work` must not throw. Threads are not copied: locks that other threads hold at the fork
 /// stay locked in the child, so no other thread may use what `work` uses. Memory is not limited under address
 /// and thread sanitizers. Throws InputError naming `subject` if the process cannot be created.
-class SeparateWork {
+class SeparateProcess {
  public:
-  SeparateWork(const std::function<std::string()>& work, std::string subject,
-               const ProcessLimits& limits = {});
+  SeparateProcess(const std::function<std::string()>& work, std::string subject,
+                  const ProcessLimits& limits = {});
   /// Kills the child if its result was not taken.
-  ~SeparateWork();
-  SeparateWork(const SeparateWork&) = delete;
-  SeparateWork& operator=(const SeparateWork&) = delete;
+  ~SeparateProcess();
+  SeparateProcess(const SeparateProcess&) = delete;
+  SeparateProcess& operator=(const SeparateProcess&) = delete;
 
   /// Waits for the end of the child. May be called once.
-  SeparateAnswer answer();
+  ProcessResult wait_for_result();
 
  private:
   int wait();  // status of the child from waitpid
@@ -46,7 +46,7 @@ class SeparateWork {
 };
 
 /// Runs `work` in a child process and waits for its result.
-SeparateAnswer answer_apart(const std::function<std::string()>& work, const std::string& subject,
-                            const ProcessLimits& limits = {});
+ProcessResult run_separately(const std::function<std::string()>& work, const std::string& subject,
+                             const ProcessLimits& limits = {});
 
-}  // namespace vrda
+}  // namespace vrda::store

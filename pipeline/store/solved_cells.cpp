@@ -4,9 +4,9 @@
 
 #include "core/clinical.hpp"
 #include "core/units.hpp"
-#include "store/touch_rows.hpp"
+#include "store/compressed_rows.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 // The axis value where varus was prescribed: conversion to radians and back may change the last bit.
@@ -40,7 +40,7 @@ void set_pose(MotionModel& model, const StepRecord& r)
       model.X_reference_moving[first + static_cast<std::size_t>(4 * row + column)] = X.matrix()(row, column);
     }
   }
-  const Clinical clinical = clinical_of(X, frame.side, frame.rotation_centre_mm);
+  const ClinicalCoordinates clinical = clinical_coordinates(X, frame.side, frame.rotation_centre_mm);
   model.clinical.flexion_deg(i, j) = deg_from_rad(clinical.flexion_rad);
   model.clinical.varus_deg(i, j) = deg_from_rad(clinical.varus_rad);
   model.clinical.internal_rotation_deg(i, j) = deg_from_rad(clinical.internal_rotation_rad);
@@ -76,7 +76,7 @@ void set_cell(MotionModel& model, const StepRecord& r)
 ContactRows contact_rows(const MotionModel& model, const std::vector<StepRecord>& cells)
 {
   const auto contacts_of = [](const StepRecord& r) { return std::span<const ContactRecord>(r.contacts); };
-  return touch_rows(model, cells, contacts_of, &ContactRecord::distance_mm, &ContactRows::distance_mm);
+  return compressed_rows(model, cells, contacts_of, &ContactRecord::distance_mm, &ContactRows::distance_mm);
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

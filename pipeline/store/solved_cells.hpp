@@ -7,7 +7,7 @@
 #include "core/step_record.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 /// The solver's frame at a flexion index of the grid; Delta may depend on flexion.
 SolverFrame solver_frame(const MotionModel& model, std::int32_t flexion);
@@ -19,4 +19,4 @@ void set_cell(MotionModel& model, const StepRecord& record);
 /// The contacts of all cells; `cells` is in grid order.
 ContactRows contact_rows(const MotionModel& model, const std::vector<StepRecord>& cells);
 
-}  // namespace vrda
+}  // namespace vrda::store

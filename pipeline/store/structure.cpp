@@ -9,7 +9,7 @@
 #include "store/registry.hpp"
 #include "store/trace_registry.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 /// Indices in the file are 32-bit.
@@ -44,7 +44,7 @@ std::uint64_t bytes_of(ValueKind kind)
 /// Checks a file's structure while visiting the registry of the content that it builds.
 class StructureCheck : public RegistryVisitor {
  public:
-  explicit StructureCheck(const H5Reader& reader) : reader_(reader), findings_(reader.refused()) {}
+  explicit StructureCheck(const H5Reader& reader) : reader_(reader), findings_(reader.rejected()) {}
 
   template <typename Content, typename Visit>
   Structure<Content> run(const Format& format, const Visit& visit)
@@ -53,9 +53,9 @@ class StructureCheck : public RegistryVisitor {
     // A file with rejected links is not checked further.
     if (findings_.empty() && is_format(format)) {
       visit(result.content, *this);
-      if (value_bytes_ > largest_value_bytes) {
+      if (value_bytes_ > max_value_bytes) {
         report("/", std::to_string(value_bytes_) + " bytes of values",
-               "at most " + std::to_string(largest_value_bytes));
+               "at most " + std::to_string(max_value_bytes));
       }
     }
     result.sizes = std::move(counted_);
@@ -70,15 +70,15 @@ class StructureCheck : public RegistryVisitor {
 
   bool has(const std::string& path, bool) { return reader_.objects().count(path) > 0; }
 
-  void dimension(const std::string& path, const Count& count)
+  void dimension(const std::string& path, const DimensionSize& count)
   {
     std::int64_t n = size_in_file(path);
-    if (n == 0 && count.kind == Count::Kind::axis) report(path, "no values", "at least one");
-    const bool is_fixed = count.kind == Count::Kind::fixed;
+    if (n == 0 && count.kind == DimensionSize::Kind::axis) report(path, "no values", "at least one");
+    const bool is_fixed = count.kind == DimensionSize::Kind::fixed;
     if (is_fixed && are_sizes_known_ && n != count.n)
       report(path, "size " + std::to_string(n), "size " + std::to_string(count.n));
     if (!is_fixed) counted_.push_back({path, n});
-    RegistryVisitor::dimension(path, Count::fixed(is_fixed ? count.n : n));
+    RegistryVisitor::dimension(path, DimensionSize::fixed(is_fixed ? count.n : n));
   }
 
   template <typename Member>
@@ -91,7 +91,7 @@ class StructureCheck : public RegistryVisitor {
 
   /// The value is compared after the datasets that it repeats have been read.
   template <typename Value>
-  void repeated(const std::string& object, const std::string& name, const Value& value)
+  void derived_attribute(const std::string& object, const std::string& name, const Value& value)
   {
     checked_attribute(object, name, value);
   }
@@ -105,7 +105,7 @@ class StructureCheck : public RegistryVisitor {
       if (set_group_name(element, path.substr(group.size() + 1))) {
         list.push_back(std::move(element));
       } else if (!is_later_) {
-        report(path, "another name", group_names(element));
+        report(path, "another name", allowed_group_names(element));
       }
     }
     // In the order of the writer: degree_2 before degree_10.
@@ -164,17 +164,17 @@ class StructureCheck : public RegistryVisitor {
     return false;
   }
 
-  bool is_elsewhere(const std::string& path, const DatasetFacts& facts)
+  bool is_elsewhere(const std::string& path, const DatasetInfo& facts)
   {
-    if (!facts.elsewhere.empty()) report(path, facts.elsewhere, wanted_readable);
-    return !facts.elsewhere.empty();
+    if (!facts.external_storage.empty()) report(path, facts.external_storage, wanted_readable);
+    return !facts.external_storage.empty();
   }
 
   /// The size of a dimension; 0, with a finding, when it is missing.
   std::int64_t size_in_file(const std::string& path)
   {
     const bool is_there = reader_.is_dataset(path);
-    const DatasetFacts facts = is_there ? reader_.facts(path) : DatasetFacts();
+    const DatasetInfo facts = is_there ? reader_.dataset_info(path) : DatasetInfo();
     if (!is_there) {
       report(path, "nothing", "a dimension scale");
     } else if (!is_elsewhere(path, facts)) {
@@ -195,7 +195,7 @@ class StructureCheck : public RegistryVisitor {
              std::string("a dataset: ") + dataset.long_name);
       return;
     }
-    const DatasetFacts facts = reader_.facts(path);
+    const DatasetInfo facts = reader_.dataset_info(path);
     if (is_elsewhere(path, facts)) return;
     if (facts.kind != kind) report(path, kind_text(facts.kind), name_of(kind));
     if (are_sizes_known_) check_shape(dataset, facts, bytes_of(kind));
@@ -204,7 +204,7 @@ class StructureCheck : public RegistryVisitor {
     if (may_be_nan(dataset, kind)) check_fill_value(path);
   }
 
-  void check_shape(const Dataset& dataset, const DatasetFacts& facts, std::uint64_t element_bytes)
+  void check_shape(const Dataset& dataset, const DatasetInfo& facts, std::uint64_t element_bytes)
   {
     const std::vector<std::int64_t> shape = shape_of(dataset);
     if (facts.shape != shape) {
@@ -222,7 +222,7 @@ class StructureCheck : public RegistryVisitor {
     if (!is_countable) value_bytes_ = std::numeric_limits<std::uint64_t>::max() / 2;
   }
 
-  void check_scales(const Dataset& dataset, const DatasetFacts& facts)
+  void check_scales(const Dataset& dataset, const DatasetInfo& facts)
   {
     if (dataset.dimensions.size() == 1 && dataset.dimensions[0] == dataset.path) {
       const std::string name = dataset.path.substr(dataset.path.rfind('/') + 1);
@@ -331,4 +331,4 @@ Structure<Trace> structure_of_trace(const H5Reader& reader)
       [](Trace& trace, StructureCheck& check) { visit_trace(trace, check); });
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -10,9 +10,9 @@
 #include "store/motion_model.hpp"
 #include "store/trace.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
-inline constexpr std::uint64_t largest_value_bytes = std::uint64_t{512} << 20;
+inline constexpr std::uint64_t max_value_bytes = std::uint64_t{512} << 20;
 
 template <typename Content>
 struct Structure {
@@ -26,4 +26,4 @@ struct Structure {
 Structure<MotionModel> structure_of_model(const H5Reader& reader);
 Structure<Trace> structure_of_trace(const H5Reader& reader);
 
-}  // namespace vrda
+}  // namespace vrda::store

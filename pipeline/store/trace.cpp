@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 /// Tolerance of angles typed by a user; grid values have fewer digits.
@@ -73,4 +73,4 @@ std::vector<std::size_t> searches_at(const Trace& trace, const std::string& file
                         nearest(searches.varus_deg, filter.varus_deg)});
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

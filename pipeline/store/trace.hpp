@@ -10,7 +10,7 @@
 
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 using Points32 = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
@@ -74,4 +74,4 @@ struct AttitudeFilter {
 std::vector<std::size_t> searches_at(const Trace& trace, const std::string& file,
                                      const AttitudeFilter& filter);
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -5,7 +5,7 @@
 
 #include "store/trace.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 /// "knee.trace.h5" for "knee.h5".
 std::string trace_name(const std::string& motion_model_file);
@@ -17,7 +17,7 @@ void write_trace(const std::string& path, const Trace& trace);
 Trace read_trace(const std::string& path);
 
 /// Throws InputError naming `trace_file` when it is not the trace of `model`, read from `model_file`.
-void require_beside(const Trace& trace, const std::string& trace_file, const MotionModel& model,
-                    const std::string& model_file);
+void require_trace_matches_model(const Trace& trace, const std::string& trace_file, const MotionModel& model,
+                                 const std::string& model_file);
 
-}  // namespace vrda
+}  // namespace vrda::store

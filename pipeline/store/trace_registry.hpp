@@ -5,7 +5,7 @@
 #include "store/registry.hpp"
 #include "store/trace.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 inline constexpr const char* trace_format_name = "vrda search trace";
 inline constexpr const char* trace_format_version = "1.0";
@@ -22,8 +22,8 @@ void visit_searches(ATrace& trace, Visitor& visit)
   auto& searches = trace.searches;
   const std::vector<std::string> search{"/searches/search"}, vectors{"/searches/search", "/xyz"};
   visit.group("/searches");
-  visit.dimension("/searches/search", Count::counted(searches.node.size()));
-  visit.dimension("/searches/search_bound", Count::fixed(visit.size("/searches/search") + 1));
+  visit.dimension("/searches/search", DimensionSize::counted(searches.node.size()));
+  visit.dimension("/searches/search_bound", DimensionSize::fixed(visit.size("/searches/search") + 1));
   visit({"/searches/flexion", search, unit::degree, number(), "flexion of the attitude"}, searches.flexion_deg);
   visit({"/searches/varus", search, unit::degree, number(), "varus of the attitude, adduction positive"}, searches.varus_deg);
   visit({"/searches/node", search, unit::none, codes(FlagSet::node), "kind of node of the seeding graph"}, searches.node);
@@ -39,8 +39,8 @@ void visit_moves(ATrace& trace, Visitor& visit)
   auto& moves = trace.moves;
   const std::vector<std::string> move{"/moves/move"}, vectors{"/moves/move", "/xyz"};
   visit.group("/moves");
-  visit.dimension("/moves/move", Count::counted(moves.kind.size()));
-  visit.dimension("/moves/move_bound", Count::fixed(visit.size("/moves/move") + 1));
+  visit.dimension("/moves/move", DimensionSize::counted(moves.kind.size()));
+  visit.dimension("/moves/move_bound", DimensionSize::fixed(visit.size("/moves/move") + 1));
   visit({"/moves/iteration", move, unit::one, count(), "iteration of the search"}, moves.iteration);
   visit({"/moves/kind", move, unit::none, codes(FlagSet::move_kind), "kind of the move"}, moves.kind);
   visit({"/moves/translation", vectors, unit::mm, number(), "translation after the move, world W"}, moves.translation_mm);
@@ -58,7 +58,7 @@ void visit_trace_contacts(Contacts& contacts, Visitor& visit)
 {
   const std::vector<std::string> contact{"/contacts/contact"}, vectors{"/contacts/contact", "/xyz"};
   visit.group("/contacts");
-  visit.dimension("/contacts/contact", Count::counted(contacts.compartment.size()));
+  visit.dimension("/contacts/contact", DimensionSize::counted(contacts.compartment.size()));
   visit({"/contacts/point", vectors, unit::mm, number(), "point on the reference's surface, world W"}, contacts.point_mm);
   visit({"/contacts/normal", vectors, unit::one, rule(Rule::unit_rows), "unit direction of the reaction on the moving object, world W"}, contacts.normal);
   visit({"/contacts/distance", contact, unit::mm, number(), "distance of the two surfaces"}, contacts.distance_mm);
@@ -81,15 +81,15 @@ void visit_trace(ATrace& trace, Visitor&& visit)
   visit.attribute("/", "approach_step_mm", trace.approach_step_mm);
   visit.attribute("/", "translation_resolution_mm", trace.translation_resolution_mm);
   visit.attribute("/", "rotation_resolution_deg", trace.rotation_resolution_deg);
-  visit.dimension("/xyz", Count::fixed(3));
+  visit.dimension("/xyz", DimensionSize::fixed(3));
   visit_searches(trace, visit);
   visit_moves(trace, visit);
   visit_trace_contacts(trace.contacts, visit);
   visit.group("/job");
-  visit.dimension("/job/input", Count::counted(trace.job.inputs.size()));
+  visit.dimension("/job/input", DimensionSize::counted(trace.job.inputs.size()));
   visit({"/job/resolved", {}, unit::none, rule(Rule::any), "every key of the job with its value"},
         trace.job.resolved);
   visit_inputs(trace.job.inputs, visit);
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -10,7 +10,7 @@
 #include "store/trace_registry.hpp"
 #include "store/value_findings.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 /// Twice the relative rounding error of float32 (6e-8); also the absolute tolerance near 0, in mm or degrees.
@@ -41,7 +41,7 @@ class TraceCheck {
   void check_attributes()
   {
     if (trace_.side != "right" && trace_.side != "left")
-      findings_.find("/@side", quoted(trace_.side), "one of \"right\", \"left\"");
+      findings_.add("/@side", quoted(trace_.side), "one of \"right\", \"left\"");
     positive("/@approach_step_mm", trace_.approach_step_mm);
     positive("/@translation_resolution_mm", trace_.translation_resolution_mm);
     positive("/@rotation_resolution_deg", trace_.rotation_resolution_deg);
@@ -49,7 +49,7 @@ class TraceCheck {
 
   void positive(const std::string& where, double value)
   {
-    if (!(value > 0.0) || !is_number(value)) findings_.find(where, text_of(value), "a positive number");
+    if (!(value > 0.0) || !is_number(value)) findings_.add(where, text_of(value), "a positive number");
   }
 
   void check_flags()
@@ -67,7 +67,7 @@ class TraceCheck {
   void only_where(const std::string& where, const std::vector<std::int8_t>& flags, const std::string& wanted,
                   IsAllowed is_allowed)
   {
-    findings_.each(
+    findings_.report_each(
         where, flags.size(), wanted, [&](std::size_t m) { return flags[m] == 1 && !is_allowed(m); },
         [&](std::size_t) { return "1"; });
   }
@@ -75,7 +75,7 @@ class TraceCheck {
   void check_order()
   {
     const TraceMoves& moves = trace_.moves;
-    findings_.each(
+    findings_.report_each(
         "/moves/contact_start", moves.kind.size(), "contacts only of moves in contact",
         [&](std::size_t m) {
           return moves.in_contact[m] == 0 && moves.contact_start[m + 1] > moves.contact_start[m];
@@ -85,9 +85,9 @@ class TraceCheck {
       const MoveRange range = moves_of(trace_, s);
       for (std::size_t m = range.first + 1; m < range.end; ++m) {
         if (moves.iteration[m] >= moves.iteration[m - 1]) continue;
-        findings_.find("/moves/iteration",
-                       std::to_string(moves.iteration[m]) + " at entry " + std::to_string(m),
-                       "non-decreasing iterations within a search");
+        findings_.add("/moves/iteration",
+                      std::to_string(moves.iteration[m]) + " at entry " + std::to_string(m),
+                      "non-decreasing iterations within a search");
         return;
       }
     }
@@ -111,17 +111,17 @@ class MatchCheck {
   std::vector<Finding> run()
   {
     if (!is_same_job()) {
-      findings_.find("/job",
-                     "the trace of another job (" + quoted(trace_.title) + ", key " + trace_.job_key + ")",
-                     "the job " + quoted(model_.title));
+      findings_.add("/job",
+                    "the trace of another job (" + quoted(trace_.title) + ", key " + trace_.job_key + ")",
+                    "the job " + quoted(model_.title));
       return findings_.take();
     }
     check_cells();
     const std::size_t n = trace_.contacts.compartment.size();
-    findings_.each_within("/contacts/triangle_reference", trace_.contacts.triangle_reference.data(), n, 0,
-                          model_.reference.contact.mesh.triangles.rows() - 1);
-    findings_.each_within("/contacts/triangle_moving", trace_.contacts.triangle_moving.data(), n, 0,
-                          model_.moving.contact.mesh.triangles.rows() - 1);
+    findings_.report_out_of_range("/contacts/triangle_reference", trace_.contacts.triangle_reference.data(),
+                                  n, 0, model_.reference.contact.mesh.triangles.rows() - 1);
+    findings_.report_out_of_range("/contacts/triangle_moving", trace_.contacts.triangle_moving.data(), n, 0,
+                                  model_.moving.contact.mesh.triangles.rows() - 1);
     return findings_.take();
   }
 
@@ -147,8 +147,8 @@ class MatchCheck {
       const auto i = flexions.find(trace_.searches.flexion_deg[s]);
       const auto j = varuses.find(trace_.searches.varus_deg[s]);
       if (i == flexions.end() || j == varuses.end()) {
-        findings_.find("/searches/flexion", "an attitude outside the grid at entry " + std::to_string(s),
-                       "attitudes of the grid");
+        findings_.add("/searches/flexion", "an attitude outside the grid at entry " + std::to_string(s),
+                      "attitudes of the grid");
         return;
       }
       if (trace_.searches.node[s] == static_cast<std::int8_t>(StepKind::spine_probe)) continue;
@@ -156,22 +156,22 @@ class MatchCheck {
       if (!ends_at(s, i->second, j->second)) return;
     }
     if ((n_ends != 1).any())
-      findings_.find("/searches/node", "a cell without a search or with several",
-                     "one search per cell, not counting spine probes");
+      findings_.add("/searches/node", "a cell without a search or with several",
+                    "one search per cell, not counting spine probes");
   }
 
   bool ends_at(std::size_t s, Eigen::Index i, Eigen::Index j)
   {
     const std::string entry = " at entry " + std::to_string(s);
     if (trace_.searches.status[s] != model_.status(i, j)) {
-      findings_.find("/searches/status", std::to_string(trace_.searches.status[s]) + entry,
-                     std::to_string(model_.status(i, j)));
+      findings_.add("/searches/status", std::to_string(trace_.searches.status[s]) + entry,
+                    std::to_string(model_.status(i, j)));
       return false;
     }
     if (trace_.searches.status[s] != status_stable) return true;
     const MoveRange range = moves_of(trace_, s);
     if (range.first < range.end && is_at(range.end - 1, i, j)) return true;
-    findings_.find("/moves/translation", "another final pose" + entry, "the pose of its cell");
+    findings_.add("/moves/translation", "another final pose" + entry, "the pose of its cell");
     return false;
   }
 
@@ -199,9 +199,9 @@ std::vector<Finding> check_values(const Trace& trace)
   return TraceCheck(trace).run();
 }
 
-std::vector<Finding> check_beside(const Trace& trace, const MotionModel& model)
+std::vector<Finding> compare_trace(const Trace& trace, const MotionModel& model)
 {
   return MatchCheck(trace, model).run();
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

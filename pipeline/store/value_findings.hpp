@@ -14,7 +14,7 @@
 
 #include "store/finding.hpp"
 
-namespace vrda {
+namespace vrda::store {
 
 /// Unit vectors may be stored in single precision.
 inline constexpr double normal_tolerance = 1e-5;
@@ -25,13 +25,13 @@ inline constexpr double exact_tolerance = 1e-9;
 
 /// In mm, degrees, N or N mm: larger than in any joint, and small enough that values computed from a model
 /// cannot overflow.
-inline constexpr double largest_number = 1e9;
-inline constexpr double least_step_deg = 1e-6;
+inline constexpr double max_magnitude = 1e9;
+inline constexpr double min_axis_step_deg = 1e-6;
 
 /// Whether `value` is finite and of magnitude up to largest_number.
 inline bool is_number(double value)
 {
-  return std::abs(value) <= largest_number;
+  return std::abs(value) <= max_magnitude;
 }
 
 /// Whether 16 numbers, row by row, are a rotation and a translation.
@@ -39,7 +39,7 @@ inline bool is_rigid_pose(const double* entries)
 {
   using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
   const Matrix4 X = Eigen::Map<const Matrix4>(entries);
-  if (!(X.array().abs() <= largest_number).all()) return false;
+  if (!(X.array().abs() <= max_magnitude).all()) return false;
   const Eigen::Matrix3d R = X.topLeftCorner<3, 3>();
   const Eigen::Matrix3d error = R * R.transpose() - Eigen::Matrix3d::Identity();
   return error.cwiseAbs().maxCoeff() <= exact_tolerance && R.determinant() > 0.0 &&
@@ -60,15 +60,15 @@ class ValueFindings {
   std::size_t size() const { return findings_.size(); }
   std::vector<Finding> take() { return std::move(findings_); }
 
-  void find(const std::string& where, const std::string& found, const std::string& wanted)
+  void add(const std::string& where, const std::string& found, const std::string& wanted)
   {
     findings_.push_back({where, found, wanted});
   }
 
   /// Adds one finding for all wrong entries of a dataset; `show` returns the text of the first.
   template <typename IsWrong, typename Show>
-  void each(const std::string& where, std::size_t size, const std::string& wanted, IsWrong is_wrong,
-            Show show)
+  void report_each(const std::string& where, std::size_t size, const std::string& wanted, IsWrong is_wrong,
+                   Show show)
   {
     std::size_t n_wrong = 0, first = 0;
     for (std::size_t i = size; i-- > 0;) {
@@ -78,35 +78,35 @@ class ValueFindings {
     }
     if (n_wrong == 0) return;
     const std::string more = n_wrong == 1 ? "" : " (the first of " + std::to_string(n_wrong) + ")";
-    find(where, std::string(show(first)) + " at entry " + std::to_string(first) + more, wanted);
+    add(where, std::string(show(first)) + " at entry " + std::to_string(first) + more, wanted);
   }
 
   template <typename Real, typename IsWrong>
-  void each_number(const std::string& where, const Real* values, std::size_t size, const std::string& wanted,
-                   IsWrong is_wrong)
+  void report_numbers(const std::string& where, const Real* values, std::size_t size,
+                      const std::string& wanted, IsWrong is_wrong)
   {
-    each(where, size, wanted, is_wrong, [&](std::size_t i) { return text_of(values[i]); });
+    report_each(where, size, wanted, is_wrong, [&](std::size_t i) { return text_of(values[i]); });
   }
 
   template <typename Integer>
-  void each_within(const std::string& where, const Integer* values, std::size_t size, std::int64_t low,
-                   std::int64_t high)
+  void report_out_of_range(const std::string& where, const Integer* values, std::size_t size,
+                           std::int64_t low, std::int64_t high)
   {
-    each(
+    report_each(
         where, size, "a value from " + std::to_string(low) + " to " + std::to_string(high),
         [&](std::size_t i) { return values[i] < low || values[i] > high; },
         [&](std::size_t i) { return std::to_string(values[i]); });
   }
 
   template <typename Real>
-  void all_finite(const std::string& where, const Real* values, std::size_t size)
+  void report_not_finite(const std::string& where, const Real* values, std::size_t size)
   {
-    each_number(where, values, size, "finite numbers of magnitude up to 1e9",
-                [&](std::size_t i) { return !is_number(static_cast<double>(values[i])); });
+    report_numbers(where, values, size, "finite numbers of magnitude up to 1e9",
+                   [&](std::size_t i) { return !is_number(static_cast<double>(values[i])); });
   }
 
  private:
   std::vector<Finding> findings_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -10,7 +10,7 @@
 #include "store/registry.hpp"
 #include "store/row_check.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 /// Tolerance of smoothed values against their polynomial: sums of at most 231 terms of up to 1e3 mm.
@@ -38,32 +38,32 @@ class ModelRules {
     one_of("/@joint", model_.joint, {"knee", "other"});
     one_of("/@side", model_.side, {"right", "left"});
     one_of("/@method", model_.method, {"stability-search", "equilibrium"});
-    findings_.all_finite("/@rotation_centre_mm", model_.rotation_centre_mm.data(), 3);
+    findings_.report_not_finite("/@rotation_centre_mm", model_.rotation_centre_mm.data(), 3);
     const double length = model_.delta.norm();
     if (!(std::abs(length - 1.0) <= exact_tolerance)) {
-      findings_.find("/@delta", "a vector of length " + text_of(length), "length 1");
+      findings_.add("/@delta", "a vector of length " + text_of(length), "length 1");
     } else if ((model_.push.delta.row(0).transpose() - model_.delta).norm() > exact_tolerance) {
-      findings_.find("/@delta", "a different direction", "that of the first row of /push/delta");
+      findings_.add("/@delta", "a different direction", "that of the first row of /push/delta");
     }
     if (!(model_.contact_resolution_mm > 0.0) || !is_number(model_.contact_resolution_mm)) {
-      findings_.find("/@contact_resolution_mm", text_of(model_.contact_resolution_mm), "a positive length");
+      findings_.add("/@contact_resolution_mm", text_of(model_.contact_resolution_mm), "a positive length");
     }
   }
 
   void run()
   {
     check_cells();
-    findings_.all_finite("/push@point_mm", model_.push.point_mm.data(), 3);
+    findings_.report_not_finite("/push@point_mm", model_.push.point_mm.data(), 3);
     if (model_.equilibrium) check_equilibrium(*model_.equilibrium);
     if (model_.ligaments &&
         !(is_number(model_.ligaments->transition_strain) && model_.ligaments->transition_strain > 0.0)) {
-      findings_.find("/ligaments@transition_strain", text_of(model_.ligaments->transition_strain),
-                     "a strain above 0");
+      findings_.add("/ligaments@transition_strain", text_of(model_.ligaments->transition_strain),
+                    "a strain above 0");
     }
     for (const auto& [group, body] :
          {std::pair("/bodies/reference", &model_.reference), std::pair("/bodies/moving", &model_.moving)}) {
       if (body->contact.mesh.triangles.rows() == 0)
-        findings_.find(std::string(group) + "/triangles", "no triangles", "at least one");
+        findings_.add(std::string(group) + "/triangles", "no triangles", "at least one");
     }
     for (const SmoothedSet& set : model_.smoothed) check_smoothed(set);
     if (model_.zero_varus) check_zero_varus(*model_.zero_varus);
@@ -79,34 +79,34 @@ class ModelRules {
     if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return;
     std::string wanted;
     for (const std::string& word : allowed) wanted += (wanted.empty() ? "\"" : ", \"") + word + "\"";
-    findings_.find(where, "\"" + value + "\"", "one of " + wanted);
+    findings_.add(where, "\"" + value + "\"", "one of " + wanted);
   }
 
   void check_cells()
   {
     const std::int8_t* plausibility = model_.plausibility.data();
-    findings_.each(
+    findings_.report_each(
         "/plausibility", n_cells_, "-1 where status is not stable",
         [&](std::size_t cell) { return !is_stable(cell) && plausibility[cell] != plausibility_not_judged; },
         [&](std::size_t cell) { return std::to_string(plausibility[cell]); });
-    findings_.each(
+    findings_.report_each(
         "/is_spine", model_.flexion_deg.size(), "at most one spine cell per flexion",
         [&](std::size_t i) { return (model_.is_spine.row(static_cast<Eigen::Index>(i)) == 1).count() > 1; },
         [&](std::size_t) { return "several spine cells"; });
     if (n_varus_ == 1) return;
     const double* solved_deg = model_.varus_solved_deg.data();
-    findings_.each_number("/varus_solved", solved_deg, n_cells_,
-                          "the cell's varus where the axis has several", [&](std::size_t cell) {
-                            const double wanted_deg = model_.varus_deg[cell % n_varus_];
-                            return is_stable(cell) && is_number(wanted_deg) &&
-                                   std::abs(solved_deg[cell] - wanted_deg) > exact_tolerance;
-                          });
+    findings_.report_numbers("/varus_solved", solved_deg, n_cells_,
+                             "the cell's varus where the axis has several", [&](std::size_t cell) {
+                               const double wanted_deg = model_.varus_deg[cell % n_varus_];
+                               return is_stable(cell) && is_number(wanted_deg) &&
+                                      std::abs(solved_deg[cell] - wanted_deg) > exact_tolerance;
+                             });
   }
 
   void check_equilibrium(const EquilibriumSurfaces& equilibrium)
   {
     if (!(equilibrium.band_moment_nmm >= 0.0) || !is_number(equilibrium.band_moment_nmm))
-      findings_.find("/equilibrium@band_moment_nmm", text_of(equilibrium.band_moment_nmm), "0 or a moment");
+      findings_.add("/equilibrium@band_moment_nmm", text_of(equilibrium.band_moment_nmm), "0 or a moment");
     const std::vector<std::int64_t>& start = equilibrium.forces.row_start;
     const auto n = static_cast<std::int64_t>(equilibrium.forces.along_delta_n.size());
     const bool are_rows_sound =
@@ -118,7 +118,7 @@ class ModelRules {
   void check_directions(const ForceRows& forces)
   {
     const std::size_t n_varus = model_.varus_deg.size();
-    findings_.each(
+    findings_.report_each(
         "/equilibrium/forces/normal", n_cells_, "normals that oppose Delta",
         [&](std::size_t cell) {
           const Eigen::RowVector3d delta = model_.push.delta.row(static_cast<Eigen::Index>(cell / n_varus));
@@ -144,14 +144,14 @@ class ModelRules {
     const std::size_t n_terms = static_cast<std::size_t>(set.exponents.rows());
     const std::size_t wanted = wanted_terms(set.degree);
     if (n_terms != wanted) {
-      findings_.find(
+      findings_.add(
           group + "/exponents", std::to_string(n_terms) + " terms",
           std::to_string(wanted) + " terms for degree " + std::to_string(set.degree) + " on this grid");
       return false;
     }
     std::set<std::pair<std::int32_t, std::int32_t>> seen;
     const std::size_t before = findings_.size();
-    findings_.each(
+    findings_.report_each(
         group + "/exponents", n_terms, "each pair of degrees up to the total degree exactly once",
         [&](std::size_t k) {
           const std::int32_t i = set.exponents(static_cast<Eigen::Index>(k), 0);
@@ -171,20 +171,20 @@ class ModelRules {
   void check_smoothed(const SmoothedSet& set)
   {
     const std::string group = smoothed_group(set.degree);
-    if (set.degree < 0 || set.degree > largest_smoothed_degree) {
-      findings_.find(group, "degree " + std::to_string(set.degree),
-                     "a degree from 0 to " + std::to_string(largest_smoothed_degree));
+    if (set.degree < 0 || set.degree > max_smoothed_degree) {
+      findings_.add(group, "degree " + std::to_string(set.degree),
+                    "a degree from 0 to " + std::to_string(max_smoothed_degree));
       return;
     }
     if (set.surfaces.size() == 5 && n_varus_ > 1) {
-      findings_.find(smoothed_path(set.degree, "varus"), "a surface",
-                     "no such surface where /varus has several values");
+      findings_.add(smoothed_path(set.degree, "varus"), "a surface",
+                    "no such surface where /varus has several values");
     }
     if (!has_right_terms(set, group)) return;
     const AxisRanges ranges = axis_ranges(model_.flexion_deg, model_.varus_deg);
     for (const SmoothedSurface& surface : set.surfaces) {
       const double* values = surface.values.data();
-      findings_.each_number(
+      findings_.report_numbers(
           smoothed_path(set.degree, surface.name), values, n_cells_, "the value of the polynomial",
           [&](std::size_t cell) {
             const double wanted = evaluate(set, surface, ranges, model_.flexion_deg[cell / n_varus_],
@@ -202,16 +202,16 @@ class ModelRules {
       return motion.source[i] == code_of(source);
     };
     if (!is_audit_name(motion.set) || motion.set == "zero_varus")
-      findings_.find("/zero_varus@set", motion.set, "raw, degree_N or degree_N_recontacted");
-    findings_.each(
+      findings_.add("/zero_varus@set", motion.set, "raw, degree_N or degree_N_recontacted");
+    findings_.report_each(
         "/zero_varus/source", n, "free only where /varus has one value",
         [&](std::size_t i) { return is(i, ZeroVarusSource::free) && n_varus_ > 1; },
         [](std::size_t) { return "free"; });
     const std::vector<double>&varus = motion.varus_deg, &first = motion.varus_first_deg,
           &last = motion.varus_last_deg;
-    findings_.each_number("/zero_varus/varus_last", last.data(), n, "at least varus_first",
-                          [&](std::size_t i) { return last[i] < first[i]; });
-    findings_.each_number(
+    findings_.report_numbers("/zero_varus/varus_last", last.data(), n, "at least varus_first",
+                             [&](std::size_t i) { return last[i] < first[i]; });
+    findings_.report_numbers(
         "/zero_varus/varus", varus.data(), n, "the mean of varus_first and varus_last", [&](std::size_t i) {
           const double mean_deg = 0.5 * (first[i] + last[i]);
           return is(i, ZeroVarusSource::both_touch) && std::abs(varus[i] - mean_deg) > exact_tolerance;
@@ -219,7 +219,7 @@ class ModelRules {
     const auto length = [&](std::size_t i) {
       return Eigen::Map<const Eigen::Vector3d>(&motion.helical_direction[3 * i]).norm();
     };
-    findings_.each(
+    findings_.report_each(
         "/zero_varus/helical_direction", motion.helical_direction.size() / 3, "unit vectors",
         [&](std::size_t i) { return is_number(length(i)) && std::abs(length(i) - 1.0) > exact_tolerance; },
         [&](std::size_t i) { return "a vector of length " + text_of(length(i)); });
@@ -228,46 +228,48 @@ class ModelRules {
   void check_audit(const AuditSet& audit)
   {
     const std::string group = audit_group(audit.name);
-    if (audit.refine < 1) findings_.find(group + "@refine", std::to_string(audit.refine), "at least 1");
+    if (audit.refine < 1) findings_.add(group + "@refine", std::to_string(audit.refine), "at least 1");
     const double* penetration_mm = audit.penetration_mm.data();
-    findings_.each_number(group + "/penetration", penetration_mm,
-                          static_cast<std::size_t>(audit.penetration_mm.size()),
-                          "0 where state is free or nothing_ahead", [&](std::size_t i) {
-                            const std::int8_t state = audit.state.data()[i];
-                            return state != code_of(AuditState::overlapping) &&
-                                   state != code_of(AuditState::no_pose) && penetration_mm[i] > 0.0;
-                          });
+    findings_.report_numbers(group + "/penetration", penetration_mm,
+                             static_cast<std::size_t>(audit.penetration_mm.size()),
+                             "0 where state is free or nothing_ahead", [&](std::size_t i) {
+                               const std::int8_t state = audit.state.data()[i];
+                               return state != code_of(AuditState::overlapping) &&
+                                      state != code_of(AuditState::no_pose) && penetration_mm[i] > 0.0;
+                             });
   }
 
   void check_scaling(const Scaling& scaling)
   {
     const std::string group = "/job/scaling";
     const std::size_t n = scaling.landmark.size();
-    findings_.each_number(group + "@factor", scaling.factor.data(), 3, "numbers above 0", [&](std::size_t i) {
-      const double factor = scaling.factor.data()[i];
-      return !is_number(factor) || factor <= 0.0;
-    });
-    if ((scaling.keeps_steps || n > 0) && !is_even(scaling.factor)) {
-      findings_.find(group + "@factor", "unequal numbers",
-                     "three equal numbers where steps are kept or landmarks fitted");
+    findings_.report_numbers(group + "@factor", scaling.factor.data(), 3, "numbers above 0",
+                             [&](std::size_t i) {
+                               const double factor = scaling.factor.data()[i];
+                               return !is_number(factor) || factor <= 0.0;
+                             });
+    if ((scaling.keeps_steps || n > 0) && !is_uniform(scaling.factor)) {
+      findings_.add(group + "@factor", "unequal numbers",
+                    "three equal numbers where steps are kept or landmarks fitted");
     }
-    findings_.each_number(group + "/residual", scaling.residual_mm.data(), n,
-                          "the subject's distance minus the factor times the model's", [&](std::size_t i) {
-                            return is_number(scaling.residual_mm[i]) &&
-                                   !is_near(scaling.residual_mm[i],
-                                            scaling.subject_mm[i] - scaling.factor.x() * scaling.model_mm[i]);
-                          });
+    findings_.report_numbers(group + "/residual", scaling.residual_mm.data(), n,
+                             "the subject's distance minus the factor times the model's", [&](std::size_t i) {
+                               return is_number(scaling.residual_mm[i]) &&
+                                      !is_near(
+                                          scaling.residual_mm[i],
+                                          scaling.subject_mm[i] - scaling.factor.x() * scaling.model_mm[i]);
+                             });
     double sum_sq_mm2 = 0.0;
     for (const double residual_mm : scaling.residual_mm) sum_sq_mm2 += residual_mm * residual_mm;
     const double rms_mm = std::sqrt(sum_sq_mm2 / static_cast<double>(n));
     const double found_mm = scaling.residual_rms_mm, error = scaling.standard_error;
     if (n == 0 ? !std::isnan(found_mm) : !is_near(found_mm, rms_mm)) {
-      findings_.find(group + "@residual_rms_mm", text_of(found_mm),
-                     n == 0 ? "NaN without landmarks" : text_of(rms_mm) + ", the value from the residuals");
+      findings_.add(group + "@residual_rms_mm", text_of(found_mm),
+                    n == 0 ? "NaN without landmarks" : text_of(rms_mm) + ", the value from the residuals");
     }
     if (n < 2 ? !std::isnan(error) : !(is_number(error) && error >= 0.0)) {
-      findings_.find(group + "@standard_error", text_of(error),
-                     n < 2 ? "NaN with fewer than two pairs of landmarks" : "a number of at least 0");
+      findings_.add(group + "@standard_error", text_of(error),
+                    n < 2 ? "NaN with fewer than two pairs of landmarks" : "a number of at least 0");
     }
   }
 
@@ -289,10 +291,10 @@ std::vector<Finding> check_values(const MotionModel& model)
   return findings.take();
 }
 
-void require_none(const std::vector<Finding>& findings, const std::string& file)
+void require_no_findings(const std::vector<Finding>& findings, const std::string& file)
 {
   if (findings.empty()) return;
   throw InputError({file, findings[0].where, findings[0].found, findings[0].wanted});
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

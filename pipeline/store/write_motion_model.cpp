@@ -1,14 +1,14 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "core/whole_file.hpp"
 #include "store/h5_visitors.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/registry.hpp"
 #include "store/seal.hpp"
 
-namespace vrda {
+namespace vrda::store {
 namespace {
 
 /// Preconditions of the registry.
@@ -42,7 +42,7 @@ std::string bytes_of(const std::string& path, const MotionModel& model)
   require_consistent(model);
   H5Writer writer(path);
   write_format(writer, format_name, format_version);
-  write_hdf5(writer, [&](Hdf5Write& visitor) { visit_motion_model(model, visitor); });
+  write_hdf5(writer, [&](Hdf5WriteVisitor& visitor) { visit_motion_model(model, visitor); });
   return writer.bytes();
 }
 
@@ -64,8 +64,8 @@ void write_motion_model(const std::string& path, const MotionModel& model)
 {
   const std::string content = bytes_of(path, model);
   const std::string seal = seal_of(content);
-  write_whole(path, {content, seal});
+  write_atomically(path, {content, seal});
   require_written(path, content.size() + seal.size());
 }
 
-}  // namespace vrda
+}  // namespace vrda::store

@@ -6,7 +6,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::sweep {
 namespace {
 
 // Poses closer than the search's resolutions are the same equilibrium.
@@ -44,12 +44,12 @@ std::vector<SpineOffset> spine_offsets(int n)
   return {all.begin(), all.begin() + n};
 }
 
-bool is_near(const StepRecord& a, const StepRecord& b)
+bool is_same_branch(const StepRecord& a, const StepRecord& b)
 {
   return is_within(a, b, near_mm, near_rad);
 }
 
-FreeSpineStep lowest_of(const std::vector<StepRecord>& ends)
+FreeSpineStep select_lowest(const std::vector<StepRecord>& ends)
 {
   check(!ends.empty(), "lowest_of: no result");
   FreeSpineStep step;
@@ -77,4 +77,4 @@ FreeSpineStep lowest_of(const std::vector<StepRecord>& ends)
   return step;
 }
 
-}  // namespace vrda
+}  // namespace vrda::sweep

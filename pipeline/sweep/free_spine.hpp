@@ -5,13 +5,13 @@
 
 #include "core/step_record.hpp"
 
-namespace vrda {
+namespace vrda::sweep {
 
 /// Offset of a restart from the lower result of the two chains, added to its pose.
 struct SpineOffset {
   double theta_rad = 0.0;
-  double along_x_mm = 0.0;
-  double along_z_mm = 0.0;
+  double shift_x_mm = 0.0;
+  double shift_z_mm = 0.0;
 };
 
 /// The first `n` (at most 8) of a fixed list of rotations and shifts, small ones first.
@@ -28,9 +28,9 @@ struct FreeSpineStep {
 };
 
 /// Whether the poses of two flexions are on the same branch: within 1 mm and 1 degree in theta and varus.
-bool is_near(const StepRecord& a, const StepRecord& b);
+bool is_same_branch(const StepRecord& a, const StepRecord& b);
 
 /// `ends` in the order of their starts: of equal energies (within 1e-6 N mm) the earlier is chosen.
-FreeSpineStep lowest_of(const std::vector<StepRecord>& ends);
+FreeSpineStep select_lowest(const std::vector<StepRecord>& ends);
 
-}  // namespace vrda
+}  // namespace vrda::sweep

@@ -11,7 +11,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::sweep {
 namespace {
 
 std::int32_t column_nearest(const std::vector<double>& varus_rad, double target_rad)
@@ -38,8 +38,8 @@ Seed seed_of(const StepRecord& record)
 Seed moved(Seed seed, const SpineOffset& offset)
 {
   seed.pose.theta_rad += offset.theta_rad;
-  seed.pose.translation_mm.x() += offset.along_x_mm;
-  seed.pose.translation_mm.z() += offset.along_z_mm;
+  seed.pose.translation_mm.x() += offset.shift_x_mm;
+  seed.pose.translation_mm.z() += offset.shift_z_mm;
   return seed;
 }
 
@@ -302,13 +302,13 @@ class Sweep {
   void restart(std::int32_t i, int worker)
   {
     const auto row = static_cast<std::size_t>(i);
-    const StepRecord lower = lowest_of(ends_[row]).chosen;
+    const StepRecord lower = select_lowest(ends_[row]).chosen;
     const Seed from = lower.status == StepStatus::stable ? seed_of(lower) : row_seeds_[row];
     for (std::size_t k = 0; k < offsets_.size(); ++k) {
       const StepKey key{StepKind::free_spine, i, static_cast<std::int32_t>(k) + 2};
       ends_[row].push_back(free_step(key, moved(from, offsets_[k]), worker));
     }
-    result_.free_spine[row] = lowest_of(ends_[row]);
+    result_.free_spine[row] = select_lowest(ends_[row]);
   }
 
   // An equilibrium found by a restart may also be the lowest at neighbouring flexions: once up the flexions
@@ -324,11 +324,11 @@ class Sweep {
   {
     const StepRecord& source = result_.free_spine[static_cast<std::size_t>(from)].chosen;
     FreeSpineStep& target = result_.free_spine[static_cast<std::size_t>(to)];
-    if (source.status != StepStatus::stable || is_near(source, target.chosen)) return;
+    if (source.status != StepStatus::stable || is_same_branch(source, target.chosen)) return;
     const StepKey key{StepKind::free_spine, to, static_cast<std::int32_t>(offsets_.size()) + 2 + direction};
     std::vector<StepRecord>& ends = ends_[static_cast<std::size_t>(to)];
     ends.push_back(free_step(key, seed_of(source), 0));
-    target = lowest_of(ends);
+    target = select_lowest(ends);
   }
 
   // Solves the band of the flexion and the grid's cell nearest to its free equilibrium.
@@ -414,4 +414,4 @@ SweepResult sweep(const SweepPlan& plan, const SolveStep& solve, const SweepHook
   return Sweep(plan, solve, hooks).run(n_threads);
 }
 
-}  // namespace vrda
+}  // namespace vrda::sweep

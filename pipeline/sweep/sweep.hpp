@@ -11,7 +11,7 @@
 #include "core/step_record.hpp"
 #include "sweep/free_spine.hpp"
 
-namespace vrda {
+namespace vrda::sweep {
 
 /// How the spine selects its column at a flexion.
 enum class SpineRule {
@@ -75,4 +75,4 @@ bool is_better_balanced(const StepRecord& a, const StepRecord& b);
 /// Rethrows the first exception of `solve` or a hook after the other workers have finished their steps.
 SweepResult sweep(const SweepPlan& plan, const SolveStep& solve, const SweepHooks& hooks, int n_threads);
 
-}  // namespace vrda
+}  // namespace vrda::sweep

@@ -3,15 +3,15 @@
 
 #include "app/options.hpp"
 #include "bench/controls.hpp"
-#include "guide/session.hpp"
+#include "calibration_tasks/session.hpp"
 
-namespace vrda {
+namespace vrda::app {
 
-CLI::App* add_bench(CLI::App& app, BenchOptions& options)
+CLI::App* add_bench(CLI::App& app, bench::BenchOptions& options)
 {
   CLI::App* bench = app.add_subcommand(
       "bench", "Drive the see-through stereoscopic bench from its tracker, parallax stage and potentiometer");
-  options.look.mode = DrawMode::smooth;
+  options.look.mode = scene::DrawMode::smooth;
   bench->add_option("FILE", options.file, "Motion model (.h5)")->required();
   bench->add_option("--bench", options.bench, "Bench file: display, tracker and board (schemas/bench.md)")
       ->type_name("BENCH.toml");
@@ -53,16 +53,16 @@ CLI::App* add_bench(CLI::App& app, BenchOptions& options)
   bench->add_flag_function(
       "--panel,!--no-panel", [&options](std::int64_t given) { options.has_panel = given > 0; },
       "Show the operator's panel at the start (default: only in a window)");
-  add_look(*bench, options.look);
+  add_appearance_options(*bench, options.look);
   bench->add_flag("--quiet", options.is_quiet, "Print only warnings");
-  bench->footer(keys_text(bench_key_lines(), 16) +
+  bench->footer(key_help_text(bench::bench_key_lines(), 16) +
                 "During a replay: Space pauses, Left and Right skip 5 s, + and - change the speed.\n"
                 "Examples:\n  vrda-player bench knee.h5 --bench bench.toml --calibration anna.toml\n"
                 "  vrda-player bench knee.h5 --replay monday.log --headless --video monday.mp4");
   return bench;
 }
 
-CLI::App* add_devices(CLI::App& app, DevicesOptions& options)
+CLI::App* add_devices(CLI::App& app, bench::DevicesOptions& options)
 {
   CLI::App* devices = app.add_subcommand(
       "devices", "List the devices of a bench: whether each answers, its sample rate, its last values");
@@ -78,7 +78,7 @@ CLI::App* add_devices(CLI::App& app, DevicesOptions& options)
 
 namespace {
 
-void add_virtual(CLI::App* calibrate, CalibrateOptions& options)
+void add_virtual(CLI::App* calibrate, calibrate::CalibrateOptions& options)
 {
   calibrate->add_flag("--virtual", options.is_virtual,
                       "Use a simulated bench and person: in a window for training; with --headless (or "
@@ -105,7 +105,7 @@ void add_virtual(CLI::App* calibrate, CalibrateOptions& options)
 
 }  // namespace
 
-CLI::App* add_calibrate(CLI::App& app, CalibrateOptions& options)
+CLI::App* add_calibrate(CLI::App& app, calibrate::CalibrateOptions& options)
 {
   CLI::App* calibrate = app.add_subcommand(
       "calibrate", "Calibrate a bench and its user step by step, with confidence intervals");
@@ -126,7 +126,7 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateOptions& options)
       ->add_option("--bench-from", options.bench_from,
                    "Calibration of another person; its per-bench parts are copied to a new FILE")
       ->type_name("FILE.toml");
-  calibrate->add_flag("--anew", options.is_anew,
+  calibrate->add_flag("--anew", options.is_repeated,
                       "Restart the parts of STEP from their first task; omit it to resume them");
   calibrate
       ->add_option("--model", options.model,
@@ -147,7 +147,7 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateOptions& options)
   calibrate->add_flag("--json", options.has_json, "Print JSON");
   calibrate->add_flag("--quiet", options.is_quiet, "Print only warnings");
   calibrate->footer(
-      keys_text(guide_key_lines(), 24) +
+      key_help_text(calibration_tasks::session_key_lines(), 24) +
       "Exit code 4: stopped before STEP was complete; the same command resumes it.\n"
       "Examples:\n  vrda-player calibrate all --bench bench.toml --calibration anna.toml\n"
       "  vrda-player calibrate person --bench bench.toml --calibration bob.toml --bench-from anna.toml\n"
@@ -156,7 +156,7 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateOptions& options)
   return calibrate;
 }
 
-CLI::App* add_measure_body(CLI::App& app, MeasureBodyOptions& options)
+CLI::App* add_measure_body(CLI::App& app, bench::MeasureBodyOptions& options)
 {
   CLI::App* body = app.add_subcommand(
       "body", "Measure a marker body with the bench's tracker and print its lines for the bench file");
@@ -175,7 +175,7 @@ CLI::App* add_measure_body(CLI::App& app, MeasureBodyOptions& options)
   return body;
 }
 
-CLI::App* add_simulate(CLI::App& app, SimulateOptions& options)
+CLI::App* add_simulate(CLI::App& app, bench::SimulateOptions& options)
 {
   CLI::App* simulate = app.add_subcommand(
       "simulate", "Simulate a bench's tracker and board: a bending leg with noise, occlusions and drop-outs");
@@ -200,4 +200,4 @@ CLI::App* add_simulate(CLI::App& app, SimulateOptions& options)
   return simulate;
 }
 
-}  // namespace vrda
+}  // namespace vrda::app

@@ -8,7 +8,7 @@
 
 #include "app/options.hpp"
 #include "core/error.hpp"
-#include "store/read_apart.hpp"
+#include "store/read_separately.hpp"
 #include "store/seal.hpp"
 
 namespace {
@@ -18,44 +18,45 @@ enum ExitCode { done = 0, bad_input = 2, unsolved_attitudes = 3, interrupted = 4
 
 /// The modes that use a bench file.
 struct BenchModes {
-  vrda::BenchOptions options;
-  vrda::DevicesOptions devices_options;
-  vrda::MeasureBodyOptions body_options;
-  vrda::SimulateOptions simulate_options;
-  vrda::CalibrateOptions calibrate_options;
+  vrda::bench::BenchOptions options;
+  vrda::bench::DevicesOptions devices_options;
+  vrda::bench::MeasureBodyOptions body_options;
+  vrda::bench::SimulateOptions simulate_options;
+  vrda::calibrate::CalibrateOptions calibrate_options;
   const CLI::App *bench = nullptr, *devices = nullptr, *body = nullptr, *simulate = nullptr,
                  *calibrate = nullptr;
 
   void add_to(CLI::App& app)
   {
-    bench = vrda::add_bench(app, options);
-    devices = vrda::add_devices(app, devices_options);
-    body = vrda::add_measure_body(app, body_options);
-    simulate = vrda::add_simulate(app, simulate_options);
-    calibrate = vrda::add_calibrate(app, calibrate_options);
+    bench = vrda::app::add_bench(app, options);
+    devices = vrda::app::add_devices(app, devices_options);
+    body = vrda::app::add_measure_body(app, body_options);
+    simulate = vrda::app::add_simulate(app, simulate_options);
+    calibrate = vrda::app::add_calibrate(app, calibrate_options);
   }
   /// Runs the chosen mode and returns its exit code; empty if none of these modes was chosen.
   std::optional<int> run() const
   {
     if (bench->parsed()) {
-      vrda::run_bench(options, {std::cout, std::cerr});
+      vrda::bench::run_bench(options, {std::cout, std::cerr});
       return done;
     }
     if (devices->parsed()) {
-      const int n_silent = vrda::list_devices(devices_options, {std::cout, std::cerr});
+      const int n_silent = vrda::bench::list_devices(devices_options, {std::cout, std::cerr});
       return n_silent > 0 ? unsolved_attitudes : done;
     }
     if (body->parsed()) {
-      vrda::measure_body(body_options, {std::cout, std::cerr});
+      vrda::bench::measure_body(body_options, {std::cout, std::cerr});
       return done;
     }
     if (simulate->parsed()) {
-      vrda::simulate(simulate_options, {std::cout, std::cerr});
+      vrda::bench::simulate(simulate_options, {std::cout, std::cerr});
       return done;
     }
     if (calibrate->parsed()) {
-      const vrda::CalibrateEnd end = vrda::calibrate(calibrate_options, {std::cout, std::cerr});
-      return end == vrda::CalibrateEnd::finished ? done : interrupted;
+      const vrda::calibrate::CalibrateEnd end =
+          vrda::calibrate::calibrate(calibrate_options, {std::cout, std::cerr});
+      return end == vrda::calibrate::CalibrateEnd::finished ? done : interrupted;
     }
     return std::nullopt;
   }
@@ -77,9 +78,9 @@ int run(int argc, char** argv)
 {
   CLI::App app("Shows the motion of a joint from a motion model", "vrda-player");
   app.add_flag_callback(
-      "--unsealed", [] { vrda::accept_unsealed_files(); },
+      "--unsealed", [] { vrda::store::accept_unsealed_files(); },
       "Accept files without a seal, written or changed by another program (must precede the mode)");
-  vrda::on_unconfined_reading([](const std::string& why) {
+  vrda::store::on_unconfined_read([](const std::string& why) {
     std::cerr << "vrda-player: this system does not sandbox the process that reads HDF5 (" << why
               << "); its resource limits still apply\n";
   });
@@ -90,12 +91,12 @@ int run(int argc, char** argv)
       "Exit codes: 0 success, 2 invalid input, 3 unsolved attitudes (or silent devices), 4 stopped before "
       "the "
       "followed run or the calibration was complete, 5 internal error");
-  vrda::ShowOptions options;
-  vrda::add_show(app, options);
-  vrda::WebOptions web_options;
-  const CLI::App* web = vrda::add_web(app, web_options);
-  vrda::FollowOptions follow_options;
-  const CLI::App* follow = vrda::add_follow(app, follow_options);
+  vrda::show::ShowOptions options;
+  vrda::app::add_show(app, options);
+  vrda::web::WebOptions web_options;
+  const CLI::App* web = vrda::app::add_web(app, web_options);
+  vrda::follow::FollowOptions follow_options;
+  const CLI::App* follow = vrda::app::add_follow(app, follow_options);
   BenchModes bench;
   bench.add_to(app);
   try {
@@ -113,15 +114,15 @@ int run(int argc, char** argv)
     return bad_input;
   }
   if (web->parsed()) {
-    vrda::serve_web(web_options, std::cout, std::cerr);
+    vrda::web::serve_web(web_options, std::cout, std::cerr);
     return done;
   }
   if (follow->parsed()) {
-    const vrda::FollowEnd end = vrda::follow(follow_options, {std::cout, std::cerr});
-    return end == vrda::FollowEnd::finished ? done : interrupted;
+    const vrda::follow::FollowEnd end = vrda::follow::follow(follow_options, {std::cout, std::cerr});
+    return end == vrda::follow::FollowEnd::finished ? done : interrupted;
   }
   if (const std::optional<int> code = bench.run()) return *code;
-  const vrda::ShowSummary summary = vrda::show(options, {std::cout, std::cerr});
+  const vrda::show::ShowSummary summary = vrda::show::show(options, {std::cout, std::cerr});
   return summary.n_unsolved > 0 ? unsolved_attitudes : done;
 }
 

@@ -6,14 +6,14 @@
 
 #include "core/text.hpp"
 
-namespace vrda {
+namespace vrda::app {
 namespace {
 
 std::string unknown_choice(const std::string& word, const std::map<std::string, int>& choices)
 {
   std::vector<std::string> names;
   for (const auto& [name, value] : choices) names.push_back(name);
-  return "found '" + word + "', wanted " + alternatives(names);
+  return "found '" + word + "', wanted " + join_alternatives(names);
 }
 
 }  // namespace
@@ -29,20 +29,20 @@ CLI::Validator named_choice(const std::map<std::string, int>& choices)
           "NAME"};
 }
 
-std::string refusal_of_nothing(const std::string& text)
+std::string empty_value_error(const std::string& text)
 {
   return text.empty() ? "found nothing, wanted a name" : "";
 }
 
-std::string keys_text(std::span<const HelpLine> lines, std::size_t column)
+std::string key_help_text(std::span<const navigation::HelpLine> lines, std::size_t column)
 {
   std::string text = "Keys:\n";
-  for (const HelpLine& line : lines) {
+  for (const navigation::HelpLine& line : lines) {
     std::string keys = line.keys;
     keys.resize(std::max(column, keys.size() + 2), ' ');
-    text += "  " + keys + line.does + "\n";
+    text += "  " + keys + line.description + "\n";
   }
   return text;
 }
 
-}  // namespace vrda
+}  // namespace vrda::app

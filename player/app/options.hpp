@@ -9,8 +9,8 @@
 #include "bench/measure_body.hpp"
 #include "calibrate/calibrate.hpp"
 #include "follow/follow.hpp"
+#include "navigation/keys.hpp"
 #include "show/show.hpp"
-#include "view/keys.hpp"
 #include "web/server.hpp"
 
 namespace CLI {
@@ -18,11 +18,11 @@ class App;
 class Validator;
 }  // namespace CLI
 
-namespace vrda {
+namespace vrda::app {
 
 /// Converts enum values to integers.
 template <typename Value>
-std::map<std::string, int> numbers_of(const std::map<std::string, Value>& choices)
+std::map<std::string, int> enum_numbers(const std::map<std::string, Value>& choices)
 {
   std::map<std::string, int> numbers;
   for (const auto& [name, value] : choices) numbers[name] = static_cast<int>(value);
@@ -33,21 +33,21 @@ std::map<std::string, int> numbers_of(const std::map<std::string, Value>& choice
 CLI::Validator named_choice(const std::map<std::string, int>& choices);
 
 /// For CLI::Option::check: returns an error text for an empty value, otherwise an empty string.
-std::string refusal_of_nothing(const std::string& text);
+std::string empty_value_error(const std::string& text);
 
 /// Returns "Keys:" and one line per key; the descriptions start at `column`.
-std::string keys_text(std::span<const HelpLine> lines, std::size_t column);
+std::string key_help_text(std::span<const navigation::HelpLine> lines, std::size_t column);
 
-CLI::App* add_bench(CLI::App& app, BenchOptions& options);
-CLI::App* add_calibrate(CLI::App& app, CalibrateOptions& options);
-CLI::App* add_devices(CLI::App& app, DevicesOptions& options);
-CLI::App* add_follow(CLI::App& app, FollowOptions& options);
-CLI::App* add_measure_body(CLI::App& app, MeasureBodyOptions& options);
-CLI::App* add_show(CLI::App& app, ShowOptions& options);
-CLI::App* add_simulate(CLI::App& app, SimulateOptions& options);
-CLI::App* add_web(CLI::App& app, WebOptions& options);
+CLI::App* add_bench(CLI::App& app, bench::BenchOptions& options);
+CLI::App* add_calibrate(CLI::App& app, calibrate::CalibrateOptions& options);
+CLI::App* add_devices(CLI::App& app, bench::DevicesOptions& options);
+CLI::App* add_follow(CLI::App& app, follow::FollowOptions& options);
+CLI::App* add_measure_body(CLI::App& app, bench::MeasureBodyOptions& options);
+CLI::App* add_show(CLI::App& app, show::ShowOptions& options);
+CLI::App* add_simulate(CLI::App& app, bench::SimulateOptions& options);
+CLI::App* add_web(CLI::App& app, web::WebOptions& options);
 
 /// Adds the appearance options shared by all modes that render.
-void add_look(CLI::App& mode, LookOptions& look);
+void add_appearance_options(CLI::App& mode, navigation::AppearanceOptions& look);
 
-}  // namespace vrda
+}  // namespace vrda::app

@@ -3,12 +3,12 @@
 #include <map>
 
 #include "app/options.hpp"
-#include "view/keys.hpp"
+#include "navigation/keys.hpp"
 
-namespace vrda {
+namespace vrda::app {
 namespace {
 
-void add_trace(CLI::App* show, ShowOptions& options)
+void add_trace(CLI::App* show, show::ShowOptions& options)
 {
   show->add_option(
           "--trace", options.trace,
@@ -23,12 +23,12 @@ void add_trace(CLI::App* show, ShowOptions& options)
       ->capture_default_str();
 }
 
-void add_video(CLI::App* show, ShowOptions& options)
+void add_video(CLI::App* show, show::ShowOptions& options)
 {
   show->add_option("--video", options.video,
                    "Video of all views side by side, written by ffmpeg: .mp4, .webm or .gif")
       ->type_name("FILE")
-      ->check(refusal_of_nothing);
+      ->check(empty_value_error);
   show->add_option("--fps", options.frames_per_s, "Frames per second of the video (default 25)")
       ->type_name("N");
   show->add_option("--speed", options.speed_deg_s,
@@ -38,7 +38,7 @@ void add_video(CLI::App* show, ShowOptions& options)
   show->add_flag("--numbers", options.has_numbers, "Show angles and gaps on images and video");
 }
 
-void add_framing(CLI::App* show, ShowOptions& options)
+void add_framing(CLI::App* show, show::ShowOptions& options)
 {
   show->add_option("--size", options.size, "Size of an image or of the window, in pixels")
       ->type_name("WxH")
@@ -50,28 +50,32 @@ void add_framing(CLI::App* show, ShowOptions& options)
       ->check(CLI::IsMember({1, 2, 4}))
       ->capture_default_str()
       ->option_text("1|2|4=4");
-  const std::map<std::string, Backdrop> backdrops{
-      {"studio", Backdrop::studio}, {"night", Backdrop::night}, {"black", Backdrop::black}};
+  const std::map<std::string, scene::Backdrop> backdrops{{"studio", scene::Backdrop::studio},
+                                                         {"night", scene::Backdrop::night},
+                                                         {"black", scene::Backdrop::black}};
   show->add_option("--background", options.backdrop, "studio, night or black (default studio)")
-      ->transform(named_choice(numbers_of(backdrops)))
+      ->transform(named_choice(enum_numbers(backdrops)))
       ->type_name("NAME")
       ->option_text("NAME");
-  const std::map<std::string, Held> held{{"moving", Held::moving}, {"reference", Held::reference}};
-  show->add_option("--hold", options.held, "Object fixed on screen: moving or reference (default moving)")
-      ->transform(named_choice(numbers_of(held)))
+  const std::map<std::string, scene::FixedObject> held{{"moving", scene::FixedObject::moving},
+                                                       {"reference", scene::FixedObject::reference}};
+  show->add_option("--hold", options.fixed_object,
+                   "Object fixed on screen: moving or reference (default moving)")
+      ->transform(named_choice(enum_numbers(held)))
       ->type_name("NAME")
       ->option_text("NAME");
-  const std::map<std::string, Framed> framed{{"joint", Framed::joint}, {"all", Framed::all}};
-  show->add_option("--frame", options.framed,
+  const std::map<std::string, navigation::Framing> framed{{"joint", navigation::Framing::joint},
+                                                          {"all", navigation::Framing::all}};
+  show->add_option("--frame", options.framing,
                    "What the image contains: joint, or all of both objects (default joint)")
-      ->transform(named_choice(numbers_of(framed)))
+      ->transform(named_choice(enum_numbers(framed)))
       ->type_name("NAME")
       ->option_text("NAME");
 }
 
 }  // namespace
 
-CLI::App* add_show(CLI::App& app, ShowOptions& options)
+CLI::App* add_show(CLI::App& app, show::ShowOptions& options)
 {
   CLI::App* show = app.add_subcommand(
       "show", "Show a motion model in a window, or write images (--offscreen) or a video (--video)");
@@ -79,7 +83,7 @@ CLI::App* add_show(CLI::App& app, ShowOptions& options)
   show->add_option("--offscreen", options.folder,
                    "Folder for images named VIEW_flexion_ANGLE.png, instead of a window")
       ->type_name("DIR")
-      ->check(refusal_of_nothing);
+      ->check(empty_value_error);
   show->add_option("--flexion", options.flexion,
                    "Angles in degrees (default: the grid's range in six steps); a window starts at A")
       ->type_name("A:B:STEP");
@@ -99,28 +103,28 @@ CLI::App* add_show(CLI::App& app, ShowOptions& options)
   add_trace(show, options);
   add_video(show, options);
   add_framing(show, options);
-  add_look(*show, options.look);
+  add_appearance_options(*show, options.appearance);
   show->add_flag("--quiet", options.is_quiet, "Print only paths and warnings");
-  show->footer(help_text() +
+  show->footer(navigation::help_text() +
                "Examples:\n  vrda-player show knee.h5\n"
                "  vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15 --views front,lateral\n"
                "  vrda-player show knee.h5 --video knee.mp4 --views front,lateral --to-and-fro");
   return show;
 }
 
-void add_look(CLI::App& mode, LookOptions& look)
+void add_appearance_options(CLI::App& mode, navigation::AppearanceOptions& look)
 {
   mode.add_option("--layers", look.layers,
                   "Layers to show with the bodies: contacts, normals (forces where known), axes, "
                   "helical-axis, gaps, ligaments")
       ->type_name("LAYER,...");
-  const std::map<std::string, DrawMode> modes{{"wire", DrawMode::wire},
-                                              {"hidden-line", DrawMode::hidden_line},
-                                              {"flat", DrawMode::flat},
-                                              {"smooth", DrawMode::smooth},
-                                              {"textured", DrawMode::textured}};
+  const std::map<std::string, scene::DrawMode> modes{{"wire", scene::DrawMode::wire},
+                                                     {"hidden-line", scene::DrawMode::hidden_line},
+                                                     {"flat", scene::DrawMode::flat},
+                                                     {"smooth", scene::DrawMode::smooth},
+                                                     {"textured", scene::DrawMode::textured}};
   mode.add_option("--mode", look.mode, "wire, hidden-line, flat, smooth or textured (default textured)")
-      ->transform(named_choice(numbers_of(modes)))
+      ->transform(named_choice(enum_numbers(modes)))
       ->type_name("MODE")
       ->option_text("MODE");
   mode.add_option("--texture", look.texture,
@@ -136,17 +140,17 @@ void add_look(CLI::App& mode, LookOptions& look)
       ->type_name("NAME");
 }
 
-CLI::App* add_follow(CLI::App& app, FollowOptions& options)
+CLI::App* add_follow(CLI::App& app, follow::FollowOptions& options)
 {
   CLI::App* follow = app.add_subcommand("follow", "Show the progress of a running computation");
   follow->add_option("START", options.file, "The run's start file (OUTPUT.start.h5)")->required();
   follow
       ->add_option("--offscreen", options.folder, "Folder for images named step_NUMBER.png and finished.png")
       ->type_name("DIR")
-      ->check(refusal_of_nothing);
+      ->check(empty_value_error);
   follow->add_option("--every", options.every_s, "Write an image at this interval if there are new steps")
       ->type_name("SECONDS");
-  follow->add_option("--each", options.each, "Write an image every N steps")->type_name("N");
+  follow->add_option("--each", options.every_n_steps, "Write an image every N steps")->type_name("N");
   follow->add_flag("--once", options.is_once, "Report the present state and exit");
   follow->add_flag("--text", options.is_text, "Print progress only, without images");
   follow
@@ -168,7 +172,7 @@ CLI::App* add_follow(CLI::App& app, FollowOptions& options)
       ->add_option("--shift", options.shift,
                    "One triple per view: shift in mm along these axes (SHIFT_MODEL)")
       ->type_name("X,Y,Z;...");
-  add_look(*follow, options.look);
+  add_appearance_options(*follow, options.appearance);
   follow->add_flag("--opaque", options.is_opaque,
                    "Draw the reference opaque (default: transparent, so that contacts are visible)");
   follow->add_option("--size", options.size, "Image size in pixels (default: the job's, else 1280x960)")
@@ -184,7 +188,7 @@ CLI::App* add_follow(CLI::App& app, FollowOptions& options)
   return follow;
 }
 
-CLI::App* add_web(CLI::App& app, WebOptions& options)
+CLI::App* add_web(CLI::App& app, web::WebOptions& options)
 {
   CLI::App* web =
       app.add_subcommand("web", "Serve a motion model and its viewer page to a browser on this machine");
@@ -192,7 +196,7 @@ CLI::App* add_web(CLI::App& app, WebOptions& options)
   web->add_option("--port", options.port, "Port on 127.0.0.1 (default: any free port)")
       ->type_name("N")
       ->check(CLI::Range(0, 65535));
-  web->add_flag("--open", options.is_open, "Open the page in the default browser");
+  web->add_flag("--open", options.opens_browser, "Open the page in the default browser");
   web->add_flag("--quiet", options.is_quiet, "Print only the address");
   web->footer(
       "Prints the page's address and serves until Ctrl-C. The address contains a secret token.\n"
@@ -201,4 +205,4 @@ CLI::App* add_web(CLI::App& app, WebOptions& options)
   return web;
 }
 
-}  // namespace vrda
+}  // namespace vrda::app

@@ -8,36 +8,36 @@
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 namespace {
 
 constexpr double text_px = 15.0;
 constexpr float margin_px = 12.0F;
 constexpr int least_width_px = 320, least_height_px = 400;
-constexpr VertexColour paper{24, 27, 32, 255}, ink{226, 230, 235, 255}, faint{150, 157, 166, 255},
+constexpr scene::VertexColour paper{24, 27, 32, 255}, ink{226, 230, 235, 255}, faint{150, 157, 166, 255},
     amber{255, 176, 46, 255}, green{96, 200, 120, 255};
 
 std::string tenths(double value)
 {
-  return rounded_text(value, 1);
+  return settings::rounded_text(value, 1);
 }
 
-const char* why(SeenState state)
+const char* why(devices::ToolVisibility state)
 {
   switch (state) {
-    case SeenState::missing:
+    case devices::ToolVisibility::missing:
       return "hidden";
-    case SeenState::stale:
+    case devices::ToolVisibility::stale:
       return "silent";
-    case SeenState::not_a_place:
+    case devices::ToolVisibility::invalid_pose:
       return "invalid pose";
-    case SeenState::seen:
+    case devices::ToolVisibility::seen:
       break;
   }
   return "seen";
 }
 
-const char* name_of(LinkState state)
+const char* name_of(devices::LinkState state)
 {
   constexpr std::array<const char*, 3> names{"closed", "opening", "up"};
   return names[static_cast<std::size_t>(state)];
@@ -45,56 +45,56 @@ const char* name_of(LinkState state)
 
 }  // namespace
 
-OverlayBox overlay_box(const Viewport& v)
+gui::OverlayBox overlay_box(const optics::Viewport& v)
 {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.x + v.width),
           static_cast<float>(v.y + v.height)};
 }
 
-std::optional<Viewport> operators_area(const DisplaySettings& display)
+std::optional<optics::Viewport> operator_area(const bench_files::DisplaySettings& display)
 {
-  const Viewport &l = display.windows.left, &r = display.windows.right;
-  const std::array<Viewport, 2> strips{
-      Viewport{0, 0, std::min(l.x, r.x), display.height},
-      Viewport{std::max(l.x + l.width, r.x + r.width), 0,
-               display.width - std::max(l.x + l.width, r.x + r.width), display.height}};
-  const Viewport& widest = strips[0].width >= strips[1].width ? strips[0] : strips[1];
+  const optics::Viewport &l = display.windows.left, &r = display.windows.right;
+  const std::array<optics::Viewport, 2> strips{
+      optics::Viewport{0, 0, std::min(l.x, r.x), display.height},
+      optics::Viewport{std::max(l.x + l.width, r.x + r.width), 0,
+                       display.width - std::max(l.x + l.width, r.x + r.width), display.height}};
+  const optics::Viewport& widest = strips[0].width >= strips[1].width ? strips[0] : strips[1];
   if (widest.width < least_width_px || widest.height < least_height_px) return std::nullopt;
   return widest;
 }
 
-std::string device_text(const std::string& name, const DeviceReport& report)
+std::string device_text(const std::string& name, const devices::DeviceReport& report)
 {
   std::string text = name + " " + report.peer + ": " + name_of(report.link);
-  if (report.link == LinkState::up) text += ", " + tenths(report.rate_hz) + " a second";
+  if (report.link == devices::LinkState::up) text += ", " + tenths(report.rate_hz) + " a second";
   if (!report.trouble.empty()) text += ", " + report.trouble;
   return text;
 }
 
-std::string mark_text(const std::string& name, const InputMark& mark)
+std::string input_status_text(const std::string& name, const InputStatus& mark)
 {
   if (!mark.is_used || mark.is_live) return {};
   if (!mark.was_seen) return name + " not seen yet";
   return name + " " + why(mark.state) + " for " + tenths(mark.age_s) + " s";
 }
 
-std::string stage_mark_text(const BenchFrame& frame)
+std::string stage_status_text(const BenchFrame& frame)
 {
-  const InputMark& mark = frame.stage;
+  const InputStatus& mark = frame.stage;
   if (!mark.is_used) return {};
-  if (mark.state != SeenState::seen) return mark_text("stage", mark);
+  if (mark.state != devices::ToolVisibility::seen) return input_status_text("stage", mark);
   if (!frame.is_stage_zeroed) return "stage not zeroed: press Z at its stop";
-  return frame.has_stage_lost_counts ? "stage has lost counts: press Z at its stop" : "";
+  return frame.stage_has_lost_counts ? "stage has lost counts: press Z at its stop" : "";
 }
 
-BenchPanel::BenchPanel(const BenchFile& bench) : text_(text_px), display_(bench.display) {}
+BenchPanel::BenchPanel(const bench_files::BenchFile& bench) : text_(text_px), display_(bench.display) {}
 
-const Overlay& BenchPanel::drawn(const BenchState& state, const BenchFrame& frame,
-                                 const PanelContent& content)
+const render::Overlay& BenchPanel::drawn(const BenchState& state, const BenchFrame& frame,
+                                         const PanelContent& content)
 {
-  empty_overlay(overlay_, display_.width, display_.height);
-  const EyePair& eyes = state.values().calibration.eyes;
-  const std::optional<Viewport> area = operators_area(display_);
+  gui::clear_overlay(overlay_, display_.width, display_.height);
+  const optics::EyePair& eyes = state.values().calibration.eyes;
+  const std::optional<optics::Viewport> area = operator_area(display_);
   if (content.has_panel || content.has_help) {
     if (area) {
       text_.add_area(overlay_, overlay_box(*area), paper);
@@ -105,28 +105,29 @@ const Overlay& BenchPanel::drawn(const BenchState& state, const BenchFrame& fram
   }
   add_marks(eyes.left.visible, frame);
   add_marks(eyes.right.visible, frame);
-  close_overlay(overlay_);
+  gui::finish_overlay(overlay_);
   return overlay_;
 }
 
-void BenchPanel::add_marks(const Viewport& visible, const BenchFrame& frame)
+void BenchPanel::add_marks(const optics::Viewport& visible, const BenchFrame& frame)
 {
   float bottom_px = static_cast<float>(visible.y + visible.height) - margin_px - text_.line_px();
   const auto add = [&](const std::string& words) {
     if (words.empty()) return;
     const float left_px =
         static_cast<float>(visible.x) + 0.5F * (static_cast<float>(visible.width) - text_.width_px(words));
-    text_.add_words(overlay_, left_px, bottom_px, words, amber);
+    text_.add_text(overlay_, left_px, bottom_px, words, amber);
     bottom_px -= text_.line_px();
   };
-  for (std::size_t role = 0; role < n_body_roles; ++role)
-    add(mark_text(name_of(static_cast<BodyRole>(role)), frame.bodies[role]));
-  add(stage_mark_text(frame));
-  add(mark_text("potentiometer", frame.potentiometer));
+  for (std::size_t role = 0; role < bench_files::n_body_roles; ++role)
+    add(input_status_text(bench_files::name_of(static_cast<bench_files::BodyRole>(role)),
+                          frame.bodies[role]));
+  add(stage_status_text(frame));
+  add(input_status_text("potentiometer", frame.potentiometer));
 }
 
-void BenchPanel::add_line(const Viewport& area, float& top_px, const std::string& words,
-                          const VertexColour& colour)
+void BenchPanel::add_line(const optics::Viewport& area, float& top_px, const std::string& words,
+                          const scene::VertexColour& colour)
 {
   std::string fitting = words;
   const float width_px = static_cast<float>(area.width) - 2.0F * margin_px;
@@ -134,20 +135,20 @@ void BenchPanel::add_line(const Viewport& area, float& top_px, const std::string
     fitting.resize(fitting.size() - 1);
     fitting.back() = '.';
   }
-  text_.add_words(overlay_, static_cast<float>(area.x) + margin_px, top_px, fitting, colour);
+  text_.add_text(overlay_, static_cast<float>(area.x) + margin_px, top_px, fitting, colour);
   top_px += text_.line_px();
 }
 
-void BenchPanel::add_panel(const Viewport& area, const BenchState& state, const BenchFrame& frame,
+void BenchPanel::add_panel(const optics::Viewport& area, const BenchState& state, const BenchFrame& frame,
                            const PanelContent& content)
 {
   float top_px = static_cast<float>(area.y) + margin_px;
-  const auto line = [&](const std::string& words, const VertexColour& colour = ink) {
+  const auto line = [&](const std::string& words, const scene::VertexColour& colour = ink) {
     add_line(area, top_px, words, colour);
   };
   if (content.has_help) {
-    for (const HelpLine& help : bench_key_lines())
-      line(std::string(help.keys) + ": " + std::string(help.does));
+    for (const navigation::HelpLine& help : bench_key_lines())
+      line(std::string(help.keys) + ": " + std::string(help.description));
     return;
   }
   line(state.bench().title, faint);
@@ -157,19 +158,19 @@ void BenchPanel::add_panel(const Viewport& area, const BenchState& state, const 
   line("flexion " + tenths(deg_from_rad(at.flexion_rad)) + ", varus " + tenths(deg_from_rad(at.varus_rad)) +
        ", theta " + tenths(deg_from_rad(frame.pose.theta_rad)) + " deg");
   if (frame.stage.is_used)
-    line("stage " + tenths(frame.stage_mm) + " mm", stage_mark_text(frame).empty() ? ink : amber);
+    line("stage " + tenths(frame.stage_mm) + " mm", stage_status_text(frame).empty() ? ink : amber);
   line(std::string("filter ") + (state.is_filtered() ? "on" : "off") + ", prediction " +
        tenths(state.values().prediction_ms) + " ms");
-  line(device_text("tracker", content.tracker), content.tracker.link == LinkState::up ? ink : amber);
-  for (std::size_t k = 0; k < n_body_roles; ++k) {
-    const auto role = static_cast<BodyRole>(k);
-    const PoseFit* const fit = state.fit(role);
+  line(device_text("tracker", content.tracker), content.tracker.link == devices::LinkState::up ? ink : amber);
+  for (std::size_t k = 0; k < bench_files::n_body_roles; ++k) {
+    const auto role = static_cast<bench_files::BodyRole>(k);
+    const tracking::PoseFit* const fit = state.fit(role);
     if (fit != nullptr)
-      line(std::string(name_of(role)) + ": " + fit_text(*fit),
-           fit->status == FitStatus::fitted ? ink : amber);
+      line(std::string(bench_files::name_of(role)) + ": " + fit_text(*fit),
+           fit->status == tracking::FitStatus::fitted ? ink : amber);
   }
   if (content.has_board)
-    line(device_text("board", content.board), content.board.link == LinkState::up ? ink : amber);
+    line(device_text("board", content.board), content.board.link == devices::LinkState::up ? ink : amber);
   if (!content.message.empty()) line(content.message, green);
   if (content.timing == nullptr) return;
   const BenchTiming& t = *content.timing;
@@ -184,7 +185,7 @@ void BenchPanel::add_panel(const Viewport& area, const BenchState& state, const 
   add_histogram(area, top_px + margin_px, t.latency);
 }
 
-void BenchPanel::add_histogram(const Viewport& area, float top_px, const TimeHistogram& times)
+void BenchPanel::add_histogram(const optics::Viewport& area, float top_px, const TimeHistogram& times)
 {
   constexpr std::size_t n_bars = 50, bins_a_bar = 4;  // 1 ms each
   constexpr float height_px = 90.0F;
@@ -207,11 +208,11 @@ void BenchPanel::add_histogram(const Viewport& area, float top_px, const TimeHis
   for (const int ms : {0, 10, 20, 30, 40, 50}) {
     const std::string words = std::to_string(ms);
     const float x = left_px + bar_px * static_cast<float>(ms);
-    text_.add_words(overlay_,
-                    std::min(x, left_px + bar_px * static_cast<float>(n_bars) - text_.width_px(words)),
-                    base_px + 2.0F, words, faint);
+    text_.add_text(overlay_,
+                   std::min(x, left_px + bar_px * static_cast<float>(n_bars) - text_.width_px(words)),
+                   base_px + 2.0F, words, faint);
   }
-  text_.add_words(overlay_, left_px, base_px + 2.0F + text_.line_px(), "latency, ms", faint);
+  text_.add_text(overlay_, left_px, base_px + 2.0F + text_.line_px(), "latency, ms", faint);
 }
 
-}  // namespace vrda
+}  // namespace vrda::bench

@@ -9,11 +9,11 @@
 #include "bench/timing.hpp"
 #include "gui/overlay_text.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 
 struct PanelContent {
   bool has_panel = true, has_help = false;
-  DeviceReport tracker, board;
+  devices::DeviceReport tracker, board;
   bool has_board = false;
   const BenchTiming* timing = nullptr;
   std::string trouble;  ///< problem of the display; may be empty
@@ -22,36 +22,37 @@ struct PanelContent {
 
 class BenchPanel {
  public:
-  explicit BenchPanel(const BenchFile& bench);
+  explicit BenchPanel(const bench_files::BenchFile& bench);
 
-  const OverlayFont& font() const { return text_.font(); }
+  const render::OverlayFont& font() const { return text_.font(); }
   /// Valid until the next call. The panel is beside the eyes' windows or over the left one.
-  const Overlay& drawn(const BenchState& state, const BenchFrame& frame, const PanelContent& content);
+  const render::Overlay& drawn(const BenchState& state, const BenchFrame& frame, const PanelContent& content);
 
  private:
-  void add_marks(const Viewport& visible, const BenchFrame& frame);
-  void add_panel(const Viewport& area, const BenchState& state, const BenchFrame& frame,
+  void add_marks(const optics::Viewport& visible, const BenchFrame& frame);
+  void add_panel(const optics::Viewport& area, const BenchState& state, const BenchFrame& frame,
                  const PanelContent& content);
-  void add_histogram(const Viewport& area, float top_px, const TimeHistogram& times);
-  void add_line(const Viewport& area, float& top_px, const std::string& words, const VertexColour& colour);
+  void add_histogram(const optics::Viewport& area, float top_px, const TimeHistogram& times);
+  void add_line(const optics::Viewport& area, float& top_px, const std::string& words,
+                const scene::VertexColour& colour);
 
-  OverlayText text_;
-  Overlay overlay_;
-  DisplaySettings display_;
+  gui::OverlayText text_;
+  render::Overlay overlay_;
+  bench_files::DisplaySettings display_;
 };
 
-OverlayBox overlay_box(const Viewport& v);
+gui::OverlayBox overlay_box(const optics::Viewport& v);
 
 /// Largest area beside the eyes' windows that is large enough for a panel.
-std::optional<Viewport> operators_area(const DisplaySettings& display);
+std::optional<optics::Viewport> operator_area(const bench_files::DisplaySettings& display);
 
 /// "tracker 127.0.0.1:18944: up, 100 a second".
-std::string device_text(const std::string& name, const DeviceReport& report);
+std::string device_text(const std::string& name, const devices::DeviceReport& report);
 
 /// "tibia hidden for 1.2 s"; empty if the input is live or not used.
-std::string mark_text(const std::string& name, const InputMark& mark);
+std::string input_status_text(const std::string& name, const InputStatus& mark);
 
 /// The same for the stage, also if it has no zero or has lost counts.
-std::string stage_mark_text(const BenchFrame& frame);
+std::string stage_status_text(const BenchFrame& frame);
 
-}  // namespace vrda
+}  // namespace vrda::bench

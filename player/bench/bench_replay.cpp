@@ -13,14 +13,14 @@
 #include "loop/loop.hpp"
 #include "settings/settings_text.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 namespace {
 
 constexpr double slowest = 0.05, fastest = 100.0;
 constexpr double leap_s = 5.0;
 
 /// Seconds since the first picture.
-double seconds_of(const std::vector<RecordedPicture>& pictures, std::size_t n)
+double seconds_of(const std::vector<recording::RecordedFrame>& pictures, std::size_t n)
 {
   return static_cast<double>(pictures[n].now_ns - pictures.front().now_ns) * s_per_ns;
 }
@@ -29,7 +29,8 @@ double seconds_of(const std::vector<RecordedPicture>& pictures, std::size_t n)
 /// on all earlier input.
 class ReplayState {
  public:
-  ReplayState(const BenchSetup& setup, const Recording& recording) : setup_(setup), recording_(recording)
+  ReplayState(const BenchSetup& setup, const recording::Recording& recording)
+      : setup_(setup), recording_(recording)
   {
     begin();
   }
@@ -38,9 +39,9 @@ class ReplayState {
   {
     if (n + 1 < n_taken_) begin();
     while (n_taken_ <= n) {
-      const RecordedPicture& picture = recording_.pictures[n_taken_++];
+      const recording::RecordedFrame& picture = recording_.frames[n_taken_++];
       PanelContent unused;
-      take(*state_, unused, picture.keys, picture.samples);
+      apply_input(*state_, unused, picture.keys, picture.samples);
       frame_ = &state_->frame(picture.now_ns);
     }
     return *frame_;
@@ -55,18 +56,18 @@ class ReplayState {
   }
 
   const BenchSetup& setup_;
-  const Recording& recording_;
+  const recording::Recording& recording_;
   std::optional<BenchState> state_;
   const BenchFrame* frame_ = nullptr;
   std::size_t n_taken_ = 0;
 };
 
 /// Plays a recording. Its time continues from the next picture.
-class Replay final : public Mode {
+class Replay final : public loop::Mode {
  public:
-  Replay(const BenchOptions& options, const BenchSetup& setup, const Recording& recording)
+  Replay(const BenchOptions& options, const BenchSetup& setup, const recording::Recording& recording)
       : options_(options),
-        pictures_(recording.pictures),
+        pictures_(recording.frames),
         show_(options, setup),
         state_(setup, recording),
         speed_(options.speed.value_or(options.is_headless ? 0.0 : 1.0))
@@ -76,31 +77,32 @@ class Replay final : public Mode {
     rebase();
   }
 
-  Sink& sink() { return show_.sink(); }
+  loop::Sink& sink() { return show_.sink(); }
   std::size_t n_shown() const { return n_shown_; }
   void finish() { show_.finish(); }
 
   bool is_over() const override { return is_left_ || (options_.is_headless && is_resting()); }
 
-  RoundTime round_time() const override
+  loop::RoundTime round_time() const override
   {
     constexpr double resting_s = 0.02;
     if (is_resting()) return {resting_s};
     return {speed_ > 0.0 ? std::max(0.0, (seconds_of(pictures_, next_) - at_s_) / speed_) : 0.0};
   }
 
-  void take(const InputEvent& event) override
+  void take(const render::InputEvent& event) override
   {
-    const std::optional<KeyPress> press = key_press_of(event);
+    const std::optional<navigation::KeyPress> press = loop::key_press_of(event);
     if (!press) return;
-    const Key key = press->key;
-    if (key == Key::space) is_paused_ = !is_paused_;
-    if (key == Key::left) leap(-leap_s);
-    if (key == Key::right) leap(leap_s);
-    if (key == key_of('+') || key == key_of('=')) speed_ = std::min(fastest, 2.0 * speed_);
-    if (key == key_of('-')) speed_ = std::max(slowest, 0.5 * speed_);
-    if (key == key_of('T')) show_.panel().has_panel = !show_.panel().has_panel;
-    is_left_ = is_left_ || key == Key::escape || key == key_of('Q');
+    const navigation::Key key = press->key;
+    if (key == navigation::Key::space) is_paused_ = !is_paused_;
+    if (key == navigation::Key::left) leap(-leap_s);
+    if (key == navigation::Key::right) leap(leap_s);
+    if (key == navigation::key_of('+') || key == navigation::key_of('='))
+      speed_ = std::min(fastest, 2.0 * speed_);
+    if (key == navigation::key_of('-')) speed_ = std::max(slowest, 0.5 * speed_);
+    if (key == navigation::key_of('T')) show_.panel().has_panel = !show_.panel().has_panel;
+    is_left_ = is_left_ || key == navigation::Key::escape || key == navigation::key_of('Q');
   }
 
   void advance(double elapsed_s) override
@@ -141,8 +143,8 @@ class Replay final : public Mode {
   }
 
   const BenchOptions& options_;
-  const std::vector<RecordedPicture>& pictures_;
-  BenchShow show_;
+  const std::vector<recording::RecordedFrame>& pictures_;
+  BenchOutput show_;
   ReplayState state_;
   double speed_ = 1.0;  ///< 0: unpaced
   double at_s_ = 0.0;   ///< position in the recording
@@ -150,40 +152,40 @@ class Replay final : public Mode {
   bool is_paused_ = false, is_left_ = false, is_dirty_ = false;
 };
 
-void require_from(const BenchOptions& options, const std::vector<RecordedPicture>& pictures)
+void require_from(const BenchOptions& options, const std::vector<recording::RecordedFrame>& pictures)
 {
   const double last_s = seconds_of(pictures, pictures.size() - 1);
   if (options.from_s <= last_s) return;
   // Rounded down, so that the reported end is valid.
   constexpr double tenths = 10.0;
   throw InputError(
-      {"--from", "", rounded_text(options.from_s, 1),
-       "a second of the recording, 0 to " + rounded_text(std::floor(tenths * last_s) / tenths, 1)});
+      {"--from", "", settings::rounded_text(options.from_s, 1),
+       "a second of the recording, 0 to " + settings::rounded_text(std::floor(tenths * last_s) / tenths, 1)});
 }
 
 }  // namespace
 
-void replay_bench(const BenchOptions& options, const Streams& streams)
+void replay_bench(const BenchOptions& options, const loop::Streams& streams)
 {
   if (options.speed && !(*options.speed >= slowest && *options.speed <= fastest))
     throw InputError({"--speed", "", std::to_string(*options.speed), "0.05 to 100"});
-  const Recording recording = read_recording(options.replay);
+  const recording::Recording recording = recording::read_recording(options.replay);
   if (!recording.dropped_why.empty()) {
-    streams.talk << "vrda-player: " << options.replay << ": " << recording.dropped_why << ": "
-                 << recording.pictures.size() << " pictures read before it\n";
+    streams.messages << "vrda-player: " << options.replay << ": " << recording.dropped_why << ": "
+                     << recording.frames.size() << " pictures read before it\n";
   }
-  if (recording.pictures.empty())
+  if (recording.frames.empty())
     throw InputError({options.replay, "", "no pictures", "a recording with at least one picture"});
-  require_from(options, recording.pictures);
-  const BenchSetup setup = setup_of(recording, options);
+  require_from(options, recording.frames);
+  const BenchSetup setup = recorded_setup(recording, options);
   Replay replay(options, setup, recording);
-  StopSignals stop;
-  run_loop(replay, replay.sink(), stop);
+  loop::StopSignals stop;
+  loop::run_loop(replay, replay.sink(), stop);
   replay.finish();
   if (options.is_quiet) return;
-  streams.talk << options.replay << ": " << replay.n_shown() << " of " << recording.pictures.size()
-               << " pictures shown\n"
-               << prediction_text(recorded_predictions(recording, setup.bench));
+  streams.messages << options.replay << ": " << replay.n_shown() << " of " << recording.frames.size()
+                   << " pictures shown\n"
+                   << prediction_text(recorded_predictions(recording, setup.bench));
 }
 
-}  // namespace vrda
+}  // namespace vrda::bench

@@ -9,26 +9,26 @@
 
 #include "bench/bench_show.hpp"
 #include "bench/timing.hpp"
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "core/whole_file.hpp"
 #include "documents/document.hpp"
 #include "loop/loop.hpp"
+#include "navigation/arguments.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/scaled_model.hpp"
 #include "store/solved_cells.hpp"
-#include "view/arguments.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 namespace {
 
 constexpr std::size_t samples_at_once = 4096;  // reserved capacity
 constexpr double report_interval_s = 0.25;     // update interval of the panel's device lines
 
 /// Live mode: each round processes keys and samples, records them, draws and measures times.
-class BenchRun final : public Mode {
+class BenchRun final : public loop::Mode {
  public:
-  BenchRun(const BenchOptions& options, const BenchSetup& setup, const Streams& streams)
+  BenchRun(const BenchOptions& options, const BenchSetup& setup, const loop::Streams& streams)
       : options_(options),
         setup_(setup),
         streams_(streams),
@@ -38,26 +38,27 @@ class BenchRun final : public Mode {
         watches_(setup.bench.tracker ? setup.bench.tracker->tools.size() : 0)
   {
     samples_.reserve(samples_at_once);
-    if (!options.record.empty()) recorder_ = std::make_unique<Recorder>(options.record, setup.facts);
+    if (!options.record.empty())
+      recorder_ = std::make_unique<recording::Recorder>(options.record, setup.facts);
     show_.panel().timing = &timing_;
   }
 
-  Sink& sink() { return show_.sink(); }
+  loop::Sink& sink() { return show_.sink(); }
   bool is_over() const override { return is_over_; }
-  RoundTime round_time() const override { return {1.0 / setup_.bench.display.refresh_hz, false}; }
+  loop::RoundTime round_time() const override { return {1.0 / setup_.bench.display.refresh_hz, false}; }
 
-  void take(const InputEvent& event) override
+  void take(const render::InputEvent& event) override
   {
-    if (const std::optional<KeyPress> press = key_press_of(event)) keys_.push_back(*press);
+    if (const std::optional<navigation::KeyPress> press = loop::key_press_of(event)) keys_.push_back(*press);
   }
 
   void advance(double) override
   {
     samples_.clear();
-    for (Sample sample; devices_.take(sample);) samples_.push_back(sample);
+    for (devices::Sample sample; devices_.take(sample);) samples_.push_back(sample);
     now_ns_ = devices_.now_ns();
     record();
-    wishes_ = vrda::take(state_, show_.panel(), keys_, samples_);
+    wishes_ = vrda::bench::apply_input(state_, show_.panel(), keys_, samples_);
     keys_.clear();
     frame_ = &state_.frame(now_ns_);
     update_panel();
@@ -68,12 +69,12 @@ class BenchRun final : public Mode {
     show_.show(state_, *frame_, timing_.n_pictures);
     note_times();
     warn(show_.take_warning());
-    if (wishes_.zeroes_stage) {
+    if (wishes_.zero_stage) {
       tell(devices_.zero_stage() ? "stage zeroed" : "the stage does not answer: not zeroed");
     }
-    if (wishes_.writes_calibration) write_calibration();
-    if (wishes_.takes_picture) show_.save(state_, *frame_);
-    is_over_ = wishes_.quits || (options_.seconds && now_s() >= *options_.seconds);
+    if (wishes_.write_calibration) write_calibration();
+    if (wishes_.take_screenshot) show_.save_screenshot(state_, *frame_);
+    is_over_ = wishes_.quit || (options_.seconds && now_s() >= *options_.seconds);
   }
 
   void finish()
@@ -84,38 +85,38 @@ class BenchRun final : public Mode {
     if (!options_.timing.empty()) {
       std::ostringstream text;
       write_timing(text, timing_);
-      write_whole(options_.timing, {text.str()});
+      write_atomically(options_.timing, {text.str()});
     }
-    if (!options_.is_quiet) streams_.talk << timing_text(timing_) << "\n";
+    if (!options_.is_quiet) streams_.messages << timing_text(timing_) << "\n";
   }
 
  private:
   double now_s() const { return static_cast<double>(now_ns_) * s_per_ns; }
-  void tell(const std::string& message) { show_.tell(message, now_s()); }
+  void tell(const std::string& message) { show_.show_message(message, now_s()); }
 
   void warn(const std::string& words) const
   {
-    if (!words.empty()) streams_.talk << "vrda-player: " << words << std::endl;
+    if (!words.empty()) streams_.messages << "vrda-player: " << words << std::endl;
   }
 
   /// A write error ends the recording, not the bench.
   void record()
   {
     if (!recorder_) return;
-    const auto refused = attempt([&] { recorder_->add(now_ns_, keys_, samples_); });
+    const auto refused = loop::catch_input_error([&] { recorder_->add(now_ns_, keys_, samples_); });
     if (!refused) return;
-    streams_.talk << "vrda-player: " << refused->what() << "; recording stopped\n";
+    streams_.messages << "vrda-player: " << refused->what() << "; recording stopped\n";
     tell("recording stopped: " + refused->facts().found);
     recorder_.reset();
   }
 
   void update_panel()
   {
-    show_.forget_message(now_s());
+    show_.expire_message(now_s());
     if (now_s() < next_report_s_) return;
     next_report_s_ = now_s() + report_interval_s;
-    show_.panel().tracker = devices_.report(DeviceId::tracker);
-    show_.panel().board = devices_.report(DeviceId::board);
+    show_.panel().tracker = devices_.report(devices::DeviceId::tracker);
+    show_.panel().board = devices_.report(devices::DeviceId::board);
     sum_watches();
   }
 
@@ -123,12 +124,13 @@ class BenchRun final : public Mode {
   {
     timing_.n_missed = timing_.n_late = 0;
     timing_.jitter_ms = 0.0;
-    for (const SampleWatch& watch : watches_) {
+    for (const StreamStatistics& watch : watches_) {
       timing_.n_missed += watch.n_missed();
       timing_.n_late += watch.n_late();
       timing_.jitter_ms = std::max(timing_.jitter_ms, watch.jitter_ms());
     }
-    timing_.n_lost = devices_.report(DeviceId::tracker).n_lost + devices_.report(DeviceId::board).n_lost;
+    timing_.n_lost =
+        devices_.report(devices::DeviceId::tracker).n_lost + devices_.report(devices::DeviceId::board).n_lost;
   }
 
   void note_times()
@@ -141,13 +143,13 @@ class BenchRun final : public Mode {
     if (frame_->newest_arrival_ns > 0) {
       timing_.latency.add(ms(finished_ns - frame_->newest_arrival_ns));
     } else {
-      ++timing_.n_repeated;
+      ++timing_.n_without_sample;
     }
-    if (!is_live(*frame_)) ++timing_.n_unsampled;
+    if (!is_live(*frame_)) ++timing_.n_not_live;
     ++timing_.n_pictures;
     timing_.n_samples += samples_.size();
-    for (const Sample& sample : samples_) {
-      if (sample.kind == SampleKind::place && sample.source < watches_.size())
+    for (const devices::Sample& sample : samples_) {
+      if (sample.kind == devices::SampleKind::tool_pose && sample.source < watches_.size())
         watches_[sample.source].add(sample);
     }
   }
@@ -155,26 +157,27 @@ class BenchRun final : public Mode {
   void write_calibration()
   {
     if (options_.calibration.empty()) return tell("not written: no --calibration FILE");
-    const auto refused = attempt([&] {
-      write_whole(options_.calibration, {calibration_text(state_.values().calibration, setup_.bench)});
+    const auto refused = loop::catch_input_error([&] {
+      write_atomically(options_.calibration,
+                       {bench_files::calibration_text(state_.values().calibration, setup_.bench)});
     });
     tell(refused ? refused->what() : "written: " + options_.calibration);
   }
 
   const BenchOptions& options_;
   const BenchSetup& setup_;
-  Streams streams_;
-  BenchShow show_;
+  loop::Streams streams_;
+  BenchOutput show_;
   BenchState state_;
-  Devices devices_;
-  std::unique_ptr<Recorder> recorder_;
-  std::vector<KeyPress> keys_;
-  std::vector<Sample> samples_;
+  devices::Devices devices_;
+  std::unique_ptr<recording::Recorder> recorder_;
+  std::vector<navigation::KeyPress> keys_;
+  std::vector<devices::Sample> samples_;
   // Current round.
   std::int64_t now_ns_ = 0;
-  BenchWishes wishes_;
+  BenchRequests wishes_;
   const BenchFrame* frame_ = nullptr;
-  std::vector<SampleWatch> watches_;
+  std::vector<StreamStatistics> watches_;
   BenchTiming timing_;
   std::int64_t finished_ns_ = 0;
   double next_report_s_ = 0.0;
@@ -184,19 +187,21 @@ class BenchRun final : public Mode {
 void require_options(const BenchOptions& options)
 {
   if (options.replay.empty()) {
-    if (options.from_s != 0.0) refuse_option("--from", "no --replay", "--replay with a recording");
-    if (options.speed) refuse_option("--speed", "no --replay", "--replay with a recording");
+    if (options.from_s != 0.0)
+      navigation::refuse_option("--from", "no --replay", "--replay with a recording");
+    if (options.speed) navigation::refuse_option("--speed", "no --replay", "--replay with a recording");
     if (options.is_headless && !options.seconds)
-      refuse_option("--headless", "no --seconds", "a duration, because there is no window to close");
+      navigation::refuse_option("--headless", "no --seconds",
+                                "a duration, because there is no window to close");
   } else {
-    if (!options.record.empty()) refuse_option("--record", "--replay", "one of them");
+    if (!options.record.empty()) navigation::refuse_option("--record", "--replay", "one of them");
   }
-  if (!options.video.empty()) require_video_name(options.video);
+  if (!options.video.empty()) loop::require_video_name(options.video);
 }
 
 }  // namespace
 
-void run_bench(const BenchOptions& options, const Streams& streams)
+void run_bench(const BenchOptions& options, const loop::Streams& streams)
 {
   require_options(options);
   if (!options.replay.empty()) {
@@ -205,13 +210,13 @@ void run_bench(const BenchOptions& options, const Streams& streams)
   }
   const BenchSetup setup = read_bench_setup(options);
   if (setup.facts.calibration_text.empty() && !options.is_quiet) {
-    streams.talk << (options.calibration.empty() ? "no --calibration"
-                                                 : options.calibration + ": does not exist")
-                 << ": the nominal calibration is used\n";
+    streams.messages << (options.calibration.empty() ? "no --calibration"
+                                                     : options.calibration + ": does not exist")
+                     << ": the nominal calibration is used\n";
   }
-  StopSignals stop;  // before the device threads start: they inherit the signal mask
+  loop::StopSignals stop;  // before the device threads start: they inherit the signal mask
   BenchRun bench(options, setup, streams);
-  run_loop(bench, bench.sink(), stop);
+  loop::run_loop(bench, bench.sink(), stop);
   bench.finish();
 }
 
@@ -239,11 +244,12 @@ std::string seal_of_file(const std::string& path)
 }
 
 /// `bench` does not use probe and marker, so their absence must not be reported.
-void remove_calibration_tools(BenchFile& bench)
+void remove_calibration_tools(bench_files::BenchFile& bench)
 {
   if (!bench.tracker) return;
   // They follow the tools of the last role.
-  bench.tracker->tools.resize(first_tool_of(bench, static_cast<BodyRole>(n_body_roles)));
+  bench.tracker->tools.resize(
+      bench_files::first_tool_index(bench, static_cast<bench_files::BodyRole>(bench_files::n_body_roles)));
 }
 
 struct Texts {
@@ -252,16 +258,18 @@ struct Texts {
 
 BenchSetup build_setup(const Texts& texts, const std::string& model_path, const std::string& set)
 {
-  BenchFile bench = parsed_bench_file(texts.bench, texts.bench_path);
+  bench_files::BenchFile bench = bench_files::parse_bench_file(texts.bench, texts.bench_path);
   remove_calibration_tools(bench);
-  Calibration calibration = texts.calibration.empty()
-                                ? nominal_calibration(bench)
-                                : parsed_calibration(texts.calibration, texts.calibration_path, bench);
-  MotionModel model = scaled_model(read_motion_model(model_path), calibration.subject_scale);
-  const std::string chosen = chosen_set(model, model_path, set);
-  Motion motion(model, chosen);
-  const SolverFrame frame = solver_frame(model, 0);
-  RecordingFacts facts{
+  bench_files::Calibration calibration =
+      texts.calibration.empty()
+          ? bench_files::nominal_calibration(bench)
+          : bench_files::parse_calibration(texts.calibration, texts.calibration_path, bench);
+  store::MotionModel model =
+      store::scaled_model(store::read_motion_model(model_path), calibration.subject_scale);
+  const std::string chosen = navigation::chosen_set(model, model_path, set);
+  motion::Motion motion(model, chosen);
+  const SolverFrame frame = store::solver_frame(model, 0);
+  recording::RecordingFacts facts{
       texts.bench_path,         texts.bench, texts.calibration_path, texts.calibration, model_path,
       seal_of_file(model_path), chosen};
   return {std::move(model), std::move(motion),      frame,
@@ -276,17 +284,18 @@ BenchSetup read_bench_setup(const BenchOptions& options)
     throw InputError({"--bench", "", "nothing", std::string(wanted_bench) + ", or --replay"});
   Texts texts;
   texts.bench_path = options.bench;
-  texts.bench = document_text(options.bench, wanted_bench);
+  texts.bench = documents::read_document_text(options.bench, wanted_bench);
   texts.calibration_path = options.calibration;
   // A new calibration file starts with nominal values.
   if (!options.calibration.empty() && std::filesystem::exists(options.calibration))
-    texts.calibration = document_text(options.calibration, "a calibration file (schemas/calibration.md)");
+    texts.calibration =
+        documents::read_document_text(options.calibration, "a calibration file (schemas/calibration.md)");
   return build_setup(texts, options.file, options.set);
 }
 
-BenchSetup setup_of(const Recording& recording, const BenchOptions& options)
+BenchSetup recorded_setup(const recording::Recording& recording, const BenchOptions& options)
 {
-  const RecordingFacts& facts = recording.facts;
+  const recording::RecordingFacts& facts = recording.facts;
   if (!options.bench.empty() || !options.calibration.empty()) {
     throw InputError({options.bench.empty() ? "--calibration" : "--bench", "",
                       "a file together with --replay", "no file, because the recording contains it"});
@@ -300,4 +309,4 @@ BenchSetup setup_of(const Recording& recording, const BenchOptions& options)
                      options.file, set);
 }
 
-}  // namespace vrda
+}  // namespace vrda::bench

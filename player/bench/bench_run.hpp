@@ -5,22 +5,22 @@
 #include <optional>
 #include <string>
 
+#include "bench_files/calibration.hpp"
 #include "devices/devices.hpp"
 #include "loop/loop.hpp"
 #include "motion/poses.hpp"
+#include "navigation/appearance.hpp"
 #include "recording/recording.hpp"
-#include "setup/calibration.hpp"
 #include "store/motion_model.hpp"
-#include "view/look.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 
 struct BenchOptions {
   std::string file;         ///< motion model
   std::string bench;        ///< bench file; empty with a replay, which contains it
   std::string calibration;  ///< empty: nominal
   std::string set;          ///< surface set; empty: the default one
-  LookOptions look;
+  navigation::AppearanceOptions look;
   int samples = 1;
   bool is_headless = false;
   std::string pictures;  ///< folder; empty: no pictures
@@ -42,33 +42,33 @@ struct DevicesOptions {
 
 /// Runs the bench from its devices or from a recording. Throws InputError for invalid options and files
 /// before it starts. Device failures during the run are shown and do not end it.
-void run_bench(const BenchOptions& options, const Streams& streams);
+void run_bench(const BenchOptions& options, const loop::Streams& streams);
 
 /// Plays the recording `options.replay`. Throws InputError for invalid options and files.
-void replay_bench(const BenchOptions& options, const Streams& streams);
+void replay_bench(const BenchOptions& options, const loop::Streams& streams);
 
 /// Lists the devices with link state, rate and last values. Returns the number of devices that do not answer.
-int list_devices(const DevicesOptions& options, const Streams& streams);
+int list_devices(const DevicesOptions& options, const loop::Streams& streams);
 
 /// Passes device samples to `take` for `seconds` or until a stop signal.
-void listen(Devices& devices, double seconds, StopSignals& stop,
-            const std::function<void(const Sample&)>& take);
+void receive_samples(devices::Devices& devices, double seconds, loop::StopSignals& stop,
+                     const std::function<void(const devices::Sample&)>& take);
 
 /// Validated inputs of a bench run.
 struct BenchSetup {
-  MotionModel model;
-  Motion motion;
+  store::MotionModel model;
+  motion::Motion motion;
   SolverFrame frame;  ///< solver frame of the model at the first flexion
-  BenchFile bench;
-  Calibration calibration;
-  RecordingFacts facts;  ///< header of a new recording
+  bench_files::BenchFile bench;
+  bench_files::Calibration calibration;
+  recording::RecordingFacts facts;  ///< header of a new recording
 };
 
 /// Reads the files of the options. Throws InputError.
 BenchSetup read_bench_setup(const BenchOptions& options);
 
 /// Setup of a recording. The motion model of the options must be the recorded one. Throws InputError.
-BenchSetup setup_of(const Recording& recording, const BenchOptions& options);
+BenchSetup recorded_setup(const recording::Recording& recording, const BenchOptions& options);
 
 struct SimulateOptions {
   std::string bench;
@@ -79,6 +79,6 @@ struct SimulateOptions {
 };
 
 /// Simulates tracker and board as described in [simulation] of the bench file. Throws InputError.
-void simulate(const SimulateOptions& options, const Streams& streams);
+void simulate(const SimulateOptions& options, const loop::Streams& streams);
 
-}  // namespace vrda
+}  // namespace vrda::bench

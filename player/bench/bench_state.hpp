@@ -6,32 +6,32 @@
 #include <optional>
 
 #include "bench/body_tracker.hpp"
+#include "bench_files/parameters.hpp"
 #include "motion/poses.hpp"
-#include "setup/parameters.hpp"
 #include "tracking/one_euro.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 
 /// State of an input.
-struct InputMark {
+struct InputStatus {
   bool is_used = false;
   bool is_live = false;  ///< false: the last valid value is shown
   bool was_seen = false;
-  double age_s = 0.0;  ///< age of the shown value
-  SeenState state =
-      SeenState::missing;  ///< `seen` for a stage that is not live but sends counts without zero
+  double age_s = 0.0;                                                ///< age of the shown value
+  devices::ToolVisibility state = devices::ToolVisibility::missing;  ///< `seen` for a stage that is not live
+                                                                     ///< but sends counts without zero
 };
 
 /// Poses and input states of one displayed frame.
 struct BenchFrame {
-  JointPose pose;  ///< motion model at the leg's attitude
+  motion::JointPose pose;  ///< motion model at the leg's attitude
   Pose X_tracker_reference = Pose::Identity();
   Pose X_tracker_moving = Pose::Identity();
   Pose X_tracker_eyes = Pose::Identity();
-  std::array<InputMark, n_body_roles> bodies;
-  InputMark stage, potentiometer;
+  std::array<InputStatus, bench_files::n_body_roles> bodies;
+  InputStatus stage, potentiometer;
   double stage_mm = 0.0;
-  bool is_stage_zeroed = false, has_stage_lost_counts = false;
+  bool is_stage_zeroed = false, stage_has_lost_counts = false;
   std::int64_t newest_arrival_ns = 0;  ///< newest tracker sample since the previous frame; 0: none
   int n_samples = 0;                   ///< tracker samples since the previous frame
 };
@@ -42,25 +42,25 @@ bool is_live(const BenchFrame& frame);
 class BenchState {
  public:
   /// `motion` must outlive the state; `frame`: solver frame of the model at the first flexion.
-  BenchState(const BenchFile& bench, const Calibration& calibration, const Motion& motion,
-             const SolverFrame& frame);
+  BenchState(const bench_files::BenchFile& bench, const bench_files::Calibration& calibration,
+             const motion::Motion& motion, const SolverFrame& frame);
 
   /// Processes a sample, in order of arrival. All samples of a message must precede the next frame().
-  void take(const Sample& sample);
+  void take(const devices::Sample& sample);
 
   /// Frame to draw at `now_ns` of the samples' clock. Does not allocate.
   const BenchFrame& frame(std::int64_t now_ns);
 
-  BenchValues& values() { return values_; }
-  const BenchValues& values() const { return values_; }
+  bench_files::BenchValues& values() { return values_; }
+  const bench_files::BenchValues& values() const { return values_; }
   /// Parameter changed by keys, and by a potentiometer that drives "selected".
   std::size_t selected() const { return selected_; }
   void select(std::size_t parameter);
   void set_filter(bool is_on) { is_filtered_ = is_on; }
   bool is_filtered() const { return is_filtered_; }
-  const BenchFile& bench() const { return bench_; }
+  const bench_files::BenchFile& bench() const { return bench_; }
   /// Last pose fit of a body of markers; nullptr for a tool.
-  const PoseFit* fit(BodyRole role) const;
+  const tracking::PoseFit* fit(bench_files::BodyRole role) const;
 
  private:
   struct BoardInput {
@@ -69,11 +69,11 @@ class BenchState {
     std::int32_t count = 0;
     std::uint8_t flags = 0;
   };
-  BodyTracker* body(BodyRole role);
-  void take_place(const Sample& sample);
-  void take_link(const Sample& sample);
-  void take_stage(const Sample& sample);
-  void take_potentiometer(const Sample& sample);
+  BodyTracker* body(bench_files::BodyRole role);
+  void take_place(const devices::Sample& sample);
+  void take_link(const devices::Sample& sample);
+  void take_stage(const devices::Sample& sample);
+  void take_potentiometer(const devices::Sample& sample);
   bool is_turning(double time_s);
   void settle();
   void update_leg();
@@ -81,20 +81,20 @@ class BenchState {
   double most_of(std::size_t parameter) const;
   Pose X_tracker_eyes(double time_s) const;
   void place_model(double time_s);
-  InputMark mark_of(const BodyTracker& tracker, double now_s) const;
-  InputMark mark_of(const BoardInput& input, double now_s) const;
+  InputStatus mark_of(const BodyTracker& tracker, double now_s) const;
+  InputStatus mark_of(const BoardInput& input, double now_s) const;
   double stage_mm() const;
 
-  BenchFile bench_;
-  BenchValues values_;
-  const Motion& motion_;
+  bench_files::BenchFile bench_;
+  bench_files::BenchValues values_;
+  const motion::Motion& motion_;
   SolverFrame frame_of_model_;
-  std::array<std::optional<BodyTracker>, n_body_roles> trackers_;
+  std::array<std::optional<BodyTracker>, bench_files::n_body_roles> trackers_;
   ClockMap tracker_clock_;
   BoardInput stage_, potentiometer_;
   bool has_lost_zero_ = false;         ///< the board restarted since the stage was zeroed
   std::optional<std::size_t> driven_;  ///< parameter driven by the potentiometer; empty: the selected one
-  OneEuroFilter potentiometer_filter_;
+  tracking::OneEuroFilter potentiometer_filter_;
   double potentiometer_count_ = 0.0;   ///< filtered
   std::optional<double> start_count_;  ///< count when the parameter was selected
   double start_value_ = 0.0;           ///< value of the driven parameter at start_count_
@@ -102,12 +102,12 @@ class BenchState {
   double turning_until_s_ = 0.0;
   std::size_t selected_ = 0;
   bool is_filtered_ = true;
-  OneEuroAngles filter_;
-  AnglesPredictor angles_predictor_;
-  std::optional<TimedAngles> angles_;  ///< two bodies: filtered angles
+  tracking::OneEuroAngles filter_;
+  tracking::AnglesPredictor angles_predictor_;
+  std::optional<tracking::TimedAngles> angles_;  ///< two bodies: filtered angles
   std::int64_t newest_arrival_ns_ = 0;
   int n_samples_ = 0;
   BenchFrame shown_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::bench

@@ -5,7 +5,7 @@
 
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 namespace {
 
 constexpr std::int64_t clock_step_ns = 1'000'000'000;
@@ -36,8 +36,8 @@ double ClockMap::time_s(std::int64_t device_ns, std::int64_t arrival_ns)
   return time_s_;
 }
 
-BodyTracker::BodyTracker(const BodySettings& settings, std::size_t first_tool)
-    : first_tool_(first_tool), n_tools_(n_tools(settings)), has_markers_(settings.tool.empty())
+BodyTracker::BodyTracker(const bench_files::BodySettings& settings, std::size_t first_tool)
+    : first_tool_(first_tool), n_tools_(bench_files::n_tools(settings)), has_markers_(settings.tool.empty())
 {
   if (has_markers_) n_tools_ = settings.markers.size();
   has_come_.resize(n_tools_);
@@ -49,26 +49,26 @@ BodyTracker::BodyTracker(const BodySettings& settings, std::size_t first_tool)
   row_.resize(n_tools_);
 }
 
-void BodyTracker::take(const Sample& sample, double time_s)
+void BodyTracker::take(const devices::Sample& sample, double time_s)
 {
   has_come_[sample.source - first_tool_] = true;
-  const auto state = static_cast<SeenState>(sample.state);
+  const auto state = static_cast<devices::ToolVisibility>(sample.state);
   if (!has_markers_) {
     state_ = state;
-    is_live_ = state == SeenState::seen;
-    if (is_live_) see({time_s, pose_of(sample.place)});
+    is_live_ = state == devices::ToolVisibility::seen;
+    if (is_live_) see({time_s, devices::pose_of(sample.tool_pose)});
     has_new_pose_ = has_new_pose_ || is_live_;
     return;
   }
   std::optional<Eigen::Vector3d>& marker = row_[sample.source - first_tool_];
   marker.reset();
-  if (state == SeenState::seen) marker = Eigen::Vector3d::Map(sample.place.position_mm);
+  if (state == devices::ToolVisibility::seen) marker = Eigen::Vector3d::Map(sample.tool_pose.position_mm);
   // Stamps may be of the frame or of each marker's firing; the frame time is the earliest.
   row_time_s_ = has_row_ ? std::min(row_time_s_, time_s) : time_s;
   has_row_ = true;
 }
 
-bool BodyTracker::settle()
+bool BodyTracker::end_message()
 {
   std::fill(has_come_.begin(), has_come_.end(), false);
   if (has_markers_) return has_row_ && settle_markers();
@@ -79,22 +79,23 @@ bool BodyTracker::settle()
 
 bool BodyTracker::settle_markers()
 {
-  std::optional<BodyMotion> before;
-  if (has_last_) before = BodyMotion{last_, velocity_};
-  const FiredFit fired = fit_fired(body_, row_, row_time_s_, before, firing_);
+  std::optional<tracking::BodyMotion> before;
+  if (has_last_) before = tracking::BodyMotion{last_, velocity_};
+  const tracking::FiredFit fired = tracking::fit_fired(body_, row_, row_time_s_, before, firing_);
   fit_ = fired.fit;
   velocity_ = fired.velocity;
   has_row_ = false;
   std::fill(row_.begin(), row_.end(), std::nullopt);
-  is_live_ = fit_.status == FitStatus::fitted;
-  state_ = is_live_
-               ? SeenState::seen
-               : (fit_.status == FitStatus::too_few_markers ? SeenState::missing : SeenState::not_a_place);
+  is_live_ = fit_.status == tracking::FitStatus::fitted;
+  state_ = is_live_ ? devices::ToolVisibility::seen
+                    : (fit_.status == tracking::FitStatus::too_few_markers
+                           ? devices::ToolVisibility::missing
+                           : devices::ToolVisibility::invalid_pose);
   if (is_live_) see({row_time_s_, fit_.X_tracker_body});
   return is_live_;
 }
 
-void BodyTracker::see(const TimedPose& pose)
+void BodyTracker::see(const tracking::TimedPose& pose)
 {
   // After a long occlusion the velocity is unknown.
   constexpr double longest_gap_s = 0.25;
@@ -104,10 +105,10 @@ void BodyTracker::see(const TimedPose& pose)
   has_last_ = true;
 }
 
-void BodyTracker::lose()
+void BodyTracker::disconnect()
 {
   is_live_ = false;
-  state_ = SeenState::stale;
+  state_ = devices::ToolVisibility::stale;
 }
 
 Pose BodyTracker::at(double time_s) const
@@ -115,4 +116,4 @@ Pose BodyTracker::at(double time_s) const
   return is_live_ && predictor_.has_sample() ? predictor_.at(time_s) : last_.X;
 }
 
-}  // namespace vrda
+}  // namespace vrda::bench

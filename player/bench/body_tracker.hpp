@@ -4,12 +4,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "bench_files/bench_file.hpp"
 #include "devices/sample.hpp"
-#include "setup/bench_file.hpp"
 #include "tracking/body_pose.hpp"
 #include "tracking/prediction.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 
 /// Maps device time stamps to the local clock. The offset is the smallest observed arrival delay; it is
 /// relaxed by 0.1 ms a second to follow clock drift.
@@ -30,22 +30,22 @@ class ClockMap {
 class BodyTracker {
  public:
   /// `first_tool`: index of the body's first tool in the order of BenchFile.
-  BodyTracker(const BodySettings& settings, std::size_t first_tool);
+  BodyTracker(const bench_files::BodySettings& settings, std::size_t first_tool);
 
   bool has_markers() const { return has_markers_; }
   bool has_tool(std::size_t tool) const { return tool >= first_tool_ && tool < first_tool_ + n_tools_; }
   /// Whether the tool was received since the last end_message(); its next sample starts a new message.
-  bool has_come(std::size_t tool) const { return has_come_[tool - first_tool_]; }
+  bool has_received(std::size_t tool) const { return has_come_[tool - first_tool_]; }
   /// Adds a sample of one of the body's tools, measured at `time_s` of the local clock.
-  void take(const Sample& sample, double time_s);
+  void take(const devices::Sample& sample, double time_s);
   /// Ends a message: fits the markers received since the last call. Returns true if there is a new pose.
-  bool settle();
+  bool end_message();
   /// The tracker is disconnected.
-  void lose();
+  void disconnect();
 
   bool was_seen() const { return has_last_; }
   bool is_live() const { return is_live_; }
-  SeenState state() const { return state_; }
+  devices::ToolVisibility state() const { return state_; }
   /// Time of the last pose, s of the local clock.
   double seen_s() const { return last_.time_s; }
   /// Last pose; identity before the first one.
@@ -53,27 +53,27 @@ class BodyTracker {
   /// Pose extrapolated to `time_s`; the last pose if the body is hidden.
   Pose at(double time_s) const;
   /// Last fit of the markers.
-  const PoseFit& fit() const { return fit_; }
+  const tracking::PoseFit& fit() const { return fit_; }
 
  private:
-  void see(const TimedPose& pose);
+  void see(const tracking::TimedPose& pose);
   bool settle_markers();
 
   std::size_t first_tool_ = 0, n_tools_ = 1;
   std::vector<bool> has_come_;
   bool has_markers_ = false;
-  RigidBody body_;
-  Firing firing_;
-  MarkerRow row_;  ///< markers since the last end_message()
+  tracking::RigidBody body_;
+  tracking::Firing firing_;
+  tracking::MarkerRow row_;  ///< markers since the last end_message()
   bool has_row_ = false;
   double row_time_s_ = 0.0;
   bool has_new_pose_ = false;  ///< tool only
-  PoseFit fit_;
-  Screw velocity_;  ///< of the last marker fit: start value of the next
-  PlacePredictor predictor_;
-  TimedPose last_;
+  tracking::PoseFit fit_;
+  tracking::Screw velocity_;  ///< of the last marker fit: start value of the next
+  tracking::PosePredictor predictor_;
+  tracking::TimedPose last_;
   bool has_last_ = false, is_live_ = false;
-  SeenState state_ = SeenState::missing;
+  devices::ToolVisibility state_ = devices::ToolVisibility::missing;
 };
 
-}  // namespace vrda
+}  // namespace vrda::bench

@@ -5,9 +5,9 @@
 #include <string>
 
 #include "bench/bench_state.hpp"
-#include "view/keys.hpp"
+#include "navigation/keys.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 
 /// Request of a key to the loop.
 enum class BenchRequest {
@@ -21,12 +21,12 @@ enum class BenchRequest {
 };
 
 /// Applies a key to `state` and returns the remaining request.
-BenchRequest press_key(BenchState& state, const KeyPress& press);
+BenchRequest apply_key(BenchState& state, const navigation::KeyPress& press);
 
 /// Help lines of the keys, for the help page and the command line.
-std::span<const HelpLine> bench_key_lines();
+std::span<const navigation::HelpLine> bench_key_lines();
 
 /// "flexion 35.5 deg"; "left.k1 0.021".
 std::string parameter_text(const BenchState& state, std::size_t parameter);
 
-}  // namespace vrda
+}  // namespace vrda::bench

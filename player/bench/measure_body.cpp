@@ -10,10 +10,10 @@
 #include "settings/settings_text.hpp"
 #include "tracking/rigid_body.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 namespace {
 
-bool has_marker(const MarkerRow& row)
+bool has_marker(const tracking::MarkerRow& row)
 {
   return std::any_of(row.begin(), row.end(), [](const auto& marker) { return marker.has_value(); });
 }
@@ -32,51 +32,52 @@ void MarkerFrames::end_row()
   std::fill(has_come_.begin(), has_come_.end(), false);
 }
 
-void MarkerFrames::take(const Sample& sample)
+void MarkerFrames::take(const devices::Sample& sample)
 {
-  const bool is_marker = sample.kind == SampleKind::place && sample.source >= first_tool_ &&
+  const bool is_marker = sample.kind == devices::SampleKind::tool_pose && sample.source >= first_tool_ &&
                          sample.source < first_tool_ + n_markers_;
   if (!is_marker) return;
   const std::size_t k = sample.source - first_tool_;
   // A second sample of a marker starts the next message.
   if (has_come_[k]) end_row();
   has_come_[k] = true;
-  if (static_cast<SeenState>(sample.state) == SeenState::seen)
-    row_[k] = Eigen::Vector3d::Map(sample.place.position_mm);
+  if (static_cast<devices::ToolVisibility>(sample.state) == devices::ToolVisibility::seen)
+    row_[k] = Eigen::Vector3d::Map(sample.tool_pose.position_mm);
 }
 
-std::vector<MarkerRow> MarkerFrames::frames(std::size_t most) const
+std::vector<tracking::MarkerRow> MarkerFrames::frames(std::size_t most) const
 {
-  std::vector<MarkerRow> all = rows_;
+  std::vector<tracking::MarkerRow> all = rows_;
   if (has_marker(row_)) all.push_back(row_);
   if (all.size() <= most) return all;
-  std::vector<MarkerRow> some;
+  std::vector<tracking::MarkerRow> some;
   for (std::size_t k = 0; k < most; ++k) some.push_back(all[k * all.size() / most]);
   return some;
 }
 
-FitQuality quality_of(const PoseFit& fit)
+FitQuality quality_of(const tracking::PoseFit& fit)
 {
   FitQuality quality;
-  if (fit.status != FitStatus::fitted) return quality;
-  const PoseError error = expected_error(fit.cloud, noise_mm(fit));
+  if (fit.status != tracking::FitStatus::fitted) return quality;
+  const tracking::PoseError error = tracking::expected_error(fit.cloud, tracking::noise_mm(fit));
   quality.residual_mm = fit.residual_rms_mm;
   quality.n_markers = fit.cloud.n;
-  quality.turn_sd_deg = deg_from_rad(error.turn_rad.maxCoeff());
-  quality.middle_sd_mm = error.centre_mm;
+  quality.rotation_sd_deg = deg_from_rad(error.turn_rad.maxCoeff());
+  quality.centroid_sd_mm = error.centre_mm;
   return quality;
 }
 
-std::string fit_text(const PoseFit& fit)
+std::string fit_text(const tracking::PoseFit& fit)
 {
-  if (fit.status != FitStatus::fitted) {
-    std::string why = name_of(fit.status);
+  if (fit.status != tracking::FitStatus::fitted) {
+    std::string why = tracking::name_of(fit.status);
     std::replace(why.begin(), why.end(), '_', ' ');
     return why;
   }
   const FitQuality quality = quality_of(fit);
-  return "residual " + rounded_text(quality.residual_mm, 2) + " mm at " + std::to_string(quality.n_markers) +
-         " markers, rotation sd " + rounded_text(quality.turn_sd_deg, 2) + " deg";
+  return "residual " + settings::rounded_text(quality.residual_mm, 2) + " mm at " +
+         std::to_string(quality.n_markers) + " markers, rotation sd " +
+         settings::rounded_text(quality.rotation_sd_deg, 2) + " deg";
 }
 
 namespace {
@@ -84,38 +85,39 @@ namespace {
 /// The mean of 500 frames has 1/20 of the noise of one, which is below the systematic error of a tracker.
 constexpr std::size_t most_frames = 500;
 
-std::string key_of(BodyRole role)
+std::string key_of(bench_files::BodyRole role)
 {
-  return std::string("body.") + name_of(role);
+  return std::string("body.") + bench_files::name_of(role);
 }
 
-const BodySettings& settings_of(const BenchFile& bench, BodyRole role)
+const bench_files::BodySettings& settings_of(const bench_files::BenchFile& bench, bench_files::BodyRole role)
 {
   return *bench.bodies[static_cast<std::size_t>(role)];
 }
 
-BodyRole wanted_role(const BenchFile& bench, const std::string& name)
+bench_files::BodyRole wanted_role(const bench_files::BenchFile& bench, const std::string& name)
 {
   std::string known;
-  for (std::size_t k = 0; k < n_body_roles; ++k) {
-    const auto role = static_cast<BodyRole>(k);
+  for (std::size_t k = 0; k < bench_files::n_body_roles; ++k) {
+    const auto role = static_cast<bench_files::BodyRole>(k);
     if (!bench.bodies[k] || bench.bodies[k]->markers.empty()) continue;
-    if (name == name_of(role)) return role;
-    known += std::string(known.empty() ? "" : " or ") + name_of(role);
+    if (name == bench_files::name_of(role)) return role;
+    known += std::string(known.empty() ? "" : " or ") + bench_files::name_of(role);
   }
   throw InputError({bench.path, "body",
                     known.empty() ? "no body of markers" : "no body of markers '" + name + "'",
                     known.empty() ? "a body with the key markers" : known});
 }
 
-int n_seen_in(const std::vector<MarkerRow>& frames, std::size_t marker)
+int n_seen_in(const std::vector<tracking::MarkerRow>& frames, std::size_t marker)
 {
   int n = 0;
-  for (const MarkerRow& frame : frames) n += frame[marker] ? 1 : 0;
+  for (const tracking::MarkerRow& frame : frames) n += frame[marker] ? 1 : 0;
   return n;
 }
 
-void require_seen(const std::vector<MarkerRow>& frames, const BenchFile& bench, BodyRole role)
+void require_seen(const std::vector<tracking::MarkerRow>& frames, const bench_files::BenchFile& bench,
+                  bench_files::BodyRole role)
 {
   const std::vector<std::string>& names = settings_of(bench, role).markers;
   std::string unseen;
@@ -129,7 +131,8 @@ void require_seen(const std::vector<MarkerRow>& frames, const BenchFile& bench, 
 }
 
 /// Rethrows an error of the body fit with the marker names of the file.
-[[noreturn]] void refuse_named(const FitRefusal& refusal, const BenchFile& bench, BodyRole role)
+[[noreturn]] void refuse_named(const tracking::FitError& refusal, const bench_files::BenchFile& bench,
+                               bench_files::BodyRole role)
 {
   const InputError::Facts& facts = refusal.facts();
   std::string what;
@@ -139,91 +142,97 @@ void require_seen(const std::vector<MarkerRow>& frames, const BenchFile& bench, 
   throw InputError({bench.path, key_of(role) + ".markers", what + facts.found, facts.wanted});
 }
 
-std::string tracker_trouble(const DeviceReport& report)
+std::string tracker_trouble(const devices::DeviceReport& report)
 {
-  if (report.link == LinkState::up) return "the tracker answers";
+  if (report.link == devices::LinkState::up) return "the tracker answers";
   return "no tracker at " + report.peer + (report.trouble.empty() ? "" : ": " + report.trouble);
 }
 
-std::vector<MarkerRow> received_frames(const BenchFile& bench, BodyRole role, double seconds)
+std::vector<tracking::MarkerRow> received_frames(const bench_files::BenchFile& bench,
+                                                 bench_files::BodyRole role, double seconds)
 {
-  StopSignals stop;
-  Devices devices(bench.tracker, std::nullopt);
-  MarkerFrames received(first_tool_of(bench, role), settings_of(bench, role).markers.size());
-  listen(devices, seconds, stop, [&](const Sample& sample) { received.take(sample); });
-  std::vector<MarkerRow> frames = received.frames(most_frames);
+  loop::StopSignals stop;
+  devices::Devices devices(bench.tracker, std::nullopt);
+  MarkerFrames received(bench_files::first_tool_index(bench, role), settings_of(bench, role).markers.size());
+  receive_samples(devices, seconds, stop, [&](const devices::Sample& sample) { received.take(sample); });
+  std::vector<tracking::MarkerRow> frames = received.frames(most_frames);
   if (frames.empty()) {
     throw InputError({bench.path, key_of(role) + ".markers",
-                      "none of them seen in " + rounded_text(seconds, 1) + " s (" +
-                          tracker_trouble(devices.report(DeviceId::tracker)) + ")",
+                      "none of them seen in " + settings::rounded_text(seconds, 1) + " s (" +
+                          tracker_trouble(devices.report(devices::DeviceId::tracker)) + ")",
                       "markers that the tracker reports with these names"});
   }
   return frames;
 }
 
 /// Fit of all markers with the noise of the frames.
-PoseFit typical_fit(const BuiltBody& built)
+tracking::PoseFit typical_fit(const tracking::BuiltBody& built)
 {
-  PoseFit fit;
-  fit.status = FitStatus::fitted;
+  tracking::PoseFit fit;
+  fit.status = tracking::FitStatus::fitted;
   fit.residual_rms_mm = built.residual_rms_mm;
-  MarkerRow all;
+  tracking::MarkerRow all;
   for (Eigen::Index k = 0; k < built.body.markers_mm.rows(); ++k)
     all.emplace_back(built.body.markers_mm.row(k).transpose());
-  fit.cloud = cloud_of(built.body, all);
+  fit.cloud = tracking::cloud_of(built.body, all);
   return fit;
 }
 
 }  // namespace
 
-BuiltBody body_from(const std::vector<MarkerRow>& frames, const BenchFile& bench, BodyRole role)
+tracking::BuiltBody build_measured_body(const std::vector<tracking::MarkerRow>& frames,
+                                        const bench_files::BenchFile& bench, bench_files::BodyRole role)
 {
   require_seen(frames, bench, role);
-  BodyOptions options;
-  for (const Eigen::Vector3d& p : settings_of(bench, role).markers_body_mm) options.wanted_mm.emplace_back(p);
+  tracking::BodyOptions options;
+  for (const Eigen::Vector3d& p : settings_of(bench, role).markers_body_mm) options.given_mm.emplace_back(p);
   try {
-    return build_body(frames, bench.path, options);
-  } catch (const FitRefusal& refusal) {
+    return tracking::build_body(frames, bench.path, options);
+  } catch (const tracking::FitError& refusal) {
     refuse_named(refusal, bench, role);
   }
 }
 
-std::string body_text(const BuiltBody& built, const BenchFile& bench, BodyRole role)
+std::string bench_file_lines(const tracking::BuiltBody& built, const bench_files::BenchFile& bench,
+                             bench_files::BodyRole role)
 {
-  const BodySettings& settings = settings_of(bench, role);
+  const bench_files::BodySettings& settings = settings_of(bench, role);
   std::ostringstream text;
   text << "[" << key_of(role) << "]\nmarkers = [";
   for (std::size_t k = 0; k < settings.markers.size(); ++k)
-    text << (k == 0 ? "" : ", ") << quoted_text(settings.markers[k]);
+    text << (k == 0 ? "" : ", ") << settings::quoted_text(settings.markers[k]);
   text << "]\nmarkers_mm = [";
   for (Eigen::Index k = 0; k < built.body.markers_mm.size(); ++k)
-    text << (k == 0 ? "" : ", ") << rounded_text(built.body.markers_mm(k / 3, k % 3), 3);
+    text << (k == 0 ? "" : ", ") << settings::rounded_text(built.body.markers_mm(k / 3, k % 3), 3);
   const FitQuality quality = quality_of(typical_fit(built));
   text << "]\n# from " << built.n_frames << " frames, " << built.n_refused
-       << " with fewer than three markers excluded; residual " << rounded_text(built.residual_rms_mm, 3)
+       << " with fewer than three markers excluded; residual "
+       << settings::rounded_text(built.residual_rms_mm, 3)
        << " mm (root mean square)\n# expected pose error with all markers: rotation "
-       << rounded_text(quality.turn_sd_deg, 3) << " degrees, centroid "
-       << rounded_text(quality.middle_sd_mm, 3) << " mm (standard deviations)\n";
+       << settings::rounded_text(quality.rotation_sd_deg, 3) << " degrees, centroid "
+       << settings::rounded_text(quality.centroid_sd_mm, 3) << " mm (standard deviations)\n";
   for (std::size_t k = 0; k < settings.markers.size(); ++k)
-    text << "# " << settings.markers[k] << ": " << rounded_text(built.markers[k].residual_rms_mm, 3)
+    text << "# " << settings.markers[k] << ": " << settings::rounded_text(built.markers[k].residual_rms_mm, 3)
          << " mm in " << built.markers[k].n_frames << " frames\n";
   if (!settings.markers_body_mm.empty())
     text << "# in the frame of the bench file's markers_mm, difference "
-         << rounded_text(built.wanted_rms_mm, 3) << " mm (root mean square)\n";
-  if (built.status != BuildStatus::converged)
+         << settings::rounded_text(built.given_rms_mm, 3) << " mm (root mean square)\n";
+  if (built.status != tracking::BuildStatus::converged)
     text << "# not converged: too few frames with the same markers\n";
   return text.str();
 }
 
-void measure_body(const MeasureBodyOptions& options, const Streams& streams)
+void measure_body(const MeasureBodyOptions& options, const loop::Streams& streams)
 {
-  const BenchFile bench = read_bench_file(options.bench, MarkerPlaces::may_be_missing);
-  const BodyRole role = wanted_role(bench, options.role);
+  const bench_files::BenchFile bench =
+      bench_files::read_bench_file(options.bench, bench_files::MarkerPositions::optional);
+  const bench_files::BodyRole role = wanted_role(bench, options.role);
   if (!options.is_quiet)
-    streams.talk << "Rotate the body '" << name_of(role) << "' slowly in front of the tracker for "
-                 << rounded_text(options.seconds, 1) << " s" << std::endl;
-  const std::vector<MarkerRow> frames = received_frames(bench, role, options.seconds);
-  streams.data << body_text(body_from(frames, bench, role), bench, role);
+    streams.messages << "Rotate the body '" << bench_files::name_of(role)
+                     << "' slowly in front of the tracker for " << settings::rounded_text(options.seconds, 1)
+                     << " s" << std::endl;
+  const std::vector<tracking::MarkerRow> frames = received_frames(bench, role, options.seconds);
+  streams.data << bench_file_lines(build_measured_body(frames, bench, role), bench, role);
 }
 
-}  // namespace vrda
+}  // namespace vrda::bench

@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "bench_files/bench_file.hpp"
 #include "devices/sample.hpp"
 #include "loop/loop.hpp"
-#include "setup/bench_file.hpp"
 #include "tracking/body_pose.hpp"
 #include "tracking/rigid_body.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 
 /// Groups marker samples by message.
 class MarkerFrames {
@@ -19,31 +19,31 @@ class MarkerFrames {
   MarkerFrames(std::size_t first_tool, std::size_t n_markers);
 
   /// Adds a sample, in order of arrival; ignores other tools.
-  void take(const Sample& sample);
+  void take(const devices::Sample& sample);
 
   /// Frames with at least one visible marker; at most `most`, evenly selected.
-  std::vector<MarkerRow> frames(std::size_t most) const;
+  std::vector<tracking::MarkerRow> frames(std::size_t most) const;
 
  private:
   void end_row();
 
   std::size_t first_tool_, n_markers_;
   std::vector<bool> has_come_;  ///< received in the current row
-  MarkerRow row_;
-  std::vector<MarkerRow> rows_;
+  tracking::MarkerRow row_;
+  std::vector<tracking::MarkerRow> rows_;
 };
 
 /// Expected pose error for the noise estimated from the fit's residual; zero without a fit.
 struct FitQuality {
-  double residual_mm = 0.0;   ///< root mean square at the used markers
-  int n_markers = 0;          ///< used markers
-  double turn_sd_deg = 0.0;   ///< standard deviation of the rotation about the least certain axis
-  double middle_sd_mm = 0.0;  ///< standard deviation of the centroid of the markers
+  double residual_mm = 0.0;      ///< root mean square at the used markers
+  int n_markers = 0;             ///< used markers
+  double rotation_sd_deg = 0.0;  ///< standard deviation of the rotation about the least certain axis
+  double centroid_sd_mm = 0.0;   ///< standard deviation of the centroid of the markers
 };
-FitQuality quality_of(const PoseFit& fit);
+FitQuality quality_of(const tracking::PoseFit& fit);
 
 /// "residual 0.12 mm at 4 markers, rotation sd 0.06 deg"; without a fit the reason.
-std::string fit_text(const PoseFit& fit);
+std::string fit_text(const tracking::PoseFit& fit);
 
 struct MeasureBodyOptions {
   std::string role, bench;
@@ -53,13 +53,15 @@ struct MeasureBodyOptions {
 
 /// Measures the body and writes its lines for the bench file, with residual and expected error as comments.
 /// Throws InputError, also for markers that do not form a valid body.
-void measure_body(const MeasureBodyOptions& options, const Streams& streams);
+void measure_body(const MeasureBodyOptions& options, const loop::Streams& streams);
 
 /// Builds the body from `frames`, in the frame of the file's markers_mm if present. Throws InputError with
 /// the bench file, the body and its markers.
-BuiltBody body_from(const std::vector<MarkerRow>& frames, const BenchFile& bench, BodyRole role);
+tracking::BuiltBody build_measured_body(const std::vector<tracking::MarkerRow>& frames,
+                                        const bench_files::BenchFile& bench, bench_files::BodyRole role);
 
 /// Lines of the body for the bench file.
-std::string body_text(const BuiltBody& built, const BenchFile& bench, BodyRole role);
+std::string bench_file_lines(const tracking::BuiltBody& built, const bench_files::BenchFile& bench,
+                             bench_files::BodyRole role);
 
-}  // namespace vrda
+}  // namespace vrda::bench

@@ -6,34 +6,37 @@
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 namespace {
 
 std::string hundredths(double value)
 {
-  return rounded_text(value, 2);
+  return settings::rounded_text(value, 2);
 }
 
 }  // namespace
 
-std::vector<TimedPose> recorded_motion(const Recording& recording, const BenchFile& bench, BodyRole role)
+std::vector<tracking::TimedPose> recorded_motion(const recording::Recording& recording,
+                                                 const bench_files::BenchFile& bench,
+                                                 bench_files::BodyRole role)
 {
-  std::vector<TimedPose> motion;
-  const std::optional<BodySettings>& settings = bench.bodies[static_cast<std::size_t>(role)];
+  std::vector<tracking::TimedPose> motion;
+  const std::optional<bench_files::BodySettings>& settings = bench.bodies[static_cast<std::size_t>(role)];
   if (!settings) return motion;
-  BodyTracker tracker(*settings, first_tool_of(bench, role));
+  BodyTracker tracker(*settings, bench_files::first_tool_index(bench, role));
   ClockMap clock;
   const auto settle = [&] {
-    if (!tracker.settle()) return;
+    if (!tracker.end_message()) return;
     if (motion.empty() || tracker.seen_s() > motion.back().time_s)
       motion.push_back({tracker.seen_s(), tracker.last()});
   };
-  for (const RecordedPicture& picture : recording.pictures) {
-    for (const Sample& sample : picture.samples) {
-      if (sample.kind != SampleKind::place || !tracker.has_tool(sample.source)) continue;
-      if (tracker.has_come(sample.source)) settle();
+  for (const recording::RecordedFrame& picture : recording.frames) {
+    for (const devices::Sample& sample : picture.samples) {
+      if (sample.kind != devices::SampleKind::tool_pose || !tracker.has_tool(sample.source)) continue;
+      if (tracker.has_received(sample.source)) settle();
       // As in BenchState, hidden samples do not update the clock map.
-      const bool is_seen = static_cast<SeenState>(sample.state) == SeenState::seen;
+      const bool is_seen =
+          static_cast<devices::ToolVisibility>(sample.state) == devices::ToolVisibility::seen;
       const double time_s = is_seen ? clock.time_s(sample.device_ns, sample.arrival_ns)
                                     : static_cast<double>(sample.arrival_ns) * 1e-9;
       tracker.take(sample, time_s);
@@ -43,15 +46,17 @@ std::vector<TimedPose> recorded_motion(const Recording& recording, const BenchFi
   return motion;
 }
 
-std::vector<BodyPrediction> recorded_predictions(const Recording& recording, const BenchFile& bench)
+std::vector<BodyPrediction> recorded_predictions(const recording::Recording& recording,
+                                                 const bench_files::BenchFile& bench)
 {
   std::vector<BodyPrediction> predictions;
-  for (std::size_t role = 0; role < n_body_roles; ++role) {
-    const std::vector<TimedPose> motion = recorded_motion(recording, bench, static_cast<BodyRole>(role));
+  for (std::size_t role = 0; role < bench_files::n_body_roles; ++role) {
+    const std::vector<tracking::TimedPose> motion =
+        recorded_motion(recording, bench, static_cast<bench_files::BodyRole>(role));
     if (motion.size() < 2) continue;
     for (const double horizon_ms : {16.0, 33.0, 50.0}) {
-      predictions.push_back(
-          {static_cast<BodyRole>(role), horizon_ms, prediction_error(motion, horizon_ms / 1000.0)});
+      predictions.push_back({static_cast<bench_files::BodyRole>(role), horizon_ms,
+                             tracking::prediction_error(motion, horizon_ms / 1000.0)});
     }
   }
   return predictions;
@@ -61,9 +66,9 @@ std::string prediction_text(const std::vector<BodyPrediction>& predictions)
 {
   std::ostringstream text;
   for (const BodyPrediction& p : predictions) {
-    const PredictionError &mm = p.error.shift_mm, &turn = p.error.turn_rad;
-    text << name_of(p.role) << " after " << rounded_text(p.horizon_ms, 2) << " ms: held "
-         << hundredths(mm.held.rms) << " mm, " << hundredths(deg_from_rad(turn.held.rms))
+    const tracking::PredictionError &mm = p.error.shift_mm, &turn = p.error.turn_rad;
+    text << bench_files::name_of(p.role) << " after " << settings::rounded_text(p.horizon_ms, 2)
+         << " ms: held " << hundredths(mm.held.rms) << " mm, " << hundredths(deg_from_rad(turn.held.rms))
          << " deg; predicted " << hundredths(mm.predicted.rms) << " mm, "
          << hundredths(deg_from_rad(turn.predicted.rms)) << " deg (root mean square; 95th percentile "
          << hundredths(mm.predicted.percentile_95) << " mm)\n";
@@ -71,4 +76,4 @@ std::string prediction_text(const std::vector<BodyPrediction>& predictions)
   return text.str();
 }
 
-}  // namespace vrda
+}  // namespace vrda::bench

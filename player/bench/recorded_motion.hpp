@@ -4,25 +4,28 @@
 #include <string>
 #include <vector>
 
+#include "bench_files/bench_file.hpp"
 #include "recording/recording.hpp"
-#include "setup/bench_file.hpp"
 #include "tracking/prediction.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 
 /// All recorded poses of a body with their device times mapped to the local clock.
-std::vector<TimedPose> recorded_motion(const Recording& recording, const BenchFile& bench, BodyRole role);
+std::vector<tracking::TimedPose> recorded_motion(const recording::Recording& recording,
+                                                 const bench_files::BenchFile& bench,
+                                                 bench_files::BodyRole role);
 
 struct BodyPrediction {
-  BodyRole role = BodyRole::leg;
+  bench_files::BodyRole role = bench_files::BodyRole::leg;
   double horizon_ms = 0.0;
-  PlacePredictionError error;
+  tracking::PosePredictionError error;
 };
 
 /// Prediction errors of every body, 16, 33 and 50 ms ahead.
-std::vector<BodyPrediction> recorded_predictions(const Recording& recording, const BenchFile& bench);
+std::vector<BodyPrediction> recorded_predictions(const recording::Recording& recording,
+                                                 const bench_files::BenchFile& bench);
 
 /// One line each: error of the held and of the predicted pose.
 std::string prediction_text(const std::vector<BodyPrediction>& predictions);
 
-}  // namespace vrda
+}  // namespace vrda::bench

@@ -4,14 +4,14 @@
 #include <memory>
 #include <ostream>
 
+#include "bench_files/bench_file.hpp"
 #include "core/error.hpp"
 #include "devices/pty_board.hpp"
 #include "devices/tracker_server.hpp"
-#include "setup/bench_file.hpp"
 #include "simulation/simulation.hpp"
 #include "store/motion_model_file.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 namespace {
 
 /// A simulated tool that is sent, with its name in the bench file.
@@ -20,87 +20,93 @@ struct SentTool {
   std::string name;
 };
 
-std::vector<SentTool> sent_tools(const BenchFile& bench, const Simulation& simulation)
+std::vector<SentTool> sent_tools(const bench_files::BenchFile& bench,
+                                 const simulation::Simulation& simulation)
 {
   std::vector<SentTool> sent;
   std::size_t at = 0;
-  const auto add = [&](const std::optional<BodySettings>& settings) {
+  const auto add = [&](const std::optional<bench_files::BodySettings>& settings) {
     if (!settings->tool.empty()) sent.push_back({at, settings->tool});
     ++at;
     for (const std::string& marker : settings->markers) sent.push_back({at++, marker});
   };
-  const auto settings = [&](BodyRole role) { return bench.bodies[static_cast<std::size_t>(role)]; };
-  if (bench.leg == LegKind::rigid) {
-    add(settings(BodyRole::leg));
+  const auto settings = [&](bench_files::BodyRole role) {
+    return bench.bodies[static_cast<std::size_t>(role)];
+  };
+  if (bench.leg == bench_files::LegKind::rigid) {
+    add(settings(bench_files::BodyRole::leg));
     ++at;  // the tibia, which is not tracked
   } else {
-    add(settings(BodyRole::femur));
-    add(settings(BodyRole::tibia));
+    add(settings(bench_files::BodyRole::femur));
+    add(settings(bench_files::BodyRole::tibia));
   }
-  if (bench.head == HeadKind::tracker) add(settings(BodyRole::head));
+  if (bench.head == bench_files::HeadKind::tracker) add(settings(bench_files::BodyRole::head));
   check(at == simulation.tools().size(), "every simulated tool is assigned");
   return sent;
 }
 
 /// One TDATA message a tick, without hidden tools.
-std::vector<IgtlMessage> messages_of(const SimulatedFrame& frame, const std::vector<SentTool>& sent)
+std::vector<igtl::IgtlMessage> messages_of(const simulation::SimulatedFrame& frame,
+                                           const std::vector<SentTool>& sent)
 {
   if (frame.is_dropped) return {};
-  IgtlMessage message;
-  message.kind = IgtlKind::tdata;
+  igtl::IgtlMessage message;
+  message.kind = igtl::IgtlKind::tdata;
   message.device = "Tracker";
   message.device_ns = frame.device_ns;
   for (const SentTool& tool : sent) {
-    const SimulatedTool& simulated = frame.tools[tool.simulated];
-    if (simulated.is_seen) message.tools.push_back({tool.name, IgtlSight::seen, simulated.X_tracker_tool});
+    const simulation::SimulatedTool& simulated = frame.tools[tool.simulated];
+    if (simulated.is_seen)
+      message.tools.push_back({tool.name, igtl::IgtlVisibility::seen, simulated.X_tracker_tool});
   }
   return {message};
 }
 
-std::optional<Motion> motion_of(const std::string& path)
+std::optional<motion::Motion> motion_of(const std::string& path)
 {
   if (path.empty()) return std::nullopt;
-  const MotionModel model = read_motion_model(path);
-  return Motion(model, set_names(model).front());
+  const store::MotionModel model = store::read_motion_model(path);
+  return motion::Motion(model, motion::set_names(model).front());
 }
 
-std::unique_ptr<PtyBoard> open_board(const BenchFile& bench, const Simulation& simulation)
+std::unique_ptr<devices::PtyBoard> open_board(const bench_files::BenchFile& bench,
+                                              const simulation::Simulation& simulation)
 {
   if (!bench.board) return nullptr;
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   const auto now_s = [start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  PtyBoardOptions options;
+  devices::PtyBoardOptions options;
   options.link = bench.board->port;
   options.potentiometer = [&simulation, now_s] { return simulation.potentiometer_count(now_s()); };
   options.stage_count = [&simulation, now_s] { return static_cast<int>(simulation.stage_count(now_s())); };
-  return std::make_unique<PtyBoard>(options);
+  return std::make_unique<devices::PtyBoard>(options);
 }
 
 }  // namespace
 
-void simulate(const SimulateOptions& options, const Streams& streams)
+void simulate(const SimulateOptions& options, const loop::Streams& streams)
 {
-  const BenchFile bench = read_bench_file(options.bench);
-  const Simulation simulation(bench.simulation, motion_of(options.model), options.bench);
+  const bench_files::BenchFile bench = bench_files::read_bench_file(options.bench);
+  const simulation::Simulation simulation(bench.simulation, motion_of(options.model), options.bench);
   const std::vector<SentTool> sent = sent_tools(bench, simulation);
-  StopSignals stop;
-  const std::unique_ptr<PtyBoard> board = open_board(bench, simulation);
-  TrackerServerOptions server_options;
+  loop::StopSignals stop;
+  const std::unique_ptr<devices::PtyBoard> board = open_board(bench, simulation);
+  devices::TrackerServerOptions server_options;
   server_options.address = options.address.empty() ? bench.simulation_address : options.address;
   server_options.port = bench.tracker->port;
   server_options.rate_hz = bench.simulation.rate_hz;
   server_options.jitter_ms = bench.simulation.jitter_ms;
   server_options.seed = bench.simulation.seed;
-  const TrackerServer server(server_options,
-                             [&](std::uint64_t tick) { return messages_of(simulation.frame(tick), sent); });
+  const devices::TrackerServer server(
+      server_options, [&](std::uint64_t tick) { return messages_of(simulation.frame(tick), sent); });
   streams.data << "tracker " << server_options.address << ":" << server.port() << std::endl;
   if (board) streams.data << "board " << board->path() << std::endl;
-  if (!options.is_quiet && !options.seconds) streams.talk << "Ctrl-C ends the simulation\n";
+  if (!options.is_quiet && !options.seconds) streams.messages << "Ctrl-C ends the simulation\n";
   using Clock = std::chrono::steady_clock;
   constexpr double a_year_s = 3.2e7;
   const std::chrono::duration<double> time(options.seconds.value_or(a_year_s));
-  stop.came_by(Clock::now() + std::chrono::duration_cast<Clock::duration>(time));
+  stop.wait_until(Clock::now() + std::chrono::duration_cast<Clock::duration>(time));
 }
 
-}  // namespace vrda
+}  // namespace vrda::bench

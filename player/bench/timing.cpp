@@ -8,7 +8,7 @@
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 namespace {
 
 double spread_of(double sum, double sum_squares, double n)
@@ -21,7 +21,7 @@ double spread_of(double sum, double sum_squares, double n)
 /// Rounded to 0.01 ms.
 std::string ms_text(double ms)
 {
-  return rounded_text(ms, 2);
+  return settings::rounded_text(ms, 2);
 }
 
 void write_histogram(std::ostream& out, const char* name, const TimeHistogram& times)
@@ -30,8 +30,8 @@ void write_histogram(std::ostream& out, const char* name, const TimeHistogram& t
       << ", \"spread\": " << ms_text(times.spread_ms())
       << ", \"median\": " << ms_text(times.percentile_ms(0.5))
       << ", \"p95\": " << ms_text(times.percentile_ms(0.95))
-      << ", \"p99\": " << ms_text(times.percentile_ms(0.99))
-      << ", \"longest\": " << ms_text(times.longest_ms()) << ",\n    \"bins_from_ms\": [";
+      << ", \"p99\": " << ms_text(times.percentile_ms(0.99)) << ", \"longest\": " << ms_text(times.max_ms())
+      << ",\n    \"bins_from_ms\": [";
   const char* comma = "";
   for (std::size_t k = 0; k < times.bins().size(); ++k) {
     if (times.bins()[k] == 0) continue;
@@ -77,10 +77,10 @@ double TimeHistogram::percentile_ms(double share) const
 
 /// Updates the estimated interval slowly, because gaps are rare. A clock adjustment gives one short step,
 /// stamp jitter alternating ones, a faster stream consecutive ones. Returns true for a short step.
-bool SampleWatch::follow_pace(double step_ns)
+bool StreamStatistics::follow_pace(double step_ns)
 {
   constexpr double update_share = 0.02, shortest_share = 0.75, longest_share = 1.5;
-  constexpr int n_to_accept = 8;  // as for clocks (devices/tracker_talk.hpp)
+  constexpr int n_to_accept = 8;  // as for clocks (devices/tracker_protocol.hpp)
   if (interval_ns_ == 0.0) interval_ns_ = step_ns;
   if (step_ns >= shortest_share * interval_ns_) {
     n_short_ = 0;
@@ -97,12 +97,12 @@ bool SampleWatch::follow_pace(double step_ns)
   return true;
 }
 
-void SampleWatch::add(const Sample& sample)
+void StreamStatistics::add(const devices::Sample& sample)
 {
   if (sample.device_ns != 0) add(sample.device_ns, sample.arrival_ns);
 }
 
-void SampleWatch::add(std::int64_t device_ns, std::int64_t arrival_ns)
+void StreamStatistics::add(std::int64_t device_ns, std::int64_t arrival_ns)
 {
   const std::int64_t step_ns = device_ns - device_ns_;
   const std::int64_t delay_ns = arrival_ns - device_ns;
@@ -129,7 +129,7 @@ void SampleWatch::add(std::int64_t device_ns, std::int64_t arrival_ns)
   ++n_delays_;
 }
 
-double SampleWatch::jitter_ms() const
+double StreamStatistics::jitter_ms() const
 {
   return spread_of(sum_ms_, sum_squares_, static_cast<double>(n_delays_));
 }
@@ -137,8 +137,8 @@ double SampleWatch::jitter_ms() const
 void write_timing(std::ostream& out, const BenchTiming& timing)
 {
   out << "{\n  \"pictures\": " << timing.n_pictures
-      << ",\n  \"pictures_without_new_sample\": " << timing.n_repeated
-      << ",\n  \"pictures_with_an_input_not_live\": " << timing.n_unsampled
+      << ",\n  \"pictures_without_new_sample\": " << timing.n_without_sample
+      << ",\n  \"pictures_with_an_input_not_live\": " << timing.n_not_live
       << ",\n  \"samples\": " << timing.n_samples << ",\n  \"samples_missed\": " << timing.n_missed
       << ",\n  \"samples_late\": " << timing.n_late << ",\n  \"samples_lost\": " << timing.n_lost
       << ",\n  \"sample_jitter_ms\": " << ms_text(timing.jitter_ms) << ",\n";
@@ -154,12 +154,12 @@ std::string timing_text(const BenchTiming& timing)
 {
   std::ostringstream text;
   const double rate = timing.interval.mean_ms() > 0.0 ? 1000.0 / timing.interval.mean_ms() : 0.0;
-  text << timing.n_pictures << " frames, " << rounded_text(rate, 1) << " a second; latency "
+  text << timing.n_pictures << " frames, " << settings::rounded_text(rate, 1) << " a second; latency "
        << ms_text(timing.latency.percentile_ms(0.5)) << " ms (median), "
        << ms_text(timing.latency.percentile_ms(0.99)) << " ms (99th percentile), "
-       << ms_text(timing.latency.longest_ms()) << " ms (longest); " << timing.n_samples << " samples, "
+       << ms_text(timing.latency.max_ms()) << " ms (longest); " << timing.n_samples << " samples, "
        << timing.n_missed << " missed, " << timing.n_late << " late, " << timing.n_lost << " lost";
   return text.str();
 }
 
-}  // namespace vrda
+}  // namespace vrda::bench

@@ -8,7 +8,7 @@
 
 #include "devices/sample.hpp"
 
-namespace vrda {
+namespace vrda::bench {
 
 /// Histogram of times with bins of 0.25 ms up to 250 ms; the last bin counts longer times.
 class TimeHistogram {
@@ -19,7 +19,7 @@ class TimeHistogram {
   void add(double time_ms);
   std::uint64_t n() const { return n_; }
   double mean_ms() const;
-  double longest_ms() const { return longest_ms_; }
+  double max_ms() const { return longest_ms_; }
   /// Smallest bin edge that `share` of the times do not exceed; from 250 ms the longest time; 0 if empty.
   double percentile_ms(double share) const;
   /// Standard deviation.
@@ -33,10 +33,10 @@ class TimeHistogram {
 };
 
 /// Counts missed and late samples of one tool by the device's time stamps.
-class SampleWatch {
+class StreamStatistics {
  public:
   /// Samples of a hidden tool count as received; samples without a stamp are ignored.
-  void add(const Sample& sample);
+  void add(const devices::Sample& sample);
   void add(std::int64_t device_ns, std::int64_t arrival_ns);
   std::uint64_t n() const { return n_; }
   std::uint64_t n_missed() const { return n_missed_; }  ///< gaps of whole intervals between stamps
@@ -60,8 +60,8 @@ struct BenchTiming {
   TimeHistogram interval;  ///< between frames
   TimeHistogram drawing;   ///< duration of a frame
   std::uint64_t n_pictures = 0;
-  std::uint64_t n_repeated = 0;   ///< frames without a new sample
-  std::uint64_t n_unsampled = 0;  ///< frames with an input that is not live
+  std::uint64_t n_without_sample = 0;  ///< frames without a new sample
+  std::uint64_t n_not_live = 0;        ///< frames with an input that is not live
   std::uint64_t n_samples = 0, n_missed = 0, n_late = 0, n_lost = 0;
   double jitter_ms = 0.0;  ///< largest of all tools
 };
@@ -72,4 +72,4 @@ void write_timing(std::ostream& out, const BenchTiming& timing);
 /// One line of text.
 std::string timing_text(const BenchTiming& timing);
 
-}  // namespace vrda
+}  // namespace vrda::bench

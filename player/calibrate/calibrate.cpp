@@ -9,15 +9,15 @@
 #include <thread>
 #include <utility>
 
+#include "calibrate/calibration_mode.hpp"
 #include "calibrate/calibration_pictures.hpp"
 #include "calibrate/calibration_report.hpp"
-#include "calibrate/guide_mode.hpp"
+#include "calibration_tasks/parts.hpp"
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "core/whole_file.hpp"
-#include "guide/parts.hpp"
-#include "view/arguments.hpp"
+#include "navigation/arguments.hpp"
 
-namespace vrda {
+namespace vrda::calibrate {
 namespace {
 
 /// Fixed date of virtual benches, so that their files are reproducible.
@@ -34,9 +34,9 @@ std::string today()
 }
 
 struct CalibrateSetup {
-  BenchFile bench;
-  Calibration begun;
-  std::vector<CalibrationPart> parts;  ///< requested
+  bench_files::BenchFile bench;
+  bench_files::Calibration begun;
+  std::vector<bench_files::CalibrationPart> parts;  ///< requested
 };
 
 /// Whether the step only reads or solves an existing file.
@@ -49,57 +49,62 @@ bool is_file_step(const CalibrateOptions& options)
 void require_benches_options(const CalibrateOptions& options)
 {
   if (options.n_benches == 0) return;
-  if (options.step != "all") refuse_option("--benches", "\"" + options.step + "\"", "the step all");
+  if (options.step != "all")
+    navigation::refuse_option("--benches", "\"" + options.step + "\"", "the step all");
   const std::pair<const char*, const std::string*> unused[] = {{"--calibration", &options.calibration},
                                                                {"--script", &options.script},
                                                                {"--pictures", &options.pictures}};
   for (const auto& [name, value] : unused) {
     if (!value->empty())
-      refuse_option("--benches", std::string(name) + " \"" + *value + "\"",
-                    "only one of these options; --benches writes only statistics");
+      navigation::refuse_option("--benches", std::string(name) + " \"" + *value + "\"",
+                                "only one of these options; --benches writes only statistics");
   }
 }
 
 void require_options(const CalibrateOptions& options)
 {
   if (options.head != "stage" && options.head != "tracker")
-    refuse_option("--head", "\"" + options.head + "\"", "stage or tracker");
+    navigation::refuse_option("--head", "\"" + options.head + "\"", "stage or tracker");
   if (!options.is_virtual) {
     if (options.bench.empty())
-      refuse_option("--bench", "nothing", "a bench file (schemas/bench.md), or --virtual");
-    if (options.n_benches > 0) refuse_option("--benches", "no --virtual", "--virtual");
+      navigation::refuse_option("--bench", "nothing", "a bench file (schemas/bench.md), or --virtual");
+    if (options.n_benches > 0) navigation::refuse_option("--benches", "no --virtual", "--virtual");
     if (options.head != "stage")
-      refuse_option("--head", "no --virtual", "--virtual, or `head` in the file of --bench");
+      navigation::refuse_option("--head", "no --virtual", "--virtual, or `head` in the file of --bench");
     if (!options.pictures.empty() && options.script.empty())
-      refuse_option("--pictures", "no --virtual and no --script", "one of them");
+      navigation::refuse_option("--pictures", "no --virtual and no --script", "one of them");
     if (options.is_headless && options.script.empty() && !is_file_step(options))
-      refuse_option("--headless", "no --script", "a script of keys, because there is no window");
+      navigation::refuse_option("--headless", "no --script", "a script of keys, because there is no window");
   } else {
     require_benches_options(options);
     if (!options.pictures.empty() && options.script.empty() && !options.is_headless)
-      refuse_option("--pictures", "no --headless and no --script", "one of them");
+      navigation::refuse_option("--pictures", "no --headless and no --script", "one of them");
   }
   if (!options.bench_from.empty()) {
     if (is_file_step(options))
-      refuse_option("--bench-from", "\"" + options.step + "\"", "a calibration step, preferably person");
+      navigation::refuse_option("--bench-from", "\"" + options.step + "\"",
+                                "a calibration step, preferably person");
     if (options.calibration.empty())
-      refuse_option("--bench-from", "no --calibration", "the file of the person to be calibrated");
+      navigation::refuse_option("--bench-from", "no --calibration",
+                                "the file of the person to be calibrated");
   }
   if (options.calibration.empty() && (!options.is_virtual || is_file_step(options)))
-    refuse_option("--calibration", "nothing", "the calibration file (schemas/calibration.md)");
+    navigation::refuse_option("--calibration", "nothing", "the calibration file (schemas/calibration.md)");
 }
 
 /// Starts a file from the per-bench parts of another person's file, or resumes a file started that way.
-Calibration begun_from_other(const CalibrateOptions& options, const BenchFile& bench, bool is_there)
+bench_files::Calibration begun_from_other(const CalibrateOptions& options,
+                                          const bench_files::BenchFile& bench, bool is_there)
 {
-  const Calibration other = read_calibration(options.bench_from, bench);
+  const bench_files::Calibration other = bench_files::read_calibration(options.bench_from, bench);
   if (is_there) {
-    const Calibration begun = read_calibration(options.calibration, bench);
-    require_same_bench_parts(begun, options.calibration, other, options.bench_from);
+    const bench_files::Calibration begun = bench_files::read_calibration(options.calibration, bench);
+    calibration_tasks::require_same_bench_parts(begun, options.calibration, other, options.bench_from);
     return begun;
   }
-  const Calibration begun = begun_from(other, bench, options.bench_from);
-  write_whole(options.calibration, {calibration_text(begun, bench)});
+  const bench_files::Calibration begun =
+      calibration_tasks::start_calibration_from(other, bench, options.bench_from);
+  write_atomically(options.calibration, {bench_files::calibration_text(begun, bench)});
   return begun;
 }
 
@@ -112,11 +117,13 @@ std::string virtual_title(const CalibrateOptions& options, const std::string& ti
 CalibrateSetup read_setup(const CalibrateOptions& options)
 {
   CalibrateSetup setup;
-  const HeadKind head = options.head == "tracker" ? HeadKind::tracker : HeadKind::stage;
-  setup.bench = options.bench.empty() ? parsed_bench_file(virtual_bench_text(head), "virtual bench")
-                                      : read_bench_file(options.bench);
+  const bench_files::HeadKind head =
+      options.head == "tracker" ? bench_files::HeadKind::tracker : bench_files::HeadKind::stage;
+  setup.bench = options.bench.empty()
+                    ? bench_files::parse_bench_file(virtual_bench::virtual_bench_text(head), "virtual bench")
+                    : bench_files::read_bench_file(options.bench);
   if (options.is_virtual) setup.bench.title = virtual_title(options, setup.bench.title);
-  setup.parts = parts_of_step(is_file_step(options) ? "all" : options.step, setup.bench);
+  setup.parts = calibration_tasks::parts_of_step(is_file_step(options) ? "all" : options.step, setup.bench);
   const bool is_there = !options.calibration.empty() && std::filesystem::exists(options.calibration);
   if (!is_there && is_file_step(options))
     throw InputError({options.calibration, "", "no file", "an existing calibration file"});
@@ -124,13 +131,13 @@ CalibrateSetup read_setup(const CalibrateOptions& options)
     setup.begun = begun_from_other(options, setup.bench, is_there);
     return setup;
   }
-  setup.begun =
-      is_there ? read_calibration(options.calibration, setup.bench) : nominal_calibration(setup.bench);
+  setup.begun = is_there ? bench_files::read_calibration(options.calibration, setup.bench)
+                         : bench_files::nominal_calibration(setup.bench);
   return setup;
 }
 
-void write_parts(const CalibrateOptions& options, const CalibrateSetup& setup, const Calibration& calibration,
-                 std::ostream& data)
+void write_parts(const CalibrateOptions& options, const CalibrateSetup& setup,
+                 const bench_files::Calibration& calibration, std::ostream& data)
 {
   if (options.has_json) {
     write_status_json(data, setup.bench, calibration, setup.parts);
@@ -143,7 +150,7 @@ void write_parts(const CalibrateOptions& options, const CalibrateSetup& setup, c
 bool is_place_adjusted(const CalibrateSetup& setup)
 {
   return setup.bench.calibration.is_model_adjusted &&
-         std::any_of(setup.parts.begin(), setup.parts.end(), is_model_part);
+         std::any_of(setup.parts.begin(), setup.parts.end(), calibration_tasks::is_model_part);
 }
 
 void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)
@@ -151,55 +158,60 @@ void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)
   if (!is_place_adjusted(setup)) return;
   if (options.is_virtual) {
     // A virtual bench draws leg and model as lines between their points.
-    for (const CalibrationPart part : setup.parts) {
-      if (!is_model_part(part) || points_of(part, setup.bench.calibration).size() > 1) continue;
-      throw InputError({setup.bench.path,
-                        part == CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point",
-                        "fewer than two points, with calibration.model = \"adjust\"",
-                        "two or more points, which a virtual bench needs to draw the leg"});
+    for (const bench_files::CalibrationPart part : setup.parts) {
+      if (!calibration_tasks::is_model_part(part) ||
+          calibration_tasks::points_of(part, setup.bench.calibration).size() > 1)
+        continue;
+      throw InputError(
+          {setup.bench.path,
+           part == bench_files::CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point",
+           "fewer than two points, with calibration.model = \"adjust\"",
+           "two or more points, which a virtual bench needs to draw the leg"});
     }
     return;
   }
   if (options.model.empty())
-    refuse_option("--model", "nothing", "the motion model to be adjusted (calibration.model = \"adjust\")");
+    navigation::refuse_option("--model", "nothing",
+                              "the motion model to be adjusted (calibration.model = \"adjust\")");
 }
 
-GuideOptions guide_options(const CalibrateOptions& options, const CalibrateSetup& setup)
+calibration_tasks::CalibrationSessionOptions guide_options(const CalibrateOptions& options,
+                                                           const CalibrateSetup& setup)
 {
-  return {setup.parts, options.is_anew, options.is_virtual ? virtual_date : today(),
+  return {setup.parts, options.is_repeated, options.is_virtual ? virtual_date : today(),
           options.calibration.empty() ? "virtual bench" : options.calibration};
 }
 
-CalibrateEnd end_of(const GuideSession& session)
+CalibrateEnd end_of(const calibration_tasks::CalibrationSession& session)
 {
-  return session.task() == nullptr ? CalibrateEnd::finished : CalibrateEnd::left;
+  return session.task() == nullptr ? CalibrateEnd::finished : CalibrateEnd::quit;
 }
 
 CalibrateEnd run_attended(const CalibrateOptions& options, const CalibrateSetup& setup,
-                          const Streams& streams)
+                          const loop::Streams& streams)
 {
   require_model(options, setup);
-  StopSignals stop;  // before the device threads start: they inherit the signal mask
-  GuideSession session(setup.bench, setup.begun, guide_options(options, setup));
-  KeptCalibration kept(setup.bench, options.calibration);
-  GuideMode mode(options, setup.bench, session, kept, streams);
-  const std::unique_ptr<GuideBench> guide_bench =
+  loop::StopSignals stop;  // before the device threads start: they inherit the signal mask
+  calibration_tasks::CalibrationSession session(setup.bench, setup.begun, guide_options(options, setup));
+  CalibrationWriter kept(setup.bench, options.calibration);
+  CalibrationMode mode(options, setup.bench, session, kept, streams);
+  const std::unique_ptr<CalibrationBench> guide_bench =
       options.is_virtual ? open_virtual_bench(setup.bench, options.seed) : open_live_bench(setup.bench);
-  mode.stand_before(*guide_bench);
-  run_loop(mode, mode.sink(), stop);
+  mode.set_bench(*guide_bench);
+  loop::run_loop(mode, mode.sink(), stop);
   kept.write(session);
   write_parts(options, setup, session.calibration(), streams.data);
   return end_of(session);
 }
 
 /// The simulated operator does every task.
-void operate(GuideSession& session, VirtualOperator& person, KeptCalibration& kept,
-             std::vector<Task>& tasks_done)
+void operate(calibration_tasks::CalibrationSession& session, virtual_bench::VirtualOperator& person,
+             CalibrationWriter& kept, std::vector<calibration_tasks::Task>& tasks_done)
 {
   constexpr int most_tasks = 100'000;
-  StopSignals stop;
+  loop::StopSignals stop;
   kept.write(session);
-  for (int n = 0; session.task() != nullptr && !stop.came_by({}); ++n) {
+  for (int n = 0; session.task() != nullptr && !stop.wait_until({}); ++n) {
     check(n < most_tasks, "a virtual operator finishes");
     tasks_done.push_back(*session.task());
     person.do_task(session);
@@ -208,20 +220,22 @@ void operate(GuideSession& session, VirtualOperator& person, KeptCalibration& ke
 }
 
 CalibrateEnd run_unattended(const CalibrateOptions& options, const CalibrateSetup& setup,
-                            const Streams& streams)
+                            const loop::Streams& streams)
 {
-  const VirtualNoise noise;
-  const VirtualTruth truth = virtual_truth(setup.bench, options.seed);
-  GuideSession session(setup.bench, setup.begun, guide_options(options, setup));
-  KeptCalibration kept(setup.bench, options.calibration);
-  VirtualOperator person(setup.bench, truth, noise);
-  std::vector<Task> tasks;
+  const virtual_bench::VirtualNoise noise;
+  const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(setup.bench, options.seed);
+  calibration_tasks::CalibrationSession session(setup.bench, setup.begun, guide_options(options, setup));
+  CalibrationWriter kept(setup.bench, options.calibration);
+  virtual_bench::VirtualOperator person(setup.bench, truth, noise);
+  std::vector<calibration_tasks::Task> tasks;
   operate(session, person, kept, tasks);
-  const Calibration& found = session.calibration();
-  const std::vector<TargetError> before =
-      target_errors(uncalibrated(setup.bench, truth), setup.bench, truth, noise);
-  const std::vector<TargetError> after = target_errors(found, setup.bench, truth, noise);
-  const std::vector<CalibrationPart> missing = missing_parts(found, parts_of(setup.bench));
+  const bench_files::Calibration& found = session.calibration();
+  const std::vector<virtual_bench::TargetError> before = virtual_bench::target_errors(
+      virtual_bench::uncalibrated(setup.bench, truth), setup.bench, truth, noise);
+  const std::vector<virtual_bench::TargetError> after =
+      virtual_bench::target_errors(found, setup.bench, truth, noise);
+  const std::vector<bench_files::CalibrationPart> missing =
+      missing_parts(found, calibration_tasks::parts_of(setup.bench));
   if (options.has_json) {
     streams.data << "{\"seed\": " << options.seed << ", \"calibration\": ";
     write_status_json(streams.data, setup.bench, found, setup.parts);
@@ -235,7 +249,7 @@ CalibrateEnd run_unattended(const CalibrateOptions& options, const CalibrateSetu
   if (!options.pictures.empty() && session.task() == nullptr) {
     const PictureRequest request{setup.bench, truth, found, tasks};
     for (const std::string& path : write_calibration_pictures(request, options))
-      if (!options.is_quiet) streams.talk << path << "\n";
+      if (!options.is_quiet) streams.messages << path << "\n";
   }
   return end_of(session);
 }
@@ -243,8 +257,8 @@ CalibrateEnd run_unattended(const CalibrateOptions& options, const CalibrateSetu
 void write_benches(const CalibrateOptions& options, const CalibrateSetup& setup, std::ostream& data)
 {
   const int n_threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  const VirtualStatistics statistics =
-      virtual_statistics(setup.bench, VirtualNoise{}, options.seed, options.n_benches, n_threads);
+  const virtual_bench::VirtualStatistics statistics = virtual_bench::virtual_statistics(
+      setup.bench, virtual_bench::VirtualNoise{}, options.seed, options.n_benches, n_threads);
   if (options.has_json) {
     write_statistics_json(data, statistics);
     data << "\n";
@@ -276,7 +290,7 @@ bool has_keys(const CalibrateOptions& options)
 
 }  // namespace
 
-CalibrateEnd calibrate(const CalibrateOptions& options, const Streams& streams)
+CalibrateEnd calibrate(const CalibrateOptions& options, const loop::Streams& streams)
 {
   require_options(options);
   CalibrateSetup setup = read_setup(options);
@@ -285,8 +299,8 @@ CalibrateEnd calibrate(const CalibrateOptions& options, const Streams& streams)
     return CalibrateEnd::finished;
   }
   if (options.step == "solve") {
-    setup.begun = solved_again(setup.bench, setup.begun, options.calibration);
-    write_whole(options.calibration, {calibration_text(setup.begun, setup.bench)});
+    setup.begun = calibration_tasks::solve_again(setup.bench, setup.begun, options.calibration);
+    write_atomically(options.calibration, {bench_files::calibration_text(setup.begun, setup.bench)});
   }
   if (is_file_step(options)) {
     write_parts(options, setup, setup.begun, streams.data);
@@ -294,8 +308,8 @@ CalibrateEnd calibrate(const CalibrateOptions& options, const Streams& streams)
   }
   if (!has_keys(options)) return run_unattended(options, setup, streams);
   if (!is_without_screen(options)) return run_attended(options, setup, streams);
-  if (!options.is_quiet) streams.talk << "no screen: runs unattended, as with --headless\n";
+  if (!options.is_quiet) streams.messages << "no screen: runs unattended, as with --headless\n";
   return run_unattended(options, setup, streams);
 }
 
-}  // namespace vrda
+}  // namespace vrda::calibrate

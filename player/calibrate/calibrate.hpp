@@ -6,14 +6,14 @@
 
 #include "loop/loop.hpp"
 
-namespace vrda {
+namespace vrda::calibrate {
 
 struct CalibrateOptions {
   std::string step;         ///< viewport, ..., all, bench, person; status; solve
   std::string bench;        ///< empty with is_virtual: built-in bench file
   std::string calibration;  ///< empty with is_virtual: not saved
   std::string bench_from;   ///< calibration file of another person; may be empty
-  bool is_anew = false;
+  bool is_repeated = false;
   std::string model, set;  ///< for adjustment by eye and for pictures
   bool is_headless = false;
   std::string script;  ///< file with keys
@@ -29,10 +29,10 @@ struct CalibrateOptions {
 
 enum class CalibrateEnd {
   finished,
-  left  ///< quit before all requested parts were done; finished tasks are saved
+  quit  ///< quit before all requested parts were done; finished tasks are saved
 };
 
 /// Runs the command. Throws InputError for invalid options and files before it starts.
-CalibrateEnd calibrate(const CalibrateOptions& options, const Streams& streams);
+CalibrateEnd calibrate(const CalibrateOptions& options, const loop::Streams& streams);
 
-}  // namespace vrda
+}  // namespace vrda::calibrate

@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "calibrate/guide_panel.hpp"
+#include "calibrate/calibration_panel.hpp"
+#include "navigation/arguments.hpp"
 #include "optics/viewport.hpp"
 #include "render/image.hpp"
 #include "settings/settings_text.hpp"
 #include "store/motion_model_file.hpp"
-#include "view/arguments.hpp"
 #include "virtual_bench/statistics.hpp"
 
-namespace vrda {
+namespace vrda::calibrate {
 namespace {
 
 constexpr int samples_of_sheet = 1;  // lines are anti-aliased by the overlay
@@ -24,15 +24,15 @@ Eigen::Vector2d placed(const SheetFrame& frame, const Eigen::Vector2d& p_px)
 }  // namespace
 
 Sheet::Sheet(int width, int height)
-    : renderer_(make_offscreen_renderer({width, height, samples_of_sheet, 0.0})), text_(text_px)
+    : renderer_(render::make_offscreen_renderer({width, height, samples_of_sheet, 0.0})), text_(text_px)
 {
-  nothing_.background = background_of(Backdrop::black);
+  nothing_.background = scene::background_of(scene::Backdrop::black);
   renderer_->load(nothing_);
   renderer_->load(text_.font());
-  empty_overlay(overlay_, width, height);
+  gui::clear_overlay(overlay_, width, height);
 }
 
-OverlayBox Sheet::clip_of(const SheetFrame& frame) const
+gui::OverlayBox Sheet::clip_of(const SheetFrame& frame) const
 {
   // Room for an outline on the border.
   constexpr float rim_px = 2.0F;
@@ -41,42 +41,44 @@ OverlayBox Sheet::clip_of(const SheetFrame& frame) const
   return {low.x() - rim_px, low.y() - rim_px, high.x() + rim_px, high.y() + rim_px};
 }
 
-void Sheet::add_lines(const SheetFrame& frame, std::span<const GuideLine> lines)
+void Sheet::add_lines(const SheetFrame& frame, std::span<const calibration_tasks::DrawnLine> lines)
 {
-  clip_overlay(overlay_, clip_of(frame));
-  for (GuideLine line : lines) {
+  gui::clip_overlay(overlay_, clip_of(frame));
+  for (calibration_tasks::DrawnLine line : lines) {
     for (Eigen::Vector2d& p : line.points_px) p = placed(frame, p);
     line.is_smooth = true;
-    add_guide_line(overlay_, text_, line);
+    add_drawn_line(overlay_, text_, line);
   }
 }
 
-void Sheet::add_area(const SheetFrame& frame, const ShownBox& box, const VertexColour& colour)
+void Sheet::add_area(const SheetFrame& frame, const optics::ShownBox& box, const scene::VertexColour& colour)
 {
-  clip_overlay(overlay_, clip_of(frame));
+  gui::clip_overlay(overlay_, clip_of(frame));
   const Eigen::Vector2f low = placed(frame, box.low_px).cast<float>();
   const Eigen::Vector2f high = placed(frame, box.high_px).cast<float>();
   text_.add_area(overlay_, {low.x(), low.y(), high.x(), high.y()}, colour);
 }
 
-void Sheet::add_words(const Eigen::Vector2d& at_px, const std::string& words, const VertexColour& colour)
+void Sheet::add_words(const Eigen::Vector2d& at_px, const std::string& words,
+                      const scene::VertexColour& colour)
 {
-  clip_overlay(overlay_,
-               {0.0F, 0.0F, static_cast<float>(renderer_->width()), static_cast<float>(renderer_->height())});
+  gui::clip_overlay(overlay_, {0.0F, 0.0F, static_cast<float>(renderer_->width()),
+                               static_cast<float>(renderer_->height())});
   const Eigen::Vector2f at = at_px.cast<float>();
-  text_.add_words(overlay_, at.x(), at.y(), words, colour);
+  text_.add_text(overlay_, at.x(), at.y(), words, colour);
 }
 
-const Image& Sheet::image()
+const render::Image& Sheet::image()
 {
-  close_overlay(overlay_);
+  gui::finish_overlay(overlay_);
   return renderer_->draw(nothing_, {}, &overlay_);
 }
 
-GuideLine outline_of(const ShownBox& box, const std::array<float, 3>& colour, double width_px)
+calibration_tasks::DrawnLine outline_of(const optics::ShownBox& box, const std::array<float, 3>& colour,
+                                        double width_px)
 {
   const Eigen::Vector2d &low = box.low_px, &high = box.high_px;
-  GuideLine line;
+  calibration_tasks::DrawnLine line;
   line.points_px = {low, {high.x(), low.y()}, high, {low.x(), high.y()}, low};
   line.width_px = width_px;
   line.colour = colour;
@@ -86,18 +88,19 @@ GuideLine outline_of(const ShownBox& box, const std::array<float, 3>& colour, do
 namespace {
 
 using Colour = std::array<float, 3>;
-constexpr VertexColour window_area{30, 34, 40, 255}, visible_area{24, 56, 40, 255};
+constexpr scene::VertexColour window_area{30, 34, 40, 255}, visible_area{24, 56, 40, 255};
 constexpr Colour grey{0.45F, 0.48F, 0.52F}, green{0.38F, 0.85F, 0.5F}, amber{1.0F, 0.69F, 0.18F},
     white{0.9F, 0.92F, 0.95F}, blue{0.4F, 0.65F, 1.0F};
 constexpr double line_px = 1.5;
 constexpr double words_px = 24.0, gap_px = 16.0;  // line height of text; gap between frames
 
-std::vector<GuideLine> cross_at(const Eigen::Vector2d& p, double arm_px, const Colour& colour, bool is_right)
+std::vector<calibration_tasks::DrawnLine> cross_at(const Eigen::Vector2d& p, double arm_px,
+                                                   const Colour& colour, bool is_right)
 {
-  GuideLine level, upright;
+  calibration_tasks::DrawnLine level, upright;
   level.points_px = {{p.x() - arm_px, p.y()}, {p.x() + arm_px, p.y()}};
   upright.points_px = {{p.x(), p.y() - arm_px}, {p.x(), p.y() + arm_px}};
-  for (GuideLine* line : {&level, &upright}) {
+  for (calibration_tasks::DrawnLine* line : {&level, &upright}) {
     line->width_px = line_px;
     line->colour = colour;
     line->is_right = is_right;
@@ -105,12 +108,12 @@ std::vector<GuideLine> cross_at(const Eigen::Vector2d& p, double arm_px, const C
   return {level, upright};
 }
 
-void recolour(std::vector<GuideLine>& lines, const Colour& colour)
+void recolour(std::vector<calibration_tasks::DrawnLine>& lines, const Colour& colour)
 {
-  for (GuideLine& line : lines) line.colour = colour;
+  for (calibration_tasks::DrawnLine& line : lines) line.colour = colour;
 }
 
-std::string size_text(const Viewport& v)
+std::string size_text(const optics::Viewport& v)
 {
   return std::to_string(v.width) + " x " + std::to_string(v.height) + " px";
 }
@@ -118,38 +121,41 @@ std::string size_text(const Viewport& v)
 std::string written(Sheet& sheet, const std::string& folder, const char* name)
 {
   const std::string path = folder + "/" + name;
-  write_png(sheet.image(), path);
+  render::write_png(sheet.image(), path);
   return path;
 }
 
 /// Figure 22.
 std::string write_viewport(const PictureRequest& request, const std::string& folder)
 {
-  const DisplaySettings& display = request.bench.display;
+  const bench_files::DisplaySettings& display = request.bench.display;
   constexpr double scale = 0.7;
-  const ShownBox all{{0.0, 0.0}, {display.width, display.height}};
+  const optics::ShownBox all{{0.0, 0.0}, {display.width, display.height}};
   const SheetFrame frame{all, {gap_px, gap_px}, scale};
   Sheet sheet(static_cast<int>(scale * display.width + 2.0 * gap_px),
               static_cast<int>(scale * display.height + 2.0 * gap_px));
   sheet.add_lines(frame, std::array{outline_of(all, grey)});
   for (const bool is_right : {false, true}) {
-    const Eye& eye = is_right ? request.found.eyes.right : request.found.eyes.left;
-    const Viewport& seen = eye.visible;
-    sheet.add_area(frame, box_of(eye.window), window_area);
-    sheet.add_area(frame, box_of(seen), visible_area);
-    sheet.add_lines(frame, std::array{outline_of(box_of(eye.window), grey), outline_of(box_of(seen), green)});
-    const Eigen::Vector2d centre = middle_px(seen);
+    const optics::Eye& eye = is_right ? request.found.eyes.right : request.found.eyes.left;
+    const optics::Viewport& seen = eye.visible;
+    sheet.add_area(frame, optics::box_of(eye.window), window_area);
+    sheet.add_area(frame, optics::box_of(seen), visible_area);
+    sheet.add_lines(frame, std::array{outline_of(optics::box_of(eye.window), grey),
+                                      outline_of(optics::box_of(seen), green)});
+    const Eigen::Vector2d centre = optics::middle_px(seen);
     sheet.add_lines(frame, cross_at(centre, 12.0, white, is_right));
-    sheet.add_lines(frame, cross_at(middle_px(eye.window), 6.0, grey, is_right));
+    sheet.add_lines(frame, cross_at(optics::middle_px(eye.window), 6.0, grey, is_right));
     const Eigen::Vector2d corner = frame.at_px + scale * Eigen::Vector2d(seen.x, seen.y);
     sheet.add_words(corner + Eigen::Vector2d(8.0, 6.0),
                     std::string(is_right ? "right" : "left") + " eye: visible " + size_text(seen), ink);
-    sheet.add_words(corner + Eigen::Vector2d(8.0, 26.0),
-                    "centre " + rounded_text(centre.x(), 1) + ", " + rounded_text(centre.y(), 1), ink);
+    sheet.add_words(
+        corner + Eigen::Vector2d(8.0, 26.0),
+        "centre " + settings::rounded_text(centre.x(), 1) + ", " + settings::rounded_text(centre.y(), 1),
+        ink);
   }
-  const Viewport& left = request.found.eyes.left.visible;
-  const Viewport& window = request.found.eyes.left.window;
-  GuideLine scan;
+  const optics::Viewport& left = request.found.eyes.left.visible;
+  const optics::Viewport& window = request.found.eyes.left.window;
+  calibration_tasks::DrawnLine scan;
   scan.points_px = {{left.x + 0.5, window.y}, {left.x + 0.5, window.y + window.height}};
   scan.width_px = 2.0;
   scan.colour = amber;
@@ -165,17 +171,17 @@ std::string write_viewport(const PictureRequest& request, const std::string& fol
 }
 
 /// Horizontal and vertical lines over a box, with a point every 4 px.
-std::vector<GuideLine> straight_grid(const ShownBox& box, double spacing_px)
+std::vector<calibration_tasks::DrawnLine> straight_grid(const optics::ShownBox& box, double spacing_px)
 {
   constexpr double piece_px = 4.0;
-  std::vector<GuideLine> lines;
+  std::vector<calibration_tasks::DrawnLine> lines;
   const Eigen::Vector2d middle = 0.5 * (box.low_px + box.high_px);
   for (const Eigen::Index along : {0, 1}) {
     const Eigen::Index across = 1 - along;
     const double half_px = 0.5 * (box.high_px - box.low_px)[across];
     const int n = static_cast<int>(half_px / spacing_px);
     for (int k = -n; k <= n; ++k) {
-      GuideLine line;
+      calibration_tasks::DrawnLine line;
       line.width_px = line_px;
       line.colour = white;
       for (double at = box.low_px[along]; at <= box.high_px[along]; at += piece_px) {
@@ -194,18 +200,18 @@ std::vector<GuideLine> straight_grid(const ShownBox& box, double spacing_px)
 std::string write_distortion(const PictureRequest& request, const std::string& folder)
 {
   constexpr double scale = 0.62, spacing_px = 60.0;
-  const Eye& eye = request.truth.calibration.eyes.left;
-  const ShownBox box = shown_box(eye);
+  const optics::Eye& eye = request.truth.calibration.eyes.left;
+  const optics::ShownBox box = optics::shown_box(eye);
   const Eigen::Vector2d size = scale * (box.high_px - box.low_px);
-  const std::vector<GuideLine> plain = straight_grid(box, spacing_px);
-  std::vector<GuideLine> bent = plain;
-  for (GuideLine& line : bent)
-    for (Eigen::Vector2d& p : line.points_px) p = drawn_px(request.found.eyes.left.distortion, p);
-  const std::vector<GuideLine> corrected = seen_lines(bent, request.truth);
-  const std::vector<GuideLine> distorted = seen_lines(plain, request.truth);
+  const std::vector<calibration_tasks::DrawnLine> plain = straight_grid(box, spacing_px);
+  std::vector<calibration_tasks::DrawnLine> bent = plain;
+  for (calibration_tasks::DrawnLine& line : bent)
+    for (Eigen::Vector2d& p : line.points_px) p = optics::drawn_px(request.found.eyes.left.distortion, p);
+  const std::vector<calibration_tasks::DrawnLine> corrected = virtual_bench::seen_lines(bent, request.truth);
+  const std::vector<calibration_tasks::DrawnLine> distorted = virtual_bench::seen_lines(plain, request.truth);
   Sheet sheet(static_cast<int>(3.0 * size.x() + 4.0 * gap_px),
               static_cast<int>(size.y() + words_px + 2.0 * gap_px));
-  const auto add = [&](int k, const char* words, const std::vector<GuideLine>& lines) {
+  const auto add = [&](int k, const char* words, const std::vector<calibration_tasks::DrawnLine>& lines) {
     const Eigen::Vector2d at(gap_px + k * (size.x() + gap_px), gap_px + words_px);
     sheet.add_words(at - Eigen::Vector2d(0.0, words_px), words, ink);
     sheet.add_lines({box, at, scale}, lines);
@@ -217,47 +223,51 @@ std::string write_distortion(const PictureRequest& request, const std::string& f
   return written(sheet, folder, "distortion.png");
 }
 
-const CalibrationMark* mark_of(const Calibration& found, CalibrationPart part, const std::string& task)
+const bench_files::CalibrationMark* mark_of(const bench_files::Calibration& found,
+                                            bench_files::CalibrationPart part, const std::string& task)
 {
   const auto record = found.records.find(part);
   if (record == found.records.end()) return nullptr;
-  for (const CalibrationMark& mark : record->second.marks)
+  for (const bench_files::CalibrationMark& mark : record->second.marks)
     if (mark.task == task) return &mark;
   return nullptr;
 }
 
 /// Dial values with which a task was finished.
-std::vector<double> dials_of(const Task& task, const CalibrationMark& mark, const Calibration& found)
+std::vector<double> dials_of(const calibration_tasks::Task& task, const bench_files::CalibrationMark& mark,
+                             const bench_files::Calibration& found)
 {
-  const Eye& eye = task.is_right ? found.eyes.right : found.eyes.left;
+  const optics::Eye& eye = task.is_right ? found.eyes.right : found.eyes.left;
   const std::vector<double>& row = mark.rows.front();
-  const auto shown = [&](std::size_t k) { return shown_px(eye.distortion, {row[k], row[k + 1]}); };
-  if (task.kind == TaskKind::sides) return {shown(0).x(), shown(2).x()};
+  const auto shown = [&](std::size_t k) { return optics::shown_px(eye.distortion, {row[k], row[k + 1]}); };
+  if (task.kind == calibration_tasks::TaskKind::rectangle_sides) return {shown(0).x(), shown(2).x()};
   const Eigen::Vector2d p = shown(0);
   return {p.x(), p.y()};
 }
 
 struct AlignedTask {
-  const Task* task;
-  const CalibrationMark* mark;
+  const calibration_tasks::Task* task;
+  const bench_files::CalibrationMark* mark;
 };
 
 /// The left eye's first task of each index.
-std::vector<AlignedTask> aligned_tasks(const PictureRequest& request, TaskKind kind, CalibrationPart part)
+std::vector<AlignedTask> aligned_tasks(const PictureRequest& request, calibration_tasks::TaskKind kind,
+                                       bench_files::CalibrationPart part)
 {
   std::vector<AlignedTask> found;
-  for (const Task& task : request.tasks) {
+  for (const calibration_tasks::Task& task : request.tasks) {
     const auto is_same = [&](const AlignedTask& other) { return other.task->index == task.index; };
     if (task.kind != kind || task.is_right || std::any_of(found.begin(), found.end(), is_same)) continue;
-    if (const CalibrationMark* mark = mark_of(request.found, part, task.name)) found.push_back({&task, mark});
+    if (const bench_files::CalibrationMark* mark = mark_of(request.found, part, task.name))
+      found.push_back({&task, mark});
   }
   return found;
 }
 
 struct AlignedSheet {
   const char* name;
-  TaskKind kind;
-  CalibrationPart part;
+  calibration_tasks::TaskKind kind;
+  bench_files::CalibrationPart part;
   std::size_t most;
   std::string title;
 };
@@ -270,20 +280,22 @@ std::vector<std::string> write_aligned(const PictureRequest& request, const std:
   std::vector<AlignedTask> tasks = aligned_tasks(request, plan.kind, plan.part);
   if (tasks.empty()) return {};
   tasks.resize(std::min(tasks.size(), plan.most));
-  const ShownBox box = shown_box(request.truth.calibration.eyes.left);
+  const optics::ShownBox box = optics::shown_box(request.truth.calibration.eyes.left);
   const Eigen::Vector2d size = scale * (box.high_px - box.low_px);
   const auto n = static_cast<double>(tasks.size());
   Sheet sheet(static_cast<int>(n * size.x() + (n + 1.0) * gap_px),
               static_cast<int>(2.0 * (size.y() + words_px + gap_px) + gap_px));
   for (std::size_t k = 0; k < tasks.size(); ++k) {
-    const Task& task = *tasks[k].task;
+    const calibration_tasks::Task& task = *tasks[k].task;
     std::vector<double> begun;
-    for (const Dial& dial : task.dials) begun.push_back(dial.value);
+    for (const calibration_tasks::Dial& dial : task.dials) begun.push_back(dial.value);
     const std::array<std::vector<double>, 2> moments{begun, dials_of(task, *tasks[k].mark, request.found)};
-    std::vector<GuideLine> real = real_things(task, request.bench, request.truth);
+    std::vector<calibration_tasks::DrawnLine> real =
+        virtual_bench::physical_outlines(task, request.bench, request.truth);
     recolour(real, blue);
     for (std::size_t row = 0; row < moments.size(); ++row) {
-      std::vector<GuideLine> lines = seen_lines(drawing_of(task, moments[row], request.found), request.truth);
+      std::vector<calibration_tasks::DrawnLine> lines = virtual_bench::seen_lines(
+          calibration_tasks::task_lines(task, moments[row], request.found), request.truth);
       recolour(lines, row == 0 ? amber : green);
       const Eigen::Vector2d at(gap_px + static_cast<double>(k) * (size.x() + gap_px),
                                gap_px + words_px + static_cast<double>(row) * (size.y() + words_px + gap_px));
@@ -299,7 +311,7 @@ std::vector<std::string> write_aligned(const PictureRequest& request, const std:
   return {written(sheet, folder, plan.name)};
 }
 
-void copy_into(Image& all, const Image& part, int x, int y)
+void copy_into(render::Image& all, const render::Image& part, int x, int y)
 {
   for (int row = 0; row < std::min(part.height, all.height - y); ++row) {
     const std::ptrdiff_t n = 4 * static_cast<std::ptrdiff_t>(std::min(part.width, all.width - x));
@@ -311,21 +323,21 @@ void copy_into(Image& all, const Image& part, int x, int y)
 /// Figure 26.
 std::string write_overlay(const PictureRequest& request, const CalibrateOptions& options)
 {
-  const MotionModel model = read_motion_model(options.model);
-  const OverlayPictureOptions plan{chosen_set(model, options.model, options.set), 560};
-  const Image before =
-      overlay_picture(request.bench, request.truth, uncalibrated(request.bench, request.truth), model, plan);
-  const Image after = overlay_picture(request.bench, request.truth, request.found, model, plan);
+  const store::MotionModel model = store::read_motion_model(options.model);
+  const OverlayPictureOptions plan{navigation::chosen_set(model, options.model, options.set), 560};
+  const render::Image before = overlay_picture(
+      request.bench, request.truth, virtual_bench::uncalibrated(request.bench, request.truth), model, plan);
+  const render::Image after = overlay_picture(request.bench, request.truth, request.found, model, plan);
   const int gap = static_cast<int>(gap_px), words = static_cast<int>(words_px);
   Sheet sheet(before.width + after.width + 3 * gap, before.height + 2 * gap + words);
   const int second = 2 * gap + before.width;
   sheet.add_words({gap_px, gap_px}, "before: nominal eyes; grey: the real leg", ink);
   sheet.add_words({static_cast<double>(second), gap_px}, "after: calibrated", ink);
-  Image both = sheet.image();
+  render::Image both = sheet.image();
   copy_into(both, before, gap, gap + words);
   copy_into(both, after, second, gap + words);
   const std::string path = options.pictures + "/overlay.png";
-  write_png(both, path);
+  render::write_png(both, path);
   return path;
 }
 
@@ -340,12 +352,14 @@ std::vector<std::string> write_calibration_pictures(const PictureRequest& reques
   const auto add = [&](const AlignedSheet& plan) {
     for (std::string& path : write_aligned(request, options.pictures, plan)) paths.push_back(std::move(path));
   };
-  add({"rectangles.png", TaskKind::sides, CalibrationPart::eyepoints, 4, "rectangle"});
-  const CalibrationPart eyes =
-      request.bench.head == HeadKind::tracker ? CalibrationPart::head : CalibrationPart::bullseye;
-  add({"bullseye.png", TaskKind::bullseye, eyes, 3, "marker position"});
+  add({"rectangles.png", calibration_tasks::TaskKind::rectangle_sides,
+       bench_files::CalibrationPart::eyepoints, 4, "rectangle"});
+  const bench_files::CalibrationPart eyes = request.bench.head == bench_files::HeadKind::tracker
+                                                ? bench_files::CalibrationPart::head
+                                                : bench_files::CalibrationPart::bullseye;
+  add({"bullseye.png", calibration_tasks::TaskKind::bullseye, eyes, 3, "marker position"});
   if (!options.model.empty()) paths.push_back(write_overlay(request, options));
   return paths;
 }
 
-}  // namespace vrda
+}  // namespace vrda::calibrate

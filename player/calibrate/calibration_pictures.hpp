@@ -7,19 +7,19 @@
 #include <vector>
 
 #include "calibrate/calibrate.hpp"
+#include "calibration_tasks/drawing.hpp"
 #include "gui/overlay_text.hpp"
-#include "guide/drawing.hpp"
 #include "optics/eye.hpp"
 #include "render/image.hpp"
 #include "render/renderer.hpp"
 #include "store/motion_model.hpp"
 #include "virtual_bench/truth.hpp"
 
-namespace vrda {
+namespace vrda::calibrate {
 
 /// Placement of a part of a frame buffer on a sheet.
 struct SheetFrame {
-  ShownBox source;
+  optics::ShownBox source;
   Eigen::Vector2d at_px = Eigen::Vector2d::Zero();  ///< upper left corner on the sheet
   double scale = 1.0;                               ///< sheet px per frame buffer px
 };
@@ -30,26 +30,27 @@ class Sheet {
   Sheet(int width, int height);
 
   /// Line widths are not scaled; lines are clipped at the frame.
-  void add_lines(const SheetFrame& frame, std::span<const GuideLine> lines);
-  void add_area(const SheetFrame& frame, const ShownBox& box, const VertexColour& colour);
+  void add_lines(const SheetFrame& frame, std::span<const calibration_tasks::DrawnLine> lines);
+  void add_area(const SheetFrame& frame, const optics::ShownBox& box, const scene::VertexColour& colour);
   /// `at_px`: on the sheet.
-  void add_words(const Eigen::Vector2d& at_px, const std::string& words, const VertexColour& colour);
+  void add_words(const Eigen::Vector2d& at_px, const std::string& words, const scene::VertexColour& colour);
   float width_px(const std::string& words) const { return text_.width_px(words); }
 
   /// Valid until the next call.
-  const Image& image();
+  const render::Image& image();
 
  private:
-  OverlayBox clip_of(const SheetFrame& frame) const;
+  gui::OverlayBox clip_of(const SheetFrame& frame) const;
 
-  std::unique_ptr<Renderer> renderer_;
-  OverlayText text_;
-  Overlay overlay_;
-  Scene nothing_;
+  std::unique_ptr<render::Renderer> renderer_;
+  gui::OverlayText text_;
+  render::Overlay overlay_;
+  scene::Scene nothing_;
 };
 
 /// Outline of a box as a closed line.
-GuideLine outline_of(const ShownBox& box, const std::array<float, 3>& colour, double width_px = 1.5);
+calibration_tasks::DrawnLine outline_of(const optics::ShownBox& box, const std::array<float, 3>& colour,
+                                        double width_px = 1.5);
 
 struct OverlayPictureOptions {
   std::string set;   ///< surface set of the model
@@ -59,14 +60,15 @@ struct OverlayPictureOptions {
 /// Simulated view of the left eye through its true optics, with the stage in front of the leg (thesis, figure
 /// 26): the real leg in grey (the model in the subject's true size) plus the picture that a bench with
 /// `calibration` draws; black is transparent.
-Image overlay_picture(const BenchFile& bench, const VirtualTruth& truth, const Calibration& calibration,
-                      const MotionModel& model, const OverlayPictureOptions& options);
+render::Image overlay_picture(const bench_files::BenchFile& bench, const virtual_bench::VirtualTruth& truth,
+                              const bench_files::Calibration& calibration, const store::MotionModel& model,
+                              const OverlayPictureOptions& options);
 
 struct PictureRequest {
-  const BenchFile& bench;
-  const VirtualTruth& truth;
-  const Calibration& found;
-  const std::vector<Task>& tasks;  ///< finished tasks; their marks are in `found`
+  const bench_files::BenchFile& bench;
+  const virtual_bench::VirtualTruth& truth;
+  const bench_files::Calibration& found;
+  const std::vector<calibration_tasks::Task>& tasks;  ///< finished tasks; their marks are in `found`
 };
 
 /// Writes viewport.png, distortion.png, rectangles.png, bullseye.png and, with a model, overlay.png to the
@@ -74,4 +76,4 @@ struct PictureRequest {
 std::vector<std::string> write_calibration_pictures(const PictureRequest& request,
                                                     const CalibrateOptions& options);
 
-}  // namespace vrda
+}  // namespace vrda::calibrate

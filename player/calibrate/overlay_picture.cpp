@@ -4,57 +4,63 @@
 #include <array>
 #include <cmath>
 
-#include "bench/screen_watch.hpp"
-#include "calibrate/guide_bench.hpp"
+#include "bench/window_check.hpp"
+#include "calibrate/calibration_bench.hpp"
 #include "store/scaled_model.hpp"
 
-namespace vrda {
+namespace vrda::calibrate {
 namespace {
 
 constexpr int smoothing_samples = 4;
 
 /// Sends the true body poses as noise-free tracker samples.
-void send_truth(BenchState& state, const BenchFile& bench, const VirtualTruth& truth)
+void send_truth(bench::BenchState& state, const bench_files::BenchFile& bench,
+                const virtual_bench::VirtualTruth& truth)
 {
-  const std::array<Pose, n_body_roles> X_tracker_body{truth.X_tracker_leg, truth.X_tracker_leg,
-                                                      truth.X_tracker_shank, truth.X_tracker_headbody};
-  for (std::size_t role = 0; role < n_body_roles; ++role) {
+  const std::array<Pose, bench_files::n_body_roles> X_tracker_body{
+      truth.X_tracker_leg, truth.X_tracker_leg, truth.X_tracker_shank, truth.X_tracker_headbody};
+  for (std::size_t role = 0; role < bench_files::n_body_roles; ++role) {
     if (!bench.bodies[role]) continue;
-    const BodySettings& body = *bench.bodies[role];
-    const std::size_t first = first_tool_of(bench, static_cast<BodyRole>(role));
-    for (std::size_t k = 0; k < n_tools(body); ++k) {
+    const bench_files::BodySettings& body = *bench.bodies[role];
+    const std::size_t first = bench_files::first_tool_index(bench, static_cast<bench_files::BodyRole>(role));
+    for (std::size_t k = 0; k < bench_files::n_tools(body); ++k) {
       Pose X = X_tracker_body[role];
       if (body.tool.empty()) X.translation() = X_tracker_body[role] * body.markers_body_mm[k];
-      Sample sample;
-      sample.kind = SampleKind::place;
-      sample.state = static_cast<std::uint8_t>(SeenState::seen);
+      devices::Sample sample;
+      sample.kind = devices::SampleKind::tool_pose;
+      sample.state = static_cast<std::uint8_t>(devices::ToolVisibility::seen);
       sample.source = static_cast<std::uint16_t>(first + k);
-      sample.place = place_of(X);
+      sample.tool_pose = devices::place_of(X);
       state.take(sample);
     }
   }
 }
 
 /// Moves the stage until the midpoint of the eyes is in front of the origin of the leg's model.
-void send_stage(BenchState& state, const BenchFile& bench, const VirtualTruth& truth)
+void send_stage(bench::BenchState& state, const bench_files::BenchFile& bench,
+                const virtual_bench::VirtualTruth& truth)
 {
-  const Calibration& c = truth.calibration;
-  const BodyRole role = bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur;
-  const Pose X_tracker_model = truth.X_tracker_leg * pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
-  const Eigen::Vector3d p_table_mm = pose_of(c.X_tracker_table).inverse() * X_tracker_model.translation();
-  const double stage_mm = (p_table_mm - pose_of(c.X_table_eyes).translation()).dot(c.stage_direction_table);
-  Sample sample;
-  sample.kind = SampleKind::stage;
-  sample.state = stage_zeroed;
+  const bench_files::Calibration& c = truth.calibration;
+  const bench_files::BodyRole role =
+      bench.leg == bench_files::LegKind::rigid ? bench_files::BodyRole::leg : bench_files::BodyRole::femur;
+  const Pose X_tracker_model =
+      truth.X_tracker_leg * tracking::pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
+  const Eigen::Vector3d p_table_mm =
+      tracking::pose_of(c.X_tracker_table).inverse() * X_tracker_model.translation();
+  const double stage_mm =
+      (p_table_mm - tracking::pose_of(c.X_table_eyes).translation()).dot(c.stage_direction_table);
+  devices::Sample sample;
+  sample.kind = devices::SampleKind::stage;
+  sample.state = devices::stage_zeroed;
   sample.count = static_cast<std::int32_t>(std::lround(stage_mm / bench.stage_mm_per_count));
   state.take(sample);
 }
 
 /// Paints all parts in one grey, as a leg.
-void paint_grey(Scene& scene)
+void paint_grey(scene::Scene& scene)
 {
   const Eigen::Vector3f shade(0.10F, 0.115F, 0.14F);
-  for (Drawable& drawable : scene.drawables) {
+  for (scene::Drawable& drawable : scene.drawables) {
     drawable.material.colour = shade;
     drawable.material.opacity = 1.0F;
     drawable.material.specular = 0.02F;
@@ -64,42 +70,43 @@ void paint_grey(Scene& scene)
 }
 
 /// Bounding box of the leg in the undistorted image, with a margin.
-ShownBox box_of_leg(ModelOnBench& joint, const Eye& eye)
+optics::ShownBox box_of_leg(ModelOnBench& joint, const optics::Eye& eye)
 {
   constexpr double border_px = 40.0;
-  const BenchFrame& frame = joint.state.frame(0);
+  const bench::BenchFrame& frame = joint.state.frame(0);
   joint.view.place(frame, joint.state.values().calibration);
   const Pose X_eyes_tracker = frame.X_tracker_eyes.inverse();
-  ShownBox box{Eigen::Vector2d::Constant(1e9), Eigen::Vector2d::Constant(-1e9)};
-  for (const Drawable& drawable : joint.view.scene().drawables) {
+  optics::ShownBox box{Eigen::Vector2d::Constant(1e9), Eigen::Vector2d::Constant(-1e9)};
+  for (const scene::Drawable& drawable : joint.view.scene().drawables) {
     for (int corner = 0; corner < 8; ++corner) {
       const auto at = [&](int axis) {
         return ((corner >> axis) & 1) == 0 ? drawable.box_mm.min_mm[axis] : drawable.box_mm.max_mm[axis];
       };
       const Eigen::Vector3d p_mesh_mm(at(0), at(1), at(2));
-      const Eigen::Vector2d p = shown_px(eye, X_eyes_tracker * drawable.X_world_mesh * p_mesh_mm);
+      const Eigen::Vector2d p = optics::shown_px(eye, X_eyes_tracker * drawable.X_world_mesh * p_mesh_mm);
       box = {box.low_px.cwiseMin(p), box.high_px.cwiseMax(p)};
     }
   }
   return {(box.low_px.array() - border_px).floor(), (box.high_px.array() + border_px).ceil()};
 }
 
-Image real_leg(ModelOnBench& joint, const Eye& eye, const ShownBox& box, double scale)
+render::Image real_leg(ModelOnBench& joint, const optics::Eye& eye, const optics::ShownBox& box, double scale)
 {
-  const BenchFrame& frame = joint.state.frame(0);
+  const bench::BenchFrame& frame = joint.state.frame(0);
   joint.view.place(frame, joint.state.values().calibration);
-  Scene scene = joint.view.scene();
+  scene::Scene scene = joint.view.scene();
   paint_grey(scene);
   const Eigen::Vector2i size = (scale * (box.high_px - box.low_px)).array().round().cast<int>();
-  const std::unique_ptr<Renderer> renderer =
-      make_offscreen_renderer({size.x(), size.y(), smoothing_samples, 0.0});
+  const std::unique_ptr<render::Renderer> renderer =
+      render::make_offscreen_renderer({size.x(), size.y(), smoothing_samples, 0.0});
   renderer->load(scene);
-  return renderer->draw(scene, with_depth_range(camera_of(eye, frame.X_tracker_eyes, box), scene));
+  return renderer->draw(scene,
+                        scene::with_depth_range(stereo::camera_of(eye, frame.X_tracker_eyes, box), scene));
 }
 
-Image drawn_by_bench(ModelOnBench& joint, const BenchFile& bench)
+render::Image drawn_by_bench(ModelOnBench& joint, const bench_files::BenchFile& bench)
 {
-  const Sink memory = bench_memory(bench, smoothing_samples);
+  const loop::Sink memory = bench::bench_memory(bench, smoothing_samples);
   joint.view.load_into(memory.renderer());
   joint.view.place(joint.state.frame(0), joint.state.values().calibration);
   return memory.renderer().draw(joint.view.scene(), joint.view.shots(), nullptr);
@@ -120,7 +127,7 @@ std::uint8_t code_of(double light)
 }
 
 /// Bilinear interpolation of the linear light of a channel; 0 outside the image.
-double light_at(const Image& image, const Eigen::Vector2d& p_px, int channel)
+double light_at(const render::Image& image, const Eigen::Vector2d& p_px, int channel)
 {
   const double x = p_px.x() - 0.5, y = p_px.y() - 0.5;
   const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
@@ -138,14 +145,15 @@ double light_at(const Image& image, const Eigen::Vector2d& p_px, int channel)
   return sum;
 }
 
-bool is_within(const Viewport& part, const Eigen::Vector2d& p_px)
+bool is_within(const optics::Viewport& part, const Eigen::Vector2d& p_px)
 {
   return p_px.x() >= part.x && p_px.x() <= part.x + part.width && p_px.y() >= part.y &&
          p_px.y() <= part.y + part.height;
 }
 
 /// Adds the frame buffer as displayed by the eye's optics to `seen`, a picture of `box`.
-void add_display(Image& seen, const ShownBox& box, const Image& frame_buffer, const Eye& eye)
+void add_display(render::Image& seen, const optics::ShownBox& box, const render::Image& frame_buffer,
+                 const optics::Eye& eye)
 {
   const Eigen::Vector2d step_px =
       (box.high_px - box.low_px).cwiseQuotient(Eigen::Vector2d(seen.width, seen.height));
@@ -153,7 +161,7 @@ void add_display(Image& seen, const ShownBox& box, const Image& frame_buffer, co
     for (int column = 0; column < seen.width; ++column) {
       const Eigen::Vector2d shown =
           box.low_px + step_px.cwiseProduct(Eigen::Vector2d(column + 0.5, row + 0.5));
-      const Eigen::Vector2d drawn = drawn_px(eye.distortion, shown);
+      const Eigen::Vector2d drawn = optics::drawn_px(eye.distortion, shown);
       if (!is_within(eye.visible, drawn)) continue;
       const auto at = 4 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(seen.width) +
                            static_cast<std::size_t>(column));
@@ -167,23 +175,24 @@ void add_display(Image& seen, const ShownBox& box, const Image& frame_buffer, co
 
 }  // namespace
 
-Image overlay_picture(const BenchFile& bench, const VirtualTruth& truth, const Calibration& calibration,
-                      const MotionModel& model, const OverlayPictureOptions& options)
+render::Image overlay_picture(const bench_files::BenchFile& bench, const virtual_bench::VirtualTruth& truth,
+                              const bench_files::Calibration& calibration, const store::MotionModel& model,
+                              const OverlayPictureOptions& options)
 {
-  const auto on_bench = [&](const Calibration& known) {
-    auto joint =
-        std::make_unique<ModelOnBench>(bench, known, scaled_model(model, known.subject_scale), options.set);
+  const auto on_bench = [&](const bench_files::Calibration& known) {
+    auto joint = std::make_unique<ModelOnBench>(bench, known, store::scaled_model(model, known.subject_scale),
+                                                options.set);
     send_truth(joint->state, bench, truth);
-    if (bench.head == HeadKind::stage) send_stage(joint->state, bench, truth);
+    if (bench.head == bench_files::HeadKind::stage) send_stage(joint->state, bench, truth);
     return joint;
   };
-  const Eye& eye = truth.calibration.eyes.left;
+  const optics::Eye& eye = truth.calibration.eyes.left;
   const std::unique_ptr<ModelOnBench> real = on_bench(truth.calibration);
-  const ShownBox box = box_of_leg(*real, eye);
+  const optics::ShownBox box = box_of_leg(*real, eye);
   const double scale = options.height / (box.high_px.y() - box.low_px.y());
-  Image seen = real_leg(*real, eye, box, scale);
+  render::Image seen = real_leg(*real, eye, box, scale);
   add_display(seen, box, drawn_by_bench(*on_bench(calibration), bench), eye);
   return seen;
 }
 
-}  // namespace vrda
+}  // namespace vrda::calibrate

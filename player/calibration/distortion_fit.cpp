@@ -14,7 +14,7 @@
 #include "settings/settings_text.hpp"
 #include "tracking/rigid_body.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 namespace {
 
 /// Order of the unknowns. The aspect is in standard deviations of its prior, so that it may be known exactly.
@@ -22,23 +22,23 @@ enum Number : Eigen::Index { k1, k2, centre_x, centre_y, aspect_sds, at_x, at_y,
 
 struct GridProblem {
   std::span<const GridMark> marks;
-  const Eye& eye;
+  const optics::Eye& eye;
   const AspectPrior& aspect;
 };
 
-Distortion distortion_of(const Eye& eye, double k1_value, double k2_value, const Eigen::Vector2d& centre_px,
-                         double aspect)
+optics::Distortion distortion_of(const optics::Eye& eye, double k1_value, double k2_value,
+                                 const Eigen::Vector2d& centre_px, double aspect)
 {
   return {k1_value, k2_value, centre_px, 0.5 * eye.window.width, aspect};
 }
 
-Distortion distortion_of(const GridProblem& problem, const Eigen::VectorXd& x)
+optics::Distortion distortion_of(const GridProblem& problem, const Eigen::VectorXd& x)
 {
   return distortion_of(problem.eye, x[k1], x[k2], {x[centre_x], x[centre_y]},
                        problem.aspect.value + problem.aspect.sd * x[aspect_sds]);
 }
 
-GridPlace grid_of(const Eigen::VectorXd& x)
+GridPose grid_of(const Eigen::VectorXd& x)
 {
   return {{x[at_x], x[at_y]}, x[spacing], x[turn]};
 }
@@ -47,17 +47,17 @@ GridPlace grid_of(const Eigen::VectorXd& x)
 Eigen::VectorXd residuals(const GridProblem& problem, double noise_px, bool is_held, const Eigen::VectorXd& x)
 {
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
-  const Distortion distortion = distortion_of(problem, x);
-  const GridPlace grid = grid_of(x);
+  const optics::Distortion distortion = distortion_of(problem, x);
+  const GridPose grid = grid_of(x);
   Eigen::VectorXd r(2 * n + (is_held ? 3 : 1));
   for (Eigen::Index i = 0; i < n; ++i) {
     const GridMark& mark = problem.marks[static_cast<std::size_t>(i)];
     const Eigen::Vector2d shown = shown_px(grid, distortion.pixel_aspect, mark.node);
-    r.segment<2>(2 * i) = (drawn_px(distortion, shown) - mark.drawn_px) / noise_px;
+    r.segment<2>(2 * i) = (optics::drawn_px(distortion, shown) - mark.drawn_px) / noise_px;
   }
   r[2 * n] = x[aspect_sds];
   if (is_held) {
-    r.tail<2>() = (distortion.centre_px - middle_px(problem.eye.visible)) / held_centre_sd_px;
+    r.tail<2>() = (distortion.centre_px - optics::middle_px(problem.eye.visible)) / centre_prior_sd_px;
   }
   return r;
 }
@@ -78,7 +78,7 @@ Eigen::VectorXd start_of(const GridProblem& problem)
   const Eigen::Vector2d along(0.5 * (affine(0, 0) - aspect * affine(1, 1)),
                               -0.5 * (aspect * affine(0, 1) + affine(1, 0)));
   Eigen::VectorXd x = Eigen::VectorXd::Zero(n_numbers);
-  x.segment<2>(centre_x) = middle_px(problem.eye.visible);
+  x.segment<2>(centre_x) = optics::middle_px(problem.eye.visible);
   x.segment<2>(at_x) = affine.row(2).transpose();
   x[spacing] = along.norm();
   x[turn] = arc_tangent2(along.y(), along.x());
@@ -87,7 +87,7 @@ Eigen::VectorXd start_of(const GridProblem& problem)
 
 struct GridFit {
   LeastSquares fit;
-  double noise_px = start_noise_px;  ///< noise that weighted the marks
+  double noise_px = initial_noise_px;  ///< noise that weighted the marks
 };
 
 /// Repeats the fit, each time weighted with the noise estimated by the previous one.
@@ -106,7 +106,7 @@ GridFit weighted_fit(const GridProblem& problem, const GridFit& before, bool is_
     now.fit = fit_least_squares(least);
     if (now.fit.status != LeastSquaresStatus::converged || round + 1 == n_rounds) break;
     const double square_sum = now.fit.residuals.head(2 * n).squaredNorm();
-    now.noise_px = std::max(noise_px * std::sqrt(square_sum / noise_dof(now.fit, n)), least_noise_px);
+    now.noise_px = std::max(noise_px * std::sqrt(square_sum / noise_dof(now.fit, n)), minimum_noise_px);
     least.start = now.fit.x;
   }
   return now;
@@ -123,8 +123,8 @@ void require_spread(std::span<const GridMark> marks, const std::string& name, co
 {
   constexpr std::size_t fewest = 12;
   if (marks.size() < fewest) {
-    throw FitRefusal({file, name + ".distortion", std::to_string(marks.size()) + " marked nodes",
-                      "12 or more, distributed over the visible part"});
+    throw tracking::FitError({file, name + ".distortion", std::to_string(marks.size()) + " marked nodes",
+                              "12 or more, distributed over the visible part"});
   }
   constexpr double least_nodes = 0.25, least_px = 5.0;  // two neighbouring rows spread by half a node
   Eigen::MatrixXd nodes(marks.size(), 2), drawn(marks.size(), 2);
@@ -133,8 +133,8 @@ void require_spread(std::span<const GridMark> marks, const std::string& name, co
     drawn.row(static_cast<Eigen::Index>(i)) = marks[i].drawn_px.transpose();
   }
   if (spread_about_line(nodes) < least_nodes || spread_about_line(drawn) < least_px) {
-    throw FitRefusal({file, name + ".distortion", "collinear marks",
-                      "nodes of several rows and columns, distributed over the visible part"});
+    throw tracking::FitError({file, name + ".distortion", "collinear marks",
+                              "nodes of several rows and columns, distributed over the visible part"});
   }
 }
 
@@ -142,34 +142,36 @@ void refuse_outlier(const GridProblem& problem, const GridFit& fit, const std::s
                     const std::string& file)
 {
   constexpr double most_deviations = 6.0, most_off_px = 3.0;
-  const FurthestMark furthest = furthest_mark(fit.fit, static_cast<Eigen::Index>(problem.marks.size()));
+  const OutlierCandidate furthest = largest_outlier(fit.fit, static_cast<Eigen::Index>(problem.marks.size()));
   const double off_px = fit.noise_px * furthest.off.norm();
   if (furthest.deviations <= most_deviations || off_px <= most_off_px) return;
   const Eigen::Vector2d& node = problem.marks[static_cast<std::size_t>(furthest.mark)].node;
-  throw FitRefusal(
+  throw tracking::FitError(
       {file,
-       name + ".distortion: node (" + rounded_text(node.x(), 2) + ", " + rounded_text(node.y(), 2) + ")",
-       "a mark " + rounded_text(off_px, 1) + " px from the position predicted by all others",
+       name + ".distortion: node (" + settings::rounded_text(node.x(), 2) + ", " +
+           settings::rounded_text(node.y(), 2) + ")",
+       "a mark " + settings::rounded_text(off_px, 1) + " px from the position predicted by all others",
        "a consistent mark: mark this node again"},
       {static_cast<std::size_t>(furthest.mark)});
 }
 
-void require_unfolded(const Distortion& distortion, const Eye& eye, const std::string& name,
+void require_unfolded(const optics::Distortion& distortion, const optics::Eye& eye, const std::string& name,
                       const std::string& file)
 {
-  const double furthest_px = furthest_radius_px(distortion, eye.visible);
-  const double fold_px = fold_radius_px(distortion);
+  const double furthest_px = optics::furthest_radius_px(distortion, eye.visible);
+  const double fold_px = optics::fold_radius_px(distortion);
   if (fold_px > furthest_px) return;
-  throw FitRefusal({file, name + ".distortion",
-                    "k1 " + rounded_text(distortion.k1, 4) + ", k2 " + rounded_text(distortion.k2, 4) +
-                        ", a distortion that folds at a radius of " + rounded_text(fold_px, 0) + " px",
-                    "a monotonic distortion up to " + rounded_text(furthest_px, 0) +
-                        " px; add marks near the corners of the visible part"});
+  throw tracking::FitError(
+      {file, name + ".distortion",
+       "k1 " + settings::rounded_text(distortion.k1, 4) + ", k2 " + settings::rounded_text(distortion.k2, 4) +
+           ", a distortion that folds at a radius of " + settings::rounded_text(fold_px, 0) + " px",
+       "a monotonic distortion up to " + settings::rounded_text(furthest_px, 0) +
+           " px; add marks near the corners of the visible part"});
 }
 
 /// Calls `action` for a lattice of points over the visible part.
 template <typename Action>
-void at_lattice(const Viewport& v, Action action)
+void at_lattice(const optics::Viewport& v, Action action)
 {
   constexpr int n = 21;
   for (int j = 0; j < n; ++j) {
@@ -180,37 +182,37 @@ void at_lattice(const Viewport& v, Action action)
 }
 
 /// Largest error of the pre-distortion mesh followed by the optics, sampled at centres of mesh triangles.
-double inverse_error_px(const Distortion& distortion, const Eye& eye)
+double inverse_error_px(const optics::Distortion& distortion, const optics::Eye& eye)
 {
-  Eye drawn_for = eye;
+  optics::Eye drawn_for = eye;
   drawn_for.distortion = distortion;
   drawn_for.pixel_aspect = distortion.pixel_aspect;
-  const ShownBox box = shown_box(drawn_for);
-  const WarpMesh mesh = warp_mesh(drawn_for, box);
+  const optics::ShownBox box = optics::shown_box(drawn_for);
+  const optics::WarpMesh mesh = optics::warp_mesh(drawn_for, box);
   // 7 is prime, so the samples include all rows, columns and both triangles of a cell.
   constexpr std::size_t stride = 3 * 7;
   double largest_sq = 0.0;
   for (std::size_t t = 0; t < mesh.triangles.size(); t += stride) {
     Eigen::Vector2d drawn = Eigen::Vector2d::Zero(), texture_uv = Eigen::Vector2d::Zero();
     for (std::size_t corner = t; corner < t + 3; ++corner) {
-      const WarpVertex& vertex = mesh.vertices[mesh.triangles[corner]];
+      const optics::WarpVertex& vertex = mesh.vertices[mesh.triangles[corner]];
       drawn += Eigen::Vector2d(vertex.x_px, vertex.y_px) / 3.0;
       texture_uv += Eigen::Vector2d(vertex.u, vertex.v) / 3.0;
     }
     const Eigen::Vector2d wanted_px = box.low_px + texture_uv.cwiseProduct(box.high_px - box.low_px);
-    largest_sq = std::max(largest_sq, (drawn_px(distortion, wanted_px) - drawn).squaredNorm());
+    largest_sq = std::max(largest_sq, (optics::drawn_px(distortion, wanted_px) - drawn).squaredNorm());
   }
   return std::sqrt(largest_sq);
 }
 
-void add_inverse_error(DistortionFit& fit, const Eye& eye, const std::string& name)
+void add_inverse_error(DistortionFit& fit, const optics::Eye& eye, const std::string& name)
 {
   fit.inverse_error_px = inverse_error_px(fit.distortion, eye);
   fit.estimate.remarks.push_back(name + ": pre-distortion and optics together leave an error of at most " +
-                                 rounded_text(fit.inverse_error_px, 3) + " px");
+                                 settings::rounded_text(fit.inverse_error_px, 3) + " px");
 }
 
-Estimate estimate_of(const Distortion& d, const Eigen::MatrixXd& covariance, const std::string& name)
+Estimate estimate_of(const optics::Distortion& d, const Eigen::MatrixXd& covariance, const std::string& name)
 {
   Estimate estimate;
   estimate.names = {name + ".k1", name + ".k2", name + ".centre_x", name + ".centre_y",
@@ -223,11 +225,11 @@ Estimate estimate_of(const Distortion& d, const Eigen::MatrixXd& covariance, con
 }
 
 /// Root mean square difference of two distortions over the visible part.
-double rms_difference_px(const Distortion& a, const Distortion& b, const Eye& eye)
+double rms_difference_px(const optics::Distortion& a, const optics::Distortion& b, const optics::Eye& eye)
 {
   double sum_sq = 0.0, n = 0.0;
   at_lattice(eye.visible, [&](const Eigen::Vector2d& p) {
-    sum_sq += (shown_px(a, p) - shown_px(b, p)).squaredNorm();
+    sum_sq += (optics::shown_px(a, p) - optics::shown_px(b, p)).squaredNorm();
     n += 1.0;
   });
   return std::sqrt(sum_sq / n);
@@ -235,8 +237,8 @@ double rms_difference_px(const Distortion& a, const Distortion& b, const Eye& ey
 
 void add_scatter(DistortionFit& fit, const std::string& what, const std::string& name)
 {
-  fit.estimate.remarks.push_back(name + ": the " + what + " scatter by " + rounded_text(fit.noise_px, 2) +
-                                 " px");
+  fit.estimate.remarks.push_back(name + ": the " + what + " scatter by " +
+                                 settings::rounded_text(fit.noise_px, 2) + " px");
 }
 
 void add_held_centre(DistortionFit& fit, const std::string& name)
@@ -284,23 +286,23 @@ using Matrix8d = Eigen::Matrix<double, 8, 8>;
 Vector8d numbers_of(const GridValues& v)
 {
   Vector8d numbers;
-  numbers << v.k1, v.k2, v.centre_px, v.grid.at_px, v.grid.spacing_px, v.grid.turn_rad;
+  numbers << v.k1, v.k2, v.centre_px, v.grid.origin_px, v.grid.spacing_px, v.grid.turn_rad;
   return numbers;
 }
 
 /// Jacobian of the drawn node positions with respect to the eight parameters and, last column, the aspect.
-Eigen::MatrixXd node_jacobian(const AdjustedGrids& adjusted, const Eye& eye, const Vector8d& numbers,
+Eigen::MatrixXd node_jacobian(const AdjustedGrids& adjusted, const optics::Eye& eye, const Vector8d& numbers,
                               double aspect)
 {
   const auto drawn = [&](const Vector8d& v, double a) {
-    const Distortion distortion = distortion_of(eye, v[0], v[1], v.segment<2>(2), a);
-    const GridPlace grid{v.segment<2>(4), v[6], v[7]};
+    const optics::Distortion distortion = distortion_of(eye, v[0], v[1], v.segment<2>(2), a);
+    const GridPose grid{v.segment<2>(4), v[6], v[7]};
     Eigen::VectorXd px(2 * adjusted.columns * adjusted.rows);
     Eigen::Index at = 0;
     for (int row = 0; row < adjusted.rows; ++row) {
       for (int column = 0; column < adjusted.columns; ++column, at += 2) {
         const Eigen::Vector2d node(column - 0.5 * (adjusted.columns - 1), row - 0.5 * (adjusted.rows - 1));
-        px.segment<2>(at) = drawn_px(distortion, shown_px(grid, a, node));
+        px.segment<2>(at) = optics::drawn_px(distortion, shown_px(grid, a, node));
       }
     }
     return px;
@@ -330,16 +332,16 @@ double centre_variance(const Matrix8d& N, double variance)
 
 }  // namespace
 
-Eigen::Vector2d shown_px(const GridPlace& grid, double pixel_aspect, const Eigen::Vector2d& node)
+Eigen::Vector2d shown_px(const GridPose& grid, double pixel_aspect, const Eigen::Vector2d& node)
 {
   const SinCos turned = sin_cos(grid.turn_rad);
   const double right = turned.cos * node.x() - turned.sin * node.y();
   const double up = turned.sin * node.x() + turned.cos * node.y();
-  return grid.at_px + grid.spacing_px * Eigen::Vector2d(right, -up / pixel_aspect);
+  return grid.origin_px + grid.spacing_px * Eigen::Vector2d(right, -up / pixel_aspect);
 }
 
-DistortionFit fit_distortion(std::span<const GridMark> marks, const Eye& eye, const AspectPrior& aspect,
-                             const std::string& name, const std::string& file)
+DistortionFit fit_distortion(std::span<const GridMark> marks, const optics::Eye& eye,
+                             const AspectPrior& aspect, const std::string& name, const std::string& file)
 {
   require_spread(marks, name, file);
   const GridProblem problem{marks, eye, aspect};
@@ -351,25 +353,26 @@ DistortionFit fit_distortion(std::span<const GridMark> marks, const Eye& eye, co
   const bool is_held = !is_centre_determined(free);
   const GridFit& found = is_held ? held : free;
   if (found.fit.status != LeastSquaresStatus::converged) {
-    throw FitRefusal({file, name + ".distortion",
-                      std::string("a grid fit with status: ") + name_of(found.fit.status),
-                      "marks on the requested nodes, distributed over the visible part"});
+    throw tracking::FitError({file, name + ".distortion",
+                              std::string("a grid fit with status: ") + name_of(found.fit.status),
+                              "marks on the requested nodes, distributed over the visible part"});
   }
   refuse_outlier(problem, found, name, file);
   DistortionFit result = result_of(problem, found, name);
   require_unfolded(result.distortion, eye, name, file);
-  result.is_centre_held = is_held;
+  result.has_centre_prior = is_held;
   add_inverse_error(result, eye, name);
   if (is_held) add_held_centre(result, name);
   return result;
 }
 
-DistortionFit mean_distortion(const AdjustedGrids& adjusted, const Eye& eye, const AspectPrior& aspect,
-                              const std::string& name, const std::string& file)
+DistortionFit mean_distortion(const AdjustedGrids& adjusted, const optics::Eye& eye,
+                              const AspectPrior& aspect, const std::string& name, const std::string& file)
 {
   if (adjusted.values.size() < 2) {
-    throw FitRefusal({file, name + ".distortion", std::to_string(adjusted.values.size()) + " adjusted grid",
-                      "two or more, because their spread gives the uncertainty"});
+    throw tracking::FitError({file, name + ".distortion",
+                              std::to_string(adjusted.values.size()) + " adjusted grid",
+                              "two or more, because their spread gives the uncertainty"});
   }
   const auto n = static_cast<double>(adjusted.values.size());
   Vector8d mean = Vector8d::Zero();
@@ -383,12 +386,12 @@ DistortionFit mean_distortion(const AdjustedGrids& adjusted, const Eye& eye, con
   const double dof = 8.0 * (n - 1.0);
 
   DistortionFit result;
-  result.noise_px = std::max(std::sqrt(square_sum / dof), least_noise_px);
+  result.noise_px = std::max(std::sqrt(square_sum / dof), minimum_noise_px);
   const double variance = result.noise_px * result.noise_px / n;
-  result.is_centre_held = !(centre_variance(N, variance) < most_centre_sd_px * most_centre_sd_px);
-  if (result.is_centre_held) {
-    mean.segment<2>(centre_x) = middle_px(eye.visible);
-    N.diagonal().segment<2>(centre_x).array() += variance / (held_centre_sd_px * held_centre_sd_px);
+  result.has_centre_prior = !(centre_variance(N, variance) < most_centre_sd_px * most_centre_sd_px);
+  if (result.has_centre_prior) {
+    mean.segment<2>(centre_x) = optics::middle_px(eye.visible);
+    N.diagonal().segment<2>(centre_x).array() += variance / (centre_prior_sd_px * centre_prior_sd_px);
   }
   const Eigen::LDLT<Matrix8d> solver(N);
   Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Zero();
@@ -407,14 +410,14 @@ DistortionFit mean_distortion(const AdjustedGrids& adjusted, const Eye& eye, con
   result.estimate.dof = dof;
   std::vector<double> apart_px;
   for (const GridValues& v : adjusted.values) {
-    const Distortion one = distortion_of(eye, v.k1, v.k2, v.centre_px, aspect.value);
+    const optics::Distortion one = distortion_of(eye, v.k1, v.k2, v.centre_px, aspect.value);
     apart_px.push_back(rms_difference_px(one, result.distortion, eye));
   }
   set_residuals(result.estimate, apart_px, "px");
   add_scatter(result, "adjusted grids", name);
   add_inverse_error(result, eye, name);
-  if (result.is_centre_held) add_held_centre(result, name);
+  if (result.has_centre_prior) add_held_centre(result, name);
   return result;
 }
 
-}  // namespace vrda
+}  // namespace vrda::calibration

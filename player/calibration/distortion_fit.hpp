@@ -7,7 +7,7 @@
 #include "calibration/estimate.hpp"
 #include "optics/eye.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 
 /// A cross drawn at `drawn_px` coincided with a node of a grid perpendicular to the optical axis.
 struct GridMark {
@@ -16,12 +16,12 @@ struct GridMark {
 };
 
 /// Image of a grid: a node appears at origin_px + spacing_px * R(turn) node; y down, heights in pixel widths.
-struct GridPlace {
-  Eigen::Vector2d at_px = Eigen::Vector2d::Zero();
+struct GridPose {
+  Eigen::Vector2d origin_px = Eigen::Vector2d::Zero();
   double spacing_px = 0.0;
   double turn_rad = 0.0;  ///< counter-clockwise
 };
-Eigen::Vector2d shown_px(const GridPlace& grid, double pixel_aspect, const Eigen::Vector2d& node);
+Eigen::Vector2d shown_px(const GridPose& grid, double pixel_aspect, const Eigen::Vector2d& node);
 
 struct AspectPrior {
   double value = 1.0, sd = 0.0;
@@ -31,7 +31,7 @@ struct AspectPrior {
 struct GridValues {
   double k1 = 0.0, k2 = 0.0;
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
-  GridPlace grid;
+  GridPose grid;
 };
 
 /// Grids of columns x rows nodes that an operator adjusted to cover the physical grid.
@@ -41,29 +41,29 @@ struct AdjustedGrids {
 };
 
 struct DistortionFit {
-  Distortion distortion;
-  GridPlace grid;
+  optics::Distortion distortion;
+  GridPose grid;
   double noise_px = 0.0;  ///< standard deviation of a coordinate of a mark; of a node for adjusted grids
   /// The distortion is too small to determine its centre (standard deviation above 20 px), so the centre has
   /// the prior `centre_prior_sd_px` about the centre of the visible part.
-  bool is_centre_held = false;
+  bool has_centre_prior = false;
   /// Largest position error in the visible part after pre-distortion mesh (optics/eye.hpp) and optics.
   double inverse_error_px = 0.0;
   /// "NAME.k1", ".k2", ".centre_x", ".centre_y" (px), ".pixel_aspect".
   Estimate estimate;
 };
 
-inline constexpr double held_centre_sd_px = 5.0;
+inline constexpr double centre_prior_sd_px = 5.0;
 
 /// Least squares with the prior `aspect`. `eye` gives window and visible part; unit_px is half the window
 /// width. Throws FitRefusal with `file` and `name`: fewer than 12 marks, collinear marks, an outlier (6
 /// standard deviations and 3 px; index given), no convergence, a fold within the visible part.
-DistortionFit fit_distortion(std::span<const GridMark> marks, const Eye& eye, const AspectPrior& aspect,
-                             const std::string& name, const std::string& file);
+DistortionFit fit_distortion(std::span<const GridMark> marks, const optics::Eye& eye,
+                             const AspectPrior& aspect, const std::string& name, const std::string& file);
 
 /// Mean of two or more adjusted grids. The shape of the covariance is that of a fit to marks at all nodes;
 /// its size is from the spread of the grids, with 8 (n - 1) dof. An aspect error is common to all.
-DistortionFit mean_distortion(const AdjustedGrids& adjusted, const Eye& eye, const AspectPrior& aspect,
-                              const std::string& name, const std::string& file);
+DistortionFit mean_distortion(const AdjustedGrids& adjusted, const optics::Eye& eye,
+                              const AspectPrior& aspect, const std::string& name, const std::string& file);
 
-}  // namespace vrda
+}  // namespace vrda::calibration

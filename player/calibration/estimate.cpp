@@ -7,9 +7,9 @@
 #include "core/units.hpp"
 #include "tracking/screw.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 
-std::vector<std::string> names_of_place(const std::string& name)
+std::vector<std::string> pose_number_names(const std::string& name)
 {
   std::vector<std::string> names;
   for (const char* number : {".shift_x", ".shift_y", ".shift_z", ".turn_x", ".turn_y", ".turn_z"})
@@ -17,12 +17,12 @@ std::vector<std::string> names_of_place(const std::string& name)
   return names;
 }
 
-Estimate estimate_of_place(const std::string& name, const Pose& X,
-                           const Eigen::Matrix<double, 6, 6>& covariance_mm_rad)
+Estimate pose_estimate(const std::string& name, const Pose& X,
+                       const Eigen::Matrix<double, 6, 6>& covariance_mm_rad)
 {
-  const SixNumbers six = six_numbers_of(X);
+  const tracking::PoseParameters six = tracking::pose_parameters_of(X);
   Estimate estimate;
-  estimate.names = names_of_place(name);
+  estimate.names = pose_number_names(name);
   estimate.units = {"mm", "mm", "mm", "deg", "deg", "deg"};
   Eigen::Matrix<double, 6, 1> unit = Eigen::Matrix<double, 6, 1>::Ones();
   unit.tail<3>().setConstant(deg_from_rad(1.0));
@@ -83,4 +83,4 @@ Eigen::Index index_of(const Estimate& estimate, const std::string& name)
   return found == estimate.names.end() ? -1 : found - estimate.names.begin();
 }
 
-}  // namespace vrda
+}  // namespace vrda::calibration

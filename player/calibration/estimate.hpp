@@ -7,7 +7,7 @@
 
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 
 /// In the units of files and screen: mm, deg, px. A pose has six numbers "table.shift_x" to "table.turn_z"
 /// with the conventions of tracking/screw.hpp; its covariance is that of the translation and of a small
@@ -25,10 +25,10 @@ struct Estimate {
 };
 
 /// "name.shift_x" to "name.turn_z"
-std::vector<std::string> names_of_place(const std::string& name);
+std::vector<std::string> pose_number_names(const std::string& name);
 /// Estimate of a pose, from the covariance of (shift_mm, turn_rad).
-Estimate estimate_of_place(const std::string& name, const Pose& X,
-                           const Eigen::Matrix<double, 6, 6>& covariance_mm_rad);
+Estimate pose_estimate(const std::string& name, const Pose& X,
+                       const Eigen::Matrix<double, 6, 6>& covariance_mm_rad);
 
 /// Two-sided 95 % quantile of Student's t; 1.96 for infinite degrees of freedom.
 double t_95(double dof);
@@ -45,4 +45,4 @@ void set_residuals(Estimate& estimate, const std::vector<double>& residuals, con
 /// Index of the number `name`, or -1.
 Eigen::Index index_of(const Estimate& estimate, const std::string& name);
 
-}  // namespace vrda
+}  // namespace vrda::calibration

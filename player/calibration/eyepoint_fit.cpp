@@ -10,7 +10,7 @@
 #include "settings/settings_text.hpp"
 #include "tracking/rigid_body.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 namespace {
 
 constexpr std::size_t least_marks = 3;
@@ -20,7 +20,7 @@ constexpr double outlier_sd = 5.0, outlier_px = 3.0;
 
 std::string text(double value, const char* unit)
 {
-  return rounded_text(value, 1) + " " + unit;
+  return settings::rounded_text(value, 1) + " " + unit;
 }
 
 std::string name_of(const RectangleMark& mark, std::size_t k)
@@ -42,26 +42,27 @@ double px_of(const SeenWidth& seen)
 }
 
 /// Displayed columns per drawn column.
-double magnification(const Distortion& distortion, const Eigen::Vector2d& drawn)
+double magnification(const optics::Distortion& distortion, const Eigen::Vector2d& drawn)
 {
   constexpr double step_px = 0.5;
   const Eigen::Vector2d step(step_px, 0.0);
-  return (shown_px(distortion, drawn + step).x() - shown_px(distortion, drawn - step).x()) / (2.0 * step_px);
+  return (optics::shown_px(distortion, drawn + step).x() - optics::shown_px(distortion, drawn - step).x()) /
+         (2.0 * step_px);
 }
 
-SeenWidth seen_of(const RectangleMark& mark, const Eye& eye)
+SeenWidth seen_of(const RectangleMark& mark, const optics::Eye& eye)
 {
   SeenWidth seen;
   seen.width_mm = mark.width_mm;
   seen.depth_mm = mark.depth_mm;
-  seen.left_px = shown_px(eye.distortion, mark.left_drawn_px).x() - eye.sight_px.x();
-  seen.right_px = shown_px(eye.distortion, mark.right_drawn_px).x() - eye.sight_px.x();
+  seen.left_px = optics::shown_px(eye.distortion, mark.left_drawn_px).x() - eye.sight_px.x();
+  seen.right_px = optics::shown_px(eye.distortion, mark.right_drawn_px).x() - eye.sight_px.x();
   seen.noise_gain = std::hypot(magnification(eye.distortion, mark.left_drawn_px),
                                magnification(eye.distortion, mark.right_drawn_px));
   return seen;
 }
 
-std::vector<SeenWidth> seen_of(std::span<const RectangleMark> marks, const Eye& eye)
+std::vector<SeenWidth> seen_of(std::span<const RectangleMark> marks, const optics::Eye& eye)
 {
   std::vector<SeenWidth> seen;
   seen.reserve(marks.size());
@@ -166,17 +167,17 @@ void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWid
                    const std::string& name, const std::string& file)
 {
   if (marks.size() < least_marks) {
-    throw FitRefusal({file, name, std::to_string(marks.size()) + " marks of rectangles",
-                      std::to_string(least_marks) + " or more, at two depths at least"});
+    throw tracking::FitError({file, name, std::to_string(marks.size()) + " marks of rectangles",
+                              std::to_string(least_marks) + " or more, at two depths at least"});
   }
   double nearest_mm = std::numeric_limits<double>::infinity(), furthest_mm = -nearest_mm;
   for (std::size_t k = 0; k < marks.size(); ++k) {
     const bool is_rectangle =
         marks[k].width_mm > 0.0 && std::isfinite(marks[k].width_mm) && std::isfinite(marks[k].depth_mm);
     if (!is_rectangle)
-      throw FitRefusal({file, name, name_of(marks[k], k), "a width above 0 and a finite depth"}, {k});
+      throw tracking::FitError({file, name, name_of(marks[k], k), "a width above 0 and a finite depth"}, {k});
     if (!(px_of(seen[k]) > 0.0) || !std::isfinite(px_of(seen[k]))) {
-      throw FitRefusal(
+      throw tracking::FitError(
           {file, name,
            name_of(marks[k], k) + ": crossed or equal sides, " + text(px_of(seen[k]), "px") + " apart",
            "the left line left of the right one; align it again"},
@@ -186,9 +187,9 @@ void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWid
     furthest_mm = std::max(furthest_mm, marks[k].depth_mm);
   }
   if (furthest_mm - nearest_mm < least_depth_range_mm) {
-    throw FitRefusal({file, name,
-                      "rectangles at equal depths, " + text(furthest_mm - nearest_mm, "mm") + " apart",
-                      "different depths; add a rectangle 150 mm or more behind"});
+    throw tracking::FitError(
+        {file, name, "rectangles at equal depths, " + text(furthest_mm - nearest_mm, "mm") + " apart",
+         "different depths; add a rectangle 150 mm or more behind"});
   }
 }
 
@@ -213,7 +214,7 @@ void require_no_outlier(std::span<const RectangleMark> marks, std::span<const Se
     // The noise of few marks may be too small by chance: the limit grows with Student's t.
     const double t_ratio = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
     if (off_px > outlier_px && off_px > t_ratio * outlier_sd * std::sqrt(spread_px2)) {
-      throw FitRefusal(
+      throw tracking::FitError(
           {file, name,
            name_of(marks[k], k) + ": " + text(off_px, "px") + " from the width predicted by the others",
            text(outlier_px, "px") + " at most; align it again"},
@@ -241,8 +242,8 @@ std::string suggested_rectangle(std::span<const SeenWidth> seen, const Eyepoint&
     with_extra.insert(with_extra.end(), repeats, extra);
     const std::optional<Eigen::Matrix2d> inverse = inverse_of(information_of(with_extra, about));
     if (inverse && noise_px * std::sqrt((*inverse)(1, 1)) < most_sd_mm) {
-      return "add a rectangle about " + rounded_text(extra.width_mm, 0) + " mm wide at " +
-             rounded_text(extra.depth_mm, 0) + " mm and mark it three times";
+      return "add a rectangle about " + settings::rounded_text(extra.width_mm, 0) + " mm wide at " +
+             settings::rounded_text(extra.depth_mm, 0) + " mm and mark it three times";
     }
   }
   return "add rectangles further behind, and repeat all marks";
@@ -267,14 +268,15 @@ Eigen::Vector2d sensitivity(SeenWith seen_with, double step, const Eyepoint& nom
 }
 
 /// With respect to k1, k2, the centre and the pixel aspect.
-Slope slope_by_distortion(std::span<const RectangleMark> marks, const Eye& eye, const Eyepoint& nominal)
+Slope slope_by_distortion(std::span<const RectangleMark> marks, const optics::Eye& eye,
+                          const Eyepoint& nominal)
 {
   constexpr std::array<double, 5> steps = {1e-4, 1e-4, 0.1, 0.1, 1e-4};
   Slope slope;
   for (std::size_t k = 0; k < steps.size(); ++k) {
     const auto seen_with = [&](double step) {
-      Eye changed = eye;
-      Distortion& d = changed.distortion;
+      optics::Eye changed = eye;
+      optics::Distortion& d = changed.distortion;
       const std::array<double*, 5> numbers = {&d.k1, &d.k2, &d.centre_px.x(), &d.centre_px.y(),
                                               &d.pixel_aspect};
       *numbers[k] += step;
@@ -286,7 +288,7 @@ Slope slope_by_distortion(std::span<const RectangleMark> marks, const Eye& eye, 
 }
 
 /// Covariance from the given uncertainties: alignment and distortion.
-Eigen::Matrix2d given_covariance(std::span<const RectangleMark> marks, const Eye& eye,
+Eigen::Matrix2d given_covariance(std::span<const RectangleMark> marks, const optics::Eye& eye,
                                  const EyepointOptions& options, const Slope& by_distortion,
                                  const Eyepoint& nominal)
 {
@@ -310,8 +312,8 @@ Eigen::Matrix2d given_covariance(std::span<const RectangleMark> marks, const Eye
 
 }  // namespace
 
-Eyepoint eyepoint_of_two(const RectangleMark& first, double first_px, const RectangleMark& second,
-                         double second_px)
+Eyepoint eyepoint_of_two_rectangles(const RectangleMark& first, double first_px, const RectangleMark& second,
+                                    double second_px)
 {
   const double apart_mm = second.depth_mm - first.depth_mm;
   const double denominator = first_px * second.width_mm - second_px * first.width_mm;
@@ -322,16 +324,16 @@ Eyepoint eyepoint_of_two(const RectangleMark& first, double first_px, const Rect
   return eyepoint;
 }
 
-EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, const EyepointOptions& options,
-                         const std::string& name, const std::string& file)
+EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye& eye,
+                         const EyepointOptions& options, const std::string& name, const std::string& file)
 {
   const std::vector<SeenWidth> seen = seen_of(marks, eye);
   require_marks(marks, seen, name, file);
   require_no_outlier(marks, seen, name, file);
   const std::optional<Eyepoint> eyepoint = solve_eyepoint(seen);
   if (!eyepoint) {
-    throw FitRefusal({file, name, "widths that do not decrease with depth",
-                      "a larger range of depths; add a rectangle 150 mm or more behind"});
+    throw tracking::FitError({file, name, "widths that do not decrease with depth",
+                              "a larger range of depths; add a rectangle 150 mm or more behind"});
   }
   EyepointFit fit;
   fit.eyepoint = *eyepoint;
@@ -341,20 +343,21 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, c
       fit.noise_px * fit.noise_px *
       inverse_of(information_of(seen, *eyepoint)).value_or(Eigen::Matrix2d::Zero());
   const double depth_sd_mm = std::sqrt(by_noise(1, 1));
-  if (!(depth_sd_mm <= options.most_depth_sd_mm)) {
-    throw FitRefusal({file, name,
-                      "a range of depths that determines the eye's depth to " + text(depth_sd_mm, "mm") +
-                          " (standard deviation)",
-                      text(options.most_depth_sd_mm, "mm") + " or less: " +
-                          suggested_rectangle(seen, *eyepoint, fit.noise_px, options.most_depth_sd_mm)});
+  if (!(depth_sd_mm <= options.max_depth_sd_mm)) {
+    throw tracking::FitError(
+        {file, name,
+         "a range of depths that determines the eye's depth to " + text(depth_sd_mm, "mm") +
+             " (standard deviation)",
+         text(options.max_depth_sd_mm, "mm") +
+             " or less: " + suggested_rectangle(seen, *eyepoint, fit.noise_px, options.max_depth_sd_mm)});
   }
   Estimate& estimate = fit.estimate;
   estimate.names = {name + ".distance", name + ".depth"};
   estimate.units = {"px", "mm"};
   estimate.values = vector_of(*eyepoint);
   if (options.distortion_covariance.size() > 0)
-    fit.by_distortion = slope_by_distortion(marks, eye, *eyepoint);
-  estimate.covariance = by_noise + given_covariance(marks, eye, options, fit.by_distortion, *eyepoint);
+    fit.distortion_jacobian = slope_by_distortion(marks, eye, *eyepoint);
+  estimate.covariance = by_noise + given_covariance(marks, eye, options, fit.distortion_jacobian, *eyepoint);
   // Given variances have infinite degrees of freedom (Welch and Satterthwaite); the number with the larger
   // share of estimated noise decides.
   const Eigen::Vector2d share = by_noise.diagonal().cwiseQuotient(
@@ -368,7 +371,7 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, c
   estimate.remarks.push_back(name + " eye: " + text(eyepoint->depth_mm, "mm") +
                              " in front of the first rectangle's plane, 95 %: +-" +
                              text(half_width_95(estimate, 1), "mm") + "; noise of a side " +
-                             rounded_text(fit.noise_px, 2) + " px");
+                             settings::rounded_text(fit.noise_px, 2) + " px");
   return fit;
 }
 
@@ -393,4 +396,4 @@ double depth_error_mm(double depth_mm, double drawn_ipd_mm, double true_ipd_mm)
   return depth_mm * (true_ipd_mm / drawn_ipd_mm - 1.0);
 }
 
-}  // namespace vrda
+}  // namespace vrda::calibration

@@ -7,7 +7,7 @@
 #include "calibration/estimate.hpp"
 #include "optics/eye.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 
 /// Two lines, drawn with pre-distortion, coincided with the sides of a rectangle.
 struct RectangleMark {
@@ -22,8 +22,8 @@ struct Eyepoint {
   double distance_px = 0.0, depth_mm = 0.0;
 };
 /// Closed form for two rectangles (figure 24, whose last line misprints X1 for X2).
-Eyepoint eyepoint_of_two(const RectangleMark& first, double first_px, const RectangleMark& second,
-                         double second_px);
+Eyepoint eyepoint_of_two_rectangles(const RectangleMark& first, double first_px, const RectangleMark& second,
+                                    double second_px);
 
 struct EyepointOptions {
   /// Standard deviation of the optical axis direction about the table's Z. It changes the apparent width of
@@ -31,7 +31,7 @@ struct EyepointOptions {
   double alignment_sd_rad = 0.0;
   /// Covariance of k1, k2, centre_x, centre_y, pixel_aspect (DistortionFit); empty: known exactly.
   Eigen::MatrixXd distortion_covariance;
-  double most_depth_sd_mm = 15.0;  ///< a larger standard deviation is an error
+  double max_depth_sd_mm = 15.0;  ///< a larger standard deviation is an error
 };
 
 struct EyepointFit {
@@ -39,7 +39,7 @@ struct EyepointFit {
   double noise_px = 0.0;  ///< standard deviation of a side, from the residuals
   /// Jacobian of distance and depth with respect to k1, k2, centre_x, centre_y, pixel_aspect; zero if those
   /// are known. It gives the covariance of eyepoint and distortion.
-  Eigen::Matrix<double, 2, 5> by_distortion = Eigen::Matrix<double, 2, 5>::Zero();
+  Eigen::Matrix<double, 2, 5> distortion_jacobian = Eigen::Matrix<double, 2, 5>::Zero();
   /// "NAME.distance" (px), "NAME.depth" (mm); the covariance includes marks, alignment and distortion.
   Estimate estimate;
 };
@@ -48,8 +48,8 @@ struct EyepointFit {
 /// with `file` and `name`: fewer than three marks, equal depths, a depth range too small for
 /// `max_depth_sd_mm` (with a rectangle to add), crossed or equal sides, an outlier (5 standard deviations,
 /// more for few marks, and 3 px; index given).
-EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, const EyepointOptions& options,
-                         const std::string& name, const std::string& file);
+EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye& eye,
+                         const EyepointOptions& options, const std::string& name, const std::string& file);
 
 /// Expected standard deviations of distance (px) and depth (mm) for a set of rectangles, before measuring,
 /// with noise `noise_px` a side.
@@ -59,7 +59,7 @@ Eigen::Vector2d expected_eyepoint_sd(std::span<const RectangleMark> rectangles, 
 /// Marks and fit of one eye.
 struct EyeRectangles {
   std::vector<RectangleMark> marks;
-  Eye eye;  ///< with distortion
+  optics::Eye eye;  ///< with distortion
   EyepointFit fit;
 };
 
@@ -74,4 +74,4 @@ PupilDistance pupil_distance(const EyeRectangles& left, const EyeRectangles& rig
 /// `drawn_ipd_mm` apart and seen by eyes `true_ipd_mm` apart.
 double depth_error_mm(double depth_mm, double drawn_ipd_mm, double true_ipd_mm);
 
-}  // namespace vrda
+}  // namespace vrda::calibration

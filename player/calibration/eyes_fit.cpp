@@ -10,7 +10,7 @@
 #include "tracking/rigid_body.hpp"
 #include "tracking/screw.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 namespace {
 
 /// Order of the prior numbers of the eyes, as in the estimate.
@@ -33,26 +33,26 @@ using MatrixEigen = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
 
 constexpr Eigen::Index n_pose = 6;  // shift (mm), turn (rad) about the fixed axes
 
-Eigen::VectorXd known_of(const EyePair& eyes)
+Eigen::VectorXd known_of(const optics::EyePair& eyes)
 {
   const Eigen::Vector3d apart = eyes.left.position_head_mm - eyes.right.position_head_mm;
   Eigen::VectorXd known(+n_known);
   known << eyes.left.distance_px, eyes.right.distance_px, -apart.x(), apart.z(), apart.y(),
       eyes.left.sight_px, eyes.right.sight_px, Eigen::VectorXd::Zero(10);
   for (const Known optics : {left_optics, right_optics}) {
-    const Eye& eye = optics == left_optics ? eyes.left : eyes.right;
+    const optics::Eye& eye = optics == left_optics ? eyes.left : eyes.right;
     known.segment<5>(optics) << eye.distortion.k1, eye.distortion.k2, eye.distortion.centre_px,
         eye.pixel_aspect;
   }
   return known;
 }
 
-EyePair eyes_of(const EyePair& like, const Eigen::VectorXd& known)
+optics::EyePair eyes_of(const optics::EyePair& like, const Eigen::VectorXd& known)
 {
-  EyePair eyes = like;
+  optics::EyePair eyes = like;
   const Eigen::Vector3d half_apart =
       0.5 * Eigen::Vector3d(-known[ipd], known[height_apart], known[depth_apart]);
-  const auto set = [&](Eye& eye, Known distance, Known sight, Known optics) {
+  const auto set = [&](optics::Eye& eye, Known distance, Known sight, Known optics) {
     eye.distance_px = known[distance];
     eye.sight_px = known.segment<2>(sight);
     eye.distortion.k1 = known[optics];
@@ -82,7 +82,7 @@ Eigen::MatrixXd covariance_of(const EyesPrior& prior)
     }
   }
   covariance(ipd, ipd) = prior.ipd_sd_mm * prior.ipd_sd_mm;
-  covariance(height_apart, height_apart) = prior.height_apart_sd_mm * prior.height_apart_sd_mm;
+  covariance(height_apart, height_apart) = prior.height_difference_sd_mm * prior.height_difference_sd_mm;
   covariance.diagonal().segment<4>(left_sight_x).setConstant(prior.sight_sd_px * prior.sight_sd_px);
   const std::array<Known, 2> optics = {left_optics, right_optics};
   for (std::size_t eye = 0; eye < 2; ++eye) {
@@ -91,7 +91,7 @@ Eigen::MatrixXd covariance_of(const EyesPrior& prior)
     covariance.block<5, 5>(optics[eye], optics[eye]) = known;
     const auto first = static_cast<Eigen::Index>(2 * eye);
     const Eigen::Matrix<double, 3, 5> shared =
-        of_eyepoints.middleCols<2>(first) * prior.eyepoint_by_distortion[eye] * known;
+        of_eyepoints.middleCols<2>(first) * prior.eyepoint_distortion_jacobian[eye] * known;
     for (std::size_t i = 0; i < 3; ++i) {
       const auto row = shared.row(static_cast<Eigen::Index>(i));
       covariance.block<1, 5>(at[i], optics[eye]) = row;
@@ -118,12 +118,12 @@ Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& by)
 {
   Pose result = X;
   result.translation() += by.head<3>();
-  result.linear() = rotation_of(by.tail<3>()) * X.linear();
+  result.linear() = tracking::rotation_of(by.tail<3>()) * X.linear();
   return result;
 }
 
 /// Clamps a point to at least 1 mm in front of the eye; iterates may be behind it.
-Eigen::Vector3d before_eye(const Eye& eye, const Eigen::Vector3d& p_head_mm)
+Eigen::Vector3d before_eye(const optics::Eye& eye, const Eigen::Vector3d& p_head_mm)
 {
   constexpr double nearest_mm = 1.0;
   return {p_head_mm.x(), p_head_mm.y(), std::min(p_head_mm.z(), eye.position_head_mm.z() - nearest_mm)};
@@ -136,7 +136,7 @@ struct EyesProblem {
   Eigen::MatrixXd L;      ///< deviation from the prior mean = L z, z of unit variance
 };
 
-const Eye& eye_of(const EyePair& eyes, const BullseyeMark& mark)
+const optics::Eye& eye_of(const optics::EyePair& eyes, const BullseyeMark& mark)
 {
   return mark.is_right ? eyes.right : eyes.left;
 }
@@ -145,10 +145,10 @@ const Eye& eye_of(const EyePair& eyes, const BullseyeMark& mark)
 struct EyesGuess {
   Pose X_carrier_eyes;
   Eigen::VectorXd z;  ///< normalised deviation from the prior
-  double noise_px = start_noise_px;
+  double noise_px = initial_noise_px;
 };
 
-EyePair eyes_of(const EyesProblem& problem, const Eigen::VectorXd& z)
+optics::EyePair eyes_of(const EyesProblem& problem, const Eigen::VectorXd& z)
 {
   return eyes_of(problem.prior.eyes, problem.known + problem.L * z);
 }
@@ -157,18 +157,18 @@ EyePair eyes_of(const EyesProblem& problem, const Eigen::VectorXd& z)
 Eigen::VectorXd tracker_sds_px(const EyesProblem& problem, const EyesGuess& guess)
 {
   constexpr double step_mm = 0.5;  // optics and perspective are linear over this step
-  const EyePair eyes = eyes_of(problem, guess.z);
+  const optics::EyePair eyes = eyes_of(problem, guess.z);
   const Pose X_eyes_carrier = guess.X_carrier_eyes.inverse();
   Eigen::VectorXd sds(static_cast<Eigen::Index>(problem.marks.size()));
   for (Eigen::Index i = 0; i < sds.size(); ++i) {
     const BullseyeMark& mark = problem.marks[static_cast<std::size_t>(i)];
-    const Eye& eye = eye_of(eyes, mark);
+    const optics::Eye& eye = eye_of(eyes, mark);
     const Eigen::Vector3d p_head_mm = X_eyes_carrier * mark.p_carrier_mm;
     double sum_sq = 0.0;  // (px / mm)^2
     for (int axis = 0; axis < 3; ++axis) {
       const Eigen::Vector3d step = step_mm * Eigen::Vector3d::Unit(axis);
-      sum_sq += (drawn_px(eye, before_eye(eye, p_head_mm + step)) -
-                 drawn_px(eye, before_eye(eye, p_head_mm - step)))
+      sum_sq += (optics::drawn_px(eye, before_eye(eye, p_head_mm + step)) -
+                 optics::drawn_px(eye, before_eye(eye, p_head_mm - step)))
                     .squaredNorm() /
                 (4.0 * step_mm * step_mm);
     }
@@ -182,15 +182,15 @@ Eigen::VectorXd residuals(const EyesProblem& problem, const Pose& X_start, const
                           const Eigen::VectorXd& x)
 {
   const Eigen::VectorXd z = x.tail(x.size() - n_pose);
-  const EyePair eyes = eyes_of(problem, z);
+  const optics::EyePair eyes = eyes_of(problem, z);
   const Pose X_eyes_carrier = moved(X_start, x.head<n_pose>()).inverse();
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
   Eigen::VectorXd r(2 * n + z.size());
   for (Eigen::Index i = 0; i < n; ++i) {
     const BullseyeMark& mark = problem.marks[static_cast<std::size_t>(i)];
-    const Eye& eye = eye_of(eyes, mark);
+    const optics::Eye& eye = eye_of(eyes, mark);
     const Eigen::Vector3d p_head_mm = before_eye(eye, X_eyes_carrier * mark.p_carrier_mm);
-    r.segment<2>(2 * i) = (drawn_px(eye, p_head_mm) - mark.drawn_px) / sds_px[i];
+    r.segment<2>(2 * i) = (optics::drawn_px(eye, p_head_mm) - mark.drawn_px) / sds_px[i];
   }
   r.tail(z.size()) = z;
   return r;
@@ -200,13 +200,13 @@ Eigen::VectorXd residuals(const EyesProblem& problem, const Pose& X_start, const
 /// distances on the screen, these have no singularity.
 Pose start_of(const EyesProblem& problem, const Pose& X_guess)
 {
-  const EyePair& eyes = problem.prior.eyes;
+  const optics::EyePair& eyes = problem.prior.eyes;
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
   Eigen::Matrix2Xd tangents(2, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const BullseyeMark& mark = problem.marks[static_cast<std::size_t>(i)];
-    const Eye& eye = eye_of(eyes, mark);
-    const Eigen::Vector2d aside = shown_px(eye.distortion, mark.drawn_px) - eye.sight_px;
+    const optics::Eye& eye = eye_of(eyes, mark);
+    const Eigen::Vector2d aside = optics::shown_px(eye.distortion, mark.drawn_px) - eye.sight_px;
     tangents.col(i) = Eigen::Vector2d(aside.x(), -eye.pixel_aspect * aside.y()) / eye.distance_px;
   }
   FitProblem least;
@@ -237,7 +237,7 @@ double noise_px_of(const Eigen::VectorXd& residual_px, const Eigen::VectorXd& tr
     }
     return sum;
   };
-  double low = least_noise_px, high = least_noise_px;
+  double low = minimum_noise_px, high = minimum_noise_px;
   while (excess(high) > 0.0) high *= 2.0;
   if (high == low) return low;
   constexpr int n_halvings = 40;
@@ -260,7 +260,7 @@ EyesSolution solve_eyes(const EyesProblem& problem, const Pose& X_guess)
   constexpr int n_rounds = 4;
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
   EyesSolution solution;
-  solution.guess = {start_of(problem, X_guess), Eigen::VectorXd::Zero(problem.L.cols()), start_noise_px};
+  solution.guess = {start_of(problem, X_guess), Eigen::VectorXd::Zero(problem.L.cols()), initial_noise_px};
   FitProblem least;
   // Difference steps are 1e-6 of the scale: 1e-4 mm, 1e-6 rad, 1e-4 of a standard deviation. Drawn positions
   // have a rounding error of 1e-12 px, which matters for smaller steps and small noise.
@@ -295,8 +295,8 @@ void require_marks(std::span<const BullseyeMark> marks, const std::string& name,
     const std::ptrdiff_t n = std::count_if(
         marks.begin(), marks.end(), [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
     if (n >= fewest) continue;
-    throw FitRefusal({file, name + (is_right ? ": right eye" : ": left eye"),
-                      std::to_string(n) + " aligned bull's-eyes", "6 or more for each eye"});
+    throw tracking::FitError({file, name + (is_right ? ": right eye" : ": left eye"),
+                              std::to_string(n) + " aligned bull's-eyes", "6 or more for each eye"});
   }
 }
 
@@ -316,8 +316,8 @@ void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, co
     p.row(static_cast<Eigen::Index>(i)) = (X_guess.inverse() * marks[i].p_carrier_mm).transpose();
   }
   const auto refuse = [&](const std::string& how, double found_mm, const std::string& wanted) {
-    throw FitRefusal(
-        {file, name + ": marker positions", how + " (" + rounded_text(found_mm, 0) + " mm)", wanted});
+    throw tracking::FitError({file, name + ": marker positions",
+                              how + " (" + settings::rounded_text(found_mm, 0) + " mm)", wanted});
   };
   const Eigen::MatrixX3d from_mean = p.rowwise() - p.colwise().mean();
   const Eigen::MatrixXd scatter = from_mean.transpose() * from_mean;
@@ -340,27 +340,28 @@ void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution, co
                     const std::string& file)
 {
   constexpr double most_deviations = 6.0, most_off_px = 4.0;
-  const FurthestMark furthest = furthest_mark(solution.fit, static_cast<Eigen::Index>(problem.marks.size()));
+  const OutlierCandidate furthest =
+      largest_outlier(solution.fit, static_cast<Eigen::Index>(problem.marks.size()));
   const double off_px = solution.sds_px[furthest.mark] * furthest.off.norm();
   if (furthest.deviations <= most_deviations || off_px <= most_off_px) return;
   const auto end = problem.marks.begin() + furthest.mark;
   const bool is_right = end->is_right;
   const std::ptrdiff_t before = std::count_if(
       problem.marks.begin(), end, [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
-  throw FitRefusal({file,
-                    name + ": bull's-eye " + std::to_string(before + 1) + " of the " +
-                        (is_right ? "right" : "left") + " eye",
-                    "a mark " + rounded_text(off_px, 1) + " px from the position predicted by all others",
-                    "a consistent mark: align this one again"},
-                   {static_cast<std::size_t>(furthest.mark)});
+  throw tracking::FitError(
+      {file,
+       name + ": bull's-eye " + std::to_string(before + 1) + " of the " + (is_right ? "right" : "left") +
+           " eye",
+       "a mark " + settings::rounded_text(off_px, 1) + " px from the position predicted by all others",
+       "a consistent mark: align this one again"},
+      {static_cast<std::size_t>(furthest.mark)});
 }
 
 Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, const std::string& name)
 {
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
   const Eigen::MatrixXd& C = solution.fit.covariance;
-  Estimate estimate =
-      estimate_of_place(name, solution.guess.X_carrier_eyes, C.topLeftCorner<n_pose, n_pose>());
+  Estimate estimate = pose_estimate(name, solution.guess.X_carrier_eyes, C.topLeftCorner<n_pose, n_pose>());
   for (const char* known : {"left.distance", "right.distance", "ipd", "depth_apart", "height_apart",
                             "left.sight_x", "left.sight_y", "right.sight_x", "right.sight_y"}) {
     estimate.names.emplace_back(known);
@@ -400,9 +401,9 @@ EyesFit fit_eyes(std::span<const BullseyeMark> marks, const EyesPrior& prior, co
   const EyesProblem problem{marks, prior, known_of(prior.eyes), root_of(covariance_of(prior))};
   const EyesSolution solution = solve_eyes(problem, X_start);
   if (solution.fit.status != LeastSquaresStatus::converged) {
-    throw FitRefusal({file, name,
-                      std::string("a bull's-eye fit with status: ") + name_of(solution.fit.status),
-                      "bull's-eyes aligned with the tracked marker at different positions"});
+    throw tracking::FitError({file, name,
+                              std::string("a bull's-eye fit with status: ") + name_of(solution.fit.status),
+                              "bull's-eyes aligned with the tracked marker at different positions"});
   }
   refuse_outlier(problem, solution, name, file);
   EyesFit result;
@@ -410,8 +411,9 @@ EyesFit fit_eyes(std::span<const BullseyeMark> marks, const EyesPrior& prior, co
   result.eyes = eyes_of(problem, solution.guess.z);
   result.noise_px = solution.guess.noise_px;
   result.estimate = estimate_of(problem, solution, name);
-  result.estimate.remarks.push_back("bull's-eyes scatter by " + rounded_text(result.noise_px, 2) + " px");
+  result.estimate.remarks.push_back("bull's-eyes scatter by " + settings::rounded_text(result.noise_px, 2) +
+                                    " px");
   return result;
 }
 
-}  // namespace vrda
+}  // namespace vrda::calibration

@@ -8,7 +8,7 @@
 #include "core/mesh.hpp"
 #include "optics/eye.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 
 /// A cross drawn for one eye at `drawn_px` coincided with the marker.
 struct BullseyeMark {
@@ -22,22 +22,22 @@ struct BullseyeMark {
 
 /// Prior of the eyes from earlier steps.
 struct EyesPrior {
-  EyePair eyes;
+  optics::EyePair eyes;
   Eigen::Matrix4d eyepoint_covariance =
       Eigen::Matrix4d::Zero();  ///< left distance, depth, right distance, depth
   /// Jacobian of an eye's distance and depth with respect to its distortion (EyepointFit).
-  std::array<Eigen::Matrix<double, 2, 5>, 2> eyepoint_by_distortion = {Eigen::Matrix<double, 2, 5>::Zero(),
-                                                                       Eigen::Matrix<double, 2, 5>::Zero()};
+  std::array<Eigen::Matrix<double, 2, 5>, 2> eyepoint_distortion_jacobian = {
+      Eigen::Matrix<double, 2, 5>::Zero(), Eigen::Matrix<double, 2, 5>::Zero()};
   double ipd_sd_mm = 0.5;
-  double sight_sd_px = 3.0;         ///< of both coordinates of each eye's sight_px
-  double height_apart_sd_mm = 1.0;  ///< of the height difference of the eyes
+  double sight_sd_px = 3.0;              ///< of both coordinates of each eye's sight_px
+  double height_difference_sd_mm = 1.0;  ///< of the height difference of the eyes
   /// Covariance of k1, k2, centre_x, centre_y, pixel_aspect, left and right; empty: known exactly.
   std::array<Eigen::MatrixXd, 2> distortion_covariance;
 };
 
 struct EyesFit {
   Pose X_carrier_eyes = Pose::Identity();
-  EyePair eyes;           ///< posterior: distances, optical axes, eyepoints, distortion
+  optics::EyePair eyes;   ///< posterior: distances, optical axes, eyepoints, distortion
   double noise_px = 0.0;  ///< standard deviation of an alignment, from the residuals
   /// Pose `name` ("eyes" or "head"); "left.distance", "right.distance" (px), "ipd", "depth_apart" (mm: z of
   /// the left minus the right eye), "height_apart" (mm: y of left minus right), "left.sight_x",
@@ -57,6 +57,6 @@ EyesFit fit_eyes(std::span<const BullseyeMark> marks, const EyesPrior& prior, co
 /// rotations of a cube. Returns the solution with the smallest distance of the marks from their lines of
 /// sight, preferably with all marks in front of the eyes; identity for fewer than three marks. Source: Lu,
 /// Hager, Mjolsness (2000) IEEE PAMI 22:610-622. Differs: two eyes, which also determine depth.
-Pose eyes_start(std::span<const BullseyeMark> marks, const EyePair& eyes);
+Pose initial_eye_pose(std::span<const BullseyeMark> marks, const optics::EyePair& eyes);
 
-}  // namespace vrda
+}  // namespace vrda::calibration

@@ -8,7 +8,7 @@
 #include "tracking/body_pose.hpp"
 #include "tracking/rigid_body.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 namespace {
 
 constexpr std::size_t least_distances = 3;
@@ -18,19 +18,19 @@ constexpr double uneven_ratio = 1.05, uneven_rms_mm = 2.0;
 void require_distances(std::span<const LandmarkDistance> distances, const std::string& file)
 {
   if (distances.size() < least_distances) {
-    throw FitRefusal({file, "landmarks", std::to_string(distances.size()) + " distances",
-                      "three or more, to check that one scale fits all"});
+    throw tracking::FitError({file, "landmarks", std::to_string(distances.size()) + " distances",
+                              "three or more, to check that one scale fits all"});
   }
   for (std::size_t k = 0; k < distances.size(); ++k) {
     const LandmarkDistance& d = distances[k];
     for (const double mm : {d.model_mm, d.subject_mm}) {
       const bool is_length = mm > 0.0 && std::isfinite(mm);
       if (!is_length) {
-        throw FitRefusal({file, d.name,
-                          rounded_text(d.model_mm, 2) + " mm of the model, " + rounded_text(d.subject_mm, 2) +
-                              " mm of the subject",
-                          "distances above 0"},
-                         {k});
+        throw tracking::FitError({file, d.name,
+                                  settings::rounded_text(d.model_mm, 2) + " mm of the model, " +
+                                      settings::rounded_text(d.subject_mm, 2) + " mm of the subject",
+                                  "distances above 0"},
+                                 {k});
       }
     }
   }
@@ -38,7 +38,7 @@ void require_distances(std::span<const LandmarkDistance> distances, const std::s
 
 std::string percent(double scale)
 {
-  return rounded_text(100.0 * scale, 1) + " %";
+  return settings::rounded_text(100.0 * scale, 1) + " %";
 }
 
 }  // namespace
@@ -57,8 +57,8 @@ ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::strin
   ScaleFit fit;
   fit.scale = with_subject / with_model;
   if (!(fit.scale >= least_scale && fit.scale <= most_scale)) {
-    throw FitRefusal({file, "landmarks", "a scale of " + rounded_text(fit.scale, 3),
-                      "0.5 to 2; check the unit (mm) and the landmarks of each distance"});
+    throw tracking::FitError({file, "landmarks", "a scale of " + settings::rounded_text(fit.scale, 3),
+                              "0.5 to 2; check the unit (mm) and the landmarks of each distance"});
   }
   std::vector<double> residuals_mm;
   double sum_sq_mm2 = 0.0;
@@ -73,8 +73,8 @@ ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::strin
   estimate.dof = static_cast<double>(distances.size()) - 1.0;
   estimate.covariance = Eigen::MatrixXd::Constant(1, 1, sum_sq_mm2 / estimate.dof / with_model);
   set_residuals(estimate, residuals_mm, "mm");
-  fit.is_uneven = most > uneven_ratio * least && estimate.residual_rms > uneven_rms_mm;
-  if (fit.is_uneven) {
+  fit.is_nonuniform = most > uneven_ratio * least && estimate.residual_rms > uneven_rms_mm;
+  if (fit.is_nonuniform) {
     estimate.remarks.push_back("the distances require scales of " + percent(least) + " to " + percent(most) +
                                ": one scale does not fit; run the pipeline with the subject's bones");
   }
@@ -92,14 +92,14 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 std::string mm_text(double mm)
 {
-  return rounded_text(mm, 2) + " mm";
+  return settings::rounded_text(mm, 2) + " mm";
 }
 
 /// Fiducials without targets: points of the model and touched positions.
 struct Touched {
   std::vector<std::size_t> places;  ///< indices among the marks
-  RigidBody model;
-  MarkerRow body_mm;
+  tracking::RigidBody model;
+  tracking::MarkerRow body_mm;
 };
 
 Touched touched(std::span<const Fiducial> points, const std::string& file)
@@ -108,16 +108,17 @@ Touched touched(std::span<const Fiducial> points, const std::string& file)
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Fiducial& p = points[k];
     if (!p.p_model_mm.allFinite() || !p.p_body_mm.allFinite())
-      throw FitRefusal({file, p.name, "a coordinate that is not a finite number", "coordinates in mm"}, {k});
+      throw tracking::FitError(
+          {file, p.name, "a coordinate that is not a finite number", "coordinates in mm"}, {k});
     if (p.is_target) continue;
     result.places.push_back(k);
     result.body_mm.emplace_back(p.p_body_mm);
   }
   const std::size_t n = result.places.size();
-  if (n < least_fiducials || n > static_cast<std::size_t>(most_markers)) {
-    throw FitRefusal(
-        {file, "fiducials", std::to_string(n) + " in the fit",
-         std::to_string(least_fiducials) + " to " + std::to_string(most_markers) + ", without targets"});
+  if (n < least_fiducials || n > static_cast<std::size_t>(tracking::max_markers)) {
+    throw tracking::FitError({file, "fiducials", std::to_string(n) + " in the fit",
+                              std::to_string(least_fiducials) + " to " +
+                                  std::to_string(tracking::max_markers) + ", without targets"});
   }
   result.model.markers_mm.resize(static_cast<Eigen::Index>(n), 3);
   Eigen::Index row = 0;
@@ -128,32 +129,33 @@ Touched touched(std::span<const Fiducial> points, const std::string& file)
 }
 
 /// Fit without an outlier limit; require_no_outlier() checks outliers.
-PoseFit fit_of(const RigidBody& model, const MarkerRow& body_mm)
+tracking::PoseFit fit_of(const tracking::RigidBody& model, const tracking::MarkerRow& body_mm)
 {
-  FitOptions options;
+  tracking::FitOptions options;
   options.outlier_mm = std::numeric_limits<double>::infinity();
-  return fit_pose(model, body_mm, options);
+  return tracking::fit_pose(model, body_mm, options);
 }
 
-void require_spread(const MarkerCloud& cloud, const char* where, const std::string& file)
+void require_spread(const tracking::MarkerCloud& cloud, const char* where, const std::string& file)
 {
-  if (!(cloud.spread_mm(1) >= least_spread_mm)) {
-    throw FitRefusal(
+  if (!(cloud.spread_mm(1) >= tracking::least_spread_mm)) {
+    throw tracking::FitError(
         {file, "fiducials",
          "collinear " + std::string(where) + ": second singular value " + mm_text(cloud.spread_mm(1)),
-         mm_text(least_spread_mm) + " or more; add a fiducial away from the line"});
+         mm_text(tracking::least_spread_mm) + " or more; add a fiducial away from the line"});
   }
-  if (!(cloud.spread_mm(2) >= least_spread_mm)) {
-    throw FitRefusal({file, "fiducials",
-                      "coplanar " + std::string(where) + ": third singular value " +
-                          mm_text(cloud.spread_mm(2)) + ", which a mirrored model fits as well",
-                      mm_text(least_spread_mm) + " or more; add a fiducial away from the plane"});
+  if (!(cloud.spread_mm(2) >= tracking::least_spread_mm)) {
+    throw tracking::FitError(
+        {file, "fiducials",
+         "coplanar " + std::string(where) + ": third singular value " + mm_text(cloud.spread_mm(2)) +
+             ", which a mirrored model fits as well",
+         mm_text(tracking::least_spread_mm) + " or more; add a fiducial away from the plane"});
   }
 }
 
 double mirrored_rms_mm(const Touched& points)
 {
-  RigidBody mirrored = points.model;
+  tracking::RigidBody mirrored = points.model;
   mirrored.markers_mm.col(2) *= -1.0;
   return fit_of(mirrored, points.body_mm).residual_rms_mm;
 }
@@ -161,8 +163,9 @@ double mirrored_rms_mm(const Touched& points)
 [[noreturn]] void refuse_side(double rms_mm, double mirrored_mm, const std::string& wanted,
                               const std::string& file)
 {
-  throw FitRefusal({file, "fiducials",
-                    "a fit to " + mm_text(rms_mm) + " (rms), mirrored to " + mm_text(mirrored_mm), wanted});
+  throw tracking::FitError({file, "fiducials",
+                            "a fit to " + mm_text(rms_mm) + " (rms), mirrored to " + mm_text(mirrored_mm),
+                            wanted});
 }
 
 /// Leave-one-out: each fiducial compared with a fit to the others.
@@ -176,17 +179,18 @@ LeaveOneOut leave_one_out(const Touched& points)
 {
   LeaveOneOut result;
   for (std::size_t k = 0; k < points.places.size(); ++k) {
-    MarkerRow others = points.body_mm;
+    tracking::MarkerRow others = points.body_mm;
     others[k].reset();
     const Eigen::Vector3d p_model = points.model.markers_mm.row(static_cast<Eigen::Index>(k)).transpose();
-    const PoseFit fit = fit_of(points.model, others);
-    if (fit.status != FitStatus::fitted) {
+    const tracking::PoseFit fit = fit_of(points.model, others);
+    if (fit.status != tracking::FitStatus::fitted) {
       result.error_mm.push_back(0.0);
       result.expected_mm.push_back(std::numeric_limits<double>::infinity());
       result.others_mm.push_back(std::numeric_limits<double>::infinity());
       continue;
     }
-    const double noise = noise_mm(fit), target = target_error_mm(fit.cloud, noise, p_model);
+    const double noise = tracking::noise_mm(fit),
+                 target = tracking::target_error_mm(fit.cloud, noise, p_model);
     result.error_mm.push_back((fit.X_tracker_body * p_model - *points.body_mm[k]).norm());
     result.expected_mm.push_back(std::sqrt(noise * noise + target * target / 3.0));
     result.others_mm.push_back(fit.residual_rms_mm);
@@ -202,7 +206,7 @@ void require_no_outlier(std::span<const Fiducial> marks, const Touched& points, 
   const auto k = static_cast<std::size_t>(best - out.others_mm.begin());
   if (out.error_mm[k] > fiducial_outlier_mm && out.error_mm[k] > fiducial_outlier_sd * out.expected_mm[k]) {
     const std::size_t place = points.places[k];
-    throw FitRefusal(
+    throw tracking::FitError(
         {file, marks[place].name, mm_text(out.error_mm[k]) + " from the position predicted by the others",
          mm_text(fiducial_outlier_mm) + " at most; touch it again"},
         {place});
@@ -224,7 +228,7 @@ double rms_of(const LeaveOneOut& out)
 
 /// Standard deviation of a coordinate without the part that a scale of the model explains: the component of
 /// the residuals r along the centred positions c; 3 n - 7 degrees of freedom.
-double noise_of_any_size_mm(const Touched& points, const PoseFit& fit)
+double noise_of_any_size_mm(const Touched& points, const tracking::PoseFit& fit)
 {
   double sum_sq = 0.0, along = 0.0, length_sq = 0.0;
   for (std::size_t k = 0; k < points.places.size(); ++k) {
@@ -241,9 +245,9 @@ double noise_of_any_size_mm(const Touched& points, const PoseFit& fit)
 
 /// Covariance of translation and rotation vector in body axes. The rotation is about the points' centre m, so
 /// it moves the origin by m x turn.
-Matrix6 covariance_of(const PoseFit& fit, double noise)
+Matrix6 covariance_of(const tracking::PoseFit& fit, double noise)
 {
-  const PoseError error = expected_error(fit.cloud, noise);
+  const tracking::PoseError error = tracking::expected_error(fit.cloud, noise);
   const Eigen::Matrix3d axes_body = fit.X_tracker_body.linear() * fit.cloud.axes;
   const Eigen::Matrix3d turn = axes_body * error.turn_rad.cwiseAbs2().asDiagonal() * axes_body.transpose();
   const Eigen::Vector3d m = fit.X_tracker_body.linear() * fit.cloud.centre_mm;
@@ -275,13 +279,14 @@ double rms_of(const std::vector<double>& lengths)
 }
 
 /// Assumes the same touching noise at targets and fiducials.
-double expected_target_rms(std::span<const Fiducial> points, const PoseFit& fit)
+double expected_target_rms(std::span<const Fiducial> points, const tracking::PoseFit& fit)
 {
-  const double noise = noise_mm(fit);
+  const double noise = tracking::noise_mm(fit);
   std::vector<double> expected;
   for (const Fiducial& p : points) {
     if (p.is_target)
-      expected.push_back(std::hypot(std::sqrt(3.0) * noise, target_error_mm(fit.cloud, noise, p.p_model_mm)));
+      expected.push_back(
+          std::hypot(std::sqrt(3.0) * noise, tracking::target_error_mm(fit.cloud, noise, p.p_model_mm)));
   }
   return rms_of(expected);
 }
@@ -308,11 +313,11 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
                           const FiducialOptions& options)
 {
   const Touched used = touched(points, file);
-  RigidBody as_touched = used.model;
+  tracking::RigidBody as_touched = used.model;
   for (std::size_t k = 0; k < used.places.size(); ++k)
     as_touched.markers_mm.row(static_cast<Eigen::Index>(k)) = used.body_mm[k]->transpose();
-  require_spread(cloud_of(used.model, used.body_mm), "on the model", file);
-  const PoseFit pose = fit_of(used.model, used.body_mm);
+  require_spread(tracking::cloud_of(used.model, used.body_mm), "on the model", file);
+  const tracking::PoseFit pose = fit_of(used.model, used.body_mm);
   // A wrong side is checked before outliers, because it makes any point look like one. An undetermined side
   // is checked after them, because an outlier degrades every fit.
   const double rms_mm = pose.residual_rms_mm, mirrored_mm = mirrored_rms_mm(used);
@@ -321,7 +326,7 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
                 file);
   const LeaveOneOut out = leave_one_out(used);
   require_no_outlier(points, used, out, file);
-  require_spread(cloud_of(as_touched, used.body_mm), "as touched", file);
+  require_spread(tracking::cloud_of(as_touched, used.body_mm), "as touched", file);
   if (!(mirrored_mm > mirror_factor * rms_mm))
     refuse_side(rms_mm, mirrored_mm,
                 "a worse mirrored fit; touch the points again or add a fiducial away from their plane", file);
@@ -334,8 +339,8 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
   fit.target_rms_mm = rms_of(at_targets_mm);
   fit.expected_target_rms_mm = expected_target_rms(points, pose);
   fit.leave_one_out_rms_mm = rms_of(out);
-  const double noise = options.is_size_known ? noise_mm(pose) : noise_of_any_size_mm(used, pose);
-  fit.estimate = estimate_of_place(name, fit.X_body_model, covariance_of(pose, noise));
+  const double noise = options.is_size_known ? tracking::noise_mm(pose) : noise_of_any_size_mm(used, pose);
+  fit.estimate = pose_estimate(name, fit.X_body_model, covariance_of(pose, noise));
   fit.estimate.dof = 3.0 * static_cast<double>(used.places.size()) - (options.is_size_known ? 6.0 : 7.0);
   residuals_mm.insert(residuals_mm.end(), at_targets_mm.begin(), at_targets_mm.end());
   set_residuals(fit.estimate, residuals_mm, "mm");
@@ -343,11 +348,12 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
   return fit;
 }
 
-FiducialFit mean_place(std::span<const Pose> adjusted, const std::string& name, const std::string& file)
+FiducialFit mean_adjusted_pose(std::span<const Pose> adjusted, const std::string& name,
+                               const std::string& file)
 {
   if (adjusted.size() < 2) {
-    throw FitRefusal({file, name, std::to_string(adjusted.size()) + " adjusted poses",
-                      "two or more, because their spread gives the uncertainty"});
+    throw tracking::FitError({file, name, std::to_string(adjusted.size()) + " adjusted poses",
+                              "two or more, because their spread gives the uncertainty"});
   }
   const double n = static_cast<double>(adjusted.size());
   FiducialFit fit;
@@ -359,8 +365,8 @@ FiducialFit mean_place(std::span<const Pose> adjusted, const std::string& name, 
   for (int round = 0; round < most_rounds; ++round) {
     Eigen::Vector3d mean_turn = Eigen::Vector3d::Zero();
     for (const Pose& X : adjusted)
-      mean_turn += turn_of(X.linear() * fit.X_body_model.linear().transpose()) / n;
-    fit.X_body_model.linear() = (rotation_of(mean_turn) * fit.X_body_model.linear()).eval();
+      mean_turn += tracking::turn_of(X.linear() * fit.X_body_model.linear().transpose()) / n;
+    fit.X_body_model.linear() = (tracking::rotation_of(mean_turn) * fit.X_body_model.linear()).eval();
     if (mean_turn.norm() < resolution_rad) break;
   }
   fit.X_body_model.translation().setZero();
@@ -371,14 +377,14 @@ FiducialFit mean_place(std::span<const Pose> adjusted, const std::string& name, 
   for (const Pose& X : adjusted) {
     Eigen::Matrix<double, 6, 1> off;
     off << X.translation() - fit.X_body_model.translation(),
-        turn_of(X.linear() * fit.X_body_model.linear().transpose());
+        tracking::turn_of(X.linear() * fit.X_body_model.linear().transpose());
     covariance += off * off.transpose() / (n * (n - 1.0));
     off_mm.push_back(off.head<3>().norm());
   }
-  fit.estimate = estimate_of_place(name, fit.X_body_model, covariance);
+  fit.estimate = pose_estimate(name, fit.X_body_model, covariance);
   fit.estimate.dof = n - 1.0;
   set_residuals(fit.estimate, off_mm, "mm");
   return fit;
 }
 
-}  // namespace vrda
+}  // namespace vrda::calibration

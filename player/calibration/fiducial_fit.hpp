@@ -6,7 +6,7 @@
 #include "calibration/estimate.hpp"
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 
 struct LandmarkDistance {
   std::string name;
@@ -17,7 +17,7 @@ struct ScaleFit {
   double scale = 1.0;
   /// The distances require different scales: more than 5 % apart, with a residual rms above 2 mm, the
   /// accuracy of landmarks palpated through skin. The noise is unknown, so there is no statistical test.
-  bool is_uneven = false;
+  bool is_nonuniform = false;
   Estimate estimate;  ///< "subject.scale"; residuals: subject minus scaled model, mm
 };
 
@@ -56,6 +56,7 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
 
 /// Mean of two or more poses adjusted by an operator, with the covariance from their spread; residuals:
 /// distances of the translations from the mean, mm. Throws FitRefusal: fewer than two.
-FiducialFit mean_place(std::span<const Pose> adjusted, const std::string& name, const std::string& file);
+FiducialFit mean_adjusted_pose(std::span<const Pose> adjusted, const std::string& name,
+                               const std::string& file);
 
-}  // namespace vrda
+}  // namespace vrda::calibration

@@ -12,7 +12,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 namespace {
 
 /// Relative to `scale`; small rounding (1e-16 / 1e-6) and truncation (1e-12) errors.
@@ -28,12 +28,12 @@ constexpr double at_bound = 1e-9;
 
 bool is_bounded(const FitProblem& problem)
 {
-  return problem.least.size() > 0;
+  return problem.lower_bounds.size() > 0;
 }
 
 Eigen::VectorXd within_bounds(const FitProblem& problem, const Eigen::VectorXd& x)
 {
-  return is_bounded(problem) ? x.cwiseMax(problem.least).cwiseMin(problem.most).eval() : x;
+  return is_bounded(problem) ? x.cwiseMax(problem.lower_bounds).cwiseMin(problem.upper_bounds).eval() : x;
 }
 
 Eigen::MatrixXd jacobian(const FitProblem& problem, const Eigen::VectorXd& x, Eigen::Index m)
@@ -91,7 +91,8 @@ void set_bounded_step(const FitProblem& problem, Linearisation& at)
   const Eigen::VectorXd uphill = J.transpose() * at.r;
   for (Eigen::Index k = 0; k < n; ++k) {
     const double reach = at_bound * problem.scale[k];
-    const bool is_least = at.x[k] <= problem.least[k] + reach, is_most = at.x[k] >= problem.most[k] - reach;
+    const bool is_least = at.x[k] <= problem.lower_bounds[k] + reach,
+               is_most = at.x[k] >= problem.upper_bounds[k] - reach;
     if (is_least || is_most) at.is_at_bound = true;
     if ((is_least && uphill[k] > 0.0) || (is_most && uphill[k] < 0.0)) J.col(k).setZero();
   }
@@ -178,8 +179,8 @@ Eigen::VectorXd minimise(const FitProblem& problem, const Linearisation& from)
   nlopt_set_maxeval(run.optimiser, most_evaluations);
   if (is_bounded(problem)) {
     const Eigen::VectorXd widths = from.P.diagonal();
-    const Eigen::VectorXd least = (problem.least - from.x).cwiseQuotient(widths).cwiseMin(0.0);
-    const Eigen::VectorXd most = (problem.most - from.x).cwiseQuotient(widths).cwiseMax(0.0);
+    const Eigen::VectorXd least = (problem.lower_bounds - from.x).cwiseQuotient(widths).cwiseMin(0.0);
+    const Eigen::VectorXd most = (problem.upper_bounds - from.x).cwiseQuotient(widths).cwiseMax(0.0);
     nlopt_set_lower_bounds(run.optimiser, least.data());
     nlopt_set_upper_bounds(run.optimiser, most.data());
   }
@@ -208,7 +209,7 @@ LeastSquaresStatus status_of(const Linearisation& at)
 {
   if (!is_converged(at)) return LeastSquaresStatus::iteration_limit;
   if (at.condition < least_condition) return LeastSquaresStatus::undetermined;
-  return at.is_at_bound ? LeastSquaresStatus::at_a_bound : LeastSquaresStatus::converged;
+  return at.is_at_bound ? LeastSquaresStatus::at_bound : LeastSquaresStatus::converged;
 }
 
 }  // namespace
@@ -218,7 +219,7 @@ const char* name_of(LeastSquaresStatus status)
   switch (status) {
     case LeastSquaresStatus::converged:
       return "converged";
-    case LeastSquaresStatus::at_a_bound:
+    case LeastSquaresStatus::at_bound:
       return "at a bound";
     case LeastSquaresStatus::iteration_limit:
       return "iteration limit";
@@ -235,7 +236,8 @@ LeastSquares fit_least_squares(const FitProblem& problem)
   const Eigen::Index n = problem.start.size();
   check(n > 0 && problem.scale.size() == n && (problem.scale.array() > 0.0).all(),
         "every number has a scale");
-  check(problem.least.size() == problem.most.size() && (!is_bounded(problem) || problem.least.size() == n),
+  check(problem.lower_bounds.size() == problem.upper_bounds.size() &&
+            (!is_bounded(problem) || problem.lower_bounds.size() == n),
         "all numbers have bounds, or none");
   check(within_bounds(problem, problem.start) == problem.start, "a fit starts within its bounds");
   Linearisation at = linearise(problem, problem.start);
@@ -294,13 +296,13 @@ double interval_dof(const LeastSquares& fit, Eigen::Index n_marks, const Eigen::
   return noise_dof(fit, n_marks) / (share * share);
 }
 
-FurthestMark furthest_mark(const LeastSquares& fit, Eigen::Index n_marks)
+OutlierCandidate largest_outlier(const LeastSquares& fit, Eigen::Index n_marks)
 {
   constexpr double alone = 1e-9;  // the other marks do not determine this one
   constexpr double least_sum = std::numeric_limits<double>::min();
   const double square_sum = fit.residuals.head(2 * n_marks).squaredNorm();
   const double dof_without = noise_dof(fit, n_marks) - 2.0;
-  FurthestMark furthest;
+  OutlierCandidate furthest;
   for (Eigen::Index mark = 0; mark < n_marks; ++mark) {
     const Eigen::Matrix2d redundancy = Eigen::Matrix2d::Identity() - leverage(fit, mark);
     if (redundancy.determinant() < alone || dof_without <= 0.0) continue;
@@ -314,4 +316,4 @@ FurthestMark furthest_mark(const LeastSquares& fit, Eigen::Index n_marks)
   return furthest;
 }
 
-}  // namespace vrda
+}  // namespace vrda::calibration

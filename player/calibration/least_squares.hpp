@@ -4,19 +4,19 @@
 #include <Eigen/Core>
 #include <functional>
 
-namespace vrda {
+namespace vrda::calibration {
 
 struct FitProblem {
   /// Residuals [m] of x [n], in units of standard deviation. May throw; the size must be constant.
   std::function<Eigen::VectorXd(const Eigen::VectorXd&)> residuals;
-  Eigen::VectorXd start;        ///< [n] within the bounds
-  Eigen::VectorXd scale;        ///< [n] typical magnitude; difference steps are 1e-6 of it
-  Eigen::VectorXd least, most;  ///< [n] bounds; empty: none
+  Eigen::VectorXd start;                       ///< [n] within the bounds
+  Eigen::VectorXd scale;                       ///< [n] typical magnitude; difference steps are 1e-6 of it
+  Eigen::VectorXd lower_bounds, upper_bounds;  ///< [n] bounds; empty: none
 };
 
 enum class LeastSquaresStatus {
   converged,
-  at_a_bound,  ///< a number is at its bound
+  at_bound,  ///< a number is at its bound
   iteration_limit,
   undetermined  ///< J^T J is singular: the residuals do not determine all numbers
 };
@@ -34,9 +34,9 @@ struct LeastSquares {
 LeastSquares fit_least_squares(const FitProblem& problem);
 
 /// Initial noise of an alignment by eye.
-inline constexpr double start_noise_px = 0.5;
+inline constexpr double initial_noise_px = 0.5;
 /// Lower limit of the noise; keeps weights finite if marks fit exactly.
-inline constexpr double least_noise_px = 1e-4;
+inline constexpr double minimum_noise_px = 1e-4;
 
 /// Degrees of freedom of the noise of the marks: number of coordinates minus the trace of their block of the
 /// hat matrix (the prior determines the rest of the parameters).
@@ -49,12 +49,12 @@ double noise_dof(const LeastSquares& fit, Eigen::Index n_marks);
 double interval_dof(const LeastSquares& fit, Eigen::Index n_marks, const Eigen::MatrixXd& to_numbers);
 
 /// Deviation of a mark from the fit to all others, in standard deviations of their noise.
-struct FurthestMark {
+struct OutlierCandidate {
   Eigen::Index mark = 0;
   double deviations = 0.0;
   Eigen::Vector2d off = Eigen::Vector2d::Zero();  ///< offset in units of the mark's standard deviation
 };
 /// Mark with the largest deviation. The fit without a mark follows from the full fit by linearisation.
-FurthestMark furthest_mark(const LeastSquares& fit, Eigen::Index n_marks);
+OutlierCandidate largest_outlier(const LeastSquares& fit, Eigen::Index n_marks);
 
-}  // namespace vrda
+}  // namespace vrda::calibration

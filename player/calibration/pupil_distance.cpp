@@ -6,7 +6,7 @@
 #include "calibration/eyepoint_fit.hpp"
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 namespace {
 
 /// Centres of the rectangles relative to one eye's optical axis (positive: right), and their derivatives with
@@ -27,8 +27,8 @@ Middles middles_of(const EyeRectangles& seen, double sight_sd_px)
   const double distance_px = seen.fit.eyepoint.distance_px;
   for (Eigen::Index k = 0; k < n; ++k) {
     const RectangleMark& mark = seen.marks[static_cast<std::size_t>(k)];
-    const double middle_px = 0.5 * (shown_px(seen.eye.distortion, mark.left_drawn_px).x() +
-                                    shown_px(seen.eye.distortion, mark.right_drawn_px).x()) -
+    const double middle_px = 0.5 * (optics::shown_px(seen.eye.distortion, mark.left_drawn_px).x() +
+                                    optics::shown_px(seen.eye.distortion, mark.right_drawn_px).x()) -
                              seen.eye.sight_px.x();
     const double mm_by_px = (seen.fit.eyepoint.depth_mm + mark.depth_mm) / distance_px;
     middles.right_mm(k) = middle_px * mm_by_px;
@@ -72,4 +72,4 @@ PupilDistance pupil_distance(const EyeRectangles& left, const EyeRectangles& rig
   return result;
 }
 
-}  // namespace vrda
+}  // namespace vrda::calibration

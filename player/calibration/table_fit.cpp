@@ -10,7 +10,7 @@
 #include "tracking/rigid_body.hpp"
 #include "tracking/screw.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 namespace {
 
 constexpr std::size_t least_poses = 20;
@@ -66,16 +66,17 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
 {
   const std::size_t n = X_tracker_probe.size();
   if (n < least_poses) {
-    throw FitRefusal({file, "probe", std::to_string(n) + " poses", std::to_string(least_poses) + " or more"});
+    throw tracking::FitError(
+        {file, "probe", std::to_string(n) + " poses", std::to_string(least_poses) + " or more"});
   }
   PivotFit fit;
   fit.spread_rad = spread_of(X_tracker_probe);
   if (!(fit.spread_rad >= least_spread_rad)) {
-    throw FitRefusal(
+    throw tracking::FitError(
         {file, "probe",
-         rounded_text(deg_from_rad(fit.spread_rad), 1) +
+         settings::rounded_text(deg_from_rad(fit.spread_rad), 1) +
              " deg (rms) of rotation about the axis with the least rotation",
-         rounded_text(deg_from_rad(least_spread_rad), 0) +
+         settings::rounded_text(deg_from_rad(least_spread_rad), 0) +
              " deg or more; keep the tip fixed and tilt the probe in all directions over a range of 40 deg"});
   }
   Matrix6 N = Matrix6::Zero();
@@ -99,15 +100,17 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
   estimate.dof = static_cast<double>(n) - 2.0;
   set_residuals(estimate, residuals_mm, "mm");
   if (!(estimate.residual_rms <= most_rms_mm)) {
-    throw FitRefusal(
-        {file, "probe", "a tip that moves by " + rounded_text(estimate.residual_rms, 2) + " mm (rms)",
-         rounded_text(most_rms_mm, 0) + " mm at most; the tip slipped: put it in a small hole and repeat"});
+    throw tracking::FitError(
+        {file, "probe",
+         "a tip that moves by " + settings::rounded_text(estimate.residual_rms, 2) + " mm (rms)",
+         settings::rounded_text(most_rms_mm, 0) +
+             " mm at most; the tip slipped: put it in a small hole and repeat"});
   }
-  estimate.remarks.push_back("the probe rotated by " + rounded_text(deg_from_rad(fit.spread_rad), 0) +
-                             " deg (rms) about the axis with the least rotation (at least " +
-                             rounded_text(deg_from_rad(least_spread_rad), 0) +
-                             " required); its tip moved by " + rounded_text(estimate.residual_rms, 2) +
-                             " mm (rms)");
+  estimate.remarks.push_back(
+      "the probe rotated by " + settings::rounded_text(deg_from_rad(fit.spread_rad), 0) +
+      " deg (rms) about the axis with the least rotation (at least " +
+      settings::rounded_text(deg_from_rad(least_spread_rad), 0) + " required); its tip moved by " +
+      settings::rounded_text(estimate.residual_rms, 2) + " mm (rms)");
   return fit;
 }
 
@@ -122,7 +125,7 @@ constexpr double most_stage_error = 0.02;
 
 std::string text(double value, int decimals, const char* unit)
 {
-  return rounded_text(value, decimals) + " " + unit;
+  return settings::rounded_text(value, decimals) + " " + unit;
 }
 
 /// centre + s direction; the centre is the mean of the positions.
@@ -165,10 +168,11 @@ LineFit fit_line(const std::vector<Eigen::Vector3d>& points_mm)
   return fit;
 }
 
-FitRefusal refusal(Rail rail, const std::string& file, const std::string& found, const std::string& wanted)
+tracking::FitError refusal(Rail rail, const std::string& file, const std::string& found,
+                           const std::string& wanted)
 {
-  return FitRefusal({file, rail == Rail::x ? "x_rail" : "z_rail", found, wanted},
-                    {static_cast<std::size_t>(rail)});
+  return tracking::FitError({file, rail == Rail::x ? "x_rail" : "z_rail", found, wanted},
+                            {static_cast<std::size_t>(rail)});
 }
 
 /// Compares each position with the noise of the others, corrected for its leverage on the line.
@@ -259,7 +263,7 @@ Eigen::Matrix<double, 6, 6> covariance_of(const LineFit& x_fit, const LineFit& z
       }
       Eigen::Matrix<double, 6, 1> change;
       change << ends[1].translation() - ends[0].translation(),
-          turn_of(ends[1].linear() * ends[0].linear().transpose());
+          tracking::turn_of(ends[1].linear() * ends[0].linear().transpose());
       change /= 2.0 * step;
       sum += variance * change * change.transpose();
     };
@@ -286,22 +290,24 @@ double stage_scale_of(const RailSweep& sweep, const LineFit& fit, const std::str
   const double counted = with_marker / marker_sq;
   const double scale = with_stage > 0.0 ? with_marker / with_stage : 0.0;
   if (!(counted > 0.0)) {
-    throw refusal(Rail::x, file,
-                  "an encoder displacement of " + rounded_text(counted, 3) + " mm per mm to the right",
-                  "1; check the sign of stage_mm_per_count in the bench file, the encoder and that the sweep "
-                  "was from left to right");
+    throw refusal(
+        Rail::x, file,
+        "an encoder displacement of " + settings::rounded_text(counted, 3) + " mm per mm to the right",
+        "1; check the sign of stage_mm_per_count in the bench file, the encoder and that the sweep "
+        "was from left to right");
   }
   if (!(std::abs(scale - 1.0) <= most_stage_error)) {
-    throw refusal(Rail::x, file,
-                  "a marker displacement of " + rounded_text(scale, 4) + " mm per mm of the encoder",
-                  "1 to within 2 %; check stage_mm_per_count in the bench file");
+    throw refusal(
+        Rail::x, file,
+        "a marker displacement of " + settings::rounded_text(scale, 4) + " mm per mm of the encoder",
+        "1 to within 2 %; check stage_mm_per_count in the bench file");
   }
   return scale;
 }
 
 }  // namespace
 
-void require_rail(const RailSweep& sweep, Rail rail, const std::string& file)
+void require_valid_rail(const RailSweep& sweep, Rail rail, const std::string& file)
 {
   stage_scale_of(sweep, required_line(sweep, rail, file), file);
 }
@@ -310,9 +316,9 @@ TableFit fit_table(const RailSweep& x_rail, const RailSweep& z_rail, const std::
 {
   const LineFit x_fit = required_line(x_rail, Rail::x, file), z_fit = required_line(z_rail, Rail::z, file);
   TableFit fit;
-  fit.rails_apart_rad = angle_between(x_fit.line.direction, z_fit.line.direction);
-  if (!(std::min(fit.rails_apart_rad, pi - fit.rails_apart_rad) >= least_apart_rad)) {
-    throw refusal(Rail::z, file, "rails at an angle of " + text(deg_from_rad(fit.rails_apart_rad), 1, "deg"),
+  fit.rails_angle_rad = angle_between(x_fit.line.direction, z_fit.line.direction);
+  if (!(std::min(fit.rails_angle_rad, pi - fit.rails_angle_rad) >= least_apart_rad)) {
+    throw refusal(Rail::z, file, "rails at an angle of " + text(deg_from_rad(fit.rails_angle_rad), 1, "deg"),
                   "about 90 deg, at least 45 to 135; sweep the other rail");
   }
   fit.stage_scale = stage_scale_of(x_rail, x_fit, file);
@@ -320,20 +326,20 @@ TableFit fit_table(const RailSweep& x_rail, const RailSweep& z_rail, const std::
   // Same tracker and marker on both rails, so one noise.
   const double dof = x_fit.dof + z_fit.dof;
   const double noise_mm2 = (x_fit.off_sq_mm2 + z_fit.off_sq_mm2) / dof;
-  fit.rails_apart_sd_rad = std::sqrt(noise_mm2 * (1.0 / x_fit.along_sq_mm2 + 1.0 / z_fit.along_sq_mm2));
+  fit.rails_angle_sd_rad = std::sqrt(noise_mm2 * (1.0 / x_fit.along_sq_mm2 + 1.0 / z_fit.along_sq_mm2));
 
-  fit.estimate = estimate_of_place("table", fit.X_tracker_table, covariance_of(x_fit, z_fit, noise_mm2));
+  fit.estimate = pose_estimate("table", fit.X_tracker_table, covariance_of(x_fit, z_fit, noise_mm2));
   fit.estimate.dof = dof;
   std::vector<double> off_mm = x_fit.off_mm;
   off_mm.insert(off_mm.end(), z_fit.off_mm.begin(), z_fit.off_mm.end());
   set_residuals(fit.estimate, off_mm, "mm");
   fit.estimate.remarks.push_back(
-      "angle between the rails: " + text(deg_from_rad(fit.rails_apart_rad), 3, "deg") + " (95 %: +-" +
-      text(deg_from_rad(t_95(dof) * fit.rails_apart_sd_rad), 3, "deg") + ")");
+      "angle between the rails: " + text(deg_from_rad(fit.rails_angle_rad), 3, "deg") + " (95 %: +-" +
+      text(deg_from_rad(t_95(dof) * fit.rails_angle_sd_rad), 3, "deg") + ")");
   if (fit.stage_scale > 0.0)
-    fit.estimate.remarks.push_back("marker displacement: " + rounded_text(fit.stage_scale, 4) +
+    fit.estimate.remarks.push_back("marker displacement: " + settings::rounded_text(fit.stage_scale, 4) +
                                    " mm per mm of the encoder");
   return fit;
 }
 
-}  // namespace vrda
+}  // namespace vrda::calibration

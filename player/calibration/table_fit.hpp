@@ -6,7 +6,7 @@
 #include "calibration/estimate.hpp"
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 
 struct PivotFit {
   Eigen::Vector3d tip_probe_mm = Eigen::Vector3d::Zero();
@@ -29,7 +29,7 @@ struct TableFit {
   /// X along the first rail (viewer's right), Z along the second (towards the viewer), orthogonalised to X;
   /// Y = Z x X (up). Origin: the point of the first rail nearest to the second.
   Pose X_tracker_table = Pose::Identity();
-  double rails_apart_rad = 0.0, rails_apart_sd_rad = 0.0;
+  double rails_angle_rad = 0.0, rails_angle_sd_rad = 0.0;
   double stage_scale = 0.0;  ///< marker displacement per encoder displacement; 0: unknown
   /// "table.shift_x" (mm) to "table.turn_z" (deg); residuals: distances of the positions from their rail, mm.
   /// The noise is pooled over both rails.
@@ -41,7 +41,7 @@ enum class Rail { x, z };
 
 /// Checks one sweep as fit_table() does, including the encoder on the x rail. Throws FitRefusal with `file`
 /// and the rail.
-void require_rail(const RailSweep& sweep, Rail rail, const std::string& file);
+void require_valid_rail(const RailSweep& sweep, Rail rail, const std::string& file);
 
 /// `x_rail`: swept from left to right, `z_rail`: towards the viewer. Directions by total least squares.
 /// Throws FitRefusal with `file`: fewer than 10 positions, a sweep shorter than 50 mm or not straight (rms
@@ -49,4 +49,4 @@ void require_rail(const RailSweep& sweep, Rail rail, const std::string& file);
 /// (bench file's stage_mm_per_count), an outlier (6 standard deviations and 1 mm).
 TableFit fit_table(const RailSweep& x_rail, const RailSweep& z_rail, const std::string& file);
 
-}  // namespace vrda
+}  // namespace vrda::calibration

@@ -8,7 +8,7 @@
 #include "settings/settings_text.hpp"
 #include "tracking/rigid_body.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 namespace {
 
 constexpr double furthest_reading_px = 5.0;
@@ -16,7 +16,7 @@ constexpr int least_side_px = 16;
 
 std::string px_text(double px)
 {
-  return rounded_text(px, 2) + " px";
+  return settings::rounded_text(px, 2) + " px";
 }
 
 double median(std::vector<double> values)
@@ -49,19 +49,20 @@ void require_readings(const ViewportMarks& marks, Edge edge, const std::string& 
 {
   const std::vector<double>& readings = marks.line_px[static_cast<std::size_t>(edge)];
   const std::vector<std::size_t> indices = marks_of(edge, marks);
-  if (readings.empty()) throw FitRefusal({file, field, "no readings", "one or more; scan this edge"});
+  if (readings.empty()) throw tracking::FitError({file, field, "no readings", "one or more; scan this edge"});
   for (std::size_t k = 0; k < readings.size(); ++k) {
     if (!std::isfinite(readings[k]))
-      throw FitRefusal({file, field, "a reading that is not a finite number", "px"}, {indices[k]});
+      throw tracking::FitError({file, field, "a reading that is not a finite number", "px"}, {indices[k]});
     if (readings.size() == 1) break;
     std::vector<double> others = readings;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
     if (std::abs(readings[k] - median(others)) > furthest_reading_px) {
-      throw FitRefusal({file, field,
-                        "reading " + std::to_string(k + 1) + " at " + px_text(readings[k]) +
-                            ", the others at about " + px_text(median(others)),
-                        "readings within " + px_text(furthest_reading_px) + " of each other; scan it again"},
-                       {indices[k]});
+      throw tracking::FitError(
+          {file, field,
+           "reading " + std::to_string(k + 1) + " at " + px_text(readings[k]) + ", the others at about " +
+               px_text(median(others)),
+           "readings within " + px_text(furthest_reading_px) + " of each other; scan it again"},
+          {indices[k]});
     }
   }
 }
@@ -112,21 +113,21 @@ void require_order(const Eigen::Vector4d& at_px, const ViewportMarks& marks, con
     const double low_px = at_px(static_cast<int>(edge)), high_px = at_px(static_cast<int>(opposite));
     const std::string field = name + "." + name_of(edge);
     if (!(low_px < high_px)) {
-      throw FitRefusal(
+      throw tracking::FitError(
           {file, field,
            "crossed edges: at " + px_text(low_px) + ", and " + name_of(opposite) + " at " + px_text(high_px),
            std::string(name_of(edge)) + " before " + name_of(opposite)},
           marks_of(edge, marks));
     }
     if (high_px - low_px < least_side_px) {
-      throw FitRefusal({file, field, px_text(high_px - low_px) + " up to " + name_of(opposite),
-                        std::to_string(least_side_px) + " px or more"},
-                       marks_of(edge, marks));
+      throw tracking::FitError({file, field, px_text(high_px - low_px) + " up to " + name_of(opposite),
+                                std::to_string(least_side_px) + " px or more"},
+                               marks_of(edge, marks));
     }
   }
 }
 
-void require_within(const Eigen::Vector4d& at_px, const Viewport& window, const ViewportMarks& marks,
+void require_within(const Eigen::Vector4d& at_px, const optics::Viewport& window, const ViewportMarks& marks,
                     const std::string& name, const std::string& file)
 {
   const std::array<double, n_edges> border_px = {
@@ -138,9 +139,9 @@ void require_within(const Eigen::Vector4d& at_px, const Viewport& window, const 
         (at_px(static_cast<Eigen::Index>(edge)) - border_px[edge]) * (is_last ? 1.0 : -1.0);
     // An edge that rounds to the window's border is inside.
     if (beyond_px < 0.5) continue;
-    throw FitRefusal({file, name + "." + name_of(static_cast<Edge>(edge)),
-                      px_text(beyond_px) + " outside the eye's window", "an edge inside the window"},
-                     marks_of(static_cast<Edge>(edge), marks));
+    throw tracking::FitError({file, name + "." + name_of(static_cast<Edge>(edge)),
+                              px_text(beyond_px) + " outside the eye's window", "an edge inside the window"},
+                             marks_of(static_cast<Edge>(edge), marks));
   }
 }
 
@@ -149,15 +150,15 @@ void require_size(const ViewportMarks& marks, const std::string& name, const std
   const std::size_t n_readings = marks_of(Edge::bottom, marks).back() + 1;
   const bool is_size = marks.screen_mm.allFinite() && marks.screen_mm.minCoeff() > 0.0;
   if (!is_size) {
-    throw FitRefusal(
-        {file, name + ".screen",
-         rounded_text(marks.screen_mm.x(), 2) + " x " + rounded_text(marks.screen_mm.y(), 2) + " mm",
-         "width and height of the visible part above 0, measured with a ruler"},
-        {n_readings, n_readings + 1});
+    throw tracking::FitError({file, name + ".screen",
+                              settings::rounded_text(marks.screen_mm.x(), 2) + " x " +
+                                  settings::rounded_text(marks.screen_mm.y(), 2) + " mm",
+                              "width and height of the visible part above 0, measured with a ruler"},
+                             {n_readings, n_readings + 1});
   }
   if (!(marks.screen_sd_mm >= 0.0) || !std::isfinite(marks.screen_sd_mm)) {
-    throw FitRefusal(
-        {file, name + ".screen_sd", rounded_text(marks.screen_sd_mm, 3) + " mm", "0 mm or more"});
+    throw tracking::FitError(
+        {file, name + ".screen_sd", settings::rounded_text(marks.screen_sd_mm, 3) + " mm", "0 mm or more"});
   }
 }
 
@@ -220,7 +221,7 @@ const char* name_of(Edge edge)
   throw InternalError("an edge has a name");
 }
 
-ViewportFit fit_viewport(const ViewportMarks& marks, const Viewport& window, const std::string& name,
+ViewportFit fit_viewport(const ViewportMarks& marks, const optics::Viewport& window, const std::string& name,
                          const std::string& file)
 {
   for (std::size_t edge = 0; edge < n_edges; ++edge)
@@ -243,4 +244,4 @@ ViewportFit fit_viewport(const ViewportMarks& marks, const Viewport& window, con
   return fit;
 }
 
-}  // namespace vrda
+}  // namespace vrda::calibration

@@ -6,7 +6,7 @@
 #include "calibration/estimate.hpp"
 #include "optics/eye.hpp"
 
-namespace vrda {
+namespace vrda::calibration {
 
 enum class Edge { left, right, top, bottom };
 inline constexpr std::size_t n_edges = 4;
@@ -21,7 +21,7 @@ struct ViewportMarks {
 };
 
 struct ViewportFit {
-  Viewport visible;  ///< edges rounded to whole pixels
+  optics::Viewport visible;  ///< edges rounded to whole pixels
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
   double pixel_aspect = 1.0;     ///< height of a pixel divided by its width
   double pixel_aspect_sd = 0.0;  ///< from readings and ruler; prior of a later fit
@@ -35,7 +35,7 @@ struct ViewportFit {
 /// outside the window, opposite edges less than 16 px apart, a reading more than 5 px from the others of its
 /// edge, an invalid size. Mark indices count the readings from the left to the bottom edge, then screen width
 /// and height.
-ViewportFit fit_viewport(const ViewportMarks& marks, const Viewport& window, const std::string& name,
+ViewportFit fit_viewport(const ViewportMarks& marks, const optics::Viewport& window, const std::string& name,
                          const std::string& file);
 
-}  // namespace vrda
+}  // namespace vrda::calibration

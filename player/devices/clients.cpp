@@ -16,11 +16,11 @@
 #include <boost/asio/write.hpp>
 #include <cmath>
 
-#include "devices/board_talk.hpp"
-#include "devices/tracker_talk.hpp"
+#include "devices/board_protocol.hpp"
+#include "devices/tracker_protocol.hpp"
 #include "igtl/stream.hpp"
 
-namespace vrda {
+namespace vrda::devices {
 namespace {
 
 namespace asio = boost::asio;
@@ -32,7 +32,7 @@ constexpr std::int64_t write_timeout_ns = 1'000'000'000;
 }  // namespace
 
 struct BoardClient::State {
-  State(asio::io_context& io_, const BoardSettings& settings_, Outlet& outlet_)
+  State(asio::io_context& io_, const BoardSettings& settings_, DeviceOutput& outlet_)
       : io(io_), settings(settings_), outlet(outlet_), port(io_), timer(io_), backoff(settings_.retry_ms)
   {
   }
@@ -67,14 +67,15 @@ struct BoardClient::State {
           const std::int64_t now_ns = outlet.clock().now_ns();
           if (opening != n_openings) return;
           if (error) return reconnect(error == asio::error::eof ? "closed by the device" : error.message());
-          const bool was_up = talk->phase() == BoardTalk::Phase::up;
-          const std::vector<Sample> samples = talk->hear(std::span(bytes).first(n), now_ns);
-          if (!was_up && talk->phase() == BoardTalk::Phase::up) {
+          const bool was_up = talk->phase() == BoardProtocol::Phase::up;
+          const std::vector<Sample> samples = talk->receive(std::span(bytes).first(n), now_ns);
+          if (!was_up && talk->phase() == BoardProtocol::Phase::up) {
             backoff.reset();
             outlet.set_link(LinkState::up, "");
           }
           outlet.put(samples);
-          outlet.refuse(talk->n_refused() - n_refused, "found noise, wanted frames of the serial protocol");
+          outlet.count_rejected(talk->n_refused() - n_refused,
+                                "found noise, wanted frames of the serial protocol");
           n_refused = talk->n_refused();
           if (send_due()) read();
         });
@@ -91,7 +92,7 @@ struct BoardClient::State {
       reconnect("the port accepts no data");
       return false;
     }
-    if (talk->phase() == BoardTalk::Phase::given_up) {
+    if (talk->phase() == BoardProtocol::Phase::failed) {
       const std::string trouble = talk->trouble();  // reconnect() destroys the protocol state
       reconnect(trouble);
       return false;
@@ -134,19 +135,19 @@ struct BoardClient::State {
 
   void zero_stage()
   {
-    if (!talk || talk->phase() != BoardTalk::Phase::up)
-      return outlet.note("stage not zeroed: the board is not connected");
+    if (!talk || talk->phase() != BoardProtocol::Phase::up)
+      return outlet.set_trouble("stage not zeroed: the board is not connected");
     talk->zero_stage();
     send_due();
   }
 
   asio::io_context& io;
   const BoardSettings settings;
-  Outlet& outlet;
+  DeviceOutput& outlet;
   asio::serial_port port;
   asio::steady_timer timer;  ///< of the next request, or of the back-off
   Backoff backoff;
-  std::optional<BoardTalk> talk;  ///< while the port is open
+  std::optional<BoardProtocol> talk;  ///< while the port is open
   std::uint64_t n_openings = 0;
   std::uint64_t n_refused = 0;  ///< of the protocol, already reported
   bool is_writing = false;
@@ -155,7 +156,7 @@ struct BoardClient::State {
   std::array<std::uint8_t, 1024> bytes{};
 };
 
-BoardClient::BoardClient(asio::io_context& io, const BoardSettings& settings, Outlet& outlet)
+BoardClient::BoardClient(asio::io_context& io, const BoardSettings& settings, DeviceOutput& outlet)
     : state_(std::make_unique<State>(io, settings, outlet))
 {
   state_->open();
@@ -197,7 +198,7 @@ bool is_self(const tcp::socket& socket)
 }  // namespace
 
 struct TrackerClient::State {
-  State(asio::io_context& io, const TrackerSettings& settings_, Outlet& outlet_)
+  State(asio::io_context& io, const TrackerSettings& settings_, DeviceOutput& outlet_)
       : settings(settings_),
         outlet(outlet_),
         socket(io),
@@ -241,7 +242,7 @@ struct TrackerClient::State {
       is_connecting = false;
       timer.cancel();
       keep_alive(socket);
-      stream = IgtlStream();
+      stream = igtl::IgtlStream();
       outlet.set_link(LinkState::up, "");
       ask_for_tdata();
       read();
@@ -251,10 +252,10 @@ struct TrackerClient::State {
   void ask_for_tdata()
   {
     if (settings.tdata_interval_ms <= 0.0) return;
-    IgtlMessage message;
-    message.kind = IgtlKind::start_tdata;
+    igtl::IgtlMessage message;
+    message.kind = igtl::IgtlKind::start_tdata;
     message.interval_ms = std::max(1, static_cast<int>(std::lround(settings.tdata_interval_ms)));
-    request = bytes_of(message);
+    request = igtl::bytes_of(message);
     // A failed write also shows up as a read error.
     asio::async_write(socket, asio::buffer(request), [](const error_code&, std::size_t) {});
   }
@@ -265,22 +266,23 @@ struct TrackerClient::State {
       const std::int64_t now_ns = outlet.clock().now_ns();
       if (error) return reconnect(error == asio::error::eof ? "closed by the peer" : error.message());
       stream.add(std::span(bytes).first(n));
-      while (const std::optional<IgtlMessage> message = stream.next()) take(*message, now_ns);
-      outlet.refuse(stream.n_skipped() - n_skipped, "");
-      outlet.refuse(stream.n_malformed() - n_malformed, "found a message of the wrong size for its type");
+      while (const std::optional<igtl::IgtlMessage> message = stream.next()) take(*message, now_ns);
+      outlet.count_rejected(stream.n_skipped() - n_skipped, "");
+      outlet.count_rejected(stream.n_malformed() - n_malformed,
+                            "found a message of the wrong size for its type");
       n_skipped = stream.n_skipped();
       n_malformed = stream.n_malformed();
       if (!stream.is_broken()) return read();
-      outlet.refuse(1, stream.trouble());
+      outlet.count_rejected(1, stream.trouble());
       reconnect(stream.trouble());
     });
   }
 
-  void take(const IgtlMessage& message, std::int64_t now_ns)
+  void take(const igtl::IgtlMessage& message, std::int64_t now_ns)
   {
     backoff.reset();
-    outlet.put(talk.hear(message, now_ns));
-    if (const std::string trouble = trouble_of(message); !trouble.empty()) outlet.note(trouble);
+    outlet.put(talk.receive(message, now_ns));
+    if (const std::string trouble = error_text_of(message); !trouble.empty()) outlet.set_trouble(trouble);
   }
 
   void close()
@@ -309,27 +311,27 @@ struct TrackerClient::State {
         std::chrono::duration<double, std::milli>(std::max(settings.stale_after_ms / 4.0, 1.0))));
     watch.async_wait([this](const error_code& error) {
       if (error) return;
-      outlet.put(talk.pass_time(outlet.clock().now_ns()));
+      outlet.put(talk.stale_samples(outlet.clock().now_ns()));
       watch_tools();
     });
   }
 
   const TrackerSettings settings;
-  Outlet& outlet;
+  DeviceOutput& outlet;
   tcp::socket socket;
   tcp::resolver resolver;
   asio::steady_timer timer;  ///< of the connect timeout, or of the back-off
   asio::steady_timer watch;
   bool is_connecting = false;
-  TrackerTalk talk;
+  TrackerProtocol talk;
   Backoff backoff;
-  IgtlStream stream;
+  igtl::IgtlStream stream;
   std::uint64_t n_skipped = 0, n_malformed = 0;  ///< of the stream, already reported
   std::vector<std::uint8_t> request;
   std::array<std::uint8_t, 16384> bytes{};
 };
 
-TrackerClient::TrackerClient(asio::io_context& io, const TrackerSettings& settings, Outlet& outlet)
+TrackerClient::TrackerClient(asio::io_context& io, const TrackerSettings& settings, DeviceOutput& outlet)
     : state_(std::make_unique<State>(io, settings, outlet))
 {
   state_->resolve();
@@ -338,4 +340,4 @@ TrackerClient::TrackerClient(asio::io_context& io, const TrackerSettings& settin
 
 TrackerClient::~TrackerClient() = default;
 
-}  // namespace vrda
+}  // namespace vrda::devices

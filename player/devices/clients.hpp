@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <memory>
 
-#include "devices/outlet.hpp"
+#include "devices/device_output.hpp"
 
 namespace boost::asio {
 class io_context;
 }
 
-namespace vrda {
+namespace vrda::devices {
 
 /// Exponential back-off: doubles from `first_ms` to 20 times that (0.1 s to 2 s), then stays constant.
 class Backoff {
@@ -35,7 +35,7 @@ class Backoff {
 /// or a silent board closes the port; it is reopened with back-off.
 class BoardClient {
  public:
-  BoardClient(boost::asio::io_context& io, const BoardSettings& settings, Outlet& outlet);
+  BoardClient(boost::asio::io_context& io, const BoardSettings& settings, DeviceOutput& outlet);
   ~BoardClient();
   BoardClient(const BoardClient&) = delete;
   BoardClient& operator=(const BoardClient&) = delete;
@@ -52,7 +52,7 @@ class BoardClient {
 /// connection; it reconnects with back-off, which the first complete message resets.
 class TrackerClient {
  public:
-  TrackerClient(boost::asio::io_context& io, const TrackerSettings& settings, Outlet& outlet);
+  TrackerClient(boost::asio::io_context& io, const TrackerSettings& settings, DeviceOutput& outlet);
   ~TrackerClient();
   TrackerClient(const TrackerClient&) = delete;
   TrackerClient& operator=(const TrackerClient&) = delete;
@@ -62,4 +62,4 @@ class TrackerClient {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::devices

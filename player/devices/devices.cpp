@@ -4,9 +4,9 @@
 #include <thread>
 
 #include "devices/clients.hpp"
-#include "devices/outlet.hpp"
+#include "devices/device_output.hpp"
 
-namespace vrda {
+namespace vrda::devices {
 namespace {
 
 std::string peer_of(const TrackerSettings& settings)
@@ -36,7 +36,7 @@ struct Devices::State {
 
   ArrivalClock clock;
   SampleQueue queue;
-  Outlet tracker_outlet, board_outlet;
+  DeviceOutput tracker_outlet, board_outlet;
   boost::asio::io_context io{1};  // outlives the clients, whose handlers it holds
   std::optional<TrackerClient> tracker;
   std::optional<BoardClient> board;
@@ -74,4 +74,4 @@ DeviceReport Devices::report(DeviceId device) const
   return device == DeviceId::tracker ? state_->tracker_outlet.report() : state_->board_outlet.report();
 }
 
-}  // namespace vrda
+}  // namespace vrda::devices

@@ -10,7 +10,7 @@
 
 #include "devices/sample.hpp"
 
-namespace vrda {
+namespace vrda::devices {
 
 struct TrackerSettings {
   std::string host = "127.0.0.1";
@@ -65,4 +65,4 @@ class Devices {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::devices

@@ -21,7 +21,7 @@ extern "C" {
 #include "firmware/quadrature.h"
 }
 
-namespace vrda {
+namespace vrda::devices {
 namespace {
 
 /// Poll period of the encoder: the stage cannot be moved by the counter's range of 16 cm in that time.
@@ -171,7 +171,7 @@ struct PtyBoard::State {
   /// Bytes that the terminal does not accept are lost, as on a real serial line.
   void send(std::vector<std::uint8_t> bytes) const
   {
-    if (options.spoil) options.spoil(bytes);
+    if (options.corrupt) options.corrupt(bytes);
     if (terminal.number() < 0) return;
     [[maybe_unused]] const ssize_t n = ::write(terminal.number(), bytes.data(), bytes.size());
   }
@@ -224,10 +224,10 @@ void PtyBoard::plug()
   state_->plug();
 }
 
-void PtyBoard::say(const std::vector<std::uint8_t>& bytes)
+void PtyBoard::send_unrequested(const std::vector<std::uint8_t>& bytes)
 {
   const std::scoped_lock lock(state_->mutex);
   state_->send(bytes);
 }
 
-}  // namespace vrda
+}  // namespace vrda::devices

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace vrda {
+namespace vrda::devices {
 
 struct PtyBoardOptions {
   /// Symbolic link to the terminal, which keeps its name when the board is replugged; empty: no link.
@@ -17,7 +17,7 @@ struct PtyBoardOptions {
   /// Stage position in counts of 5 micrometres, with any offset; the board moves there edge by edge.
   std::function<int()> stage_count;
   /// Corrupts bytes on their way to the host; may be empty.
-  std::function<void(std::vector<std::uint8_t>&)> spoil;
+  std::function<void(std::vector<std::uint8_t>&)> corrupt;
 };
 
 /// Runs player/firmware in a thread, with two quadrature signals for the encoder.
@@ -38,11 +38,11 @@ class PtyBoard {
   /// Opens a new terminal at the same link; the board restarts. Throws as the constructor does.
   void plug();
   /// Sends bytes that were not requested.
-  void say(const std::vector<std::uint8_t>& bytes);
+  void send_unrequested(const std::vector<std::uint8_t>& bytes);
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::devices

@@ -1,8 +1,8 @@
 #include "devices/sample.hpp"
 
-namespace vrda {
+namespace vrda::devices {
 
-Pose pose_of(const Place& place)
+Pose pose_of(const ToolPose& place)
 {
   const double* q = place.rotation;
   Pose X = Pose::Identity();
@@ -11,7 +11,7 @@ Pose pose_of(const Place& place)
   return X;
 }
 
-Place place_of(const Pose& pose)
+ToolPose place_of(const Pose& pose)
 {
   const Eigen::Quaterniond q = Eigen::Quaterniond(Eigen::Matrix3d(pose.linear())).normalized();
   const Eigen::Vector3d p = pose.translation();
@@ -23,7 +23,8 @@ namespace {
 /// One of a periodic series, of which a single one may be dropped.
 bool is_reading(const Sample& sample)
 {
-  if (sample.kind == SampleKind::place) return sample.state == static_cast<std::uint8_t>(SeenState::seen);
+  if (sample.kind == SampleKind::tool_pose)
+    return sample.state == static_cast<std::uint8_t>(ToolVisibility::seen);
   return sample.kind != SampleKind::link;
 }
 
@@ -59,4 +60,4 @@ bool SampleQueue::take(Sample& sample)
   return true;
 }
 
-}  // namespace vrda
+}  // namespace vrda::devices

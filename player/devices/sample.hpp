@@ -8,21 +8,21 @@
 
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::devices {
 
 enum class SampleKind : std::uint8_t {
-  place,          ///< pose of a tracked tool; of a single marker only the position is valid
+  tool_pose,      ///< pose of a tracked tool; of a single marker only the position is valid
   potentiometer,  ///< `count` from 0 to 1023
   stage,          ///< `count` of the parallax stage's encoder; `state` holds StageFlags
   link            ///< `state` is a LinkState, `source` the device
 };
 
 /// Visibility of a tracked tool.
-enum class SeenState : std::uint8_t {
+enum class ToolVisibility : std::uint8_t {
   seen,
-  missing,      ///< not listed, or reported as not visible
-  stale,        ///< nothing new for too long, or a time stamp that does not advance
-  not_a_place,  ///< not a rotation matrix or unit quaternion, or not finite
+  missing,       ///< not listed, or reported as not visible
+  stale,         ///< nothing new for too long, or a time stamp that does not advance
+  invalid_pose,  ///< not a rotation matrix or unit quaternion, or not finite
 };
 
 enum class LinkState : std::uint8_t { closed, opening, up };
@@ -33,18 +33,18 @@ enum class DeviceId : std::uint16_t { tracker, board };
 enum StageFlags : std::uint8_t { stage_zeroed = 1, stage_lost_counts = 2 };
 
 /// Pose of a tool in the tracker's frame: position (mm) and unit quaternion (w, x, y, z).
-struct Place {
+struct ToolPose {
   double position_mm[3] = {0.0, 0.0, 0.0};
   double rotation[4] = {1.0, 0.0, 0.0, 0.0};
 };
-Pose pose_of(const Place& place);
-Place place_of(const Pose& pose);
+Pose pose_of(const ToolPose& place);
+ToolPose place_of(const Pose& pose);
 
 /// Trivially copyable without padding: equal samples have equal bytes.
 struct Sample {
   std::int64_t arrival_ns = 0;  ///< steady clock, since the start of the session
   std::int64_t device_ns = 0;   ///< the device's own clock, any epoch; 0: none
-  Place place;
+  ToolPose tool_pose;
   std::int32_t count = 0;
   std::uint16_t source = 0;  ///< of tool poses: index into TrackerSettings::tools
   SampleKind kind = SampleKind::link;
@@ -77,4 +77,4 @@ class SampleQueue {
   std::atomic<std::uint64_t> n_put_{0}, n_taken_{0};
 };
 
-}  // namespace vrda
+}  // namespace vrda::devices

@@ -16,7 +16,7 @@
 #include "igtl/message.hpp"
 #include "igtl/stream.hpp"
 
-namespace vrda {
+namespace vrda::devices {
 namespace {
 
 namespace asio = boost::asio;
@@ -68,7 +68,7 @@ class Session : public std::enable_shared_from_this<Session> {
                             [this, self = shared_from_this()](const error_code& error, std::size_t n) {
                               if (error) return end();
                               requests_.add(std::span(read_).first(n));
-                              while (const std::optional<IgtlMessage> request = requests_.next())
+                              while (const std::optional<igtl::IgtlMessage> request = requests_.next())
                                 answer(*request);
                               if (requests_.is_broken()) return end();
                               listen();
@@ -86,16 +86,16 @@ class Session : public std::enable_shared_from_this<Session> {
   }
 
  private:
-  void answer(const IgtlMessage& request)
+  void answer(const igtl::IgtlMessage& request)
   {
-    if (request.kind != IgtlKind::start_tdata && request.kind != IgtlKind::stop_tdata) return;
+    if (request.kind != igtl::IgtlKind::start_tdata && request.kind != igtl::IgtlKind::stop_tdata) return;
     interval_ms_.reset();
-    if (request.kind == IgtlKind::start_tdata) interval_ms_ = request.interval_ms;
-    IgtlMessage answer;
-    answer.kind = IgtlKind::tdata_started;
+    if (request.kind == igtl::IgtlKind::start_tdata) interval_ms_ = request.interval_ms;
+    igtl::IgtlMessage answer;
+    answer.kind = igtl::IgtlKind::tdata_started;
     answer.device = request.device;
     answer.code = 0;
-    send(bytes_of(answer));
+    send(igtl::bytes_of(answer));
   }
 
   void write()
@@ -113,7 +113,7 @@ class Session : public std::enable_shared_from_this<Session> {
   tcp::socket socket_;
   bool is_done_ = false;
   std::array<std::uint8_t, 1024> read_{};
-  IgtlStream requests_;
+  igtl::IgtlStream requests_;
   Bytes pending_, writing_;
   std::optional<double> interval_ms_;  ///< requested by STT_TDATA
   std::optional<double> sent_ms_;
@@ -131,7 +131,7 @@ tcp::endpoint endpoint_of(const TrackerServerOptions& options)
 }  // namespace
 
 struct TrackerServer::State {
-  State(const TrackerServerOptions& options_, Speak make_messages_)
+  State(const TrackerServerOptions& options_, MessageSource make_messages_)
       : options(options_), make_messages(std::move(make_messages_)), acceptor(io), timer(io)
   {
     check(options.rate_hz > 0.0 && options.jitter_ms >= 0.0 && options.jitter_ms <= 500.0 / options.rate_hz,
@@ -191,12 +191,12 @@ struct TrackerServer::State {
 
   void send_tick()
   {
-    const std::vector<IgtlMessage> messages = make_messages(tick);
+    const std::vector<igtl::IgtlMessage> messages = make_messages(tick);
     const double now_ms = 1e3 * static_cast<double>(tick) / options.rate_hz;
-    const std::optional<Mischief> fault = std::exchange(next_fault, std::nullopt);
+    const std::optional<FaultInjection> fault = std::exchange(next_fault, std::nullopt);
     for (const std::shared_ptr<Session>& session : sessions) {
       const bool takes_lists = !options.waits_for_request || session->takes_list(now_ms);
-      if (fault == Mischief::close) {
+      if (fault == FaultInjection::close_connections) {
         session->end();
       } else {
         session->send(corrupted(bytes_for(messages, takes_lists), fault));
@@ -206,23 +206,23 @@ struct TrackerServer::State {
     n_clients = static_cast<int>(sessions.size());
   }
 
-  static Bytes bytes_for(const std::vector<IgtlMessage>& messages, bool takes_lists)
+  static Bytes bytes_for(const std::vector<igtl::IgtlMessage>& messages, bool takes_lists)
   {
     Bytes bytes;
-    for (const IgtlMessage& message : messages) {
-      if (is_list(message) && !takes_lists) continue;
-      const Bytes more = bytes_of(message);
+    for (const igtl::IgtlMessage& message : messages) {
+      if (igtl::is_list(message) && !takes_lists) continue;
+      const Bytes more = igtl::bytes_of(message);
       bytes.insert(bytes.end(), more.begin(), more.end());
     }
     return bytes;
   }
 
-  Bytes corrupted(Bytes bytes, std::optional<Mischief> fault) const
+  Bytes corrupted(Bytes bytes, std::optional<FaultInjection> fault) const
   {
     if (!fault || bytes.empty()) return bytes;
-    if (*fault == Mischief::half_a_message) bytes.resize(bytes.size() / 2);
-    if (*fault == Mischief::wrong_checksum) bytes[igtl_head_bytes - 1] ^= 1;
-    if (*fault == Mischief::garbage) {
+    if (*fault == FaultInjection::truncated_message) bytes.resize(bytes.size() / 2);
+    if (*fault == FaultInjection::wrong_checksum) bytes[igtl::igtl_header_bytes - 1] ^= 1;
+    if (*fault == FaultInjection::garbage) {
       Bytes garbage(garbage_bytes, 0xFF);  // starts with an invalid header version
       for (std::size_t k = 2; k < garbage.size(); ++k)
         garbage[k] = static_cast<std::uint8_t>(mixed(tick + k));
@@ -232,12 +232,12 @@ struct TrackerServer::State {
   }
 
   const TrackerServerOptions options;
-  const Speak make_messages;
+  const MessageSource make_messages;
   asio::io_context io{1};
   tcp::acceptor acceptor;
   asio::steady_timer timer;
   std::vector<std::shared_ptr<Session>> sessions;
-  std::optional<Mischief> next_fault;
+  std::optional<FaultInjection> next_fault;
   std::chrono::steady_clock::time_point begin;
   std::uint64_t tick = 0;
   std::atomic<int> n_clients{0};
@@ -245,7 +245,7 @@ struct TrackerServer::State {
   std::thread thread;
 };
 
-TrackerServer::TrackerServer(const TrackerServerOptions& options, Speak make_messages)
+TrackerServer::TrackerServer(const TrackerServerOptions& options, MessageSource make_messages)
     : state_(std::make_unique<State>(options, std::move(make_messages)))
 {
 }
@@ -262,9 +262,9 @@ int TrackerServer::n_clients() const
   return state_->n_clients;
 }
 
-void TrackerServer::misbehave(Mischief fault)
+void TrackerServer::inject_fault(FaultInjection fault)
 {
   asio::post(state_->io, [state = state_.get(), fault] { state->next_fault = fault; });
 }
 
-}  // namespace vrda
+}  // namespace vrda::devices

@@ -9,7 +9,7 @@
 
 #include "igtl/message.hpp"
 
-namespace vrda {
+namespace vrda::devices {
 
 struct TrackerServerOptions {
   std::string address = "127.0.0.1";  ///< numeric; only this machine can connect by default
@@ -22,11 +22,11 @@ struct TrackerServerOptions {
 };
 
 /// Faults for testing a client.
-enum class Mischief : std::uint8_t {
-  half_a_message,  ///< sends half of the next tick's bytes, then continues normally
-  garbage,         ///< sends bytes that are not a message before the next tick
-  wrong_checksum,  ///< in the first message of the next tick
-  close            ///< closes all connections; new ones are accepted
+enum class FaultInjection : std::uint8_t {
+  truncated_message,  ///< sends half of the next tick's bytes, then continues normally
+  garbage,            ///< sends bytes that are not a message before the next tick
+  wrong_checksum,     ///< in the first message of the next tick
+  close_connections   ///< closes all connections; new ones are accepted
 };
 
 /// Runs in a thread; clients that do not read are disconnected.
@@ -34,21 +34,21 @@ class TrackerServer {
  public:
   /// The messages of tick n, due n / rate_hz seconds after the first. Called in the server's thread; must
   /// not throw.
-  using Speak = std::function<std::vector<IgtlMessage>(std::uint64_t tick)>;
+  using MessageSource = std::function<std::vector<igtl::IgtlMessage>(std::uint64_t tick)>;
 
   /// Throws InputError if the address is invalid or cannot be listened on.
-  TrackerServer(const TrackerServerOptions& options, Speak make_messages);
+  TrackerServer(const TrackerServerOptions& options, MessageSource make_messages);
   ~TrackerServer();
   TrackerServer(const TrackerServer&) = delete;
   TrackerServer& operator=(const TrackerServer&) = delete;
 
   std::uint16_t port() const;
   int n_clients() const;
-  void misbehave(Mischief fault);
+  void inject_fault(FaultInjection fault);
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::devices

@@ -11,10 +11,10 @@
 #include "follow/run_state.hpp"
 #include "follow/run_watch.hpp"
 #include "loop/loop.hpp"
-#include "view/gaze.hpp"
-#include "view/player_state.hpp"
+#include "navigation/orbit_camera.hpp"
+#include "navigation/player_state.hpp"
 
-namespace vrda {
+namespace vrda::follow {
 namespace {
 
 using std::chrono::steady_clock;
@@ -29,37 +29,38 @@ constexpr double play_s = 1.0;
 
 /// Playback of the finished motion, forwards and backwards; without a window its middle pose.
 struct Playback {
-  Playback(const MotionModel& result, bool is_played) : set(set_names(result).front()), motion(result, set)
+  Playback(const store::MotionModel& result, bool is_played)
+      : set(motion::set_names(result).front()), motion(result, set)
   {
     timeline.first_rad = motion.first_flexion_rad();
     timeline.last_rad = motion.last_flexion_rad();
     timeline.flexion_rad = is_played ? timeline.first_rad : 0.5 * (timeline.first_rad + timeline.last_rad);
     timeline.is_playing = is_played && timeline.last_rad > timeline.first_rad;
   }
-  JointPose pose() const
+  motion::JointPose pose() const
   {
     return motion.at({timeline.flexion_rad, motion.balanced_varus_rad(timeline.flexion_rad)});
   }
 
   std::string set;
-  Motion motion;
-  Timeline timeline;
+  motion::Motion motion;
+  navigation::Timeline timeline;
 };
 
 /// Shows a run in an interactive window, as image files or as text only.
-class FollowedRun final : public Mode {
+class FollowedRun final : public loop::Mode {
  public:
-  FollowedRun(const FollowOptions& options, StepChoice choice, const Streams& streams, RunWatch watch,
-              Sink& sink)
+  FollowedRun(const FollowOptions& options, StepChoice choice, const loop::Streams& streams, RunWatch watch,
+              loop::Sink& sink)
       : options_(options),
         choice_(choice),
         streams_(streams),
         output_(watch.output()),
         sink_(sink),
         state_(watch.model(), choice),
-        progress_(options.folder.empty() ? streams.data : streams.talk, options.is_quiet)
+        progress_(options.folder.empty() ? streams.data : streams.messages, options.is_quiet)
   {
-    if (sink.is_anywhere()) {
+    if (sink.has_output()) {
       screen_.emplace(watch.model(), screen_options(options, watch.model()));
       screen_->show(state_, {});
     }
@@ -69,13 +70,13 @@ class FollowedRun final : public Mode {
   FollowEnd end()
   {
     if (playback_ || is_over_) return FollowEnd::finished;
-    if (!is_in_window()) progress_.say("stopped: the run has not ended");
+    if (!is_in_window()) progress_.report_line("stopped: the run has not ended");
     return FollowEnd::stopped;
   }
 
   bool is_over() const override { return is_over_ || is_left_; }
 
-  RoundTime round_time() const override
+  loop::RoundTime round_time() const override
   {
     if (is_in_window()) return {sink_.is_hidden() || is_still() ? idle_s : frame_s};
     if (!queue_.empty() || is_due_) return {0.0};
@@ -83,24 +84,27 @@ class FollowedRun final : public Mode {
     return {is_caught_up_ ? interval.count() : reading_s};
   }
 
-  void take(const InputEvent& event) override
+  void take(const render::InputEvent& event) override
   {
     const Eigen::Vector2d pointer_px(event.x_px, event.y_px);
     switch (event.kind) {
-      case InputKind::press:
+      case render::InputKind::press:
         return press(event, pointer_px);
-      case InputKind::motion:
-        if (drag_) screen_->look(view_, dragged(*drag_, pointer_px, screen_->shots()[view_].viewport));
+      case render::InputKind::motion:
+        if (drag_)
+          screen_->set_orbit_camera(
+              view_, navigation::dragged(*drag_, pointer_px, screen_->shots()[view_].viewport));
         return;
-      case InputKind::release:
-      case InputKind::focus_lost:
+      case render::InputKind::release:
+      case render::InputKind::focus_lost:
         return drag_.reset();
-      case InputKind::wheel:
+      case render::InputKind::wheel:
         if (const auto view = screen_->view_at(pointer_px))
-          screen_->look(*view, nearer(screen_->gaze(*view), event.wheel_y));
+          screen_->set_orbit_camera(*view,
+                                    navigation::moved_closer(screen_->orbit_camera(*view), event.wheel_y));
         return;
-      case InputKind::key_press:
-        return press_key(key_of_window(event.key, event.has_shift));
+      case render::InputKind::key_press:
+        return press_key(loop::key_of_window(event.key, event.has_shift));
       default:
         return;
     }
@@ -117,24 +121,24 @@ class FollowedRun final : public Mode {
     if (has_all && options_.is_once && is_caught_up_) return end_now();
     if (options_.every_s > 0.0 && seconds_since(drawn_) >= options_.every_s && state_.n_shown() != n_drawn_)
       is_due_ = true;
-    if (is_caught_up_ || n_steps_ > 0) progress_.say_state(state_, n_steps_);
+    if (is_caught_up_ || n_steps_ > 0) progress_.report_state(state_, n_steps_);
   }
 
   void draw() override
   {
     if (!screen_ || (!is_in_window() && !is_due_)) return;
     screen_->load(sink_.renderer());
-    const Frame frame{screen_->scene(), screen_->shots(), &screen_->overlay()};
+    const loop::Frame frame{screen_->scene(), screen_->shots(), &screen_->overlay()};
     if (is_in_window()) {
-      sink_.window()->set_title(state_.counts() + " - vrda-player");
+      sink_.window()->set_title(state_.progress_text() + " - vrda-player");
       return sink_.show(frame);
     }
     is_due_ = false;
     drawn_ = steady_clock::now();
     n_drawn_ = state_.n_shown();
     const std::string name =
-        playback_ ? "finished" : numbered("step_", static_cast<std::size_t>(state_.n_shown()), 6);
-    streams_.data << sink_.keep(frame, name + ".png") << std::endl;
+        playback_ ? "finished" : loop::padded_name("step_", static_cast<std::size_t>(state_.n_shown()), 6);
+    streams_.data << sink_.record(frame, name + ".png") << std::endl;
   }
 
  private:
@@ -149,26 +153,26 @@ class FollowedRun final : public Mode {
     return std::chrono::duration<double>(steady_clock::now() - then).count();
   }
 
-  void take(WatchArrivals arrivals)
+  void take(RunArrivals arrivals)
   {
-    for (const std::string& remark : arrivals.remarks) streams_.talk << "vrda-player: " << remark << "\n";
-    if (arrivals.is_anew && arrivals.model) begin_again(*arrivals.model);
-    for (SeenStep& step : arrivals.steps) queue_.push_back(std::move(step));
+    for (const std::string& remark : arrivals.remarks) streams_.messages << "vrda-player: " << remark << "\n";
+    if (arrivals.is_restarted && arrivals.model) begin_again(*arrivals.model);
+    for (RunStep& step : arrivals.steps) queue_.push_back(std::move(step));
     n_steps_ = arrivals.n_steps;
     is_caught_up_ = arrivals.is_caught_up;
     if (arrivals.phase == RunPhase::finished && arrivals.model) result_ = arrivals.model;
   }
 
-  void begin_again(const MotionModel& model)
+  void begin_again(const store::MotionModel& model)
   {
-    if (n_steps_ > 0 || state_.n_done() > 0) progress_.say("the run was restarted");
-    progress_.begin_again();
+    if (n_steps_ > 0 || state_.n_done() > 0) progress_.report_line("the run was restarted");
+    progress_.restart();
     queue_.clear();
     drag_.reset();
     state_ = RunState(model, choice_);
     n_drawn_ = 0;
     if (!screen_) return;
-    screen_->begin(model);
+    screen_->restart(model);
     screen_->show(state_, {});
   }
 
@@ -183,11 +187,11 @@ class FollowedRun final : public Mode {
           std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(part * static_cast<double>(n_due))));
     }
     for (; n_due > 0 && !is_due_; --n_due) {
-      const bool is_shown = state_.take(queue_.front());
+      const bool is_shown = state_.add_step(queue_.front());
       queue_.pop_front();
-      is_due_ = is_shown && options_.each > 0 && state_.n_shown() % options_.each == 0;
+      is_due_ = is_shown && options_.every_n_steps > 0 && state_.n_shown() % options_.every_n_steps == 0;
     }
-    if (is_in_window() || queue_.empty()) progress_.note(state_.n_done(), state_.n_cells());
+    if (is_in_window() || queue_.empty()) progress_.update_rate(state_.n_done(), state_.n_cells());
     show_state();
   }
 
@@ -202,7 +206,7 @@ class FollowedRun final : public Mode {
     state_.finish(*result_);
     playback_.emplace(*result_, is_in_window());
     if (screen_) screen_->finish(*result_);
-    progress_.say(output_ + ": " + state_.counts());
+    progress_.report_line(output_ + ": " + state_.progress_text());
     play_result(0.0);
     is_due_ = true;
     is_over_ = !is_in_window();
@@ -210,9 +214,9 @@ class FollowedRun final : public Mode {
 
   void play_result(double elapsed_s)
   {
-    playback_->timeline = advanced(playback_->timeline, elapsed_s);
-    const JointPose pose = playback_->pose();
-    if (screen_ && pose.status == PoseStatus::solved)
+    playback_->timeline = navigation::advanced(playback_->timeline, elapsed_s);
+    const motion::JointPose pose = playback_->pose();
+    if (screen_ && pose.status == motion::PoseStatus::solved)
       screen_->show(state_, {"set " + playback_->set}, pose, playback_->motion);
   }
 
@@ -220,33 +224,34 @@ class FollowedRun final : public Mode {
   {
     is_due_ = is_due_ || state_.n_shown() != n_drawn_ || n_drawn_ == 0;
     is_over_ = true;
-    progress_.say_state(state_, n_steps_, true);
+    progress_.report_state(state_, n_steps_, true);
   }
 
-  void press(const InputEvent& event, const Eigen::Vector2d& pointer_px)
+  void press(const render::InputEvent& event, const Eigen::Vector2d& pointer_px)
   {
     const std::optional<std::size_t> view = screen_->view_at(pointer_px);
     if (!view) return;
     view_ = *view;
-    const Button button = button_of(event.button);
-    if (event.n_clicks == 2 && button == Button::left) return centre(pointer_px);
-    drag_ = Drag{drag_of(button, event.has_shift, event.has_control), screen_->gaze(view_), pointer_px};
+    const navigation::Button button = loop::button_of(event.button);
+    if (event.n_clicks == 2 && button == navigation::Button::left) return centre(pointer_px);
+    drag_ = navigation::Drag{navigation::drag_of(button, event.has_shift, event.has_control),
+                             screen_->orbit_camera(view_), pointer_px};
   }
 
   void centre(const Eigen::Vector2d& pointer_px)
   {
-    const Shot& shot = screen_->shots()[view_];
-    if (const auto point = point_under(screen_->scene(), shot.camera, shot.viewport, pointer_px))
-      screen_->look(view_, centred_on(screen_->gaze(view_), *point));
+    const render::Shot& shot = screen_->shots()[view_];
+    if (const auto point = navigation::point_under(screen_->scene(), shot.camera, shot.viewport, pointer_px))
+      screen_->set_orbit_camera(view_, navigation::centred_on(screen_->orbit_camera(view_), *point));
   }
 
-  void press_key(Key key)
+  void press_key(navigation::Key key)
   {
-    if (key == Key::escape || key == key_of('Q')) is_left_ = true;
-    if (key == key_of('R')) screen_->reset_views();
-    if (key != Key::space) return;
+    if (key == navigation::Key::escape || key == navigation::key_of('Q')) is_left_ = true;
+    if (key == navigation::key_of('R')) screen_->reset_views();
+    if (key != navigation::Key::space) return;
     if (playback_) {
-      playback_->timeline = toggled(playback_->timeline);
+      playback_->timeline = navigation::toggled(playback_->timeline);
     } else {
       is_paused_ = !is_paused_;
     }
@@ -254,19 +259,19 @@ class FollowedRun final : public Mode {
 
   const FollowOptions& options_;
   StepChoice choice_;
-  Streams streams_;
+  loop::Streams streams_;
   std::string output_;
-  Sink& sink_;
+  loop::Sink& sink_;
   RunState state_;
   FollowProgress progress_;
   std::optional<RunScreen> screen_;  // empty for text output
   std::optional<WatchThread> thread_;
-  std::deque<SeenStep> queue_;  // read, not yet shown
-  std::shared_ptr<const MotionModel> result_;
+  std::deque<RunStep> queue_;  // read, not yet shown
+  std::shared_ptr<const store::MotionModel> result_;
   std::optional<Playback> playback_;
   int n_steps_ = 0;
   bool is_caught_up_ = false;
-  std::optional<Drag> drag_;
+  std::optional<navigation::Drag> drag_;
   std::size_t view_ = 0;  // under the pointer
   bool is_paused_ = false, is_left_ = false;
   // For image files: whether one is due, when the last was written, and its number of steps.
@@ -289,8 +294,9 @@ void require_valid(const FollowOptions& options)
   choice_of(options);
   if (!(options.every_s >= 0.0))
     throw InputError({"--every", "", std::to_string(options.every_s), "seconds"});
-  if (options.each < 0) throw InputError({"--each", "", std::to_string(options.each), "1 or more steps"});
-  const bool has_interval = options.every_s > 0.0 || options.each > 0;
+  if (options.every_n_steps < 0)
+    throw InputError({"--each", "", std::to_string(options.every_n_steps), "1 or more steps"});
+  const bool has_interval = options.every_s > 0.0 || options.every_n_steps > 0;
   if (has_interval && options.folder.empty())
     throw InputError({"--offscreen", "", "nothing", "a folder for the images of --every and --each"});
   if (options.is_once && options.folder.empty() && !options.is_text)
@@ -299,34 +305,34 @@ void require_valid(const FollowOptions& options)
     throw InputError({"--text", "", "--offscreen " + options.folder, "only one of them"});
 }
 
-Sink sink_of(const FollowOptions& options, const MotionModel& model)
+loop::Sink sink_of(const FollowOptions& options, const store::MotionModel& model)
 {
   if (options.is_text) return {};
   const RunScreenOptions screen = screen_options(options, model);
   if (!options.folder.empty()) {
-    Sink files(RenderOptions{screen.width, screen.height});
-    files.keep_pictures(options.folder, "--offscreen");
+    loop::Sink files(render::RenderOptions{screen.width, screen.height});
+    files.record_images(options.folder, "--offscreen");
     return files;
   }
-  WindowOptions window;
+  render::WindowOptions window;
   window.width = screen.width;
   window.height = screen.height;
   window.title = "vrda-player";
-  return Sink(window);
+  return loop::Sink(window);
 }
 
 }  // namespace
 
-FollowEnd follow(const FollowOptions& options, const Streams& streams)
+FollowEnd follow(const FollowOptions& options, const loop::Streams& streams)
 {
   require_valid(options);
-  StopSignals stop;  // before the thread, which inherits the signal mask
+  loop::StopSignals stop;  // before the thread, which inherits the signal mask
   const StepChoice choice = choice_of(options);
   RunWatch watch(options.file, choice != StepChoice::stable);
-  Sink sink = sink_of(options, watch.model());
+  loop::Sink sink = sink_of(options, watch.model());
   FollowedRun run(options, choice, streams, std::move(watch), sink);
-  run_loop(run, sink, stop);
+  loop::run_loop(run, sink, stop);
   return run.end();
 }
 
-}  // namespace vrda
+}  // namespace vrda::follow

@@ -5,29 +5,29 @@
 
 #include "follow/run_screen.hpp"
 #include "loop/loop.hpp"
-#include "view/look.hpp"
+#include "navigation/appearance.hpp"
 
-namespace vrda {
+namespace vrda::follow {
 
 /// The default appearance: with contacts and normals.
-LookOptions follow_look();
+navigation::AppearanceOptions follow_appearance();
 
 /// The options of the command line.
 struct FollowOptions {
   std::string file;              ///< OUTPUT.start.h5
   std::string folder;            ///< output folder of images; empty: a window
   double every_s = 0.0;          ///< write an image at this interval if there are new steps; 0: off
-  int each = 0;                  ///< write an image every N steps; 0: off
+  int every_n_steps = 0;         ///< write an image every N steps; 0: off
   bool is_once = false;          ///< report the present state and exit
   bool is_text = false;          ///< print progress only, without images
   std::string steps = "stable";  ///< one of step_choice_names()
   std::string views;             ///< names; empty: the job's, else front and lateral
   std::string orient, shift;     ///< X,Y,Z;X,Y,Z;... one triple per view, degrees and mm
-  LookOptions look = follow_look();
+  navigation::AppearanceOptions appearance = follow_appearance();
   bool has_mode = false;   ///< the draw mode was given by option; otherwise the job's applies, if any
   bool is_opaque = false;  ///< false: the reference is transparent if contacts are shown
   std::string size;        ///< empty: the job's, else 1280x960
-  Backdrop backdrop = Backdrop::studio;
+  scene::Backdrop backdrop = scene::Backdrop::studio;
   bool is_quiet = false;
 };
 
@@ -39,9 +39,9 @@ enum class FollowEnd {
 
 /// Runs the mode. `streams.data` gets one path per image, or the progress if no images are written. Throws
 /// InputError for invalid input.
-FollowEnd follow(const FollowOptions& options, const Streams& streams);
+FollowEnd follow(const FollowOptions& options, const loop::Streams& streams);
 
 /// Converts the options to those of the screen for a run with this model. Throws InputError like follow().
-RunScreenOptions screen_options(const FollowOptions& options, const MotionModel& model);
+RunScreenOptions screen_options(const FollowOptions& options, const store::MotionModel& model);
 
-}  // namespace vrda
+}  // namespace vrda::follow

@@ -8,10 +8,10 @@
 #include "core/units.hpp"
 #include "follow/follow.hpp"
 #include "follow/run_views.hpp"
+#include "navigation/arguments.hpp"
 #include "scene/joint_layers.hpp"
-#include "view/arguments.hpp"
 
-namespace vrda {
+namespace vrda::follow {
 namespace {
 
 constexpr std::size_t most_views = 16;                        // smaller tiles are unreadable
@@ -22,8 +22,8 @@ std::vector<Eigen::Vector3d> triples_of(const std::string& option, const std::st
 {
   std::vector<Eigen::Vector3d> triples;
   if (text.empty()) return triples;
-  for (const std::string& part : split(text, ';')) {
-    const std::vector<std::string> numbers = split(part, ',');
+  for (const std::string& part : navigation::split(text, ';')) {
+    const std::vector<std::string> numbers = navigation::split(part, ',');
     Eigen::Vector3d triple = Eigen::Vector3d::Zero();
     bool is_valid = numbers.size() == 3;
     for (std::size_t i = 0; is_valid && i < 3; ++i) {
@@ -33,9 +33,9 @@ std::vector<Eigen::Vector3d> triples_of(const std::string& option, const std::st
       is_valid = read.ec == std::errc() && read.ptr == end && std::abs(value) <= most;
     }
     if (!is_valid) {
-      throw InputError(
-          {option, "", "\"" + part + "\"",
-           "X,Y,Z;X,Y,Z;... one triple per view, numbers from -" + shortest(most) + " to " + shortest(most)});
+      throw InputError({option, "", "\"" + part + "\"",
+                        "X,Y,Z;X,Y,Z;... one triple per view, numbers from -" + shortest_decimal(most) +
+                            " to " + shortest_decimal(most)});
     }
     triples.push_back(triple);
   }
@@ -53,7 +53,7 @@ std::vector<RunView> turned_views(const FollowOptions& options, Side side)
   std::vector<RunView> views;
   for (std::size_t k = 0; k < n; ++k) {
     const Eigen::Vector3d turn_rad = turns_deg[k] * rad_from_deg(1.0);
-    const auto degrees = [&](Eigen::Index i) { return shortest(turns_deg[k][i]); };
+    const auto degrees = [&](Eigen::Index i) { return shortest_decimal(turns_deg[k][i]); };
     views.push_back(turned_view("rotated " + degrees(0) + ", " + degrees(1) + ", " + degrees(2), turn_rad,
                                 shifts_mm[k], side));
   }
@@ -76,54 +76,56 @@ std::vector<RunView> views_of(const FollowOptions& options, const JobViews& job,
     }
     if (!views.empty()) return views;
   }
-  for (const std::string& name : parsed_views(options.views.empty() ? "front,lateral" : options.views))
-    views.push_back(named_view(name, *view_named(name), side));
+  for (const std::string& name :
+       navigation::parsed_views(options.views.empty() ? "front,lateral" : options.views))
+    views.push_back(named_view(name, *scene::view_named(name), side));
   return views;
 }
 
 /// True if opaque bodies hide the contact layers; wire frames do not.
-bool hides_contacts(const LookOptions& look, const LayerSet& layers)
+bool hides_contacts(const navigation::AppearanceOptions& look, const scene::LayerSet& layers)
 {
-  return look.mode != DrawMode::wire && (layers.has(Layer::contacts) || layers.has(Layer::normals));
+  return look.mode != scene::DrawMode::wire &&
+         (layers.has(scene::Layer::contacts) || layers.has(scene::Layer::normals));
 }
 
 RunSceneOptions scene_options(const FollowOptions& options, const JobViews& job)
 {
-  LookOptions look = options.look;
-  if (!options.has_mode && job.render == "wire") look.mode = DrawMode::wire;
+  navigation::AppearanceOptions look = options.appearance;
+  if (!options.has_mode && job.render == "wire") look.mode = scene::DrawMode::wire;
   RunSceneOptions scene;
-  scene.layers = parsed_layers(look.layers);
+  scene.layers = navigation::parsed_layers(look.layers);
   scene.backdrop = options.backdrop;
   if (look.see_through.empty() && !options.is_opaque && hides_contacts(look, scene.layers))
     look.see_through = "reference";
-  scene.dress = [look](Scene& bare) { dress(bare, look); };
+  scene.apply_appearance = [look](scene::Scene& bare) { navigation::apply_appearance(bare, look); };
   return scene;
 }
 
 /// The size of the options, or the job's display if within the limits of images; a historic one may exceed
 /// them.
-PictureSize size_of(const FollowOptions& options, const JobViews& job)
+navigation::PictureSize size_of(const FollowOptions& options, const JobViews& job)
 {
   const bool is_usable =
       std::min(job.width_px, job.height_px) >= 16 && std::max(job.width_px, job.height_px) <= 4096;
   if (options.size.empty() && is_usable) return {job.width_px, job.height_px};
-  return parsed_size(options.size.empty() ? "1280x960" : options.size);
+  return navigation::parsed_size(options.size.empty() ? "1280x960" : options.size);
 }
 
 }  // namespace
 
-LookOptions follow_look()
+navigation::AppearanceOptions follow_appearance()
 {
-  LookOptions look;
+  navigation::AppearanceOptions look;
   look.layers = "contacts,normals";
   return look;
 }
 
-RunScreenOptions screen_options(const FollowOptions& options, const MotionModel& model)
+RunScreenOptions screen_options(const FollowOptions& options, const store::MotionModel& model)
 {
   const JobViews job = job_views(model.job.resolved);
   RunScreenOptions screen;
-  const PictureSize size = size_of(options, job);
+  const navigation::PictureSize size = size_of(options, job);
   screen.width = size.width;
   screen.height = size.height;
   screen.scene = scene_options(options, job);
@@ -136,4 +138,4 @@ RunScreenOptions screen_options(const FollowOptions& options, const MotionModel&
   return screen;
 }
 
-}  // namespace vrda
+}  // namespace vrda::follow

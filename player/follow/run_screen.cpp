@@ -7,73 +7,75 @@
 #include "scene/scene.hpp"
 #include "scene/solids.hpp"
 
-namespace vrda {
+namespace vrda::follow {
 namespace {
 
 // As in scene/contact_layer; sized for a knee, mm.
 constexpr double ball_radius_mm = 1.3, shaft_radius_mm = 0.55, arrow_mm = 9.0;
-constexpr VertexColour ball_colour{226, 74, 28, 255}, arrow_colour{38, 132, 62, 255};
+constexpr scene::VertexColour ball_colour{226, 74, 28, 255}, arrow_colour{38, 132, 62, 255};
 constexpr std::size_t usual_contacts = 32;  // initial capacity; most steps have fewer than ten
 
-void truncate(Drawable& drawable, const std::vector<std::uint32_t>& triangles, std::size_t n_indices)
+void truncate(scene::Drawable& drawable, const std::vector<std::uint32_t>& triangles, std::size_t n_indices)
 {
   drawable.mesh.triangles.assign(triangles.begin(),
                                  triangles.begin() + static_cast<std::ptrdiff_t>(n_indices));
-  update_box(drawable);
+  scene::update_box(drawable);
   ++drawable.revision;
 }
 
 }  // namespace
 
-RunScene::RunScene(const MotionModel& model, const RunSceneOptions& options)
+RunScene::RunScene(const store::MotionModel& model, const RunSceneOptions& options)
     : options_(options),
-      scene_(scene_of(model.reference, model.moving, model.rotation_centre_mm)),
+      scene_(scene::scene_of(model.reference, model.moving, model.rotation_centre_mm)),
       raw_(model, "raw"),
       frame_{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm, model.delta},
-      scale_(sign_scale(model))
+      scale_(scene::marker_scale(model))
 {
   for (Eigen::Index i = 0; i < model.push.delta.rows(); ++i)
     deltas_.emplace_back(model.push.delta.row(i).transpose());
-  scene_.background = background_of(options.backdrop);
-  if (options.dress) options.dress(scene_);
-  points_ = add_layer(scene_, Layer::contacts, Owner::world, "contacts");
-  arrows_ = add_layer(scene_, Layer::normals, Owner::world, "contact normals");
-  scene_.drawables[points_].material = sign_material(ball_colour);
-  scene_.drawables[arrows_].material = sign_material(arrow_colour);
+  scene_.background = scene::background_of(options.backdrop);
+  if (options.apply_appearance) options.apply_appearance(scene_);
+  points_ = scene::add_layer(scene_, scene::Layer::contacts, scene::Owner::world, "contacts");
+  arrows_ = scene::add_layer(scene_, scene::Layer::normals, scene::Owner::world, "contact normals");
+  scene_.drawables[points_].material = scene::marker_material(ball_colour);
+  scene_.drawables[arrows_].material = scene::marker_material(arrow_colour);
   layers_.emplace(model, scene_);
-  make_room(usual_contacts);
-  place_bodies(raw_.placed({rad_from_deg(model.flexion_deg.front()), 0.0}, {}), raw_, layers_of_step());
+  reserve_markers(usual_contacts);
+  place_bodies(raw_.joint_pose({rad_from_deg(model.flexion_deg.front()), 0.0}, {}), raw_, layers_of_step());
 }
 
-void RunScene::show(const SeenStep& step)
+void RunScene::show(const RunStep& step)
 {
   SolverFrame frame = frame_;
   frame.delta = deltas_[static_cast<std::size_t>(step.key.flexion)];
   const Eigen::Vector3d t_mm = world_translation_mm(frame, step.pose);
-  place_bodies(raw_.placed(step.attitude, {t_mm.x(), t_mm.y(), t_mm.z(), step.pose.theta_rad}), raw_,
+  place_bodies(raw_.joint_pose(step.attitude, {t_mm.x(), t_mm.y(), t_mm.z(), step.pose.theta_rad}), raw_,
                layers_of_step());
   place_markers(step);
 }
 
-void RunScene::show(const JointPose& pose, const Motion& motion)
+void RunScene::show(const motion::JointPose& pose, const motion::Motion& motion)
 {
   place_bodies(pose, motion, options_.layers);
   hide_markers();
 }
 
 // The layers draw the contacts of a model's cells; those of a step are drawn here.
-LayerSet RunScene::layers_of_step() const
+scene::LayerSet RunScene::layers_of_step() const
 {
-  LayerSet layers = options_.layers;
-  for (const Layer layer : {Layer::contacts, Layer::normals, Layer::helical_axis}) layers.set(layer, false);
+  scene::LayerSet layers = options_.layers;
+  for (const scene::Layer layer : {scene::Layer::contacts, scene::Layer::normals, scene::Layer::helical_axis})
+    layers.set(layer, false);
   return layers;
 }
 
-void RunScene::place_bodies(const JointPose& pose, const Motion& motion, const LayerSet& layers)
+void RunScene::place_bodies(const motion::JointPose& pose, const motion::Motion& motion,
+                            const scene::LayerSet& layers)
 {
   pose_ = pose;
-  const JointFrames frames = frames_of(pose);
-  place(scene_, frames);
+  const scene::JointFrames frames = scene::frames_of(pose);
+  scene::place(scene_, frames);
   layers_->update(scene_, motion, {pose, frames, layers});
 }
 
@@ -83,43 +85,43 @@ void RunScene::hide_markers()
   scene_.drawables[arrows_].is_shown = false;
 }
 
-void RunScene::make_room(std::size_t n_contacts)
+void RunScene::reserve_markers(std::size_t n_contacts)
 {
   n_markers_ = n_contacts;
-  Drawable& points = scene_.drawables[points_];
-  Drawable& arrows = scene_.drawables[arrows_];
+  scene::Drawable& points = scene_.drawables[points_];
+  scene::Drawable& arrows = scene_.drawables[arrows_];
   points.mesh = {};
   arrows.mesh = {};
-  add_balls(points.mesh, n_contacts);
-  add_arrows(arrows.mesh, n_contacts);
+  scene::add_balls(points.mesh, n_contacts);
+  scene::add_arrows(arrows.mesh, n_contacts);
   point_triangles_ = points.mesh.triangles;
   arrow_triangles_ = arrows.mesh.triangles;
   ++n_layouts_;
 }
 
-void RunScene::place_markers(const SeenStep& step)
+void RunScene::place_markers(const RunStep& step)
 {
   const std::size_t n = step.contacts.size();
-  if (n > n_markers_) make_room(2 * n);
-  Drawable& points = scene_.drawables[points_];
-  Drawable& arrows = scene_.drawables[arrows_];
-  points.is_shown = options_.layers.has(Layer::contacts) && n > 0;
-  arrows.is_shown = options_.layers.has(Layer::normals) && n > 0;
+  if (n > n_markers_) reserve_markers(2 * n);
+  scene::Drawable& points = scene_.drawables[points_];
+  scene::Drawable& arrows = scene_.drawables[arrows_];
+  points.is_shown = options_.layers.has(scene::Layer::contacts) && n > 0;
+  arrows.is_shown = options_.layers.has(scene::Layer::normals) && n > 0;
   if (n == 0) return;
   SolverFrame frame = frame_;
   frame.delta = deltas_[static_cast<std::size_t>(step.key.flexion)];
   for (std::size_t k = 0; k < n; ++k) {
     const Eigen::Vector3d tip_mm = world_from_solver(frame, step.contacts[k].point_solver_mm);
     const Eigen::Vector3d normal = world_from_solver(frame, step.contacts[k].normal_solver);
-    set_ball(points.mesh, k * ball_size().n_vertices, tip_mm, scale_ * ball_radius_mm);
-    set_arrow(arrows.mesh, k * arrow_size().n_vertices, tip_mm - scale_ * arrow_mm * normal, tip_mm,
-              scale_ * shaft_radius_mm);
+    scene::set_ball(points.mesh, k * scene::ball_size().n_vertices, tip_mm, scale_ * ball_radius_mm);
+    scene::set_arrow(arrows.mesh, k * scene::arrow_size().n_vertices, tip_mm - scale_ * arrow_mm * normal,
+                     tip_mm, scale_ * shaft_radius_mm);
   }
-  truncate(points, point_triangles_, n * ball_size().n_indices);
-  truncate(arrows, arrow_triangles_, n * arrow_size().n_indices);
+  truncate(points, point_triangles_, n * scene::ball_size().n_indices);
+  truncate(arrows, arrow_triangles_, n * scene::arrow_size().n_indices);
 }
 
-void RunScene::load(Renderer& renderer)
+void RunScene::load(render::Renderer& renderer)
 {
   // The renderer allows a new revision of a mesh to be at most as large as the loaded one: load full
   // capacity.
@@ -135,13 +137,14 @@ void RunScene::load(Renderer& renderer)
 
 std::vector<Eigen::Vector3d> RunScene::framed_points() const
 {
-  Scene scene = scene_;
+  scene::Scene scene = scene_;
   std::vector<Eigen::Vector3d> all;
   const Eigen::Vector3d t_mm = pose_.X_world_moving * frame_.rotation_centre_mm;
   const double first_rad = raw_.first_flexion_rad(), last_rad = raw_.last_flexion_rad();
   for (const double flexion_rad : {first_rad, 0.5 * (first_rad + last_rad), last_rad}) {
-    place(scene, frames_of(raw_.placed({flexion_rad, 0.0}, {t_mm.x(), t_mm.y(), t_mm.z(), 0.0})));
-    const std::vector<Eigen::Vector3d> near = points_within(scene, joint_sphere(scene));
+    scene::place(scene,
+                 scene::frames_of(raw_.joint_pose({flexion_rad, 0.0}, {t_mm.x(), t_mm.y(), t_mm.z(), 0.0})));
+    const std::vector<Eigen::Vector3d> near = scene::points_within(scene, scene::joint_sphere(scene));
     all.insert(all.end(), near.begin(), near.end());
   }
   return all;
@@ -157,7 +160,7 @@ constexpr double text_part = 1.0 / 60.0, smallest_text_px = 10.0, largest_text_p
 
 }  // namespace
 
-RunScreen::RunScreen(const MotionModel& model, const RunScreenOptions& options) : options_(options)
+RunScreen::RunScreen(const store::MotionModel& model, const RunScreenOptions& options) : options_(options)
 {
   check(!options.views.empty(), "there is at least one view");
   scene_.emplace(model, options.scene);
@@ -165,7 +168,7 @@ RunScreen::RunScreen(const MotionModel& model, const RunScreenOptions& options) 
   resize(options.width, options.height);
 }
 
-void RunScreen::begin(const MotionModel& model)
+void RunScreen::restart(const store::MotionModel& model)
 {
   scene_.emplace(model, options_.scene);
   n_loaded_layouts_ = 0;
@@ -173,7 +176,7 @@ void RunScreen::begin(const MotionModel& model)
   fit_cameras();
 }
 
-void RunScreen::finish(const MotionModel& result)
+void RunScreen::finish(const store::MotionModel& result)
 {
   scene_.emplace(result, options_.scene);
   n_loaded_layouts_ = 0;
@@ -202,10 +205,10 @@ bool RunScreen::resize(int width, int height)
 
 void RunScreen::fit_cameras()
 {
-  const Viewport area{0, 0, options_.width - panel_area_.width, options_.height};
+  const optics::Viewport area{0, 0, options_.width - panel_area_.width, options_.height};
   const std::vector<Eigen::Vector3d> points_mm = scene_->framed_points();
   shots_ = fitted_shots(options_.views, tiles(options_.views.size(), area), points_mm, options_.zoom);
-  pivots_world_mm_.assign(options_.views.size(), joint_sphere(scene_->scene()).centre_world_mm);
+  pivots_world_mm_.assign(options_.views.size(), scene::joint_sphere(scene_->scene()).centre_world_mm);
   set_depths();
 }
 
@@ -217,27 +220,27 @@ void RunScreen::reset_views()
 std::optional<std::size_t> RunScreen::view_at(const Eigen::Vector2d& pointer_px) const
 {
   for (std::size_t k = 0; k < shots_.size(); ++k) {
-    const Viewport& at = shots_[k].viewport;
+    const optics::Viewport& at = shots_[k].viewport;
     const double x = pointer_px.x() - at.x, y = pointer_px.y() - at.y;
     if (x >= 0.0 && x < at.width && y >= 0.0 && y < at.height) return k;
   }
   return std::nullopt;
 }
 
-Gaze RunScreen::gaze(std::size_t view) const
+navigation::OrbitCamera RunScreen::orbit_camera(std::size_t view) const
 {
   return {shots_[view].camera, pivots_world_mm_[view]};
 }
 
-void RunScreen::look(std::size_t view, const Gaze& gaze)
+void RunScreen::set_orbit_camera(std::size_t view, const navigation::OrbitCamera& gaze)
 {
   pivots_world_mm_[view] = gaze.pivot_world_mm;
-  shots_[view].camera = with_depth_range(gaze.camera, scene_->scene());
+  shots_[view].camera = scene::with_depth_range(gaze.camera, scene_->scene());
 }
 
 void RunScreen::set_depths()
 {
-  for (Shot& shot : shots_) shot.camera = with_depth_range(shot.camera, scene_->scene());
+  for (render::Shot& shot : shots_) shot.camera = scene::with_depth_range(shot.camera, scene_->scene());
 }
 
 void RunScreen::show(const RunState& state, const std::vector<std::string>& lines)
@@ -251,8 +254,8 @@ void RunScreen::show(const RunState& state, const std::vector<std::string>& line
   draw_overlay(state, lines);
 }
 
-void RunScreen::show(const RunState& state, const std::vector<std::string>& lines, const JointPose& pose,
-                     const Motion& motion)
+void RunScreen::show(const RunState& state, const std::vector<std::string>& lines,
+                     const motion::JointPose& pose, const motion::Motion& motion)
 {
   scene_->show(pose, motion);
   if (!has_step_) fit_cameras();
@@ -263,16 +266,16 @@ void RunScreen::show(const RunState& state, const std::vector<std::string>& line
 
 void RunScreen::draw_overlay(const RunState& state, const std::vector<std::string>& lines)
 {
-  empty_overlay(overlay_, options_.width, options_.height);
+  gui::clear_overlay(overlay_, options_.width, options_.height);
   RunPanel panel = state.panel();
   panel.lines.insert(panel.lines.end(), lines.begin(), lines.end());
   for (std::size_t k = 0; k < shots_.size(); ++k)
     add_label(overlay_, *text_, shots_[k].viewport, options_.views[k].name);
   add_panel(overlay_, *text_, panel_area_, panel);
-  close_overlay(overlay_);
+  gui::finish_overlay(overlay_);
 }
 
-void RunScreen::load(Renderer& renderer)
+void RunScreen::load(render::Renderer& renderer)
 {
   if (n_loaded_layouts_ != scene_->n_layouts()) scene_->load(renderer);
   n_loaded_layouts_ = scene_->n_layouts();
@@ -280,4 +283,4 @@ void RunScreen::load(Renderer& renderer)
   is_font_loaded_ = true;
 }
 
-}  // namespace vrda
+}  // namespace vrda::follow

@@ -8,10 +8,10 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 
-namespace vrda {
+namespace vrda::follow {
 namespace {
 
-constexpr VertexColour paper{24, 27, 32, 255}, ink{226, 230, 235, 255}, faint{150, 157, 166, 255},
+constexpr scene::VertexColour paper{24, 27, 32, 255}, ink{226, 230, 235, 255}, faint{150, 157, 166, 255},
     frame_colour{255, 255, 255, 255};
 constexpr float margin_px = 12.0F;
 constexpr float largest_cell_px = 48.0F;
@@ -28,7 +28,7 @@ std::string label_of(StepStatus status)
 struct MapLayout {
   float left_px = 0.0F, top_px = 0.0F, cell_width_px = 0.0F, cell_height_px = 0.0F;
 
-  OverlayBox cell(Eigen::Index i, Eigen::Index j) const
+  gui::OverlayBox cell(Eigen::Index i, Eigen::Index j) const
   {
     const float x = left_px + cell_width_px * static_cast<float>(j);
     const float y = top_px + cell_height_px * static_cast<float>(i);
@@ -36,7 +36,7 @@ struct MapLayout {
   }
 };
 
-std::string fitting(const OverlayText& text, std::string words, float width_px)
+std::string fitting(const gui::OverlayText& text, std::string words, float width_px)
 {
   while (words.size() > 1 && text.width_px(words) > width_px) {
     words.resize(words.size() - 1);
@@ -47,7 +47,8 @@ std::string fitting(const OverlayText& text, std::string words, float width_px)
 
 class PanelDrawing {
  public:
-  PanelDrawing(Overlay& overlay, const OverlayText& text, const Viewport& area, const RunPanel& panel)
+  PanelDrawing(render::Overlay& overlay, const gui::OverlayText& text, const optics::Viewport& area,
+               const RunPanel& panel)
       : overlay_(overlay),
         text_(text),
         panel_(panel),
@@ -74,9 +75,9 @@ class PanelDrawing {
   }
 
  private:
-  void add_line(const std::string& words, const VertexColour& colour)
+  void add_line(const std::string& words, const scene::VertexColour& colour)
   {
-    text_.add_words(overlay_, left_px_, y_px_, fitting(text_, words, right_px_ - left_px_), colour);
+    text_.add_text(overlay_, left_px_, y_px_, fitting(text_, words, right_px_ - left_px_), colour);
     y_px_ += text_.line_px();
   }
 
@@ -101,7 +102,7 @@ class PanelDrawing {
     const float gap_px = std::min(place.cell_width_px, place.cell_height_px) >= ruled_from_px ? 1.0F : 0.0F;
     for (Eigen::Index i = 0; i < panel_.status.rows(); ++i) {
       for (Eigen::Index j = 0; j < panel_.status.cols(); ++j) {
-        OverlayBox box = place.cell(i, j);
+        gui::OverlayBox box = place.cell(i, j);
         box.right_px -= gap_px;
         box.bottom_px -= gap_px;
         text_.add_area(overlay_, box, colour_of(static_cast<StepStatus>(panel_.status(i, j))));
@@ -110,11 +111,11 @@ class PanelDrawing {
     if (panel_.current) frame_cell(place.cell(panel_.current->flexion, panel_.current->varus));
   }
 
-  void frame_cell(const OverlayBox& box)
+  void frame_cell(const gui::OverlayBox& box)
   {
     constexpr float line_px = 2.0F;
-    const OverlayBox out{box.left_px - line_px, box.top_px - line_px, box.right_px + line_px,
-                         box.bottom_px + line_px};
+    const gui::OverlayBox out{box.left_px - line_px, box.top_px - line_px, box.right_px + line_px,
+                              box.bottom_px + line_px};
     text_.add_area(overlay_, {out.left_px, out.top_px, out.right_px, box.top_px}, frame_colour);
     text_.add_area(overlay_, {out.left_px, box.bottom_px, out.right_px, out.bottom_px}, frame_colour);
     text_.add_area(overlay_, {out.left_px, box.top_px, box.left_px, box.bottom_px}, frame_colour);
@@ -127,11 +128,11 @@ class PanelDrawing {
     const float step_px = std::max(place.cell_height_px, 1.0F);
     const auto every = static_cast<Eigen::Index>(std::ceil(1.6F * text_.line_px() / step_px));
     for (Eigen::Index i = 0; i < n; i += every) {
-      const std::string words = shortest(panel_.flexion_deg[static_cast<std::size_t>(i)]);
+      const std::string words = shortest_decimal(panel_.flexion_deg[static_cast<std::size_t>(i)]);
       const float y = place.cell(i, 0).top_px + 0.5F * (place.cell_height_px - text_.line_px());
-      text_.add_words(overlay_, place.left_px - text_.width_px(words) - 6.0F, y, words, faint);
+      text_.add_text(overlay_, place.left_px - text_.width_px(words) - 6.0F, y, words, faint);
     }
-    text_.add_words(overlay_, left_px_, place.top_px - 2.0F * text_.line_px(), "flexion", faint);
+    text_.add_text(overlay_, left_px_, place.top_px - 2.0F * text_.line_px(), "flexion", faint);
   }
 
   void label_varus(const MapLayout& place)
@@ -139,16 +140,16 @@ class PanelDrawing {
     const auto n = static_cast<Eigen::Index>(panel_.varus_deg.size());
     float widest_px = 0.0F;
     for (const double varus_deg : panel_.varus_deg)
-      widest_px = std::max(widest_px, text_.width_px(shortest(varus_deg) + " "));
+      widest_px = std::max(widest_px, text_.width_px(shortest_decimal(varus_deg) + " "));
     auto every = static_cast<Eigen::Index>(std::ceil(1.3F * widest_px / place.cell_width_px));
     // Prefer intervals that label both ends and the middle.
     while (n > 1 && every < n - 1 && (n - 1) % every != 0) ++every;
     for (Eigen::Index j = 0; j < n; j += every) {
-      const std::string words = shortest(panel_.varus_deg[static_cast<std::size_t>(j)]);
+      const std::string words = shortest_decimal(panel_.varus_deg[static_cast<std::size_t>(j)]);
       const float x = place.cell(0, j).left_px + 0.5F * (place.cell_width_px - text_.width_px(words));
-      text_.add_words(overlay_, x, place.top_px - text_.line_px(), words, faint);
+      text_.add_text(overlay_, x, place.top_px - text_.line_px(), words, faint);
     }
-    text_.add_words(overlay_, place.left_px, place.top_px - 2.0F * text_.line_px(), "varus, degrees", faint);
+    text_.add_text(overlay_, place.left_px, place.top_px - 2.0F * text_.line_px(), "varus, degrees", faint);
   }
 
   void add_legend(StepStatus status)
@@ -156,13 +157,13 @@ class PanelDrawing {
     const auto n = (panel_.status == static_cast<std::int8_t>(status)).count();
     const float side_px = 0.7F * text_.line_px(), top_px = y_px_ + 0.1F * text_.line_px();
     text_.add_area(overlay_, {left_px_, top_px, left_px_ + side_px, top_px + side_px}, colour_of(status));
-    text_.add_words(overlay_, left_px_ + 1.2F * text_.line_px(), y_px_,
-                    std::to_string(n) + " " + label_of(status), n > 0 ? ink : faint);
+    text_.add_text(overlay_, left_px_ + 1.2F * text_.line_px(), y_px_,
+                   std::to_string(n) + " " + label_of(status), n > 0 ? ink : faint);
     y_px_ += text_.line_px();
   }
 
-  Overlay& overlay_;
-  const OverlayText& text_;
+  render::Overlay& overlay_;
+  const gui::OverlayText& text_;
   const RunPanel& panel_;
   float left_px_, right_px_, y_px_, bottom_px_;
 };
@@ -170,7 +171,7 @@ class PanelDrawing {
 }  // namespace
 
 // Colour-blind safe palette. Source: Okabe and Ito (2008), Color universal design.
-VertexColour colour_of(StepStatus status)
+scene::VertexColour colour_of(StepStatus status)
 {
   switch (status) {
     case StepStatus::pending:
@@ -191,19 +192,21 @@ VertexColour colour_of(StepStatus status)
   throw InternalError("unknown step status");
 }
 
-void add_panel(Overlay& overlay, const OverlayText& text, const Viewport& area, const RunPanel& panel)
+void add_panel(render::Overlay& overlay, const gui::OverlayText& text, const optics::Viewport& area,
+               const RunPanel& panel)
 {
   PanelDrawing(overlay, text, area, panel).draw();
 }
 
-void add_label(Overlay& overlay, const OverlayText& text, const Viewport& tile, const std::string& name)
+void add_label(render::Overlay& overlay, const gui::OverlayText& text, const optics::Viewport& tile,
+               const std::string& name)
 {
   const float left_px = static_cast<float>(tile.x) + margin_px;
   const float top_px = static_cast<float>(tile.y) + 0.5F * margin_px;
-  const OverlayBox plate{left_px - 0.5F * margin_px, top_px, left_px + text.width_px(name) + 0.5F * margin_px,
-                         top_px + text.line_px()};
+  const gui::OverlayBox plate{left_px - 0.5F * margin_px, top_px,
+                              left_px + text.width_px(name) + 0.5F * margin_px, top_px + text.line_px()};
   text.add_area(overlay, plate, {paper[0], paper[1], paper[2], 150});
-  text.add_words(overlay, left_px, top_px + 0.1F * text.line_px(), name, ink);
+  text.add_text(overlay, left_px, top_px + 0.1F * text.line_px(), name, ink);
 }
 
 const std::vector<std::string>& step_choice_names()
@@ -212,34 +215,34 @@ const std::vector<std::string>& step_choice_names()
   return names;
 }
 
-RunState::RunState(const MotionModel& model, StepChoice choice)
+RunState::RunState(const store::MotionModel& model, StepChoice choice)
     : choice_(choice),
       title_(model.title),
       flexion_deg_(model.flexion_deg),
       varus_deg_(model.varus_deg),
-      status_(GridB::Constant(model.status.rows(), model.status.cols(), status_pending))
+      status_(store::GridB::Constant(model.status.rows(), model.status.cols(), status_pending))
 {
 }
 
-bool RunState::is_chosen(const SeenStep& step) const
+bool RunState::is_chosen(const RunStep& step) const
 {
   switch (choice_) {
     case StepChoice::stable:
-      return step.kind == SeenKind::cell && step.status == StepStatus::stable;
+      return step.kind == RunStepKind::cell && step.status == StepStatus::stable;
     case StepChoice::contact:
-      return step.kind == SeenKind::move ? step.in_contact : step.status == StepStatus::stable;
+      return step.kind == RunStepKind::move ? step.in_contact : step.status == StepStatus::stable;
     case StepChoice::all:
       return true;
   }
   throw InternalError("unknown step choice");
 }
 
-bool RunState::take(const SeenStep& step)
+bool RunState::add_step(const RunStep& step)
 {
   // For steps with free varus, key.varus is the index of a start, not of a cell.
   const bool is_at_cell = step.key.kind <= StepKind::row;
   if (is_at_cell) current_ = GridCell{step.key.flexion, step.key.varus};
-  if (step.kind == SeenKind::cell) {
+  if (step.kind == RunStepKind::cell) {
     std::int8_t& status = status_(step.key.flexion, step.key.varus);
     n_done_ += status == status_pending ? 1 : 0;
     status = static_cast<std::int8_t>(step.status);
@@ -250,7 +253,7 @@ bool RunState::take(const SeenStep& step)
   return true;
 }
 
-void RunState::finish(const MotionModel& result)
+void RunState::finish(const store::MotionModel& result)
 {
   status_ = result.status;
   n_done_ = static_cast<int>((status_ != status_pending).count());
@@ -259,24 +262,24 @@ void RunState::finish(const MotionModel& result)
   is_finished_ = true;
 }
 
-std::string RunState::counts() const
+std::string RunState::progress_text() const
 {
   const std::string text = std::to_string(n_done_) + "/" + std::to_string(status_.size()) + " attitudes";
   return is_finished_ ? text + ", finished" : text;
 }
 
-std::string RunState::place() const
+std::string RunState::current_attitude() const
 {
   if (!current_) return {};
-  return "flexion " + shortest(flexion_deg_[static_cast<std::size_t>(current_->flexion)]) + ", varus " +
-         shortest(varus_deg_[static_cast<std::size_t>(current_->varus)]);
+  return "flexion " + shortest_decimal(flexion_deg_[static_cast<std::size_t>(current_->flexion)]) +
+         ", varus " + shortest_decimal(varus_deg_[static_cast<std::size_t>(current_->varus)]);
 }
 
 RunPanel RunState::panel() const
 {
   RunPanel panel{
-      title_.empty() ? "untitled" : title_, {counts()}, flexion_deg_, varus_deg_, status_, current_};
-  if (current_) panel.lines.push_back(place());
+      title_.empty() ? "untitled" : title_, {progress_text()}, flexion_deg_, varus_deg_, status_, current_};
+  if (current_) panel.lines.push_back(current_attitude());
   return panel;
 }
 
@@ -289,15 +292,15 @@ constexpr std::chrono::seconds between_lines{2};
 std::string progress_line(const RunState& state, int n_steps, const std::string& rate)
 {
   if (n_steps == 0 && !state.is_finished()) return "waiting for the first step";
-  std::string line = state.counts();
+  std::string line = state.progress_text();
   if (state.n_done() == 0) line += ", " + std::to_string(n_steps) + " steps of the spine";
-  for (const std::string& more : {state.place(), rate}) line += more.empty() ? "" : ", " + more;
+  for (const std::string& more : {state.current_attitude(), rate}) line += more.empty() ? "" : ", " + more;
   return line;
 }
 
 }  // namespace
 
-void FollowProgress::note(int n_done, int n_cells)
+void FollowProgress::update_rate(int n_done, int n_cells)
 {
   if (n_first_ < 0) {
     n_first_ = n_done;
@@ -314,18 +317,18 @@ void FollowProgress::note(int n_done, int n_cells)
   rate_ = text;
 }
 
-void FollowProgress::say_state(const RunState& state, int n_steps, bool is_due)
+void FollowProgress::report_state(const RunState& state, int n_steps, bool is_due)
 {
   if (!is_due && steady_clock::now() - said_ < between_lines) return;
   const std::string line = progress_line(state, n_steps, state.is_finished() ? "" : rate_);
-  if (line != last_) say(line);
+  if (line != last_) report_line(line);
 }
 
-void FollowProgress::say(const std::string& line)
+void FollowProgress::report_line(const std::string& line)
 {
   last_ = line;
   said_ = steady_clock::now();
   if (!is_quiet_) stream_ << line << std::endl;
 }
 
-}  // namespace vrda
+}  // namespace vrda::follow

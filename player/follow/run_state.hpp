@@ -12,9 +12,9 @@
 #include "gui/overlay_text.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::follow {
 
-VertexColour colour_of(StepStatus status);
+scene::VertexColour colour_of(StepStatus status);
 
 struct GridCell {
   Eigen::Index flexion = 0, varus = 0;
@@ -24,16 +24,18 @@ struct RunPanel {
   std::string title;
   std::vector<std::string> lines;  ///< below the title
   std::vector<double> flexion_deg, varus_deg;
-  GridB status;
+  store::GridB status;
   std::optional<GridCell> current;  ///< outlined in the map
 };
 
 /// Draws the panel in `area`: the map of statuses (flexion downwards, varus to the right) and a legend with
 /// the number of cells per status.
-void add_panel(Overlay& overlay, const OverlayText& text, const Viewport& area, const RunPanel& panel);
+void add_panel(render::Overlay& overlay, const gui::OverlayText& text, const optics::Viewport& area,
+               const RunPanel& panel);
 
 /// Draws the name of a view on its tile.
-void add_label(Overlay& overlay, const OverlayText& text, const Viewport& tile, const std::string& name);
+void add_label(render::Overlay& overlay, const gui::OverlayText& text, const optics::Viewport& tile,
+               const std::string& name);
 
 /// Which steps of a run are shown; the grid is updated by all steps.
 enum class StepChoice {
@@ -47,31 +49,31 @@ const std::vector<std::string>& step_choice_names();
 
 class RunState {
  public:
-  RunState(const MotionModel& model, StepChoice choice);
+  RunState(const store::MotionModel& model, StepChoice choice);
 
   /// Updates the grid. Returns true if the step is to be shown.
-  bool take(const SeenStep& step);
+  bool add_step(const RunStep& step);
   /// Takes the grid of the result and clears the shown step.
-  void finish(const MotionModel& result);
+  void finish(const store::MotionModel& result);
 
-  const std::optional<SeenStep>& shown() const { return shown_; }
+  const std::optional<RunStep>& shown() const { return shown_; }
   int n_shown() const { return n_shown_; }
   bool is_finished() const { return is_finished_; }
   int n_done() const { return n_done_; }
   int n_cells() const { return static_cast<int>(status_.size()); }
-  std::string counts() const;  ///< "640/1911 attitudes"
-  std::string place() const;   ///< "flexion 30, varus -4"; empty without a current cell
+  std::string progress_text() const;     ///< "640/1911 attitudes"
+  std::string current_attitude() const;  ///< "flexion 30, varus -4"; empty without a current cell
   /// Title, grid and current cell.
   RunPanel panel() const;
 
  private:
-  bool is_chosen(const SeenStep& step) const;
+  bool is_chosen(const RunStep& step) const;
 
   StepChoice choice_;
   std::string title_;
   std::vector<double> flexion_deg_, varus_deg_;
-  GridB status_;
-  std::optional<SeenStep> shown_;
+  store::GridB status_;
+  std::optional<RunStep> shown_;
   std::optional<GridCell> current_;
   int n_shown_ = 0, n_done_ = 0;
   bool is_finished_ = false;
@@ -83,16 +85,16 @@ class FollowProgress {
   FollowProgress(std::ostream& stream, bool is_quiet) : stream_(stream), is_quiet_(is_quiet) {}
 
   /// Restarts the rate measurement.
-  void begin_again() { n_first_ = -1; }
+  void restart() { n_first_ = -1; }
   /// Updates the rate. Attitudes done before the first call are not counted.
-  void note(int n_done, int n_cells);
+  void update_rate(int n_done, int n_cells);
   /// "512/s, 0:02 left"; empty while unknown.
   const std::string& rate() const { return rate_; }
 
   /// Prints the state with the rate, at most every few seconds and only if it changed; `is_due` ignores the
   /// interval.
-  void say_state(const RunState& state, int n_steps, bool is_due = false);
-  void say(const std::string& line);
+  void report_state(const RunState& state, int n_steps, bool is_due = false);
+  void report_line(const std::string& line);
 
  private:
   std::ostream& stream_;
@@ -102,4 +104,4 @@ class FollowProgress {
   int n_first_ = -1;
 };
 
-}  // namespace vrda
+}  // namespace vrda::follow

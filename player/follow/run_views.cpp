@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::follow {
 namespace {
 
 constexpr int border_px = 2;  // between tiles
@@ -15,9 +15,9 @@ constexpr double usual_aspect = 4.0 / 3.0;
 
 }  // namespace
 
-RunView named_view(const std::string& name, View view, Side side)
+RunView named_view(const std::string& name, scene::View view, Side side)
 {
-  return {name, view_rotation(view, side), Eigen::Vector3d::Zero()};
+  return {name, scene::view_rotation(view, side), Eigen::Vector3d::Zero()};
 }
 
 RunView turned_view(const std::string& name, const Eigen::Vector3d& turn_rad, const Eigen::Vector3d& shift_mm,
@@ -26,10 +26,10 @@ RunView turned_view(const std::string& name, const Eigen::Vector3d& turn_rad, co
   const Eigen::Matrix3d R_turn =
       rotation_z(turn_rad.z()) * rotation_y(turn_rad.y()) * rotation_x(turn_rad.x());
   // Rotating the joint equals the inverse rotation of the camera.
-  return {name, view_rotation(View::front, side) * R_turn.transpose(), shift_mm};
+  return {name, scene::view_rotation(scene::View::front, side) * R_turn.transpose(), shift_mm};
 }
 
-std::vector<Viewport> tiles(std::size_t n, const Viewport& area)
+std::vector<optics::Viewport> tiles(std::size_t n, const optics::Viewport& area)
 {
   check(n > 0, "there is at least one view");
   const auto count = static_cast<int>(n);
@@ -43,7 +43,7 @@ std::vector<Viewport> tiles(std::size_t n, const Viewport& area)
     n_columns = columns;
   }
   const int n_rows = (count + n_columns - 1) / n_columns;
-  std::vector<Viewport> all;
+  std::vector<optics::Viewport> all;
   for (int k = 0; k < count; ++k) {
     const int row = k / n_columns, column = k % n_columns;
     // The last row's tiles share its width.
@@ -56,17 +56,18 @@ std::vector<Viewport> tiles(std::size_t n, const Viewport& area)
   return all;
 }
 
-std::vector<Shot> fitted_shots(const std::vector<RunView>& views, const std::vector<Viewport>& areas,
-                               const std::vector<Eigen::Vector3d>& points_world_mm, double zoom)
+std::vector<render::Shot> fitted_shots(const std::vector<RunView>& views,
+                                       const std::vector<optics::Viewport>& areas,
+                                       const std::vector<Eigen::Vector3d>& points_world_mm, double zoom)
 {
   check(views.size() == areas.size(), "each view has a tile");
-  std::vector<Shot> shots;
+  std::vector<render::Shot> shots;
   for (std::size_t k = 0; k < views.size(); ++k) {
-    FrameOptions options;
+    scene::FrameOptions options;
     options.aspect = 1.0 * areas[k].width / areas[k].height;
-    CameraFit fit(views[k].R_world_camera, options);
+    scene::CameraFit fit(views[k].R_world_camera, options);
     fit.include(points_world_mm);
-    Camera camera = fit.camera();
+    scene::Camera camera = fit.camera();
     camera.half_height_tangent /= zoom;
     camera.X_world_camera.translation() -= views[k].R_world_camera * views[k].shift_camera_mm;
     shots.push_back({camera, areas[k]});
@@ -165,4 +166,4 @@ JobViews job_views(std::string_view resolved_job)
   return job;
 }
 
-}  // namespace vrda
+}  // namespace vrda::follow

@@ -9,7 +9,7 @@
 #include "render/renderer.hpp"
 #include "scene/camera.hpp"
 
-namespace vrda {
+namespace vrda::follow {
 
 struct RunView {
   std::string name;
@@ -17,7 +17,7 @@ struct RunView {
   Eigen::Vector3d shift_camera_mm = Eigen::Vector3d::Zero();  ///< shift of the joint, camera axes
 };
 
-RunView named_view(const std::string& name, View view, Side side);
+RunView named_view(const std::string& name, scene::View view, Side side);
 
 /// The front view with the joint rotated about X, then Y, then Z and shifted, all in the axes of that view:
 /// X right on screen (the subject's left), Y up, Z towards the viewer.
@@ -26,11 +26,12 @@ RunView turned_view(const std::string& name, const Eigen::Vector3d& turn_rad, co
                     Side side);
 
 /// Divides `area` into `n` tiles, row by row, as large as possible at an aspect near 4:3.
-std::vector<Viewport> tiles(std::size_t n, const Viewport& area);
+std::vector<optics::Viewport> tiles(std::size_t n, const optics::Viewport& area);
 
 /// One camera per tile, fitted to the points, with the field of view divided by `zoom`.
-std::vector<Shot> fitted_shots(const std::vector<RunView>& views, const std::vector<Viewport>& areas,
-                               const std::vector<Eigen::Vector3d>& points_world_mm, double zoom);
+std::vector<render::Shot> fitted_shots(const std::vector<RunView>& views,
+                                       const std::vector<optics::Viewport>& areas,
+                                       const std::vector<Eigen::Vector3d>& points_world_mm, double zoom);
 
 /// A view of the job's table [player] (schemas/job.schema.json).
 struct JobView {
@@ -50,4 +51,4 @@ struct JobViews {
 /// reader is needed. Missing or malformed entries keep their defaults.
 JobViews job_views(std::string_view resolved_job);
 
-}  // namespace vrda
+}  // namespace vrda::follow

@@ -15,7 +15,7 @@
 #include "store/motion_model_file.hpp"
 #include "store/solved_cells.hpp"
 
-namespace vrda {
+namespace vrda::follow {
 namespace {
 
 bool is_cell(const StepKey& key)
@@ -23,7 +23,7 @@ bool is_cell(const StepKey& key)
   return key.kind == StepKind::spine || key.kind == StepKind::row;
 }
 
-SeenStep seen(const StepRecord& step, SeenKind kind)
+RunStep seen(const StepRecord& step, RunStepKind kind)
 {
   return {kind, step.key, step.status, false, {}, step.pose, step.contacts};
 }
@@ -31,19 +31,19 @@ SeenStep seen(const StepRecord& step, SeenKind kind)
 }  // namespace
 
 RunWatch::RunWatch(const std::string& start_file, bool with_moves)
-    : start_file_(start_file), output_(output_of_start_file(start_file)), with_moves_(with_moves)
+    : start_file_(start_file), output_(journal::output_of_start_file(start_file)), with_moves_(with_moves)
 {
   if (output_.empty()) {
     throw InputError({start_file, "name", "another name than that of a start file",
                       "OUTPUT.start.h5, which vrda run writes next to its output"});
   }
   // A finished run deletes its start file.
-  WatchNews unused;
+  RunUpdate unused;
   start_ = version_of(start_file_);
   if (start_) {
-    begin(read_motion_model(start_file_), unused);
-  } else if (std::optional<MotionModel> result = read_if_there(output_)) {
-    begin(with_pending_cells(*result), unused);
+    begin(store::read_motion_model(start_file_), unused);
+  } else if (std::optional<store::MotionModel> result = read_if_there(output_)) {
+    begin(store::with_pending_cells(*result), unused);
     model_ = std::move(*result);
     phase_ = RunPhase::finished;
     n_done_ = n_cells();
@@ -52,16 +52,16 @@ RunWatch::RunWatch(const std::string& start_file, bool with_moves)
   }
 }
 
-WatchNews RunWatch::look()
+RunUpdate RunWatch::poll()
 {
-  WatchNews news;
+  RunUpdate news;
   if (phase_ == RunPhase::finished) return news;
-  look_at_start(news);
+  poll_start_file(news);
   find_journals();
   if (with_moves_) read_moves(news);
   read_steps(news);
   if (n_steps_ > 0) phase_ = RunPhase::running;
-  if (!news.has_more) look_at_result(news);
+  if (!news.has_more) poll_result(news);
   return news;
 }
 
@@ -74,26 +74,26 @@ std::optional<RunWatch::Version> RunWatch::version_of(const std::string& path)
 }
 
 // A file deleted between stat and read is not an error.
-std::optional<MotionModel> RunWatch::read_if_there(const std::string& path)
+std::optional<store::MotionModel> RunWatch::read_if_there(const std::string& path)
 {
   if (!version_of(path)) return std::nullopt;
-  std::optional<MotionModel> model;
-  const auto refused = attempt([&] { model = read_motion_model(path); });
+  std::optional<store::MotionModel> model;
+  const auto refused = loop::catch_input_error([&] { model = store::read_motion_model(path); });
   if (refused && version_of(path)) throw InputError(*refused);
   return model;
 }
 
-void RunWatch::look_at_start(WatchNews& news)
+void RunWatch::poll_start_file(RunUpdate& news)
 {
   const std::optional<Version> version = version_of(start_file_);
   if (!version || version == start_) return;
-  std::optional<MotionModel> model = read_if_there(start_file_);
+  std::optional<store::MotionModel> model = read_if_there(start_file_);
   if (!model) return;
   start_ = version;
   begin(std::move(*model), news);
 }
 
-void RunWatch::begin(MotionModel model, WatchNews& news)
+void RunWatch::begin(store::MotionModel model, RunUpdate& news)
 {
   if ((model.status != status_pending).any()) {
     throw InputError({start_file_, "/status", "solved attitudes", "a start file: every attitude pending"});
@@ -103,11 +103,11 @@ void RunWatch::begin(MotionModel model, WatchNews& news)
   start_over(news);
 }
 
-void RunWatch::start_over(WatchNews& news)
+void RunWatch::start_over(RunUpdate& news)
 {
-  news.is_anew = true;
+  news.is_restarted = true;
   news.steps.clear();
-  model_ = with_pending_cells(std::move(model_));
+  model_ = store::with_pending_cells(std::move(model_));
   cells_.assign(static_cast<std::size_t>(model_.status.size()), {});
   for (std::size_t c = 0; c < cells_.size(); ++c) {
     const auto n_varus = model_.varus_deg.size();
@@ -125,19 +125,19 @@ void RunWatch::start_over(WatchNews& news)
 
 void RunWatch::find_journals()
 {
-  std::vector<std::string> paths = shard_journals_in_sight(output_);
-  paths.push_back(journal_of(output_));
-  paths.push_back(spine_journal_of(output_));
-  for (const std::string& path : paths) journals_.try_emplace(path, journal_tail(path));
+  std::vector<std::string> paths = journal::list_shard_journals_if_readable(output_);
+  paths.push_back(journal::journal_of(output_));
+  paths.push_back(journal::spine_journal_of(output_));
+  for (const std::string& path : paths) journals_.try_emplace(path, journal::journal_tail(path));
 }
 
-void RunWatch::read_steps(WatchNews& news)
+void RunWatch::read_steps(RunUpdate& news)
 {
   // A restarted journal invalidates the steps of all journals: they are read again from the start.
   for (int attempt = 0; attempt < 2; ++attempt) {
-    std::vector<TailNews> updates;
+    std::vector<journal::TailUpdate> updates;
     updates.reserve(journals_.size());
-    for (auto& [path, tail] : journals_) updates.push_back(tail.look());
+    for (auto& [path, tail] : journals_) updates.push_back(tail.poll());
     if (take_all(updates, news)) return;
     start_over(news);
     find_journals();
@@ -147,15 +147,15 @@ void RunWatch::read_steps(WatchNews& news)
 
 // Returns false if the steps read so far are obsolete. The most recently written journal determines the job;
 // journals of another job are leftovers.
-bool RunWatch::take_all(const std::vector<TailNews>& updates, WatchNews& news)
+bool RunWatch::take_all(const std::vector<journal::TailUpdate>& updates, RunUpdate& news)
 {
   std::int64_t latest_ns = 0;
   std::string latest_key;
   std::size_t k = 0;
   for (const auto& [path, tail] : journals_) {
-    const TailNews& update = updates[k++];
-    if (update.is_anew) return false;
-    if (!update.is_there || tail.key().empty() || update.changed_ns <= latest_ns) continue;
+    const journal::TailUpdate& update = updates[k++];
+    if (update.is_restarted) return false;
+    if (!update.file_exists || tail.key().empty() || update.changed_ns <= latest_ns) continue;
     latest_ns = update.changed_ns;
     latest_key = tail.key();
   }
@@ -163,7 +163,7 @@ bool RunWatch::take_all(const std::vector<TailNews>& updates, WatchNews& news)
   if (key_.empty()) key_ = latest_key;
   k = 0;
   for (const auto& [path, tail] : journals_) {
-    const TailNews& update = updates[k++];
+    const journal::TailUpdate& update = updates[k++];
     if (update.frames.empty()) continue;
     if (tail.key() != key_) {
       remark(path + ": found the journal of another job: ignored", news);
@@ -171,7 +171,7 @@ bool RunWatch::take_all(const std::vector<TailNews>& updates, WatchNews& news)
     }
     news.has_more = news.has_more || update.has_more;
     for (const std::string& frame : update.frames) {
-      const std::optional<StepRecord> record = record_of(frame);
+      const std::optional<StepRecord> record = journal::record_of(frame);
       if (record && is_in_grid(record->key)) {
         take(scale_ == 1.0 ? *record : scaled(*record, scale_), news);
       } else {
@@ -189,7 +189,7 @@ bool RunWatch::is_in_grid(const StepKey& key) const
   return key.kind > StepKind::row || (key.varus >= 0 && key.varus < model_.status.cols());
 }
 
-void RunWatch::take(const StepRecord& step, WatchNews& news)
+void RunWatch::take(const StepRecord& step, RunUpdate& news)
 {
   if (!seen_.insert(step.key).second) return;
   ++n_steps_;
@@ -198,11 +198,11 @@ void RunWatch::take(const StepRecord& step, WatchNews& news)
     take_moves(moves->second, news);
     early_moves_.erase(moves);
   }
-  news.steps.push_back(seen(step, is_cell(step.key) ? SeenKind::cell : SeenKind::probe));
+  news.steps.push_back(seen(step, is_cell(step.key) ? RunStepKind::cell : RunStepKind::probe));
   news.steps.back().attitude = {rad_from_deg(model_.flexion_deg[static_cast<std::size_t>(step.key.flexion)]),
                                 step.varus_rad};
   if (!is_cell(step.key)) return;
-  set_cell(model_, step);
+  store::set_cell(model_, step);
   if (step.key.kind == StepKind::spine) model_.is_spine(step.key.flexion, step.key.varus) = 1;
   const auto cell = static_cast<std::size_t>(step.key.flexion) * model_.varus_deg.size() +
                     static_cast<std::size_t>(step.key.varus);
@@ -210,18 +210,18 @@ void RunWatch::take(const StepRecord& step, WatchNews& news)
   ++n_done_;
 }
 
-void RunWatch::read_moves(WatchNews& news)
+void RunWatch::read_moves(RunUpdate& news)
 {
-  if (!move_journal_) move_journal_.emplace(trace_journal_tail(trace_journal_of(output_)));
-  const TailNews update = move_journal_->look();
-  if (update.is_anew) early_moves_.clear();
-  has_move_journal_ = has_move_journal_ || update.is_there;
+  if (!move_journal_) move_journal_.emplace(journal::trace_journal_tail(journal::trace_journal_of(output_)));
+  const journal::TailUpdate update = move_journal_->poll();
+  if (update.is_restarted) early_moves_.clear();
+  has_move_journal_ = has_move_journal_ || update.file_exists;
   if (!has_move_journal_ && n_steps_ > 0) {
     remark(move_journal_->path() + ": no such file: only a run with --trace records search moves", news);
   }
   news.has_more = news.has_more || update.has_more;
   for (const std::string& frame : update.frames) {
-    std::optional<SearchTrace> search = trace_of(frame);
+    std::optional<SearchTrace> search = journal::trace_of(frame);
     if (!search || !is_in_grid(search->key)) continue;
     // Moves are written before their step, but may become visible later on a network disk.
     if (seen_.count(search->key) > 0) {
@@ -232,7 +232,7 @@ void RunWatch::read_moves(WatchNews& news)
   }
 }
 
-void RunWatch::take_moves(const SearchTrace& search, WatchNews& news)
+void RunWatch::take_moves(const SearchTrace& search, RunUpdate& news)
 {
   const auto i = static_cast<std::size_t>(search.key.flexion), j = static_cast<std::size_t>(search.key.varus);
   for (const SearchMove& move : search.moves) {
@@ -241,18 +241,18 @@ void RunWatch::take_moves(const SearchTrace& search, WatchNews& news)
     step.status = search.status;
     step.pose = move.pose;
     step.contacts = move.contacts;
-    news.steps.push_back(seen(scaled(step, scale_), SeenKind::move));
+    news.steps.push_back(seen(scaled(step, scale_), RunStepKind::move));
     news.steps.back().in_contact = move.in_contact;
     news.steps.back().attitude = {rad_from_deg(model_.flexion_deg[i]), rad_from_deg(model_.varus_deg[j])};
   }
 }
 
 // A result older than the start file belongs to an earlier run.
-void RunWatch::look_at_result(WatchNews& news)
+void RunWatch::poll_result(RunUpdate& news)
 {
   const std::optional<Version> version = version_of(output_), start = version_of(start_file_);
   if (!version || version == result_ || (start && version->changed_ns < start->changed_ns)) return;
-  std::optional<MotionModel> result = read_if_there(output_);
+  std::optional<store::MotionModel> result = read_if_there(output_);
   if (!result) return;
   result_ = version;
   const bool is_own = result->job.resolved == model_.job.resolved;
@@ -262,13 +262,13 @@ void RunWatch::look_at_result(WatchNews& news)
     remark(output_ + ": found the result of another job: ignored", news);
     return;
   }
-  if (is_of_next) begin(with_pending_cells(*result), news);
+  if (is_of_next) begin(store::with_pending_cells(*result), news);
   model_ = std::move(*result);
   phase_ = RunPhase::finished;
   n_done_ = n_cells();
 }
 
-void RunWatch::remark(const std::string& text, WatchNews& news)
+void RunWatch::remark(const std::string& text, RunUpdate& news)
 {
   if (remarks_made_.insert(text).second) news.remarks.push_back(text);
 }
@@ -301,7 +301,7 @@ WatchThread::~WatchThread()
 void WatchThread::run()
 {
   try {
-    while (look()) {
+    while (poll()) {
     }
   } catch (...) {
     const std::lock_guard lock(mutex_);
@@ -310,15 +310,15 @@ void WatchThread::run()
 }
 
 // Returns false when there is nothing left to watch.
-bool WatchThread::look()
+bool WatchThread::poll()
 {
-  WatchNews news = watch_.look();
+  RunUpdate news = watch_.poll();
   const bool is_finished = watch_.phase() == RunPhase::finished;
-  std::shared_ptr<const MotionModel> model;
-  if (news.is_anew || is_finished) model = std::make_shared<const MotionModel>(watch_.model());
+  std::shared_ptr<const store::MotionModel> model;
+  if (news.is_restarted || is_finished) model = std::make_shared<const store::MotionModel>(watch_.model());
   std::unique_lock lock(mutex_);
-  if (news.is_anew) {
-    arrivals_.is_anew = true;
+  if (news.is_restarted) {
+    arrivals_.is_restarted = true;
     arrivals_.steps.clear();
   }
   if (model) arrivals_.model = std::move(model);
@@ -333,11 +333,11 @@ bool WatchThread::look()
   return !is_stopped_;
 }
 
-WatchArrivals WatchThread::take()
+RunArrivals WatchThread::take()
 {
   const std::lock_guard lock(mutex_);
   if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
-  WatchArrivals taken = std::move(arrivals_);
+  RunArrivals taken = std::move(arrivals_);
   arrivals_ = {};
   arrivals_.phase = taken.phase;
   arrivals_.n_done = taken.n_done;
@@ -346,4 +346,4 @@ WatchArrivals WatchThread::take()
   return taken;
 }
 
-}  // namespace vrda
+}  // namespace vrda::follow

@@ -18,17 +18,17 @@
 #include "journal/frame_tail.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::follow {
 
-enum class SeenKind {
+enum class RunStepKind {
   cell,   ///< a grid cell was solved
   probe,  ///< a step outside the grid: a candidate for the spine, a rotation band
   move    ///< a search move that leads to a cell or probe
 };
 
 /// A step of a run. Lengths are at the subject's scale.
-struct SeenStep {
-  SeenKind kind = SeenKind::cell;
+struct RunStep {
+  RunStepKind kind = RunStepKind::cell;
   StepKey key;                              ///< for a move: the key of its step
   StepStatus status = StepStatus::pending;  ///< for a move: the status of its step
   bool in_contact = false;                  ///< moves only
@@ -43,10 +43,10 @@ enum class RunPhase {
   finished  ///< the result exists
 };
 
-struct WatchNews {
-  bool is_anew = false;              ///< the run was restarted: discard all earlier steps
+struct RunUpdate {
+  bool is_restarted = false;         ///< the run was restarted: discard all earlier steps
   bool has_more = false;             ///< more data is available: poll again at once
-  std::vector<SeenStep> steps;       ///< in journal order; moves before their step
+  std::vector<RunStep> steps;        ///< in journal order; moves before their step
   std::vector<std::string> remarks;  ///< messages for the user, each reported once
 };
 
@@ -60,10 +60,10 @@ class RunWatch {
 
   /// Reads the data added since the last poll; returns no news once finished. Throws InputError for a damaged
   /// start file or result.
-  WatchNews look();
+  RunUpdate poll();
 
   /// The start file's model with the cells solved so far; once finished, the result.
-  const MotionModel& model() const { return model_; }
+  const store::MotionModel& model() const { return model_; }
   /// One record per cell in grid order; pending if unsolved. All pending if the result existed from the
   /// start.
   const std::vector<StepRecord>& cells() const { return cells_; }
@@ -81,30 +81,30 @@ class RunWatch {
     bool operator==(const Version&) const = default;
   };
   static std::optional<Version> version_of(const std::string& path);
-  static std::optional<MotionModel> read_if_there(const std::string& path);
+  static std::optional<store::MotionModel> read_if_there(const std::string& path);
 
-  void look_at_start(WatchNews& news);
-  void look_at_result(WatchNews& news);
-  void begin(MotionModel pending, WatchNews& news);
-  void start_over(WatchNews& news);
+  void poll_start_file(RunUpdate& news);
+  void poll_result(RunUpdate& news);
+  void begin(store::MotionModel pending, RunUpdate& news);
+  void start_over(RunUpdate& news);
   void find_journals();
-  void read_moves(WatchNews& news);
-  void read_steps(WatchNews& news);
-  bool take_all(const std::vector<TailNews>& updates, WatchNews& news);
-  void take(const StepRecord& step, WatchNews& news);
-  void take_moves(const SearchTrace& search, WatchNews& news);
+  void read_moves(RunUpdate& news);
+  void read_steps(RunUpdate& news);
+  bool take_all(const std::vector<journal::TailUpdate>& updates, RunUpdate& news);
+  void take(const StepRecord& step, RunUpdate& news);
+  void take_moves(const SearchTrace& search, RunUpdate& news);
   bool is_in_grid(const StepKey& key) const;
-  void remark(const std::string& text, WatchNews& news);
+  void remark(const std::string& text, RunUpdate& news);
 
   std::string start_file_, output_;
   bool with_moves_;
   std::optional<Version> start_, result_;  // as last read
-  MotionModel model_;
+  store::MotionModel model_;
   double scale_ = 1.0;  // subject's length over solved length
   std::vector<StepRecord> cells_;
-  std::map<std::string, FrameTail> journals_;
+  std::map<std::string, journal::FrameTail> journals_;
   std::string key_;  // of the journals in use
-  std::optional<FrameTail> move_journal_;
+  std::optional<journal::FrameTail> move_journal_;
   bool has_move_journal_ = false;               // it existed at some poll
   std::map<StepKey, SearchTrace> early_moves_;  // moves of steps not yet read
   std::set<StepKey> seen_;
@@ -114,11 +114,11 @@ class RunWatch {
 };
 
 /// The data that arrived since the last take().
-struct WatchArrivals {
-  bool is_anew = false;  ///< as in WatchNews
+struct RunArrivals {
+  bool is_restarted = false;  ///< as in WatchNews
   /// The start file's model of a restarted run, or the result of a finished one; otherwise null.
-  std::shared_ptr<const MotionModel> model;
-  std::vector<SeenStep> steps;
+  std::shared_ptr<const store::MotionModel> model;
+  std::vector<RunStep> steps;
   std::vector<std::string> remarks;
   RunPhase phase = RunPhase::waiting;
   int n_done = 0, n_steps = 0;
@@ -134,20 +134,20 @@ class WatchThread {
   WatchThread& operator=(const WatchThread&) = delete;
 
   /// Never blocks on a file. Rethrows once the exception that ended the thread.
-  WatchArrivals take();
+  RunArrivals take();
 
  private:
   void run();
-  bool look();
+  bool poll();
 
   RunWatch watch_;  // used only by the thread
   std::chrono::milliseconds pause_;
   std::mutex mutex_;  // guards the members below
   std::condition_variable wake_;
-  WatchArrivals arrivals_;
+  RunArrivals arrivals_;
   std::exception_ptr failure_;
   bool is_stopped_ = false;
   std::thread thread_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::follow

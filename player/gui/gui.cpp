@@ -11,7 +11,7 @@
 #include "gui/overlay_text.hpp"
 #include "gui/panels.hpp"
 
-namespace vrda {
+namespace vrda::gui {
 namespace {
 
 constexpr double text_px = 15.0;  // at scale 1: readable at arm's length at 96 dots per inch
@@ -47,7 +47,7 @@ void set_style(float scale)
   style.ScaleAllSizes(scale);
 }
 
-OverlayFont built_font(ImFontAtlas& atlas, float size_px)
+render::OverlayFont built_font(ImFontAtlas& atlas, float size_px)
 {
   std::string file = font_file();
   ImFontConfig config;
@@ -56,7 +56,7 @@ OverlayFont built_font(ImFontAtlas& atlas, float size_px)
   config.OversampleV = 1;
   atlas.AddFontFromMemoryTTF(file.data(), static_cast<int>(file.size()), size_px, &config);
   unsigned char* coverage = nullptr;
-  OverlayFont font;
+  render::OverlayFont font;
   atlas.GetTexDataAsAlpha8(&coverage, &font.width, &font.height);
   check(coverage != nullptr, "the font has been rasterised");
   font.coverage.assign(coverage, coverage + static_cast<std::ptrdiff_t>(font.width) * font.height);
@@ -64,7 +64,7 @@ OverlayFont built_font(ImFontAtlas& atlas, float size_px)
   return font;
 }
 
-OverlayVertex vertex_of(const ImDrawVert& vertex)
+render::OverlayVertex vertex_of(const ImDrawVert& vertex)
 {
   const auto byte = [&](int shift) { return static_cast<std::uint8_t>((vertex.col >> shift) & 0xFFU); };
   return {vertex.pos.x,
@@ -74,7 +74,7 @@ OverlayVertex vertex_of(const ImDrawVert& vertex)
           {byte(IM_COL32_R_SHIFT), byte(IM_COL32_G_SHIFT), byte(IM_COL32_B_SHIFT), byte(IM_COL32_A_SHIFT)}};
 }
 
-void append(Overlay& overlay, const ImDrawList& list)
+void append(render::Overlay& overlay, const ImDrawList& list)
 {
   const auto first_vertex = static_cast<std::uint32_t>(overlay.vertices.size());
   const auto first_index = static_cast<std::uint32_t>(overlay.indices.size());
@@ -97,8 +97,8 @@ struct Gui::Inner {
   std::string title;
   std::vector<std::string> set_labels;
   GuiLayout layout;
-  OverlayFont font;
-  Overlay overlay;
+  render::OverlayFont font;
+  render::Overlay overlay;
 };
 
 Gui::Gui(const GuiOptions& options) : inner_(std::make_unique<Inner>())
@@ -124,13 +124,13 @@ Gui::~Gui()
   ImGui::DestroyContext(inner_->context);
 }
 
-const OverlayFont& Gui::font() const
+const render::OverlayFont& Gui::font() const
 {
   return inner_->font;
 }
 
-GuiAnswer Gui::frame(const GuiFrame& frame, const PlayerState& state, const PlayerRange& range,
-                     const Readout& readout)
+GuiResult Gui::frame(const GuiFrame& frame, const navigation::PlayerState& state,
+                     const navigation::PlayerRange& range, const Readout& readout)
 {
   ImGui::SetCurrentContext(inner_->context);
   ImGuiIO& io = ImGui::GetIO();
@@ -141,7 +141,7 @@ GuiAnswer Gui::frame(const GuiFrame& frame, const PlayerState& state, const Play
   io.MouseWheel = static_cast<float>(frame.pointer.wheel);
   ImGui::NewFrame();
   const PanelView view{frame, inner_->layout, range, readout, inner_->title, inner_->set_labels};
-  GuiAnswer answer{state, Action::none};
+  GuiResult answer{state, navigation::Action::none};
   if (state.shows_numbers || !frame.has_controls) draw_numbers(view, state);
   draw_legends(view, state);
   if (frame.has_controls) {
@@ -149,7 +149,7 @@ GuiAnswer Gui::frame(const GuiFrame& frame, const PlayerState& state, const Play
     if (answer.state.shows_help) answer = with_help(view, answer);
   }
   ImGui::Render();
-  Overlay& overlay = inner_->overlay;
+  render::Overlay& overlay = inner_->overlay;
   overlay.vertices.clear();
   overlay.indices.clear();
   overlay.commands.clear();
@@ -158,8 +158,8 @@ GuiAnswer Gui::frame(const GuiFrame& frame, const PlayerState& state, const Play
   return answer;
 }
 
-const Overlay& Gui::still(GuiFrame frame, const PlayerState& state, const PlayerRange& range,
-                          const Readout& readout)
+const render::Overlay& Gui::static_overlay(GuiFrame frame, const navigation::PlayerState& state,
+                                           const navigation::PlayerRange& range, const Readout& readout)
 {
   // The library hides a new window for one frame and sizes it by the text of the previous frame.
   constexpr int frames_to_fit = 3;
@@ -168,7 +168,7 @@ const Overlay& Gui::still(GuiFrame frame, const PlayerState& state, const Player
   return inner_->overlay;
 }
 
-const Overlay& Gui::overlay() const
+const render::Overlay& Gui::overlay() const
 {
   return inner_->overlay;
 }
@@ -179,7 +179,8 @@ bool Gui::wants_pointer() const
   return ImGui::GetIO().WantCaptureMouse;
 }
 
-Viewport Gui::free_area(int width, int height, const PlayerState& state, bool has_controls) const
+optics::Viewport Gui::free_area(int width, int height, const navigation::PlayerState& state,
+                                bool has_controls) const
 {
   if (!state.shows_panel || !has_controls) return {0, 0, width, height};
   const auto covered = [](float px) { return static_cast<int>(std::ceil(px)); };
@@ -187,16 +188,17 @@ Viewport Gui::free_area(int width, int height, const PlayerState& state, bool ha
           std::max(1, height - covered(inner_->layout.bar_height_px))};
 }
 
-ColourKey colour_key(const JointLayers& layers, const LayerSet& shown)
+ColourKey colour_key(const scene::JointLayers& layers, const scene::LayerSet& shown)
 {
   ColourKey key;
-  if (shown.has(Layer::gap_map) && layers.available().has(Layer::gap_map)) key.gaps = &layers.gap_legend();
-  if (shown.has(Layer::ligaments) && layers.available().has(Layer::ligaments))
+  if (shown.has(scene::Layer::gap_map) && layers.available().has(scene::Layer::gap_map))
+    key.gaps = &layers.gap_legend();
+  if (shown.has(scene::Layer::ligaments) && layers.available().has(scene::Layer::ligaments))
     key.strain = &layers.strain_legend();
   // The helical axis is the last label.
-  const std::span<const Label> labels = JointLayers::axis_labels();
-  const std::size_t first = shown.has(Layer::axes) ? 0 : labels.size() - 1;
-  const std::size_t last = shown.has(Layer::helical_axis) ? labels.size() : labels.size() - 1;
+  const std::span<const scene::Label> labels = scene::JointLayers::axis_labels();
+  const std::size_t first = shown.has(scene::Layer::axes) ? 0 : labels.size() - 1;
+  const std::size_t last = shown.has(scene::Layer::helical_axis) ? labels.size() : labels.size() - 1;
   key.axes = labels.subspan(first, last - first);
   return key;
 }
@@ -212,9 +214,9 @@ std::string set_label(const std::string& set)
   return label;
 }
 
-std::uint64_t gui_allocations()
+std::uint64_t gui_allocation_count()
 {
   return n_allocations;
 }
 
-}  // namespace vrda
+}  // namespace vrda::gui

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "navigation/gap_reading.hpp"
+#include "navigation/player_state.hpp"
 #include "render/renderer.hpp"
 #include "scene/joint_layers.hpp"
-#include "view/gap_reading.hpp"
-#include "view/player_state.hpp"
 
-namespace vrda {
+namespace vrda::gui {
 
 /// Constant while a file is shown.
 struct GuiOptions {
@@ -30,21 +30,21 @@ struct GuiPointer {
 
 /// The displayed numbers.
 struct Readout {
-  JointPose pose;
+  motion::JointPose pose;
   bool is_varus_balanced = false;
-  GapReading gap;
+  navigation::GapReading gap;
   const char* message = nullptr;  ///< temporary message, or null
 };
 
 /// Legends of the visible layers; null or empty if not applicable.
 struct ColourKey {
-  const Legend* gaps = nullptr;
-  const Legend* strain = nullptr;
-  std::span<const Label> axes;
+  const scene::Legend* gaps = nullptr;
+  const scene::Legend* strain = nullptr;
+  std::span<const scene::Label> axes;
 };
 
 /// `layers` must outlive the key.
-ColourKey colour_key(const JointLayers& layers, const LayerSet& shown);
+ColourKey colour_key(const scene::JointLayers& layers, const scene::LayerSet& shown);
 
 struct GuiFrame {
   int width = 0, height = 0;  ///< of the window, pixels
@@ -55,9 +55,9 @@ struct GuiFrame {
 };
 
 /// The user's changes in this frame.
-struct GuiAnswer {
-  PlayerState state;
-  Action action = Action::none;  ///< of a pressed button, not yet applied
+struct GuiResult {
+  navigation::PlayerState state;
+  navigation::Action action = navigation::Action::none;  ///< of a pressed button, not yet applied
 };
 
 class Gui {
@@ -68,21 +68,22 @@ class Gui {
   Gui& operator=(const Gui&) = delete;
 
   /// For Renderer::load, once.
-  const OverlayFont& font() const;
+  const render::OverlayFont& font() const;
 
   /// Builds one frame. Allocates nothing once every part was shown.
-  GuiAnswer frame(const GuiFrame& frame, const PlayerState& state, const PlayerRange& range,
-                  const Readout& readout);
+  GuiResult frame(const GuiFrame& frame, const navigation::PlayerState& state,
+                  const navigation::PlayerRange& range, const Readout& readout);
   /// Builds the overlay of an image: readouts and legends without controls.
-  const Overlay& still(GuiFrame frame, const PlayerState& state, const PlayerRange& range,
-                       const Readout& readout);
+  const render::Overlay& static_overlay(GuiFrame frame, const navigation::PlayerState& state,
+                                        const navigation::PlayerRange& range, const Readout& readout);
   /// The overlay of the last frame.
-  const Overlay& overlay() const;
+  const render::Overlay& overlay() const;
   /// True if the pointer is over the interface or was pressed there.
   bool wants_pointer() const;
 
   /// The area of the window not covered by panel and timeline.
-  Viewport free_area(int width, int height, const PlayerState& state, bool has_controls = true) const;
+  optics::Viewport free_area(int width, int height, const navigation::PlayerState& state,
+                             bool has_controls = true) const;
 
  private:
   struct Inner;
@@ -93,6 +94,6 @@ class Gui {
 std::string set_label(const std::string& set);
 
 /// Number of allocations by the interface library since program start; it bypasses operator new.
-std::uint64_t gui_allocations();
+std::uint64_t gui_allocation_count();
 
-}  // namespace vrda
+}  // namespace vrda::gui

@@ -9,7 +9,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::gui {
 namespace {
 
 /// Uncompressed size: the last four bytes of a gzip file, little-endian.
@@ -43,7 +43,8 @@ std::string font_file()
 namespace {
 
 /// Two triangles of one colour.
-void add_quad(Overlay& overlay, const OverlayBox& box, const OverlayBox& uv, const VertexColour& colour)
+void add_quad(render::Overlay& overlay, const OverlayBox& box, const OverlayBox& uv,
+              const scene::VertexColour& colour)
 {
   const auto first = static_cast<std::uint32_t>(overlay.vertices.size());
   overlay.vertices.push_back({box.left_px, box.top_px, uv.left_px, uv.top_px, colour});
@@ -74,7 +75,7 @@ Eigen::Vector2d across(std::span<const Eigen::Vector2d> points_px, std::size_t k
 struct OverlayText::Inner {
   ImFontAtlas atlas;
   const ImFont* face = nullptr;
-  OverlayFont font;
+  render::OverlayFont font;
 
   const ImFontGlyph& glyph(char character) const
   {
@@ -96,7 +97,7 @@ OverlayText::OverlayText(double size_px) : inner_(std::make_unique<Inner>())
   inner_->face =
       inner_->atlas.AddFontFromMemoryTTF(file.data(), static_cast<int>(file.size()), size, &config);
   unsigned char* coverage = nullptr;
-  OverlayFont& font = inner_->font;
+  render::OverlayFont& font = inner_->font;
   inner_->atlas.GetTexDataAsAlpha8(&coverage, &font.width, &font.height);
   check(coverage != nullptr && inner_->face != nullptr, "the font has been rasterised");
   font.coverage.assign(coverage, coverage + static_cast<std::ptrdiff_t>(font.width) * font.height);
@@ -105,7 +106,7 @@ OverlayText::OverlayText(double size_px) : inner_(std::make_unique<Inner>())
 
 OverlayText::~OverlayText() = default;
 
-const OverlayFont& OverlayText::font() const
+const render::OverlayFont& OverlayText::font() const
 {
   return inner_->font;
 }
@@ -122,8 +123,8 @@ float OverlayText::width_px(std::string_view words) const
   return width;
 }
 
-void OverlayText::add_words(Overlay& overlay, float left_px, float top_px, std::string_view words,
-                            const VertexColour& colour) const
+void OverlayText::add_text(render::Overlay& overlay, float left_px, float top_px, std::string_view words,
+                           const scene::VertexColour& colour) const
 {
   float x = std::round(left_px);
   const float y = std::round(top_px);
@@ -137,24 +138,25 @@ void OverlayText::add_words(Overlay& overlay, float left_px, float top_px, std::
   }
 }
 
-void OverlayText::add_area(Overlay& overlay, const OverlayBox& box, const VertexColour& colour) const
+void OverlayText::add_area(render::Overlay& overlay, const OverlayBox& box,
+                           const scene::VertexColour& colour) const
 {
   const ImVec2 white = inner_->atlas.TexUvWhitePixel;
   add_quad(overlay, box, {white.x, white.y, white.x, white.y}, colour);
 }
 
-void OverlayText::add_line(Overlay& overlay, std::span<const Eigen::Vector2d> points_px, double width_px,
-                           const VertexColour& colour) const
+void OverlayText::add_line(render::Overlay& overlay, std::span<const Eigen::Vector2d> points_px,
+                           double width_px, const scene::VertexColour& colour) const
 {
   check(points_px.size() > 1, "a line has at least two points");
   const ImVec2 white = inner_->atlas.TexUvWhitePixel;
   // Coverage falls from 1 to 0 over one pixel at each edge; lines narrower than a pixel are fainter instead.
   const double inner_px = std::max(0.0, 0.5 * (width_px - 1.0)), outer_px = inner_px + 1.0;
   const double covered = std::min(1.0, width_px);
-  VertexColour solid = colour, clear = colour;
+  scene::VertexColour solid = colour, clear = colour;
   solid[3] = static_cast<std::uint8_t>(std::lround(covered * colour[3]));
   clear[3] = 0;
-  const std::array<std::pair<double, const VertexColour*>, 4> rows{
+  const std::array<std::pair<double, const scene::VertexColour*>, 4> rows{
       {{-outer_px, &clear}, {-inner_px, &solid}, {inner_px, &solid}, {outer_px, &clear}}};
   const auto first = static_cast<std::uint32_t>(overlay.vertices.size());
   for (std::size_t k = 0; k < points_px.size(); ++k) {
@@ -172,7 +174,7 @@ void OverlayText::add_line(Overlay& overlay, std::span<const Eigen::Vector2d> po
   }
 }
 
-void empty_overlay(Overlay& overlay, int width, int height)
+void clear_overlay(render::Overlay& overlay, int width, int height)
 {
   overlay.vertices.clear();
   overlay.indices.clear();
@@ -180,17 +182,17 @@ void empty_overlay(Overlay& overlay, int width, int height)
   overlay.commands.push_back({{0.0F, 0.0F, static_cast<float>(width), static_cast<float>(height)}, 0, 0, 0});
 }
 
-void clip_overlay(Overlay& overlay, const OverlayBox& box)
+void clip_overlay(render::Overlay& overlay, const OverlayBox& box)
 {
-  close_overlay(overlay);
+  finish_overlay(overlay);
   const auto n = static_cast<std::uint32_t>(overlay.indices.size());
   overlay.commands.push_back({{box.left_px, box.top_px, box.right_px, box.bottom_px}, n, 0, 0});
 }
 
-void close_overlay(Overlay& overlay)
+void finish_overlay(render::Overlay& overlay)
 {
-  OverlayCommand& last = overlay.commands.back();
+  render::OverlayCommand& last = overlay.commands.back();
   last.n_indices = static_cast<std::uint32_t>(overlay.indices.size()) - last.first_index;
 }
 
-}  // namespace vrda
+}  // namespace vrda::gui

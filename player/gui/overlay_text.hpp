@@ -9,7 +9,7 @@
 
 #include "render/renderer.hpp"
 
-namespace vrda {
+namespace vrda::gui {
 
 /// The embedded font, gzip-compressed.
 std::string_view compressed_font_file();
@@ -31,19 +31,19 @@ class OverlayText {
   OverlayText& operator=(const OverlayText&) = delete;
 
   /// For Renderer::load, once.
-  const OverlayFont& font() const;
+  const render::OverlayFont& font() const;
   float line_px() const;  ///< line spacing
   float width_px(std::string_view words) const;
 
   /// Adds one line of text, its upper left corner rounded to whole pixels. Bytes other than printable ASCII
   /// are drawn as question marks.
-  void add_words(Overlay& overlay, float left_px, float top_px, std::string_view words,
-                 const VertexColour& colour) const;
-  void add_area(Overlay& overlay, const OverlayBox& box, const VertexColour& colour) const;
+  void add_text(render::Overlay& overlay, float left_px, float top_px, std::string_view words,
+                const scene::VertexColour& colour) const;
+  void add_area(render::Overlay& overlay, const OverlayBox& box, const scene::VertexColour& colour) const;
   /// Adds an anti-aliased line through two or more points, in pixels, with sub-pixel accuracy. Mitres are
   /// limited at turns of more than 120 degrees.
-  void add_line(Overlay& overlay, std::span<const Eigen::Vector2d> points_px, double width_px,
-                const VertexColour& colour) const;
+  void add_line(render::Overlay& overlay, std::span<const Eigen::Vector2d> points_px, double width_px,
+                const scene::VertexColour& colour) const;
 
  private:
   struct Inner;
@@ -51,12 +51,12 @@ class OverlayText {
 };
 
 /// Clears the overlay and sets its size in pixels; keeps its memory.
-void empty_overlay(Overlay& overlay, int width, int height);
+void clear_overlay(render::Overlay& overlay, int width, int height);
 
 /// Clips everything added afterwards to the box.
-void clip_overlay(Overlay& overlay, const OverlayBox& box);
+void clip_overlay(render::Overlay& overlay, const OverlayBox& box);
 
 /// Completes the overlay; must be called once before it is drawn.
-void close_overlay(Overlay& overlay);
+void finish_overlay(render::Overlay& overlay);
 
-}  // namespace vrda
+}  // namespace vrda::gui

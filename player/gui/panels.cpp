@@ -10,7 +10,7 @@
 
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::gui {
 namespace {
 
 constexpr ImGuiWindowFlags fixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
@@ -21,7 +21,7 @@ constexpr ImGuiSliderFlags sliding = ImGuiSliderFlags_NoInput | ImGuiSliderFlags
 
 struct Press {
   const char* label;
-  Action action;
+  navigation::Action action;
 };
 
 bool is_pressed(const char* label, float width)
@@ -30,12 +30,12 @@ bool is_pressed(const char* label, float width)
 }
 
 /// Buttons side by side over the available width; returns the action of the pressed one.
-Action row_of(std::span<const Press> presses)
+navigation::Action row_of(std::span<const Press> presses)
 {
   const float spacing = ImGui::GetStyle().ItemSpacing.x;
   const auto n = static_cast<float>(presses.size());
   const float width = (ImGui::GetContentRegionAvail().x - spacing * (n - 1.0F)) / n;
-  Action action = Action::none;
+  navigation::Action action = navigation::Action::none;
   for (std::size_t i = 0; i < presses.size(); ++i) {
     if (i > 0) ImGui::SameLine();
     if (is_pressed(presses[i].label, width)) action = presses[i].action;
@@ -54,9 +54,11 @@ void heading(const char* text)
   ImGui::TextDisabled("%s", text);
 }
 
-const char* name_of(Held held)
+using navigation::name_of;
+
+const char* name_of(scene::FixedObject held)
 {
-  return held == Held::moving ? "moving object fixed" : "reference fixed";
+  return held == scene::FixedObject::moving ? "moving object fixed" : "reference fixed";
 }
 
 /// Combo box over the enum values 0 ... last; returns the chosen value.
@@ -84,10 +86,10 @@ std::size_t chosen_set(const PanelView& view, std::size_t set)
   return set;
 }
 
-PlayerState with_varus(const PanelView& view, PlayerState state)
+navigation::PlayerState with_varus(const PanelView& view, navigation::PlayerState state)
 {
-  const PlayerRange& range = view.range;
-  float varus_deg = as_deg(wanted_attitude(state, range).varus_rad);
+  const navigation::PlayerRange& range = view.range;
+  float varus_deg = as_deg(navigation::wanted_attitude(state, range).varus_rad);
   ImGui::Spacing();
   ImGui::TextDisabled("varus (Up, Down)");
   ImGui::SameLine(10.0F * view.layout.em_px);
@@ -107,16 +109,17 @@ PlayerState with_varus(const PanelView& view, PlayerState state)
   return state;
 }
 
-PlayerState with_layers(const PanelView& view, PlayerState state)
+navigation::PlayerState with_layers(const PanelView& view, navigation::PlayerState state)
 {
   struct Row {
     const char* label;
-    Layer layer;
+    scene::Layer layer;
   };
   heading("layers");
-  for (const Row row : {Row{"contacts (F1)", Layer::contacts}, Row{"normals (F2)", Layer::normals},
-                        Row{"axes (F3)", Layer::axes}, Row{"helical axis (F4)", Layer::helical_axis},
-                        Row{"gap map (F5)", Layer::gap_map}, Row{"ligaments (F6)", Layer::ligaments}}) {
+  for (const Row row :
+       {Row{"contacts (F1)", scene::Layer::contacts}, Row{"normals (F2)", scene::Layer::normals},
+        Row{"axes (F3)", scene::Layer::axes}, Row{"helical axis (F4)", scene::Layer::helical_axis},
+        Row{"gap map (F5)", scene::Layer::gap_map}, Row{"ligaments (F6)", scene::Layer::ligaments}}) {
     bool is_shown = state.layers.has(row.layer);
     ImGui::BeginDisabled(!view.range.available.has(row.layer));
     if (ImGui::Checkbox(row.label, &is_shown)) state.layers.set(row.layer, is_shown);
@@ -125,38 +128,41 @@ PlayerState with_layers(const PanelView& view, PlayerState state)
   return state;
 }
 
-Action pressed_view()
+navigation::Action pressed_view()
 {
   heading("view (1 ... 6, R)");
-  constexpr std::array first{Press{"front", Action::view_front}, Press{"back", Action::view_back},
-                             Press{"medial", Action::view_medial}};
-  constexpr std::array second{Press{"lateral", Action::view_lateral}, Press{"top", Action::view_top},
-                              Press{"oblique", Action::view_oblique}};
-  const Action upper = row_of(first), lower = row_of(second);
-  return upper != Action::none ? upper : lower;
+  constexpr std::array first{Press{"front", navigation::Action::view_front},
+                             Press{"back", navigation::Action::view_back},
+                             Press{"medial", navigation::Action::view_medial}};
+  constexpr std::array second{Press{"lateral", navigation::Action::view_lateral},
+                              Press{"top", navigation::Action::view_top},
+                              Press{"oblique", navigation::Action::view_oblique}};
+  const navigation::Action upper = row_of(first), lower = row_of(second);
+  return upper != navigation::Action::none ? upper : lower;
 }
 
-Action pressed_tool()
+navigation::Action pressed_tool()
 {
   ImGui::Spacing();
-  constexpr std::array first{Press{"reset (R)", Action::reset_view},
-                             Press{"picture (P)", Action::screenshot}};
-  constexpr std::array second{Press{"full (F)", Action::full_screen}, Press{"help (H)", Action::show_help}};
-  const Action upper = row_of(first), lower = row_of(second);
-  return upper != Action::none ? upper : lower;
+  constexpr std::array first{Press{"reset (R)", navigation::Action::reset_view},
+                             Press{"picture (P)", navigation::Action::screenshot}};
+  constexpr std::array second{Press{"full (F)", navigation::Action::full_screen},
+                              Press{"help (H)", navigation::Action::show_help}};
+  const navigation::Action upper = row_of(first), lower = row_of(second);
+  return upper != navigation::Action::none ? upper : lower;
 }
 
-void draw_help_lines(const PanelView& view, const char* title, std::span<const HelpLine> lines)
+void draw_help_lines(const PanelView& view, const char* title, std::span<const navigation::HelpLine> lines)
 {
   ImGui::TextDisabled("%s", title);
-  for (const HelpLine& line : lines) {
+  for (const navigation::HelpLine& line : lines) {
     ImGui::Text("%s", line.keys);
     ImGui::SameLine(8.0F * view.layout.em_px);
-    ImGui::Text("%s", line.does);
+    ImGui::Text("%s", line.description);
   }
 }
 
-Timeline with_flexion_slider(Timeline timeline, float em)
+navigation::Timeline with_flexion_slider(navigation::Timeline timeline, float em)
 {
   float flexion_deg = as_deg(timeline.flexion_rad);
   ImGui::AlignTextToFramePadding();
@@ -165,70 +171,73 @@ Timeline with_flexion_slider(Timeline timeline, float em)
   ImGui::SetNextItemWidth(-1.0F);
   const bool is_moved = ImGui::SliderFloat("##flexion", &flexion_deg, as_deg(timeline.first_rad),
                                            as_deg(timeline.last_rad), "", sliding);
-  return is_moved ? moved_to(timeline, rad_from_deg(static_cast<double>(flexion_deg))) : timeline;
+  return is_moved ? navigation::moved_to(timeline, rad_from_deg(static_cast<double>(flexion_deg))) : timeline;
 }
 
 }  // namespace
 
-GuiAnswer with_bar(const PanelView& view, GuiAnswer answer)
+GuiResult with_bar(const PanelView& view, GuiResult answer)
 {
   const float em = view.layout.em_px;
   const float width = static_cast<float>(view.frame.width) - view.layout.panel_width_px;
   ImGui::SetNextWindowPos(ImVec2(0.0F, static_cast<float>(view.frame.height) - view.layout.bar_height_px));
   ImGui::SetNextWindowSize(ImVec2(width, view.layout.bar_height_px));
   ImGui::Begin("timeline", nullptr, fixed | ImGuiWindowFlags_NoScrollbar);
-  Timeline& timeline = answer.state.timeline;
+  navigation::Timeline& timeline = answer.state.timeline;
   timeline = with_flexion_slider(timeline, em);
-  constexpr std::array before{Press{"|<", Action::go_to_first}, Press{"<", Action::step_back}};
-  constexpr std::array behind{Press{">", Action::step_forward}, Press{">|", Action::go_to_last}};
+  constexpr std::array before{Press{"|<", navigation::Action::go_to_first},
+                              Press{"<", navigation::Action::step_back}};
+  constexpr std::array behind{Press{">", navigation::Action::step_forward},
+                              Press{">|", navigation::Action::go_to_last}};
   for (const Press& press : before) {
     if (is_pressed(press.label, 2.4F * em)) answer.action = press.action;
     ImGui::SameLine();
   }
   if (is_pressed(timeline.is_playing ? "pause###play" : "play###play", 5.0F * em))
-    answer.action = Action::play_pause;
+    answer.action = navigation::Action::play_pause;
   for (const Press& press : behind) {
     ImGui::SameLine();
     if (is_pressed(press.label, 2.4F * em)) answer.action = press.action;
   }
   ImGui::SameLine(0.0F, em);
   ImGui::PushID("loop");
-  if (is_pressed(name_of(timeline.loop), 5.5F * em)) answer.action = Action::next_loop;
+  if (is_pressed(navigation::name_of(timeline.loop), 5.5F * em))
+    answer.action = navigation::Action::next_loop;
   ImGui::PopID();
   ImGui::SameLine(0.0F, em);
-  if (is_pressed("-", 2.0F * em)) answer.action = Action::slower;
+  if (is_pressed("-", 2.0F * em)) answer.action = navigation::Action::slower;
   ImGui::SameLine();
-  if (is_pressed("+", 2.0F * em)) answer.action = Action::faster;
+  if (is_pressed("+", 2.0F * em)) answer.action = navigation::Action::faster;
   ImGui::SameLine();
   ImGui::Text("%.0f°/s", deg_from_rad(timeline.speed_rad_s));
   ImGui::End();
   return answer;
 }
 
-GuiAnswer with_panel(const PanelView& view, GuiAnswer answer)
+GuiResult with_panel(const PanelView& view, GuiResult answer)
 {
   const float left = static_cast<float>(view.frame.width) - view.layout.panel_width_px;
   ImGui::SetNextWindowPos(ImVec2(left, 0.0F));
   ImGui::SetNextWindowSize(ImVec2(view.layout.panel_width_px, static_cast<float>(view.frame.height)));
   ImGui::Begin("panel", nullptr, fixed);
   ImGui::TextDisabled("set (S)");
-  PlayerState& state = answer.state;
+  navigation::PlayerState& state = answer.state;
   state.set = chosen_set(view, state.set);
   state = with_varus(view, state);
   heading("draw mode (M)");
-  state.mode = choice("##mode", state.mode, DrawMode::textured);
+  state.mode = choice("##mode", state.mode, scene::DrawMode::textured);
   state = with_layers(view, state);
   heading("background (K), fixed (O)");
-  state.backdrop = choice("##backdrop", state.backdrop, Backdrop::black);
-  state.held = choice("##held", state.held, Held::reference);
-  for (const Action action : {pressed_view(), pressed_tool()}) {
-    if (action != Action::none) answer.action = action;
+  state.backdrop = choice("##backdrop", state.backdrop, scene::Backdrop::black);
+  state.fixed_object = choice("##held", state.fixed_object, scene::FixedObject::reference);
+  for (const navigation::Action action : {pressed_view(), pressed_tool()}) {
+    if (action != navigation::Action::none) answer.action = action;
   }
   ImGui::End();
   return answer;
 }
 
-GuiAnswer with_help(const PanelView& view, GuiAnswer answer)
+GuiResult with_help(const PanelView& view, GuiResult answer)
 {
   const ImVec2 middle(0.5F * static_cast<float>(view.frame.width),
                       0.5F * static_cast<float>(view.frame.height));
@@ -236,9 +245,9 @@ GuiAnswer with_help(const PanelView& view, GuiAnswer answer)
   ImGui::SetNextWindowFocus();
   ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 1.0F);
   ImGui::Begin("help", nullptr, fixed | ImGuiWindowFlags_AlwaysAutoResize);
-  draw_help_lines(view, "Keys", key_help());
+  draw_help_lines(view, "Keys", navigation::key_help());
   ImGui::Spacing();
-  draw_help_lines(view, "Mouse", mouse_help());
+  draw_help_lines(view, "Mouse", navigation::mouse_help());
   ImGui::Spacing();
   if (is_pressed("close (Esc)", 8.0F * view.layout.em_px)) answer.state.shows_help = false;
   ImGui::End();
@@ -287,18 +296,18 @@ const char* varus_remark(const PanelView& view)
   return view.readout.is_varus_balanced ? "balanced" : nullptr;
 }
 
-const char* name_of(GapSource source)
+const char* name_of(navigation::GapSource source)
 {
   switch (source) {
-    case GapSource::cells:
+    case navigation::GapSource::cells:
       return "solver, at the cells";
-    case GapSource::audit:
+    case navigation::GapSource::audit:
       return "nearest audited attitude";
-    case GapSource::travel:
+    case navigation::GapSource::travel:
       return "contact travel at the cells";
-    case GapSource::recontacted:
+    case navigation::GapSource::recontacted:
       return "recontacted at the cells";
-    case GapSource::none:
+    case navigation::GapSource::none:
       break;
   }
   return "no audit of this set";
@@ -315,13 +324,13 @@ void draw_mm(const char* name, double length_mm)
 
 void draw_gap(const PanelView& view)
 {
-  const GapReading& gap = view.readout.gap;
-  if (gap.source == GapSource::cells) {
+  const navigation::GapReading& gap = view.readout.gap;
+  if (gap.source == navigation::GapSource::cells) {
     label(view, "gap");
     draw_mm("medial", gap.medial_mm);
     label(view, "");
     draw_mm("lateral", gap.lateral_mm);
-  } else if (gap.source != GapSource::none) {
+  } else if (gap.source != navigation::GapSource::none) {
     const bool is_overlapping = gap.penetration_mm > 0.0;
     label(view, is_overlapping ? "overlap" : "gap");
     draw_mm("whole joint", is_overlapping ? gap.penetration_mm : gap.gap_mm);
@@ -333,12 +342,12 @@ void draw_gap(const PanelView& view)
   ImGui::TextColored(quiet_colour, "%s", name_of(gap.source));
 }
 
-ImU32 packed(const VertexColour& colour)
+ImU32 packed(const scene::VertexColour& colour)
 {
   return IM_COL32(colour[0], colour[1], colour[2], 255);
 }
 
-void draw_swatch(const PanelView& view, const VertexColour& colour, const std::string& text)
+void draw_swatch(const PanelView& view, const scene::VertexColour& colour, const std::string& text)
 {
   if (text.empty()) {
     ImGui::NewLine();
@@ -353,7 +362,7 @@ void draw_swatch(const PanelView& view, const VertexColour& colour, const std::s
 }
 
 /// Interpolates the palette linearly, like colour_of().
-void draw_bar(const Legend& legend, float width, float height)
+void draw_bar(const scene::Legend& legend, float width, float height)
 {
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   const float step = width / static_cast<float>(legend.palette.size() - 1);
@@ -366,7 +375,7 @@ void draw_bar(const Legend& legend, float width, float height)
   ImGui::Dummy(ImVec2(width, height));
 }
 
-void draw_legend(const PanelView& view, const Legend& legend)
+void draw_legend(const PanelView& view, const scene::Legend& legend)
 {
   const float em = view.layout.em_px;
   ImGui::BeginGroup();
@@ -382,10 +391,10 @@ void draw_legend(const PanelView& view, const Legend& legend)
   ImGui::EndGroup();
 }
 
-void draw_axis_labels(const PanelView& view, std::span<const Label> labels)
+void draw_axis_labels(const PanelView& view, std::span<const scene::Label> labels)
 {
   int n = 0;
-  for (const Label& axis : labels) {
+  for (const scene::Label& axis : labels) {
     if (n++ % labels_a_row != 0)
       ImGui::SameLine(static_cast<float>((n - 1) % labels_a_row) * 7.4F * view.layout.em_px);
     draw_swatch(view, axis.colour, axis.name);
@@ -394,9 +403,9 @@ void draw_axis_labels(const PanelView& view, std::span<const Label> labels)
 
 }  // namespace
 
-void draw_numbers(const PanelView& view, const PlayerState& state)
+void draw_numbers(const PanelView& view, const navigation::PlayerState& state)
 {
-  const JointPose& pose = view.readout.pose;
+  const motion::JointPose& pose = view.readout.pose;
   ImGui::SetNextWindowPos(ImVec2(0.0F, 0.0F));
   ImGui::SetNextWindowBgAlpha(backing);
   ImGui::Begin("numbers", nullptr, text_only | ImGuiWindowFlags_AlwaysAutoResize);
@@ -404,7 +413,7 @@ void draw_numbers(const PanelView& view, const PlayerState& state)
   draw_angle(view, "flexion", pose.attitude.flexion_rad,
              pose.is_flexion_clamped ? "end of the range" : nullptr);
   draw_angle(view, "varus", pose.attitude.varus_rad, varus_remark(view));
-  if (pose.status == PoseStatus::solved) {
+  if (pose.status == motion::PoseStatus::solved) {
     draw_angle(view, "theta", pose.theta_rad, nullptr);
     draw_gap(view);
   } else {
@@ -420,7 +429,7 @@ void draw_numbers(const PanelView& view, const PlayerState& state)
   ImGui::End();
 }
 
-void draw_legends(const PanelView& view, const PlayerState& state)
+void draw_legends(const PanelView& view, const navigation::PlayerState& state)
 {
   const ColourKey& key = view.frame.key;
   if (key.gaps == nullptr && key.strain == nullptr && key.axes.empty()) return;
@@ -437,4 +446,4 @@ void draw_legends(const PanelView& view, const PlayerState& state)
   ImGui::End();
 }
 
-}  // namespace vrda
+}  // namespace vrda::gui

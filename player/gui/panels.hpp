@@ -3,7 +3,7 @@
 
 #include "gui/gui.hpp"
 
-namespace vrda {
+namespace vrda::gui {
 
 /// Sizes on screen, pixels.
 struct GuiLayout {
@@ -14,16 +14,16 @@ struct GuiLayout {
 struct PanelView {
   const GuiFrame& frame;
   const GuiLayout& layout;
-  const PlayerRange& range;
+  const navigation::PlayerRange& range;
   const Readout& readout;
   const std::string& title;
   const std::vector<std::string>& set_labels;
 };
 
-void draw_numbers(const PanelView& view, const PlayerState& state);
-void draw_legends(const PanelView& view, const PlayerState& state);
-GuiAnswer with_bar(const PanelView& view, GuiAnswer answer);
-GuiAnswer with_panel(const PanelView& view, GuiAnswer answer);
-GuiAnswer with_help(const PanelView& view, GuiAnswer answer);
+void draw_numbers(const PanelView& view, const navigation::PlayerState& state);
+void draw_legends(const PanelView& view, const navigation::PlayerState& state);
+GuiResult with_bar(const PanelView& view, GuiResult answer);
+GuiResult with_panel(const PanelView& view, GuiResult answer);
+GuiResult with_help(const PanelView& view, GuiResult answer);
 
-}  // namespace vrda
+}  // namespace vrda::gui

@@ -14,12 +14,12 @@
 #include "core/error.hpp"
 #include "igtl/message.hpp"
 
-namespace vrda {
+namespace vrda::igtl {
 namespace {
 
 using ByteView = std::span<const std::uint8_t>;
 
-static_assert(sizeof(igtl_header) == igtl_head_bytes);
+static_assert(sizeof(igtl_header) == igtl_header_bytes);
 
 struct TypeName {
   IgtlKind kind;
@@ -133,7 +133,7 @@ IgtlTool tool_of(std::string name, const igtl_float32 (&numbers)[12])
   for (int k = 0; k < 12; ++k) matrix(k % 3, k / 3) = static_cast<double>(numbers[k]);
   const std::optional<Eigen::Matrix3d> R = nearest_rotation(matrix.leftCols<3>());
   if (!R || !matrix.col(3).allFinite()) {
-    tool.sight = IgtlSight::not_a_place;
+    tool.visibility = IgtlVisibility::invalid_pose;
     return tool;
   }
   tool.X_tracker_tool.linear() = *R;
@@ -147,7 +147,7 @@ IgtlTool tool_of(std::string name, const Eigen::Vector3d& position_mm, const Eig
   IgtlTool tool{std::move(name)};
   const std::optional<Eigen::Quaterniond> q = unit_quaternion({xyzw(3), xyzw(0), xyzw(1), xyzw(2)});
   if (!q || !position_mm.allFinite()) {
-    tool.sight = IgtlSight::not_a_place;
+    tool.visibility = IgtlVisibility::invalid_pose;
     return tool;
   }
   tool.X_tracker_tool.linear() = q->toRotationMatrix();
@@ -276,13 +276,13 @@ std::optional<IgtlMessage> read_content(ByteView content, IgtlMessage message)
 
 }  // namespace
 
-IgtlHead head_of(ByteView bytes)
+IgtlHeader header_of(ByteView bytes)
 {
-  check(bytes.size() == igtl_head_bytes, "head_of needs igtl_head_bytes bytes");
+  check(bytes.size() == igtl_header_bytes, "head_of needs igtl_head_bytes bytes");
   igtl_header header;
   std::memcpy(&header, bytes.data(), sizeof header);
   igtl_header_convert_byte_order(&header);
-  IgtlHead head;
+  IgtlHeader head;
   head.version = header.version;
   head.type = text_of(header.name, sizeof header.name);
   head.device = text_of(header.device_name, sizeof header.device_name);
@@ -312,7 +312,7 @@ const char* type_of(IgtlKind kind)
   return "";
 }
 
-std::optional<IgtlMessage> message_of(const IgtlHead& head, ByteView body)
+std::optional<IgtlMessage> message_of(const IgtlHeader& head, ByteView body)
 {
   const std::optional<IgtlKind> kind = kind_of(head.type);
   const std::optional<Stripped> inner = stripped(head.version, body);
@@ -324,7 +324,7 @@ std::optional<IgtlMessage> message_of(const IgtlHead& head, ByteView body)
   message.device_ns = head.device_ns;
   std::optional<IgtlMessage> read = read_content(inner->content, std::move(message));
   if (read && !inner->is_seen) {
-    for (IgtlTool& tool : read->tools) tool.sight = IgtlSight::missing;
+    for (IgtlTool& tool : read->tools) tool.visibility = IgtlVisibility::missing;
   }
   return read;
 }
@@ -333,7 +333,7 @@ std::optional<Eigen::Matrix3d> nearest_rotation(const Eigen::Matrix3d& matrix)
 {
   const Eigen::Matrix3d error = matrix.transpose() * matrix - Eigen::Matrix3d::Identity();
   // allFinite first: a maximum may ignore NaN.
-  if (!error.allFinite() || error.cwiseAbs().maxCoeff() > most_rotation_error) return std::nullopt;
+  if (!error.allFinite() || error.cwiseAbs().maxCoeff() > max_rotation_error) return std::nullopt;
   if (matrix.determinant() <= 0.0) return std::nullopt;
   // Newton's iteration to the orthogonal factor squares the error each time: 1e-3, 1e-6, 1e-12, rounding.
   Eigen::Matrix3d R = matrix;
@@ -347,9 +347,9 @@ std::optional<Eigen::Matrix3d> nearest_rotation(const Eigen::Matrix3d& matrix)
 std::optional<Eigen::Quaterniond> unit_quaternion(const Eigen::Vector4d& wxyz)
 {
   const double length_sq = wxyz.squaredNorm();
-  if (!(std::abs(length_sq - 1.0) <= most_rotation_error)) return std::nullopt;
+  if (!(std::abs(length_sq - 1.0) <= max_rotation_error)) return std::nullopt;
   const Eigen::Vector4d unit = wxyz / std::sqrt(length_sq);
   return Eigen::Quaterniond(unit(0), unit(1), unit(2), unit(3));
 }
 
-}  // namespace vrda
+}  // namespace vrda::igtl

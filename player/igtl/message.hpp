@@ -11,7 +11,7 @@
 
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::igtl {
 
 enum class IgtlKind : std::uint8_t {
   transform,
@@ -24,15 +24,15 @@ enum class IgtlKind : std::uint8_t {
   tdata_started  ///< RTS_TDATA: the answer to either
 };
 
-enum class IgtlSight : std::uint8_t {
+enum class IgtlVisibility : std::uint8_t {
   seen,
-  missing,      ///< according to meta data (TransformStatus, as PLUS sends it); lists omit such tools
-  not_a_place,  ///< not a rotation matrix or unit quaternion, or not finite
+  missing,       ///< according to meta data (TransformStatus, as PLUS sends it); lists omit such tools
+  invalid_pose,  ///< not a rotation matrix or unit quaternion, or not finite
 };
 
 struct IgtlTool {
   std::string name;  ///< at most 20 bytes are sent
-  IgtlSight sight = IgtlSight::seen;
+  IgtlVisibility visibility = IgtlVisibility::seen;
   Pose X_tracker_tool = Pose::Identity();  ///< mm; sent as float32
 };
 
@@ -63,7 +63,7 @@ std::vector<std::uint8_t> bytes_of(const IgtlMessage& message);
 /// Bound on the entries of R^T R - I, and on |q|^2 - 1, for rounding: matrices written with three decimals
 /// pass (each entry is off by 5e-4, lengths and products of columns by 2 sqrt(3) times that); a scale of 0.1
 /// % fails.
-constexpr double most_rotation_error = 1.8e-3;
+constexpr double max_rotation_error = 1.8e-3;
 
 /// The nearest rotation; nullopt if mirrored, not finite, or off by more than max_rotation_error.
 std::optional<Eigen::Matrix3d> nearest_rotation(const Eigen::Matrix3d& matrix);
@@ -72,9 +72,9 @@ std::optional<Eigen::Matrix3d> nearest_rotation(const Eigen::Matrix3d& matrix);
 std::optional<Eigen::Quaterniond> unit_quaternion(const Eigen::Vector4d& wxyz);
 
 /// Headers and bodies of single messages, used by stream.hpp.
-constexpr std::size_t igtl_head_bytes = 58;
+constexpr std::size_t igtl_header_bytes = 58;
 
-struct IgtlHead {
+struct IgtlHeader {
   int version = 0;
   std::string type;  ///< as sent
   std::string device;
@@ -83,7 +83,7 @@ struct IgtlHead {
 };
 
 /// Decodes igtl_head_bytes bytes; control characters in names become '?'.
-IgtlHead head_of(std::span<const std::uint8_t> bytes);
+IgtlHeader header_of(std::span<const std::uint8_t> bytes);
 
 /// CRC-64 ECMA-182, continued from the checksum `before`.
 std::uint64_t igtl_crc(std::span<const std::uint8_t> bytes, std::uint64_t before = 0);
@@ -91,9 +91,9 @@ std::uint64_t igtl_crc(std::span<const std::uint8_t> bytes, std::uint64_t before
 bool is_known_type(const std::string& type);
 
 /// nullopt if the body's size or its meta data do not fit the type.
-std::optional<IgtlMessage> message_of(const IgtlHead& head, std::span<const std::uint8_t> body);
+std::optional<IgtlMessage> message_of(const IgtlHeader& head, std::span<const std::uint8_t> body);
 
 /// Type name in the message header.
 const char* type_of(IgtlKind kind);
 
-}  // namespace vrda
+}  // namespace vrda::igtl

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace vrda {
+namespace vrda::igtl {
 
 void IgtlStream::set_broken(const std::string& found, const std::string& wanted)
 {
@@ -22,18 +22,18 @@ void IgtlStream::add(std::span<const std::uint8_t> bytes)
 /// False where the stream is broken.
 bool IgtlStream::parse_header()
 {
-  IgtlHead head = head_of(unparsed().first(igtl_head_bytes));
+  IgtlHeader head = header_of(unparsed().first(igtl_header_bytes));
   if (head.version != 1 && head.version != 2) {
     set_broken("header version " + std::to_string(head.version), "1 or 2 of OpenIGTLink");
   } else if (head.type.empty() || head.type.find('?') != std::string::npos) {
     set_broken("type '" + head.type + "'", "the name of an OpenIGTLink message");
-  } else if (const std::uint64_t most = is_known_type(head.type) ? most_body_bytes : most_skipped_bytes;
+  } else if (const std::uint64_t most = is_known_type(head.type) ? max_body_bytes : max_skipped_bytes;
              head.body_bytes > most) {
     set_broken(head.type + " of " + std::to_string(head.body_bytes) + " bytes",
                "at most " + std::to_string(most));
   }
   if (is_broken()) return false;
-  begin_ += igtl_head_bytes;
+  begin_ += igtl_header_bytes;
   skipped_ = skipped_crc_ = 0;
   head_ = std::move(head);
   return true;
@@ -59,7 +59,7 @@ bool IgtlStream::skip_body()
 std::optional<IgtlMessage> IgtlStream::next()
 {
   while (!is_broken()) {
-    if (!head_ && (!has(igtl_head_bytes) || !parse_header())) return std::nullopt;
+    if (!head_ && (!has(igtl_header_bytes) || !parse_header())) return std::nullopt;
     if (!is_known_type(head_->type)) {
       if (!skip_body()) return std::nullopt;
       continue;
@@ -79,4 +79,4 @@ std::optional<IgtlMessage> IgtlStream::next()
   return std::nullopt;
 }
 
-}  // namespace vrda
+}  // namespace vrda::igtl

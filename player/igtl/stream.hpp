@@ -10,16 +10,16 @@
 
 #include "igtl/message.hpp"
 
-namespace vrda {
+namespace vrda::igtl {
 
 /// The protocol has no start marker: after an invalid header or a wrong checksum the rest cannot be parsed.
 /// The stream is then broken, and the connection must be reopened.
 class IgtlStream {
  public:
   /// Largest stored body: 900 tools of TDATA. Checked before allocation.
-  static constexpr std::uint64_t most_body_bytes = 64 * 1024;
+  static constexpr std::uint64_t max_body_bytes = 64 * 1024;
   /// Largest skipped body (images); a larger one means a corrupt header.
-  static constexpr std::uint64_t most_skipped_bytes = 1ULL << 32;
+  static constexpr std::uint64_t max_skipped_bytes = 1ULL << 32;
 
   void add(std::span<const std::uint8_t> bytes);
 
@@ -40,10 +40,10 @@ class IgtlStream {
 
   std::vector<std::uint8_t> buffer_;
   std::size_t begin_ = 0;                        ///< start of the unprocessed bytes
-  std::optional<IgtlHead> head_;                 ///< of the message whose body is incomplete
+  std::optional<IgtlHeader> head_;               ///< of the message whose body is incomplete
   std::uint64_t skipped_ = 0, skipped_crc_ = 0;  ///< of a body that is being skipped
   std::uint64_t n_skipped_ = 0, n_malformed_ = 0;
   std::string trouble_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::igtl

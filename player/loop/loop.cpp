@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace vrda {
+namespace vrda::loop {
 
 StopSignals::StopSignals()
 {
@@ -22,7 +22,7 @@ StopSignals::~StopSignals()
   pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
 
-bool StopSignals::came_by(std::chrono::steady_clock::time_point due)
+bool StopSignals::wait_until(std::chrono::steady_clock::time_point due)
 {
   if (has_come_) return true;
   const std::chrono::nanoseconds left = due - std::chrono::steady_clock::now();
@@ -32,66 +32,67 @@ bool StopSignals::came_by(std::chrono::steady_clock::time_point due)
   return has_come_;
 }
 
-Key key_of_window(int key, bool has_shift)
+navigation::Key key_of_window(int key, bool has_shift)
 {
-  constexpr int keypad_minus = 333, keypad_plus = 334, last_f = key_f1 + 5, f11 = key_f1 + 10;
-  if (key >= key_f1 && key <= last_f) return static_cast<Key>(static_cast<int>(Key::f1) + key - key_f1);
+  constexpr int keypad_minus = 333, keypad_plus = 334, last_f = render::key_f1 + 5, f11 = render::key_f1 + 10;
+  if (key >= render::key_f1 && key <= last_f)
+    return static_cast<navigation::Key>(static_cast<int>(navigation::Key::f1) + key - render::key_f1);
   switch (key) {
-    case key_escape:
-      return Key::escape;
-    case key_enter:
-    case key_keypad_enter:
-      return Key::enter;
-    case key_backspace:
-      return Key::backspace;
-    case key_up:
-      return Key::up;
-    case key_down:
-      return Key::down;
-    case key_left:
-      return Key::left;
-    case key_right:
-      return Key::right;
-    case key_page_up:
-      return Key::page_up;
-    case key_page_down:
-      return Key::page_down;
-    case key_home:
-      return Key::home;
-    case key_end:
-      return Key::end;
+    case render::key_escape:
+      return navigation::Key::escape;
+    case render::key_enter:
+    case render::key_keypad_enter:
+      return navigation::Key::enter;
+    case render::key_backspace:
+      return navigation::Key::backspace;
+    case render::key_up:
+      return navigation::Key::up;
+    case render::key_down:
+      return navigation::Key::down;
+    case render::key_left:
+      return navigation::Key::left;
+    case render::key_right:
+      return navigation::Key::right;
+    case render::key_page_up:
+      return navigation::Key::page_up;
+    case render::key_page_down:
+      return navigation::Key::page_down;
+    case render::key_home:
+      return navigation::Key::home;
+    case render::key_end:
+      return navigation::Key::end;
     case f11:
-      return Key::f11;
+      return navigation::Key::f11;
     case keypad_minus:
-      return key_of('-');
+      return navigation::key_of('-');
     case keypad_plus:
-      return key_of('+');
+      return navigation::key_of('+');
     case '/':
-      return key_of(has_shift ? '?' : '/');
+      return navigation::key_of(has_shift ? '?' : '/');
     default:
-      return key > ' ' - 1 && key < 127 ? static_cast<Key>(key) : Key::none;
+      return key > ' ' - 1 && key < 127 ? static_cast<navigation::Key>(key) : navigation::Key::none;
   }
 }
 
-std::optional<KeyPress> key_press_of(const InputEvent& event)
+std::optional<navigation::KeyPress> key_press_of(const render::InputEvent& event)
 {
-  if (event.kind != InputKind::key_press) return std::nullopt;
-  const Key key = key_of_window(event.key, event.has_shift);
-  if (key == Key::none) return std::nullopt;
-  return KeyPress{key, event.has_shift, event.has_control};
+  if (event.kind != render::InputKind::key_press) return std::nullopt;
+  const navigation::Key key = key_of_window(event.key, event.has_shift);
+  if (key == navigation::Key::none) return std::nullopt;
+  return navigation::KeyPress{key, event.has_shift, event.has_control};
 }
 
-Button button_of(MouseButton button)
+navigation::Button button_of(render::MouseButton button)
 {
   switch (button) {
-    case MouseButton::left:
-      return Button::left;
-    case MouseButton::middle:
-      return Button::middle;
-    case MouseButton::right:
-      return Button::right;
+    case render::MouseButton::left:
+      return navigation::Button::left;
+    case render::MouseButton::middle:
+      return navigation::Button::middle;
+    case render::MouseButton::right:
+      return navigation::Button::right;
   }
-  return Button::left;
+  return navigation::Button::left;
 }
 
 namespace {
@@ -116,9 +117,9 @@ class Rounds {
     const Clock::duration period = duration_of(time.s);
     due_ += period;
     if (due_ + period < Clock::now()) due_ = Clock::now();
-    if (stop.came_by(is_by_input ? Clock::now() : due_)) return false;
+    if (stop.wait_until(is_by_input ? Clock::now() : due_)) return false;
     const std::chrono::duration<double> left = due_ - Clock::now();
-    for (const InputEvent& event : sink.events(is_by_input ? std::max(0.0, left.count()) : 0.0))
+    for (const render::InputEvent& event : sink.events(is_by_input ? std::max(0.0, left.count()) : 0.0))
       mode.take(event);
     if (is_by_input) due_ = Clock::now();
     return true;
@@ -146,7 +147,7 @@ void run_loop(Mode& mode, Sink& sink, StopSignals& stop)
   }
 }
 
-std::optional<InputError> attempt(const std::function<void()>& work)
+std::optional<InputError> catch_input_error(const std::function<void()>& work)
 {
   try {
     work();
@@ -156,4 +157,4 @@ std::optional<InputError> attempt(const std::function<void()>& work)
   }
 }
 
-}  // namespace vrda
+}  // namespace vrda::loop

@@ -10,11 +10,11 @@
 
 #include "core/error.hpp"
 #include "loop/sink.hpp"
+#include "navigation/keys.hpp"
+#include "navigation/orbit_camera.hpp"
 #include "render/window.hpp"
-#include "view/gaze.hpp"
-#include "view/keys.hpp"
 
-namespace vrda {
+namespace vrda::loop {
 
 /// Blocks SIGINT and SIGTERM during its lifetime; threads started meanwhile inherit the mask.
 class StopSignals {
@@ -25,7 +25,7 @@ class StopSignals {
   StopSignals& operator=(const StopSignals&) = delete;
 
   /// Waits until `due` for a signal; returns true if one has arrived.
-  bool came_by(std::chrono::steady_clock::time_point due);
+  bool wait_until(std::chrono::steady_clock::time_point due);
 
  private:
   sigset_t signals_{}, before_{};
@@ -33,17 +33,17 @@ class StopSignals {
 };
 
 /// Maps InputEvent::key (the unshifted character) and the shift state to a Key; Key::none if unused.
-Key key_of_window(int key, bool has_shift);
+navigation::Key key_of_window(int key, bool has_shift);
 
 /// The key press of an event; empty for other events and unused keys.
-std::optional<KeyPress> key_press_of(const InputEvent& event);
+std::optional<navigation::KeyPress> key_press_of(const render::InputEvent& event);
 
-Button button_of(MouseButton button);
+navigation::Button button_of(render::MouseButton button);
 
 /// The output streams of a mode.
 struct Streams {
-  std::ostream& data;  ///< machine-readable output: one path per line
-  std::ostream& talk;  ///< messages for the user
+  std::ostream& data;      ///< machine-readable output: one path per line
+  std::ostream& messages;  ///< messages for the user
 };
 
 /// The period from the start of a round to that of the next.
@@ -60,7 +60,7 @@ class Mode {
   virtual ~Mode() = default;
   virtual bool is_over() const = 0;
   virtual RoundTime round_time() const = 0;
-  virtual void take(const InputEvent& event) = 0;
+  virtual void take(const render::InputEvent& event) = 0;
   virtual void advance(double elapsed_s) = 0;
   virtual void draw() = 0;
 };
@@ -70,6 +70,6 @@ class Mode {
 void run_loop(Mode& mode, Sink& sink, StopSignals& stop);
 
 /// Runs `work` and returns a caught InputError (a full disk, an invalid file); empty on success.
-std::optional<InputError> attempt(const std::function<void()>& work);
+std::optional<InputError> catch_input_error(const std::function<void()>& work);
 
-}  // namespace vrda
+}  // namespace vrda::loop

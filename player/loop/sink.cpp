@@ -7,15 +7,15 @@
 #include "core/error.hpp"
 #include "render/image.hpp"
 
-namespace vrda {
+namespace vrda::loop {
 
-std::span<const InputEvent> Sink::events(double wait_s)
+std::span<const render::InputEvent> Sink::events(double wait_s)
 {
   if (!window_) return {};
   return window_->events(wait_s);
 }
 
-void Sink::keep_pictures(const std::string& folder, const std::string& option)
+void Sink::record_images(const std::string& folder, const std::string& option)
 {
   make_folder(folder, option);
   folder_ = folder;
@@ -31,13 +31,13 @@ void Sink::show(const Frame& frame)
   }
 }
 
-std::string Sink::keep(const Frame& frame, const std::string& name)
+std::string Sink::record(const Frame& frame, const std::string& name)
 {
-  const Image& image = renderer().draw(frame.scene, frame.shots, frame.overlay);
+  const render::Image& image = renderer().draw(frame.scene, frame.shots, frame.overlay);
   if (video_) video_->add(image);
   if (folder_.empty()) return {};
   std::string path = (std::filesystem::path(folder_) / name).string();
-  write_png(image, path);
+  render::write_png(image, path);
   return path;
 }
 
@@ -55,16 +55,16 @@ void make_folder(const std::string& folder, const std::string& option)
   }
 }
 
-std::string numbered(const std::string& stem, std::size_t number, std::size_t width)
+std::string padded_name(const std::string& stem, std::size_t number, std::size_t width)
 {
   std::string digits = std::to_string(number);
   digits.insert(0, width - std::min(width, digits.size()), '0');
   return stem + digits;
 }
 
-std::string counted(std::size_t n, const std::string& what)
+std::string count_text(std::size_t n, const std::string& what)
 {
   return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
 }
 
-}  // namespace vrda
+}  // namespace vrda::loop

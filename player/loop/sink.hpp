@@ -9,13 +9,13 @@
 #include "render/renderer.hpp"
 #include "render/window.hpp"
 
-namespace vrda {
+namespace vrda::loop {
 
 /// The content of one frame.
 struct Frame {
-  const Scene& scene;
-  std::span<const Shot> shots;
-  const Overlay* overlay = nullptr;
+  const scene::Scene& scene;
+  std::span<const render::Shot> shots;
+  const render::Overlay* overlay = nullptr;
 };
 
 class Sink {
@@ -23,34 +23,34 @@ class Sink {
   /// No output: nothing is drawn.
   Sink() = default;
   /// Throws InputError if there is no display.
-  explicit Sink(const WindowOptions& options) : window_(std::make_unique<Window>(options)) {}
-  explicit Sink(const RenderOptions& options) : memory_(make_offscreen_renderer(options)) {}
+  explicit Sink(const render::WindowOptions& options) : window_(std::make_unique<render::Window>(options)) {}
+  explicit Sink(const render::RenderOptions& options) : memory_(render::make_offscreen_renderer(options)) {}
 
-  bool is_anywhere() const { return window_ || memory_; }
+  bool has_output() const { return window_ || memory_; }
   /// Null without a window.
-  Window* window() const { return window_.get(); }
+  render::Window* window() const { return window_.get(); }
   /// Requires is_anywhere().
-  Renderer& renderer() const { return window_ ? window_->renderer() : *memory_; }
+  render::Renderer& renderer() const { return window_ ? window_->renderer() : *memory_; }
   bool is_closed() const { return window_ && window_->should_close(); }
   /// The window is minimised: nothing needs drawing.
   bool is_hidden() const { return window_ && window_->is_iconified(); }
-  std::span<const InputEvent> events(double wait_s);
+  std::span<const render::InputEvent> events(double wait_s);
 
   /// Sets the folder for recorded frames. Throws InputError, naming `option`, if it cannot be created.
-  void keep_pictures(const std::string& folder, const std::string& option);
-  void keep_film(const VideoOptions& options) { video_ = std::make_unique<VideoFile>(options); }
-  bool keeps() const { return !folder_.empty() || video_; }
+  void record_images(const std::string& folder, const std::string& option);
+  void record_video(const VideoOptions& options) { video_ = std::make_unique<VideoFile>(options); }
+  bool is_recording() const { return !folder_.empty() || video_; }
 
   /// Displays the frame; returns when it is complete.
   void show(const Frame& frame);
   /// Draws the frame to the video and to file `name` in the folder; returns the path, empty without a folder.
-  std::string keep(const Frame& frame, const std::string& name);
+  std::string record(const Frame& frame, const std::string& name);
   /// Completes the video.
   void finish();
 
  private:
-  std::unique_ptr<Window> window_;
-  std::unique_ptr<Renderer> memory_;
+  std::unique_ptr<render::Window> window_;
+  std::unique_ptr<render::Renderer> memory_;
   std::string folder_;
   std::unique_ptr<VideoFile> video_;
 };
@@ -59,9 +59,9 @@ class Sink {
 void make_folder(const std::string& folder, const std::string& option);
 
 /// "task_0012": the number zero-padded to `width` digits, so that names sort.
-std::string numbered(const std::string& stem, std::size_t number, std::size_t width);
+std::string padded_name(const std::string& stem, std::size_t number, std::size_t width);
 
 /// "2 frames", "1 frame"
-std::string counted(std::size_t n, const std::string& what);
+std::string count_text(std::size_t n, const std::string& what);
 
-}  // namespace vrda
+}  // namespace vrda::loop

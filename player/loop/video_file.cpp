@@ -14,12 +14,12 @@
 #include <system_error>
 #include <vector>
 
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "core/whole_file.hpp"
 
 extern char** environ;
 
-namespace vrda {
+namespace vrda::loop {
 namespace {
 
 constexpr std::size_t longest_message = 600;  // bytes: a few lines of ffmpeg output
@@ -107,7 +107,7 @@ VideoFile::VideoFile(const VideoOptions& options)
 {
   require_video_name(options.path);
   constexpr std::string_view binary("\0", 1);  // every video is binary
-  require_same_kind(options.path, binary);
+  require_same_file_type(options.path, binary);
   start();
 }
 
@@ -152,7 +152,7 @@ void VideoFile::stop()
   frames_ = -1;
   if (ffmpeg_ > 0) {
     kill(ffmpeg_, SIGTERM);
-    ended();
+    wait_for_ffmpeg();
   }
   if (messages_ >= 0) close(messages_);
   messages_ = -1;
@@ -161,7 +161,7 @@ void VideoFile::stop()
 }
 
 /// Waits for ffmpeg to end; returns the status of waitpid.
-int VideoFile::ended()
+int VideoFile::wait_for_ffmpeg()
 {
   int status = 0;
   while (waitpid(ffmpeg_, &status, 0) < 0 && errno == EINTR) {
@@ -182,7 +182,7 @@ void VideoFile::fail(int status)
   refuse(options_.path, "ffmpeg ended with " + how + (message.empty() ? "" : ": " + message));
 }
 
-void VideoFile::add(const Image& image)
+void VideoFile::add(const render::Image& image)
 {
   check(image.width == options_.width && image.height == options_.height,
         "all frames of a video have the same size");
@@ -194,7 +194,7 @@ void VideoFile::add(const Image& image)
     if (n < 0) {
       close(frames_);
       frames_ = -1;
-      fail(ended());
+      fail(wait_for_ffmpeg());
     }
     left += n;
     n_left -= static_cast<std::size_t>(n);
@@ -205,11 +205,11 @@ void VideoFile::finish()
 {
   close(frames_);
   frames_ = -1;
-  const int status = ended();
+  const int status = wait_for_ffmpeg();
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) fail(status);
   std::error_code error;
   std::filesystem::rename(unfinished_path_, options_.path, error);
   if (error) refuse(options_.path, error.message());
 }
 
-}  // namespace vrda
+}  // namespace vrda::loop

@@ -7,7 +7,7 @@
 
 #include "render/image.hpp"
 
-namespace vrda {
+namespace vrda::loop {
 
 struct VideoOptions {
   std::string path;  ///< .mp4, .webm or .gif; the suffix selects the encoding
@@ -29,14 +29,14 @@ class VideoFile {
   VideoFile& operator=(const VideoFile&) = delete;
 
   /// Adds a frame of the size in the options.
-  void add(const Image& image);
+  void add(const render::Image& image);
   void finish();
 
  private:
   void start();
   void stop();
   [[noreturn]] void fail(int status);
-  int ended();
+  int wait_for_ffmpeg();
 
   VideoOptions options_;
   std::string unfinished_path_;
@@ -45,4 +45,4 @@ class VideoFile {
   int messages_ = -1;  ///< ffmpeg's output, a file in memory
 };
 
-}  // namespace vrda
+}  // namespace vrda::loop

@@ -8,7 +8,7 @@
 #include "core/error.hpp"
 #include "optics/viewport.hpp"
 
-namespace vrda {
+namespace vrda::optics {
 namespace {
 
 double shown_radius(const Distortion& d, double r)
@@ -173,7 +173,8 @@ Eigen::Vector2d field_of_view_rad(const Eye& eye)
           2.0 * std::atan(0.5 * eye.window.height / distance_y_px(eye))};
 }
 
-std::optional<InputError::Facts> unusable(const Eye& eye, const std::string& file, const std::string& name)
+std::optional<InputError::Facts> usability_error(const Eye& eye, const std::string& file,
+                                                 const std::string& name)
 {
   const auto refused = [&](const char* field, const std::string& found, const std::string& wanted) {
     return InputError::Facts{file, name + "." + field, found, wanted};
@@ -197,7 +198,7 @@ std::optional<InputError::Facts> unusable(const Eye& eye, const std::string& fil
   }
   const Eigen::Vector2d shown = shown_box(eye).high_px - shown_box(eye).low_px;
   const Eigen::Vector2d most =
-      (most_shown_share * Eigen::Vector2d(eye.visible.width, eye.visible.height)).cwiseMin(most_shown_px);
+      (max_source_scale * Eigen::Vector2d(eye.visible.width, eye.visible.height)).cwiseMin(max_source_px);
   if (!(shown.array() <= most.array()).all()) {
     return refused("distortion",
                    numbers + ", which require " + text(shown.x()) + " x " + text(shown.y()) + " px",
@@ -206,15 +207,15 @@ std::optional<InputError::Facts> unusable(const Eye& eye, const std::string& fil
   return std::nullopt;
 }
 
-std::optional<InputError::Facts> unusable(const EyePair& eyes, const std::string& file)
+std::optional<InputError::Facts> usability_error(const EyePair& eyes, const std::string& file)
 {
-  const std::optional<InputError::Facts> left = unusable(eyes.left, file, "left");
-  return left ? left : unusable(eyes.right, file, "right");
+  const std::optional<InputError::Facts> left = usability_error(eyes.left, file, "left");
+  return left ? left : usability_error(eyes.right, file, "right");
 }
 
 void require_usable(const EyePair& eyes, const std::string& file)
 {
-  if (const std::optional<InputError::Facts> facts = unusable(eyes, file)) throw InputError(*facts);
+  if (const std::optional<InputError::Facts> facts = usability_error(eyes, file)) throw InputError(*facts);
 }
 
 namespace {
@@ -285,7 +286,7 @@ WarpMesh warp_mesh(const Eye& eye, const ShownBox& box, double error_px)
   return mesh;
 }
 
-Eigen::Vector2d looked_up_px(const WarpMesh& mesh, const ShownBox& box, const Eigen::Vector2d& drawn_px)
+Eigen::Vector2d sampled_px(const WarpMesh& mesh, const ShownBox& box, const Eigen::Vector2d& drawn_px)
 {
   const auto at = [&](std::uint32_t k) {
     return Eigen::Vector2d(mesh.vertices[k].x_px, mesh.vertices[k].y_px);
@@ -304,4 +305,4 @@ Eigen::Vector2d looked_up_px(const WarpMesh& mesh, const ShownBox& box, const Ei
   throw InternalError("a sampled point is within the visible part");
 }
 
-}  // namespace vrda
+}  // namespace vrda::optics

@@ -9,7 +9,7 @@
 #include "core/frames.hpp"
 #include "optics/viewport.hpp"
 
-namespace vrda {
+namespace vrda::optics {
 
 /// Radial distortion: a pixel drawn at radius r from the centre is shown in the same direction at
 /// r' = r (1 + k1 r^2 + k2 r^4); r in units of unit_px, with y scaled by the pixel aspect. Pincushion if k1 >
@@ -82,14 +82,15 @@ double furthest_radius_px(const Distortion& distortion, const Viewport& v);
 Eigen::Vector2d field_of_view_rad(const Eye& eye);
 
 /// Largest side of the undistorted image: both eyes together reach the largest OpenGL size (16384).
-inline constexpr double most_shown_px = 8192.0;
+inline constexpr double max_source_px = 8192.0;
 /// Largest ratio of its side to that of the visible part; a larger one indicates wrong coefficients.
-inline constexpr double most_shown_share = 4.0;
+inline constexpr double max_source_scale = 4.0;
 
 /// Describes why an eye is not usable, naming `file` and the eye: an empty visible part, a distortion that
 /// folds or needs too large an image, or an invalid number. Empty if it is usable.
-std::optional<InputError::Facts> unusable(const Eye& eye, const std::string& file, const std::string& name);
-std::optional<InputError::Facts> unusable(const EyePair& eyes, const std::string& file);
+std::optional<InputError::Facts> usability_error(const Eye& eye, const std::string& file,
+                                                 const std::string& name);
+std::optional<InputError::Facts> usability_error(const EyePair& eyes, const std::string& file);
 /// Throws InputError if an eye is not usable.
 void require_usable(const EyePair& eyes, const std::string& file);
 
@@ -100,6 +101,6 @@ WarpMesh warp_mesh(const Eye& eye, const ShownBox& box, double error_px = 0.01);
 
 /// The position in the undistorted image that the mesh samples at `drawn_px` in the visible part, by linear
 /// interpolation.
-Eigen::Vector2d looked_up_px(const WarpMesh& mesh, const ShownBox& box, const Eigen::Vector2d& drawn_px);
+Eigen::Vector2d sampled_px(const WarpMesh& mesh, const ShownBox& box, const Eigen::Vector2d& drawn_px);
 
-}  // namespace vrda
+}  // namespace vrda::optics

@@ -4,7 +4,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::optics {
 
 const std::vector<std::string>& layout_names()
 {
@@ -66,4 +66,4 @@ Eigen::Vector2d middle_px(const Viewport& v)
   return {v.x + 0.5 * v.width, v.y + 0.5 * v.height};
 }
 
-}  // namespace vrda
+}  // namespace vrda::optics

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace vrda {
+namespace vrda::optics {
 
 /// A rectangle of an image, in pixels from its top left corner.
 struct Viewport {
@@ -26,8 +26,8 @@ struct WarpMesh {
   std::vector<std::uint32_t> triangles;  ///< three vertex indices per triangle
 };
 struct Warp {
-  int width = 0, height = 0;                  ///< of the output; black outside the mesh
-  int picture_width = 0, picture_height = 0;  ///< of the source image; 0: the renderer's size
+  int width = 0, height = 0;                ///< of the output; black outside the mesh
+  int source_width = 0, source_height = 0;  ///< of the source image; 0: the renderer's size
   WarpMesh mesh;
 };
 
@@ -57,4 +57,4 @@ Viewport within(const Viewport& inner, const Viewport& outer);
 /// The centre in pixels of the frame buffer; for an odd width the centre of a pixel.
 Eigen::Vector2d middle_px(const Viewport& v);
 
-}  // namespace vrda
+}  // namespace vrda::optics

@@ -11,11 +11,11 @@
 #include "journal/framed_file.hpp"
 #include "journal/little_endian.hpp"
 
-namespace vrda {
+namespace vrda::recording {
 namespace {
 
 /// A frame's samples take some hundred bytes; the texts of bench and calibration some kilobytes.
-constexpr FrameFormat format{"VRDABREC", 1, std::uint32_t{1} << 24, "frame"};
+constexpr journal::FrameFormat format{"VRDABREC", 1, std::uint32_t{1} << 24, "frame"};
 constexpr const char* file_key = "bench recording";
 
 constexpr std::size_t key_bytes = 5, sample_bytes = 80;
@@ -24,129 +24,129 @@ constexpr std::int64_t most_file_bytes = std::int64_t{1} << 32;
 
 void append_i64(std::string& bytes, std::int64_t value)
 {
-  append_u32(bytes, static_cast<std::uint32_t>(value));
-  append_u32(bytes, static_cast<std::uint32_t>(static_cast<std::uint64_t>(value) >> 32));
+  journal::append_u32(bytes, static_cast<std::uint32_t>(value));
+  journal::append_u32(bytes, static_cast<std::uint32_t>(static_cast<std::uint64_t>(value) >> 32));
 }
 
 void append_text(std::string& bytes, const std::string& text)
 {
-  append_u32(bytes, static_cast<std::uint32_t>(text.size()));
+  journal::append_u32(bytes, static_cast<std::uint32_t>(text.size()));
   bytes += text;
 }
 
-void append_sample(std::string& bytes, const Sample& sample)
+void append_sample(std::string& bytes, const devices::Sample& sample)
 {
   append_i64(bytes, sample.arrival_ns);
   append_i64(bytes, sample.device_ns);
-  for (const double v : sample.place.position_mm) append_double(bytes, v);
-  for (const double v : sample.place.rotation) append_double(bytes, v);
-  append_i32(bytes, sample.count);
+  for (const double v : sample.tool_pose.position_mm) journal::append_double(bytes, v);
+  for (const double v : sample.tool_pose.rotation) journal::append_double(bytes, v);
+  journal::append_i32(bytes, sample.count);
   bytes.push_back(static_cast<char>(sample.source & 0xFF));
   bytes.push_back(static_cast<char>(sample.source >> 8));
-  append_i8(bytes, static_cast<std::int8_t>(sample.kind));
-  append_i8(bytes, static_cast<std::int8_t>(sample.state));
+  journal::append_i8(bytes, static_cast<std::int8_t>(sample.kind));
+  journal::append_i8(bytes, static_cast<std::int8_t>(sample.state));
 }
 
-bool has_valid_kind(const Sample& sample)
+bool has_valid_kind(const devices::Sample& sample)
 {
   switch (sample.kind) {
-    case SampleKind::place:
-      return sample.state <= static_cast<std::uint8_t>(SeenState::not_a_place);
-    case SampleKind::link:
-      return sample.state <= static_cast<std::uint8_t>(LinkState::up) &&
-             sample.source <= static_cast<std::uint16_t>(DeviceId::board);
-    case SampleKind::potentiometer:
-    case SampleKind::stage:
+    case devices::SampleKind::tool_pose:
+      return sample.state <= static_cast<std::uint8_t>(devices::ToolVisibility::invalid_pose);
+    case devices::SampleKind::link:
+      return sample.state <= static_cast<std::uint8_t>(devices::LinkState::up) &&
+             sample.source <= static_cast<std::uint16_t>(devices::DeviceId::board);
+    case devices::SampleKind::potentiometer:
+    case devices::SampleKind::stage:
       return true;
   }
   return false;
 }
 
 /// The pose of a visible tool must be finite with a unit quaternion.
-bool has_valid_pose(const Sample& sample)
+bool has_valid_pose(const devices::Sample& sample)
 {
-  const bool counts =
-      sample.kind == SampleKind::place && static_cast<SeenState>(sample.state) == SeenState::seen;
+  const bool counts = sample.kind == devices::SampleKind::tool_pose &&
+                      static_cast<devices::ToolVisibility>(sample.state) == devices::ToolVisibility::seen;
   if (!counts) return true;
   double square = 0.0;
-  for (const double v : sample.place.rotation) square += v * v;
+  for (const double v : sample.tool_pose.rotation) square += v * v;
   constexpr double unit_tolerance = 1e-6;
-  const Eigen::Map<const Eigen::Vector3d> position(sample.place.position_mm);
+  const Eigen::Map<const Eigen::Vector3d> position(sample.tool_pose.position_mm);
   return position.allFinite() && std::abs(square - 1.0) < unit_tolerance;
 }
 
-Sample take_sample(Cursor& cursor)
+devices::Sample take_sample(journal::ByteReader& cursor)
 {
-  Sample sample;
+  devices::Sample sample;
   sample.arrival_ns = static_cast<std::int64_t>(cursor.take(8));
   sample.device_ns = static_cast<std::int64_t>(cursor.take(8));
-  for (double& v : sample.place.position_mm) v = cursor.take_double();
-  for (double& v : sample.place.rotation) v = cursor.take_double();
+  for (double& v : sample.tool_pose.position_mm) v = cursor.take_double();
+  for (double& v : sample.tool_pose.rotation) v = cursor.take_double();
   sample.count = cursor.take_i32();
   sample.source = static_cast<std::uint16_t>(cursor.take(2));
-  sample.kind = static_cast<SampleKind>(cursor.take(1));
+  sample.kind = static_cast<devices::SampleKind>(cursor.take(1));
   sample.state = static_cast<std::uint8_t>(cursor.take(1));
-  if (!has_valid_kind(sample) || !has_valid_pose(sample)) cursor.refuse();
+  if (!has_valid_kind(sample) || !has_valid_pose(sample)) cursor.mark_invalid();
   return sample;
 }
 
-KeyPress take_key(Cursor& cursor)
+navigation::KeyPress take_key(journal::ByteReader& cursor)
 {
-  KeyPress press;
-  press.key = static_cast<Key>(cursor.take_i32());
+  navigation::KeyPress press;
+  press.key = static_cast<navigation::Key>(cursor.take_i32());
   const std::uint64_t flags = cursor.take(1);
-  if (flags > 3) cursor.refuse();
+  if (flags > 3) cursor.mark_invalid();
   press.has_shift = (flags & 1) != 0;
   press.has_control = (flags & 2) != 0;
   return press;
 }
 
-std::optional<RecordedPicture> recorded_frame(std::string_view bytes)
+std::optional<RecordedFrame> recorded_frame(std::string_view bytes)
 {
-  Cursor cursor(bytes);
-  RecordedPicture picture;
+  journal::ByteReader cursor(bytes);
+  RecordedFrame picture;
   picture.now_ns = static_cast<std::int64_t>(cursor.take(8));
   const std::uint64_t n_keys = cursor.take(4);
-  if (n_keys > cursor.left() / key_bytes) cursor.refuse();
-  for (std::uint64_t k = 0; k < n_keys && cursor.is_sound(); ++k) picture.keys.push_back(take_key(cursor));
+  if (n_keys > cursor.n_bytes_left() / key_bytes) cursor.mark_invalid();
+  for (std::uint64_t k = 0; k < n_keys && cursor.is_valid(); ++k) picture.keys.push_back(take_key(cursor));
   const std::uint64_t n_samples = cursor.take(4);
-  if (n_samples > cursor.left() / sample_bytes) cursor.refuse();
-  for (std::uint64_t k = 0; k < n_samples && cursor.is_sound(); ++k)
+  if (n_samples > cursor.n_bytes_left() / sample_bytes) cursor.mark_invalid();
+  for (std::uint64_t k = 0; k < n_samples && cursor.is_valid(); ++k)
     picture.samples.push_back(take_sample(cursor));
-  if (!cursor.is_sound() || cursor.left() != 0) return std::nullopt;
+  if (!cursor.is_valid() || cursor.n_bytes_left() != 0) return std::nullopt;
   return picture;
 }
 
-std::string take_text(Cursor& cursor, std::string_view bytes)
+std::string take_text(journal::ByteReader& cursor, std::string_view bytes)
 {
   const std::uint64_t n = cursor.take(4);
-  if (n > cursor.left()) cursor.refuse();
-  if (!cursor.is_sound()) return {};
-  std::string text(bytes.substr(bytes.size() - cursor.left(), n));
+  if (n > cursor.n_bytes_left()) cursor.mark_invalid();
+  if (!cursor.is_valid()) return {};
+  std::string text(bytes.substr(bytes.size() - cursor.n_bytes_left(), n));
   for (std::uint64_t k = 0; k < n; ++k) cursor.take(1);
   return text;
 }
 
 std::optional<RecordingFacts> facts_of(std::string_view bytes)
 {
-  Cursor cursor(bytes);
+  journal::ByteReader cursor(bytes);
   RecordingFacts facts;
   for (std::string* text : {&facts.bench_path, &facts.bench_text, &facts.calibration_path,
                             &facts.calibration_text, &facts.model_path, &facts.model_seal, &facts.set})
     *text = take_text(cursor, bytes);
-  if (!cursor.is_sound() || cursor.left() != 0) return std::nullopt;
+  if (!cursor.is_valid() || cursor.n_bytes_left() != 0) return std::nullopt;
   return facts;
 }
 
 }  // namespace
 
 struct Recorder::Inner {
-  FrameWriter writer;
+  journal::FrameWriter writer;
 };
 
 Recorder::Recorder(const std::string& path, const RecordingFacts& facts)
 {
-  std::optional<FrameWriter> writer = FrameWriter::try_create(path, file_key, format);
+  std::optional<journal::FrameWriter> writer = journal::FrameWriter::try_create(path, file_key, format);
   if (!writer) throw InputError({path, "", "an existing file", "a new name for the recording"});
   inner_ = std::make_unique<Inner>(Inner{std::move(*writer)});
   // Frames do not wait for the disk; close() does.
@@ -156,7 +156,8 @@ Recorder::Recorder(const std::string& path, const RecordingFacts& facts)
 
 Recorder::~Recorder() = default;
 
-void Recorder::add(std::int64_t now_ns, std::span<const KeyPress> keys, std::span<const Sample> samples)
+void Recorder::add(std::int64_t now_ns, std::span<const navigation::KeyPress> keys,
+                   std::span<const devices::Sample> samples)
 {
   inner_->writer.append(bytes_of(now_ns, keys, samples));
 }
@@ -166,18 +167,20 @@ void Recorder::close()
   inner_->writer.close();
 }
 
-std::string bytes_of(std::int64_t now_ns, std::span<const KeyPress> keys, std::span<const Sample> samples)
+std::string bytes_of(std::int64_t now_ns, std::span<const navigation::KeyPress> keys,
+                     std::span<const devices::Sample> samples)
 {
   std::string bytes;
   bytes.reserve(16 + key_bytes * keys.size() + sample_bytes * samples.size());
   append_i64(bytes, now_ns);
-  append_u32(bytes, static_cast<std::uint32_t>(keys.size()));
-  for (const KeyPress& press : keys) {
-    append_i32(bytes, static_cast<std::int32_t>(press.key));
-    append_i8(bytes, static_cast<std::int8_t>((press.has_shift ? 1 : 0) | (press.has_control ? 2 : 0)));
+  journal::append_u32(bytes, static_cast<std::uint32_t>(keys.size()));
+  for (const navigation::KeyPress& press : keys) {
+    journal::append_i32(bytes, static_cast<std::int32_t>(press.key));
+    journal::append_i8(bytes,
+                       static_cast<std::int8_t>((press.has_shift ? 1 : 0) | (press.has_control ? 2 : 0)));
   }
-  append_u32(bytes, static_cast<std::uint32_t>(samples.size()));
-  for (const Sample& sample : samples) append_sample(bytes, sample);
+  journal::append_u32(bytes, static_cast<std::uint32_t>(samples.size()));
+  for (const devices::Sample& sample : samples) append_sample(bytes, sample);
   return bytes;
 }
 
@@ -194,29 +197,30 @@ Recording parsed_recording(const std::string& path, std::string_view bytes)
 {
   constexpr const char* wanted = "a recording of vrda-player bench --record, format version 1";
   // Checked before parse_frames(), whose messages are about journals of a run.
-  if (const FrameHeader header = header_in(bytes, format); header.n_bytes == 0)
+  if (const journal::FrameHeader header = journal::parse_header(bytes, format); header.n_bytes == 0)
     throw InputError({path, header.field, header.found, wanted});
   Recording recording;
   bool has_facts = false;
-  const FrameFacts frames = parse_frames(path, bytes, format, [&](std::string_view frame) -> std::string {
-    if (!has_facts) {
-      std::optional<RecordingFacts> facts = facts_of(frame);
-      if (!facts) return "an invalid header record";
-      recording.facts = std::move(*facts);
-      has_facts = true;
-      return {};
-    }
-    std::optional<RecordedPicture> picture = recorded_frame(frame);
-    if (!picture) return "an invalid frame record";
-    recording.pictures.push_back(std::move(*picture));
-    return {};
-  });
+  const journal::FrameFileSummary frames =
+      journal::parse_frames(path, bytes, format, [&](std::string_view frame) -> std::string {
+        if (!has_facts) {
+          std::optional<RecordingFacts> facts = facts_of(frame);
+          if (!facts) return "an invalid header record";
+          recording.facts = std::move(*facts);
+          has_facts = true;
+          return {};
+        }
+        std::optional<RecordedFrame> picture = recorded_frame(frame);
+        if (!picture) return "an invalid frame record";
+        recording.frames.push_back(std::move(*picture));
+        return {};
+      });
   if (!has_facts)
-    throw InputError({path, "",
-                      frames.dropped_why.empty() ? "no record after the file header" : frames.dropped_why,
-                      wanted});
+    throw InputError(
+        {path, "", frames.dropped_reason.empty() ? "no record after the file header" : frames.dropped_reason,
+         wanted});
   recording.dropped_bytes = frames.dropped_bytes;
-  recording.dropped_why = frames.dropped_why;
+  recording.dropped_why = frames.dropped_reason;
   return recording;
 }
 
@@ -225,7 +229,7 @@ Recording read_recording(const std::string& path)
   struct stat facts {};
   if (stat(path.c_str(), &facts) == 0 && facts.st_size > most_file_bytes)
     throw InputError({path, "", std::to_string(facts.st_size) + " bytes", "a recording of at most 4 GiB"});
-  return parsed_recording(path, frame_bytes_of(path));
+  return parsed_recording(path, journal::read_frame_file(path));
 }
 
-}  // namespace vrda
+}  // namespace vrda::recording

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "devices/sample.hpp"
-#include "view/keys.hpp"
+#include "navigation/keys.hpp"
 
-namespace vrda {
+namespace vrda::recording {
 
 /// What a session was started with. Bench file and calibration are stored as text, so that replay needs
 /// only the motion model.
@@ -25,15 +25,15 @@ struct RecordingFacts {
 };
 
 /// Inputs of one frame: key presses, samples, start time.
-struct RecordedPicture {
+struct RecordedFrame {
   std::int64_t now_ns = 0;  ///< clock of Sample::arrival_ns
-  std::vector<KeyPress> keys;
-  std::vector<Sample> samples;  ///< in order of arrival
+  std::vector<navigation::KeyPress> keys;
+  std::vector<devices::Sample> samples;  ///< in order of arrival
 };
 
 struct Recording {
   RecordingFacts facts;
-  std::vector<RecordedPicture> pictures;
+  std::vector<RecordedFrame> frames;
   std::uint64_t dropped_bytes =
       0;  ///< after the last complete record: the file is truncated or damaged there
   std::string dropped_why;
@@ -50,7 +50,8 @@ class Recorder {
   Recorder& operator=(const Recorder&) = delete;
 
   /// Throws InputError if the disk is full or missing; earlier records stay readable.
-  void add(std::int64_t now_ns, std::span<const KeyPress> keys, std::span<const Sample> samples);
+  void add(std::int64_t now_ns, std::span<const navigation::KeyPress> keys,
+           std::span<const devices::Sample> samples);
   /// Blocks until the data are on disk.
   void close();
 
@@ -65,8 +66,9 @@ Recording read_recording(const std::string& path);
 Recording parsed_recording(const std::string& path, std::string_view bytes);
 
 /// Serialised record of a frame; equal for equal inputs.
-std::string bytes_of(std::int64_t now_ns, std::span<const KeyPress> keys, std::span<const Sample> samples);
+std::string bytes_of(std::int64_t now_ns, std::span<const navigation::KeyPress> keys,
+                     std::span<const devices::Sample> samples);
 /// Serialised header record.
 std::string bytes_of(const RecordingFacts& facts);
 
-}  // namespace vrda
+}  // namespace vrda::recording

@@ -10,7 +10,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::render {
 namespace {
 
 bool has_extension(EGLDisplay display, const char* name)
@@ -114,4 +114,4 @@ std::unique_ptr<GlContext> make_egl_context()
   return std::make_unique<EglContext>();
 }
 
-}  // namespace vrda
+}  // namespace vrda::render

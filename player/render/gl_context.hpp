@@ -5,7 +5,7 @@
 
 #include "render/renderer.hpp"
 
-namespace vrda {
+namespace vrda::render {
 
 /// An OpenGL 3.3 core context.
 class GlContext {
@@ -31,4 +31,4 @@ std::unique_ptr<GlContext> make_egl_context();
 /// Takes ownership of the context. Renders to its own frame buffer, not to the context's.
 std::unique_ptr<Renderer> make_gl_renderer(std::unique_ptr<GlContext> context, const RenderOptions& options);
 
-}  // namespace vrda
+}  // namespace vrda::render

@@ -11,7 +11,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::render {
 namespace {
 
 /// From half a pixel in a close-up (20 pixels per mm) to half a pixel of a whole leg, in steps of sqrt(2).
@@ -31,7 +31,7 @@ std::vector<std::uint32_t> cache_ordered(const std::vector<std::uint32_t>& trian
 }
 
 /// For each vertex, the lowest-numbered vertex with the same position.
-std::vector<std::uint32_t> merged_vertices(const DrawMesh& mesh)
+std::vector<std::uint32_t> merged_vertices(const RenderMesh& mesh)
 {
   std::vector<std::uint32_t> order(mesh.vertices.size()), merged(mesh.vertices.size());
   std::iota(order.begin(), order.end(), 0U);
@@ -46,7 +46,7 @@ std::vector<std::uint32_t> merged_vertices(const DrawMesh& mesh)
   return merged;
 }
 
-double volume_mm3(const DrawMesh& mesh)
+double volume_mm3(const RenderMesh& mesh)
 {
   double six_volumes_mm3 = 0.0;
   const auto corner_mm = [&](std::size_t i) {
@@ -61,7 +61,7 @@ double volume_mm3(const DrawMesh& mesh)
 
 }  // namespace
 
-MeshLevels levels_of(const DrawMesh& mesh)
+MeshLevels levels_of(const RenderMesh& mesh)
 {
   MeshLevels levels;
   const std::size_t n_vertices = mesh.vertices.size();
@@ -69,14 +69,14 @@ MeshLevels levels_of(const DrawMesh& mesh)
   if (mesh.triangles.size() < 3 * least_triangles) return levels;
   const float* const positions = mesh.vertices.front().position_mm.data();
   // meshoptimizer's errors are relative to the mesh's extent.
-  const double extent_mm = meshopt_simplifyScale(positions, n_vertices, sizeof(DrawVertex));
+  const double extent_mm = meshopt_simplifyScale(positions, n_vertices, sizeof(RenderVertex));
   for (const double wanted_mm : target_error_mm) {
     // Simplify the full mesh each time: errors of successive simplification add up, and a level within 0.085
     // mm would have three times the triangles.
     std::vector<std::uint32_t> fewer(mesh.triangles.size());
     float error = 0.0F;
     fewer.resize(meshopt_simplify(fewer.data(), mesh.triangles.data(), mesh.triangles.size(), positions,
-                                  n_vertices, sizeof(DrawVertex), 0,
+                                  n_vertices, sizeof(RenderVertex), 0,
                                   static_cast<float>(wanted_mm / extent_mm), 0, &error));
     const auto n_before = static_cast<double>(levels.back().triangles.size());
     if (static_cast<double>(fewer.size()) > largest_fraction * n_before) continue;
@@ -85,7 +85,7 @@ MeshLevels levels_of(const DrawMesh& mesh)
   return levels;
 }
 
-bool is_closed(const DrawMesh& mesh)
+bool is_closed(const RenderMesh& mesh)
 {
   const std::vector<std::uint32_t> merged = merged_vertices(mesh);
   // Edges with the smaller vertex first; the sign is the original direction.
@@ -120,25 +120,25 @@ GLsizeiptr bytes_of(const std::vector<T>& items)
   return static_cast<GLsizeiptr>(items.size() * sizeof(T));
 }
 
-void upload_colours(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
+void upload_colours(const GlTable& gl, const scene::Drawable& drawable, GpuMesh& mesh)
 {
-  const std::vector<VertexColour>& colours = drawable.colours;
+  const std::vector<scene::VertexColour>& colours = drawable.colours;
   check(colours.empty() || colours.size() == drawable.mesh.vertices.size(), "there is one colour per vertex");
   mesh.has_colours = !colours.empty();
-  mesh.has_translucent_colours =
-      std::any_of(colours.begin(), colours.end(), [](const VertexColour& colour) { return colour[3] < 255; });
+  mesh.has_translucent_colours = std::any_of(
+      colours.begin(), colours.end(), [](const scene::VertexColour& colour) { return colour[3] < 255; });
   if (colours.empty()) return;
   gl.BindBuffer(GL_ARRAY_BUFFER, mesh.buffers[2]);
   gl.BufferData(GL_ARRAY_BUFFER, bytes_of(colours), colours.data(), GL_DYNAMIC_DRAW);
   gl.EnableVertexAttribArray(2);
-  gl.VertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(VertexColour), nullptr);
+  gl.VertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(scene::VertexColour), nullptr);
 }
 
 }  // namespace
 
-GpuMesh uploaded(const GlTable& gl, const Drawable& drawable)
+GpuMesh upload_mesh(const GlTable& gl, const scene::Drawable& drawable)
 {
-  const DrawMesh& mesh = drawable.mesh;
+  const RenderMesh& mesh = drawable.mesh;
   GpuMesh gpu;
   gl.GenVertexArrays(1, &gpu.vertex_array);
   gl.GenBuffers(static_cast<GLsizei>(gpu.buffers.size()), gpu.buffers.data());
@@ -150,9 +150,9 @@ GpuMesh uploaded(const GlTable& gl, const Drawable& drawable)
   gpu.levels.push_back({0, static_cast<int>(mesh.triangles.size()), 0.0});
   gl.EnableVertexAttribArray(0);
   gl.EnableVertexAttribArray(1);
-  constexpr GLsizei stride = sizeof(DrawVertex);
+  constexpr GLsizei stride = sizeof(RenderVertex);
   gl.VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, stride, nullptr);
-  gl.VertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, stride, buffer_offset(offsetof(DrawVertex, normal)));
+  gl.VertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, stride, buffer_offset(offsetof(RenderVertex, normal)));
   upload_colours(gl, drawable, gpu);
   gpu.n_vertices = mesh.vertices.size();
   gpu.n_indices = mesh.triangles.size();
@@ -174,10 +174,10 @@ void add_levels(const GlTable& gl, const MeshLevels& levels, GpuMesh& mesh)
   gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, bytes_of(indices), indices.data(), GL_STATIC_DRAW);
 }
 
-void refresh(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
+void refresh(const GlTable& gl, const scene::Drawable& drawable, GpuMesh& mesh)
 {
   if (drawable.revision == mesh.revision) return;
-  const DrawMesh& changed = drawable.mesh;
+  const RenderMesh& changed = drawable.mesh;
   check(changed.vertices.size() <= mesh.n_vertices && changed.triangles.size() <= mesh.n_indices,
         "a new revision of a mesh is not larger than at its upload");
   gl.BindVertexArray(mesh.vertex_array);
@@ -193,7 +193,7 @@ void refresh(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
   mesh.revision = drawable.revision;
 }
 
-void drop(const GlTable& gl, GpuMesh& mesh)
+void release_mesh(const GlTable& gl, GpuMesh& mesh)
 {
   gl.DeleteVertexArrays(1, &mesh.vertex_array);
   gl.DeleteBuffers(static_cast<GLsizei>(mesh.buffers.size()), mesh.buffers.data());
@@ -211,4 +211,4 @@ void draw(const GlTable& gl, const GpuMesh& mesh, double allowed_error_mm)
                   buffer_offset(chosen->first * sizeof(std::uint32_t)));
 }
 
-}  // namespace vrda
+}  // namespace vrda::render

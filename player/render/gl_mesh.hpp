@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/draw_mesh.hpp"
+#include "core/render_mesh.hpp"
 #include "render/gl_table.hpp"
 #include "scene/scene.hpp"
 
-namespace vrda {
+namespace vrda::render {
 
 struct DetailLevel {
   std::vector<std::uint32_t> triangles;  ///< three vertex indices per triangle
@@ -20,11 +20,11 @@ using MeshLevels = std::vector<DetailLevel>;
 
 /// Level 0 is `mesh` in an order optimised for vertex caches; each further level has clearly fewer triangles
 /// and a larger error.
-MeshLevels levels_of(const DrawMesh& mesh);
+MeshLevels levels_of(const RenderMesh& mesh);
 
 /// True if back faces are invisible from outside: with coincident vertices merged, every edge has equally
 /// many triangles in both directions, and the enclosed volume is positive.
-bool is_closed(const DrawMesh& mesh);
+bool is_closed(const RenderMesh& mesh);
 
 /// The range of indices of one level of detail.
 struct IndexRun {
@@ -46,13 +46,13 @@ struct GpuMesh {
   bool has_translucent_colours = false;
 };
 
-GpuMesh uploaded(const GlTable& gl, const Drawable& drawable);
+GpuMesh upload_mesh(const GlTable& gl, const scene::Drawable& drawable);
 /// Uploads the coarser levels, if there are any and the mesh is unchanged since its upload.
 void add_levels(const GlTable& gl, const MeshLevels& levels, GpuMesh& mesh);
 /// Uploads a new revision. Throws InternalError if the mesh is larger than at its upload.
-void refresh(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh);
-void drop(const GlTable& gl, GpuMesh& mesh);
+void refresh(const GlTable& gl, const scene::Drawable& drawable, GpuMesh& mesh);
+void release_mesh(const GlTable& gl, GpuMesh& mesh);
 /// Draws the coarsest level within the allowed error.
 void draw(const GlTable& gl, const GpuMesh& mesh, double allowed_error_mm);
 
-}  // namespace vrda
+}  // namespace vrda::render

@@ -8,7 +8,7 @@
 #include "core/error.hpp"
 #include "render/shaders.hpp"
 
-namespace vrda {
+namespace vrda::render {
 
 OverlayPainter::OverlayPainter(const GlTable& gl) : gl_(gl)
 {
@@ -97,7 +97,7 @@ void OverlayPainter::draw(const Overlay& overlay, int width, int height)
   gl_.Disable(GL_BLEND);
 }
 
-WarpPainter::WarpPainter(const GlTable& gl, const Warp& warp, int picture_width, int picture_height)
+WarpPainter::WarpPainter(const GlTable& gl, const optics::Warp& warp, int picture_width, int picture_height)
     : gl_(gl),
       width_(warp.width),
       height_(warp.height),
@@ -120,12 +120,12 @@ WarpPainter::WarpPainter(const GlTable& gl, const Warp& warp, int picture_width,
   gl_.GenFramebuffers(1, &picture_);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, picture_);
   gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, picture_texture_, 0);
-  warped_ = opened_target(gl_, {width_, height_, 0, false});
+  warped_ = create_target(gl_, {width_, height_, 0, false});
 }
 
 WarpPainter::~WarpPainter()
 {
-  close_target(gl_, warped_);
+  destroy_target(gl_, warped_);
   gl_.DeleteFramebuffers(1, &picture_);
   gl_.DeleteTextures(1, &picture_texture_);
   gl_.DeleteBuffers(2, buffers_.data());
@@ -133,7 +133,7 @@ WarpPainter::~WarpPainter()
   gl_.DeleteProgram(program_);
 }
 
-void WarpPainter::upload(const WarpMesh& mesh)
+void WarpPainter::upload(const optics::WarpMesh& mesh)
 {
   for (const std::uint32_t k : mesh.triangles)
     check(k < mesh.vertices.size(), "a warp's triangles are within its vertices");
@@ -143,15 +143,16 @@ void WarpPainter::upload(const WarpMesh& mesh)
   gl_.BindVertexArray(vertex_array_);
   gl_.BindBuffer(GL_ARRAY_BUFFER, buffers_[0]);
   gl_.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers_[1]);
-  gl_.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(WarpVertex)),
+  gl_.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(optics::WarpVertex)),
                  mesh.vertices.data(), GL_STATIC_DRAW);
   gl_.BufferData(GL_ELEMENT_ARRAY_BUFFER,
                  static_cast<GLsizeiptr>(mesh.triangles.size() * sizeof(std::uint32_t)),
                  mesh.triangles.data(), GL_STATIC_DRAW);
   for (GLuint i = 0; i < 2; ++i) gl_.EnableVertexAttribArray(i);
-  constexpr GLsizei stride = sizeof(WarpVertex);
-  gl_.VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, stride, buffer_offset(offsetof(WarpVertex, x_px)));
-  gl_.VertexAttribPointer(1, 2, GL_FLOAT, GL_FALSE, stride, buffer_offset(offsetof(WarpVertex, u)));
+  constexpr GLsizei stride = sizeof(optics::WarpVertex);
+  gl_.VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, stride,
+                          buffer_offset(offsetof(optics::WarpVertex, x_px)));
+  gl_.VertexAttribPointer(1, 2, GL_FLOAT, GL_FALSE, stride, buffer_offset(offsetof(optics::WarpVertex, u)));
 }
 
 void WarpPainter::draw(unsigned picture)
@@ -171,4 +172,4 @@ void WarpPainter::draw(unsigned picture)
   gl_.DrawElements(GL_TRIANGLES, n_indices_, GL_UNSIGNED_INT, nullptr);
 }
 
-}  // namespace vrda
+}  // namespace vrda::render

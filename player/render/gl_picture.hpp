@@ -6,7 +6,7 @@
 #include "render/gl_table.hpp"
 #include "render/renderer.hpp"
 
-namespace vrda {
+namespace vrda::render {
 
 class OverlayPainter {
  public:
@@ -32,7 +32,7 @@ class OverlayPainter {
 /// Warps a rendered image by a mesh.
 class WarpPainter {
  public:
-  WarpPainter(const GlTable& gl, const Warp& warp, int picture_width, int picture_height);
+  WarpPainter(const GlTable& gl, const optics::Warp& warp, int picture_width, int picture_height);
   ~WarpPainter();
   WarpPainter(const WarpPainter&) = delete;
   WarpPainter& operator=(const WarpPainter&) = delete;
@@ -45,7 +45,7 @@ class WarpPainter {
   int height() const { return height_; }
 
  private:
-  void upload(const WarpMesh& mesh);
+  void upload(const optics::WarpMesh& mesh);
 
   const GlTable& gl_;
   int width_ = 0, height_ = 0, picture_width_ = 0, picture_height_ = 0;
@@ -56,4 +56,4 @@ class WarpPainter {
   Target warped_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::render

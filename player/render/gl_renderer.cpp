@@ -14,10 +14,10 @@
 #include "render/gl_translucency.hpp"
 #include "render/shaders.hpp"
 
-namespace vrda {
+namespace vrda::render {
 namespace {
 
-bool is_black(const Background& background)
+bool is_black(const scene::Background& background)
 {
   return background.top.isZero(0.0F) && background.bottom.isZero(0.0F);
 }
@@ -29,23 +29,23 @@ class GlRenderer final : public Renderer {
   GlRenderer(const GlRenderer&) = delete;
   GlRenderer& operator=(const GlRenderer&) = delete;
 
-  void load(const Scene& scene) override;
+  void load(const scene::Scene& scene) override;
   void load(const OverlayFont& font) override;
-  void load(const Warp& warp) override;
+  void load(const optics::Warp& warp) override;
   void resize(int width, int height) override;
   int width() const override { return options_.width; }
   int height() const override { return options_.height; }
-  const Image& draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) override;
-  void present(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) override;
+  const Image& draw(const scene::Scene& scene, std::span<const Shot> shots, const Overlay* overlay) override;
+  void present(const scene::Scene& scene, std::span<const Shot> shots, const Overlay* overlay) override;
 
  private:
   void check_size(const RenderOptions& options) const;
   void open_targets();
   void close_targets();
   void size_picture(int width, int height);
-  void draw_background(const Background& background);
-  void draw_shot(const Scene& scene, const Shot& shot);
-  void draw_frame(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay);
+  void draw_background(const scene::Background& background);
+  void draw_shot(const scene::Scene& scene, const Shot& shot);
+  void draw_frame(const scene::Scene& scene, std::span<const Shot> shots, const Overlay* overlay);
   void blit(unsigned from, unsigned to, int w, int h);
   void read_pixels();
 
@@ -78,7 +78,7 @@ GlRenderer::GlRenderer(std::unique_ptr<GlContext> context, const RenderOptions& 
     : context_(std::move(context)), options_(options)
 {
   context_->make_current();
-  gl_ = table_of(*context_);
+  gl_ = load_gl_table(*context_);
   check_size(options);
   GLint most_samples = 0, most_depth_samples = 0;
   gl_.GetIntegerv(GL_MAX_SAMPLES, &most_samples);
@@ -91,9 +91,9 @@ GlRenderer::GlRenderer(std::unique_ptr<GlContext> context, const RenderOptions& 
   gl_.GenVertexArrays(1, &empty_array_);
   gl_.ClearColor(0.0F, 0.0F, 0.0F, 1.0F);  // between the shots
   surfaces_.emplace(gl_,
-                    SurfaceOptions{is_multisampled(), options_.coarseness_px, options_.is_coarser_later});
+                    SurfaceOptions{is_multisampled(), options_.coarseness_px, options_.has_deferred_levels});
   overlays_.emplace(gl_);
-  if (!is_multisampled() && FragmentLists::are_possible(gl_)) lists_.emplace(gl_);
+  if (!is_multisampled() && FragmentLists::is_supported(gl_)) lists_.emplace(gl_);
   open_targets();
   check(gl_.GetError() == GL_NO_ERROR, "the renderer opens without an OpenGL error");
 }
@@ -125,10 +125,10 @@ void GlRenderer::open_targets()
 {
   const int w = options_.width, h = options_.height;
   const TargetPlan plan{w, h, is_multisampled() ? options_.samples : 0};
-  drawn_ = opened_target(gl_, plan);
+  drawn_ = create_target(gl_, plan);
   peeler_.emplace(gl_, plan, drawn_);
   if (lists_) lists_->resize(w, h);
-  if (is_multisampled()) resolved_ = opened_target(gl_, {w, h, 0, false});
+  if (is_multisampled()) resolved_ = create_target(gl_, {w, h, 0, false});
   size_image();
 }
 
@@ -143,8 +143,8 @@ void GlRenderer::size_image()
 void GlRenderer::close_targets()
 {
   peeler_.reset();
-  close_target(gl_, drawn_);
-  close_target(gl_, resolved_);
+  destroy_target(gl_, drawn_);
+  destroy_target(gl_, resolved_);
 }
 
 void GlRenderer::resize(int width, int height)
@@ -167,7 +167,7 @@ void GlRenderer::size_picture(int width, int height)
   check(gl_.GetError() == GL_NO_ERROR, "the renderer is resized without an OpenGL error");
 }
 
-void GlRenderer::load(const Scene& scene)
+void GlRenderer::load(const scene::Scene& scene)
 {
   context_->make_current();
   surfaces_->load(scene);
@@ -181,7 +181,7 @@ void GlRenderer::load(const OverlayFont& font)
   check(gl_.GetError() == GL_NO_ERROR, "a font loads without an OpenGL error");
 }
 
-void GlRenderer::load(const Warp& warp)
+void GlRenderer::load(const optics::Warp& warp)
 {
   context_->make_current();
   RenderOptions shown = options_;
@@ -189,13 +189,13 @@ void GlRenderer::load(const Warp& warp)
   shown.height = warp.height;
   check_size(shown);
   warper_.reset();
-  if (warp.picture_width > 0) size_picture(warp.picture_width, warp.picture_height);
+  if (warp.source_width > 0) size_picture(warp.source_width, warp.source_height);
   warper_.emplace(gl_, warp, options_.width, options_.height);
   size_image();
   check(gl_.GetError() == GL_NO_ERROR, "a warp loads without an OpenGL error");
 }
 
-void GlRenderer::draw_background(const Background& background)
+void GlRenderer::draw_background(const scene::Background& background)
 {
   gl_.Disable(GL_DEPTH_TEST);
   gl_.UseProgram(background_program_);
@@ -205,9 +205,9 @@ void GlRenderer::draw_background(const Background& background)
   gl_.DrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void GlRenderer::draw_shot(const Scene& scene, const Shot& shot)
+void GlRenderer::draw_shot(const scene::Scene& scene, const Shot& shot)
 {
-  const Viewport& view = shot.viewport;
+  const optics::Viewport& view = shot.viewport;
   const PixelBox box{view.x, options_.height - view.y - view.height, view.width, view.height};
   gl_.Viewport(box.x, box.y, box.width, box.height);
   gl_.Enable(GL_SCISSOR_TEST);
@@ -223,7 +223,7 @@ void GlRenderer::draw_shot(const Scene& scene, const Shot& shot)
   gl_.Disable(GL_SCISSOR_TEST);
 }
 
-void GlRenderer::draw_frame(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
+void GlRenderer::draw_frame(const scene::Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
 {
   context_->make_current();
   surfaces_->refresh(scene);
@@ -257,7 +257,7 @@ void GlRenderer::read_pixels()
   }
 }
 
-const Image& GlRenderer::draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
+const Image& GlRenderer::draw(const scene::Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
 {
   draw_frame(scene, shots, overlay);
   read_pixels();
@@ -265,7 +265,7 @@ const Image& GlRenderer::draw(const Scene& scene, std::span<const Shot> shots, c
   return image_;
 }
 
-void GlRenderer::present(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
+void GlRenderer::present(const scene::Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
 {
   draw_frame(scene, shots, overlay);
   if (context_->has_screen()) {
@@ -278,7 +278,7 @@ void GlRenderer::present(const Scene& scene, std::span<const Shot> shots, const 
 
 }  // namespace
 
-const Image& Renderer::draw(const Scene& scene, const Camera& camera)
+const Image& Renderer::draw(const scene::Scene& scene, const scene::Camera& camera)
 {
   const Shot shot{camera, {0, 0, width(), height()}};
   return draw(scene, {&shot, 1}, nullptr);
@@ -294,4 +294,4 @@ std::unique_ptr<Renderer> make_offscreen_renderer(const RenderOptions& options, 
   return make_gl_renderer(backend == Backend::egl ? make_egl_context() : make_osmesa_context(), options);
 }
 
-}  // namespace vrda
+}  // namespace vrda::render

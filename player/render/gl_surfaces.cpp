@@ -9,7 +9,7 @@
 #include "core/error.hpp"
 #include "render/shaders.hpp"
 
-namespace vrda {
+namespace vrda::render {
 namespace {
 
 /// Separates bone (stronger mottling), which gets the texture, from soft tissue.
@@ -18,13 +18,13 @@ constexpr float texture_mottling = 0.1F;
 /// Texture units.
 constexpr GLint behind_unit = 0, image_unit = 1;
 
-bool is_line_mode(DrawMode mode)
+bool is_line_mode(scene::DrawMode mode)
 {
-  return mode == DrawMode::wire || mode == DrawMode::hidden_line;
+  return mode == scene::DrawMode::wire || mode == scene::DrawMode::hidden_line;
 }
 
 /// Lines are darkened on a light background for contrast.
-Eigen::Vector3f line_shade(const Background& background)
+Eigen::Vector3f line_shade(const scene::Background& background)
 {
   constexpr float light_backdrop = 0.1F, darkened = 0.2F;  // linear; chosen visually
   const float brightness = 0.5F * (background.top + background.bottom).mean();
@@ -39,33 +39,33 @@ SurfacePainter::SurfacePainter(const GlTable& gl, const SurfaceOptions& options)
 
 SurfacePainter::~SurfacePainter()
 {
-  for (GpuMesh& mesh : meshes_) drop(gl_, mesh);
+  for (GpuMesh& mesh : meshes_) release_mesh(gl_, mesh);
   for (const Program& program : programs_) gl_.DeleteProgram(program.id);
   gl_.DeleteTextures(1, &texture_);
 }
 
-void SurfacePainter::load(const Scene& scene)
+void SurfacePainter::load(const scene::Scene& scene)
 {
-  for (GpuMesh& mesh : meshes_) drop(gl_, mesh);
+  for (GpuMesh& mesh : meshes_) release_mesh(gl_, mesh);
   meshes_.clear();
-  for (const Drawable& drawable : scene.drawables) meshes_.push_back(uploaded(gl_, drawable));
+  for (const scene::Drawable& drawable : scene.drawables) meshes_.push_back(upload_mesh(gl_, drawable));
   load_texture(scene.texture);
   levels_ = {};
   if (options_.coarseness_px <= 0.0) return;
   find_levels(scene);
-  if (!options_.is_coarser_later) take_levels();
+  if (!options_.has_deferred_levels) take_levels();
 }
 
 /// Meshes with vertex colours get no levels: simplification would lose the pattern.
-void SurfacePainter::find_levels(const Scene& scene)
+void SurfacePainter::find_levels(const scene::Scene& scene)
 {
-  std::vector<DrawMesh> wanted;
-  for (const Drawable& drawable : scene.drawables)
-    wanted.push_back(drawable.colours.empty() ? drawable.mesh : DrawMesh{});
+  std::vector<RenderMesh> wanted;
+  for (const scene::Drawable& drawable : scene.drawables)
+    wanted.push_back(drawable.colours.empty() ? drawable.mesh : RenderMesh{});
   levels_ = std::async(std::launch::async, [wanted = std::move(wanted)] {
     std::vector<MeshLevels> levels;
     levels.reserve(wanted.size());
-    for (const DrawMesh& mesh : wanted) levels.push_back(levels_of(mesh));
+    for (const RenderMesh& mesh : wanted) levels.push_back(levels_of(mesh));
     return levels;
   });
 }
@@ -77,7 +77,7 @@ void SurfacePainter::take_levels()
   for (std::size_t i = 0; i < meshes_.size(); ++i) add_levels(gl_, levels[i], meshes_[i]);
 }
 
-void SurfacePainter::load_texture(const Texture& texture)
+void SurfacePainter::load_texture(const scene::Texture& texture)
 {
   gl_.DeleteTextures(1, &texture_);
   texture_ = 0;
@@ -99,37 +99,37 @@ void SurfacePainter::load_texture(const Texture& texture)
   repeats_by_mm_ = static_cast<float>(1.0 / texture.scale_mm);
 }
 
-void SurfacePainter::refresh(const Scene& scene)
+void SurfacePainter::refresh(const scene::Scene& scene)
 {
   check(scene.drawables.size() == meshes_.size(), "a scene is loaded before it is drawn");
   if (levels_.valid() && levels_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
     take_levels();
-  for (std::size_t i = 0; i < meshes_.size(); ++i) vrda::refresh(gl_, scene.drawables[i], meshes_[i]);
+  for (std::size_t i = 0; i < meshes_.size(); ++i) vrda::render::refresh(gl_, scene.drawables[i], meshes_[i]);
 }
 
-void SurfacePainter::begin(const Scene& scene, const Camera& camera, const PixelBox& view)
+void SurfacePainter::begin(const scene::Scene& scene, const scene::Camera& camera, const PixelBox& view)
 {
-  check(scene.lighting.lights.size() <= most_lights, "a scene has at most four lights");
+  check(scene.lighting.lights.size() <= scene::most_lights, "a scene has at most four lights");
   ++n_begun_;
   mode_ = scene.mode;
   lighting_ = &scene.lighting;
   line_shade_ = line_shade(scene.background);
   X_camera_world_ = camera.X_world_camera.inverse();
-  projection_ = projection(camera).cast<float>();
+  projection_ = scene::projection(camera).cast<float>();
   px_mm_at_1_mm_ = view.height / (2.0 * camera.half_height_tangent);
   near_mm_ = camera.near_mm;
   bound_translucent(scene, view);
 }
 
-bool SurfacePainter::is_translucent(const Drawable& drawable, const GpuMesh& mesh) const
+bool SurfacePainter::is_translucent(const scene::Drawable& drawable, const GpuMesh& mesh) const
 {
-  if (drawable.layer == Layer::bodies && is_line_mode(mode_)) return false;
+  if (drawable.layer == scene::Layer::bodies && is_line_mode(mode_)) return false;
   return drawable.material.opacity < 1.0F || mesh.has_translucent_colours;
 }
 
 /// The bounds of the projected boxes of the translucent drawables; the whole viewport if a corner is behind
 /// the camera.
-void SurfacePainter::bound_translucent(const Scene& scene, const PixelBox& view)
+void SurfacePainter::bound_translucent(const scene::Scene& scene, const PixelBox& view)
 {
   Eigen::Array2d low = Eigen::Array2d::Ones(), high = -low;  // normalised device coordinates
   const auto include = [&](const Eigen::Vector4d& p_clip) {
@@ -140,7 +140,7 @@ void SurfacePainter::bound_translucent(const Scene& scene, const PixelBox& view)
     high = high.max(is_in_front ? p : Eigen::Array2d::Ones());
   };
   for (std::size_t i = 0; i < meshes_.size(); ++i) {
-    const Drawable& drawable = scene.drawables[i];
+    const scene::Drawable& drawable = scene.drawables[i];
     if (!drawable.is_shown || !is_translucent(drawable, meshes_[i])) continue;
     const Eigen::Matrix4d X_clip_mesh =
         projection_.cast<double>() * (X_camera_world_ * drawable.X_world_mesh).matrix();
@@ -162,18 +162,18 @@ void SurfacePainter::bound_translucent(const Scene& scene, const PixelBox& view)
                       static_cast<int>(last.x() - first.x()), static_cast<int>(last.y() - first.y())};
 }
 
-SurfacePainter::Shading SurfacePainter::shading_of(const Drawable& drawable) const
+SurfacePainter::Shading SurfacePainter::shading_of(const scene::Drawable& drawable) const
 {
-  if (drawable.layer != Layer::bodies) return Shading::smooth;
+  if (drawable.layer != scene::Layer::bodies) return Shading::smooth;
   switch (mode_) {
-    case DrawMode::wire:
-    case DrawMode::hidden_line:
+    case scene::DrawMode::wire:
+    case scene::DrawMode::hidden_line:
       return Shading::lines;
-    case DrawMode::flat:
+    case scene::DrawMode::flat:
       return Shading::flat;
-    case DrawMode::smooth:
+    case scene::DrawMode::smooth:
       return Shading::smooth;
-    case DrawMode::textured:
+    case scene::DrawMode::textured:
       if (repeats_by_mm_ > 0.0F && drawable.material.mottling >= texture_mottling) return Shading::textured;
       return drawable.material.mottling > 0.0F ? Shading::mottled : Shading::smooth;
   }
@@ -181,9 +181,10 @@ SurfacePainter::Shading SurfacePainter::shading_of(const Drawable& drawable) con
 }
 
 /// The allowed error at the nearest depth of the drawable; 0 in modes that show single triangles.
-double SurfacePainter::allowed_error_mm(const Drawable& drawable) const
+double SurfacePainter::allowed_error_mm(const scene::Drawable& drawable) const
 {
-  if (drawable.layer == Layer::bodies && (is_line_mode(mode_) || mode_ == DrawMode::flat)) return 0.0;
+  if (drawable.layer == scene::Layer::bodies && (is_line_mode(mode_) || mode_ == scene::DrawMode::flat))
+    return 0.0;
   const Eigen::Vector3d middle_mm = 0.5 * (drawable.box_mm.min_mm + drawable.box_mm.max_mm);
   const double radius_mm = 0.5 * (drawable.box_mm.max_mm - drawable.box_mm.min_mm).norm();
   const double depth_mm = -(X_camera_world_ * (drawable.X_world_mesh * middle_mm)).z() - radius_mm;
@@ -195,7 +196,7 @@ SurfacePainter::Program& SurfacePainter::compiled(Shading shading, bool is_colou
   const std::size_t n_lights = shading == Shading::depth ? 0 : lighting_->lights.size();
   const std::size_t kind =
       4 * static_cast<std::size_t>(shading) + (is_coloured ? 2 : 0) + (is_stored ? 1 : 0);
-  Program& program = programs_[(most_lights + 1) * kind + n_lights];
+  Program& program = programs_[(scene::most_lights + 1) * kind + n_lights];
   if (program.id != 0) return program;
   constexpr std::array<const char*, n_shadings> names{
       "", "#define MOTTLED\n", "#define TEXTURED\n", "#define FLAT\n", "#define LINES\n", ""};
@@ -218,8 +219,8 @@ void SurfacePainter::set_shot(Program& program)
 {
   if (program.n_begun == n_begun_) return;
   program.n_begun = n_begun_;
-  std::array<float, 3 * most_lights> direction{}, colour{};
-  const std::vector<Light>& lights = lighting_->lights;
+  std::array<float, 3 * scene::most_lights> direction{}, colour{};
+  const std::vector<scene::Light>& lights = lighting_->lights;
   for (std::size_t i = 0; i < lights.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       direction[3 * i + k] = lights[i].towards_camera[static_cast<Eigen::Index>(k)];
@@ -242,7 +243,7 @@ void SurfacePainter::set_shot(Program& program)
   gl_.Uniform1f(at.repeats_by_mm, repeats_by_mm_);
 }
 
-void SurfacePainter::set_material(const Program& program, const Drawable& drawable, Shading shading)
+void SurfacePainter::set_material(const Program& program, const scene::Drawable& drawable, Shading shading)
 {
   const Material& material = drawable.material;
   const Eigen::Vector3f shade = shading == Shading::lines ? line_shade_ : Eigen::Vector3f::Ones();
@@ -254,7 +255,8 @@ void SurfacePainter::set_material(const Program& program, const Drawable& drawab
   gl_.Uniform1f(program.at.mottling, material.mottling);
 }
 
-void SurfacePainter::draw_one(const Drawable& drawable, const GpuMesh& mesh, Shading shading, bool is_stored)
+void SurfacePainter::draw_one(const scene::Drawable& drawable, const GpuMesh& mesh, Shading shading,
+                              bool is_stored)
 {
   Program& program = compiled(shading, mesh.has_colours && shading != Shading::depth, is_stored);
   gl_.UseProgram(program.id);
@@ -262,19 +264,19 @@ void SurfacePainter::draw_one(const Drawable& drawable, const GpuMesh& mesh, Sha
   const Eigen::Matrix4f X_camera_mesh = (X_camera_world_ * drawable.X_world_mesh).matrix().cast<float>();
   gl_.UniformMatrix4fv(program.at.X_camera_mesh, 1, GL_FALSE, X_camera_mesh.data());
   if (shading != Shading::depth) set_material(program, drawable, shading);
-  vrda::draw(gl_, mesh, allowed_error_mm(drawable));
+  vrda::render::draw(gl_, mesh, allowed_error_mm(drawable));
 }
 
-void SurfacePainter::draw_lines(const Scene& scene)
+void SurfacePainter::draw_lines(const scene::Scene& scene)
 {
   const auto draw_bodies = [&] {
     for (std::size_t i = 0; i < meshes_.size(); ++i) {
-      const Drawable& drawable = scene.drawables[i];
-      if (drawable.is_shown && drawable.layer == Layer::bodies)
+      const scene::Drawable& drawable = scene.drawables[i];
+      if (drawable.is_shown && drawable.layer == scene::Layer::bodies)
         draw_one(drawable, meshes_[i], Shading::lines);
     }
   };
-  if (mode_ == DrawMode::hidden_line) {
+  if (mode_ == scene::DrawMode::hidden_line) {
     // Depth of the faces, offset slightly behind their edges.
     gl_.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     gl_.Enable(GL_POLYGON_OFFSET_FILL);
@@ -290,13 +292,13 @@ void SurfacePainter::draw_lines(const Scene& scene)
   gl_.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
 }
 
-void SurfacePainter::draw(const Scene& scene, SurfacePass pass)
+void SurfacePainter::draw(const scene::Scene& scene, SurfacePass pass)
 {
   const bool is_line_drawing = is_line_mode(mode_);
   if (pass == SurfacePass::opaque && is_line_drawing) draw_lines(scene);
   for (std::size_t i = 0; i < meshes_.size(); ++i) {
-    const Drawable& drawable = scene.drawables[i];
-    if (!drawable.is_shown || (is_line_drawing && drawable.layer == Layer::bodies)) continue;
+    const scene::Drawable& drawable = scene.drawables[i];
+    if (!drawable.is_shown || (is_line_drawing && drawable.layer == scene::Layer::bodies)) continue;
     if (is_translucent(drawable, meshes_[i]) == (pass == SurfacePass::opaque)) continue;
     const bool is_depth = pass == SurfacePass::translucent_depth;
     const bool is_culled = pass == SurfacePass::opaque && meshes_[i].is_closed;
@@ -307,4 +309,4 @@ void SurfacePainter::draw(const Scene& scene, SurfacePass pass)
   }
 }
 
-}  // namespace vrda
+}  // namespace vrda::render

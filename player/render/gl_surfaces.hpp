@@ -9,7 +9,7 @@
 #include "render/gl_table.hpp"
 #include "render/renderer.hpp"
 
-namespace vrda {
+namespace vrda::render {
 
 enum class SurfacePass {
   opaque,             ///< colour and depth of opaque surfaces
@@ -25,8 +25,8 @@ struct PixelBox {
 
 struct SurfaceOptions {
   bool is_multisampled = false;
-  double coarseness_px = 0.0;     ///< as in RenderOptions
-  bool is_coarser_later = false;  ///< as in RenderOptions
+  double coarseness_px = 0.0;        ///< as in RenderOptions
+  bool has_deferred_levels = false;  ///< as in RenderOptions
 };
 
 class SurfacePainter {
@@ -36,12 +36,12 @@ class SurfacePainter {
   SurfacePainter(const SurfacePainter&) = delete;
   SurfacePainter& operator=(const SurfacePainter&) = delete;
 
-  void load(const Scene& scene);
+  void load(const scene::Scene& scene);
   /// Uploads drawables with a new revision. The scene must have the loaded drawables.
-  void refresh(const Scene& scene);
+  void refresh(const scene::Scene& scene);
   /// Sets camera, lights and mode for the following passes; `view` is the viewport.
-  void begin(const Scene& scene, const Camera& camera, const PixelBox& view);
-  void draw(const Scene& scene, SurfacePass pass);
+  void begin(const scene::Scene& scene, const scene::Camera& camera, const PixelBox& view);
+  void draw(const scene::Scene& scene, SurfacePass pass);
   /// Bounds of the translucent surfaces within the viewport; empty if there are none.
   const PixelBox& translucent_box() const { return translucent_box_; }
 
@@ -59,29 +59,30 @@ class SurfacePainter {
   enum class Shading { smooth, mottled, textured, flat, lines, depth };
   static constexpr std::size_t n_shadings = 6;
 
-  Shading shading_of(const Drawable& drawable) const;
-  double allowed_error_mm(const Drawable& drawable) const;
-  bool is_translucent(const Drawable& drawable, const GpuMesh& mesh) const;
+  Shading shading_of(const scene::Drawable& drawable) const;
+  double allowed_error_mm(const scene::Drawable& drawable) const;
+  bool is_translucent(const scene::Drawable& drawable, const GpuMesh& mesh) const;
   Program& compiled(Shading shading, bool is_coloured, bool is_stored);
   void set_shot(Program& program);
-  void set_material(const Program& program, const Drawable& drawable, Shading shading);
-  void draw_one(const Drawable& drawable, const GpuMesh& mesh, Shading shading, bool is_stored = false);
-  void draw_lines(const Scene& scene);
-  void find_levels(const Scene& scene);
+  void set_material(const Program& program, const scene::Drawable& drawable, Shading shading);
+  void draw_one(const scene::Drawable& drawable, const GpuMesh& mesh, Shading shading,
+                bool is_stored = false);
+  void draw_lines(const scene::Scene& scene);
+  void find_levels(const scene::Scene& scene);
   void take_levels();
-  void load_texture(const Texture& texture);
-  void bound_translucent(const Scene& scene, const PixelBox& view);
+  void load_texture(const scene::Texture& texture);
+  void bound_translucent(const scene::Scene& scene, const PixelBox& view);
 
   const GlTable& gl_;
   SurfaceOptions options_;
   std::vector<GpuMesh> meshes_;
   std::future<std::vector<MeshLevels>> levels_;  ///< one entry per mesh, while being computed
-  static constexpr std::size_t n_variants = n_shadings * 4 * (most_lights + 1);
+  static constexpr std::size_t n_variants = n_shadings * 4 * (scene::most_lights + 1);
   /// Indexed by shading, vertex colours, fragment storage and number of lights; compiled on first use.
   std::array<Program, n_variants> programs_{};
   std::uint64_t n_begun_ = 0;
-  DrawMode mode_ = DrawMode::smooth;
-  const Lighting* lighting_ = nullptr;  ///< of the scene of begin()
+  scene::DrawMode mode_ = scene::DrawMode::smooth;
+  const scene::Lighting* lighting_ = nullptr;  ///< of the scene of begin()
   unsigned texture_ = 0;
   float repeats_by_mm_ = 0.0F;  ///< texture tiles per mm; 0 without a texture
   Eigen::Vector3f line_shade_{1.0F, 1.0F, 1.0F};
@@ -92,4 +93,4 @@ class SurfacePainter {
   PixelBox translucent_box_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::render

@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::render {
 namespace {
 
 #define VRDA_GL_SAME(name, ...) \
@@ -35,7 +35,7 @@ GLuint compiled_shader(const GlTable& gl, GLenum kind, const char* first, const 
 
 }  // namespace
 
-GlTable table_of(GlContext& context)
+GlTable load_gl_table(GlContext& context)
 {
   GlTable gl;
 #define VRDA_GL_LOAD(name, ...)                                                      \
@@ -114,7 +114,7 @@ void check_complete(const GlTable& gl)
 
 }  // namespace
 
-Target opened_target(const GlTable& gl, const TargetPlan& plan)
+Target create_target(const GlTable& gl, const TargetPlan& plan)
 {
   Target target = framed(gl);
   attach_colour(gl, plan, target);
@@ -123,7 +123,7 @@ Target opened_target(const GlTable& gl, const TargetPlan& plan)
   return target;
 }
 
-Target opened_layer(const GlTable& gl, const TargetPlan& plan, const Target& other)
+Target create_layer_target(const GlTable& gl, const TargetPlan& plan, const Target& other)
 {
   Target target = framed(gl);
   gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, other.colour);
@@ -132,7 +132,7 @@ Target opened_layer(const GlTable& gl, const TargetPlan& plan, const Target& oth
   return target;
 }
 
-void close_target(const GlTable& gl, Target& target)
+void destroy_target(const GlTable& gl, Target& target)
 {
   // OpenGL ignores the name 0.
   gl.DeleteFramebuffers(1, &target.frame);
@@ -141,4 +141,4 @@ void close_target(const GlTable& gl, Target& target)
   target = {};
 }
 
-}  // namespace vrda
+}  // namespace vrda::render

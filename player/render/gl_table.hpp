@@ -7,7 +7,7 @@
 
 #include "render/gl_context.hpp"
 
-namespace vrda {
+namespace vrda::render {
 
 // Name without "gl", signature. GLuint, GLenum and GLbitfield are unsigned; GLint and GLsizei are int.
 #define VRDA_GL_FUNCTIONS(X)                                                              \
@@ -98,7 +98,7 @@ struct GlTable {
 };
 
 /// Loads the functions of the current context. Throws InternalError if one of OpenGL 3.3 is missing.
-GlTable table_of(GlContext& context);
+GlTable load_gl_table(GlContext& context);
 
 /// Compiles and links two shaders; `first` (#version and #define lines) precedes each source.
 unsigned linked_program(const GlTable& gl, const char* first, const char* vertex_source,
@@ -122,9 +122,9 @@ struct Target {
 };
 
 /// Creates a target with its own colour buffer.
-Target opened_target(const GlTable& gl, const TargetPlan& plan);
+Target create_target(const GlTable& gl, const TargetPlan& plan);
 /// Creates a target with its own depth that shares the colour buffer of `other`.
-Target opened_layer(const GlTable& gl, const TargetPlan& plan, const Target& other);
-void close_target(const GlTable& gl, Target& target);
+Target create_layer_target(const GlTable& gl, const TargetPlan& plan, const Target& other);
+void destroy_target(const GlTable& gl, Target& target);
 
-}  // namespace vrda
+}  // namespace vrda::render

@@ -9,19 +9,19 @@
 
 #include "render/shaders.hpp"
 
-namespace vrda {
+namespace vrda::render {
 
 LayerPeeler::LayerPeeler(const GlTable& gl, const TargetPlan& plan, const Target& drawn)
     : gl_(gl), is_multisampled_(plan.samples > 0)
 {
-  for (Target& layer : layers_) layer = opened_layer(gl_, plan, drawn);
+  for (Target& layer : layers_) layer = create_layer_target(gl_, plan, drawn);
   gl_.GenQueries(1, &query_);
   gl_.GenQueries(1, &last_query_);
 }
 
 LayerPeeler::~LayerPeeler()
 {
-  for (Target& layer : layers_) close_target(gl_, layer);
+  for (Target& layer : layers_) destroy_target(gl_, layer);
   gl_.DeleteQueries(1, &query_);
   gl_.DeleteQueries(1, &last_query_);
 }
@@ -33,7 +33,7 @@ bool LayerPeeler::is_found(unsigned query) const
   return is_found != 0;
 }
 
-void LayerPeeler::peel(SurfacePainter& surfaces, const Scene& scene, unsigned behind, unsigned query)
+void LayerPeeler::peel(SurfacePainter& surfaces, const scene::Scene& scene, unsigned behind, unsigned query)
 {
   gl_.BindTexture(is_multisampled_ ? GL_TEXTURE_2D_MULTISAMPLE : GL_TEXTURE_2D, behind);
   gl_.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
@@ -46,7 +46,7 @@ void LayerPeeler::peel(SurfacePainter& surfaces, const Scene& scene, unsigned be
   gl_.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
 }
 
-void LayerPeeler::draw(SurfacePainter& surfaces, const Scene& scene, const Target& drawn)
+void LayerPeeler::draw(SurfacePainter& surfaces, const scene::Scene& scene, const Target& drawn)
 {
   const PixelBox& box = surfaces.translucent_box();
   if (box.width <= 0 || box.height <= 0) return;
@@ -92,7 +92,7 @@ constexpr std::size_t first_nodes_a_pixel = 2;
 
 }  // namespace
 
-bool FragmentLists::are_possible(const GlTable& gl)
+bool FragmentLists::is_supported(const GlTable& gl)
 {
   GLint major = 0, minor = 0, n_blocks = 0;
   gl.GetIntegerv(GL_MAJOR_VERSION, &major);
@@ -153,7 +153,7 @@ void FragmentLists::reserve(std::size_t n_nodes)
 }
 
 /// Fills the lists; returns the number of nodes required, which may exceed the capacity.
-std::size_t FragmentLists::store(SurfacePainter& surfaces, const Scene& scene)
+std::size_t FragmentLists::store(SurfacePainter& surfaces, const scene::Scene& scene)
 {
   // Node 0 is the end of every list.
   const std::array<std::uint32_t, 2> begun{1U, width_};
@@ -174,7 +174,7 @@ std::size_t FragmentLists::store(SurfacePainter& surfaces, const Scene& scene)
   return n_nodes;
 }
 
-bool FragmentLists::draw(SurfacePainter& surfaces, const Scene& scene, unsigned empty_array)
+bool FragmentLists::draw(SurfacePainter& surfaces, const scene::Scene& scene, unsigned empty_array)
 {
   const PixelBox& box = surfaces.translucent_box();
   if (box.width <= 0 || box.height <= 0) return true;
@@ -198,4 +198,4 @@ bool FragmentLists::draw(SurfacePainter& surfaces, const Scene& scene, unsigned 
   return true;
 }
 
-}  // namespace vrda
+}  // namespace vrda::render

@@ -6,7 +6,7 @@
 #include "render/gl_surfaces.hpp"
 #include "render/gl_table.hpp"
 
-namespace vrda {
+namespace vrda::render {
 
 /// Depth peeling from the farthest layer: one pass finds the farthest translucent depth in front of the
 /// previous layer, a second one blends the fragments of exactly that depth. Source: Everitt (2001),
@@ -22,12 +22,12 @@ class LayerPeeler {
   LayerPeeler& operator=(const LayerPeeler&) = delete;
 
   /// Blends over the opaque surfaces in `drawn`, which stays bound.
-  void draw(SurfacePainter& surfaces, const Scene& scene, const Target& drawn);
+  void draw(SurfacePainter& surfaces, const scene::Scene& scene, const Target& drawn);
 
  private:
   bool is_found(unsigned query) const;
   /// Finds the farthest depths in front of `behind`; `query`, unless 0, records whether there are any.
-  void peel(SurfacePainter& surfaces, const Scene& scene, unsigned behind, unsigned query);
+  void peel(SurfacePainter& surfaces, const scene::Scene& scene, unsigned behind, unsigned query);
 
   const GlTable& gl_;
   bool is_multisampled_;
@@ -41,7 +41,7 @@ class LayerPeeler {
 /// linked list construction on the GPU".
 class FragmentLists {
  public:
-  static bool are_possible(const GlTable& gl);
+  static bool is_supported(const GlTable& gl);
 
   explicit FragmentLists(const GlTable& gl);
   ~FragmentLists();
@@ -52,13 +52,13 @@ class FragmentLists {
   void resize(int width, int height);
   /// Blends over the opaque surfaces in the bound frame buffer. `empty_array` is a vertex array without
   /// attributes. Returns false without drawing if the fragments exceed the largest buffer.
-  bool draw(SurfacePainter& surfaces, const Scene& scene, unsigned empty_array);
+  bool draw(SurfacePainter& surfaces, const scene::Scene& scene, unsigned empty_array);
 
  private:
   void open();
   void reserve(std::size_t n_nodes);
   void clear_heads();
-  std::size_t store(SurfacePainter& surfaces, const Scene& scene);
+  std::size_t store(SurfacePainter& surfaces, const scene::Scene& scene);
 
   const GlTable& gl_;
   unsigned width_ = 0, height_ = 0;
@@ -68,4 +68,4 @@ class FragmentLists {
   bool is_open_ = false;  // buffers of the present size and the program exist; created on first use
 };
 
-}  // namespace vrda
+}  // namespace vrda::render

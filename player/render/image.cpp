@@ -2,10 +2,10 @@
 
 #include <png.h>
 
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "core/whole_file.hpp"
 
-namespace vrda {
+namespace vrda::render {
 
 void write_png(const Image& image, const std::string& path)
 {
@@ -24,10 +24,10 @@ void write_png(const Image& image, const std::string& path)
   std::string bytes(size, '\0');
   if (png_image_write_to_memory(&header, bytes.data(), &size, 0, image.rgba.data(), stride, nullptr) == 0)
     throw InputError({path, "image", header.message, "an image that PNG supports"});
-  write_whole(path, {std::string_view(bytes).substr(0, size)});
+  write_atomically(path, {std::string_view(bytes).substr(0, size)});
 }
 
-Texture read_png_texture(const std::string& path)
+scene::Texture read_png_texture(const std::string& path)
 {
   constexpr png_uint_32 longest_side = 4096;  // 50 MB; supported as a texture by every OpenGL 3.3
   png_image header{};
@@ -40,7 +40,7 @@ Texture read_png_texture(const std::string& path)
   if (header.width > longest_side || header.height > longest_side)
     refuse(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels");
   header.format = PNG_FORMAT_RGB;
-  Texture texture;
+  scene::Texture texture;
   texture.width = static_cast<int>(header.width);
   texture.height = static_cast<int>(header.height);
   texture.rgb.resize(PNG_IMAGE_SIZE(header));
@@ -50,4 +50,4 @@ Texture read_png_texture(const std::string& path)
   return texture;
 }
 
-}  // namespace vrda
+}  // namespace vrda::render

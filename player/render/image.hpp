@@ -7,7 +7,7 @@
 
 #include "scene/scene.hpp"
 
-namespace vrda {
+namespace vrda::render {
 
 /// Top row first, rows without padding; sRGB with straight alpha.
 struct Image {
@@ -22,6 +22,6 @@ void write_png(const Image& image, const std::string& path);
 
 /// Reads any kind of PNG as a texture; transparent pixels are composited over white. Throws InputError if the
 /// file cannot be read, is damaged, or has more than 4096 pixels along a side.
-Texture read_png_texture(const std::string& path);
+scene::Texture read_png_texture(const std::string& path);
 
-}  // namespace vrda
+}  // namespace vrda::render

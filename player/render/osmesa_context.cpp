@@ -18,7 +18,7 @@ extern "C" const char* __lsan_default_options()
 }
 #endif
 
-namespace vrda {
+namespace vrda::render {
 namespace {
 
 class OsmesaContext final : public GlContext {
@@ -72,4 +72,4 @@ std::unique_ptr<GlContext> make_osmesa_context()
   return std::make_unique<OsmesaContext>();
 }
 
-}  // namespace vrda
+}  // namespace vrda::render

@@ -12,7 +12,7 @@
 #include "scene/camera.hpp"
 #include "scene/scene.hpp"
 
-namespace vrda {
+namespace vrda::render {
 
 /// For animated scenes. An error of half a pixel is invisible in outlines, but removes the shading of small
 /// pits.
@@ -26,20 +26,20 @@ struct RenderOptions {
   double coarseness_px = 0.0;
   /// A thread computes the levels of detail, and all triangles are drawn until then, so that the first frame
   /// is early but the switch is not reproducible. False: `load` waits for the levels.
-  bool is_coarser_later = false;
+  bool has_deferred_levels = false;
 };
 
 /// One view of the scene. The camera must have the aspect of the viewport.
 struct Shot {
-  Camera camera;
-  Viewport viewport;
+  scene::Camera camera;
+  optics::Viewport viewport;
 };
 
 /// Triangles drawn over the rendered scene, as produced by user interfaces.
 struct OverlayVertex {
   float x_px = 0.0F, y_px = 0.0F;  ///< from the top left corner
   float u = 0.0F, v = 0.0F;        ///< coordinates in the font image
-  VertexColour colour{};
+  scene::VertexColour colour{};
 };
 struct OverlayCommand {
   std::array<float, 4> clip_px{};  ///< left, top, right, bottom
@@ -61,12 +61,12 @@ class Renderer {
  public:
   virtual ~Renderer() = default;
   /// Uploads the meshes of `scene`. Required before `draw` and after drawables were added or removed.
-  virtual void load(const Scene& scene) = 0;
+  virtual void load(const scene::Scene& scene) = 0;
   /// Required before an overlay is drawn.
   virtual void load(const OverlayFont& font) = 0;
   /// Enables warping: shots are drawn to an image of the warp's source size, which `warp` maps to the output;
   /// overlays are drawn unwarped over the result. A warping renderer ignores resize().
-  virtual void load(const Warp& warp) = 0;
+  virtual void load(const optics::Warp& warp) = 0;
   virtual void resize(int width, int height) = 0;
   virtual int width() const = 0;   ///< pixels
   virtual int height() const = 0;  ///< pixels
@@ -74,12 +74,13 @@ class Renderer {
   /// Renders the loaded meshes with the poses, materials and lights of `scene`, which must have the same
   /// drawables; uploads meshes and colours of a new revision, which must not be larger than at load. The
   /// image is valid until the next draw. Allocates nothing except for a growing overlay.
-  virtual const Image& draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
+  virtual const Image& draw(const scene::Scene& scene, std::span<const Shot> shots,
+                            const Overlay* overlay) = 0;
   /// Renders to the window, if any, without reading back an image; returns when the frame is complete.
-  virtual void present(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
+  virtual void present(const scene::Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
 
   /// Renders one shot at full size.
-  const Image& draw(const Scene& scene, const Camera& camera);
+  const Image& draw(const scene::Scene& scene, const scene::Camera& camera);
 };
 
 enum class Backend {
@@ -92,4 +93,4 @@ enum class Backend {
 std::unique_ptr<Renderer> make_offscreen_renderer(const RenderOptions& options,
                                                   Backend backend = Backend::osmesa);
 
-}  // namespace vrda
+}  // namespace vrda::render

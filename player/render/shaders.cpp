@@ -1,6 +1,6 @@
 #include "render/shaders.hpp"
 
-namespace vrda {
+namespace vrda::render {
 
 // `invariant`: passes over the same triangles give bitwise equal depths.
 const char* const surface_vertex_shader = R"(
@@ -276,4 +276,4 @@ out vec4 pixel;
 void main() { pixel = texture(picture, at); }
 )";
 
-}  // namespace vrda
+}  // namespace vrda::render

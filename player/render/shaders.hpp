@@ -2,7 +2,7 @@
 /// rendering executes both sides of a branch at every pixel.
 #pragma once
 
-namespace vrda {
+namespace vrda::render {
 
 // Surfaces: N_LIGHTS n, COLOURED (vertex colours), STORED (to fragment lists) and at most one of MOTTLED,
 // TEXTURED, FLAT, LINES.
@@ -22,4 +22,4 @@ extern const char* const overlay_fragment_shader;
 extern const char* const warp_vertex_shader;
 extern const char* const warp_fragment_shader;
 
-}  // namespace vrda
+}  // namespace vrda::render

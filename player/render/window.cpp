@@ -13,7 +13,7 @@
 #include "core/error.hpp"
 #include "render/gl_context.hpp"
 
-namespace vrda {
+namespace vrda::render {
 namespace {
 
 static_assert(key_escape == GLFW_KEY_ESCAPE && key_end == GLFW_KEY_END && key_f1 == GLFW_KEY_F1 &&
@@ -101,7 +101,8 @@ std::unique_ptr<GLFWwindow, CloseWindow> opened_window(const WindowOptions& opti
   std::unique_ptr<GLFWwindow, CloseWindow> window(
       glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr));
   if (window == nullptr)
-    throw InputError({"window", "OpenGL", last_error(), "a driver with OpenGL 3.3, or " + options.instead});
+    throw InputError(
+        {"window", "OpenGL", last_error(), "a driver with OpenGL 3.3, or " + options.alternative});
   if (options.at) {
     glfwSetWindowPos(window.get(), (*options.at)[0], (*options.at)[1]);
     glfwShowWindow(window.get());
@@ -113,7 +114,8 @@ std::unique_ptr<GLFWwindow, CloseWindow> opened_window(const WindowOptions& opti
 
 class Window::State {
  public:
-  explicit State(const WindowOptions& options) : library_(options.instead), window_(opened_window(options))
+  explicit State(const WindowOptions& options)
+      : library_(options.alternative), window_(opened_window(options))
   {
     events_.reserve(events_at_once);
     glfwMakeContextCurrent(window_.get());
@@ -121,7 +123,7 @@ class Window::State {
     RenderOptions render;
     render.samples = options.samples > 0 ? options.samples : is_software_rendered() ? 1 : 4;
     render.coarseness_px = moving_coarseness_px;
-    render.is_coarser_later = true;
+    render.has_deferred_levels = true;
     glfwGetFramebufferSize(window_.get(), &render.width, &render.height);
     renderer_ = make_gl_renderer(std::make_unique<WindowContext>(window_.get()), render);
     glfwSetWindowUserPointer(window_.get(), this);
@@ -305,15 +307,15 @@ const std::vector<std::string>& Window::dropped_files() const
   return state_->dropped();
 }
 
-void Window::show(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
+void Window::show(const scene::Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
 {
   state_->renderer().present(scene, shots, overlay);
   glfwSwapBuffers(state_->window());
 }
 
-WindowPlace Window::place() const
+WindowGeometry Window::geometry() const
 {
-  WindowPlace place;
+  WindowGeometry place;
   glfwGetWindowPos(state_->window(), &place.x, &place.y);
   glfwGetFramebufferSize(state_->window(), &place.width, &place.height);
   return place;
@@ -367,4 +369,4 @@ void Window::set_clipboard(const std::string& text)
   glfwSetClipboardString(state_->window(), text.c_str());
 }
 
-}  // namespace vrda
+}  // namespace vrda::render

@@ -10,7 +10,7 @@
 
 #include "render/renderer.hpp"
 
-namespace vrda {
+namespace vrda::render {
 
 struct WindowOptions {
   int width = 1280;  ///< of the content area, in screen coordinates
@@ -20,14 +20,14 @@ struct WindowOptions {
   bool is_vsynced = true;  ///< `show` waits for vertical synchronisation
   bool is_resizable = true;
   /// The alternative named by error messages if there is no screen or no OpenGL.
-  std::string instead = "--offscreen DIR";
+  std::string alternative = "--offscreen DIR";
   /// Top left corner of the content area in screen coordinates; the window is then undecorated. Empty: placed
   /// by the desktop.
   std::optional<std::array<int, 2>> at;
 };
 
 /// Position in screen coordinates as in WindowOptions; width and height in pixels.
-struct WindowPlace {
+struct WindowGeometry {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
@@ -106,10 +106,10 @@ class Window {
   /// The files of the last drop.
   const std::vector<std::string>& dropped_files() const;
   /// Renders a frame and displays it.
-  void show(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay);
+  void show(const scene::Scene& scene, std::span<const Shot> shots, const Overlay* overlay);
 
   /// The present position and size.
-  WindowPlace place() const;
+  WindowGeometry geometry() const;
   bool should_close() const;
   void close();  ///< sets should_close()
   void set_title(const std::string& title);
@@ -129,4 +129,4 @@ class Window {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::render

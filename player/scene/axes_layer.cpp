@@ -6,7 +6,7 @@
 #include "scene/scene.hpp"
 #include "scene/solids.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 namespace {
 
 // Sizes for a knee, mm: rods are longer than its width, so that their ends protrude from the bones.
@@ -30,7 +30,7 @@ constexpr std::array<Axis, 7> axes{{{"anterior", {205, 52, 44, 255}},
 void set_mesh(Drawable& drawable, AxisRow row, double scale)
 {
   const Eigen::Vector3d up = Eigen::Vector3d::UnitY();
-  DrawMesh& mesh = drawable.mesh;
+  RenderMesh& mesh = drawable.mesh;
   if (row == flexion || row == varus || row == helical) {
     add_rods(mesh, 1);
     const double radius_mm = row == helical ? helical_radius_mm : rod_radius_mm;
@@ -43,13 +43,13 @@ void set_mesh(Drawable& drawable, AxisRow row, double scale)
   update_box(drawable);
 }
 
-std::size_t add_axis(const MotionModel& model, Scene& scene, AxisRow row)
+std::size_t add_axis(const store::MotionModel& model, Scene& scene, AxisRow row)
 {
   const Layer layer = row == helical ? Layer::helical_axis : Layer::axes;
   const std::size_t index = add_layer(scene, layer, Owner::world, axes[row].name);
   Drawable& drawable = scene.drawables[index];
-  drawable.material = sign_material(axes[row].colour);
-  set_mesh(drawable, row, sign_scale(model));
+  drawable.material = marker_material(axes[row].colour);
+  set_mesh(drawable, row, marker_scale(model));
   return index;
 }
 
@@ -76,14 +76,14 @@ const std::vector<Label>& JointLayers::axis_labels()
   return labels;
 }
 
-AxesLayer::AxesLayer(const MotionModel& model, Scene& scene)
+AxesLayer::AxesLayer(const store::MotionModel& model, Scene& scene)
     : side_(model.side == "left" ? Side::left : Side::right), rotation_centre_mm_(model.rotation_centre_mm)
 {
   first_drawable_ = scene.drawables.size();
   for (const AxisRow row : {anterior, proximal, right, flexion, varus, push}) add_axis(model, scene, row);
 }
 
-void AxesLayer::update(Scene& scene, const Motion& motion, const Shown& shown) const
+void AxesLayer::update(Scene& scene, const motion::Motion& motion, const DisplayedPose& shown) const
 {
   const Pose& X_world_reference = shown.frames.X_world_reference;
   const Eigen::Vector3d centre_mm = X_world_reference * rotation_centre_mm_;
@@ -107,24 +107,24 @@ void AxesLayer::update(Scene& scene, const Motion& motion, const Shown& shown) c
   }
 }
 
-std::optional<HelicalAxis> helical_axis_at(const Motion& motion, const Attitude& attitude,
+std::optional<HelicalAxis> helical_axis_at(const motion::Motion& motion, const Attitude& attitude,
                                            const Eigen::Vector3d& near_mm)
 {
   constexpr double step_rad = rad_from_deg(1.0);
   const double first_rad = std::max(attitude.flexion_rad - step_rad, motion.first_flexion_rad());
   const double last_rad = std::min(attitude.flexion_rad + step_rad, motion.last_flexion_rad());
-  const JointPose before = motion.at({first_rad, attitude.varus_rad});
-  const JointPose after = motion.at({last_rad, attitude.varus_rad});
-  if (before.status != PoseStatus::solved || after.status != PoseStatus::solved) return {};
+  const motion::JointPose before = motion.at({first_rad, attitude.varus_rad});
+  const motion::JointPose after = motion.at({last_rad, attitude.varus_rad});
+  if (before.status != motion::PoseStatus::solved || after.status != motion::PoseStatus::solved) return {};
   return helical_axis(before.X_reference_moving, after.X_reference_moving, near_mm);
 }
 
-HelicalAxisLayer::HelicalAxisLayer(const MotionModel& model, Scene& scene)
+HelicalAxisLayer::HelicalAxisLayer(const store::MotionModel& model, Scene& scene)
     : rotation_centre_mm_(model.rotation_centre_mm), drawable_(add_axis(model, scene, helical))
 {
 }
 
-void HelicalAxisLayer::update(Scene& scene, const Motion& motion, const Shown& shown) const
+void HelicalAxisLayer::update(Scene& scene, const motion::Motion& motion, const DisplayedPose& shown) const
 {
   const std::optional<HelicalAxis> axis = helical_axis_at(motion, shown.pose.attitude, rotation_centre_mm_);
   Drawable& drawable = scene.drawables[drawable_];
@@ -135,4 +135,4 @@ void HelicalAxisLayer::update(Scene& scene, const Motion& motion, const Shown& s
       aligned(X_world_reference * axis->point_mm, X_world_reference.linear() * axis->direction);
 }
 
-}  // namespace vrda
+}  // namespace vrda::scene

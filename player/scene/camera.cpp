@@ -7,7 +7,7 @@
 #include "core/error.hpp"
 #include "core/trig.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 namespace {
 
 /// Smallest ratio of near to far plane: 24 bits of depth then resolve 0.01 mm at one metre.
@@ -84,7 +84,7 @@ void CameraFit::include(const std::vector<Eigen::Vector3d>& points_world_mm)
     wedge.lowest = std::min(wedge.lowest, p - t * z);
     wedge.highest = std::max(wedge.highest, p + t * z);
   };
-  const double t_y = options_.filled * half_height_tangent_, t_x = t_y * options_.aspect;
+  const double t_y = options_.fill_fraction * half_height_tangent_, t_x = t_y * options_.aspect;
   for (const Eigen::Vector3d& p_world_mm : points_world_mm) {
     const Eigen::Vector3d p = R_world_camera_.transpose() * p_world_mm;
     widen(wide_, p.x(), p.z(), t_x);
@@ -95,7 +95,7 @@ void CameraFit::include(const std::vector<Eigen::Vector3d>& points_world_mm)
 Camera CameraFit::camera() const
 {
   check(std::isfinite(wide_.highest), "a camera is fitted to at least one point");
-  const double t_y = options_.filled * half_height_tangent_, t_x = t_y * options_.aspect;
+  const double t_y = options_.fill_fraction * half_height_tangent_, t_x = t_y * options_.aspect;
   const double c_z =
       std::max((wide_.highest - wide_.lowest) / (2.0 * t_x), (tall_.highest - tall_.lowest) / (2.0 * t_y));
   const Eigen::Vector3d c(0.5 * (wide_.highest + wide_.lowest), 0.5 * (tall_.highest + tall_.lowest), c_z);
@@ -142,4 +142,4 @@ Eigen::Matrix4d projection(const Camera& camera)
   return P;
 }
 
-}  // namespace vrda
+}  // namespace vrda::scene

@@ -10,7 +10,7 @@
 #include "core/frames.hpp"
 #include "scene/scene.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 
 /// Camera axes: X right, Y up, Z towards the viewer.
 struct Camera {
@@ -34,7 +34,8 @@ std::optional<View> view_named(const std::string& name);
 struct FrameOptions {
   double vertical_field_of_view_rad = rad_from_deg(22.0);  ///< a knee at about one metre
   double aspect = 4.0 / 3.0;
-  double filled = 0.9;  ///< fraction of the half height or half width that the outermost point may reach
+  double fill_fraction =
+      0.9;  ///< fraction of the half height or half width that the outermost point may reach
 };
 
 /// Rotation of the camera: columns are its axes in world W (canonical axes).
@@ -69,4 +70,4 @@ Camera with_depth_range(Camera camera, const Scene& scene);
 /// Column-major OpenGL projection matrix.
 Eigen::Matrix4d projection(const Camera& camera);
 
-}  // namespace vrda
+}  // namespace vrda::scene

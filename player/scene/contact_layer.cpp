@@ -8,7 +8,7 @@
 #include "scene/scene.hpp"
 #include "scene/solids.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 namespace {
 
 // Sizes for a knee, mm: visible between condyle and plateau without hiding either.
@@ -41,17 +41,17 @@ std::size_t most_rows(const std::vector<std::size_t>& start)
 }
 
 /// Contact force of a row, N: its component along Delta divided by the normal's.
-double force_n(const ForceRows& rows, std::size_t row, const Eigen::Vector3d& delta)
+double force_n(const store::ForceRows& rows, std::size_t row, const Eigen::Vector3d& delta)
 {
   const double opposing = -rows.normal_world.row(static_cast<Eigen::Index>(row)).dot(delta);
   return rows.along_delta_n[row] / std::max(opposing, 1e-3);
 }
 
-double highest_force_n(const MotionModel& model)
+double highest_force_n(const store::MotionModel& model)
 {
-  const ForceRows& rows = model.equilibrium->forces;
+  const store::ForceRows& rows = model.equilibrium->forces;
   double highest_n = 0.0;
-  for (const std::size_t cell : telling_cells(model)) {
+  for (const std::size_t cell : informative_cells(model)) {
     for (std::int64_t row = rows.row_start[cell]; row < rows.row_start[cell + 1]; ++row)
       highest_n = std::max(highest_n, force_n(rows, static_cast<std::size_t>(row), model.delta));
   }
@@ -61,10 +61,10 @@ double highest_force_n(const MotionModel& model)
 }  // namespace
 
 template <typename Rows, typename Length>
-ContactLayer::Markers ContactLayer::markers_of(const MotionModel& model, const Rows& rows,
+ContactLayer::Markers ContactLayer::markers_of(const store::MotionModel& model, const Rows& rows,
                                                const Length& length_mm)
 {
-  const Motion raw(model, "raw");
+  const motion::Motion raw(model, "raw");
   Markers markers;
   markers.start.push_back(0);
   const std::size_t n_cells = rows.row_start.empty() ? 0 : rows.row_start.size() - 1;
@@ -74,10 +74,10 @@ ContactLayer::Markers ContactLayer::markers_of(const MotionModel& model, const R
     const auto first = static_cast<std::size_t>(rows.row_start[cell]),
                last = static_cast<std::size_t>(rows.row_start[cell + 1]);
     if (is_solved && first < last) {
-      const JointPose pose =
-          raw.placed({rad_from_deg(model.flexion_deg[i]), rad_from_deg(model.varus_solved_deg.data()[cell])},
-                     {model.tx_mm.data()[cell], model.ty_mm.data()[cell], model.tz_mm.data()[cell],
-                      rad_from_deg(model.theta_deg.data()[cell])});
+      const motion::JointPose pose = raw.joint_pose(
+          {rad_from_deg(model.flexion_deg[i]), rad_from_deg(model.varus_solved_deg.data()[cell])},
+          {model.tx_mm.data()[cell], model.ty_mm.data()[cell], model.tz_mm.data()[cell],
+           rad_from_deg(model.theta_deg.data()[cell])});
       const Pose X_moving_world = pose.X_world_moving.inverse();
       for (std::size_t row = first; row < last; ++row) {
         const auto k = static_cast<Eigen::Index>(row);
@@ -93,10 +93,10 @@ ContactLayer::Markers ContactLayer::markers_of(const MotionModel& model, const R
   return markers;
 }
 
-ContactLayer::ContactLayer(const MotionModel& model, Scene& scene)
+ContactLayer::ContactLayer(const store::MotionModel& model, Scene& scene)
     : flexion_rad_(radians(model.flexion_deg)),
       varus_rad_(radians(model.varus_deg)),
-      scale_(sign_scale(model)),
+      scale_(marker_scale(model)),
       points_(markers_of(model, model.contacts, [&](std::size_t) { return scale_ * plain_arrow_mm; }))
 {
   if (model.equilibrium) {
@@ -115,7 +115,7 @@ ContactLayer::ContactLayer(const MotionModel& model, Scene& scene)
     Drawable& drawable = scene.drawables[markers->drawable];
     const bool is_points = markers == &points_;
     drawable.origin_mm = model.rotation_centre_mm;
-    drawable.material = sign_material(is_points ? ball_colour : arrow_colour);
+    drawable.material = marker_material(is_points ? ball_colour : arrow_colour);
     const std::size_t most = most_rows(markers->start);
     is_points ? add_balls(drawable.mesh, most) : add_arrows(drawable.mesh, most);
     markers->triangles = drawable.mesh.triangles;
@@ -145,7 +145,7 @@ void ContactLayer::update_arrows(Drawable& drawable)
   }
 }
 
-void ContactLayer::update(Scene& scene, const JointPose& pose, const LayerSet& wanted)
+void ContactLayer::update(Scene& scene, const motion::JointPose& pose, const LayerSet& wanted)
 {
   const std::size_t cell = nearest_cell(pose.attitude);
   for (Markers* markers : {&points_, &arrows_}) {
@@ -168,4 +168,4 @@ void ContactLayer::update(Scene& scene, const JointPose& pose, const LayerSet& w
   }
 }
 
-}  // namespace vrda
+}  // namespace vrda::scene

@@ -7,7 +7,7 @@
 #include "proximity/box_tree.hpp"
 #include "scene/scene.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 namespace {
 
 constexpr double range_mm = 6.0;    ///< about the height of a meniscus
@@ -23,22 +23,22 @@ Legend gap_legend()
   Legend legend;
   legend.title = "gap, mm";
   legend.highest = range_mm;
-  legend.palette = closeness_palette();
+  legend.palette = gap_palette();
   legend.beyond_label = "no colour";
   return legend;
 }
 
-Eigen::Vector3d position_mm(const DrawVertex& vertex)
+Eigen::Vector3d position_mm(const RenderVertex& vertex)
 {
   return {vertex.position_mm[0], vertex.position_mm[1], vertex.position_mm[2]};
 }
 
 /// The faces oriented along `delta` and their vertices, with the normals of the whole mesh, so that the
 /// shading matches the surface below.
-DrawMesh upward_part(const DrawMesh& whole, const Eigen::Vector3d& delta)
+RenderMesh upward_part(const RenderMesh& whole, const Eigen::Vector3d& delta)
 {
   constexpr std::uint32_t unused = UINT32_MAX;
-  DrawMesh part;
+  RenderMesh part;
   std::vector<std::uint32_t> row(whole.vertices.size(), unused);
   for (std::size_t t = 0; t < whole.triangles.size(); t += 3) {
     const std::uint32_t* corner = &whole.triangles[t];
@@ -60,18 +60,18 @@ DrawMesh upward_part(const DrawMesh& whole, const Eigen::Vector3d& delta)
 
 }  // namespace
 
-GapLayer::GapLayer(const MotionModel& model, Scene& scene)
+GapLayer::GapLayer(const store::MotionModel& model, Scene& scene)
     : legend_(gap_legend()), reference_(model.reference.contact.mesh), tree_(reference_)
 {
   for (std::size_t c = 0; c < model.moving.components.size(); ++c) add_sheet(model, scene, c);
 }
 
-void GapLayer::add_sheet(const MotionModel& model, Scene& scene, std::size_t component)
+void GapLayer::add_sheet(const store::MotionModel& model, Scene& scene, std::size_t component)
 {
   const Part& contact = model.moving.contact;
-  const DrawMesh whole = draw_mesh(contact.mesh, triangles_by_component(model.moving, contact)[component],
-                                   model.rotation_centre_mm);
-  DrawMesh upward = upward_part(whole, model.delta);
+  const RenderMesh whole = make_render_mesh(
+      contact.mesh, triangles_by_component(model.moving, contact)[component], model.rotation_centre_mm);
+  RenderMesh upward = upward_part(whole, model.delta);
   if (upward.triangles.empty()) return;
   const Component& part = model.moving.components[component];
   Sheet sheet;
@@ -81,9 +81,9 @@ void GapLayer::add_sheet(const MotionModel& model, Scene& scene, std::size_t com
   drawable.mesh = std::move(upward);
   drawable.material = material_of(part.material);
   drawable.material.mottling = 0.0F;
-  sheet.bone = encoded(drawable.material.colour);
-  const auto lift_mm = static_cast<float>(above_mm * sign_scale(model));
-  for (DrawVertex& vertex : drawable.mesh.vertices) {
+  sheet.bone = srgb_from_linear(drawable.material.colour);
+  const auto lift_mm = static_cast<float>(above_mm * marker_scale(model));
+  for (RenderVertex& vertex : drawable.mesh.vertices) {
     sheet.point_mm.push_back(position_mm(vertex) + drawable.origin_mm);
     for (std::size_t k = 0; k < 3; ++k) vertex.position_mm[k] += lift_mm * vertex.normal[k];
   }
@@ -97,16 +97,16 @@ void GapLayer::add_sheet(const MotionModel& model, Scene& scene, std::size_t com
 void GapLayer::update_sheet(Drawable& drawable, Sheet& sheet, const Eigen::Vector3d& delta_moving) const
 {
   // The rays are transformed to the reference's frame, so that its tree stays valid.
-  Ray ray;
+  proximity::Ray ray;
   ray.direction = X_reference_moving_.linear() * delta_moving;
-  ray.longest_mm = deepest_mm + range_mm;
+  ray.max_length_mm = deepest_mm + range_mm;
   for (std::size_t v = 0; v < sheet.point_mm.size(); ++v) {
     ray.from_mm = X_reference_moving_ * sheet.point_mm[v] - deepest_mm * ray.direction;
-    const double gap_mm = ray_travel_mm(reference_, tree_, ray) - deepest_mm;
+    const double gap_mm = proximity::ray_distance_mm(reference_, tree_, ray) - deepest_mm;
     sheet.gap_mm[v] = gap_mm;
     const double fading = (gap_mm / range_mm - fades_from) / (1.0 - fades_from);
-    drawable.colours[v] =
-        mixed(colour_of(legend_, std::min(gap_mm, range_mm)), sheet.bone, std::clamp(fading, 0.0, 1.0));
+    drawable.colours[v] = interpolated_colour(colour_of(legend_, std::min(gap_mm, range_mm)), sheet.bone,
+                                              std::clamp(fading, 0.0, 1.0));
   }
   auto next = drawable.mesh.triangles.begin();
   for (std::size_t t = 0; t < sheet.triangles.size(); t += 3) {
@@ -120,7 +120,7 @@ void GapLayer::update_sheet(Drawable& drawable, Sheet& sheet, const Eigen::Vecto
   std::fill(next, drawable.mesh.triangles.end(), 0U);
 }
 
-void GapLayer::update(Scene& scene, const Motion& motion, const JointPose& pose)
+void GapLayer::update(Scene& scene, const motion::Motion& motion, const motion::JointPose& pose)
 {
   const bool is_same = is_made_ && X_reference_moving_.matrix() == pose.X_reference_moving.matrix();
   X_reference_moving_ = pose.X_reference_moving;
@@ -137,4 +137,4 @@ void GapLayer::update(Scene& scene, const Motion& motion, const JointPose& pose)
   }
 }
 
-}  // namespace vrda
+}  // namespace vrda::scene

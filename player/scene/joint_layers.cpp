@@ -6,7 +6,7 @@
 #include "core/error.hpp"
 #include "scene/layers.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 namespace {
 
 VertexColour rgb(unsigned hex)
@@ -22,7 +22,7 @@ std::uint8_t rounded(double value)
 
 }  // namespace
 
-VertexColour mixed(const VertexColour& a, const VertexColour& b, double part)
+VertexColour interpolated_colour(const VertexColour& a, const VertexColour& b, double part)
 {
   VertexColour colour{};
   for (std::size_t k = 0; k < colour.size(); ++k) colour[k] = rounded(a[k] + part * (b[k] - a[k]));
@@ -36,10 +36,11 @@ VertexColour colour_of(const Legend& legend, double value)
   const double position =
       std::clamp((value - legend.lowest) / (legend.highest - legend.lowest), 0.0, 1.0) * last;
   const std::size_t before = std::min(static_cast<std::size_t>(position), last - 1);
-  return mixed(legend.palette[before], legend.palette[before + 1], position - static_cast<double>(before));
+  return interpolated_colour(legend.palette[before], legend.palette[before + 1],
+                             position - static_cast<double>(before));
 }
 
-VertexColour encoded(const Eigen::Vector3f& linear)
+VertexColour srgb_from_linear(const Eigen::Vector3f& linear)
 {
   const auto channel = [&](Eigen::Index k) {
     const double c = linear[k];
@@ -48,7 +49,7 @@ VertexColour encoded(const Eigen::Vector3f& linear)
   return {channel(0), channel(1), channel(2), 255};
 }
 
-Eigen::Vector3f decoded(const VertexColour& colour)
+Eigen::Vector3f linear_from_srgb(const VertexColour& colour)
 {
   const auto channel = [&](std::size_t k) {
     const double c = colour[k] / 255.0;
@@ -57,7 +58,7 @@ Eigen::Vector3f decoded(const VertexColour& colour)
   return {channel(0), channel(1), channel(2)};
 }
 
-const Palette& closeness_palette()
+const Palette& gap_palette()
 {
   static const Palette palette{rgb(0xF0F921), rgb(0xFCCE25), rgb(0xFCA636), rgb(0xF2844B),
                                rgb(0xE16462), rgb(0xCC4778), rgb(0xB12A90), rgb(0x8F0DA4),
@@ -65,7 +66,7 @@ const Palette& closeness_palette()
   return palette;
 }
 
-const Palette& tension_palette()
+const Palette& strain_palette()
 {
   static const Palette palette{rgb(0x3B4CC0), rgb(0x5977E3), rgb(0x7B9FF9), rgb(0x9EBEFF),
                                rgb(0xC0D4F5), rgb(0xDDDCDC), rgb(0xF2CBB7), rgb(0xF7AC8E),
@@ -94,7 +95,7 @@ std::optional<Layer> layer_named(const std::string& name)
 }
 
 struct JointLayers::Parts {
-  Parts(const MotionModel& model, Scene& scene)
+  Parts(const store::MotionModel& model, Scene& scene)
       : contacts(model, scene),
         axes(model, scene),
         helical_axis(model, scene),
@@ -110,7 +111,7 @@ struct JointLayers::Parts {
   LigamentLayer ligaments;
 };
 
-JointLayers::JointLayers(const MotionModel& model, Scene& scene)
+JointLayers::JointLayers(const store::MotionModel& model, Scene& scene)
     : parts_(std::make_unique<Parts>(model, scene))
 {
   available_.set(Layer::contacts, !parts_->contacts.is_empty());
@@ -125,12 +126,12 @@ JointLayers::~JointLayers() = default;
 JointLayers::JointLayers(JointLayers&&) noexcept = default;
 JointLayers& JointLayers::operator=(JointLayers&&) noexcept = default;
 
-void JointLayers::update(Scene& scene, const Motion& motion, const Shown& shown)
+void JointLayers::update(Scene& scene, const motion::Motion& motion, const DisplayedPose& shown)
 {
   for (Drawable& drawable : scene.drawables) {
     if (drawable.layer != Layer::bodies) drawable.is_shown = false;
   }
-  if (shown.pose.status != PoseStatus::solved) return;
+  if (shown.pose.status != motion::PoseStatus::solved) return;
   const LayerSet& wanted = shown.layers;
   parts_->contacts.update(scene, shown.pose, wanted);
   if (wanted.has(Layer::axes)) parts_->axes.update(scene, motion, shown);
@@ -149,18 +150,18 @@ const Legend& JointLayers::strain_legend() const
   return parts_->ligaments.legend();
 }
 
-void see_through(Scene& scene, Owner owner, float part)
+void scale_opacity(Scene& scene, Owner owner, float part)
 {
   for (Drawable& drawable : scene.drawables) {
     if (drawable.owner == owner && drawable.layer == Layer::bodies) drawable.material.opacity *= part;
   }
 }
 
-void hide(Scene& scene, Owner owner)
+void hide_bodies(Scene& scene, Owner owner)
 {
   for (Drawable& drawable : scene.drawables) {
     if (drawable.owner == owner && drawable.layer == Layer::bodies) drawable.is_shown = false;
   }
 }
 
-}  // namespace vrda
+}  // namespace vrda::scene

@@ -12,7 +12,7 @@
 #include "scene/scene.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 
 /// Evenly spaced colours from the lowest to the highest value.
 using Palette = std::array<VertexColour, 11>;
@@ -32,19 +32,19 @@ struct Legend {
 VertexColour colour_of(const Legend& legend, double value);
 
 /// Linear interpolation from a (`part` = 0) to b (`part` = 1), in sRGB.
-VertexColour mixed(const VertexColour& a, const VertexColour& b, double part);
+VertexColour interpolated_colour(const VertexColour& a, const VertexColour& b, double part);
 
 /// Conversion of linear RGB to opaque sRGB, and back.
-VertexColour encoded(const Eigen::Vector3f& linear);
-Eigen::Vector3f decoded(const VertexColour& colour);
+VertexColour srgb_from_linear(const Eigen::Vector3f& linear);
+Eigen::Vector3f linear_from_srgb(const VertexColour& colour);
 
 /// For gaps: bright is close, with uniformly decreasing lightness, also for colour-blind viewers.
 /// Source: "plasma" of matplotlib (Smith and van der Walt, CC0).
-const Palette& closeness_palette();
+const Palette& gap_palette();
 
 /// For strains: diverging from blue over grey to red.
 /// Source: Moreland (2009), Diverging color maps for scientific visualization.
-const Palette& tension_palette();
+const Palette& strain_palette();
 
 inline constexpr std::size_t n_layers = 7;
 
@@ -70,8 +70,8 @@ struct Label {
 };
 
 /// A pose to display, its frames, and the visible layers.
-struct Shown {
-  JointPose pose;
+struct DisplayedPose {
+  motion::JointPose pose;
   JointFrames frames;  ///< of `pose`
   LayerSet layers;
 };
@@ -81,7 +81,7 @@ class JointLayers {
  public:
   /// Appends the layers' drawables, hidden, to `scene`, whose order must not change afterwards. Copies the
   /// required data of the model.
-  JointLayers(const MotionModel& model, Scene& scene);
+  JointLayers(const store::MotionModel& model, Scene& scene);
   ~JointLayers();
   JointLayers(JointLayers&&) noexcept;
   JointLayers& operator=(JointLayers&&) noexcept;
@@ -89,7 +89,7 @@ class JointLayers {
   /// Shows `shown.layers` at a pose of `motion` and hides the others (all if the pose is not solved). Must be
   /// called after place(), since it moves only the layers. A mesh and its revision change only if necessary;
   /// mesh sizes are constant.
-  void update(Scene& scene, const Motion& motion, const Shown& shown);
+  void update(Scene& scene, const motion::Motion& motion, const DisplayedPose& shown);
 
   /// The layers for which the model has data.
   const LayerSet& available() const { return available_; }
@@ -105,8 +105,8 @@ class JointLayers {
 };
 
 /// Multiplies the opacity of one object's bodies by `part`.
-void see_through(Scene& scene, Owner owner, float part);
+void scale_opacity(Scene& scene, Owner owner, float part);
 /// Hides one object's bodies; its layers stay visible.
-void hide(Scene& scene, Owner owner);
+void hide_bodies(Scene& scene, Owner owner);
 
-}  // namespace vrda
+}  // namespace vrda::scene

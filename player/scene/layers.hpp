@@ -12,15 +12,15 @@
 #include "scene/scene.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 
 /// The reference's canonical axes as arrows from the rotation centre, the flexion and varus axes as rods
 /// through it, and Delta as an arrow towards it.
 class AxesLayer {
  public:
-  AxesLayer(const MotionModel& model, Scene& scene);
+  AxesLayer(const store::MotionModel& model, Scene& scene);
   /// Updates the poses; the meshes are constant.
-  void update(Scene& scene, const Motion& motion, const Shown& shown) const;
+  void update(Scene& scene, const motion::Motion& motion, const DisplayedPose& shown) const;
 
  private:
   Side side_ = Side::right;
@@ -32,8 +32,8 @@ class AxesLayer {
 /// after, at constant varus: a rod through the axis point nearest to the rotation centre.
 class HelicalAxisLayer {
  public:
-  HelicalAxisLayer(const MotionModel& model, Scene& scene);
-  void update(Scene& scene, const Motion& motion, const Shown& shown) const;
+  HelicalAxisLayer(const store::MotionModel& model, Scene& scene);
+  void update(Scene& scene, const motion::Motion& motion, const DisplayedPose& shown) const;
 
  private:
   Eigen::Vector3d rotation_centre_mm_;
@@ -42,7 +42,7 @@ class HelicalAxisLayer {
 
 /// Canonical axes of the reference, with the axis point nearest to `near_mm`; empty without a pose or
 /// rotation.
-std::optional<HelicalAxis> helical_axis_at(const Motion& motion, const Attitude& attitude,
+std::optional<HelicalAxis> helical_axis_at(const motion::Motion& motion, const Attitude& attitude,
                                            const Eigen::Vector3d& near_mm);
 
 /// The contacts of the nearest grid cell, fixed to the moving object. Balls mark the contact points. Arrows
@@ -51,9 +51,9 @@ std::optional<HelicalAxis> helical_axis_at(const Motion& motion, const Attitude&
 /// otherwise the normals.
 class ContactLayer {
  public:
-  ContactLayer(const MotionModel& model, Scene& scene);
+  ContactLayer(const store::MotionModel& model, Scene& scene);
   bool is_empty() const { return points_.tip_mm.empty(); }
-  void update(Scene& scene, const JointPose& pose, const LayerSet& wanted);
+  void update(Scene& scene, const motion::JointPose& pose, const LayerSet& wanted);
 
  private:
   /// Markers of one kind in compressed rows: those of cell c are [start[c], start[c + 1]).
@@ -66,7 +66,7 @@ class ContactLayer {
     std::size_t cell = SIZE_MAX;           ///< the drawn cell
   };
   template <typename Rows, typename Length>
-  static Markers markers_of(const MotionModel& model, const Rows& rows, const Length& length_mm);
+  static Markers markers_of(const store::MotionModel& model, const Rows& rows, const Length& length_mm);
   std::size_t nearest_cell(const Attitude& attitude) const;
   void update_points(Drawable& drawable);
   void update_arrows(Drawable& drawable);
@@ -80,9 +80,9 @@ class ContactLayer {
 /// directional gap from each vertex to the reference; hidden where the gap exceeds the range.
 class GapLayer {
  public:
-  GapLayer(const MotionModel& model, Scene& scene);
+  GapLayer(const store::MotionModel& model, Scene& scene);
   bool is_empty() const { return sheets_.empty(); }
-  void update(Scene& scene, const Motion& motion, const JointPose& pose);
+  void update(Scene& scene, const motion::Motion& motion, const motion::JointPose& pose);
   const Legend& legend() const { return legend_; }
 
  private:
@@ -94,31 +94,31 @@ class GapLayer {
     std::vector<std::uint32_t> triangles;   ///< all triangles of the sheet
     bool is_near = false;                   ///< any vertex was within the range at the last update
   };
-  void add_sheet(const MotionModel& model, Scene& scene, std::size_t component);
+  void add_sheet(const store::MotionModel& model, Scene& scene, std::size_t component);
   void update_sheet(Drawable& drawable, Sheet& sheet, const Eigen::Vector3d& delta_moving) const;
 
   Legend legend_;
   Mesh reference_;  ///< contact part
-  BoxTree tree_;
+  proximity::BoxTree tree_;
   std::vector<Sheet> sheets_;
   Pose X_reference_moving_ = Pose::Identity();  ///< at the last update
   bool is_made_ = false;
 };
 
 /// The model's fibres in canonical axes of their bodies; may be empty.
-Ligaments ligaments_of(const MotionModel& model);
+ligament::Ligaments ligaments_of(const store::MotionModel& model);
 
 class LigamentLayer {
  public:
-  LigamentLayer(const MotionModel& model, Scene& scene);
+  LigamentLayer(const store::MotionModel& model, Scene& scene);
   bool is_empty() const { return ligaments_.fibres.empty(); }
-  void update(Scene& scene, const JointPose& pose);
+  void update(Scene& scene, const motion::JointPose& pose);
   const Legend& legend() const { return legend_; }
   /// Strain of each fibre at the last update; negative if slack.
   const std::vector<double>& strain() const { return strain_; }
 
  private:
-  Ligaments ligaments_;
+  ligament::Ligaments ligaments_;
   Legend legend_;
   Eigen::Vector3d origin_mm_;
   double scale_ = 1.0;
@@ -128,4 +128,4 @@ class LigamentLayer {
   bool is_made_ = false;
 };
 
-}  // namespace vrda
+}  // namespace vrda::scene

@@ -7,7 +7,7 @@
 #include "scene/scene.hpp"
 #include "scene/solids.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 namespace {
 
 /// Points per fibre: four suffice for straight ones; on a wrap 12 points give a few degrees of bend per
@@ -17,18 +17,18 @@ constexpr double thickness_mm = 0.9,
                  slack_thickness_mm = 0.55;  // radii on a knee: fibres lie 2 to 4 mm apart
 constexpr VertexColour slack_colour{205, 203, 196, 255};
 
-std::size_t n_points(const Fibre& fibre)
+std::size_t n_points(const ligament::Fibre& fibre)
 {
   return fibre.wrap < 0 ? n_straight : n_wrapped;
 }
 
 /// Scale from 0 to the 95 % quantile of positive strains in the informative cells, rounded up to steps of 2
 /// %.
-Legend legend_of(const MotionModel& model, std::size_t n_fibres)
+Legend legend_of(const store::MotionModel& model, std::size_t n_fibres)
 {
   constexpr double step = 0.02, most = 0.95;
   std::vector<double> taut;
-  for (const std::size_t cell : telling_cells(model)) {
+  for (const std::size_t cell : informative_cells(model)) {
     for (std::size_t fibre = 0; fibre < n_fibres; ++fibre) {
       const double strain = model.ligaments->strain[cell * n_fibres + fibre];
       if (strain > 0.0) taut.push_back(strain);
@@ -44,7 +44,7 @@ Legend legend_of(const MotionModel& model, std::size_t n_fibres)
   Legend legend;
   legend.title = "strain, %";
   legend.highest = 100.0 * highest;
-  legend.palette = tension_palette();
+  legend.palette = strain_palette();
   legend.below = slack_colour;
   legend.below_label = "slack";
   return legend;
@@ -52,18 +52,18 @@ Legend legend_of(const MotionModel& model, std::size_t n_fibres)
 
 }  // namespace
 
-Ligaments ligaments_of(const MotionModel& model)
+ligament::Ligaments ligaments_of(const store::MotionModel& model)
 {
-  Ligaments ligaments;
+  ligament::Ligaments ligaments;
   if (!model.ligaments) return ligaments;
-  const LigamentRows& rows = *model.ligaments;
+  const store::LigamentRows& rows = *model.ligaments;
   ligaments.transition_strain = rows.transition_strain;
   for (std::size_t i = 0; i < rows.wrap_name.size(); ++i) {
-    Wrap wrap;
+    ligament::Wrap wrap;
     wrap.name = rows.wrap_name[i];
-    wrap.shape = rows.wrap_shape[i] == 0 ? WrapShape::cylinder : WrapShape::ellipsoid;
-    wrap.body = rows.wrap_body[i] == 0 ? WrapBody::reference : WrapBody::moving;
-    wrap.X_body_wrap = pose_in(rows.X_body_wrap, i);
+    wrap.shape = rows.wrap_shape[i] == 0 ? ligament::WrapShape::cylinder : ligament::WrapShape::ellipsoid;
+    wrap.body = rows.wrap_body[i] == 0 ? ligament::WrapBody::reference : ligament::WrapBody::moving;
+    wrap.X_body_wrap = store::pose_in(rows.X_body_wrap, i);
     wrap.radii_mm = rows.wrap_radii_mm.row(static_cast<Eigen::Index>(i)).transpose();
     ligaments.wraps.push_back(wrap);
   }
@@ -76,22 +76,22 @@ Ligaments ligaments_of(const MotionModel& model)
   return ligaments;
 }
 
-LigamentLayer::LigamentLayer(const MotionModel& model, Scene& scene)
+LigamentLayer::LigamentLayer(const store::MotionModel& model, Scene& scene)
     : ligaments_(ligaments_of(model)),
       legend_(legend_of(model, ligaments_.fibres.size())),
       origin_mm_(model.rotation_centre_mm),
-      scale_(sign_scale(model)),
+      scale_(marker_scale(model)),
       drawable_(add_layer(scene, Layer::ligaments, Owner::reference, "ligaments")),
       strain_(ligaments_.fibres.size())
 {
   Drawable& drawable = scene.drawables[drawable_];
   drawable.origin_mm = origin_mm_;
-  drawable.material = sign_material({255, 255, 255, 255});
-  for (const Fibre& fibre : ligaments_.fibres) add_tube(drawable.mesh, n_points(fibre));
+  drawable.material = marker_material({255, 255, 255, 255});
+  for (const ligament::Fibre& fibre : ligaments_.fibres) add_tube(drawable.mesh, n_points(fibre));
   drawable.colours.resize(drawable.mesh.vertices.size());
 }
 
-void LigamentLayer::update(Scene& scene, const JointPose& pose)
+void LigamentLayer::update(Scene& scene, const motion::JointPose& pose)
 {
   scene.drawables[drawable_].is_shown = !is_empty();
   if (is_made_ && X_reference_moving_.matrix() == pose.X_reference_moving.matrix()) return;
@@ -99,14 +99,15 @@ void LigamentLayer::update(Scene& scene, const JointPose& pose)
   is_made_ = true;
   Drawable& drawable = scene.drawables[drawable_];
   // Fibre lengths do not depend on the common frame: use the reference's.
-  const JointPlacement placement{Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
-                                 pose.X_reference_moving.translation()};
+  const ligament::JointPlacement placement{Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
+                                           pose.X_reference_moving.translation()};
   std::array<Eigen::Vector3d, n_wrapped> points_mm;
   std::size_t vertex = 0;
   for (std::size_t i = 0; i < ligaments_.fibres.size(); ++i) {
-    const Fibre& fibre = ligaments_.fibres[i];
+    const ligament::Fibre& fibre = ligaments_.fibres[i];
     const std::span<Eigen::Vector3d> path_mm(points_mm.data(), n_points(fibre));
-    const FibreWay path = fibre_way(fibre, ligaments_.wraps, placement, path_mm);
+    const ligament::SampledFibre path =
+        ligament::sample_fibre_path(fibre, ligaments_.wraps, placement, path_mm);
     strain_[i] = path.length_mm / fibre.slack_length_mm - 1.0;
     for (Eigen::Vector3d& p_mm : path_mm) p_mm -= origin_mm_;
     set_tube(drawable.mesh, vertex, path_mm, scale_ * (strain_[i] < 0.0 ? slack_thickness_mm : thickness_mm));
@@ -119,4 +120,4 @@ void LigamentLayer::update(Scene& scene, const JointPose& pose)
   ++drawable.revision;
 }
 
-}  // namespace vrda
+}  // namespace vrda::scene

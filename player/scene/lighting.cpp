@@ -2,7 +2,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 
 Lighting studio_lighting()
 {
@@ -28,4 +28,4 @@ Background background_of(Backdrop backdrop)
   throw InternalError("unknown backdrop");
 }
 
-}  // namespace vrda
+}  // namespace vrda::scene

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace vrda {
+namespace vrda::scene {
 
 struct Light {
   Eigen::Vector3f towards_camera{0.0F, 0.0F, 1.0F};  ///< unit direction to the light in camera axes
@@ -35,4 +35,4 @@ enum class Backdrop {
 };
 Background background_of(Backdrop backdrop);
 
-}  // namespace vrda
+}  // namespace vrda::scene

@@ -4,18 +4,19 @@
 
 #include "documents/schema.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 
-const DocumentSchema& lights_schema();  // schemas/lights.schema.json
+const documents::DocumentSchema& lights_schema();  // schemas/lights.schema.json
 
 namespace {
 
-Eigen::Vector3f three(const DocumentValue& root, const char* key)
+Eigen::Vector3f three(const documents::DocumentValue& root, const char* key)
 {
-  return vector3_at(root, key).cast<float>();
+  return documents::vector3_at(root, key).cast<float>();
 }
 
-Light light_of(const Document& document, const DocumentValue& value, const std::string& key)
+Light light_of(const documents::Document& document, const documents::DocumentValue& value,
+               const std::string& key)
 {
   constexpr float shortest_direction = 1e-3F;
   const Eigen::Vector3f towards = three(value, "towards");
@@ -31,12 +32,12 @@ Light light_of(const Document& document, const DocumentValue& value, const std::
 
 Lights parsed_lights(const std::string& text, const std::string& name)
 {
-  const Document document = lights_schema().read(text, name);
-  const DocumentValue& root = document.root;
+  const documents::Document document = lights_schema().read(text, name);
+  const documents::DocumentValue& root = document.root;
   Lights lights;
   lights.lighting.sky = three(root, "hemisphere.sky");
   lights.lighting.ground = three(root, "hemisphere.ground");
-  for (const DocumentValue& light : list_or_empty(root, "light")) {
+  for (const documents::DocumentValue& light : documents::list_or_empty(root, "light")) {
     const std::string key = "light." + std::to_string(lights.lighting.lights.size());
     lights.lighting.lights.push_back(light_of(document, light, key));
   }
@@ -47,7 +48,7 @@ Lights parsed_lights(const std::string& text, const std::string& name)
 
 Lights read_lights(const std::string& path)
 {
-  return parsed_lights(document_text(path, "a lights file (schemas/lights.md)"), path);
+  return parsed_lights(documents::read_document_text(path, "a lights file (schemas/lights.md)"), path);
 }
 
-}  // namespace vrda
+}  // namespace vrda::scene

@@ -6,7 +6,7 @@
 
 #include "scene/lighting.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 
 struct Lights {
   Lighting lighting;
@@ -19,4 +19,4 @@ Lights read_lights(const std::string& path);
 /// Parses the text of a lights file; `name` is used in errors.
 Lights parsed_lights(const std::string& text, const std::string& name);
 
-}  // namespace vrda
+}  // namespace vrda::scene

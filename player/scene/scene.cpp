@@ -6,7 +6,7 @@
 #include "core/step_record.hpp"
 #include "scene/joint_layers.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 namespace {
 
 Eigen::Vector3d as_vector(const std::array<float, 3>& v)
@@ -14,11 +14,11 @@ Eigen::Vector3d as_vector(const std::array<float, 3>& v)
   return {v[0], v[1], v[2]};
 }
 
-Box box_of(const DrawMesh& mesh)
+Box box_of(const RenderMesh& mesh)
 {
   if (mesh.vertices.empty()) return {};
   Box box{as_vector(mesh.vertices.front().position_mm), as_vector(mesh.vertices.front().position_mm)};
-  for (const DrawVertex& vertex : mesh.vertices) {
+  for (const RenderVertex& vertex : mesh.vertices) {
     box.min_mm = box.min_mm.cwiseMin(as_vector(vertex.position_mm));
     box.max_mm = box.max_mm.cwiseMax(as_vector(vertex.position_mm));
   }
@@ -34,7 +34,7 @@ void add_part(Scene& scene, const Body& body, Owner owner, const Drawable& model
     Drawable drawable = model;
     drawable.name = body.components[c].name;
     drawable.owner = owner;
-    drawable.mesh = draw_mesh(part.mesh, triangles[c], drawable.origin_mm, crease_rad);
+    drawable.mesh = make_render_mesh(part.mesh, triangles[c], drawable.origin_mm, crease_rad);
     drawable.box_mm = box_of(drawable.mesh);
     drawable.material = material_of(body.components[c].material);
     scene.drawables.push_back(std::move(drawable));
@@ -52,7 +52,7 @@ Extent extent_of(const Scene& scene, Owner owner)
   Extent extent;
   for (const Drawable& drawable : scene.drawables) {
     if (drawable.owner != owner || !drawable.has_contact || drawable.layer != Layer::bodies) continue;
-    for (const DrawVertex& vertex : drawable.mesh.vertices) {
+    for (const RenderVertex& vertex : drawable.mesh.vertices) {
       const Eigen::Vector3d p_world_mm = drawable.X_world_mesh * as_vector(vertex.position_mm);
       extent.min_mm = extent.min_mm.cwiseMin(p_world_mm);
       extent.max_mm = extent.max_mm.cwiseMax(p_world_mm);
@@ -63,10 +63,10 @@ Extent extent_of(const Scene& scene, Owner owner)
 
 }  // namespace
 
-JointFrames frames_of(const JointPose& pose, Held held)
+JointFrames frames_of(const motion::JointPose& pose, FixedObject held)
 {
   JointFrames frames{pose.X_world_reference, Pose::Identity(), pose.X_world_moving};
-  if (held == Held::moving) return frames;
+  if (held == FixedObject::moving) return frames;
   // Remove the attitude's rotation from both objects: the reference is then only recentred.
   frames.X_world_delta.linear() = pose.X_world_reference.linear().transpose();
   frames.X_world_reference = frames.X_world_delta * pose.X_world_reference;
@@ -120,7 +120,7 @@ std::vector<Eigen::Vector3d> points_within(const Scene& scene, const Sphere& sph
   std::vector<Eigen::Vector3d> all, within;
   for (const Drawable& drawable : scene.drawables) {
     if (!is_framed(drawable)) continue;
-    for (const DrawVertex& vertex : drawable.mesh.vertices) {
+    for (const RenderVertex& vertex : drawable.mesh.vertices) {
       all.push_back(drawable.X_world_mesh * as_vector(vertex.position_mm));
       if ((all.back() - sphere.centre_world_mm).norm() <= sphere.radius_mm) within.push_back(all.back());
     }
@@ -128,7 +128,7 @@ std::vector<Eigen::Vector3d> points_within(const Scene& scene, const Sphere& sph
   return within.empty() ? all : within;
 }
 
-double sign_scale(const MotionModel& model)
+double marker_scale(const store::MotionModel& model)
 {
   constexpr double width_of_knee_mm = 80.0;
   const Box box = bounding_box(model.moving.contact.mesh);
@@ -137,7 +137,7 @@ double sign_scale(const MotionModel& model)
   return width_mm > 0.0 ? width_mm / width_of_knee_mm : 1.0;
 }
 
-std::vector<std::size_t> telling_cells(const MotionModel& model)
+std::vector<std::size_t> informative_cells(const store::MotionModel& model)
 {
   std::vector<std::size_t> spine, all;
   for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {
@@ -161,9 +161,9 @@ std::size_t add_layer(Scene& scene, Layer layer, Owner owner, const std::string&
   return scene.drawables.size() - 1;
 }
 
-Material sign_material(const VertexColour& colour)
+Material marker_material(const VertexColour& colour)
 {
-  return {decoded(colour), 1.0F, 0.18F, 40.0F, 0.0F};
+  return {linear_from_srgb(colour), 1.0F, 0.18F, 40.0F, 0.0F};
 }
 
 void update_box(Drawable& drawable)
@@ -179,4 +179,4 @@ void update_box(Drawable& drawable)
   }
 }
 
-}  // namespace vrda
+}  // namespace vrda::scene

@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "core/draw_mesh.hpp"
 #include "core/mesh.hpp"
+#include "core/render_mesh.hpp"
 #include "motion/poses.hpp"
 #include "scene/lighting.hpp"
 #include "store/motion_model.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 
 /// A tiled texture with triplanar mapping: projected along the three mesh axes and blended by the normal, so
 /// that it needs no texture coordinates and moves with the mesh.
@@ -40,7 +40,7 @@ struct Drawable {
   Owner owner = Owner::reference;
   bool is_shown = true;
   bool has_contact = true;            ///< false: visual part only
-  DrawMesh mesh;                      ///< relative to origin_mm
+  RenderMesh mesh;                    ///< relative to origin_mm
   std::vector<VertexColour> colours;  ///< one per vertex, replacing the material's colour; or empty
   std::uint64_t revision = 0;         ///< must be increased with every change of mesh or colours after load
   Eigen::Vector3d origin_mm = Eigen::Vector3d::Zero();  ///< canonical
@@ -67,7 +67,7 @@ struct Scene {
 };
 
 /// The object that is fixed on screen.
-enum class Held { moving, reference };
+enum class FixedObject { moving, reference };
 
 /// The frames of a displayed joint: the reference at its attitude, and the moving object (theta and
 /// translation) in Delta's frame.
@@ -77,7 +77,7 @@ struct JointFrames {
   Pose X_delta_moving = Pose::Identity();
 };
 
-JointFrames frames_of(const JointPose& pose, Held held = Held::moving);
+JointFrames frames_of(const motion::JointPose& pose, FixedObject held = FixedObject::moving);
 
 /// One drawable per component of each part that has triangles, placed in the meshes' frame with the rotation
 /// centre at the origin.
@@ -104,19 +104,19 @@ Sphere joint_sphere(const Scene& scene, double widths = 0.85);
 std::vector<Eigen::Vector3d> points_within(const Scene& scene, const Sphere& sphere);
 
 /// Scale factor for markers: 1 for a knee with a plateau width of 80 mm.
-double sign_scale(const MotionModel& model);
+double marker_scale(const store::MotionModel& model);
 
 /// The cells that determine colour and force scales: the stable cells of the spine, otherwise all stable
 /// cells.
-std::vector<std::size_t> telling_cells(const MotionModel& model);
+std::vector<std::size_t> informative_cells(const store::MotionModel& model);
 
 /// Appends a hidden drawable without contact; returns its index.
 std::size_t add_layer(Scene& scene, Layer layer, Owner owner, const std::string& name);
 
 /// The material of markers: plain, opaque, with a soft highlight.
-Material sign_material(const VertexColour& colour);
+Material marker_material(const VertexColour& colour);
 
 /// Recomputes the box of the vertices used by the triangles; required after a change of the mesh.
 void update_box(Drawable& drawable);
 
-}  // namespace vrda
+}  // namespace vrda::scene

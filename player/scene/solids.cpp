@@ -7,7 +7,7 @@
 #include "core/trig.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 namespace {
 
 constexpr std::size_t n_sides = 12;
@@ -53,12 +53,12 @@ std::array<float, 3> single(const Eigen::Vector3d& v)
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
 }
 
-std::size_t set_ring(DrawMesh& mesh, std::size_t first_vertex, const Frame& frame, const Ring& ring)
+std::size_t set_ring(RenderMesh& mesh, std::size_t first_vertex, const Frame& frame, const Ring& ring)
 {
   for (std::size_t k = 0; k < n_sides; ++k) {
     const SinCos& angle = circle()[k];
     const Eigen::Vector3d across = angle.cos * frame.u + angle.sin * frame.v;
-    DrawVertex& vertex = mesh.vertices[first_vertex + k];
+    RenderVertex& vertex = mesh.vertices[first_vertex + k];
     vertex.position_mm = single(ring.centre_mm + ring.radius_mm * across);
     vertex.normal = single(ring.outward * across + ring.forward * frame.along);
   }
@@ -66,7 +66,7 @@ std::size_t set_ring(DrawMesh& mesh, std::size_t first_vertex, const Frame& fram
 }
 
 /// Triangles between the rings at vertices first and first + n_sides, counter-clockwise seen from outside.
-void add_band(DrawMesh& mesh, std::size_t first)
+void add_band(RenderMesh& mesh, std::size_t first)
 {
   for (std::size_t k = 0; k < n_sides; ++k) {
     const auto a = static_cast<std::uint32_t>(first + k);
@@ -77,7 +77,7 @@ void add_band(DrawMesh& mesh, std::size_t first)
 }
 
 /// Adds rings and the bands between successive rings; with step 2 only between the rings of each pair.
-void add_rings(DrawMesh& mesh, std::size_t n_rings, std::size_t step)
+void add_rings(RenderMesh& mesh, std::size_t n_rings, std::size_t step)
 {
   const std::size_t first = mesh.vertices.size();
   mesh.vertices.resize(first + n_rings * n_sides);
@@ -90,7 +90,7 @@ SolidSize size_of(std::size_t n_rings, std::size_t step)
 }
 
 /// Writes a flat end cap: a ring and its centre, in axial order. `ring.forward` is -1 or 1.
-std::size_t set_end(DrawMesh& mesh, std::size_t vertex, const Frame& frame, const Ring& ring)
+std::size_t set_end(RenderMesh& mesh, std::size_t vertex, const Frame& frame, const Ring& ring)
 {
   const Ring centre{ring.centre_mm, 0.0, 0.0, ring.forward};
   vertex = set_ring(mesh, vertex, frame, ring.forward > 0.0 ? ring : centre);
@@ -116,24 +116,24 @@ SolidSize tube_size(std::size_t n_points)
   return size_of(n_points + 2, 1);
 }
 
-void add_balls(DrawMesh& mesh, std::size_t n)
+void add_balls(RenderMesh& mesh, std::size_t n)
 {
   for (std::size_t i = 0; i < n; ++i) add_rings(mesh, n_ball_rings, 1);
 }
-void add_rods(DrawMesh& mesh, std::size_t n)
+void add_rods(RenderMesh& mesh, std::size_t n)
 {
   for (std::size_t i = 0; i < n; ++i) add_rings(mesh, n_rod_rings, 2);
 }
-void add_arrows(DrawMesh& mesh, std::size_t n)
+void add_arrows(RenderMesh& mesh, std::size_t n)
 {
   for (std::size_t i = 0; i < n; ++i) add_rings(mesh, n_arrow_rings, 2);
 }
-void add_tube(DrawMesh& mesh, std::size_t n_points)
+void add_tube(RenderMesh& mesh, std::size_t n_points)
 {
   add_rings(mesh, n_points + 2, 1);
 }
 
-void set_ball(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& centre_mm, double radius_mm)
+void set_ball(RenderMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& centre_mm, double radius_mm)
 {
   const Frame frame = frame_along(Eigen::Vector3d::UnitY());
   for (std::size_t i = 0; i < n_ball_rings; ++i) {
@@ -143,7 +143,7 @@ void set_ball(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& c
   }
 }
 
-void set_rod(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& from_mm,
+void set_rod(RenderMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& from_mm,
              const Eigen::Vector3d& to_mm, double radius_mm)
 {
   const Frame frame = frame_along((to_mm - from_mm).normalized());
@@ -153,7 +153,7 @@ void set_rod(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& fr
   set_end(mesh, vertex, frame, {to_mm, radius_mm, 0.0, 1.0});
 }
 
-void set_arrow(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& from_mm,
+void set_arrow(RenderMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& from_mm,
                const Eigen::Vector3d& to_mm, double radius_mm)
 {
   constexpr double head_by_shaft = 3.0, head_slimness = 2.6, most_of_arrow = 0.6;
@@ -173,7 +173,7 @@ void set_arrow(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& 
   set_ring(mesh, vertex, frame, {to_mm, 0.0, outward, forward});
 }
 
-void set_tube(DrawMesh& mesh, std::size_t first_vertex, std::span<const Eigen::Vector3d> points_mm,
+void set_tube(RenderMesh& mesh, std::size_t first_vertex, std::span<const Eigen::Vector3d> points_mm,
               double radius_mm)
 {
   constexpr double coincident_mm = 1e-9;
@@ -199,4 +199,4 @@ void set_tube(DrawMesh& mesh, std::size_t first_vertex, std::span<const Eigen::V
   }
 }
 
-}  // namespace vrda
+}  // namespace vrda::scene

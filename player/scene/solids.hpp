@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <span>
 
-#include "core/draw_mesh.hpp"
+#include "core/render_mesh.hpp"
 
-namespace vrda {
+namespace vrda::scene {
 
 /// Numbers of vertices and indices of one solid.
 struct SolidSize {
@@ -22,21 +22,21 @@ SolidSize tube_size(std::size_t n_points);
 
 /// Append `n` solids with all indices; only the vertices change afterwards. The triangles of the first k
 /// solids are the first k * n_indices indices.
-void add_balls(DrawMesh& mesh, std::size_t n);
-void add_rods(DrawMesh& mesh, std::size_t n);
-void add_arrows(DrawMesh& mesh, std::size_t n);
-void add_tube(DrawMesh& mesh, std::size_t n_points);
+void add_balls(RenderMesh& mesh, std::size_t n);
+void add_rods(RenderMesh& mesh, std::size_t n);
+void add_arrows(RenderMesh& mesh, std::size_t n);
+void add_tube(RenderMesh& mesh, std::size_t n_points);
 
 /// Write the vertices of a solid from `first_vertex` on; allocate nothing. Lengths must be positive, mm.
-void set_ball(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& centre_mm, double radius_mm);
+void set_ball(RenderMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& centre_mm, double radius_mm);
 /// A cylinder with flat ends.
-void set_rod(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& from_mm,
+void set_rod(RenderMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& from_mm,
              const Eigen::Vector3d& to_mm, double radius_mm);
 /// `radius_mm` is the shaft radius; the head has three times the radius. Both are reduced for short arrows.
-void set_arrow(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& from_mm,
+void set_arrow(RenderMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& from_mm,
                const Eigen::Vector3d& to_mm, double radius_mm);
 /// A tube along at least two points, closed at both ends. Coincident points are allowed.
-void set_tube(DrawMesh& mesh, std::size_t first_vertex, std::span<const Eigen::Vector3d> points_mm,
+void set_tube(RenderMesh& mesh, std::size_t first_vertex, std::span<const Eigen::Vector3d> points_mm,
               double radius_mm);
 
-}  // namespace vrda
+}  // namespace vrda::scene

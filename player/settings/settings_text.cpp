@@ -5,7 +5,7 @@
 
 #include "core/text.hpp"
 
-namespace vrda {
+namespace vrda::settings {
 
 std::string quoted_text(std::string_view text)
 {
@@ -27,7 +27,7 @@ std::string quoted_text(std::string_view text)
 
 std::string number_text(double value)
 {
-  std::string text = shortest(value);
+  std::string text = shortest_decimal(value);
   if (text.find_first_of(".ein") == std::string::npos) text += ".0";
   return text;
 }
@@ -36,7 +36,7 @@ std::string rounded_text(double value, int decimals)
 {
   double scale = 1.0;
   for (int k = 0; k < decimals; ++k) scale *= 10.0;
-  return shortest(std::round(value * scale) / scale);
+  return shortest_decimal(std::round(value * scale) / scale);
 }
 
 std::string list_text(std::span<const double> values)
@@ -46,4 +46,4 @@ std::string list_text(std::span<const double> values)
   return text + "]";
 }
 
-}  // namespace vrda
+}  // namespace vrda::settings

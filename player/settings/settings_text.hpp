@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace vrda {
+namespace vrda::settings {
 
 /// A quoted string with escapes.
 std::string quoted_text(std::string_view text);
@@ -18,4 +18,4 @@ std::string list_text(std::span<const double> values);
 /// `value` rounded to `decimals` (at most 9), in the fewest digits.
 std::string rounded_text(double value, int decimals);
 
-}  // namespace vrda
+}  // namespace vrda::settings

@@ -8,61 +8,63 @@
 #include "loop/loop.hpp"
 #include "store/motion_model_file.hpp"
 
-namespace vrda {
+namespace vrda::show {
 namespace {
 
 constexpr int n_framed_poses = 7;          // samples of the motion for framing; its outline changes slowly
 constexpr double session_message_s = 4.0;  // long enough to read a path
 constexpr double most_elapsed_s = 0.25;    // a suspended program resumes where it stopped
 
-std::vector<PlayedSet> played_sets(const MotionModel& model)
+std::vector<PlayedSet> played_sets(const store::MotionModel& model)
 {
   std::vector<PlayedSet> sets;
-  for (const std::string& name : set_names(model))
-    sets.push_back({Motion(model, name), GapReader(model, name)});
+  for (const std::string& name : motion::set_names(model))
+    sets.push_back({motion::Motion(model, name), navigation::GapReader(model, name)});
   return sets;
 }
 
-std::size_t row_of(const MotionModel& model, const std::string& set)
+std::size_t row_of(const store::MotionModel& model, const std::string& set)
 {
-  const std::vector<std::string> names = set_names(model);
+  const std::vector<std::string> names = motion::set_names(model);
   const auto found = std::find(names.begin(), names.end(), set);
   check(found != names.end(), "the session's set is in the model");
   return static_cast<std::size_t>(found - names.begin());
 }
 
 /// The points to be framed over the whole motion, world.
-std::vector<Eigen::Vector3d> points_over(Scene& scene, const Motion& motion, const SessionOptions& options)
+std::vector<Eigen::Vector3d> points_over(scene::Scene& scene, const motion::Motion& motion,
+                                         const SessionOptions& options)
 {
   std::vector<Eigen::Vector3d> all;
   for (int i = 0; i < n_framed_poses; ++i) {
     const double part = static_cast<double>(i) / (n_framed_poses - 1);
     const double flexion_rad =
         motion.first_flexion_rad() + part * (motion.last_flexion_rad() - motion.first_flexion_rad());
-    const JointPose pose = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
-    if (pose.status != PoseStatus::solved) continue;
-    place(scene, frames_of(pose, options.held));
-    const std::vector<Eigen::Vector3d> points = framed_points(scene, options.framed);
+    const motion::JointPose pose = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
+    if (pose.status != motion::PoseStatus::solved) continue;
+    scene::place(scene, scene::frames_of(pose, options.fixed_object));
+    const std::vector<Eigen::Vector3d> points = navigation::framed_points(scene, options.framing);
     all.insert(all.end(), points.begin(), points.end());
   }
-  return all.empty() ? framed_points(scene, Framed::joint) : all;
+  return all.empty() ? navigation::framed_points(scene, navigation::Framing::joint) : all;
 }
 
-Timeline timeline_of(const Motion& motion, const SessionOptions& options)
+navigation::Timeline timeline_of(const motion::Motion& motion, const SessionOptions& options)
 {
-  const Timeline timeline = with_range({}, motion.first_flexion_rad(), motion.last_flexion_rad());
-  return moved_to(timeline, options.flexion_rad.value_or(timeline.first_rad));
+  const navigation::Timeline timeline =
+      navigation::with_range({}, motion.first_flexion_rad(), motion.last_flexion_rad());
+  return navigation::moved_to(timeline, options.flexion_rad.value_or(timeline.first_rad));
 }
 
 }  // namespace
 
-Session::Session(MotionModel model, const SessionOptions& options)
+Session::Session(store::MotionModel model, const SessionOptions& options)
     : model_(std::move(model)),
       sets_(played_sets(model_)),
-      scene_(scene_of(model_.reference, model_.moving, model_.rotation_centre_mm)),
+      scene_(scene::scene_of(model_.reference, model_.moving, model_.rotation_centre_mm)),
       layers_(model_, scene_),
       side_(model_.side == "left" ? Side::left : Side::right),
-      gui_({options.title, set_names(model_), options.scale}),
+      gui_({options.title, motion::set_names(model_), options.scale}),
       view_(options.view),
       width_(options.width),
       height_(options.height)
@@ -72,28 +74,28 @@ Session::Session(MotionModel model, const SessionOptions& options)
   state_.timeline = timeline_of(sets_[state_.set].motion, options);
   state_.varus_rad = options.varus_rad;
   state_.backdrop = options.backdrop;
-  state_.held = options.held;
-  state_.mode = options.look.mode;
-  state_.layers = parsed_layers(options.look.layers);
+  state_.fixed_object = options.fixed_object;
+  state_.mode = options.appearance.mode;
+  state_.layers = navigation::parsed_layers(options.appearance.layers);
   backdrop_ = options.backdrop;
-  scene_.background = background_of(options.backdrop);
-  dress(scene_, options.look);
+  scene_.background = scene::background_of(options.backdrop);
+  navigation::apply_appearance(scene_, options.appearance);
   framed_points_ = points_over(scene_, sets_[state_.set].motion, options);
   range_ = range_now();
-  look_from(view_);
+  set_view(view_);
   advance(0.0);
 }
 
-void Session::load_into(Renderer& renderer) const
+void Session::load_into(render::Renderer& renderer) const
 {
   renderer.load(scene_);
   renderer.load(gui_.font());
 }
 
-PlayerRange Session::range_now() const
+navigation::PlayerRange Session::range_now() const
 {
-  const Motion& motion = sets_[state_.set].motion;
-  PlayerRange range;
+  const motion::Motion& motion = sets_[state_.set].motion;
+  navigation::PlayerRange range;
   range.n_sets = sets_.size();
   range.first_varus_rad = motion.first_varus_rad();
   range.last_varus_rad = motion.last_varus_rad();
@@ -105,24 +107,25 @@ PlayerRange Session::range_now() const
 
 bool Session::is_over_picture(const Eigen::Vector2d& pointer_px) const
 {
-  const Viewport free = area();
+  const optics::Viewport free = area();
   const bool is_inside = pointer_px.x() >= free.x && pointer_px.x() < free.x + free.width &&
                          pointer_px.y() >= free.y && pointer_px.y() < free.y + free.height;
   return is_inside && !state_.shows_help;
 }
 
-void Session::press(Button button, const Eigen::Vector2d& pointer_px, bool has_shift, bool has_control)
+void Session::press(navigation::Button button, const Eigen::Vector2d& pointer_px, bool has_shift,
+                    bool has_control)
 {
   move(pointer_px);
-  if (button == Button::left) pointer_.is_left_down = was_left_pressed_ = true;
+  if (button == navigation::Button::left) pointer_.is_left_down = was_left_pressed_ = true;
   if (drag_ || !is_over_picture(pointer_px)) return;
-  drag_ = Drag{drag_of(button, has_shift, has_control), gaze_, pointer_px};
+  drag_ = navigation::Drag{navigation::drag_of(button, has_shift, has_control), gaze_, pointer_px};
   drag_button_ = button;
 }
 
-void Session::release(Button button)
+void Session::release(navigation::Button button)
 {
-  if (button == Button::left) pointer_.is_left_down = false;
+  if (button == navigation::Button::left) pointer_.is_left_down = false;
   if (drag_button_ != button) return;
   drag_.reset();
   drag_button_.reset();
@@ -132,7 +135,7 @@ void Session::move(const Eigen::Vector2d& pointer_px)
 {
   pointer_.x_px = pointer_px.x();
   pointer_.y_px = pointer_px.y();
-  if (drag_) gaze_ = dragged(*drag_, pointer_px, area());
+  if (drag_) gaze_ = navigation::dragged(*drag_, pointer_px, area());
 }
 
 void Session::turn_wheel(double notches)
@@ -142,21 +145,22 @@ void Session::turn_wheel(double notches)
     return;
   }
   drag_.reset();
-  gaze_ = nearer(gaze_, notches);
+  gaze_ = navigation::moved_closer(gaze_, notches);
 }
 
 void Session::double_click(const Eigen::Vector2d& pointer_px)
 {
   if (!is_over_picture(pointer_px)) return;
-  const std::optional<Eigen::Vector3d> point = point_under(scene_, gaze_.camera, area(), pointer_px);
+  const std::optional<Eigen::Vector3d> point =
+      navigation::point_under(scene_, gaze_.camera, area(), pointer_px);
   if (!point) return;
   drag_.reset();
-  gaze_ = centred_on(gaze_, *point);
+  gaze_ = navigation::centred_on(gaze_, *point);
 }
 
-void Session::press_key(const KeyPress& press)
+void Session::press_key(const navigation::KeyPress& press)
 {
-  do_action(action_of(press));
+  do_action(navigation::action_of(press));
 }
 
 void Session::resize(int width, int height)
@@ -167,74 +171,74 @@ void Session::resize(int width, int height)
   drag_.reset();
 }
 
-void Session::do_action(Action action)
+void Session::do_action(navigation::Action action)
 {
-  if (action == Action::screenshot) takes_picture_ = true;
-  if (action == Action::full_screen) toggles_full_screen_ = true;
-  if (action == Action::reset_view) look_from(view_);
-  if (const std::optional<View> view = view_of(action)) look_from(*view);
-  state_ = after(state_, action, range_);
+  if (action == navigation::Action::screenshot) takes_picture_ = true;
+  if (action == navigation::Action::full_screen) toggles_full_screen_ = true;
+  if (action == navigation::Action::reset_view) set_view(view_);
+  if (const std::optional<scene::View> view = navigation::view_of(action)) set_view(*view);
+  state_ = navigation::apply_action(state_, action, range_);
 }
 
-void Session::look_from(View view)
+void Session::set_view(scene::View view)
 {
   view_ = view;
   drag_.reset();
-  const Viewport free = area();
-  FrameOptions options;
+  const optics::Viewport free = area();
+  scene::FrameOptions options;
   options.aspect = static_cast<double>(free.width) / free.height;
-  CameraFit fit(view_rotation(view, side_), options);
+  scene::CameraFit fit(scene::view_rotation(view, side_), options);
   fit.include(framed_points_);
   gaze_.camera = fit.camera();
-  gaze_.pivot_world_mm = joint_sphere(scene_).centre_world_mm;
+  gaze_.pivot_world_mm = scene::joint_sphere(scene_).centre_world_mm;
 }
 
 void Session::place_joint()
 {
   range_ = range_now();
-  const Attitude wanted = wanted_attitude(state_, range_);
+  const Attitude wanted = navigation::wanted_attitude(state_, range_);
   readout_.pose = sets_[state_.set].motion.at(wanted);
   readout_.is_varus_balanced = !state_.varus_rad.has_value();
   readout_.gap = sets_[state_.set].gaps.at(readout_.pose.attitude);
   // At an unsolved attitude the joint keeps its last pose; the readout reports it.
-  const JointFrames frames = frames_of(readout_.pose, state_.held);
-  if (readout_.pose.status == PoseStatus::solved) place(scene_, frames);
+  const scene::JointFrames frames = scene::frames_of(readout_.pose, state_.fixed_object);
+  if (readout_.pose.status == motion::PoseStatus::solved) scene::place(scene_, frames);
   layers_.update(scene_, sets_[state_.set].motion, {readout_.pose, frames, state_.layers});
   scene_.mode = state_.mode;
-  if (state_.backdrop != backdrop_) scene_.background = background_of(state_.backdrop);
+  if (state_.backdrop != backdrop_) scene_.background = scene::background_of(state_.backdrop);
   backdrop_ = state_.backdrop;
 }
 
 void Session::draw_interface(double elapsed_s)
 {
-  GuiFrame frame;
+  gui::GuiFrame frame;
   frame.width = width_;
   frame.height = height_;
   frame.elapsed_s = elapsed_s;
   frame.pointer = pointer_;
   frame.pointer.is_left_down |= was_left_pressed_;
   if (drag_) frame.pointer.is_left_down = false;
-  frame.key = colour_key(layers_, state_.layers);
+  frame.key = gui::colour_key(layers_, state_.layers);
   message_left_s_ -= elapsed_s;
   readout_.message = message_left_s_ > 0.0 ? message_.c_str() : nullptr;
-  const GuiAnswer answer = gui_.frame(frame, state_, range_, readout_);
+  const gui::GuiResult answer = gui_.frame(frame, state_, range_, readout_);
   pointer_.wheel = 0.0;
   was_left_pressed_ = false;
   state_ = answer.state;
   do_action(answer.action);
 }
 
-void Session::aim(const Viewport& viewport)
+void Session::aim(const optics::Viewport& viewport)
 {
   shot_.viewport = viewport;
   gaze_.camera.aspect = static_cast<double>(viewport.width) / viewport.height;
-  shot_.camera = with_depth_range(gaze_.camera, scene_);
+  shot_.camera = scene::with_depth_range(gaze_.camera, scene_);
 }
 
 void Session::advance(double elapsed_s)
 {
   --n_frames_due_;
-  state_.timeline = advanced(state_.timeline, std::min(elapsed_s, most_elapsed_s));
+  state_.timeline = navigation::advanced(state_.timeline, std::min(elapsed_s, most_elapsed_s));
   place_joint();
   draw_interface(elapsed_s);
   aim(area());
@@ -245,30 +249,30 @@ bool Session::is_idle() const
   return !state_.timeline.is_playing && !drag_ && n_frames_due_ <= 0 && message_left_s_ <= 0.0;
 }
 
-bool Session::takes_picture()
+bool Session::consume_screenshot_request()
 {
   return std::exchange(takes_picture_, false);
 }
 
-bool Session::toggles_full_screen()
+bool Session::consume_full_screen_request()
 {
   return std::exchange(toggles_full_screen_, false);
 }
 
-const Image& Session::picture(Renderer& renderer)
+const render::Image& Session::draw_screenshot(render::Renderer& renderer)
 {
   aim({0, 0, renderer.width(), renderer.height()});
   if (!state_.shows_numbers) return renderer.draw(scene_, shots(), nullptr);
-  GuiFrame frame;
+  gui::GuiFrame frame;
   frame.width = renderer.width();
   frame.height = renderer.height();
-  frame.key = colour_key(layers_, state_.layers);
-  Readout readout = readout_;
+  frame.key = gui::colour_key(layers_, state_.layers);
+  gui::Readout readout = readout_;
   readout.message = nullptr;
-  return renderer.draw(scene_, shots(), &gui_.still(frame, state_, range_, readout));
+  return renderer.draw(scene_, shots(), &gui_.static_overlay(frame, state_, range_, readout));
 }
 
-void Session::tell(const std::string& message)
+void Session::show_message(const std::string& message)
 {
   message_ = message;
   message_left_s_ = session_message_s;
@@ -280,38 +284,41 @@ constexpr int frames_after_input = 3;  // the interface library needs two frames
 
 }  // namespace
 
-void Session::take_key(const InputEvent& event)
+void Session::take_key(const render::InputEvent& event)
 {
-  const KeyPress press{key_of_window(event.key, event.has_shift), event.has_shift, event.has_control};
+  const navigation::KeyPress press{loop::key_of_window(event.key, event.has_shift), event.has_shift,
+                                   event.has_control};
   const bool is_held = event.key == held_key_;
   held_key_ = event.key;
-  if (!is_held || goes_on_while_held(action_of(press))) press_key(press);
+  if (!is_held || navigation::repeats_while_held(navigation::action_of(press))) press_key(press);
 }
 
-void Session::take(const InputEvent& event)
+void Session::take(const render::InputEvent& event)
 {
   const Eigen::Vector2d pointer_px(event.x_px, event.y_px);
   n_frames_due_ = frames_after_input;
   switch (event.kind) {
-    case InputKind::motion:
+    case render::InputKind::motion:
       return move(pointer_px);
-    case InputKind::press:
-      if (event.n_clicks == 2 && event.button == MouseButton::left) double_click(pointer_px);
-      return press(button_of(event.button), pointer_px, event.has_shift, event.has_control);
-    case InputKind::release:
-      return release(button_of(event.button));
-    case InputKind::wheel:
+    case render::InputKind::press:
+      if (event.n_clicks == 2 && event.button == render::MouseButton::left) double_click(pointer_px);
+      return press(loop::button_of(event.button), pointer_px, event.has_shift, event.has_control);
+    case render::InputKind::release:
+      return release(loop::button_of(event.button));
+    case render::InputKind::wheel:
       move(pointer_px);
       return turn_wheel(event.wheel_y);
-    case InputKind::key_press:
+    case render::InputKind::key_press:
       return take_key(event);
-    case InputKind::key_release:
+    case render::InputKind::key_release:
       if (event.key == held_key_) held_key_ = 0;
       return;
-    case InputKind::focus_lost:
+    case render::InputKind::focus_lost:
       held_key_ = 0;
       // A release outside the window is not delivered.
-      for (const Button button : {Button::left, Button::middle, Button::right}) release(button);
+      for (const navigation::Button button :
+           {navigation::Button::left, navigation::Button::middle, navigation::Button::right})
+        release(button);
       return;
     default:
       return;
@@ -342,14 +349,14 @@ std::string clamping_message(const SessionOptions& requested, const Session& ses
 
 }  // namespace
 
-ShownModel::ShownModel(const std::string& file, MotionModel model, const SessionOptions& options,
-                       Renderer& renderer)
+ShownModel::ShownModel(const std::string& file, store::MotionModel model, const SessionOptions& options,
+                       render::Renderer& renderer)
     : options_(options), renderer_(renderer), file_(file)
 {
   show(std::move(model), options);
 }
 
-void ShownModel::show(MotionModel model, const SessionOptions& options)
+void ShownModel::show(store::MotionModel model, const SessionOptions& options)
 {
   SessionOptions own = options;
   own.title = model.title;
@@ -360,21 +367,21 @@ void ShownModel::show(MotionModel model, const SessionOptions& options)
   session_ = std::move(made);
   title_ = own.title;
   const std::string remark = clamping_message(own, *session_);
-  if (!remark.empty()) session_->tell(remark);
+  if (!remark.empty()) session_->show_message(remark);
 }
 
 bool ShownModel::open(const std::string& file)
 {
-  const auto refused = attempt([&] {
-    MotionModel model = read_motion_model(file);
+  const auto refused = loop::catch_input_error([&] {
+    store::MotionModel model = store::read_motion_model(file);
     SessionOptions own = options_;
-    const std::vector<std::string> names = set_names(model);
+    const std::vector<std::string> names = motion::set_names(model);
     if (std::find(names.begin(), names.end(), own.set) == names.end()) own.set = names.front();
     show(std::move(model), own);
     file_ = file;
   });
-  if (refused) session_->tell(refused->what());
+  if (refused) session_->show_message(refused->what());
   return !refused;
 }
 
-}  // namespace vrda
+}  // namespace vrda::show

@@ -8,53 +8,53 @@
 
 #include "gui/gui.hpp"
 #include "motion/poses.hpp"
+#include "navigation/appearance.hpp"
+#include "navigation/gap_reading.hpp"
+#include "navigation/orbit_camera.hpp"
+#include "navigation/player_state.hpp"
 #include "render/renderer.hpp"
 #include "render/window.hpp"
 #include "scene/joint_layers.hpp"
 #include "scene/scene.hpp"
 #include "store/motion_model.hpp"
-#include "view/gap_reading.hpp"
-#include "view/gaze.hpp"
-#include "view/look.hpp"
-#include "view/player_state.hpp"
 
-namespace vrda {
+namespace vrda::show {
 
 struct SessionOptions {
   std::string set;  ///< one of set_names(model)
   std::string title;
-  View view = View::oblique;
+  scene::View view = scene::View::oblique;
   std::optional<double> flexion_rad;  ///< default: the first of the set
   std::optional<double> varus_rad;    ///< default: the balanced varus
-  Backdrop backdrop = Backdrop::studio;
-  Held held = Held::moving;
-  LookOptions look;
-  Framed framed = Framed::joint;
+  scene::Backdrop backdrop = scene::Backdrop::studio;
+  scene::FixedObject fixed_object = scene::FixedObject::moving;
+  navigation::AppearanceOptions appearance;
+  navigation::Framing framing = navigation::Framing::joint;
   int width = 1280, height = 960;
   double scale = 1.0;  ///< factor for text and controls
 };
 
 /// One set of the model: its poses and gap readings.
 struct PlayedSet {
-  Motion motion;
-  GapReader gaps;
+  motion::Motion motion;
+  navigation::GapReader gaps;
 };
 
 class Session {
  public:
-  Session(MotionModel model, const SessionOptions& options);
+  Session(store::MotionModel model, const SessionOptions& options);
 
   /// Loads the meshes and the font into a renderer.
-  void load_into(Renderer& renderer) const;
+  void load_into(render::Renderer& renderer) const;
 
   // Input events in order of occurrence. Pixels from the top left corner of the window.
-  void take(const InputEvent& event);
-  void press(Button button, const Eigen::Vector2d& pointer_px, bool has_shift, bool has_control);
-  void release(Button button);
+  void take(const render::InputEvent& event);
+  void press(navigation::Button button, const Eigen::Vector2d& pointer_px, bool has_shift, bool has_control);
+  void release(navigation::Button button);
   void move(const Eigen::Vector2d& pointer_px);
   void turn_wheel(double notches);
   void double_click(const Eigen::Vector2d& pointer_px);
-  void press_key(const KeyPress& press);
+  void press_key(const navigation::KeyPress& press);
   void resize(int width, int height);
 
   /// Advances by `elapsed_s` (not negative) and updates scene, shots and overlay. Allocates nothing once
@@ -64,53 +64,54 @@ class Session {
   /// True if the frame does not change before the next event.
   bool is_idle() const;
 
-  const Scene& scene() const { return scene_; }
-  std::span<const Shot> shots() const { return {&shot_, 1}; }
-  const Overlay& overlay() const { return gui_.overlay(); }
-  const PlayerState& state() const { return state_; }
-  const JointPose& pose() const { return readout_.pose; }
+  const scene::Scene& scene() const { return scene_; }
+  std::span<const render::Shot> shots() const { return {&shot_, 1}; }
+  const render::Overlay& overlay() const { return gui_.overlay(); }
+  const navigation::PlayerState& state() const { return state_; }
+  const motion::JointPose& pose() const { return readout_.pose; }
   bool is_varus_free() const { return range_.is_varus_free; }
   /// The latest message, also after its display time.
-  const std::string& told() const { return message_; }
-  const Gaze& gaze() const { return gaze_; }
+  const std::string& last_message() const { return message_; }
+  const navigation::OrbitCamera& orbit_camera() const { return gaze_; }
 
   /// Return a pending request of the user and clear it.
-  bool takes_picture();
-  bool toggles_full_screen();
+  bool consume_screenshot_request();
+  bool consume_full_screen_request();
 
   /// Renders a screenshot without controls at the renderer's size.
-  const Image& picture(Renderer& renderer);
+  const render::Image& draw_screenshot(render::Renderer& renderer);
   /// Displays a message for some seconds.
-  void tell(const std::string& message);
+  void show_message(const std::string& message);
 
  private:
-  void do_action(Action action);
-  void take_key(const InputEvent& event);
-  void look_from(View view);
+  void do_action(navigation::Action action);
+  void take_key(const render::InputEvent& event);
+  void set_view(scene::View view);
   bool is_over_picture(const Eigen::Vector2d& pointer_px) const;
-  Viewport area() const { return gui_.free_area(width_, height_, state_); }
-  PlayerRange range_now() const;
+  optics::Viewport area() const { return gui_.free_area(width_, height_, state_); }
+  navigation::PlayerRange range_now() const;
   void place_joint();
   void draw_interface(double elapsed_s);
-  void aim(const Viewport& viewport);
+  void aim(const optics::Viewport& viewport);
 
-  MotionModel model_;
+  store::MotionModel model_;
   std::vector<PlayedSet> sets_;
-  Scene scene_;
-  JointLayers layers_;
+  scene::Scene scene_;
+  scene::JointLayers layers_;
   std::vector<Eigen::Vector3d> framed_points_;  ///< over the whole motion, world
   Side side_ = Side::right;
-  Gui gui_;
-  PlayerState state_;
-  PlayerRange range_;
-  Readout readout_;
-  Gaze gaze_;
-  View view_ = View::oblique;
-  Backdrop backdrop_ = Backdrop::studio;  ///< last applied to the scene; a lights file may replace it
-  Shot shot_;
-  std::optional<Drag> drag_;
-  std::optional<Button> drag_button_;
-  GuiPointer pointer_;
+  gui::Gui gui_;
+  navigation::PlayerState state_;
+  navigation::PlayerRange range_;
+  gui::Readout readout_;
+  navigation::OrbitCamera gaze_;
+  scene::View view_ = scene::View::oblique;
+  scene::Backdrop backdrop_ =
+      scene::Backdrop::studio;  ///< last applied to the scene; a lights file may replace it
+  render::Shot shot_;
+  std::optional<navigation::Drag> drag_;
+  std::optional<navigation::Button> drag_button_;
+  gui::GuiPointer pointer_;
   int held_key_ = 0;               ///< key code of the window
   int n_frames_due_ = 0;           ///< frames to draw until the interface settles
   bool was_left_pressed_ = false;  ///< since the last frame, so that a click shorter than a frame counts
@@ -125,7 +126,8 @@ class ShownModel {
  public:
   /// Shows `model`, read from `file`. The renderer must outlive this. Throws InputError if the model lacks
   /// what the options request.
-  ShownModel(const std::string& file, MotionModel model, const SessionOptions& options, Renderer& renderer);
+  ShownModel(const std::string& file, store::MotionModel model, const SessionOptions& options,
+             render::Renderer& renderer);
 
   Session& session() const { return *session_; }
   const std::string& file() const { return file_; }
@@ -136,12 +138,12 @@ class ShownModel {
   bool open(const std::string& file);
 
  private:
-  void show(MotionModel model, const SessionOptions& options);
+  void show(store::MotionModel model, const SessionOptions& options);
 
   SessionOptions options_;
-  Renderer& renderer_;
+  render::Renderer& renderer_;
   std::string file_, title_;
   std::unique_ptr<Session> session_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::show

@@ -12,13 +12,13 @@
 #include "loop/video_file.hpp"
 #include "motion/film.hpp"
 #include "motion/poses.hpp"
+#include "navigation/arguments.hpp"
 #include "render/image.hpp"
-#include "show/pictures.hpp"
-#include "store/read_apart.hpp"
+#include "show/series_renderer.hpp"
+#include "store/read_separately.hpp"
 #include "store/trace_file.hpp"
-#include "view/arguments.hpp"
 
-namespace vrda {
+namespace vrda::show {
 namespace {
 
 constexpr double default_steps = 6.0;         // seven images, 15 degrees apart over 0 to 90
@@ -32,7 +32,7 @@ constexpr double same_angle_rad = rad_from_deg(1e-6);
 std::string plain(double angle_rad)
 {
   const double angle_deg = deg_from_rad(angle_rad);
-  std::string text = angle_label(angle_deg, {});
+  std::string text = navigation::angle_label(angle_deg, {});
   const std::size_t first = text.find_first_not_of("-0");
   const bool is_whole_zero = first == std::string::npos || text[first] == '.';
   const std::string digits =
@@ -41,28 +41,28 @@ std::string plain(double angle_rad)
 }
 
 struct LabelledPose {
-  JointPose pose;
+  motion::JointPose pose;
   std::string label;  ///< part of the file name: VIEW_label.png
 };
 
 struct Plan {
-  std::vector<JointPose> poses;  ///< solved poses, one image per view each
+  std::vector<motion::JointPose> poses;  ///< solved poses, one image per view each
   int n_unsolved = 0;
 };
 
-AngleRange wanted_range(const Motion& motion, const ShowOptions& options)
+navigation::AngleRange wanted_range(const motion::Motion& motion, const ShowOptions& options)
 {
-  if (options.flexion) return parsed_angles("--flexion", *options.flexion);
+  if (options.flexion) return navigation::parsed_angles("--flexion", *options.flexion);
   const double first_deg = deg_from_rad(motion.first_flexion_rad()),
                last_deg = deg_from_rad(motion.last_flexion_rad());
   return {first_deg, last_deg, last_deg > first_deg ? (last_deg - first_deg) / default_steps : 1.0};
 }
 
-std::vector<Attitude> wanted_attitudes(const Motion& motion, const ShowOptions& options,
-                                       const AngleRange& range)
+std::vector<Attitude> wanted_attitudes(const motion::Motion& motion, const ShowOptions& options,
+                                       const navigation::AngleRange& range)
 {
   std::vector<Attitude> attitudes;
-  for (const double flexion_deg : angles_deg(range)) {
+  for (const double flexion_deg : navigation::angles_deg(range)) {
     const double flexion_rad = rad_from_deg(flexion_deg);
     const double varus_rad =
         options.varus_deg ? rad_from_deg(*options.varus_deg) : motion.balanced_varus_rad(flexion_rad);
@@ -77,7 +77,8 @@ bool is_beyond(double wanted_rad, double used_rad)
   return std::abs(wanted_rad - used_rad) > same_angle_rad;
 }
 
-void report_clamped(const Motion& motion, const JointPose& pose, const Attitude& wanted, std::ostream& talk)
+void report_clamped(const motion::Motion& motion, const motion::JointPose& pose, const Attitude& wanted,
+                    std::ostream& talk)
 {
   if (pose.is_flexion_clamped && is_beyond(wanted.flexion_rad, pose.attitude.flexion_rad)) {
     talk << "--flexion: found " << plain(wanted.flexion_rad) << ", wanted "
@@ -95,12 +96,13 @@ void report_clamped(const Motion& motion, const JointPose& pose, const Attitude&
 }
 
 /// Collects the solved poses. Reports clamped angles, and unsolved attitudes if the plan is for images.
-Plan plan_of(const Motion& motion, const ShowOptions& options, bool reports_unsolved, std::ostream& talk)
+Plan plan_of(const motion::Motion& motion, const ShowOptions& options, bool reports_unsolved,
+             std::ostream& talk)
 {
   Plan plan;
   std::optional<double> last_flexion_rad, reported_varus_rad;
   for (const Attitude& wanted : wanted_attitudes(motion, options, wanted_range(motion, options))) {
-    JointPose pose = motion.at(wanted);
+    motion::JointPose pose = motion.at(wanted);
     // A varus given by option is the same for every flexion: it is reported once.
     if (reported_varus_rad == wanted.varus_rad) pose.is_varus_clamped = false;
     report_clamped(motion, pose, wanted, talk);
@@ -108,27 +110,28 @@ Plan plan_of(const Motion& motion, const ShowOptions& options, bool reports_unso
     const double flexion_rad = pose.attitude.flexion_rad;
     if (last_flexion_rad && flexion_rad - *last_flexion_rad < same_angle_rad) continue;
     last_flexion_rad = flexion_rad;
-    if (pose.status == PoseStatus::solved) {
+    if (pose.status == motion::PoseStatus::solved) {
       plan.poses.push_back(pose);
       continue;
     }
     if (!reports_unsolved) continue;
     ++plan.n_unsolved;
     talk << "flexion " << plain(flexion_rad) << ", varus " << plain(pose.attitude.varus_rad)
-         << ": no image, a neighbouring cell is unsolved (" << name_of(pose.status) << ")\n";
+         << ": no image, a neighbouring cell is unsolved (" << motion::name_of(pose.status) << ")\n";
   }
   return plan;
 }
 
-std::vector<LabelledPose> labelled_poses(const std::vector<JointPose>& poses)
+std::vector<LabelledPose> labelled_poses(const std::vector<motion::JointPose>& poses)
 {
   std::vector<double> all_flexion_deg;
   all_flexion_deg.reserve(poses.size());
-  for (const JointPose& pose : poses) all_flexion_deg.push_back(deg_from_rad(pose.attitude.flexion_rad));
+  for (const motion::JointPose& pose : poses)
+    all_flexion_deg.push_back(deg_from_rad(pose.attitude.flexion_rad));
   std::vector<LabelledPose> images;
   images.reserve(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    images.push_back({poses[i], "flexion_" + angle_label(all_flexion_deg[i], all_flexion_deg)});
+    images.push_back({poses[i], "flexion_" + navigation::angle_label(all_flexion_deg[i], all_flexion_deg)});
   }
   return images;
 }
@@ -136,27 +139,27 @@ std::vector<LabelledPose> labelled_poses(const std::vector<JointPose>& poses)
 /// The frame number, zero-padded so that names sort in order.
 std::string frame_label(std::size_t frame, std::size_t n_frames)
 {
-  return numbered("frame_", frame, std::max<std::size_t>(4, std::to_string(n_frames - 1).size()));
+  return loop::padded_name("frame_", frame, std::max<std::size_t>(4, std::to_string(n_frames - 1).size()));
 }
 
 void require_trace_options(const ShowOptions& options)
 {
-  if (options.every < 1) refuse_option("--every", std::to_string(options.every), "1 or more");
+  if (options.every < 1) navigation::refuse_option("--every", std::to_string(options.every), "1 or more");
   if (!options.trace.empty() && !options.set.empty())
-    refuse_option("--set", options.set, "no --set: a trace contains its own poses");
+    navigation::refuse_option("--set", options.set, "no --set: a trace contains its own poses");
   if (!options.trace.empty()) return;
-  if (options.contact_only) refuse_option("--contact-only", "no --trace", "--trace FILE with it");
-  if (options.every != 1) refuse_option("--every", "no --trace", "--trace FILE with it");
+  if (options.contact_only) navigation::refuse_option("--contact-only", "no --trace", "--trace FILE with it");
+  if (options.every != 1) navigation::refuse_option("--every", "no --trace", "--trace FILE with it");
 }
 
-FilmOptions film_options(const ShowOptions& options)
+motion::FilmOptions film_options(const ShowOptions& options)
 {
-  FilmOptions film;
+  motion::FilmOptions film;
   film.contact_only = options.contact_only;
   film.every = options.every;
   film.cell.varus_deg = options.varus_deg;
   if (!options.flexion) return film;
-  const AngleRange range = parsed_angles("--flexion", *options.flexion);
+  const navigation::AngleRange range = navigation::parsed_angles("--flexion", *options.flexion);
   if (range.first_deg != range.last_deg)
     throw InputError({"--flexion", "", *options.flexion, "one angle: --trace shows one cell"});
   film.cell.flexion_deg = range.first_deg;
@@ -169,14 +172,14 @@ int frames_per_s(const ShowOptions& options)
 }
 
 struct PlayedMotion {
-  std::vector<JointPose> poses;  ///< one per frame
-  int n_unsolved = 0;            ///< unsolved intervals
+  std::vector<motion::JointPose> poses;  ///< one per frame
+  int n_unsolved = 0;                    ///< unsolved intervals
 };
 
 /// The motion at the requested speed. Unsolved attitudes repeat the last frame; each interval is reported.
-PlayedMotion played_motion(const Motion& motion, const ShowOptions& options, std::ostream& talk)
+PlayedMotion played_motion(const motion::Motion& motion, const ShowOptions& options, std::ostream& talk)
 {
-  AngleRange range = wanted_range(motion, options);
+  navigation::AngleRange range = wanted_range(motion, options);
   range.step_deg = options.speed_deg_s.value_or(default_speed_deg_s) / frames_per_s(options);
   PlayedMotion film;
   std::optional<double> first_rad;
@@ -191,8 +194,8 @@ PlayedMotion played_motion(const Motion& motion, const ShowOptions& options, std
     first_rad.reset();
   };
   for (const Attitude& wanted : wanted_attitudes(motion, options, range)) {
-    const JointPose pose = motion.at(wanted);
-    if (pose.status == PoseStatus::solved) {
+    const motion::JointPose pose = motion.at(wanted);
+    if (pose.status == motion::PoseStatus::solved) {
       report_interval();
       film.poses.push_back(pose);
       continue;
@@ -205,45 +208,45 @@ PlayedMotion played_motion(const Motion& motion, const ShowOptions& options, std
   return film;
 }
 
-std::vector<JointPose> poses_of(const std::vector<LabelledPose>& images)
+std::vector<motion::JointPose> poses_of(const std::vector<LabelledPose>& images)
 {
-  std::vector<JointPose> poses;
+  std::vector<motion::JointPose> poses;
   poses.reserve(images.size());
   for (const LabelledPose& image : images) poses.push_back(image.pose);
   return poses;
 }
 
 /// Writes one image per view and pose into the folder, and one path per line to `data`.
-void write_images(const ShowOptions& options, PictureMaker& maker, const std::vector<LabelledPose>& images,
+void write_images(const ShowOptions& options, SeriesRenderer& maker, const std::vector<LabelledPose>& images,
                   std::ostream& data)
 {
-  make_folder(options.folder, "--offscreen");
-  const std::vector<std::string> views = parsed_views(options.views);
+  loop::make_folder(options.folder, "--offscreen");
+  const std::vector<std::string> views = navigation::parsed_views(options.views);
   for (std::size_t v = 0; v < views.size(); ++v) {
     for (const LabelledPose& image : images) {
       const std::string name = views[v] + "_" + image.label + ".png";
       const std::string path = (std::filesystem::path(options.folder) / name).string();
-      write_png(maker.single(v, image.pose), path);
+      render::write_png(maker.draw_single(v, image.pose), path);
       data << path << std::endl;
     }
   }
 }
 
-void write_video(const ShowOptions& options, PictureMaker& maker, std::vector<JointPose> poses,
-                 const Streams& streams)
+void write_video(const ShowOptions& options, SeriesRenderer& maker, std::vector<motion::JointPose> poses,
+                 const loop::Streams& streams)
 {
   // First and last frame appear once, so that looped playback does not pause there.
   if (options.is_to_and_fro) {
     for (std::size_t i = poses.size() - 1; i-- > 1;) poses.push_back(poses[i]);
   }
-  const PictureSize size = parsed_size(options.size);
-  VideoFile video({options.video, size.width, size.height, frames_per_s(options)});
-  for (const JointPose& pose : poses) video.add(maker.tiled(pose));
+  const navigation::PictureSize size = navigation::parsed_size(options.size);
+  loop::VideoFile video({options.video, size.width, size.height, frames_per_s(options)});
+  for (const motion::JointPose& pose : poses) video.add(maker.draw_tiled(pose));
   video.finish();
   streams.data << options.video << std::endl;
   if (!options.is_quiet) {
-    streams.talk << options.video << ": " << counted(poses.size(), "frame") << ", " << frames_per_s(options)
-                 << " per second\n";
+    streams.messages << options.video << ": " << loop::count_text(poses.size(), "frame") << ", "
+                     << frames_per_s(options) << " per second\n";
   }
 }
 
@@ -254,89 +257,90 @@ void require_video_options(const ShowOptions& options)
                                                    {"--speed", options.speed_deg_s.has_value()},
                                                    {"--to-and-fro", options.is_to_and_fro}};
     for (const auto& [option, is_given] : unused)
-      if (is_given) refuse_option(option, "no --video", "--video FILE with it");
+      if (is_given) navigation::refuse_option(option, "no --video", "--video FILE with it");
     return;
   }
-  require_video_name(options.video);
+  loop::require_video_name(options.video);
   if (frames_per_s(options) < 1 || frames_per_s(options) > most_frames_per_s)
     throw InputError({"--fps", "", std::to_string(frames_per_s(options)), "1 to 120"});
   if (options.speed_deg_s && !(*options.speed_deg_s >= 0.1 && *options.speed_deg_s <= 3600.0))
     throw InputError({"--speed", "", std::to_string(*options.speed_deg_s), "0.1 to 3600 degrees per second"});
 }
 
-ShowSummary show_trace(const ShowOptions& options, const MotionModel& model,
-                       std::unique_ptr<Renderer> renderer, const Streams& streams)
+ShowSummary show_trace(const ShowOptions& options, const store::MotionModel& model,
+                       std::unique_ptr<render::Renderer> renderer, const loop::Streams& streams)
 {
-  const FilmOptions chosen = film_options(options);
-  const Trace trace = read_trace(options.trace);
-  require_beside(trace, options.trace, model, options.file);
-  const Film film = film_of(trace, options.trace, chosen);
-  const Motion motion(model, "raw");
+  const motion::FilmOptions chosen = film_options(options);
+  const store::Trace trace = store::read_trace(options.trace);
+  store::require_trace_matches_model(trace, options.trace, model, options.file);
+  const motion::Film film = motion::film_of(trace, options.trace, chosen);
+  const motion::Motion motion(model, "raw");
   std::vector<LabelledPose> images;
   images.reserve(film.frames.size());
   for (std::size_t i = 0; i < film.frames.size(); ++i) {
-    images.push_back({motion.placed(film.attitude, film.frames[i]), frame_label(i, film.frames.size())});
+    images.push_back({motion.joint_pose(film.attitude, film.frames[i]), frame_label(i, film.frames.size())});
   }
-  PictureMaker maker(options, model, {"raw", false}, poses_of(images), std::move(renderer));
+  SeriesRenderer maker(options, model, {"raw", false}, poses_of(images), std::move(renderer));
   if (!options.folder.empty()) write_images(options, maker, images, streams.data);
   if (!options.video.empty()) write_video(options, maker, poses_of(images), streams);
   const std::size_t n_images =
-      options.folder.empty() ? 0 : images.size() * parsed_views(options.views).size();
+      options.folder.empty() ? 0 : images.size() * navigation::parsed_views(options.views).size();
   if (!options.is_quiet) {
-    streams.talk << options.trace << ": search at flexion " << plain(film.attitude.flexion_rad) << ", varus "
-                 << plain(film.attitude.varus_rad) << ", " << counted(images.size(), "frame") << ", "
-                 << counted(n_images, "image") << "\n";
+    streams.messages << options.trace << ": search at flexion " << plain(film.attitude.flexion_rad)
+                     << ", varus " << plain(film.attitude.varus_rad) << ", "
+                     << loop::count_text(images.size(), "frame") << ", "
+                     << loop::count_text(n_images, "image") << "\n";
   }
   return {static_cast<int>(n_images), 0};
 }
 
-ShowSummary show_poses(const ShowOptions& options, const MotionModel& model,
-                       std::unique_ptr<Renderer> renderer, const Streams& streams)
+ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& model,
+                       std::unique_ptr<render::Renderer> renderer, const loop::Streams& streams)
 {
-  const std::string set = chosen_set(model, options.file, options.set);
-  const Motion motion(model, set);
+  const std::string set = navigation::chosen_set(model, options.file, options.set);
+  const motion::Motion motion(model, set);
   const bool has_images = !options.folder.empty(), has_video = !options.video.empty();
   const bool is_played = has_video && (options.speed_deg_s || !options.flexion);
-  const Plan plan = plan_of(motion, options, has_images || !is_played, streams.talk);
+  const Plan plan = plan_of(motion, options, has_images || !is_played, streams.messages);
   PlayedMotion film;
-  if (is_played) film = played_motion(motion, options, streams.talk);
+  if (is_played) film = played_motion(motion, options, streams.messages);
   // One frame per angle; also the fallback if no attitude of the played motion is solved.
   if (film.poses.empty()) film.poses = plan.poses;
-  const std::size_t n_views = has_images ? parsed_views(options.views).size() : 0;
+  const std::size_t n_views = has_images ? navigation::parsed_views(options.views).size() : 0;
   const ShowSummary summary{static_cast<int>(plan.poses.size() * n_views), plan.n_unsolved + film.n_unsolved};
   if (!options.varus_deg && !motion.has_spine()) {
-    streams.talk << "no spine cell is solved: varus " << plain(motion.balanced_varus_rad(0.0))
-                 << " is used for every flexion\n";
+    streams.messages << "no spine cell is solved: varus " << plain(motion.balanced_varus_rad(0.0))
+                     << " is used for every flexion\n";
   }
-  const std::vector<JointPose>& framed = plan.poses.empty() ? film.poses : plan.poses;
+  const std::vector<motion::JointPose>& framed = plan.poses.empty() ? film.poses : plan.poses;
   if (framed.empty()) return summary;
-  PictureMaker maker(options, model, {set, true}, framed, std::move(renderer));
+  SeriesRenderer maker(options, model, {set, true}, framed, std::move(renderer));
   if (has_images) write_images(options, maker, labelled_poses(plan.poses), streams.data);
   if (has_video) write_video(options, maker, film.poses, streams);
   if (!options.is_quiet) {
-    streams.talk << options.file << ": " << (model.title.empty() ? "untitled" : model.title) << ", set "
-                 << set << ", " << counted(plan.poses.size(), "attitude") << ", "
-                 << counted(plan.poses.size() * n_views, "image") << "\n";
+    streams.messages << options.file << ": " << (model.title.empty() ? "untitled" : model.title) << ", set "
+                     << set << ", " << loop::count_text(plan.poses.size(), "attitude") << ", "
+                     << loop::count_text(plan.poses.size() * n_views, "image") << "\n";
   }
   return summary;
 }
 
 }  // namespace
 
-ShowSummary show(const ShowOptions& options, const Streams& streams)
+ShowSummary show(const ShowOptions& options, const loop::Streams& streams)
 {
-  parsed_views(options.views);
-  parsed_size(options.size);
-  parsed_layers(options.look.layers);
+  navigation::parsed_views(options.views);
+  navigation::parsed_size(options.size);
+  navigation::parsed_layers(options.appearance.layers);
   require_trace_options(options);
   require_video_options(options);
-  if (options.varus_deg) require_angle("--varus", *options.varus_deg);
-  ModelReading reading(options.file);
+  if (options.varus_deg) navigation::require_angle("--varus", *options.varus_deg);
+  store::SeparateModelRead reading(options.file);
   const bool has_window = options.folder.empty() && options.video.empty();
-  std::unique_ptr<Renderer> renderer = has_window ? nullptr : warm_renderer(options);
-  MotionModel model = reading.model();
+  std::unique_ptr<render::Renderer> renderer = has_window ? nullptr : warm_renderer(options);
+  store::MotionModel model = reading.model();
   if (has_window) {
-    const std::string set = chosen_set(model, options.file, options.set);
+    const std::string set = navigation::chosen_set(model, options.file, options.set);
     show_in_window(options, std::move(model), set);
     return {};
   }
@@ -344,4 +348,4 @@ ShowSummary show(const ShowOptions& options, const Streams& streams)
                                : show_trace(options, model, std::move(renderer), streams);
 }
 
-}  // namespace vrda
+}  // namespace vrda::show

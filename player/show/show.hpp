@@ -5,12 +5,12 @@
 #include <string>
 
 #include "loop/loop.hpp"
+#include "navigation/appearance.hpp"
 #include "scene/lighting.hpp"
 #include "scene/scene.hpp"
 #include "store/motion_model.hpp"
-#include "view/look.hpp"
 
-namespace vrda {
+namespace vrda::show {
 
 /// The options of the command line; angles in degrees.
 struct ShowOptions {
@@ -25,10 +25,10 @@ struct ShowOptions {
   std::string trace;          ///< trace file of the model; shows one search instead of attitudes
   bool contact_only = false;  ///< with `trace`: only steps in contact
   int every = 1;              ///< with `trace`: only every N-th frame, and the last
-  Backdrop backdrop = Backdrop::studio;
-  Held held = Held::moving;
-  Framed framed = Framed::joint;
-  LookOptions look;
+  scene::Backdrop backdrop = scene::Backdrop::studio;
+  scene::FixedObject fixed_object = scene::FixedObject::moving;
+  navigation::Framing framing = navigation::Framing::joint;
+  navigation::AppearanceOptions appearance;
   bool has_numbers = false;           ///< draw angles and gaps on the images
   std::string video;                  ///< video file, all views side by side
   std::optional<int> frames_per_s;    ///< of the video; default 25
@@ -38,16 +38,16 @@ struct ShowOptions {
 };
 
 struct ShowSummary {
-  int n_stills = 0;    ///< images written
+  int n_images = 0;    ///< images written
   int n_unsolved = 0;  ///< unsolved attitudes without image, plus unsolved intervals of a video
 };
 
 /// Runs the mode; results go to `streams.data`, messages to standard error. Throws InputError for invalid
 /// input.
-ShowSummary show(const ShowOptions& options, const Streams& streams);
+ShowSummary show(const ShowOptions& options, const loop::Streams& streams);
 
 /// Runs until the user closes the window. `set` is one of set_names(model). Throws InputError if there is no
 /// display, or for options that require images.
-void show_in_window(const ShowOptions& options, MotionModel model, const std::string& set);
+void show_in_window(const ShowOptions& options, store::MotionModel model, const std::string& set);
 
-}  // namespace vrda
+}  // namespace vrda::show

@@ -6,13 +6,13 @@
 
 #include "core/error.hpp"
 #include "loop/loop.hpp"
+#include "navigation/arguments.hpp"
 #include "render/image.hpp"
 #include "render/window.hpp"
 #include "show/session.hpp"
 #include "show/show.hpp"
-#include "view/arguments.hpp"
 
-namespace vrda {
+namespace vrda::show {
 namespace {
 
 constexpr double paused_wait_s = 0.25;         // saves work while nothing changes
@@ -24,23 +24,23 @@ void require_window_options(const ShowOptions& options)
     throw InputError(
         {"--trace", "", "no --offscreen and no --video", "either of them: a window cannot show a trace"});
   }
-  if (parsed_views(options.views).size() > 1)
+  if (navigation::parsed_views(options.views).size() > 1)
     throw InputError({"--views", "", options.views, "one view: the window starts with it"});
 }
 
 SessionOptions session_options(const ShowOptions& options, const std::string& set)
 {
-  const PictureSize size = parsed_size(options.size);
+  const navigation::PictureSize size = navigation::parsed_size(options.size);
   SessionOptions session;
   session.set = set;
-  session.view = *view_named(parsed_views(options.views).front());
+  session.view = *scene::view_named(navigation::parsed_views(options.views).front());
   if (options.flexion)
-    session.flexion_rad = rad_from_deg(parsed_angles("--flexion", *options.flexion).first_deg);
+    session.flexion_rad = rad_from_deg(navigation::parsed_angles("--flexion", *options.flexion).first_deg);
   if (options.varus_deg) session.varus_rad = rad_from_deg(*options.varus_deg);
   session.backdrop = options.backdrop;
-  session.held = options.held;
-  session.look = options.look;
-  session.framed = options.framed;
+  session.fixed_object = options.fixed_object;
+  session.appearance = options.appearance;
+  session.framing = options.framing;
   session.width = size.width;
   session.height = size.height;
   return session;
@@ -50,15 +50,15 @@ SessionOptions session_options(const ShowOptions& options, const std::string& se
 std::string free_name(const std::string& file, double flexion_rad)
 {
   const std::string stem = std::filesystem::path(file).stem().string() + "_flexion_" +
-                           angle_label(std::round(deg_from_rad(flexion_rad)), {});
+                           navigation::angle_label(std::round(deg_from_rad(flexion_rad)), {});
   std::string name = stem + ".png";
   for (int n = 2; std::filesystem::exists(name); ++n) name = stem + "_" + std::to_string(n) + ".png";
   return name;
 }
 
-WindowOptions window_options(const ShowOptions& options, const SessionOptions& session)
+render::WindowOptions window_options(const ShowOptions& options, const SessionOptions& session)
 {
-  WindowOptions window;
+  render::WindowOptions window;
   window.width = session.width;
   window.height = session.height;
   window.samples = options.samples;
@@ -66,9 +66,10 @@ WindowOptions window_options(const ShowOptions& options, const SessionOptions& s
 }
 
 /// Runs a session in a window and opens dropped files.
-class ShowMode final : public Mode {
+class ShowMode final : public loop::Mode {
  public:
-  ShowMode(const ShowOptions& options, MotionModel model, const SessionOptions& session, Sink& sink)
+  ShowMode(const ShowOptions& options, store::MotionModel model, const SessionOptions& session,
+           loop::Sink& sink)
       : sink_(sink), shown_(options.file, std::move(model), session, sink.renderer())
   {
     set_title();
@@ -76,17 +77,18 @@ class ShowMode final : public Mode {
 
   bool is_over() const override { return shown_.session().state().is_done; }
 
-  RoundTime round_time() const override
+  loop::RoundTime round_time() const override
   {
     return {sink_.is_hidden() || shown_.session().is_idle() ? paused_wait_s : least_frame_s};
   }
 
-  void take(const InputEvent& event) override
+  void take(const render::InputEvent& event) override
   {
     shown_.session().take(event);
     const std::vector<std::string>& dropped = sink_.window()->dropped_files();
     // Only the first of several dropped files is opened.
-    if (event.kind == InputKind::drop && !dropped.empty() && shown_.open(dropped.front())) set_title();
+    if (event.kind == render::InputKind::drop && !dropped.empty() && shown_.open(dropped.front()))
+      set_title();
   }
 
   void advance(double elapsed_s) override
@@ -94,8 +96,8 @@ class ShowMode final : public Mode {
     Session& session = shown_.session();
     session.resize(sink_.renderer().width(), sink_.renderer().height());
     session.advance(elapsed_s);
-    if (session.takes_picture()) save_picture();
-    if (session.toggles_full_screen()) sink_.window()->toggle_full_screen();
+    if (session.consume_screenshot_request()) save_picture();
+    if (session.consume_full_screen_request()) sink_.window()->toggle_full_screen();
   }
 
   void draw() override
@@ -114,25 +116,26 @@ class ShowMode final : public Mode {
   {
     Session& session = shown_.session();
     const std::string name = free_name(shown_.file(), session.pose().attitude.flexion_rad);
-    const auto refused = attempt([&] { write_png(session.picture(sink_.renderer()), name); });
-    session.tell(refused ? refused->what() : "image written: " + name);
+    const auto refused =
+        loop::catch_input_error([&] { render::write_png(session.draw_screenshot(sink_.renderer()), name); });
+    session.show_message(refused ? refused->what() : "image written: " + name);
   }
 
-  Sink& sink_;
+  loop::Sink& sink_;
   ShownModel shown_;
 };
 
 }  // namespace
 
-void show_in_window(const ShowOptions& options, MotionModel model, const std::string& set)
+void show_in_window(const ShowOptions& options, store::MotionModel model, const std::string& set)
 {
   require_window_options(options);
   SessionOptions chosen = session_options(options, set);
-  Sink sink(window_options(options, chosen));
+  loop::Sink sink(window_options(options, chosen));
   chosen.scale = std::clamp(sink.window()->content_scale(), 1.0, 4.0);
   ShowMode mode(options, std::move(model), chosen, sink);
-  StopSignals stop;
-  run_loop(mode, sink, stop);
+  loop::StopSignals stop;
+  loop::run_loop(mode, sink, stop);
 }
 
-}  // namespace vrda
+}  // namespace vrda::show

@@ -1,6 +1,6 @@
 #include "simulation/draws.hpp"
 
-namespace vrda {
+namespace vrda::simulation {
 namespace {
 
 /// Bit mixer for consecutive numbers. Source: Steele, Lea, Flood (2014) OOPSLA, SplitMix64's finaliser.
@@ -14,28 +14,28 @@ std::uint64_t mixed(std::uint64_t x)
 
 }  // namespace
 
-Draws::Draws(std::uint64_t seed, DrawFor purpose, std::uint64_t index)
+RandomSequence::RandomSequence(std::uint64_t seed, RandomPurpose purpose, std::uint64_t index)
     : bits_(mixed(mixed(mixed(seed) + static_cast<std::uint64_t>(purpose)) + index))
 {
 }
 
-double Draws::uniform()
+double RandomSequence::uniform()
 {
   constexpr double unit = 1.0 / 9007199254740992.0;  // 2^-53
   return static_cast<double>(bits_() >> 11U) * unit;
 }
 
-double Draws::normal()
+double RandomSequence::normal()
 {
   double sum = -6.0;
   for (int i = 0; i < 12; ++i) sum += uniform();
   return sum;
 }
 
-Eigen::Vector3d Draws::normal_vector()
+Eigen::Vector3d RandomSequence::normal_vector()
 {
   const double x = normal(), y = normal(), z = normal();
   return {x, y, z};
 }
 
-}  // namespace vrda
+}  // namespace vrda::simulation

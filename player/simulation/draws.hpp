@@ -5,15 +5,21 @@
 #include <cstdint>
 #include <random>
 
-namespace vrda {
+namespace vrda::simulation {
 
 /// Purpose of a random sequence.
-enum class DrawFor : std::uint64_t { frame, potentiometer, virtual_bench, virtual_hand, virtual_tracker };
+enum class RandomPurpose : std::uint64_t {
+  frame,
+  potentiometer,
+  virtual_bench,
+  virtual_hand,
+  virtual_tracker
+};
 
-class Draws {
+class RandomSequence {
  public:
   /// Equal seed, purpose and index give an equal sequence.
-  Draws(std::uint64_t seed, DrawFor purpose, std::uint64_t index);
+  RandomSequence(std::uint64_t seed, RandomPurpose purpose, std::uint64_t index);
   /// In [0, 1), 53 bits.
   double uniform();
   /// Mean 0, variance 1, within +-6: the sum of twelve uniform numbers minus 6, with identical bits on
@@ -25,4 +31,4 @@ class Draws {
   std::mt19937_64 bits_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::simulation

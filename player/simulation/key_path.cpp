@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::simulation {
 namespace {
 
 double chord(const PathPoint& from, const PathPoint& to)
@@ -65,4 +65,4 @@ double KeyPath::at(double time_s) const
          s * s * ((1.0 + 2.0 * left) * to.value - left * length_s * slopes_[i + 1]);
 }
 
-}  // namespace vrda
+}  // namespace vrda::simulation

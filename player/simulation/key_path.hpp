@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace vrda {
+namespace vrda::simulation {
 
 struct PathPoint {
   double time_s = 0.0;
@@ -25,4 +25,4 @@ class KeyPath {
   bool is_looped_ = false;
 };
 
-}  // namespace vrda
+}  // namespace vrda::simulation

@@ -5,7 +5,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 
-namespace vrda {
+namespace vrda::simulation {
 namespace {
 
 class Checker {
@@ -23,7 +23,8 @@ class Checker {
   {
     for (std::size_t i = 1; i < keys.size(); ++i) {
       require(keys[i].time_s > keys[i - 1].time_s, field + " key " + std::to_string(i + 1),
-              "time " + shortest(keys[i].time_s), "a time after " + shortest(keys[i - 1].time_s));
+              "time " + shortest_decimal(keys[i].time_s),
+              "a time after " + shortest_decimal(keys[i - 1].time_s));
     }
     require(!is_looped || is_same(keys.front(), keys.back()), field,
             "different first and last values of a loop", "a last key with the values of the first");
@@ -54,10 +55,10 @@ void require_tools(const SimulationScript& script, const Checker& checker)
   for (const Occlusion& occlusion : script.occlusions) {
     checker.require(std::binary_search(names.begin(), names.end(), occlusion.tool), "occlusion tool",
                     occlusion.tool, "a tool");
-    checker.require(occlusion.to_s >= occlusion.from_s, "occlusion to_s", shortest(occlusion.to_s),
-                    "at least from_s = " + shortest(occlusion.from_s));
+    checker.require(occlusion.to_s >= occlusion.from_s, "occlusion to_s", shortest_decimal(occlusion.to_s),
+                    "at least from_s = " + shortest_decimal(occlusion.from_s));
     checker.require(occlusion.every_s == 0.0 || occlusion.every_s >= occlusion.to_s - occlusion.from_s,
-                    "occlusion every_s", shortest(occlusion.every_s), "0, or at least to_s - from_s");
+                    "occlusion every_s", shortest_decimal(occlusion.every_s), "0, or at least to_s - from_s");
   }
 }
 
@@ -65,8 +66,8 @@ void require_clock(const DeviceClock& clock, const Checker& checker)
 {
   for (std::size_t i = 1; i < clock.steps.size(); ++i) {
     checker.require(clock.steps[i].at_s >= clock.steps[i - 1].at_s, "clock step at_s",
-                    shortest(clock.steps[i].at_s),
-                    "at least the previous step's time, " + shortest(clock.steps[i - 1].at_s));
+                    shortest_decimal(clock.steps[i].at_s),
+                    "at least the previous step's time, " + shortest_decimal(clock.steps[i - 1].at_s));
   }
 }
 
@@ -101,11 +102,11 @@ void require_usable(const SimulationScript& script, const std::string& file)
   const Checker checker(file);
   // With a longer jitter frames could overtake each other.
   const double period_ms = 1000.0 / script.rate_hz;
-  checker.require(script.jitter_ms <= period_ms, "jitter_ms", shortest(script.jitter_ms),
-                  "at most the frame period, " + shortest(period_ms));
+  checker.require(script.jitter_ms <= period_ms, "jitter_ms", shortest_decimal(script.jitter_ms),
+                  "at most the frame period, " + shortest_decimal(period_ms));
   require_paths(script, checker);
   require_tools(script, checker);
   require_clock(script.clock, checker);
 }
 
-}  // namespace vrda
+}  // namespace vrda::simulation

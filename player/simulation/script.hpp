@@ -8,7 +8,7 @@
 
 #include "core/frames.hpp"
 
-namespace vrda {
+namespace vrda::simulation {
 
 /// Keys are interpolated by monotone cubics (simulation/key_path.hpp).
 struct LegKey {
@@ -90,4 +90,4 @@ std::vector<std::string> tool_names(const SimulationScript& script);
 /// file's schema.
 void require_usable(const SimulationScript& script, const std::string& file);
 
-}  // namespace vrda
+}  // namespace vrda::simulation

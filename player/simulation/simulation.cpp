@@ -10,7 +10,7 @@
 #include "simulation/draws.hpp"
 #include "tracking/screw.hpp"
 
-namespace vrda {
+namespace vrda::simulation {
 namespace {
 
 /// Path of a scalar of the keys.
@@ -37,18 +37,19 @@ std::int64_t rounded(double value)
 constexpr double ns_a_second = 1e9;
 
 /// Adds noise to a body's pose: a rotation about its own axes and a translation.
-Pose with_noise(const Pose& X, const SimulationScript& script, Draws& draws)
+Pose with_noise(const Pose& X, const SimulationScript& script, RandomSequence& draws)
 {
   const Eigen::Vector3d turn_rad = rad_from_deg(script.noise_deg) * draws.normal_vector();
   Pose X_noisy = X;
-  X_noisy.linear() = X.linear() * rotation_of(turn_rad);
+  X_noisy.linear() = X.linear() * tracking::rotation_of(turn_rad);
   X_noisy.translation() += script.noise_mm * draws.normal_vector();
   return X_noisy;
 }
 
 }  // namespace
 
-Simulation::Simulation(const SimulationScript& script, std::optional<Motion> motion, const std::string& file)
+Simulation::Simulation(const SimulationScript& script, std::optional<motion::Motion> motion,
+                       const std::string& file)
     : script_(usable(script, file)),
       motion_(std::move(motion)),
       tools_(tool_names(script)),
@@ -63,7 +64,7 @@ Simulation::Simulation(const SimulationScript& script, std::optional<Motion> mot
   if (motion_) require_solved(file);
 }
 
-LegAngles Simulation::scripted_angles(double time_s) const
+tracking::LegAngles Simulation::scripted_angles(double time_s) const
 {
   return {flexion_rad_.at(time_s), varus_rad_.at(time_s), 0.0};
 }
@@ -75,12 +76,12 @@ void Simulation::require_solved(const std::string& file) const
   const double first_s = script_.leg.front().time_s, last_s = script_.leg.back().time_s;
   for (int i = 0; i <= n_times; ++i) {
     const double time_s = first_s + (last_s - first_s) * i / n_times;
-    const Attitude wanted = attitude_of(scripted_angles(time_s));
-    if (motion_->at(wanted).status == PoseStatus::solved) continue;
+    const Attitude wanted = tracking::attitude_of(scripted_angles(time_s));
+    if (motion_->at(wanted).status == motion::PoseStatus::solved) continue;
     throw InputError({file, "leg",
-                      "flexion " + shortest(deg_from_rad(wanted.flexion_rad)) + ", varus " +
-                          shortest(deg_from_rad(wanted.varus_rad)) + " at " + shortest(time_s) +
-                          " s, an attitude that the motion model has not solved",
+                      "flexion " + shortest_decimal(deg_from_rad(wanted.flexion_rad)) + ", varus " +
+                          shortest_decimal(deg_from_rad(wanted.varus_rad)) + " at " +
+                          shortest_decimal(time_s) + " s, an attitude that the motion model has not solved",
                       "solved attitudes"});
   }
 }
@@ -89,13 +90,14 @@ SimulatedTruth Simulation::truth(double time_s) const
 {
   SimulatedTruth truth;
   truth.angles = scripted_angles(time_s);
-  const JointPose joint = motion_ ? motion_->at(attitude_of(truth.angles)) : JointPose{};
-  if (joint.status == PoseStatus::solved) {
+  const motion::JointPose joint =
+      motion_ ? motion_->at(tracking::attitude_of(truth.angles)) : motion::JointPose{};
+  if (joint.status == motion::PoseStatus::solved) {
     truth.angles = {joint.attitude.flexion_rad, joint.attitude.varus_rad, joint.theta_rad};
     truth.X_femur_tibia = joint.X_reference_moving;
   } else {
     const SolverFrame frame{script_.side, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY()};
-    truth.X_femur_tibia = X_femur_tibia(truth.angles, frame);
+    truth.X_femur_tibia = tracking::X_femur_tibia(truth.angles, frame);
   }
   truth.stage_mm = stage_mm_.at(time_s);
   truth.potentiometer_count = potentiometer_.at(time_s);
@@ -125,7 +127,7 @@ bool Simulation::is_hidden(const std::string& tool, double time_s) const
   });
 }
 
-void Simulation::add_body(SimulatedFrame& frame, const SimulatedBody& body, Draws& draws) const
+void Simulation::add_body(SimulatedFrame& frame, const SimulatedBody& body, RandomSequence& draws) const
 {
   const bool is_hidden_body = is_hidden(body.tool, frame.time_s);
   frame.tools.push_back({with_noise(X_tracker_body(body, frame.time_s), script_, draws), !is_hidden_body});
@@ -140,7 +142,7 @@ void Simulation::add_body(SimulatedFrame& frame, const SimulatedBody& body, Draw
 
 SimulatedFrame Simulation::frame(std::uint64_t k) const
 {
-  Draws draws(script_.seed, DrawFor::frame, k);
+  RandomSequence draws(script_.seed, RandomPurpose::frame, k);
   SimulatedFrame frame;
   frame.time_s = static_cast<double>(k) / script_.rate_hz;
   frame.send_s = frame.time_s + 1e-3 * script_.jitter_ms * draws.uniform();
@@ -198,9 +200,9 @@ std::vector<QuadratureEdge> Simulation::edges(double from_s, double to_s) const
 int Simulation::potentiometer_count(double time_s) const
 {
   const auto index = static_cast<std::uint64_t>(rounded(time_s * ns_a_second));
-  const double noise =
-      script_.potentiometer_noise_counts * Draws(script_.seed, DrawFor::potentiometer, index).normal();
+  const double noise = script_.potentiometer_noise_counts *
+                       RandomSequence(script_.seed, RandomPurpose::potentiometer, index).normal();
   return static_cast<int>(rounded(std::clamp(potentiometer_.at(time_s) + noise, 0.0, 1023.0)));
 }
 
-}  // namespace vrda
+}  // namespace vrda::simulation

@@ -11,11 +11,11 @@
 #include "simulation/script.hpp"
 #include "tracking/leg.hpp"
 
-namespace vrda {
+namespace vrda::simulation {
 
 /// True state, without noise.
 struct SimulatedTruth {
-  LegAngles angles;  ///< as scripted; with a motion, the attitude it returns
+  tracking::LegAngles angles;  ///< as scripted; with a motion, the attitude it returns
   Pose X_femur_tibia = Pose::Identity();
   Pose X_tracker_femur = Pose::Identity();  ///< of the bone; likewise the tibia's
   Pose X_tracker_tibia = Pose::Identity();
@@ -24,7 +24,7 @@ struct SimulatedTruth {
   double potentiometer_count = 0.0;
 };
 
-class Draws;
+class RandomSequence;
 
 struct SimulatedTool {
   Pose X_tracker_tool = Pose::Identity();  ///< of a marker the position only
@@ -53,7 +53,7 @@ class Simulation {
  public:
   /// Without a motion theta and the translation are 0. Throws InputError naming `file` if the script is
   /// inconsistent or contains attitudes where the motion is not solved.
-  explicit Simulation(const SimulationScript& script, std::optional<Motion> motion = {},
+  explicit Simulation(const SimulationScript& script, std::optional<motion::Motion> motion = {},
                       const std::string& file = "simulation");
 
   const std::vector<std::string>& tools() const { return tools_; }
@@ -72,16 +72,16 @@ class Simulation {
   int potentiometer_count(double time_s) const;
 
  private:
-  LegAngles scripted_angles(double time_s) const;
+  tracking::LegAngles scripted_angles(double time_s) const;
   void require_solved(const std::string& file) const;
   bool is_hidden(const std::string& tool, double time_s) const;
-  void add_body(SimulatedFrame& frame, const SimulatedBody& body, Draws& draws) const;
+  void add_body(SimulatedFrame& frame, const SimulatedBody& body, RandomSequence& draws) const;
   Pose X_tracker_body(const SimulatedBody& body, double time_s) const;
 
   SimulationScript script_;
-  std::optional<Motion> motion_;
+  std::optional<motion::Motion> motion_;
   std::vector<std::string> tools_;
   KeyPath flexion_rad_, varus_rad_, stage_mm_, potentiometer_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::simulation

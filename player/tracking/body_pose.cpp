@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::tracking {
 namespace {
 
 using Mask = std::uint64_t;
@@ -20,7 +20,7 @@ constexpr Mask bit_of(Eigen::Index k)
 
 Mask mask_of(const RigidBody& body, MarkerSpan seen)
 {
-  check(body.markers_mm.rows() <= most_markers, "at most 64 markers per body");
+  check(body.markers_mm.rows() <= max_markers, "at most 64 markers per body");
   check(static_cast<std::size_t>(body.markers_mm.rows()) == seen.size(), "one entry per marker");
   Mask mask = 0;
   for (std::size_t k = 0; k < seen.size(); ++k) {
@@ -159,7 +159,7 @@ PoseFit fit_pose(const RigidBody& body, MarkerSpan seen, const FitOptions& optio
 {
   const PoseFit whole = fit_of(body, seen, mask_of(body, seen), options);
   PoseFit fit = whole;
-  for (int n_dropped = 1; n_dropped <= most_outliers; ++n_dropped) {
+  for (int n_dropped = 1; n_dropped <= max_outliers; ++n_dropped) {
     if (fit.status != FitStatus::residual_too_large || whole.cloud.n - n_dropped < least_agreeing) break;
     fit = fit_dropping(n_dropped, body, seen, whole, options);
   }
@@ -196,7 +196,7 @@ double noise_mm(const PoseFit& fit)
 
 namespace {
 
-using FixedRow = std::array<std::optional<Eigen::Vector3d>, most_markers>;
+using FixedRow = std::array<std::optional<Eigen::Vector3d>, max_markers>;
 
 /// Moves each marker back along `velocity` from its firing time to the frame's time.
 FixedRow at_frame_time(MarkerSpan seen, const Screw& velocity, double interval_s)
@@ -220,7 +220,7 @@ double step_mm(const MarkerCloud& cloud, const Pose& X_from, const Pose& X_to)
 FiredFit fit_fired(const RigidBody& body, MarkerSpan seen, double time_s,
                    const std::optional<BodyMotion>& before, const Firing& firing)
 {
-  check(seen.size() <= most_markers, "at most 64 markers per body");
+  check(seen.size() <= max_markers, "at most 64 markers per body");
   FiredFit result;
   const double gap_s = before ? time_s - before->pose.time_s : 0.0;
   const double all_fired_s = firing.interval_s * static_cast<double>(seen.size());
@@ -249,4 +249,4 @@ FiredFit fit_fired(const RigidBody& body, MarkerSpan seen, double time_s,
   return result;
 }
 
-}  // namespace vrda
+}  // namespace vrda::tracking

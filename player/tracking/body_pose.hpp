@@ -6,7 +6,7 @@
 #include "tracking/rigid_body.hpp"
 #include "tracking/screw.hpp"
 
-namespace vrda {
+namespace vrda::tracking {
 
 enum class FitStatus {
   fitted,
@@ -16,10 +16,10 @@ enum class FitStatus {
 };
 const char* name_of(FitStatus status);
 
-inline constexpr int most_outliers = 2;
+inline constexpr int max_outliers = 2;
 
 struct FitOptions {
-  double least_spread_mm = vrda::least_spread_mm;
+  double least_spread_mm = vrda::tracking::least_spread_mm;
   /// A fit with a residual above this drops the one marker, or else the two, whose removal gives the least
   /// residual, if at least four remaining markers agree (reflections, swapped labels).
   double outlier_mm = 2.0;
@@ -79,4 +79,4 @@ struct FiredFit {
 FiredFit fit_fired(const RigidBody& body, MarkerSpan seen, double time_s,
                    const std::optional<BodyMotion>& before, const Firing& firing);
 
-}  // namespace vrda
+}  // namespace vrda::tracking

@@ -6,7 +6,7 @@
 #include "tracking/body_pose.hpp"
 #include "tracking/rigid_body.hpp"
 
-namespace vrda {
+namespace vrda::tracking {
 namespace {
 
 /// Current estimate of the shape; markers not yet known are excluded.
@@ -52,7 +52,7 @@ RigidBody body_of(const MarkerRow& row)
 /// Rounded to a micrometre.
 std::string number_of(double length_mm)
 {
-  return shortest(std::round(length_mm * 1000.0) / 1000.0);
+  return shortest_decimal(std::round(length_mm * 1000.0) / 1000.0);
 }
 
 std::string text_of(const MarkerCloud& cloud)
@@ -62,19 +62,19 @@ std::string text_of(const MarkerCloud& cloud)
 
 void require_frames(const std::vector<MarkerRow>& frames, const std::string& file)
 {
-  if (frames.empty()) throw FitRefusal({file, "frames", "none", "one or more"});
+  if (frames.empty()) throw FitError({file, "frames", "none", "one or more"});
   const std::size_t n = frames.front().size();
-  if (n < 3 || n > static_cast<std::size_t>(most_markers)) {
-    throw FitRefusal({file, "markers", std::to_string(n), "3 to " + std::to_string(most_markers)});
+  if (n < 3 || n > static_cast<std::size_t>(max_markers)) {
+    throw FitError({file, "markers", std::to_string(n), "3 to " + std::to_string(max_markers)});
   }
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::string field = "frame " + std::to_string(i + 1);
     if (frames[i].size() != n) {
-      throw FitRefusal({file, field, std::to_string(frames[i].size()) + " markers", std::to_string(n)});
+      throw FitError({file, field, std::to_string(frames[i].size()) + " markers", std::to_string(n)});
     }
     for (const auto& marker : frames[i]) {
       if (marker && !(marker->cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < farthest_mm)) {
-        throw FitRefusal({file, field, "a coordinate not finite or above 1 km", "mm"});
+        throw FitError({file, field, "a coordinate not finite or above 1 km", "mm"});
       }
     }
   }
@@ -92,11 +92,11 @@ Shape first_shape(const std::vector<MarkerRow>& frames, const std::string& file,
     if (!best || cloud.n > n_seen(*best)) best = &frame;
   }
   if (!best && widest.n < 3) {
-    throw FitRefusal({file, "markers", "no frame with three visible markers", "three or more in a frame"});
+    throw FitError({file, "markers", "no frame with three visible markers", "three or more in a frame"});
   }
   if (!best) {
-    throw FitRefusal({file, "markers", "collinear: at best " + text_of(widest),
-                      "a second singular value of " + number_of(options.least_spread_mm) + " mm or more"});
+    throw FitError({file, "markers", "collinear: at best " + text_of(widest),
+                    "a second singular value of " + number_of(options.least_spread_mm) + " mm or more"});
   }
   Shape shape{body_of(*best), {}};
   for (const auto& marker : *best) shape.is_known.push_back(marker.has_value());
@@ -151,10 +151,10 @@ void require_all_known(const Shape& shape, const std::vector<MarkerRow>& frames,
     if (shape.is_known[k]) continue;
     const auto n =
         std::count_if(frames.begin(), frames.end(), [&](const MarkerRow& f) { return f[k].has_value(); });
-    throw FitRefusal({file, "marker " + std::to_string(k + 1),
-                      "seen in " + std::to_string(n) + " frames, never with three known, not collinear",
-                      "a frame that shows it with three known markers"},
-                     {k});
+    throw FitError({file, "marker " + std::to_string(k + 1),
+                    "seen in " + std::to_string(n) + " frames, never with three known, not collinear",
+                    "a frame that shows it with three known markers"},
+                   {k});
   }
 }
 
@@ -166,9 +166,9 @@ Pose own_frame(const RigidBody& body, const std::string& file)
   const Eigen::Vector3d along = p.row(1).transpose() - first;
   // If two markers coincide, noise would determine the axis.
   if (along.norm() < least_spread_mm) {
-    throw FitRefusal({file, "markers 1 and 2", number_of(along.norm()) + " mm apart",
-                      number_of(least_spread_mm) + " mm or more, or given coordinates of the markers"},
-                     {0, 1});
+    throw FitError({file, "markers 1 and 2", number_of(along.norm()) + " mm apart",
+                    number_of(least_spread_mm) + " mm or more, or given coordinates of the markers"},
+                   {0, 1});
   }
   const Eigen::Vector3d x = along.normalized();
   std::vector<Eigen::Vector3d> across;
@@ -192,17 +192,17 @@ double move_to_frame(RigidBody& body, const std::string& file, const BodyOptions
 {
   Pose X_body_shape = Pose::Identity();
   double wanted_rms_mm = 0.0;
-  if (options.wanted_mm.empty()) {
+  if (options.given_mm.empty()) {
     X_body_shape = own_frame(body, file).inverse();
   } else {
-    if (options.wanted_mm.size() != static_cast<std::size_t>(body.markers_mm.rows())) {
-      throw FitRefusal({file, "coordinates wanted",
-                        "of " + std::to_string(options.wanted_mm.size()) + " markers",
-                        "an entry for each of " + std::to_string(body.markers_mm.rows())});
+    if (options.given_mm.size() != static_cast<std::size_t>(body.markers_mm.rows())) {
+      throw FitError({file, "coordinates wanted",
+                      "of " + std::to_string(options.given_mm.size()) + " markers",
+                      "an entry for each of " + std::to_string(body.markers_mm.rows())});
     }
-    const PoseFit fit = fit_pose(body, options.wanted_mm, options_without_outliers(options));
+    const PoseFit fit = fit_pose(body, options.given_mm, options_without_outliers(options));
     if (fit.status != FitStatus::fitted) {
-      throw FitRefusal({file, "coordinates wanted", text_of(fit.cloud), "three or more, not collinear"});
+      throw FitError({file, "coordinates wanted", text_of(fit.cloud), "three or more, not collinear"});
     }
     X_body_shape = fit.X_tracker_body;
     wanted_rms_mm = fit.residual_rms_mm;
@@ -259,9 +259,9 @@ BuiltBody build_body(const std::vector<MarkerRow>& frames, const std::string& fi
   }
   require_all_known(shape, frames, file);
   built.body = shape.body;
-  built.wanted_rms_mm = move_to_frame(built.body, file, options);
+  built.given_rms_mm = move_to_frame(built.body, file, options);
   add_residuals(built, frames, fits_of(frames, {built.body, shape.is_known}, fit));
   return built;
 }
 
-}  // namespace vrda
+}  // namespace vrda::tracking

@@ -2,7 +2,7 @@
 
 #include "core/clinical.hpp"
 
-namespace vrda {
+namespace vrda::tracking {
 
 Pose X_femur_tibia(const LegBodies& bodies, const Pose& X_tracker_thigh, const Pose& X_tracker_shank)
 {
@@ -15,7 +15,7 @@ LegAngles leg_angles(const Pose& X_femur_tibia, const SolverFrame& frame)
 {
   // S is a right knee whose Delta is +Y.
   const Pose X_solver = X_solver_reference_moving(frame, X_femur_tibia);
-  const Clinical clinical = clinical_of(X_solver, Side::right, Eigen::Vector3d::Zero());
+  const ClinicalCoordinates clinical = clinical_coordinates(X_solver, Side::right, Eigen::Vector3d::Zero());
   return {clinical.flexion_rad, clinical.varus_rad, clinical.internal_rotation_rad};
 }
 
@@ -29,4 +29,4 @@ Pose X_femur_tibia(const LegAngles& angles, const SolverFrame& frame, const Eige
   return X_reference_moving(frame, attitude_of(angles), {translation_mm, angles.theta_rad});
 }
 
-}  // namespace vrda
+}  // namespace vrda::tracking

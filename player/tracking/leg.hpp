@@ -3,7 +3,7 @@
 
 #include "core/frames.hpp"
 
-namespace vrda {
+namespace vrda::tracking {
 
 /// Flexion +, varus (adduction) +, theta: internal rotation +, on both sides.
 struct LegAngles {
@@ -35,4 +35,4 @@ Attitude attitude_of(const LegAngles& angles);
 Pose X_femur_tibia(const LegAngles& angles, const SolverFrame& frame,
                    const Eigen::Vector3d& translation_mm = Eigen::Vector3d::Zero());
 
-}  // namespace vrda
+}  // namespace vrda::tracking

@@ -3,7 +3,7 @@
 #include "core/units.hpp"
 #include "tracking/screw.hpp"
 
-namespace vrda {
+namespace vrda::tracking {
 namespace {
 
 double cutoff_hz(const OneEuroOptions& options, double speed)
@@ -56,7 +56,7 @@ void OneEuroAngles::start_over()
   theta_.start_over();
 }
 
-Pose OneEuroPlace::filtered(const Pose& X, double time_s)
+Pose OneEuroPose::filtered(const Pose& X, double time_s)
 {
   const double step_s = time_s - time_s_;
   if (has_last_ && step_s == 0.0) return value_;
@@ -85,4 +85,4 @@ Pose OneEuroPlace::filtered(const Pose& X, double time_s)
   return value_;
 }
 
-}  // namespace vrda
+}  // namespace vrda::tracking

@@ -5,7 +5,7 @@
 
 #include "tracking/leg.hpp"
 
-namespace vrda {
+namespace vrda::tracking {
 
 struct OneEuroOptions {
   double least_cutoff_hz = 1.0;  ///< at rest
@@ -48,21 +48,21 @@ class OneEuroAngles {
   OneEuroFilter flexion_, varus_, theta_;
 };
 
-struct PlaceFilterOptions {
+struct PoseFilterOptions {
   OneEuroOptions position = default_position_filter;
   OneEuroOptions rotation = default_angle_filter;
 };
 
 /// Filters a pose: the position as a vector with one cutoff from its speed; the rotation along the shortest
 /// rotation from the filtered one, in its tangent space.
-class OneEuroPlace {
+class OneEuroPose {
  public:
-  explicit OneEuroPlace(const PlaceFilterOptions& options = {}) : options_(options) {}
+  explicit OneEuroPose(const PoseFilterOptions& options = {}) : options_(options) {}
   Pose filtered(const Pose& X, double time_s);
   void start_over() { has_last_ = false; }
 
  private:
-  PlaceFilterOptions options_;
+  PoseFilterOptions options_;
   bool has_last_ = false;
   double time_s_ = 0.0;
   Pose raw_ = Pose::Identity(), value_ = Pose::Identity();
@@ -70,4 +70,4 @@ class OneEuroPlace {
   Eigen::Vector3d speed_rad_s_ = Eigen::Vector3d::Zero();  ///< in the tracker's axes
 };
 
-}  // namespace vrda
+}  // namespace vrda::tracking

@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::tracking {
 namespace {
 
 /// Makes room at the end for a sample of `time_s`: drops samples older than the window, and the oldest of a
@@ -14,7 +14,7 @@ template <typename Samples>
 std::size_t make_room(Samples& samples, std::size_t n, double time_s, double window_s)
 {
   if (n > 0 && time_s <= samples[n - 1].time_s) return 0;
-  std::size_t first = n == most_window_samples ? 1 : 0;
+  std::size_t first = n == max_window_samples ? 1 : 0;
   while (first < n && samples[first].time_s < time_s - window_s) ++first;
   std::move(samples.begin() + static_cast<std::ptrdiff_t>(first),
             samples.begin() + static_cast<std::ptrdiff_t>(n), samples.begin());
@@ -57,13 +57,13 @@ LegAngles angles_of(const Eigen::Vector3d& v)
 
 }  // namespace
 
-void PlacePredictor::add(const TimedPose& sample)
+void PosePredictor::add(const TimedPose& sample)
 {
   n_ = make_room(samples_, n_, sample.time_s, options_.window_s);
   samples_[n_++] = sample;
 }
 
-Screw PlacePredictor::velocity() const
+Screw PosePredictor::velocity() const
 {
   check(has_sample(), "a predictor needs a sample");
   const TimedPose& last = samples_[n_ - 1];
@@ -79,7 +79,7 @@ Screw PlacePredictor::velocity() const
   return {per_second.head<3>(), per_second.tail<3>()};
 }
 
-Pose PlacePredictor::at(double time_s) const
+Pose PosePredictor::at(double time_s) const
 {
   const Screw per_second = velocity();
   const TimedPose& last = samples_[n_ - 1];
@@ -161,10 +161,10 @@ ErrorSummary summary_of(std::vector<double> errors)
   return summary;
 }
 
-PlacePredictionError prediction_error(std::span<const TimedPose> series, double horizon_s,
-                                      const PredictionOptions& options)
+PosePredictionError prediction_error(std::span<const TimedPose> series, double horizon_s,
+                                     const PredictionOptions& options)
 {
-  PlacePredictor predictor(options);
+  PosePredictor predictor(options);
   Errors shift_mm, turn_rad;
   for_each_horizon(series, horizon_s, [&](std::size_t i, std::size_t j, double s, double time_s) {
     predictor.add(series[i]);
@@ -193,4 +193,4 @@ AnglesPredictionError prediction_error(std::span<const TimedAngles> series, doub
   return {flexion_rad.summary(), varus_rad.summary()};
 }
 
-}  // namespace vrda
+}  // namespace vrda::tracking

@@ -9,7 +9,7 @@
 #include "tracking/leg.hpp"
 #include "tracking/screw.hpp"
 
-namespace vrda {
+namespace vrda::tracking {
 
 struct PredictionOptions {
   double window_s = 0.08;  ///< of samples used for the velocity
@@ -25,13 +25,13 @@ struct TimedAngles {
 };
 
 /// Capacity; the oldest samples are dropped if the window holds more.
-inline constexpr std::size_t most_window_samples = 32;
+inline constexpr std::size_t max_window_samples = 32;
 
 /// Extrapolates the last pose by the least-squares twist of the samples in the window (over their screws
 /// relative to the last). Without a sufficient span the pose is held. A time not after the last restarts.
-class PlacePredictor {
+class PosePredictor {
  public:
-  explicit PlacePredictor(const PredictionOptions& options = {}) : options_(options) {}
+  explicit PosePredictor(const PredictionOptions& options = {}) : options_(options) {}
   void add(const TimedPose& sample);
   void start_over() { n_ = 0; }
   bool has_sample() const { return n_ > 0; }
@@ -42,7 +42,7 @@ class PlacePredictor {
 
  private:
   PredictionOptions options_;
-  std::array<TimedPose, most_window_samples> samples_;  ///< by time
+  std::array<TimedPose, max_window_samples> samples_;  ///< by time
   std::size_t n_ = 0;
 };
 
@@ -58,7 +58,7 @@ class AnglesPredictor {
 
  private:
   PredictionOptions options_;
-  std::array<TimedAngles, most_window_samples> samples_;
+  std::array<TimedAngles, max_window_samples> samples_;
   std::size_t n_ = 0;
 };
 
@@ -73,7 +73,7 @@ ErrorSummary summary_of(std::vector<double> errors);
 struct PredictionError {
   ErrorSummary held, predicted;
 };
-struct PlacePredictionError {
+struct PosePredictionError {
   PredictionError shift_mm, turn_rad;
 };
 struct AnglesPredictionError {
@@ -83,9 +83,9 @@ struct AnglesPredictionError {
 /// Compares, for each sample, the prediction for `horizon_s` later with the series at that time,
 /// interpolated along the screw or line between samples. Samples too near the end are left out. Times must
 /// ascend.
-PlacePredictionError prediction_error(std::span<const TimedPose> series, double horizon_s,
-                                      const PredictionOptions& options = {});
+PosePredictionError prediction_error(std::span<const TimedPose> series, double horizon_s,
+                                     const PredictionOptions& options = {});
 AnglesPredictionError prediction_error(std::span<const TimedAngles> series, double horizon_s,
                                        const PredictionOptions& options = {});
 
-}  // namespace vrda
+}  // namespace vrda::tracking

@@ -10,14 +10,14 @@
 #include "core/error.hpp"
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::tracking {
 
 /// Position of each marker of a body, by label; nullopt if not visible. mm, tracker's frame.
 using MarkerRow = std::vector<std::optional<Eigen::Vector3d>>;
 using MarkerSpan = std::span<const std::optional<Eigen::Vector3d>>;
 
 /// Largest number of markers of a body.
-inline constexpr Eigen::Index most_markers = 64;
+inline constexpr Eigen::Index max_markers = 64;
 
 /// Positions further from the tracker are treated as not visible.
 inline constexpr double farthest_mm = 1e6;
@@ -44,13 +44,13 @@ MarkerCloud cloud_of(const RigidBody& body, MarkerSpan seen);
 inline constexpr double least_spread_mm = 5.0;
 
 struct BodyOptions {
-  double least_spread_mm = vrda::least_spread_mm;
+  double least_spread_mm = vrda::tracking::least_spread_mm;
   double tolerance_mm = 1e-9;  ///< convergence: largest motion of a marker in an iteration
   int most_iterations = 2000;
   /// Coordinates in the required frame, for three or more markers. Empty: origin at the mean of the
   /// markers, X from the first marker to the second, Y towards the first marker at least half as far from
   /// that line as the furthest.
-  MarkerRow wanted_mm;
+  MarkerRow given_mm;
 };
 
 enum class BuildStatus { converged, iteration_limit };
@@ -64,7 +64,7 @@ struct BuiltBody {
   RigidBody body;
   std::vector<BuiltMarker> markers;
   double residual_rms_mm = 0.0;  ///< over all markers and frames
-  double wanted_rms_mm = 0.0;    ///< RMS distance from the given coordinates; 0 if none
+  double given_rms_mm = 0.0;     ///< RMS distance from the given coordinates; 0 if none
   int n_frames = 0;              ///< used
   int n_refused = 0;             ///< frames with fewer than three markers, or collinear ones
   BuildStatus status = BuildStatus::iteration_limit;
@@ -79,9 +79,9 @@ BuiltBody build_body(const std::vector<MarkerRow>& frames, const std::string& fi
                      const BodyOptions& options = {});
 
 /// A rejected fit, with the marks to repeat.
-class FitRefusal : public InputError {
+class FitError : public InputError {
  public:
-  explicit FitRefusal(Facts facts, std::vector<std::size_t> marks = {})
+  explicit FitError(Facts facts, std::vector<std::size_t> marks = {})
       : InputError(std::move(facts)), marks_(std::move(marks))
   {
   }
@@ -92,4 +92,4 @@ class FitRefusal : public InputError {
   std::vector<std::size_t> marks_;
 };
 
-}  // namespace vrda
+}  // namespace vrda::tracking

@@ -5,7 +5,7 @@
 #include "core/frames.hpp"
 #include "core/trig.hpp"
 
-namespace vrda {
+namespace vrda::tracking {
 namespace {
 
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v)
@@ -104,7 +104,7 @@ Pose between(const Pose& X_start, const Pose& X_end, double s)
   return X_start * X_between;
 }
 
-Pose pose_of(const SixNumbers& numbers)
+Pose pose_of(const PoseParameters& numbers)
 {
   Pose pose = Pose::Identity();
   pose.linear() =
@@ -113,10 +113,10 @@ Pose pose_of(const SixNumbers& numbers)
   return pose;
 }
 
-SixNumbers six_numbers_of(const Pose& pose)
+PoseParameters pose_parameters_of(const Pose& pose)
 {
   const Eigen::Matrix3d R = pose.linear();
-  SixNumbers six;
+  PoseParameters six;
   six.shift_mm = pose.translation();
   const double cos_y = std::sqrt(R(0, 0) * R(0, 0) + R(1, 0) * R(1, 0));
   six.turn_rad.y() = arc_tangent2(-R(2, 0), cos_y);
@@ -131,4 +131,4 @@ SixNumbers six_numbers_of(const Pose& pose)
   return six;
 }
 
-}  // namespace vrda
+}  // namespace vrda::tracking

@@ -3,7 +3,7 @@
 
 #include "core/mesh.hpp"
 
-namespace vrda {
+namespace vrda::tracking {
 
 /// A constant twist over unit time: the velocity of point p is turn.cross(p) + shift.
 struct Screw {
@@ -31,11 +31,11 @@ struct TimedPose {
 };
 
 /// Rotation about the fixed axes x, then y, then z, followed by a translation.
-struct SixNumbers {
+struct PoseParameters {
   Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();
 };
-Pose pose_of(const SixNumbers& numbers);
-SixNumbers six_numbers_of(const Pose& pose);
+Pose pose_of(const PoseParameters& numbers);
+PoseParameters pose_parameters_of(const Pose& pose);
 
-}  // namespace vrda
+}  // namespace vrda::tracking

@@ -4,19 +4,20 @@
 
 #include "virtual_bench/truth.hpp"
 
-namespace vrda {
+namespace vrda::virtual_bench {
 
-const Eye& eye_of(const EyePair& eyes, bool is_right);
+const optics::Eye& eye_of(const optics::EyePair& eyes, bool is_right);
 
 /// Pose of the head with its stage `stage_mm` from the stop.
-Pose X_tracker_eyes(const Calibration& calibration, double stage_mm);
+Pose X_tracker_eyes(const bench_files::Calibration& calibration, double stage_mm);
 
 /// Vertical sides of a rectangle, parallel to the table's Y: x and z on the table.
 struct RectangleSides {
   double left_table_mm = 0.0, right_table_mm = 0.0, z_table_mm = 0.0;
 };
 /// Sides of rectangle `index`, in front of the head with its stage at the stop.
-RectangleSides rectangle_sides(const BenchFile& bench, const VirtualTruth& truth, std::size_t index);
+RectangleSides rectangle_sides(const bench_files::BenchFile& bench, const VirtualTruth& truth,
+                               std::size_t index);
 
 /// Where a point of the table is seen with the stage at its stop; undistorted px.
 Eigen::Vector2d seen_px(const VirtualTruth& truth, bool is_right, const Eigen::Vector3d& p_table_mm);
@@ -30,7 +31,7 @@ Eigen::Vector2d drawn_node_px(const VirtualTruth& truth, bool is_right, const Ei
 
 /// Vertical line x = `value` in undistorted px, drawn through the pre-distortion of `drawing`.
 struct SideLine {
-  Eye drawing;
+  optics::Eye drawing;
   double row_px = 0.0;  ///< y of the principal point
 };
 /// The value at which the eye sees the line on the side at x, z of the table, plus an offset of `off_px` in
@@ -40,7 +41,7 @@ double side_value(const SideLine& line, const VirtualTruth& truth, bool is_right
 
 /// The cross's position (undistorted px of `drawing`) at which the eye sees it on a marker seen at
 /// `seen_px`, plus an offset of `off_px` in the frame buffer.
-Eigen::Vector2d cross_value(const Eye& drawing, const VirtualTruth& truth, bool is_right,
+Eigen::Vector2d cross_value(const optics::Eye& drawing, const VirtualTruth& truth, bool is_right,
                             const Eigen::Vector2d& seen_px, const Eigen::Vector2d& off_px);
 
-}  // namespace vrda
+}  // namespace vrda::virtual_bench

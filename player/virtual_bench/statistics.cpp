@@ -14,9 +14,9 @@
 #include "simulation/draws.hpp"
 #include "tracking/screw.hpp"
 #include "virtual_bench/alignment.hpp"
-#include "virtual_bench/standing.hpp"
+#include "virtual_bench/bench_poses.hpp"
 
-namespace vrda {
+namespace vrda::virtual_bench {
 namespace {
 
 struct NumberResult {
@@ -32,36 +32,36 @@ struct BenchResult {
 };
 
 /// Rounds to 10 mm and whole degrees.
-SixNumbers tape_rounded(const SixNumbers& six)
+tracking::PoseParameters tape_rounded(const tracking::PoseParameters& six)
 {
   constexpr double step_mm = 10.0, step_rad = rad_from_deg(1.0);
   return {(six.shift_mm / step_mm).array().round() * step_mm,
           (six.turn_rad / step_rad).array().round() * step_rad};
 }
 
-void add_numbers(const Calibration& found, const BenchFile& bench, const VirtualTruth& truth,
-                 BenchResult& result)
+void add_numbers(const bench_files::Calibration& found, const bench_files::BenchFile& bench,
+                 const VirtualTruth& truth, BenchResult& result)
 {
   for (const auto& [part, record] : found.records) {
     if (!record.estimate) continue;
-    const Estimate& estimate = *record.estimate;
+    const calibration::Estimate& estimate = *record.estimate;
     const Eigen::VectorXd errors = errors_of(estimate, part, bench, truth);
     for (Eigen::Index k = 0; k < errors.size(); ++k) {
       const auto i = static_cast<std::size_t>(k);
-      result.numbers.push_back(
-          {name_of(part), estimate.names[i], estimate.units[i], errors[k], half_width_95(estimate, k)});
+      result.numbers.push_back({bench_files::name_of(part), estimate.names[i], estimate.units[i], errors[k],
+                                calibration::half_width_95(estimate, k)});
     }
   }
 }
 
-BenchResult result_of(const BenchFile& bench, const VirtualNoise& noise, std::uint64_t seed)
+BenchResult result_of(const bench_files::BenchFile& bench, const VirtualNoise& noise, std::uint64_t seed)
 {
   const VirtualTruth truth = virtual_truth(bench, seed);
-  GuideOptions options;
-  options.parts = parts_of_step("all", bench);
+  calibration_tasks::CalibrationSessionOptions options;
+  options.parts = calibration_tasks::parts_of_step("all", bench);
   options.date = "2000-01-01";
   options.path = "virtual bench " + std::to_string(seed);
-  GuideSession session(bench, nominal_calibration(bench), options);
+  calibration_tasks::CalibrationSession session(bench, bench_files::nominal_calibration(bench), options);
   VirtualOperator hand(bench, truth, noise);
   while (session.task() != nullptr) hand.do_task(session);
   BenchResult result;
@@ -95,17 +95,17 @@ void add_bench(const BenchResult& result, VirtualStatistics& statistics)
 
 }  // namespace
 
-Calibration uncalibrated(const BenchFile& bench, const VirtualTruth& truth)
+bench_files::Calibration uncalibrated(const bench_files::BenchFile& bench, const VirtualTruth& truth)
 {
-  Calibration calibration = truth.calibration;
-  const Calibration nominal = nominal_calibration(bench);
+  bench_files::Calibration calibration = truth.calibration;
+  const bench_files::Calibration nominal = bench_files::nominal_calibration(bench);
   calibration.eyes = nominal.eyes;
   calibration.X_table_eyes = tape_rounded(truth.calibration.X_table_eyes);
   calibration.X_headbody_eyes = tape_rounded(truth.calibration.X_headbody_eyes);
   return calibration;
 }
 
-VirtualStatistics virtual_statistics(const BenchFile& bench, const VirtualNoise& noise,
+VirtualStatistics virtual_statistics(const bench_files::BenchFile& bench, const VirtualNoise& noise,
                                      std::uint64_t first_seed, int n_benches, int n_threads)
 {
   std::vector<BenchResult> results(static_cast<std::size_t>(std::max(0, n_benches)));
@@ -139,7 +139,7 @@ namespace {
 
 double true_number_of_eye(const VirtualTruth& truth, bool is_right, std::string_view name)
 {
-  const Eye& eye = eye_of(truth.calibration.eyes, is_right);
+  const optics::Eye& eye = eye_of(truth.calibration.eyes, is_right);
   const VirtualTruth::Edges& edges = truth.edges_px[is_right ? 1 : 0];
   if (name == "edge_left") return edges.left;
   if (name == "edge_right") return edges.right;
@@ -154,13 +154,13 @@ double true_number_of_eye(const VirtualTruth& truth, bool is_right, std::string_
   if (name == "sight_y") return eye.sight_px.y();
   if (name == "distance") return eye.distance_px;
   check(name == "depth", "no true value for a parameter of an eye");
-  return (pose_of(truth.calibration.X_table_eyes) * eye.position_head_mm).z() -
+  return (tracking::pose_of(truth.calibration.X_table_eyes) * eye.position_head_mm).z() -
          truth.reference_plane_table_mm;
 }
 
 double true_number(const VirtualTruth& truth, const std::string& name)
 {
-  const Calibration& c = truth.calibration;
+  const bench_files::Calibration& c = truth.calibration;
   const Eigen::Vector3d apart_mm = c.eyes.right.position_head_mm - c.eyes.left.position_head_mm;
   if (name.starts_with("left.")) return true_number_of_eye(truth, false, std::string_view(name).substr(5));
   if (name.starts_with("right.")) return true_number_of_eye(truth, true, std::string_view(name).substr(6));
@@ -175,28 +175,31 @@ double true_number(const VirtualTruth& truth, const std::string& name)
 }
 
 /// nullptr if the name is not that of a pose.
-const SixNumbers* true_pose(const VirtualTruth& truth, const std::string& name)
+const tracking::PoseParameters* true_pose(const VirtualTruth& truth, const std::string& name)
 {
-  const Calibration& c = truth.calibration;
+  const bench_files::Calibration& c = truth.calibration;
   if (name == "table") return &c.X_tracker_table;
   if (name == "eyes") return &c.X_table_eyes;
   if (name == "head") return &c.X_headbody_eyes;
-  for (const BodyRole role : {BodyRole::leg, BodyRole::femur, BodyRole::tibia}) {
-    if (name == name_of(role)) return &c.X_body_model[static_cast<std::size_t>(role)];
+  for (const bench_files::BodyRole role :
+       {bench_files::BodyRole::leg, bench_files::BodyRole::femur, bench_files::BodyRole::tibia}) {
+    if (name == bench_files::name_of(role)) return &c.X_body_model[static_cast<std::size_t>(role)];
   }
   return nullptr;
 }
 
 /// mm and degrees: translation error, and rotation error about the fixed axes.
-Eigen::Matrix<double, 6, 1> pose_error(const Eigen::Matrix<double, 6, 1>& found, const SixNumbers& truth)
+Eigen::Matrix<double, 6, 1> pose_error(const Eigen::Matrix<double, 6, 1>& found,
+                                       const tracking::PoseParameters& truth)
 {
-  SixNumbers six;
+  tracking::PoseParameters six;
   six.shift_mm = found.head<3>();
   six.turn_rad = found.tail<3>() * rad_from_deg(1.0);
-  const Eigen::Matrix3d R_wanted = pose_of(truth).linear() * pose_of(six).linear().transpose();
+  const Eigen::Matrix3d R_wanted =
+      tracking::pose_of(truth).linear() * tracking::pose_of(six).linear().transpose();
   Eigen::Matrix<double, 6, 1> error;
   error.head<3>() = six.shift_mm - truth.shift_mm;
-  error.tail<3>() = -turn_of(R_wanted) / rad_from_deg(1.0);
+  error.tail<3>() = -tracking::turn_of(R_wanted) / rad_from_deg(1.0);
   return error;
 }
 
@@ -206,30 +209,31 @@ struct Moment {
 };
 
 /// Poses found with a calibration, from tracker and encoder.
-Moment found_moment(const Calibration& found, const BenchFile& bench, const Standing& standing,
-                    const Pose& X_tracker_body_seen, const Pose& X_tracker_headbody_seen)
+Moment found_moment(const bench_files::Calibration& found, const bench_files::BenchFile& bench,
+                    const BenchPoses& standing, const Pose& X_tracker_body_seen,
+                    const Pose& X_tracker_headbody_seen)
 {
   Moment moment;
   moment.X_tracker_body = X_tracker_body_seen;
   const double stage_mm = std::round(standing.stage_mm / bench.stage_mm_per_count) * bench.stage_mm_per_count;
-  moment.X_tracker_eyes = bench.head == HeadKind::stage
+  moment.X_tracker_eyes = bench.head == bench_files::HeadKind::stage
                               ? X_tracker_eyes(found, stage_mm)
-                              : X_tracker_headbody_seen * pose_of(found.X_headbody_eyes);
+                              : X_tracker_headbody_seen * tracking::pose_of(found.X_headbody_eyes);
   return moment;
 }
 
 /// Direction of what is seen at `px`, in the eye's axes.
-Eigen::Vector3d ray(const Eye& eye, const Eigen::Vector2d& px)
+Eigen::Vector3d ray(const optics::Eye& eye, const Eigen::Vector2d& px)
 {
   const Eigen::Vector2d off = (px - eye.sight_px) / eye.distance_px;
   return Eigen::Vector3d(off.x(), -off.y() * eye.pixel_aspect, -1.0).normalized();
 }
 
-TargetError error_for_eye(const Eye& found_eye, const Eigen::Vector3d& p_found_eyes_mm, const Eye& true_eye,
-                          const Eigen::Vector3d& p_true_eyes_mm)
+TargetError error_for_eye(const optics::Eye& found_eye, const Eigen::Vector3d& p_found_eyes_mm,
+                          const optics::Eye& true_eye, const Eigen::Vector3d& p_true_eyes_mm)
 {
-  const Eigen::Vector2d drawn = drawn_px(found_eye, p_found_eyes_mm);
-  const Eigen::Vector3d seen = ray(true_eye, shown_px(true_eye.distortion, drawn));
+  const Eigen::Vector2d drawn = optics::drawn_px(found_eye, p_found_eyes_mm);
+  const Eigen::Vector3d seen = ray(true_eye, optics::shown_px(true_eye.distortion, drawn));
   const Eigen::Vector3d wanted = p_true_eyes_mm - true_eye.position_head_mm;
   const double angle_rad =
       arc_tangent2(seen.cross(wanted.normalized()).norm(), seen.dot(wanted.normalized()));
@@ -238,15 +242,16 @@ TargetError error_for_eye(const Eye& found_eye, const Eigen::Vector3d& p_found_e
 
 }  // namespace
 
-Eigen::VectorXd errors_of(const Estimate& estimate, CalibrationPart /*part*/, const BenchFile& /*bench*/,
-                          const VirtualTruth& truth)
+Eigen::VectorXd errors_of(const calibration::Estimate& estimate, bench_files::CalibrationPart /*part*/,
+                          const bench_files::BenchFile& /*bench*/, const VirtualTruth& truth)
 {
   Eigen::VectorXd errors(estimate.values.size());
   Eigen::Index k = 0;
   while (k < errors.size()) {
     const std::string& name = estimate.names[static_cast<std::size_t>(k)];
     const std::size_t dot = name.find(".shift_x");
-    const SixNumbers* place = dot == std::string::npos ? nullptr : true_pose(truth, name.substr(0, dot));
+    const tracking::PoseParameters* place =
+        dot == std::string::npos ? nullptr : true_pose(truth, name.substr(0, dot));
     if (place) {
       errors.segment<6>(k) = pose_error(estimate.values.segment<6>(k), *place);
       k += 6;
@@ -258,22 +263,23 @@ Eigen::VectorXd errors_of(const Estimate& estimate, CalibrationPart /*part*/, co
   return errors;
 }
 
-std::vector<TargetError> target_errors(const Calibration& found, const BenchFile& bench,
-                                       const VirtualTruth& truth, const VirtualNoise& noise,
-                                       std::uint64_t index)
+std::vector<TargetError> target_errors(const bench_files::Calibration& found,
+                                       const bench_files::BenchFile& bench, const VirtualTruth& truth,
+                                       const VirtualNoise& noise, std::uint64_t index)
 {
   // Distinct from the indices of the procedure itself.
   constexpr std::uint64_t first = 1ULL << 32U;
-  Draws draws(truth.seed, DrawFor::virtual_tracker, first + index);
-  const BodyRole role = bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur;
-  const auto model_of = [&](const Calibration& c) {
-    return pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
+  simulation::RandomSequence draws(truth.seed, simulation::RandomPurpose::virtual_tracker, first + index);
+  const bench_files::BodyRole role =
+      bench.leg == bench_files::LegKind::rigid ? bench_files::BodyRole::leg : bench_files::BodyRole::femur;
+  const auto model_of = [&](const bench_files::Calibration& c) {
+    return tracking::pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
   };
-  const Calibration& real = truth.calibration;
+  const bench_files::Calibration& real = truth.calibration;
   const Pose X_table_model =
-      pose_of(real.X_tracker_table).inverse() * X_tracker_body(truth, role) * model_of(real);
-  Standing standing = at_rest(truth);
-  if (bench.head == HeadKind::stage) {
+      tracking::pose_of(real.X_tracker_table).inverse() * X_tracker_body(truth, role) * model_of(real);
+  BenchPoses standing = resting_poses(truth);
+  if (bench.head == bench_files::HeadKind::stage) {
     // Near the position from which the knee is straight ahead.
     constexpr double about_mm = 50.0;
     standing.stage_mm = X_table_model.translation().x() - real.X_table_eyes.shift_mm.x() +
@@ -304,4 +310,4 @@ std::vector<TargetError> target_errors(const Calibration& found, const BenchFile
   return errors;
 }
 
-}  // namespace vrda
+}  // namespace vrda::virtual_bench

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <string>
 
+#include "bench_files/calibration.hpp"
 #include "calibration/distortion_fit.hpp"
-#include "setup/calibration.hpp"
 
-namespace vrda {
+namespace vrda::virtual_bench {
 
 struct VirtualNoise {
   double alignment_px = 0.5;  ///< of each coordinate of an aligned position
@@ -22,7 +22,7 @@ struct VirtualNoise {
 struct VirtualTruth {
   std::uint64_t seed = 1;
   /// True eyes (their `visible` is rounded from `edges_px` to whole pixels), poses and scale.
-  Calibration calibration;
+  bench_files::Calibration calibration;
   struct Edges {
     double left = 0, right = 0, top = 0, bottom = 0;
   };
@@ -32,7 +32,7 @@ struct VirtualTruth {
   double z_rail_above_mm = 0.0;           ///< y on the table where the z rail crosses the x rail
   double reference_plane_table_mm = 0.0;  ///< z of the first rectangle on the table
   double grid_depth_mm = 800.0, grid_spacing_mm = 40.0;
-  std::array<GridPlace, 2> grids;  ///< where each eye sees the grid
+  std::array<calibration::GridPose, 2> grids;  ///< where each eye sees the grid
   Eigen::Vector3d tip_probe_mm = Eigen::Vector3d::Zero();
   Pose X_tracker_leg = Pose::Identity();    ///< of the leg's (femur's) body, at rest
   Pose X_tracker_shank = Pose::Identity();  ///< of the tibia's body
@@ -41,9 +41,9 @@ struct VirtualTruth {
 
 /// Equal seeds give equal benches. Quantities that the bench file gives with a standard deviation
 /// (alignment_sd_deg, sight_sd_px, eye_height_sd_mm) are drawn with it.
-VirtualTruth virtual_truth(const BenchFile& bench, std::uint64_t seed);
+VirtualTruth virtual_truth(const bench_files::BenchFile& bench, std::uint64_t seed);
 
 /// Built-in bench file for `calibrate --virtual` without --bench.
-const std::string& virtual_bench_text(HeadKind head = HeadKind::stage);
+const std::string& virtual_bench_text(bench_files::HeadKind head = bench_files::HeadKind::stage);
 
-}  // namespace vrda
+}  // namespace vrda::virtual_bench

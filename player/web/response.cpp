@@ -9,7 +9,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
+namespace vrda::web {
 
 std::string random_token()
 {
@@ -192,4 +192,4 @@ Response request_timeout()
   return text_response(408, "found no complete request within the time limit");
 }
 
-}  // namespace vrda
+}  // namespace vrda::web

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace vrda {
+namespace vrda::web {
 
 /// 128 random bits of the kernel as 32 hexadecimal digits.
 std::string random_token();
@@ -59,4 +59,4 @@ Response response_to(const Request& request, const Site& site);
 Response bad_request();
 Response request_timeout();
 
-}  // namespace vrda
+}  // namespace vrda::web

@@ -28,7 +28,7 @@
 
 extern char** environ;
 
-namespace vrda {
+namespace vrda::web {
 namespace {
 
 namespace asio = boost::asio;
@@ -333,19 +333,19 @@ class Server {
 void serve_web(const WebOptions& options, std::ostream& data, std::ostream& talk)
 {
   // Reports an invalid file before the page is opened.
-  read_motion_model(options.file);
+  store::read_motion_model(options.file);
   Server server(options);
   const std::string address = server.address();
   data << address << std::endl;
   if (!options.is_quiet)
     talk << options.file << ": open the address above in a browser; Ctrl-C quits" << std::endl;
-  std::optional<BrowserVisit> visit;
-  if (options.is_open) visit.emplace(address);
-  if (visit && !visit->has_begun()) talk << "no browser found: open " << address << std::endl;
+  std::optional<BrowserLaunch> visit;
+  if (options.opens_browser) visit.emplace(address);
+  if (visit && !visit->is_started()) talk << "no browser found: open " << address << std::endl;
   server.run();
 }
 
-BrowserVisit::BrowserVisit(const std::string& address)
+BrowserLaunch::BrowserLaunch(const std::string& address)
 {
   constexpr std::string_view ending = ".html";
   std::error_code error;
@@ -367,9 +367,9 @@ BrowserVisit::BrowserVisit(const std::string& address)
   has_begun_ = posix_spawnp(&pid, program.c_str(), nullptr, nullptr, arguments, environ) == 0;
 }
 
-BrowserVisit::~BrowserVisit()
+BrowserLaunch::~BrowserLaunch()
 {
   unlink(file_.c_str());
 }
 
-}  // namespace vrda
+}  // namespace vrda::web

@@ -4,12 +4,12 @@
 #include <iosfwd>
 #include <string>
 
-namespace vrda {
+namespace vrda::web {
 
 struct WebOptions {
   std::string file;
-  int port = 0;          ///< 0: any free port
-  bool is_open = false;  ///< open the page in the default browser
+  int port = 0;                ///< 0: any free port
+  bool opens_browser = false;  ///< open the page in the default browser
   bool is_quiet = false;
 };
 
@@ -20,18 +20,18 @@ void serve_web(const WebOptions& options, std::ostream& data, std::ostream& talk
 
 /// Opens the browser with a private temporary file that redirects to the address, since command lines are
 /// visible to all users of the machine. The destructor removes the file.
-class BrowserVisit {
+class BrowserLaunch {
  public:
-  explicit BrowserVisit(const std::string& address);
-  ~BrowserVisit();
-  BrowserVisit(const BrowserVisit&) = delete;
-  BrowserVisit& operator=(const BrowserVisit&) = delete;
+  explicit BrowserLaunch(const std::string& address);
+  ~BrowserLaunch();
+  BrowserLaunch(const BrowserLaunch&) = delete;
+  BrowserLaunch& operator=(const BrowserLaunch&) = delete;
   /// False if the file cannot be written or xdg-open is missing.
-  bool has_begun() const { return has_begun_; }
+  bool is_started() const { return has_begun_; }
 
  private:
   std::string file_;
   bool has_begun_ = false;
 };
 
-}  // namespace vrda
+}  // namespace vrda::web

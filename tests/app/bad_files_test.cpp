@@ -5,7 +5,7 @@
 
 #include "app/scenes.hpp"
 #include "store/motion_model_file.hpp"
-#include "support/absurd_models.hpp"
+#include "support/oversized_models.hpp"
 
 namespace vrda::bad_files_test {
 
@@ -206,7 +206,7 @@ TEST_F(BadFiles, AClosedStandardOutputNeverEndsUpInAFile)
       with_output("run '" + job_.string() + "' -o '" + output_.string() + "' --quiet", "<&- >&-");
   EXPECT_EQ(ended.exit_code, 2);
   EXPECT_THAT(ended.err, HasSubstr("standard output"));
-  EXPECT_THAT(validate_hdf5(output_.string()), testing::IsEmpty());
+  EXPECT_THAT(store::validate_hdf5(output_.string()), testing::IsEmpty());
 }
 
 TEST_F(BadFiles, OutputsWithoutRoomAreNamed)

@@ -213,7 +213,7 @@ TEST_F(BadInput, AWrongUnitIsRefusedAtOnce)
 TEST_F(BadInput, AJournalOfAnotherJobIsKeptUntilFresh)
 {
   const fs::path journal = output_.string() + ".journal";
-  JournalWriter::create(journal.string(), std::string(64, 'a')).close();
+  journal::JournalWriter::create(journal.string(), std::string(64, 'a')).close();
   const std::string before = test::read_bytes(journal);
   expect_refused({"out.h5.journal", std::string(64, 'a'), "wanted", "--fresh"});
   EXPECT_EQ(test::read_bytes(journal), before);

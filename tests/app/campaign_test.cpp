@@ -280,7 +280,7 @@ TEST(Index, OneAtATime)
                 .exit_code,
             0);
   fs::remove(table);
-  auto lock = OutputLock::take((folder / "index.h5").string(), "vrda index", {});
+  auto lock = OutputLock::acquire((folder / "index.h5").string(), "vrda index", {});
   test::Process second(test::vrda({"index", folder.string()}));
   while (second.is_running() && second.said().find("waiting for vrda index, process") == std::string::npos)
     usleep(2000);

@@ -196,7 +196,7 @@ TEST(Commands, InfoTellsHowAnEquilibriumHolds)
 {
   const test::Scratch scratch;
   const std::string file = (scratch.path() / "knee.h5").string();
-  write_motion_model(file, test::sample_model({4, 3, true, false, true, true, 5, 2}));
+  store::write_motion_model(file, test::sample_model({4, 3, true, false, true, true, 5, 2}));
   const test::Ended info = test::run_vrda({"info", file});
   EXPECT_EQ(info.exit_code, 0);
   EXPECT_THAT(info.out, HasSubstr("worst gap -1.1e-05 mm, largest balance residual 0.0012 N, 5 fibres\n"));
@@ -208,13 +208,14 @@ TEST(Commands, InfoTellsHowAnEquilibriumHolds)
   EXPECT_EQ(json.at("equilibrium").at("flexions_with_several_optima"), 1);
   EXPECT_EQ(test::run_vrda({"validate", file}).exit_code, 0);
 
-  write_motion_model(file, with_pending_cells(test::sample_model({4, 3, false, false, true, true, 0, 0})));
+  store::write_motion_model(
+      file, store::with_pending_cells(test::sample_model({4, 3, false, false, true, true, 0, 0})));
   const auto pending = nlohmann::json::parse(test::run_vrda({"info", file, "--json"}).out);
   EXPECT_TRUE(pending.at("equilibrium").at("worst_gap_mm").is_null());
   EXPECT_TRUE(pending.at("equilibrium").at("largest_share").at("lateral").is_null());
   EXPECT_EQ(test::run_vrda({"info", file}).exit_code, 0);
 
-  write_motion_model(file, test::sample_model());
+  store::write_motion_model(file, test::sample_model());
   const auto search = nlohmann::json::parse(test::run_vrda({"info", file, "--json"}).out);
   EXPECT_TRUE(search.at("equilibrium").is_null());
   EXPECT_EQ(search.at("fibres"), 0);
@@ -257,7 +258,7 @@ TEST(Commands, InfoOfFreeVarusTellsWhatWasFound)
   const auto grid = nlohmann::json::parse(test::run_vrda({"info", output, "--json"}).out).at("grid");
   EXPECT_TRUE(grid.at("varus_deg").is_null());
   EXPECT_EQ(grid.at("varus_is_free"), true);
-  const MotionModel model = read_motion_model(output);
+  const store::MotionModel model = store::read_motion_model(output);
   EXPECT_EQ(grid.at("varus_found_deg").at("min"), model.varus_solved_deg.minCoeff());
   EXPECT_EQ(grid.at("varus_found_deg").at("max"), model.varus_solved_deg.maxCoeff());
 }
@@ -267,9 +268,9 @@ TEST(Commands, ValidateListsWhatIsWrongWhere)
   const test::Scratch scratch;
   const std::string output = (scratch.path() / "small.h5").string();
   ASSERT_EQ(test::run_vrda({"run", test::small_job(scratch).string(), "-o", output}).exit_code, 0);
-  MotionModel model = read_motion_model(output);
+  store::MotionModel model = store::read_motion_model(output);
   model.tx_mm(0, 0) = std::numeric_limits<double>::quiet_NaN();
-  write_motion_model(output, model);
+  store::write_motion_model(output, model);
   const test::Ended ended = test::run_vrda({"validate", output});
   EXPECT_EQ(ended.exit_code, 2);
   EXPECT_THAT(ended.out, HasSubstr("/tx"));

@@ -19,10 +19,10 @@ using testing::Not;
 
 TEST(DegreesOf, ReadsRangesAndLists)
 {
-  EXPECT_THAT(degrees_of("3"), ElementsAre(3));
-  EXPECT_THAT(degrees_of("1..4"), ElementsAre(1, 2, 3, 4));
-  EXPECT_THAT(degrees_of("6,2,4,2"), ElementsAre(2, 4, 6));
-  EXPECT_THAT(degrees_of("0..1,20"), ElementsAre(0, 1, 20));
+  EXPECT_THAT(app::parse_degrees("3"), ElementsAre(3));
+  EXPECT_THAT(app::parse_degrees("1..4"), ElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(app::parse_degrees("6,2,4,2"), ElementsAre(2, 4, 6));
+  EXPECT_THAT(app::parse_degrees("0..1,20"), ElementsAre(0, 1, 20));
 }
 
 TEST(DegreesOf, RefusesWhatIsNone)
@@ -30,7 +30,7 @@ TEST(DegreesOf, RefusesWhatIsNone)
   for (const std::string text :
        {"", ",", "1,", "4..2", "1..", "..3", "21", "-1", "1..21", "six", "1...3", "1 2", "2.5"}) {
     SCOPED_TRACE(text);
-    const InputError::Facts facts = test::input_error([&] { degrees_of(text); });
+    const InputError::Facts facts = test::input_error([&] { app::parse_degrees(text); });
     EXPECT_EQ(facts.field, "--degrees");
     EXPECT_EQ(facts.found, "\"" + text + "\"");
     EXPECT_EQ(facts.wanted, "degrees from 0 to 20 as a range or a list: 1..12 or 2,4,6");
@@ -139,9 +139,9 @@ TEST(SmoothCommand, RobustIsStoredAndStays)
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_EQ(nlohmann::json::parse(ended.out).at("robust"), true);
   const std::string once = test::sha256_of_file(knee.file);
-  const MotionModel model = read_motion_model(knee.file);
+  const store::MotionModel model = store::read_motion_model(knee.file);
   const auto set = std::find_if(model.smoothed.begin(), model.smoothed.end(),
-                                [](const SmoothedSet& other) { return other.degree == 3; });
+                                [](const store::SmoothedSet& other) { return other.degree == 3; });
   ASSERT_NE(set, model.smoothed.end());
   EXPECT_TRUE(set->is_robust);
   EXPECT_EQ(smooth().out, ended.out);

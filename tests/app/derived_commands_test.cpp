@@ -16,7 +16,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 // Rounding of a gap that is measured again with another order of summation.
-constexpr double margin_mm = 2.0 * contact_margin_mm;
+constexpr double margin_mm = 2.0 * audit::contact_margin_mm;
 
 class DerivedCommands : public testing::Test {
  protected:
@@ -55,7 +55,7 @@ class DerivedCommands : public testing::Test {
 
 TEST_F(DerivedCommands, ARunRecontactsWhatItSmoothsUnlessToldNotTo)
 {
-  const MotionModel model = read_motion_model(file_);
+  const store::MotionModel model = store::read_motion_model(file_);
   ASSERT_EQ(model.smoothed.size(), 1u);
   EXPECT_TRUE(model.smoothed.front().recontact_mm.has_value());
   EXPECT_FALSE(model.smoothed.front().is_robust);
@@ -64,7 +64,7 @@ TEST_F(DerivedCommands, ARunRecontactsWhatItSmoothsUnlessToldNotTo)
   const test::Ended ended =
       run({"run", job, "-o", plain, "--set", "smooth.recontact=false", "--set", "smooth.robust=true"});
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  const MotionModel other = read_motion_model(plain);
+  const store::MotionModel other = store::read_motion_model(plain);
   EXPECT_FALSE(other.smoothed.front().recontact_mm.has_value());
   EXPECT_TRUE(other.smoothed.front().is_robust);
 }
@@ -92,7 +92,7 @@ TEST_F(DerivedCommands, RecontactLeavesNoOverlapAndTheMarginAtTheAttitudes)
   ASSERT_EQ(fine.size(), 1u);
   EXPECT_EQ(fine[0].at("attitudes"), 19 * 13);
   EXPECT_GT(fine[0].at("largest_gap").at("mm").get<double>(), margin_mm);
-  const MotionModel model = read_motion_model(file_);
+  const store::MotionModel model = store::read_motion_model(file_);
   ASSERT_EQ(model.audits.size(), 4u);  // the last of the two grids of that set
   EXPECT_EQ(model.audits[1].name, "degree_2_recontacted");
   EXPECT_EQ(model.audits[1].refine, 3);
@@ -135,16 +135,16 @@ TEST_F(DerivedCommands, SmoothReplacesItsDegreeAndDropsAuditsOfWhatChanged)
   EXPECT_EQ(same.at("surfaces").size(), 4u);
   EXPECT_EQ(same.at("surfaces").at("ty").at("cells"), 35);
   EXPECT_EQ(same.at("recontact").at("without_contact"), 0);
-  EXPECT_EQ(read_motion_model(file_).audits.size(), 4u);
+  EXPECT_EQ(store::read_motion_model(file_).audits.size(), 4u);
 
   EXPECT_TRUE(json_of({"smooth", file_, "--degree", "3"}).at("recontact").is_null());
-  EXPECT_EQ(read_motion_model(file_).audits.size(), 4u);
-  EXPECT_EQ(read_motion_model(file_).smoothed.size(), 2u);
+  EXPECT_EQ(store::read_motion_model(file_).audits.size(), 4u);
+  EXPECT_EQ(store::read_motion_model(file_).smoothed.size(), 2u);
 
   const test::Ended ended = run({"smooth", file_, "--degree", "2"});
   EXPECT_THAT(ended.err, HasSubstr("dropped /audit/degree_2_recontacted"));
   EXPECT_THAT(ended.out, HasSubstr("smoothed, degree 2: 6 terms"));
-  const MotionModel model = read_motion_model(file_);
+  const store::MotionModel model = store::read_motion_model(file_);
   EXPECT_FALSE(model.smoothed.front().recontact_mm.has_value());
   ASSERT_EQ(model.audits.size(), 3u);
   EXPECT_EQ(model.audits.front().name, "degree_2");
@@ -160,13 +160,13 @@ TEST_F(DerivedCommands, WhatCannotBeDoneIsOneLineAndChangesNothing)
     SCOPED_TRACE(command);
     std::vector<std::string> words{command, file_};
     if (command == "smooth") words.insert(words.end(), {"--degree", "2"});
-    const MotionModel model = read_motion_model(file_);
-    write_motion_model(file_, with_pending_cells(model));
+    const store::MotionModel model = store::read_motion_model(file_);
+    store::write_motion_model(file_, store::with_pending_cells(model));
     expect_refused(words, {"/status", "35 attitudes: 35 pending", "at least one stable attitude"});
-    write_motion_model(file_, model);
+    store::write_motion_model(file_, model);
     fs::resize_file(file_, fs::file_size(file_) / 2);
     expect_refused(words, {file_});
-    write_motion_model(file_, model);
+    store::write_motion_model(file_, model);
   }
 }
 

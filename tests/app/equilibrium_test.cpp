@@ -8,7 +8,7 @@
 
 #include "app/scenes.hpp"
 #include "audit/audit.hpp"
-#include "run/summary.hpp"
+#include "job_run/summary.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda::equilibrium_test {
@@ -27,15 +27,15 @@ std::vector<std::string> words(const fs::path& job, const fs::path& output,
   return all;
 }
 
-MotionModel solved(const test::Scratch& scratch, const fs::path& job,
-                   const std::vector<std::string>& more = {})
+store::MotionModel solved(const test::Scratch& scratch, const fs::path& job,
+                          const std::vector<std::string>& more = {})
 {
   static int n = 0;
   const fs::path output = scratch.path() / ("solved_" + std::to_string(n++) + ".h5");
   const test::Ended ended = test::run_vrda(words(job, output, more));
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_THAT(validate_hdf5(output.string()), IsEmpty());
-  return read_motion_model(output.string());
+  EXPECT_THAT(store::validate_hdf5(output.string()), IsEmpty());
+  return store::read_motion_model(output.string());
 }
 
 const std::vector<std::string> free_varus{"--set", "grid.varus=free"};
@@ -46,10 +46,10 @@ constexpr double touch_mm = 5e-4;
 TEST(EquilibriumRun, WithVarusFreeBothSidesTouchAndShareThePush)
 {
   const test::Scratch scratch;
-  const MotionModel model = solved(scratch, test::small_knee_job(scratch, "right"), free_varus);
+  const store::MotionModel model = solved(scratch, test::small_knee_job(scratch, "right"), free_varus);
   ASSERT_EQ(model.status.cols(), 1);
   EXPECT_EQ(model.varus_deg, std::vector<double>{0.0});
-  EXPECT_EQ(unsolved_fraction(model), 0.0) << status_line(model);
+  EXPECT_EQ(job_run::unsolved_fraction(model), 0.0) << job_run::status_line(model);
   ASSERT_TRUE(model.equilibrium);
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
     SCOPED_TRACE(i);
@@ -66,7 +66,7 @@ TEST(EquilibriumRun, WithVarusFreeBothSidesTouchAndShareThePush)
     const double borne_n = -model.equilibrium->force_medial_n[y] - model.equilibrium->force_lateral_n[y];
     EXPECT_NEAR(borne_n, 20.0, 0.01 * 20.0);
   }
-  const AuditFigures measured = figures_of(audit(model, "raw", 1, 1));
+  const audit::AuditFigures measured = audit::figures_of(audit::audit(model, "raw", 1, 1));
   EXPECT_EQ(measured.n_overlapping, 0);
   EXPECT_EQ(measured.n_nothing_ahead, 0);
   EXPECT_LE(measured.largest_gap.value_mm, touch_mm);
@@ -75,8 +75,8 @@ TEST(EquilibriumRun, WithVarusFreeBothSidesTouchAndShareThePush)
 TEST(EquilibriumRun, AMirroredKneeGivesTheSameClinicalNumbersToTheLastBit)
 {
   const test::Scratch scratch;
-  const MotionModel right = solved(scratch, test::small_knee_job(scratch, "right"), free_varus);
-  const MotionModel left = solved(scratch, test::small_knee_job(scratch, "left"), free_varus);
+  const store::MotionModel right = solved(scratch, test::small_knee_job(scratch, "right"), free_varus);
+  const store::MotionModel left = solved(scratch, test::small_knee_job(scratch, "left"), free_varus);
   EXPECT_TRUE((right.varus_solved_deg == left.varus_solved_deg).all());
   EXPECT_TRUE((right.clinical.internal_rotation_deg == left.clinical.internal_rotation_deg).all());
   EXPECT_TRUE((right.clinical.varus_deg == left.clinical.varus_deg).all());
@@ -89,14 +89,14 @@ TEST(EquilibriumRun, OverTheGridItGoesAsFarAlongDeltaAsTheSearch)
 {
   const test::Scratch scratch;
   const fs::path job = test::small_knee_job(scratch, "right");
-  const MotionModel exact = solved(scratch, job);
-  const MotionModel searched = solved(scratch, job, {"--set", "solver.method=stability-search"});
+  const store::MotionModel exact = solved(scratch, job);
+  const store::MotionModel searched = solved(scratch, job, {"--set", "solver.method=stability-search"});
   EXPECT_FALSE(searched.equilibrium);
-  EXPECT_EQ(unsolved_fraction(exact), 0.0) << status_line(exact);
+  EXPECT_EQ(job_run::unsolved_fraction(exact), 0.0) << job_run::status_line(exact);
   const double resolution_mm = searched.contact_resolution_mm;
   EXPECT_TRUE((exact.ty_mm >= searched.ty_mm - resolution_mm).all())
       << (exact.ty_mm - searched.ty_mm).minCoeff();
-  const AuditFigures measured = figures_of(audit(exact, "raw", 1, 1));
+  const audit::AuditFigures measured = audit::figures_of(audit::audit(exact, "raw", 1, 1));
   EXPECT_EQ(measured.n_overlapping, 0);
   EXPECT_EQ(measured.n_nothing_ahead, 0);
   EXPECT_LE(measured.largest_gap.value_mm, touch_mm);
@@ -148,10 +148,10 @@ TEST(EquilibriumRun, APushThatTurnsOverFlexionIsOneDirectionAtEach)
   };
   for (const std::string method : {"equilibrium", "stability-search"}) {
     SCOPED_TRACE(method);
-    const MotionModel turning = solve(method, table, {});
+    const store::MotionModel turning = solve(method, table, {});
     ASSERT_EQ(turning.push.delta.rows(), 3);
     EXPECT_EQ(turning.delta, Eigen::Vector3d::UnitY());
-    const AuditFigures measured = figures_of(audit(turning, "raw", 1, 1));
+    const audit::AuditFigures measured = audit::figures_of(audit::audit(turning, "raw", 1, 1));
     EXPECT_EQ(measured.n_overlapping, 0);
     EXPECT_EQ(measured.n_nothing_ahead, 0);
     EXPECT_LE(measured.largest_gap.value_mm, turning.contact_resolution_mm);
@@ -160,11 +160,11 @@ TEST(EquilibriumRun, APushThatTurnsOverFlexionIsOneDirectionAtEach)
       const std::string flexion = std::to_string(2 * i);
       const std::vector<std::string> row{
           "--set", "grid.flexion={ from = " + flexion + ", to = " + flexion + ", step = 1 }"};
-      const MotionModel of_table = solve(method, table, row);
-      const MotionModel of_one = solve(method, digits(turning.push.delta.row(i)), row);
+      const store::MotionModel of_table = solve(method, table, row);
+      const store::MotionModel of_one = solve(method, digits(turning.push.delta.row(i)), row);
       EXPECT_TRUE((of_table.status == of_one.status).all());
       EXPECT_GT((of_table.status == 0).count(), 3);
-      const auto differs = [](const GridD& a, const GridD& b) {
+      const auto differs = [](const store::GridD& a, const store::GridD& b) {
         return (a - b).isNaN().select(0.0, (a - b).abs()).maxCoeff();
       };
       EXPECT_LT(differs(of_table.tx_mm, of_one.tx_mm), rounding_mm);
@@ -180,8 +180,8 @@ TEST(EquilibriumRun, ASidewaysLoadMovesTheJointItsOwnWayOnBothSides)
   std::vector<double> shift_mm;
   for (const std::string side : {"right", "left"}) {
     const fs::path job = test::small_knee_job(scratch, side);
-    const MotionModel plain = solved(scratch, job);
-    const MotionModel pushed = solved(scratch, job, {"--set", "push.lateral_force_n=[8, 0]"});
+    const store::MotionModel plain = solved(scratch, job);
+    const store::MotionModel pushed = solved(scratch, job, {"--set", "push.lateral_force_n=[8, 0]"});
     EXPECT_GT((pushed.tx_mm - plain.tx_mm).mean(), 0.1) << side;
     EXPECT_EQ(pushed.push.force_n.row(0), Eigen::RowVector3d(8, 20, 0));
     shift_mm.push_back((pushed.tx_mm - plain.tx_mm).mean());

@@ -18,7 +18,7 @@ using testing::StartsWith;
 /// The sample model has 4 flexions, 3 varus and one failed cell next to the spine.
 class Export : public testing::Test {
  protected:
-  Export() { write_motion_model(file_, test::sample_model({})); }
+  Export() { store::write_motion_model(file_, test::sample_model({})); }
 
   std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
 
@@ -129,7 +129,7 @@ TEST_F(Export, RefusesWhatItCannotDo)
 
 TEST_F(Export, AModelWithoutAPoseIsRefused)
 {
-  write_motion_model(file_, with_pending_cells(test::sample_model({})));
+  store::write_motion_model(file_, store::with_pending_cells(test::sample_model({})));
   expect_refused(run("gltf", "knee.glb"), {"knee.h5", "no attitude with a pose"});
   expect_refused(run("csv", "cells.csv", {"--full"}), {"knee.h5", "no stable cell"});
 }

@@ -10,12 +10,12 @@
 #include <thread>
 
 #include "app/scenes.hpp"
-#include "assemble/case_solver.hpp"
 #include "audit/audit.hpp"
 #include "core/units.hpp"
+#include "job_run/run_command.hpp"
+#include "job_run/summary.hpp"
+#include "model_build/case_solver.hpp"
 #include "proximity/instruction_set.hpp"
-#include "run/run_command.hpp"
-#include "run/summary.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/real_knees.hpp"
 
@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 const std::string contact_job = (test::source_directory() / "jobs" / "knee-generic-contact.toml").string();
 const std::string ligament_job = (test::source_directory() / "jobs" / "knee-generic.toml").string();
 
-std::vector<Eigen::Index> spine_of(const MotionModel& model)
+std::vector<Eigen::Index> spine_of(const store::MotionModel& model)
 {
   std::vector<Eigen::Index> spine;
   for (Eigen::Index i = 0; i < model.is_spine.rows(); ++i) {
@@ -37,7 +37,7 @@ std::vector<Eigen::Index> spine_of(const MotionModel& model)
   return spine;
 }
 
-void expect_balanced_spine(const MotionModel& model)
+void expect_balanced_spine(const store::MotionModel& model)
 {
   const std::vector<Eigen::Index> spine = spine_of(model);
   const auto difference = [&](Eigen::Index i, Eigen::Index j) {
@@ -56,7 +56,7 @@ void expect_balanced_spine(const MotionModel& model)
 
 // Mean internal rotation along the spine between two flexions: facets of the mesh change single values by up
 // to two degrees (DESIGN.md 5.3), a mean over ten flexions by well under one.
-double mean_rotation_deg(const MotionModel& model, double from_deg, double to_deg)
+double mean_rotation_deg(const store::MotionModel& model, double from_deg, double to_deg)
 {
   const std::vector<Eigen::Index> spine = spine_of(model);
   double sum = 0.0;
@@ -69,24 +69,24 @@ double mean_rotation_deg(const MotionModel& model, double from_deg, double to_de
   return sum / n;
 }
 
-MotionModel solved(const test::Scratch& scratch, std::vector<std::string> words)
+store::MotionModel solved(const test::Scratch& scratch, std::vector<std::string> words)
 {
   const std::string output = (scratch.path() / "knee.h5").string();
   words.insert(words.begin(), "run");
   words.insert(words.end(), {"-o", output, "--replace", "--progress", "none"});
   const test::Ended ended = test::run_vrda(words);
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_THAT(validate_hdf5(output), testing::IsEmpty());
-  const MotionModel model = read_motion_model(output);
+  EXPECT_THAT(store::validate_hdf5(output), testing::IsEmpty());
+  const store::MotionModel model = store::read_motion_model(output);
   EXPECT_EQ(model.status.rows(), 91);
   EXPECT_EQ(model.status.cols(), 21);
-  EXPECT_EQ(unsolved_fraction(model), 0.0) << status_line(model);
+  EXPECT_EQ(job_run::unsolved_fraction(model), 0.0) << job_run::status_line(model);
   return model;
 }
 
-void expect_no_overlap_and_gaps_below(double allowed_mm, const MotionModel& model)
+void expect_no_overlap_and_gaps_below(double allowed_mm, const store::MotionModel& model)
 {
-  const AuditFigures measured = figures_of(audit(model, "raw", 1, 2));
+  const audit::AuditFigures measured = audit::figures_of(audit::audit(model, "raw", 1, 2));
   EXPECT_EQ(measured.n_overlapping, 0);
   EXPECT_EQ(measured.largest_penetration.value_mm, 0.0);
   EXPECT_EQ(measured.n_nothing_ahead, 0);
@@ -95,7 +95,7 @@ void expect_no_overlap_and_gaps_below(double allowed_mm, const MotionModel& mode
 
 // Screw-home: the tibia rotates internally during flexion, half of it early (Walker 1988: 15 degrees over 100
 // of flexion, half by 25).
-void expect_screw_home(const MotionModel& model)
+void expect_screw_home(const store::MotionModel& model)
 {
   const double extended_deg = mean_rotation_deg(model, 0, 9), early_deg = mean_rotation_deg(model, 25, 34);
   const double flexed_deg = mean_rotation_deg(model, 81, 90);
@@ -106,7 +106,7 @@ void expect_screw_home(const MotionModel& model)
 TEST(GenericKnee, EveryAttitudeIsSolvedBalancedTouchingAndTurnsTheAnatomicalWay)
 {
   const test::Scratch scratch;
-  const MotionModel model = solved(scratch, {contact_job});
+  const store::MotionModel model = solved(scratch, {contact_job});
   expect_balanced_spine(model);
   expect_screw_home(model);
   const double middle_deg = mean_rotation_deg(model, 45, 54);
@@ -125,7 +125,7 @@ TEST(GenericKnee, ByEquilibriumEveryAttitudeTouchesExactlyAndIsBalanced)
        {std::vector<std::string>{ligament_job},
         std::vector<std::string>{contact_job, "--set", "solver.method=equilibrium"}}) {
     SCOPED_TRACE(words.front());
-    const MotionModel model = solved(scratch, words);
+    const store::MotionModel model = solved(scratch, words);
     expect_screw_home(model);
     expect_no_overlap_and_gaps_below(exact_mm, model);
     EXPECT_LE(model.equilibrium->balance_residual_n.maxCoeff(), 0.01 * 20.0);
@@ -142,8 +142,8 @@ TEST(GenericKnee, ByEquilibriumEveryAttitudeTouchesExactlyAndIsBalanced)
 TEST(GenericKnee, TheEquilibriumGoesAtLeastAsFarAlongDeltaAsTheSearch)
 {
   const test::Scratch scratch;
-  const MotionModel searched = solved(scratch, {contact_job});
-  const MotionModel exact = solved(scratch, {contact_job, "--set", "solver.method=equilibrium"});
+  const store::MotionModel searched = solved(scratch, {contact_job});
+  const store::MotionModel exact = solved(scratch, {contact_job, "--set", "solver.method=equilibrium"});
   const auto falls_short = exact.ty_mm < searched.ty_mm - searched.contact_resolution_mm;
   // Other equilibria, if the start is in the basin of a lower one.
   EXPECT_LE(falls_short.count(), 0.01 * static_cast<double>(falls_short.size()));
@@ -154,28 +154,28 @@ TEST(GenericKnee, TheEquilibriumGoesAtLeastAsFarAlongDeltaAsTheSearch)
 TEST(GenericKnee, DisturbedStartsReturnToTheSamePose)
 {
   constexpr double same_mm = 1e-3, same_rad = 1e-3 / 30.0;  // 30 mm: half the width of the tibia
-  const Case knee = load_case(ligament_job);
-  CaseSolver solver(knee, 1);
+  const load::Case knee = load::load_case(ligament_job);
+  model_build::CaseSolver solver(knee, 1);
   std::mt19937_64 random(20);
   std::uniform_real_distribution<double> share(-1.0, 1.0);
   int n_same = 0, n_all = 0;
-  MovingPose seed = plan_of(knee).initial;
+  MovingPose seed = model_build::plan_of(knee).initial;
   for (std::int32_t flexion = 0; flexion <= 90; flexion += 5) {
-    StepTask task;
+    sweep::StepTask task;
     task.key = {StepKind::free_spine, flexion, 0};
     task.attitude = {rad_from_deg(flexion), 0.0};
     task.seed = seed;
     task.seed_flexion = flexion;
     task.is_varus_free = true;
     std::vector<StepRecord> ends{solver(task)};
-    for (const SpineOffset& offset : spine_offsets(knee.spine.n_restarts)) {
+    for (const sweep::SpineOffset& offset : sweep::spine_offsets(knee.spine.n_restarts)) {
       task.attitude.varus_rad = ends.front().varus_rad;
       task.seed = ends.front().pose;
       task.seed.theta_rad += offset.theta_rad;
-      task.seed.translation_mm += Eigen::Vector3d(offset.along_x_mm, 0.0, offset.along_z_mm);
+      task.seed.translation_mm += Eigen::Vector3d(offset.shift_x_mm, 0.0, offset.shift_z_mm);
       ends.push_back(solver(task));
     }
-    const StepRecord rest = lowest_of(ends).chosen;
+    const StepRecord rest = sweep::select_lowest(ends).chosen;
     ASSERT_EQ(rest.status, StepStatus::stable) << flexion;
     seed = rest.pose;
     for (int k = 0; k < 20; ++k) {
@@ -204,19 +204,19 @@ TEST(GenericKnee, DisturbedStartsReturnToTheSamePose)
 TEST(GenericKnee, OneHashForEveryInstructionSet)
 {
   const test::Scratch scratch;
-  const InstructionSet first = instruction_set();
+  const proximity::InstructionSet first = proximity::instruction_set();
   std::vector<std::string> hashes;
-  for (const InstructionSet set : instruction_sets()) {
-    set_instruction_set(set);
-    RunOptions options;
+  for (const proximity::InstructionSet set : proximity::instruction_sets()) {
+    proximity::set_instruction_set(set);
+    job_run::RunOptions options;
     options.job_file = ligament_job;
     options.output = (scratch.path() / "knee.h5").string();
     options.n_threads = 1 + static_cast<int>(hashes.size()) % 2;
     options.progress = "none";
-    ASSERT_EQ(run_command(options), ExitCode::done);
+    ASSERT_EQ(job_run::run_command(options), console::ExitCode::done);
     hashes.push_back(test::sha256_of_file(options.output));
   }
-  set_instruction_set(first);
+  proximity::set_instruction_set(first);
   ASSERT_FALSE(hashes.empty());
   EXPECT_THAT(hashes, testing::Each(hashes.front()));
 }

@@ -7,7 +7,7 @@
 #include "app/scenes.hpp"
 #include "audit/audit.hpp"
 #include "audit/pose_meter.hpp"
-#include "run/summary.hpp"
+#include "job_run/summary.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/real_knees.hpp"
 
@@ -19,47 +19,48 @@ const std::vector<std::string> coarse_grid{"--set", "grid.flexion={from=0, to=90
                                            "--set", "grid.varus={from=-5, to=5, step=5}",
                                            "--set", "smooth.degrees=[2]"};
 
-MotionModel solved(const test::Scratch& scratch, const std::string& job, std::vector<std::string> words)
+store::MotionModel solved(const test::Scratch& scratch, const std::string& job,
+                          std::vector<std::string> words)
 {
   const std::string file = (test::source_directory() / "jobs" / job).string();
   const std::string output = (scratch.path() / (job + std::to_string(words.size()) + ".h5")).string();
   words.insert(words.begin(), {"run", file, "-o", output, "--progress", "none", "--fresh"});
   const test::Ended ended = test::run_vrda(words);
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_THAT(validate_hdf5(output), IsEmpty());
-  return read_motion_model(output);
+  EXPECT_THAT(store::validate_hdf5(output), IsEmpty());
+  return store::read_motion_model(output);
 }
 
-void expect_clean_poses(const MotionModel& model)
+void expect_clean_poses(const store::MotionModel& model)
 {
-  EXPECT_EQ(cells_by_status(model).count("pending"), 0u);
-  EXPECT_GT(cells_by_status(model)["stable"], 0);
-  const AuditFigures measured = figures_of(audit(model, "raw", 1, 2));
+  EXPECT_EQ(job_run::cells_by_status(model).count("pending"), 0u);
+  EXPECT_GT(job_run::cells_by_status(model)["stable"], 0);
+  const audit::AuditFigures measured = audit::figures_of(audit::audit(model, "raw", 1, 2));
   EXPECT_EQ(measured.n_overlapping, 0);
   EXPECT_EQ(measured.n_nothing_ahead, 0);
   EXPECT_LE(measured.largest_gap.value_mm, model.contact_resolution_mm);
 }
 
 // At every attitude; contact within the margin plus the same amount for rounding of poses.
-void expect_recontacted(const MotionModel& model)
+void expect_recontacted(const store::MotionModel& model)
 {
   ASSERT_EQ(model.smoothed.size(), 1u);
   const std::string set = "degree_" + std::to_string(model.smoothed.front().degree);
-  const AuditFigures measured = figures_of(audit(model, set + "_recontacted", 1, 2));
+  const audit::AuditFigures measured = audit::figures_of(audit::audit(model, set + "_recontacted", 1, 2));
   EXPECT_EQ(measured.n_poses, model.status.size());
   EXPECT_EQ(measured.n_overlapping, 0);
   EXPECT_EQ(measured.n_nothing_ahead, 0);
-  EXPECT_LE(measured.largest_gap.value_mm, 2.0 * contact_margin_mm);
-  EXPECT_GT(figures_of(audit(model, set, 1, 2)).n_overlapping, 0);
+  EXPECT_LE(measured.largest_gap.value_mm, 2.0 * audit::contact_margin_mm);
+  EXPECT_GT(audit::figures_of(audit::audit(model, set, 1, 2)).n_overlapping, 0);
 }
 
 TEST(Jobs, TheHipRunsAsAnotherJoint)
 {
   const test::Scratch scratch;
-  const MotionModel model = solved(scratch, "hip-generic.toml", {});
+  const store::MotionModel model = solved(scratch, "hip-generic.toml", {});
   EXPECT_EQ(model.joint, "other");
   EXPECT_FALSE(model.has_compartments);
-  EXPECT_EQ(unsolved_fraction(model), 0.0) << status_line(model);
+  EXPECT_EQ(job_run::unsolved_fraction(model), 0.0) << job_run::status_line(model);
   expect_clean_poses(model);
   expect_recontacted(model);
 }
@@ -71,13 +72,13 @@ TEST_P(GenericKneeJob, OnTheLeftHasTheClinicalNumbersOfTheRight)
   const test::Scratch scratch;
   std::vector<std::string> left_words = coarse_grid;
   left_words.insert(left_words.end(), {"--set", "side=left"});
-  const MotionModel right = solved(scratch, GetParam() + ".toml", coarse_grid);
-  const MotionModel left = solved(scratch, GetParam() + ".toml", left_words);
+  const store::MotionModel right = solved(scratch, GetParam() + ".toml", coarse_grid);
+  const store::MotionModel left = solved(scratch, GetParam() + ".toml", left_words);
   ASSERT_EQ(left.side, "left");
   expect_clean_poses(left);
   expect_recontacted(left);
   // Equal travel on both sides; 1e-9 mm for another order of summation.
-  const GridD difference = *left.smoothed.front().recontact_mm - *right.smoothed.front().recontact_mm;
+  const store::GridD difference = *left.smoothed.front().recontact_mm - *right.smoothed.front().recontact_mm;
   EXPECT_LE(difference.abs().maxCoeff(), 1e-9);
   EXPECT_TRUE((right.clinical.internal_rotation_deg == left.clinical.internal_rotation_deg).all());
   EXPECT_TRUE((right.clinical.varus_deg == left.clinical.varus_deg).all());
@@ -102,7 +103,7 @@ TEST_P(RealKnee, EndsHonestlyWithoutPenetration)
   const test::Scratch scratch;
   std::vector<std::string> words = coarse_grid;
   words.insert(words.end(), {"--data", test::data_directory()->string()});
-  const MotionModel model = solved(scratch, "knee-" + GetParam() + ".toml", words);
+  const store::MotionModel model = solved(scratch, "knee-" + GetParam() + ".toml", words);
   EXPECT_EQ(model.status.size(), 9);
   expect_clean_poses(model);
 }

@@ -23,7 +23,7 @@ struct Variant {
 };
 
 /// The generic knee with ligaments on a coarse grid.
-MotionModel solved(const test::Scratch& scratch, const Variant& variant)
+store::MotionModel solved(const test::Scratch& scratch, const Variant& variant)
 {
   const std::string file = scratch.path() / "knee.h5";
   std::vector<std::string> words{"run", VRDA_SOURCE_DIR "/jobs/knee-generic.toml", "-o", file, "--quiet"};
@@ -33,11 +33,12 @@ MotionModel solved(const test::Scratch& scratch, const Variant& variant)
   for (const std::string& set : sets) words.insert(words.end(), {"--set", set});
   const test::Ended ended = test::run_vrda(words);
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  return read_motion_model(file);
+  return store::read_motion_model(file);
 }
 
 /// Computed by the formulas of the frames from the stored numbers.
-Pose pose_from(const MotionModel& model, Eigen::Index row, double varus_deg, const PoseNumbers& numbers_deg)
+Pose pose_from(const store::MotionModel& model, Eigen::Index row, double varus_deg,
+               const motion::PoseCoordinates& numbers_deg)
 {
   const Side side = model.side == "left" ? Side::left : Side::right;
   const SolverFrame frame{side, model.rotation_centre_mm, model.push.delta.row(row).transpose()};
@@ -55,13 +56,13 @@ double difference(const Pose& a, const Pose& b)
 
 struct Cell {
   Eigen::Index row, column;
-  std::size_t index(const MotionModel& model) const
+  std::size_t index(const store::MotionModel& model) const
   {
     return static_cast<std::size_t>(row * model.status.cols() + column);
   }
 };
 
-std::vector<Cell> cells(const MotionModel& model)
+std::vector<Cell> cells(const store::MotionModel& model)
 {
   std::vector<Cell> all;
   for (Eigen::Index i = 0; i < model.status.rows(); ++i)
@@ -69,50 +70,52 @@ std::vector<Cell> cells(const MotionModel& model)
   return all;
 }
 
-JointPose shown(const Motion& motion, const MotionModel& model, const Cell& cell)
+motion::JointPose shown(const motion::Motion& motion, const store::MotionModel& model, const Cell& cell)
 {
   return motion.at({rad_from_deg(model.flexion_deg[static_cast<std::size_t>(cell.row)]),
                     rad_from_deg(model.varus_deg[static_cast<std::size_t>(cell.column)])});
 }
 
 /// Number of compared poses.
-int expect_raw(const MotionModel& model)
+int expect_raw(const store::MotionModel& model)
 {
-  const Motion motion(model, "raw");
+  const motion::Motion motion(model, "raw");
   int n = 0;
   for (const Cell& cell : cells(model)) {
     const bool is_stable = model.status(cell.row, cell.column) == status_stable;
-    const JointPose pose = shown(motion, model, cell);
-    EXPECT_EQ(pose.status == PoseStatus::solved, is_stable);
+    const motion::JointPose pose = shown(motion, model, cell);
+    EXPECT_EQ(pose.status == motion::PoseStatus::solved, is_stable);
     if (!is_stable) continue;
     ++n;
-    EXPECT_LT(difference(pose.X_reference_moving, pose_in(model.X_reference_moving, cell.index(model))),
-              promised);
+    EXPECT_LT(
+        difference(pose.X_reference_moving, store::pose_in(model.X_reference_moving, cell.index(model))),
+        promised);
   }
   return n;
 }
 
 /// The stored smoothed values of a set at a cell: x, y, z, theta and, with a fifth surface, varus.
-std::vector<double> stored(const SmoothedSet& set, const Cell& cell)
+std::vector<double> stored(const store::SmoothedSet& set, const Cell& cell)
 {
   std::vector<double> numbers;
-  for (const SmoothedSurface& surface : set.surfaces)
+  for (const store::SmoothedSurface& surface : set.surfaces)
     numbers.push_back(surface.values(cell.row, cell.column));
   return numbers;
 }
 
-int expect_smoothed(const MotionModel& model, const SmoothedSet& set, bool is_recontacted)
+int expect_smoothed(const store::MotionModel& model, const store::SmoothedSet& set, bool is_recontacted)
 {
-  const Motion motion(model, "degree_" + std::to_string(set.degree) + (is_recontacted ? "_recontacted" : ""));
+  const motion::Motion motion(
+      model, "degree_" + std::to_string(set.degree) + (is_recontacted ? "_recontacted" : ""));
   int n = 0;
   for (const Cell& cell : cells(model)) {
     const std::vector<double> numbers = stored(set, cell);
-    PoseNumbers wanted{numbers[0], numbers[1], numbers[2], numbers[3]};
+    motion::PoseCoordinates wanted{numbers[0], numbers[1], numbers[2], numbers[3]};
     const double varus_deg =
         numbers.size() == 5 ? numbers[4] : model.varus_deg[static_cast<std::size_t>(cell.column)];
     const double travel_mm = is_recontacted ? (*set.recontact_mm)(cell.row, cell.column) : 0.0;
-    const JointPose pose = shown(motion, model, cell);
-    EXPECT_EQ(pose.status == PoseStatus::solved, !std::isnan(travel_mm));
+    const motion::JointPose pose = shown(motion, model, cell);
+    EXPECT_EQ(pose.status == motion::PoseStatus::solved, !std::isnan(travel_mm));
     if (std::isnan(travel_mm)) continue;
     for (int axis = 0; axis < 3; ++axis)
       wanted[static_cast<std::size_t>(axis)] += travel_mm * model.push.delta(cell.row, axis);
@@ -122,18 +125,19 @@ int expect_smoothed(const MotionModel& model, const SmoothedSet& set, bool is_re
   return n;
 }
 
-int expect_zero_varus(const MotionModel& model)
+int expect_zero_varus(const store::MotionModel& model)
 {
-  const Motion motion(model, "zero_varus");
+  const motion::Motion motion(model, "zero_varus");
   int n = 0;
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
     const auto row = static_cast<std::size_t>(i);
-    const bool has_pose = model.zero_varus->source[row] != static_cast<std::int8_t>(ZeroVarusSource::none);
-    const JointPose pose = motion.at({rad_from_deg(model.flexion_deg[row]), 0.0});
-    EXPECT_EQ(pose.status == PoseStatus::solved, has_pose);
+    const bool has_pose =
+        model.zero_varus->source[row] != static_cast<std::int8_t>(store::ZeroVarusSource::none);
+    const motion::JointPose pose = motion.at({rad_from_deg(model.flexion_deg[row]), 0.0});
+    EXPECT_EQ(pose.status == motion::PoseStatus::solved, has_pose);
     if (!has_pose) continue;
     ++n;
-    EXPECT_LT(difference(pose.X_reference_moving, pose_in(model.zero_varus->X_reference_moving, row)),
+    EXPECT_LT(difference(pose.X_reference_moving, store::pose_in(model.zero_varus->X_reference_moving, row)),
               promised);
     EXPECT_NEAR(deg_from_rad(pose.attitude.varus_rad), model.zero_varus->varus_deg[row], promised);
   }
@@ -155,11 +159,11 @@ TEST(PlayerPoses, AreThePipelinesAtEveryAttitudeOfEverySet)
   for (const Variant& variant : variants) {
     SCOPED_TRACE(variant.name);
     const test::Scratch scratch;
-    const MotionModel model = solved(scratch, variant);
+    const store::MotionModel model = solved(scratch, variant);
     const int half = static_cast<int>(model.status.size()) / 2;
     EXPECT_GT(expect_raw(model), half);
     ASSERT_EQ(model.smoothed.size(), 2u);
-    for (const SmoothedSet& set : model.smoothed) {
+    for (const store::SmoothedSet& set : model.smoothed) {
       EXPECT_EQ(set.surfaces.size(), model.varus_deg.size() == 1 ? 5u : 4u);
       EXPECT_EQ(expect_smoothed(model, set, false), model.status.size());
       ASSERT_TRUE(set.recontact_mm.has_value());

@@ -59,7 +59,7 @@ std::vector<std::vector<std::string>> fields_of(const std::string& text)
 TEST_F(Reduce, ARunLeavesWhatReduceWouldMake)
 {
   const std::string file = solved_knee("right"), left_by_run = test::text_of(file);
-  ASSERT_TRUE(read_motion_model(file).zero_varus);
+  ASSERT_TRUE(store::read_motion_model(file).zero_varus);
   for (int twice = 0; twice < 2; ++twice) {
     const test::Ended ended = test::run_vrda({"reduce", file});
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
@@ -75,7 +75,7 @@ TEST_F(Reduce, TableAndJsonSayWhatTheFileHolds)
   const std::string file = solved_knee("right");
   const auto rows = fields_of(test::run_vrda({"reduce", file}).out);
   const json all = json::parse(test::run_vrda({"reduce", file, "--json"}).out);
-  const ZeroVarus z = *read_motion_model(file).zero_varus;
+  const store::ZeroVarus z = *store::read_motion_model(file).zero_varus;
   ASSERT_EQ(rows.size(), 8u);
   ASSERT_EQ(all.at("flexions").size(), 7u);
   ASSERT_EQ(all.at("steps").size(), 6u);
@@ -131,11 +131,11 @@ TEST_F(Reduce, AMirroredLeftKneeGivesTheSameCurves)
 TEST_F(Reduce, PosesOfASmoothedSet)
 {
   const std::string file = solved_knee("right");
-  const ZeroVarus raw = *read_motion_model(file).zero_varus;
+  const store::ZeroVarus raw = *store::read_motion_model(file).zero_varus;
   const test::Ended ended = test::run_vrda({"reduce", file, "--set", "degree_2", "--json"});
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_EQ(json::parse(ended.out).at("set"), "degree_2");
-  const ZeroVarus smoothed = *read_motion_model(file).zero_varus;
+  const store::ZeroVarus smoothed = *store::read_motion_model(file).zero_varus;
   EXPECT_EQ(smoothed.varus_deg, raw.varus_deg);
   EXPECT_NE(smoothed.ty_mm, raw.ty_mm);
   EXPECT_EQ(test::run_vrda({"validate", file}).exit_code, 0);
@@ -144,15 +144,19 @@ TEST_F(Reduce, PosesOfASmoothedSet)
 TEST_F(Reduce, AnAuditOfPosesThatAreNoMoreIsDropped)
 {
   const std::string file = solved_knee("right");
-  MotionModel model = read_motion_model(file);
-  AuditSet audit{"zero_varus",     1, model.flexion_deg, {0.0}, GridB::Zero(7, 1), GridD::Zero(7, 1),
-                 GridD::Zero(7, 1)};
+  store::MotionModel model = store::read_motion_model(file);
+  store::AuditSet audit;
+  audit.name = "zero_varus";
+  audit.flexion_deg = model.flexion_deg;
+  audit.varus_deg = {0.0};
+  audit.state = store::GridB::Zero(7, 1);
+  audit.gap_mm = audit.gap_medial_mm = audit.gap_lateral_mm = audit.penetration_mm = store::GridD::Zero(7, 1);
   model.audits.push_back(audit);
-  write_motion_model(file, model);
+  store::write_motion_model(file, model);
   EXPECT_EQ(test::run_vrda({"reduce", file}).exit_code, 0);
-  EXPECT_EQ(read_motion_model(file).audits.size(), 1u);
+  EXPECT_EQ(store::read_motion_model(file).audits.size(), 1u);
   EXPECT_EQ(test::run_vrda({"reduce", file, "--set", "degree_2"}).exit_code, 0);
-  EXPECT_TRUE(read_motion_model(file).audits.empty());
+  EXPECT_TRUE(store::read_motion_model(file).audits.empty());
 }
 
 TEST_F(Reduce, WhatCannotBeReducedIsRefused)
@@ -163,7 +167,7 @@ TEST_F(Reduce, WhatCannotBeReducedIsRefused)
 
   const std::string ball = (scratch_.path() / "ball.h5").string();
   ASSERT_EQ(test::run_vrda({"run", test::small_job(scratch_).string(), "-o", ball}).exit_code, 0);
-  EXPECT_FALSE(read_motion_model(ball).zero_varus);
+  EXPECT_FALSE(store::read_motion_model(ball).zero_varus);
   expect_refused({ball}, {ball, "compartments: found none", "grid.varus = \"free\""});
 
   const std::string nowhere = (scratch_.path() / "nowhere.h5").string();
@@ -171,7 +175,7 @@ TEST_F(Reduce, WhatCannotBeReducedIsRefused)
                             "moving.initial.translation_mm=[500, -40, 0]"})
                 .exit_code,
             3);
-  EXPECT_FALSE(read_motion_model(nowhere).zero_varus);
+  EXPECT_FALSE(store::read_motion_model(nowhere).zero_varus);
   expect_refused({nowhere}, {nowhere, "found no flexion"});
 }
 

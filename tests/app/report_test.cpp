@@ -178,11 +178,11 @@ TEST_F(ReportCommand, RefusesFilesWithoutAnAnswer)
   expect_refused({whole, cut}, {"cut.h5"});
   expect_refused({(scratch_.path() / "absent.h5").string()}, {"absent.h5"});
   expect_refused({scratch_.write("text.h5", "no HDF5").string()}, {"text.h5"});
-  MotionModel failed = test::sample_model();
-  failed = with_pending_cells(failed);
+  store::MotionModel failed = test::sample_model();
+  failed = store::with_pending_cells(failed);
   failed.smoothed.clear();
   const std::string pending = (scratch_.path() / "pending.h5").string();
-  write_motion_model(pending, failed);
+  store::write_motion_model(pending, failed);
   expect_refused({pending}, {"pending.h5", "12"});
 }
 

@@ -27,7 +27,7 @@ TEST(Run, WritesTheModelAndCleansUp)
   const auto record = nlohmann::json::parse(test::read_bytes(output.string() + ".run.json"));
   EXPECT_GT(record["seconds"].get<double>(), 0.0);
   EXPECT_EQ(record["steps_recalled"], 0);
-  EXPECT_THAT(validate_hdf5(output.string()), IsEmpty());
+  EXPECT_THAT(store::validate_hdf5(output.string()), IsEmpty());
 }
 
 TEST(Run, TheDefaultOutputIsNamedAfterTheJob)
@@ -76,7 +76,7 @@ TEST(Run, KilledThreeTimesItGoesOnAndGivesTheSameBytes)
     ASSERT_TRUE(fs::exists(journal));
     EXPECT_FALSE(fs::exists(killed));
     written = fs::file_size(journal);
-    EXPECT_THAT(validate_hdf5(killed.string() + ".start.h5"), IsEmpty());
+    EXPECT_THAT(store::validate_hdf5(killed.string() + ".start.h5"), IsEmpty());
   }
   const test::Ended last = test::run_vrda({"run", job, "-o", killed.string()});
   EXPECT_EQ(last.exit_code, 0);
@@ -133,7 +133,7 @@ TEST(Run, AMirroredLeftKneeGivesTheSameClinicalNumbersToTheLastBit)
   ASSERT_EQ(test::run_vrda({"run", test::small_knee_job(scratch, "right").string(), "-o", right}).exit_code,
             0);
   ASSERT_EQ(test::run_vrda({"run", test::small_knee_job(scratch, "left").string(), "-o", left}).exit_code, 0);
-  const MotionModel r = read_motion_model(right), l = read_motion_model(left);
+  const store::MotionModel r = store::read_motion_model(right), l = store::read_motion_model(left);
   ASSERT_EQ(r.side, "right");
   ASSERT_EQ(l.side, "left");
   EXPECT_TRUE((r.status == l.status).all());
@@ -170,7 +170,7 @@ TEST(Run, ADegreeTheGridCannotCarryIsLeftOutWithAWarning)
       {"run", test::small_job(scratch).string(), "-o", output, "--set", "smooth.degrees=[1, 6]"});
   EXPECT_EQ(ended.exit_code, 0);
   EXPECT_THAT(ended.err, HasSubstr("smooth.degrees: found 6, wanted"));
-  const MotionModel model = read_motion_model(output);
+  const store::MotionModel model = store::read_motion_model(output);
   ASSERT_EQ(model.smoothed.size(), 1u);
   EXPECT_EQ(model.smoothed[0].degree, 1);
 }

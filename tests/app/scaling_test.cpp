@@ -5,10 +5,10 @@
 #include <csignal>
 
 #include "app/scenes.hpp"
-#include "assemble/case_solver.hpp"
 #include "audit/audit.hpp"
 #include "core/text.hpp"
-#include "run/summary.hpp"
+#include "job_run/summary.hpp"
+#include "model_build/case_solver.hpp"
 #include "store/equal_models.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"
@@ -35,7 +35,7 @@ std::vector<std::string> words(const fs::path& job, const fs::path& output,
 }
 
 struct Solved {
-  MotionModel model;
+  store::MotionModel model;
   std::string said;
 };
 
@@ -44,12 +44,12 @@ Solved solved(const fs::path& job, const std::vector<std::string>& settings)
   const fs::path output = job.parent_path() / "solved.h5";
   const test::Ended ended = test::run_vrda(words(job, output, settings));
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_THAT(validate_hdf5(output.string()), testing::IsEmpty());
-  return {read_motion_model(output.string()), ended.err};
+  EXPECT_THAT(store::validate_hdf5(output.string()), testing::IsEmpty());
+  return {store::read_motion_model(output.string()), ended.err};
 }
 
 // For two surfaces with values in the same cells.
-double largest_difference(const GridD& a, const GridD& b)
+double largest_difference(const store::GridD& a, const store::GridD& b)
 {
   EXPECT_TRUE((a.isNaN() == b.isNaN()).all());
   return (a - b).isNaN().select(0.0, (a - b).abs()).maxCoeff();
@@ -57,7 +57,7 @@ double largest_difference(const GridD& a, const GridD& b)
 
 const std::string equilibrium = "solver.method=equilibrium", free_varus = "grid.varus=free";
 
-void expect_scaled_cells(const MotionModel& got, const MotionModel& plain)
+void expect_scaled_cells(const store::MotionModel& got, const store::MotionModel& plain)
 {
   EXPECT_TRUE((got.status == plain.status).all());
   EXPECT_TRUE((got.iterations == plain.iterations).all());
@@ -78,7 +78,7 @@ void expect_scaled_cells(const MotionModel& got, const MotionModel& plain)
   EXPECT_EQ(got.contacts.triangle_moving, plain.contacts.triangle_moving);
 }
 
-void expect_scaled_balance(const EquilibriumSurfaces& got, const EquilibriumSurfaces& plain)
+void expect_scaled_balance(const store::EquilibriumSurfaces& got, const store::EquilibriumSurfaces& plain)
 {
   EXPECT_LT(largest_difference(got.energy_nmm, factor * plain.energy_nmm), 1e-9);
   EXPECT_LT(largest_difference(got.flexion_moment_nmm, factor * plain.flexion_moment_nmm), 1e-9);
@@ -106,8 +106,8 @@ TEST(ScaledRun, OfAJointHeldByContactIsTheUnscaledOneTimesTheFactor)
     EXPECT_EQ(scaled.model.contact_resolution_mm, factor * plain.model.contact_resolution_mm);
     EXPECT_TRUE(scaled.model.job.scaling.value().keeps_steps);
     // Gaps measured on the scaled meshes are scaled; the audit's measurements agree to 1e-6 mm.
-    const AuditFigures before = figures_of(audit(plain.model, "raw", 1, 1));
-    const AuditFigures after = figures_of(audit(scaled.model, "raw", 1, 1));
+    const audit::AuditFigures before = audit::figures_of(audit::audit(plain.model, "raw", 1, 1));
+    const audit::AuditFigures after = audit::figures_of(audit::audit(scaled.model, "raw", 1, 1));
     EXPECT_EQ(after.n_overlapping, 0);
     EXPECT_NEAR(after.largest_gap.value_mm, factor * before.largest_gap.value_mm, 1e-6);
     EXPECT_LE(after.largest_gap.value_mm, scaled.model.contact_resolution_mm);
@@ -118,8 +118,8 @@ TEST(ScaledRun, AFactorOfOneGivesTheSameModelButForItsJob)
 {
   const test::Scratch scratch;
   const fs::path job = test::small_knee_job(scratch, "right");
-  const MotionModel plain = solved(job, {equilibrium}).model;
-  MotionModel one = solved(job, {equilibrium, "scaling.factor=1"}).model;
+  const store::MotionModel plain = solved(job, {equilibrium}).model;
+  store::MotionModel one = solved(job, {equilibrium, "scaling.factor=1"}).model;
   EXPECT_TRUE(one.job.scaling.value().keeps_steps);
   EXPECT_NE(one.job.resolved, plain.job.resolved);
   one.job = plain.job;
@@ -135,9 +135,9 @@ TEST(ScaledRun, ForcesStayAndEnergiesAndMomentsGrow)
     SCOPED_TRACE(varus);
     std::vector<std::string> settings = loads;
     settings.emplace_back(varus);
-    const MotionModel plain = solved(job, settings).model;
+    const store::MotionModel plain = solved(job, settings).model;
     settings.emplace_back("scaling.factor=1.07");
-    const MotionModel scaled = solved(job, settings).model;
+    const store::MotionModel scaled = solved(job, settings).model;
     expect_scaled_cells(scaled, plain);
     expect_scaled_balance(scaled.equilibrium.value(), plain.equilibrium.value());
     EXPECT_EQ(scaled.push.force_n, plain.push.force_n);
@@ -150,7 +150,7 @@ std::string wavefront(const Mesh& mesh)
   std::string text;
   for (const auto& p_mm : mesh.vertices_mm.rowwise()) {
     text += "v";
-    for (const double coordinate_mm : p_mm) text += " " + shortest(coordinate_mm);
+    for (const double coordinate_mm : p_mm) text += " " + shortest_decimal(coordinate_mm);
     text += "\n";
   }
   for (const auto& triangle : mesh.triangles.rowwise()) {
@@ -186,7 +186,7 @@ degrees = []
   constexpr double tolerance_mm = 1e-4;  // solver.equilibrium.tolerance_mm
   for (const double s : {0.5, 1.0, 1.07, 3.0}) {
     SCOPED_TRACE(s);
-    const MotionModel model = solved(job, {"scaling.factor=" + shortest(s)}).model;
+    const store::MotionModel model = solved(job, {"scaling.factor=" + shortest_decimal(s)}).model;
     EXPECT_NEAR(model.ty_mm(0, 0), 10.0 * s, tolerance_mm * s);
     EXPECT_NEAR(model.X_reference_moving[7], 10.0 * s, tolerance_mm * s);
     // The ball's pole is 22 mm above the centre, which does not move.
@@ -196,11 +196,11 @@ degrees = []
 }
 
 // Results of a sweep without intermediate files.
-SweepResult swept(const Case& job_case)
+sweep::SweepResult swept(const load::Case& job_case)
 {
-  CaseSolver solver(job_case, 1);
-  return sweep(
-      plan_of(job_case), [&](const StepTask& task) { return solver(task); }, {}, 1);
+  model_build::CaseSolver solver(job_case, 1);
+  return sweep::sweep(
+      model_build::plan_of(job_case), [&](const sweep::StepTask& task) { return solver(task); }, {}, 1);
 }
 
 struct Worst {
@@ -208,7 +208,7 @@ struct Worst {
   int n = 0;
 };
 
-Worst difference(const SweepResult& a, const SweepResult& b)
+Worst difference(const sweep::SweepResult& a, const sweep::SweepResult& b)
 {
   Worst worst;
   EXPECT_EQ(a.cells.size(), b.cells.size());
@@ -226,9 +226,9 @@ Worst difference(const SweepResult& a, const SweepResult& b)
   return worst;
 }
 
-Case loaded(const fs::path& job, const std::vector<std::string>& settings)
+load::Case loaded(const fs::path& job, const std::vector<std::string>& settings)
 {
-  return load_case(job.string(), {"", settings});
+  return load::load_case(job.string(), {"", settings});
 }
 
 // Both runs converge to solver.equilibrium.tolerance_mm, here for a joint 1.07 times as large.
@@ -241,7 +241,7 @@ struct Nearness {
   double across_mm = two_tolerances_mm;  // contact only: edges and corners constrain as stiffly
 };
 
-void expect_near(const SweepResult& a, const SweepResult& b, const Nearness& wanted)
+void expect_near(const sweep::SweepResult& a, const sweep::SweepResult& b, const Nearness& wanted)
 {
   const Worst worst = difference(a, b);
   EXPECT_EQ(worst.n, wanted.n_stable);
@@ -257,9 +257,9 @@ TEST(ScaledRun, ScaledResultsAreThoseOfTheScaledMeshes)
   const test::Scratch scratch;
   const fs::path job = test::small_knee_job(scratch, "right");
   const auto expect_kept = [&](const std::vector<std::string>& settings, int n_stable) {
-    const Case once = loaded(job, settings);
+    const load::Case once = loaded(job, settings);
     ASSERT_EQ(once.steps_scale, factor);
-    expect_near(scaled(swept(once), factor), swept(of_subject(once)), {n_stable});
+    expect_near(model_build::scaled(swept(once), factor), swept(load::scaled_to_subject(once)), {n_stable});
   };
   expect_kept({"scaling.factor=1.07", equilibrium}, 35);
   expect_kept({"scaling.factor=1.07", equilibrium, free_varus}, 7);
@@ -288,11 +288,12 @@ TEST(ScaledRun, FibresScaledEvenlyHoldTheScaledPose)
   const test::Scratch scratch;
   const fs::path job = test::small_knee_job(scratch, "right");
   test::edit(job, "[grid]", fibres + "[grid]");
-  const Case plain = loaded(job, {equilibrium}), anew = loaded(job, {equilibrium, "scaling.factor=1.07"});
+  const load::Case plain = loaded(job, {equilibrium}),
+                   anew = loaded(job, {equilibrium, "scaling.factor=1.07"});
   ASSERT_FALSE(anew.scaling.value().keeps_steps);
   // Across Delta the energy is smooth: 2 / 50 and 2 / 90 per mm of dents under 20 N, at least 0.4 N/mm.
   const double across_mm = std::sqrt(2.0 * two_tolerances_mm * push_n / 0.4);
-  expect_near(scaled(swept(plain), factor), swept(anew), {35, across_mm});
+  expect_near(model_build::scaled(swept(plain), factor), swept(anew), {35, across_mm});
 }
 
 TEST(ScaledRun, ANewRunIsSaidToBeOneAndIsSound)
@@ -302,8 +303,8 @@ TEST(ScaledRun, ANewRunIsSaidToBeOneAndIsSound)
   const Solved wider = solved(job, {equilibrium, "scaling.factor=[1.1,1,0.95]"});
   EXPECT_THAT(wider.said, HasSubstr("scaled by [1.1, 1, 0.95]: a new run, since the factors differ"));
   EXPECT_FALSE(wider.model.job.scaling.value().keeps_steps);
-  EXPECT_EQ(unsolved_fraction(wider.model), 0.0);
-  const AuditFigures measured = figures_of(audit(wider.model, "raw", 1, 1));
+  EXPECT_EQ(job_run::unsolved_fraction(wider.model), 0.0);
+  const audit::AuditFigures measured = audit::figures_of(audit::audit(wider.model, "raw", 1, 1));
   EXPECT_EQ(measured.n_overlapping, 0);
   EXPECT_LE(measured.largest_gap.value_mm, 1e-3);  // DESIGN.md 6
   EXPECT_THAT(solved(job, {equilibrium, "scaling.factor=1.1", "push.moment_nmm=5"}).said,
@@ -317,7 +318,7 @@ TEST(ScaledRun, OneKeyServesEverySizeThatKeepsTheSteps)
   scratch.write("marks.csv", "name,ax,ay,az,bx,by,bz,subject_mm\na,0,0,0,80,0,0,85.6\n");
   const auto key = [&](std::vector<std::string> settings) {
     settings.push_back(equilibrium);
-    return fingerprint_of(loaded(job, settings));
+    return model_build::fingerprint_of(loaded(job, settings));
   };
   const std::string unscaled = key({});
   EXPECT_EQ(key({"scaling.factor=1"}), unscaled);
@@ -347,14 +348,14 @@ TEST(ScaledRun, ARunInterruptedAtOneSizeGoesOnAtAnother)
     ASSERT_EQ(process.wait().exit_code, 4);
   }
   const std::string start = output.string() + ".start.h5";
-  EXPECT_FALSE(read_motion_model(start).job.scaling);
+  EXPECT_FALSE(store::read_motion_model(start).job.scaling);
   {
     // During the run the start file has the joint at its scaled size.
     test::Process process(test::vrda(words(job, output, larger)));
     test::wait_for_bytes(process, journal, fs::file_size(journal) + 2000);
     process.send(SIGTERM);
     ASSERT_EQ(process.wait().exit_code, 4);
-    EXPECT_EQ(read_motion_model(start).job.scaling.value().factor.x(), 1.1);
+    EXPECT_EQ(store::read_motion_model(start).job.scaling.value().factor.x(), 1.1);
   }
   const test::Ended last = test::run_vrda(words(job, output, larger));
   EXPECT_EQ(last.exit_code, 0);
@@ -403,8 +404,9 @@ TEST(ScaledRun, ItsTraceEndsAtItsPoses)
   std::vector<std::string> traced = words(job, output, {"scaling.factor=1.07"});
   traced.emplace_back("--trace");
   ASSERT_EQ(test::run_vrda(traced).exit_code, 0);
-  const Trace trace = read_trace(trace_name(output.string()));
-  EXPECT_NO_THROW(require_beside(trace, "trace", read_motion_model(output.string()), "model"));
+  const store::Trace trace = store::read_trace(store::trace_name(output.string()));
+  EXPECT_NO_THROW(
+      store::require_trace_matches_model(trace, "trace", store::read_motion_model(output.string()), "model"));
   EXPECT_EQ(trace.translation_resolution_mm, factor * 0.1);
 }
 

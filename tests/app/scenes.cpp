@@ -195,7 +195,7 @@ void edit(const std::filesystem::path& file, const std::string& from, const std:
 
 std::string sha256_of_file(const std::filesystem::path& file)
 {
-  return sha256_of(read_bytes(file));
+  return load::sha256_of(read_bytes(file));
 }
 
 }  // namespace vrda::test

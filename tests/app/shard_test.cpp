@@ -47,7 +47,7 @@ class Shards : public testing::TestWithParam<const char*> {
     for (int number = 1; number <= count; ++number) {
       const test::Ended ended = part({"--shard", std::to_string(number) + "/" + std::to_string(count)});
       EXPECT_EQ(ended.exit_code, 0) << ended.err;
-      EXPECT_EQ(ended.out, shard_journal_of(output_, {number, count}) + "\n");
+      EXPECT_EQ(ended.out, journal::shard_journal_of(output_, {number, count}) + "\n");
     }
   }
 
@@ -113,7 +113,7 @@ TEST_P(Shards, OneThatIsMissingIsNamedAndNothingIsLost)
 {
   const std::string wanted = whole_run();
   run_shards(3);
-  const std::string second = shard_journal_of(output_, {2, 3});
+  const std::string second = journal::shard_journal_of(output_, {2, 3});
   const std::string bytes = test::read_bytes(second);
   fs::remove(second);
   const test::Ended refused = merge();
@@ -124,7 +124,7 @@ TEST_P(Shards, OneThatIsMissingIsNamedAndNothingIsLost)
   EXPECT_THAT(refused.err, HasSubstr("no result for " + n + " of 35 attitudes, at flexion 2 and 8;"));
   EXPECT_THAT(refused.err, HasSubstr("no journal of shard 2 of 3"));
   EXPECT_FALSE(fs::exists(output_));
-  EXPECT_TRUE(fs::exists(shard_journal_of(output_, {1, 3})));
+  EXPECT_TRUE(fs::exists(journal::shard_journal_of(output_, {1, 3})));
 
   // Half of it.
   scratch_.write("out/" + fs::path(second).filename().string(), bytes.substr(0, bytes.size() / 2));
@@ -141,7 +141,7 @@ TEST_P(Shards, OneThatIsMissingIsNamedAndNothingIsLost)
 TEST_P(Shards, ASpineThatIsMissingIsNamed)
 {
   run_shards(2);
-  fs::remove(spine_journal_of(output_));
+  fs::remove(journal::spine_journal_of(output_));
   const test::Ended refused = merge();
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_EQ(test::n_lines(refused.err), 1 + n_warnings());
@@ -155,11 +155,12 @@ TEST_P(Shards, StepsThatStandTwiceAreNamedAndHarmless)
 {
   const std::string wanted = whole_run();
   run_shards(2);
-  const std::string copy = scratch_.path() / "copy.journal", first = shard_journal_of(output_, {1, 2});
+  const std::string copy = scratch_.path() / "copy.journal",
+                    first = journal::shard_journal_of(output_, {1, 2});
   fs::copy_file(first, copy);
   // The copy, which does not record its owner, comes first.
   const test::Ended merged =
-      merge({copy, spine_journal_of(output_), first, shard_journal_of(output_, {2, 2})});
+      merge({copy, journal::spine_journal_of(output_), first, journal::shard_journal_of(output_, {2, 2})});
   EXPECT_EQ(merged.exit_code, 0) << merged.err;
   EXPECT_THAT(merged.err, HasSubstr("steps are in more than one journal, with the same result: at flexion 0, "
                                     "4, 8 and 12, in " +
@@ -172,14 +173,14 @@ TEST_P(Shards, AMergeKilledWhileItClearedUpOnlyClearsUp)
 {
   const std::string wanted = whole_run();
   run_shards(2);
-  const std::string case_file = case_file_of(output_), kept = scratch_.path() / "kept.case.json";
+  const std::string case_file = cluster::case_file_of(output_), kept = scratch_.path() / "kept.case.json";
   fs::copy_file(case_file, kept);
-  const std::string left = shard_journal_of(output_, {2, 2});
+  const std::string left = journal::shard_journal_of(output_, {2, 2});
   const std::string bytes = test::read_bytes(left);
   ASSERT_EQ(merge().exit_code, 0);
-  CaseFile content = read_case_file(kept);
+  cluster::CaseFile content = cluster::read_case_file(kept);
   content.merged_sha256 = wanted;
-  write_case_file(case_file, content);
+  cluster::write_case_file(case_file, content);
   scratch_.write("out/" + fs::path(left).filename().string(), bytes);
   const test::Ended again = merge();
   EXPECT_EQ(again.exit_code, 0) << again.err;
@@ -197,8 +198,9 @@ TEST_P(Shards, JournalsOfAnotherJobAreRefused)
                             "--shard", "1/2"})
                 .exit_code,
             0);
-  const test::Ended merged = merge(
-      {spine_journal_of(output_), shard_journal_of(output_, {1, 2}), shard_journal_of(elsewhere, {1, 2})});
+  const test::Ended merged =
+      merge({journal::spine_journal_of(output_), journal::shard_journal_of(output_, {1, 2}),
+             journal::shard_journal_of(elsewhere, {1, 2})});
   EXPECT_EQ(merged.exit_code, 2);
   EXPECT_THAT(merged.err, HasSubstr("other.h5.shard-1-of-2.journal: key: found the journal of another job; "
                                     "first difference: grid.varus.step: found 2.5, this job has "));
@@ -214,7 +216,7 @@ TEST_P(Shards, JournalsOfAnotherJobAreRefused)
 TEST_P(Shards, ADamagedCaseFileIsNamed)
 {
   run_shards(2);
-  const std::string case_file = case_file_of(output_);
+  const std::string case_file = cluster::case_file_of(output_);
   test::edit(case_file, "solver.method", "solver.methud");
   const test::Ended merged = merge();
   EXPECT_EQ(merged.exit_code, 2);
@@ -233,7 +235,7 @@ TEST_P(Shards, OneThatIsStoppedGoesOn)
 {
   const std::string wanted = whole_run();
   ASSERT_EQ(part({"--spine"}).exit_code, 0);
-  const std::string journal = shard_journal_of(output_, {1, 1});
+  const std::string journal = journal::shard_journal_of(output_, {1, 1});
   test::Process process(test::vrda(run_words({"--shard", "1/1"})));
   test::wait_for_bytes(process, journal, 200);
   process.send(SIGTERM);
@@ -271,12 +273,12 @@ TEST(ShardWords, TheJobOfAMergeMayBeNamed)
   const test::Scratch scratch;
   const std::string job = test::small_job(scratch), output = scratch.path() / "a.h5";
   ASSERT_EQ(test::run_vrda({"run", job, "-o", output, "--shard", "1/1"}).exit_code, 0);
-  fs::remove(case_file_of(output));
+  fs::remove(cluster::case_file_of(output));
   EXPECT_EQ(test::run_vrda({"merge", "-o", output}).exit_code, 2);
   const test::Ended merged = test::run_vrda({"merge", "-o", output, "--job", job, "--keep"});
   EXPECT_EQ(merged.exit_code, 0) << merged.err;
-  EXPECT_TRUE(fs::exists(spine_journal_of(output)));
-  EXPECT_THAT(validate_hdf5(output), IsEmpty());
+  EXPECT_TRUE(fs::exists(journal::spine_journal_of(output)));
+  EXPECT_THAT(store::validate_hdf5(output), IsEmpty());
 }
 
 }  // namespace vrda::shard_test

@@ -125,7 +125,7 @@ TEST(SubmitLocal, TasksOfAMachineThatIsGoneAreBegunAgain)
   state["host"] = "node17";
   scratch.write("sub/tasks/knee_right.shard-2-of-3.json", state.dump());
   // While it runs, a repeated task waits.
-  auto lock = OutputLock::take(file.string(), "vrda task", {});
+  auto lock = OutputLock::acquire(file.string(), "vrda task", {});
   EXPECT_THAT(test::run_vrda({"status", folder.string()}).out,
               testing::ContainsRegex("shard 2 of 3      running      2 of 10        node17"));
   test::Process waiting(

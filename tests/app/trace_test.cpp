@@ -31,7 +31,7 @@ struct Traced {
     words.insert(words.end(), more.begin(), more.end());
     ended = test::run_vrda(words);
   }
-  std::string trace_file() const { return trace_name(file.string()); }
+  std::string trace_file() const { return store::trace_name(file.string()); }
 
   test::Scratch scratch;
   fs::path file;
@@ -44,10 +44,10 @@ TEST(Trace, StandsBesideTheModelAndNothingElseStays)
   ASSERT_EQ(run.ended.exit_code, 0) << run.ended.err;
   EXPECT_THAT(run.ended.err, HasSubstr(run.trace_file()));
   EXPECT_FALSE(fs::exists(run.file.string() + ".trace.journal"));
-  EXPECT_THAT(validate_hdf5(run.trace_file()), IsEmpty());
+  EXPECT_THAT(store::validate_hdf5(run.trace_file()), IsEmpty());
   EXPECT_EQ(test::run_vrda({"validate", run.trace_file()}).exit_code, 0);
-  EXPECT_NO_THROW(require_beside(read_trace(run.trace_file()), run.trace_file(),
-                                 read_motion_model(run.file.string()), ""));
+  EXPECT_NO_THROW(store::require_trace_matches_model(store::read_trace(run.trace_file()), run.trace_file(),
+                                                     store::read_motion_model(run.file.string()), ""));
 }
 
 TEST(Trace, TracingChangesNoByteOfTheModel)
@@ -57,20 +57,20 @@ TEST(Trace, TracingChangesNoByteOfTheModel)
   ASSERT_EQ(
       test::run_vrda({"run", test::small_knee_job(run.scratch, "right").string(), "-o", plain}).exit_code, 0);
   EXPECT_EQ(test::sha256_of_file(plain), test::sha256_of_file(run.file));
-  EXPECT_FALSE(fs::exists(trace_name(plain)));
+  EXPECT_FALSE(fs::exists(store::trace_name(plain)));
 }
 
 TEST(Trace, EachIterationTouchesOnceAndTouchesAreSomeOfTheMoves)
 {
   const Traced run("knee");
-  const Trace trace = read_trace(run.trace_file());
-  const MotionModel model = read_motion_model(run.file.string());
+  const store::Trace trace = store::read_trace(run.trace_file());
+  const store::MotionModel model = store::read_motion_model(run.file.string());
   std::int64_t n_iterations = 0;
   std::set<int> nodes;
   for (std::size_t s = 0; s < trace.searches.node.size(); ++s) {
     nodes.insert(trace.searches.node[s]);
-    const MoveRange range = moves_of(trace, s);
-    const std::vector<std::size_t> touches = moves_in_contact(trace, s);
+    const store::MoveRange range = store::moves_of(trace, s);
+    const std::vector<std::size_t> touches = store::moves_in_contact(trace, s);
     ASSERT_EQ(trace.searches.status[s], 0);
     EXPECT_LT(touches.size(), range.end - range.first);
     EXPECT_EQ(touches.back(), range.end - 1);
@@ -93,7 +93,8 @@ TEST(Trace, ALeftJointMirrorsTheRightOne)
       test::run_vrda({"run", test::small_knee_job(right.scratch, "left").string(), "-o", left, "--trace"})
           .exit_code,
       0);
-  const Trace r = read_trace(right.trace_file()), l = read_trace(trace_name(left));
+  const store::Trace r = store::read_trace(right.trace_file()),
+                     l = store::read_trace(store::trace_name(left));
   EXPECT_EQ(l.side, "left");
   EXPECT_EQ(r.moves.kind, l.moves.kind);
   EXPECT_EQ(r.moves.theta_deg, l.moves.theta_deg);
@@ -132,8 +133,8 @@ TEST(Trace, KilledThreeTimesItGoesOnAndGivesTheSameBytes)
   const test::Ended last = test::run_vrda({"run", job, "-o", killed.string(), "--trace"});
   EXPECT_EQ(last.exit_code, 0) << last.err;
   EXPECT_THAT(last.err, HasSubstr("resuming: "));
-  EXPECT_EQ(test::sha256_of_file(trace_name(killed.string())),
-            test::sha256_of_file(trace_name(whole.string())));
+  EXPECT_EQ(test::sha256_of_file(store::trace_name(killed.string())),
+            test::sha256_of_file(store::trace_name(whole.string())));
   EXPECT_EQ(test::sha256_of_file(killed), test::sha256_of_file(whole));
 }
 
@@ -148,15 +149,16 @@ TEST(Trace, StepsSolvedWithoutTraceAreOneMessageAndFreshIsTheWay)
     process.send(SIGINT);
     ASSERT_EQ(process.wait().exit_code, 4);
   }
-  const std::size_t n_known = read_journal(output + ".journal").records.size();
+  const std::size_t n_known = journal::read_journal(output + ".journal").records.size();
   const test::Ended refused = test::run_vrda({"run", job, "-o", output, "--trace", "--quiet"});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
   EXPECT_THAT(refused.err, HasSubstr(output + ".trace.journal: found no trace of "));
   EXPECT_THAT(refused.err, HasSubstr("--fresh"));
-  EXPECT_EQ(read_journal(output + ".journal").records.size(), n_known) << "nothing of the run is lost";
+  EXPECT_EQ(journal::read_journal(output + ".journal").records.size(), n_known)
+      << "nothing of the run is lost";
   EXPECT_EQ(test::run_vrda({"run", job, "-o", output, "--trace", "--fresh"}).exit_code, 0);
-  EXPECT_THAT(validate_hdf5(trace_name(output)), IsEmpty());
+  EXPECT_THAT(store::validate_hdf5(store::trace_name(output)), IsEmpty());
 }
 
 TEST(Trace, ADamagedJournalOfTracesIsSaidAndTheRunCanGoOnWithoutIt)
@@ -195,7 +197,7 @@ TEST(Trace, WhatStandsInItsPlaceMustBeOne)
 TEST(TraceCommand, CountsTheMovesOfEachSearch)
 {
   const Traced run("knee");
-  const Trace trace = read_trace(run.trace_file());
+  const store::Trace trace = store::read_trace(run.trace_file());
   const auto json = nlohmann::json::parse(test::run_vrda({"trace", run.trace_file(), "--json"}).out);
   EXPECT_EQ(json.at("searches").size(), trace.searches.node.size());
   EXPECT_EQ(json.at("all").at("moves"), trace.moves.kind.size());
@@ -226,7 +228,7 @@ std::vector<std::string> lines_of(const std::string& text)
 TEST(TraceCommand, CsvHasALineAMoveAndContactOnlyLeavesSomeOfThem)
 {
   const Traced run("knee");
-  const Trace trace = read_trace(run.trace_file());
+  const store::Trace trace = store::read_trace(run.trace_file());
   const std::vector<std::string> all = lines_of(test::run_vrda({"trace", run.trace_file(), "--csv"}).out);
   ASSERT_EQ(all.size(), 1 + trace.moves.kind.size());
   EXPECT_THAT(all[0], testing::StartsWith("flexion_deg,varus_deg,node,iteration,kind,x_mm"));

@@ -24,9 +24,9 @@ struct Scene {
     const std::string file = (test::source_directory() / "jobs" / "validation" / job).string();
     ended = test::run_vrda({"run", file, "-o", output, "--trace", "--progress", "none"});
     check = test::run_vrda({"check", file});
-    model = read_motion_model(output);
-    trace = read_trace(trace_name(output));
-    require_beside(trace, trace_name(output), model, output);
+    model = store::read_motion_model(output);
+    trace = store::read_trace(store::trace_name(output));
+    store::require_trace_matches_model(trace, store::trace_name(output), model, output);
   }
   StepStatus status() const { return static_cast<StepStatus>(model.status(0, 0)); }
   int count(MoveKind kind) const
@@ -42,8 +42,8 @@ struct Scene {
   std::size_t last_move() const { return trace.moves.kind.size() - 1; }
 
   test::Ended ended, check;
-  MotionModel model;
-  Trace trace;
+  store::MotionModel model;
+  store::Trace trace;
 };
 
 void expect_run(const Scene& scene, StepStatus status)
@@ -61,7 +61,7 @@ void expect_last_touch_at_rest(const Scene& scene)
 {
   ASSERT_FALSE(scene.trace.moves.in_contact.empty());
   EXPECT_EQ(scene.trace.moves.in_contact.back(), 1);
-  EXPECT_EQ(moves_in_contact(scene.trace, 0).back(), scene.last_move());
+  EXPECT_EQ(store::moves_in_contact(scene.trace, 0).back(), scene.last_move());
   const Eigen::Vector3d rest(scene.model.tx_mm(0, 0), scene.model.ty_mm(0, 0), scene.model.tz_mm(0, 0));
   EXPECT_LT((scene.at(scene.last_move()) - rest).norm(), 1e-5);
   EXPECT_GT(scene.trace.moves.contact_start.back(), *(scene.trace.moves.contact_start.end() - 2));
@@ -73,7 +73,7 @@ void expect_ball_in_the_middle(const std::string& job)
   const Scene scene(job);
   expect_run(scene, StepStatus::stable);
   expect_last_touch_at_rest(scene);
-  const Eigen::Vector3d first = scene.at(moves_in_contact(scene.trace, 0).front());
+  const Eigen::Vector3d first = scene.at(store::moves_in_contact(scene.trace, 0).front());
   EXPECT_GT(std::hypot(first.x(), first.z()), 13.0);
   EXPECT_LT(std::hypot(scene.model.tx_mm(0, 0), scene.model.tz_mm(0, 0)), 2.0 * resolution_mm)
       << "halving from 1 mm can miss by 1.25 resolutions";
@@ -98,8 +98,8 @@ TEST(ValidationJobs, TheBallGoesThroughTheHole)
   // It ends when the ball of 5 mm clears the hole of 12 mm on all sides; the polyhedron is at most 0.1 mm
   // inside the ball. The last contact is one step of at most 1 mm along each axis before that.
   const double room_mm = 6.0 - 5.0 + 0.1;
-  const Eigen::Vector3d first = scene.at(moves_in_contact(scene.trace, 0).front());
-  const Eigen::Vector3d touch = scene.at(moves_in_contact(scene.trace, 0).back());
+  const Eigen::Vector3d first = scene.at(store::moves_in_contact(scene.trace, 0).front());
+  const Eigen::Vector3d touch = scene.at(store::moves_in_contact(scene.trace, 0).back());
   const Eigen::Vector3d end = scene.at(scene.last_move());
   EXPECT_GT(std::hypot(first.x(), first.z()), 12.0);
   EXPECT_LT(std::max(std::abs(touch.x()), std::abs(touch.z())), room_mm + 1.0);
@@ -119,7 +119,7 @@ TEST(ValidationJobs, ANarrowerHoleHoldsTheBall)
   const std::string job = scratch.write("narrow.toml", text).string();
   const std::string output = (scratch.path() / "narrow.h5").string();
   EXPECT_EQ(test::run_vrda({"run", job, "-o", output, "--progress", "none"}).exit_code, 0);
-  EXPECT_EQ(static_cast<StepStatus>(read_motion_model(output).status(0, 0)), StepStatus::stable);
+  EXPECT_EQ(static_cast<StepStatus>(store::read_motion_model(output).status(0, 0)), StepStatus::stable);
 }
 
 TEST(ValidationJobs, TheBarTurnsUntilItFitsBetweenThePyramids)

@@ -26,14 +26,14 @@ bool is_same(double a, double b)
   return a == b || (std::isnan(a) && std::isnan(b));
 }
 
-void expect_same_cell(const AuditSet& a, const AuditSet& b, Eigen::Index i, Eigen::Index j)
+void expect_same_cell(const store::AuditSet& a, const store::AuditSet& b, Eigen::Index i, Eigen::Index j)
 {
   EXPECT_EQ(a.state(i, j), b.state(i, j));
   EXPECT_TRUE(is_same(a.penetration_mm(i, j), b.penetration_mm(i, j))) << i << ' ' << j;
   EXPECT_TRUE(is_same(a.gap_mm(i, j), b.gap_mm(i, j))) << i << ' ' << j;
 }
 
-void expect_same(const AuditSet& a, const AuditSet& b)
+void expect_same(const store::AuditSet& a, const store::AuditSet& b)
 {
   ASSERT_EQ(a.flexion_deg, b.flexion_deg);
   for (Eigen::Index i = 0; i < a.state.rows(); ++i) {
@@ -43,44 +43,44 @@ void expect_same(const AuditSet& a, const AuditSet& b)
 
 TEST(Audit, EachFlexionAlongItsOwnDelta)
 {
-  const MotionModel turning = test::sample_model(equilibrium_options());
-  const AuditSet found = audit(turning, "raw", 1, 2);
+  const store::MotionModel turning = test::sample_model(equilibrium_options());
+  const store::AuditSet found = audit::audit(turning, "raw", 1, 2);
   for (std::size_t k = 0; k < turning.flexion_deg.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    MotionModel constant = turning;
+    store::MotionModel constant = turning;
     constant.delta = turning.push.delta.row(i).transpose();
-    constant.push = constant_push(constant.delta, turning.flexion_deg.size());
-    const AuditSet expected = audit(constant, "raw", 1, 1);
+    constant.push = store::constant_push(constant.delta, turning.flexion_deg.size());
+    const store::AuditSet expected = audit::audit(constant, "raw", 1, 1);
     for (Eigen::Index j = 0; j < found.state.cols(); ++j) expect_same_cell(found, expected, i, j);
   }
   // The last row has another Delta than the first, hence another gap.
-  MotionModel wrong = turning;
-  wrong.push = constant_push(turning.delta, turning.flexion_deg.size());
+  store::MotionModel wrong = turning;
+  wrong.push = store::constant_push(turning.delta, turning.flexion_deg.size());
   const Eigen::Index last = found.state.rows() - 1;
-  EXPECT_NE(audit(wrong, "raw", 1, 1).gap_mm(last, 0), found.gap_mm(last, 0));
+  EXPECT_NE(audit::audit(wrong, "raw", 1, 1).gap_mm(last, 0), found.gap_mm(last, 0));
 }
 
 TEST(Audit, AFreeVarusAtWhatWasFound)
 {
   test::SampleOptions options;
   options.n_varus = 1;
-  const MotionModel given = test::sample_model(options);  // at varus -1
-  MotionModel free = given;
+  const store::MotionModel given = test::sample_model(options);  // at varus -1
+  store::MotionModel free = given;
   free.varus_deg = {0.0};
-  expect_same(audit(free, "raw", 1, 2), audit(given, "raw", 1, 1));
+  expect_same(audit::audit(free, "raw", 1, 2), audit::audit(given, "raw", 1, 1));
 }
 
 // A wide block with its lower face 10 mm above the rotation centre, rotated by each attitude; below it a box
 // of 2 mm with its centre at `y_mm`. Both are symmetric to the sagittal plane.
-MotionModel block_model(const std::string& side, double y_mm)
+store::MotionModel block_model(const std::string& side, double y_mm)
 {
   test::ModelPlan plan;
   plan.side = side;
   plan.rotation_centre_mm = {20, 50, -30};
   plan.flexion_deg = {0, 5, 10};
   plan.varus_deg = {-4, 0, 4};
-  plan.motion = [y_mm](double, double) { return PoseNumbers{0, y_mm, 0, 0}; };
-  MotionModel model = test::model_of(plan);
+  plan.motion = [y_mm](double, double) { return motion::PoseCoordinates{0, y_mm, 0, 0}; };
+  store::MotionModel model = test::model_of(plan);
   model.reference.contact.mesh = test::box(plan.rotation_centre_mm + Eigen::Vector3d(0, 30, 0), {90, 40, 90});
   model.moving.contact.mesh = test::box(plan.rotation_centre_mm, {2, 2, 2});
   return model;
@@ -98,7 +98,7 @@ struct Tally {
   int n_free = 0, n_overlapping = 0;
 };
 
-Tally expect_closed_form(const AuditSet& found, double y_mm)
+Tally expect_closed_form(const store::AuditSet& found, double y_mm)
 {
   Tally tally;
   for (Eigen::Index i = 0; i < found.state.rows(); ++i) {
@@ -107,7 +107,7 @@ Tally expect_closed_form(const AuditSet& found, double y_mm)
                                                found.varus_deg[static_cast<std::size_t>(j)], y_mm);
       const bool is_free = travel_mm > 0.0;
       EXPECT_EQ(found.state(i, j),
-                static_cast<std::int8_t>(is_free ? AuditState::free : AuditState::overlapping));
+                static_cast<std::int8_t>(is_free ? store::AuditState::free : store::AuditState::overlapping));
       EXPECT_NEAR(found.penetration_mm(i, j), is_free ? 0.0 : -travel_mm, rounding_mm);
       EXPECT_EQ(std::isnan(found.gap_mm(i, j)), !is_free);
       EXPECT_NEAR(is_free ? found.gap_mm(i, j) : travel_mm, travel_mm, rounding_mm);
@@ -123,8 +123,8 @@ TEST(Audit, FollowsTheClosedFormAtAndBetweenTheAttitudes)
   for (const std::string side : {"right", "left"}) {
     // The travel from y = 0 falls from 9 at 0, 0 to 8.9 at 10, 4.
     const double y_mm = 8.95;
-    const MotionModel model = block_model(side, y_mm);
-    const AuditSet found = audit(model, "raw", 3, 2);
+    const store::MotionModel model = block_model(side, y_mm);
+    const store::AuditSet found = audit::audit(model, "raw", 3, 2);
     EXPECT_EQ(found.refine, 3);
     ASSERT_EQ(found.state.rows(), 7);
     ASSERT_EQ(found.state.cols(), 7);
@@ -133,22 +133,22 @@ TEST(Audit, FollowsTheClosedFormAtAndBetweenTheAttitudes)
     const Tally tally = expect_closed_form(found, y_mm);
     EXPECT_GT(tally.n_free, 5);
     EXPECT_GT(tally.n_overlapping, 5);
-    const AuditFigures figures = figures_of(found);
+    const audit::AuditFigures figures = audit::figures_of(found);
     EXPECT_EQ(figures.n_poses, 49);
     EXPECT_EQ(figures.n_overlapping, tally.n_overlapping);
     EXPECT_NEAR(figures.largest_penetration.value_mm,
                 -block_travel_mm(figures.largest_penetration.flexion_deg,
                                  figures.largest_penetration.varus_deg, y_mm),
                 rounding_mm);
-    EXPECT_EQ(figures.largest_penetration.value_mm, summary_of(found).largest_penetration_mm);
-    EXPECT_EQ(figures.largest_gap.value_mm, summary_of(found).largest_gap_mm);
+    EXPECT_EQ(figures.largest_penetration.value_mm, store::summary_of(found).largest_penetration_mm);
+    EXPECT_EQ(figures.largest_gap.value_mm, store::summary_of(found).largest_gap_mm);
   }
 }
 
 TEST(Audit, TheAttitudesOfTheModelHaveTheSameBitsHoweverManyLieBetween)
 {
-  const MotionModel model = block_model("right", 8.95);
-  const AuditSet coarse = audit(model, "raw", 1, 1), fine = audit(model, "raw", 4, 1);
+  const store::MotionModel model = block_model("right", 8.95);
+  const store::AuditSet coarse = audit::audit(model, "raw", 1, 1), fine = audit::audit(model, "raw", 4, 1);
   for (Eigen::Index i = 0; i < coarse.state.rows(); ++i) {
     for (Eigen::Index j = 0; j < coarse.state.cols(); ++j) {
       EXPECT_TRUE(is_same(coarse.gap_mm(i, j), fine.gap_mm(4 * i, 4 * j)));
@@ -159,41 +159,41 @@ TEST(Audit, TheAttitudesOfTheModelHaveTheSameBitsHoweverManyLieBetween)
 
 TEST(Audit, ThreadsChangeNoBit)
 {
-  MotionModel model = block_model("left", 8.95);
+  store::MotionModel model = block_model("left", 8.95);
   test::unsolve(model, 1, 1);
-  const AuditSet one = audit(model, "raw", 3, 1);
-  for (const int n_threads : {2, 5, 40}) expect_same(audit(model, "raw", 3, n_threads), one);
+  const store::AuditSet one = audit::audit(model, "raw", 3, 1);
+  for (const int n_threads : {2, 5, 40}) expect_same(audit::audit(model, "raw", 3, n_threads), one);
 }
 
 TEST(Audit, NamesWhereThereIsNoPoseAndWhereNothingIsAhead)
 {
-  MotionModel model = block_model("right", 8.0);
+  store::MotionModel model = block_model("right", 8.0);
   test::unsolve(model, 1, 1);
-  const AuditSet hole = audit(model, "raw", 2, 1);
-  EXPECT_EQ(hole.state(2, 2), static_cast<std::int8_t>(AuditState::no_pose));
-  EXPECT_EQ(hole.state(1, 3), static_cast<std::int8_t>(AuditState::no_pose));
-  EXPECT_EQ(hole.state(0, 1), static_cast<std::int8_t>(AuditState::free));
+  const store::AuditSet hole = audit::audit(model, "raw", 2, 1);
+  EXPECT_EQ(hole.state(2, 2), static_cast<std::int8_t>(store::AuditState::no_pose));
+  EXPECT_EQ(hole.state(1, 3), static_cast<std::int8_t>(store::AuditState::no_pose));
+  EXPECT_EQ(hole.state(0, 1), static_cast<std::int8_t>(store::AuditState::free));
   EXPECT_TRUE(std::isnan(hole.penetration_mm(2, 2)));
-  EXPECT_EQ(figures_of(hole).n_poses, 16);  // the poses around the hole
+  EXPECT_EQ(audit::figures_of(hole).n_poses, 16);  // the poses around the hole
   model.moving.contact.mesh.vertices_mm.col(0).array() += 500.0;
-  const AuditSet aside = audit(model, "raw", 1, 1);
-  EXPECT_EQ(aside.state(0, 0), static_cast<std::int8_t>(AuditState::nothing_ahead));
+  const store::AuditSet aside = audit::audit(model, "raw", 1, 1);
+  EXPECT_EQ(aside.state(0, 0), static_cast<std::int8_t>(store::AuditState::nothing_ahead));
   EXPECT_TRUE(std::isnan(aside.gap_mm(0, 0)));
   EXPECT_EQ(aside.penetration_mm(0, 0), 0.0);
-  EXPECT_EQ(figures_of(aside).n_nothing_ahead, 8);
+  EXPECT_EQ(audit::figures_of(aside).n_nothing_ahead, 8);
 }
 
 TEST(Audit, TheZeroVarusMotionByFlexionAlone)
 {
-  MotionModel model = block_model("right", 0.0);
-  ZeroVarus table;
+  store::MotionModel model = block_model("right", 0.0);
+  store::ZeroVarus table;
   const std::size_t n = model.flexion_deg.size();
-  table.source.assign(n, static_cast<std::int8_t>(ZeroVarusSource::both_touch));
+  table.source.assign(n, static_cast<std::int8_t>(store::ZeroVarusSource::both_touch));
   table.varus_deg.assign(n, 2.0);
   table.tx_mm = table.tz_mm = table.theta_deg = std::vector<double>(n, 0.0);
   table.ty_mm.assign(n, 8.8);
   model.zero_varus = table;
-  const AuditSet found = audit(model, "zero_varus", 2, 1);
+  const store::AuditSet found = audit::audit(model, "zero_varus", 2, 1);
   ASSERT_EQ(found.state.rows(), 5);
   EXPECT_EQ(found.varus_deg, std::vector<double>{0.0});
   for (std::size_t k = 0; k < 5; ++k) {
@@ -203,11 +203,11 @@ TEST(Audit, TheZeroVarusMotionByFlexionAlone)
 }
 
 // The smoothed motion has height y_mm everywhere.
-MotionModel smoothed_block_model(double y_mm)
+store::MotionModel smoothed_block_model(double y_mm)
 {
-  MotionModel model = block_model("left", 8.0);
+  store::MotionModel model = block_model("left", 8.0);
   test::add_smoothed(model, 1, [y_mm](int i, int j) {
-    return PoseNumbers{0, i + j == 0 ? y_mm : 0.0, 0, 0};
+    return motion::PoseCoordinates{0, i + j == 0 ? y_mm : 0.0, 0, 0};
   });
   return model;
 }
@@ -215,39 +215,39 @@ MotionModel smoothed_block_model(double y_mm)
 TEST(Recontact, TravelsByTheClosedFormShortOfItByTheMargin)
 {
   for (const double y_mm : {8.0, 8.95, 9.5}) {  // all free, mixed, all overlapping
-    const MotionModel model = smoothed_block_model(y_mm);
-    const GridD travel_mm = recontact(model, model.smoothed.front(), 1);
+    const store::MotionModel model = smoothed_block_model(y_mm);
+    const store::GridD travel_mm = audit::recontact(model, model.smoothed.front(), 1);
     for (Eigen::Index i = 0; i < travel_mm.rows(); ++i) {
       for (Eigen::Index j = 0; j < travel_mm.cols(); ++j) {
         const double expected_mm = block_travel_mm(model.flexion_deg[static_cast<std::size_t>(i)],
                                                    model.varus_deg[static_cast<std::size_t>(j)], y_mm);
-        EXPECT_NEAR(travel_mm(i, j), expected_mm - contact_margin_mm, rounding_mm);
+        EXPECT_NEAR(travel_mm(i, j), expected_mm - audit::contact_margin_mm, rounding_mm);
       }
     }
-    EXPECT_TRUE((recontact(model, model.smoothed.front(), 3) == travel_mm).all());
+    EXPECT_TRUE((audit::recontact(model, model.smoothed.front(), 3) == travel_mm).all());
   }
 }
 
 TEST(Recontact, TheAuditOfTheRecontactedMotionFindsTheMarginAndNoOverlap)
 {
-  MotionModel model = smoothed_block_model(9.5);
+  store::MotionModel model = smoothed_block_model(9.5);
   test::unsolve(model, 0, 2);  // the polynomials have a pose there nevertheless
-  model.smoothed.front().recontact_mm = recontact(model, model.smoothed.front(), 1);
-  EXPECT_EQ(figures_of(audit(model, "degree_1", 1, 1)).n_overlapping, 9);
-  const AuditFigures at_nodes = figures_of(audit(model, "degree_1_recontacted", 1, 1));
+  model.smoothed.front().recontact_mm = audit::recontact(model, model.smoothed.front(), 1);
+  EXPECT_EQ(audit::figures_of(audit::audit(model, "degree_1", 1, 1)).n_overlapping, 9);
+  const audit::AuditFigures at_nodes = audit::figures_of(audit::audit(model, "degree_1_recontacted", 1, 1));
   EXPECT_EQ(at_nodes.n_poses, 9);
   EXPECT_EQ(at_nodes.n_overlapping, 0);
   EXPECT_EQ(at_nodes.n_nothing_ahead, 0);
-  EXPECT_NEAR(at_nodes.largest_gap.value_mm, contact_margin_mm, rounding_mm);
+  EXPECT_NEAR(at_nodes.largest_gap.value_mm, audit::contact_margin_mm, rounding_mm);
   // Between them the travel is interpolated, but not the kink at zero varus.
-  EXPECT_GT(figures_of(audit(model, "degree_1_recontacted", 2, 1)).n_overlapping, 0);
+  EXPECT_GT(audit::figures_of(audit::audit(model, "degree_1_recontacted", 2, 1)).n_overlapping, 0);
 }
 
 TEST(Recontact, LeavesAHoleWhereNothingIsAhead)
 {
-  MotionModel model = smoothed_block_model(8.0);
+  store::MotionModel model = smoothed_block_model(8.0);
   model.moving.contact.mesh.vertices_mm.col(0).array() += 500.0;
-  EXPECT_TRUE(recontact(model, model.smoothed.front(), 1).isNaN().all());
+  EXPECT_TRUE(audit::recontact(model, model.smoothed.front(), 1).isNaN().all());
 }
 
 }  // namespace vrda::motion_audit_test

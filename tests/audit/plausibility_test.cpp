@@ -20,9 +20,9 @@ Mesh turned_about_z(const Mesh& mesh, double angle_rad)
 }
 
 /// One stable attitude: the reference mesh in place, the moving one translated by `at_mm`.
-MotionModel posed_model(const Mesh& reference, const Mesh& moving, const Eigen::Vector3d& at_mm)
+store::MotionModel posed_model(const Mesh& reference, const Mesh& moving, const Eigen::Vector3d& at_mm)
 {
-  MotionModel model;
+  store::MotionModel model;
   model.joint = "other";
   model.side = "right";
   model.method = "stability-search";
@@ -31,11 +31,11 @@ MotionModel posed_model(const Mesh& reference, const Mesh& moving, const Eigen::
   model.flexion_deg = model.varus_deg = {0.0};
   model.reference.contact.mesh = reference;
   model.moving.contact.mesh = moving;
-  model = with_pending_cells(std::move(model));
+  model = store::with_pending_cells(std::move(model));
   StepRecord record;
   record.status = StepStatus::stable;
   record.pose.translation_mm = at_mm;
-  set_cell(model, record);
+  store::set_cell(model, record);
   return model;
 }
 
@@ -44,13 +44,13 @@ struct Verdict {
   Plausibility plausibility;
 };
 
-Verdict verdict_of(const MotionModel& model)
+Verdict verdict_of(const store::MotionModel& model)
 {
-  const PoseVerdicts verdicts = pose_verdicts(model, {}, 1);
+  const audit::PoseAssessment verdicts = audit::assess_poses(model, {}, 1);
   return {verdicts.is_overlapping(0, 0) == 1, static_cast<Plausibility>(verdicts.plausibility(0, 0))};
 }
 
-void expect_plausibility(const MotionModel& model, Plausibility plausibility)
+void expect_plausibility(const store::MotionModel& model, Plausibility plausibility)
 {
   const Verdict verdict = verdict_of(model);
   EXPECT_FALSE(verdict.is_overlapping);
@@ -119,8 +119,8 @@ TEST(Plausibility, OverlapIsFoundAndNotJudgedFurther)
 
 TEST(Plausibility, CellsThatAreNotStableAreNotJudged)
 {
-  MotionModel model = posed_model(block, block, {3, -8, 2});
-  model = with_pending_cells(std::move(model));
+  store::MotionModel model = posed_model(block, block, {3, -8, 2});
+  model = store::with_pending_cells(std::move(model));
   const Verdict verdict = verdict_of(model);
   EXPECT_FALSE(verdict.is_overlapping);
   EXPECT_EQ(verdict.plausibility, Plausibility::not_judged);

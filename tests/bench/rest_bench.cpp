@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "assemble/case_solver.hpp"
 #include "core/error.hpp"
+#include "model_build/case_solver.hpp"
 #include "processor_time.hpp"
 #include "rigid_body.hpp"
 #include "scene.hpp"

@@ -4,8 +4,8 @@
 #include <chrono>
 #include <filesystem>
 
-#include "assemble/assemble.hpp"
-#include "assemble/case_solver.hpp"
+#include "model_build/case_solver.hpp"
+#include "model_build/model_build.hpp"
 #include "scene.hpp"
 #include "shares.hpp"
 #include "smooth/smooth.hpp"

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <map>
 
-#include "assemble/case_solver.hpp"
 #include "core/units.hpp"
+#include "model_build/case_solver.hpp"
 #include "solve/stability_search.hpp"
 
 namespace vrda::bench {

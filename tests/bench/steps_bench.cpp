@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "assemble/case_solver.hpp"
+#include "model_build/case_solver.hpp"
 #include "processor_time.hpp"
 #include "scene.hpp"
 

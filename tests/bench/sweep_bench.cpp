@@ -6,8 +6,8 @@
 #include <chrono>
 #include <thread>
 
-#include "assemble/case_solver.hpp"
 #include "fcl_search.hpp"
+#include "model_build/case_solver.hpp"
 #include "processor_time.hpp"
 #include "scene.hpp"
 

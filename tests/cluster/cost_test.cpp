@@ -10,9 +10,9 @@
 
 namespace vrda::cost_test {
 
-SweepPlan plan_of(SpineRule rule, int n_flexion, int n_varus)
+sweep::SweepPlan plan_of(sweep::SpineRule rule, int n_flexion, int n_varus)
 {
-  SweepPlan plan;
+  sweep::SweepPlan plan;
   plan.spine = rule;
   for (int i = 0; i < n_flexion; ++i) plan.flexion_rad.push_back(rad_from_deg(5.0 * i));
   for (int j = 0; j < n_varus; ++j) plan.varus_rad.push_back(rad_from_deg(2.0 * (j - n_varus / 2)));
@@ -25,11 +25,11 @@ struct Solved {
 };
 
 // Sweeps with a counting solver: every step stable, both compartments in contact, highest at zero varus.
-Solved solved_by(const SweepPlan& plan)
+Solved solved_by(const sweep::SweepPlan& plan)
 {
   Solved solved;
   std::mutex mutex;
-  const SolveStep solve = [&](const StepTask& task) {
+  const sweep::SolveStep solve = [&](const sweep::StepTask& task) {
     const std::lock_guard lock(mutex);
     ++solved.by_kind[task.key.kind];
     StepRecord record;
@@ -39,19 +39,19 @@ Solved solved_by(const SweepPlan& plan)
     record.pose.translation_mm = {0.0, -std::abs(task.attitude.varus_rad), 0.0};
     return record;
   };
-  SweepHooks hooks;
+  sweep::SweepHooks hooks;
   hooks.keep = [&](const StepRecord&) {
     const std::lock_guard lock(mutex);
     ++solved.n_kept;
   };
-  EXPECT_TRUE(sweep(plan, solve, hooks, 2).is_complete);
+  EXPECT_TRUE(sweep::sweep(plan, solve, hooks, 2).is_complete);
   return solved;
 }
 
-void expect_counted(const SweepPlan& plan)
+void expect_counted(const sweep::SweepPlan& plan)
 {
   Solved solved = solved_by(plan);
-  const StepCounts counts = step_counts(plan);
+  const cluster::StepCounts counts = cluster::step_counts(plan);
   std::map<StepKind, std::int64_t>& n = solved.by_kind;
   EXPECT_EQ(counts.spine(), n[StepKind::spine_probe] + n[StepKind::free_spine]);
   EXPECT_EQ(counts.bands, n[StepKind::band]);
@@ -61,13 +61,14 @@ void expect_counted(const SweepPlan& plan)
 
 TEST(StepCounts, AreWhatASweepSolvesByEverySpineRule)
 {
-  for (const SpineRule rule : {SpineRule::nearest_zero, SpineRule::walk_to_balance, SpineRule::free_varus}) {
+  for (const sweep::SpineRule rule :
+       {sweep::SpineRule::nearest_zero, sweep::SpineRule::walk_to_balance, sweep::SpineRule::free_varus}) {
     for (const int n_flexion : {1, 2, 7}) {
       for (const int n_varus : {1, 2, 3, 6}) {
         for (const bool has_band : {false, true}) {
           SCOPED_TRACE(testing::Message()
                        << static_cast<int>(rule) << ' ' << n_flexion << ' ' << n_varus << ' ' << has_band);
-          SweepPlan plan = plan_of(rule, n_flexion, n_varus);
+          sweep::SweepPlan plan = plan_of(rule, n_flexion, n_varus);
           plan.has_band = has_band;
           plan.n_restarts = has_band ? 4 : 0;
           expect_counted(plan);
@@ -83,11 +84,11 @@ TEST(StepCounts, AreWhatASweepSolvesByEverySpineRule)
 
 TEST(StepCounts, OfVarusLeftFreeOnlyTheBandsAreInTheRows)
 {
-  SweepPlan plan = plan_of(SpineRule::free_varus, 91, 1);
+  sweep::SweepPlan plan = plan_of(sweep::SpineRule::free_varus, 91, 1);
   plan.is_varus_free = plan.has_band = true;
   plan.n_restarts = 4;
   expect_counted(plan);
-  const StepCounts counts = step_counts(plan);
+  const cluster::StepCounts counts = cluster::step_counts(plan);
   EXPECT_EQ(counts.chain, 182);
   EXPECT_EQ(counts.restarts, 364);
   EXPECT_EQ(counts.bands, 182);
@@ -96,33 +97,33 @@ TEST(StepCounts, OfVarusLeftFreeOnlyTheBandsAreInTheRows)
 
 TEST(StepCounts, OfShardsAddUp)
 {
-  SweepPlan plan = plan_of(SpineRule::free_varus, 10, 5);
+  sweep::SweepPlan plan = plan_of(sweep::SpineRule::free_varus, 10, 5);
   plan.has_band = true;
-  const StepCounts whole = step_counts(plan);
+  const cluster::StepCounts whole = cluster::step_counts(plan);
   std::int64_t rows = 0;
   for (int shard = 0; shard < 3; ++shard) {
     plan.rows.emplace();
     for (int i = shard; i < 10; i += 3) plan.rows->push_back(i);
-    const StepCounts part = step_counts(plan);
+    const cluster::StepCounts part = cluster::step_counts(plan);
     EXPECT_EQ(part.spine(), whole.spine());
     rows += part.rows();
   }
   EXPECT_EQ(rows, whole.rows());
 }
 
-CaseSize size_of_knee()
+cluster::CaseSize size_of_knee()
 {
   return {false, 4746, 10602, 21, 91, 21, 1};
 }
 
 TEST(Cost, GrowsWithEverythingThatMakesWork)
 {
-  const StepCounts steps{182, 364, 182, 1911, 2639};
-  const CaseCost plain = cost_of(size_of_knee(), steps);
-  CaseSize larger = size_of_knee();
+  const cluster::StepCounts steps{182, 364, 182, 1911, 2639};
+  const cluster::CaseCost plain = cluster::cost_of(size_of_knee(), steps);
+  cluster::CaseSize larger = size_of_knee();
   larger.n_contact_triangles *= 4;
   larger.n_triangles *= 4;
-  const CaseCost finer = cost_of(larger, steps);
+  const cluster::CaseCost finer = cluster::cost_of(larger, steps);
   EXPECT_DOUBLE_EQ(finer.solving_s(),
                    2.0 * plain.solving_s());  // grows with the square root of the triangles
   EXPECT_GT(finer.load_s, plain.load_s);
@@ -131,18 +132,18 @@ TEST(Cost, GrowsWithEverythingThatMakesWork)
   EXPECT_GT(finer.model_bytes, plain.model_bytes);
   EXPECT_EQ(finer.journal_bytes, plain.journal_bytes);
 
-  CaseSize searched = size_of_knee();
+  cluster::CaseSize searched = size_of_knee();
   searched.is_search = true;
-  EXPECT_GT(cost_of(searched, steps).solving_s(), 10.0 * plain.solving_s());
-  CaseSize held = size_of_knee();
+  EXPECT_GT(cluster::cost_of(searched, steps).solving_s(), 10.0 * plain.solving_s());
+  cluster::CaseSize held = size_of_knee();
   held.n_fibres += 10;
-  EXPECT_GT(cost_of(held, steps).model_bytes, plain.model_bytes);
-  CaseSize unsmoothed = size_of_knee();
+  EXPECT_GT(cluster::cost_of(held, steps).model_bytes, plain.model_bytes);
+  cluster::CaseSize unsmoothed = size_of_knee();
   unsmoothed.n_smoothed = 0;
-  EXPECT_LT(cost_of(unsmoothed, steps).finish_s, plain.finish_s);
+  EXPECT_LT(cluster::cost_of(unsmoothed, steps).finish_s, plain.finish_s);
 
-  StepCounts twice{364, 728, 364, 3822, 5278};
-  const CaseCost doubled = cost_of(size_of_knee(), twice);
+  cluster::StepCounts twice{364, 728, 364, 3822, 5278};
+  const cluster::CaseCost doubled = cluster::cost_of(size_of_knee(), twice);
   EXPECT_DOUBLE_EQ(doubled.solving_s(), 2.0 * plain.solving_s());
   EXPECT_DOUBLE_EQ(doubled.journal_bytes, 2.0 * plain.journal_bytes);
   EXPECT_EQ(doubled.load_s, plain.load_s);
@@ -150,7 +151,7 @@ TEST(Cost, GrowsWithEverythingThatMakesWork)
 
 TEST(Cost, IsTheSumOfItsParts)
 {
-  const CaseCost cost = cost_of(size_of_knee(), {182, 364, 182, 1911, 2639});
+  const cluster::CaseCost cost = cluster::cost_of(size_of_knee(), {182, 364, 182, 1911, 2639});
   EXPECT_DOUBLE_EQ(cost.processor_s(), cost.load_s + cost.spine_s + cost.rows_s + cost.finish_s);
   EXPECT_DOUBLE_EQ(cost.chain_s, cost.spine_s / 3.0);
 }
@@ -161,8 +162,8 @@ TEST(Cost, RunsMeasuredLieWithinTheSpread)
 {
   struct Run {
     const char* name;
-    CaseSize size;
-    StepCounts steps;
+    cluster::CaseSize size;
+    cluster::StepCounts steps;
     double solving_s, memory_mb, journal_kb, model_kb;
   };
   const Run runs[] = {
@@ -193,10 +194,10 @@ TEST(Cost, RunsMeasuredLieWithinTheSpread)
   };
   for (const Run& run : runs) {
     SCOPED_TRACE(run.name);
-    const CaseCost cost = cost_of(run.size, run.steps);
+    const cluster::CaseCost cost = cluster::cost_of(run.size, run.steps);
     const auto expect_near = [](double estimate, double measured) {
-      EXPECT_LT(estimate, cost_spread * measured);
-      EXPECT_GT(estimate, measured / cost_spread);
+      EXPECT_LT(estimate, cluster::cost_spread * measured);
+      EXPECT_GT(estimate, measured / cluster::cost_spread);
     };
     expect_near(cost.solving_s(), run.solving_s);
     expect_near(cost.memory_bytes, 1e6 * run.memory_mb);

@@ -21,27 +21,28 @@ class LocalRunTest : public testing::Test {
  protected:
   LocalRunTest() : submission_(test::one_case(3)), folder_(test::folder_with(scratch_, submission_)) {}
 
-  LocalOutcome run(const std::string& act, const LocalOptions& options)
+  cluster::LocalOutcome run(const std::string& act, const cluster::LocalOptions& options)
   {
     const fs::path program =
         scratch_.write("vrda", "#!/bin/bash\necho \"$@\" >> " + said().string() + "\n" + act + "\n");
     fs::permissions(program, fs::perms::owner_all);
     submission_.program = program.string();
-    return run_locally(folder_, submission_, jobs_of_work(submission_, all_work(submission_), no_limits),
-                       options);
+    return cluster::run_locally(
+        folder_, submission_,
+        cluster::jobs_of_work(submission_, cluster::all_work(submission_), cluster::no_limits), options);
   }
 
   fs::path said() const { return scratch_.path() / "said"; }
   std::string what_was_said() const { return test::read_bytes(said()); }
 
   test::Scratch scratch_;
-  Submission submission_;
+  cluster::Submission submission_;
   std::string folder_;
 };
 
 TEST_F(LocalRunTest, DoesEveryTaskInOrder)
 {
-  const LocalOutcome outcome = run("exit 0", {1, 2, {}, {}});
+  const cluster::LocalOutcome outcome = run("exit 0", {1, 2, {}, {}});
   EXPECT_EQ(outcome.n_done, 5);
   EXPECT_EQ(outcome.worst_code, 0);
   EXPECT_FALSE(outcome.is_interrupted);
@@ -66,20 +67,20 @@ TEST_F(LocalRunTest, RunsNoMoreAtOnceThanAsked)
 
 TEST_F(LocalRunTest, ATaskThatWasKilledHasItsReason)
 {
-  const LocalOutcome outcome = run("case \"$*\" in *spine*) kill -KILL $$ ;; esac", {1, 1, {}, {}});
+  const cluster::LocalOutcome outcome = run("case \"$*\" in *spine*) kill -KILL $$ ;; esac", {1, 1, {}, {}});
   EXPECT_EQ(outcome.n_failed, 1);
-  EXPECT_EQ(outcome.n_left_out, 4);
-  const auto state = read_task_state(folder_, submission_, {TaskKind::spine, 0, 0});
+  EXPECT_EQ(outcome.n_skipped, 4);
+  const auto state = cluster::read_task_state(folder_, submission_, {cluster::TaskKind::spine, 0, 0});
   ASSERT_TRUE(state);
-  EXPECT_EQ(state->phase, TaskPhase::failed);
+  EXPECT_EQ(state->phase, cluster::TaskPhase::failed);
   EXPECT_EQ(state->reason, "ended by signal 9");
 }
 
 TEST_F(LocalRunTest, StoppedItTellsItsProcessesAndWaitsForThem)
 {
-  LocalOptions options{3, 1, {}, {}};
-  options.is_stopped = [&] { return what_was_said().find("ready") != std::string::npos; };
-  const LocalOutcome outcome =
+  cluster::LocalOptions options{3, 1, {}, {}};
+  options.is_stop_requested = [&] { return what_was_said().find("ready") != std::string::npos; };
+  const cluster::LocalOutcome outcome =
       run("trap 'sleep 0.1; echo flushed >> " + said().string() + "; exit 4' TERM; echo ready >> " +
               said().string() + "; while :; do sleep 0.01; done",
           options);
@@ -92,15 +93,15 @@ TEST_F(LocalRunTest, StoppedItTellsItsProcessesAndWaitsForThem)
 TEST_F(LocalRunTest, ItsTasksAreNoneOfSlurms)
 {
   setenv("SLURM_JOB_ID", "77", 1);
-  const LocalOutcome outcome = run("[ -z \"$SLURM_JOB_ID\" ]", {1, 1, {}, {}});
+  const cluster::LocalOutcome outcome = run("[ -z \"$SLURM_JOB_ID\" ]", {1, 1, {}, {}});
   unsetenv("SLURM_JOB_ID");
   EXPECT_EQ(outcome.n_done, 5);
 }
 
 TEST_F(LocalRunTest, ASecondOneIsRefused)
 {
-  const OpenFile lock = locked_submission(folder_);
-  const auto facts = test::input_error([&] { locked_submission(folder_); });
+  const OpenFile lock = cluster::locked_submission(folder_);
+  const auto facts = test::input_error([&] { cluster::locked_submission(folder_); });
   EXPECT_EQ(facts.file, folder_);
   EXPECT_THAT(facts.found, HasSubstr("another vrda submit or resume"));
 }
@@ -108,13 +109,14 @@ TEST_F(LocalRunTest, ASecondOneIsRefused)
 TEST(Child, SaysWhatAProgramSaid)
 {
   const test::Scratch scratch;
-  const Said said = run_program({"/bin/bash", "-c", "pwd; echo err >&2; exit 7"}, scratch.path().string());
+  const cluster::ProgramResult said =
+      cluster::run_program({"/bin/bash", "-c", "pwd; echo err >&2; exit 7"}, scratch.path().string());
   EXPECT_EQ(said.exit_code, 7);
   EXPECT_EQ(said.out, scratch.path().string() + "\n");
   EXPECT_EQ(said.err, "err\n");
-  EXPECT_FALSE(said.is_absent);
-  EXPECT_TRUE(run_program({"no-such-program-here"}, "").is_absent);
-  EXPECT_EQ(run_program({"/bin/bash", "-c", "kill -KILL $$"}, "").exit_code, -1);
+  EXPECT_FALSE(said.is_not_found);
+  EXPECT_TRUE(cluster::run_program({"no-such-program-here"}, "").is_not_found);
+  EXPECT_EQ(cluster::run_program({"/bin/bash", "-c", "kill -KILL $$"}, "").exit_code, -1);
 }
 
 // Options for Slurm's programs, and variables of an enclosing Slurm job.
@@ -127,7 +129,7 @@ TEST(Child, KeepsOptionsOfTheEnvironmentFromSlurm)
   for (const auto& names : {dropped, kept}) {
     for (const std::string& name : names) setenv(name.c_str(), "set", 1);
   }
-  const Said said = run_program({"/usr/bin/env"}, "");
+  const cluster::ProgramResult said = cluster::run_program({"/usr/bin/env"}, "");
   for (const auto& names : {dropped, kept}) {
     for (const std::string& name : names) unsetenv(name.c_str());
   }

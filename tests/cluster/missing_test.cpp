@@ -22,10 +22,10 @@ class MissingOfCase : public test::ShardedCase {};
 
 TEST_F(MissingOfCase, AJournalThatIsGoneOrShortIsMissingWhateverItsStateSays)
 {
-  all_but_the_merge_is_done();
-  fs::remove(shard_journal_of(output(), {2, 3}));
+  set_all_done_except_merge();
+  fs::remove(journal::shard_journal_of(output(), {2, 3}));
   write_shard(3, 1);
-  const Missing found = missing();
+  const cluster::MissingWork found = missing();
   ASSERT_EQ(found.work.cases.size(), 1U);
   EXPECT_THAT(found.work.cases[0].shards, ElementsAre(2, 3));
   EXPECT_FALSE(found.work.cases[0].needs_spine);
@@ -35,9 +35,9 @@ TEST_F(MissingOfCase, AJournalThatIsGoneOrShortIsMissingWhateverItsStateSays)
 
 TEST_F(MissingOfCase, ALostSpineIsMissing)
 {
-  all_but_the_merge_is_done();
-  fs::remove(spine_journal_of(output()));
-  const Missing found = missing();
+  set_all_done_except_merge();
+  fs::remove(journal::spine_journal_of(output()));
+  const cluster::MissingWork found = missing();
   ASSERT_EQ(found.work.cases.size(), 1U);
   EXPECT_TRUE(found.work.cases[0].needs_spine);
   // Its cells were part of every shard's rows.
@@ -47,26 +47,27 @@ TEST_F(MissingOfCase, ALostSpineIsMissing)
 // The number of steps of a spine with free varus is known only to the spine task.
 TEST_F(MissingOfCase, AFreeSpineIsBegunAgainOnceTheMergeHasFailed)
 {
-  all_but_the_merge_is_done();
-  fs::remove(spine_journal_of(output()));
-  test::write_free_spine(spine_journal_of(output()), 3);
+  set_all_done_except_merge();
+  fs::remove(journal::spine_journal_of(output()));
+  test::write_free_spine(journal::spine_journal_of(output()), 3);
   struct Row {
     const char* name;
-    std::optional<TaskPhase> phase;  // of the merge's state, of job 14
-    const char* queue;               // of the merge, now job 20 or nothing
+    std::optional<cluster::TaskPhase> phase;  // of the merge's state, of job 14
+    const char* queue;                        // of the merge, now job 20 or nothing
     bool needs_spine;
   };
   for (const Row& row :
-       {Row{"never begun", {}, nullptr, false}, Row{"failed", TaskPhase::failed, nullptr, true},
-        Row{"interrupted", TaskPhase::interrupted, nullptr, false},
-        Row{"failed, and could not begin again", TaskPhase::failed, "DependencyNeverSatisfied", false}}) {
+       {Row{"never begun", {}, nullptr, false}, Row{"failed", cluster::TaskPhase::failed, nullptr, true},
+        Row{"interrupted", cluster::TaskPhase::interrupted, nullptr, false},
+        Row{"failed, and could not begin again", cluster::TaskPhase::failed, "DependencyNeverSatisfied",
+            false}}) {
     SCOPED_TRACE(row.name);
     seen_.states.erase(merge);
     seen_.slurm.erase(merge);
     if (row.phase)
       seen_.states[merge] = test::state_of(*row.phase, row.queue == nullptr ? "" : "14", "no spine");
     if (row.queue != nullptr) seen_.slurm[merge] = {"20", {"20", 0, "PENDING", "", row.queue}};
-    const Missing found = missing();
+    const cluster::MissingWork found = missing();
     ASSERT_EQ(found.work.cases.size(), 1U);
     EXPECT_EQ(found.work.cases[0].needs_spine, row.needs_spine);
     EXPECT_THAT(found.work.cases[0].shards, IsEmpty());
@@ -81,23 +82,23 @@ TEST_F(MissingOfCase, AFreeSpineIsBegunAgainOnceTheMergeHasFailed)
 
 TEST_F(MissingOfCase, AMergeKilledWhileItClearedUpIsAllThatIsMissing)
 {
-  all_but_the_merge_is_done();
-  fs::remove(spine_journal_of(output()));
-  fs::remove(shard_journal_of(output(), {1, 3}));
+  set_all_done_except_merge();
+  fs::remove(journal::spine_journal_of(output()));
+  fs::remove(journal::shard_journal_of(output(), {1, 3}));
   scratch_.write("submission/knee.h5", "model");
-  seen_.states[merge] = test::state_of(TaskPhase::failed, "", "ended by signal 9");
+  seen_.states[merge] = test::state_of(cluster::TaskPhase::failed, "", "ended by signal 9");
   const auto note = [&](const std::string& sha256) {
-    write_case_file(case_file_of(output()), {submission_.cases[0].spec, sha256});
+    cluster::write_case_file(cluster::case_file_of(output()), {submission_.cases[0].spec, sha256});
   };
-  note(sha256_of("model"));
-  const Missing found = missing();
+  note(load::sha256_of("model"));
+  const cluster::MissingWork found = missing();
   ASSERT_EQ(found.work.cases.size(), 1U);
   EXPECT_FALSE(found.work.cases[0].needs_spine);
   EXPECT_THAT(found.work.cases[0].shards, IsEmpty());
   EXPECT_THAT(found.reasons, ElementsAre("merge: failed: ended by signal 9"));
-  EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::done);
+  EXPECT_EQ(view_of(shard(1)).status, cluster::TaskStatus::done);
   // The record is ignored if it does not match the model.
-  for (const std::string& other : {sha256_of("another"), std::string()}) {
+  for (const std::string& other : {load::sha256_of("another"), std::string()}) {
     note(other);
     ASSERT_EQ(missing().work.cases.size(), 1U);
     EXPECT_TRUE(missing().work.cases[0].needs_spine);
@@ -107,20 +108,20 @@ TEST_F(MissingOfCase, AMergeKilledWhileItClearedUpIsAllThatIsMissing)
 
 TEST_F(MissingOfCase, WhatIsUnderWayIsNotSubmittedAgain)
 {
-  all_but_the_merge_is_done();
-  seen_.states[shard(1)] = test::state_of(TaskPhase::failed, "13_1", "bad luck");
+  set_all_done_except_merge();
+  seen_.states[shard(1)] = test::state_of(cluster::TaskPhase::failed, "13_1", "bad luck");
   seen_.slurm[shard(1)] = {"13_1", {"13", 1, "FAILED", "n1", "NonZeroExitCode"}};
   seen_.slurm[shard(2)] = {"13_2", {"13", 2, "RUNNING", "n1", ""}};
   seen_.slurm[merge] = {"14", {"14", 0, "PENDING", "", "Dependency"}};
-  const Missing found = missing();
+  const cluster::MissingWork found = missing();
   ASSERT_EQ(found.work.cases.size(), 1U);
   EXPECT_THAT(found.work.cases[0].shards, ElementsAre(1));
-  EXPECT_THAT(found.work.cases[0].shards_under_way, ElementsAre("13_2"));
-  EXPECT_EQ(found.n_under_way, 2);
+  EXPECT_THAT(found.work.cases[0].active_shard_jobs, ElementsAre("13_2"));
+  EXPECT_EQ(found.n_active, 2);
   // The queued merge does not depend on the new shard.
   EXPECT_THAT(found.to_cancel, ElementsAre("14"));
   EXPECT_THAT(found.reasons, ElementsAre("shard 1 of 3: failed: bad luck"));
-  const std::vector<PlannedJob> jobs = jobs_of_work(submission_, found.work, {});
+  const std::vector<cluster::PlannedJob> jobs = cluster::jobs_of_work(submission_, found.work, {});
   ASSERT_EQ(jobs.size(), 2U);
   EXPECT_THAT(jobs[1].after, ElementsAre(0U));
   EXPECT_THAT(jobs[1].after_ids, ElementsAre("13_2"));
@@ -129,62 +130,64 @@ TEST_F(MissingOfCase, WhatIsUnderWayIsNotSubmittedAgain)
 TEST(MissingOfCampaign, CasesThatAreNotMadeAndThenTheIndex)
 {
   const test::Scratch scratch;
-  const Submission submission = test::campaign(4, 1);
+  const cluster::Submission submission = test::campaign(4, 1);
   const std::string folder = test::folder_with(scratch, submission);
   scratch.write("submission/case-1/case-1.h5", "model");
-  SubmissionSnapshot seen;
-  seen.slurm[{TaskKind::run, 1, 0}] = {"20_2", {"20", 2, "RUNNING", "n1", ""}};
-  seen.states[{TaskKind::run, 2, 0}] = test::state_of(TaskPhase::failed, "", "bad mesh");
-  seen.slurm[{TaskKind::index, -1, 0}] = {"21", {"21", 0, "PENDING", "", "Dependency"}};
+  cluster::SubmissionSnapshot seen;
+  seen.slurm[{cluster::TaskKind::run, 1, 0}] = {"20_2", {"20", 2, "RUNNING", "n1", ""}};
+  seen.states[{cluster::TaskKind::run, 2, 0}] = test::state_of(cluster::TaskPhase::failed, "", "bad mesh");
+  seen.slurm[{cluster::TaskKind::index, -1, 0}] = {"21", {"21", 0, "PENDING", "", "Dependency"}};
   const auto missing = [&] {
-    return missing_of(folder, submission, status_of(folder, submission, seen), seen);
+    return cluster::find_missing_work(folder, submission, cluster::status_of(folder, submission, seen), seen);
   };
-  const Missing found = missing();
+  const cluster::MissingWork found = missing();
   ASSERT_EQ(found.work.cases.size(), 2U);
   EXPECT_EQ(found.work.cases[0].case_number, 2);
   EXPECT_EQ(found.work.cases[1].case_number, 3);
   EXPECT_TRUE(found.work.needs_index);
-  EXPECT_THAT(found.work.cases_under_way, ElementsAre("20_2"));
+  EXPECT_THAT(found.work.active_case_jobs, ElementsAre("20_2"));
   EXPECT_THAT(found.to_cancel, ElementsAre("21"));
   EXPECT_THAT(found.reasons, ElementsAre("case-3 run: failed: bad mesh", "case-4 run: waiting"));
   // A running index may miss new models: the next one follows it.
-  seen.slurm[{TaskKind::index, -1, 0}].row.state = "RUNNING";
-  const Missing beside_index = missing();
+  seen.slurm[{cluster::TaskKind::index, -1, 0}].row.state = "RUNNING";
+  const cluster::MissingWork beside_index = missing();
   EXPECT_TRUE(beside_index.work.needs_index);
-  EXPECT_THAT(beside_index.work.cases_under_way, ElementsAre("20_2", "21"));
+  EXPECT_THAT(beside_index.work.active_case_jobs, ElementsAre("20_2", "21"));
   EXPECT_THAT(beside_index.to_cancel, IsEmpty());
-  EXPECT_EQ(beside_index.n_under_way, 2);
+  EXPECT_EQ(beside_index.n_active, 2);
   for (const int k : {2, 3, 4}) {
     const std::string name = "case-" + std::to_string(k);
     scratch.write("submission/" + name + "/" + name + ".h5", "model");
   }
-  EXPECT_TRUE(missing().work.is_nothing());
+  EXPECT_TRUE(missing().work.is_empty());
   seen.slurm.clear();
   EXPECT_TRUE(missing().work.needs_index);
-  seen.states[{TaskKind::index, -1, 0}] = test::state_of(TaskPhase::done, "");
-  EXPECT_TRUE(missing().work.is_nothing());
+  seen.states[{cluster::TaskKind::index, -1, 0}] = test::state_of(cluster::TaskPhase::done, "");
+  EXPECT_TRUE(missing().work.is_empty());
 }
 
 // E.g. when the next index task was rejected by Slurm, or killed before it started.
 TEST(MissingOfCampaign, AnIndexOlderThanACaseIsMadeAnew)
 {
   const test::Scratch scratch;
-  const Submission submission = test::campaign(2, 1);
+  const cluster::Submission submission = test::campaign(2, 1);
   const std::string folder = test::folder_with(scratch, submission);
-  const TaskId first{TaskKind::run, 0, 0}, second{TaskKind::run, 1, 0}, index{TaskKind::index, -1, 0};
-  SubmissionSnapshot seen;
-  seen.states[first] = seen.states[second] = seen.states[index] = test::state_of(TaskPhase::done, "");
+  const cluster::TaskId first{cluster::TaskKind::run, 0, 0}, second{cluster::TaskKind::run, 1, 0},
+      index{cluster::TaskKind::index, -1, 0};
+  cluster::SubmissionSnapshot seen;
+  seen.states[first] = seen.states[second] = seen.states[index] =
+      test::state_of(cluster::TaskPhase::done, "");
   const auto missing = [&] {
-    return missing_of(folder, submission, status_of(folder, submission, seen), seen);
+    return cluster::find_missing_work(folder, submission, cluster::status_of(folder, submission, seen), seen);
   };
   scratch.write("submission/case-1/case-1.h5", "model");
   seen.slurm[second] = {"20_2", {"20", 2, "RUNNING", "n1", ""}};
-  seen.states[second].phase = TaskPhase::running;
+  seen.states[second].phase = cluster::TaskPhase::running;
   EXPECT_TRUE(missing().work.needs_index);
-  EXPECT_THAT(missing().work.cases_under_way, ElementsAre("20_2"));
+  EXPECT_THAT(missing().work.active_case_jobs, ElementsAre("20_2"));
   scratch.write("submission/case-2/case-2.h5", "model");
   seen.slurm.clear();
-  seen.states[second].phase = TaskPhase::done;
+  seen.states[second].phase = cluster::TaskPhase::done;
   struct Row {
     const char *ended, *begun;
     bool is_outdated;
@@ -195,8 +198,8 @@ TEST(MissingOfCampaign, AnIndexOlderThanACaseIsMadeAnew)
                          Row{"9999-03-01T10:00:01Z", "2026-03-01T10:00:00Z", false}}) {
     SCOPED_TRACE(row.ended);
     seen.states[second].ended = row.ended;
-    seen.states[index].begun = row.begun;
-    const Missing found = missing();
+    seen.states[index].started = row.begun;
+    const cluster::MissingWork found = missing();
     EXPECT_EQ(found.work.needs_index, row.is_outdated);
     EXPECT_THAT(found.work.cases, IsEmpty());
   }
@@ -210,43 +213,43 @@ class SharedTask : public testing::Test {
   SharedTask()
   {
     submission_.slurm.cases_per_task = 4;
-    SubmittedJob job{"20", "", {}};
+    cluster::SubmittedJob job{"20", "", {}};
     job.job.numbers = {1, 2};
     job.job.per_task = 4;
-    seen_.slurm = tasks_in_slurm(submission_, {job},
-                                 {{"20", 1, "RUNNING", "n1", "None"}, {"20", 2, "PENDING", "", "Priority"}});
+    seen_.slurm = cluster::tasks_in_slurm(
+        submission_, {job}, {{"20", 1, "RUNNING", "n1", "None"}, {"20", 2, "PENDING", "", "Priority"}});
     scratch_.write("submission/case-1/case-1.h5", "model");
-    seen_.states[run(0)] = test::state_of(TaskPhase::done, "20_1");
-    seen_.states[run(1)] = test::state_of(TaskPhase::failed, "20_1", "bad mesh");
-    seen_.states[run(2)] = test::state_of(TaskPhase::running, "20_1");
+    seen_.states[run(0)] = test::state_of(cluster::TaskPhase::done, "20_1");
+    seen_.states[run(1)] = test::state_of(cluster::TaskPhase::failed, "20_1", "bad mesh");
+    seen_.states[run(2)] = test::state_of(cluster::TaskPhase::running, "20_1");
     // From an earlier job: ignored.
-    seen_.states[run(3)] = test::state_of(TaskPhase::failed, "13_1", "of old");
+    seen_.states[run(3)] = test::state_of(cluster::TaskPhase::failed, "13_1", "of old");
   }
 
-  static TaskId run(std::int32_t number) { return {TaskKind::run, number, 0}; }
+  static cluster::TaskId run(std::int32_t number) { return {cluster::TaskKind::run, number, 0}; }
 
   test::Scratch scratch_;
-  Submission submission_ = test::campaign(5, 1);
+  cluster::Submission submission_ = test::campaign(5, 1);
   std::string folder_ = test::folder_with(scratch_, submission_);
-  SubmissionSnapshot seen_;
+  cluster::SubmissionSnapshot seen_;
 };
 
 TEST_F(SharedTask, EachCaseStandsForItself)
 {
-  const StatusView status = status_of(folder_, submission_, seen_);
+  const cluster::StatusView status = cluster::status_of(folder_, submission_, seen_);
   struct Row {
-    TaskStanding standing;
+    cluster::TaskStatus standing;
     const char* reason;
   };
-  const std::vector<Row> rows{{TaskStanding::done, ""},
-                              {TaskStanding::failed, "bad mesh"},
-                              {TaskStanding::running, ""},
-                              {TaskStanding::queued, "waiting for other cases of its task"},
-                              {TaskStanding::queued, "Priority"}};
+  const std::vector<Row> rows{{cluster::TaskStatus::done, ""},
+                              {cluster::TaskStatus::failed, "bad mesh"},
+                              {cluster::TaskStatus::running, ""},
+                              {cluster::TaskStatus::queued, "waiting for other cases of its task"},
+                              {cluster::TaskStatus::queued, "Priority"}};
   for (std::size_t k = 0; k < rows.size(); ++k) {
     SCOPED_TRACE(k);
-    const TaskView& view = status.cases[k].tasks.front();
-    EXPECT_STREQ(name_of(view.standing), name_of(rows[k].standing));
+    const cluster::TaskView& view = status.cases[k].tasks.front();
+    EXPECT_STREQ(cluster::name_of(view.status), cluster::name_of(rows[k].standing));
     EXPECT_EQ(view.reason, rows[k].reason);
   }
   EXPECT_EQ(status.cases[2].tasks.front().host, "n1");
@@ -255,17 +258,18 @@ TEST_F(SharedTask, EachCaseStandsForItself)
 TEST_F(SharedTask, NoneOfItsCasesIsSubmittedAgainBeforeItEnds)
 {
   const auto missing = [&] {
-    return missing_of(folder_, submission_, status_of(folder_, submission_, seen_), seen_);
+    return cluster::find_missing_work(folder_, submission_, cluster::status_of(folder_, submission_, seen_),
+                                      seen_);
   };
-  const Missing found = missing();
+  const cluster::MissingWork found = missing();
   EXPECT_THAT(found.work.cases, IsEmpty());
-  EXPECT_EQ(found.n_under_way, 4);
-  EXPECT_THAT(found.work.cases_under_way, ElementsAre("20_1", "20_2"));
+  EXPECT_EQ(found.n_active, 4);
+  EXPECT_THAT(found.work.active_case_jobs, ElementsAre("20_1", "20_2"));
   for (const std::int32_t k : {0, 1, 2, 3}) seen_.slurm[run(k)].row.state = "FAILED";
-  const Missing then = missing();
+  const cluster::MissingWork then = missing();
   ASSERT_EQ(then.work.cases.size(), 3U);
   EXPECT_EQ(then.work.cases[0].case_number, 1);
-  EXPECT_EQ(then.n_under_way, 1);
+  EXPECT_EQ(then.n_active, 1);
 }
 
 }  // namespace vrda::missing_test

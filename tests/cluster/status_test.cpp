@@ -18,9 +18,9 @@ using testing::HasSubstr;
 
 class Status : public test::ShardedCase {
  protected:
-  void run_locally(const TaskId& task)
+  void run_locally(const cluster::TaskId& task)
   {
-    seen_.states[task] = test::state_of(TaskPhase::running, "");
+    seen_.states[task] = test::state_of(cluster::TaskPhase::running, "");
     seen_.locked.insert(task);
   }
 };
@@ -29,96 +29,101 @@ TEST_F(Status, StandsAsQueueAndStateSay)
 {
   struct Row {
     const char* name;
-    std::optional<TaskPhase> phase;  // of the task's state file, of job 13_1
-    const char* queue;               // null: never submitted; "": purged
-    TaskStanding standing;
+    std::optional<cluster::TaskPhase> phase;  // of the task's state file, of job 13_1
+    const char* queue;                        // null: never submitted; "": purged
+    cluster::TaskStatus standing;
     const char* reason;
   };
   const std::vector<Row> rows{
-      {"never submitted", {}, nullptr, TaskStanding::waiting, ""},
-      {"in the queue", {}, "PENDING", TaskStanding::queued, "Priority"},
-      {"in the queue again", TaskPhase::interrupted, "PENDING", TaskStanding::queued, "Priority"},
-      {"just begun", {}, "RUNNING", TaskStanding::running, ""},
-      {"running", TaskPhase::running, "RUNNING", TaskStanding::running, ""},
-      {"out of time", TaskPhase::running, "TIMEOUT", TaskStanding::failed, "TIMEOUT (Priority)"},
-      {"node lost", TaskPhase::running, "NODE_FAIL", TaskStanding::failed, "NODE_FAIL (Priority)"},
-      {"out of memory", TaskPhase::running, "OUT_OF_MEMORY", TaskStanding::failed,
+      {"never submitted", {}, nullptr, cluster::TaskStatus::waiting, ""},
+      {"in the queue", {}, "PENDING", cluster::TaskStatus::queued, "Priority"},
+      {"in the queue again", cluster::TaskPhase::interrupted, "PENDING", cluster::TaskStatus::queued,
+       "Priority"},
+      {"just begun", {}, "RUNNING", cluster::TaskStatus::running, ""},
+      {"running", cluster::TaskPhase::running, "RUNNING", cluster::TaskStatus::running, ""},
+      {"out of time", cluster::TaskPhase::running, "TIMEOUT", cluster::TaskStatus::failed,
+       "TIMEOUT (Priority)"},
+      {"node lost", cluster::TaskPhase::running, "NODE_FAIL", cluster::TaskStatus::failed,
+       "NODE_FAIL (Priority)"},
+      {"out of memory", cluster::TaskPhase::running, "OUT_OF_MEMORY", cluster::TaskStatus::failed,
        "OUT_OF_MEMORY (Priority)"},
-      {"cancelled", {}, "CANCELLED", TaskStanding::failed, "CANCELLED (Priority)"},
-      {"cancelled, in order", TaskPhase::interrupted, "CANCELLED", TaskStanding::interrupted,
+      {"cancelled", {}, "CANCELLED", cluster::TaskStatus::failed, "CANCELLED (Priority)"},
+      {"cancelled, in order", cluster::TaskPhase::interrupted, "CANCELLED", cluster::TaskStatus::interrupted,
        "CANCELLED (Priority)"},
-      {"failed", TaskPhase::failed, "FAILED", TaskStanding::failed, "its own reason"},
-      {"about to end", TaskPhase::done, "COMPLETING", TaskStanding::done, ""},
-      {"too many unsolved", TaskPhase::done, "FAILED", TaskStanding::done, ""},
-      {"done, its state not yet seen", {}, "COMPLETED", TaskStanding::done, ""},
-      {"done, an older state seen", TaskPhase::running, "COMPLETED", TaskStanding::done, ""},
-      {"failed, whatever Slurm says", TaskPhase::failed, "COMPLETED", TaskStanding::failed, "its own reason"},
-      {"done and forgotten", TaskPhase::done, "", TaskStanding::done, ""},
-      {"failed and forgotten", TaskPhase::failed, "", TaskStanding::failed, "its own reason"},
-      {"interrupted and forgotten", TaskPhase::interrupted, "", TaskStanding::interrupted, ""},
-      {"gone", TaskPhase::running, "", TaskStanding::lost, "Slurm has no record of the job"},
+      {"failed", cluster::TaskPhase::failed, "FAILED", cluster::TaskStatus::failed, "its own reason"},
+      {"about to end", cluster::TaskPhase::done, "COMPLETING", cluster::TaskStatus::done, ""},
+      {"too many unsolved", cluster::TaskPhase::done, "FAILED", cluster::TaskStatus::done, ""},
+      {"done, its state not yet seen", {}, "COMPLETED", cluster::TaskStatus::done, ""},
+      {"done, an older state seen", cluster::TaskPhase::running, "COMPLETED", cluster::TaskStatus::done, ""},
+      {"failed, whatever Slurm says", cluster::TaskPhase::failed, "COMPLETED", cluster::TaskStatus::failed,
+       "its own reason"},
+      {"done and forgotten", cluster::TaskPhase::done, "", cluster::TaskStatus::done, ""},
+      {"failed and forgotten", cluster::TaskPhase::failed, "", cluster::TaskStatus::failed, "its own reason"},
+      {"interrupted and forgotten", cluster::TaskPhase::interrupted, "", cluster::TaskStatus::interrupted,
+       ""},
+      {"gone", cluster::TaskPhase::running, "", cluster::TaskStatus::lost, "Slurm has no record of the job"},
       {"never begun and gone",
        {},
        "",
-       TaskStanding::lost,
+       cluster::TaskStatus::lost,
        "Slurm has no record of the job, and it never started"},
   };
   for (const Row& row : rows) {
     SCOPED_TRACE(row.name);
     seen_ = {};
-    const TaskId task{TaskKind::merge, 0, 0};
+    const cluster::TaskId task{cluster::TaskKind::merge, 0, 0};
     if (row.phase) {
-      const bool is_failed = *row.phase == TaskPhase::failed;
+      const bool is_failed = *row.phase == cluster::TaskPhase::failed;
       seen_.states[task] = test::state_of(*row.phase, "13_1", is_failed ? "its own reason" : "");
     }
     if (row.queue != nullptr) seen_.slurm[task] = {"13_1", {"13", 1, row.queue, "n2", "Priority"}};
-    const TaskView view = view_of(task);
-    EXPECT_STREQ(name_of(view.standing), name_of(row.standing));
+    const cluster::TaskView view = view_of(task);
+    EXPECT_STREQ(cluster::name_of(view.status), cluster::name_of(row.standing));
     EXPECT_EQ(view.reason, row.reason);
   }
 }
 
 TEST_F(Status, AStateOfAnEarlierJobDoesNotSpeakForTheNextOne)
 {
-  seen_.states[merge] = test::state_of(TaskPhase::failed, "13", "of old");
+  seen_.states[merge] = test::state_of(cluster::TaskPhase::failed, "13", "of old");
   seen_.slurm[merge] = {"20", {"20", 0, "TIMEOUT", "n1", ""}};
   EXPECT_EQ(view_of(merge).reason, "TIMEOUT");
   seen_.slurm[merge].row = {};
-  EXPECT_EQ(view_of(merge).standing, TaskStanding::lost);
+  EXPECT_EQ(view_of(merge).status, cluster::TaskStatus::lost);
   // Repeated since by a local process.
   seen_.slurm[merge].row = {"20", 0, "TIMEOUT", "n1", ""};
-  seen_.states[merge] = test::state_of(TaskPhase::done, "");
-  EXPECT_EQ(view_of(merge).standing, TaskStanding::done);
+  seen_.states[merge] = test::state_of(cluster::TaskPhase::done, "");
+  EXPECT_EQ(view_of(merge).status, cluster::TaskStatus::done);
 }
 
 TEST_F(Status, WhatCanNoLongerBeginSaysWhy)
 {
   seen_.slurm[merge] = {"14", {"14", 0, "PENDING", "", "DependencyNeverSatisfied"}};
-  const TaskView view = view_of(merge);
-  EXPECT_EQ(view.standing, TaskStanding::failed);
+  const cluster::TaskView view = view_of(merge);
+  EXPECT_EQ(view.status, cluster::TaskStatus::failed);
   EXPECT_THAT(view.reason, HasSubstr("depends on"));
 }
 
 // On any host, since the lock is on the shared file system.
 TEST_F(Status, ALocalTaskRunsWhileItHoldsItsLock)
 {
-  TaskState state = test::state_of(TaskPhase::running, "", "waits");
+  cluster::TaskState state = test::state_of(cluster::TaskPhase::running, "", "waits");
   state.host = "node17";
-  write_task_state(folder_, submission_, shard(1), state);
-  auto lock = OutputLock::take(task_file_of(folder_, submission_, shard(1)), "vrda task", {});
-  seen_ = take_snapshot(folder_, submission_);
+  cluster::write_task_state(folder_, submission_, shard(1), state);
+  auto lock = OutputLock::acquire(cluster::task_file_of(folder_, submission_, shard(1)), "vrda task", {});
+  seen_ = cluster::take_snapshot(folder_, submission_);
   EXPECT_THAT(seen_.locked, testing::ElementsAre(shard(1)));
-  EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::running);
+  EXPECT_EQ(view_of(shard(1)).status, cluster::TaskStatus::running);
   EXPECT_EQ(view_of(shard(1)).host, "node17");
   // It counts as missing: a repetition waits for the lock.
   ASSERT_EQ(missing().work.cases.size(), 1U);
   EXPECT_THAT(missing().work.cases[0].shards, testing::Contains(1));
   EXPECT_THAT(missing().reasons, testing::Contains("shard 1 of 3: running: waits"));
-  EXPECT_EQ(missing().n_under_way, 0);
+  EXPECT_EQ(missing().n_active, 0);
   lock.reset();
-  seen_ = take_snapshot(folder_, submission_);
+  seen_ = cluster::take_snapshot(folder_, submission_);
   EXPECT_THAT(seen_.locked, testing::IsEmpty());
-  EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::lost);
+  EXPECT_EQ(view_of(shard(1)).status, cluster::TaskStatus::lost);
   EXPECT_EQ(view_of(shard(1)).reason, "its process no longer exists");
   EXPECT_THAT(missing().work.cases.at(0).shards, testing::Contains(1));
 }
@@ -126,17 +131,17 @@ TEST_F(Status, ALocalTaskRunsWhileItHoldsItsLock)
 TEST_F(Status, ACompletedTaskWithoutItsJournalIsNotDone)
 {
   seen_.slurm[shard(1)] = {"13_1", {"13", 1, "COMPLETED", "n1", "None"}};
-  EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::lost);
+  EXPECT_EQ(view_of(shard(1)).status, cluster::TaskStatus::lost);
   EXPECT_EQ(view_of(shard(1)).reason, "its journal is missing");
   write_shard(1, 3);
-  EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::done);
+  EXPECT_EQ(view_of(shard(1)).status, cluster::TaskStatus::done);
 }
 
 TEST_F(Status, ALostTaskQuotesSlurmFromItsLog)
 {
   scratch_.write("submission/logs/knee.shard-2-of-3.log",
                  "loading\nslurmstepd: error: *** JOB 14 ON n1 CANCELLED DUE TO NODE FAILURE ***\n");
-  seen_.states[shard(2)] = test::state_of(TaskPhase::running, "13_2");
+  seen_.states[shard(2)] = test::state_of(cluster::TaskPhase::running, "13_2");
   seen_.slurm[shard(2)] = {"13_2", {}, "knee.shard-2-of-3.log"};
   EXPECT_EQ(view_of(shard(2)).reason, "*** JOB 14 ON n1 CANCELLED DUE TO NODE FAILURE ***");
 }
@@ -146,9 +151,9 @@ TEST_F(Status, WithoutAnAnswerOfSlurmNothingIsLost)
   seen_.remark = "no answer";
   seen_.slurm[shard(1)] = {"13_1", {}};
   seen_.slurm[shard(2)] = {"13_2", {}};
-  seen_.states[shard(2)] = test::state_of(TaskPhase::running, "13_2");
-  EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::queued);
-  EXPECT_EQ(view_of(shard(2)).standing, TaskStanding::running);
+  seen_.states[shard(2)] = test::state_of(cluster::TaskPhase::running, "13_2");
+  EXPECT_EQ(view_of(shard(1)).status, cluster::TaskStatus::queued);
+  EXPECT_EQ(view_of(shard(2)).status, cluster::TaskStatus::running);
 }
 
 TEST_F(Status, CountsTheAttitudesOfItsOwnRows)
@@ -157,7 +162,7 @@ TEST_F(Status, CountsTheAttitudesOfItsOwnRows)
   write_spine();
   write_shard(1, 2);
   run_locally(shard(1));
-  const TaskView view = view_of(shard(1));
+  const cluster::TaskView view = view_of(shard(1));
   EXPECT_EQ(view.n_total, 15);
   EXPECT_EQ(view.n_done, 11);
   run_locally(spine);
@@ -170,70 +175,71 @@ TEST_F(Status, TheRateIsOfThisStart)
 {
   write_shard(1, 2);
   run_locally(shard(1));
-  TaskState& state = seen_.states[shard(1)];
-  state.n_done_at_begin = 6;
-  state.begun = "2999-01-01T00:00:00Z";
-  write_task_state(folder_, submission_, shard(1), state);
-  const auto begun = fs::last_write_time(task_file_of(folder_, submission_, shard(1)));
-  const fs::path journal = shard_journal_of(output(), {1, 3});
+  cluster::TaskState& state = seen_.states[shard(1)];
+  state.n_done_at_start = 6;
+  state.started = "2999-01-01T00:00:00Z";
+  cluster::write_task_state(folder_, submission_, shard(1), state);
+  const auto begun = fs::last_write_time(cluster::task_file_of(folder_, submission_, shard(1)));
+  const fs::path journal = journal::shard_journal_of(output(), {1, 3});
   fs::last_write_time(journal, begun - std::chrono::hours(1));
   EXPECT_FALSE(view_of(shard(1)).per_second);
   EXPECT_FALSE(view_of(shard(1)).seconds_left);
   fs::last_write_time(journal, begun + std::chrono::seconds(2));
-  const TaskView view = view_of(shard(1));
+  const cluster::TaskView view = view_of(shard(1));
   EXPECT_NEAR(view.per_second.value(), 4.0 / 2.0, 1e-6);
   EXPECT_NEAR(view.seconds_left.value(), 5.0 / 2.0, 1e-6);
-  EXPECT_EQ(rate_text(*view.per_second, view.seconds_left), "2/s, 0:03 left");
+  EXPECT_EQ(cluster::rate_text(*view.per_second, view.seconds_left), "2/s, 0:03 left");
 }
 
 TEST_F(Status, SumsUp)
 {
   write_spine();
-  seen_.states[spine] = test::state_of(TaskPhase::done, "12");
+  seen_.states[spine] = test::state_of(cluster::TaskPhase::done, "12");
   seen_.slurm[spine] = {"12", {}};
   write_shard(1, 3);
-  seen_.states[shard(1)] = test::state_of(TaskPhase::done, "13_1");
+  seen_.states[shard(1)] = test::state_of(cluster::TaskPhase::done, "13_1");
   seen_.slurm[shard(1)] = {"13_1", {"13", 1, "COMPLETED", "n1", "None"}};
   write_shard(2, 1);
-  seen_.states[shard(2)] = test::state_of(TaskPhase::running, "13_2");
-  seen_.states[shard(2)].n_done_at_begin = 6;
+  seen_.states[shard(2)] = test::state_of(cluster::TaskPhase::running, "13_2");
+  seen_.states[shard(2)].n_done_at_start = 6;
   seen_.slurm[shard(2)] = {"13_2", {"13", 2, "RUNNING", "n2", "None"}};
   seen_.slurm[shard(3)] = {"13_3", {"13", 3, "PENDING", "", "Resources"}};
-  const StatusView status = status_of(folder_, submission_, seen_);
-  EXPECT_EQ(summary_of(status, submission_), "1 of 3 shards done, 1 running, 1 queued; 21 of 35 attitudes");
-  EXPECT_EQ(status.cases[0].standing, TaskStanding::running);
+  const cluster::StatusView status = cluster::status_of(folder_, submission_, seen_);
+  EXPECT_EQ(cluster::summary_of(status, submission_),
+            "1 of 3 shards done, 1 running, 1 queued; 21 of 35 attitudes");
+  EXPECT_EQ(status.cases[0].status, cluster::TaskStatus::running);
 }
 
 TEST_F(Status, AMadeCaseIsDoneWhateverItsTasksSay)
 {
   scratch_.write("submission/knee.h5", "model");
-  seen_.states[shard(1)] = test::state_of(TaskPhase::failed, "", "of old");
-  EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::done);
+  seen_.states[shard(1)] = test::state_of(cluster::TaskPhase::failed, "", "of old");
+  EXPECT_EQ(view_of(shard(1)).status, cluster::TaskStatus::done);
   EXPECT_EQ(view_of(shard(1)).reason, "");
-  EXPECT_TRUE(missing().work.is_nothing());
+  EXPECT_TRUE(missing().work.is_empty());
 }
 
 TEST(StatusOfCampaign, CountsCases)
 {
   const test::Scratch scratch;
-  const Submission submission = test::campaign(4, 1);
+  const cluster::Submission submission = test::campaign(4, 1);
   const std::string folder = test::folder_with(scratch, submission);
   scratch.write("submission/case-1/case-1.h5", "model");
-  SubmissionSnapshot seen;
-  seen.states[{TaskKind::run, 1, 0}] = test::state_of(TaskPhase::running, "");
-  seen.locked = {{TaskKind::run, 1, 0}};
-  seen.states[{TaskKind::run, 2, 0}] = test::state_of(TaskPhase::failed, "", "bad mesh");
-  EXPECT_EQ(summary_of(status_of(folder, submission, seen), submission),
+  cluster::SubmissionSnapshot seen;
+  seen.states[{cluster::TaskKind::run, 1, 0}] = test::state_of(cluster::TaskPhase::running, "");
+  seen.locked = {{cluster::TaskKind::run, 1, 0}};
+  seen.states[{cluster::TaskKind::run, 2, 0}] = test::state_of(cluster::TaskPhase::failed, "", "bad mesh");
+  EXPECT_EQ(cluster::summary_of(cluster::status_of(folder, submission, seen), submission),
             "1 of 4 cases done, 1 running, 1 waiting, 1 failed; 35 of 140 attitudes");
 }
 
 TEST(StatusText, DurationsReadAsTimes)
 {
-  EXPECT_EQ(duration_text(10.6), "0:11");
-  EXPECT_EQ(duration_text(7530.0), "2:05:30");
-  EXPECT_EQ(duration_text(3.5 * 86400.0), "3 days");
-  EXPECT_EQ(duration_text(1e12), "over 100 days");
-  EXPECT_EQ(duration_text(std::nan("")), "over 100 days");
+  EXPECT_EQ(cluster::duration_text(10.6), "0:11");
+  EXPECT_EQ(cluster::duration_text(7530.0), "2:05:30");
+  EXPECT_EQ(cluster::duration_text(3.5 * 86400.0), "3 days");
+  EXPECT_EQ(cluster::duration_text(1e12), "over 100 days");
+  EXPECT_EQ(cluster::duration_text(std::nan("")), "over 100 days");
 }
 
 }  // namespace vrda::status_test

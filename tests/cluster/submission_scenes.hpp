@@ -8,15 +8,16 @@
 namespace vrda::test {
 
 /// The case "knee" of 7 x 5 attitudes, its model DIR/knee.h5.
-Submission one_case(std::int32_t n_shards);
+cluster::Submission one_case(std::int32_t n_shards);
 /// Cases "case-1" ... of 7 x 5 attitudes along one axis.
-Submission campaign(std::int32_t n_cases, std::int32_t n_shards);
+cluster::Submission campaign(std::int32_t n_cases, std::int32_t n_shards);
 
 /// Its folder with submission.json, logs/, tasks/ and scripts/.
-std::string folder_with(const Scratch& scratch, const Submission& submission);
+std::string folder_with(const Scratch& scratch, const cluster::Submission& submission);
 
 /// A state of that phase; `slurm_job` may be empty.
-TaskState state_of(TaskPhase phase, const std::string& slurm_job, const std::string& reason = "");
+cluster::TaskState state_of(cluster::TaskPhase phase, const std::string& slurm_job,
+                            const std::string& reason = "");
 
 /// A journal with the cells of these rows in these columns, all of kind `row` except `spine_column`.
 void write_journal(const std::string& path, const std::vector<std::int32_t>& rows, std::int32_t n_varus,

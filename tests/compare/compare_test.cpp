@@ -17,9 +17,9 @@ namespace vrda::compare_test {
 using test::input_error;
 using test::noisy_model;
 
-CompareOptions options_of(std::vector<int> degrees)
+compare::CompareOptions options_of(std::vector<int> degrees)
 {
-  CompareOptions options;
+  compare::CompareOptions options;
   options.name = "knee.h5";
   options.degrees = std::move(degrees);
   return options;
@@ -27,11 +27,11 @@ CompareOptions options_of(std::vector<int> degrees)
 
 TEST(Compare, TellsWhatSmoothTells)
 {
-  const MotionModel model = noisy_model({.degree = 3, .noise_mm = 0.05});
-  const Comparison comparison = compare(model, options_of({2, 4, 6}));
+  const store::MotionModel model = noisy_model({.degree = 3, .noise_mm = 0.05});
+  const compare::Comparison comparison = compare::compare(model, options_of({2, 4, 6}));
   ASSERT_EQ(comparison.rows.size(), 3u);
-  const SmoothedSet set = smooth(smooth_input(model, "knee.h5"), 4);
-  const DegreeRow& row = comparison.rows[1];
+  const store::SmoothedSet set = smooth::smooth(smooth::smooth_input(model, "knee.h5"), 4);
+  const compare::DegreeRow& row = comparison.rows[1];
   EXPECT_EQ(row.set.degree, 4);
   ASSERT_EQ(row.surfaces.size(), 4u);
   double rms_sq = 0.0;
@@ -47,86 +47,88 @@ TEST(Compare, TellsWhatSmoothTells)
   }
   EXPECT_NEAR(row.translation.rms, std::sqrt(rms_sq), 1e-15);
   EXPECT_GE(row.translation.largest, set.surfaces[0].largest_residual);
-  EXPECT_FALSE(row.faults.has_value());
+  EXPECT_FALSE(row.audit_totals.has_value());
   EXPECT_TRUE(row.is_converged);
 }
 
 TEST(Compare, CountsPerceptibleAttitudes)
 {
   // Zero surfaces except a few cells: the constant fit is the mean, which 4 of 273 cells hardly change.
-  MotionModel model = noisy_model({.degree = 1});
-  for (GridD* surface : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg}) surface->setZero();
-  model.tx_mm(3, 3) = model.ty_mm(3, 3) = 0.8 * perceptible_mm;  // together 1.13
-  model.tx_mm(4, 4) = model.ty_mm(4, 4) = 0.6 * perceptible_mm;  // together 0.85
-  model.theta_deg(5, 5) = 1.1 * perceptible_deg;
-  model.theta_deg(6, 6) = 1.1 * perceptible_deg;
+  store::MotionModel model = noisy_model({.degree = 1});
+  for (store::GridD* surface : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg})
+    surface->setZero();
+  model.tx_mm(3, 3) = model.ty_mm(3, 3) = 0.8 * compare::perceptible_mm;  // together 1.13
+  model.tx_mm(4, 4) = model.ty_mm(4, 4) = 0.6 * compare::perceptible_mm;  // together 0.85
+  model.theta_deg(5, 5) = 1.1 * compare::perceptible_deg;
+  model.theta_deg(6, 6) = 1.1 * compare::perceptible_deg;
   model.theta_determined(6, 6) = 0;
-  const Comparison comparison = compare(model, options_of({0}));
+  const compare::Comparison comparison = compare::compare(model, options_of({0}));
   EXPECT_DOUBLE_EQ(comparison.rows[0].perceptible_share, 2.0 / 273.0);
 }
 
 TEST(Compare, CountsWhatRecontactMoves)
 {
-  MotionModel model = noisy_model({.degree = 2});
-  CompareOptions options = options_of({2});
-  EXPECT_EQ(compare(model, options).rows[0].perceptible_share, 0.0);
-  options.recontact = [](const MotionModel& of, const SmoothedSet& set) {
+  store::MotionModel model = noisy_model({.degree = 2});
+  compare::CompareOptions options = options_of({2});
+  EXPECT_EQ(compare::compare(model, options).rows[0].perceptible_share, 0.0);
+  options.recontact = [](const store::MotionModel& of, const store::SmoothedSet& set) {
     EXPECT_EQ(set.degree, 2);
-    GridD travel_mm = GridD::Zero(of.status.rows(), of.status.cols());
-    travel_mm.row(0).setConstant(-2.0 * perceptible_mm);
+    store::GridD travel_mm = store::GridD::Zero(of.status.rows(), of.status.cols());
+    travel_mm.row(0).setConstant(-2.0 * compare::perceptible_mm);
     travel_mm(1, 1) = std::numeric_limits<double>::quiet_NaN();
     return travel_mm;
   };
-  const DegreeRow row = compare(model, options).rows[0];
+  const compare::DegreeRow row = compare::compare(model, options).rows[0];
   EXPECT_DOUBLE_EQ(row.perceptible_share, 13.0 / 273.0);
   EXPECT_TRUE(row.set.recontact_mm.has_value());
 }
 
 TEST(Compare, AuditsTheMotionOfEachDegree)
 {
-  MotionModel model = noisy_model({.degree = 2, .noise_mm = 0.01});
-  model.smoothed = {smooth(smooth_input(model, "knee.h5"), 6)};
+  store::MotionModel model = noisy_model({.degree = 2, .noise_mm = 0.01});
+  model.smoothed = {smooth::smooth(smooth::smooth_input(model, "knee.h5"), 6)};
   std::vector<std::string> asked;
-  CompareOptions options = options_of({1, 2});
-  options.audit = [&](const MotionModel& of, const std::string& set) {
+  compare::CompareOptions options = options_of({1, 2});
+  options.audit = [&](const store::MotionModel& of, const std::string& set) {
     asked.push_back(set);
     EXPECT_EQ(of.smoothed.size(), 1u);
     EXPECT_EQ(set.rfind("degree_" + std::to_string(of.smoothed.at(0).degree), 0), 0u);
-    AuditSet audit;
+    store::AuditSet audit;
     audit.refine = 1;
-    audit.state = GridB::Constant(21, 13, static_cast<std::int8_t>(AuditState::overlapping));
-    audit.penetration_mm = GridD::Constant(21, 13, 0.1 * of.smoothed.at(0).degree);
-    audit.gap_mm = GridD::Constant(21, 13, std::numeric_limits<double>::quiet_NaN());
+    audit.state = store::GridB::Constant(21, 13, static_cast<std::int8_t>(store::AuditState::overlapping));
+    audit.penetration_mm = store::GridD::Constant(21, 13, 0.1 * of.smoothed.at(0).degree);
+    audit.gap_mm = store::GridD::Constant(21, 13, std::numeric_limits<double>::quiet_NaN());
     return audit;
   };
-  const Comparison comparison = compare(model, options);
+  const compare::Comparison comparison = compare::compare(model, options);
   EXPECT_EQ(asked, (std::vector<std::string>{"degree_1", "degree_2"}));
-  EXPECT_EQ(comparison.rows[1].faults.value().at_grid.largest_penetration_mm, 0.2);
-  EXPECT_EQ(comparison.rows[1].faults.value().at_grid.n_overlapping, 273);
+  EXPECT_EQ(comparison.rows[1].audit_totals.value().at_grid.largest_penetration_mm, 0.2);
+  EXPECT_EQ(comparison.rows[1].audit_totals.value().at_grid.n_overlapping, 273);
   asked.clear();
-  options.recontact = [](const MotionModel& of, const SmoothedSet&) {
-    return GridD::Zero(of.status.rows(), of.status.cols()).eval();
+  options.recontact = [](const store::MotionModel& of, const store::SmoothedSet&) {
+    return store::GridD::Zero(of.status.rows(), of.status.cols()).eval();
   };
-  compare(model, options);
+  compare::compare(model, options);
   EXPECT_EQ(asked, (std::vector<std::string>{"degree_1_recontacted", "degree_2_recontacted"}));
 }
 
 TEST(Compare, LeavesOutDegreesThatTheCellsCannotCarry)
 {
-  const MotionModel model = noisy_model({.degree = 2, .noise_mm = 0.01, .n_flexion = 20, .n_varus = 5});
-  const Comparison comparison = compare(model, options_of({2, 4, 5, 9}));
+  const store::MotionModel model =
+      noisy_model({.degree = 2, .noise_mm = 0.01, .n_flexion = 20, .n_varus = 5});
+  const compare::Comparison comparison = compare::compare(model, options_of({2, 4, 5, 9}));
   ASSERT_EQ(comparison.rows.size(), 2u);
-  EXPECT_EQ(comparison.degrees_not_carried, (std::vector<int>{5, 9}));
+  EXPECT_EQ(comparison.undetermined_degrees, (std::vector<int>{5, 9}));
   EXPECT_EQ(comparison.recommendation.degree, 2);
-  const InputError::Facts facts = input_error([&] { compare(model, options_of({5, 6})); });
+  const InputError::Facts facts = input_error([&] { compare::compare(model, options_of({5, 6})); });
   EXPECT_EQ(facts.file, "knee.h5");
   EXPECT_EQ(facts.wanted, "enough for the 21 terms of degree 5; these allow degree 4");
 }
 
 TEST(Compare, RecommendsNothingWhereNoCellCanBeLeftOut)
 {
-  const MotionModel model = noisy_model({.degree = 1, .noise_mm = 0.01, .n_flexion = 3, .n_varus = 1});
-  const Comparison comparison = compare(model, options_of({2}));
+  const store::MotionModel model = noisy_model({.degree = 1, .noise_mm = 0.01, .n_flexion = 3, .n_varus = 1});
+  const compare::Comparison comparison = compare::compare(model, options_of({2}));
   EXPECT_EQ(comparison.recommendation.degree, -1);
   EXPECT_TRUE(std::isnan(comparison.rows[0].translation.leave_one_out));
 }
@@ -134,12 +136,12 @@ TEST(Compare, RecommendsNothingWhereNoCellCanBeLeftOut)
 TEST(Compare, JudgesThetaWhereEveryDegreeHasIt)
 {
   // Degree 1 has enough cells that determine theta; degree 3 must use all cells.
-  MotionModel model = noisy_model({.degree = 1, .noise_mm = 0.01});
+  store::MotionModel model = noisy_model({.degree = 1, .noise_mm = 0.01});
   model.theta_determined.setZero();
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) model.theta_determined(5 * i, 4 * j) = 1;
   }
-  const Comparison comparison = compare(model, options_of({1, 3}));
+  const compare::Comparison comparison = compare::compare(model, options_of({1, 3}));
   EXPECT_EQ(comparison.rows[0].surfaces[3].n_cells, 9);
   EXPECT_EQ(comparison.rows[1].surfaces[3].n_cells, 273);
   EXPECT_EQ(comparison.recommendation.degree, 1);
@@ -147,9 +149,9 @@ TEST(Compare, JudgesThetaWhereEveryDegreeHasIt)
 
 TEST(Compare, VarusCountsAsAnAngleWhereItWasFree)
 {
-  MotionModel model = noisy_model({.degree = 1, .n_flexion = 31, .n_varus = 1});
+  store::MotionModel model = noisy_model({.degree = 1, .n_flexion = 31, .n_varus = 1});
   for (int i = 0; i < 31; ++i) model.varus_solved_deg(i, 0) = 1.0 + 0.02 * i * i;
-  const Comparison comparison = compare(model, options_of({1, 2}));
+  const compare::Comparison comparison = compare::compare(model, options_of({1, 2}));
   ASSERT_EQ(comparison.rows[0].surfaces.size(), 5u);
   EXPECT_EQ(comparison.rows[0].surfaces[4].name, "varus");
   EXPECT_GT(comparison.rows[0].perceptible_share, 0.5);
@@ -157,43 +159,43 @@ TEST(Compare, VarusCountsAsAnAngleWhereItWasFree)
   EXPECT_EQ(comparison.recommendation.degree, 2);
 }
 
-MotionModel solved_model(int n_flexion, int n_varus)
+store::MotionModel solved_model(int n_flexion, int n_varus)
 {
-  MotionModel model;
-  model.status = GridB::Zero(n_flexion, n_varus);
+  store::MotionModel model;
+  model.status = store::GridB::Zero(n_flexion, n_varus);
   return model;
 }
 
 /// Free everywhere, without a gap.
-AuditSet touching(const MotionModel& model, int refine)
+store::AuditSet touching(const store::MotionModel& model, int refine)
 {
-  AuditSet audit;
+  store::AuditSet audit;
   audit.refine = refine;
   const Eigen::Index rows = (model.status.rows() - 1) * refine + 1;
   const Eigen::Index columns = (model.status.cols() - 1) * refine + 1;
-  audit.state = GridB::Zero(rows, columns);
-  audit.gap_mm = audit.penetration_mm = GridD::Zero(rows, columns);
+  audit.state = store::GridB::Zero(rows, columns);
+  audit.gap_mm = audit.penetration_mm = store::GridD::Zero(rows, columns);
   return audit;
 }
 
-void overlap(AuditSet& audit, int i, int j, double depth_mm)
+void overlap(store::AuditSet& audit, int i, int j, double depth_mm)
 {
-  audit.state(i, j) = static_cast<std::int8_t>(AuditState::overlapping);
+  audit.state(i, j) = static_cast<std::int8_t>(store::AuditState::overlapping);
   audit.gap_mm(i, j) = nan;
   audit.penetration_mm(i, j) = depth_mm;
 }
 
 TEST(Faults, AreSortedByWhereTheyStand)
 {
-  const MotionModel model = solved_model(3, 2);
-  AuditSet audit = touching(model, 3);
+  const store::MotionModel model = solved_model(3, 2);
+  store::AuditSet audit = touching(model, 3);
   overlap(audit, 3, 0, 0.25);
   overlap(audit, 4, 0, 0.75);
   audit.gap_mm(6, 3) = 0.5;
   audit.gap_mm(6, 2) = 0.125;
-  audit.state(0, 3) = audit.state(0, 1) = static_cast<std::int8_t>(AuditState::nothing_ahead);
+  audit.state(0, 3) = audit.state(0, 1) = static_cast<std::int8_t>(store::AuditState::nothing_ahead);
   audit.gap_mm(0, 3) = audit.gap_mm(0, 1) = nan;
-  const MotionFaults faults = faults_of(model, audit);
+  const compare::MotionAuditTotals faults = compare::motion_audit_totals(model, audit);
   EXPECT_EQ(faults.at_grid.n_attitudes, 6);
   EXPECT_EQ(faults.between.n_attitudes, 7 * 4 - 6);
   EXPECT_EQ(faults.at_grid.n_overlapping, 1);
@@ -208,63 +210,64 @@ TEST(Faults, AreSortedByWhereTheyStand)
 
 TEST(Faults, BesideAFailedCellDoNotCount)
 {
-  MotionModel model = solved_model(3, 3);
+  store::MotionModel model = solved_model(3, 3);
   model.status(0, 0) = static_cast<std::int8_t>(StepStatus::no_contact);
-  AuditSet audit = touching(model, 2);
+  store::AuditSet audit = touching(model, 2);
   // Inside the patches of the cell and on its own edges, but not on their far edges.
   for (const auto& [i, j] : {std::pair{0, 0}, {0, 1}, {1, 0}, {1, 1}}) overlap(audit, i, j, 9.0);
-  MotionFaults faults = faults_of(model, audit);
+  compare::MotionAuditTotals faults = compare::motion_audit_totals(model, audit);
   EXPECT_EQ(faults.at_grid.n_attitudes, 8);
   EXPECT_EQ(faults.between.n_attitudes, 16 - 3);
   EXPECT_EQ(faults.between.largest_penetration_mm, 0.0);
   overlap(audit, 1, 2, 0.5);
-  faults = faults_of(model, audit);
+  faults = compare::motion_audit_totals(model, audit);
   EXPECT_EQ(faults.between.largest_penetration_mm, 0.5);
 }
 
 TEST(Faults, WithoutAnAttitudeAreNotNumbers)
 {
-  const MotionModel model = solved_model(4, 1);
-  AuditSet audit = touching(model, 1);
-  audit.state.setConstant(static_cast<std::int8_t>(AuditState::no_pose));
+  const store::MotionModel model = solved_model(4, 1);
+  store::AuditSet audit = touching(model, 1);
+  audit.state.setConstant(static_cast<std::int8_t>(store::AuditState::no_pose));
   audit.gap_mm.setConstant(nan);
   audit.penetration_mm.setConstant(nan);
-  for (const Faults& faults : {faults_of(model, audit).at_grid, faults_of(model, audit).between}) {
+  for (const compare::AuditTotals& faults : {compare::motion_audit_totals(model, audit).at_grid,
+                                             compare::motion_audit_totals(model, audit).between}) {
     EXPECT_EQ(faults.n_attitudes, 0);
     EXPECT_TRUE(std::isnan(faults.largest_penetration_mm));
     EXPECT_TRUE(std::isnan(faults.largest_gap_mm));
   }
   audit.refine = 2;
-  EXPECT_THROW(faults_of(model, audit), InternalError);
+  EXPECT_THROW(compare::motion_audit_totals(model, audit), InternalError);
 }
 
 /// Rounding of sums of some hundred products of numbers near 1.
 constexpr double rounding = 1e-11;
 
 struct Fitted {
-  SmoothedSet set;
-  AxisRanges ranges;
+  store::SmoothedSet set;
+  store::AxisRanges ranges;
 };
 
 /// tx is value(flexion, varus) over 0 to 90 and -10 to 10 degrees, which the degree reproduces.
 template <typename Value>
 Fitted fitted(int degree, const Value& value)
 {
-  SmoothInput input;
+  smooth::SmoothInput input;
   for (int i = 0; i <= 30; ++i) input.flexion_deg.push_back(3.0 * i);
   for (int j = 0; j <= 10; ++j) input.varus_deg.push_back(2.0 * j - 10.0);
-  input.tx_mm = input.ty_mm = input.tz_mm = input.theta_deg = GridD::Zero(31, 11);
-  input.status = GridB::Zero(31, 11);
-  input.theta_determined = GridB::Ones(31, 11);
+  input.tx_mm = input.ty_mm = input.tz_mm = input.theta_deg = store::GridD::Zero(31, 11);
+  input.status = store::GridB::Zero(31, 11);
+  input.theta_determined = store::GridB::Ones(31, 11);
   for (int i = 0; i <= 30; ++i) {
     for (int j = 0; j <= 10; ++j) input.tx_mm(i, j) = value(3.0 * i, 2.0 * j - 10.0);
   }
-  return {smooth(input, degree), axis_ranges(input.flexion_deg, input.varus_deg)};
+  return {smooth::smooth(input, degree), store::axis_ranges(input.flexion_deg, input.varus_deg)};
 }
 
 double roughness_of(const Fitted& f)
 {
-  return roughness(f.set, f.set.surfaces[0], f.ranges);
+  return compare::roughness(f.set, f.set.surfaces[0], f.ranges);
 }
 
 TEST(Roughness, OfAPlaneIsNothing)
@@ -298,7 +301,7 @@ TEST(Roughness, AgreesWithDifferencesOfTheSurface)
   std::mt19937_64 generator(5);
   const Fitted f = fitted(6, [&](double, double) { return static_cast<double>(generator() % 1000) / 500.0; });
   const auto value = [&](double flexion, double varus) {
-    return evaluate(f.set, f.set.surfaces[0], f.ranges, flexion, varus).value;
+    return store::evaluate(f.set, f.set.surfaces[0], f.ranges, flexion, varus).value;
   };
   // Midpoints of a fine grid; second differences with a step of 0.05 degrees.
   constexpr double h = 0.05;
@@ -323,17 +326,18 @@ TEST(Roughness, AgreesWithDifferencesOfTheSurface)
 
 TEST(Roughness, AnAxisWithOneValueAddsNothing)
 {
-  SmoothInput input;
+  smooth::SmoothInput input;
   for (int i = 0; i <= 10; ++i) input.flexion_deg.push_back(9.0 * i);
   input.varus_deg = {0.0};
-  input.tx_mm = GridD::Zero(11, 1);
+  input.tx_mm = store::GridD::Zero(11, 1);
   for (int i = 0; i <= 10; ++i) input.tx_mm(i, 0) = 0.01 * 81.0 * i * i;
   input.ty_mm = input.tz_mm = input.theta_deg = input.tx_mm;
-  input.status = GridB::Zero(11, 1);
-  input.theta_determined = GridB::Ones(11, 1);
-  const SmoothedSet set = smooth(input, 3);
-  EXPECT_NEAR(roughness(set, set.surfaces[0], axis_ranges(input.flexion_deg, input.varus_deg)), 0.02,
-              rounding);
+  input.status = store::GridB::Zero(11, 1);
+  input.theta_determined = store::GridB::Ones(11, 1);
+  const store::SmoothedSet set = smooth::smooth(input, 3);
+  EXPECT_NEAR(
+      compare::roughness(set, set.surfaces[0], store::axis_ranges(input.flexion_deg, input.varus_deg)), 0.02,
+      rounding);
 }
 
 }  // namespace vrda::compare_test

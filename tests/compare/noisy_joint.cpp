@@ -8,13 +8,14 @@ namespace vrda::test {
 namespace {
 
 /// Adds Legendre terms up to the joint's degree and noise to `surface`, which is 0.
-void fill(GridD& surface, const NoisyJoint& joint, const MotionModel& model, NormalNumbers& numbers)
+void fill(store::GridD& surface, const NoisyJoint& joint, const store::MotionModel& model,
+          NormalNumbers& numbers)
 {
-  const AxisRanges ranges = axis_ranges(model.flexion_deg, model.varus_deg);
+  const store::AxisRanges ranges = store::axis_ranges(model.flexion_deg, model.varus_deg);
   const double n_cells = static_cast<double>(surface.size());
   const double spread = joint.noise_mm > 0.0 ? joint.noise_mm : 0.01;
-  const auto table = [&](const std::vector<double>& axis, Eigen::Index k, const AxisRange& range) {
-    return legendre(unit_coordinate(axis[static_cast<std::size_t>(k)], range), joint.degree);
+  const auto table = [&](const std::vector<double>& axis, Eigen::Index k, const store::AxisRange& range) {
+    return store::legendre(store::unit_coordinate(axis[static_cast<std::size_t>(k)], range), joint.degree);
   };
   for (int p = 0; p <= joint.degree; ++p) {
     for (int q = 0; p + q <= joint.degree; ++q) {
@@ -49,24 +50,24 @@ double NormalNumbers::next()
   }
 }
 
-MotionModel noisy_model(const NoisyJoint& joint)
+store::MotionModel noisy_model(const NoisyJoint& joint)
 {
-  MotionModel model;
+  store::MotionModel model;
   for (int i = 0; i < joint.n_flexion; ++i) model.flexion_deg.push_back(3.0 * i);
   for (int j = 0; j < joint.n_varus; ++j) model.varus_deg.push_back(j - 0.5 * (joint.n_varus - 1));
   NormalNumbers numbers(joint.seed);
-  for (GridD* surface : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg}) {
-    *surface = GridD::Zero(joint.n_flexion, joint.n_varus);
+  for (store::GridD* surface : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg}) {
+    *surface = store::GridD::Zero(joint.n_flexion, joint.n_varus);
     fill(*surface, joint, model, numbers);
   }
-  model.status = GridB::Zero(joint.n_flexion, joint.n_varus);
-  model.theta_determined = GridB::Ones(joint.n_flexion, joint.n_varus);
-  model.varus_solved_deg = GridD::Zero(joint.n_flexion, joint.n_varus);
+  model.status = store::GridB::Zero(joint.n_flexion, joint.n_varus);
+  model.theta_determined = store::GridB::Ones(joint.n_flexion, joint.n_varus);
+  model.varus_solved_deg = store::GridD::Zero(joint.n_flexion, joint.n_varus);
   for (int i = 0; i < joint.n_flexion; ++i) {
     for (int j = 0; j < joint.n_varus; ++j)
       model.varus_solved_deg(i, j) = model.varus_deg[static_cast<std::size_t>(j)];
   }
-  model.push = constant_push(Eigen::Vector3d::UnitY(), model.flexion_deg.size());
+  model.push = store::constant_push(Eigen::Vector3d::UnitY(), model.flexion_deg.size());
   return model;
 }
 

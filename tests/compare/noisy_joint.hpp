@@ -30,6 +30,6 @@ struct NoisyJoint {
 };
 
 /// Surfaces, status and push; no bodies.
-MotionModel noisy_model(const NoisyJoint& joint);
+store::MotionModel noisy_model(const NoisyJoint& joint);
 
 }  // namespace vrda::test

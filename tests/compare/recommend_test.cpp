@@ -18,7 +18,8 @@ constexpr double rounding = 1e-14;
 TEST(Recommend, MatchesTheClosedForm)
 {
   // Degree 2 is best. Degree 1 differs by 1, 3, 1, 3: mean 2, spread sqrt(4/3), standard error sqrt(1/3).
-  const Recommendation r = recommend({{1, {2.0, 5.0, 4.0, 7.0}}, {2, {1.0, 2.0, 3.0, 4.0}}});
+  const compare::Recommendation r =
+      compare::recommend({{1, {2.0, 5.0, 4.0, 7.0}}, {2, {1.0, 2.0, 3.0, 4.0}}});
   ASSERT_EQ(r.ranked.size(), 2u);
   EXPECT_NEAR(r.ranked[0].error, std::sqrt(4.5), rounding);
   EXPECT_NEAR(r.ranked[0].excess_sq, 2.0, rounding);
@@ -34,10 +35,10 @@ TEST(Recommend, MatchesTheClosedForm)
 TEST(Recommend, TakesTheLowestWithinTwoStandardErrors)
 {
   // Differences of degree 3 to degree 5: 3, -1, 3, -1: mean 1, standard error sqrt(16/3) / 2 = 1.15.
-  const Recommendation r = recommend({{1, {29.0, 29.0, 28.0, 29.0}},
-                                      {3, {5.0, 1.0, 5.0, 1.0}},
-                                      {4, {2.5, 2.5, 2.0, 2.1}},
-                                      {5, {2.0, 2.0, 2.0, 2.0}}});
+  const compare::Recommendation r = compare::recommend({{1, {29.0, 29.0, 28.0, 29.0}},
+                                                        {3, {5.0, 1.0, 5.0, 1.0}},
+                                                        {4, {2.5, 2.5, 2.0, 2.1}},
+                                                        {5, {2.0, 2.0, 2.0, 2.0}}});
   EXPECT_EQ(r.degree, 3);
   EXPECT_EQ(r.best_degree, 5);
   EXPECT_THAT(
@@ -49,7 +50,7 @@ TEST(Recommend, TakesTheLowestWithinTwoStandardErrors)
 
 TEST(Recommend, SaysWhenTheErrorStillFalls)
 {
-  const Recommendation r = recommend({{2, {4.0, 4.1, 4.0}}, {3, {1.0, 1.0, 1.0}}});
+  const compare::Recommendation r = compare::recommend({{2, {4.0, 4.1, 4.0}}, {3, {1.0, 1.0, 1.0}}});
   EXPECT_EQ(r.degree, 3);
   EXPECT_THAT(r.reason, HasSubstr("smallest leave-one-out error"));
   EXPECT_THAT(r.reason, HasSubstr("still decreases at the highest compared degree"));
@@ -57,25 +58,26 @@ TEST(Recommend, SaysWhenTheErrorStillFalls)
 
 TEST(Recommend, SaysWhenALowerDegreeIsWorseEverywhere)
 {
-  const Recommendation r = recommend({{2, {4.0, 4.0}}, {3, {1.0, 1.0}}, {4, {2.0, 2.0}}});
+  const compare::Recommendation r = compare::recommend({{2, {4.0, 4.0}}, {3, {1.0, 1.0}}, {4, {2.0, 2.0}}});
   EXPECT_EQ(r.degree, 3);
   EXPECT_THAT(r.reason, HasSubstr("degree 2 is worse at every cell"));
 }
 
 TEST(Recommend, RoundingIsNoReason)
 {
-  const Recommendation r = recommend({{1, {1.0, 1.0}}, {2, {1e-20, 1e-20}}, {3, {1e-28, 1e-28}}});
+  const compare::Recommendation r =
+      compare::recommend({{1, {1.0, 1.0}}, {2, {1e-20, 1e-20}}, {3, {1e-28, 1e-28}}});
   EXPECT_EQ(r.degree, 2);
   EXPECT_EQ(r.best_degree, 2);
 }
 
 TEST(Recommend, LeavesOutDegreesThatCannotBeJudged)
 {
-  const Recommendation r = recommend({{1, {4.0, 3.9}}, {2, {1.0, 1.0}}, {3, {}}});
+  const compare::Recommendation r = compare::recommend({{1, {4.0, 3.9}}, {2, {1.0, 1.0}}, {3, {}}});
   EXPECT_EQ(r.degree, 2);
   EXPECT_TRUE(std::isnan(r.ranked[2].error));
   EXPECT_FALSE(r.ranked[2].is_within);
-  const Recommendation none = recommend({{1, {}}, {2, {}}});
+  const compare::Recommendation none = compare::recommend({{1, {}}, {2, {}}});
   EXPECT_EQ(none.degree, -1);
   EXPECT_EQ(none.ranked.size(), 2u);
   EXPECT_THAT(none.reason, HasSubstr("no degree"));
@@ -83,20 +85,20 @@ TEST(Recommend, LeavesOutDegreesThatCannotBeJudged)
 
 TEST(Recommend, KeepsItsPromises)
 {
-  EXPECT_THROW(recommend({{2, {1.0}}, {1, {1.0}}}), InternalError);
-  EXPECT_THROW(recommend({{1, {1.0}}, {2, {1.0, 2.0}}}), InternalError);
+  EXPECT_THROW(compare::recommend({{2, {1.0}}, {1, {1.0}}}), InternalError);
+  EXPECT_THROW(compare::recommend({{1, {1.0}}, {2, {1.0, 2.0}}}), InternalError);
 }
 
 constexpr int n_cases = 100;
 /// Required: 95 of 100 cases.
 constexpr int least_hits = 95;
 
-int recommended(const test::NoisyJoint& joint, const SmoothOptions& smooth = {})
+int recommended(const test::NoisyJoint& joint, const smooth::SmoothOptions& smooth = {})
 {
-  CompareOptions options;
+  compare::CompareOptions options;
   options.name = "knee.h5";
   options.smooth = smooth;
-  return compare(test::noisy_model(joint), options).recommendation.degree;
+  return compare::compare(test::noisy_model(joint), options).recommendation.degree;
 }
 
 class TrueDegree : public testing::TestWithParam<int> {};
@@ -139,17 +141,18 @@ TEST(RecommendedDegree, RobustIsNotMisledByGrossErrors)
   // One cell in twenty is off by a hundred times the noise.
   int n_robust = 0, n_plain = 0;
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    MotionModel model = test::noisy_model({.degree = 4, .noise_mm = 0.02, .significance = 6.0, .seed = seed});
+    store::MotionModel model =
+        test::noisy_model({.degree = 4, .noise_mm = 0.02, .significance = 6.0, .seed = seed});
     test::NormalNumbers numbers(seed);
-    for (GridD* surface : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg}) {
+    for (store::GridD* surface : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg}) {
       for (Eigen::Index k = seed; k < surface->size(); k += 20) surface->data()[k] += 2.0 * numbers.next();
     }
-    CompareOptions options;
+    compare::CompareOptions options;
     options.name = "knee.h5";
     options.degrees = {1, 2, 3, 4, 5, 6, 7, 8};
-    n_plain += compare(model, options).recommendation.degree == 4 ? 1 : 0;
+    n_plain += compare::compare(model, options).recommendation.degree == 4 ? 1 : 0;
     options.smooth.is_robust = true;
-    n_robust += compare(model, options).recommendation.degree == 4 ? 1 : 0;
+    n_robust += compare::compare(model, options).recommendation.degree == 4 ? 1 : 0;
   }
   EXPECT_EQ(n_robust, 10);
   EXPECT_LE(n_plain, 2);

@@ -50,9 +50,9 @@ Pose shifted_by(const Eigen::Vector3d& by_mm)
 // reference is placed by an attitude, the moving object by a pose.
 struct Placed {
   Pose X_S_L;
-  TreeMesh reference;
-  SurfaceFeatures reference_features;
-  Collider moving;
+  proximity::TreeMesh reference;
+  contact::SurfaceFeatures reference_features;
+  contact::Collider moving;
   MovingPose pose;
 };
 
@@ -69,10 +69,10 @@ Placed placed(const Mesh& reference, const Mesh& moving, const Eigen::Vector3d& 
     result.X_S_L = turned_by(reference_rotation(attitude)) * X_reference_L;
   } while ((result.X_S_L.linear() * normal_local).y() > -0.1);
   result.pose = {random.within(100.0), random.between(-pi, pi)};
-  const Collider fixed = make_collider(transformed(reference, X_reference_L));
-  result.reference = turned(fixed.solid, attitude);
+  const contact::Collider fixed = contact::make_collider(transformed(reference, X_reference_L));
+  result.reference = proximity::rotated_reference(fixed.tree_mesh, attitude);
   result.reference_features = fixed.features;
-  result.moving = make_collider(transformed(moving, pose_of(result.pose).inverse() * result.X_S_L));
+  result.moving = contact::make_collider(transformed(moving, pose_of(result.pose).inverse() * result.X_S_L));
   return result;
 }
 
@@ -87,15 +87,15 @@ enum class Taken { from_reference, from_moving };
 // Expects one contact, given in L.
 void expect_contact(const Placed& scene, const Expected& expected, Taken taken, ContactNormals normals)
 {
-  NarrowPhase narrow_phase;
-  ContactOptions options;
+  contact::NarrowPhase narrow_phase;
+  contact::ContactOptions options;
   options.band_mm = band_mm;
   options.normals = normals;
-  const std::vector<Contact> contacts = find_contacts(
+  const std::vector<contact::Contact> contacts = contact::find_contacts(
       {scene.reference, scene.reference_features, scene.moving}, scene.pose, narrow_phase, options);
   ASSERT_EQ(contacts.size(), 1U);
   const Pose X_L_S = scene.X_S_L.inverse();
-  const Contact& c = contacts[0];
+  const contact::Contact& c = contacts[0];
   EXPECT_LT((X_L_S * c.point_mm - expected.on_reference).norm(), exact_mm);
   const Eigen::Vector3d application =
       taken == Taken::from_reference ? expected.on_reference : expected.on_moving;

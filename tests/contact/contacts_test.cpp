@@ -26,13 +26,13 @@ Mesh pyramid(double half_mm, double height_mm)
   return mesh;
 }
 
-std::vector<Contact> contacts_of(const Mesh& reference, const Mesh& moving, const MovingPose& pose,
-                                 const ContactOptions& options = {})
+std::vector<contact::Contact> contacts_of(const Mesh& reference, const Mesh& moving, const MovingPose& pose,
+                                          const contact::ContactOptions& options = {})
 {
-  NarrowPhase narrow_phase;
-  const Collider r = make_collider(reference);
-  const Collider m = make_collider(moving);
-  return find_contacts({r.solid, r.features, m}, pose, narrow_phase, options);
+  contact::NarrowPhase narrow_phase;
+  const contact::Collider r = contact::make_collider(reference);
+  const contact::Collider m = contact::make_collider(moving);
+  return contact::find_contacts({r.tree_mesh, r.features, m}, pose, narrow_phase, options);
 }
 
 TEST(Contacts, ApexUnderFaceIsOneContactWithTheFacesNormal)
@@ -44,7 +44,7 @@ TEST(Contacts, ApexUnderFaceIsOneContactWithTheFacesNormal)
   const Eigen::Vector3d n = tilt.linear() * Eigen::Vector3d(0, -1, 0);
   const Eigen::Vector3d on_face = tilt * Eigen::Vector3d(2, 0, 3);
   const MovingPose pose{on_face + standoff_mm * n, 0.3};
-  const std::vector<Contact> contacts = contacts_of(reference, pyramid(3, 4), pose);
+  const std::vector<contact::Contact> contacts = contacts_of(reference, pyramid(3, 4), pose);
   ASSERT_EQ(contacts.size(), 1u);
   EXPECT_LT((contacts[0].point_mm - on_face).norm(), exact_mm);
   EXPECT_LT((contacts[0].normal - n).norm(), exact_mm);
@@ -61,7 +61,7 @@ TEST(Contacts, CrossingEdgesGiveTheirCrossProduct)
   const Mesh upper = transformed(test::box({0, 0, 0}, {30, 2, 2}), roll_x);
   const Mesh lower = transformed(test::box({0, 0, 0}, {2, 2, 30}), roll_z);
   const MovingPose pose{{0.5, -2 * half_diagonal - standoff_mm, 0.25}, 0.0};
-  const std::vector<Contact> contacts = contacts_of(upper, lower, pose);
+  const std::vector<contact::Contact> contacts = contacts_of(upper, lower, pose);
   ASSERT_EQ(contacts.size(), 1u);
   EXPECT_LT((contacts[0].point_mm - Eigen::Vector3d(0.5, -half_diagonal, 0)).norm(), exact_mm);
   EXPECT_LT((contacts[0].normal - Eigen::Vector3d(0, -1, 0)).norm(), exact_mm);
@@ -71,11 +71,11 @@ TEST(Contacts, FlatFacesTouchAtTheCornersOfTheirCommonPolygon)
 {
   const Mesh upper = test::box({0, 2, 0}, {4, 4, 4});
   const Mesh lower = test::box({0, -1, 0}, {4, 2, 4});
-  const std::vector<Contact> contacts = contacts_of(upper, lower, {{1.0, -standoff_mm, 0.5}, 0.0});
+  const std::vector<contact::Contact> contacts = contacts_of(upper, lower, {{1.0, -standoff_mm, 0.5}, 0.0});
   // Overlap: x from -1 to 2, z from -1.5 to 2; the diagonals of both faces add crossings on its border or
   // inside.
   const auto has = [&](double x, double z) {
-    return std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+    return std::any_of(contacts.begin(), contacts.end(), [&](const contact::Contact& c) {
       return (c.point_mm - Eigen::Vector3d(x, 0, z)).norm() < exact_mm;
     });
   };
@@ -83,7 +83,7 @@ TEST(Contacts, FlatFacesTouchAtTheCornersOfTheirCommonPolygon)
   EXPECT_TRUE(has(-1, 2));
   EXPECT_TRUE(has(2, -1.5));
   EXPECT_TRUE(has(2, 2));
-  for (const Contact& c : contacts) {
+  for (const contact::Contact& c : contacts) {
     EXPECT_LT((c.normal - Eigen::Vector3d(0, -1, 0)).norm(), exact_mm);
     EXPECT_TRUE(c.point_mm.x() > -1 - exact_mm && c.point_mm.x() < 2 + exact_mm);
   }
@@ -94,16 +94,16 @@ TEST(Contacts, LeastCurvatureTakesTheFlatSideAndTheOthersTakeTheirs)
   // A box corner region far from a vertex: apex (sharp) under a gently curved ball seen from below.
   const Mesh reference = test::ball(50, 64, 128);
   const MovingPose pose{{0, -50 - standoff_mm, 0}, 0.0};
-  ContactOptions options;
-  const std::vector<Contact> least = contacts_of(reference, pyramid(3, 4), pose, options);
+  contact::ContactOptions options;
+  const std::vector<contact::Contact> least = contacts_of(reference, pyramid(3, 4), pose, options);
   ASSERT_EQ(least.size(), 1u);
   EXPECT_LT((least[0].normal - Eigen::Vector3d(0, -1, 0)).norm(), 1e-6) << "symmetry about the pole";
   options.normals = ContactNormals::reference;
-  const std::vector<Contact> reference_side = contacts_of(reference, pyramid(3, 4), pose, options);
+  const std::vector<contact::Contact> reference_side = contacts_of(reference, pyramid(3, 4), pose, options);
   ASSERT_EQ(reference_side.size(), 1u);
   EXPECT_LT((reference_side[0].normal - Eigen::Vector3d(0, -1, 0)).norm(), 1e-6);
   options.normals = ContactNormals::moving;
-  const std::vector<Contact> moving_side = contacts_of(reference, pyramid(3, 4), pose, options);
+  const std::vector<contact::Contact> moving_side = contacts_of(reference, pyramid(3, 4), pose, options);
   ASSERT_EQ(moving_side.size(), 1u);
   EXPECT_LT(moving_side[0].normal.y(), 0.0);
 }
@@ -118,13 +118,14 @@ TEST(Contacts, NothingActsAlongTheEdgeThatAVertexTouches)
   const Mesh bar = transformed(test::box({0, 0, 0}, {30, 2, 2}), roll);
   const Mesh apex = transformed(pyramid(3, 1), lean);
   const double apart_mm = std::sqrt(2.0) + standoff_mm;
-  const std::vector<Contact> from_below = contacts_of(bar, apex, {{0.5, -apart_mm, 0}, 0.0});
+  const std::vector<contact::Contact> from_below = contacts_of(bar, apex, {{0.5, -apart_mm, 0}, 0.0});
   ASSERT_EQ(from_below.size(), 1u);
   EXPECT_LT((from_below[0].normal - Eigen::Vector3d(0, -1, 0)).norm(), exact_mm);
   // The same with the roles exchanged: the pyramid points down and the bar is below.
   Pose over = Pose::Identity();
   over.linear() = rotation_x(pi);
-  const std::vector<Contact> hanging = contacts_of(transformed(apex, over), bar, {{0.5, -apart_mm, 0}, 0.0});
+  const std::vector<contact::Contact> hanging =
+      contacts_of(transformed(apex, over), bar, {{0.5, -apart_mm, 0}, 0.0});
   ASSERT_EQ(hanging.size(), 1u);
   EXPECT_LT((hanging[0].normal - Eigen::Vector3d(0, -1, 0)).norm(), exact_mm);
 }
@@ -147,14 +148,14 @@ TEST(Contacts, NothingBeyondTheBand)
 
 TEST(Contacts, TriangleCentresReproduceTheFirstImplementation)
 {
-  ContactOptions options;
+  contact::ContactOptions options;
   options.points = ContactPoints::triangle_centre;
   options.normals = ContactNormals::reference;
   Mesh underside = test::sheet(6, 1);
   underside.triangles.col(1).swap(underside.triangles.col(2));
   underside.normals = -underside.normals;
   const MovingPose pose{{1.0, -standoff_mm, -1.5}, 0.0};
-  const std::vector<Contact> contacts = contacts_of(underside, pyramid(1, 1), pose, options);
+  const std::vector<contact::Contact> contacts = contacts_of(underside, pyramid(1, 1), pose, options);
   ASSERT_FALSE(contacts.empty());
   const auto corner = corners(underside, contacts[0].triangles.reference);
   EXPECT_LT((contacts[0].point_mm - (corner[0] + corner[1] + corner[2]) / 3.0).norm(), exact_mm);
@@ -164,49 +165,53 @@ TEST(Contacts, TriangleCentresReproduceTheFirstImplementation)
 
 TEST(Collision, BallsTouchWhenTheirCentresAreNearEnough)
 {
-  NarrowPhase narrow_phase;
-  const TreeMesh upper = make_tree_mesh(test::ball(10, 32, 64));
-  const TreeMesh lower = make_tree_mesh(test::ball(6, 32, 64));
+  contact::NarrowPhase narrow_phase;
+  const proximity::TreeMesh upper = proximity::make_tree_mesh(test::ball(10, 32, 64));
+  const proximity::TreeMesh lower = proximity::make_tree_mesh(test::ball(6, 32, 64));
   // Facets are inside the spheres by at most the sagitta of an edge of pi / 32.
   const double facet_mm = 16 * (pi / 32) * (pi / 32) / 8 * 2;
   for (const double angle : {0.0, 0.4, 1.0}) {
     const Eigen::Vector3d away(std::sin(angle), -std::cos(angle), 0);
-    EXPECT_FALSE(find_collision(upper, lower, {16.001 * away, 0.1}, narrow_phase).has_value());
-    EXPECT_TRUE(find_collision(upper, lower, {(16 - facet_mm) * away, 0.1}, narrow_phase).has_value());
+    EXPECT_FALSE(contact::find_collision(upper, lower, {16.001 * away, 0.1}, narrow_phase).has_value());
+    EXPECT_TRUE(
+        contact::find_collision(upper, lower, {(16 - facet_mm) * away, 0.1}, narrow_phase).has_value());
   }
 }
 
 TEST(SelfOverlap, ASoundMeshHasNoneAndTwoCrossingBoxesHaveSome)
 {
-  NarrowPhase narrow_phase;
-  EXPECT_TRUE(find_self_overlaps(make_tree_mesh(test::ball(10, 12, 20)), narrow_phase, 100).empty());
+  contact::NarrowPhase narrow_phase;
+  EXPECT_TRUE(
+      contact::find_self_overlaps(proximity::make_tree_mesh(test::ball(10, 12, 20)), narrow_phase, 100)
+          .empty());
   Mesh crossing = test::box({0, 0, 0}, {4, 4, 4});
   append(crossing, test::box({1, 1, 1}, {4, 4, 4}));
-  const std::vector<TrianglePair> found = find_self_overlaps(make_tree_mesh(crossing), narrow_phase, 1000);
+  const std::vector<proximity::TrianglePair> found =
+      contact::find_self_overlaps(proximity::make_tree_mesh(crossing), narrow_phase, 1000);
   EXPECT_FALSE(found.empty());
-  for (const TrianglePair& pair : found) EXPECT_LT(pair.reference, pair.moving);
-  EXPECT_EQ(find_self_overlaps(make_tree_mesh(crossing), narrow_phase, 2).size(), 2u);
+  for (const proximity::TrianglePair& pair : found) EXPECT_LT(pair.reference, pair.moving);
+  EXPECT_EQ(contact::find_self_overlaps(proximity::make_tree_mesh(crossing), narrow_phase, 2).size(), 2u);
 }
 
 TEST(Collision, AHintIsTriedFirstAndChangesNothingElse)
 {
-  NarrowPhase narrow_phase;
-  const TreeMesh upper = make_tree_mesh(test::box({0, 0, 0}, {4, 4, 4}));
-  const TreeMesh lower = make_tree_mesh(test::box({0, 0, 0}, {4, 4, 4}));
-  const auto hit = find_collision(upper, lower, {{1, -3, 1}, 0.2}, narrow_phase);
+  contact::NarrowPhase narrow_phase;
+  const proximity::TreeMesh upper = proximity::make_tree_mesh(test::box({0, 0, 0}, {4, 4, 4}));
+  const proximity::TreeMesh lower = proximity::make_tree_mesh(test::box({0, 0, 0}, {4, 4, 4}));
+  const auto hit = contact::find_collision(upper, lower, {{1, -3, 1}, 0.2}, narrow_phase);
   ASSERT_TRUE(hit.has_value());
-  EXPECT_EQ(find_collision(upper, lower, {{1, -3, 1}, 0.2}, narrow_phase, *hit), hit);
-  EXPECT_FALSE(find_collision(upper, lower, {{1, -5, 1}, 0.2}, narrow_phase, *hit).has_value());
+  EXPECT_EQ(contact::find_collision(upper, lower, {{1, -3, 1}, 0.2}, narrow_phase, *hit), hit);
+  EXPECT_FALSE(contact::find_collision(upper, lower, {{1, -5, 1}, 0.2}, narrow_phase, *hit).has_value());
 }
 
 TEST(SurfaceFeatures, ABoxBendsByARightAngleAtItsEdgesAndNotOnItsDiagonals)
 {
   const Mesh box = test::box({0, 0, 0}, {2, 4, 6});
-  const SurfaceFeatures features(box);
+  const contact::SurfaceFeatures features(box);
   int n_sharp = 0, n_flat = 0;
   for (std::int32_t t = 0; t < 12; ++t) {
     for (int k = 0; k < 3; ++k) {
-      const double bend = features.bend({FeatureKind::edge, features.edge_of(t, k)});
+      const double bend = features.bend({contact::FeatureKind::edge, features.edge_of(t, k)});
       const bool is_diagonal = bend < 0.5;
       EXPECT_NEAR(bend, is_diagonal ? 0.0 : 1.0, 1e-12);
       (is_diagonal ? n_flat : n_sharp) += 1;
@@ -214,32 +219,33 @@ TEST(SurfaceFeatures, ABoxBendsByARightAngleAtItsEdgesAndNotOnItsDiagonals)
   }
   EXPECT_EQ(n_sharp, 24);
   EXPECT_EQ(n_flat, 12);
-  for (std::int32_t v = 0; v < 8; ++v) EXPECT_NEAR(features.bend({FeatureKind::vertex, v}), 1.0, 1e-12);
-  EXPECT_EQ(features.bend({FeatureKind::face, 3}), 0.0);
+  for (std::int32_t v = 0; v < 8; ++v)
+    EXPECT_NEAR(features.bend({contact::FeatureKind::vertex, v}), 1.0, 1e-12);
+  EXPECT_EQ(features.bend({contact::FeatureKind::face, 3}), 0.0);
 }
 
 TEST(SurfaceFeatures, OpenEdgesAreSharpest)
 {
   const Mesh sheet = test::sheet(4, 2);
-  const SurfaceFeatures features(sheet);
-  EXPECT_EQ(features.bend({FeatureKind::vertex, 0}), 2.0);
-  EXPECT_NEAR(features.bend({FeatureKind::vertex, 4}), 0.0, 1e-12) << "the middle";
-  EXPECT_EQ(features.star({FeatureKind::vertex, 4}).size(), 6u);
+  const contact::SurfaceFeatures features(sheet);
+  EXPECT_EQ(features.bend({contact::FeatureKind::vertex, 0}), 2.0);
+  EXPECT_NEAR(features.bend({contact::FeatureKind::vertex, 4}), 0.0, 1e-12) << "the middle";
+  EXPECT_EQ(features.star({contact::FeatureKind::vertex, 4}).size(), 6u);
 }
 
 TEST(SurfaceFeatures, PointsAreFoundOnTheirFeature)
 {
   const Mesh sheet = test::sheet(4, 1);  // triangles (0, 1, 3) and (0, 3, 2)
-  const SurfaceFeatures features(sheet);
+  const contact::SurfaceFeatures features(sheet);
   const auto corner = corners(sheet, 0);
   const auto at = [&](double a, double b, double c) {
-    return feature_at(sheet, features, 0, a * corner[0] + b * corner[1] + c * corner[2], corner);
+    return contact::feature_at(sheet, features, 0, a * corner[0] + b * corner[1] + c * corner[2], corner);
   };
-  EXPECT_EQ(at(0.3, 0.3, 0.4).kind, FeatureKind::face);
-  EXPECT_EQ(at(0.5, 0.5, 0.0), (Feature{FeatureKind::edge, features.edge_of(0, 0)}));
-  EXPECT_EQ(at(0.0, 0.5, 0.5), (Feature{FeatureKind::edge, features.edge_of(0, 1)}));
-  EXPECT_EQ(at(0.5, 0.0, 0.5), (Feature{FeatureKind::edge, features.edge_of(0, 2)}));
-  EXPECT_EQ(at(0.0, 1.0, 0.0), (Feature{FeatureKind::vertex, 1}));
+  EXPECT_EQ(at(0.3, 0.3, 0.4).kind, contact::FeatureKind::face);
+  EXPECT_EQ(at(0.5, 0.5, 0.0), (contact::Feature{contact::FeatureKind::edge, features.edge_of(0, 0)}));
+  EXPECT_EQ(at(0.0, 0.5, 0.5), (contact::Feature{contact::FeatureKind::edge, features.edge_of(0, 1)}));
+  EXPECT_EQ(at(0.5, 0.0, 0.5), (contact::Feature{contact::FeatureKind::edge, features.edge_of(0, 2)}));
+  EXPECT_EQ(at(0.0, 1.0, 0.0), (contact::Feature{contact::FeatureKind::vertex, 1}));
   EXPECT_EQ(features.edge_of(0, 2), features.edge_of(1, 0)) << "the shared diagonal";
 }
 

@@ -17,14 +17,14 @@ namespace vrda::gap_query_test {
 constexpr double resolution_mm = 1e-7;
 
 // The travel between a free and a colliding one at which the objects first collide.
-double bisected_travel_mm(const TreeMesh& reference, const TreeMesh& moving, const MovingPose& pose,
-                          double free_mm, double colliding_mm)
+double bisected_travel_mm(const proximity::TreeMesh& reference, const proximity::TreeMesh& moving,
+                          const MovingPose& pose, double free_mm, double colliding_mm)
 {
-  NarrowPhase narrow_phase;
+  contact::NarrowPhase narrow_phase;
   const auto collides = [&](double travel_mm) {
     MovingPose moved = pose;
     moved.translation_mm.y() += travel_mm;
-    return find_collision(reference, moving, moved, narrow_phase).has_value();
+    return contact::find_collision(reference, moving, moved, narrow_phase).has_value();
   };
   EXPECT_FALSE(collides(free_mm));
   EXPECT_TRUE(collides(colliding_mm));
@@ -45,8 +45,9 @@ TEST(GapAgainstCollision, TheTravelIsWhereBisectionEnds)
       mesh->vertices_mm.row(v) *= 1.0 + 0.1 * unit(random);
     }
   }
-  const TreeMesh upper = make_tree_mesh(bumps), lower = make_tree_mesh(dents);
-  GapQuery query{GapTree(bumps), GapTree(dents)};
+  const proximity::TreeMesh upper = proximity::make_tree_mesh(bumps),
+                            lower = proximity::make_tree_mesh(dents);
+  proximity::GapQuery query{proximity::GapTree(bumps), proximity::GapTree(dents)};
   for (int k = 0; k < 100; ++k) {
     const Attitude attitude{unit(random), 0.3 * unit(random)};
     const double x = 8 * unit(random), z = 8 * unit(random);
@@ -54,24 +55,27 @@ TEST(GapAgainstCollision, TheTravelIsWhereBisectionEnds)
     query.set_attitude(attitude);
     const double travel = query.travel_mm(pose);
 
-    EXPECT_NEAR(bisected_travel_mm(turned(upper, attitude), lower, pose, travel - 5, travel + 0.01), travel,
-                resolution_mm);
+    EXPECT_NEAR(bisected_travel_mm(proximity::rotated_reference(upper, attitude), lower, pose, travel - 5,
+                                   travel + 0.01),
+                travel, resolution_mm);
   }
 }
 
 // Every pair of triangles within the band of each other, by exhaustive search.
-std::vector<TrianglePair> pairs_within(const Mesh& reference, const Mesh& moving, const Attitude& attitude,
-                                       const MovingPose& pose, double band_mm)
+std::vector<proximity::TrianglePair> pairs_within(const Mesh& reference, const Mesh& moving,
+                                                  const Attitude& attitude, const MovingPose& pose,
+                                                  double band_mm)
 {
-  const Placement place(pose);
+  const proximity::Placement place(pose);
   const Eigen::Matrix3d R = reference_rotation(attitude);
-  std::vector<TrianglePair> near;
+  std::vector<proximity::TrianglePair> near;
   for (std::int32_t r = 0; r < reference.triangles.rows(); ++r) {
-    Corners a = corners(reference, r);
+    proximity::Corners a = corners(reference, r);
     for (Eigen::Vector3d& p : a) p = R * p;
     for (std::int32_t m = 0; m < moving.triangles.rows(); ++m) {
-      const Corners b = place(corners(moving, m));
-      if (separation_mm(a, b) <= 0.0 || closest_points(a, b).distance_mm <= band_mm) near.push_back({r, m});
+      const proximity::Corners b = place(corners(moving, m));
+      if (contact::separation_mm(a, b) <= 0.0 || contact::closest_points(a, b).distance_mm <= band_mm)
+        near.push_back({r, m});
     }
   }
   return near;
@@ -86,7 +90,7 @@ TEST(ClosePairs, HoldEveryPairWithinTheBand)
     for (Eigen::Index v = 0; v < mesh->vertices_mm.rows(); ++v)
       mesh->vertices_mm.row(v) *= 1.0 + 0.1 * unit(random);
   }
-  GapQuery query{GapTree(bumps), GapTree(dents)};
+  proximity::GapQuery query{proximity::GapTree(bumps), proximity::GapTree(dents)};
   int n_near = 0, n_apart = 0;
   for (int k = 0; k < 60; ++k) {
     // Near contact from any direction, with bands from 1e-3 mm to the size of a facet.
@@ -94,12 +98,12 @@ TEST(ClosePairs, HoldEveryPairWithinTheBand)
     const Attitude attitude{3 * unit(random), 0.3 * unit(random)};
     Eigen::Vector3d direction(unit(random), unit(random), unit(random));
     const MovingPose pose{direction.normalized() * (17.0 + 2.0 * unit(random)), 3 * unit(random)};
-    const std::vector<TrianglePair> wanted = pairs_within(bumps, dents, attitude, pose, band_mm);
+    const std::vector<proximity::TrianglePair> wanted = pairs_within(bumps, dents, attitude, pose, band_mm);
     query.set_attitude(attitude);
-    const std::vector<TrianglePair>& found = query.close_pairs(pose, band_mm);
-    const std::set<TrianglePair> all(found.begin(), found.end());
+    const std::vector<proximity::TrianglePair>& found = query.close_pairs(pose, band_mm);
+    const std::set<proximity::TrianglePair> all(found.begin(), found.end());
     EXPECT_EQ(all.size(), found.size()) << "each once";
-    for (const TrianglePair& pair : wanted)
+    for (const proximity::TrianglePair& pair : wanted)
       EXPECT_TRUE(all.contains(pair)) << pair.reference << " " << pair.moving;
     ++(wanted.empty() ? n_apart : n_near);
   }
@@ -111,14 +115,14 @@ TEST(TravelAtMost, IsNoLessThanTheTravel)
 {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
-  const GapTree upper(test::ball(10, 14, 22)), lower(test::ball(8, 13, 20));
-  GapQuery query(upper, lower);
-  EXPECT_TRUE(std::isinf(query.travel_at_most_mm({{0, -30, 0}, 0}))) << "no hints yet";
+  const proximity::GapTree upper(test::ball(10, 14, 22)), lower(test::ball(8, 13, 20));
+  proximity::GapQuery query(upper, lower);
+  EXPECT_TRUE(std::isinf(query.travel_upper_bound_mm({{0, -30, 0}, 0}))) << "no hints yet";
   int n_known = 0;
   for (int k = 0; k < 200; ++k) {
     const MovingPose pose{{4 * unit(random), -30, 4 * unit(random)}, 0.3 * unit(random)};
     const int n_queries = query.n_queries();
-    const double most_mm = query.travel_at_most_mm(pose);
+    const double most_mm = query.travel_upper_bound_mm(pose);
     EXPECT_EQ(query.n_queries(), n_queries);
     EXPECT_GE(most_mm, query.travel_mm(pose));
     n_known += std::isfinite(most_mm) ? 1 : 0;

@@ -59,10 +59,10 @@ struct Objects {
 };
 
 // Near the first contact from below: within 1e-7 to 10 mm of it, on either side.
-MovingPose near_touch(const TreeMesh& reference, const TreeMesh& moving, Random& random)
+MovingPose near_touch(const proximity::TreeMesh& reference, const proximity::TreeMesh& moving, Random& random)
 {
   MovingPose pose{{random.between(-12, 12), -40, random.between(-12, 12)}, random.between(-3, 3)};
-  const Gap gap = directional_gap(reference, moving.mesh, moving.tree, pose);
+  const proximity::Gap gap = proximity::directional_gap(reference, moving.mesh, moving.tree, pose);
   const double off_mm = std::pow(10.0, random.between(-7.0, 1.0));
   pose.translation_mm.y() += gap.travel_mm + (random.between(-1, 1) < 0.0 ? -off_mm : off_mm);
   return pose;
@@ -71,27 +71,30 @@ MovingPose near_touch(const TreeMesh& reference, const TreeMesh& moving, Random&
 MovingPose exchanged(const MovingPose& pose)
 {
   const MovingPose back{Eigen::Vector3d::Zero(), -pose.theta_rad};
-  return {-Placement(back)(pose.translation_mm), -pose.theta_rad};
+  return {-proximity::Placement(back)(pose.translation_mm), -pose.theta_rad};
 }
 
 TEST(CollisionInvariance, ExchangeAndNumberingChangeNothing)
 {
   Random random(71);
-  NarrowPhase narrow_phase;
+  contact::NarrowPhase narrow_phase;
   const Objects objects;
-  const TreeMesh moving = make_tree_mesh(objects.ball),
-                 other_moving = make_tree_mesh(renumbered(objects.ball, random));
-  const TreeMesh box = make_tree_mesh(objects.box),
-                 other_box = make_tree_mesh(renumbered(objects.box, random));
+  const proximity::TreeMesh moving = proximity::make_tree_mesh(objects.ball),
+                            other_moving = proximity::make_tree_mesh(renumbered(objects.ball, random));
+  const proximity::TreeMesh box = proximity::make_tree_mesh(objects.box),
+                            other_box = proximity::make_tree_mesh(renumbered(objects.box, random));
   int n_colliding = 0;
   for (int k = 0; k < n_poses; ++k) {
     SCOPED_TRACE(k);
     const Attitude attitude{random.between(-3, 3), random.between(-1.5, 1.5)};
-    const TreeMesh reference = turned(box, attitude), other_reference = turned(other_box, attitude);
+    const proximity::TreeMesh reference = proximity::rotated_reference(box, attitude),
+                              other_reference = proximity::rotated_reference(other_box, attitude);
     const MovingPose pose = near_touch(reference, moving, random);
-    const bool collides = find_collision(reference, moving, pose, narrow_phase).has_value();
-    EXPECT_EQ(find_collision(moving, reference, exchanged(pose), narrow_phase).has_value(), collides);
-    EXPECT_EQ(find_collision(other_reference, other_moving, pose, narrow_phase).has_value(), collides);
+    const bool collides = contact::find_collision(reference, moving, pose, narrow_phase).has_value();
+    EXPECT_EQ(contact::find_collision(moving, reference, exchanged(pose), narrow_phase).has_value(),
+              collides);
+    EXPECT_EQ(contact::find_collision(other_reference, other_moving, pose, narrow_phase).has_value(),
+              collides);
     n_colliding += collides ? 1 : 0;
   }
   EXPECT_GT(n_colliding, n_poses / 4);
@@ -101,24 +104,25 @@ TEST(CollisionInvariance, ExchangeAndNumberingChangeNothing)
 TEST(ContactInvariance, NumberingChangesNoPointNormalOrDistance)
 {
   Random random(72);
-  NarrowPhase narrow_phase;
+  contact::NarrowPhase narrow_phase;
   const Objects objects;
-  const Collider moving = make_collider(objects.ball),
-                 other_moving = make_collider(renumbered(objects.ball, random));
-  const Collider box = make_collider(objects.box), other_box = make_collider(renumbered(objects.box, random));
+  const contact::Collider moving = contact::make_collider(objects.ball),
+                          other_moving = contact::make_collider(renumbered(objects.ball, random));
+  const contact::Collider box = contact::make_collider(objects.box),
+                          other_box = contact::make_collider(renumbered(objects.box, random));
   int n_touching = 0;
   for (int k = 0; k < n_poses; ++k) {
     SCOPED_TRACE(k);
     const Attitude attitude{random.between(-3, 3), random.between(-1.5, 1.5)};
-    const TreeMesh reference = turned(box.solid, attitude),
-                   other_reference = turned(other_box.solid, attitude);
-    const MovingPose pose = near_touch(reference, moving.solid, random);
-    const auto contacts = find_contacts({reference, box.features, moving}, pose, narrow_phase, {});
+    const proximity::TreeMesh reference = proximity::rotated_reference(box.tree_mesh, attitude),
+                              other_reference = proximity::rotated_reference(other_box.tree_mesh, attitude);
+    const MovingPose pose = near_touch(reference, moving.tree_mesh, random);
+    const auto contacts = contact::find_contacts({reference, box.features, moving}, pose, narrow_phase, {});
     const auto other =
-        find_contacts({other_reference, other_box.features, other_moving}, pose, narrow_phase, {});
+        contact::find_contacts({other_reference, other_box.features, other_moving}, pose, narrow_phase, {});
     ASSERT_EQ(contacts.size(), other.size());
-    for (const Contact& c : contacts) {
-      EXPECT_TRUE(std::any_of(other.begin(), other.end(), [&](const Contact& o) {
+    for (const contact::Contact& c : contacts) {
+      EXPECT_TRUE(std::any_of(other.begin(), other.end(), [&](const contact::Contact& o) {
         return (c.point_mm - o.point_mm).norm() + (c.application_mm - o.application_mm).norm() +
                    (c.normal - o.normal).norm() + std::abs(c.distance_mm - o.distance_mm) <
                1e-9;

@@ -13,7 +13,7 @@ namespace vrda::narrow_phase_test {
 // any angle.
 constexpr double promised_mm = 1e-8;
 
-Corners shifted(Corners t, const Eigen::Vector3d& by)
+proximity::Corners shifted(proximity::Corners t, const Eigen::Vector3d& by)
 {
   for (Eigen::Vector3d& p : t) p += by;
   return t;
@@ -22,16 +22,16 @@ Corners shifted(Corners t, const Eigen::Vector3d& by)
 TEST(NarrowPhase, AgreesWithTheTextbookDistance)
 {
   test::Random random(11);
-  NarrowPhase narrow_phase;
+  contact::NarrowPhase narrow_phase;
   int n_apart = 0, n_overlapping = 0;
   for (int k = 0; k < 40000; ++k) {
     // A third each: anything, nearly parallel, coplanar within a micrometre and far from the origin.
     const double flatness = k % 3 == 0 ? 1.0 : k % 3 == 1 ? 1e-3 : 1e-7;
     const Eigen::Vector3d away = k % 2 == 0 ? Eigen::Vector3d(600, 500, 400) : Eigen::Vector3d::Zero();
-    const Corners a = shifted(random.triangle(3, flatness), away);
-    const Corners b =
+    const proximity::Corners a = shifted(random.triangle(3, flatness), away);
+    const proximity::Corners b =
         shifted(random.triangle(3, flatness), away + 0.01 * random.unit() * Eigen::Vector3d::UnitY());
-    const TriangleDistance measured = narrow_phase.measure(a, b);
+    const contact::TriangleDistance measured = narrow_phase.measure(a, b);
     const double expected = test::triangle_distance_mm(a, b);
     EXPECT_NEAR(measured.distance_mm, expected, promised_mm);
     EXPECT_EQ(measured.is_overlapping, expected <= 0.0) << expected;
@@ -45,11 +45,11 @@ TEST(NarrowPhase, AgreesWithTheTextbookDistance)
 TEST(NarrowPhase, PointsLieOnTheTrianglesAtTheDistance)
 {
   test::Random random(12);
-  NarrowPhase narrow_phase;
+  contact::NarrowPhase narrow_phase;
   int n_apart = 0;
   for (int k = 0; k < 5000; ++k) {
-    const Corners a = random.triangle(3, 1), b = shifted(random.triangle(3, 1), {0, 4, 0});
-    const TriangleDistance measured = narrow_phase.measure(a, b);
+    const proximity::Corners a = random.triangle(3, 1), b = shifted(random.triangle(3, 1), {0, 4, 0});
+    const contact::TriangleDistance measured = narrow_phase.measure(a, b);
     if (measured.is_overlapping) continue;
     ++n_apart;
     EXPECT_NEAR((measured.p_reference_mm - measured.p_moving_mm).norm(), measured.distance_mm, promised_mm);
@@ -61,13 +61,15 @@ TEST(NarrowPhase, PointsLieOnTheTrianglesAtTheDistance)
 
 TEST(NarrowPhase, TellsAGapOfTenNanometresFromAnOverlap)
 {
-  NarrowPhase narrow_phase;
-  const Corners face{Eigen::Vector3d(-2, 0, -2), Eigen::Vector3d(0, 0, 3), Eigen::Vector3d(2, 0, -2)};
+  contact::NarrowPhase narrow_phase;
+  const proximity::Corners face{Eigen::Vector3d(-2, 0, -2), Eigen::Vector3d(0, 0, 3),
+                                Eigen::Vector3d(2, 0, -2)};
   for (const double gap_mm : {1e-2, 1e-4, 1e-6, 1e-5}) {
-    const Corners above{Eigen::Vector3d(0, gap_mm, 0), Eigen::Vector3d(1, 2, 0), Eigen::Vector3d(0, 2, 1)};
+    const proximity::Corners above{Eigen::Vector3d(0, gap_mm, 0), Eigen::Vector3d(1, 2, 0),
+                                   Eigen::Vector3d(0, 2, 1)};
     EXPECT_FALSE(narrow_phase.measure(face, above).is_overlapping);
     EXPECT_NEAR(narrow_phase.measure(face, above).distance_mm, gap_mm, promised_mm);
-    const Corners through = shifted(above, {0, -2 * gap_mm, 0});
+    const proximity::Corners through = shifted(above, {0, -2 * gap_mm, 0});
     EXPECT_TRUE(narrow_phase.measure(face, through).is_overlapping);
   }
 }
@@ -77,8 +79,9 @@ TEST(NarrowPhase, TheCheapTestNeverPartsWhatIsWithinTheBand)
   test::Random random(13);
   int n_separated = 0;
   for (int k = 0; k < 20000; ++k) {
-    const Corners a = random.triangle(3, 0.2), b = shifted(random.triangle(3, 0.2), {0, random.unit(), 0});
-    if (!is_surely_apart(a, b, 0.1)) continue;
+    const proximity::Corners a = random.triangle(3, 0.2),
+                             b = shifted(random.triangle(3, 0.2), {0, random.unit(), 0});
+    if (!contact::is_certainly_separated(a, b, 0.1)) continue;
     ++n_separated;
     EXPECT_GT(test::triangle_distance_mm(a, b), 0.1);
   }
@@ -88,14 +91,14 @@ TEST(NarrowPhase, TheCheapTestNeverPartsWhatIsWithinTheBand)
 // A hundred times the rounding of coordinates up to 100 mm.
 constexpr double rounding_mm = 1e-12;
 
-Corners raised(Corners t, double by_mm)
+proximity::Corners raised(proximity::Corners t, double by_mm)
 {
   for (Eigen::Vector3d& p : t) p.y() += by_mm;
   return t;
 }
 
 // Distance of a point from a triangle's plane or beyond its edges; not positive inside it.
-double outside_mm(const Corners& t, const Eigen::Vector3d& p)
+double outside_mm(const proximity::Corners& t, const Eigen::Vector3d& p)
 {
   const Eigen::Vector3d n = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
   double most = std::abs(n.dot(p - t[0]));
@@ -108,7 +111,7 @@ double outside_mm(const Corners& t, const Eigen::Vector3d& p)
 
 // Overlapping pairs, and the height by which the second must rise to touch the first from above.
 struct Pair {
-  Corners a, b;
+  proximity::Corners a, b;
   double touch_mm = 0.0;
 };
 
@@ -141,8 +144,8 @@ TEST(ClosestPoints, AreThoseOfTheTextbook)
       for (int k = 0; k < 200; ++k) {
         const Pair pair = touching_pair(random, size_mm, flatness);
         for (const double above_mm : {1e-8, 1e-6, 1e-4, 1e-2, 1.0}) {
-          const Corners b = raised(pair.b, pair.touch_mm + above_mm);
-          const TriangleDistance found = closest_points(pair.a, b);
+          const proximity::Corners b = raised(pair.b, pair.touch_mm + above_mm);
+          const contact::TriangleDistance found = contact::closest_points(pair.a, b);
           EXPECT_NEAR(found.distance_mm, test::triangle_distance_mm(pair.a, b), rounding_mm);
           EXPECT_NEAR((found.p_moving_mm - found.p_reference_mm).norm(), found.distance_mm, rounding_mm);
           EXPECT_LE(outside_mm(pair.a, found.p_reference_mm), rounding_mm);
@@ -159,20 +162,20 @@ TEST(ClosestPoints, AreThoseOfTheTextbook)
 TEST(Separation, ChangesSignAtTheTouch)
 {
   test::Random random(32);
-  NarrowPhase narrow_phase;
+  contact::NarrowPhase narrow_phase;
   int n_overlapping = 0, n_apart = 0;
   for (const double flatness : flatnesses) {
     for (const double size_mm : sizes_mm) {
       for (int k = 0; k < 100; ++k) {
         const Pair pair = touching_pair(random, size_mm, flatness);
         for (const double above_mm : {-1e-6, -1e-7, -1e-9, 1e-9, 1e-7, 1e-6}) {
-          const Corners b = raised(pair.b, pair.touch_mm + above_mm);
+          const proximity::Corners b = raised(pair.b, pair.touch_mm + above_mm);
           const double expected_mm = test::triangle_distance_mm(pair.a, b);
           // A triangle raised or lowered by more than its thickness may be free on either side of the
           // contact.
           const bool is_overlapping = expected_mm <= 0.0;
-          EXPECT_EQ(separation_mm(pair.a, b) <= 0.0, is_overlapping) << expected_mm;
-          EXPECT_LE(separation_mm(pair.a, b), expected_mm + rounding_mm) << "no axis separates more";
+          EXPECT_EQ(contact::separation_mm(pair.a, b) <= 0.0, is_overlapping) << expected_mm;
+          EXPECT_LE(contact::separation_mm(pair.a, b), expected_mm + rounding_mm) << "no axis separates more";
           EXPECT_EQ(narrow_phase.measure(pair.a, b).is_overlapping, is_overlapping) << expected_mm;
           (is_overlapping ? n_overlapping : n_apart) += 1;
         }
@@ -185,20 +188,21 @@ TEST(Separation, ChangesSignAtTheTouch)
 
 TEST(Separation, OfTrianglesInOnePlaneIsThatWithinThePlane)
 {
-  const Corners a{Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 0, 2), Eigen::Vector3d(2, 0, 0)};
-  const Corners b{Eigen::Vector3d(3, 0, 0), Eigen::Vector3d(3, 0, 2), Eigen::Vector3d(5, 0, 1)};
-  EXPECT_NEAR(separation_mm(a, b), 1.0, rounding_mm);
-  EXPECT_NEAR(closest_points(a, b).distance_mm, 1.0, rounding_mm);
-  EXPECT_LE(separation_mm(a, a), 0.0) << "a face on itself";
+  const proximity::Corners a{Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 0, 2), Eigen::Vector3d(2, 0, 0)};
+  const proximity::Corners b{Eigen::Vector3d(3, 0, 0), Eigen::Vector3d(3, 0, 2), Eigen::Vector3d(5, 0, 1)};
+  EXPECT_NEAR(contact::separation_mm(a, b), 1.0, rounding_mm);
+  EXPECT_NEAR(contact::closest_points(a, b).distance_mm, 1.0, rounding_mm);
+  EXPECT_LE(contact::separation_mm(a, a), 0.0) << "a face on itself";
 }
 
 TEST(Separation, AndDistanceDoNotDependOnTheOrder)
 {
   test::Random random(33);
   for (int k = 0; k < 1000; ++k) {
-    const Corners a = random.triangle(3, 1), b = raised(random.triangle(3, 1), random.unit());
-    EXPECT_NEAR(separation_mm(a, b), separation_mm(b, a), rounding_mm);
-    EXPECT_NEAR(closest_points(a, b).distance_mm, closest_points(b, a).distance_mm, rounding_mm);
+    const proximity::Corners a = random.triangle(3, 1), b = raised(random.triangle(3, 1), random.unit());
+    EXPECT_NEAR(contact::separation_mm(a, b), contact::separation_mm(b, a), rounding_mm);
+    EXPECT_NEAR(contact::closest_points(a, b).distance_mm, contact::closest_points(b, a).distance_mm,
+                rounding_mm);
   }
 }
 

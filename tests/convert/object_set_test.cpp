@@ -10,7 +10,7 @@ namespace vrda::object_set_test {
 using testing::HasSubstr;
 
 // Two components that share the edge between vertices 2 and 3: a square and an adjacent triangle.
-ObjectSetTexts two_components()
+convert::ObjectSetTexts two_components()
 {
   return {{"k.coor", "# a knee\n5\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 2, 0.5, 0\n"},
           {"k.norm", "1 0 0 1\n2 0 0 2\n3 0 0 3\n4 0 0 4\n5 0 0 5\n"},
@@ -19,7 +19,7 @@ ObjectSetTexts two_components()
 
 TEST(ObjectSet, EachComponentHasItsVerticesNormalsAndPolygons)
 {
-  const std::vector<ObjectComponent> components = parse_object_set(two_components());
+  const std::vector<convert::ObjectComponent> components = convert::parse_object_set(two_components());
   ASSERT_EQ(components.size(), 2u);
   EXPECT_EQ(components[0].name, "Tibia");
   EXPECT_EQ(components[0].mesh.vertices.rows(), 4);
@@ -33,10 +33,10 @@ TEST(ObjectSet, EachComponentHasItsVerticesNormalsAndPolygons)
 
 TEST(ObjectSet, NumbersMayBeginAtZeroAndCountsMayBeLeftOut)
 {
-  const std::vector<ObjectComponent> components =
-      parse_object_set({{"k.coor", "0 0 0 0\r\n1 1 0 0\r\n2 0 1 0\r\n"},
-                        {"k.norm", "0 0 0 1\r\n1 0 0 1\r\n2 0 0 1\r\n"},
-                        {"k.elem", "\r\nTibia\t0 1 2 # the only face\r\n"}});
+  const std::vector<convert::ObjectComponent> components =
+      convert::parse_object_set({{"k.coor", "0 0 0 0\r\n1 1 0 0\r\n2 0 1 0\r\n"},
+                                 {"k.norm", "0 0 0 1\r\n1 0 0 1\r\n2 0 0 1\r\n"},
+                                 {"k.elem", "\r\nTibia\t0 1 2 # the only face\r\n"}});
   ASSERT_EQ(components.size(), 1u);
   EXPECT_EQ(components[0].mesh.corner, (std::vector<std::int32_t>{0, 1, 2}));
   EXPECT_EQ(components[0].mesh.vertices.row(2), Eigen::RowVector3d(0, 1, 0));
@@ -44,7 +44,7 @@ TEST(ObjectSet, NumbersMayBeginAtZeroAndCountsMayBeLeftOut)
 
 // A set with one changed text, and the expected message.
 struct BadSet {
-  NamedText ObjectSetTexts::*part;
+  convert::NamedText convert::ObjectSetTexts::*part;
   std::string from;
   std::string to;
   const char* line;
@@ -55,12 +55,12 @@ struct BadSet {
 void expect_refused(const BadSet& row)
 {
   SCOPED_TRACE(row.from + " -> " + row.to);
-  ObjectSetTexts texts = two_components();
-  NamedText& part = texts.*row.part;
+  convert::ObjectSetTexts texts = two_components();
+  convert::NamedText& part = texts.*row.part;
   const std::size_t at = part.text.find(row.from);
   ASSERT_NE(at, std::string::npos);
   part.text.replace(at, row.from.size(), row.to);
-  const InputError::Facts facts = test::input_error([&] { parse_object_set(texts); });
+  const InputError::Facts facts = test::input_error([&] { convert::parse_object_set(texts); });
   EXPECT_EQ(facts.file, part.file);
   EXPECT_EQ(facts.field, row.line);
   EXPECT_THAT(facts.found, HasSubstr(row.found));
@@ -69,7 +69,7 @@ void expect_refused(const BadSet& row)
 
 TEST(ObjectSetErrors, Coordinates)
 {
-  const auto part = &ObjectSetTexts::coordinates;
+  const auto part = &convert::ObjectSetTexts::coordinates;
   expect_refused({part, "5\n", "6\n", "line 2", "a count of 6", "5"});
   expect_refused({part, "5\n", "1000000000000\n", "line 2", "1000000000000", "5, the number of rows"});
   expect_refused({part, "5\n", "-5\n", "line 2", "-5", "5, the number of rows"});
@@ -85,7 +85,7 @@ TEST(ObjectSetErrors, Coordinates)
 
 TEST(ObjectSetErrors, Normals)
 {
-  const auto part = &ObjectSetTexts::normals;
+  const auto part = &convert::ObjectSetTexts::normals;
   expect_refused({part, "5 0 0 5\n", "", "line 4", "4 normals", "5, one for each vertex"});
   expect_refused(
       {part, "5 0 0 5\n", "5 0 0 5\n6 0 0 6\n", "line 6", "more normals", "5, one for each vertex"});
@@ -95,7 +95,7 @@ TEST(ObjectSetErrors, Normals)
 
 TEST(ObjectSetErrors, Elements)
 {
-  const auto part = &ObjectSetTexts::elements;
+  const auto part = &convert::ObjectSetTexts::elements;
   expect_refused({part, "3\n", "4\n", "line 1", "a count of 4", "3, the number of rows"});
   expect_refused({part, "Femur 2 5 3", "2 5 3", "line 3", "\"2\"", "the name of its component"});
   expect_refused({part, "Femur 2 5 3", "../Femur 2 5 3", "line 3", "\"../Femur\"", "a letter first"});
@@ -116,7 +116,7 @@ TEST(ObjectSetErrors, AMissingFileOfTheThreeIsNamed)
     for (const std::string extension : {".coor", ".norm", ".elem"}) scratch.write("k" + extension, "1\n");
     std::filesystem::remove(scratch.path() / ("k" + missing));
     const std::string prefix = (scratch.path() / "k").string();
-    const InputError::Facts facts = test::input_error([&] { read_object_set(prefix); });
+    const InputError::Facts facts = test::input_error([&] { convert::read_object_set(prefix); });
     EXPECT_EQ(facts.file, prefix + missing);
     EXPECT_THAT(facts.found, HasSubstr("no file"));
     EXPECT_THAT(facts.wanted, HasSubstr("of an Object set"));
@@ -125,19 +125,19 @@ TEST(ObjectSetErrors, AMissingFileOfTheThreeIsNamed)
 
 TEST(ObjectSetErrors, EmptyFilesAndTooManyComponents)
 {
-  for (const auto part :
-       {&ObjectSetTexts::coordinates, &ObjectSetTexts::normals, &ObjectSetTexts::elements}) {
-    ObjectSetTexts texts = two_components();
+  for (const auto part : {&convert::ObjectSetTexts::coordinates, &convert::ObjectSetTexts::normals,
+                          &convert::ObjectSetTexts::elements}) {
+    convert::ObjectSetTexts texts = two_components();
     (texts.*part).text = "# nothing\n";
-    const InputError::Facts facts = test::input_error([&] { parse_object_set(texts); });
+    const InputError::Facts facts = test::input_error([&] { convert::parse_object_set(texts); });
     EXPECT_EQ(facts.file, (texts.*part).file);
     EXPECT_EQ(facts.field, "line 1");
   }
-  ObjectSetTexts texts = two_components();
+  convert::ObjectSetTexts texts = two_components();
   texts.elements.text.clear();
-  for (std::size_t c = 0; c <= most_object_components; ++c)
+  for (std::size_t c = 0; c <= convert::max_object_components; ++c)
     texts.elements.text += "part" + std::to_string(c) + " 1 2 3\n";
-  const InputError::Facts facts = test::input_error([&] { parse_object_set(texts); });
+  const InputError::Facts facts = test::input_error([&] { convert::parse_object_set(texts); });
   EXPECT_EQ(facts.field, "line 1001");
   EXPECT_THAT(facts.wanted, HasSubstr("at most 1000"));
 }

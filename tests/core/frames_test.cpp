@@ -74,7 +74,7 @@ TEST(Clinical, GivesBackTheAttitudeAndTheta)
     const SolverFrame frame = far_frame(side, {0, 1, 0});
     const Pose X =
         X_reference_moving(frame, {rad_from_deg(75), rad_from_deg(-6)}, {{0, 0, 0}, rad_from_deg(11)});
-    const Clinical clinical = clinical_of(X, side, frame.rotation_centre_mm);
+    const ClinicalCoordinates clinical = clinical_coordinates(X, side, frame.rotation_centre_mm);
     EXPECT_NEAR(deg_from_rad(clinical.flexion_rad), 75, 1e-9);
     EXPECT_NEAR(deg_from_rad(clinical.varus_rad), -6, 1e-9);
     EXPECT_NEAR(deg_from_rad(clinical.internal_rotation_rad), 11, 1e-9);
@@ -103,12 +103,12 @@ TEST(Clinical, TranslationsAreAnteriorProximalLateralOnBothSides)
 {
   Pose X = Pose::Identity();
   X.translation() << 1, 2, 3;
-  const Clinical right = clinical_of(X, Side::right, {0, 0, 0});
+  const ClinicalCoordinates right = clinical_coordinates(X, Side::right, {0, 0, 0});
   EXPECT_NEAR(right.anterior_mm, 1, rounding);
   EXPECT_NEAR(right.proximal_mm, 2, rounding);
   EXPECT_NEAR(right.lateral_mm, 3, rounding);
   X.translation().z() = -3;
-  EXPECT_NEAR(clinical_of(X, Side::left, {0, 0, 0}).lateral_mm, 3, rounding);
+  EXPECT_NEAR(clinical_coordinates(X, Side::left, {0, 0, 0}).lateral_mm, 3, rounding);
 }
 
 TEST(Clinical, AMirroredPoseGivesTheSameBits)
@@ -117,10 +117,10 @@ TEST(Clinical, AMirroredPoseGivesTheSameBits)
   const Attitude attitude{1.1, 0.07};
   const SolverFrame right = far_frame(Side::right, {0, 1, 0});
   const SolverFrame left = far_frame(Side::left, {0, 1, 0});
-  const Clinical r =
-      clinical_of(X_reference_moving(right, attitude, pose), Side::right, right.rotation_centre_mm);
-  const Clinical l =
-      clinical_of(X_reference_moving(left, attitude, pose), Side::left, left.rotation_centre_mm);
+  const ClinicalCoordinates r =
+      clinical_coordinates(X_reference_moving(right, attitude, pose), Side::right, right.rotation_centre_mm);
+  const ClinicalCoordinates l =
+      clinical_coordinates(X_reference_moving(left, attitude, pose), Side::left, left.rotation_centre_mm);
   EXPECT_EQ(r.flexion_rad, l.flexion_rad);
   EXPECT_EQ(r.varus_rad, l.varus_rad);
   EXPECT_EQ(r.internal_rotation_rad, l.internal_rotation_rad);

@@ -103,14 +103,14 @@ TEST(HelicalAxis, PureTranslationHasNone)
   X_end.translation() += Eigen::Vector3d(1.0, 2.0, 3.0);
   EXPECT_FALSE(helical_axis(some_pose(), X_end, Eigen::Vector3d::Zero()));
   EXPECT_FALSE(instant_centre_mm(some_pose(), X_end, Eigen::Vector3d::Zero()));
-  EXPECT_EQ(orientation_midway(some_pose(), X_end), some_pose().linear());
+  EXPECT_EQ(midpoint_orientation(some_pose(), X_end), some_pose().linear());
 }
 
 TEST(HelicalAxis, MidwayIsHalfTheTurn)
 {
   const Screw screw{Eigen::Vector3d(0.36, 0.48, 0.8), {1.0, 2.0, 3.0}, rad_from_deg(40.0), 2.0};
   const Eigen::Matrix3d expected = (turned(screw, 0.5) * some_pose()).linear();
-  const Eigen::Matrix3d found = orientation_midway(some_pose(), turned(screw, 1.0) * some_pose());
+  const Eigen::Matrix3d found = midpoint_orientation(some_pose(), turned(screw, 1.0) * some_pose());
   EXPECT_LT((found - expected).norm(), 10.0 * rounding);
 }
 

@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "core/draw_mesh.hpp"
+#include "core/render_mesh.hpp"
 #include "core/units.hpp"
 #include "support/meshes.hpp"
 
@@ -79,29 +79,29 @@ Eigen::Vector3d as_vector(const std::array<float, 3>& v)
 TEST(DrawMesh, ACubeKeepsItsEdgesBelowARightAngleAndLosesThemAbove)
 {
   const Mesh cube = test::box({0, 0, 0}, {2, 2, 2});
-  const DrawMesh sharp = draw_mesh(cube, every_triangle(cube), {0, 0, 0}, rad_from_deg(89));
+  const RenderMesh sharp = make_render_mesh(cube, every_triangle(cube), {0, 0, 0}, rad_from_deg(89));
   EXPECT_EQ(sharp.vertices.size(), 24U);  // three faces at each corner
-  for (const DrawVertex& vertex : sharp.vertices) {
+  for (const RenderVertex& vertex : sharp.vertices) {
     const Eigen::Vector3d n = as_vector(vertex.normal);
     EXPECT_NEAR(n.cwiseAbs().maxCoeff(), 1.0, single_rounding);
     EXPECT_NEAR(n.dot(as_vector(vertex.position_mm)), 1.0, single_rounding);  // outward
   }
-  const DrawMesh round = draw_mesh(cube, every_triangle(cube), {0, 0, 0}, rad_from_deg(91));
+  const RenderMesh round = make_render_mesh(cube, every_triangle(cube), {0, 0, 0}, rad_from_deg(91));
   EXPECT_EQ(round.vertices.size(), 8U);
-  for (const DrawVertex& vertex : round.vertices)
+  for (const RenderVertex& vertex : round.vertices)
     EXPECT_GT(as_vector(vertex.normal).cwiseAbs().minCoeff(), 0.2);
 }
 
 TEST(DrawMesh, ABallIsSmoothAndItsNormalsAreRadial)
 {
   const Mesh ball = test::ball(20, 32, 64);
-  const DrawMesh drawn = draw_mesh(ball, every_triangle(ball), {0, 0, 0});
+  const RenderMesh drawn = make_render_mesh(ball, every_triangle(ball), {0, 0, 0});
   EXPECT_EQ(drawn.vertices.size(), static_cast<std::size_t>(ball.vertices_mm.rows()));
   EXPECT_EQ(drawn.triangles.size(), static_cast<std::size_t>(3 * ball.triangles.rows()));
   // A quarter of the angle between neighbouring rings: faces around a vertex deviate by half of it to either
   // side.
   constexpr double tolerance_rad = pi / 32 / 4;
-  for (const DrawVertex& vertex : drawn.vertices) {
+  for (const RenderVertex& vertex : drawn.vertices) {
     EXPECT_LT((as_vector(vertex.normal) - as_vector(vertex.position_mm) / 20.0).norm(), tolerance_rad);
   }
 }
@@ -110,7 +110,7 @@ TEST(DrawMesh, OnlyTheTrianglesListedAndNoDegenerateOnesAreDrawn)
 {
   Mesh cube = test::box({0, 0, 0}, {2, 2, 2});
   cube.triangles.row(1) << 3, 3, 4;
-  const DrawMesh drawn = draw_mesh(cube, {0, 1, 5}, {0, 0, 0});
+  const RenderMesh drawn = make_render_mesh(cube, {0, 1, 5}, {0, 0, 0});
   EXPECT_EQ(drawn.triangles.size(), 6U);
   EXPECT_LE(drawn.vertices.size(), 6U);
 }
@@ -119,8 +119,8 @@ TEST(DrawMesh, AMeshFarFromItsOriginLosesNothing)
 {
   // At 600 mm single precision resolves 0.00006 mm; relative to the origin it is exact here.
   const Mesh cube = test::box({600, -300, 75}, {0.25, 0.25, 0.25});
-  const DrawMesh drawn = draw_mesh(cube, every_triangle(cube), {600, -300, 75});
-  for (const DrawVertex& vertex : drawn.vertices) {
+  const RenderMesh drawn = make_render_mesh(cube, every_triangle(cube), {600, -300, 75});
+  for (const RenderVertex& vertex : drawn.vertices) {
     for (const float x_mm : vertex.position_mm) EXPECT_EQ(std::abs(x_mm), 0.125F);
   }
 }

@@ -32,7 +32,7 @@ TEST(Utf8, RefusesAllElse)
 
 TEST(Printable, ShowsControlCharactersOfAsciiAndLatin1AndLeavesTheRest)
 {
-  EXPECT_EQ(printable("a\x1b[31m\n\x7f\xc2\x9b\xc2\xa0\xc3\xa9\xc2"),
+  EXPECT_EQ(escape_control_characters("a\x1b[31m\n\x7f\xc2\x9b\xc2\xa0\xc3\xa9\xc2"),
             "a\\x1b[31m\\x0a\\x7f\\xc2\\x9b\xc2\xa0\xc3\xa9\xc2");
   EXPECT_TRUE(has_control_characters("a\xc2\x9b"));
   EXPECT_TRUE(has_control_characters("a\tb"));
@@ -42,10 +42,10 @@ TEST(Printable, ShowsControlCharactersOfAsciiAndLatin1AndLeavesTheRest)
 
 TEST(NumberText, NumbersAreWrittenInTheFewestDigits)
 {
-  EXPECT_EQ(shortest(0.1), "0.1");
-  EXPECT_EQ(shortest(-0.0), "0");
-  EXPECT_EQ(shortest(5.0), "5");
-  EXPECT_EQ(shortest(0.1 + 0.2), "0.30000000000000004");
+  EXPECT_EQ(shortest_decimal(0.1), "0.1");
+  EXPECT_EQ(shortest_decimal(-0.0), "0");
+  EXPECT_EQ(shortest_decimal(5.0), "5");
+  EXPECT_EQ(shortest_decimal(0.1 + 0.2), "0.30000000000000004");
 }
 
 TEST(EditDistance, CountsInsertionsDeletionsAndReplacements)
@@ -60,10 +60,10 @@ TEST(EditDistance, CountsInsertionsDeletionsAndReplacements)
 
 TEST(Alternatives, AreAList)
 {
-  EXPECT_EQ(alternatives({}), "");
-  EXPECT_EQ(alternatives({"a"}), "a");
-  EXPECT_EQ(alternatives({"a", "b"}), "a or b");
-  EXPECT_EQ(alternatives({"a", "b", "c"}), "a, b or c");
+  EXPECT_EQ(join_alternatives({}), "");
+  EXPECT_EQ(join_alternatives({"a"}), "a");
+  EXPECT_EQ(join_alternatives({"a", "b"}), "a or b");
+  EXPECT_EQ(join_alternatives({"a", "b", "c"}), "a, b or c");
 }
 
 }  // namespace vrda::text_test

@@ -27,17 +27,18 @@ y = "2"
 [[list]]
 x = 2
 )";
-  const std::string once = toml_text(parse_toml(text, "job.toml"));
-  EXPECT_EQ(toml_text(parse_toml(once, "job.toml")), once);
+  const std::string once = documents::toml_text(documents::parse_toml(text, "job.toml"));
+  EXPECT_EQ(documents::toml_text(documents::parse_toml(once, "job.toml")), once);
 }
 
 TEST(Document, TablesKeepTheOrderWritten)
 {
-  const DocumentValue root = parse_toml(
+  const documents::DocumentValue root = documents::parse_toml(
       "z = 1\n[m.y]\nq.d = 1\nq.c = 2\na = { k = 1, b = 2 }\n[[c]]\nx = 1\n[m.a]\n[[c]]\n[b]\n", "j");
   const auto keys_of = [&](std::string_view key) {
     std::vector<std::string> keys;
-    for (const DocumentEntry& entry : *value_at(root, key).table()) keys.push_back(entry.key);
+    for (const documents::DocumentEntry& entry : *documents::value_at(root, key).table())
+      keys.push_back(entry.key);
     return keys;
   };
   using testing::ElementsAre;
@@ -50,7 +51,8 @@ TEST(Document, TablesKeepTheOrderWritten)
 
 TEST(Document, SyntaxErrorsNameFileLineAndColumn)
 {
-  const InputError::Facts facts = test::input_error([] { parse_toml("a = 1\nb = = 2\n", "knee.toml"); });
+  const InputError::Facts facts =
+      test::input_error([] { documents::parse_toml("a = 1\nb = = 2\n", "knee.toml"); });
   EXPECT_EQ(facts.file, "knee.toml");
   EXPECT_EQ(facts.field, "line 2, column 5");
   EXPECT_EQ(facts.wanted, "valid TOML");
@@ -58,19 +60,20 @@ TEST(Document, SyntaxErrorsNameFileLineAndColumn)
 
 TEST(Document, DatesAndNumbersThatAreNoneAreNamed)
 {
-  EXPECT_EQ(test::input_error([] { parse_toml("[a]\nb = 1979-05-27", "j"); }).field, "a.b");
-  EXPECT_EQ(test::input_error([] { parse_toml("a = [0, nan]", "j"); }).field, "a.1");
+  EXPECT_EQ(test::input_error([] { documents::parse_toml("[a]\nb = 1979-05-27", "j"); }).field, "a.b");
+  EXPECT_EQ(test::input_error([] { documents::parse_toml("a = [0, nan]", "j"); }).field, "a.1");
 }
 
-Document document()
+documents::Document document()
 {
-  return {
-      "job.toml", parse_toml("[a]\nb = 1\n[[list]]\nfile = \"x\"\n[[list]]\nfile = \"y\"\n", "job.toml"), {}};
+  return {"job.toml",
+          documents::parse_toml("[a]\nb = 1\n[[list]]\nfile = \"x\"\n[[list]]\nfile = \"y\"\n", "job.toml"),
+          {}};
 }
 
 TEST(Document, RefusalsNameTheLineOfTheKeyOrOfTheTableAroundIt)
 {
-  const Document whole = document();
+  const documents::Document whole = document();
   const auto refused = [&](const std::string& key) {
     return test::input_error([&] { whole.refuse(key, "a", "b"); });
   };
@@ -87,25 +90,27 @@ TEST(Document, TextOfFilesThatAreNoneIsRefused)
 {
   const test::Scratch scratch;
   const std::string missing = (scratch.path() / "none.toml").string();
-  const InputError::Facts facts = test::input_error([&] { document_text(missing, "a bench file"); });
+  const InputError::Facts facts =
+      test::input_error([&] { documents::read_document_text(missing, "a bench file"); });
   EXPECT_EQ(facts.file, missing);
   EXPECT_EQ(facts.wanted, "a bench file");
   const std::string huge = scratch.write("huge.toml", std::string(8000001, '\n')).string();
-  EXPECT_EQ(test::input_error([&] { document_text(huge, "x"); }).found, "more than 8000000 bytes");
-  EXPECT_EQ(document_text(scratch.write("a.toml", "v = 1").string(), "x"), "v = 1");
+  EXPECT_EQ(test::input_error([&] { documents::read_document_text(huge, "x"); }).found,
+            "more than 8000000 bytes");
+  EXPECT_EQ(documents::read_document_text(scratch.write("a.toml", "v = 1").string(), "x"), "v = 1");
 }
 
 TEST(Override, ReplacesAddsAndStepsIntoLists)
 {
-  Document job = document();
-  apply_override(job, "a.b=2.5");
-  apply_override(job, "a.new={ x = [1, 2] }");
-  apply_override(job, "list.1.file=meshes/z.stl");
-  apply_override(job, "fresh.table.word=+X");
-  EXPECT_EQ(number_at(job.root, "a.b"), 2.5);
-  EXPECT_EQ(numbers_of(value_at(job.root, "a.new.x")), (std::vector<double>{1, 2}));
-  EXPECT_EQ(text_at(value_at(job.root, "list").list()->at(1), "file"), "meshes/z.stl");
-  EXPECT_EQ(text_at(job.root, "fresh.table.word"), "+X");
+  documents::Document job = document();
+  documents::apply_override(job, "a.b=2.5");
+  documents::apply_override(job, "a.new={ x = [1, 2] }");
+  documents::apply_override(job, "list.1.file=meshes/z.stl");
+  documents::apply_override(job, "fresh.table.word=+X");
+  EXPECT_EQ(documents::number_at(job.root, "a.b"), 2.5);
+  EXPECT_EQ(documents::numbers_of(documents::value_at(job.root, "a.new.x")), (std::vector<double>{1, 2}));
+  EXPECT_EQ(documents::text_at(documents::value_at(job.root, "list").list()->at(1), "file"), "meshes/z.stl");
+  EXPECT_EQ(documents::text_at(job.root, "fresh.table.word"), "+X");
   EXPECT_EQ(job.source_of("a.b"), "--set");
   EXPECT_EQ(job.source_of("fresh.table.word"), "--set");
   EXPECT_EQ(job.source_of("list.0.file"), "job.toml");
@@ -128,8 +133,8 @@ TEST(Override, BadOnesAreRefused)
                               {"list.x.file=z", "list.x.file", "\"x\" within a list"}};
   for (const Row& row : rows) {
     SCOPED_TRACE(row.given);
-    Document job = document();
-    const InputError::Facts facts = test::input_error([&] { apply_override(job, row.given); });
+    documents::Document job = document();
+    const InputError::Facts facts = test::input_error([&] { documents::apply_override(job, row.given); });
     EXPECT_EQ(facts.file, "--set");
     EXPECT_EQ(facts.field, row.field);
     EXPECT_THAT(facts.found, HasSubstr(row.found));
@@ -140,7 +145,7 @@ TEST(Override, BadOnesAreRefused)
 TEST(ParseToml, RefusesTextThatSteersATerminal)
 {
   const InputError::Facts facts =
-      test::input_error([] { parse_toml("[a]\ntitle = \"\\u001b[31mred\"\n", "knee.toml"); });
+      test::input_error([] { documents::parse_toml("[a]\ntitle = \"\\u001b[31mred\"\n", "knee.toml"); });
   EXPECT_EQ(facts.field, "a.title");
   EXPECT_EQ(facts.found, "a text with control characters");
 }

@@ -11,25 +11,28 @@
 
 namespace vrda::every_schema_test {
 
-using Node = DocumentValue;
-using Table = DocumentValue::Table;
-using List = DocumentValue::List;
+using Node = documents::DocumentValue;
+using Table = documents::DocumentValue::Table;
+using List = documents::DocumentValue::List;
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 class Walk {
  public:
-  explicit Walk(const std::string& text) : schema_(text), root_(parse_json(text, "schema", "JSON")) {}
+  explicit Walk(const std::string& text) : schema_(text), root_(documents::parse_json(text, "schema", "JSON"))
+  {
+  }
 
   int n_accepted = 0, n_refused = 0;
 
   void run()
   {
-    visit(root_, "", [](const DocumentValue& value) { return value; });
+    visit(root_, "", [](const documents::DocumentValue& value) { return value; });
   }
 
  private:
-  using Put = std::function<DocumentValue(const DocumentValue&)>;  // the document with the value inserted
+  using Put = std::function<documents::DocumentValue(const documents::DocumentValue&)>;  // the document with
+                                                                                         // the value inserted
 
   const Node& dereferenced(const Node& node) const
   {
@@ -37,60 +40,62 @@ class Walk {
     if (reference == nullptr) return node;
     std::string path = reference->text()->substr(2);
     std::replace(path.begin(), path.end(), '/', '.');
-    return value_at(root_, path);
+    return documents::value_at(root_, path);
   }
 
   const Node& item_of(const Node& node, std::size_t i) const
   {
-    const Node& items = value_at(node, "items");
+    const Node& items = documents::value_at(node, "items");
     return items.list() != nullptr ? items.list()->at(i) : items;
   }
 
   // The smallest value that the schema accepts.
-  DocumentValue example(const Node& given) const
+  documents::DocumentValue example(const Node& given) const
   {
     const Node& node = dereferenced(given);
     if (const Node* preset = given.find("default"); preset != nullptr && preset->table() == nullptr)
       return *preset;
     if (const Node* shapes = node.find("anyOf")) return example(shapes->list()->front());
     if (const Node* words = node.find("enum")) return words->list()->front();
-    const std::string& type = text_at(node, "type");
+    const std::string& type = documents::text_at(node, "type");
     if (type == "boolean") return {true};
     if (type == "string") return {std::string("a")};
     if (type == "object") return {example_table(node)};
     if (type != "array") return typed(node, example_number(node));
     List items;
-    const std::size_t n =
-        node.find("minItems") == nullptr ? 0 : static_cast<std::size_t>(integer_at(node, "minItems"));
+    const std::size_t n = node.find("minItems") == nullptr
+                              ? 0
+                              : static_cast<std::size_t>(documents::integer_at(node, "minItems"));
     for (std::size_t i = 0; i < n; ++i) items.push_back(example(item_of(node, i)));
     return {items};
   }
 
-  static DocumentValue typed(const Node& node, double value)
+  static documents::DocumentValue typed(const Node& node, double value)
   {
-    if (text_at(node, "type") != "integer") return {value};
+    if (documents::text_at(node, "type") != "integer") return {value};
     return {static_cast<std::int64_t>(value)};
   }
 
   static double example_number(const Node& node)
   {
-    if (node.find("minimum") != nullptr) return number_at(node, "minimum");
-    return node.find("exclusiveMinimum") != nullptr ? number_at(node, "exclusiveMinimum") + 1.0 : 1.0;
+    if (node.find("minimum") != nullptr) return documents::number_at(node, "minimum");
+    return node.find("exclusiveMinimum") != nullptr ? documents::number_at(node, "exclusiveMinimum") + 1.0
+                                                    : 1.0;
   }
 
   Table example_table(const Node& node) const
   {
     Table table;
-    for (const std::string& name : texts_at(node, "required"))
-      table.push_back({name, example(value_at(node, "properties." + name))});
+    for (const std::string& name : documents::texts_at(node, "required"))
+      table.push_back({name, example(documents::value_at(node, "properties." + name))});
     if (table.empty() && node.find("minProperties") != nullptr) {
-      const DocumentEntry& first = node.find("properties")->table()->front();
+      const documents::DocumentEntry& first = node.find("properties")->table()->front();
       table.push_back({first.key, example(first.value)});
     }
     return table;
   }
 
-  void accept(const DocumentValue& document, const std::string& path)
+  void accept(const documents::DocumentValue& document, const std::string& path)
   {
     ++n_accepted;
     try {
@@ -100,7 +105,7 @@ class Walk {
     }
   }
 
-  void refuse(const DocumentValue& document, const std::string& path)
+  void refuse(const documents::DocumentValue& document, const std::string& path)
   {
     ++n_refused;
     try {
@@ -121,7 +126,7 @@ class Walk {
       refuse(put({true}), path);
       return;
     }
-    const std::string& type = text_at(node, "type");
+    const std::string& type = documents::text_at(node, "type");
     if (type == "object") visit_table(node, path, put);
     if (type == "array") visit_list(node, path, put);
     if (type == "string") visit_text(node, path, put);
@@ -133,24 +138,24 @@ class Walk {
 
   void visit_number(const Node& node, const std::string& path, const Put& put)
   {
-    const bool is_whole = node.find("multipleOf") != nullptr || text_at(node, "type") == "integer";
+    const bool is_whole = node.find("multipleOf") != nullptr || documents::text_at(node, "type") == "integer";
     const auto next = [&](double value, double towards) {
       return is_whole ? value + std::copysign(1.0, towards) : std::nextafter(value, towards);
     };
     const auto limit = [&](const char* key, double outward) {
       if (node.find(key) == nullptr) return;
-      accept(put(typed(node, number_at(node, key))), path);
-      refuse(put(typed(node, next(number_at(node, key), outward))), path);
+      accept(put(typed(node, documents::number_at(node, key))), path);
+      refuse(put(typed(node, next(documents::number_at(node, key), outward))), path);
     };
     limit("minimum", -infinite);
     limit("maximum", infinite);
     if (node.find("exclusiveMinimum") != nullptr) {
-      const double least = number_at(node, "exclusiveMinimum");
+      const double least = documents::number_at(node, "exclusiveMinimum");
       accept(put({std::nextafter(least, infinite)}), path);
       refuse(put({least}), path);
     }
     if (is_whole) refuse(put({example_number(node) + 0.5}), path);
-    if (const Node* excluded = node.find("not")) refuse(put(value_at(*excluded, "const")), path);
+    if (const Node* excluded = node.find("not")) refuse(put(documents::value_at(*excluded, "const")), path);
     if (node.find("infinite") == nullptr) refuse(put({infinite}), path);
     refuse(put({std::string("a word")}), path);
     refuse(put({true}), path);
@@ -158,13 +163,13 @@ class Walk {
 
   void visit_text(const Node& node, const std::string& path, const Put& put)
   {
-    for (const Node& word : list_or_empty(node, "enum")) accept(put(word), path);
+    for (const Node& word : documents::list_or_empty(node, "enum")) accept(put(word), path);
     if (node.find("enum") != nullptr) refuse(put({std::string("no such word")}), path);
     if (node.find("pattern") != nullptr) refuse(put({std::string("not/a name")}), path);
     if (node.find("not") != nullptr) refuse(put({std::string("two\nlines")}), path);
     if (node.find("minLength") != nullptr) refuse(put({std::string()}), path);
     if (node.find("maxLength") != nullptr) {
-      const auto most = static_cast<std::size_t>(integer_at(node, "maxLength"));
+      const auto most = static_cast<std::size_t>(documents::integer_at(node, "maxLength"));
       accept(put({std::string(most, 'x')}), path);
       refuse(put({std::string(most + 1, 'x')}), path);
     }
@@ -176,43 +181,43 @@ class Walk {
     const List least = *example_list(node).list();
     const auto of_size = [&](std::size_t n) {
       List items = least;
-      const DocumentValue item = example(item_of(node, 0));
+      const documents::DocumentValue item = example(item_of(node, 0));
       while (items.size() < n) items.push_back(item);
       items.resize(n);
       return put({items});
     };
     if (node.find("minItems") != nullptr) refuse(of_size(least.size() - 1), path);
     if (node.find("maxItems") != nullptr && node.find("uniqueItems") == nullptr) {
-      const auto most = static_cast<std::size_t>(integer_at(node, "maxItems"));
+      const auto most = static_cast<std::size_t>(documents::integer_at(node, "maxItems"));
       accept(of_size(most), path);
       refuse(of_size(most + 1), path);
     }
     refuse(put({true}), path);
     for (std::size_t i = 0; i < std::max<std::size_t>(1, least.size()); ++i) {
-      visit(item_of(node, i), joined(path, std::to_string(i)), [&](const DocumentValue& value) {
+      visit(item_of(node, i), joined(path, std::to_string(i)), [&](const documents::DocumentValue& value) {
         List items = least;
         items.resize(std::max(items.size(), i + 1));
         items[i] = value;
         return put({items});
       });
-      if (value_at(node, "items").list() == nullptr) break;
+      if (documents::value_at(node, "items").list() == nullptr) break;
     }
   }
 
   // Without the default, which may have more items than the minimum.
-  DocumentValue example_list(const Node& node) const
+  documents::DocumentValue example_list(const Node& node) const
   {
     Table plain = *node.table();
-    std::erase_if(plain, [](const DocumentEntry& entry) { return entry.key == "default"; });
+    std::erase_if(plain, [](const documents::DocumentEntry& entry) { return entry.key == "default"; });
     return example({plain});
   }
 
   void visit_table(const Node& node, const std::string& path, const Put& put)
   {
     const Table least = example_table(node);
-    const auto with = [&](const std::string& key, const DocumentValue& value) {
+    const auto with = [&](const std::string& key, const documents::DocumentValue& value) {
       Table table = node.find("maxProperties") != nullptr ? Table{} : least;
-      std::erase_if(table, [&](const DocumentEntry& entry) { return entry.key == key; });
+      std::erase_if(table, [&](const documents::DocumentEntry& entry) { return entry.key == key; });
       table.push_back({key, value});
       return put({table});
     };
@@ -220,16 +225,16 @@ class Walk {
         others != nullptr && others->table() == nullptr)
       refuse(with("no_such_key", {1.0}), joined(path, "no_such_key"));
     if (!path.empty()) refuse(put({std::int64_t{3}}), path);
-    for (const std::string& name : texts_at(node, "required")) {
+    for (const std::string& name : documents::texts_at(node, "required")) {
       Table table = least;
-      std::erase_if(table, [&](const DocumentEntry& entry) { return entry.key == name; });
+      std::erase_if(table, [&](const documents::DocumentEntry& entry) { return entry.key == name; });
       refuse(put({table}), joined(path, name));
     }
     const Node* properties = node.find("properties");
     if (properties == nullptr) return;
-    for (const DocumentEntry& entry : *properties->table()) {
+    for (const documents::DocumentEntry& entry : *properties->table()) {
       visit(entry.value, joined(path, entry.key),
-            [&](const DocumentValue& value) { return with(entry.key, value); });
+            [&](const documents::DocumentValue& value) { return with(entry.key, value); });
     }
   }
 
@@ -238,7 +243,7 @@ class Walk {
     return path.empty() ? key : path + "." + key;
   }
 
-  DocumentSchema schema_;
+  documents::DocumentSchema schema_;
   Node root_;
 };
 

@@ -40,9 +40,9 @@ constexpr const char* bench_like = R"({
   }
 })";
 
-const DocumentSchema& schema()
+const documents::DocumentSchema& schema()
 {
-  static const DocumentSchema parsed(bench_like);
+  static const documents::DocumentSchema parsed(bench_like);
   return parsed;
 }
 
@@ -53,12 +53,13 @@ InputError::Facts refused(const std::string& text)
 
 TEST(DocumentSchema, FillsInDefaultsInItsOwnOrderAndTypesNumbers)
 {
-  const Document document = schema().read("force = 3\ntitle = \"a\"\n[open]\nz = 1\nb = 2\n", "b.toml");
-  EXPECT_EQ(toml_text(document.root),
+  const documents::Document document =
+      schema().read("force = 3\ntitle = \"a\"\n[open]\nz = 1\nb = 2\n", "b.toml");
+  EXPECT_EQ(documents::toml_text(document.root),
             "title = \"a\"\nforce = 3\n\n[display]\nwidth = 20\nlayout = \"left\"\n\n[open]\nb = 2\nz = 1\n");
-  EXPECT_TRUE(std::holds_alternative<double>(value_at(document.root, "force").data));
-  EXPECT_EQ(integer_at(document.root, "display.width"), 20);
-  EXPECT_EQ(number_at(document.root, "open.z"), 1.0);
+  EXPECT_TRUE(std::holds_alternative<double>(documents::value_at(document.root, "force").data));
+  EXPECT_EQ(documents::integer_at(document.root, "display.width"), 20);
+  EXPECT_EQ(documents::number_at(document.root, "open.z"), 1.0);
 }
 
 TEST(DocumentSchema, EveryKindOfFaultNamesLineKeyFoundAndWanted)
@@ -126,19 +127,22 @@ TEST(DocumentSchema, EveryKindOfFaultNamesLineKeyFoundAndWanted)
 
 TEST(DocumentSchema, TakesInfinityWhereItSaysSo)
 {
-  EXPECT_EQ(number_at(schema().read("title = \"a\"\nlimit = inf", "b").root, "limit"),
+  EXPECT_EQ(documents::number_at(schema().read("title = \"a\"\nlimit = inf", "b").root, "limit"),
             std::numeric_limits<double>::infinity());
 }
 
 TEST(DocumentSchema, WholeNumbersMayHaveAPoint)
 {
-  EXPECT_EQ(integer_at(schema().read("title = \"a\"\ndisplay.width = 32.0", "b").root, "display.width"), 32);
+  EXPECT_EQ(
+      documents::integer_at(schema().read("title = \"a\"\ndisplay.width = 32.0", "b").root, "display.width"),
+      32);
 }
 
 TEST(DocumentSchema, KeysGivenOnTheCommandLineHaveNoLine)
 {
-  Document document{"b.toml", parse_toml("title = \"a\"\n[display]\nwidth = 20\n", "b.toml")};
-  apply_override(document, "display.width=5");
+  documents::Document document{"b.toml",
+                               documents::parse_toml("title = \"a\"\n[display]\nwidth = 20\n", "b.toml")};
+  documents::apply_override(document, "display.width=5");
   const InputError::Facts facts = test::input_error([&] { schema().checked(document); });
   EXPECT_EQ(facts.file, "--set");
   EXPECT_EQ(facts.field, "display.width");
@@ -147,18 +151,19 @@ TEST(DocumentSchema, KeysGivenOnTheCommandLineHaveNoLine)
 
 TEST(DocumentSchema, APartOfAFileIsNamedByItsPlace)
 {
-  const Document part{"b.toml", parse_toml("widht = 1", "b.toml"), {}, "campaign.size.0.set."};
+  const documents::Document part{
+      "b.toml", documents::parse_toml("widht = 1", "b.toml"), {}, "campaign.size.0.set."};
   const InputError::Facts facts = test::input_error([&] { schema().check_known_keys(part); });
   EXPECT_EQ(facts.field, "campaign.size.0.set.widht");
-  schema().check_known_keys({"b.toml", parse_toml("force = \"of any type\"", "b.toml")});
+  schema().check_known_keys({"b.toml", documents::parse_toml("force = \"of any type\"", "b.toml")});
 }
 
 TEST(DocumentSchema, TextsOfAnyBytesAreMeasuredByByte)
 {
   const auto title = [](const std::string& text) {
-    return DocumentValue{DocumentValue::Table{{"title", {text}}}};
+    return documents::DocumentValue{documents::DocumentValue::Table{{"title", {text}}}};
   };
-  EXPECT_EQ(text_at(schema().checked({"b", title("\xff\xfe")}), "title"), "\xff\xfe");
+  EXPECT_EQ(documents::text_at(schema().checked({"b", title("\xff\xfe")}), "title"), "\xff\xfe");
   const InputError::Facts facts = test::input_error([&] {
     schema().checked({"b", title("\xff\xff\xff\xff")});
   });
@@ -173,11 +178,12 @@ TEST(DocumentSchema, HugeKeysAreNotComparedWhole)
 
 TEST(ParseJson, KeepsTheOrderOfKeysAndTheLastOfTwo)
 {
-  const DocumentValue value =
-      parse_json(R"({"b": [1, -2.5, true], "a": {"x": "y"}, "b2": 1, "b2": 3})", "j", "x");
-  EXPECT_EQ(value_text(value), "{ b = [1, -2.5, true], a = { x = \"y\" }, b2 = 3 }");
-  EXPECT_EQ(number_at(parse_json("[18446744073709551615]", "j", "x").list()->front(), ""),
-            18446744073709551615.0);
+  const documents::DocumentValue value =
+      documents::parse_json(R"({"b": [1, -2.5, true], "a": {"x": "y"}, "b2": 1, "b2": 3})", "j", "x");
+  EXPECT_EQ(documents::value_text(value), "{ b = [1, -2.5, true], a = { x = \"y\" }, b2 = 3 }");
+  EXPECT_EQ(
+      documents::number_at(documents::parse_json("[18446744073709551615]", "j", "x").list()->front(), ""),
+      18446744073709551615.0);
 }
 
 TEST(ParseJson, WhatIsNoneIsRefused)
@@ -190,7 +196,8 @@ TEST(ParseJson, WhatIsNoneIsRefused)
                          Row{"[1e999]", "", "a number beyond the range of doubles", 1},
                          Row{R"([1, {"a": null}])", "1.a", "null", 0},
                          Row{std::string(1'000'000, '['), "", "more than 40 nested lists or tables", 0}}) {
-    const InputError::Facts facts = test::input_error([&] { parse_json(row.text, "j.json", "a list"); });
+    const InputError::Facts facts =
+        test::input_error([&] { documents::parse_json(row.text, "j.json", "a list"); });
     EXPECT_EQ(facts.file, "j.json");
     EXPECT_EQ(facts.field, row.field);
     EXPECT_EQ(facts.found, row.found);

@@ -9,8 +9,8 @@
 #include <cmath>
 #include <set>
 
-#include "core/draw_mesh.hpp"
 #include "core/error.hpp"
+#include "core/render_mesh.hpp"
 #include "motion/support/models.hpp"
 
 namespace vrda::animated_glb_test {
@@ -22,16 +22,16 @@ constexpr double rate = 30.0;
 constexpr double single_rounding_m = 2e-7;
 
 /// The joint turns by more than 180 degrees, so quaternions change their hemisphere.
-MotionModel turning_model(const std::string& side)
+store::MotionModel turning_model(const std::string& side)
 {
   test::ModelPlan plan;
   plan.side = side;
   plan.flexion_deg = {0, 50, 100, 150, 200, 250, 300};
   plan.rotation_centre_mm = {5, 600, -30};
   plan.motion = [](double flexion_deg, double varus_deg) {
-    return PoseNumbers{0.02 * flexion_deg, -3.0, 0.5 * varus_deg, 0.9 * flexion_deg};
+    return motion::PoseCoordinates{0.02 * flexion_deg, -3.0, 0.5 * varus_deg, 0.9 * flexion_deg};
   };
-  MotionModel model = test::model_of(plan);
+  store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
   return model;
 }
@@ -82,9 +82,9 @@ TEST(AnimatedGlb, EveryKeyPutsTheBodiesWhereThePoseDoes)
 {
   for (const std::string side : {"right", "left"}) {
     SCOPED_TRACE(side);
-    const MotionModel model = turning_model(side);
-    const FlexionMotion motion = flexion_motion(model, "knee.h5", {});
-    const Read read(animated_glb(model, motion, rate));
+    const store::MotionModel model = turning_model(side);
+    const exports::FlexionMotion motion = exports::flexion_motion(model, "knee.h5", {});
+    const Read read(exports::animated_glb(model, motion, rate));
     ASSERT_NE(read.scene, nullptr);
     const Eigen::Matrix4d X_scene_joint = matrix(read.scene->mRootNode->mTransformation);
     for (const Body* body : {&model.reference, &model.moving}) {
@@ -92,7 +92,7 @@ TEST(AnimatedGlb, EveryKeyPutsTheBodiesWhereThePoseDoes)
       ASSERT_EQ(channel.mNumPositionKeys, motion.frames.size());
       ASSERT_EQ(channel.mNumRotationKeys, motion.frames.size());
       for (unsigned key = 0; key < channel.mNumPositionKeys; ++key) {
-        const JointPose& pose = motion.frames[key].pose;
+        const motion::JointPose& pose = motion.frames[key].pose;
         const Pose& X_world_body = body == &model.moving ? pose.X_world_moving : pose.X_world_reference;
         const Eigen::Matrix4d X = X_scene_joint * keyed(channel, key);
         for (const Eigen::Vector3d& p_mm :
@@ -108,9 +108,9 @@ TEST(AnimatedGlb, EveryKeyPutsTheBodiesWhereThePoseDoes)
 
 TEST(AnimatedGlb, KeysTakeTheShortWayAndTheStatedTimes)
 {
-  const MotionModel model = turning_model("right");
-  const FlexionMotion motion = flexion_motion(model, "knee.h5", {});
-  const Read read(animated_glb(model, motion, rate));
+  const store::MotionModel model = turning_model("right");
+  const exports::FlexionMotion motion = exports::flexion_motion(model, "knee.h5", {});
+  const Read read(exports::animated_glb(model, motion, rate));
   ASSERT_NE(read.scene, nullptr);
   ASSERT_EQ(read.scene->mNumAnimations, 1U);
   bool has_left_the_first_half = false;
@@ -130,8 +130,8 @@ TEST(AnimatedGlb, KeysTakeTheShortWayAndTheStatedTimes)
 
 TEST(AnimatedGlb, ComponentsKeepTheirVerticesAndTheColoursOfTheirMaterials)
 {
-  const MotionModel model = turning_model("right");
-  const Read read(animated_glb(model, flexion_motion(model, "knee.h5", {}), rate));
+  const store::MotionModel model = turning_model("right");
+  const Read read(exports::animated_glb(model, exports::flexion_motion(model, "knee.h5", {}), rate));
   ASSERT_NE(read.scene, nullptr);
   std::multiset<std::string> materials;
   unsigned n_triangles = 0;
@@ -157,8 +157,8 @@ TEST(AnimatedGlb, ComponentsKeepTheirVerticesAndTheColoursOfTheirMaterials)
 
 TEST(AnimatedGlb, MeshesAreInMetresAroundTheRotationCentre)
 {
-  const MotionModel model = turning_model("right");
-  const Read read(animated_glb(model, flexion_motion(model, "knee.h5", {}), rate));
+  const store::MotionModel model = turning_model("right");
+  const Read read(exports::animated_glb(model, exports::flexion_motion(model, "knee.h5", {}), rate));
   ASSERT_NE(read.scene, nullptr);
   const aiNode& ball = *read.scene->mRootNode->FindNode("ball");
   const aiMesh& sphere = *read.scene->mMeshes[ball.mMeshes[0]];
@@ -180,9 +180,9 @@ TEST(AnimatedGlb, MeshesAreInMetresAroundTheRotationCentre)
 TEST(AnimatedGlb, EqualModelsGiveEqualBytes)
 {
   const auto bytes = [] {
-    MotionModel model = turning_model("left");
+    store::MotionModel model = turning_model("left");
     model.title = "no \xff UTF-8";
-    return animated_glb(model, flexion_motion(model, "knee.h5", {}), rate);
+    return exports::animated_glb(model, exports::flexion_motion(model, "knee.h5", {}), rate);
   };
   const std::string first = bytes();
   EXPECT_EQ(first, bytes());

@@ -18,92 +18,94 @@ test::ModelPlan tilted_plan()
 {
   test::ModelPlan plan;
   plan.motion = [](double flexion_deg, double varus_deg) {
-    return PoseNumbers{0.01 * flexion_deg, -20.0, 0.02 * varus_deg, 0.1 * flexion_deg + varus_deg};
+    return motion::PoseCoordinates{0.01 * flexion_deg, -20.0, 0.02 * varus_deg,
+                                   0.1 * flexion_deg + varus_deg};
   };
   return plan;
 }
 
-MotionModel with_zero_varus(MotionModel model, const std::vector<double>& varus_deg, std::size_t hole)
+store::MotionModel with_zero_varus(store::MotionModel model, const std::vector<double>& varus_deg,
+                                   std::size_t hole)
 {
-  ZeroVarus table;
+  store::ZeroVarus table;
   table.varus_deg = varus_deg;
-  table.source.assign(varus_deg.size(), static_cast<std::int8_t>(ZeroVarusSource::both_touch));
-  table.source[hole] = static_cast<std::int8_t>(ZeroVarusSource::none);
+  table.source.assign(varus_deg.size(), static_cast<std::int8_t>(store::ZeroVarusSource::both_touch));
+  table.source[hole] = static_cast<std::int8_t>(store::ZeroVarusSource::none);
   model.zero_varus = table;
   return model;
 }
 
-std::vector<double> flexions_left_out(const FlexionMotion& motion)
+std::vector<double> flexions_left_out(const exports::FlexionMotion& motion)
 {
   std::vector<double> flexions;
-  for (const LeftOut& out : motion.left_out) flexions.push_back(out.flexion_deg);
+  for (const exports::OmittedFlexion& out : motion.omitted) flexions.push_back(out.flexion_deg);
   return flexions;
 }
 
-InputError::Facts refused(const MotionModel& model, const FlexionPlan& plan)
+InputError::Facts refused(const store::MotionModel& model, const exports::FlexionPlan& plan)
 {
-  return test::input_error([&] { flexion_motion(model, "knee.h5", plan); });
+  return test::input_error([&] { exports::flexion_motion(model, "knee.h5", plan); });
 }
 
 TEST(FlexionMotion, FollowsTheSpineAtTheFlexionsOfTheModel)
 {
-  const MotionModel model = test::model_of(tilted_plan());
-  const FlexionMotion motion = flexion_motion(model, "knee.h5", {});
+  const store::MotionModel model = test::model_of(tilted_plan());
+  const exports::FlexionMotion motion = exports::flexion_motion(model, "knee.h5", {});
   ASSERT_EQ(motion.frames.size(), model.flexion_deg.size());
   EXPECT_EQ(motion.set, "raw");
-  EXPECT_TRUE(motion.left_out.empty());
-  const Motion poses(model, "raw");
+  EXPECT_TRUE(motion.omitted.empty());
+  const motion::Motion poses(model, "raw");
   for (std::size_t i = 0; i < motion.frames.size(); ++i) {
     SCOPED_TRACE(i);
-    const FlexionFrame& frame = motion.frames[i];
+    const exports::FlexionFrame& frame = motion.frames[i];
     EXPECT_EQ(frame.flexion_deg, model.flexion_deg[i]);
-    const JointPose expected = poses.at({rad_from_deg(frame.flexion_deg), 0.0});
+    const motion::JointPose expected = poses.at({rad_from_deg(frame.flexion_deg), 0.0});
     EXPECT_TRUE(frame.pose.X_reference_moving.isApprox(expected.X_reference_moving, angle_rounding_rad));
     EXPECT_NEAR(frame.clinical.flexion_rad, rad_from_deg(frame.flexion_deg), angle_rounding_rad);
     EXPECT_NEAR(frame.clinical.internal_rotation_rad, rad_from_deg(0.1 * frame.flexion_deg),
                 angle_rounding_rad);
-    EXPECT_NEAR(time_s(motion, frame, 30.0), frame.flexion_deg / 30.0, 1e-15);
+    EXPECT_NEAR(exports::time_s(motion, frame, 30.0), frame.flexion_deg / 30.0, 1e-15);
   }
 }
 
 TEST(FlexionMotion, NothingIsBridgedOrClamped)
 {
-  MotionModel model = test::model_of(tilted_plan());
+  store::MotionModel model = test::model_of(tilted_plan());
   test::unsolve(model, 2, 2);  // 30 degrees, on the spine
-  FlexionPlan plan;
+  exports::FlexionPlan plan;
   plan.flexion_deg = {-10, 0, 15, 20, 30, 40, 45, 90, 91};
-  plan.varus = VarusRule::given;
-  const FlexionMotion motion = flexion_motion(model, "knee.h5", plan);
+  plan.varus = exports::VarusRule::given;
+  const exports::FlexionMotion motion = exports::flexion_motion(model, "knee.h5", plan);
   EXPECT_THAT(flexions_left_out(motion), ElementsAre(-10, 20, 30, 40, 91));
-  EXPECT_EQ(motion.left_out[0].why, "beyond the measured range");
-  EXPECT_EQ(motion.left_out[1].why, "unsolved_cell");
+  EXPECT_EQ(motion.omitted[0].reason, "beyond the measured range");
+  EXPECT_EQ(motion.omitted[1].reason, "unsolved_cell");
   EXPECT_EQ(motion.frames.size(), 4U);
 }
 
 TEST(FlexionMotion, ZeroVarusIsLinearBetweenTheFlexionsThatHaveOne)
 {
-  const MotionModel model = with_zero_varus(test::model_of(tilted_plan()), {0, 1, 2, 2, 0, -1, -2}, 4);
-  EXPECT_EQ(default_varus(model), VarusRule::zero);
-  FlexionPlan plan;
+  const store::MotionModel model = with_zero_varus(test::model_of(tilted_plan()), {0, 1, 2, 2, 0, -1, -2}, 4);
+  EXPECT_EQ(exports::default_varus(model), exports::VarusRule::zero);
+  exports::FlexionPlan plan;
   plan.flexion_deg = {7.5, 15, 40, 50, 60, 70, 75, 80};
-  plan.varus = VarusRule::zero;
-  const FlexionMotion motion = flexion_motion(model, "knee.h5", plan);
+  plan.varus = exports::VarusRule::zero;
+  const exports::FlexionMotion motion = exports::flexion_motion(model, "knee.h5", plan);
   EXPECT_THAT(flexions_left_out(motion), ElementsAre(50, 60, 70));
-  EXPECT_EQ(motion.left_out[0].why, "no zero-varus pose");
+  EXPECT_EQ(motion.omitted[0].reason, "no zero-varus pose");
   std::vector<double> varus_deg;
-  for (const FlexionFrame& frame : motion.frames)
+  for (const exports::FlexionFrame& frame : motion.frames)
     varus_deg.push_back(deg_from_rad(frame.pose.attitude.varus_rad));
   EXPECT_THAT(varus_deg, testing::Pointwise(testing::DoubleNear(1e-12), {0.5, 1.0, 2.0, -1.0, -4.0 / 3.0}));
 }
 
 TEST(FlexionMotion, ARuleThatCannotBeKeptIsRefused)
 {
-  const MotionModel model = test::model_of(tilted_plan());
-  EXPECT_EQ(default_varus(model), VarusRule::spine);
-  FlexionPlan plan;
-  plan.varus = VarusRule::zero;
+  const store::MotionModel model = test::model_of(tilted_plan());
+  EXPECT_EQ(exports::default_varus(model), exports::VarusRule::spine);
+  exports::FlexionPlan plan;
+  plan.varus = exports::VarusRule::zero;
   EXPECT_THAT(refused(model, plan).wanted, HasSubstr("vrda reduce"));
-  plan.varus = VarusRule::given;
+  plan.varus = exports::VarusRule::given;
   plan.varus_deg = 4.5;
   EXPECT_EQ(refused(model, plan).found, "4.5 degrees");
   EXPECT_EQ(refused(model, plan).wanted, "-4 to 4");
@@ -120,7 +122,7 @@ TEST(FlexionMotion, ARuleThatCannotBeKeptIsRefused)
 
 TEST(FlexionMotion, AModelWithoutOnePoseIsRefused)
 {
-  MotionModel model = test::model_of(tilted_plan());
+  store::MotionModel model = test::model_of(tilted_plan());
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
     for (Eigen::Index j = 0; j < model.status.cols(); ++j) test::unsolve(model, i, j);
   }

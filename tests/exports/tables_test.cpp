@@ -51,16 +51,16 @@ test::ModelPlan plan_of(const std::string& side)
   const double mirror = side == "left" ? -1.0 : 1.0;
   plan.rotation_centre_mm = {10, -5, mirror * 40};
   plan.motion = [mirror](double flexion_deg, double varus_deg) {
-    return PoseNumbers{0.05 * flexion_deg, -3.0, mirror * (1.0 + 0.5 * varus_deg),
-                       0.2 * flexion_deg - varus_deg};
+    return motion::PoseCoordinates{0.05 * flexion_deg, -3.0, mirror * (1.0 + 0.5 * varus_deg),
+                                   0.2 * flexion_deg - varus_deg};
   };
   return plan;
 }
 
 TEST(CsvTables, AFlexionHasTheNumbersOfItsPose)
 {
-  const MotionModel model = test::model_of(plan_of("right"));
-  const Rows rows = parsed(flexion_csv(flexion_motion(model, "knee.h5", {})));
+  const store::MotionModel model = test::model_of(plan_of("right"));
+  const Rows rows = parsed(exports::flexion_csv(exports::flexion_motion(model, "knee.h5", {})));
   ASSERT_EQ(rows.size(), model.flexion_deg.size());
   constexpr double rounding = 1e-11;  // of mm and of degrees converted through radians
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -83,15 +83,17 @@ TEST(CsvTables, AFlexionHasTheNumbersOfItsPose)
 TEST(CsvTables, TheColumnsHaveTheNamesThatAreTold)
 {
   std::string header;
-  for (const std::string& name : flexion_csv_columns()) header += (header.empty() ? "" : ",") + name;
-  const std::string text = flexion_csv(flexion_motion(test::model_of(plan_of("right")), "knee.h5", {}));
+  for (const std::string& name : exports::flexion_csv_columns()) header += (header.empty() ? "" : ",") + name;
+  const std::string text =
+      exports::flexion_csv(exports::flexion_motion(test::model_of(plan_of("right")), "knee.h5", {}));
   EXPECT_EQ(text.substr(0, text.find('\n')), header);
 }
 
 TEST(CsvTables, AMirroredKneeGivesTheSameCurves)
 {
   const auto rows_of = [](const std::string& side) {
-    return parsed(flexion_csv(flexion_motion(test::model_of(plan_of(side)), "knee.h5", {})));
+    return parsed(
+        exports::flexion_csv(exports::flexion_motion(test::model_of(plan_of(side)), "knee.h5", {})));
   };
   const Rows right = rows_of("right"), left = rows_of("left");
   ASSERT_EQ(right.size(), left.size());
@@ -106,10 +108,12 @@ TEST(CsvTables, AMirroredKneeGivesTheSameCurves)
 
 TEST(CsvTables, EveryCellStandsWithItsStatusAndNothingWhereItHasNoAnswer)
 {
-  MotionModel model = test::model_of(plan_of("right"));
+  store::MotionModel model = test::model_of(plan_of("right"));
   test::unsolve(model, 1, 3);
-  test::add_smoothed(model, 2, [](int i, int j) { return PoseNumbers{1.0 + i, 0.0, 0.5 * j, 0.25}; });
-  const Rows rows = parsed(cells_csv(model));
+  test::add_smoothed(model, 2, [](int i, int j) {
+    return motion::PoseCoordinates{1.0 + i, 0.0, 0.5 * j, 0.25};
+  });
+  const Rows rows = parsed(exports::cells_csv(model));
   ASSERT_EQ(rows.size(), 35U);
   const std::map<std::string, std::string>& failed = rows[1 * 5 + 3];
   EXPECT_EQ(failed.at("status"), "no_contact");
@@ -160,18 +164,19 @@ Table parsed_table(const std::string& text)
   return table;
 }
 
-FlexionMotion turning_motion(const std::string& side)
+exports::FlexionMotion turning_motion(const std::string& side)
 {
   test::ModelPlan plan;
   plan.side = side;
   plan.rotation_centre_mm = {5, -70, 30};
   plan.motion = [](double flexion_deg, double varus_deg) {
-    return PoseNumbers{0.05 * flexion_deg, -3.0, 1.0 + 0.5 * varus_deg, 0.2 * flexion_deg - varus_deg};
+    return motion::PoseCoordinates{0.05 * flexion_deg, -3.0, 1.0 + 0.5 * varus_deg,
+                                   0.2 * flexion_deg - varus_deg};
   };
-  FlexionPlan flexion;
-  flexion.varus = VarusRule::given;
+  exports::FlexionPlan flexion;
+  flexion.varus = exports::VarusRule::given;
   flexion.varus_deg = 2.0;
-  return flexion_motion(test::model_of(plan), "knee.h5", flexion);
+  return exports::flexion_motion(test::model_of(plan), "knee.h5", flexion);
 }
 
 /// The axes of schemas/exports.md.
@@ -190,8 +195,9 @@ TEST(OpenSimTable, TheColumnsPutThePoseTogetherOnBothSides)
   for (const Side side : {Side::right, Side::left}) {
     for (const bool in_degrees : {false, true}) {
       SCOPED_TRACE(side == Side::left ? "left" : "right");
-      const FlexionMotion motion = turning_motion(side == Side::left ? "left" : "right");
-      const Table table = parsed_table(opensim_table(motion, {opensim_columns(side), in_degrees, 45.0}));
+      const exports::FlexionMotion motion = turning_motion(side == Side::left ? "left" : "right");
+      const Table table =
+          parsed_table(exports::opensim_table(motion, {exports::opensim_columns(side), in_degrees, 45.0}));
       ASSERT_EQ(table.rows.size(), motion.frames.size());
       for (std::size_t i = 0; i < table.rows.size(); ++i) {
         Pose expected = motion.frames[i].pose.X_reference_moving;
@@ -206,8 +212,9 @@ TEST(OpenSimTable, TheColumnsPutThePoseTogetherOnBothSides)
 
 TEST(OpenSimTable, TheHeaderIsTrue)
 {
-  const FlexionMotion motion = turning_motion("right");
-  const Table table = parsed_table(opensim_table(motion, {opensim_columns(Side::right), true, 30.0}));
+  const exports::FlexionMotion motion = turning_motion("right");
+  const Table table =
+      parsed_table(exports::opensim_table(motion, {exports::opensim_columns(Side::right), true, 30.0}));
   EXPECT_EQ(table.keys.at("version"), "1");
   EXPECT_EQ(table.keys.at("nRows"), std::to_string(table.rows.size()));
   EXPECT_EQ(table.keys.at("nColumns"), std::to_string(table.columns.size()));
@@ -215,14 +222,15 @@ TEST(OpenSimTable, TheHeaderIsTrue)
   EXPECT_THAT(table.columns, ElementsAre("time", "knee_flex_r", "knee_add_r", "knee_rot_r", "knee_tx_r",
                                          "knee_ty_r", "knee_tz_r"));
   for (const std::vector<double>& row : table.rows) EXPECT_EQ(row.size(), table.columns.size());
-  EXPECT_THAT(opensim_columns(Side::left), testing::Each(testing::EndsWith("_l")));
+  EXPECT_THAT(exports::opensim_columns(Side::left), testing::Each(testing::EndsWith("_l")));
 }
 
 TEST(OpenSimTable, ATitleCannotBreakTheHeader)
 {
-  FlexionMotion motion = turning_motion("right");
+  exports::FlexionMotion motion = turning_motion("right");
   motion.title = "a=b\nendheader\tc";
-  const Table table = parsed_table(opensim_table(motion, {opensim_columns(Side::right), false, 30.0}));
+  const Table table =
+      parsed_table(exports::opensim_table(motion, {exports::opensim_columns(Side::right), false, 30.0}));
   EXPECT_THAT(table.name, Not(HasSubstr("endheader")));
   EXPECT_THAT(table.name, Not(HasSubstr("=")));
   EXPECT_EQ(table.keys.size(), 4U);

@@ -140,31 +140,31 @@ void hold(const char* gate)
   std::snprintf(held, sizeof held, "%s.held", gate);
   append_number(held, getpid());
   for (long waited_ms = 0; access(gate, F_OK) != 0; waited_ms += hold_poll_ms) {
-    if (waited_ms > longest_hold_s * 1000) die();
+    if (waited_ms > longest_hold_s * 1000) kill_self();
     const timespec pause{0, hold_poll_ms * 1'000'000};
     nanosleep(&pause, nullptr);
   }
 }
 
-Verdict act(const Plan& plan, Call call, long k)
+CallDecision act(const Plan& plan, Call call, long k)
 {
   switch (plan.action) {
     case Action::kill:
-      die();
+      kill_self();
     case Action::torn:
-      if (call != Call::write) die();
-      return {Fate::half_then_die, 0};
+      if (call != Call::write) kill_self();
+      return {CallOutcome::half_then_kill, 0};
     case Action::cut_short:
-      return {Fate::half, 0};
+      return {CallOutcome::half, 0};
     case Action::full:
-      if (call == Call::write && k == plan.at) return {Fate::half, 0};
-      return {Fate::fail, ENOSPC};
+      if (call == Call::write && k == plan.at) return {CallOutcome::half, 0};
+      return {CallOutcome::fail, ENOSPC};
     case Action::enospc:
-      return {Fate::fail, ENOSPC};
+      return {CallOutcome::fail, ENOSPC};
     case Action::eio:
-      return {Fate::fail, EIO};
+      return {CallOutcome::fail, EIO};
     case Action::enolck:
-      return {Fate::fail, ENOLCK};
+      return {CallOutcome::fail, ENOLCK};
     case Action::hold:
       hold(plan.gate);
       return {};
@@ -188,7 +188,7 @@ bool is_watching()
   return plan_of_process().file != nullptr;
 }
 
-Verdict verdict_on(Call call, const char* path, const char* other_path)
+CallDecision decide_call(Call call, const char* path, const char* other_path)
 {
   const Plan& plan = plan_of_process();
   const bool is_meant = plan.is_any_call ? call <= Call::unlink : call == plan.call;
@@ -199,13 +199,13 @@ Verdict verdict_on(Call call, const char* path, const char* other_path)
   return act(plan, call, k);
 }
 
-void die()
+void kill_self()
 {
   kill(getpid(), SIGKILL);
   for (;;) pause();
 }
 
-timespec disturbed(timespec now)
+timespec with_clock_fault(timespec now)
 {
   const Plan& plan = plan_of_process();
   if (plan.clock_from == 0) return now;

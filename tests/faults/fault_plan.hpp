@@ -9,10 +9,10 @@ namespace vrda::test {
 enum class Call { write, fsync, rename, truncate, open, close, unlink, read, list, lock };
 
 /// Outcome of one call.
-enum class Fate { pass, half, half_then_die, fail };
+enum class CallOutcome { pass, half, half_then_kill, fail };
 
-struct Verdict {
-  Fate fate = Fate::pass;
+struct CallDecision {
+  CallOutcome outcome = CallOutcome::pass;
   int error = 0;  ///< errno of a call that fails
 };
 
@@ -21,11 +21,11 @@ bool is_watching();
 
 /// Counts the call if `path` or `other_path` is a watched file. If the fault is due, kills or holds the
 /// process, or returns the outcome to inject.
-Verdict verdict_on(Call call, const char* path, const char* other_path = "");
+CallDecision decide_call(Call call, const char* path, const char* other_path = "");
 
-[[noreturn]] void die();
+[[noreturn]] void kill_self();
 
 /// The reading of a clock that jumps by hours; `now` without a clock fault.
-timespec disturbed(timespec now);
+timespec with_clock_fault(timespec now);
 
 }  // namespace vrda::test

@@ -21,18 +21,18 @@
 namespace {
 
 using vrda::test::Call;
-using vrda::test::die;
-using vrda::test::Fate;
+using vrda::test::CallDecision;
+using vrda::test::CallOutcome;
+using vrda::test::decide_call;
 using vrda::test::is_watching;
-using vrda::test::Verdict;
-using vrda::test::verdict_on;
+using vrda::test::kill_self;
 
 /// The same function of the next library.
 template <typename F>
 F* next(const char* name)
 {
   F* const found = reinterpret_cast<F*>(dlsym(RTLD_NEXT, name));
-  if (found == nullptr) die();
+  if (found == nullptr) kill_self();
   return found;
 }
 
@@ -73,7 +73,7 @@ class Name {
   std::array<char, PATH_MAX> text_{};
 };
 
-int failed(const Verdict& verdict)
+int failed(const CallDecision& verdict)
 {
   errno = verdict.error;
   return -1;
@@ -83,16 +83,16 @@ int failed(const Verdict& verdict)
 template <typename WriteFirst>
 ssize_t written(int descriptor, std::size_t n_bytes, const WriteFirst& write_first)
 {
-  const Verdict verdict = verdict_on(Call::write, Name(descriptor).text());
-  switch (verdict.fate) {
-    case Fate::fail:
+  const CallDecision verdict = decide_call(Call::write, Name(descriptor).text());
+  switch (verdict.outcome) {
+    case CallOutcome::fail:
       return failed(verdict);
-    case Fate::half:
+    case CallOutcome::half:
       return write_first(std::max<std::size_t>(n_bytes / 2, std::min<std::size_t>(n_bytes, 1)));
-    case Fate::half_then_die:
+    case CallOutcome::half_then_kill:
       write_first(n_bytes / 2);
-      die();
-    case Fate::pass:
+      kill_self();
+    case CallOutcome::pass:
       break;
   }
   return write_first(n_bytes);
@@ -118,8 +118,8 @@ ssize_t written(int descriptor, const iovec* buffers, int n_buffers, const Write
 template <typename Really>
 int done(Call call, const Name& name, const char* other, const Really& really)
 {
-  const Verdict verdict = verdict_on(call, name.text(), other);
-  return verdict.fate == Fate::fail ? failed(verdict) : really();
+  const CallDecision verdict = decide_call(call, name.text(), other);
+  return verdict.outcome == CallOutcome::fail ? failed(verdict) : really();
 }
 template <typename Really>
 int done(Call call, const Name& name, const Really& really)
@@ -141,8 +141,8 @@ int opened(const Name& name, int flags, const Really& really)
 std::FILE* opened(const char* path, const char* mode, const char* next_name)
 {
   if (mode[0] != 'r' || std::strchr(mode, '+') != nullptr) {
-    const Verdict verdict = verdict_on(Call::open, Name(path).text());
-    if (verdict.fate == Fate::fail) {
+    const CallDecision verdict = decide_call(Call::open, Name(path).text());
+    if (verdict.outcome == CallOutcome::fail) {
       errno = verdict.error;
       return nullptr;
     }
@@ -171,9 +171,9 @@ int openat_next(const char* name, int folder, const char* path, int flags, mode_
 template <typename ReadFirst>
 ssize_t taken(int descriptor, std::size_t n_bytes, const ReadFirst& read_first)
 {
-  const Verdict verdict = verdict_on(Call::read, Name(descriptor).text());
-  if (verdict.fate == Fate::fail) return failed(verdict);
-  return read_first(verdict.fate == Fate::half ? (n_bytes + 1) / 2 : n_bytes);
+  const CallDecision verdict = decide_call(Call::read, Name(descriptor).text());
+  if (verdict.outcome == CallOutcome::fail) return failed(verdict);
+  return read_first(verdict.outcome == CallOutcome::half ? (n_bytes + 1) / 2 : n_bytes);
 }
 
 ssize_t pread_next(const char* name, int descriptor, void* bytes, std::size_t n_bytes, off_t at)
@@ -204,7 +204,7 @@ Entry* listed(const char* name, DIR* folder)
     Entry* const entry = next<Entry*(DIR*)>(name)(folder);
     if (entry == nullptr || !is_watching()) return entry;
     const Name path(dirfd(folder), entry->d_name);
-    if (verdict_on(Call::list, path.text()).fate != Fate::fail) return entry;
+    if (decide_call(Call::list, path.text()).outcome != CallOutcome::fail) return entry;
   }
 }
 
@@ -350,21 +350,21 @@ std::FILE* fopen64(const char* path, const char* mode)
 // A failed close still closes the descriptor, as on Linux.
 int close(int descriptor)
 {
-  const Verdict verdict = verdict_on(Call::close, Name(descriptor).text());
+  const CallDecision verdict = decide_call(Call::close, Name(descriptor).text());
   const int result = next<int(int)>("close")(descriptor);
-  return verdict.fate == Fate::fail ? failed(verdict) : result;
+  return verdict.outcome == CallOutcome::fail ? failed(verdict) : result;
 }
 int fclose(std::FILE* file)
 {
-  const Verdict verdict = verdict_on(Call::close, Name(fileno(file)).text());
+  const CallDecision verdict = decide_call(Call::close, Name(fileno(file)).text());
   const int result = next<int(std::FILE*)>("fclose")(file);
-  return verdict.fate == Fate::fail ? failed(verdict) : result;
+  return verdict.outcome == CallOutcome::fail ? failed(verdict) : result;
 }
 
 int clock_gettime(clockid_t clock, timespec* now) noexcept
 {
   const int result = next<int(clockid_t, timespec*)>("clock_gettime")(clock, now);
-  if (result == 0) *now = vrda::test::disturbed(*now);
+  if (result == 0) *now = vrda::test::with_clock_fault(*now);
   return result;
 }
 

@@ -60,20 +60,20 @@ const Setting& traced_search()
   return setting;
 }
 
-bool asks_for_all()
+bool runs_full_set()
 {
   return std::getenv("VRDA_FAULTS_ALL") != nullptr;
 }
 
 std::vector<Setting> every_method()
 {
-  if (asks_for_all()) return {search(), equilibrium(), traced_search()};
+  if (runs_full_set()) return {search(), equilibrium(), traced_search()};
   return {equilibrium(), traced_search()};
 }
 
 std::vector<Setting> one_method()
 {
-  return asks_for_all() ? every_method() : std::vector{traced_search()};
+  return runs_full_set() ? every_method() : std::vector{traced_search()};
 }
 
 std::string name_of(const testing::TestParamInfo<Setting>& setting)
@@ -122,7 +122,7 @@ void FaultyRun::clear() const
   fs::create_directory(folder_);
 }
 
-Ended FaultyRun::run_anew(const Fault& fault) const
+Ended FaultyRun::run_from_empty(const Fault& fault) const
 {
   clear();
   return run(fault);
@@ -175,10 +175,10 @@ void FaultyRun::expect_refused(const Ended& ended) const
   EXPECT_THAT(error, testing::StartsWith("vrda: " + folder_.string() + "/a."));
   EXPECT_THAT(error, testing::HasSubstr("found"));
   EXPECT_EQ(ended.out, "");
-  expect_no_part_of_a_result();
+  expect_no_incomplete_result();
 }
 
-void FaultyRun::expect_no_part_of_a_result() const
+void FaultyRun::expect_no_incomplete_result() const
 {
   for (const auto& [name, hash] : hashes()) EXPECT_EQ(hash, expected_.at(name)) << name;
 }

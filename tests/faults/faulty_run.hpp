@@ -39,7 +39,7 @@ const Setting& equilibrium();
 const Setting& traced_search();  ///< writes more files than the search without traces
 
 /// With VRDA_FAULTS_ALL set the tests cover more calls and settings: minutes instead of seconds.
-bool asks_for_all();
+bool runs_full_set();
 /// Equilibrium and traced search; all three in the full set.
 std::vector<Setting> every_method();
 /// One setting, for tests that do not depend on the method.
@@ -58,7 +58,7 @@ class FaultyRun : public testing::TestWithParam<Setting> {
   /// Empties the folder.
   void clear() const;
   /// run() from an empty folder.
-  Ended run_anew(const Fault& fault) const;
+  Ended run_from_empty(const Fault& fault) const;
 
   /// Of a fault-free run from an empty folder; fails the test if there are none.
   int n_calls(const std::string& call, const std::string& file = "") const;
@@ -71,7 +71,7 @@ class FaultyRun : public testing::TestWithParam<Setting> {
   /// Exit code 2, one line that names a file in the folder; an existing result is complete.
   void expect_refused(const Ended& ended) const;
   /// A model or trace at its final name is complete.
-  void expect_no_part_of_a_result() const;
+  void expect_no_incomplete_result() const;
 
   /// The fault, applied to files in the output's folder.
   Fault in_folder(Fault fault) const;

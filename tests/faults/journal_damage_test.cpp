@@ -20,11 +20,11 @@ class JournalDamage : public FaultyRun {
   JournalDamage()
   {
     // Killed before its last record: the journal contains all others.
-    run_anew({"kill", "open", "1", "a.h5.partial"});
+    run_from_empty({"kill", "open", "1", "a.h5.partial"});
     bytes_ = read_bytes(journal());
     // Magic, version, length of the key, key, checksum; then of each frame its length, checksum and content.
-    std::size_t end = 8 + 4 + 4 + u32_at(bytes_, 12) + 4;
-    for (; end < bytes_.size(); end += 8 + u32_at(bytes_, end)) ends_.push_back(end);
+    std::size_t end = 8 + 4 + 4 + journal::u32_at(bytes_, 12) + 4;
+    for (; end < bytes_.size(); end += 8 + journal::u32_at(bytes_, end)) ends_.push_back(end);
     ends_.push_back(end);
     EXPECT_EQ(end, bytes_.size());
     EXPECT_GT(ends_.size(), 6u);
@@ -60,12 +60,13 @@ class JournalDamage : public FaultyRun {
   std::vector<std::size_t> ends_;  ///< of the header, then of each frame
 };
 
-void expect_content(const JournalContent& content, std::size_t n_records, std::size_t valid, std::size_t size)
+void expect_content(const journal::JournalContent& content, std::size_t n_records, std::size_t valid,
+                    std::size_t size)
 {
   EXPECT_EQ(content.records.size(), n_records);
   EXPECT_EQ(content.valid_bytes, valid);
   EXPECT_EQ(content.dropped_bytes, size - valid);
-  EXPECT_EQ(content.dropped_why.empty(), size == valid);
+  EXPECT_EQ(content.dropped_reason.empty(), size == valid);
 }
 
 TEST_P(JournalDamage, EveryLengthIsReadUpToItsLastWholeRecord)
@@ -73,7 +74,7 @@ TEST_P(JournalDamage, EveryLengthIsReadUpToItsLastWholeRecord)
   for (std::size_t size = ends_[0]; size <= bytes_.size(); ++size) {
     SCOPED_TRACE(size);
     const std::size_t n = n_whole_before(size);
-    expect_content(parse_journal("a", bytes_.substr(0, size)), n, ends_[n], size);
+    expect_content(journal::parse_journal("a", bytes_.substr(0, size)), n, ends_[n], size);
   }
 }
 
@@ -83,7 +84,7 @@ TEST_P(JournalDamage, EveryFlippedBitIsDetected)
     for (int bit = 0; bit < 8; ++bit) {
       SCOPED_TRACE(std::to_string(byte) + " " + std::to_string(bit));
       const std::size_t n = n_whole_before(byte);
-      expect_content(parse_journal("a", flipped(byte, bit)), n, ends_[n], bytes_.size());
+      expect_content(journal::parse_journal("a", flipped(byte, bit)), n, ends_[n], bytes_.size());
     }
   }
 }
@@ -93,7 +94,7 @@ TEST_P(JournalDamage, EveryDamageToTheHeaderIsAnErrorThatNamesTheFile)
   int n_refused = 0;
   const auto count_refusal = [&](const std::string& damaged) {
     try {
-      parse_journal("a.journal", damaged);
+      journal::parse_journal("a.journal", damaged);
     } catch (const InputError& error) {
       n_refused += error.facts().file == "a.journal" ? 1 : 0;
     }

@@ -92,7 +92,7 @@ TEST_P(ModelFaults, TheFileIsTheOldOrTheNewOne)
       for (const std::string what : {"kill", "eio", "enospc", "short"}) {
         ++row;
         for (int k = 1; k <= n; ++k) {
-          if (!asks_for_all() && (k + row) % 4 != 0) continue;
+          if (!runs_full_set() && (k + row) % 4 != 0) continue;
           SCOPED_TRACE(job.name + " " + what + " " + call + " " + std::to_string(k));
           ++n_disturbed;
           put_files();

@@ -18,10 +18,10 @@ TEST_P(RunErrorsOneWay, ShortWritesChangeNothing)
   const int n = n_calls("write");
   for (int k = 1; k <= n; ++k) {
     SCOPED_TRACE(k);
-    EXPECT_EQ(run_anew({"short", "write", std::to_string(k)}).exit_code, 0);
+    EXPECT_EQ(run_from_empty({"short", "write", std::to_string(k)}).exit_code, 0);
     expect_finished();
   }
-  EXPECT_EQ(run_anew({"short", "write", "1+"}).exit_code, 0);
+  EXPECT_EQ(run_from_empty({"short", "write", "1+"}).exit_code, 0);
   expect_finished();
 }
 
@@ -42,7 +42,7 @@ TEST_P(RunErrors, AnErrorIsOneLineAndTheSameCommandResumes)
     const int n = n_calls(call, file);
     for (int k = 1; k <= n; ++k) {
       SCOPED_TRACE(file + " " + call + " " + std::to_string(k));
-      expect_refused(run_anew({"eio", call, std::to_string(k), file}));
+      expect_refused(run_from_empty({"eio", call, std::to_string(k), file}));
       EXPECT_THAT(names(), testing::Each(Not(EndsWith(".partial"))));
       expect_finishes();
     }
@@ -74,7 +74,7 @@ TEST_P(RunErrorsOneWay, ADiskThatIsFullFromAnyWriteOnLosesNothing)
   const int n = n_calls("write") - 1;  // all but the run record, which is optional
   for (int k = 1; k <= n; ++k) {
     SCOPED_TRACE(k);
-    const Ended ended = run_anew({"full", "write", std::to_string(k)});
+    const Ended ended = run_from_empty({"full", "write", std::to_string(k)});
     expect_refused(ended);
     EXPECT_THAT(ended.err, HasSubstr("No space left on device"));
     EXPECT_THAT(names(), testing::Each(Not(EndsWith(".partial"))));
@@ -88,7 +88,7 @@ TEST_P(RunErrorsOneWay, ALostDiskLosesNothing)
   const int n = n_calls("write") - 1;
   for (int k = 1; k <= n; ++k) {
     SCOPED_TRACE(k);
-    expect_refused(run_anew({"eio", "any", std::to_string(k) + "+"}));
+    expect_refused(run_from_empty({"eio", "any", std::to_string(k) + "+"}));
     expect_finishes();
   }
 }
@@ -97,7 +97,7 @@ TEST_P(RunErrorsOneWay, TimesThatCannotBeWrittenAreAWarning)
 {
   for (const std::string call : {"write", "open", "close"}) {
     SCOPED_TRACE(call);
-    const Ended ended = run_anew({"eio", call, "1", "a.h5.run.json"});
+    const Ended ended = run_from_empty({"eio", call, "1", "a.h5.run.json"});
     EXPECT_EQ(ended.exit_code, 0);
     EXPECT_EQ(n_lines(ended.err), 1) << ended.err;
     EXPECT_THAT(ended.err, HasSubstr("a.h5.run.json: found an output "));
@@ -108,21 +108,21 @@ TEST_P(RunErrorsOneWay, TimesThatCannotBeWrittenAreAWarning)
 
 TEST_P(RunErrorsOneWay, AFileThatCannotBeRemovedIsReportedAndRemovedByTheNextRun)
 {
-  const Ended left = run_anew({"eio", "unlink", "1", "a.h5.journal"});
+  const Ended left = run_from_empty({"eio", "unlink", "1", "a.h5.journal"});
   EXPECT_EQ(left.exit_code, 0);
   EXPECT_EQ(n_lines(left.err), 1) << left.err;
   EXPECT_THAT(left.err, HasSubstr(journal() + ": found a file that cannot be removed (Input/output error)"));
   const int n = n_calls("unlink");
   for (int k = 1; k <= n; ++k) {
     SCOPED_TRACE(k);
-    EXPECT_EQ(run_anew({"eio", "unlink", std::to_string(k)}).exit_code, 0);
+    EXPECT_EQ(run_from_empty({"eio", "unlink", std::to_string(k)}).exit_code, 0);
     expect_finishes();
   }
 }
 
 TEST_P(RunErrorsOneWay, AnUnreadableJournalIsNamedAndUnchanged)
 {
-  run_anew({"kill", "write", "6", "a.h5.journal"});
+  run_from_empty({"kill", "write", "6", "a.h5.journal"});
   const std::string before = read_bytes(journal());
   const Ended ended = run({"eio", "read", "1", "a.h5.journal"});
   expect_refused(ended);
@@ -137,7 +137,7 @@ TEST_P(RunErrorsOneWay, AJournalThatCannotBeOpenedOrCutIsNamed)
 {
   for (const std::string call : {"open", "truncate"}) {
     SCOPED_TRACE(call);
-    run_anew({"torn", "write", "6", "a.h5.journal"});
+    run_from_empty({"torn", "write", "6", "a.h5.journal"});
     const Ended ended = run({"eio", call, "1", "a.h5.journal"});
     EXPECT_EQ(ended.exit_code, 2);
     EXPECT_THAT(ended.err, HasSubstr("vrda: " + journal() + ": found a journal that cannot be"));

@@ -22,8 +22,8 @@ TEST_P(RunKills, AKillBeforeAnyCallLosesNothing)
   EXPECT_GT(n, 30);
   for (int k = 1; k <= n; ++k) {
     SCOPED_TRACE(k);
-    EXPECT_EQ(run_anew({"kill", "any", std::to_string(k)}).exit_code, killed);
-    expect_no_part_of_a_result();
+    EXPECT_EQ(run_from_empty({"kill", "any", std::to_string(k)}).exit_code, killed);
+    expect_no_incomplete_result();
     expect_finishes();
   }
 }
@@ -34,8 +34,8 @@ TEST_P(RunKills, AWriteThatTearsLosesNothing)
     const int n = n_calls("write", file);
     for (int k = 1; k <= n; ++k) {
       SCOPED_TRACE(file + " " + std::to_string(k));
-      EXPECT_EQ(run_anew({"torn", "write", std::to_string(k), file}).exit_code, killed);
-      expect_no_part_of_a_result();
+      EXPECT_EQ(run_from_empty({"torn", "write", std::to_string(k), file}).exit_code, killed);
+      expect_no_incomplete_result();
       expect_finishes();
     }
   }
@@ -47,8 +47,8 @@ TEST_P(RunKills, ATornRecordIsDroppedAndAllBeforeItKept)
   EXPECT_GT(n, 6);
   for (int k = 2; k <= n; ++k) {  // the first is the header
     SCOPED_TRACE(k);
-    EXPECT_EQ(run_anew({"torn", "write", std::to_string(k), "a.h5.journal"}).exit_code, killed);
-    const JournalContent content = read_journal(journal());
+    EXPECT_EQ(run_from_empty({"torn", "write", std::to_string(k), "a.h5.journal"}).exit_code, killed);
+    const journal::JournalContent content = journal::read_journal(journal());
     EXPECT_EQ(content.records.size(), static_cast<std::size_t>(k - 2));
     EXPECT_GT(content.dropped_bytes, 0u);
     EXPECT_THAT(expect_finishes(), HasSubstr("dropped " + std::to_string(content.dropped_bytes) + " bytes"));

@@ -25,7 +25,7 @@ constexpr const char* all_steps = "steps of all journals";
 /// Magic, version, length of the key, key, checksum.
 std::size_t header_bytes(const std::string& journal)
 {
-  return 8 + 4 + 4 + u32_at(journal, 12) + 4;
+  return 8 + 4 + 4 + journal::u32_at(journal, 12) + 4;
 }
 
 /// A command with the folder's files before and after it.
@@ -94,9 +94,9 @@ class ShardFaults : public FaultyRun {
       const bool is_journal = name.ends_with(".journal");
       all[name] = is_journal || name == "a.h5.run.json" ? "" : bytes;
       if (!is_journal) continue;
-      const JournalContent content = parse_journal(name, bytes);
-      EXPECT_EQ(content.dropped_why, "") << name;
-      for (const StepRecord& record : content.records) steps.insert(bytes_of(record));
+      const journal::JournalContent content = journal::parse_journal(name, bytes);
+      EXPECT_EQ(content.dropped_reason, "") << name;
+      for (const StepRecord& record : content.records) steps.insert(journal::bytes_of(record));
     }
     for (const std::string& step : steps) all[all_steps] += step;
     return all;
@@ -150,7 +150,7 @@ TEST_P(ShardFaults, AKillBeforeAnyCallLosesNothing)
     for (int k = 1; k <= n; ++k) {
       SCOPED_TRACE(stage.name + " " + std::to_string(k));
       EXPECT_EQ(disturbed(stage, {"kill", "any", std::to_string(k)}).exit_code, -1);
-      expect_no_part_of_a_result();
+      expect_no_incomplete_result();
       expect_done(stage);
     }
   }
@@ -164,7 +164,7 @@ TEST_P(ShardFaults, AWriteThatTearsLosesNothing)
     for (int k = 1; k <= n; ++k) {
       SCOPED_TRACE(stage.name + " " + std::to_string(k));
       EXPECT_EQ(disturbed(stage, {"torn", "write", std::to_string(k)}).exit_code, -1);
-      expect_no_part_of_a_result();
+      expect_no_incomplete_result();
       expect_done(stage);
     }
   }
@@ -221,7 +221,7 @@ TEST_P(ShardErrors, FilesAMergeCannotRemoveAreRemovedByTheNext)
     EXPECT_EQ(ended.exit_code, 0);
     EXPECT_EQ(n_lines(ended.err), 1) << ended.err;
     EXPECT_THAT(ended.err, HasSubstr(name + ": found a file that cannot be removed"));
-    expect_no_part_of_a_result();
+    expect_no_incomplete_result();
     expect_done(merging());
   }
 }
@@ -309,7 +309,7 @@ TEST_P(ShardFaults, AShardThatWaitsForTheSpineTakesItOverFromOneThatDies)
 
 std::vector<Setting> parted()
 {
-  if (asks_for_all()) return {search(), equilibrium()};
+  if (runs_full_set()) return {search(), equilibrium()};
   return {equilibrium()};
 }
 

@@ -64,7 +64,7 @@ TEST_P(SubmissionFaults, ResumeFinishesAfterAnyProcessIsKilledOrFails)
   expect_made(wanted);
   EXPECT_GT(n, 100);
   int n_disturbed = 0;
-  const int step = asks_for_all() ? 1 : 7;
+  const int step = runs_full_set() ? 1 : 7;
   for (const std::string what : {"kill", "torn", "eio"}) {
     for (int k = 1; k <= n; k += step) {
       SCOPED_TRACE(what + " " + std::to_string(k));

@@ -46,8 +46,8 @@ std::size_t place_of(const Change& change, const BaseContent& base, const std::s
 {
   if (bytes.empty()) return 0;
   const std::size_t offset = change.place >> 8;
-  if (change.b % 3 == 0 && !base.summed.empty()) {
-    const Summed& block = base.summed[(change.place & 0xffU) % base.summed.size()];
+  if (change.b % 3 == 0 && !base.checksummed.empty()) {
+    const ChecksummedBlock& block = base.checksummed[(change.place & 0xffU) % base.checksummed.size()];
     return block.first + offset % block.size;
   }
   if (change.b % 3 == 1 && !base.values.empty())
@@ -97,9 +97,9 @@ void apply(std::string& bytes, const Change& change, const BaseContent& base, co
   }
 }
 
-void mend_sums(std::string& bytes, const std::vector<Summed>& summed)
+void mend_sums(std::string& bytes, const std::vector<ChecksummedBlock>& summed)
 {
-  for (const Summed& block : summed) {
+  for (const ChecksummedBlock& block : summed) {
     if (block.first + block.size + 4 > bytes.size()) continue;
     const std::uint32_t sum = H5_checksum_metadata(bytes.data() + block.first, block.size, 0);
     std::memcpy(bytes.data() + block.first + block.size, &sum, sizeof sum);
@@ -119,7 +119,7 @@ BaseContent base_of_hdf5(const std::string& bytes, const std::vector<std::size_t
       // Their lengths are in other blocks; the end is found by the checksum.
       for (std::size_t size = 8; size < longest && at + size + 4 <= bytes.size(); ++size) {
         if (H5_checksum_metadata(bytes.data() + at, size, 0) != u32_at(bytes, at + size)) continue;
-        base.summed.push_back({at, size});
+        base.checksummed.push_back({at, size});
         break;
       }
     }
@@ -135,9 +135,9 @@ std::string changed(const std::vector<BaseContent>& bases, const std::uint8_t* r
   std::string bytes = base.bytes;
   for (std::size_t at = 2; at + change_bytes <= size; at += change_bytes)
     apply(bytes, change_at(recipe + at), base, other);
-  if (base.summed.empty()) return bytes;  // no file
-  if (recipe[1] % 8 != 1) mend_sums(bytes, base.summed);
-  return recipe[1] % 16 == 2 ? bytes : bytes + seal_of(bytes);
+  if (base.checksummed.empty()) return bytes;  // no file
+  if (recipe[1] % 8 != 1) mend_sums(bytes, base.checksummed);
+  return recipe[1] % 16 == 2 ? bytes : bytes + store::seal_of(bytes);
 }
 
 }  // namespace vrda::test

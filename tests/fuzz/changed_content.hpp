@@ -10,15 +10,15 @@
 namespace vrda::test {
 
 /// Bytes followed by their checksum.
-struct Summed {
+struct ChecksummedBlock {
   std::size_t first = 0;
   std::size_t size = 0;
 };
 
 struct BaseContent {
   std::string bytes;
-  std::vector<Summed> summed;       ///< metadata blocks, each followed by a checksum
-  std::vector<std::size_t> values;  ///< offsets of the datasets' values
+  std::vector<ChecksummedBlock> checksummed;  ///< metadata blocks, each followed by a checksum
+  std::vector<std::size_t> values;            ///< offsets of the datasets' values
 };
 
 /// Layout of the HDF5 file `bytes`: blocks with checksums and the datasets' values.

@@ -54,11 +54,11 @@ Bases made_bases()
 {
   const std::string path = "/dev/shm/vrda-fuzz-base-" + std::to_string(getpid());
   Bases bases;
-  for (const MotionModel& model : small_models()) {
-    write_motion_model(path, model);
+  for (const store::MotionModel& model : small_models()) {
+    store::write_motion_model(path, model);
     add_base(bases, path);
   }
-  write_trace(path, small_trace());
+  store::write_trace(path, small_trace());
   add_base(bases, path);
   std::remove(path.c_str());
   return bases;
@@ -86,7 +86,7 @@ ChangedFile changed_file(const std::uint8_t* recipe, std::size_t size, std::size
   if ((own[1] / 16U + k) % 3 != 0) return {changed(bases.contents, own.data(), own.size()), is_trace};
   const std::string bytes = with_changed_objects(bases.contents[base].bytes, bases.paths[base],
                                                  own.data() + head_bytes, own.size() - head_bytes);
-  return {bytes + seal_of(bytes), is_trace};
+  return {bytes + store::seal_of(bytes), is_trace};
 }
 
 }  // namespace vrda::test

@@ -25,18 +25,18 @@ struct ObjectChange {
 };
 
 /// The file `bytes` in memory, open for changes.
-H5Handle opened(const std::string& bytes)
+store::H5Handle opened(const std::string& bytes)
 {
-  silence_h5();
-  const H5Handle access(H5Pcreate(H5P_FILE_ACCESS));
+  store::silence_h5();
+  const store::H5Handle access(H5Pcreate(H5P_FILE_ACCESS));
   constexpr std::size_t growth_bytes = std::size_t{1} << 16;
   H5Pset_fapl_core(access.id(), growth_bytes, 0);
   std::string image = bytes;  // HDF5 copies it, but does not guarantee that it is unchanged
   H5Pset_file_image(access.id(), image.data(), image.size());
-  return H5Handle(H5Fopen("model in memory", H5F_ACC_RDWR, access.id()));
+  return store::H5Handle(H5Fopen("model in memory", H5F_ACC_RDWR, access.id()));
 }
 
-std::string image_of(const H5Handle& file)
+std::string image_of(const store::H5Handle& file)
 {
   H5Fflush(file.id(), H5F_SCOPE_GLOBAL);
   const ssize_t size = H5Fget_file_image(file.id(), nullptr, 0);
@@ -50,7 +50,7 @@ std::string image_of(const H5Handle& file)
   return bytes;
 }
 
-void cut(H5Id file, const std::string& path)
+void cut(store::H5Id file, const std::string& path)
 {
   H5Ldelete(file, path.c_str(), H5P_DEFAULT);
 }
@@ -63,9 +63,9 @@ hid_t type_number(std::uint8_t number)
 }
 
 /// Chunks, filters, fill values and external files.
-H5Handle creation_of(const ObjectChange& change, const std::vector<hsize_t>& shape)
+store::H5Handle creation_of(const ObjectChange& change, const std::vector<hsize_t>& shape)
 {
-  H5Handle creation(H5Pcreate(H5P_DATASET_CREATE));
+  store::H5Handle creation(H5Pcreate(H5P_DATASET_CREATE));
   const hid_t id = creation.id();
   if (change.b % 4 == 0 && !shape.empty()) {
     std::vector<hsize_t> chunk(shape.size(), 1 + change.c);
@@ -83,33 +83,33 @@ H5Handle creation_of(const ObjectChange& change, const std::vector<hsize_t>& sha
 }
 
 /// Replaces the object by another dataset. Most have no values; some have extreme sizes.
-void put_dataset(H5Id file, const ObjectChange& change)
+void put_dataset(store::H5Id file, const ObjectChange& change)
 {
   cut(file, change.object);
   std::vector<hsize_t> shape(change.a % 5);
   for (std::size_t axis = 0; axis < shape.size(); ++axis)
     shape[axis] = odd_integers[(change.b + 5 * axis) % odd_integers.size()];
-  const H5Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr));
-  const H5Handle creation = creation_of(change, shape);
-  const H5Handle dataset(H5Dcreate2(file, change.object.c_str(), type_number(change.c), space.id(),
-                                    H5P_DEFAULT, creation.id(), H5P_DEFAULT));
+  const store::H5Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr));
+  const store::H5Handle creation = creation_of(change, shape);
+  const store::H5Handle dataset(H5Dcreate2(file, change.object.c_str(), type_number(change.c), space.id(),
+                                           H5P_DEFAULT, creation.id(), H5P_DEFAULT));
 }
 
 /// A dataset of the same shape and another type, with values.
-void put_type(H5Id file, const ObjectChange& change)
+void put_type(store::H5Id file, const ObjectChange& change)
 {
-  const H5Handle old(H5Dopen2(file, change.object.c_str(), H5P_DEFAULT));
-  const H5Handle space(H5Dget_space(old.id()));
+  const store::H5Handle old(H5Dopen2(file, change.object.c_str(), H5P_DEFAULT));
+  const store::H5Handle space(H5Dget_space(old.id()));
   cut(file, change.object);
-  const H5Handle dataset(H5Dcreate2(file, change.object.c_str(), type_number(change.c), space.id(),
-                                    H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  const store::H5Handle dataset(H5Dcreate2(file, change.object.c_str(), type_number(change.c), space.id(),
+                                           H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
 }
 
 /// Changes every value or one value, which bit flips cannot do in compressed datasets.
-void put_value(H5Id file, const ObjectChange& change)
+void put_value(store::H5Id file, const ObjectChange& change)
 {
-  const H5Handle dataset(H5Dopen2(file, change.object.c_str(), H5P_DEFAULT));
-  const H5Handle space(H5Dget_space(dataset.id()));
+  const store::H5Handle dataset(H5Dopen2(file, change.object.c_str(), H5P_DEFAULT));
+  const store::H5Handle space(H5Dget_space(dataset.id()));
   const hssize_t n = H5Sget_simple_extent_npoints(space.id());
   if (n <= 0 || n > 100'000) return;
   std::vector<double> values(static_cast<std::size_t>(n));
@@ -123,9 +123,9 @@ void put_value(H5Id file, const ObjectChange& change)
   H5Dwrite(dataset.id(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
 }
 
-void put_attribute(H5Id file, const ObjectChange& change)
+void put_attribute(store::H5Id file, const ObjectChange& change)
 {
-  const H5Handle object(H5Oopen(file, change.object.c_str(), H5P_DEFAULT));
+  const store::H5Handle object(H5Oopen(file, change.object.c_str(), H5P_DEFAULT));
   char name[256] = {};
   constexpr hsize_t n_tried = 4;
   H5Aget_name_by_idx(object.id(), ".", H5_INDEX_NAME, H5_ITER_INC, change.a % n_tried, name, sizeof name,
@@ -133,18 +133,20 @@ void put_attribute(H5Id file, const ObjectChange& change)
   H5Adelete(object.id(), name);
   if (change.b % 4 == 0) return;
   hsize_t size = odd_integers[change.b % 6];
-  const H5Handle space(change.b % 4 == 1 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &size, nullptr));
-  const H5Handle type(H5Tcopy(type_number(change.c)));
+  const store::H5Handle space(change.b % 4 == 1 ? H5Screate(H5S_SCALAR)
+                                                : H5Screate_simple(1, &size, nullptr));
+  const store::H5Handle type(H5Tcopy(type_number(change.c)));
   if (H5Tget_class(type.id()) == H5T_STRING) {
     H5Tset_size(type.id(), change.b % 8 < 4 ? H5T_VARIABLE : 1 + change.a);
     H5Tset_cset(type.id(), H5T_CSET_UTF8);
   }
-  const H5Handle attribute(H5Acreate2(object.id(), name, type.id(), space.id(), H5P_DEFAULT, H5P_DEFAULT));
+  const store::H5Handle attribute(
+      H5Acreate2(object.id(), name, type.id(), space.id(), H5P_DEFAULT, H5P_DEFAULT));
   const std::vector<double> values(1024, odd_reals[change.a % odd_reals.size()]);
   if (H5Tget_class(type.id()) != H5T_STRING) H5Awrite(attribute.id(), H5T_NATIVE_DOUBLE, values.data());
 }
 
-void apply(H5Id file, const ObjectChange& change)
+void apply(store::H5Id file, const ObjectChange& change)
 {
   const char* object = change.object.c_str();
   const char* other = change.other.c_str();
@@ -180,7 +182,7 @@ void apply(H5Id file, const ObjectChange& change)
       return put_attribute(file, change);
     case 9: {  // a group instead of a dataset
       cut(file, change.object);
-      const H5Handle group(H5Gcreate2(file, object, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+      const store::H5Handle group(H5Gcreate2(file, object, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
       return;
     }
     default:
@@ -201,7 +203,7 @@ herr_t add_path(hid_t, const char* name, const H5O_info_t* info, void* paths)
 std::vector<std::string> object_paths(const std::string& bytes)
 {
   std::vector<std::string> paths;
-  const H5Handle file = opened(bytes);
+  const store::H5Handle file = opened(bytes);
   H5Ovisit2(file.id(), H5_INDEX_NAME, H5_ITER_INC, add_path, &paths, H5O_INFO_BASIC);
   return paths;
 }
@@ -209,7 +211,7 @@ std::vector<std::string> object_paths(const std::string& bytes)
 std::string with_changed_objects(const std::string& bytes, const std::vector<std::string>& paths,
                                  const std::uint8_t* recipe, std::size_t size)
 {
-  const H5Handle file = opened(bytes);
+  const store::H5Handle file = opened(bytes);
   if (file.id() < 0) return bytes;
   for (std::size_t at = 0; at + object_change_bytes <= size; at += object_change_bytes) {
     std::array<std::uint16_t, 2> objects{};

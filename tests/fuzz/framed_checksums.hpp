@@ -22,18 +22,18 @@ inline void put(std::uint8_t* at, std::uint32_t value)
 }
 
 // Follows the lengths like the reader; stops where they exceed the data.
-inline void mend_checksums(std::uint8_t* data, std::size_t size)
+inline void repair_checksums(std::uint8_t* data, std::size_t size)
 {
   const std::string bytes = text_of(data, size);
   if (size < fixed_header_bytes + 4) return;
-  const std::size_t key_end = fixed_header_bytes + u32_at(bytes, fixed_header_bytes - 4);
+  const std::size_t key_end = fixed_header_bytes + journal::u32_at(bytes, fixed_header_bytes - 4);
   if (key_end + 4 > size) return;
   put(data + key_end, crc_of(data, key_end));
-  for (std::size_t at = key_end + 4; at + frame_head_bytes <= size;) {
-    const std::size_t length = u32_at(bytes, at);
-    if (length > size - at - frame_head_bytes) return;
-    put(data + at + 4, crc_of(data + at + frame_head_bytes, length, crc_of(data + at, 4)));
-    at += frame_head_bytes + length;
+  for (std::size_t at = key_end + 4; at + journal::frame_head_bytes <= size;) {
+    const std::size_t length = journal::u32_at(bytes, at);
+    if (length > size - at - journal::frame_head_bytes) return;
+    put(data + at + 4, crc_of(data + at + journal::frame_head_bytes, length, crc_of(data + at, 4)));
+    at += journal::frame_head_bytes + length;
   }
 }
 

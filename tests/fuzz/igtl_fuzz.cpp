@@ -2,7 +2,7 @@
 // every second change has repaired checksums.
 #include <algorithm>
 
-#include "devices/tracker_talk.hpp"
+#include "devices/tracker_protocol.hpp"
 #include "fuzz/outcome.hpp"
 #include "igtl/message.hpp"
 #include "igtl/stream.hpp"

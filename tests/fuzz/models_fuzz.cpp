@@ -20,9 +20,9 @@
 #include "fuzz/use_model.hpp"
 #include "motion/film.hpp"
 #include "store/parse_hdf5.hpp"
-#include "store/plain_bytes.hpp"
-#include "store/read_apart.hpp"
+#include "store/read_separately.hpp"
 #include "store/separate_process.hpp"
+#include "store/serialize_models.hpp"
 #include "store/trace_file.hpp"
 
 /// HDF5 passes sizes from the file to malloc and handles its failure.

@@ -47,7 +47,7 @@ void read_or_refuse(Read read)
 
 /// Calls `act`, which must not throw: accepted content must be accepted again.
 template <class Act>
-void must_take(Act act)
+void require_no_throw(Act act)
 {
   try {
     act();

@@ -2,7 +2,7 @@
 // repaired frame checksums.
 #include <algorithm>
 
-#include "devices/board_talk.hpp"
+#include "devices/board_protocol.hpp"
 #include "fuzz/outcome.hpp"
 
 extern "C" {

@@ -6,7 +6,7 @@
 
 namespace vrda::test {
 
-std::vector<MotionModel> small_models()
+std::vector<store::MotionModel> small_models()
 {
   SampleOptions smallest, small, rich, free;
   smallest.n_flexion = small.n_flexion = 3;
@@ -19,13 +19,17 @@ std::vector<MotionModel> small_models()
   free.n_varus = 1;
   free.has_failed_cell = false;
   // The time is proportional to the number of datasets.
-  MotionModel least = sample_model(smallest);
+  store::MotionModel least = sample_model(smallest);
   least.smoothed.clear();
-  return {sample_model(smallest),           with_derived(sample_model(rich)),           sample_model(small),
-          with_derived(sample_model(free)), with_pending_cells(sample_model(smallest)), least};
+  return {sample_model(smallest),
+          with_derived(sample_model(rich)),
+          sample_model(small),
+          with_derived(sample_model(free)),
+          store::with_pending_cells(sample_model(smallest)),
+          least};
 }
 
-Trace small_trace()
+store::Trace small_trace()
 {
   return trace_beside(small_models().front());
 }

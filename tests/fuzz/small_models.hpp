@@ -9,7 +9,7 @@
 namespace vrda::test {
 
 /// Two balls over 3 x 2 attitudes: plain, with all derived data, with free varus, and a start file.
-std::vector<MotionModel> small_models();
-Trace small_trace();
+std::vector<store::MotionModel> small_models();
+store::Trace small_trace();
 
 }  // namespace vrda::test

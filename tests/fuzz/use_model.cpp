@@ -2,10 +2,10 @@
 
 #include "fuzz/outcome.hpp"
 #include "motion/poses.hpp"
+#include "navigation/gap_reading.hpp"
 #include "scene/camera.hpp"
 #include "scene/joint_layers.hpp"
 #include "scene/scene.hpp"
-#include "view/gap_reading.hpp"
 
 namespace vrda::test {
 namespace {

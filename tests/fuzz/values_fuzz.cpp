@@ -4,7 +4,7 @@
 #include "fuzz/small_models.hpp"
 #include "fuzz/use_model.hpp"
 #include "motion/film.hpp"
-#include "store/plain_bytes.hpp"
+#include "store/serialize_models.hpp"
 
 namespace {
 

@@ -22,20 +22,20 @@ using testing::StartsWith;
 
 double number_of(const std::vector<double>& numbers, const std::string& name)
 {
-  for (std::size_t k = 0; k < index_numbers().size(); ++k) {
-    if (index_numbers()[k].name == name) return numbers.at(k);
+  for (std::size_t k = 0; k < index::index_numbers().size(); ++k) {
+    if (index::index_numbers()[k].name == name) return numbers.at(k);
   }
   ADD_FAILURE() << "no column " << name;
   return 0.0;
 }
 
-IndexRow index_row(const std::string& name, const std::string& model_path,
-                   const std::vector<std::string>& levels = {})
+index::IndexRow index_row(const std::string& name, const std::string& model_path,
+                          const std::vector<std::string>& levels = {})
 {
-  return index_rows({{name, levels, model_path}}, 1).front();
+  return index::index_rows({{name, levels, model_path}}, 1).front();
 }
 
-MotionModel rich_model()
+store::MotionModel rich_model()
 {
   test::SampleOptions options;
   options.is_equilibrium = true;
@@ -46,9 +46,9 @@ MotionModel rich_model()
 TEST(IndexNumbers, OfAModelByItsSpine)
 {
   // 4 x 3 cells, (1, 2) failed; theta is a fifth of flexion (0 to 3 degrees) at every cell.
-  const MotionModel model = test::sample_model();
-  const std::vector<double> n = index_numbers_of(model, 12345.0);
-  EXPECT_EQ(index_curve_of(model), "spine");
+  const store::MotionModel model = test::sample_model();
+  const std::vector<double> n = index::index_numbers_of(model, 12345.0);
+  EXPECT_EQ(index::index_curve_of(model), "spine");
   EXPECT_EQ(number_of(n, "flexions"), 4.0);
   EXPECT_EQ(number_of(n, "varus_columns"), 3.0);
   EXPECT_EQ(number_of(n, "flexion_last_deg"), 3.0);
@@ -79,9 +79,9 @@ TEST(IndexNumbers, OfAModelByItsSpine)
 
 TEST(IndexNumbers, OfAModelWithoutASolvedAttitudeAreNoAnswers)
 {
-  const MotionModel model = with_pending_cells(test::sample_model());
-  const std::vector<double> n = index_numbers_of(model, 1.0);
-  EXPECT_EQ(index_curve_of(model), "");
+  const store::MotionModel model = store::with_pending_cells(test::sample_model());
+  const std::vector<double> n = index::index_numbers_of(model, 1.0);
+  EXPECT_EQ(index::index_curve_of(model), "");
   EXPECT_EQ(number_of(n, "solved"), 0.0);
   EXPECT_EQ(number_of(n, "unsolved_fraction"), 1.0);
   for (const char* absent :
@@ -96,9 +96,9 @@ TEST(IndexNumbers, VarusLeftFreeHasNoAxisOfVarus)
   test::SampleOptions options;
   options.n_varus = 1;
   options.has_failed_cell = false;
-  MotionModel model = test::sample_model(options);
+  store::MotionModel model = test::sample_model(options);
   model.varus_solved_deg.setConstant(0.4);
-  const std::vector<double> n = index_numbers_of(model, 1.0);
+  const std::vector<double> n = index::index_numbers_of(model, 1.0);
   EXPECT_EQ(number_of(n, "varus_columns"), 1.0);
   EXPECT_TRUE(std::isnan(number_of(n, "varus_first_deg")));
 }
@@ -107,25 +107,25 @@ TEST(IndexRow, SaysHowFarACaseIs)
 {
   const test::Scratch scratch;
   const std::string output = scratch.path() / "a.h5";
-  EXPECT_EQ(index_row("a", output).status, CaseStatus::missing);
-  EXPECT_EQ(index_row("a", scratch.path() / "nowhere" / "a.h5").status, CaseStatus::missing);
+  EXPECT_EQ(index_row("a", output).status, index::CaseStatus::missing);
+  EXPECT_EQ(index_row("a", scratch.path() / "nowhere" / "a.h5").status, index::CaseStatus::missing);
   for (const char* left :
        {"a.h5.start.h5", "a.h5.journal", "a.h5.spine.journal", "a.h5.shard-2-of-3.journal"}) {
     const std::filesystem::path file = scratch.write(left, "");
-    EXPECT_EQ(index_row("a", output).status, CaseStatus::partial) << left;
+    EXPECT_EQ(index_row("a", output).status, index::CaseStatus::partial) << left;
     std::filesystem::remove(file);
   }
-  write_motion_model(output, test::sample_model());
-  const IndexRow row = index_row("a", output, {"x"});
-  EXPECT_EQ(row.status, CaseStatus::done);
+  store::write_motion_model(output, test::sample_model());
+  const index::IndexRow row = index_row("a", output, {"x"});
+  EXPECT_EQ(row.status, index::CaseStatus::done);
   EXPECT_EQ(row.remark, "");
   EXPECT_THAT(row.levels, ElementsAre("x"));
   EXPECT_EQ(row.sha256.size(), 64U);
   EXPECT_EQ(number_of(row.numbers, "model_bytes"), static_cast<double>(std::filesystem::file_size(output)));
   EXPECT_FALSE(row.times);
   std::filesystem::resize_file(output, 1000);
-  const IndexRow cut = index_row("a", output);
-  EXPECT_EQ(cut.status, CaseStatus::failed);
+  const index::IndexRow cut = index_row("a", output);
+  EXPECT_EQ(cut.status, index::CaseStatus::failed);
   EXPECT_THAT(cut.remark, HasSubstr("found "));
   EXPECT_THAT(cut.numbers, IsEmpty());
 }
@@ -137,12 +137,12 @@ TEST(Index, EqualResultsGiveEqualBytesWhereverTheyAreAndWheneverTheyWereMade)
     const bool is_second = scratch == &other;
     std::filesystem::create_directory(scratch->path() / "a");
     const std::string output = scratch->path() / "a" / "a.h5";
-    write_motion_model(output, rich_model());
+    store::write_motion_model(output, rich_model());
     scratch->write("a/a.h5.run.json", std::string("{\"begun\": \"2020-01-01T00:00:00Z\", \"seconds\": ") +
                                           (is_second ? "2.5" : "7") +
                                           ", \"solving_processor_seconds\": 4.5, \"threads\": 2, "
                                           "\"steps_recalled\": 0, \"host\": \"n1\", \"processors\": 4}");
-    write_index(
+    index::write_index(
         scratch->path(), "Two", {"method"},
         {index_row("a", output, {"rest"}), index_row("b", scratch->path() / "b" / "b.h5", {"search"})});
   }
@@ -162,34 +162,34 @@ TEST(Index, EqualResultsGiveEqualBytesWhereverTheyAreAndWheneverTheyWereMade)
 TEST(IndexRows, AreInOrderHoweverManyModelsAreReadAtOnce)
 {
   const test::Scratch scratch;
-  std::vector<IndexedCase> cases;
+  std::vector<index::IndexedCase> cases;
   for (const std::string name : {"a", "b", "c", "d", "e"})
     cases.push_back({name, {}, (scratch.path() / (name + ".h5")).string()});
   for (const std::size_t k : {0U, 1U, 3U}) {
     test::SampleOptions options;
     options.n_varus = static_cast<int>(3 + k);
-    write_motion_model(cases[k].model_path, test::sample_model(options));
+    store::write_motion_model(cases[k].model_path, test::sample_model(options));
   }
   scratch.write("e.h5", "no model");
   for (const int n_processes : {0, 1, 2, 50}) {
-    const std::vector<IndexRow> rows = index_rows(cases, n_processes);
+    const std::vector<index::IndexRow> rows = index::index_rows(cases, n_processes);
     ASSERT_EQ(rows.size(), 5U);
     for (std::size_t k = 0; k < rows.size(); ++k) EXPECT_EQ(rows[k].name, cases[k].name);
     for (const std::size_t k : {0U, 1U, 3U}) {
-      EXPECT_EQ(rows[k].status, CaseStatus::done);
+      EXPECT_EQ(rows[k].status, index::CaseStatus::done);
       EXPECT_EQ(number_of(rows[k].numbers, "varus_columns"), static_cast<double>(3 + k));
     }
-    EXPECT_EQ(rows[2].status, CaseStatus::missing);
-    EXPECT_EQ(rows[4].status, CaseStatus::failed);
+    EXPECT_EQ(rows[2].status, index::CaseStatus::missing);
+    EXPECT_EQ(rows[4].status, index::CaseStatus::failed);
   }
-  EXPECT_THAT(index_rows({}, 4), IsEmpty());
+  EXPECT_THAT(index::index_rows({}, 4), IsEmpty());
 }
 
 // schemas/campaign.md must describe every column.
 TEST(Index, ThePageDescribesEveryColumn)
 {
   const std::string page = test::read_bytes(VRDA_CAMPAIGN_PAGE);
-  for (const IndexNumber& number : index_numbers())
+  for (const index::IndexNumber& number : index::index_numbers())
     EXPECT_THAT(page, HasSubstr(std::string("| `") + number.name + "` | " + number.units + " |"));
   for (const char* text :
        {"case", "status", "remark", "title", "joint", "side", "solver", "curve", "sha256", "file"})

@@ -99,12 +99,12 @@ std::vector<std::uint64_t> bits(const StepRecord& step)
 
 void write_journal(const std::string& path, int n_records)
 {
-  JournalWriter writer = JournalWriter::create(path, key);
+  journal::JournalWriter writer = journal::JournalWriter::create(path, key);
   for (int n = 0; n < n_records; ++n) writer.append(record(n, n % 3));
   writer.close();
 }
 
-void expect_records(const JournalContent& content, std::size_t n_records)
+void expect_records(const journal::JournalContent& content, std::size_t n_records)
 {
   ASSERT_EQ(content.records.size(), n_records);
   for (std::size_t n = 0; n < n_records; ++n) {
@@ -119,10 +119,10 @@ TEST(Journal, GivesBackEveryBit)
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.journal";
   write_journal(path, 20);
-  const JournalContent content = read_journal(path);
+  const journal::JournalContent content = journal::read_journal(path);
   EXPECT_EQ(content.key, key);
   EXPECT_EQ(content.dropped_bytes, 0u);
-  EXPECT_EQ(content.dropped_why, "");
+  EXPECT_EQ(content.dropped_reason, "");
   EXPECT_EQ(content.valid_bytes, std::filesystem::file_size(path));
   expect_records(content, 20);
 }
@@ -131,13 +131,13 @@ TEST(Journal, AStablePoseOutOfRangeIsNotARecord)
 {
   StepRecord record;
   record.status = StepStatus::stable;
-  EXPECT_TRUE(record_of(bytes_of(record)).has_value());
+  EXPECT_TRUE(journal::record_of(journal::bytes_of(record)).has_value());
   for (const double value : {1e30, -1e10, std::numeric_limits<double>::quiet_NaN()}) {
     SCOPED_TRACE(value);
     StepRecord shifted = record, tilted = record;
     shifted.pose.translation_mm.y() = tilted.varus_rad = value;
-    EXPECT_FALSE(record_of(bytes_of(shifted)).has_value());
-    EXPECT_FALSE(record_of(bytes_of(tilted)).has_value());
+    EXPECT_FALSE(journal::record_of(journal::bytes_of(shifted)).has_value());
+    EXPECT_FALSE(journal::record_of(journal::bytes_of(tilted)).has_value());
   }
 }
 
@@ -147,7 +147,7 @@ TEST(Journal, CutAnywhereKeepsTheWholeRecordsBefore)
   const std::string path = scratch.path() / "a.journal";
   std::vector<std::uintmax_t> ends;  // of the header, then of each record
   {
-    JournalWriter writer = JournalWriter::create(path, key);
+    journal::JournalWriter writer = journal::JournalWriter::create(path, key);
     ends.push_back(std::filesystem::file_size(path));
     for (int n = 0; n < 4; ++n) {
       writer.append(record(n, n % 3));
@@ -159,15 +159,15 @@ TEST(Journal, CutAnywhereKeepsTheWholeRecordsBefore)
     SCOPED_TRACE(size);
     const std::string cut = scratch.write("cut.journal", whole.substr(0, size));
     if (size < ends[0]) {
-      EXPECT_EQ(input_error([&] { read_journal(cut); }).file, cut);
+      EXPECT_EQ(input_error([&] { journal::read_journal(cut); }).file, cut);
       continue;
     }
     const auto n_whole = std::upper_bound(ends.begin(), ends.end(), size) - ends.begin() - 1;
-    const JournalContent content = read_journal(cut);
+    const journal::JournalContent content = journal::read_journal(cut);
     expect_records(content, static_cast<std::size_t>(n_whole));
     EXPECT_EQ(content.valid_bytes, ends[static_cast<std::size_t>(n_whole)]);
     EXPECT_EQ(content.dropped_bytes, size - content.valid_bytes);
-    EXPECT_EQ(content.dropped_why.empty(), content.dropped_bytes == 0);
+    EXPECT_EQ(content.dropped_reason.empty(), content.dropped_bytes == 0);
   }
 }
 
@@ -185,11 +185,12 @@ TEST(Journal, AFlippedBitDropsItsRecordAndTheRest)
     for (int bit = 0; bit < 8; ++bit) {
       std::string damaged = whole;
       damaged[byte] = static_cast<char>(damaged[byte] ^ (1 << bit));
-      const JournalContent content = read_journal(scratch.write("damaged.journal", damaged));
+      const journal::JournalContent content =
+          journal::read_journal(scratch.write("damaged.journal", damaged));
       EXPECT_EQ(content.records.size(), 1u) << "byte " << byte << " bit " << bit;
       EXPECT_EQ(content.valid_bytes, first_end);
       EXPECT_EQ(content.dropped_bytes, whole.size() - first_end);
-      EXPECT_NE(content.dropped_why, "");
+      EXPECT_NE(content.dropped_reason, "");
     }
   }
 }
@@ -204,7 +205,7 @@ TEST(Journal, AFlippedBitInTheHeaderIsRefused)
     std::string damaged = whole;
     damaged[byte] = static_cast<char>(damaged[byte] ^ 4);
     const std::string file = scratch.write("damaged.journal", damaged);
-    EXPECT_EQ(input_error([&] { read_journal(file); }).file, file) << byte;
+    EXPECT_EQ(input_error([&] { journal::read_journal(file); }).file, file) << byte;
   }
 }
 
@@ -215,11 +216,11 @@ TEST(Journal, ResumingCutsTheTailAndContinues)
   write_journal(path, 3);
   const std::string torn = scratch.write("torn.journal", test::read_bytes(path) + "half a rec");
   {
-    OpenJournal opened = JournalWriter::open(torn, key);
+    journal::OpenJournal opened = journal::JournalWriter::open(torn, key);
     EXPECT_EQ(opened.content.dropped_bytes, 10u);
     opened.writer.append(record(3, 0));
   }
-  expect_records(read_journal(torn), 4);
+  expect_records(journal::read_journal(torn), 4);
   write_journal(path, 4);
   EXPECT_EQ(test::read_bytes(torn), test::read_bytes(path));
 }
@@ -230,7 +231,7 @@ TEST(Journal, CreateStartsOver)
   const std::string path = scratch.path() / "a.journal";
   write_journal(path, 3);
   write_journal(path, 1);
-  expect_records(read_journal(path), 1);
+  expect_records(journal::read_journal(path), 1);
 }
 
 TEST(Journal, AnotherJobsJournalNamesFileAndBothKeys)
@@ -238,9 +239,9 @@ TEST(Journal, AnotherJobsJournalNamesFileAndBothKeys)
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.journal";
   write_journal(path, 1);
-  const JournalContent content = read_journal(path);
-  EXPECT_NO_THROW(require_key(content.key, path, key));
-  const InputError::Facts facts = input_error([&] { require_key(content.key, path, other_key); });
+  const journal::JournalContent content = journal::read_journal(path);
+  EXPECT_NO_THROW(journal::require_key(content.key, path, key));
+  const InputError::Facts facts = input_error([&] { journal::require_key(content.key, path, other_key); });
   EXPECT_EQ(facts.file, path);
   EXPECT_EQ(facts.field, "key");
   EXPECT_NE(facts.found.find(key), std::string::npos);
@@ -255,7 +256,7 @@ TEST(Journal, AnotherFileIsRefused)
   for (const std::string& bytes :
        {std::string(), std::string("title = \"a job\"\n"), std::string(200, '\0')}) {
     const std::string file = scratch.write("job.toml", bytes);
-    const InputError::Facts facts = input_error([&] { read_journal(file); });
+    const InputError::Facts facts = input_error([&] { journal::read_journal(file); });
     EXPECT_EQ(facts.file, file);
     EXPECT_EQ(facts.field, "header");
     EXPECT_NE(facts.found.find("not a journal"), std::string::npos);
@@ -269,7 +270,7 @@ TEST(Journal, AnotherFormatVersionIsNamed)
   const test::Scratch scratch;
   const std::string header("VRDAJRNL\x02\x00\x00\x00\x01\x00\x00\x00k", 17);
   const std::string file = scratch.write("a.journal", header + std::string("\x9d\x00\xd8\x69", 4));
-  const InputError::Facts facts = input_error([&] { read_journal(file); });
+  const InputError::Facts facts = input_error([&] { journal::read_journal(file); });
   EXPECT_EQ(facts.field, "format version");
   EXPECT_EQ(facts.found, "2");
   EXPECT_NE(facts.wanted.find('1'), std::string::npos);
@@ -279,14 +280,14 @@ TEST(Journal, AMissingOrUnwritableFileIsNamed)
 {
   const test::Scratch scratch;
   const std::string nowhere = scratch.path() / "no" / "such" / "a.journal";
-  EXPECT_EQ(input_error([&] { read_journal(nowhere); }).file, nowhere);
-  const InputError::Facts facts = input_error([&] { JournalWriter::create(nowhere, key); });
+  EXPECT_EQ(input_error([&] { journal::read_journal(nowhere); }).file, nowhere);
+  const InputError::Facts facts = input_error([&] { journal::JournalWriter::create(nowhere, key); });
   EXPECT_EQ(facts.file, nowhere);
   EXPECT_NE(facts.found.find("cannot be created"), std::string::npos);
   EXPECT_NE(facts.wanted.find("written"), std::string::npos);
-  EXPECT_EQ(input_error([&] { JournalWriter::open(nowhere, key); }).file, nowhere);
+  EXPECT_EQ(input_error([&] { journal::JournalWriter::open(nowhere, key); }).file, nowhere);
   const std::string folder = scratch.path();
-  EXPECT_EQ(input_error([&] { JournalWriter::create(folder, key); }).file, folder);
+  EXPECT_EQ(input_error([&] { journal::JournalWriter::create(folder, key); }).file, folder);
 }
 
 TEST(Journal, AFullDiskIsNamedAndLeavesAValidJournal)
@@ -303,7 +304,7 @@ TEST(Journal, AFullDiskIsNamedAndLeavesAValidJournal)
     const rlimit small{limit, limit};
     setrlimit(RLIMIT_FSIZE, &small);
     int n_errors = 0;
-    JournalWriter writer = JournalWriter::open(path, key).writer;
+    journal::JournalWriter writer = journal::JournalWriter::open(path, key).writer;
     for (int n = 0; n < 20; ++n) {
       try {
         writer.append(record(n, n % 3));
@@ -317,7 +318,7 @@ TEST(Journal, AFullDiskIsNamedAndLeavesAValidJournal)
   ASSERT_EQ(waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 0);
-  const JournalContent content = read_journal(path);
+  const journal::JournalContent content = journal::read_journal(path);
   EXPECT_GT(content.records.size(), 3u);
   EXPECT_EQ(content.dropped_bytes, 0u);
 }
@@ -326,7 +327,7 @@ TEST(Journal, WaitsForTheDiskAtIntervals)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.journal";
-  JournalWriter writer = JournalWriter::create(path, key);
+  journal::JournalWriter writer = journal::JournalWriter::create(path, key);
   const std::uintmax_t n_header = std::filesystem::file_size(path);
   writer.sync_every(std::chrono::hours(1));
   for (int n = 0; n < 3; ++n) writer.append(record(n, 1));
@@ -348,7 +349,7 @@ void expect_put_back(const std::function<void(const std::filesystem::path& folde
   const std::filesystem::path folder = scratch.path() / "out" / "deep";
   std::filesystem::create_directories(folder);
   const std::string path = folder / "a.journal";
-  JournalWriter writer = JournalWriter::create(path, key);
+  journal::JournalWriter writer = journal::JournalWriter::create(path, key);
   writer.append(record(0, 0));
   writer.append(record(1, 1));
   EXPECT_TRUE(writer.is_in_place());
@@ -359,7 +360,7 @@ void expect_put_back(const std::function<void(const std::filesystem::path& folde
   EXPECT_NE(facts.found.find("deleted or moved"), std::string::npos);
   EXPECT_EQ(input_error([&] { writer.flush(); }).file, path);
   writer.restore();
-  expect_records(read_journal(path), 3);
+  expect_records(journal::read_journal(path), 3);
 }
 
 TEST(Journal, ADeletedOrMovedFileIsDetectedAndRestored)
@@ -376,7 +377,7 @@ TEST(Journal, RestoreDoesNotReplaceAnotherFile)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.journal";
-  JournalWriter writer = JournalWriter::create(path, key);
+  journal::JournalWriter writer = journal::JournalWriter::create(path, key);
   std::filesystem::remove(path);
   scratch.write("a.journal", "another run's");
   EXPECT_FALSE(writer.is_in_place());
@@ -390,11 +391,11 @@ TEST(Journal, ASecondWriterIsRefused)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.journal";
-  JournalWriter writer = JournalWriter::create(path, key);
+  journal::JournalWriter writer = journal::JournalWriter::create(path, key);
   for (const bool fresh : {true, false}) {
     const InputError::Facts facts = input_error([&] {
-      if (fresh) JournalWriter::create(path, key);
-      JournalWriter::open(path, key);
+      if (fresh) journal::JournalWriter::create(path, key);
+      journal::JournalWriter::open(path, key);
     });
     EXPECT_EQ(facts.file, path);
     EXPECT_NE(facts.found.find("another run"), std::string::npos);
@@ -402,7 +403,7 @@ TEST(Journal, ASecondWriterIsRefused)
   }
   writer.append(record(0, 0));
   writer.flush();
-  expect_records(read_journal(path), 1);
+  expect_records(journal::read_journal(path), 1);
 }
 
 TEST(Journal, OfManyThatOpenANewOneAtOnceEachWritesAloneInTurn)
@@ -417,7 +418,7 @@ TEST(Journal, OfManyThatOpenANewOneAtOnceEachWritesAloneInTurn)
     ASSERT_GE(child, 0);
     if (child == 0) {
       for (;;) {
-        std::optional<OpenJournal> opened = JournalWriter::try_open(path, key);
+        std::optional<journal::OpenJournal> opened = journal::JournalWriter::try_open(path, key);
         if (!opened) continue;
         const bool is_in_order = opened->content.dropped_bytes == 0;
         opened->writer.append(record(n, 0));
@@ -431,7 +432,7 @@ TEST(Journal, OfManyThatOpenANewOneAtOnceEachWritesAloneInTurn)
     ASSERT_EQ(waitpid(writer, &status, 0), writer);
     EXPECT_EQ(status, 0);
   }
-  const JournalContent content = read_journal(path);
+  const journal::JournalContent content = journal::read_journal(path);
   EXPECT_EQ(content.dropped_bytes, 0u);
   std::set<std::int32_t> found;
   for (const StepRecord& r : content.records) found.insert(r.key.flexion);
@@ -445,14 +446,14 @@ TEST(Journal, ThreadsNeverTearEachOthersRecords)
   const std::string path = scratch.path() / "a.journal";
   constexpr int n_each = 500;
   {
-    JournalWriter writer = JournalWriter::create(path, key);
+    journal::JournalWriter writer = journal::JournalWriter::create(path, key);
     const auto append_from = [&](int first) {
       for (int n = first; n < first + n_each; ++n) writer.append(record(n, n % 3));
     };
     const std::jthread one(append_from, 0);
     const std::jthread two(append_from, n_each);
   }
-  const JournalContent content = read_journal(path);
+  const journal::JournalContent content = journal::read_journal(path);
   EXPECT_EQ(content.dropped_bytes, 0u);
   std::set<std::vector<std::uint64_t>> found, wanted;
   for (const StepRecord& step : content.records) found.insert(bits(step));
@@ -468,11 +469,11 @@ TEST(Journal, SurvivesAKillInTheMiddle)
   write_journal(path, 0);
   for (int round = 0; round < 3; ++round) {
     SCOPED_TRACE(round);
-    const JournalContent before = read_journal(path);
+    const journal::JournalContent before = journal::read_journal(path);
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
-      JournalWriter writer = JournalWriter::open(path, key).writer;
+      journal::JournalWriter writer = journal::JournalWriter::open(path, key).writer;
       for (int n = static_cast<int>(before.records.size());; ++n) writer.append(record(n, n % 3));
     }
     // Each record takes at least 100 bytes: the kill comes after some hundreds.
@@ -481,7 +482,7 @@ TEST(Journal, SurvivesAKillInTheMiddle)
     int status = 0;
     ASSERT_EQ(waitpid(child, &status, 0), child);
     ASSERT_TRUE(WIFSIGNALED(status));
-    const JournalContent after = read_journal(path);
+    const journal::JournalContent after = journal::read_journal(path);
     EXPECT_GT(after.records.size(), before.records.size());
     expect_records(after, after.records.size());
   }

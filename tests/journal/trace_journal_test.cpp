@@ -44,23 +44,23 @@ constexpr std::size_t five_moves_bytes =
 TEST(TraceJournal, GivesBackEveryBit)
 {
   for (const int n_moves : {0, 1, 5, 40}) {
-    const std::string bytes = bytes_of(trace(3, n_moves));
-    const std::optional<SearchTrace> again = trace_of(bytes);
+    const std::string bytes = journal::bytes_of(trace(3, n_moves));
+    const std::optional<SearchTrace> again = journal::trace_of(bytes);
     ASSERT_TRUE(again.has_value());
-    EXPECT_EQ(bytes_of(*again), bytes);
+    EXPECT_EQ(journal::bytes_of(*again), bytes);
     EXPECT_EQ(again->moves.size(), static_cast<std::size_t>(n_moves));
     EXPECT_EQ(again->key, (StepKey{StepKind::row, 3, -3}));
   }
-  EXPECT_EQ(bytes_of(trace(3, 5)).size(), five_moves_bytes);
+  EXPECT_EQ(journal::bytes_of(trace(3, 5)).size(), five_moves_bytes);
 }
 
 TEST(TraceJournal, InvalidBytesAreRefused)
 {
-  const std::string bytes = bytes_of(trace(3, 5));
+  const std::string bytes = journal::bytes_of(trace(3, 5));
   for (std::size_t size = 0; size < bytes.size(); ++size) {
-    EXPECT_FALSE(trace_of(std::string_view(bytes).substr(0, size)).has_value()) << size;
+    EXPECT_FALSE(journal::trace_of(std::string_view(bytes).substr(0, size)).has_value()) << size;
   }
-  EXPECT_FALSE(trace_of(bytes + "x").has_value());
+  EXPECT_FALSE(journal::trace_of(bytes + "x").has_value());
   const std::size_t first_move = key_bytes + seed_bytes + status_bytes + count_bytes;
   struct Row {
     const char* what;
@@ -73,7 +73,7 @@ TEST(TraceJournal, InvalidBytesAreRefused)
         Row{"flag", first_move + 5 + 48, 2}, Row{"number of contacts", first_move + 5 + 48 + 6, '\x7f'}}) {
     std::string damaged = bytes;
     damaged[row.at] = row.value;
-    EXPECT_FALSE(trace_of(damaged).has_value()) << row.what;
+    EXPECT_FALSE(journal::trace_of(damaged).has_value()) << row.what;
   }
 }
 
@@ -82,18 +82,18 @@ TEST(TraceJournal, KeepsWholeSearchesAndDropsATornOne)
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.trace.journal";
   {
-    FrameWriter writer = create_trace_journal(path, key);
-    for (int n = 0; n < 3; ++n) writer.append(bytes_of(trace(n, 5)));
+    journal::FrameWriter writer = journal::create_trace_journal(path, key);
+    for (int n = 0; n < 3; ++n) writer.append(journal::bytes_of(trace(n, 5)));
   }
   const std::string whole = test::read_bytes(path);
   const std::string cut = scratch.write("cut.trace.journal", whole.substr(0, whole.size() - 1));
-  TraceJournalContent content = read_trace_journal(cut);
-  EXPECT_EQ(content.facts.key, key);
+  journal::TraceJournalContent content = journal::read_trace_journal(cut);
+  EXPECT_EQ(content.summary.key, key);
   EXPECT_EQ(content.searches.size(), 2u);
-  EXPECT_EQ(content.facts.dropped_why, "a torn trace");
+  EXPECT_EQ(content.summary.dropped_reason, "a torn trace");
   {
-    FrameWriter writer = resume_trace_journal(cut, content.facts);
-    writer.append(bytes_of(trace(2, 5)));
+    journal::FrameWriter writer = journal::resume_trace_journal(cut, content.summary);
+    writer.append(journal::bytes_of(trace(2, 5)));
   }
   EXPECT_EQ(test::read_bytes(cut), whole);
 }
@@ -103,29 +103,29 @@ TEST(TraceJournal, ADuplicateSearchIsReadOnce)
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.trace.journal";
   {
-    FrameWriter writer = create_trace_journal(path, key);
-    for (int n = 0; n < 2; ++n) writer.append(bytes_of(trace(4, 5)));
+    journal::FrameWriter writer = journal::create_trace_journal(path, key);
+    for (int n = 0; n < 2; ++n) writer.append(journal::bytes_of(trace(4, 5)));
   }
-  EXPECT_EQ(read_trace_journal(path).searches.size(), 1u);
+  EXPECT_EQ(journal::read_trace_journal(path).searches.size(), 1u);
 }
 
 TEST(TraceJournal, TheTwoKindsOfJournalsAreDistinguished)
 {
   const test::Scratch scratch;
   const std::string traces = scratch.path() / "a.trace.journal", steps = scratch.path() / "a.journal";
-  create_trace_journal(traces, key);
-  JournalWriter::create(steps, key);
-  EXPECT_EQ(test::input_error([&] { read_journal(traces); }).field, "header");
-  EXPECT_EQ(test::input_error([&] { read_trace_journal(steps); }).field, "header");
+  journal::create_trace_journal(traces, key);
+  journal::JournalWriter::create(steps, key);
+  EXPECT_EQ(test::input_error([&] { journal::read_journal(traces); }).field, "header");
+  EXPECT_EQ(test::input_error([&] { journal::read_trace_journal(steps); }).field, "header");
 }
 
 TEST(TraceJournal, ASecondWriterIsRefused)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.trace.journal";
-  const FrameWriter writer = create_trace_journal(path, key);
+  const journal::FrameWriter writer = journal::create_trace_journal(path, key);
   EXPECT_NE(test::input_error([&] {
-              resume_trace_journal(path, read_trace_journal(path).facts);
+              journal::resume_trace_journal(path, journal::read_trace_journal(path).summary);
             }).found.find("another run"),
             std::string::npos);
 }

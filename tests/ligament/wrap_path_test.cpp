@@ -48,9 +48,10 @@ struct Surface {
   Eigen::Vector3d axes_mm;
   bool is_cylinder;
 
-  WrapPath path(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const
+  ligament::WrapPath path(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const
   {
-    return is_cylinder ? cylinder_path(a, b, axes_mm.x(), 1e6) : ellipsoid_path(a, b, axes_mm);
+    return is_cylinder ? ligament::cylinder_path(a, b, axes_mm.x(), 1e6)
+                       : ligament::ellipsoid_path(a, b, axes_mm);
   }
 };
 
@@ -93,7 +94,7 @@ TEST(EllipsoidPath, WithEqualAxesIsAGreatCircle)
   int n_wrapped = 0, n_free = 0;
   for (int i = 0; i < 500; ++i) {
     const Eigen::Vector3d a = random.outside({r, r, r}), b = random.outside({r, r, r});
-    const WrapPath path = ellipsoid_path(a, b, {r, r, r});
+    const ligament::WrapPath path = ligament::ellipsoid_path(a, b, {r, r, r});
     const Eigen::Vector3d x = a.normalized(), y = (b - b.dot(x) * x).normalized();
     const Circular expected = round_circle({a.norm(), 0}, {b.dot(x), b.dot(y)}, r);
     n_wrapped += path.is_wrapped;
@@ -151,35 +152,35 @@ TEST(EllipsoidPath, TurnedHalfRoundAnAxisIsTheSame)
   const Eigen::Vector3d m(-1, 1, -1);
   for (int i = 0; i < 200; ++i) {
     const Ends ends = wrapped_ends(ellipsoid, random);
-    const WrapPath path = ellipsoid.path(ends.a, ends.b);
-    const WrapPath turned = ellipsoid.path(m.cwiseProduct(ends.a), m.cwiseProduct(ends.b));
+    const ligament::WrapPath path = ellipsoid.path(ends.a, ends.b);
+    const ligament::WrapPath turned = ellipsoid.path(m.cwiseProduct(ends.a), m.cwiseProduct(ends.b));
     EXPECT_NEAR(path.length_mm, turned.length_mm, integration_mm);
-    EXPECT_LT((path.arrival - m.cwiseProduct(turned.arrival)).norm(), 1e-8);
+    EXPECT_LT((path.end_direction - m.cwiseProduct(turned.end_direction)).norm(), 1e-8);
   }
 }
 
 TEST(EllipsoidPath, IsInactiveForAnAttachmentInside)
 {
-  EXPECT_FALSE(ellipsoid_path({0, 0, 11.9}, {0, 5, -40}, half_axes_mm).is_wrapped);
-  EXPECT_FALSE(ellipsoid_path({0, 5, -40}, {0, 0, 11.9}, half_axes_mm).is_wrapped);
-  EXPECT_TRUE(ellipsoid_path({0, 0, 12.1}, {0, 5, -40}, half_axes_mm).is_wrapped);
+  EXPECT_FALSE(ligament::ellipsoid_path({0, 0, 11.9}, {0, 5, -40}, half_axes_mm).is_wrapped);
+  EXPECT_FALSE(ligament::ellipsoid_path({0, 5, -40}, {0, 0, 11.9}, half_axes_mm).is_wrapped);
+  EXPECT_TRUE(ligament::ellipsoid_path({0, 0, 12.1}, {0, 5, -40}, half_axes_mm).is_wrapped);
 }
 
 TEST(EllipsoidPath, ThroughTheCentreTakesTheShorterSide)
 {
   // From pole to pole of the long axis: over the short axis, not the middle one.
-  const WrapPath path = ellipsoid_path({-40, 0, 0}, {40, 0, 0}, half_axes_mm);
+  const ligament::WrapPath path = ligament::ellipsoid_path({-40, 0, 0}, {40, 0, 0}, half_axes_mm);
   const double r_sq = 30.0 * 30.0, touch = r_sq / 40.0;
   ASSERT_TRUE(path.is_wrapped);
-  EXPECT_NEAR(std::abs(path.arrival.z()) / path.arrival.x(),
+  EXPECT_NEAR(std::abs(path.end_direction.z()) / path.end_direction.x(),
               12.0 * std::sqrt(1.0 - touch * touch / r_sq) / (40.0 - touch), 1e-8);
-  EXPECT_NEAR(path.arrival.y(), 0.0, 1e-8);
+  EXPECT_NEAR(path.end_direction.y(), 0.0, 1e-8);
 }
 
 TEST(EllipsoidPath, OfAnAttachmentOnTheSurfaceStartsAlongIt)
 {
   const double r = 10.0;
-  const WrapPath path = ellipsoid_path({0, 0, r}, {20, 0, -5}, {r, r, r});
+  const ligament::WrapPath path = ligament::ellipsoid_path({0, 0, r}, {20, 0, -5}, {r, r, r});
   ASSERT_TRUE(path.is_wrapped);
   EXPECT_NEAR(path.length_mm, round_circle({r, 0}, {-5, 20}, r).length_mm, integration_mm);
 }
@@ -188,33 +189,33 @@ TEST(CylinderPath, IsAHelix)
 {
   // A quarter of the circle of radius 10 between tangents of 5 and 7 mm, rising by 12 mm.
   const double r = 10.0, rise_mm = 12.0, across_mm = 5 + r * pi / 2 + 7;
-  const WrapPath path = cylinder_path({r, -5, 0}, {-7, r, rise_mm}, r, 100);
+  const ligament::WrapPath path = ligament::cylinder_path({r, -5, 0}, {-7, r, rise_mm}, r, 100);
   ASSERT_TRUE(path.is_wrapped);
   EXPECT_NEAR(path.length_mm, std::sqrt(across_mm * across_mm + rise_mm * rise_mm), rounding_mm);
   const Eigen::Vector3d expected = Eigen::Vector3d(-across_mm, 0, rise_mm).normalized();
-  EXPECT_LT((path.arrival - expected).norm(), 1e-12);
+  EXPECT_LT((path.end_direction - expected).norm(), 1e-12);
 }
 
 TEST(CylinderPath, StaysOnTheShorterSide)
 {
   for (const double side : {1.0, -1.0}) {
-    const WrapPath path = cylinder_path({-30, side, 0}, {30, side, 5}, 10, 100);
+    const ligament::WrapPath path = ligament::cylinder_path({-30, side, 0}, {30, side, 5}, 10, 100);
     ASSERT_TRUE(path.is_wrapped);
-    EXPECT_LT(path.arrival.y() * side, 0.0);  // comes down to the end from that side
+    EXPECT_LT(path.end_direction.y() * side, 0.0);  // comes down to the end from that side
   }
 }
 
 TEST(CylinderPath, IsInactiveInsideAndBeyondAnEnd)
 {
-  EXPECT_FALSE(cylinder_path({9, 0, 0}, {-30, 1, 0}, 10, 100).is_wrapped);
-  EXPECT_FALSE(cylinder_path({30, 1, 0}, {-9, 0, 0}, 10, 100).is_wrapped);
-  EXPECT_TRUE(cylinder_path({30, 1, 19}, {-30, 1, 19}, 10, 20).is_wrapped);
-  EXPECT_FALSE(cylinder_path({30, 1, 21}, {-30, 1, 21}, 10, 20).is_wrapped);
-  EXPECT_FALSE(cylinder_path({30, 1, -21}, {-30, 1, -21}, 10, 20).is_wrapped);
+  EXPECT_FALSE(ligament::cylinder_path({9, 0, 0}, {-30, 1, 0}, 10, 100).is_wrapped);
+  EXPECT_FALSE(ligament::cylinder_path({30, 1, 0}, {-9, 0, 0}, 10, 100).is_wrapped);
+  EXPECT_TRUE(ligament::cylinder_path({30, 1, 19}, {-30, 1, 19}, 10, 20).is_wrapped);
+  EXPECT_FALSE(ligament::cylinder_path({30, 1, 21}, {-30, 1, 21}, 10, 20).is_wrapped);
+  EXPECT_FALSE(ligament::cylinder_path({30, 1, -21}, {-30, 1, -21}, 10, 20).is_wrapped);
 }
 
 struct Measured {
-  WrapPath path;
+  ligament::WrapPath path;
   Eigen::Vector3d slope = Eigen::Vector3d::Zero();
   Eigen::Matrix3d bending = Eigen::Matrix3d::Zero();
   bool is_smooth = false;  // wrapped all along, and not within 1 mm of the surface
@@ -227,10 +228,10 @@ Measured measured_derivatives(const Surface& surface, const Ends& ends)
   out.path = surface.path(ends.a, ends.b);
   out.is_smooth = out.path.bending.norm() < 1.0;
   for (int k = 0; k < 3; ++k) {
-    const WrapPath ahead = surface.path(ends.a, ends.b + h * Eigen::Vector3d::Unit(k));
-    const WrapPath behind = surface.path(ends.a, ends.b - h * Eigen::Vector3d::Unit(k));
+    const ligament::WrapPath ahead = surface.path(ends.a, ends.b + h * Eigen::Vector3d::Unit(k));
+    const ligament::WrapPath behind = surface.path(ends.a, ends.b - h * Eigen::Vector3d::Unit(k));
     out.slope[k] = (ahead.length_mm - behind.length_mm) / (2 * h);
-    out.bending.col(k) = (ahead.arrival - behind.arrival) / (2 * h);
+    out.bending.col(k) = (ahead.end_direction - behind.end_direction) / (2 * h);
     out.is_smooth = out.is_smooth && ahead.is_wrapped && behind.is_wrapped;
   }
   return out;
@@ -247,7 +248,7 @@ TEST(WrapPath, DerivativesMatchDifferences)
         measured = measured_derivatives(surface, wrapped_ends(surface, random));
       } while (!measured.is_smooth);
       // Lengths to 1e-9 mm and directions to 1e-9 over steps of 1e-4 mm.
-      EXPECT_LT((measured.slope - measured.path.arrival).norm(), 3e-5) << i;
+      EXPECT_LT((measured.slope - measured.path.end_direction).norm(), 3e-5) << i;
       EXPECT_LT((measured.bending - measured.path.bending).norm(), 1e-4) << i;
     }
   }
@@ -261,10 +262,10 @@ TEST(WrapPath, LiftsOffSmoothly)
     const double top_mm = surface.axes_mm.y();
     const auto at = [&](double y_mm) {
       const Eigen::Vector3d a(-40, top_mm, 1), b(40, y_mm, -2);
-      WrapPath path = surface.path(a, b);
+      ligament::WrapPath path = surface.path(a, b);
       if (!path.is_wrapped) {
         path.length_mm = (b - a).norm();
-        path.arrival = (b - a).normalized();
+        path.end_direction = (b - a).normalized();
       }
       return path;
     };
@@ -277,7 +278,7 @@ TEST(WrapPath, LiftsOffSmoothly)
     }
     EXPECT_NEAR(at(low_mm).length_mm, at(high_mm).length_mm, integration_mm);
     // Directions part by at most the root of the height, 1e-9 mm, over the bend, some mm.
-    EXPECT_LT((at(low_mm).arrival - at(high_mm).arrival).norm(), 1e-4);
+    EXPECT_LT((at(low_mm).end_direction - at(high_mm).end_direction).norm(), 1e-4);
   }
 }
 

@@ -34,9 +34,9 @@ std::optional<unsigned> corners_read_by_assimp(const MeshText& text)
   return n_corners;
 }
 
-RawMesh read(const MeshText& text)
+load::RawMesh read(const MeshText& text)
 {
-  return read_mesh(std::string("a.") + text.extension, text.bytes);
+  return load::read_mesh(std::string("a.") + text.extension, text.bytes);
 }
 
 const std::string facet_begin = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n";

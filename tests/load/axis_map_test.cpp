@@ -9,16 +9,16 @@ namespace vrda::axis_map_test {
 
 using testing::HasSubstr;
 
-Job job_with_frame(const test::Scratch& scratch, const std::string& frame)
+load::Job job_with_frame(const test::Scratch& scratch, const std::string& frame)
 {
-  return read_job(scratch.write("job.toml", test::small_job("[frame]\n" + frame)).string());
+  return load::read_job(scratch.write("job.toml", test::small_job("[frame]\n" + frame)).string());
 }
 
 TEST(AxisMap, WordsNameTheNativeAxisOfEachCanonicalOne)
 {
   const test::Scratch scratch;
   // Image axes: X the subject's left, Y posterior, Z up.
-  const AxisMap map = axis_map(
+  const load::AxisMap map = load::axis_map(
       job_with_frame(scratch, "unit = \"cm\"\nanterior = \"-Y\"\nproximal = \"+Z\"\nright = \"-X\""));
   EXPECT_EQ(map({1, 2, 3}), Eigen::Vector3d(-20, 30, -10));
 }
@@ -26,18 +26,18 @@ TEST(AxisMap, WordsNameTheNativeAxisOfEachCanonicalOne)
 TEST(AxisMap, TheThesisOpenGlViewIsRightHandedWithTheseWords)
 {
   const test::Scratch scratch;
-  const AxisMap map =
-      axis_map(job_with_frame(scratch, "right = \"-X\"\nproximal = \"+Y\"\nanterior = \"+Z\""));
+  const load::AxisMap map =
+      load::axis_map(job_with_frame(scratch, "right = \"-X\"\nproximal = \"+Y\"\nanterior = \"+Z\""));
   EXPECT_EQ(map({1, 2, 3}), Eigen::Vector3d(3, 2, -1));
 }
 
 // +1 for a rotation, -1 for a left-handed map, 0 for an axis named twice.
 int handedness_of(const std::string& anterior, const std::string& proximal, const std::string& right)
 {
-  Job job;
+  load::Job job;
   job.frame = {"mm", anterior, proximal, right, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
   try {
-    EXPECT_DOUBLE_EQ(axis_map(job).X_canonical_native.linear().determinant(), 1.0);
+    EXPECT_DOUBLE_EQ(load::axis_map(job).X_canonical_native.linear().determinant(), 1.0);
     return 1;
   } catch (const InputError& error) {
     return error.facts().found.find("left-handed") != std::string::npos ? -1 : 0;
@@ -57,8 +57,8 @@ TEST(AxisMap, EveryMapIsARotationOrRefused)
 TEST(AxisMap, ALeftHandedMapNamesTheSignThatMendsIt)
 {
   const test::Scratch scratch;
-  const Job job = job_with_frame(scratch, "right = \"-Z\"");
-  const InputError::Facts facts = test::facts_of([&] { axis_map(job); });
+  const load::Job job = job_with_frame(scratch, "right = \"-Z\"");
+  const InputError::Facts facts = test::facts_of([&] { load::axis_map(job); });
   EXPECT_THAT(facts.file, HasSubstr("job.toml"));
   EXPECT_EQ(facts.field, "frame");
   EXPECT_THAT(facts.found, HasSubstr("left-handed"));
@@ -68,8 +68,8 @@ TEST(AxisMap, ALeftHandedMapNamesTheSignThatMendsIt)
 TEST(AxisMap, AnAxisNamedTwiceIsRefused)
 {
   const test::Scratch scratch;
-  const Job job = job_with_frame(scratch, "anterior = \"-Z\"");
-  const InputError::Facts facts = test::facts_of([&] { axis_map(job); });
+  const load::Job job = job_with_frame(scratch, "anterior = \"-Z\"");
+  const InputError::Facts facts = test::facts_of([&] { load::axis_map(job); });
   EXPECT_EQ(facts.field, "frame");
   EXPECT_THAT(facts.found, HasSubstr("anterior = \"-Z\""));
   EXPECT_THAT(facts.wanted, HasSubstr("once"));
@@ -78,7 +78,7 @@ TEST(AxisMap, AnAxisNamedTwiceIsRefused)
 TEST(AxisMap, AlignTurnsAboutTheFilesAxesInOrderBeforeTheyAreRenamed)
 {
   const test::Scratch scratch;
-  const AxisMap map = axis_map(job_with_frame(scratch, R"(
+  const load::AxisMap map = load::axis_map(job_with_frame(scratch, R"(
 unit = "m"
 anterior = "+Y"
 proximal = "+Z"

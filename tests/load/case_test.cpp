@@ -38,7 +38,7 @@ struct Folder {
 TEST(Case, TwoBoxesArriveWhole)
 {
   const Folder folder;
-  const Case loaded = load_case(folder.job);
+  const load::Case loaded = load::load_case(folder.job);
   EXPECT_EQ(loaded.joint, "other");
   EXPECT_EQ(loaded.method, "equilibrium");
   EXPECT_EQ(loaded.reference.contact.mesh.triangles.rows(), 12);
@@ -56,7 +56,7 @@ TEST(Case, TwoBoxesArriveWhole)
   EXPECT_EQ(loaded.job_text, test::read_bytes(folder.job));
   ASSERT_EQ(loaded.inputs.size(), 2U);
   EXPECT_EQ(loaded.inputs[1].name, "moving.stl");
-  EXPECT_EQ(loaded.inputs[1].sha256, sha256_of(test::binary_stl(lower())));
+  EXPECT_EQ(loaded.inputs[1].sha256, load::sha256_of(test::binary_stl(lower())));
   EXPECT_THAT(loaded.warnings, ElementsAre(testing::HasSubstr("nearly free")));
 }
 
@@ -64,7 +64,7 @@ TEST(Case, AnotherJointStartsBackAgainstThePush)
 {
   const Folder folder;
   const auto start = [&](const std::vector<std::string>& overrides) {
-    return load_case(folder.job, {"", overrides}).initial.translation_mm;
+    return load::load_case(folder.job, {"", overrides}).initial.translation_mm;
   };
   EXPECT_EQ(start({}), Eigen::Vector3d(0, -20, 0));
   EXPECT_EQ(start({"push.delta=[0, 0, -2]"}), Eigen::Vector3d(0, 0, 20));
@@ -74,13 +74,13 @@ TEST(Case, AnotherJointStartsBackAgainstThePush)
             Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(start({"joint=knee", "push.delta=[0, 0, -2]"}), Eigen::Vector3d(0, -20, 0));
   // For the proximal axis the resolved text is unchanged, so motion models keep their bytes.
-  EXPECT_THAT(load_case(folder.job).resolved_job, testing::HasSubstr("translation_mm = [0, -20, 0]"));
+  EXPECT_THAT(load::load_case(folder.job).resolved_job, testing::HasSubstr("translation_mm = [0, -20, 0]"));
 }
 
 TEST(Case, Sha256IsTheStandards)
 {
   // FIPS 180-2, appendix B.1.
-  EXPECT_EQ(sha256_of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(load::sha256_of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
 TEST(Case, UnitAxesAndOriginApplyToEverything)
@@ -88,7 +88,7 @@ TEST(Case, UnitAxesAndOriginApplyToEverything)
   const Folder folder(
       test::small_job("joint = \"other\"\n[frame]\nunit = \"cm\"\nanterior = \"-Y\"\nproximal = "
                       "\"+Z\"\nright = \"-X\"\norigin = [1, 2, 3]\n"));
-  const Case loaded = load_case(folder.job);
+  const load::Case loaded = load::load_case(folder.job);
   EXPECT_EQ(loaded.frame.rotation_centre_mm, Eigen::Vector3d(-20, 30, -10));
   // Native x -30..30, y 30..50, z -40..40 cm.
   EXPECT_EQ(loaded.survey[0].box.min_mm, Eigen::Vector3d(-500, -400, -300));
@@ -107,7 +107,7 @@ contact = false
 name = "third"
 file = "moving.stl"
 )"));
-  const Case loaded = load_case(folder.job);
+  const load::Case loaded = load::load_case(folder.job);
   EXPECT_EQ(loaded.moving.contact.mesh.triangles.rows(), 24);
   EXPECT_EQ(loaded.moving.visual.mesh.triangles.rows(), 12);
   EXPECT_EQ(loaded.moving.visual.component, std::vector<std::int32_t>(12, 1));
@@ -121,8 +121,8 @@ TEST(Case, AComponentMayBeThinnedAndShifted)
   // Each vertex moves along its area-weighted normal.
   const Folder plain,
       moved(test::small_job("joint = \"other\"\n") + "inset_mm = 0.5\nshift_mm = [1, -2, 3]\n");
-  const Mesh before = load_case(plain.job).moving.contact.mesh,
-             after = load_case(moved.job).moving.contact.mesh;
+  const Mesh before = load::load_case(plain.job).moving.contact.mesh,
+             after = load::load_case(moved.job).moving.contact.mesh;
   const Points normals = vertex_normals(before);
   ASSERT_EQ(before.vertices_mm.rows(), after.vertices_mm.rows());
   for (Eigen::Index v = 0; v < before.vertices_mm.rows(); ++v) {
@@ -139,10 +139,10 @@ TEST(Case, TheDataFolderComesBeforeTheJobsOwn)
   const Folder folder;
   const test::Scratch data;
   data.write("moving.stl", test::binary_stl(test::box({0, 0, 0}, {10, 10, 10})));
-  const Case loaded = load_case(folder.job, {data.path().string(), {}});
+  const load::Case loaded = load::load_case(folder.job, {data.path().string(), {}});
   EXPECT_DOUBLE_EQ(loaded.survey[0].volume_mm3, 96000.0);
   EXPECT_DOUBLE_EQ(loaded.survey[1].volume_mm3, 1000.0);
-  EXPECT_EQ(loaded.resolved_job, load_case(folder.job).resolved_job);
+  EXPECT_EQ(loaded.resolved_job, load::load_case(folder.job).resolved_job);
 }
 
 TEST(Case, AMirroredMeshWithTheOtherSideIsTheSameToTheSolver)
@@ -157,7 +157,8 @@ TEST(Case, AMirroredMeshWithTheOtherSideIsTheSameToTheSolver)
   left.scratch.write("reference.stl", test::binary_stl(mirrored_z(ball)));
   left.scratch.write("moving.stl", test::binary_stl(mirrored_z(lower())));
   const std::vector<std::string> tilted{"push.delta=[0.1, 1, 0.2]"}, tilted_left{"push.delta=[0.1, 1, -0.2]"};
-  const Case a = load_case(right.job, {"", tilted}), b = load_case(left.job, {"", tilted_left});
+  const load::Case a = load::load_case(right.job, {"", tilted}),
+                   b = load::load_case(left.job, {"", tilted_left});
   const auto expect_same = [&](const Mesh& of_right, const Mesh& of_left) {
     const Mesh right_mesh = solver_mesh(of_right, a.frame), left_mesh = solver_mesh(of_left, b.frame);
     EXPECT_EQ(right_mesh.vertices_mm, left_mesh.vertices_mm);
@@ -169,7 +170,7 @@ TEST(Case, AMirroredMeshWithTheOtherSideIsTheSameToTheSolver)
   EXPECT_EQ(a.compartment_of_triangle, b.compartment_of_triangle);
 }
 
-int count(const Case& loaded, Compartment which)
+int count(const load::Case& loaded, Compartment which)
 {
   return static_cast<int>(
       std::count(loaded.compartment_of_triangle.begin(), loaded.compartment_of_triangle.end(), which));
@@ -178,7 +179,7 @@ int count(const Case& loaded, Compartment which)
 TEST(Compartments, AKneesAreHalfSpacesByTheRotationCentre)
 {
   const Folder folder(test::small_job());
-  const Case right = load_case(folder.job);
+  const load::Case right = load::load_case(folder.job);
   ASSERT_EQ(right.compartment_of_triangle.size(), 12U);
   for (Eigen::Index t = 0; t < 12; ++t) {
     const auto [a, b, c] = corners(right.moving.contact.mesh, t);
@@ -187,25 +188,25 @@ TEST(Compartments, AKneesAreHalfSpacesByTheRotationCentre)
               z_mm < 0 ? Compartment::medial : Compartment::lateral);
   }
   EXPECT_EQ(count(right, Compartment::medial), 6);
-  const Case left = load_case(folder.job, {"", {"side=left"}});
+  const load::Case left = load::load_case(folder.job, {"", {"side=left"}});
   EXPECT_EQ(count(left, Compartment::lateral), 6);
   EXPECT_NE(left.compartment_of_triangle, right.compartment_of_triangle);
   // The whole moving box is to the left of a centre at z = 100.
-  EXPECT_EQ(count(load_case(folder.job, {"", {"frame.origin=[0, 0, 100]"}}), Compartment::medial), 12);
+  EXPECT_EQ(count(load::load_case(folder.job, {"", {"frame.origin=[0, 0, 100]"}}), Compartment::medial), 12);
 }
 
 TEST(Compartments, ByNamesAndByNamesBeforeHalfSpaces)
 {
   const std::string tail = "[[moving.component]]\nname = \"disc\"\nfile = \"reference.stl\"\n";
   const Folder folder(test::small_job("joint = \"other\"\n", tail));
-  const Case named = load_case(
+  const load::Case named = load::load_case(
       folder.job,
       {"", {"compartments.medial.components=[\"lower\"]", "compartments.lateral.components=[\"disc\"]"}});
   EXPECT_EQ(count(named, Compartment::medial), 12);
   EXPECT_EQ(count(named, Compartment::lateral), 12);
-  const Case mixed =
-      load_case(folder.job,
-                {"", {"compartments.medial.components=[\"lower\"]", "compartments.lateral.half_space=left"}});
+  const load::Case mixed = load::load_case(
+      folder.job,
+      {"", {"compartments.medial.components=[\"lower\"]", "compartments.lateral.half_space=left"}});
   EXPECT_EQ(count(mixed, Compartment::medial), 12);
   EXPECT_EQ(count(mixed, Compartment::lateral), 6);
   EXPECT_EQ(count(mixed, Compartment::none), 6);
@@ -213,7 +214,7 @@ TEST(Compartments, ByNamesAndByNamesBeforeHalfSpaces)
 
 InputError::Facts facts_with(const Folder& folder, const std::vector<std::string>& overrides)
 {
-  return test::facts_of([&] { load_case(folder.job, {"", overrides}); });
+  return test::facts_of([&] { load::load_case(folder.job, {"", overrides}); });
 }
 
 TEST(Compartments, BadOnesAreRefused)
@@ -253,13 +254,13 @@ TEST(CaseErrors, DirectionsThatCancelOutAreRefused)
 TEST(Case, APushOverFlexionIsLinearBetweenItsRowsAndHeldBeyond)
 {
   const Folder folder;
-  const Case loaded =
-      load_case(folder.job,
-                {"",
-                 {"solver.method=equilibrium", "grid.flexion={ from = 0, to = 90, step = 30 }",
-                  "grid.varus=free", "push.delta={ flexion_deg = [30, 60], value = [[0, 1, 0], [1, 1, 0]] }",
-                  "push.force_n={ flexion_deg = [0, 90], value = [10, 40] }", "push.lateral_force_n=[3, -4]",
-                  "push.moment_nmm={ flexion_deg = [60, 90], value = [-7, 8] }", "push.varus_moment_nmm=9"}});
+  const load::Case loaded = load::load_case(
+      folder.job,
+      {"",
+       {"solver.method=equilibrium", "grid.flexion={ from = 0, to = 90, step = 30 }", "grid.varus=free",
+        "push.delta={ flexion_deg = [30, 60], value = [[0, 1, 0], [1, 1, 0]] }",
+        "push.force_n={ flexion_deg = [0, 90], value = [10, 40] }", "push.lateral_force_n=[3, -4]",
+        "push.moment_nmm={ flexion_deg = [60, 90], value = [-7, 8] }", "push.varus_moment_nmm=9"}});
   ASSERT_EQ(loaded.push.size(), 4U);
   EXPECT_TRUE(loaded.is_varus_free);
   EXPECT_EQ(loaded.method, "equilibrium");
@@ -278,8 +279,8 @@ TEST(Case, APushOverFlexionIsLinearBetweenItsRowsAndHeldBeyond)
 TEST(Case, ADeltaTableOfOneDirectionIsThatDirection)
 {
   const Folder folder;
-  const Case loaded =
-      load_case(folder.job, {"", {"push.delta={ flexion_deg = [0, 90], value = [[0, 0, 2], [0, 0, 5]] }"}});
+  const load::Case loaded = load::load_case(
+      folder.job, {"", {"push.delta={ flexion_deg = [0, 90], value = [[0, 0, 2], [0, 0, 5]] }"}});
   EXPECT_EQ(loaded.frame.delta, Eigen::Vector3d::UnitZ());
 }
 
@@ -320,7 +321,8 @@ std::string generated_job(const std::string& shape, const std::string& upper_par
 TEST(Generated, PartsAreFoundByNameAndHashedByContent)
 {
   const Folder folder(generated_job("knee", "femur", "tibia"));
-  const Case loaded = load_case(folder.job), left = load_case(folder.job, {"", {"side=left"}});
+  const load::Case loaded = load::load_case(folder.job),
+                   left = load::load_case(folder.job, {"", {"side=left"}});
   EXPECT_EQ(loaded.inputs[1].name, "knee side=right part=tibia");
   EXPECT_EQ(left.inputs[1].name, "knee side=left part=tibia");
   EXPECT_EQ(loaded.inputs[1].sha256.size(), 64U);
@@ -332,8 +334,8 @@ TEST(Generated, PartsAreFoundByNameAndHashedByContent)
 TEST(Generated, SkipTheFramesUnitAndAxes)
 {
   const Folder folder(generated_job("hip", "socket", "head"));
-  const Case plain = load_case(folder.job);
-  const Case framed = load_case(
+  const load::Case plain = load::load_case(folder.job);
+  const load::Case framed = load::load_case(
       folder.job, {"", {"frame.unit=m", "frame.anterior=+Y", "frame.proximal=+Z", "frame.right=+X"}});
   EXPECT_EQ(plain.reference.contact.mesh.vertices_mm, framed.reference.contact.mesh.vertices_mm);
   EXPECT_EQ(plain.inputs[0].sha256, framed.inputs[0].sha256);
@@ -359,9 +361,9 @@ TEST(Jobs, TheGenericOnesLoadWithoutAWarning)
 {
   for (const char* name : {"knee-generic.toml", "knee-generic-contact.toml", "hip-generic.toml"}) {
     SCOPED_TRACE(name);
-    const Case loaded = load_case((test::source_directory() / "jobs" / name).string());
+    const load::Case loaded = load::load_case((test::source_directory() / "jobs" / name).string());
     EXPECT_THAT(loaded.warnings, ElementsAre());
-    for (const ComponentSurvey& part : loaded.survey) {
+    for (const load::ComponentSurvey& part : loaded.survey) {
       EXPECT_EQ(part.n_boundary_edges + part.n_non_manifold_edges, 0) << part.name;
       EXPECT_GT(part.volume_mm3, 0.0) << part.name;
     }
@@ -372,7 +374,7 @@ TEST(Jobs, TheGenericKneeHasBothCompartmentsOnEitherSide)
 {
   const std::string job = (test::source_directory() / "jobs/knee-generic.toml").string();
   for (const char* side : {"side=right", "side=left"}) {
-    const Case loaded = load_case(job, {"", {side}});
+    const load::Case loaded = load::load_case(job, {"", {side}});
     EXPECT_GT(count(loaded, Compartment::medial), 1000);
     EXPECT_GT(count(loaded, Compartment::lateral), 1000);
     EXPECT_THAT(loaded.warnings, ElementsAre());

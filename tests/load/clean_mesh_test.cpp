@@ -7,9 +7,9 @@
 
 namespace vrda::clean_mesh_test {
 
-RawMesh raw_of(const Mesh& mesh)
+load::RawMesh raw_of(const Mesh& mesh)
 {
-  RawMesh raw;
+  load::RawMesh raw;
   raw.vertices = mesh.vertices_mm;
   raw.corner.assign(mesh.triangles.data(), mesh.triangles.data() + mesh.triangles.size());
   raw.size.assign(static_cast<std::size_t>(mesh.triangles.rows()), 3);
@@ -17,9 +17,9 @@ RawMesh raw_of(const Mesh& mesh)
 }
 
 // Triangles with unshared vertices, as in an STL file.
-RawMesh soup_of(const Mesh& mesh)
+load::RawMesh soup_of(const Mesh& mesh)
 {
-  RawMesh raw;
+  load::RawMesh raw;
   raw.vertices.resize(3 * mesh.triangles.rows(), 3);
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
     for (int k = 0; k < 3; ++k) {
@@ -40,7 +40,7 @@ Mesh reversed(Mesh mesh)
 TEST(CleanMesh, WeldingATriangleSoupGivesTheSharedVerticesBack)
 {
   const Mesh ball = test::ball(10, 8, 12);
-  const CleanMesh clean = clean_mesh(soup_of(ball), Winding::outward, Side::right);
+  const load::CleanMesh clean = load::clean_mesh(soup_of(ball), load::Winding::outward, Side::right);
   EXPECT_EQ(clean.mesh.vertices_mm.rows(), ball.vertices_mm.rows());
   EXPECT_EQ(clean.n_welded, 3 * ball.triangles.rows() - ball.vertices_mm.rows());
   EXPECT_EQ(clean.n_degenerate, 0);
@@ -51,15 +51,15 @@ TEST(CleanMesh, WeldingATriangleSoupGivesTheSharedVerticesBack)
 
 TEST(CleanMesh, ZeroAndMinusZeroAreOnePlace)
 {
-  RawMesh raw = raw_of(test::sheet(2, 1));
+  load::RawMesh raw = raw_of(test::sheet(2, 1));
   raw.vertices.col(1).setConstant(-0.0);
-  const CleanMesh clean = clean_mesh(raw, Winding::outward, Side::right);
+  const load::CleanMesh clean = load::clean_mesh(raw, load::Winding::outward, Side::right);
   EXPECT_FALSE(std::signbit(clean.mesh.vertices_mm(0, 1)));
 }
 
 TEST(CleanMesh, DegenerateFacesAndUnusedVerticesGo)
 {
-  RawMesh raw = raw_of(test::box({0, 0, 0}, {2, 2, 2}));
+  load::RawMesh raw = raw_of(test::box({0, 0, 0}, {2, 2, 2}));
   raw.vertices.conservativeResize(10, 3);
   raw.vertices.row(8) << 5, 5, 5;                                            // unused
   raw.vertices.row(9) << -1, -1, -1;                                         // the same position as vertex 0
@@ -67,7 +67,7 @@ TEST(CleanMesh, DegenerateFacesAndUnusedVerticesGo)
   raw.size.push_back(3);
   for (const std::int32_t corner : {0, 1, 0, 1}) raw.corner.push_back(corner);  // a polygon without area
   raw.size.push_back(4);
-  const CleanMesh clean = clean_mesh(raw, Winding::outward, Side::right);
+  const load::CleanMesh clean = load::clean_mesh(raw, load::Winding::outward, Side::right);
   EXPECT_EQ(clean.n_degenerate, 2);
   EXPECT_EQ(clean.n_welded, 1);
   EXPECT_EQ(clean.mesh.vertices_mm.rows(), 8);
@@ -77,12 +77,12 @@ TEST(CleanMesh, DegenerateFacesAndUnusedVerticesGo)
 
 TEST(CleanMesh, ATriangleOfThreePointsOnALineIsDegenerate)
 {
-  RawMesh raw;
+  load::RawMesh raw;
   raw.vertices.resize(4, 3);
   raw.vertices << 0, 0, 0, 1, 1, 1, 2, 2, 2, 0, 1, 0;
   raw.corner = {0, 1, 2, 0, 2, 3};
   raw.size = {3, 3};
-  const CleanMesh clean = clean_mesh(raw, Winding::outward, Side::right);
+  const load::CleanMesh clean = load::clean_mesh(raw, load::Winding::outward, Side::right);
   EXPECT_EQ(clean.n_degenerate, 1);
   EXPECT_EQ(clean.mesh.triangles.rows(), 1);
   EXPECT_EQ(clean.mesh.vertices_mm.rows(), 3);
@@ -91,9 +91,9 @@ TEST(CleanMesh, ATriangleOfThreePointsOnALineIsDegenerate)
 TEST(CleanMesh, AClosedShellIsTurnedOutwardWhateverTheJobSays)
 {
   const Mesh ball = test::ball(10, 8, 12);
-  for (const Winding winding : {Winding::outward, Winding::inward}) {
-    EXPECT_FALSE(clean_mesh(raw_of(ball), winding, Side::right).was_flipped);
-    const CleanMesh turned = clean_mesh(raw_of(reversed(ball)), winding, Side::right);
+  for (const load::Winding winding : {load::Winding::outward, load::Winding::inward}) {
+    EXPECT_FALSE(load::clean_mesh(raw_of(ball), winding, Side::right).was_flipped);
+    const load::CleanMesh turned = load::clean_mesh(raw_of(reversed(ball)), winding, Side::right);
     EXPECT_TRUE(turned.was_flipped);
     EXPECT_DOUBLE_EQ(signed_volume_mm3(turned.mesh), signed_volume_mm3(ball));
   }
@@ -102,8 +102,8 @@ TEST(CleanMesh, AClosedShellIsTurnedOutwardWhateverTheJobSays)
 TEST(CleanMesh, AnOpenSheetFollowsTheJobsWord)
 {
   const Mesh sheet = test::sheet(10, 3);  // normal +Y
-  const CleanMesh as_is = clean_mesh(raw_of(sheet), Winding::outward, Side::right);
-  const CleanMesh turned = clean_mesh(raw_of(sheet), Winding::inward, Side::right);
+  const load::CleanMesh as_is = load::clean_mesh(raw_of(sheet), load::Winding::outward, Side::right);
+  const load::CleanMesh turned = load::clean_mesh(raw_of(sheet), load::Winding::inward, Side::right);
   EXPECT_FALSE(as_is.was_flipped);
   EXPECT_TRUE(turned.was_flipped);
   EXPECT_EQ(as_is.mesh.normals.row(4), Eigen::RowVector3d(0, 1, 0));
@@ -114,7 +114,7 @@ TEST(CleanMesh, SeparateShellsAreTurnedEachForItself)
 {
   Mesh both = test::box({0, 0, 0}, {2, 2, 2});
   append(both, reversed(test::box({10, 0, 0}, {2, 2, 2})));
-  const CleanMesh clean = clean_mesh(raw_of(both), Winding::outward, Side::right);
+  const load::CleanMesh clean = load::clean_mesh(raw_of(both), load::Winding::outward, Side::right);
   EXPECT_TRUE(clean.was_flipped);
   EXPECT_DOUBLE_EQ(signed_volume_mm3(clean.mesh), 16.0);
 }
@@ -124,8 +124,10 @@ TEST(CleanMesh, AnInnerWallStaysAnInnerWall)
   // Outer box 4^3, cavity 2^3, with correct and with reversed winding.
   Mesh hollow = test::box({0, 0, 0}, {4, 4, 4});
   append(hollow, reversed(test::box({0, 0, 0}, {2, 2, 2})));
-  EXPECT_DOUBLE_EQ(signed_volume_mm3(clean_mesh(raw_of(hollow), Winding::outward, Side::right).mesh), 56.0);
-  const CleanMesh turned = clean_mesh(raw_of(reversed(hollow)), Winding::outward, Side::right);
+  EXPECT_DOUBLE_EQ(
+      signed_volume_mm3(load::clean_mesh(raw_of(hollow), load::Winding::outward, Side::right).mesh), 56.0);
+  const load::CleanMesh turned =
+      load::clean_mesh(raw_of(reversed(hollow)), load::Winding::outward, Side::right);
   EXPECT_TRUE(turned.was_flipped);
   EXPECT_DOUBLE_EQ(signed_volume_mm3(turned.mesh), 56.0);
 }
@@ -135,31 +137,33 @@ TEST(CleanMesh, ASolidWithinASolidStaysASolid)
   Mesh nested = test::box({0, 0, 0}, {4, 4, 4});
   append(nested, test::box({0, 0, 0}, {2, 2, 2}));
   EXPECT_DOUBLE_EQ(
-      signed_volume_mm3(clean_mesh(raw_of(reversed(nested)), Winding::outward, Side::right).mesh), 72.0);
+      signed_volume_mm3(load::clean_mesh(raw_of(reversed(nested)), load::Winding::outward, Side::right).mesh),
+      72.0);
 }
 
 TEST(CleanMesh, FileNormalsAreKeptAveragedAndTurnedOutward)
 {
   const Mesh ball = test::ball(10, 8, 12);
-  RawMesh raw = raw_of(ball);
+  load::RawMesh raw = raw_of(ball);
   raw.normals = -3.0 * ball.normals;  // neither unit nor outward
-  const CleanMesh clean = clean_mesh(raw, Winding::outward, Side::right);
+  const load::CleanMesh clean = load::clean_mesh(raw, load::Winding::outward, Side::right);
   // On a ball about the origin the normal is the vertex by its radius; rounding of a division.
   EXPECT_LT((clean.mesh.normals - clean.mesh.vertices_mm / 10.0).cwiseAbs().maxCoeff(), 1e-14);
   raw.normals.row(3).setZero();
-  EXPECT_EQ(clean_mesh(raw, Winding::outward, Side::right).mesh.normals, vertex_normals(clean.mesh));
+  EXPECT_EQ(load::clean_mesh(raw, load::Winding::outward, Side::right).mesh.normals,
+            vertex_normals(clean.mesh));
 }
 
 TEST(CleanMesh, AMirroredSoupGivesTheMirroredMeshToTheLastBit)
 {
   Mesh ball = test::ball(7.3, 9, 13);
   ball.vertices_mm.col(2).array() += 1.7;
-  const Mesh expected = mirrored_z(clean_mesh(soup_of(ball), Winding::outward, Side::right).mesh);
+  const Mesh expected = mirrored_z(load::clean_mesh(soup_of(ball), load::Winding::outward, Side::right).mesh);
   // With reversed winding, and with z negated only.
   Mesh negated = ball;
   negated.vertices_mm.col(2) *= -1.0;
   for (const Mesh& mirrored : {mirrored_z(ball), negated}) {
-    const Mesh mesh = clean_mesh(soup_of(mirrored), Winding::outward, Side::left).mesh;
+    const Mesh mesh = load::clean_mesh(soup_of(mirrored), load::Winding::outward, Side::left).mesh;
     EXPECT_EQ(mesh.vertices_mm, expected.vertices_mm);
     EXPECT_EQ(mesh.triangles, expected.triangles);
     EXPECT_EQ(mesh.normals, expected.normals);
@@ -171,9 +175,9 @@ TEST(Shells, AreConnectedOverEdgesNotOverCorners)
   // Two boxes that share one vertex.
   Mesh touching = test::box({0, 0, 0}, {2, 2, 2});
   append(touching, test::box({2, 2, 2}, {2, 2, 2}));
-  const Mesh mesh = clean_mesh(soup_of(touching), Winding::outward, Side::right).mesh;
+  const Mesh mesh = load::clean_mesh(soup_of(touching), load::Winding::outward, Side::right).mesh;
   EXPECT_EQ(mesh.vertices_mm.rows(), 15);
-  const std::vector<Shell> shells = shells_of(mesh);
+  const std::vector<load::Shell> shells = load::shells_of(mesh);
   ASSERT_EQ(shells.size(), 2U);
   EXPECT_TRUE(shells[0].is_closed && shells[1].is_closed);
   EXPECT_DOUBLE_EQ(shells[1].signed_volume, 8.0);

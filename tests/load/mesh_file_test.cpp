@@ -15,7 +15,7 @@ using testing::HasSubstr;
 
 Mesh read(const std::string& file, const std::string& bytes)
 {
-  return clean_mesh(read_mesh(file, bytes), Winding::outward, Side::right).mesh;
+  return load::clean_mesh(load::read_mesh(file, bytes), load::Winding::outward, Side::right).mesh;
 }
 
 // Coordinates that floats hold exactly.
@@ -102,7 +102,7 @@ TEST(MeshFile, VerticesFacesTakesCommentsAndAnyLayout)
 TEST(MeshFile, VerticesFacesCountsFromZeroWhereNeitherEndOccurs)
 {
   // Only vertices 1 to 3 of 5 are used, which is ambiguous: the default is 0.
-  const RawMesh raw = read_mesh("v.obj", "5 1\n9 9 9\n0 0 0\n1 0 0\n0 1 0\n8 8 8\n3 1 2 3\n");
+  const load::RawMesh raw = load::read_mesh("v.obj", "5 1\n9 9 9\n0 0 0\n1 0 0\n0 1 0\n8 8 8\n3 1 2 3\n");
   EXPECT_EQ(raw.corner, (std::vector<std::int32_t>{1, 2, 3}));
 }
 
@@ -117,7 +117,7 @@ struct BadFile {
 void expect_refused(const BadFile& row)
 {
   SCOPED_TRACE(std::string(row.file) + ": " + row.bytes.substr(0, 60));
-  const InputError::Facts facts = test::facts_of([&] { read_mesh(row.file, row.bytes); });
+  const InputError::Facts facts = test::facts_of([&] { load::read_mesh(row.file, row.bytes); });
   EXPECT_EQ(facts.file, row.file);
   EXPECT_EQ(facts.field, row.field);
   EXPECT_THAT(facts.found, HasSubstr(row.found));
@@ -151,7 +151,7 @@ TEST(MeshFileErrors, EveryCutOfEveryFormatIsNoticed)
   for (const auto& [file, bytes] : files) {
     for (std::size_t n = 0; n + 22 < bytes.size(); n += 13) {
       SCOPED_TRACE(std::string(file) + " cut to " + std::to_string(n));
-      EXPECT_THROW(read_mesh(file, bytes.substr(0, n)), InputError);
+      EXPECT_THROW(load::read_mesh(file, bytes.substr(0, n)), InputError);
     }
   }
 }

@@ -36,7 +36,7 @@ std::vector<std::string> warnings_of(const std::string& job, std::vector<std::st
   scratch.write("reference.stl", test::binary_stl(reference));
   scratch.write("moving.stl", test::binary_stl(moving));
   overrides.insert(overrides.begin(), search);
-  return load_case(scratch.write("job.toml", job).string(), {"", overrides}).warnings;
+  return load::load_case(scratch.write("job.toml", job).string(), {"", overrides}).warnings;
 }
 
 TEST(Warnings, ASoundJobHasNone)
@@ -190,11 +190,11 @@ TEST(Warnings, NamesThatContradictTheSide)
   scratch.write("reference.stl", test::binary_stl(condyles()));
   scratch.write("moving.stl", test::binary_stl(test::box({0, -40, -25}, {30, 5, 20})));
   scratch.write("lateral.stl", test::binary_stl(test::box({0, -40, 25}, {30, 5, 20})));
+  EXPECT_THAT(load::load_case(scratch.write("right.toml", job_with_menisci("right")).string(), {"", {search}})
+                  .warnings,
+              ElementsAre());
   EXPECT_THAT(
-      load_case(scratch.write("right.toml", job_with_menisci("right")).string(), {"", {search}}).warnings,
-      ElementsAre());
-  EXPECT_THAT(
-      load_case(scratch.write("left.toml", job_with_menisci("left")).string(), {"", {search}}).warnings,
+      load::load_case(scratch.write("left.toml", job_with_menisci("left")).string(), {"", {search}}).warnings,
       ElementsAre(AllOf(HasSubstr("side: "), HasSubstr("\"left\""), HasSubstr("side = \"right\""))));
 }
 

@@ -43,11 +43,13 @@ double travel_mm(double flexion_deg, double varus_deg)
 }
 
 /// A set "degree_1_recontacted" with travel_mm at every attitude.
-MotionModel recontacted_model(const ModelPlan& plan)
+store::MotionModel recontacted_model(const ModelPlan& plan)
 {
-  MotionModel model = model_of(plan);
-  test::add_smoothed(model, 1, [](int i, int j) { return PoseNumbers{1.0 * i, -20.0, 3.0 + j, 8.0}; });
-  GridD travel(model.status.rows(), model.status.cols());
+  store::MotionModel model = model_of(plan);
+  test::add_smoothed(model, 1, [](int i, int j) {
+    return motion::PoseCoordinates{1.0 * i, -20.0, 3.0 + j, 8.0};
+  });
+  store::GridD travel(model.status.rows(), model.status.cols());
   for (Eigen::Index i = 0; i < travel.rows(); ++i) {
     for (Eigen::Index j = 0; j < travel.cols(); ++j) {
       travel(i, j) = travel_mm(plan.flexion_deg[static_cast<std::size_t>(i)],
@@ -63,13 +65,13 @@ TEST(RecontactedSet, StandsTheTravelFurtherAlongDeltaAtAndBetweenTheNodes)
   for (const std::string side : {"right", "left"}) {
     ModelPlan plan = plan_of(side);
     plan.turning_delta = turning_delta;
-    const MotionModel model = recontacted_model(plan);
-    const Motion plain(model, "degree_1"), recontacted(model, "degree_1_recontacted");
+    const store::MotionModel model = recontacted_model(plan);
+    const motion::Motion plain(model, "degree_1"), recontacted(model, "degree_1_recontacted");
     for (const Attitude& at : {attitude_deg(0, -4), attitude_deg(90, 4), attitude_deg(45, 0),
                                attitude_deg(37, 1.3), attitude_deg(81, -3.9)}) {
-      const JointPose a = plain.at(at), b = recontacted.at(at);
+      const motion::JointPose a = plain.at(at), b = recontacted.at(at);
       const double expected_mm = travel_mm(deg_from_rad(at.flexion_rad), deg_from_rad(at.varus_rad));
-      EXPECT_EQ(b.status, PoseStatus::solved);
+      EXPECT_EQ(b.status, motion::PoseStatus::solved);
       EXPECT_EQ(a.theta_rad, b.theta_rad);
       const Eigen::Vector3d shift = b.X_world_moving.translation() - a.X_world_moving.translation();
       EXPECT_LT((shift - expected_mm * recontacted.delta(at.flexion_rad)).norm(), rounding);
@@ -79,24 +81,24 @@ TEST(RecontactedSet, StandsTheTravelFurtherAlongDeltaAtAndBetweenTheNodes)
 
 TEST(RecontactedSet, HasNoAnswerBesideAnAttitudeWithoutContact)
 {
-  MotionModel model = recontacted_model(plan_of("right"));
+  store::MotionModel model = recontacted_model(plan_of("right"));
   (*model.smoothed.front().recontact_mm)(2, 1) = nan;  // 30 degrees, varus -2
-  const Motion recontacted(model, "degree_1_recontacted");
-  EXPECT_EQ(recontacted.at(attitude_deg(33, -1)).status, PoseStatus::unsolved_cell);
-  EXPECT_EQ(recontacted.at(attitude_deg(46, -1)).status, PoseStatus::solved);
-  EXPECT_EQ(Motion(model, "degree_1").at(attitude_deg(33, -1)).status, PoseStatus::solved);
+  const motion::Motion recontacted(model, "degree_1_recontacted");
+  EXPECT_EQ(recontacted.at(attitude_deg(33, -1)).status, motion::PoseStatus::unsolved_cell);
+  EXPECT_EQ(recontacted.at(attitude_deg(46, -1)).status, motion::PoseStatus::solved);
+  EXPECT_EQ(motion::Motion(model, "degree_1").at(attitude_deg(33, -1)).status, motion::PoseStatus::solved);
 }
 
 /// Free varus, 0.5 - 2 P_1 + 3 P_2 degrees in the smoothed set.
-MotionModel own_varus_model()
+store::MotionModel own_varus_model()
 {
   ModelPlan plan;
   plan.varus_deg = {0};
   plan.free_varus_deg = [](double flexion_deg) { return 0.1 * flexion_deg; };
-  MotionModel model = model_of(plan);
-  test::add_smoothed(model, 2, [](int i, int) { return PoseNumbers{1.0 * i, -20.0, 3.0, 8.0}; });
-  SmoothedSet& set = model.smoothed.front();
-  SmoothedSurface varus = set.surfaces.front();
+  store::MotionModel model = model_of(plan);
+  test::add_smoothed(model, 2, [](int i, int) { return motion::PoseCoordinates{1.0 * i, -20.0, 3.0, 8.0}; });
+  store::SmoothedSet& set = model.smoothed.front();
+  store::SmoothedSurface varus = set.surfaces.front();
   varus.name = "varus";
   for (Eigen::Index k = 0; k < set.exponents.rows(); ++k) {
     const double by_degree[3] = {0.5, -2.0, 3.0};
@@ -109,12 +111,12 @@ MotionModel own_varus_model()
 
 TEST(SmoothedSet, WithAVarusSurfaceStandsAtItsVarus)
 {
-  const MotionModel model = own_varus_model();
-  const Motion smoothed(model, "degree_2"), raw(model, "raw");
+  const store::MotionModel model = own_varus_model();
+  const motion::Motion smoothed(model, "degree_2"), raw(model, "raw");
   for (const double flexion_deg : {0.0, 10.0, 45.0, 77.0, 90.0}) {
     const double u = flexion_deg / 45.0 - 1.0;
     const double expected_rad = rad_from_deg(0.5 - 2.0 * u + 1.5 * (3.0 * u * u - 1.0));
-    const JointPose pose = smoothed.at(attitude_deg(flexion_deg, 0));
+    const motion::JointPose pose = smoothed.at(attitude_deg(flexion_deg, 0));
     EXPECT_NEAR(pose.attitude.varus_rad, expected_rad, rounding);
     EXPECT_TRUE(pose.is_varus_clamped);
     EXPECT_EQ(smoothed.balanced_varus_rad(rad_from_deg(flexion_deg)), pose.attitude.varus_rad);
@@ -127,11 +129,11 @@ TEST(SmoothedSet, WithAVarusSurfaceStandsAtItsVarus)
   EXPECT_NEAR(smoothed.last_varus_rad(), rad_from_deg(5.5), rounding);  // at 0 degrees
 }
 
-ZeroVarus table_of(const MotionModel& model)
+store::ZeroVarus table_of(const store::MotionModel& model)
 {
-  ZeroVarus table;
+  store::ZeroVarus table;
   for (const double f : model.flexion_deg) {
-    table.source.push_back(static_cast<std::int8_t>(ZeroVarusSource::both_touch));
+    table.source.push_back(static_cast<std::int8_t>(store::ZeroVarusSource::both_touch));
     table.varus_deg.push_back(-1.0 + 0.0005 * f * f);
     table.tx_mm.push_back(-0.001 * f * f);
     table.ty_mm.push_back(-20.0 + 0.01 * f);
@@ -143,13 +145,13 @@ ZeroVarus table_of(const MotionModel& model)
 
 TEST(ZeroVarusSet, KnowsFlexionAloneAndReproducesSurfacesOfDegreeTwo)
 {
-  MotionModel model = model_of(plan_of("left"));
+  store::MotionModel model = model_of(plan_of("left"));
   model.zero_varus = table_of(model);
-  const Motion motion(model, "zero_varus");
+  const motion::Motion motion(model, "zero_varus");
   EXPECT_TRUE(motion.is_varus_free());
   for (const double f : {0.0, 15.0, 22.0, 61.0, 90.0}) {
-    const JointPose pose = motion.at(attitude_deg(f, 2.0));
-    EXPECT_EQ(pose.status, PoseStatus::solved);
+    const motion::JointPose pose = motion.at(attitude_deg(f, 2.0));
+    EXPECT_EQ(pose.status, motion::PoseStatus::solved);
     EXPECT_TRUE(pose.is_varus_clamped);
     EXPECT_NEAR(pose.attitude.varus_rad, rad_from_deg(-1.0 + 0.0005 * f * f), rounding);
     EXPECT_NEAR(pose.theta_rad, rad_from_deg(12.0 - 0.1 * f), rounding);
@@ -163,32 +165,33 @@ TEST(ZeroVarusSet, KnowsFlexionAloneAndReproducesSurfacesOfDegreeTwo)
 
 TEST(ZeroVarusSet, BridgesNoHole)
 {
-  MotionModel model = model_of({});
+  store::MotionModel model = model_of({});
   model.zero_varus = table_of(model);
-  model.zero_varus->source[3] = static_cast<std::int8_t>(ZeroVarusSource::none);  // 45 degrees
+  model.zero_varus->source[3] = static_cast<std::int8_t>(store::ZeroVarusSource::none);  // 45 degrees
   model.zero_varus->tx_mm[3] = model.zero_varus->varus_deg[3] = nan;
-  const Motion motion(model, "zero_varus");
-  EXPECT_EQ(motion.at(attitude_deg(45, 0)).status, PoseStatus::unsolved_cell);
-  EXPECT_EQ(motion.at(attitude_deg(40, 0)).status, PoseStatus::unsolved_cell);
-  EXPECT_EQ(motion.at(attitude_deg(60, 0)).status, PoseStatus::solved);
+  const motion::Motion motion(model, "zero_varus");
+  EXPECT_EQ(motion.at(attitude_deg(45, 0)).status, motion::PoseStatus::unsolved_cell);
+  EXPECT_EQ(motion.at(attitude_deg(40, 0)).status, motion::PoseStatus::unsolved_cell);
+  EXPECT_EQ(motion.at(attitude_deg(60, 0)).status, motion::PoseStatus::solved);
   EXPECT_FALSE(std::isnan(motion.balanced_varus_rad(rad_from_deg(45))));
 }
 
 TEST(SetNames, ShowFirstWhatNeitherOverlapsNorGapes)
 {
-  MotionModel model = recontacted_model({});
-  test::add_smoothed(model, 4, [](int, int) { return PoseNumbers{}; });
+  store::MotionModel model = recontacted_model({});
+  test::add_smoothed(model, 4, [](int, int) { return motion::PoseCoordinates{}; });
   model.zero_varus = table_of(model);
-  EXPECT_EQ(set_names(model),
+  EXPECT_EQ(motion::set_names(model),
             (std::vector<std::string>{"degree_4", "degree_1_recontacted", "degree_1", "raw", "zero_varus"}));
-  for (const std::string& name : set_names(model)) {
-    EXPECT_EQ(Motion(model, name).at({}).status, PoseStatus::solved);
+  for (const std::string& name : motion::set_names(model)) {
+    EXPECT_EQ(motion::Motion(model, name).at({}).status, motion::PoseStatus::solved);
   }
-  EXPECT_THROW(Motion(model, "degree_4_recontacted"), InternalError);
+  EXPECT_THROW(motion::Motion(model, "degree_4_recontacted"), InternalError);
   // A table without poses is not a motion.
-  model.zero_varus->source.assign(model.flexion_deg.size(), static_cast<std::int8_t>(ZeroVarusSource::none));
-  EXPECT_EQ(set_names(model).back(), "raw");
-  EXPECT_THROW(Motion(model, "zero_varus"), InternalError);
+  model.zero_varus->source.assign(model.flexion_deg.size(),
+                                  static_cast<std::int8_t>(store::ZeroVarusSource::none));
+  EXPECT_EQ(motion::set_names(model).back(), "raw");
+  EXPECT_THROW(motion::Motion(model, "zero_varus"), InternalError);
 }
 
 }  // namespace vrda::derived_sets_test

@@ -22,7 +22,7 @@ Attitude attitude_deg(double flexion_deg, double varus_deg)
   return {rad_from_deg(flexion_deg), rad_from_deg(varus_deg)};
 }
 
-PoseNumbers knee_like(double flexion_deg, double varus_deg)
+motion::PoseCoordinates knee_like(double flexion_deg, double varus_deg)
 {
   const double u = flexion_deg / 90.0, v = varus_deg / 4.0;
   return {-5.0 * u * u, -21.0 + u - 0.5 * v, 1.5 * v, 12.0 * u - 2.0 * u * v};
@@ -38,7 +38,7 @@ ModelPlan plan_of(const std::string& side, const Eigen::Vector3d& delta)
   return plan;
 }
 
-Pose stored_pose(const MotionModel& model, std::size_t cell)
+Pose stored_pose(const store::MotionModel& model, std::size_t cell)
 {
   Pose X = Pose::Identity();
   for (int row = 0; row < 3; ++row) {
@@ -56,14 +56,14 @@ double difference(const Pose& a, const Pose& b)
 }
 
 /// Expects the stored pose at every cell, and consistency of the three poses.
-void expect_stored_poses(const MotionModel& model)
+void expect_stored_poses(const store::MotionModel& model)
 {
-  const Motion motion(model, "raw");
+  const motion::Motion motion(model, "raw");
   const std::size_t n_varus = model.varus_deg.size();
   for (std::size_t cell = 0; cell < model.flexion_deg.size() * n_varus; ++cell) {
-    const JointPose pose =
+    const motion::JointPose pose =
         motion.at(attitude_deg(model.flexion_deg[cell / n_varus], model.varus_deg[cell % n_varus]));
-    EXPECT_EQ(pose.status, PoseStatus::solved);
+    EXPECT_EQ(pose.status, motion::PoseStatus::solved);
     EXPECT_LT(difference(pose.X_reference_moving, stored_pose(model, cell)), rounding);
     EXPECT_LT(difference(pose.X_world_reference * pose.X_reference_moving, pose.X_world_moving), rounding);
   }
@@ -99,9 +99,9 @@ TEST(Motion, DeltaIsLinearBetweenTheRowsHeldBeyondThemAndNormalised)
     SCOPED_TRACE(side);
     ModelPlan plan = plan_of(side, {0, 1, 0});
     plan.turning_delta = turning_delta;
-    MotionModel model = model_of(plan);
-    test::add_smoothed(model, 1, [](int, int) { return PoseNumbers{1.0, -20.0, 3.0, 8.0}; });
-    const Motion raw(model, "raw"), smoothed(model, "degree_1");
+    store::MotionModel model = model_of(plan);
+    test::add_smoothed(model, 1, [](int, int) { return motion::PoseCoordinates{1.0, -20.0, 3.0, 8.0}; });
+    const motion::Motion raw(model, "raw"), smoothed(model, "degree_1");
     struct Row {
       double flexion_deg;
       Eigen::Vector3d delta;
@@ -114,10 +114,10 @@ TEST(Motion, DeltaIsLinearBetweenTheRowsHeldBeyondThemAndNormalised)
       // A frame with constant Delta rotates the reference equally.
       ModelPlan constant = plan_of(side, row.delta);
       const Attitude attitude = attitude_deg(row.flexion_deg, 3);
-      const Pose expected = Motion(model_of(constant), "raw").at(attitude).X_world_reference;
-      for (const Motion* motion : {&raw, &smoothed}) {
-        const JointPose pose = motion->at(attitude);
-        EXPECT_EQ(pose.status, PoseStatus::solved);
+      const Pose expected = motion::Motion(model_of(constant), "raw").at(attitude).X_world_reference;
+      for (const motion::Motion* motion : {&raw, &smoothed}) {
+        const motion::JointPose pose = motion->at(attitude);
+        EXPECT_EQ(pose.status, motion::PoseStatus::solved);
         EXPECT_LT(difference(pose.X_world_reference, expected), rounding);
         // Delta is the rotation axis of theta.
         EXPECT_LT((pose.X_world_moving.linear() * row.delta - row.delta).norm(), rounding);
@@ -128,11 +128,11 @@ TEST(Motion, DeltaIsLinearBetweenTheRowsHeldBeyondThemAndNormalised)
 
 TEST(Motion, APushOfOneDirectionLeavesEveryBitAsItWas)
 {
-  MotionModel model = model_of(plan_of("left", Eigen::Vector3d(0.1, 1.0, -0.3).normalized()));
+  store::MotionModel model = model_of(plan_of("left", Eigen::Vector3d(0.1, 1.0, -0.3).normalized()));
   const SolverFrame frame{Side::left, model.rotation_centre_mm, model.delta};
   Eigen::Matrix3d R;
   for (int axis = 0; axis < 3; ++axis) R.col(axis) = world_from_solver(frame, Eigen::Vector3d::Unit(axis));
-  const Motion motion(model, "raw");
+  const motion::Motion motion(model, "raw");
   for (const double flexion_deg : {0.0, 11.0, 45.0, 90.0}) {
     const Attitude attitude = attitude_deg(flexion_deg, 1.3);
     const Eigen::Matrix3d expected = R * reference_rotation(attitude) * R.transpose();
@@ -145,19 +145,19 @@ TEST(Motion, AFreeVarusIsTheOneFoundWhateverIsAskedFor)
   ModelPlan plan = plan_of("right", {0, 1, 0});
   plan.varus_deg = {0};
   plan.free_varus_deg = [](double flexion_deg) { return -1.0 + 0.001 * flexion_deg * flexion_deg; };
-  MotionModel model = model_of(plan);
+  store::MotionModel model = model_of(plan);
   test::unsolve(model, 5, 0);  // 75 degrees
-  const Motion motion(model, "raw");
+  const motion::Motion motion(model, "raw");
   EXPECT_TRUE(motion.is_varus_free());
-  EXPECT_FALSE(Motion(model_of({}), "raw").is_varus_free());
+  EXPECT_FALSE(motion::Motion(model_of({}), "raw").is_varus_free());
   for (const double flexion_deg : {0.0, 15.0, 30.0, 45.0, 60.0, 90.0}) {
     const std::size_t cell = static_cast<std::size_t>(flexion_deg / 15.0);
     const double found_rad = rad_from_deg(plan.free_varus_deg(flexion_deg));
-    const JointPose asked = motion.at(attitude_deg(flexion_deg, 4.0));
+    const motion::JointPose asked = motion.at(attitude_deg(flexion_deg, 4.0));
     EXPECT_TRUE(asked.is_varus_clamped);
     EXPECT_NEAR(asked.attitude.varus_rad, found_rad, rounding);
     EXPECT_LT(difference(asked.X_reference_moving, stored_pose(model, cell)), rounding);
-    const JointPose balanced =
+    const motion::JointPose balanced =
         motion.at({rad_from_deg(flexion_deg), motion.balanced_varus_rad(rad_from_deg(flexion_deg))});
     EXPECT_FALSE(balanced.is_varus_clamped);
     EXPECT_EQ(difference(balanced.X_reference_moving, asked.X_reference_moving), 0.0);
@@ -166,15 +166,15 @@ TEST(Motion, AFreeVarusIsTheOneFoundWhateverIsAskedFor)
               rounding);
   EXPECT_EQ(motion.first_varus_rad(), rad_from_deg(-1.0));
   EXPECT_EQ(motion.last_varus_rad(), rad_from_deg(7.1));
-  EXPECT_EQ(motion.at(attitude_deg(70, 0)).status, PoseStatus::unsolved_cell);
+  EXPECT_EQ(motion.at(attitude_deg(70, 0)).status, motion::PoseStatus::unsolved_cell);
 }
 
 TEST(Motion, TheRotationCentreOfTheReferenceStaysAtTheWorldOrigin)
 {
-  const MotionModel model = model_of(plan_of("left", {0, 1, 0}));
-  const JointPose pose = Motion(model, "raw").at(attitude_deg(50, 3));
+  const store::MotionModel model = model_of(plan_of("left", {0, 1, 0}));
+  const motion::JointPose pose = motion::Motion(model, "raw").at(attitude_deg(50, 3));
   EXPECT_LT((pose.X_world_reference * model.rotation_centre_mm).norm(), rounding);
-  const PoseNumbers expected = knee_like(50, 3);
+  const motion::PoseCoordinates expected = knee_like(50, 3);
   EXPECT_LT((pose.X_world_moving * model.rotation_centre_mm -
              Eigen::Vector3d(expected[0], expected[1], expected[2]))
                 .norm(),
@@ -184,7 +184,7 @@ TEST(Motion, TheRotationCentreOfTheReferenceStaysAtTheWorldOrigin)
 TEST(Motion, FlexionRaisesTheFrontOfTheReferenceAndVarusItsRight)
 {
   // Rz(flexion) X = Y at a right angle; Rx(-varus) Z = (0, sin varus, cos varus).
-  const Motion motion(model_of({}), "raw");
+  const motion::Motion motion(model_of({}), "raw");
   const Pose flexed = motion.at(attitude_deg(90, 0)).X_world_reference;
   EXPECT_LT((flexed * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), rounding);
   const Pose adducted = motion.at(attitude_deg(0, 4)).X_world_reference;
@@ -195,23 +195,23 @@ TEST(Motion, FlexionRaisesTheFrontOfTheReferenceAndVarusItsRight)
 
 TEST(Motion, SmoothedPosesFollowThePolynomials)
 {
-  MotionModel model = model_of(plan_of("right", {0, 1, 0}));
+  store::MotionModel model = model_of(plan_of("right", {0, 1, 0}));
   test::add_smoothed(model, 2, [](int i, int j) {
-    return i == 1 && j == 0 ? PoseNumbers{1.0, -2.0, 3.0, 8.0} : PoseNumbers{};
+    return i == 1 && j == 0 ? motion::PoseCoordinates{1.0, -2.0, 3.0, 8.0} : motion::PoseCoordinates{};
   });
   const double u = 60.0 / 45.0 - 1.0;
-  const JointPose pose = Motion(model, "degree_2").at(attitude_deg(60, 1));
+  const motion::JointPose pose = motion::Motion(model, "degree_2").at(attitude_deg(60, 1));
   const SolverFrame frame{Side::right, model.rotation_centre_mm, model.delta};
   const Pose expected =
       X_reference_moving(frame, attitude_deg(60, 1), {u * Eigen::Vector3d(1, -2, 3), rad_from_deg(8.0 * u)});
-  EXPECT_EQ(pose.status, PoseStatus::solved);
+  EXPECT_EQ(pose.status, motion::PoseStatus::solved);
   EXPECT_LT(difference(pose.X_reference_moving, expected), rounding);
   EXPECT_NEAR(pose.theta_rad, rad_from_deg(8.0 * u), rounding);
 }
 
 TEST(Motion, AttitudesBeyondTheRangeAreClampedAndSaySo)
 {
-  const Motion motion(model_of(plan_of("right", {0, 1, 0})), "raw");
+  const motion::Motion motion(model_of(plan_of("right", {0, 1, 0})), "raw");
   struct Row {
     double flexion_deg, varus_deg, used_flexion_deg, used_varus_deg;
     bool is_flexion_clamped, is_varus_clamped;
@@ -219,10 +219,10 @@ TEST(Motion, AttitudesBeyondTheRangeAreClampedAndSaySo)
   for (const Row& row : {Row{120, 0, 90, 0, true, false}, Row{-1, 9, 0, 4, true, true},
                          Row{90, -4, 90, -4, false, false}, Row{10, -5, 10, -4, false, true}}) {
     SCOPED_TRACE(row.flexion_deg);
-    const JointPose pose = motion.at(attitude_deg(row.flexion_deg, row.varus_deg));
+    const motion::JointPose pose = motion.at(attitude_deg(row.flexion_deg, row.varus_deg));
     EXPECT_EQ(pose.is_flexion_clamped, row.is_flexion_clamped);
     EXPECT_EQ(pose.is_varus_clamped, row.is_varus_clamped);
-    const JointPose at_the_end = motion.at(attitude_deg(row.used_flexion_deg, row.used_varus_deg));
+    const motion::JointPose at_the_end = motion.at(attitude_deg(row.used_flexion_deg, row.used_varus_deg));
     EXPECT_EQ(difference(pose.X_reference_moving, at_the_end.X_reference_moving), 0.0);
     EXPECT_EQ(pose.attitude.flexion_rad, rad_from_deg(row.used_flexion_deg));
   }
@@ -230,36 +230,38 @@ TEST(Motion, AttitudesBeyondTheRangeAreClampedAndSaySo)
 
 TEST(Motion, AnUnsolvedCellIsNamedAndLeavesTheIdentity)
 {
-  MotionModel model = model_of(plan_of("right", {0, 1, 0}));
+  store::MotionModel model = model_of(plan_of("right", {0, 1, 0}));
   test::unsolve(model, 2, 2);
-  const JointPose pose = Motion(model, "raw").at(attitude_deg(33, 0.5));
-  EXPECT_EQ(pose.status, PoseStatus::unsolved_cell);
-  EXPECT_STREQ(name_of(pose.status), "unsolved_cell");
-  EXPECT_STREQ(name_of(PoseStatus::solved), "solved");
+  const motion::JointPose pose = motion::Motion(model, "raw").at(attitude_deg(33, 0.5));
+  EXPECT_EQ(pose.status, motion::PoseStatus::unsolved_cell);
+  EXPECT_STREQ(motion::name_of(pose.status), "unsolved_cell");
+  EXPECT_STREQ(motion::name_of(motion::PoseStatus::solved), "solved");
   EXPECT_EQ(difference(pose.X_world_moving, Pose::Identity()), 0.0);
 }
 
 TEST(Motion, AMirroredModelMovesAsTheMirrorImageWithTheSameClinicalNumbers)
 {
-  const MotionModel right = model_of(plan_of("right", {0, 1, 0}));
+  const store::MotionModel right = model_of(plan_of("right", {0, 1, 0}));
   ModelPlan mirrored = plan_of("left", {0, 1, 0});
   mirrored.motion = [](double flexion_deg, double varus_deg) {
-    PoseNumbers numbers = knee_like(flexion_deg, varus_deg);
+    motion::PoseCoordinates numbers = knee_like(flexion_deg, varus_deg);
     numbers[2] = -numbers[2];
     return numbers;
   };
-  const MotionModel left = model_of(mirrored);
-  const Motion right_motion(right, "raw"), left_motion(left, "raw");
+  const store::MotionModel left = model_of(mirrored);
+  const motion::Motion right_motion(right, "raw"), left_motion(left, "raw");
   const Eigen::Vector4d mirror(1, 1, -1, 1);
   for (const Attitude& attitude : {attitude_deg(0, 0), attitude_deg(37, -3.2), attitude_deg(88, 1.1)}) {
-    const JointPose r = right_motion.at(attitude), l = left_motion.at(attitude);
-    for (const auto X :
-         {&JointPose::X_world_reference, &JointPose::X_world_moving, &JointPose::X_reference_moving}) {
+    const motion::JointPose r = right_motion.at(attitude), l = left_motion.at(attitude);
+    for (const auto X : {&motion::JointPose::X_world_reference, &motion::JointPose::X_world_moving,
+                         &motion::JointPose::X_reference_moving}) {
       const Eigen::Matrix4d reflected = mirror.asDiagonal() * (r.*X).matrix() * mirror.asDiagonal();
       EXPECT_LT(((l.*X).matrix() - reflected).cwiseAbs().maxCoeff(), rounding);
     }
-    const Clinical r_numbers = clinical_of(r.X_reference_moving, Side::right, right.rotation_centre_mm);
-    const Clinical l_numbers = clinical_of(l.X_reference_moving, Side::left, left.rotation_centre_mm);
+    const ClinicalCoordinates r_numbers =
+        clinical_coordinates(r.X_reference_moving, Side::right, right.rotation_centre_mm);
+    const ClinicalCoordinates l_numbers =
+        clinical_coordinates(l.X_reference_moving, Side::left, left.rotation_centre_mm);
     EXPECT_NEAR(r_numbers.flexion_rad, attitude.flexion_rad, rounding);
     EXPECT_NEAR(r_numbers.internal_rotation_rad, l_numbers.internal_rotation_rad, rounding);
     EXPECT_NEAR(r_numbers.lateral_mm, l_numbers.lateral_mm, rounding);
@@ -268,11 +270,11 @@ TEST(Motion, AMirroredModelMovesAsTheMirrorImageWithTheSameClinicalNumbers)
 
 TEST(Motion, TheBalancedVarusIsLinearBetweenSolvedSpineCells)
 {
-  MotionModel model = model_of({});
+  store::MotionModel model = model_of({});
   model.is_spine.setZero();
   model.is_spine(0, 1) = model.is_spine(2, 3) = model.is_spine(4, 4) = model.is_spine(6, 2) = 1;
   test::unsolve(model, 4, 4);  // the spine cell at 60 degrees
-  const Motion motion(model, "raw");
+  const motion::Motion motion(model, "raw");
   struct Row {
     double flexion_deg, expected_deg;
   };
@@ -288,26 +290,26 @@ TEST(Motion, WithoutASpineTheBalancedVarusIsTheOneNearestZero)
 {
   ModelPlan plan;
   plan.varus_deg = {3, 5};
-  MotionModel model = model_of(plan);
+  store::MotionModel model = model_of(plan);
   model.is_spine.setZero();
-  const Motion motion(model, "raw");
+  const motion::Motion motion(model, "raw");
   EXPECT_FALSE(motion.has_spine());
   EXPECT_EQ(motion.balanced_varus_rad(0.5), rad_from_deg(3));
 }
 
 TEST(Motion, SetsAreNamedByFallingDegreeThenRaw)
 {
-  MotionModel model = model_of({});
+  store::MotionModel model = model_of({});
   for (const int degree : {2, 6, 4})
-    test::add_smoothed(model, degree, [](int, int) { return PoseNumbers{}; });
-  EXPECT_EQ(set_names(model), (std::vector<std::string>{"degree_6", "degree_4", "degree_2", "raw"}));
-  EXPECT_THROW(Motion(model, "degree_5"), InternalError);
+    test::add_smoothed(model, degree, [](int, int) { return motion::PoseCoordinates{}; });
+  EXPECT_EQ(motion::set_names(model), (std::vector<std::string>{"degree_6", "degree_4", "degree_2", "raw"}));
+  EXPECT_THROW(motion::Motion(model, "degree_5"), InternalError);
 }
 
 TEST(Motion, TheSameQuestionGetsTheSameBits)
 {
-  const MotionModel model = model_of(plan_of("left", {0, 1, 0}));
-  const Motion first(model, "raw"), second(model, "raw");
+  const store::MotionModel model = model_of(plan_of("left", {0, 1, 0}));
+  const motion::Motion first(model, "raw"), second(model, "raw");
   for (double flexion_deg = 0; flexion_deg < 90; flexion_deg += 7.3) {
     const Pose a = first.at(attitude_deg(flexion_deg, 1.7)).X_reference_moving;
     const Pose b = second.at(attitude_deg(flexion_deg, 1.7)).X_reference_moving;
@@ -325,31 +327,32 @@ test::ModelPlan plan_of_size(double size)
   test::ModelPlan plan;
   plan.rotation_centre_mm = size * Eigen::Vector3d(12, -30, 7);
   plan.motion = [size](double flexion_deg, double varus_deg) {
-    return PoseNumbers{size * 0.02 * flexion_deg, size * (0.3 * varus_deg - 0.05 * flexion_deg),
-                       size * -0.1 * varus_deg, 0.1 * flexion_deg + varus_deg};
+    return motion::PoseCoordinates{size * 0.02 * flexion_deg, size * (0.3 * varus_deg - 0.05 * flexion_deg),
+                                   size * -0.1 * varus_deg, 0.1 * flexion_deg + varus_deg};
   };
   return plan;
 }
 
-MotionModel model_of_size(double size)
+store::MotionModel model_of_size(double size)
 {
-  MotionModel model = test::model_of(plan_of_size(size));
+  store::MotionModel model = test::model_of(plan_of_size(size));
   test::add_smoothed(model, 2, [size](int i, int j) {
     const double one = 1.0 / (1 + i + 2 * j);
-    return PoseNumbers{size * one, -2.0 * size * one, 0.5 * size * one, 3.0 * one};
+    return motion::PoseCoordinates{size * one, -2.0 * size * one, 0.5 * size * one, 3.0 * one};
   });
   return model;
 }
 
 TEST(ScaledPoses, AreThoseOfAJointMadeAtThatSize)
 {
-  const MotionModel scaled = scaled_model(model_of_size(1.0), factor), made = model_of_size(factor);
+  const store::MotionModel scaled = store::scaled_model(model_of_size(1.0), factor),
+                           made = model_of_size(factor);
   for (const std::string set : {"raw", "degree_2"}) {
     SCOPED_TRACE(set);
-    const Motion of_scaled(scaled, set), of_made(made, set);
+    const motion::Motion of_scaled(scaled, set), of_made(made, set);
     for (double flexion_deg = 0.0; flexion_deg <= 90.0; flexion_deg += 7.0) {
       const Attitude at{rad_from_deg(flexion_deg), rad_from_deg(1.3)};
-      const JointPose a = of_scaled.at(at), b = of_made.at(at);
+      const motion::JointPose a = of_scaled.at(at), b = of_made.at(at);
       EXPECT_TRUE(a.X_reference_moving.matrix().isApprox(b.X_reference_moving.matrix(), 1e-12));
       EXPECT_LT((a.X_reference_moving.translation() - b.X_reference_moving.translation()).norm(),
                 rounding_mm);

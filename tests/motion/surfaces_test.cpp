@@ -21,7 +21,7 @@ Attitude attitude_deg(double flexion_deg, double varus_deg)
 }
 
 /// Degree two in each angle with all product terms.
-PoseNumbers biquadratic(double flexion_deg, double varus_deg)
+motion::PoseCoordinates biquadratic(double flexion_deg, double varus_deg)
 {
   const double u = flexion_deg / 90.0, v = varus_deg / 4.0;
   return {1.0 + u + v + u * v, -20.0 + 3.0 * u * u - v * v, u * u * v * v - 2.0 * u * v * v,
@@ -29,7 +29,7 @@ PoseNumbers biquadratic(double flexion_deg, double varus_deg)
 }
 
 /// Not a polynomial, so that nothing is exact by accident.
-PoseNumbers wavy(double flexion_deg, double varus_deg)
+motion::PoseCoordinates wavy(double flexion_deg, double varus_deg)
 {
   const double u = rad_from_deg(flexion_deg), v = rad_from_deg(varus_deg);
   return {sine(2.0 * u + v), cosine(u - 7.0 * v), sine(u * v), 20.0 * cosine(3.0 * u)};
@@ -39,15 +39,15 @@ TEST(RawSurfaces, GridValuesAreReproducedToTheLastBit)
 {
   ModelPlan plan;
   plan.motion = wavy;
-  const MotionModel model = model_of(plan);
-  const RawSurfaces surfaces = raw_surfaces(model);
+  const store::MotionModel model = model_of(plan);
+  const motion::RawSurfaces surfaces = motion::raw_surfaces(model);
   for (const double flexion_deg : plan.flexion_deg) {
     for (const double varus_deg : plan.varus_deg) {
-      const RawSample found = sample(surfaces, attitude_deg(flexion_deg, varus_deg));
-      const PoseNumbers expected = wavy(flexion_deg, varus_deg);
+      const motion::RawSample found = motion::sample(surfaces, attitude_deg(flexion_deg, varus_deg));
+      const motion::PoseCoordinates expected = wavy(flexion_deg, varus_deg);
       ASSERT_TRUE(found.is_solved);
-      for (std::size_t number = 0; number < 3; ++number) EXPECT_EQ(found.numbers[number], expected[number]);
-      EXPECT_EQ(found.numbers[3], rad_from_deg(expected[3]));
+      for (std::size_t number = 0; number < 3; ++number) EXPECT_EQ(found.values[number], expected[number]);
+      EXPECT_EQ(found.values[3], rad_from_deg(expected[3]));
     }
   }
 }
@@ -58,16 +58,16 @@ TEST(RawSurfaces, SurfacesOfDegreeTwoInEachAngleAreReproducedBetweenTheCells)
   plan.flexion_deg = {0, 10, 25, 30, 52, 90};  // uneven steps
   plan.varus_deg = {-4, -1, 0.5, 4};
   plan.motion = biquadratic;
-  const RawSurfaces surfaces = raw_surfaces(model_of(plan));
+  const motion::RawSurfaces surfaces = motion::raw_surfaces(model_of(plan));
   for (double flexion_deg = 0.0; flexion_deg <= 90.0; flexion_deg += 3.7) {
     for (double varus_deg = -4.0; varus_deg <= 4.0; varus_deg += 0.61) {
-      const RawSample found = sample(surfaces, attitude_deg(flexion_deg, varus_deg));
-      const PoseNumbers expected = biquadratic(flexion_deg, varus_deg);
+      const motion::RawSample found = motion::sample(surfaces, attitude_deg(flexion_deg, varus_deg));
+      const motion::PoseCoordinates expected = biquadratic(flexion_deg, varus_deg);
       ASSERT_TRUE(found.is_solved);
       for (std::size_t number = 0; number < 3; ++number) {
-        EXPECT_NEAR(found.numbers[number], expected[number], rounding);
+        EXPECT_NEAR(found.values[number], expected[number], rounding);
       }
-      EXPECT_NEAR(found.numbers[3], rad_from_deg(expected[3]), rounding);
+      EXPECT_NEAR(found.values[3], rad_from_deg(expected[3]), rounding);
     }
   }
 }
@@ -76,15 +76,17 @@ TEST(RawSurfaces, SlopesAreContinuousAcrossCells)
 {
   ModelPlan plan;
   plan.motion = wavy;
-  const RawSurfaces surfaces = raw_surfaces(model_of(plan));
+  const motion::RawSurfaces surfaces = motion::raw_surfaces(model_of(plan));
   constexpr double step_rad = 1e-6;
   // Difference quotients err by half the second derivative (below 100) times the step, twice.
   constexpr double tolerance = 100.0 * step_rad;
   for (const double varus_deg : {-3.0, -2.0, 1.3}) {
     const Attitude node = attitude_deg(45, varus_deg);
-    const PoseNumbers here = sample(surfaces, node).numbers;
-    const PoseNumbers before = sample(surfaces, {node.flexion_rad - step_rad, node.varus_rad}).numbers;
-    const PoseNumbers after = sample(surfaces, {node.flexion_rad + step_rad, node.varus_rad}).numbers;
+    const motion::PoseCoordinates here = motion::sample(surfaces, node).values;
+    const motion::PoseCoordinates before =
+        motion::sample(surfaces, {node.flexion_rad - step_rad, node.varus_rad}).values;
+    const motion::PoseCoordinates after =
+        motion::sample(surfaces, {node.flexion_rad + step_rad, node.varus_rad}).values;
     for (std::size_t number = 0; number < 4; ++number) {
       EXPECT_NEAR((here[number] - before[number]) / step_rad, (after[number] - here[number]) / step_rad,
                   tolerance);
@@ -97,22 +99,23 @@ TEST(RawSurfaces, AttitudesBesideAnUnsolvedCellHaveNoAnswerAndOthersStayExact)
   ModelPlan plan;
   plan.varus_deg = {-6, -4, -2, 0, 2, 4, 6};  // enough columns for a parabola on each side of the hole
   plan.motion = biquadratic;
-  MotionModel model = model_of(plan);
+  store::MotionModel model = model_of(plan);
   test::unsolve(model, 3, 3);  // 45 degrees, varus 0
-  const RawSurfaces surfaces = raw_surfaces(model);
+  const motion::RawSurfaces surfaces = motion::raw_surfaces(model);
   for (const Attitude& beside :
        {attitude_deg(45, 0), attitude_deg(40, 0), attitude_deg(50, 1), attitude_deg(31, -1)}) {
-    EXPECT_FALSE(sample(surfaces, beside).is_solved);
+    EXPECT_FALSE(motion::sample(surfaces, beside).is_solved);
   }
   // On the far edges of the patches around the hole, and in the patches next to those.
   for (const Attitude& away :
        {attitude_deg(30, 0), attitude_deg(30, 1), attitude_deg(60, 0), attitude_deg(45, 2),
         attitude_deg(45, -2), attitude_deg(20, 0), attitude_deg(70, 1), attitude_deg(50, 3)}) {
-    const RawSample found = sample(surfaces, away);
+    const motion::RawSample found = motion::sample(surfaces, away);
     ASSERT_TRUE(found.is_solved) << away.flexion_rad << " " << away.varus_rad;
-    const PoseNumbers expected = biquadratic(deg_from_rad(away.flexion_rad), deg_from_rad(away.varus_rad));
+    const motion::PoseCoordinates expected =
+        biquadratic(deg_from_rad(away.flexion_rad), deg_from_rad(away.varus_rad));
     for (std::size_t number = 0; number < 3; ++number)
-      EXPECT_NEAR(found.numbers[number], expected[number], rounding);
+      EXPECT_NEAR(found.values[number], expected[number], rounding);
   }
 }
 
@@ -120,14 +123,14 @@ TEST(RawSurfaces, ANodeMissedByRoundingNeedsNoneOfItsNeighbours)
 {
   ModelPlan plan;
   plan.motion = biquadratic;
-  MotionModel model = model_of(plan);
+  store::MotionModel model = model_of(plan);
   test::unsolve(model, 2, 2);
   test::unsolve(model, 4, 2);
-  const RawSurfaces surfaces = raw_surfaces(model);
+  const motion::RawSurfaces surfaces = motion::raw_surfaces(model);
   for (const double off_rad : {-1e-15, 1e-15}) {
-    const RawSample found = sample(surfaces, {rad_from_deg(45) + off_rad, off_rad});
+    const motion::RawSample found = motion::sample(surfaces, {rad_from_deg(45) + off_rad, off_rad});
     EXPECT_TRUE(found.is_solved);
-    EXPECT_EQ(found.numbers[1], model.ty_mm(3, 2));
+    EXPECT_EQ(found.values[1], model.ty_mm(3, 2));
   }
 }
 
@@ -136,36 +139,37 @@ TEST(RawSurfaces, ASingleColumnIsInterpolatedInFlexionAlone)
   ModelPlan plan;
   plan.varus_deg = {0};
   plan.motion = biquadratic;
-  const RawSurfaces surfaces = raw_surfaces(model_of(plan));
-  const RawSample found = sample(surfaces, attitude_deg(33, 0));
+  const motion::RawSurfaces surfaces = motion::raw_surfaces(model_of(plan));
+  const motion::RawSample found = motion::sample(surfaces, attitude_deg(33, 0));
   ASSERT_TRUE(found.is_solved);
-  EXPECT_NEAR(found.numbers[1], biquadratic(33, 0)[1], rounding);
+  EXPECT_NEAR(found.values[1], biquadratic(33, 0)[1], rounding);
 }
 
 TEST(RawSurfaces, AMisshapenModelIsABrokenPromise)
 {
-  MotionModel descending = model_of({});
+  store::MotionModel descending = model_of({});
   descending.flexion_deg[2] = descending.flexion_deg[1];
-  EXPECT_THROW(raw_surfaces(descending), InternalError);
-  MotionModel small = model_of({});
+  EXPECT_THROW(motion::raw_surfaces(descending), InternalError);
+  store::MotionModel small = model_of({});
   small.ty_mm.resize(2, 2);
-  EXPECT_THROW(raw_surfaces(small), InternalError);
+  EXPECT_THROW(motion::raw_surfaces(small), InternalError);
 }
 
 constexpr double few_operations = 1e-13;  // a handful of operations on numbers near one
 
 TEST(SmoothedSurfaces, AgreeWithTheLegendrePolynomialsWrittenOut)
 {
-  MotionModel model = test::model_of({});
+  store::MotionModel model = test::model_of({});
   // x = P_3(u), y = P_2(u) P_1(v), z = P_0, theta = 10 degrees P_2(v)
   test::add_smoothed(model, 3, [](int i, int j) {
-    return PoseNumbers{i == 3 && j == 0 ? 1.0 : 0.0, i == 2 && j == 1 ? 1.0 : 0.0, i + j == 0 ? 1.0 : 0.0,
-                       i == 0 && j == 2 ? 10.0 : 0.0};
+    return motion::PoseCoordinates{i == 3 && j == 0 ? 1.0 : 0.0, i == 2 && j == 1 ? 1.0 : 0.0,
+                                   i + j == 0 ? 1.0 : 0.0, i == 0 && j == 2 ? 10.0 : 0.0};
   });
-  const SmoothedSurfaces surfaces = smoothed_surfaces(model, model.smoothed.front());
+  const motion::SmoothedSurfaces surfaces = motion::smoothed_surfaces(model, model.smoothed.front());
   for (const double flexion_deg : {0.0, 7.0, 45.0, 81.5, 90.0}) {
     for (const double varus_deg : {-4.0, -1.5, 0.0, 4.0}) {
-      const PoseAndVarus found = evaluate(surfaces, {rad_from_deg(flexion_deg), rad_from_deg(varus_deg)});
+      const motion::PoseAndVarus found =
+          motion::evaluate(surfaces, {rad_from_deg(flexion_deg), rad_from_deg(varus_deg)});
       const double u = flexion_deg / 45.0 - 1.0, v = varus_deg / 4.0;
       EXPECT_NEAR(found[0], 0.5 * (5.0 * u * u * u - 3.0 * u), few_operations);
       EXPECT_NEAR(found[1], 0.5 * (3.0 * u * u - 1.0) * v, few_operations);
@@ -178,33 +182,34 @@ TEST(SmoothedSurfaces, AgreeWithTheLegendrePolynomialsWrittenOut)
 TEST(SmoothedSurfaces, EveryPolynomialIsOneAtTheUpperEndAndAlternatesAtTheLower)
 {
   // P_n(1) = 1 and P_n(-1) = (-1)^n, up to the highest degree there is.
-  MotionModel model = test::model_of({});
-  test::add_smoothed(model, largest_smoothed_degree, [](int i, int j) {
-    return PoseNumbers{j == 0 ? i + 1.0 : 0.0, 0.0, 0.0, 0.0};
+  store::MotionModel model = test::model_of({});
+  test::add_smoothed(model, store::max_smoothed_degree, [](int i, int j) {
+    return motion::PoseCoordinates{j == 0 ? i + 1.0 : 0.0, 0.0, 0.0, 0.0};
   });
-  const SmoothedSurfaces surfaces = smoothed_surfaces(model, model.smoothed.front());
+  const motion::SmoothedSurfaces surfaces = motion::smoothed_surfaces(model, model.smoothed.front());
   double sum = 0.0, alternating = 0.0;
-  for (int i = 0; i <= largest_smoothed_degree; ++i) {
+  for (int i = 0; i <= store::max_smoothed_degree; ++i) {
     sum += i + 1.0;
     alternating += (i % 2 == 0 ? 1.0 : -1.0) * (i + 1.0);
   }
-  EXPECT_NEAR(evaluate(surfaces, {rad_from_deg(90.0), 0.0})[0], sum, 1e-11);
-  EXPECT_NEAR(evaluate(surfaces, {0.0, 0.0})[0], alternating, 1e-11);
+  EXPECT_NEAR(motion::evaluate(surfaces, {rad_from_deg(90.0), 0.0})[0], sum, 1e-11);
+  EXPECT_NEAR(motion::evaluate(surfaces, {0.0, 0.0})[0], alternating, 1e-11);
 }
 
 TEST(SmoothedSurfaces, AgreeWithTheEvaluationOfTheStore)
 {
-  MotionModel model = test::model_of({});
+  store::MotionModel model = test::model_of({});
   test::add_smoothed(model, 6, [](int i, int j) {
-    return PoseNumbers{1.0 / (i + 1), 0.5 - j, 0.1 * i * j, 2.0 + i};
+    return motion::PoseCoordinates{1.0 / (i + 1), 0.5 - j, 0.1 * i * j, 2.0 + i};
   });
-  const SmoothedSet& set = model.smoothed.front();
-  const SmoothedSurfaces surfaces = smoothed_surfaces(model, set);
-  const AxisRanges ranges = axis_ranges(model.flexion_deg, model.varus_deg);
+  const store::SmoothedSet& set = model.smoothed.front();
+  const motion::SmoothedSurfaces surfaces = motion::smoothed_surfaces(model, set);
+  const store::AxisRanges ranges = store::axis_ranges(model.flexion_deg, model.varus_deg);
   for (const double flexion_deg : {3.0, 50.0, 88.0}) {
-    const PoseAndVarus found = evaluate(surfaces, {rad_from_deg(flexion_deg), rad_from_deg(-3.0)});
+    const motion::PoseAndVarus found =
+        motion::evaluate(surfaces, {rad_from_deg(flexion_deg), rad_from_deg(-3.0)});
     for (std::size_t number = 0; number < 4; ++number) {
-      const double expected = evaluate(set, set.surfaces[number], ranges, flexion_deg, -3.0).value;
+      const double expected = store::evaluate(set, set.surfaces[number], ranges, flexion_deg, -3.0).value;
       EXPECT_NEAR(found[number], number == 3 ? rad_from_deg(expected) : expected, 28 * few_operations);
     }
   }
@@ -212,17 +217,17 @@ TEST(SmoothedSurfaces, AgreeWithTheEvaluationOfTheStore)
 
 TEST(SmoothedSurfaces, AMisshapenSetIsABrokenPromise)
 {
-  MotionModel model = test::model_of({});
-  test::add_smoothed(model, 2, [](int, int) { return PoseNumbers{}; });
-  SmoothedSet nameless = model.smoothed.front();
+  store::MotionModel model = test::model_of({});
+  test::add_smoothed(model, 2, [](int, int) { return motion::PoseCoordinates{}; });
+  store::SmoothedSet nameless = model.smoothed.front();
   nameless.surfaces[1].name = "t";
-  EXPECT_THROW(smoothed_surfaces(model, nameless), InternalError);
-  SmoothedSet cut = model.smoothed.front();
+  EXPECT_THROW(motion::smoothed_surfaces(model, nameless), InternalError);
+  store::SmoothedSet cut = model.smoothed.front();
   cut.surfaces[2].coefficients.pop_back();
-  EXPECT_THROW(smoothed_surfaces(model, cut), InternalError);
-  SmoothedSet wild = model.smoothed.front();
-  wild.exponents(1, 1) = largest_smoothed_degree + 1;
-  EXPECT_THROW(smoothed_surfaces(model, wild), InternalError);
+  EXPECT_THROW(motion::smoothed_surfaces(model, cut), InternalError);
+  store::SmoothedSet wild = model.smoothed.front();
+  wild.exponents(1, 1) = store::max_smoothed_degree + 1;
+  EXPECT_THROW(motion::smoothed_surfaces(model, wild), InternalError);
 }
 
 }  // namespace vrda::surfaces_test

@@ -51,7 +51,7 @@ void change_bytes(std::string& bytes, std::mt19937_64& random)
   for (std::size_t n = 1 + random() % 4; n > 0; --n)
     bytes[random() % bytes.size()] = static_cast<char>(random());
   std::vector<std::uint8_t> data(bytes.begin(), bytes.end());
-  test::mend_checksums(data.data(), data.size());
+  test::repair_checksums(data.data(), data.size());
   bytes.assign(data.begin(), data.end());
 }
 
@@ -119,7 +119,8 @@ TEST_F(Mutants, OfJournalsGiveAResultOrOneRefusal)
 {
   const fs::path job = test::small_job(scratch_);
   const std::string output = (scratch_.path() / "merged.h5").string();
-  const std::string spine = spine_journal_of(output), shard = shard_journal_of(output, {1, 1});
+  const std::string spine = journal::spine_journal_of(output),
+                    shard = journal::shard_journal_of(output, {1, 1});
   ASSERT_EQ(test::run_vrda({"run", job.string(), "-o", output, "--spine"}).exit_code, 0);
   ASSERT_EQ(test::run_vrda({"run", job.string(), "-o", output, "--shard", "1/1"}).exit_code, 0);
   const std::string file = (scratch_.path() / "changed.journal").string();

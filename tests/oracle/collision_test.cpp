@@ -65,7 +65,7 @@ class ByFcl {
 MovingPose exchanged(const MovingPose& pose)
 {
   const MovingPose back{Eigen::Vector3d::Zero(), -pose.theta_rad};
-  return {-Placement(back)(pose.translation_mm), -pose.theta_rad};
+  return {-proximity::Placement(back)(pose.translation_mm), -pose.theta_rad};
 }
 
 struct Answers {
@@ -153,18 +153,18 @@ void judge(const Answers& answers, const test::ThirdMeasure& truth, Tally& tally
 Tally asked_both(const test::TwoObjects& objects, unsigned seed)
 {
   std::mt19937_64 random(seed);
-  NarrowPhase narrow_phase;
+  contact::NarrowPhase narrow_phase;
   ByFcl fcl(objects.reference.mesh, objects.moving.mesh);
   Tally tally;
   for (int done = 0; done < n_touches_a_scene; done += n_touches_an_attitude) {
-    const test::AskedAttitude asked = test::random_attitude(objects, n_touches_an_attitude, random);
+    const test::TestAttitude asked = test::random_attitude(objects, n_touches_an_attitude, random);
     fcl.turn(asked.attitude);
     for (const auto& [pose, zone] : asked.poses) {
       fcl.place(pose);
       Answers answers;
-      answers.ours = find_collision(asked.reference, objects.moving, pose, narrow_phase).has_value();
+      answers.ours = contact::find_collision(asked.reference, objects.moving, pose, narrow_phase).has_value();
       answers.ours_exchanged =
-          find_collision(objects.moving, asked.reference, exchanged(pose), narrow_phase).has_value();
+          contact::find_collision(objects.moving, asked.reference, exchanged(pose), narrow_phase).has_value();
       answers.fcl = fcl.collides();
       answers.fcl_exchanged = fcl.collides_exchanged();
       answers.textbook = test::textbook_collides(asked.reference, objects.moving, pose);
@@ -173,7 +173,7 @@ Tally asked_both(const test::TwoObjects& objects, unsigned seed)
       tally.n_colliding += answers.ours ? 1 : 0;
       tally.n_near += zone == Zone::milli || zone == Zone::micro || zone == Zone::nano ? 1 : 0;
       if (!answers.agree())
-        judge(answers, test::third_measure(asked.reference.mesh, objects.moving.mesh, pose), tally);
+        judge(answers, test::reference_measure(asked.reference.mesh, objects.moving.mesh, pose), tally);
     }
   }
   return tally;
@@ -184,7 +184,7 @@ void expect_agreement(const std::string& scene, unsigned seed)
   const Tally tally = asked_both(test::two_objects(scene), seed);
   std::cout << scene << ", seed " << seed << ": " << tally << '\n';
   write(tally, scene, seed);
-  EXPECT_EQ(tally.n_poses, n_touches_a_scene * test::poses_a_touch);
+  EXPECT_EQ(tally.n_poses, n_touches_a_scene * test::poses_per_contact);
   EXPECT_GT(tally.n_colliding, tally.n_poses / 5);
   EXPECT_GT(tally.n_poses - tally.n_colliding, tally.n_poses / 5);
   EXPECT_GT(tally.n_near, tally.n_poses / 5);
@@ -226,12 +226,14 @@ TEST(ThirdMeasure, TellsDepthAndDistanceOfACornerAtAFace)
   for (const double depth_mm : {-1e-7, -1e-9, 1e-9, 1e-7, 1e-3}) {
     SCOPED_TRACE(depth_mm);
     const MovingPose pose{{0.3, depth_mm, 0.2}, 0.4};
-    const test::ThirdMeasure found = test::third_measure(above, below, pose);
+    const test::ThirdMeasure found = test::reference_measure(above, below, pose);
     EXPECT_EQ(found.is_overlapping, depth_mm > 0.0);
     EXPECT_NEAR(static_cast<double>(found.from_touch_mm), std::abs(depth_mm), 1e-14);
-    EXPECT_EQ(test::textbook_collides(make_tree_mesh(above), make_tree_mesh(below), pose), depth_mm > 0.0);
+    EXPECT_EQ(
+        test::textbook_collides(proximity::make_tree_mesh(above), proximity::make_tree_mesh(below), pose),
+        depth_mm > 0.0);
   }
-  EXPECT_TRUE(std::isinf(test::third_measure(above, below, {{0.3, -1e-3, 0.2}, 0.4}).from_touch_mm));
+  EXPECT_TRUE(std::isinf(test::reference_measure(above, below, {{0.3, -1e-3, 0.2}, 0.4}).from_touch_mm));
 }
 
 }  // namespace vrda::collision_test

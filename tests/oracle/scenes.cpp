@@ -33,10 +33,10 @@ Eigen::Vector3d any_vertex(const Mesh& mesh, std::mt19937_64& random)
       std::uniform_int_distribution<Eigen::Index>(0, mesh.vertices_mm.rows() - 1)(random));
 }
 
-Mesh contact_mesh(const std::vector<ShapePart>& parts)
+Mesh contact_mesh(const std::vector<shapes::ShapePart>& parts)
 {
   Mesh mesh;
-  for (const ShapePart& part : parts) {
+  for (const shapes::ShapePart& part : parts) {
     if (!part.has_contact) continue;
     if (mesh.triangles.rows() == 0) {
       mesh = part.mesh;
@@ -49,7 +49,7 @@ Mesh contact_mesh(const std::vector<ShapePart>& parts)
 
 struct Generated {
   std::string name;
-  ShapeRequest request;
+  shapes::ShapeRequest request;
 };
 
 const std::vector<Generated>& generated()
@@ -67,15 +67,15 @@ const std::vector<Generated>& generated()
   return all;
 }
 
-Case real_knee(const std::string& name)
+load::Case real_knee(const std::string& name)
 {
-  return load_case((source_directory() / ("jobs/knee-" + name + ".toml")).string(),
-                   {data_directory()->string(), {}});
+  return load::load_case((source_directory() / ("jobs/knee-" + name + ".toml")).string(),
+                         {data_directory()->string(), {}});
 }
 
 // A pose that touches the reference: centres aligned to within a quarter of the extent, or any two vertices
 // aligned.
-MovingPose below_reference(const TreeMesh& reference, const Mesh& moving, bool is_level,
+MovingPose below_reference(const proximity::TreeMesh& reference, const Mesh& moving, bool is_level,
                            std::mt19937_64& random)
 {
   const bool is_central = uniform(random, 0.0, 1.0) < 0.5;
@@ -83,7 +83,7 @@ MovingPose below_reference(const TreeMesh& reference, const Mesh& moving, bool i
   MovingPose pose;
   if (!is_level) pose.theta_rad = uniform(random, -most_rad, most_rad);
   const Box above = bounding_box(reference.mesh), own = bounding_box(moving);
-  const Placement turn({Eigen::Vector3d::Zero(), pose.theta_rad});
+  const proximity::Placement turn({Eigen::Vector3d::Zero(), pose.theta_rad});
   if (is_central) {
     const Eigen::Vector3d quarter = 0.25 * (above.max_mm - above.min_mm);
     pose.translation_mm = 0.5 * (above.min_mm + above.max_mm) - turn(0.5 * (own.min_mm + own.max_mm));
@@ -97,7 +97,7 @@ MovingPose below_reference(const TreeMesh& reference, const Mesh& moving, bool i
 }
 
 void add_poses(const MovingPose& below, double travel_mm, double height_mm, std::mt19937_64& random,
-               std::vector<AskedPose>& poses)
+               std::vector<TestPose>& poses)
 {
   const auto add = [&](Zone zone, double from_below_mm) {
     MovingPose pose = below;
@@ -137,30 +137,32 @@ TwoObjects two_objects(const std::string& scene)
 {
   for (const Generated& known : generated()) {
     if (known.name != scene) continue;
-    const Shape shape = generate_shape(known.request);
-    return {make_tree_mesh(contact_mesh(shape.reference)), make_tree_mesh(contact_mesh(shape.moving))};
+    const shapes::Shape shape = shapes::generate_shape(known.request);
+    return {proximity::make_tree_mesh(contact_mesh(shape.reference)),
+            proximity::make_tree_mesh(contact_mesh(shape.moving))};
   }
-  const Case knee = real_knee(scene);
-  return {make_tree_mesh(solver_mesh(knee.reference.contact.mesh, knee.frame)),
-          make_tree_mesh(solver_mesh(knee.moving.contact.mesh, knee.frame))};
+  const load::Case knee = real_knee(scene);
+  return {proximity::make_tree_mesh(solver_mesh(knee.reference.contact.mesh, knee.frame)),
+          proximity::make_tree_mesh(solver_mesh(knee.moving.contact.mesh, knee.frame))};
 }
 
-AskedAttitude random_attitude(const TwoObjects& objects, int n_touches, std::mt19937_64& random)
+TestAttitude random_attitude(const TwoObjects& objects, int n_touches, std::mt19937_64& random)
 {
-  AskedAttitude asked;
+  TestAttitude asked;
   const bool is_level = uniform(random, 0.0, 1.0) < level_share;
   if (!is_level) {
     asked.attitude = {rad_from_deg(uniform(random, -10.0, 130.0)),
                       rad_from_deg(uniform(random, -10.0, 10.0))};
   }
-  asked.reference = turned(objects.reference, asked.attitude);
+  asked.reference = proximity::rotated_reference(objects.reference, asked.attitude);
   const Box above = bounding_box(asked.reference.mesh), own = bounding_box(objects.moving.mesh);
   const double height_mm = above.max_mm.y() - above.min_mm.y() + own.max_mm.y() - own.min_mm.y() + 2.0;
   // The moving object may pass through a hole or past an edge; ten tries per contact suffice.
-  for (int tries = 0; static_cast<int>(asked.poses.size()) < n_touches * poses_a_touch; ++tries) {
+  for (int tries = 0; static_cast<int>(asked.poses.size()) < n_touches * poses_per_contact; ++tries) {
     if (tries > 10 * n_touches) throw std::runtime_error("the moving object rarely touches the reference");
     const MovingPose below = below_reference(asked.reference, objects.moving.mesh, is_level, random);
-    const Gap gap = directional_gap(asked.reference, objects.moving.mesh, objects.moving.tree, below);
+    const proximity::Gap gap =
+        proximity::directional_gap(asked.reference, objects.moving.mesh, objects.moving.tree, below);
     if (std::isfinite(gap.travel_mm)) add_poses(below, gap.travel_mm, height_mm, random, asked.poses);
   }
   return asked;

@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "proximity/placed.hpp"
+#include "proximity/placement.hpp"
 
 namespace vrda::test {
 
 /// The two objects of a scene in the solver frame at zero attitude.
 struct TwoObjects {
-  TreeMesh reference;
-  TreeMesh moving;
+  proximity::TreeMesh reference;
+  proximity::TreeMesh moving;
 };
 
 /// All generated shapes, the ball's dish in all its sections and with a hole.
@@ -33,23 +33,23 @@ enum class Zone {
   anywhere  ///< from below to above the reference
 };
 
-struct AskedPose {
+struct TestPose {
   MovingPose pose;
   Zone zone = Zone::anywhere;
 };
 
 /// Poses around one contact.
-constexpr int poses_a_touch = 10;
+constexpr int poses_per_contact = 10;
 
 /// One attitude and its poses: poses_a_touch for each of `n_touches` contacts.
-struct AskedAttitude {
+struct TestAttitude {
   Attitude attitude;
-  TreeMesh reference;  ///< rotated
-  std::vector<AskedPose> poses;
+  proximity::TreeMesh reference;  ///< rotated
+  std::vector<TestPose> poses;
 };
 
 /// A random attitude (one in five is zero, without rotation), then random rotations and translations
 /// perpendicular to Delta at which the moving object, coming from below, touches the reference.
-AskedAttitude random_attitude(const TwoObjects& objects, int n_touches, std::mt19937_64& random);
+TestAttitude random_attitude(const TwoObjects& objects, int n_touches, std::mt19937_64& random);
 
 }  // namespace vrda::test

@@ -12,11 +12,11 @@ namespace {
 constexpr double near_mm = 1e-6;
 
 struct Boxed {
-  Corners corner;
-  std::array<Extent, 3> box;
+  proximity::Corners corner;
+  std::array<proximity::Extent, 3> box;
 };
 
-bool are_near(const std::array<Extent, 3>& a, const std::array<Extent, 3>& b)
+bool are_near(const std::array<proximity::Extent, 3>& a, const std::array<proximity::Extent, 3>& b)
 {
   for (std::size_t k = 0; k < 3; ++k) {
     if (a[k].least - b[k].most > near_mm || b[k].least - a[k].most > near_mm) return false;
@@ -24,21 +24,21 @@ bool are_near(const std::array<Extent, 3>& a, const std::array<Extent, 3>& b)
   return true;
 }
 
-Boxed boxed(const Corners& t)
+Boxed boxed(const proximity::Corners& t)
 {
-  return {t, {extent(t, 0), extent(t, 1), extent(t, 2)}};
+  return {t, {proximity::extent(t, 0), proximity::extent(t, 1), proximity::extent(t, 2)}};
 }
 
-std::vector<Boxed> all_boxed(const Mesh& mesh, const Placement& place)
+std::vector<Boxed> all_boxed(const Mesh& mesh, const proximity::Placement& place)
 {
   std::vector<Boxed> result;
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) result.push_back(boxed(place(corners(mesh, t))));
   return result;
 }
 
-std::array<Extent, 3> whole_box(const std::vector<Boxed>& all)
+std::array<proximity::Extent, 3> whole_box(const std::vector<Boxed>& all)
 {
-  std::array<Extent, 3> whole = all.front().box;
+  std::array<proximity::Extent, 3> whole = all.front().box;
   for (const Boxed& one : all) {
     for (std::size_t k = 0; k < 3; ++k) {
       whole[k].least = std::min(whole[k].least, one.box[k].least);
@@ -50,21 +50,23 @@ std::array<Extent, 3> whole_box(const std::vector<Boxed>& all)
 
 }  // namespace
 
-bool textbook_collides(const TreeMesh& reference, const TreeMesh& moving, const MovingPose& pose)
+bool textbook_collides(const proximity::TreeMesh& reference, const proximity::TreeMesh& moving,
+                       const MovingPose& pose)
 {
-  const Placement place(pose);
-  return visit_close_pairs(reference.tree, moving.tree, Placement(pose), 0.0, [&](const TrianglePair& pair) {
-    const Boxed r = boxed(corners(reference.mesh, pair.reference));
-    const Boxed m = boxed(place(corners(moving.mesh, pair.moving)));
-    return are_near(r.box, m.box) && fine_triangle_distance_mm(r.corner, m.corner) <= 0.0L;
-  });
+  const proximity::Placement place(pose);
+  return proximity::visit_close_pairs(
+      reference.tree, moving.tree, proximity::Placement(pose), 0.0, [&](const proximity::TrianglePair& pair) {
+        const Boxed r = boxed(corners(reference.mesh, pair.reference));
+        const Boxed m = boxed(place(corners(moving.mesh, pair.moving)));
+        return are_near(r.box, m.box) && fine_triangle_distance_mm(r.corner, m.corner) <= 0.0L;
+      });
 }
 
-ThirdMeasure third_measure(const Mesh& reference, const Mesh& moving, const MovingPose& pose)
+ThirdMeasure reference_measure(const Mesh& reference, const Mesh& moving, const MovingPose& pose)
 {
-  const std::vector<Boxed> fixed = all_boxed(reference, Placement({}));
-  const std::vector<Boxed> placed = all_boxed(moving, Placement(pose));
-  const std::array<Extent, 3> fixed_box = whole_box(fixed);
+  const std::vector<Boxed> fixed = all_boxed(reference, proximity::Placement({}));
+  const std::vector<Boxed> placed = all_boxed(moving, proximity::Placement(pose));
+  const std::array<proximity::Extent, 3> fixed_box = whole_box(fixed);
   ThirdMeasure result{false, std::numeric_limits<long double>::infinity()};
   for (const Boxed& m : placed) {
     if (!are_near(m.box, fixed_box)) continue;

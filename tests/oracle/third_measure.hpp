@@ -2,12 +2,13 @@
 /// arithmetic.
 #pragma once
 
-#include "proximity/placed.hpp"
+#include "proximity/placement.hpp"
 
 namespace vrda::test {
 
 /// Standard triangle tests, over the pairs found by our trees.
-bool textbook_collides(const TreeMesh& reference, const TreeMesh& moving, const MovingPose& pose);
+bool textbook_collides(const proximity::TreeMesh& reference, const proximity::TreeMesh& moving,
+                       const MovingPose& pose);
 
 struct ThirdMeasure {
   bool is_overlapping = false;
@@ -16,6 +17,6 @@ struct ThirdMeasure {
 };
 
 /// Over every pair of triangles, without a tree. Cost: seconds for a real knee.
-ThirdMeasure third_measure(const Mesh& reference, const Mesh& moving, const MovingPose& pose);
+ThirdMeasure reference_measure(const Mesh& reference, const Mesh& moving, const MovingPose& pose);
 
 }  // namespace vrda::test

@@ -12,20 +12,22 @@ namespace vrda::directional_gap_test {
 
 constexpr double rounding_mm = 1e-12;
 
-Gap gap_of(const TreeMesh& reference, const TreeMesh& moving, const MovingPose& pose,
-           GapKind kind = GapKind::from_here, const TrianglePair& hint = {})
+proximity::Gap gap_of(const proximity::TreeMesh& reference, const proximity::TreeMesh& moving,
+                      const MovingPose& pose, proximity::GapKind kind = proximity::GapKind::non_negative,
+                      const proximity::TrianglePair& hint = {})
 {
-  return directional_gap(reference, moving.mesh, moving.tree, pose, {kind, hint});
+  return proximity::directional_gap(reference, moving.mesh, moving.tree, pose, {kind, hint});
 }
 
-double brute_force_mm(const TreeMesh& reference, const TreeMesh& moving, const MovingPose& pose, GapKind kind)
+double brute_force_mm(const proximity::TreeMesh& reference, const proximity::TreeMesh& moving,
+                      const MovingPose& pose, proximity::GapKind kind)
 {
-  const Placement place(pose);
+  const proximity::Placement place(pose);
   double least = std::numeric_limits<double>::infinity();
   for (Eigen::Index r = 0; r < reference.mesh.triangles.rows(); ++r) {
     for (Eigen::Index m = 0; m < moving.mesh.triangles.rows(); ++m) {
-      least =
-          std::min(least, pair_travel_mm(corners(reference.mesh, r), place(corners(moving.mesh, m)), kind));
+      least = std::min(
+          least, proximity::pair_travel_mm(corners(reference.mesh, r), place(corners(moving.mesh, m)), kind));
     }
   }
   return least;
@@ -33,8 +35,8 @@ double brute_force_mm(const TreeMesh& reference, const TreeMesh& moving, const M
 
 TEST(DirectionalGap, BoxUnderBoxIsTheHeightBetweenThem)
 {
-  const TreeMesh reference = make_tree_mesh(test::box({0, 10, 0}, {4, 4, 4}));
-  const TreeMesh moving = make_tree_mesh(test::box({0, 0, 0}, {2, 2, 2}));
+  const proximity::TreeMesh reference = proximity::make_tree_mesh(test::box({0, 10, 0}, {4, 4, 4}));
+  const proximity::TreeMesh moving = proximity::make_tree_mesh(test::box({0, 0, 0}, {2, 2, 2}));
   for (const double theta : {0.0, 0.3, -1.2}) {
     EXPECT_NEAR(gap_of(reference, moving, {{0.5, -3.0, 0.2}, theta}).travel_mm, 10.0, rounding_mm);
   }
@@ -52,7 +54,8 @@ TEST(DirectionalGap, VertexUnderFaceEdgeUnderEdgeAndNothing)
   lower.vertices_mm << 0, 2, -3, 0, 2, 3, 3, 0, 0, -3, 0, 0;
   lower.triangles.resize(2, 3);
   lower.triangles << 0, 1, 2, 1, 0, 3;
-  const TreeMesh reference = make_tree_mesh(upper), moving = make_tree_mesh(lower);
+  const proximity::TreeMesh reference = proximity::make_tree_mesh(upper),
+                            moving = proximity::make_tree_mesh(lower);
   EXPECT_NEAR(gap_of(reference, moving, {}).travel_mm, 3.0, rounding_mm);
   EXPECT_TRUE(std::isinf(gap_of(reference, moving, {{50, 0, 0}, 0}).travel_mm));
   EXPECT_TRUE(std::isinf(gap_of(reference, moving, {{0, 50, 0}, 0}).travel_mm)) << "nothing above";
@@ -62,8 +65,8 @@ TEST(DirectionalGap, BallUnderBallMatchesTheClosedFormWithinTheFacets)
 {
   // Height between two spheres whose axes are h apart: d - sqrt((r + R)^2 - h^2).
   const double r = 5, R = 8;
-  const TreeMesh reference = make_tree_mesh(test::ball(R, 128, 256));
-  const TreeMesh moving = make_tree_mesh(test::ball(r, 128, 256));
+  const proximity::TreeMesh reference = proximity::make_tree_mesh(test::ball(R, 128, 256));
+  const proximity::TreeMesh moving = proximity::make_tree_mesh(test::ball(r, 128, 256));
   // Inscribed facets add up to the sagitta of an edge on each ball.
   const double facet_mm = (r + R) * 2 * (pi / 128) * (pi / 128) / 8 * 2;
   for (const double h : {0.0, 2.0, 5.0}) {
@@ -76,18 +79,19 @@ TEST(DirectionalGap, BallUnderBallMatchesTheClosedFormWithinTheFacets)
 
 TEST(DirectionalGap, AgreesWithBruteForceAndWithAnyHint)
 {
-  const TreeMesh reference = make_tree_mesh(test::ball(10, 10, 16));
-  const TreeMesh moving = make_tree_mesh(test::ball(7, 9, 14));
+  const proximity::TreeMesh reference = proximity::make_tree_mesh(test::ball(10, 10, 16));
+  const proximity::TreeMesh moving = proximity::make_tree_mesh(test::ball(7, 9, 14));
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
-  TrianglePair hint;
+  proximity::TrianglePair hint;
   int n_finite = 0, n_infinite = 0;
   for (int k = 0; k < 60; ++k) {
     const MovingPose pose{{18 * unit(random), -8 + 12 * unit(random), 12 * unit(random)}, 3 * unit(random)};
-    for (const GapKind kind : {GapKind::from_here, GapKind::from_afar}) {
-      const Gap cold = gap_of(reference, moving, pose, kind);
+    for (const proximity::GapKind kind :
+         {proximity::GapKind::non_negative, proximity::GapKind::signed_facing}) {
+      const proximity::Gap cold = gap_of(reference, moving, pose, kind);
       EXPECT_EQ(cold.travel_mm, brute_force_mm(reference, moving, pose, kind));
-      const Gap warm = gap_of(reference, moving, pose, kind, hint);
+      const proximity::Gap warm = gap_of(reference, moving, pose, kind, hint);
       EXPECT_EQ(warm.travel_mm, cold.travel_mm);
       EXPECT_EQ(warm.pair, cold.pair);
       n_finite += std::isfinite(cold.travel_mm) ? 1 : 0;
@@ -101,8 +105,8 @@ TEST(DirectionalGap, AgreesWithBruteForceAndWithAnyHint)
 
 TEST(DirectionalGap, GrowsOneForOneAsTheMovingObjectGoesDown)
 {
-  const TreeMesh reference = make_tree_mesh(test::ball(10, 10, 16));
-  const TreeMesh moving = make_tree_mesh(test::box({0, 0, 0}, {8, 3, 5}));
+  const proximity::TreeMesh reference = proximity::make_tree_mesh(test::ball(10, 10, 16));
+  const proximity::TreeMesh moving = proximity::make_tree_mesh(test::box({0, 0, 0}, {8, 3, 5}));
   const double near = gap_of(reference, moving, {{1, -20, 2}, 0.5}).travel_mm;
   const double far = gap_of(reference, moving, {{1, -23, 2}, 0.5}).travel_mm;
   EXPECT_NEAR(far - near, 3.0, rounding_mm);
@@ -116,27 +120,30 @@ TEST(DirectionalGap, TurningTheWholeSceneAboutDeltaChangesNothing)
   X.linear() = rotation_y(0.77);
   const MovingPose pose{{3, -9, -1}, 0.2};
   MovingPose turned_pose{X * pose.translation_mm, 0.77 + pose.theta_rad};
-  const double plain = gap_of(make_tree_mesh(upper), make_tree_mesh(lower), pose).travel_mm;
+  const double plain =
+      gap_of(proximity::make_tree_mesh(upper), proximity::make_tree_mesh(lower), pose).travel_mm;
   const double turned =
-      gap_of(make_tree_mesh(transformed(upper, X)), make_tree_mesh(lower), turned_pose).travel_mm;
+      gap_of(proximity::make_tree_mesh(transformed(upper, X)), proximity::make_tree_mesh(lower), turned_pose)
+          .travel_mm;
   EXPECT_NEAR(plain, turned, rounding_mm);
 }
 
 TEST(DirectionalGap, MoreTrianglesNeverGiveMoreRoom)
 {
-  const TreeMesh moving = make_tree_mesh(test::ball(7, 9, 14));
+  const proximity::TreeMesh moving = proximity::make_tree_mesh(test::ball(7, 9, 14));
   Mesh upper = test::ball(10, 10, 16);
-  const double alone = gap_of(make_tree_mesh(upper), moving, {{2, -25, 0}, 0}).travel_mm;
+  const double alone = gap_of(proximity::make_tree_mesh(upper), moving, {{2, -25, 0}, 0}).travel_mm;
   append(upper, test::box({0, -12, 0}, {1, 1, 1}));
-  EXPECT_LT(gap_of(make_tree_mesh(upper), moving, {{2, -25, 0}, 0}).travel_mm, alone);
+  EXPECT_LT(gap_of(proximity::make_tree_mesh(upper), moving, {{2, -25, 0}, 0}).travel_mm, alone);
 }
 
 TEST(DirectionalGap, FromAfarIsNegativeByTheDepthOfAnOverlap)
 {
-  const TreeMesh reference = make_tree_mesh(test::box({0, 10, 0}, {4, 4, 4}));
-  const TreeMesh moving = make_tree_mesh(test::box({0, 0, 0}, {2, 2, 2}));
+  const proximity::TreeMesh reference = proximity::make_tree_mesh(test::box({0, 10, 0}, {4, 4, 4}));
+  const proximity::TreeMesh moving = proximity::make_tree_mesh(test::box({0, 0, 0}, {2, 2, 2}));
   // Top of the moving box at 8.5, underside of the reference at 8.
-  EXPECT_NEAR(gap_of(reference, moving, {{0, 7.5, 0}, 0}, GapKind::from_afar).travel_mm, -0.5, rounding_mm);
+  EXPECT_NEAR(gap_of(reference, moving, {{0, 7.5, 0}, 0}, proximity::GapKind::signed_facing).travel_mm, -0.5,
+              rounding_mm);
 }
 
 TEST(DirectionalGap, VerticalSheetsMeetByTheirEdges)
@@ -146,8 +153,8 @@ TEST(DirectionalGap, VerticalSheetsMeetByTheirEdges)
   wall.vertices_mm << -2, 4, 0, 2, 4, 0, 0, 8, 0;
   wall.triangles.resize(1, 3);
   wall.triangles << 0, 1, 2;
-  const TreeMesh moving = make_tree_mesh(test::box({0, 0, 0}, {1, 2, 1}));
-  EXPECT_NEAR(gap_of(make_tree_mesh(wall), moving, {}).travel_mm, 3.0, rounding_mm);
+  const proximity::TreeMesh moving = proximity::make_tree_mesh(test::box({0, 0, 0}, {1, 2, 1}));
+  EXPECT_NEAR(gap_of(proximity::make_tree_mesh(wall), moving, {}).travel_mm, 3.0, rounding_mm);
 }
 
 }  // namespace vrda::directional_gap_test

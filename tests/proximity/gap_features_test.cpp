@@ -23,17 +23,17 @@ TEST(GapFeatures, ReachTheLeastTravelAndKeepTheBand)
   GapRandom random(12);
   std::size_t n_features = 0;
   for (const GapBodies& bodies : test::gap_bodies(random)) {
-    GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
+    proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
     for (int k = 0; k < 25; ++k) {
       query.set_attitude(random.attitude());
       const MovingPose pose = random.pose(4, bodies.depth_mm);
       const double travel = query.travel_mm(pose);
-      const GapAnswer& answer = query.features(pose, 0.5);
+      const proximity::GapResult& answer = query.features(pose, 0.5);
       ASSERT_FALSE(answer.features.empty());
       EXPECT_EQ(answer.travel_mm, travel);
       EXPECT_EQ(answer.features.front().travel_mm, travel);
       EXPECT_EQ(answer.features.front().triangles, answer.pair);
-      for (const GapFeature& feature : answer.features) {
+      for (const proximity::GapFeature& feature : answer.features) {
         EXPECT_LE(feature.travel_mm, travel + 0.5);
         EXPECT_LT(feature.normal.y(), 0.0);
         EXPECT_NEAR(feature.normal.norm(), 1.0, 1e-14);
@@ -46,33 +46,33 @@ TEST(GapFeatures, ReachTheLeastTravelAndKeepTheBand)
 
 // Every contact candidate of every facing pair within the limit, as features, unmasked and unmerged.
 struct DenseFeatures {
-  std::vector<GapFeature> vertices, edges;
+  std::vector<proximity::GapFeature> vertices, edges;
 };
 
 DenseFeatures dense_features(const GapBodies& bodies, const Attitude& attitude, const MovingPose& pose,
                              double limit_mm)
 {
   DenseFeatures features;
-  const Mesh there = turned(make_tree_mesh(bodies.reference), attitude).mesh;
-  const Placement place(pose);
+  const Mesh there = proximity::rotated_reference(proximity::make_tree_mesh(bodies.reference), attitude).mesh;
+  const proximity::Placement place(pose);
   for (std::int32_t m = 0; m < bodies.moving.triangles.rows(); ++m) {
-    const GapFace moving = gap_face(place(corners(bodies.moving, m)));
-    for (std::int32_t r = 0; r < there.triangles.rows() && moving.looks_up(); ++r) {
-      const GapFace reference = gap_face(corners(there, r));
-      if (!reference.looks_down()) continue;
-      visit_meeting_places(reference, moving, [&](const MeetingPlace& at) {
+    const proximity::GapFace moving = proximity::gap_face(place(corners(bodies.moving, m)));
+    for (std::int32_t r = 0; r < there.triangles.rows() && moving.faces_up(); ++r) {
+      const proximity::GapFace reference = proximity::gap_face(corners(there, r));
+      if (!reference.faces_down()) continue;
+      proximity::visit_contact_candidates(reference, moving, [&](const proximity::ContactCandidate& at) {
         if (at.travel_mm > limit_mm) return;
-        auto& list = at.kind == MeetingPlace::Kind::edges ? features.edges : features.vertices;
-        list.push_back(gap_feature(reference, moving, at, {r, m}));
+        auto& list = at.kind == proximity::ContactCandidate::Kind::edges ? features.edges : features.vertices;
+        list.push_back(proximity::gap_feature(reference, moving, at, {r, m}));
       });
     }
   }
   return features;
 }
 
-bool holds(const std::vector<GapFeature>& features, const GapFeature& wanted)
+bool holds(const std::vector<proximity::GapFeature>& features, const proximity::GapFeature& wanted)
 {
-  return std::any_of(features.begin(), features.end(), [&wanted](const GapFeature& f) {
+  return std::any_of(features.begin(), features.end(), [&wanted](const proximity::GapFeature& f) {
     return std::abs(f.travel_mm - wanted.travel_mm) <= same_mm &&
            (f.point_mm - wanted.point_mm).norm() <= same_mm && (f.normal - wanted.normal).norm() <= same_mm;
   });
@@ -83,17 +83,17 @@ TEST(GapFeatures, AreEveryVertexOverAFaceAndOnlyEdgesThatReallyCross)
   GapRandom random(21);
   std::size_t n_vertices = 0, n_edges = 0, n_skipped = 0;
   for (const GapBodies& bodies : test::gap_bodies(random)) {
-    GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
+    proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
     for (int k = 0; k < 12; ++k) {
       const Attitude attitude = random.attitude();
       const MovingPose pose = random.pose(4, bodies.depth_mm);
       query.set_attitude(attitude);
-      const GapAnswer& answer = query.features(pose, 1.0);
+      const proximity::GapResult& answer = query.features(pose, 1.0);
       // Within the band by more than rounding.
       const DenseFeatures all = dense_features(bodies, attitude, pose, answer.travel_mm + 1.0 - rounding_mm);
-      for (const GapFeature& f : all.vertices) EXPECT_TRUE(holds(answer.features, f));
-      for (const GapFeature& f : all.edges) n_skipped += holds(answer.features, f) ? 0 : 1;
-      for (const GapFeature& feature : answer.features) {
+      for (const proximity::GapFeature& f : all.vertices) EXPECT_TRUE(holds(answer.features, f));
+      for (const proximity::GapFeature& f : all.edges) n_skipped += holds(answer.features, f) ? 0 : 1;
+      for (const proximity::GapFeature& feature : answer.features) {
         const bool is_vertex = holds(all.vertices, feature), is_edges = holds(all.edges, feature);
         EXPECT_TRUE(is_vertex || is_edges || feature.travel_mm > answer.travel_mm + 1.0 - 2 * rounding_mm);
         n_vertices += is_vertex ? 1 : 0;
@@ -107,7 +107,7 @@ TEST(GapFeatures, AreEveryVertexOverAFaceAndOnlyEdgesThatReallyCross)
 }
 
 // Derivatives of the travel by central differences of queries.
-Vector5d gradient_by_differences(GapQuery& query, const Attitude& attitude, const MovingPose& pose,
+Vector5d gradient_by_differences(proximity::GapQuery& query, const Attitude& attitude, const MovingPose& pose,
                                  double step)
 {
   Vector5d gradient;
@@ -134,16 +134,16 @@ TEST(GapFeatures, GradientMatchesDifferencesAwayFromKinks)
   int n_checked = 0, n_kinks = 0;
   const double step = 1e-6;
   for (const GapBodies& bodies : test::gap_bodies(random)) {
-    GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
+    proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
     for (int k = 0; k < 40; ++k) {
       const Attitude attitude = random.attitude();
       const MovingPose pose = random.pose(4, bodies.depth_mm);
       query.set_attitude(attitude);
       // Lever arms are up to 50 mm: over these steps no feature outside the band can become the minimum.
-      const GapAnswer& answer = query.features(pose, 200 * step);
+      const proximity::GapResult& answer = query.features(pose, 200 * step);
       const bool is_smooth = answer.features.size() == 1;
       (is_smooth ? n_checked : n_kinks) += 1;
-      const Vector5d expected = travel_gradient(answer.features.front(), pose);
+      const Vector5d expected = proximity::travel_gradient(answer.features.front(), pose);
       EXPECT_NEAR(expected[along_y], -1.0, 1e-14);
       const Vector5d measured = is_smooth ? gradient_by_differences(query, attitude, pose, step) : expected;
       // Rounding / step, and the curvature of a rotation by 1e-6 rad over 50 mm, each with slopes up to 100.
@@ -164,8 +164,8 @@ TEST(GapFeatures, AtAKinkTheLeastOfAllLinearisationsHolds)
   upper.triangles << 0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1;
   Mesh lower = test::sheet(20, 2);
   const MovingPose pose{{0.7, -4, 0.4}, 0.3};
-  GapQuery query{GapTree(upper), GapTree(lower)};
-  const GapAnswer answer = query.features(pose, 1e-9);
+  proximity::GapQuery query{proximity::GapTree(upper), proximity::GapTree(lower)};
+  const proximity::GapResult answer = query.features(pose, 1e-9);
   EXPECT_NEAR(answer.travel_mm, 4.0, rounding_mm);
   GapRandom random(22);
   const double step = 1e-6;
@@ -177,8 +177,8 @@ TEST(GapFeatures, AtAKinkTheLeastOfAllLinearisationsHolds)
     moved.translation_mm += change.head<3>();
     moved.theta_rad += change[about_y];
     double least = std::numeric_limits<double>::infinity();
-    for (const GapFeature& feature : answer.features) {
-      least = std::min(least, feature.travel_mm + travel_gradient(feature, pose).dot(change));
+    for (const proximity::GapFeature& feature : answer.features) {
+      least = std::min(least, feature.travel_mm + proximity::travel_gradient(feature, pose).dot(change));
     }
     EXPECT_NEAR(query.travel_mm(moved), least, rounding_mm);
     n_up += least > answer.travel_mm ? 1 : 0;

@@ -20,7 +20,7 @@ constexpr double rounding_mm = 1e-11;
 double travel_of(const Mesh& reference, const Mesh& moving, const MovingPose& pose,
                  const Attitude& attitude = {})
 {
-  GapQuery query{GapTree(reference), GapTree(moving)};
+  proximity::GapQuery query{proximity::GapTree(reference), proximity::GapTree(moving)};
   query.set_attitude(attitude);
   return query.travel_mm(pose);
 }
@@ -37,14 +37,14 @@ TEST(GapQuery, AgreesWithEveryPairOfTrianglesWhateverWasAskedBefore)
   GapRandom random(11);
   int n_finite = 0, n_infinite = 0;
   for (const GapBodies& bodies : test::gap_bodies(random)) {
-    const GapTree reference(bodies.reference), moving(bodies.moving);
-    GapQuery warm(reference, moving);
+    const proximity::GapTree reference(bodies.reference), moving(bodies.moving);
+    proximity::GapQuery warm(reference, moving);
     for (int k = 0; k < 20; ++k) {
       const Attitude attitude = random.attitude();
       const MovingPose pose = random.pose(15, bodies.depth_mm);
       warm.set_attitude(attitude);
       const double travel = warm.travel_mm(pose);
-      GapQuery cold(reference, moving);
+      proximity::GapQuery cold(reference, moving);
       cold.set_attitude(attitude);
       EXPECT_EQ(travel, cold.travel_mm(pose));
       EXPECT_EQ(test::bits_of(warm.features(pose, 0.1)), test::bits_of(cold.features(pose, 0.1)));
@@ -66,7 +66,7 @@ TEST(GapQuery, FarFromTheOriginTheFloatBoundsStillHold)
     const Eigen::RowVector3d far(40, -600, 75);
     bodies.reference.vertices_mm.rowwise() += far;
     bodies.moving.vertices_mm.rowwise() -= 2 * far;
-    GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
+    proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
     for (int k = 0; k < 10; ++k) {
       const Attitude attitude{0.1 * random.unit(), 0.1 * random.unit()};
       MovingPose pose = random.pose(3, bodies.depth_mm - 5);
@@ -85,26 +85,26 @@ TEST(GapQuery, FarFromTheOriginTheFloatBoundsStillHold)
 
 TEST(GapQuery, EveryInstructionSetGivesTheSameBits)
 {
-  const std::vector<InstructionSet> sets = instruction_sets();
-  const InstructionSet before = instruction_set();
+  const std::vector<proximity::InstructionSet> sets = proximity::instruction_sets();
+  const proximity::InstructionSet before = proximity::instruction_set();
   std::vector<std::vector<double>> answers;
-  for (const InstructionSet set : sets) {
-    set_instruction_set(set);
+  for (const proximity::InstructionSet set : sets) {
+    proximity::set_instruction_set(set);
     GapRandom random(15);
     std::vector<double> all;
     for (const GapBodies& bodies : test::gap_bodies(random)) {
-      GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
+      proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
       for (int k = 0; k < 200; ++k) {
         query.set_attitude(random.attitude());
         const MovingPose pose = random.pose(10, bodies.depth_mm);
         const std::vector<double> bits = test::bits_of(query.features(pose, 0.2));
         all.insert(all.end(), bits.begin(), bits.end());
-        all.push_back(query.touch(pose).travel_mm);
+        all.push_back(query.next_contact(pose).travel_mm);
       }
     }
     answers.push_back(all);
   }
-  set_instruction_set(before);
+  proximity::set_instruction_set(before);
   EXPECT_GT(answers.front().size(), 10000U);
   for (const std::vector<double>& other : answers) EXPECT_EQ(answers.front(), other);
 }
@@ -114,8 +114,9 @@ TEST(GapQuery, NumberingChangesNothing)
   GapRandom random(16);
   int n_finite = 0;
   for (const GapBodies& bodies : test::gap_bodies(random)) {
-    GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
-    GapQuery other{GapTree(random.renumbered(bodies.reference)), GapTree(random.renumbered(bodies.moving))};
+    proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
+    proximity::GapQuery other{proximity::GapTree(random.renumbered(bodies.reference)),
+                              proximity::GapTree(random.renumbered(bodies.moving))};
     for (int k = 0; k < 20; ++k) {
       const Attitude attitude = random.attitude();
       const MovingPose pose = random.pose(10, bodies.depth_mm);
@@ -161,8 +162,8 @@ TEST(GapQuery, MoreTrianglesNeverGiveMoreRoom)
       for (std::int32_t t = 0; t < bodies.reference.triangles.rows(); t += 2) rows.push_back(t);
       return rows;
     }();
-    GapQuery all{GapTree(bodies.reference), GapTree(bodies.moving)};
-    GapQuery part{GapTree(bodies.reference, some), GapTree(bodies.moving)};
+    proximity::GapQuery all{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
+    proximity::GapQuery part{proximity::GapTree(bodies.reference, some), proximity::GapTree(bodies.moving)};
     for (int k = 0; k < 20; ++k) {
       const MovingPose pose = random.pose(8, bodies.depth_mm);
       const double travel = all.travel_mm(pose), travel_of_part = part.travel_mm(pose);
@@ -189,16 +190,18 @@ TEST(GapQuery, TouchHasTheBitsOfThePlainWalkFromAnywhere)
   GapRandom random(19);
   int n_free = 0, n_infinite = 0, n_inside = 0;
   for (const GapBodies& bodies : test::gap_bodies(random)) {
-    const TreeMesh reference = make_tree_mesh(bodies.reference), moving = make_tree_mesh(bodies.moving);
-    GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
+    const proximity::TreeMesh reference = proximity::make_tree_mesh(bodies.reference),
+                              moving = proximity::make_tree_mesh(bodies.moving);
+    proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
     for (int k = 0; k < 60; ++k) {
       const Attitude attitude = random.attitude();
       // From well below to well above, and sideways beyond the rim.
       MovingPose pose = random.pose(14, bodies.depth_mm);
       pose.translation_mm.y() += 25 * (1 + random.unit());
       query.set_attitude(attitude);
-      const Gap plain = directional_gap(turned(reference, attitude), moving.mesh, moving.tree, pose);
-      const Gap found = query.touch(pose);
+      const proximity::Gap plain = proximity::directional_gap(
+          proximity::rotated_reference(reference, attitude), moving.mesh, moving.tree, pose);
+      const proximity::Gap found = query.next_contact(pose);
       EXPECT_EQ(found.travel_mm, plain.travel_mm);
       EXPECT_EQ(found.pair, plain.pair);
       n_infinite += std::isfinite(plain.travel_mm) ? 0 : 1;
@@ -215,14 +218,14 @@ TEST(GapQuery, NothingFacesAnEmptyTree)
 {
   const Mesh ball = test::ball(5);
   const std::vector<std::int32_t> none;
-  GapQuery query{GapTree(ball), GapTree(ball, none)};
+  proximity::GapQuery query{proximity::GapTree(ball), proximity::GapTree(ball, none)};
   query.set_attitude({0.3, 0.1});
   EXPECT_TRUE(std::isinf(query.travel_mm({})));
   EXPECT_TRUE(query.features({}, 1.0).features.empty());
-  EXPECT_TRUE(std::isinf(GapQuery(GapTree(), GapTree(ball)).travel_mm({})));
-  EXPECT_TRUE(GapTree().is_empty());
-  EXPECT_TRUE(GapTree(ball, none).is_empty());
-  EXPECT_FALSE(GapTree(ball).is_empty());
+  EXPECT_TRUE(std::isinf(proximity::GapQuery(proximity::GapTree(), proximity::GapTree(ball)).travel_mm({})));
+  EXPECT_TRUE(proximity::GapTree().is_empty());
+  EXPECT_TRUE(proximity::GapTree(ball, none).is_empty());
+  EXPECT_FALSE(proximity::GapTree(ball).is_empty());
   EXPECT_EQ(query.n_queries(), 2);
 }
 

@@ -40,6 +40,6 @@ std::vector<GapBodies> gap_bodies(GapRandom& random);
 double dense_gap_mm(const GapBodies& bodies, const Attitude& attitude, const MovingPose& pose);
 
 /// Travel and all features as one row, for bitwise comparison.
-std::vector<double> bits_of(const GapAnswer& answer);
+std::vector<double> bits_of(const proximity::GapResult& answer);
 
 }  // namespace vrda::test

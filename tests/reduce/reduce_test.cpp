@@ -22,7 +22,7 @@ constexpr double rounding_deg = 1e-12;
 const Eigen::Vector3d centre_mm(43.0, 51.0, 7.5);
 
 /// Linear in varus. The left knee has the mirror image with -z.
-PoseNumbers knee_like(double flexion_deg, double varus_deg)
+motion::PoseCoordinates knee_like(double flexion_deg, double varus_deg)
 {
   const double u = flexion_deg / 90.0, v = varus_deg / 4.0;
   return {-5.0 * u * u + v, -21.0 + u - 0.5 * v, 1.5 * v - u, 12.0 * u - 2.0 * u * v};
@@ -30,7 +30,7 @@ PoseNumbers knee_like(double flexion_deg, double varus_deg)
 
 /// Both compartments are in contact at -2 and 0 degrees of varus, so the zero varus of every flexion is -1.
 /// The contact points are linear in varus.
-MotionModel knee(const std::string& side, const Eigen::Vector3d& delta = {0, 1, 0})
+store::MotionModel knee(const std::string& side, const Eigen::Vector3d& delta = {0, 1, 0})
 {
   const double mirror = side == "left" ? -1.0 : 1.0;
   ModelPlan plan;
@@ -38,17 +38,17 @@ MotionModel knee(const std::string& side, const Eigen::Vector3d& delta = {0, 1, 
   plan.rotation_centre_mm = {centre_mm.x(), centre_mm.y(), mirror * centre_mm.z()};
   plan.delta = {delta.x(), delta.y(), mirror * delta.z()};
   plan.motion = [mirror](double flexion_deg, double varus_deg) {
-    PoseNumbers numbers = knee_like(flexion_deg, varus_deg);
+    motion::PoseCoordinates numbers = knee_like(flexion_deg, varus_deg);
     numbers[2] *= mirror;
     return numbers;
   };
-  MotionModel model = model_of(plan);
+  store::MotionModel model = model_of(plan);
   model.contact_medial << 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1,
       1, 1, 0, 1, 1, 1, 1;
   model.contact_lateral.leftCols(3).setOnes();
   model.contact_lateral.rightCols(2).setZero();
   const std::size_t n_varus = model.varus_deg.size();
-  ContactPaths& paths = *model.contact_paths;
+  store::ContactPaths& paths = *model.contact_paths;
   for (std::size_t cell = 0; cell < model.flexion_deg.size() * n_varus; ++cell) {
     const double u = model.flexion_deg[cell / n_varus] / 90.0, v = model.varus_deg[cell % n_varus];
     const auto put = [&](std::vector<double>& path, double x_mm, double y_mm, double z_mm) {
@@ -64,7 +64,7 @@ MotionModel knee(const std::string& side, const Eigen::Vector3d& delta = {0, 1, 
   return model;
 }
 
-Pose pose_at(const ZeroVarus& z, std::size_t i)
+Pose pose_at(const store::ZeroVarus& z, std::size_t i)
 {
   Pose X = Pose::Identity();
   X.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(&z.X_reference_moving[16 * i]);
@@ -85,16 +85,16 @@ TEST(Reduce, PosesLieBetweenTheTwoColumns)
 {
   for (const Eigen::Vector3d& delta :
        {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(Eigen::Vector3d(0.1, 1.0, -0.3).normalized())}) {
-    const MotionModel model = knee("right", delta);
-    const ZeroVarus z = reduce(model, "raw");
-    EXPECT_EQ(n_reduced(z), 7);
+    const store::MotionModel model = knee("right", delta);
+    const store::ZeroVarus z = reduce::reduce(model, "raw");
+    EXPECT_EQ(reduce::n_reduced_flexions(z), 7);
     const SolverFrame frame{Side::right, model.rotation_centre_mm, model.delta};
     for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
-      EXPECT_EQ(z.source[i], static_cast<std::int8_t>(ZeroVarusSource::both_touch));
+      EXPECT_EQ(z.source[i], static_cast<std::int8_t>(store::ZeroVarusSource::both_touch));
       EXPECT_EQ(z.varus_deg[i], -1.0);
       EXPECT_EQ(z.varus_first_deg[i], -2.0);
       EXPECT_EQ(z.varus_last_deg[i], 0.0);
-      const PoseNumbers expected = knee_like(model.flexion_deg[i], -1.0);
+      const motion::PoseCoordinates expected = knee_like(model.flexion_deg[i], -1.0);
       EXPECT_NEAR(z.tx_mm[i], expected[0], rounding_mm);
       EXPECT_NEAR(z.ty_mm[i], expected[1], rounding_mm);
       EXPECT_NEAR(z.tz_mm[i], expected[2], rounding_mm);
@@ -110,13 +110,14 @@ TEST(Reduce, PosesLieBetweenTheTwoColumns)
 TEST(Reduce, ClinicalNumbersAreThoseOfThePose)
 {
   // With Delta = +Y the three angles are flexion, varus and theta themselves.
-  const MotionModel model = knee("left");
-  const ZeroVarus z = reduce(model, "raw");
+  const store::MotionModel model = knee("left");
+  const store::ZeroVarus z = reduce::reduce(model, "raw");
   for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
     EXPECT_NEAR(z.clinical_flexion_deg[i], model.flexion_deg[i], rounding_deg);
     EXPECT_NEAR(z.clinical_varus_deg[i], -1.0, rounding_deg);
     EXPECT_NEAR(z.internal_rotation_deg[i], knee_like(model.flexion_deg[i], -1.0)[3], rounding_deg);
-    const Clinical clinical = clinical_of(pose_at(z, i), Side::left, model.rotation_centre_mm);
+    const ClinicalCoordinates clinical =
+        clinical_coordinates(pose_at(z, i), Side::left, model.rotation_centre_mm);
     EXPECT_EQ(z.anterior_mm[i], clinical.anterior_mm);
     EXPECT_EQ(z.proximal_mm[i], clinical.proximal_mm);
     EXPECT_EQ(z.lateral_mm[i], clinical.lateral_mm);
@@ -125,9 +126,9 @@ TEST(Reduce, ClinicalNumbersAreThoseOfThePose)
 
 TEST(Reduce, ACellItselfIsTakenToTheLastBit)
 {
-  MotionModel model = knee("right");
+  store::MotionModel model = knee("right");
   model.contact_medial.col(1).setZero();
-  const ZeroVarus z = reduce(model, "raw");
+  const store::ZeroVarus z = reduce::reduce(model, "raw");
   const std::size_t cell = 4 * model.varus_deg.size() + 2;
   EXPECT_EQ(z.varus_deg[4], 0.0);
   EXPECT_EQ(z.ty_mm[4], model.ty_mm(4, 2));
@@ -138,25 +139,27 @@ TEST(Reduce, ACellItselfIsTakenToTheLastBit)
 }
 
 /// Curves that must be equal for a left knee and its right mirror image.
-constexpr std::vector<double> ZeroVarus::*same_on_both_sides[] = {&ZeroVarus::varus_deg,
-                                                                  &ZeroVarus::clinical_flexion_deg,
-                                                                  &ZeroVarus::clinical_varus_deg,
-                                                                  &ZeroVarus::theta_deg,
-                                                                  &ZeroVarus::internal_rotation_deg,
-                                                                  &ZeroVarus::anterior_mm,
-                                                                  &ZeroVarus::proximal_mm,
-                                                                  &ZeroVarus::lateral_mm,
-                                                                  &ZeroVarus::helical_rotation_deg,
-                                                                  &ZeroVarus::instant_centre_mm,
-                                                                  &ZeroVarus::medial_rolling_mm,
-                                                                  &ZeroVarus::medial_sliding_mm,
-                                                                  &ZeroVarus::lateral_rolling_mm,
-                                                                  &ZeroVarus::lateral_sliding_mm};
+constexpr std::vector<double> store::ZeroVarus::*same_on_both_sides[] = {
+    &store::ZeroVarus::varus_deg,
+    &store::ZeroVarus::clinical_flexion_deg,
+    &store::ZeroVarus::clinical_varus_deg,
+    &store::ZeroVarus::theta_deg,
+    &store::ZeroVarus::internal_rotation_deg,
+    &store::ZeroVarus::anterior_mm,
+    &store::ZeroVarus::proximal_mm,
+    &store::ZeroVarus::lateral_mm,
+    &store::ZeroVarus::helical_rotation_deg,
+    &store::ZeroVarus::instant_centre_mm,
+    &store::ZeroVarus::medial_rolling_mm,
+    &store::ZeroVarus::medial_sliding_mm,
+    &store::ZeroVarus::lateral_rolling_mm,
+    &store::ZeroVarus::lateral_sliding_mm};
 
 TEST(Reduce, AMirroredKneeHasTheSameCurves)
 {
   const Eigen::Vector3d tilted = Eigen::Vector3d(0.1, 1.0, -0.3).normalized();
-  const ZeroVarus right = reduce(knee("right", tilted), "raw"), left = reduce(knee("left", tilted), "raw");
+  const store::ZeroVarus right = reduce::reduce(knee("right", tilted), "raw"),
+                         left = reduce::reduce(knee("left", tilted), "raw");
   for (const auto curve : same_on_both_sides) {
     ASSERT_EQ((right.*curve).size(), (left.*curve).size());
     for (std::size_t k = 0; k < (right.*curve).size(); ++k)
@@ -184,10 +187,10 @@ TEST(Reduce, AHingeIsFound)
   plan.rotation_centre_mm = centre_mm;
   plan.motion = [&q](double flexion_deg, double) {
     const Eigen::Vector3d t = rotation_z(rad_from_deg(flexion_deg)) * q - q;
-    return PoseNumbers{t.x(), t.y(), t.z(), 0.0};
+    return motion::PoseCoordinates{t.x(), t.y(), t.z(), 0.0};
   };
-  MotionModel model = model_of(plan);
-  const ZeroVarus z = reduce(model, "raw");  // both contacts in all columns: varus 0
+  store::MotionModel model = model_of(plan);
+  const store::ZeroVarus z = reduce::reduce(model, "raw");  // both contacts in all columns: varus 0
   ASSERT_EQ(z.helical_rotation_deg.size(), 6u);
   for (std::size_t k = 0; k < 6; ++k) {
     EXPECT_NEAR(z.helical_rotation_deg[k], 15.0, rounding_deg);
@@ -201,7 +204,7 @@ TEST(Reduce, AHingeIsFound)
 
 TEST(Reduce, ContactPointsLieBetweenTheColumnsToo)
 {
-  MotionModel model = knee("right");
+  store::MotionModel model = knee("right");
   const double nan = std::numeric_limits<double>::quiet_NaN();
   // At flexion 1 the medial contact of the column at 0 is not known, at flexion 2 both are not.
   const std::size_t n_varus = model.varus_deg.size();
@@ -211,7 +214,7 @@ TEST(Reduce, ContactPointsLieBetweenTheColumnsToo)
       model.contact_paths->medial_moving_mm[3 * cell + axis] = nan;
     }
   }
-  const ZeroVarus z = reduce(model, "raw");
+  const store::ZeroVarus z = reduce::reduce(model, "raw");
   EXPECT_NEAR(z.medial_reference_mm[2], -21.0, rounding_mm);  // z = -20 + varus
   EXPECT_NEAR(z.medial_reference_mm[3 + 2], -22.0, rounding_mm);
   EXPECT_NEAR(z.lateral_moving_mm[3 + 2], 21.0, rounding_mm);
@@ -233,14 +236,14 @@ TEST(Reduce, ContactPointsLieBetweenTheColumnsToo)
 
 TEST(Reduce, ASmoothedSetIsEvaluatedAtTheVarusOfTheRawCells)
 {
-  MotionModel model = knee("right");
+  store::MotionModel model = knee("right");
   test::add_smoothed(model, 2, [](int i, int j) {
-    return PoseNumbers{i - 2.0 * j, -20.0 + i, 0.5 * j, i == 1 && j == 0 ? 4.0 : 0.1 * i};
+    return motion::PoseCoordinates{i - 2.0 * j, -20.0 + i, 0.5 * j, i == 1 && j == 0 ? 4.0 : 0.1 * i};
   });
-  const ZeroVarus z = reduce(model, "degree_2");
-  const Motion motion(model, "degree_2");
+  const store::ZeroVarus z = reduce::reduce(model, "degree_2");
+  const motion::Motion motion(model, "degree_2");
   for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
-    const JointPose expected = motion.at({rad_from_deg(model.flexion_deg[i]), rad_from_deg(-1.0)});
+    const motion::JointPose expected = motion.at({rad_from_deg(model.flexion_deg[i]), rad_from_deg(-1.0)});
     EXPECT_EQ(z.varus_deg[i], -1.0);
     EXPECT_LT(difference(pose_at(z, i), expected.X_reference_moving), rounding_mm);
     EXPECT_NEAR(z.theta_deg[i], deg_from_rad(expected.theta_rad), rounding_deg);
@@ -248,18 +251,18 @@ TEST(Reduce, ASmoothedSetIsEvaluatedAtTheVarusOfTheRawCells)
     EXPECT_LT((Eigen::Vector3d(z.tx_mm[i], z.ty_mm[i], z.tz_mm[i]) - t_mm).norm(), rounding_mm);
   }
   // Not the raw poses.
-  EXPECT_GT(std::abs(z.ty_mm[3] - reduce(model, "raw").ty_mm[3]), 0.1);
+  EXPECT_GT(std::abs(z.ty_mm[3] - reduce::reduce(model, "raw").ty_mm[3]), 0.1);
 }
 
 TEST(Reduce, TheSetZeroVarusStandsWhereTheTableSays)
 {
   for (const std::string side : {"right", "left"}) {
-    MotionModel model = knee(side, Eigen::Vector3d(0.1, 1.0, -0.3).normalized());
-    model.zero_varus = reduce(model, "raw");
-    const Motion motion(model, "zero_varus");
+    store::MotionModel model = knee(side, Eigen::Vector3d(0.1, 1.0, -0.3).normalized());
+    model.zero_varus = reduce::reduce(model, "raw");
+    const motion::Motion motion(model, "zero_varus");
     for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
-      const JointPose pose = motion.at({rad_from_deg(model.flexion_deg[i]), 0.0});
-      EXPECT_EQ(pose.status, PoseStatus::solved);
+      const motion::JointPose pose = motion.at({rad_from_deg(model.flexion_deg[i]), 0.0});
+      EXPECT_EQ(pose.status, motion::PoseStatus::solved);
       EXPECT_LT(difference(pose.X_reference_moving, pose_at(*model.zero_varus, i)), rounding_mm);
     }
   }
@@ -267,15 +270,16 @@ TEST(Reduce, TheSetZeroVarusStandsWhereTheTableSays)
 
 TEST(Reduce, ARecontactedSetMayHaveNoAnswer)
 {
-  MotionModel model = knee("right");
-  test::add_smoothed(model, 1, [](int i, int) { return PoseNumbers{1.0 * i, -20.0, 0.0, 2.0}; });
-  GridD travel_mm = GridD::Constant(7, 5, 0.25);
+  store::MotionModel model = knee("right");
+  test::add_smoothed(model, 1, [](int i, int) { return motion::PoseCoordinates{1.0 * i, -20.0, 0.0, 2.0}; });
+  store::GridD travel_mm = store::GridD::Constant(7, 5, 0.25);
   travel_mm(2, 1) = std::numeric_limits<double>::quiet_NaN();  // next to the varus of -1
   model.smoothed.front().recontact_mm = travel_mm;
-  const ZeroVarus plain = reduce(model, "degree_1"), recontacted = reduce(model, "degree_1_recontacted");
-  EXPECT_EQ(n_reduced(plain), 7);
-  EXPECT_EQ(n_reduced(recontacted), 6);
-  EXPECT_EQ(recontacted.source[2], static_cast<std::int8_t>(ZeroVarusSource::none));
+  const store::ZeroVarus plain = reduce::reduce(model, "degree_1"),
+                         recontacted = reduce::reduce(model, "degree_1_recontacted");
+  EXPECT_EQ(reduce::n_reduced_flexions(plain), 7);
+  EXPECT_EQ(reduce::n_reduced_flexions(recontacted), 6);
+  EXPECT_EQ(recontacted.source[2], static_cast<std::int8_t>(store::ZeroVarusSource::none));
   EXPECT_TRUE(std::isnan(recontacted.varus_first_deg[2]));
   EXPECT_NEAR(recontacted.ty_mm[5], plain.ty_mm[5] + 0.25, rounding_mm);
 }
@@ -285,10 +289,10 @@ TEST(Reduce, ASmoothedFreeVarusIsTheSetsOwn)
   ModelPlan plan;
   plan.varus_deg = {0};
   plan.free_varus_deg = [](double flexion_deg) { return 0.1 * flexion_deg; };
-  MotionModel model = model_of(plan);
-  test::add_smoothed(model, 1, [](int, int) { return PoseNumbers{0.0, -20.0, 3.0, 8.0}; });
-  SmoothedSet& set = model.smoothed.front();
-  SmoothedSurface varus = set.surfaces.front();
+  store::MotionModel model = model_of(plan);
+  test::add_smoothed(model, 1, [](int, int) { return motion::PoseCoordinates{0.0, -20.0, 3.0, 8.0}; });
+  store::SmoothedSet& set = model.smoothed.front();
+  store::SmoothedSurface varus = set.surfaces.front();
   varus.name = "varus";
   varus.coefficients.assign(varus.coefficients.size(), 0.0);
   for (std::size_t k = 0; k < varus.coefficients.size(); ++k) {
@@ -296,9 +300,9 @@ TEST(Reduce, ASmoothedFreeVarusIsTheSetsOwn)
     varus.coefficients[k] = term(1) != 0 ? 0.0 : term(0) == 0 ? 5.0 : 4.0;  // 5 + 4 P_1
   }
   set.surfaces.push_back(varus);
-  const ZeroVarus z = reduce(model, "degree_1");
+  const store::ZeroVarus z = reduce::reduce(model, "degree_1");
   for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
-    EXPECT_EQ(z.source[i], static_cast<std::int8_t>(ZeroVarusSource::free));
+    EXPECT_EQ(z.source[i], static_cast<std::int8_t>(store::ZeroVarusSource::free));
     EXPECT_NEAR(z.varus_deg[i], 1.0 + 8.0 * model.flexion_deg[i] / 90.0, rounding_deg);
     EXPECT_NEAR(z.clinical_varus_deg[i], z.varus_deg[i], rounding_deg);
   }
@@ -310,14 +314,14 @@ TEST(Reduce, AFreeVarusNeedsNoCompartments)
   plan.varus_deg = {0};
   plan.free_varus_deg = [](double flexion_deg) { return 1.0 + 0.01 * flexion_deg; };
   plan.motion = knee_like;
-  MotionModel model = model_of(plan);
+  store::MotionModel model = model_of(plan);
   model.joint = "other";
   model.has_compartments = false;
   model.contact_paths.reset();
-  EXPECT_TRUE(is_reducible(model));
-  const ZeroVarus z = reduce(model, "raw");
+  EXPECT_TRUE(reduce::is_reducible(model));
+  const store::ZeroVarus z = reduce::reduce(model, "raw");
   for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
-    EXPECT_EQ(z.source[i], static_cast<std::int8_t>(ZeroVarusSource::free));
+    EXPECT_EQ(z.source[i], static_cast<std::int8_t>(store::ZeroVarusSource::free));
     EXPECT_EQ(z.varus_deg[i], 1.0 + 0.01 * model.flexion_deg[i]);
     EXPECT_EQ(z.tx_mm[i], model.tx_mm(static_cast<Eigen::Index>(i), 0));
     EXPECT_EQ(z.internal_rotation_deg[i],
@@ -331,19 +335,19 @@ TEST(Reduce, AFreeVarusNeedsNoCompartments)
 
 TEST(Reduce, AGivenVarusWithoutCompartmentsIsRefused)
 {
-  MotionModel model = knee("right");
+  store::MotionModel model = knee("right");
   model.has_compartments = false;
-  EXPECT_FALSE(is_reducible(model));
-  EXPECT_THROW(reduce(model, "raw"), InternalError);
+  EXPECT_FALSE(reduce::is_reducible(model));
+  EXPECT_THROW(reduce::reduce(model, "raw"), InternalError);
 }
 
 TEST(Reduce, AFlexionWithoutAnAnswerLeavesAHole)
 {
-  MotionModel model = knee("right");
+  store::MotionModel model = knee("right");
   for (Eigen::Index j = 0; j < 5; ++j) test::unsolve(model, 3, j);
-  const ZeroVarus z = reduce(model, "raw");
-  EXPECT_EQ(n_reduced(z), 6);
-  EXPECT_EQ(z.source[3], static_cast<std::int8_t>(ZeroVarusSource::none));
+  const store::ZeroVarus z = reduce::reduce(model, "raw");
+  EXPECT_EQ(reduce::n_reduced_flexions(z), 6);
+  EXPECT_EQ(z.source[3], static_cast<std::int8_t>(store::ZeroVarusSource::none));
   EXPECT_TRUE(std::isnan(z.varus_deg[3]));
   EXPECT_TRUE(std::isnan(z.X_reference_moving[16 * 3]));
   EXPECT_TRUE(std::isnan(z.medial_moving_mm[3 * 3]));
@@ -358,9 +362,9 @@ TEST(Reduce, AFlexionWithoutAnAnswerLeavesAHole)
 
 TEST(Reduce, NothingSolvedReducesToNothing)
 {
-  const MotionModel pending = with_pending_cells(knee("right"));
-  const ZeroVarus z = reduce(pending, "raw");
-  EXPECT_EQ(n_reduced(z), 0);
+  const store::MotionModel pending = store::with_pending_cells(knee("right"));
+  const store::ZeroVarus z = reduce::reduce(pending, "raw");
+  EXPECT_EQ(reduce::n_reduced_flexions(z), 0);
   EXPECT_EQ(z.source.size(), 7u);
 }
 
@@ -368,8 +372,8 @@ TEST(Reduce, OneFlexionHasNoSteps)
 {
   ModelPlan plan;
   plan.flexion_deg = {20};
-  const ZeroVarus z = reduce(model_of(plan), "raw");
-  EXPECT_EQ(n_reduced(z), 1);
+  const store::ZeroVarus z = reduce::reduce(model_of(plan), "raw");
+  EXPECT_EQ(reduce::n_reduced_flexions(z), 1);
   EXPECT_TRUE(z.helical_rotation_deg.empty());
   EXPECT_TRUE(z.instant_centre_mm.empty());
 }

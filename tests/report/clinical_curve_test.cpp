@@ -19,23 +19,24 @@ constexpr double none = std::numeric_limits<double>::quiet_NaN();
 // Rounding of angles up to 100 degrees converted to a rotation matrix and back.
 constexpr double rounding = 1e-12;
 
-ClinicalCurve curve_of(std::vector<double> flexion_deg, std::vector<double> internal_deg)
+report::ClinicalCurve curve_of(std::vector<double> flexion_deg, std::vector<double> internal_deg)
 {
-  ClinicalCurve curve;
+  report::ClinicalCurve curve;
   curve.flexion_deg = std::move(flexion_deg);
-  curve.of(Quantity::internal) = std::move(internal_deg);
+  curve.of(report::Quantity::internal) = std::move(internal_deg);
   return curve;
 }
 
-CurveDifference internal_difference(const ClinicalCurve& curve, const ClinicalCurve& other)
+report::CurveDifference internal_difference(const report::ClinicalCurve& curve,
+                                            const report::ClinicalCurve& other)
 {
-  return difference(curve, other, Quantity::internal);
+  return report::difference(curve, other, report::Quantity::internal);
 }
 
 TEST(CurveDifference, OfLinesIsThatOfTheirEnds)
 {
   // 2 f - (2 f + 1) = -1 at every flexion of the other curve within the range of the curve
-  const CurveDifference d =
+  const report::CurveDifference d =
       internal_difference(curve_of({0, 10}, {0, 20}), curve_of({-5, 0, 2.5, 10, 11}, {0, 1, 6, 21, 0}));
   EXPECT_EQ(d.n, 3u);
   EXPECT_NEAR(d.rms, 1.0, rounding);
@@ -47,7 +48,8 @@ TEST(CurveDifference, OfLinesIsThatOfTheirEnds)
 TEST(CurveDifference, SplitsIntoMeanAndRest)
 {
   // differences 3 and -1: mean 1, rms sqrt(5), about the mean 2
-  const CurveDifference d = internal_difference(curve_of({0, 10}, {3, -1}), curve_of({10, 0}, {0, 0}));
+  const report::CurveDifference d =
+      internal_difference(curve_of({0, 10}, {3, -1}), curve_of({10, 0}, {0, 0}));
   EXPECT_EQ(d.n, 2u);
   EXPECT_NEAR(d.mean, 1.0, rounding);
   EXPECT_NEAR(d.rms, std::sqrt(5.0), rounding);
@@ -59,7 +61,7 @@ TEST(CurveDifference, SplitsIntoMeanAndRest)
 TEST(CurveDifference, LeavesOutWhatHasNoAnswer)
 {
   // linear across the hole; frames of a cycle may have any order and repeat
-  const CurveDifference d =
+  const report::CurveDifference d =
       internal_difference(curve_of({0, 5, 10}, {0, none, 10}), curve_of({6, 4, 6, 7}, {5, 3, 5, none}));
   EXPECT_EQ(d.n, 3u);
   EXPECT_NEAR(d.rms, 1.0, rounding);
@@ -67,18 +69,19 @@ TEST(CurveDifference, LeavesOutWhatHasNoAnswer)
 
 TEST(CurveDifference, WithoutACommonRangeIsNotKnown)
 {
-  for (const ClinicalCurve& other : {curve_of({20, 30}, {1, 1}), curve_of({}, {}), curve_of({5}, {none})}) {
-    const CurveDifference d = internal_difference(curve_of({0, 10}, {0, 0}), other);
+  for (const report::ClinicalCurve& other :
+       {curve_of({20, 30}, {1, 1}), curve_of({}, {}), curve_of({5}, {none})}) {
+    const report::CurveDifference d = internal_difference(curve_of({0, 10}, {0, 0}), other);
     EXPECT_EQ(d.n, 0u);
     EXPECT_TRUE(std::isnan(d.rms));
     EXPECT_TRUE(std::isnan(d.largest));
   }
-  EXPECT_EQ(difference(curve_of({0}, {0}), curve_of({0}, {0}), Quantity::varus).n, 0u);
+  EXPECT_EQ(report::difference(curve_of({0}, {0}), curve_of({0}, {0}), report::Quantity::varus).n, 0u);
 }
 
-const ClinicalCurve& named(const std::vector<ClinicalCurve>& curves, const std::string& name)
+const report::ClinicalCurve& named(const std::vector<report::ClinicalCurve>& curves, const std::string& name)
 {
-  for (const ClinicalCurve& curve : curves) {
+  for (const report::ClinicalCurve& curve : curves) {
     if (curve.name == name) return curve;
   }
   throw std::runtime_error("no curve " + name);
@@ -86,43 +89,45 @@ const ClinicalCurve& named(const std::vector<ClinicalCurve>& curves, const std::
 
 TEST(ClinicalCurves, TheRawOneIsTheClinicalNumbersOfTheSpine)
 {
-  const MotionModel model = test::sample_model();
-  const ClinicalCurve raw = named(clinical_curves(model), "raw");
+  const store::MotionModel model = test::sample_model();
+  const report::ClinicalCurve raw = named(report::clinical_curves(model), "raw");
   ASSERT_EQ(raw.flexion_deg, model.flexion_deg);
   for (std::size_t i = 0; i < 4; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    EXPECT_NEAR(raw.of(Quantity::internal)[i], model.clinical.internal_rotation_deg(row, 1), rounding);
-    EXPECT_NEAR(raw.of(Quantity::varus)[i], model.clinical.varus_deg(row, 1), rounding);
-    EXPECT_NEAR(raw.of(Quantity::anterior)[i], model.clinical.anterior_mm(row, 1), rounding);
-    EXPECT_NEAR(raw.of(Quantity::proximal)[i], model.clinical.proximal_mm(row, 1), rounding);
-    EXPECT_NEAR(raw.of(Quantity::lateral)[i], model.clinical.lateral_mm(row, 1), rounding);
-    EXPECT_EQ(raw.of(Quantity::origin_anterior)[i], model.X_reference_moving[16 * (3 * i + 1) + 3]);
-    EXPECT_EQ(raw.of(Quantity::origin_lateral)[i], model.X_reference_moving[16 * (3 * i + 1) + 11]);
+    EXPECT_NEAR(raw.of(report::Quantity::internal)[i], model.clinical.internal_rotation_deg(row, 1),
+                rounding);
+    EXPECT_NEAR(raw.of(report::Quantity::varus)[i], model.clinical.varus_deg(row, 1), rounding);
+    EXPECT_NEAR(raw.of(report::Quantity::anterior)[i], model.clinical.anterior_mm(row, 1), rounding);
+    EXPECT_NEAR(raw.of(report::Quantity::proximal)[i], model.clinical.proximal_mm(row, 1), rounding);
+    EXPECT_NEAR(raw.of(report::Quantity::lateral)[i], model.clinical.lateral_mm(row, 1), rounding);
+    EXPECT_EQ(raw.of(report::Quantity::origin_anterior)[i], model.X_reference_moving[16 * (3 * i + 1) + 3]);
+    EXPECT_EQ(raw.of(report::Quantity::origin_lateral)[i], model.X_reference_moving[16 * (3 * i + 1) + 11]);
   }
 }
 
 TEST(ClinicalCurves, HaveHolesWhereTheSpineHas)
 {
-  MotionModel model = test::sample_model();
+  store::MotionModel model = test::sample_model();
   model.status(2, 1) = static_cast<std::int8_t>(StepStatus::no_contact);
-  EXPECT_THAT(solved_spine(model), ElementsAre(1, 4, -1, 10));
-  const ClinicalCurve raw = named(clinical_curves(model), "raw");
-  EXPECT_TRUE(std::isnan(raw.of(Quantity::internal)[2]));
-  EXPECT_FALSE(std::isnan(raw.of(Quantity::internal)[3]));
+  EXPECT_THAT(report::solved_spine(model), ElementsAre(1, 4, -1, 10));
+  const report::ClinicalCurve raw = named(report::clinical_curves(model), "raw");
+  EXPECT_TRUE(std::isnan(raw.of(report::Quantity::internal)[2]));
+  EXPECT_FALSE(std::isnan(raw.of(report::Quantity::internal)[3]));
 }
 
 TEST(ClinicalCurves, AMirroredJointHasTheSame)
 {
-  const MotionModel right = test::sample_model();
-  MotionModel left = right;
+  const store::MotionModel right = test::sample_model();
+  store::MotionModel left = right;
   left.side = "left";
   left.rotation_centre_mm.z() = -left.rotation_centre_mm.z();
   for (std::size_t k = 0; k < left.X_reference_moving.size(); ++k) {
     const bool is_row_z = k % 16 / 4 == 2, is_column_z = k % 4 == 2;
     if (is_row_z != is_column_z) left.X_reference_moving[k] = -left.X_reference_moving[k];
   }
-  const ClinicalCurve a = named(clinical_curves(right), "raw"), b = named(clinical_curves(left), "raw");
-  for (const QuantityName& q : quantity_names) {
+  const report::ClinicalCurve a = named(report::clinical_curves(right), "raw"),
+                              b = named(report::clinical_curves(left), "raw");
+  for (const report::QuantityName& q : report::quantity_names) {
     SCOPED_TRACE(q.key);
     EXPECT_EQ(a.of(q.quantity), b.of(q.quantity));
   }
@@ -130,12 +135,12 @@ TEST(ClinicalCurves, AMirroredJointHasTheSame)
 
 TEST(ClinicalCurves, ASmoothedSetRunsAtTheVarusWhereTheCompartmentsBalance)
 {
-  const MotionModel model = test::sample_model();
-  const ClinicalCurve smoothed = named(clinical_curves(model), "degree_1");
+  const store::MotionModel model = test::sample_model();
+  const report::ClinicalCurve smoothed = named(report::clinical_curves(model), "degree_1");
   for (std::size_t i = 0; i < 4; ++i) {
     // Delta is along Y: theta of the set is the internal rotation, the spine's varus is the varus.
-    EXPECT_NEAR(smoothed.of(Quantity::varus)[i], 0.0, rounding);
-    EXPECT_NEAR(smoothed.of(Quantity::internal)[i],
+    EXPECT_NEAR(smoothed.of(report::Quantity::varus)[i], 0.0, rounding);
+    EXPECT_NEAR(smoothed.of(report::Quantity::internal)[i],
                 model.smoothed[0].surfaces[3].values(static_cast<Eigen::Index>(i), 1), rounding);
   }
 }
@@ -144,36 +149,37 @@ using testing::IsEmpty;
 
 TEST(CurveFile, ReadsTheColumnsOfThePublishedCurves)
 {
-  const CurveFile file =
-      curve_from_text("folder/walker.v2.csv",
-                      "# cadavers, passive\r\n#convention: internal +\n\n"
-                      "frame,flexion_deg, varus_deg ,internal_deg,ant_mm,prox_mm,lat_mm,T11,T34\r\n"
-                      "1,0,0.5,-1,1e1,2,-3,0,zero\r\n"
-                      "2, 10.5 ,,+2,11,3,-4,0,0\n");
+  const report::CurveFile file =
+      report::curve_from_text("folder/walker.v2.csv",
+                              "# cadavers, passive\r\n#convention: internal +\n\n"
+                              "frame,flexion_deg, varus_deg ,internal_deg,ant_mm,prox_mm,lat_mm,T11,T34\r\n"
+                              "1,0,0.5,-1,1e1,2,-3,0,zero\r\n"
+                              "2, 10.5 ,,+2,11,3,-4,0,0\n");
   EXPECT_EQ(file.curve.name, "walker.v2");
-  EXPECT_THAT(file.notes, ElementsAre("cadavers, passive", "convention: internal +"));
+  EXPECT_THAT(file.comments, ElementsAre("cadavers, passive", "convention: internal +"));
   EXPECT_THAT(file.curve.flexion_deg, ElementsAre(0.0, 10.5));
-  EXPECT_THAT(file.curve.of(Quantity::internal), ElementsAre(-1.0, 2.0));
-  EXPECT_THAT(file.curve.of(Quantity::origin_anterior), ElementsAre(10.0, 11.0));
-  EXPECT_THAT(file.curve.of(Quantity::origin_proximal), ElementsAre(2.0, 3.0));
-  EXPECT_THAT(file.curve.of(Quantity::origin_lateral), ElementsAre(-3.0, -4.0));
-  EXPECT_THAT(file.curve.of(Quantity::anterior), IsEmpty());
-  ASSERT_EQ(file.curve.of(Quantity::varus).size(), 2u);
-  EXPECT_EQ(file.curve.of(Quantity::varus)[0], 0.5);
-  EXPECT_TRUE(std::isnan(file.curve.of(Quantity::varus)[1]));
+  EXPECT_THAT(file.curve.of(report::Quantity::internal), ElementsAre(-1.0, 2.0));
+  EXPECT_THAT(file.curve.of(report::Quantity::origin_anterior), ElementsAre(10.0, 11.0));
+  EXPECT_THAT(file.curve.of(report::Quantity::origin_proximal), ElementsAre(2.0, 3.0));
+  EXPECT_THAT(file.curve.of(report::Quantity::origin_lateral), ElementsAre(-3.0, -4.0));
+  EXPECT_THAT(file.curve.of(report::Quantity::anterior), IsEmpty());
+  ASSERT_EQ(file.curve.of(report::Quantity::varus).size(), 2u);
+  EXPECT_EQ(file.curve.of(report::Quantity::varus)[0], 0.5);
+  EXPECT_TRUE(std::isnan(file.curve.of(report::Quantity::varus)[1]));
 }
 
 TEST(CurveFile, ReadsWhatIsExported)
 {
-  const FlexionMotion motion = flexion_motion(test::sample_model(), "knee.h5", {});
-  const CurveFile file = curve_from_text("knee.csv", flexion_csv(motion));
+  const exports::FlexionMotion motion = exports::flexion_motion(test::sample_model(), "knee.h5", {});
+  const report::CurveFile file = report::curve_from_text("knee.csv", exports::flexion_csv(motion));
   ASSERT_EQ(file.curve.flexion_deg.size(), motion.frames.size());
-  for (const Quantity quantity : {Quantity::internal, Quantity::varus, Quantity::origin_anterior,
-                                  Quantity::origin_proximal, Quantity::origin_lateral}) {
+  for (const report::Quantity quantity :
+       {report::Quantity::internal, report::Quantity::varus, report::Quantity::origin_anterior,
+        report::Quantity::origin_proximal, report::Quantity::origin_lateral}) {
     EXPECT_EQ(file.curve.of(quantity).size(), motion.frames.size());
   }
   // Surfaces and Grood-Suntay translations are not columns of a curve.
-  EXPECT_THAT(file.curve.of(Quantity::anterior), IsEmpty());
+  EXPECT_THAT(file.curve.of(report::Quantity::anterior), IsEmpty());
 }
 
 TEST(CurveFile, RefusesWhatItWouldHaveToGuess)
@@ -200,7 +206,8 @@ TEST(CurveFile, RefusesWhatItWouldHaveToGuess)
   };
   for (const Row& row : rows) {
     SCOPED_TRACE(row.text);
-    const InputError::Facts facts = test::input_error([&] { curve_from_text("curve.csv", row.text); });
+    const InputError::Facts facts =
+        test::input_error([&] { report::curve_from_text("curve.csv", row.text); });
     EXPECT_EQ(facts.file, "curve.csv");
     EXPECT_EQ(facts.field, row.field);
     EXPECT_THAT(facts.found, HasSubstr(row.found));
@@ -212,9 +219,9 @@ TEST(CurveFile, RefusesAFileThatIsNotThere)
 {
   const test::Scratch scratch;
   const std::string path = (scratch.path() / "none.csv").string();
-  EXPECT_EQ(test::input_error([&] { read_curve_file(path); }).file, path);
+  EXPECT_EQ(test::input_error([&] { report::read_curve_file(path); }).file, path);
   const std::string there = scratch.write("curve.csv", "flexion_deg,varus_deg\n0,1\n").string();
-  EXPECT_EQ(read_curve_file(there).curve.name, "curve");
+  EXPECT_EQ(report::read_curve_file(there).curve.name, "curve");
 }
 
 }  // namespace vrda::clinical_curve_test

@@ -12,17 +12,17 @@
 
 namespace vrda::page_test {
 
-Report sample_report(const test::SampleOptions& options = {})
+report::Report sample_report(const test::SampleOptions& options = {})
 {
-  Report report;
+  report::Report report;
   report.program = "vrda 1.2.3";
   report.models = {{"sample", test::sample_model(options), {}, {}, {}}};
   return report;
 }
 
-Json data_of(const Report& report)
+report::Json data_of(const report::Report& report)
 {
-  return Json::parse(report_json(report));
+  return report::Json::parse(report::report_json(report));
 }
 
 std::string between(const std::string& text, const std::string& begin, const std::string& end)
@@ -43,24 +43,24 @@ bool holds(const std::string& page, const std::string& text)
 TEST(Page, TextOfAModelCannotLeaveItsPlace)
 {
   const std::string nasty = "</script><img src=x onerror=alert(1)> & {{data}} \"quoted\" <!--<script>";
-  Report report = sample_report();
+  report::Report report = sample_report();
   report.models[0].model.title = nasty;
   report.models[0].model.job.text = nasty;
   report.models[0].model.reference.name = nasty;
   report.models[0].name = nasty;
-  const std::string page = report_page(report);
+  const std::string page = report::report_page(report);
   EXPECT_FALSE(holds(page, "<img src=x"));
   EXPECT_FALSE(holds(page, "<!--<script>"));
   EXPECT_TRUE(holds(
       page, "<title>&lt;/script&gt;&lt;img src=x onerror=alert(1)&gt; &amp; {{data}} &quot;quoted&quot;"));
-  const Json data = Json::parse(between(page, "id=\"report-data\">", "</script>"));
+  const report::Json data = report::Json::parse(between(page, "id=\"report-data\">", "</script>"));
   EXPECT_EQ(data.at("models")[0].at("title"), nasty);
   EXPECT_EQ(data.at("models")[0].at("provenance").at("job"), nasty);
 }
 
 TEST(Page, AScaledJointSaysHowWellItFits)
 {
-  Report report = sample_report();
+  report::Report report = sample_report();
   EXPECT_TRUE(data_of(report).at("models")[0].at("provenance").at("scaling").is_null());
   Scaling& scaling = report.models[0].model.job.scaling.emplace();
   scaling.factor.setConstant(1.07);
@@ -69,23 +69,23 @@ TEST(Page, AScaledJointSaysHowWellItFits)
   scaling.subject_mm = {85.6};
   scaling.residual_mm = {0};
   scaling.residual_rms_mm = 0.0;
-  const Json json = data_of(report).at("models")[0].at("provenance").at("scaling");
-  EXPECT_EQ(json.at("factor"), Json({1.07, 1.07, 1.07}));
+  const report::Json json = data_of(report).at("models")[0].at("provenance").at("scaling");
+  EXPECT_EQ(json.at("factor"), report::Json({1.07, 1.07, 1.07}));
   EXPECT_TRUE(json.at("standard_error").is_null()) << "unknown for one pair";
-  EXPECT_EQ(json.at("landmarks"), Json({"epicondyles"}));
-  EXPECT_EQ(json.at("subject_mm"), Json({85.6}));
+  EXPECT_EQ(json.at("landmarks"), report::Json({"epicondyles"}));
+  EXPECT_EQ(json.at("subject_mm"), report::Json({85.6}));
 }
 
 TEST(Page, BytesThatAreNoTextDoNotStopIt)
 {
-  Report report = sample_report();
+  report::Report report = sample_report();
   report.models[0].model.title = "knee \xff\xfe";
   EXPECT_EQ(data_of(report).at("models")[0].at("title"), "knee \uFFFD\uFFFD");
 }
 
 TEST(Page, StandsAloneAndAsksNoNetwork)
 {
-  const std::string page = report_page(sample_report());
+  const std::string page = report::report_page(sample_report());
   for (const char* wanted : {"default-src 'none'", "MIT licence", "Copyright 2012-2021 Plotly, Inc."})
     EXPECT_TRUE(holds(page, wanted)) << wanted;
   for (const char* unwanted : {"<link", "src=\"http", "@import"})
@@ -94,26 +94,26 @@ TEST(Page, StandsAloneAndAsksNoNetwork)
 
 TEST(Page, PiecesCannotEndTheirElement)
 {
-  for (const std::string_view script : {page_code(), plotly_library()}) {
+  for (const std::string_view script : {report::page_code(), report::plotly_library()}) {
     EXPECT_GT(script.size(), 1000u);
     EXPECT_EQ(script.find("</script"), std::string_view::npos);
     EXPECT_EQ(script.find("<!--"), std::string_view::npos);
   }
-  EXPECT_EQ(page_style().find("</style"), std::string_view::npos);
+  EXPECT_EQ(report::page_style().find("</style"), std::string_view::npos);
 }
 
 TEST(Page, EqualReportsHaveEqualBytes)
 {
-  EXPECT_EQ(report_page(sample_report()), report_page(sample_report()));
+  EXPECT_EQ(report::report_page(sample_report()), report::report_page(sample_report()));
 }
 
 TEST(PageData, HasNoNumberWhereThereIsNone)
 {
   const double infinity = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(short_numbers({1.0, std::nan(""), infinity, -infinity}).dump(), "[1.0,null,null,null]");
-  EXPECT_EQ(short_number(1.23456789).dump(), "1.234568");
-  EXPECT_EQ(short_rows({1, 2, 3, 4, 5, 6}, 3).dump(), "[[1.0,2.0,3.0],[4.0,5.0,6.0]]");
-  const Json model = data_of(sample_report()).at("models")[0];
+  EXPECT_EQ(report::short_numbers({1.0, std::nan(""), infinity, -infinity}).dump(), "[1.0,null,null,null]");
+  EXPECT_EQ(report::short_number(1.23456789).dump(), "1.234568");
+  EXPECT_EQ(report::short_rows({1, 2, 3, 4, 5, 6}, 3).dump(), "[[1.0,2.0,3.0],[4.0,5.0,6.0]]");
+  const report::Json model = data_of(sample_report()).at("models")[0];
   EXPECT_TRUE(model.at("surfaces")[0].at("tx")[1][2].is_null());  // the failed cell
   EXPECT_EQ(model.at("status_grid")[1][2], 2);
   EXPECT_EQ(model.at("contact_grid")[1][2], -1);
@@ -128,11 +128,11 @@ TEST(PageData, AddsForcesByCompartmentAndFibresByBundle)
   test::SampleOptions options;
   options.is_equilibrium = true;
   options.n_fibres = 5;
-  const Json model = data_of(sample_report(options)).at("models")[0];
+  const report::Json model = data_of(sample_report(options)).at("models")[0];
   // Spine cells are 1, 4, 7, 10; the even ones carry 15 N medially and 5 N laterally along Delta.
   EXPECT_EQ(model.at("forces").at("medial_n").dump(), "[0.0,15.0,0.0,15.0]");
   EXPECT_EQ(model.at("forces").at("lateral_n").dump(), "[0.0,5.0,0.0,5.0]");
-  const Json bundles = model.at("fibres");
+  const report::Json bundles = model.at("fibres");
   ASSERT_EQ(bundles.size(), 2u);
   EXPECT_EQ(bundles[0].at("name"), "ACL");
   EXPECT_EQ(bundles[0].at("n_fibres"), 3);
@@ -145,11 +145,11 @@ TEST(PageData, AddsForcesByCompartmentAndFibresByBundle)
 
 TEST(PageData, PicturesAreBase64)
 {
-  Report report = sample_report();
+  report::Report report = sample_report();
   for (const char* bytes : {"M", "Ma", "Man", "Many"})
-    report.models[0].stills.stills.push_back({"front", bytes, bytes});
-  report.models[0].stills.stills.push_back({"front", "high", std::string("\xff\x00\xfe", 3)});
-  const Json stills = data_of(report).at("models")[0].at("stills").at("stills");
+    report.models[0].images.images.push_back({"front", bytes, bytes});
+  report.models[0].images.images.push_back({"front", "high", std::string("\xff\x00\xfe", 3)});
+  const report::Json stills = data_of(report).at("models")[0].at("stills").at("stills");
   const char* expected[] = {"TQ==", "TWE=", "TWFu", "TWFueQ==", "/wD+"};  // RFC 4648
   ASSERT_EQ(stills.size(), 5u);
   for (std::size_t k = 0; k < 5; ++k) EXPECT_EQ(stills[k].at("png"), expected[k]);
@@ -157,15 +157,15 @@ TEST(PageData, PicturesAreBase64)
 
 TEST(PageData, ComparesEveryCurveWithEveryFileAndTheFirstModel)
 {
-  Report report = sample_report();
+  report::Report report = sample_report();
   report.models.push_back({"other", test::sample_model(), {}, {}, {}});
-  report.against = {curve_from_text("line.csv", "flexion_deg,internal_deg\n0,1\n3,1.6\n")};
-  const Json data = data_of(report);
+  report.against = {report::curve_from_text("line.csv", "flexion_deg,internal_deg\n0,1\n3,1.6\n")};
+  const report::Json data = data_of(report);
   EXPECT_FALSE(data.at("models")[0].contains("surfaces"));
   // Two curves per model against the file; those of the second also against the first model's first curve.
   ASSERT_EQ(data.at("differences").size(), 6u);
   int n_raw = 0;
-  for (const Json& d : data.at("differences")) {
+  for (const report::Json& d : data.at("differences")) {
     if (d.at("curve") != "raw" || d.at("against") != "line") continue;
     ++n_raw;
     // theta is 0.2 degrees per degree of flexion, the file has 1 more
@@ -180,7 +180,8 @@ constexpr double rounding = 1e-9;
 
 TEST(Outline, OfABoxIsItsRectangle)
 {
-  const auto rim = outline(test::box({5, 0, -3}, {8, 2, 6}), {.from_mm = -1, .to_mm = 1, .n_directions = 36});
+  const auto rim = report::projected_outline(test::box({5, 0, -3}, {8, 2, 6}),
+                                             {.from_mm = -1, .to_mm = 1, .n_directions = 36});
   ASSERT_EQ(rim.size(), 36u);
   for (const Eigen::Vector2d& p : rim) {
     const double x = std::fabs(p.x() - 5.0) / 4.0, z = std::fabs(p.y() + 3.0) / 3.0;
@@ -191,7 +192,7 @@ TEST(Outline, OfABoxIsItsRectangle)
 TEST(Outline, OfABallIsItsCircle)
 {
   const int n_sectors = 64;
-  const auto rim = outline(test::ball(10, 32, n_sectors), {.from_mm = -10, .to_mm = 10});
+  const auto rim = report::projected_outline(test::ball(10, 32, n_sectors), {.from_mm = -10, .to_mm = 10});
   ASSERT_EQ(rim.size(), 240u);
   const double sagitta_mm = 10.0 * (1.0 - std::cos(3.15 / n_sectors));
   for (const Eigen::Vector2d& p : rim) EXPECT_NEAR(p.norm(), 10.0, sagitta_mm + rounding);
@@ -201,10 +202,10 @@ TEST(Outline, CountsTrianglesWithinTheHeightsOnly)
 {
   Mesh mesh = test::box({0, 0, 0}, {2, 2, 2});
   append(mesh, test::box({0, 50, 0}, {20, 2, 20}));
-  for (const Eigen::Vector2d& p : outline(mesh, {.from_mm = -1, .to_mm = 1}))
+  for (const Eigen::Vector2d& p : report::projected_outline(mesh, {.from_mm = -1, .to_mm = 1}))
     EXPECT_LE(p.norm(), std::sqrt(2.0) + rounding);
-  EXPECT_TRUE(outline(mesh, {.from_mm = 5, .to_mm = 6}).empty());
-  EXPECT_TRUE(outline(Mesh{}, {.from_mm = -1, .to_mm = 1}).empty());
+  EXPECT_TRUE(report::projected_outline(mesh, {.from_mm = 5, .to_mm = 6}).empty());
+  EXPECT_TRUE(report::projected_outline(Mesh{}, {.from_mm = -1, .to_mm = 1}).empty());
 }
 
 }  // namespace vrda::page_test

@@ -61,7 +61,7 @@ class CheckIncludes(unittest.TestCase):
             text = "void f()\n{\n  try {\n    g();\n  } catch (" + caught + ") {\n  }\n}\n"
             self.assert_one("pipeline/solve/a.cpp", text, 5, "catch of ", "facts returned by a function")
             self.assert_one("player/scene/a.hpp", text, 5, "catch of ", "app catches")
-            self.assertEqual(self.findings({"pipeline/app/a.cpp": text, "pipeline/store/read_apart.cpp": text})[0], 0)
+            self.assertEqual(self.findings({"pipeline/app/a.cpp": text, "pipeline/store/read_separately.cpp": text})[0], 0)
         others = "try { g(); } catch (const Stopped&) {} // catch (const InputError&)\n"
         self.assertEqual(self.findings({"pipeline/solve/a.cpp": others})[0], 0)
 

@@ -15,40 +15,40 @@ TEST(Condyle, SupportSlopeAndRadiusMatchDifferences)
 {
   constexpr double h_rad = 1e-4;
   constexpr double first_mm = 1e-6, second_mm = 1e-5;  // h^2 of the fourth derivative; rounding over h^2
-  for (const Condyle& condyle : {medial_condyle(), lateral_condyle()}) {
+  for (const shapes::Condyle& condyle : {shapes::medial_condyle(), shapes::lateral_condyle()}) {
     // Includes the spiral's end at 110 degrees.
     for (double angle_deg = -20.0; angle_deg <= 130.0; angle_deg += 7.3) {
       const double a = rad_from_deg(angle_deg);
-      const double before = support(condyle, a - h_rad).value_mm,
-                   after = support(condyle, a + h_rad).value_mm;
-      const Support at = support(condyle, a);
+      const double before = shapes::support(condyle, a - h_rad).value_mm,
+                   after = shapes::support(condyle, a + h_rad).value_mm;
+      const shapes::Support at = shapes::support(condyle, a);
       EXPECT_NEAR((after - before) / (2.0 * h_rad), at.slope_mm, first_mm);
-      EXPECT_NEAR((after + before - 2.0 * at.value_mm) / (h_rad * h_rad) + at.value_mm, radius_mm(condyle, a),
-                  second_mm);
+      EXPECT_NEAR((after + before - 2.0 * at.value_mm) / (h_rad * h_rad) + at.value_mm,
+                  shapes::radius_mm(condyle, a), second_mm);
     }
   }
 }
 
 TEST(Condyle, RadiusFallsFromDistalToPosteriorWithoutAJump)
 {
-  for (const Condyle& condyle : {medial_condyle(), lateral_condyle()}) {
+  for (const shapes::Condyle& condyle : {shapes::medial_condyle(), shapes::lateral_condyle()}) {
     for (double angle_deg = 0.0; angle_deg < 130.0; angle_deg += 1.0) {
-      const double here = radius_mm(condyle, rad_from_deg(angle_deg));
-      const double next = radius_mm(condyle, rad_from_deg(angle_deg + 1.0));
+      const double here = shapes::radius_mm(condyle, rad_from_deg(angle_deg));
+      const double next = shapes::radius_mm(condyle, rad_from_deg(angle_deg + 1.0));
       EXPECT_LE(next, here);
       EXPECT_LT(here - next, 1.0);  // the medial spiral decreases by at most 0.6 mm a degree
     }
   }
-  EXPECT_NEAR(radius_mm(medial_condyle(), 0.0), 40.0, 1e-12);
+  EXPECT_NEAR(shapes::radius_mm(shapes::medial_condyle(), 0.0), 40.0, 1e-12);
 }
 
 TEST(Condyle, LowestPointOfTheTurnedCondyleIsItsSupport)
 {
-  const Condyle condyle = medial_condyle();
+  const shapes::Condyle condyle = shapes::medial_condyle();
   for (double flexion_deg = 0.0; flexion_deg <= 90.0; flexion_deg += 15.0) {
     const double a = rad_from_deg(flexion_deg);
-    const Eigen::Vector3d centre = rotation_z(a) * ball_centre_mm(condyle, a);
-    const Support p = support(condyle, a);
+    const Eigen::Vector3d centre = rotation_z(a) * shapes::ball_centre_mm(condyle, a);
+    const shapes::Support p = shapes::support(condyle, a);
     EXPECT_NEAR(centre.x(), -p.slope_mm, 1e-12);
     EXPECT_NEAR(centre.y() - condyle.coronal_radius_mm, -p.value_mm, 1e-12);
   }
@@ -61,15 +61,16 @@ TEST(CondyleSurface, DistanceMatchesAFineSearchOverTheOutline)
     return from + (to - from) * static_cast<double>(random()) / 4294967296.0;
   };
   int n_inside = 0, n_outside = 0;
-  for (const Condyle& condyle : {medial_condyle(), lateral_condyle()}) {
-    const CondyleSurface surface(condyle);
+  for (const shapes::Condyle& condyle : {shapes::medial_condyle(), shapes::lateral_condyle()}) {
+    const shapes::CondyleSurface surface(condyle);
     for (int trial = 0; trial < 400; ++trial) {
       const Eigen::Vector3d p(uniform(-32, 36), uniform(-34, 26), condyle.z_mm + uniform(-25, 25));
       double wanted = 1e9;
       constexpr int n_steps = 20000;  // 2 micrometres along the outline; the error is its square / 2 mm
       for (int k = 0; k <= n_steps; ++k) {
         const double a = condyle.first_rad + (condyle.last_rad - condyle.first_rad) * k / n_steps;
-        wanted = std::min(wanted, (p - ball_centre_mm(condyle, a)).norm() - condyle.coronal_radius_mm);
+        wanted =
+            std::min(wanted, (p - shapes::ball_centre_mm(condyle, a)).norm() - condyle.coronal_radius_mm);
       }
       const double found = surface.signed_distance_mm(p);
       const bool is_near = wanted < 12.0;
@@ -85,8 +86,8 @@ TEST(CondyleSurface, DistanceMatchesAFineSearchOverTheOutline)
 
 TEST(CondyleSurface, UndersideTouchesTheSurface)
 {
-  const Condyle condyle = lateral_condyle();
-  const CondyleSurface surface(condyle);
+  const shapes::Condyle condyle = shapes::lateral_condyle();
+  const shapes::CondyleSurface surface(condyle);
   for (double x = -14.0; x <= 14.0; x += 3.5) {
     for (double dz = -14.0; dz <= 14.0; dz += 3.5) {
       const Eigen::Vector3d p(x, surface.underside_mm(x, condyle.z_mm + dz), condyle.z_mm + dz);
@@ -94,7 +95,7 @@ TEST(CondyleSurface, UndersideTouchesTheSurface)
       EXPECT_GT(surface.signed_distance_mm(p - Eigen::Vector3d(0, 0.1, 0)), 0.0);
     }
   }
-  const Support p = support(condyle, 0.0);
+  const shapes::Support p = shapes::support(condyle, 0.0);
   EXPECT_NEAR(surface.underside_mm(-p.slope_mm, condyle.z_mm), -p.value_mm, 1e-11);
 }
 

@@ -13,24 +13,24 @@ namespace vrda::ligaments_test {
 
 using testing::HasSubstr;
 
-std::vector<ShapeFibre> fibres(const std::string& side)
+std::vector<shapes::ShapeFibre> fibres(const std::string& side)
 {
-  return generate_fibres({"knee", {}, {{"side", side}}});
+  return shapes::generate_fibres({"knee", {}, {{"side", side}}});
 }
 
 // The moving parts are generated below the design pose, to which the reference strains refer.
-Eigen::Vector3d designed_mm(const ShapeFibre& fibre)
+Eigen::Vector3d designed_mm(const shapes::ShapeFibre& fibre)
 {
-  return fibre.moving_mm + apart_mm() * Eigen::Vector3d::UnitY();
+  return fibre.moving_mm + shapes::initial_clearance_mm() * Eigen::Vector3d::UnitY();
 }
 
 TEST(KneeLigaments, AreAttachedToTheBones)
 {
-  for (const ShapeFibre& fibre : fibres("right")) {
+  for (const shapes::ShapeFibre& fibre : fibres("right")) {
     SCOPED_TRACE(fibre.name);
-    const auto moving_field = fibre.bundle == "LCL" ? fibula_field : tibia_field;
+    const auto moving_field = fibre.bundle == "LCL" ? shapes::fibula_field : shapes::tibia_field;
     // Newton's method converges to the rounding of fields of tens of mm.
-    EXPECT_NEAR(femur_field(fibre.reference_mm), 0.0, 1e-9);
+    EXPECT_NEAR(shapes::femur_field(fibre.reference_mm), 0.0, 1e-9);
     EXPECT_NEAR(moving_field(designed_mm(fibre)), 0.0, 1e-9);
   }
 }
@@ -44,7 +44,7 @@ TEST(KneeLigaments, HaveTheStiffnessAndReferenceStrainsOfTheirSource)
       {"MCLp", {2500, 0.030}},   {"LCL", {2400, 0.060}}};
   std::map<std::string, double> stiffness_n;
   std::set<std::string> names;
-  for (const ShapeFibre& fibre : fibres("right")) {
+  for (const shapes::ShapeFibre& fibre : fibres("right")) {
     SCOPED_TRACE(fibre.name);
     const double length_mm = (designed_mm(fibre) - fibre.reference_mm).norm();
     EXPECT_NEAR(length_mm / fibre.slack_length_mm - 1.0, source.at(fibre.bundle).second, 1e-12);
@@ -58,16 +58,16 @@ TEST(KneeLigaments, HaveTheStiffnessAndReferenceStrainsOfTheirSource)
 // Pose of the tibia with the contact points of extension below the condyles' lowest points.
 Pose following_the_condyles(double flexion_rad)
 {
-  const auto lowest = [&](const Condyle& condyle, double angle_rad) {
-    const Support p = support(condyle, angle_rad);
+  const auto lowest = [&](const shapes::Condyle& condyle, double angle_rad) {
+    const shapes::Support p = shapes::support(condyle, angle_rad);
     return Eigen::Vector3d(-p.slope_mm, -p.value_mm, condyle.z_mm);
   };
-  const Eigen::Vector3d medial = lowest(medial_condyle(), flexion_rad);
-  const Eigen::Vector3d line = lowest(lateral_condyle(), flexion_rad) - medial;
-  const Eigen::Vector3d first_line = lateral_rest_mm() - medial_rest_mm();
+  const Eigen::Vector3d medial = lowest(shapes::medial_condyle(), flexion_rad);
+  const Eigen::Vector3d line = lowest(shapes::lateral_condyle(), flexion_rad) - medial;
+  const Eigen::Vector3d first_line = shapes::lateral_contact_point_mm() - shapes::medial_contact_point_mm();
   Pose X = Pose::Identity();
   X.linear() = rotation_y(arc_tangent2(line.x(), line.z()) - arc_tangent2(first_line.x(), first_line.z()));
-  X.translation() = medial - X.linear() * medial_rest_mm();
+  X.translation() = medial - X.linear() * shapes::medial_contact_point_mm();
   return X;
 }
 
@@ -77,7 +77,7 @@ TEST(KneeLigaments, FlexionTearsNone)
   for (int flexion_deg = 0; flexion_deg <= 90; flexion_deg += 10) {
     const double flexion_rad = rad_from_deg(flexion_deg);
     const Pose X_reference_moving = rotation_z(-flexion_rad) * following_the_condyles(flexion_rad);
-    for (const ShapeFibre& fibre : fibres("right")) {
+    for (const shapes::ShapeFibre& fibre : fibres("right")) {
       const double length_mm = (X_reference_moving * designed_mm(fibre) - fibre.reference_mm).norm();
       EXPECT_LT(length_mm / fibre.slack_length_mm - 1.0, 0.15) << fibre.name << " at " << flexion_deg;
     }
@@ -86,7 +86,7 @@ TEST(KneeLigaments, FlexionTearsNone)
 
 TEST(KneeLigaments, OfALeftKneeAreTheMirrorImageToTheLastBit)
 {
-  const std::vector<ShapeFibre> right = fibres("right"), left = fibres("left");
+  const std::vector<shapes::ShapeFibre> right = fibres("right"), left = fibres("left");
   ASSERT_EQ(right.size(), left.size());
   const Eigen::Vector3d m(1, 1, -1);
   for (std::size_t i = 0; i < right.size(); ++i) {
@@ -98,7 +98,7 @@ TEST(KneeLigaments, OfALeftKneeAreTheMirrorImageToTheLastBit)
 
 TEST(KneeLigaments, ATableHasTheirSourcesAndALineEach)
 {
-  const std::string table = fibre_table({"knee", {}, {}});
+  const std::string table = shapes::fibre_table({"knee", {}, {}});
   EXPECT_EQ(table.front(), '#');
   EXPECT_THAT(table, HasSubstr("Lenhart et al. 2015"));
   const auto n_lines = static_cast<std::size_t>(std::count(table.begin(), table.end(), '\n'));
@@ -108,10 +108,12 @@ TEST(KneeLigaments, ATableHasTheirSourcesAndALineEach)
 
 TEST(KneeLigamentErrors, AShapeWithoutLigamentsAndAnUnknownParameter)
 {
-  const InputError::Facts hip = test::input_error([] { generate_fibres({"hip", {}, {}}); });
+  const InputError::Facts hip = test::input_error([] { shapes::generate_fibres({"hip", {}, {}}); });
   EXPECT_THAT(hip.found, HasSubstr("\"hip\", which has no ligaments"));
   EXPECT_THAT(hip.wanted, HasSubstr("knee"));
-  const InputError::Facts side = test::input_error([] { generate_fibres({"knee", {}, {{"side", "up"}}}); });
+  const InputError::Facts side = test::input_error([] {
+    shapes::generate_fibres({"knee", {}, {{"side", "up"}}});
+  });
   EXPECT_EQ(side.field, "side");
 }
 

@@ -14,17 +14,17 @@ namespace vrda::shapes_test {
 using testing::AllOf;
 using testing::HasSubstr;
 
-std::string message_of(const ShapeRequest& request)
+std::string message_of(const shapes::ShapeRequest& request)
 {
   try {
-    generate_shape(request);
+    shapes::generate_shape(request);
   } catch (const InputError& error) {
     return error.what();
   }
   return "no InputError";
 }
 
-double apart_mm(const Shape& shape)
+double apart_mm(const shapes::Shape& shape)
 {
   return test::smallest_height_mm(test::envelope(shape.reference.at(0).mesh, test::Facing::down),
                                   test::envelope(shape.moving.at(0).mesh, test::Facing::up));
@@ -32,15 +32,15 @@ double apart_mm(const Shape& shape)
 
 TEST(Shapes, EveryShapeIsClosedOutwardAndApartByDefault)
 {
-  EXPECT_THAT(shape_names(),
+  EXPECT_THAT(shapes::shape_names(),
               testing::ElementsAre("knee", "hip", "ball-in-dish", "bar-on-pyramids", "cap-in-sink"));
-  for (const std::string& name : shape_names()) {
+  for (const std::string& name : shapes::shape_names()) {
     SCOPED_TRACE(name);
-    EXPECT_FALSE(shape_summary(name).empty());
-    const Shape shape = generate_shape({name, {}, {}});
+    EXPECT_FALSE(shapes::shape_summary(name).empty());
+    const shapes::Shape shape = shapes::generate_shape({name, {}, {}});
     for (const auto& parts : {shape.reference, shape.moving}) {
       ASSERT_FALSE(parts.empty());
-      for (const ShapePart& part : parts) {
+      for (const shapes::ShapePart& part : parts) {
         SCOPED_TRACE(part.name);
         EXPECT_EQ(edge_counts(part.mesh).boundary, 0);
         EXPECT_EQ(edge_counts(part.mesh).non_manifold, 0);
@@ -54,8 +54,8 @@ TEST(Shapes, EveryShapeIsClosedOutwardAndApartByDefault)
 
 TEST(Shapes, ParametersListTheirDefaultsAndRanges)
 {
-  for (const std::string& name : shape_names()) {
-    for (const ShapeParameter& parameter : shape_parameters(name)) {
+  for (const std::string& name : shapes::shape_names()) {
+    for (const shapes::ShapeParameter& parameter : shapes::shape_parameters(name)) {
       SCOPED_TRACE(name + " " + parameter.name);
       EXPECT_FALSE(parameter.meaning.empty());
       EXPECT_TRUE(!parameter.choices.empty() || parameter.lowest < parameter.highest);
@@ -75,8 +75,8 @@ TEST(Shapes, UnknownNamesAreAnsweredWithTheNearestKnownOne)
   EXPECT_THAT(message_of({"knee", {}, {{"sied", "left"}}}), HasSubstr("nearest is side"));
   EXPECT_THAT(message_of({"knee", {}, {{"side", "lefd"}}}),
               AllOf(HasSubstr("side"), HasSubstr("nearest is left")));
-  EXPECT_THROW(shape_parameters("elbow"), InputError);
-  EXPECT_THROW(shape_summary("elbow"), InputError);
+  EXPECT_THROW(shapes::shape_parameters("elbow"), InputError);
+  EXPECT_THROW(shapes::shape_summary("elbow"), InputError);
 }
 
 TEST(Shapes, NumbersOutOfRangeAreNamed)
@@ -98,7 +98,7 @@ TEST(Shapes, ANumberForAWordAndAWordForANumberAreErrors)
 
 TEST(Hip, HeadAndSocketAreBallsAboutOneCentre)
 {
-  const Shape shape = generate_shape({"hip", {{"radius", 20.0}, {"clearance", 1.0}}, {}});
+  const shapes::Shape shape = shapes::generate_shape({"hip", {{"radius", 20.0}, {"clearance", 1.0}}, {}});
   const Mesh& socket = shape.reference.at(0).mesh;
   const Mesh& head = shape.moving.at(0).mesh;
   EXPECT_EQ(shape.reference.at(0).name, "socket");
@@ -132,10 +132,10 @@ TEST(BallInDish, AHoleAsWideAsTheDishIsAnError)
 
 TEST(BallInDish, VerticesLieOnTheirBallsAndTheRestingPlaceIsTheOrigin)
 {
-  const Shape shape =
-      generate_shape({"ball-in-dish",
-                      {{"ball_radius", 8.0}, {"dish_radius", 28.0}, {"offset_x", 3.0}, {"offset_z", -2.0}},
-                      {}});
+  const shapes::Shape shape = shapes::generate_shape(
+      {"ball-in-dish",
+       {{"ball_radius", 8.0}, {"dish_radius", 28.0}, {"offset_x", 3.0}, {"offset_z", -2.0}},
+       {}});
   const Mesh& dish = shape.reference.at(0).mesh;
   const Eigen::Vector3d centre(0.0, -28.0, 0.0);
   int n_front = 0;
@@ -151,7 +151,7 @@ TEST(BallInDish, VerticesLieOnTheirBallsAndTheRestingPlaceIsTheOrigin)
   // Straight below the bowl, `apart` below its corners: the top of the ball is lower than the lowest vertex.
   EXPECT_NEAR(bounding_box(dish).min_mm.y() - ball.max_mm.y(), 5.0, 1e-12);
   // Moved onto the axis and up by its depth, the ball touches the dish at the origin and nowhere else.
-  Shape resting = shape;
+  shapes::Shape resting = shape;
   resting.moving.at(0).mesh.vertices_mm.rowwise() -= Eigen::RowVector3d(3.0, ball.max_mm.y(), -2.0);
   EXPECT_NEAR(apart_mm(resting), 0.0, 1e-12);
 }
@@ -160,7 +160,8 @@ TEST(BallInDish, EverySectionFallsFromTheMiddleOutward)
 {
   for (const std::string section : {"bowl", "cone", "wave"}) {
     SCOPED_TRACE(section);
-    const Mesh dish = generate_shape({"ball-in-dish", {}, {{"section", section}}}).reference.at(0).mesh;
+    const Mesh dish =
+        shapes::generate_shape({"ball-in-dish", {}, {{"section", section}}}).reference.at(0).mesh;
     const auto under = test::envelope(dish, test::Facing::down);
     constexpr std::size_t n = test::Envelope::n, middle = n / 2;
     for (std::size_t i = middle; i < middle + 35; ++i) {
@@ -172,7 +173,8 @@ TEST(BallInDish, EverySectionFallsFromTheMiddleOutward)
 
 TEST(BallInDish, ASmallBallFallsThroughTheHole)
 {
-  const Shape shape = generate_shape({"ball-in-dish", {{"hole", 12.0}, {"ball_radius", 5.0}}, {}});
+  const shapes::Shape shape =
+      shapes::generate_shape({"ball-in-dish", {{"hole", 12.0}, {"ball_radius", 5.0}}, {}});
   EXPECT_EQ(apart_mm(shape), std::numeric_limits<double>::infinity());
 }
 
@@ -180,12 +182,12 @@ TEST(BallInDish, AnEllipsoidMayStartTurned)
 {
   // A quarter turn about +Y maps the longer half axis from X to Z.
   const auto box = [](double turn_deg) {
-    return bounding_box(
-        generate_shape({"ball-in-dish",
-                        {{"stretch_x", 1.5}, {"turn", turn_deg}, {"offset_x", 2.0}, {"offset_z", -3.0}},
-                        {}})
-            .moving.at(0)
-            .mesh);
+    return bounding_box(shapes::generate_shape(
+                            {"ball-in-dish",
+                             {{"stretch_x", 1.5}, {"turn", turn_deg}, {"offset_x", 2.0}, {"offset_z", -3.0}},
+                             {}})
+                            .moving.at(0)
+                            .mesh);
   };
   const Box straight = box(0.0), turned = box(90.0);
   EXPECT_NEAR(turned.max_mm.z() + 3.0, straight.max_mm.x() - 2.0, 1e-12);
@@ -201,13 +203,13 @@ TEST(BallInDish, ABowlTooSmallForItsBlockIsAnError)
 
 TEST(BarOnPyramids, TheBarFitsBetweenThePyramidsWhenItLiesAlongThem)
 {
-  Shape straight = generate_shape({"bar-on-pyramids", {{"turn", 0.0}}, {}});
+  shapes::Shape straight = shapes::generate_shape({"bar-on-pyramids", {{"turn", 0.0}}, {}});
   const double top_mm = bounding_box(straight.moving.at(0).mesh).max_mm.y();
   EXPECT_NEAR(top_mm, -20.0, 1e-12);  // 15 mm of pyramid, 5 mm apart
   straight.moving.at(0).mesh.vertices_mm.col(1).array() -= top_mm;
   EXPECT_NEAR(apart_mm(straight), 0.0, 1e-12);
   // Rotated it touches the slopes before the floor.
-  Shape turned = generate_shape({"bar-on-pyramids", {{"turn", 30.0}}, {}});
+  shapes::Shape turned = shapes::generate_shape({"bar-on-pyramids", {{"turn", 30.0}}, {}});
   turned.moving.at(0).mesh.vertices_mm.col(1).array() -= top_mm;
   EXPECT_LT(apart_mm(turned), -1.0);
 }
@@ -215,7 +217,8 @@ TEST(BarOnPyramids, TheBarFitsBetweenThePyramidsWhenItLiesAlongThem)
 TEST(CapInSink, CreasesAreExactAtAnyTessellation)
 {
   for (const double edges : {1.0, 2.0, 5.0}) {
-    const Shape shape = generate_shape({"cap-in-sink", {{"edges", edges}, {"turn", 0.0}}, {}});
+    const shapes::Shape shape =
+        shapes::generate_shape({"cap-in-sink", {{"edges", edges}, {"turn", 0.0}}, {}});
     // A block of 26 mm minus a pyramid of 20 mm over a base of 40 mm.
     EXPECT_NEAR(signed_volume_mm3(shape.reference.at(0).mesh), 1600.0 * 26.0 - 1600.0 * 20.0 / 3.0, 1e-9);
     EXPECT_NEAR(signed_volume_mm3(shape.moving.at(0).mesh), 1296.0 * 6.0 + 1296.0 * 18.0 / 3.0, 1e-9);
@@ -224,7 +227,7 @@ TEST(CapInSink, CreasesAreExactAtAnyTessellation)
 
 TEST(CapInSink, InLineTheTipsMeetAndTheSlopesLieOnEachOther)
 {
-  Shape shape = generate_shape({"cap-in-sink", {{"turn", 0.0}}, {}});
+  shapes::Shape shape = shapes::generate_shape({"cap-in-sink", {{"turn", 0.0}}, {}});
   Mesh& cap = shape.moving.at(0).mesh;
   cap.vertices_mm.col(1).array() -= bounding_box(cap).max_mm.y();
   EXPECT_NEAR(apart_mm(shape), 0.0, 1e-12);

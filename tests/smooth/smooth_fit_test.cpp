@@ -18,16 +18,16 @@ double deviate(std::mt19937_64& generator)
 }
 
 /// Planes with noise within +-0.1 and given varus.
-SmoothInput noisy_planes(Eigen::Index rows, Eigen::Index columns)
+smooth::SmoothInput noisy_planes(Eigen::Index rows, Eigen::Index columns)
 {
-  SmoothInput input;
+  smooth::SmoothInput input;
   input.name = "knee.h5";
   for (Eigen::Index i = 0; i < rows; ++i) input.flexion_deg.push_back(static_cast<double>(3 * i));
   for (Eigen::Index j = 0; j < columns; ++j) input.varus_deg.push_back(static_cast<double>(j) - 2.0);
-  input.status = GridB::Zero(rows, columns);
-  input.theta_determined = GridB::Ones(rows, columns);
+  input.status = store::GridB::Zero(rows, columns);
+  input.theta_determined = store::GridB::Ones(rows, columns);
   std::mt19937_64 generator(17);
-  for (GridD* grid : {&input.tx_mm, &input.ty_mm, &input.tz_mm, &input.theta_deg}) {
+  for (store::GridD* grid : {&input.tx_mm, &input.ty_mm, &input.tz_mm, &input.theta_deg}) {
     grid->resize(rows, columns);
     for (Eigen::Index k = 0; k < grid->size(); ++k) {
       (*grid)(k / columns, k % columns) = 0.2 * static_cast<double>(k / columns) -
@@ -39,15 +39,15 @@ SmoothInput noisy_planes(Eigen::Index rows, Eigen::Index columns)
 
 TEST(SmoothFit, GridValuesAreThoseOfEvaluate)
 {
-  const SmoothInput input = noisy_planes(17, 9);
-  const SmoothedSet set = smooth(input, 5);
-  const AxisRanges ranges = axis_ranges(input.flexion_deg, input.varus_deg);
-  for (const SmoothedSurface& surface : set.surfaces) {
+  const smooth::SmoothInput input = noisy_planes(17, 9);
+  const store::SmoothedSet set = smooth::smooth(input, 5);
+  const store::AxisRanges ranges = store::axis_ranges(input.flexion_deg, input.varus_deg);
+  for (const store::SmoothedSurface& surface : set.surfaces) {
     for (Eigen::Index i = 0; i < 17; ++i) {
       for (Eigen::Index j = 0; j < 9; ++j) {
         EXPECT_EQ(surface.values(i, j),
-                  evaluate(set, surface, ranges, input.flexion_deg[static_cast<std::size_t>(i)],
-                           input.varus_deg[static_cast<std::size_t>(j)])
+                  store::evaluate(set, surface, ranges, input.flexion_deg[static_cast<std::size_t>(i)],
+                                  input.varus_deg[static_cast<std::size_t>(j)])
                       .value);
       }
     }
@@ -56,38 +56,38 @@ TEST(SmoothFit, GridValuesAreThoseOfEvaluate)
 
 TEST(SmoothFit, LeftOutErrorsAreThoseOfRefitsCellByCell)
 {
-  SmoothInput input = noisy_planes(9, 6);
+  smooth::SmoothInput input = noisy_planes(9, 6);
   input.status(4, 2) = static_cast<std::int8_t>(StepStatus::no_contact);
   input.theta_determined(1, 1) = 0;
-  const SmoothFit whole = smooth_fit(input, 4);
+  const smooth::SmoothFit whole = smooth::smooth_fit(input, 4);
   EXPECT_TRUE(std::isnan(whole.residual[0](4, 2)));
-  EXPECT_TRUE(std::isnan(whole.left_out[0](4, 2)));
-  EXPECT_TRUE(std::isnan(whole.left_out[3](1, 1)));
-  EXPECT_EQ(whole.left_out[0].isNaN().count(), 1);
-  EXPECT_EQ(whole.left_out[3].isNaN().count(), 2);
+  EXPECT_TRUE(std::isnan(whole.leave_one_out[0](4, 2)));
+  EXPECT_TRUE(std::isnan(whole.leave_one_out[3](1, 1)));
+  EXPECT_EQ(whole.leave_one_out[0].isNaN().count(), 1);
+  EXPECT_EQ(whole.leave_one_out[3].isNaN().count(), 2);
   for (Eigen::Index k = 0; k < input.status.size(); k += 5) {
     ASSERT_EQ(input.status.data()[k], 0);
-    SmoothInput without = input;
+    smooth::SmoothInput without = input;
     without.status.data()[k] = status_pending;
-    const SmoothedSet refit = smooth(without, 4);
-    EXPECT_NEAR(whole.left_out[1].data()[k], input.ty_mm.data()[k] - refit.surfaces[1].values.data()[k],
+    const store::SmoothedSet refit = smooth::smooth(without, 4);
+    EXPECT_NEAR(whole.leave_one_out[1].data()[k], input.ty_mm.data()[k] - refit.surfaces[1].values.data()[k],
                 fit_tolerance);
-    EXPECT_NEAR(whole.left_out[3].data()[k], input.theta_deg.data()[k] - refit.surfaces[3].values.data()[k],
-                fit_tolerance);
+    EXPECT_NEAR(whole.leave_one_out[3].data()[k],
+                input.theta_deg.data()[k] - refit.surfaces[3].values.data()[k], fit_tolerance);
   }
 }
 
 TEST(SmoothFit, RobustWeightsIgnoreGrossErrors)
 {
-  SmoothInput input = noisy_planes(21, 7);
-  const SmoothedSet clean = smooth(input, 2);
+  smooth::SmoothInput input = noisy_planes(21, 7);
+  const store::SmoothedSet clean = smooth::smooth(input, 2);
   for (Eigen::Index k = 3; k < input.tx_mm.size(); k += 13) input.tx_mm.data()[k] += 8.0;
-  const SmoothFit robust = smooth_fit(input, 2, {.is_robust = true});
-  const SmoothedSet plain = smooth(input, 2);
+  const smooth::SmoothFit robust = smooth::smooth_fit(input, 2, {.is_robust = true});
+  const store::SmoothedSet plain = smooth::smooth(input, 2);
   EXPECT_TRUE(robust.set.is_robust);
   EXPECT_FALSE(plain.is_robust);
   for (const bool is_converged : robust.is_converged) EXPECT_TRUE(is_converged);
-  const auto moved = [&](const SmoothedSet& set) {
+  const auto moved = [&](const store::SmoothedSet& set) {
     return (set.surfaces[0].values - clean.surfaces[0].values).abs().maxCoeff();
   };
   EXPECT_GT(moved(plain), 0.5);
@@ -101,12 +101,12 @@ TEST(SmoothFit, RobustWeightsIgnoreGrossErrors)
 
 TEST(SmoothFit, RobustFitRecoversExactPolynomials)
 {
-  SmoothInput input = noisy_planes(15, 7);
+  smooth::SmoothInput input = noisy_planes(15, 7);
   for (Eigen::Index i = 0; i < 15; ++i) {
     for (Eigen::Index j = 0; j < 7; ++j)
       input.tz_mm(i, j) = static_cast<double>(i * i) - 3.0 * static_cast<double>(i * j);
   }
-  const SmoothedSet set = smooth(input, 3, {.is_robust = true});
+  const store::SmoothedSet set = smooth::smooth(input, 3, {.is_robust = true});
   EXPECT_LT((set.surfaces[2].values - input.tz_mm).abs().maxCoeff(), fit_tolerance);
 }
 
@@ -125,11 +125,11 @@ TEST(SmoothFit, EveryCacheGivesTheSameBits)
 {
   const CacheSizes restored_at_the_end;
   // With 560 cells and 91 terms Eigen's matrix products and blocked QR differ between these settings.
-  SmoothInput input = noisy_planes(28, 20);
+  smooth::SmoothInput input = noisy_planes(28, 20);
   for (Eigen::Index k = 3; k < input.tx_mm.size(); k += 7) input.tx_mm.data()[k] += 8.0;
   const auto fit_with_caches = [&](std::ptrdiff_t l1, std::ptrdiff_t l2, std::ptrdiff_t l3) {
     Eigen::setCpuCacheSizes(l1, l2, l3);
-    return std::pair(smooth_fit(input, 12), smooth_fit(input, 12, {.is_robust = true}));
+    return std::pair(smooth::smooth_fit(input, 12), smooth::smooth_fit(input, 12, {.is_robust = true}));
   };
   const auto small = fit_with_caches(8 << 10, 64 << 10, 128 << 10);
   const auto large = fit_with_caches(128 << 10, 2 << 20, 64 << 20);
@@ -138,7 +138,7 @@ TEST(SmoothFit, EveryCacheGivesTheSameBits)
     for (std::size_t s = 0; s < 4; ++s) {
       EXPECT_EQ(a.set.surfaces[s].coefficients, b.set.surfaces[s].coefficients);
       EXPECT_EQ(a.set.surfaces[s].condition_number, b.set.surfaces[s].condition_number);
-      EXPECT_TRUE((a.left_out[s] == b.left_out[s]).all());
+      EXPECT_TRUE((a.leave_one_out[s] == b.leave_one_out[s]).all());
     }
   }
   // The settings do affect Eigen functions that use them.
@@ -153,40 +153,43 @@ TEST(SmoothFit, EveryCacheGivesTheSameBits)
 
 TEST(SmoothFit, VarusIsAFifthSurfaceWhereItWasFree)
 {
-  MotionModel model;
+  store::MotionModel model;
   model.varus_deg = {0.0};
-  const SmoothInput planes = noisy_planes(12, 1);
+  const smooth::SmoothInput planes = noisy_planes(12, 1);
   model.flexion_deg = planes.flexion_deg;
   model.tx_mm = model.ty_mm = model.tz_mm = model.theta_deg = planes.tx_mm;
-  model.status = GridB::Zero(12, 1);
-  model.theta_determined = GridB::Ones(12, 1);
-  model.varus_solved_deg = GridD::Zero(12, 1);
-  EXPECT_EQ(smooth(smooth_input(model, "knee.h5"), 3).surfaces.size(), 4u) << "varus is that of the axis";
+  model.status = store::GridB::Zero(12, 1);
+  model.theta_determined = store::GridB::Ones(12, 1);
+  model.varus_solved_deg = store::GridD::Zero(12, 1);
+  EXPECT_EQ(smooth::smooth(smooth::smooth_input(model, "knee.h5"), 3).surfaces.size(), 4u)
+      << "varus is that of the axis";
 
   for (Eigen::Index i = 0; i < 12; ++i)
     model.varus_solved_deg(i, 0) = 0.01 * static_cast<double>(i * i) - 1.0;
-  const SmoothedSet set = smooth(smooth_input(model, "knee.h5"), 3);
+  const store::SmoothedSet set = smooth::smooth(smooth::smooth_input(model, "knee.h5"), 3);
   ASSERT_EQ(set.surfaces.size(), 5u);
   EXPECT_EQ(set.surfaces[4].name, "varus");
   EXPECT_LT((set.surfaces[4].values - model.varus_solved_deg).abs().maxCoeff(), fit_tolerance);
 
   model.varus_deg = {0.0, 1.0};
-  for (GridD* grid : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg, &model.varus_solved_deg})
-    *grid = GridD::Ones(12, 2);
-  model.status = GridB::Zero(12, 2);
-  model.theta_determined = GridB::Ones(12, 2);
-  EXPECT_EQ(smooth(smooth_input(model, "knee.h5"), 1).surfaces.size(), 4u) << "varus was given";
+  for (store::GridD* grid :
+       {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg, &model.varus_solved_deg})
+    *grid = store::GridD::Ones(12, 2);
+  model.status = store::GridB::Zero(12, 2);
+  model.theta_determined = store::GridB::Ones(12, 2);
+  EXPECT_EQ(smooth::smooth(smooth::smooth_input(model, "knee.h5"), 1).surfaces.size(), 4u)
+      << "varus was given";
 }
 
 TEST(SmoothFit, TheLargestDegreeAskedForIsTriedFirst)
 {
-  const SmoothInput input = noisy_planes(20, 5);
-  EXPECT_EQ(largest_degree(input), 4);
-  EXPECT_EQ(largest_degree(input, 12), 4);
-  EXPECT_EQ(largest_degree(input, 4), 4);
-  EXPECT_EQ(largest_degree(input, 3), 3);
-  EXPECT_EQ(largest_degree(input, 0), 0);
-  EXPECT_EQ(largest_degree(input, -1), -1);
+  const smooth::SmoothInput input = noisy_planes(20, 5);
+  EXPECT_EQ(smooth::largest_degree(input), 4);
+  EXPECT_EQ(smooth::largest_degree(input, 12), 4);
+  EXPECT_EQ(smooth::largest_degree(input, 4), 4);
+  EXPECT_EQ(smooth::largest_degree(input, 3), 3);
+  EXPECT_EQ(smooth::largest_degree(input, 0), 0);
+  EXPECT_EQ(smooth::largest_degree(input, -1), -1);
 }
 
 }  // namespace vrda::smooth_fit_test

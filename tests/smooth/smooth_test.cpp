@@ -26,17 +26,17 @@ std::vector<double> axis(int n, double from, double step)
 }
 
 /// A solved grid of zeros.
-SmoothInput blank(std::vector<double> flexion_deg, std::vector<double> varus_deg)
+smooth::SmoothInput blank(std::vector<double> flexion_deg, std::vector<double> varus_deg)
 {
-  SmoothInput input;
+  smooth::SmoothInput input;
   input.name = "knee.h5";
   const Eigen::Index rows = static_cast<Eigen::Index>(flexion_deg.size());
   const Eigen::Index columns = static_cast<Eigen::Index>(varus_deg.size());
   input.flexion_deg = std::move(flexion_deg);
   input.varus_deg = std::move(varus_deg);
-  input.tx_mm = input.ty_mm = input.tz_mm = input.theta_deg = GridD::Zero(rows, columns);
-  input.status = GridB::Zero(rows, columns);
-  input.theta_determined = GridB::Ones(rows, columns);
+  input.tx_mm = input.ty_mm = input.tz_mm = input.theta_deg = store::GridD::Zero(rows, columns);
+  input.status = store::GridB::Zero(rows, columns);
+  input.theta_determined = store::GridB::Ones(rows, columns);
   return input;
 }
 
@@ -52,13 +52,13 @@ double polynomial(double u, double v, int degree, double shift)
   return sum;
 }
 
-void fill_with_polynomial(SmoothInput& input, int degree)
+void fill_with_polynomial(smooth::SmoothInput& input, int degree)
 {
-  const AxisRanges ranges = axis_ranges(input.flexion_deg, input.varus_deg);
+  const store::AxisRanges ranges = store::axis_ranges(input.flexion_deg, input.varus_deg);
   for (Eigen::Index i = 0; i < input.tx_mm.rows(); ++i) {
     for (Eigen::Index j = 0; j < input.tx_mm.cols(); ++j) {
-      const double u = unit_coordinate(input.flexion_deg[static_cast<std::size_t>(i)], ranges.flexion);
-      const double v = unit_coordinate(input.varus_deg[static_cast<std::size_t>(j)], ranges.varus);
+      const double u = store::unit_coordinate(input.flexion_deg[static_cast<std::size_t>(i)], ranges.flexion);
+      const double v = store::unit_coordinate(input.varus_deg[static_cast<std::size_t>(j)], ranges.varus);
       input.tx_mm(i, j) = polynomial(u, v, degree, 1.0);
       input.ty_mm(i, j) = polynomial(u, v, degree, -2.0);
       input.tz_mm(i, j) = polynomial(v, u, degree, 0.5);
@@ -67,10 +67,10 @@ void fill_with_polynomial(SmoothInput& input, int degree)
   }
 }
 
-void fill_with_noise(SmoothInput& input)
+void fill_with_noise(smooth::SmoothInput& input)
 {
   std::mt19937_64 generator(7);
-  for (GridD* grid : {&input.tx_mm, &input.ty_mm, &input.tz_mm, &input.theta_deg}) {
+  for (store::GridD* grid : {&input.tx_mm, &input.ty_mm, &input.tz_mm, &input.theta_deg}) {
     for (Eigen::Index k = 0; k < grid->size(); ++k) {
       grid->data()[k] = static_cast<double>(generator() % 2000) / 1000.0 - 1.0;
     }
@@ -81,16 +81,16 @@ TEST(Smooth, ReproducesPolynomialsOfItsDegree)
 {
   for (const int degree : {0, 1, 2, 3, 6, 8}) {
     SCOPED_TRACE(degree);
-    SmoothInput input = blank(axis(31, 0, 3), axis(11, -10, 2));
+    smooth::SmoothInput input = blank(axis(31, 0, 3), axis(11, -10, 2));
     fill_with_polynomial(input, degree);
-    const SmoothedSet set = smooth(input, degree);
+    const store::SmoothedSet set = smooth::smooth(input, degree);
     EXPECT_EQ(set.degree, degree);
     EXPECT_EQ(set.exponents.rows(), (degree + 1) * (degree + 2) / 2);
-    const GridD* grids[] = {&input.tx_mm, &input.ty_mm, &input.tz_mm, &input.theta_deg};
+    const store::GridD* grids[] = {&input.tx_mm, &input.ty_mm, &input.tz_mm, &input.theta_deg};
     const char* names[] = {"tx", "ty", "tz", "theta"};
     ASSERT_EQ(set.surfaces.size(), 4u);
     for (std::size_t s = 0; s < 4; ++s) {
-      const SmoothedSurface& surface = set.surfaces[s];
+      const store::SmoothedSurface& surface = set.surfaces[s];
       EXPECT_EQ(surface.name, names[s]);
       EXPECT_EQ(surface.n_cells, 31 * 11);
       EXPECT_LT((surface.values - *grids[s]).abs().maxCoeff(), fit_tolerance);
@@ -105,9 +105,9 @@ TEST(Smooth, ReproducesPolynomialsOfItsDegree)
 
 TEST(Smooth, DegreeZeroIsTheMean)
 {
-  SmoothInput input = blank({0, 1}, {-1, 1});
+  smooth::SmoothInput input = blank({0, 1}, {-1, 1});
   input.tx_mm << 1, 2, 3, 6;
-  const SmoothedSurface surface = smooth(input, 0).surfaces[0];
+  const store::SmoothedSurface surface = smooth::smooth(input, 0).surfaces[0];
   EXPECT_NEAR(surface.coefficients.at(0), 3.0, fit_tolerance);
   EXPECT_NEAR(surface.rms, std::sqrt((4.0 + 1.0 + 0.0 + 9.0) / 4.0), fit_tolerance);
   EXPECT_NEAR(surface.largest_residual, 3.0, fit_tolerance);
@@ -118,29 +118,29 @@ TEST(Smooth, DegreeZeroIsTheMean)
 
 TEST(Smooth, FailedCellsDoNotMatter)
 {
-  SmoothInput input = blank(axis(19, 0, 5), axis(9, -8, 2));
+  smooth::SmoothInput input = blank(axis(19, 0, 5), axis(9, -8, 2));
   fill_with_polynomial(input, 4);
-  const GridD wanted = input.ty_mm;
+  const store::GridD wanted = input.ty_mm;
   for (Eigen::Index k = 0; k < input.status.size(); k += 7) {
     input.status.data()[k] =
         static_cast<std::int8_t>(k % 2 == 0 ? StepStatus::no_contact : StepStatus::pending);
     input.tx_mm.data()[k] = input.ty_mm.data()[k] = input.tz_mm.data()[k] = input.theta_deg.data()[k] = nan;
   }
-  const SmoothedSet set = smooth(input, 4);
+  const store::SmoothedSet set = smooth::smooth(input, 4);
   EXPECT_EQ(set.surfaces[1].n_cells, (input.status == 0).count());
   EXPECT_LT((set.surfaces[1].values - wanted).abs().maxCoeff(), fit_tolerance);
 }
 
 TEST(Smooth, ThetaIsFittedWhereItIsDetermined)
 {
-  SmoothInput input = blank(axis(10, 0, 10), axis(7, -3, 1));
+  smooth::SmoothInput input = blank(axis(10, 0, 10), axis(7, -3, 1));
   fill_with_polynomial(input, 3);
-  const GridD wanted = input.theta_deg;
+  const store::GridD wanted = input.theta_deg;
   for (Eigen::Index k = 0; k < input.status.size(); k += 5) {
     input.theta_determined.data()[k] = 0;
     input.theta_deg.data()[k] = 1e6;
   }
-  const SmoothedSet set = smooth(input, 3);
+  const store::SmoothedSet set = smooth::smooth(input, 3);
   EXPECT_EQ(set.surfaces[0].n_cells, 70);
   EXPECT_EQ(set.surfaces[3].n_cells, 56);
   EXPECT_LT((set.surfaces[3].values - wanted).abs().maxCoeff(), fit_tolerance);
@@ -148,18 +148,18 @@ TEST(Smooth, ThetaIsFittedWhereItIsDetermined)
 
 TEST(Smooth, LeaveOneOutIsThatOfRefits)
 {
-  SmoothInput input = blank(axis(7, 0, 15), axis(5, -2, 1));
+  smooth::SmoothInput input = blank(axis(7, 0, 15), axis(5, -2, 1));
   fill_with_noise(input);
   input.status(2, 3) = static_cast<std::int8_t>(StepStatus::iteration_limit);
   const int degree = 3;
-  const SmoothedSet whole = smooth(input, degree);
+  const store::SmoothedSet whole = smooth::smooth(input, degree);
   double sum_sq = 0.0;
   int n = 0;
   for (Eigen::Index k = 0; k < input.status.size(); ++k) {
     if (input.status.data()[k] != 0) continue;
-    SmoothInput without = input;
+    smooth::SmoothInput without = input;
     without.status.data()[k] = status_pending;
-    const double error = input.tx_mm.data()[k] - smooth(without, degree).surfaces[0].values.data()[k];
+    const double error = input.tx_mm.data()[k] - smooth::smooth(without, degree).surfaces[0].values.data()[k];
     sum_sq += error * error;
     ++n;
   }
@@ -170,10 +170,10 @@ TEST(Smooth, LeaveOneOutIsThatOfRefits)
 
 TEST(Smooth, LeaveOneOutIsUnknownWhereNothingCanBeLeftOut)
 {
-  SmoothInput input = blank({0, 1}, {-1, 1});
+  smooth::SmoothInput input = blank({0, 1}, {-1, 1});
   fill_with_noise(input);
   input.status(1, 1) = static_cast<std::int8_t>(StepStatus::no_clearance);
-  const SmoothedSurface surface = smooth(input, 1).surfaces[0];
+  const store::SmoothedSurface surface = smooth::smooth(input, 1).surfaces[0];
   EXPECT_LT(surface.largest_residual, fit_tolerance);
   EXPECT_TRUE(std::isnan(surface.leave_one_out_rms));
 }
@@ -181,12 +181,12 @@ TEST(Smooth, LeaveOneOutIsUnknownWhereNothingCanBeLeftOut)
 TEST(Smooth, ScalingAndShiftingTheAxesChangesNothing)
 {
   // Powers of two and whole numbers keep the bits of the unit coordinates, hence of all results.
-  SmoothInput input = blank(axis(13, 0, 5), axis(9, -8, 2));
+  smooth::SmoothInput input = blank(axis(13, 0, 5), axis(9, -8, 2));
   fill_with_noise(input);
-  SmoothInput moved = input;
+  smooth::SmoothInput moved = input;
   for (double& value : moved.flexion_deg) value = 4.0 * value - 30.0;
   for (double& value : moved.varus_deg) value = 0.5 * value + 7.0;
-  const SmoothedSet a = smooth(input, 5), b = smooth(moved, 5);
+  const store::SmoothedSet a = smooth::smooth(input, 5), b = smooth::smooth(moved, 5);
   for (std::size_t s = 0; s < 4; ++s) {
     EXPECT_EQ(a.surfaces[s].coefficients, b.surfaces[s].coefficients);
     EXPECT_TRUE((a.surfaces[s].values == b.surfaces[s].values).all());
@@ -197,26 +197,26 @@ TEST(Smooth, ScalingAndShiftingTheAxesChangesNothing)
 
 TEST(Smooth, AnAxisWithOneValueCarriesItsConstant)
 {
-  SmoothInput input = blank(axis(10, 0, 10), {0});
+  smooth::SmoothInput input = blank(axis(10, 0, 10), {0});
   fill_with_polynomial(input, 4);
-  const SmoothedSet set = smooth(input, 4);
+  const store::SmoothedSet set = smooth::smooth(input, 4);
   EXPECT_EQ(set.exponents.rows(), 5);
   EXPECT_TRUE((set.exponents.col(1) == 0).all());
   EXPECT_LT((set.surfaces[0].values - input.tx_mm).abs().maxCoeff(), fit_tolerance);
 
-  SmoothInput across = blank({30}, axis(6, -5, 2));
+  smooth::SmoothInput across = blank({30}, axis(6, -5, 2));
   fill_with_polynomial(across, 2);
-  EXPECT_EQ(smooth(across, 2).exponents.rows(), 3);
-  SmoothInput one = blank({30}, {0});
-  EXPECT_EQ(smooth(one, 6).exponents.rows(), 1);
+  EXPECT_EQ(smooth::smooth(across, 2).exponents.rows(), 3);
+  smooth::SmoothInput one = blank({30}, {0});
+  EXPECT_EQ(smooth::smooth(one, 6).exponents.rows(), 1);
 }
 
 TEST(Smooth, FiveColumnsCannotCarryDegreeFive)
 {
-  SmoothInput input = blank(axis(91, 0, 1), axis(5, -2, 1));
-  EXPECT_NO_THROW(smooth(input, 4));
-  EXPECT_EQ(largest_degree(input), 4);
-  const InputError::Facts facts = input_error([&] { smooth(input, 5); });
+  smooth::SmoothInput input = blank(axis(91, 0, 1), axis(5, -2, 1));
+  EXPECT_NO_THROW(smooth::smooth(input, 4));
+  EXPECT_EQ(smooth::largest_degree(input), 4);
+  const InputError::Facts facts = input_error([&] { smooth::smooth(input, 5); });
   EXPECT_EQ(facts.file, "knee.h5");
   EXPECT_EQ(facts.field, "smooth.degrees");
   EXPECT_EQ(facts.found, "455 solved cells in 91 values of flexion and 5 of varus");
@@ -225,14 +225,14 @@ TEST(Smooth, FiveColumnsCannotCarryDegreeFive)
 
 TEST(Smooth, TooFewCellsAreCounted)
 {
-  SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
+  smooth::SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
   input.status.setConstant(static_cast<std::int8_t>(StepStatus::no_contact));
-  EXPECT_EQ(largest_degree(input), -1);
-  EXPECT_EQ(input_error([&] { smooth(input, 2); }).wanted,
+  EXPECT_EQ(smooth::largest_degree(input), -1);
+  EXPECT_EQ(input_error([&] { smooth::smooth(input, 2); }).wanted,
             "enough for the 6 terms of degree 2; these allow no degree");
   input.status(0, 0) = input.status(0, 5) = input.status(5, 0) = input.status(5, 5) = 0;
-  EXPECT_EQ(largest_degree(input), 1);
-  const InputError::Facts facts = input_error([&] { smooth(input, 2); });
+  EXPECT_EQ(smooth::largest_degree(input), 1);
+  const InputError::Facts facts = input_error([&] { smooth::smooth(input, 2); });
   EXPECT_EQ(facts.found, "4 solved cells in 2 values of flexion and 2 of varus");
   EXPECT_EQ(facts.wanted, "enough for the 6 terms of degree 2; these allow degree 1");
 }
@@ -240,23 +240,23 @@ TEST(Smooth, TooFewCellsAreCounted)
 TEST(Smooth, ThetaIsFittedToAllCellsWhereTooFewDetermineIt)
 {
   // A ball in a socket: theta keeps the value of its seed everywhere.
-  SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
+  smooth::SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
   input.theta_determined.setZero();
   input.theta_determined(2, 2) = 1;
   input.theta_deg.setConstant(7.5);
-  EXPECT_EQ(largest_degree(input), 5);
-  const SmoothedSet set = smooth(input, 3);
+  EXPECT_EQ(smooth::largest_degree(input), 5);
+  const store::SmoothedSet set = smooth::smooth(input, 3);
   EXPECT_EQ(set.surfaces[3].n_cells, 36);
   // A constant is in the basis: residuals are rounding.
   EXPECT_LT((set.surfaces[3].values - 7.5).abs().maxCoeff(), 1e-12);
-  EXPECT_EQ(smooth(input, 0).surfaces[3].n_cells, 1) << "one cell determines a constant";
+  EXPECT_EQ(smooth::smooth(input, 0).surfaces[3].n_cells, 1) << "one cell determines a constant";
 }
 
 TEST(Smooth, ADegreeOutOfRangeIsRefused)
 {
-  const SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
+  const smooth::SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
   for (const int degree : {-1, 21}) {
-    const InputError::Facts facts = input_error([&] { smooth(input, degree); });
+    const InputError::Facts facts = input_error([&] { smooth::smooth(input, degree); });
     EXPECT_EQ(facts.found, std::to_string(degree));
     EXPECT_EQ(facts.wanted, "a degree from 0 to 20");
   }

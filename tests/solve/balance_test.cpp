@@ -11,10 +11,10 @@
 namespace vrda::balance_test {
 
 constexpr std::array<bool, 5> all_free{true, true, true, true, true};
-const Grip scale{{0, 0, 0}, 20};
+const solve::RotationScale scale{{0, 0, 0}, 20};
 
 // Minimum of |g - A l| over l >= 0 by exhaustive search over the active columns.
-double least_residual(const Vector5d& g, const std::vector<Clearance>& touching)
+double least_residual(const Vector5d& g, const std::vector<solve::Clearance>& touching)
 {
   double best = g.norm();
   for (unsigned choice = 1; choice < (1U << touching.size()); ++choice) {
@@ -39,14 +39,15 @@ TEST(Balance, IsTheLeastSquaresOfForcesThatPush)
   for (int k = 0; k < 300; ++k) {
     Potential u;
     u.gradient << normal(random), -20, normal(random), 20 * normal(random), 20 * normal(random);
-    std::vector<Clearance> touching(static_cast<std::size_t>(1 + k % 9));
-    for (Clearance& c : touching)
+    std::vector<solve::Clearance> touching(static_cast<std::size_t>(1 + k % 9));
+    for (solve::Clearance& c : touching)
       c.gradient << 0.3 * normal(random), -1, 0.3 * normal(random), 10 * normal(random), 10 * normal(random);
-    const Held balance = held_by(u, touching, scale, all_free);
+    const solve::ContactForceBalance balance = solve::balance_contact_forces(u, touching, scale, all_free);
     Vector5d g = u.gradient;
     g.tail<2>() /= scale.lever_mm;
     EXPECT_NEAR(balance.residual_n, least_residual(g, touching), 1e-7);
-    for (const Held::Bearing& b : balance.bearing) EXPECT_GT(b.along_delta_n, 0.0);
+    for (const solve::ContactForceBalance::ActiveConstraint& b : balance.active)
+      EXPECT_GT(b.along_delta_n, 0.0);
     ++(balance.residual_n < 1e-9 ? n_balanced : n_unbalanced);
   }
   EXPECT_GT(n_balanced, 5);
@@ -55,12 +56,12 @@ TEST(Balance, IsTheLeastSquaresOfForcesThatPush)
 
 TEST(Balance, PoseOffEquilibriumHasResidual)
 {
-  const Joint joint = test::joint_of(
+  const solve::Joint joint = test::joint_of(
       test::ceiling(60, 12, [](double x, double z) { return -0.5 * (std::abs(x) + std::abs(z)); }),
       test::pins({{0, 0, 0}}));
-  const Ligaments none;
+  const ligament::Ligaments none;
   const Loads loads;
-  GapQuery query(joint.reference_gap, joint.moving_gap);
+  proximity::GapQuery query(joint.reference_gap, joint.moving_gap);
   query.set_attitude({});
   struct Row {
     double x_mm, residual_share;
@@ -70,16 +71,17 @@ TEST(Balance, PoseOffEquilibriumHasResidual)
   for (const Row row : {Row{0.0, 0.0}, Row{1.0, std::sqrt(1.0 / 3.0)}}) {
     MovingPose pose{{row.x_mm, 0, row.x_mm}, 0};
     pose.translation_mm.y() += query.travel_mm(pose);
-    const Place configuration = place_at(pose, 0.0, scale);
-    const Rotations rotations(configuration, 0.0);
-    std::vector<Clearance> touching;
-    for (const GapFeature& f : query.features(pose, 1e-3).features) {
-      const Obstacle constraint = obstacle_of(f, {joint.reference.solid.mesh, joint.moving.solid.mesh, scale},
-                                              configuration, rotations);
-      touching.push_back(clearance(constraint, configuration, rotations));
+    const solve::Configuration configuration = solve::configuration_at(pose, 0.0, scale);
+    const solve::Rotations rotations(configuration, 0.0);
+    std::vector<solve::Clearance> touching;
+    for (const proximity::GapFeature& f : query.features(pose, 1e-3).features) {
+      const solve::ContactConstraint constraint = solve::contact_constraint_of(
+          f, {joint.reference.tree_mesh.mesh, joint.moving.tree_mesh.mesh, scale}, configuration, rotations);
+      touching.push_back(solve::clearance(constraint, configuration, rotations));
     }
-    const Held balance = held_by(potential_at({none, loads, scale, 0.0}, configuration), touching, scale,
-                                 {true, true, true, true, false});
+    const solve::ContactForceBalance balance =
+        solve::balance_contact_forces(solve::potential_at({none, loads, scale, 0.0}, configuration), touching,
+                                      scale, {true, true, true, true, false});
     EXPECT_NEAR(balance.residual_n, row.residual_share * 20, 1e-6);
   }
 }
@@ -88,7 +90,7 @@ TEST(Balance, NothingTouchingLeavesThePush)
 {
   Potential u;
   u.gradient << 0, -20, 0, 0, 0;
-  EXPECT_NEAR(held_by(u, {}, scale, all_free).residual_n, 20, 1e-12);
+  EXPECT_NEAR(solve::balance_contact_forces(u, {}, scale, all_free).residual_n, 20, 1e-12);
 }
 
 }  // namespace vrda::balance_test

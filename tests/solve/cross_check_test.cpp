@@ -16,11 +16,11 @@ constexpr double radius_mm = 1.0;  // about the start
 constexpr double lever_mm = 20.0;
 
 struct Landscape {
-  const test::LittleKnee& knee;
+  const test::MinimalKnee& knee;
   Loads loads;
-  Grip scale{{0, 0, 0}, lever_mm};
-  GapQuery query{knee.joint.reference_gap, knee.joint.moving_gap};
-  Place start{};
+  solve::RotationScale scale{{0, 0, 0}, lever_mm};
+  proximity::GapQuery query{knee.joint.reference_gap, knee.joint.moving_gap};
+  solve::Configuration start{};
   std::exception_ptr thrown{};  // exceptions must not propagate through a C callback
   nlopt_opt optimiser = nullptr;
 
@@ -28,12 +28,13 @@ struct Landscape {
   {
     Vector5d step_mm;
     step_mm << step[0], 0, step[1], step[2], step[3];
-    const Place configuration = moved(start, step_mm, scale);
+    const solve::Configuration configuration = solve::moved(start, step_mm, scale);
     query.set_attitude({0.1, configuration.varus_rad});
-    const double travel_mm = query.travel_mm(pose_at(configuration, scale));
+    const double travel_mm = query.travel_mm(solve::pose_at(configuration, scale));
     check(std::isfinite(travel_mm), "cross-check: nothing faces");
-    const Forces forces{knee.ligaments, loads, scale, 0.1};
-    return rest_along_delta(forces, configuration, {configuration.pivot_mm.y() + travel_mm, 100, 1e-9})
+    const solve::NonContactForces forces{knee.ligaments, loads, scale, 0.1};
+    return solve::equilibrium_along_delta(forces, configuration,
+                                          {configuration.pivot_mm.y() + travel_mm, 100, 1e-9})
         .potential.energy_nmm;
   }
 };
@@ -71,7 +72,7 @@ double least_by_subplex(Landscape& landscape)
 
 TEST(CrossCheck, SubplexFindsNoLowerPotentialNearTheEquilibrium)
 {
-  const test::LittleKnee knee;
+  const test::MinimalKnee knee;
   int n_reached = 0, n_cases = 0;
   for (const double sideways_n : {0.0, 3.0, -2.0}) {
     for (const double moment_nmm : {0.0, 150.0}) {
@@ -83,7 +84,8 @@ TEST(CrossCheck, SubplexFindsNoLowerPotentialNearTheEquilibrium)
       Landscape landscape{knee, loads};
       Vector5d offset;
       offset << 0.3, 0, -0.2, 0.25, -0.3;
-      landscape.start = moved(place_at(r.pose, r.varus_rad, landscape.scale), offset, landscape.scale);
+      landscape.start = solve::moved(solve::configuration_at(r.pose, r.varus_rad, landscape.scale), offset,
+                                     landscape.scale);
       const double found_nmm = least_by_subplex(landscape);
       // The stand-off of 1e-5 mm costs 4e-4 N mm, a step of one tolerance against 40 N ten times as much.
       EXPECT_GE(found_nmm, r.balance.energy_nmm - 5e-3);

@@ -27,12 +27,12 @@ double flat(double, double)
 // Pushed up by `push_n` towards a plate and pulled down by one fibre of slack length 40 mm from (0, -60, 0).
 StepRecord tethered(double push_n)
 {
-  const Joint joint = joint_of(ceiling(60, 4, flat), pins({{0, 0, 0}}));
-  Ligaments ligaments;
+  const solve::Joint joint = joint_of(ceiling(60, 4, flat), pins({{0, 0, 0}}));
+  ligament::Ligaments ligaments;
   ligaments.fibres = {fibre({0, -60, 0}, {0, -15, 0}, 40)};
   Loads loads;
   loads.force_n = {0, push_n, 0};
-  return EquilibriumSolver(joint, ligaments, options).solve({{}, {{1, -20, 2}, 0.4}, loads, false});
+  return solve::EquilibriumSolver(joint, ligaments, options).solve({{}, {{1, -20, 2}, 0.4}, loads, false});
 }
 
 TEST(EquilibriumLoads, AFibreHoldsThePushOffTheContact)
@@ -62,21 +62,22 @@ TEST(EquilibriumLoads, MorePushAndThePlateTakesTheRest)
 TEST(EquilibriumLoads, AMomentTurnsItAgainstTorsionSprings)
 {
   // Four fibres of 30 mm at the corners of a square, each along Z: rotation stretches two.
-  const Joint joint = joint_of(ceiling(80, 4, flat), pins({{20, 0, 0}, {-20, 0, 0}, {0, 0, 0}}));
-  Ligaments ligaments;
+  const solve::Joint joint = joint_of(ceiling(80, 4, flat), pins({{20, 0, 0}, {-20, 0, 0}, {0, 0, 0}}));
+  ligament::Ligaments ligaments;
   for (const double x : {20.0, -20.0}) {
     for (const double z : {30.0, -30.0}) ligaments.fibres.push_back(fibre({x, -10, z}, {x, -10, 0}, 29));
   }
   Loads loads;
   loads.moment_nmm = 800;
   const StepRecord r =
-      EquilibriumSolver(joint, ligaments, options).solve({{}, {{0, -5, 0}, -0.1}, loads, false});
+      solve::EquilibriumSolver(joint, ligaments, options).solve({{}, {{0, -5, 0}, -0.1}, loads, false});
   ASSERT_EQ(r.status, StepStatus::stable);
   // The root of dE/dtheta = M by bisection, from the energies of single fibres alone.
   const auto moment = [&](double theta) {
     const auto energy = [&](double at) {
       double sum = 0.0;
-      for (const FibreState& s : fibre_states(ligaments, {}, {{0, r.pose.translation_mm.y(), 0}, at}))
+      for (const ligament::FibreState& s :
+           ligament::fibre_states(ligaments, {}, {{0, r.pose.translation_mm.y(), 0}, at}))
         sum += s.energy_nmm;
       return sum;
     };
@@ -92,7 +93,7 @@ TEST(EquilibriumLoads, AMomentTurnsItAgainstTorsionSprings)
 
 TEST(EquilibriumLoads, StartsNearbyEndAtTheSamePose)
 {
-  const test::LittleKnee knee;
+  const test::MinimalKnee knee;
   const StepRecord stable = knee.solve({{0, -5, 0}, 0}, 0.0);
   ASSERT_EQ(stable.status, StepStatus::stable);
   EXPECT_TRUE(stable.theta_determined);
@@ -121,13 +122,14 @@ struct Wrench {
   }
 };
 
-Wrench wrench(const Ligaments& ligaments, const Attitude& attitude, const StepRecord& r, const Loads& loads)
+Wrench wrench(const ligament::Ligaments& ligaments, const Attitude& attitude, const StepRecord& r,
+              const Loads& loads)
 {
   Wrench sum;
   sum.force_n = loads.force_n;
   sum.moment_nmm = loads.point_mm.cross(loads.force_n) + Eigen::Vector3d(0, loads.moment_nmm, 0);
   for (const ContactForce& f : r.balance.forces) sum.add(f.point_solver_mm, test::force_of(f));
-  const std::vector<FibreState> states = fibre_states(ligaments, attitude, r.pose);
+  const std::vector<ligament::FibreState> states = ligament::fibre_states(ligaments, attitude, r.pose);
   const Eigen::Matrix3d R = reference_rotation(attitude);
   for (std::size_t k = 0; k < states.size(); ++k) {
     const Eigen::Vector3d from = R * ligaments.fibres[k].reference_mm;
@@ -139,13 +141,13 @@ Wrench wrench(const Ligaments& ligaments, const Attitude& attitude, const StepRe
 
 TEST(EquilibriumLoads, ForcesAndMomentsBalanceOfTheRecordAlone)
 {
-  const test::LittleKnee knee;
+  const test::MinimalKnee knee;
   Loads loads;
   loads.force_n = {1.5, 40, -1};
   loads.moment_nmm = 60;
   for (const bool is_varus_free : {true, false}) {
-    const EquilibriumSolver::Task task{{0.1, 0.02}, {{0.5, -5, 0}, 0.02}, loads, is_varus_free};
-    const StepRecord r = EquilibriumSolver(knee.joint, knee.ligaments, options).solve(task);
+    const solve::EquilibriumSolver::Task task{{0.1, 0.02}, {{0.5, -5, 0}, 0.02}, loads, is_varus_free};
+    const StepRecord r = solve::EquilibriumSolver(knee.joint, knee.ligaments, options).solve(task);
     ASSERT_EQ(r.status, StepStatus::stable);
     ASSERT_FALSE(r.balance.forces.empty());
     const Wrench sum = wrench(knee.ligaments, {0.1, r.varus_rad}, r, loads);

@@ -23,11 +23,11 @@ using test::ceiling;
 using test::joint_of;
 using test::pins;
 
-StepRecord solve(const Joint& joint, const MovingPose& seed, const Loads& loads = {},
+StepRecord solve(const solve::Joint& joint, const MovingPose& seed, const Loads& loads = {},
                  bool is_varus_free = false)
 {
-  const Ligaments none;
-  return EquilibriumSolver(joint, none, options).solve({{}, seed, loads, is_varus_free});
+  const ligament::Ligaments none;
+  return solve::EquilibriumSolver(joint, none, options).solve({{}, seed, loads, is_varus_free});
 }
 
 double pit(double x, double z)
@@ -43,7 +43,7 @@ MovingPose random_seed(std::mt19937_64& random, double reach_mm)
 
 TEST(Equilibrium, APinEndsInTheMiddleOfItsPit)
 {
-  const Joint joint = joint_of(ceiling(60, 12, pit), pins({{0, 0, 0}}));
+  const solve::Joint joint = joint_of(ceiling(60, 12, pit), pins({{0, 0, 0}}));
   std::mt19937_64 random(1);
   for (int k = 0; k < 40; ++k) {
     const MovingPose seed = random_seed(random, 20);
@@ -61,8 +61,9 @@ TEST(Equilibrium, APinEndsInTheMiddleOfItsPit)
 
 TEST(Equilibrium, ABallEndsInTheMiddleOfItsDish)
 {
-  const Shape shape = generate_shape({"ball-in-dish", {}, {}});
-  const Joint joint = make_joint({shape.reference.front().mesh, {}}, {shape.moving.front().mesh, {}}, {});
+  const shapes::Shape shape = shapes::generate_shape({"ball-in-dish", {}, {}});
+  const solve::Joint joint =
+      solve::make_joint({shape.reference.front().mesh, {}}, {shape.moving.front().mesh, {}}, {});
   const double radius_mm = 10, dish_mm = 30;
   const Box box = bounding_box(shape.moving.front().mesh);
   const Eigen::Vector3d top_mm(0, box.max_mm.y(), 0);
@@ -82,7 +83,8 @@ TEST(Equilibrium, ABallEndsInTheMiddleOfItsDish)
 
 TEST(Equilibrium, ABallUnderAPlateRestsWhereItWasSeeded)
 {
-  const Joint joint = make_joint({test::box({0, 10, 0}, {100, 20, 100}), {}}, {test::ball(10), {}}, {});
+  const solve::Joint joint =
+      solve::make_joint({test::box({0, 10, 0}, {100, 20, 100}), {}}, {test::ball(10), {}}, {});
   const StepRecord r = solve(joint, {{3, -40, 4}, 0.3});
   ASSERT_EQ(r.status, StepStatus::stable);
   EXPECT_NEAR((r.pose.translation_mm - Eigen::Vector3d(3, -10 - standoff_mm, 4)).norm(), 0.0, exact_mm);
@@ -104,7 +106,7 @@ TEST(Equilibrium, AGrooveTurnsUntilBothSpikesLieInIt)
   }
   Mesh groove = ceiling(40, 2, [](double, double z) { return 0.3 * std::abs(z); });
   groove.triangles.col(1).swap(groove.triangles.col(2));
-  const Joint joint = make_joint({spikes, {}}, {groove, {}}, {});
+  const solve::Joint joint = solve::make_joint({spikes, {}}, {groove, {}}, {});
   for (const double theta : {0.0, 0.2, -0.3}) {
     const StepRecord r = solve(joint, {{0.5, -20, 0.2}, theta});
     ASSERT_EQ(r.status, StepStatus::stable);
@@ -118,9 +120,10 @@ TEST(Equilibrium, AGrooveTurnsUntilBothSpikesLieInIt)
 TEST(Equilibrium, ACapTurnsIntoItsSink)
 {
   for (const double turn_deg : {5.0, 20.0, -12.0}) {
-    const Shape shape =
-        generate_shape({"cap-in-sink", {{"turn", turn_deg}, {"offset_x", 1.0}, {"offset_z", -0.5}}, {}});
-    const Joint joint = make_joint({shape.reference.front().mesh, {}}, {shape.moving.front().mesh, {}}, {});
+    const shapes::Shape shape = shapes::generate_shape(
+        {"cap-in-sink", {{"turn", turn_deg}, {"offset_x", 1.0}, {"offset_z", -0.5}}, {}});
+    const solve::Joint joint =
+        solve::make_joint({shape.reference.front().mesh, {}}, {shape.moving.front().mesh, {}}, {});
     const StepRecord r = solve(joint, {});
     ASSERT_EQ(r.status, StepStatus::stable);
     // Edges parallel to edges: rounding of the rotated mesh over its size, and the tolerance.
@@ -139,7 +142,7 @@ TEST(Equilibrium, FreeVarusTurnsUntilBothSidesTouch)
 {
   for (const double tilt : {-0.1, 0.0, 0.05}) {
     const double y = 20 * std::sin(tilt), z = 20 * std::cos(tilt);
-    const Joint joint = joint_of(troughs(), pins({{0, y, z}, {0, -y, -z}}));
+    const solve::Joint joint = joint_of(troughs(), pins({{0, y, z}, {0, -y, -z}}));
     const StepRecord r = solve(joint, {{1, -25, 0.4}, 0.02}, {}, true);
     ASSERT_EQ(r.status, StepStatus::stable);
     EXPECT_NEAR(r.varus_rad, tilt, exact_mm);
@@ -151,7 +154,7 @@ TEST(Equilibrium, FreeVarusTurnsUntilBothSidesTouch)
 
 TEST(Equilibrium, ThePushPointSharesTheLoadByTheLeverRule)
 {
-  const Joint joint = joint_of(troughs(), pins({{0, 0, 20}, {0, 0, -20}}));
+  const solve::Joint joint = joint_of(troughs(), pins({{0, 0, 20}, {0, 0, -20}}));
   for (const double at_mm : {-15.0, 0.0, 5.0, 19.0}) {
     Loads loads;
     loads.point_mm = {0, 0, at_mm};
@@ -169,7 +172,7 @@ TEST(Equilibrium, ThePushPointSharesTheLoadByTheLeverRule)
 TEST(Equilibrium, AHeldVarusIsHeldByAMoment)
 {
   // One pin at z = 20 carries all the push; the holding moment prevents tipping.
-  const Joint joint = joint_of(troughs(), pins({{0, 0, 20}, {0, -3, -20}}));
+  const solve::Joint joint = joint_of(troughs(), pins({{0, 0, 20}, {0, -3, -20}}));
   const StepRecord r = solve(joint, {{0, -25, 0.3}, 0.01});
   ASSERT_EQ(r.status, StepStatus::stable);
   // Varus lowers the reference on that side by 20 mm per radian: the moment is F times that.
@@ -185,7 +188,7 @@ TEST(Equilibrium, AHeldVarusIsHeldByAMoment)
 TEST(Equilibrium, FlanksShareALateralForceUntilItSlidesOut)
 {
   const double slope = 0.3;
-  const Joint joint =
+  const solve::Joint joint =
       joint_of(ceiling(60, 12, [&](double x, double) { return -slope * std::abs(x); }), pins({{0, 0, 0}}));
   for (const double sideways_n : {0.0, 2.0, -5.5}) {
     Loads loads;
@@ -209,17 +212,19 @@ TEST(Equilibrium, FlanksShareALateralForceUntilItSlidesOut)
 
 TEST(Equilibrium, EveryOtherStatusOccurs)
 {
-  const Joint joint = joint_of(ceiling(60, 12, pit), pins({{0, 0, 0}}));
+  const solve::Joint joint = joint_of(ceiling(60, 12, pit), pins({{0, 0, 0}}));
   EXPECT_EQ(solve(joint, {{100, 0, 0}, 0}).status, StepStatus::no_contact);
-  const Ligaments none;
+  const ligament::Ligaments none;
   EquilibriumOptions short_of;
   short_of.max_iterations = 1;
-  const StepRecord cut = EquilibriumSolver(joint, none, short_of).solve({{}, {{15, 0, 9}, 0}, {}, false});
+  const StepRecord cut =
+      solve::EquilibriumSolver(joint, none, short_of).solve({{}, {{15, 0, 9}, 0}, {}, false});
   EXPECT_EQ(cut.status, StepStatus::iteration_limit);
   EXPECT_EQ(cut.iterations, 1);
   EXPECT_TRUE(cut.contacts.empty());
   EXPECT_TRUE(std::isnan(cut.balance.residual_n));
-  const Joint slope = joint_of(ceiling(60, 12, [](double x, double) { return 0.3 * x; }), pins({{0, 0, 0}}));
+  const solve::Joint slope =
+      joint_of(ceiling(60, 12, [](double x, double) { return 0.3 * x; }), pins({{0, 0, 0}}));
   EXPECT_EQ(solve(slope, {{0, 0, 0}, 0}).status, StepStatus::unbounded);
   Loads pull;
   pull.force_n = {0, -20, 0};
@@ -239,18 +244,19 @@ bool is_same(const StepRecord& a, const StepRecord& b)
 
 TEST(Equilibrium, WhatWasSolvedBeforeChangesNoBit)
 {
-  const Shape shape = generate_shape({"ball-in-dish", {}, {}});
-  const Joint joint = make_joint({shape.reference.front().mesh, {}}, {shape.moving.front().mesh, {}}, {});
-  const Ligaments none;
-  EquilibriumSolver one(joint, none, options);
-  const EquilibriumSolver::Task a{{0.1, 0.02}, {{4, 0, 3}, 0.2}, {}, false};
-  const EquilibriumSolver::Task b{{-0.1, 0.1}, {{-5, 0, 1}, 0}, {}, true};
+  const shapes::Shape shape = shapes::generate_shape({"ball-in-dish", {}, {}});
+  const solve::Joint joint =
+      solve::make_joint({shape.reference.front().mesh, {}}, {shape.moving.front().mesh, {}}, {});
+  const ligament::Ligaments none;
+  solve::EquilibriumSolver one(joint, none, options);
+  const solve::EquilibriumSolver::Task a{{0.1, 0.02}, {{4, 0, 3}, 0.2}, {}, false};
+  const solve::EquilibriumSolver::Task b{{-0.1, 0.1}, {{-5, 0, 1}, 0}, {}, true};
   const StepRecord first = one.solve(a);
   const StepRecord between = one.solve(b);
   EXPECT_EQ(first.status, StepStatus::stable);
   EXPECT_TRUE(is_same(one.solve(a), first));
-  EXPECT_TRUE(is_same(EquilibriumSolver(joint, none, options).solve(a), first));
-  EXPECT_TRUE(is_same(EquilibriumSolver(joint, none, options).solve(b), between));
+  EXPECT_TRUE(is_same(solve::EquilibriumSolver(joint, none, options).solve(a), first));
+  EXPECT_TRUE(is_same(solve::EquilibriumSolver(joint, none, options).solve(b), between));
 }
 
 // The search maximises the same height: the equilibrium is not lower by more than the search's resolution.
@@ -262,11 +268,13 @@ TEST(Equilibrium, IsAtLeastAsFarAlongDeltaAsTheSearch)
   int n_higher = 0;
   for (int k = 0; k < 12; ++k) {
     const std::vector<std::string> scenes = {"ball-in-dish", "bar-on-pyramids", "cap-in-sink"};
-    const Shape shape = generate_shape({scenes[static_cast<std::size_t>(k % 3)],
-                                        {{"turn", 15 * unit(random)}, {"offset_x", 1.5 * unit(random)}},
-                                        {}});
-    const Joint joint = make_joint({shape.reference.front().mesh, {}}, {shape.moving.front().mesh, {}}, {});
-    const StepRecord r = solve(joint, {}), s = find_stable_pose(joint, {}, {}, search);
+    const shapes::Shape shape =
+        shapes::generate_shape({scenes[static_cast<std::size_t>(k % 3)],
+                                {{"turn", 15 * unit(random)}, {"offset_x", 1.5 * unit(random)}},
+                                {}});
+    const solve::Joint joint =
+        solve::make_joint({shape.reference.front().mesh, {}}, {shape.moving.front().mesh, {}}, {});
+    const StepRecord r = solve(joint, {}), s = solve::find_stable_pose(joint, {}, {}, search);
     ASSERT_EQ(r.status, StepStatus::stable);
     ASSERT_EQ(s.status, StepStatus::stable);
     EXPECT_GE(r.pose.translation_mm.y(), s.pose.translation_mm.y() - search.translation_resolution_mm);

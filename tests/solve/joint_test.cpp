@@ -10,21 +10,21 @@ namespace vrda::joint_test {
 TEST(Joint, ThicknessIsThatOfThePlate)
 {
   // A plate of 100 x 2 x 100: twice volume over area is 40000 / 20800.
-  EXPECT_NEAR(thinnest_mm({test::box({0, 0, 0}, {100, 2, 100}), {}}), 40000.0 / 20800.0, 1e-12);
+  EXPECT_NEAR(solve::thinnest_part_mm({test::box({0, 0, 0}, {100, 2, 100}), {}}), 40000.0 / 20800.0, 1e-12);
 }
 
 TEST(Joint, TheThinnestComponentCounts)
 {
-  SolverBody body{test::box({0, 0, 0}, {100, 2, 100}), std::vector<std::int32_t>(12, 0)};
+  solve::SolverBody body{test::box({0, 0, 0}, {100, 2, 100}), std::vector<std::int32_t>(12, 0)};
   append(body.mesh, test::box({0, 50, 0}, {3, 3, 3}));
   body.component.insert(body.component.end(), 12, 1);
-  EXPECT_NEAR(thinnest_mm(body), 1.0, 1e-12);
+  EXPECT_NEAR(solve::thinnest_part_mm(body), 1.0, 1e-12);
 }
 
 TEST(Joint, AnOpenSheetCountsByItsEdges)
 {
   const Mesh sheet = test::sheet(10, 5);
-  EXPECT_NEAR(thinnest_mm({sheet, {}}), mean_edge_length_mm(sheet), 1e-12);
+  EXPECT_NEAR(solve::thinnest_part_mm({sheet, {}}), mean_edge_length_mm(sheet), 1e-12);
 }
 
 TEST(Joint, CompartmentsSplitTheMovingTriangles)
@@ -32,16 +32,18 @@ TEST(Joint, CompartmentsSplitTheMovingTriangles)
   std::vector<Compartment> of_triangle(12, Compartment::medial);
   of_triangle[3] = Compartment::lateral;
   of_triangle[4] = Compartment::none;
-  const Joint joint = make_joint({test::ball(5), {}}, {test::box({0, 0, 0}, {1, 1, 1}), {}}, of_triangle);
+  const solve::Joint joint =
+      solve::make_joint({test::ball(5), {}}, {test::box({0, 0, 0}, {1, 1, 1}), {}}, of_triangle);
   EXPECT_EQ(joint.medial.order().size(), 10u);
   EXPECT_EQ(joint.lateral.order(), std::vector<std::int32_t>{3});
-  EXPECT_DOUBLE_EQ(extent_along_delta_mm(joint.moving.solid.mesh), 1.0);
+  EXPECT_DOUBLE_EQ(solve::extent_along_delta_mm(joint.moving.tree_mesh.mesh), 1.0);
 }
 
 TEST(Joint, BrokenPromisesAreInternalErrors)
 {
-  EXPECT_THROW(make_joint({Mesh{}, {}}, {test::ball(5), {}}, {}), InternalError);
-  EXPECT_THROW(make_joint({test::ball(5), {}}, {test::ball(5), {}}, {Compartment::medial}), InternalError);
+  EXPECT_THROW(solve::make_joint({Mesh{}, {}}, {test::ball(5), {}}, {}), InternalError);
+  EXPECT_THROW(solve::make_joint({test::ball(5), {}}, {test::ball(5), {}}, {Compartment::medial}),
+               InternalError);
 }
 
 }  // namespace vrda::joint_test

@@ -50,9 +50,9 @@ inline std::vector<Compartment> sides(const Mesh& moving)
   return of;
 }
 
-inline Joint joint_of(const Mesh& reference, const Mesh& moving)
+inline solve::Joint joint_of(const Mesh& reference, const Mesh& moving)
 {
-  return make_joint({reference, {}}, {moving, {}}, sides(moving));
+  return solve::make_joint({reference, {}}, {moving, {}}, sides(moving));
 }
 
 /// The force vector of a recorded contact force.
@@ -63,9 +63,10 @@ inline Eigen::Vector3d force_of(const ContactForce& f)
 
 inline constexpr double fibre_stiffness_n = 2000;  // per unit strain
 
-inline Fibre fibre(const Eigen::Vector3d& reference_mm, const Eigen::Vector3d& moving_mm, double slack_mm)
+inline ligament::Fibre fibre(const Eigen::Vector3d& reference_mm, const Eigen::Vector3d& moving_mm,
+                             double slack_mm)
 {
-  Fibre f;
+  ligament::Fibre f;
   f.reference_mm = reference_mm;
   f.moving_mm = moving_mm;
   f.stiffness_n = fibre_stiffness_n;
@@ -74,15 +75,15 @@ inline Fibre fibre(const Eigen::Vector3d& reference_mm, const Eigen::Vector3d& m
 }
 
 /// A minimal knee: two pins under two faceted bowls, and five fibres.
-struct LittleKnee {
-  Joint joint = joint_of(ceiling(80, 40,
-                                 [](double x, double z) {
-                                   const double side = std::abs(z) - 20;
-                                   return -(x * x + side * side) / 60;
-                                 }),
-                         pins({{0, 0, 20}, {0, 0.4, -20}}));
-  Ligaments ligaments;
-  LittleKnee()
+struct MinimalKnee {
+  solve::Joint joint = joint_of(ceiling(80, 40,
+                                        [](double x, double z) {
+                                          const double side = std::abs(z) - 20;
+                                          return -(x * x + side * side) / 60;
+                                        }),
+                                pins({{0, 0, 20}, {0, 0.4, -20}}));
+  ligament::Ligaments ligaments;
+  MinimalKnee()
   {
     ligaments.fibres = {fibre({2, 12, 30}, {-3, -30, 30}, 41), fibre({0, 12, -30}, {4, -35, -30}, 46),
                         fibre({-12, 5, 4}, {10, -4, -3}, 24), fibre({10, 5, -4}, {-12, -6, 3}, 25),
@@ -90,7 +91,7 @@ struct LittleKnee {
   }
   StepRecord solve(const MovingPose& seed, double varus_rad, const Loads& loads = {}) const
   {
-    return EquilibriumSolver(joint, ligaments, {}).solve({{0.1, varus_rad}, seed, loads, true});
+    return solve::EquilibriumSolver(joint, ligaments, {}).solve({{0.1, varus_rad}, seed, loads, true});
   }
 };
 

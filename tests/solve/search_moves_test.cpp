@@ -25,17 +25,17 @@ Mesh dish(double narrowing = 1.0)
 }
 
 // A dish with a thin fin as an obstruction: its searches bisect.
-Joint ball_and_fin()
+solve::Joint ball_and_fin()
 {
   Mesh scene = dish();
   append(scene, test::box({5, -10, 0}, {0.2, 20, 40}));
-  return make_joint({scene, {}}, {test::ball(2, 8, 16), {}}, {});
+  return solve::make_joint({scene, {}}, {test::ball(2, 8, 16), {}}, {});
 }
 
 // A bar under a trough: its searches rotate.
-Joint bar_in_trough()
+solve::Joint bar_in_trough()
 {
-  return make_joint({dish(4.0), {}}, {test::box({0, 0, 0}, {24, 2, 3}), {}}, {});
+  return solve::make_joint({dish(4.0), {}}, {test::box({0, 0, 0}, {24, 2, 3}), {}}, {});
 }
 
 struct Watched {
@@ -45,11 +45,12 @@ struct Watched {
   std::vector<SearchMove> touches;  ///< the moves in contact
 };
 
-Watched watch(const Joint& joint, const MovingPose& seed, const SearchOptions& options = {})
+Watched watch(const solve::Joint& joint, const MovingPose& seed, const SearchOptions& options = {})
 {
   Watched w;
   w.options = options;
-  w.result = find_stable_pose(joint, {}, seed, options, [&](const SearchMove& m) { w.moves.push_back(m); });
+  w.result =
+      solve::find_stable_pose(joint, {}, seed, options, [&](const SearchMove& m) { w.moves.push_back(m); });
   std::copy_if(w.moves.begin(), w.moves.end(), std::back_inserter(w.touches),
                [](const SearchMove& m) { return m.in_contact; });
   return w;
@@ -61,7 +62,7 @@ std::vector<Watched> searches()
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> unit(-1, 1);
   std::vector<Watched> all;
-  for (const Joint& joint : {ball_and_fin(), bar_in_trough()}) {
+  for (const solve::Joint& joint : {ball_and_fin(), bar_in_trough()}) {
     for (int k = 0; k < 12; ++k) {
       all.push_back(watch(joint, {{16 * unit(random), -40, 16 * unit(random)}, unit(random)}));
     }
@@ -212,7 +213,7 @@ TEST(SearchMoves, ContactsHaveTheCompartmentOfTheMovingTriangle)
     const auto [a, b, c] = corners(plate, t);
     compartments.push_back(a.z() + b.z() + c.z() < 0 ? Compartment::medial : Compartment::lateral);
   }
-  const Joint joint = make_joint({test::ball(3), {}}, {plate, {}}, compartments);
+  const solve::Joint joint = solve::make_joint({test::ball(3), {}}, {plate, {}}, compartments);
   const Watched w = watch(joint, {{0, -20, 2}, 0});
   ASSERT_EQ(w.result.status, StepStatus::stable);
   const ContactRecord& reported = w.touches.back().contacts.front();
@@ -224,7 +225,7 @@ TEST(SearchMoves, ContactsHaveTheCompartmentOfTheMovingTriangle)
 
 TEST(SearchMoves, AContactWithoutTravelIsReported)
 {
-  const Joint joint = bar_in_trough();
+  const solve::Joint joint = bar_in_trough();
   const Watched first = watch(joint, {{3, -40, 1}, 0.3});
   const Watched again = watch(joint, first.result.pose);
   ASSERT_FALSE(again.moves.empty());
@@ -260,9 +261,9 @@ TEST(SearchMoves, TheLimitEndsWithAMotion)
 
 TEST(SearchMoves, AnObserverChangesNothing)
 {
-  const Joint joint = ball_and_fin();
+  const solve::Joint joint = ball_and_fin();
   const MovingPose seed{{14, -40, 3}, 0.2};
-  const StepRecord alone = find_stable_pose(joint, {}, seed, {});
+  const StepRecord alone = solve::find_stable_pose(joint, {}, seed, {});
   const Watched w = watch(joint, seed);
   EXPECT_TRUE(is_same(alone.pose, w.result.pose));
   EXPECT_EQ(alone.queries, w.result.queries);

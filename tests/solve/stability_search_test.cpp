@@ -30,29 +30,32 @@ Mesh dish()
   return surface(60, 30, true, [](double x, double z) { return -(x * x + z * z) / 80.0; });
 }
 
-Joint ball_in_dish()
+solve::Joint ball_in_dish()
 {
-  return make_joint({dish(), {}}, {test::ball(6, 16, 32), {}}, {});
+  return solve::make_joint({dish(), {}}, {test::ball(6, 16, 32), {}}, {});
 }
 
-void expect_clean_contact(const Joint& joint, const StepRecord& r, const SearchOptions& options)
+void expect_clean_contact(const solve::Joint& joint, const StepRecord& r, const SearchOptions& options)
 {
-  NarrowPhase narrow_phase;
-  EXPECT_FALSE(find_collision(joint.reference.solid, joint.moving.solid, r.pose, narrow_phase).has_value());
-  EXPECT_LE(directional_gap(joint.reference.solid, joint.moving.solid.mesh, joint.moving.solid.tree, r.pose)
+  contact::NarrowPhase narrow_phase;
+  EXPECT_FALSE(
+      contact::find_collision(joint.reference.tree_mesh, joint.moving.tree_mesh, r.pose, narrow_phase)
+          .has_value());
+  EXPECT_LE(proximity::directional_gap(joint.reference.tree_mesh, joint.moving.tree_mesh.mesh,
+                                       joint.moving.tree_mesh.tree, r.pose)
                 .travel_mm,
             options.translation_resolution_mm);
 }
 
 TEST(StabilitySearch, ABallEndsInTheMiddleOfADishFromAnywhere)
 {
-  const Joint joint = ball_in_dish();
+  const solve::Joint joint = ball_in_dish();
   const SearchOptions options;
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int k = 0; k < 25; ++k) {
     const MovingPose seed{{20 * unit(random), -40, 20 * unit(random)}, unit(random)};
-    const StepRecord r = find_stable_pose(joint, {}, seed, options);
+    const StepRecord r = solve::find_stable_pose(joint, {}, seed, options);
     SCOPED_TRACE(testing::Message() << seed.translation_mm.transpose());
     ASSERT_EQ(r.status, StepStatus::stable);
     // The facets of ball and dish are 2 mm wide and 1 to 2 degrees apart: a polygonal optimum is within one
@@ -80,10 +83,10 @@ TEST(StabilitySearch, AGrooveTurnsUntilBothPinsLieInIt)
     append(spikes, spike);
   }
   const Mesh groove = surface(40, 2, false, [](double, double z) { return 0.3 * std::abs(z); });
-  const Joint joint = make_joint({spikes, {}}, {groove, {}}, {});
+  const solve::Joint joint = solve::make_joint({spikes, {}}, {groove, {}}, {});
   const SearchOptions options;
   for (const double theta : {0.0, 0.2, -0.3}) {
-    const StepRecord r = find_stable_pose(joint, {}, {{0, -20, 0}, theta}, options);
+    const StepRecord r = solve::find_stable_pose(joint, {}, {{0, -20, 0}, theta}, options);
     SCOPED_TRACE(theta);
     ASSERT_EQ(r.status, StepStatus::stable);
     // Both spikes end within twice the translation resolution of the bottom line: 0.2 mm over 10 mm.
@@ -95,7 +98,7 @@ TEST(StabilitySearch, AGrooveTurnsUntilBothPinsLieInIt)
 
 TEST(StabilitySearch, LeavesTheReferenceBehind)
 {
-  const StepRecord r = find_stable_pose(ball_in_dish(), {}, {{100, -40, 0}, 0}, {});
+  const StepRecord r = solve::find_stable_pose(ball_in_dish(), {}, {{100, -40, 0}, 0}, {});
   EXPECT_EQ(r.status, StepStatus::no_contact);
   EXPECT_TRUE(r.contacts.empty());
 }
@@ -104,17 +107,17 @@ TEST(StabilitySearch, NoFreePoseBelowIsNoClearance)
 {
   Mesh shelves;
   for (int k = 0; k < 40; ++k) append(shelves, surface(30, 2, true, [k](double, double) { return -k; }));
-  const Joint joint = make_joint({shelves, {}}, {test::ball(2), {}}, {});
-  EXPECT_EQ(find_stable_pose(joint, {}, {{0, -15.5, 0}, 0}, {}).status, StepStatus::no_clearance);
+  const solve::Joint joint = solve::make_joint({shelves, {}}, {test::ball(2), {}}, {});
+  EXPECT_EQ(solve::find_stable_pose(joint, {}, {{0, -15.5, 0}, 0}, {}).status, StepStatus::no_clearance);
 }
 
 TEST(StabilitySearch, ATiltedThinPlateIsBackedOutOf)
 {
   // A plate of 100 mm at 10 degrees extends 9 mm down on one side: the limit must depend on the attitude, not
   // on the thickness.
-  const Joint joint =
-      make_joint({test::box({0, 0.5, 0}, {100, 1, 100}), {}}, {test::ball(6, 16, 32), {}}, {});
-  const StepRecord r = find_stable_pose(joint, {rad_from_deg(10), 0}, {{-10, -3, 0}, 0}, {});
+  const solve::Joint joint =
+      solve::make_joint({test::box({0, 0.5, 0}, {100, 1, 100}), {}}, {test::ball(6, 16, 32), {}}, {});
+  const StepRecord r = solve::find_stable_pose(joint, {rad_from_deg(10), 0}, {{-10, -3, 0}, 0}, {});
   EXPECT_NE(r.status, StepStatus::no_clearance);
 }
 
@@ -123,21 +126,21 @@ TEST(StabilitySearch, AResolutionBelowRoundingStillEnds)
   SearchOptions options;
   options.translation_resolution_mm = options.rotation_resolution_rad = 1e-300;
   options.max_steps = 30;
-  const StepRecord r = find_stable_pose(ball_in_dish(), {}, {{4, -20, 0}, 0}, options);
+  const StepRecord r = solve::find_stable_pose(ball_in_dish(), {}, {{4, -20, 0}, 0}, options);
   EXPECT_LE(r.iterations, 30);
   EXPECT_NE(r.status, StepStatus::pending);
 }
 
 TEST(StabilitySearch, EveryVariantOfPointsAndNormalsComesToRest)
 {
-  const Joint joint = ball_in_dish();
+  const solve::Joint joint = ball_in_dish();
   for (const ContactPoints points : {ContactPoints::exact, ContactPoints::triangle_centre}) {
     for (const ContactNormals normals :
          {ContactNormals::least_curvature, ContactNormals::reference, ContactNormals::moving}) {
       SearchOptions options;
       options.points = points;
       options.normals = normals;
-      const StepRecord r = find_stable_pose(joint, {}, {{6, -30, -4}, 0}, options);
+      const StepRecord r = solve::find_stable_pose(joint, {}, {{6, -30, -4}, 0}, options);
       ASSERT_EQ(r.status, StepStatus::stable);
       expect_clean_contact(joint, r, options);
     }
@@ -146,8 +149,8 @@ TEST(StabilitySearch, EveryVariantOfPointsAndNormalsComesToRest)
 
 TEST(StabilitySearch, AnOverlappingSeedBacksOutFirst)
 {
-  const Joint joint = ball_in_dish();
-  const StepRecord r = find_stable_pose(joint, {}, {{1, -4, 1}, 0}, {});
+  const solve::Joint joint = ball_in_dish();
+  const StepRecord r = solve::find_stable_pose(joint, {}, {{1, -4, 1}, 0}, {});
   ASSERT_EQ(r.status, StepStatus::stable);
   expect_clean_contact(joint, r, {});
 }
@@ -156,17 +159,17 @@ TEST(StabilitySearch, TheLimitIsAStatus)
 {
   SearchOptions options;
   options.max_steps = 3;
-  const StepRecord r = find_stable_pose(ball_in_dish(), {}, {{20, -40, 0}, 0}, options);
+  const StepRecord r = solve::find_stable_pose(ball_in_dish(), {}, {{20, -40, 0}, 0}, options);
   EXPECT_EQ(r.status, StepStatus::iteration_limit);
   EXPECT_EQ(r.iterations, 3);
 }
 
 TEST(StabilitySearch, SameInputSameBits)
 {
-  const Joint joint = ball_in_dish();
+  const solve::Joint joint = ball_in_dish();
   const MovingPose seed{{7, -40, -11}, 0.1};
-  const StepRecord a = find_stable_pose(joint, {0.2, 0.05}, seed, {});
-  const StepRecord b = find_stable_pose(joint, {0.2, 0.05}, seed, {});
+  const StepRecord a = solve::find_stable_pose(joint, {0.2, 0.05}, seed, {});
+  const StepRecord b = solve::find_stable_pose(joint, {0.2, 0.05}, seed, {});
   EXPECT_EQ(a.pose.translation_mm, b.pose.translation_mm);
   EXPECT_EQ(a.pose.theta_rad, b.pose.theta_rad);
   EXPECT_EQ(a.queries, b.queries);
@@ -175,13 +178,13 @@ TEST(StabilitySearch, SameInputSameBits)
 TEST(StabilitySearch, EveryMotionIsReported)
 {
   int n_slides = 0, n_approaches = 0, last = 0;
-  const Watch watch = [&](const SearchMove& move) {
+  const solve::SearchObserver watch = [&](const SearchMove& move) {
     n_slides += move.kind == MoveKind::translate ? 1 : 0;
     n_approaches += move.kind == MoveKind::approach ? 1 : 0;
     EXPECT_GE(move.iteration, last);
     last = move.iteration;
   };
-  const StepRecord r = find_stable_pose(ball_in_dish(), {}, {{15, -40, 0}, 0}, {}, watch);
+  const StepRecord r = solve::find_stable_pose(ball_in_dish(), {}, {{15, -40, 0}, 0}, {}, watch);
   EXPECT_GT(n_slides, 10) << "15 mm in steps of 1 mm";
   EXPECT_GT(n_approaches, 10);
   EXPECT_EQ(last, r.iterations);
@@ -190,13 +193,13 @@ TEST(StabilitySearch, EveryMotionIsReported)
 TEST(StabilitySearch, TheFirstApproachIsReportedInStrides)
 {
   std::vector<double> heights_mm;
-  const Watch watch = [&](const SearchMove& move) {
+  const solve::SearchObserver watch = [&](const SearchMove& move) {
     if (move.iteration == 1 && move.kind == MoveKind::approach)
       heights_mm.push_back(move.pose.translation_mm.y());
   };
   SearchOptions options;
   options.approach_step_mm = 10.0;
-  find_stable_pose(ball_in_dish(), {}, {{0, -40, 0}, 0}, options, watch);
+  solve::find_stable_pose(ball_in_dish(), {}, {{0, -40, 0}, 0}, options, watch);
   // The ball's top starts 34 mm below the dish.
   ASSERT_EQ(heights_mm.size(), 4u);
   EXPECT_DOUBLE_EQ(heights_mm[0], -30.0);
@@ -210,10 +213,10 @@ TEST(StabilitySearch, ThinPartsAreNotPassedInOneStep)
   append(scene, test::box({5, -10, 0}, {0.2, 20, 40}));
   std::vector<std::int32_t> component(static_cast<std::size_t>(scene.triangles.rows()), 0);
   std::fill(component.end() - 12, component.end(), 1);
-  const Joint joint = make_joint({scene, component}, {test::ball(1, 8, 16), {}}, {});
+  const solve::Joint joint = solve::make_joint({scene, component}, {test::ball(1, 8, 16), {}}, {});
   SearchOptions options;
   options.translation_step_mm = 10.0;
-  const StepRecord r = find_stable_pose(joint, {}, {{12, -40, 0}, 0}, options);
+  const StepRecord r = solve::find_stable_pose(joint, {}, {{12, -40, 0}, 0}, options);
   ASSERT_EQ(r.status, StepStatus::stable);
   EXPECT_GT(r.pose.translation_mm.x(), 5.1);
 }
@@ -238,9 +241,9 @@ TEST(StabilitySearch, CompartmentsReportTheirGapsAndFlags)
     const auto [a, b, c] = corners(plate, t);
     compartments.push_back(a.z() + b.z() + c.z() < 0 ? Compartment::medial : Compartment::lateral);
   }
-  const Joint joint = make_joint({reference, {}}, {plate, {}}, compartments);
+  const solve::Joint joint = solve::make_joint({reference, {}}, {plate, {}}, compartments);
   const SearchOptions options;
-  const StepRecord r = find_stable_pose(joint, {}, {{0.3, -20, 0.1}, 0}, options);
+  const StepRecord r = solve::find_stable_pose(joint, {}, {{0.3, -20, 0.1}, 0}, options);
   ASSERT_EQ(r.status, StepStatus::stable);
   EXPECT_FALSE(r.contact_medial);
   EXPECT_TRUE(r.contact_lateral);

@@ -22,7 +22,7 @@ void change(const std::string& path, const std::function<void(hid_t)>& action)
   ASSERT_GE(H5Fclose(file), 0);
   // HDF5 has truncated the seal.
   const std::string bytes = read_bytes(path);
-  std::ofstream(path, std::ios::binary | std::ios::app) << seal_of(bytes);
+  std::ofstream(path, std::ios::binary | std::ios::app) << store::seal_of(bytes);
 }
 
 void remove(hid_t file, const char* path)
@@ -64,16 +64,17 @@ void make_group(hid_t file, const std::string& path)
   H5Gclose(group);
 }
 
-std::vector<Finding> findings_after(const MotionModel& model, const std::function<void(hid_t)>& action)
+std::vector<store::Finding> findings_after(const store::MotionModel& model,
+                                           const std::function<void(hid_t)>& action)
 {
   const Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
-  write_motion_model(path, model);
+  store::write_motion_model(path, model);
   change(path, action);
-  std::vector<Finding> findings = validate_hdf5(path);
+  std::vector<store::Finding> findings = store::validate_hdf5(path);
   EXPECT_FALSE(findings.empty());
   try {
-    read_motion_model(path);
+    store::read_motion_model(path);
     ADD_FAILURE() << "no InputError";
   } catch (const InputError& error) {
     EXPECT_EQ(error.facts().file, path);
@@ -82,7 +83,7 @@ std::vector<Finding> findings_after(const MotionModel& model, const std::functio
   return findings;
 }
 
-void expect_first(const std::vector<Finding>& findings, const char* where, const char* found,
+void expect_first(const std::vector<store::Finding>& findings, const char* where, const char* found,
                   const char* wanted)
 {
   ASSERT_FALSE(findings.empty());
@@ -91,18 +92,18 @@ void expect_first(const std::vector<Finding>& findings, const char* where, const
   EXPECT_THAT(findings[0].wanted, HasSubstr(wanted));
 }
 
-void expect_finding(MotionModel model, const Damage& damage)
+void expect_finding(store::MotionModel model, const Damage& damage)
 {
   SCOPED_TRACE(damage.where);
   const Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
   damage.act(model);
-  write_motion_model(path, model);
-  const std::vector<Finding> findings = validate_hdf5(path);
+  store::write_motion_model(path, model);
+  const std::vector<store::Finding> findings = store::validate_hdf5(path);
   ASSERT_EQ(findings.size(), 1u);
   expect_first(findings, damage.where, damage.found, damage.wanted);
   try {
-    read_motion_model(path);
+    store::read_motion_model(path);
     ADD_FAILURE() << "no InputError";
   } catch (const InputError& error) {
     EXPECT_EQ(error.facts().file, path);

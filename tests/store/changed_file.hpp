@@ -33,9 +33,10 @@ void set_text(hid_t file, const char* object, const char* name, const char* valu
 void make_group(hid_t file, const std::string& path);
 
 /// The findings of `model`'s changed file; expects some, and that reading names the first.
-std::vector<Finding> findings_after(const MotionModel& model, const std::function<void(hid_t)>& action);
+std::vector<store::Finding> findings_after(const store::MotionModel& model,
+                                           const std::function<void(hid_t)>& action);
 
-void expect_first(const std::vector<Finding>& findings, const char* where, const char* found,
+void expect_first(const std::vector<store::Finding>& findings, const char* where, const char* found,
                   const char* wanted);
 
 /// Damage to a model's values and the expected finding.
@@ -43,10 +44,10 @@ struct Damage {
   const char* where;
   const char* found;
   const char* wanted;
-  std::function<void(MotionModel&)> act;
+  std::function<void(store::MotionModel&)> act;
 };
 
 /// Writes `model` damaged, and expects exactly one finding and the same InputError from reading.
-void expect_finding(MotionModel model, const Damage& damage);
+void expect_finding(store::MotionModel model, const Damage& damage);
 
 }  // namespace vrda::test

@@ -12,58 +12,58 @@
 
 namespace vrda::derived_test {
 
-std::vector<std::string> names_of(const std::vector<AuditSet>& audits)
+std::vector<std::string> names_of(const std::vector<store::AuditSet>& audits)
 {
   std::vector<std::string> names;
   names.reserve(audits.size());
-  for (const AuditSet& audit : audits) names.push_back(audit.name);
+  for (const store::AuditSet& audit : audits) names.push_back(audit.name);
   return names;
 }
 
-std::vector<std::string> names_after(const MotionModel& model, const SmoothedSet& set)
+std::vector<std::string> names_after(const store::MotionModel& model, const store::SmoothedSet& set)
 {
-  return names_of(with_smoothed(model, set).audits);
+  return names_of(store::with_smoothed(model, set).audits);
 }
 
 TEST(AuditSummary, IsTheLargestNumberOrNaN)
 {
-  AuditSet audit;
-  audit.gap_mm = GridD::Constant(2, 2, nan);
-  audit.penetration_mm = GridD::Zero(2, 2);
-  EXPECT_TRUE(std::isnan(summary_of(audit).largest_gap_mm));
-  EXPECT_EQ(summary_of(audit).largest_penetration_mm, 0.0);
+  store::AuditSet audit;
+  audit.gap_mm = store::GridD::Constant(2, 2, nan);
+  audit.penetration_mm = store::GridD::Zero(2, 2);
+  EXPECT_TRUE(std::isnan(store::summary_of(audit).largest_gap_mm));
+  EXPECT_EQ(store::summary_of(audit).largest_penetration_mm, 0.0);
   audit.gap_mm << nan, 0.5, 0.25, nan;
   audit.penetration_mm << 0.0, 0.0, 0.0, 1.5;
-  EXPECT_EQ(summary_of(audit).largest_gap_mm, 0.5);
-  EXPECT_EQ(summary_of(audit).largest_penetration_mm, 1.5);
-  EXPECT_TRUE(std::isnan(summary_of(AuditSet()).largest_penetration_mm));
+  EXPECT_EQ(store::summary_of(audit).largest_gap_mm, 0.5);
+  EXPECT_EQ(store::summary_of(audit).largest_penetration_mm, 1.5);
+  EXPECT_TRUE(std::isnan(store::summary_of(store::AuditSet()).largest_penetration_mm));
 }
 
 TEST(WithAudit, KeepsTheOrderAndReplacesTheSameName)
 {
-  std::vector<AuditSet> audits;
+  std::vector<store::AuditSet> audits;
   for (const char* name : {"raw", "degree_6", "zero_varus", "degree_10", "degree_6_recontacted"}) {
-    AuditSet audit;
+    store::AuditSet audit;
     audit.name = name;
-    audits = with_audit(audits, audit);
+    audits = store::with_audit(audits, audit);
   }
   const std::vector<std::string> wanted{"degree_10", "degree_6", "degree_6_recontacted", "raw", "zero_varus"};
   EXPECT_EQ(names_of(audits), wanted);
-  AuditSet finer;
+  store::AuditSet finer;
   finer.name = "degree_6";
   finer.refine = 4;
-  audits = with_audit(audits, finer);
+  audits = store::with_audit(audits, finer);
   EXPECT_EQ(names_of(audits), wanted);
   EXPECT_EQ(audits[1].refine, 4);
 }
 
 TEST(WithSmoothed, KeepsTheOrderOfDegrees)
 {
-  MotionModel model;
+  store::MotionModel model;
   for (const std::int32_t degree : {6, 2, 10, 4}) {
-    SmoothedSet set;
+    store::SmoothedSet set;
     set.degree = degree;
-    model = with_smoothed(model, set);
+    model = store::with_smoothed(model, set);
   }
   ASSERT_EQ(model.smoothed.size(), 4u);
   EXPECT_EQ(model.smoothed[0].degree, 2);
@@ -74,19 +74,19 @@ TEST(WithSmoothed, KeepsTheOrderOfDegrees)
 
 TEST(WithSmoothed, TheSameSetOnceMoreChangesNothing)
 {
-  const MotionModel model = test::with_derived(test::sample_model());
-  test::expect_equal(with_smoothed(model, model.smoothed[0]), model);
+  const store::MotionModel model = test::with_derived(test::sample_model());
+  test::expect_equal(store::with_smoothed(model, model.smoothed[0]), model);
 }
 
 TEST(WithSmoothed, AnAuditOfAnotherMotionGoes)
 {
-  MotionModel model = test::with_derived(test::sample_model());
+  store::MotionModel model = test::with_derived(test::sample_model());
   model.zero_varus->set = "raw";
   ASSERT_EQ(names_of(model.audits),
             (std::vector<std::string>{"degree_1", "degree_1_recontacted", "raw", "zero_varus"}));
   const std::vector<std::string> none_of_it{"raw", "zero_varus"};
   const std::vector<std::string> as_smoothed{"degree_1", "raw", "zero_varus"};
-  SmoothedSet set = model.smoothed[0];
+  store::SmoothedSet set = model.smoothed[0];
   set.surfaces[3].coefficients[0] += 1e-12;
   EXPECT_EQ(names_after(model, set), none_of_it);
   set = model.smoothed[0];
@@ -102,20 +102,21 @@ TEST(WithSmoothed, AnAuditOfAnotherMotionGoes)
 
 TEST(WithSmoothed, AZeroVarusMotionMadeOfAnotherGoesWithItsAudit)
 {
-  MotionModel model = test::with_derived(test::sample_model());
-  ASSERT_EQ(model.zero_varus.value_or(ZeroVarus()).set, "degree_1");
-  SmoothedSet set = model.smoothed[0];
-  EXPECT_TRUE(with_smoothed(model, set).zero_varus.has_value());
+  store::MotionModel model = test::with_derived(test::sample_model());
+  ASSERT_EQ(model.zero_varus.value_or(store::ZeroVarus()).set, "degree_1");
+  store::SmoothedSet set = model.smoothed[0];
+  EXPECT_TRUE(store::with_smoothed(model, set).zero_varus.has_value());
   set.recontact_mm.reset();
-  EXPECT_TRUE(with_smoothed(model, set).zero_varus.has_value()) << "derived from the set without recontact";
+  EXPECT_TRUE(store::with_smoothed(model, set).zero_varus.has_value())
+      << "derived from the set without recontact";
   set.surfaces[0].coefficients[0] += 1e-12;
-  const MotionModel changed = with_smoothed(model, set);
+  const store::MotionModel changed = store::with_smoothed(model, set);
   EXPECT_FALSE(changed.zero_varus.has_value());
   EXPECT_EQ(names_of(changed.audits), std::vector<std::string>{"raw"});
   model.zero_varus->set = "degree_1_recontacted";
   set = model.smoothed[0];
   set.recontact_mm.reset();
-  EXPECT_FALSE(with_smoothed(model, set).zero_varus.has_value());
+  EXPECT_FALSE(store::with_smoothed(model, set).zero_varus.has_value());
 }
 
 }  // namespace vrda::derived_test

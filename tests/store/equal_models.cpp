@@ -10,7 +10,7 @@ namespace vrda::test {
 namespace {
 
 /// Content of a motion model as text by path, to name differences.
-class Listing : public RegistryVisitor {
+class Listing : public store::RegistryVisitor {
  public:
   std::map<std::string, std::vector<std::string>> entries;
 
@@ -19,14 +19,14 @@ class Listing : public RegistryVisitor {
     if (is_there) entries[path + " is there"];
     return is_there;
   }
-  void dimension(const std::string& path, const Count& count)
+  void dimension(const std::string& path, const store::DimensionSize& count)
   {
-    RegistryVisitor::dimension(path, count);
+    store::RegistryVisitor::dimension(path, count);
     entries[path + " size"] = {std::to_string(count.n)};
   }
   template <typename Member>
   void attribute(const std::string& object, const std::string& name, const Member& member,
-                 const Unit& = unit::none)
+                 const store::Unit& = store::unit::none)
   {
     std::vector<std::string>& values = entries[object + "@" + name];
     if constexpr (std::is_same_v<Member, Eigen::Vector3d>) {
@@ -38,12 +38,12 @@ class Listing : public RegistryVisitor {
   template <typename List>
   void list(const std::string& group, const List& list)
   {
-    for (const auto& element : list) entries[group].push_back(group_name(element));
+    for (const auto& element : list) entries[group].push_back(store::group_name(element));
   }
   template <typename Member>
-  void operator()(const Dataset& dataset, const Member& member)
+  void operator()(const store::Dataset& dataset, const Member& member)
   {
-    for (const auto& value : values_of(member)) entries[dataset.path].push_back(text(value));
+    for (const auto& value : store::values_of(member)) entries[dataset.path].push_back(text(value));
   }
 
  private:
@@ -60,11 +60,11 @@ class Listing : public RegistryVisitor {
 
 }  // namespace
 
-void expect_equal(const MotionModel& a, const MotionModel& b)
+void expect_equal(const store::MotionModel& a, const store::MotionModel& b)
 {
   Listing of_a, of_b;
-  visit_motion_model(a, of_a);
-  visit_motion_model(b, of_b);
+  store::visit_motion_model(a, of_a);
+  store::visit_motion_model(b, of_b);
   for (const auto& [path, values] : of_a.entries) {
     const auto found = of_b.entries.find(path);
     if (found == of_b.entries.end()) {

@@ -6,6 +6,6 @@
 namespace vrda::test {
 
 /// A failure for each member that differs; NaN equals NaN.
-void expect_equal(const MotionModel& a, const MotionModel& b);
+void expect_equal(const store::MotionModel& a, const store::MotionModel& b);
 
 }  // namespace vrda::test

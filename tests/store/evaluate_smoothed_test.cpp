@@ -15,7 +15,7 @@ TEST(Legendre, MatchesTheClosedForms)
 {
   for (const double u : {-1.0, -0.3, 0.0, 0.5, 1.0, 1.1}) {
     SCOPED_TRACE(u);
-    const LegendreTable P = legendre(u, 4);
+    const store::LegendreTable P = store::legendre(u, 4);
     EXPECT_EQ(P.value[0], 1.0);
     EXPECT_EQ(P.value[1], u);
     EXPECT_NEAR(P.value[2], (3 * u * u - 1) / 2, rounding);
@@ -31,27 +31,27 @@ TEST(Legendre, MatchesTheClosedForms)
 
 TEST(Legendre, IsOneAtOneForEveryDegree)
 {
-  const LegendreTable P = legendre(1.0, largest_smoothed_degree);
-  for (int n = 0; n <= largest_smoothed_degree; ++n) {
+  const store::LegendreTable P = store::legendre(1.0, store::max_smoothed_degree);
+  for (int n = 0; n <= store::max_smoothed_degree; ++n) {
     EXPECT_NEAR(P.value[n], 1.0, rounding);
     EXPECT_NEAR(P.derivative[n], n * (n + 1) / 2.0, 100 * rounding);
   }
-  EXPECT_THROW(legendre(0.0, largest_smoothed_degree + 1), InternalError);
-  EXPECT_THROW(legendre(0.0, -1), InternalError);
+  EXPECT_THROW(store::legendre(0.0, store::max_smoothed_degree + 1), InternalError);
+  EXPECT_THROW(store::legendre(0.0, -1), InternalError);
 }
 
 TEST(UnitCoordinate, MapsTheEndsExactly)
 {
-  const AxisRange range{0.1, 120.3};
-  EXPECT_EQ(unit_coordinate(0.1, range), -1.0);
-  EXPECT_EQ(unit_coordinate(120.3, range), 1.0);
-  EXPECT_NEAR(unit_coordinate(60.2, range), 0.0, rounding);
-  EXPECT_EQ(unit_coordinate(17.0, {30.0, 30.0}), 0.0);
+  const store::AxisRange range{0.1, 120.3};
+  EXPECT_EQ(store::unit_coordinate(0.1, range), -1.0);
+  EXPECT_EQ(store::unit_coordinate(120.3, range), 1.0);
+  EXPECT_NEAR(store::unit_coordinate(60.2, range), 0.0, rounding);
+  EXPECT_EQ(store::unit_coordinate(17.0, {30.0, 30.0}), 0.0);
 }
 
-SmoothedSet quadratic_set()
+store::SmoothedSet quadratic_set()
 {
-  SmoothedSet set;
+  store::SmoothedSet set;
   set.degree = 2;
   set.exponents.resize(6, 2);
   set.exponents << 0, 0, 1, 0, 0, 1, 2, 0, 1, 1, 0, 2;
@@ -62,12 +62,13 @@ SmoothedSet quadratic_set()
 
 TEST(EvaluateSmoothed, MatchesThePolynomialAndItsDerivatives)
 {
-  const SmoothedSet set = quadratic_set();
-  const AxisRanges ranges{{0.0, 90.0}, {-10.0, 10.0}};
+  const store::SmoothedSet set = quadratic_set();
+  const store::AxisRanges ranges{{0.0, 90.0}, {-10.0, 10.0}};
   for (const double flexion_deg : {0.0, 12.5, 45.0, 90.0, 95.0}) {
     for (const double varus_deg : {-10.0, 0.0, 3.0, 10.0}) {
       const double u = flexion_deg / 45.0 - 1.0, v = varus_deg / 10.0;
-      const SmoothedValue found = evaluate(set, set.surfaces[0], ranges, flexion_deg, varus_deg);
+      const store::SmoothedValue found =
+          store::evaluate(set, set.surfaces[0], ranges, flexion_deg, varus_deg);
       EXPECT_NEAR(found.value,
                   1.0 + 2.0 * u - 3.0 * v + 0.25 * (3 * u * u - 1) + 0.25 * u * v - 0.375 * (3 * v * v - 1),
                   10 * rounding);
@@ -79,11 +80,12 @@ TEST(EvaluateSmoothed, MatchesThePolynomialAndItsDerivatives)
 
 TEST(EvaluateSmoothed, AnAxisWithOneValueHasNoSlope)
 {
-  const SmoothedSet set = quadratic_set();
-  const SmoothedValue found = evaluate(set, set.surfaces[0], {{0.0, 90.0}, {0.0, 0.0}}, 45.0, 7.0);
+  const store::SmoothedSet set = quadratic_set();
+  const store::SmoothedValue found =
+      store::evaluate(set, set.surfaces[0], {{0.0, 90.0}, {0.0, 0.0}}, 45.0, 7.0);
   EXPECT_NEAR(found.value, 1.0 - 0.25 + 0.375, rounding);
   EXPECT_EQ(found.per_varus, 0.0);
-  EXPECT_THROW(axis_ranges({}, {0.0}), InternalError);
+  EXPECT_THROW(store::axis_ranges({}, {0.0}), InternalError);
 }
 
 }  // namespace vrda::evaluate_smoothed_test

@@ -23,32 +23,33 @@ struct Named {
 };
 
 /// Paths of all datasets except dimension scales, and all attributes of the registry.
-class Names : public RegistryVisitor {
+class Names : public store::RegistryVisitor {
  public:
-  std::vector<Dataset> datasets;
+  std::vector<store::Dataset> datasets;
   std::vector<Named> attributes;
 
   template <typename Member>
-  void attribute(const std::string& object, const std::string& name, const Member&, const Unit& = unit::none)
+  void attribute(const std::string& object, const std::string& name, const Member&,
+                 const store::Unit& = store::unit::none)
   {
     attributes.push_back({object, name});
   }
   template <typename Value>
-  void repeated(const std::string& object, const std::string& name, const Value&)
+  void derived_attribute(const std::string& object, const std::string& name, const Value&)
   {
     attributes.push_back({object, name});
   }
   template <typename Member>
-  void operator()(const Dataset& dataset, const Member&)
+  void operator()(const store::Dataset& dataset, const Member&)
   {
     datasets.push_back(dataset);
   }
 };
 
-Names names_of(const MotionModel& model)
+Names names_of(const store::MotionModel& model)
 {
   Names names;
-  visit_motion_model(model, names);
+  store::visit_motion_model(model, names);
   return names;
 }
 
@@ -57,15 +58,15 @@ class WholeFile {
  public:
   WholeFile() : path_((scratch_.path() / "knee.h5").string())
   {
-    write_motion_model(path_, test::whole_model());
+    store::write_motion_model(path_, test::whole_model());
     bytes_ = test::read_bytes(path_);
   }
 
-  std::vector<Finding> findings_after(const std::function<void(hid_t)>& action) const
+  std::vector<store::Finding> findings_after(const std::function<void(hid_t)>& action) const
   {
     std::ofstream(path_, std::ios::binary) << bytes_;
     test::change(path_, action);
-    return findings_in(read_hdf5(path_));
+    return store::findings_in(store::read_hdf5(path_));
   }
 
  private:
@@ -81,7 +82,7 @@ bool is_optional(const std::string& path)
 TEST(EveryDataset, IsNeeded)
 {
   const WholeFile file;
-  for (const Dataset& dataset : names_of(test::whole_model()).datasets) {
+  for (const store::Dataset& dataset : names_of(test::whole_model()).datasets) {
     SCOPED_TRACE(dataset.path);
     if (is_optional(dataset.path)) continue;
     test::expect_first(file.findings_after([&](hid_t id) { test::remove(id, dataset.path.c_str()); }),
@@ -92,7 +93,7 @@ TEST(EveryDataset, IsNeeded)
 TEST(EveryDataset, HasItsTypeShapeAndUnit)
 {
   const WholeFile file;
-  for (const Dataset& dataset : names_of(test::whole_model()).datasets) {
+  for (const store::Dataset& dataset : names_of(test::whole_model()).datasets) {
     SCOPED_TRACE(dataset.path);
     const char* path = dataset.path.c_str();
     if (dataset.dimensions != std::vector<std::string>{dataset.path}) {
@@ -121,33 +122,33 @@ TEST(EveryAttribute, IsNeeded)
 }
 
 /// Violates the rule of one dataset in one of `n_ways` ways, which it counts.
-class Damage : public RegistryVisitor {
+class Damage : public store::RegistryVisitor {
  public:
   Damage(std::string path, int way) : path_(std::move(path)), way_(way) {}
   bool is_done() const { return is_done_; }
 
   template <typename Member>
-  void operator()(const Dataset& dataset, Member& member)
+  void operator()(const store::Dataset& dataset, Member& member)
   {
-    if (dataset.path != path_ || values_of(member).empty()) return;
-    if constexpr (std::is_same_v<typename decltype(values_of(member))::value_type, std::string>) {
-      damage_texts(dataset.valid, values_of(member));
+    if (dataset.path != path_ || store::values_of(member).empty()) return;
+    if constexpr (std::is_same_v<typename decltype(store::values_of(member))::value_type, std::string>) {
+      damage_texts(dataset.valid, store::values_of(member));
     } else {
-      damage_values(dataset.valid, values_of(member));
+      damage_values(dataset.valid, store::values_of(member));
     }
   }
 
  private:
-  void damage_texts(const Valid& valid, std::span<std::string> texts)
+  void damage_texts(const store::ValueRule& valid, std::span<std::string> texts)
   {
-    if (valid.rule == Rule::any || way_ > 1) return;
-    if (way_ == 1 && valid.rule != Rule::unique_names) return;
+    if (valid.rule == store::Rule::any || way_ > 1) return;
+    if (way_ == 1 && valid.rule != store::Rule::unique_names) return;
     texts.back() = way_ == 1 ? texts[0] : "";
     is_done_ = true;
   }
 
   template <typename Scalar>
-  void damage_values(const Valid& valid, std::span<Scalar> values)
+  void damage_values(const store::ValueRule& valid, std::span<Scalar> values)
   {
     for (const std::pair<std::size_t, double>& bad : bad_values(valid, values)) {
       if (way_-- > 0) continue;
@@ -159,39 +160,40 @@ class Damage : public RegistryVisitor {
 
   /// Entries with invalid values.
   template <typename Scalar>
-  std::vector<std::pair<std::size_t, double>> bad_values(const Valid& valid, std::span<Scalar> values) const
+  std::vector<std::pair<std::size_t, double>> bad_values(const store::ValueRule& valid,
+                                                         std::span<Scalar> values) const
   {
     using Bad = std::vector<std::pair<std::size_t, double>>;
     const std::size_t last = values.size() - 1;
     switch (valid.rule) {
-      case Rule::any:
+      case store::Rule::any:
         return {};
-      case Rule::axis:
+      case store::Rule::axis:
         return values.size() > 1 ? Bad{{1, values[0]}, {0, infinity}} : Bad{{0, infinity}};
-      case Rule::integer:
+      case store::Rule::integer:
         return {{0, valid.least - 1}, {last, valid.largest < 1e9 ? valid.largest + 1 : -7}};
-      case Rule::row_starts:
+      case store::Rule::row_starts:
         return {{0, 1}, {last, valid.largest + 1}, {1, -1}};
-      case Rule::unit_rows:
-      case Rule::exact_unit_rows:
-      case Rule::unit_or_zero_rows:
+      case store::Rule::unit_rows:
+      case store::Rule::exact_unit_rows:
+      case store::Rule::unit_or_zero_rows:
         return {{1, 3.0}, {0, infinity}};
       default:
         break;
     }
-    if (valid.rule == Rule::codes && valid.answered.when == Answered::When::always)
+    if (valid.rule == store::Rule::codes && valid.condition.when == store::ValueCondition::When::always)
       return {{0, 77}, {last, -7}};
     Bad bad;
     const std::size_t n =
-        valid.answered.when == Answered::When::always ? values.size() : valid.answered.size();
-    const std::size_t width = valid.rule == Rule::rigid ? 16 : values.size() / n;
-    const bool is_number = valid.rule != Rule::codes;
+        valid.condition.when == store::ValueCondition::When::always ? values.size() : valid.condition.size();
+    const std::size_t width = valid.rule == store::Rule::rigid ? 16 : values.size() / n;
+    const bool is_number = valid.rule != store::Rule::codes;
     bool has_known = false, has_unknown = false;
     for (std::size_t i = 0; i < values.size() / width; ++i) {
-      bool& has = valid.answered.at(i) ? has_known : has_unknown;
+      bool& has = valid.condition.at(i) ? has_known : has_unknown;
       if (has) continue;
       has = true;
-      if (!valid.answered.at(i)) {
+      if (!valid.condition.at(i)) {
         bad.push_back({i * width + width - 1, 1});
         continue;
       }
@@ -209,18 +211,18 @@ class Damage : public RegistryVisitor {
 
 TEST(EveryDataset, KeepsItsRule)
 {
-  const MotionModel model = test::whole_model();
-  ASSERT_TRUE(check_values(model).empty());
+  const store::MotionModel model = test::whole_model();
+  ASSERT_TRUE(store::check_values(model).empty());
   int n_tried = 0;
-  for (const Dataset& dataset : names_of(model).datasets) {
+  for (const store::Dataset& dataset : names_of(model).datasets) {
     for (int way = 0;; ++way) {
-      MotionModel damaged = model;
+      store::MotionModel damaged = model;
       Damage damage(dataset.path, way);
-      visit_motion_model(damaged, damage);
+      store::visit_motion_model(damaged, damage);
       if (!damage.is_done()) break;
       ++n_tried;
       std::vector<std::string> places;
-      for (const Finding& finding : check_values(damaged)) places.push_back(finding.where);
+      for (const store::Finding& finding : store::check_values(damaged)) places.push_back(finding.where);
       EXPECT_THAT(places, ::testing::Contains(dataset.path)) << "way " << way;
     }
   }

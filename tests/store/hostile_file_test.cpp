@@ -15,7 +15,7 @@
 #include "store/equal_models.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/parse_hdf5.hpp"
-#include "store/read_apart.hpp"
+#include "store/read_separately.hpp"
 #include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "store/seal.hpp"
@@ -38,15 +38,15 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 InputError::Facts told_of(const test::Scratch& scratch, const std::function<void(hid_t)>& action)
 {
   const std::string path = scratch.path() / "knee.h5";
-  write_motion_model(path, test::sample_model());
+  store::write_motion_model(path, test::sample_model());
   test::change(path, action);
-  return test::input_error([&] { read_motion_model(path); });
+  return test::input_error([&] { store::read_motion_model(path); });
 }
 
 InputError::Facts told_of_bytes(const test::Scratch& scratch, const std::string& bytes)
 {
   const std::string path = scratch.write("knee.h5", bytes);
-  return test::input_error([&] { read_motion_model(path); });
+  return test::input_error([&] { store::read_motion_model(path); });
 }
 
 /// Peak memory of the largest child process so far; never decreases.
@@ -61,15 +61,17 @@ TEST(ReadApart, GivesTheSameModelAndTheSameErrors)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
-  write_motion_model(path, test::with_derived(test::sample_model()));
-  test::expect_equal(parse_motion_model(read_hdf5(path)), read_motion_model(path));
-  const std::string trace = trace_name(path);
-  write_trace(trace, test::trace_beside(test::sample_model()));
-  EXPECT_EQ(read_trace(trace).moves.theta_deg, parse_trace(read_hdf5(trace)).moves.theta_deg);
+  store::write_motion_model(path, test::with_derived(test::sample_model()));
+  test::expect_equal(store::parse_motion_model(store::read_hdf5(path)), store::read_motion_model(path));
+  const std::string trace = store::trace_name(path);
+  store::write_trace(trace, test::trace_beside(test::sample_model()));
+  EXPECT_EQ(store::read_trace(trace).moves.theta_deg,
+            store::parse_trace(store::read_hdf5(trace)).moves.theta_deg);
   for (const std::string& wrong :
        {trace, std::string("absent.h5"), scratch.write("text.h5", "no model").string()}) {
-    const InputError::Facts here = test::input_error([&] { parse_motion_model(read_hdf5(wrong)); });
-    const InputError::Facts apart = test::input_error([&] { read_motion_model(wrong); });
+    const InputError::Facts here =
+        test::input_error([&] { store::parse_motion_model(store::read_hdf5(wrong)); });
+    const InputError::Facts apart = test::input_error([&] { store::read_motion_model(wrong); });
     EXPECT_EQ(apart.file, wrong);
     EXPECT_EQ(apart.field, here.field);
     EXPECT_EQ(apart.found, here.found);
@@ -158,7 +160,7 @@ TEST(HostileFile, MoreValuesThanTheLimitAreRefusedHoweverTheyAreStored)
 {
   // 30 million vertices, whose values take 720 MB.
   constexpr hsize_t rows = 43'690, n_chunks = 700;
-  const std::vector<Finding> findings = findings_after(test::sample_model(), [](hid_t file) {
+  const std::vector<store::Finding> findings = findings_after(test::sample_model(), [](hid_t file) {
     const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
     const hsize_t chunk[] = {rows, 3};
     H5Pset_chunk(creation, 2, chunk);
@@ -181,13 +183,13 @@ TEST(HostileFile, MoreValuesThanTheLimitAreRefusedHoweverTheyAreStored)
 TEST(HostileFile, TextsThatAreAllTheSameBytesOfTheFileAreBounded)
 {
   // 2000 input files whose names all refer to one heap object of 60,000 letters: 120 MB.
-  MotionModel model = test::sample_model();
+  store::MotionModel model = test::sample_model();
   const std::string sum(64, 'a');
   model.job.inputs = {{std::string(60'000, 'x'), sum}};
   for (int k = 1; k < 2000; ++k) model.job.inputs.push_back({"file " + std::to_string(k), sum});
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
-  write_motion_model(path, model);
+  store::write_motion_model(path, model);
   haddr_t address = HADDR_UNDEF;
   test::change(path, [&](hid_t file) {
     const hid_t dataset = H5Dopen2(file, "/job/input_name", H5P_DEFAULT);
@@ -199,8 +201,8 @@ TEST(HostileFile, TextsThatAreAllTheSameBytesOfTheFileAreBounded)
   constexpr std::size_t element_bytes = 16;  // length, address of the heap, index
   const std::string first = bytes.substr(address, element_bytes);
   for (std::size_t k = 1; k < 2000; ++k) bytes.replace(address + k * element_bytes, element_bytes, first);
-  bytes.resize(bytes.size() - seal_of("").size());
-  bytes += seal_of(bytes);
+  bytes.resize(bytes.size() - store::seal_of("").size());
+  bytes += store::seal_of(bytes);
   const InputError::Facts facts = told_of_bytes(scratch, bytes);
   EXPECT_EQ(facts.field, "/job/input_name");
   EXPECT_THAT(facts.found, HasSubstr("HDF5 error"));
@@ -220,16 +222,16 @@ TEST(HostileFile, ThatCrashesHdf5IsOneMessage)
   // The size of the first text in HDF5's heap is set to a huge value; the seal matches the changed file.
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
-  write_motion_model(path, test::sample_model());
+  store::write_motion_model(path, test::sample_model());
   std::string bytes = test::read_bytes(path);
-  bytes.resize(bytes.size() - seal_of("").size());
+  bytes.resize(bytes.size() - store::seal_of("").size());
   const std::size_t heap = bytes.find("GCOL");
   ASSERT_NE(heap, std::string::npos);
   int n_ended = 0;
   for (std::size_t at = heap + 24; at < heap + 32; ++at) {
     std::string changed = bytes;
     changed[at] = '\xff';
-    const InputError::Facts facts = told_of_bytes(scratch, changed + seal_of(changed));
+    const InputError::Facts facts = told_of_bytes(scratch, changed + store::seal_of(changed));
     EXPECT_EQ(facts.file, path);
     n_ended += facts.found.find("it ended with") != std::string::npos ? 1 : 0;
   }
@@ -252,12 +254,12 @@ TEST(HostileFile, CyclesOfGroupsEnd)
 
 TEST(HostileFile, ManyMembersAreRefused)
 {
-  const std::vector<Finding> groups = findings_after(test::sample_model(), [](hid_t file) {
+  const std::vector<store::Finding> groups = findings_after(test::sample_model(), [](hid_t file) {
     test::make_group(file, "/many");
     for (int k = 0; k < 3000; ++k) test::make_group(file, "/many/" + std::to_string(k));
   });
   expect_first(groups, "/many", "3000 links", "at most 2000");
-  const std::vector<Finding> links = findings_after(test::sample_model(), [](hid_t file) {
+  const std::vector<store::Finding> links = findings_after(test::sample_model(), [](hid_t file) {
     for (int k = 0; k < 1500; ++k)
       H5Lcreate_soft("/tx", file, ("/link" + std::to_string(k)).c_str(), H5P_DEFAULT, H5P_DEFAULT);
   });
@@ -303,7 +305,7 @@ TEST(HostileFile, FiltersThatWouldHaveToBeLoadedAreRefused)
       nullptr,
       [](unsigned, std::size_t, const unsigned*, std::size_t n, std::size_t*, void**) { return n; }};
   ASSERT_GE(H5Zregister(&filter), 0);
-  const std::vector<Finding> findings = findings_after(test::sample_model(), [](hid_t file) {
+  const std::vector<store::Finding> findings = findings_after(test::sample_model(), [](hid_t file) {
     const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
     const hsize_t chunk[] = {4, 3};
     H5Pset_chunk(creation, 2, chunk);
@@ -366,10 +368,10 @@ TEST(HostileFile, TextMustBeUtf8)
   EXPECT_EQ(title.field, "/@title");
   EXPECT_EQ(title.wanted, "text in UTF-8");
   const std::string path = scratch.path() / "names.h5";
-  MotionModel model = test::sample_model();
+  store::MotionModel model = test::sample_model();
   model.moving.components[0].name = "\xFF";
-  write_motion_model(path, model);
-  const InputError::Facts name = test::input_error([&] { read_motion_model(path); });
+  store::write_motion_model(path, model);
+  const InputError::Facts name = test::input_error([&] { store::read_motion_model(path); });
   EXPECT_EQ(name.field, "/bodies/moving/component_name");
   EXPECT_EQ(name.wanted, "text in UTF-8");
 }
@@ -378,7 +380,7 @@ TEST(HostileFile, NothingMayStandBeforeTheHdf5Content)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
-  write_motion_model(path, test::sample_model());
+  store::write_motion_model(path, test::sample_model());
   const std::string whole = test::read_bytes(path);
   const InputError::Facts facts = told_of_bytes(scratch, std::string(512, '\0') + whole);
   EXPECT_THAT(facts.found, HasSubstr("not an HDF5 file"));
@@ -387,29 +389,30 @@ TEST(HostileFile, NothingMayStandBeforeTheHdf5Content)
 TEST(HostileFile, ValuesThatWouldBeIndexedOrDrawnAreChecked)
 {
   const test::Damage damages[] = {
-      {"/contacts/row_start", "-1", "non-decreasing", [](MotionModel& m) { m.contacts.row_start[1] = -1; }},
+      {"/contacts/row_start", "-1", "non-decreasing",
+       [](store::MotionModel& m) { m.contacts.row_start[1] = -1; }},
       {"/bodies/reference/triangles", "1000000", "from 0",
-       [](MotionModel& m) { m.reference.contact.mesh.triangles(3, 1) = 1'000'000; }},
+       [](store::MotionModel& m) { m.reference.contact.mesh.triangles(3, 1) = 1'000'000; }},
       {"/bodies/moving/triangles", "-1", "from 0",
-       [](MotionModel& m) { m.moving.contact.mesh.triangles(0, 0) = -1; }},
+       [](store::MotionModel& m) { m.moving.contact.mesh.triangles(0, 0) = -1; }},
       {"/bodies/reference/component", "7", "from 0",
-       [](MotionModel& m) { m.reference.contact.component[0] = 7; }},
+       [](store::MotionModel& m) { m.reference.contact.component[0] = 7; }},
       {"/bodies/reference/vertices", "inf", "finite",
-       [](MotionModel& m) { m.reference.contact.mesh.vertices_mm(0, 0) = infinity; }},
-      {"/tx", "inf", "a number where", [](MotionModel& m) { m.tx_mm(0, 0) = infinity; }},
-      {"/theta", "nan", "a number where", [](MotionModel& m) { m.theta_deg(0, 0) = nan; }},
+       [](store::MotionModel& m) { m.reference.contact.mesh.vertices_mm(0, 0) = infinity; }},
+      {"/tx", "inf", "a number where", [](store::MotionModel& m) { m.tx_mm(0, 0) = infinity; }},
+      {"/theta", "nan", "a number where", [](store::MotionModel& m) { m.theta_deg(0, 0) = nan; }},
       {"/X_reference_moving", "not a rigid pose", "a rotation",
-       [](MotionModel& m) { m.X_reference_moving[3] = infinity; }},
+       [](store::MotionModel& m) { m.X_reference_moving[3] = infinity; }},
   };
   for (const test::Damage& damage : damages) test::expect_finding(test::sample_model(), damage);
   // The polynomial's values are then wrong, too.
   for (const double wrong : {nan, infinity}) {
     const test::Scratch scratch;
     const std::string path = scratch.path() / "knee.h5";
-    MotionModel model = test::sample_model();
+    store::MotionModel model = test::sample_model();
     model.smoothed[0].surfaces[1].coefficients[0] = wrong;
-    write_motion_model(path, model);
-    const InputError::Facts facts = test::input_error([&] { read_motion_model(path); });
+    store::write_motion_model(path, model);
+    const InputError::Facts facts = test::input_error([&] { store::read_motion_model(path); });
     EXPECT_EQ(facts.field, "/smoothed/degree_1/coefficients_ty");
     EXPECT_THAT(facts.wanted, HasSubstr("finite"));
   }
@@ -430,10 +433,10 @@ TEST(HostileFile, AxesHaveAtLeastOneValue)
   one.has_failed_cell = false;
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
-  MotionModel model = test::sample_model(one);
+  store::MotionModel model = test::sample_model(one);
   model.smoothed.clear();
-  write_motion_model(path, model);
-  EXPECT_EQ(read_motion_model(path).flexion_deg.size(), 1u);
+  store::write_motion_model(path, model);
+  EXPECT_EQ(store::read_motion_model(path).flexion_deg.size(), 1u);
 }
 
 }  // namespace vrda::hostile_file_test

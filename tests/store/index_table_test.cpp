@@ -18,7 +18,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 template <typename Value>
-std::vector<Value> read_back(const H5Reader& reader, const std::string& path, std::size_t n)
+std::vector<Value> read_back(const store::H5Reader& reader, const std::string& path, std::size_t n)
 {
   std::vector<Value> values(n);
   reader.read(path, std::span<Value>(values));
@@ -29,10 +29,10 @@ TEST(IndexTable, TheFileGivesBackEveryColumn)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "index.h5";
-  const IndexTable table = test::sample_index();
-  write_index_file(path, table);
-  const H5Reader reader({path, test::read_bytes(path)});
-  EXPECT_THAT(reader.refused(), testing::IsEmpty());
+  const store::IndexTable table = test::sample_index();
+  store::write_index_file(path, table);
+  const store::H5Reader reader({path, test::read_bytes(path)});
+  EXPECT_THAT(reader.rejected(), testing::IsEmpty());
   EXPECT_THAT(read_back<std::string>(reader, "/case", 3), ElementsAre("a_rest", "a_search", "b_rest"));
   EXPECT_THAT(read_back<std::string>(reader, "/remark", 3),
               ElementsAre("", "a \"quoted\", longer\nremark", ""));
@@ -43,8 +43,8 @@ TEST(IndexTable, TheFileGivesBackEveryColumn)
   EXPECT_EQ(reader.attribute("/gap_mm", "units")->texts, std::vector<std::string>{"mm"});
   EXPECT_EQ(reader.attribute("/status", "flag_meanings")->texts,
             std::vector<std::string>{"done partial failed missing"});
-  EXPECT_EQ(reader.attribute("/", "format")->texts, std::vector<std::string>{index_format_name});
-  EXPECT_EQ(reader.facts("/case").scale_name, "case");
+  EXPECT_EQ(reader.attribute("/", "format")->texts, std::vector<std::string>{store::index_format_name});
+  EXPECT_EQ(reader.dataset_info("/case").scale_name, "case");
   for (const std::string column : {"/remark", "/status", "/gap_mm"})
     EXPECT_TRUE(reader.is_attached(column, 0, "/case")) << column;
 }
@@ -52,14 +52,14 @@ TEST(IndexTable, TheFileGivesBackEveryColumn)
 TEST(IndexTable, EqualTablesGiveEqualBytes)
 {
   const test::Scratch scratch;
-  write_index_file(scratch.path() / "a.h5", test::sample_index());
-  write_index_file(scratch.path() / "b.h5", test::sample_index());
+  store::write_index_file(scratch.path() / "a.h5", test::sample_index());
+  store::write_index_file(scratch.path() / "b.h5", test::sample_index());
   EXPECT_EQ(test::read_bytes(scratch.path() / "a.h5"), test::read_bytes(scratch.path() / "b.h5"));
 }
 
 TEST(IndexTable, CsvHasWordsEmptyFieldsAndQuotes)
 {
-  EXPECT_EQ(index_csv(test::sample_index()),
+  EXPECT_EQ(store::index_csv(test::sample_index()),
             "case,status,remark,gap_mm\n"
             "a_rest,done,,0.125\n"
             "a_search,failed,\"a \"\"quoted\"\", longer\nremark\",\n"
@@ -70,7 +70,8 @@ TEST(IndexTable, AFolderThatIsNotThereIsNamed)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "nowhere" / "index.h5";
-  EXPECT_THAT(test::input_error([&] { write_index_file(path, test::sample_index()); }).file, HasSubstr(path));
+  EXPECT_THAT(test::input_error([&] { store::write_index_file(path, test::sample_index()); }).file,
+              HasSubstr(path));
 }
 
 }  // namespace vrda::index_table_test

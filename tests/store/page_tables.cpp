@@ -26,9 +26,9 @@ std::string on_page(const std::string& path)
                   "degree_1", "degree_N");
 }
 
-std::string codes_text(FlagSet flags)
+std::string codes_text(store::FlagSet flags)
 {
-  const FlagTable table = flag_table(flags);
+  const store::FlagTable table = store::flag_table(flags);
   std::istringstream words(table.meanings);
   std::string text, word;
   for (const std::int8_t value : table.values) {
@@ -43,31 +43,32 @@ std::string last_name(const std::string& path)
   return path.substr(path.rfind('/') + 1);
 }
 
-std::string valid_text(const Dataset& dataset)
+std::string valid_text(const store::Dataset& dataset)
 {
-  if (dataset.flags() == FlagSet::none) return words_of(dataset.valid);
-  const bool is_partly = dataset.valid.answered.when != Answered::When::always;
+  if (dataset.flags() == store::FlagSet::none) return store::rule_text(dataset.valid);
+  const bool is_partly = dataset.valid.condition.when != store::ValueCondition::When::always;
   return codes_text(dataset.flags()) +
-         (is_partly ? std::string("; 0 or 1 ") + dataset.valid.answered.words + ", -1 elsewhere" : "");
+         (is_partly ? std::string("; 0 or 1 ") + dataset.valid.condition.text + ", -1 elsewhere" : "");
 }
 
-class TableRows : public RegistryVisitor {
+class TableRows : public store::RegistryVisitor {
  public:
   std::vector<std::pair<std::string, std::string>> rows;  ///< path on the page, and its line
 
   template <typename Member>
-  void operator()(const Dataset& dataset, const Member&)
+  void operator()(const store::Dataset& dataset, const Member&)
   {
     const std::string path = on_page(dataset.path);
     if (!seen_.insert(path).second) return;
     std::string dimensions;
     for (const std::string& dimension : dataset.dimensions)
       dimensions += (dimensions.empty() ? "" : ", ") + last_name(dimension);
-    rows.push_back(
-        {path, "| `" + path + "` | " + (dimensions.empty() ? "none" : dimensions) + " | " +
-                   (member_kind<Member>() == ValueKind::text ? "text" : name_of(member_kind<Member>())) +
-                   " | " + dataset.units.name + " | " + on_page(dataset.long_name) + " | " +
-                   valid_text(dataset) + " |\n"});
+    rows.push_back({path, "| `" + path + "` | " + (dimensions.empty() ? "none" : dimensions) + " | " +
+                              (store::member_kind<Member>() == store::ValueKind::text
+                                   ? "text"
+                                   : store::name_of(store::member_kind<Member>())) +
+                              " | " + dataset.units.name + " | " + on_page(dataset.long_name) + " | " +
+                              valid_text(dataset) + " |\n"});
   }
 
  private:
@@ -80,12 +81,13 @@ std::string with_tables(const std::string& page, bool is_trace)
 {
   TableRows table;
   if (is_trace) {
-    const Trace trace;
-    visit_trace(trace, table);
+    const store::Trace trace;
+    store::visit_trace(trace, table);
   } else {
-    const MotionModel whole = whole_model(), free = with_derived(sample_model({4, 1, true, true, false}));
-    visit_motion_model(whole, table);
-    visit_motion_model(free, table);
+    const store::MotionModel whole = whole_model(),
+                             free = with_derived(sample_model({4, 1, true, true, false}));
+    store::visit_motion_model(whole, table);
+    store::visit_motion_model(free, table);
   }
   const std::string mark = "<!-- table ";
   std::istringstream lines(page);

@@ -23,36 +23,38 @@ std::string page_of(const char* name)
 }
 
 /// Collects dimensions and attributes, and checks every row.
-class Rows : public RegistryVisitor {
+class Rows : public store::RegistryVisitor {
  public:
   std::set<std::string> paths, dimensions, attributes;
 
-  void dimension(const std::string& path, const Count& count)
+  void dimension(const std::string& path, const store::DimensionSize& count)
   {
-    RegistryVisitor::dimension(path, count);
+    store::RegistryVisitor::dimension(path, count);
     dimensions.insert(path);
   }
   template <typename Member>
-  void attribute(const std::string&, const std::string& name, const Member&, const Unit& = unit::none)
+  void attribute(const std::string&, const std::string& name, const Member&,
+                 const store::Unit& = store::unit::none)
   {
     attributes.insert(name);
   }
   template <typename Value>
-  void repeated(const std::string&, const std::string& name, const Value&)
+  void derived_attribute(const std::string&, const std::string& name, const Value&)
   {
     attributes.insert(name);
   }
   template <typename Member>
-  void operator()(const Dataset& dataset, const Member& member)
+  void operator()(const store::Dataset& dataset, const Member& member)
   {
     SCOPED_TRACE(dataset.path);
     EXPECT_TRUE(paths.insert(dataset.path).second) << "twice";
     EXPECT_NE(*dataset.long_name, '\0');
-    constexpr ValueKind kind = member_kind<Member>();
-    EXPECT_EQ(*dataset.units.name == '\0', kind == ValueKind::text || dataset.flags() != FlagSet::none);
+    constexpr store::ValueKind kind = store::member_kind<Member>();
+    EXPECT_EQ(*dataset.units.name == '\0',
+              kind == store::ValueKind::text || dataset.flags() != store::FlagSet::none);
     std::int64_t n = 1;
     for (const std::int64_t size : shape_of(dataset)) n *= size;
-    EXPECT_EQ(values_of(member).size(), static_cast<std::size_t>(n));
+    EXPECT_EQ(store::values_of(member).size(), static_cast<std::size_t>(n));
   }
 };
 
@@ -66,44 +68,49 @@ TEST(Registry, TheTablesOfThePagesAreMadeOfIt)
 TEST(Registry, ThePagesNameEveryDimensionAndAttribute)
 {
   Rows model, trace;
-  const MotionModel whole = test::whole_model();
-  const Trace none;
-  visit_motion_model(whole, model);
-  visit_trace(none, trace);
+  const store::MotionModel whole = test::whole_model();
+  const store::Trace none;
+  store::visit_motion_model(whole, model);
+  store::visit_trace(none, trace);
   for (const auto& [rows, name] : {std::pair(&model, "motion-model.md"), std::pair(&trace, "trace.md")}) {
     const std::string page = page_of(name);
     for (const std::string& attribute : rows->attributes) EXPECT_THAT(page, HasSubstr("`" + attribute + "`"));
     for (const std::string& path : rows->dimensions)
       EXPECT_THAT(page, HasSubstr(path.substr(path.rfind('/')) + "`")) << path;
-    EXPECT_THAT(page, HasSubstr(std::string("`") + conventions + "`"));
+    EXPECT_THAT(page, HasSubstr(std::string("`") + store::conventions + "`"));
   }
-  EXPECT_THAT(page_of("motion-model.md"), HasSubstr(std::string("format version ") + format_version));
-  EXPECT_THAT(page_of("trace.md"), HasSubstr(std::string("format version ") + trace_format_version));
-  EXPECT_EQ(format_version, "1." + std::to_string(format_minor_version));
-  EXPECT_EQ(trace_format_version, "1." + std::to_string(trace_format_minor_version));
+  EXPECT_THAT(page_of("motion-model.md"), HasSubstr(std::string("format version ") + store::format_version));
+  EXPECT_THAT(page_of("trace.md"), HasSubstr(std::string("format version ") + store::trace_format_version));
+  EXPECT_EQ(store::format_version, "1." + std::to_string(store::format_minor_version));
+  EXPECT_EQ(store::trace_format_version, "1." + std::to_string(store::trace_format_minor_version));
 }
 
 TEST(Registry, TheCodesAreThoseOfTheEnumerations)
 {
   using Codes = std::vector<std::int8_t>;
-  EXPECT_EQ(flag_table(FlagSet::status).values, (Codes{-1, 0, 1, 2, 3, 4, 5}));
-  EXPECT_EQ(flag_table(FlagSet::solver_status).values, (Codes{-1, 0, 1, 2, 3, 4}));
-  EXPECT_EQ(flag_table(FlagSet::search_status).values, (Codes{-1, 0, 1, 2, 3}));
-  EXPECT_EQ(flag_table(FlagSet::plausibility).meanings,
+  EXPECT_EQ(store::flag_table(store::FlagSet::status).values, (Codes{-1, 0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(store::flag_table(store::FlagSet::solver_status).values, (Codes{-1, 0, 1, 2, 3, 4}));
+  EXPECT_EQ(store::flag_table(store::FlagSet::search_status).values, (Codes{-1, 0, 1, 2, 3}));
+  EXPECT_EQ(store::flag_table(store::FlagSet::plausibility).meanings,
             "not_judged nothing_found nothing_ahead unstable_balance");
-  EXPECT_EQ(flag_table(FlagSet::audit_state).values,
-            (Codes{code_of(AuditState::no_pose), code_of(AuditState::free), code_of(AuditState::overlapping),
-                   code_of(AuditState::nothing_ahead)}));
-  EXPECT_EQ(flag_table(FlagSet::audit_state).meanings, "no_pose free overlapping nothing_ahead");
-  EXPECT_EQ(flag_table(FlagSet::zero_varus_source).values,
-            (Codes{code_of(ZeroVarusSource::none), code_of(ZeroVarusSource::both_touch),
-                   code_of(ZeroVarusSource::interpolated), code_of(ZeroVarusSource::free)}));
-  EXPECT_EQ(flag_table(FlagSet::zero_varus_source).meanings, "none both_touch interpolated free");
+  EXPECT_EQ(store::flag_table(store::FlagSet::audit_state).values,
+            (Codes{store::code_of(store::AuditState::no_pose), store::code_of(store::AuditState::free),
+                   store::code_of(store::AuditState::overlapping),
+                   store::code_of(store::AuditState::nothing_ahead)}));
+  EXPECT_EQ(store::flag_table(store::FlagSet::audit_state).meanings,
+            "no_pose free overlapping nothing_ahead");
+  EXPECT_EQ(
+      store::flag_table(store::FlagSet::zero_varus_source).values,
+      (Codes{store::code_of(store::ZeroVarusSource::none), store::code_of(store::ZeroVarusSource::both_touch),
+             store::code_of(store::ZeroVarusSource::interpolated),
+             store::code_of(store::ZeroVarusSource::free)}));
+  EXPECT_EQ(store::flag_table(store::FlagSet::zero_varus_source).meanings,
+            "none both_touch interpolated free");
 }
 
 TEST(Registry, AnUnknownDimensionIsOurMistake)
 {
-  EXPECT_THROW(RegistryVisitor().size("/nothing"), InternalError);
+  EXPECT_THROW(store::RegistryVisitor().size("/nothing"), InternalError);
 }
 
 }  // namespace vrda::registry_test

@@ -14,7 +14,7 @@ struct Row {
   std::size_t cell = 0;  ///< of the first column
 };
 
-void put_numbers(ZeroVarus& motion, const MotionModel& model, const Row& row)
+void put_numbers(store::ZeroVarus& motion, const store::MotionModel& model, const Row& row)
 {
   motion.tx_mm[row.i] = model.tx_mm.data()[row.cell];
   motion.ty_mm[row.i] = model.ty_mm.data()[row.cell];
@@ -35,20 +35,20 @@ void put_numbers(ZeroVarus& motion, const MotionModel& model, const Row& row)
   }
 }
 
-void put_varus(ZeroVarus& motion, const MotionModel& model, const Row& row)
+void put_varus(store::ZeroVarus& motion, const store::MotionModel& model, const Row& row)
 {
   const double varus_deg = model.varus_solved_deg.data()[row.cell];
   motion.varus_deg[row.i] = varus_deg;
-  ZeroVarusSource source = ZeroVarusSource::free;
+  store::ZeroVarusSource source = store::ZeroVarusSource::free;
   if (model.varus_deg.size() > 1)
-    source = row.i % 2 == 0 ? ZeroVarusSource::both_touch : ZeroVarusSource::interpolated;
+    source = row.i % 2 == 0 ? store::ZeroVarusSource::both_touch : store::ZeroVarusSource::interpolated;
   motion.source[row.i] = static_cast<std::int8_t>(source);
-  if (source != ZeroVarusSource::both_touch) return;
+  if (source != store::ZeroVarusSource::both_touch) return;
   motion.varus_first_deg[row.i] = varus_deg - 0.5;
   motion.varus_last_deg[row.i] = varus_deg + 0.5;
 }
 
-void put_interval(ZeroVarus& motion, std::size_t i, bool has_compartments)
+void put_interval(store::ZeroVarus& motion, std::size_t i, bool has_compartments)
 {
   const auto at = [](std::vector<double>& values, std::size_t row, std::initializer_list<double> numbers) {
     std::copy(numbers.begin(), numbers.end(), &values[numbers.size() * row]);
@@ -66,10 +66,10 @@ void put_interval(ZeroVarus& motion, std::size_t i, bool has_compartments)
   at(motion.instant_centre_mm, i, {4.0, -x});
 }
 
-ZeroVarus empty_motion(std::size_t n, bool has_compartments)
+store::ZeroVarus empty_motion(std::size_t n, bool has_compartments)
 {
-  ZeroVarus motion;
-  motion.source.assign(n, static_cast<std::int8_t>(ZeroVarusSource::none));
+  store::ZeroVarus motion;
+  motion.source.assign(n, static_cast<std::int8_t>(store::ZeroVarusSource::none));
   for (std::vector<double>* values :
        {&motion.varus_deg, &motion.varus_first_deg, &motion.varus_last_deg, &motion.tx_mm, &motion.ty_mm,
         &motion.tz_mm, &motion.theta_deg, &motion.clinical_flexion_deg, &motion.clinical_varus_deg,
@@ -94,10 +94,10 @@ ZeroVarus empty_motion(std::size_t n, bool has_compartments)
   return motion;
 }
 
-ZeroVarus sample_zero_varus(const MotionModel& model)
+store::ZeroVarus sample_zero_varus(const store::MotionModel& model)
 {
   const std::size_t n = model.flexion_deg.size(), n_varus = model.varus_deg.size();
-  ZeroVarus motion = empty_motion(n, model.has_compartments);
+  store::ZeroVarus motion = empty_motion(n, model.has_compartments);
   motion.set = "degree_1";
   for (std::size_t i = 0; i < n; ++i) {
     const Row row{i, i * n_varus};
@@ -105,16 +105,16 @@ ZeroVarus sample_zero_varus(const MotionModel& model)
     put_varus(motion, model, row);
     put_numbers(motion, model, row);
     const bool has_pose_before =
-        i > 0 && motion.source[i - 1] != static_cast<std::int8_t>(ZeroVarusSource::none);
+        i > 0 && motion.source[i - 1] != static_cast<std::int8_t>(store::ZeroVarusSource::none);
     if (has_pose_before) put_interval(motion, i - 1, model.has_compartments);
   }
   return motion;
 }
 
 /// Two cells per cell of the model; cycles through all states.
-AuditSet sample_audit(const std::string& name, const MotionModel& model)
+store::AuditSet sample_audit(const std::string& name, const store::MotionModel& model)
 {
-  AuditSet audit;
+  store::AuditSet audit;
   audit.name = name;
   audit.refine = 2;
   for (std::size_t i = 0; i + 1 < 2 * model.flexion_deg.size(); ++i)
@@ -123,23 +123,49 @@ AuditSet sample_audit(const std::string& name, const MotionModel& model)
   if (name != "zero_varus" && model.varus_deg.size() > 1) audit.varus_deg = {-1.0, -0.5, 0.0};
   const auto n_flexion = static_cast<Eigen::Index>(audit.flexion_deg.size());
   const auto n_varus = static_cast<Eigen::Index>(audit.varus_deg.size());
-  audit.state = GridB::Zero(n_flexion, n_varus);
-  audit.gap_mm = GridD::Constant(n_flexion, n_varus, nan);
-  audit.penetration_mm = GridD::Zero(n_flexion, n_varus);
+  audit.state = store::GridB::Zero(n_flexion, n_varus);
+  audit.gap_mm = store::GridD::Constant(n_flexion, n_varus, nan);
+  audit.penetration_mm = store::GridD::Zero(n_flexion, n_varus);
+  if (model.has_compartments) audit.gap_medial_mm = audit.gap_lateral_mm = audit.gap_mm;
   for (Eigen::Index k = 0; k < audit.state.size(); ++k) {
-    const auto state = static_cast<AuditState>(k % 4 - 1);
+    const auto state = static_cast<store::AuditState>(k % 4 - 1);
     const double level = 0.25 * static_cast<double>(k - k % 4);
     audit.state.data()[k] = static_cast<std::int8_t>(state);
-    if (state == AuditState::no_pose) audit.penetration_mm.data()[k] = nan;
-    if (state == AuditState::free) audit.gap_mm.data()[k] = 0.125 * level;
-    if (state == AuditState::overlapping) audit.penetration_mm.data()[k] = 0.25 * level;
+    if (state == store::AuditState::no_pose) audit.penetration_mm.data()[k] = nan;
+    if (state == store::AuditState::free) audit.gap_mm.data()[k] = 0.125 * level;
+    if (state == store::AuditState::overlapping) audit.penetration_mm.data()[k] = 0.25 * level;
+    if (!model.has_compartments || state == store::AuditState::no_pose) continue;
+    audit.gap_medial_mm.data()[k] = 0.125 * level;
+    audit.gap_lateral_mm.data()[k] = state == store::AuditState::overlapping ? -0.25 * level : nan;
   }
   return audit;
 }
 
-void add_varus_surface(SmoothedSet& set)
+/// Two flexions per flexion of the model; cycles through all states.
+store::TwoSided sample_two_sided(const store::MotionModel& model)
 {
-  SmoothedSurface surface = set.surfaces.front();
+  store::TwoSided motion;
+  motion.degree = 3;
+  for (std::size_t i = 0; i + 1 < 2 * model.flexion_deg.size(); ++i) {
+    const double x = static_cast<double>(i);
+    const auto contact = static_cast<store::TwoSidedContact>(static_cast<int>((i + 1) % 4) - 1);
+    const double value = contact == store::TwoSidedContact::no_pose ? nan : 1.0;
+    motion.flexion_deg.push_back(model.flexion_deg[0] + 0.5 * x);
+    motion.contact.push_back(store::code_of(contact));
+    motion.varus_deg.push_back(0.25 * x * value);
+    motion.tx_mm.push_back(1.0 * value);
+    motion.ty_mm.push_back(-0.125 * x * value);
+    motion.tz_mm.push_back(0.5 * value);
+    motion.theta_deg.push_back(2.0 * x * value);
+    motion.gap_medial_mm.push_back(contact == store::TwoSidedContact::lateral ? 0.5 : 0.0 * value);
+    motion.gap_lateral_mm.push_back(contact == store::TwoSidedContact::medial ? 0.25 : 0.0 * value);
+  }
+  return motion;
+}
+
+void add_varus_surface(store::SmoothedSet& set)
+{
+  store::SmoothedSurface surface = set.surfaces.front();
   surface.name = "varus";
   surface.leave_one_out_rms = 0.5;
   set.surfaces.push_back(surface);
@@ -147,23 +173,24 @@ void add_varus_surface(SmoothedSet& set)
 
 }  // namespace
 
-MotionModel with_derived(MotionModel model)
+store::MotionModel with_derived(store::MotionModel model)
 {
-  for (SmoothedSet& set : model.smoothed) {
+  for (store::SmoothedSet& set : model.smoothed) {
     set.is_robust = true;
-    set.recontact_mm = GridD::Constant(model.tx_mm.rows(), model.tx_mm.cols(), 0.02);
+    set.recontact_mm = store::GridD::Constant(model.tx_mm.rows(), model.tx_mm.cols(), 0.02);
     (*set.recontact_mm)(0, 0) = nan;
     if (model.varus_deg.size() == 1) add_varus_surface(set);
   }
   model.zero_varus = sample_zero_varus(model);
+  if (model.has_compartments) model.two_sided = sample_two_sided(model);
   for (const char* name : {"raw", "degree_1", "zero_varus", "degree_1_recontacted"})
-    model.audits = with_audit(model.audits, sample_audit(name, model));
+    model.audits = store::with_audit(model.audits, sample_audit(name, model));
   return model;
 }
 
-MotionModel whole_model()
+store::MotionModel whole_model()
 {
-  MotionModel model = with_derived(sample_model({4, 3, true, true, true, true, 5, 2}));
+  store::MotionModel model = with_derived(sample_model({4, 3, true, true, true, true, 5, 2}));
   Scaling& scaling = model.job.scaling.emplace();
   // 3 and 4 mm of model, 3.3 and 4 mm of subject.
   scaling.factor.setConstant(1.036);

@@ -10,10 +10,10 @@ namespace vrda::test {
 /// are in contact, at odd ones the varus is interpolated (free everywhere, with a fifth smoothed surface, if
 /// the model has one column); the first interval's rotation is too small for an axis. The audits have every
 /// state.
-MotionModel with_derived(MotionModel model);
+store::MotionModel with_derived(store::MotionModel model);
 
 /// A model with every dataset except the fifth smoothed surface: an equilibrium with five fibres and two
 /// wraps, scaled by landmarks, with derived data.
-MotionModel whole_model();
+store::MotionModel whole_model();
 
 }  // namespace vrda::test

@@ -5,6 +5,6 @@
 
 namespace vrda::test {
 
-IndexTable sample_index();
+store::IndexTable sample_index();
 
 }  // namespace vrda::test

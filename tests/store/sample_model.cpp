@@ -26,7 +26,7 @@ Body sample_body(const std::string& name, bool has_visual)
   return body;
 }
 
-void solve_cell(MotionModel& model, Eigen::Index i, Eigen::Index j)
+void solve_cell(store::MotionModel& model, Eigen::Index i, Eigen::Index j)
 {
   const double flexion_deg = model.flexion_deg[static_cast<std::size_t>(i)];
   const double varus_deg = model.varus_deg[static_cast<std::size_t>(j)];
@@ -41,7 +41,7 @@ void solve_cell(MotionModel& model, Eigen::Index i, Eigen::Index j)
   const Pose X = X_reference_moving(frame, attitude, pose);
   Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(
       &model.X_reference_moving[static_cast<std::size_t>(16 * (i * model.tx_mm.cols() + j))]) = X.matrix();
-  const Clinical clinical = clinical_of(X, Side::right, model.rotation_centre_mm);
+  const ClinicalCoordinates clinical = clinical_coordinates(X, Side::right, model.rotation_centre_mm);
   model.clinical.flexion_deg(i, j) = deg_from_rad(clinical.flexion_rad);
   model.clinical.varus_deg(i, j) = deg_from_rad(clinical.varus_rad);
   model.clinical.internal_rotation_deg(i, j) = deg_from_rad(clinical.internal_rotation_rad);
@@ -62,9 +62,9 @@ void solve_cell(MotionModel& model, Eigen::Index i, Eigen::Index j)
   model.contact_lateral(i, j) = 0;
 }
 
-ContactRows sample_contacts(const MotionModel& model)
+store::ContactRows sample_contacts(const store::MotionModel& model)
 {
-  ContactRows contacts;
+  store::ContactRows contacts;
   contacts.row_start = {0};
   for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {
     const bool is_stable = model.status.data()[cell] == 0;
@@ -80,18 +80,18 @@ ContactRows sample_contacts(const MotionModel& model)
   return contacts;
 }
 
-SmoothedSet sample_smoothed(const MotionModel& model)
+store::SmoothedSet sample_smoothed(const store::MotionModel& model)
 {
-  SmoothedSet set;
+  store::SmoothedSet set;
   set.degree = 1;
   const bool has_varus = model.varus_deg.size() > 1;
   set.exponents.resize(has_varus ? 3 : 2, 2);
   set.exponents.topRows(2) << 0, 0, 1, 0;
   if (has_varus) set.exponents.row(2) << 0, 1;
-  const AxisRanges ranges = axis_ranges(model.flexion_deg, model.varus_deg);
+  const store::AxisRanges ranges = store::axis_ranges(model.flexion_deg, model.varus_deg);
   double level = 1.0;
   for (const char* name : {"tx", "ty", "tz", "theta"}) {
-    SmoothedSurface surface;
+    store::SmoothedSurface surface;
     surface.name = name;
     surface.coefficients = {level, 0.5, -0.25};
     surface.coefficients.resize(static_cast<std::size_t>(set.exponents.rows()));
@@ -103,9 +103,10 @@ SmoothedSet sample_smoothed(const MotionModel& model)
     surface.values.resize(model.tx_mm.rows(), model.tx_mm.cols());
     for (Eigen::Index i = 0; i < surface.values.rows(); ++i) {
       for (Eigen::Index j = 0; j < surface.values.cols(); ++j) {
-        surface.values(i, j) = evaluate(set, surface, ranges, model.flexion_deg[static_cast<std::size_t>(i)],
-                                        model.varus_deg[static_cast<std::size_t>(j)])
-                                   .value;
+        surface.values(i, j) =
+            store::evaluate(set, surface, ranges, model.flexion_deg[static_cast<std::size_t>(i)],
+                            model.varus_deg[static_cast<std::size_t>(j)])
+                .value;
       }
     }
     set.surfaces.push_back(surface);
@@ -114,14 +115,14 @@ SmoothedSet sample_smoothed(const MotionModel& model)
   return set;
 }
 
-bool is_stable(const MotionModel& model, std::size_t cell)
+bool is_stable(const store::MotionModel& model, std::size_t cell)
 {
   return model.status.data()[cell] == status_stable;
 }
 
-PushRows turning_push(std::int32_t n_flexion)
+store::PushRows turning_push(std::int32_t n_flexion)
 {
-  PushRows push = constant_push(Eigen::Vector3d::UnitY(), static_cast<std::size_t>(n_flexion));
+  store::PushRows push = store::constant_push(Eigen::Vector3d::UnitY(), static_cast<std::size_t>(n_flexion));
   for (std::int32_t i = 0; i < n_flexion; ++i) {
     push.delta.row(i) = Eigen::RowVector3d(0.01 * i, 1.0, -0.002 * i).normalized();
     push.force_n.row(i) = 20.0 * push.delta.row(i) + Eigen::RowVector3d(0.5, 0.0, 0.25);
@@ -132,9 +133,9 @@ PushRows turning_push(std::int32_t n_flexion)
   return push;
 }
 
-ForceRows sample_forces(const MotionModel& model)
+store::ForceRows sample_forces(const store::MotionModel& model)
 {
-  ForceRows forces;
+  store::ForceRows forces;
   forces.row_start = {0};
   for (std::size_t cell = 0; cell < static_cast<std::size_t>(model.status.size()); ++cell) {
     const bool has_forces = is_stable(model, cell) && cell % 2 == 0;
@@ -156,7 +157,7 @@ ForceRows sample_forces(const MotionModel& model)
   return forces;
 }
 
-FreeSpine sample_spine(FreeSpine spine)
+store::FreeSpine sample_spine(store::FreeSpine spine)
 {
   for (std::size_t i = 0; i + 1 < spine.status.size(); ++i) {  // the last one is not stable
     const double x = static_cast<double>(i);
@@ -177,9 +178,9 @@ FreeSpine sample_spine(FreeSpine spine)
   return spine;
 }
 
-void fill_equilibrium(MotionModel& model)
+void fill_equilibrium(store::MotionModel& model)
 {
-  EquilibriumSurfaces& equilibrium = *model.equilibrium;
+  store::EquilibriumSurfaces& equilibrium = *model.equilibrium;
   equilibrium.band_moment_nmm = 500.0;
   equilibrium.forces = sample_forces(model);
   equilibrium.spine = sample_spine(equilibrium.spine);
@@ -208,9 +209,9 @@ void fill_equilibrium(MotionModel& model)
   }
 }
 
-LigamentRows sample_ligaments(const SampleOptions& options)
+store::LigamentRows sample_ligaments(const SampleOptions& options)
 {
-  LigamentRows ligaments;
+  store::LigamentRows ligaments;
   const Eigen::Index n = options.n_fibres, n_wraps = options.n_wraps;
   ligaments.reference_mm.resize(n, 3);
   ligaments.moving_mm.resize(n, 3);
@@ -240,9 +241,9 @@ LigamentRows sample_ligaments(const SampleOptions& options)
   return ligaments;
 }
 
-void fill_fibre_states(MotionModel& model)
+void fill_fibre_states(store::MotionModel& model)
 {
-  LigamentRows& ligaments = *model.ligaments;
+  store::LigamentRows& ligaments = *model.ligaments;
   const std::size_t n = ligaments.name.size();
   for (std::size_t i = 0; i < ligaments.length_mm.size(); ++i) {
     if (!is_stable(model, i / n)) continue;
@@ -258,9 +259,9 @@ void fill_fibre_states(MotionModel& model)
 
 }  // namespace
 
-MotionModel sample_model(const SampleOptions& options)
+store::MotionModel sample_model(const SampleOptions& options)
 {
-  MotionModel model;
+  store::MotionModel model;
   model.title = "Sample joint, knee-like (genou \xC3\xA9tal\xC3\xB3n)";
   model.joint = options.has_compartments ? "knee" : "other";
   model.side = "right";
@@ -279,7 +280,7 @@ MotionModel sample_model(const SampleOptions& options)
     model.compartment_of_triangle.assign(model.moving.contact.component.size(), 1);
   if (options.is_equilibrium) model.push = turning_push(options.n_flexion);
   if (options.n_fibres > 0) model.ligaments = sample_ligaments(options);
-  model = with_pending_cells(model);
+  model = store::with_pending_cells(model);
   for (Eigen::Index i = 0; i < model.tx_mm.rows(); ++i) {
     for (Eigen::Index j = 0; j < model.tx_mm.cols(); ++j) {
       const bool fails = options.has_failed_cell && i == 1 && j == 2;
@@ -293,7 +294,7 @@ MotionModel sample_model(const SampleOptions& options)
   model.contacts = sample_contacts(model);
   if (model.equilibrium) fill_equilibrium(model);
   if (model.ligaments) fill_fibre_states(model);
-  if (model.has_compartments) model.contact_paths = contact_paths_of(model);
+  if (model.has_compartments) model.contact_paths = store::contact_paths_of(model);
   model.smoothed = {sample_smoothed(model)};
   return model;
 }

@@ -20,6 +20,6 @@ struct SampleOptions {
 
 /// Balls for bodies, two contacts per solved cell, one smoothed set of degree 1. As an equilibrium, a medial
 /// and a lateral force in every solved cell with an even index, none in the others.
-MotionModel sample_model(const SampleOptions& options = {});
+store::MotionModel sample_model(const SampleOptions& options = {});
 
 }  // namespace vrda::test

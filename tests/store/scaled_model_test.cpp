@@ -21,13 +21,13 @@ struct Numbers {
 };
 
 /// All lengths, angles and other numbers of a model by name.
-class AllNumbers : public RegistryVisitor {
+class AllNumbers : public store::RegistryVisitor {
  public:
   std::map<std::string, Numbers> numbers;
 
   template <typename Member>
   void attribute(const std::string& object, const std::string& name, const Member& member,
-                 const Unit& units = unit::none)
+                 const store::Unit& units = store::unit::none)
   {
     Numbers& found = numbers[object + "@" + name];
     found.unit = units.name;
@@ -35,20 +35,20 @@ class AllNumbers : public RegistryVisitor {
     if constexpr (std::is_same_v<Member, Eigen::Vector3d>) found.values.assign(member.begin(), member.end());
   }
   template <typename Member>
-  void operator()(const Dataset& dataset, const Member& member)
+  void operator()(const store::Dataset& dataset, const Member& member)
   {
-    if constexpr (member_kind<Member>() == ValueKind::float64) {
-      const auto values = values_of(member);
+    if constexpr (store::member_kind<Member>() == store::ValueKind::float64) {
+      const auto values = store::values_of(member);
       numbers[dataset.path] = {
           dataset.units.name, dataset.path.find("/X_") != std::string::npos, {values.begin(), values.end()}};
     }
   }
 };
 
-std::map<std::string, Numbers> numbers_of(const MotionModel& model)
+std::map<std::string, Numbers> numbers_of(const store::MotionModel& model)
 {
   AllNumbers all;
-  visit_motion_model(model, all);
+  store::visit_motion_model(model, all);
   return all.numbers;
 }
 
@@ -61,9 +61,9 @@ bool is_shift(std::size_t k)
 // Lengths, energies and moments are found by their units, so none is missed. Powers of two are exact.
 TEST(ScaledModel, WhateverHasALengthIsTwiceAsLong)
 {
-  const MotionModel model = whole_model();
+  const store::MotionModel model = whole_model();
   const std::map<std::string, Numbers> small = numbers_of(model),
-                                       large = numbers_of(scaled_model(model, 2.0));
+                                       large = numbers_of(store::scaled_model(model, 2.0));
   int n_lengths = 0, n_others = 0;
   for (const auto& [name, before] : small) {
     SCOPED_TRACE(name);
@@ -88,14 +88,14 @@ TEST(ScaledModel, WhateverHasALengthIsTwiceAsLong)
 
 TEST(ScaledModel, BackAgainIsTheSame)
 {
-  const MotionModel model = whole_model();
-  test::expect_equal(scaled_model(scaled_model(model, 0.5), 2.0), model);
-  test::expect_equal(scaled_model(model, 1.0), model);
+  const store::MotionModel model = whole_model();
+  test::expect_equal(store::scaled_model(store::scaled_model(model, 0.5), 2.0), model);
+  test::expect_equal(store::scaled_model(model, 1.0), model);
 }
 
 TEST(ScaledModel, NoSizeIsOurMistake)
 {
-  EXPECT_THROW(scaled_model(whole_model(), 0.0), InternalError);
+  EXPECT_THROW(store::scaled_model(whole_model(), 0.0), InternalError);
 }
 
 }  // namespace vrda::scaled_model_test

@@ -13,9 +13,9 @@
 
 namespace vrda::scaling_test {
 
-MotionModel stretched_model()
+store::MotionModel stretched_model()
 {
-  MotionModel model = test::sample_model();
+  store::MotionModel model = test::sample_model();
   model.job.scaling.emplace().factor = {1.2, 1.0, 0.9};
   return model;
 }
@@ -24,12 +24,12 @@ TEST(StoredScaling, GoesThroughAFileUnchanged)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5", again = scratch.path() / "again.h5";
-  for (const MotionModel& model : {test::whole_model(), stretched_model()}) {
-    write_motion_model(path, model);
-    EXPECT_THAT(validate_hdf5(path), testing::IsEmpty());
-    const MotionModel read = read_motion_model(path);
+  for (const store::MotionModel& model : {test::whole_model(), stretched_model()}) {
+    store::write_motion_model(path, model);
+    EXPECT_THAT(store::validate_hdf5(path), testing::IsEmpty());
+    const store::MotionModel read = store::read_motion_model(path);
     test::expect_equal(read, model);
-    write_motion_model(again, read);
+    store::write_motion_model(again, read);
     EXPECT_EQ(test::read_bytes(again), test::read_bytes(path));
   }
 }
@@ -40,7 +40,7 @@ TEST(StoredScaling, ItsValuesAgree)
     test::expect_finding(test::whole_model(), damage);
   };
   expect_finding(
-      {"/job/scaling@factor", "-1.036", "above 0", [](MotionModel& m) {
+      {"/job/scaling@factor", "-1.036", "above 0", [](store::MotionModel& m) {
          m.job.scaling->factor *= -1.0;
          for (std::size_t i : {0U, 1U})
            m.job.scaling->residual_mm[i] = m.job.scaling->subject_mm[i] + 1.036 * m.job.scaling->model_mm[i];
@@ -48,24 +48,26 @@ TEST(StoredScaling, ItsValuesAgree)
              std::hypot(m.job.scaling->residual_mm[0], m.job.scaling->residual_mm[1]) / std::sqrt(2.0);
        }});
   expect_finding({"/job/scaling@factor", "unequal", "three equal",
-                  [](MotionModel& m) { m.job.scaling->factor.z() = 1.1; }});
+                  [](store::MotionModel& m) { m.job.scaling->factor.z() = 1.1; }});
   expect_finding({"/job/scaling/landmark", "\"\"", "non-empty",
-                  [](MotionModel& m) { m.job.scaling->landmark[1] = ""; }});
-  expect_finding({"/job/scaling/residual", "0.2 at entry 0", "minus the factor", [](MotionModel& m) {
+                  [](store::MotionModel& m) { m.job.scaling->landmark[1] = ""; }});
+  expect_finding({"/job/scaling/residual", "0.2 at entry 0", "minus the factor", [](store::MotionModel& m) {
                     m.job.scaling->residual_mm[0] = 0.2;
                     m.job.scaling->residual_rms_mm =
                         std::hypot(0.2, m.job.scaling->residual_mm[1]) / std::sqrt(2.0);
                   }});
   expect_finding({"/job/scaling@residual_rms_mm", "1", "from the residuals",
-                  [](MotionModel& m) { m.job.scaling->residual_rms_mm = 1.0; }});
+                  [](store::MotionModel& m) { m.job.scaling->residual_rms_mm = 1.0; }});
   expect_finding({"/job/scaling@standard_error", "nan", "at least 0",
-                  [](MotionModel& m) { m.job.scaling->standard_error = nan; }});
-  test::expect_finding(stretched_model(), {"/job/scaling@standard_error", "0", "NaN with fewer than two",
-                                           [](MotionModel& m) { m.job.scaling->standard_error = 0.0; }});
-  test::expect_finding(stretched_model(), {"/job/scaling@residual_rms_mm", "0", "NaN without landmarks",
-                                           [](MotionModel& m) { m.job.scaling->residual_rms_mm = 0.0; }});
+                  [](store::MotionModel& m) { m.job.scaling->standard_error = nan; }});
+  test::expect_finding(stretched_model(),
+                       {"/job/scaling@standard_error", "0", "NaN with fewer than two",
+                        [](store::MotionModel& m) { m.job.scaling->standard_error = 0.0; }});
+  test::expect_finding(stretched_model(),
+                       {"/job/scaling@residual_rms_mm", "0", "NaN without landmarks",
+                        [](store::MotionModel& m) { m.job.scaling->residual_rms_mm = 0.0; }});
   test::expect_finding(stretched_model(), {"/job/scaling@factor", "unequal", "three equal",
-                                           [](MotionModel& m) { m.job.scaling->keeps_steps = true; }});
+                                           [](store::MotionModel& m) { m.job.scaling->keeps_steps = true; }});
 }
 
 }  // namespace vrda::scaling_test

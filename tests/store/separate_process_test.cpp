@@ -29,8 +29,8 @@ TEST(SeparateProcess, AnswersWithWhateverBytes)
   for (const std::size_t size : {0, 1, 5'000'000}) {
     std::string text(size, '\0');
     for (std::size_t i = 0; i < size; ++i) text[i] = static_cast<char>(i % 251);
-    const SeparateAnswer answer = answer_apart([&] { return text; }, "x");
-    EXPECT_TRUE(answer.is_whole);
+    const store::ProcessResult answer = store::run_separately([&] { return text; }, "x");
+    EXPECT_TRUE(answer.is_complete);
     EXPECT_EQ(answer.text, text);
   }
 }
@@ -38,7 +38,7 @@ TEST(SeparateProcess, AnswersWithWhateverBytes)
 TEST(SeparateProcess, LeavesThisOneAlone)
 {
   int changed = 0;
-  const SeparateAnswer answer = answer_apart(
+  const store::ProcessResult answer = store::run_separately(
       [&] {
         changed = 1;
         std::cout << "not to be seen" << std::flush;
@@ -55,7 +55,7 @@ TEST(SeparateProcess, GoesOnWhileThisOneDoes)
       mmap(nullptr, sizeof(std::atomic<char>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   ASSERT_NE(memory, MAP_FAILED);
   auto& byte = *new (memory) std::atomic<char>('\0');
-  SeparateWork work(
+  store::SeparateProcess work(
       [&] {
         while (byte == '\0') usleep(1000);
         return std::string(1, byte);
@@ -63,14 +63,14 @@ TEST(SeparateProcess, GoesOnWhileThisOneDoes)
       "x");
   // The child waits for this; if it had run synchronously, the test would block.
   byte = 'y';
-  EXPECT_EQ(work.answer().text, "y");
+  EXPECT_EQ(work.wait_for_result().text, "y");
   munmap(memory, sizeof(std::atomic<char>));
 }
 
 TEST(SeparateProcess, ThatNobodyWaitsForIsEnded)
 {
   {
-    const SeparateWork endless(
+    const store::SeparateProcess endless(
         []() -> std::string {
           for (;;) pause();
         },
@@ -93,8 +93,8 @@ TEST(SeparateProcess, ThatEndsBadlySaysHow)
                              "signal 11"},
                          Row{[]() -> std::string { std::abort(); }, "signal 6"},
                          Row{[]() -> std::string { _exit(3); }, "exit code 3"}}) {
-    const SeparateAnswer answer = answer_apart(row.work, "x");
-    EXPECT_FALSE(answer.is_whole);
+    const store::ProcessResult answer = store::run_separately(row.work, "x");
+    EXPECT_FALSE(answer.is_complete);
     EXPECT_EQ(answer.text, row.how);
   }
 }
@@ -103,7 +103,7 @@ TEST(SeparateProcess, HasNoneOfTheOpenFiles)
 {
   std::array<int, 2> ends{};
   ASSERT_EQ(pipe(ends.data()), 0);
-  const SeparateAnswer answer = answer_apart(
+  const store::ProcessResult answer = store::run_separately(
       [&] { return std::string(write(ends[1], "x", 1) < 0 && errno == EBADF ? "none" : "open"); }, "x");
   EXPECT_EQ(answer.text, "none");
   close(ends[0]);
@@ -128,11 +128,11 @@ TEST(Confinement, OpensNoFileAndNoSocketStartsNoProgramAndRunsNoNewCode)
     note("memory ", std::make_unique<char[]>(std::size_t{8} << 20) != nullptr);
     return done;
   };
-  const SeparateAnswer answer = answer_apart(
+  const store::ProcessResult answer = store::run_separately(
       [&] {
         const std::string before =
             "no_new_privs=" + std::to_string(prctl(PR_GET_NO_NEW_PRIVS, 0, 0, 0, 0)) + " " + tried();
-        const std::string why = confine_this_process();
+        const std::string why = store::confine_this_process();
         return before + "then " + why + tried();
       },
       "x");
@@ -142,31 +142,32 @@ TEST(Confinement, OpensNoFileAndNoSocketStartsNoProgramAndRunsNoNewCode)
 
 TEST(SeparateProcess, HasLimits)
 {
-  ProcessLimits limits;
+  store::ProcessLimits limits;
   limits.processor_s = 1;
-  limits.answer_bytes = 1000;
+  limits.result_bytes = 1000;
   volatile bool goes_on = true;
-  const SeparateAnswer endless = answer_apart(
+  const store::ProcessResult endless = store::run_separately(
       [&] {
         while (goes_on) {
         }
         return std::string();
       },
       "x", limits);
-  EXPECT_FALSE(endless.is_whole);
+  EXPECT_FALSE(endless.is_complete);
   EXPECT_TRUE(endless.text == "signal 9" || endless.text == "more than 1 s of processor time")
       << endless.text;
-  const SeparateAnswer long_answer = answer_apart([] { return std::string(2000, 'x'); }, "x", limits);
-  EXPECT_FALSE(long_answer.is_whole);
+  const store::ProcessResult long_answer =
+      store::run_separately([] { return std::string(2000, 'x'); }, "x", limits);
+  EXPECT_FALSE(long_answer.is_complete);
   EXPECT_THAT(long_answer.text, HasSubstr("more than 1000 bytes"));
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 TEST(SeparateProcess, HasNoMoreMemoryThanAllowed)
 {
-  ProcessLimits limits;
+  store::ProcessLimits limits;
   limits.memory_bytes = std::uint64_t{64} << 20;
-  const SeparateAnswer answer = answer_apart(
+  const store::ProcessResult answer = store::run_separately(
       [] {
         try {
           const std::vector<char> large(std::size_t{128} << 20, 1);

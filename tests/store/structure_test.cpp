@@ -26,12 +26,12 @@ using test::replace;
 using test::set_text;
 using ::testing::HasSubstr;
 
-std::vector<Finding> findings_after(const std::function<void(hid_t)>& action)
+std::vector<store::Finding> findings_after(const std::function<void(hid_t)>& action)
 {
   return test::findings_after(test::sample_model(), action);
 }
 
-std::vector<Finding> findings_after_whole(const std::function<void(hid_t)>& action)
+std::vector<store::Finding> findings_after_whole(const std::function<void(hid_t)>& action)
 {
   return test::findings_after(test::whole_model(), action);
 }
@@ -55,22 +55,22 @@ TEST(Structure, AnUnchangedFileReopenedForWritingStaysValid)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
-  write_motion_model(path, test::sample_model());
+  store::write_motion_model(path, test::sample_model());
   change(path, [](hid_t file) { set_text(file, "/", "title", "renamed"); });
-  EXPECT_TRUE(validate_hdf5(path).empty());
-  EXPECT_EQ(read_motion_model(path).title, "renamed");
+  EXPECT_TRUE(store::validate_hdf5(path).empty());
+  EXPECT_EQ(store::read_motion_model(path).title, "renamed");
 }
 
 TEST(Structure, UnknownObjectsOfALaterMinorVersionAreIgnored)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
-  write_motion_model(path, test::sample_model());
+  store::write_motion_model(path, test::sample_model());
   change(path, [](hid_t file) {
     make_group(file, "/later");
     set_text(file, "/", "format_version", "1.7");
   });
-  EXPECT_TRUE(validate_hdf5(path).empty());
+  EXPECT_TRUE(store::validate_hdf5(path).empty());
 }
 
 TEST(Structure, FormatAndVersion)
@@ -198,7 +198,7 @@ TEST(Structure, StorageOutOfTheOrdinaryIsRefused)
 TEST(Structure, AbsurdSizesAreRefusedBeforeAnythingIsAllocated)
 {
   // 24 GB of vertices, none of them stored in the file.
-  const std::vector<Finding> findings = findings_after([](hid_t file) {
+  const std::vector<store::Finding> findings = findings_after([](hid_t file) {
     constexpr hsize_t n = 1000000000;
     replace(file, {"/bodies/reference/vertex", {n}, H5T_IEEE_F32BE});
     const hid_t scale = H5Dopen2(file, "/bodies/reference/vertex", H5P_DEFAULT);
@@ -221,13 +221,13 @@ TEST(Structure, WhatIsDerivedMayBeAbsent)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
-  write_motion_model(path, test::whole_model());
+  store::write_motion_model(path, test::whole_model());
   change(path, [](hid_t file) {
     for (const char* object : {"/zero_varus", "/audit/raw", "/job/scaling", "/ligaments"})
       remove(file, object);
   });
-  EXPECT_TRUE(validate_hdf5(path).empty());
-  const MotionModel read = read_motion_model(path);
+  EXPECT_TRUE(store::validate_hdf5(path).empty());
+  const store::MotionModel read = store::read_motion_model(path);
   EXPECT_FALSE(read.zero_varus || read.job.scaling || read.ligaments);
   EXPECT_EQ(read.audits.size(), 3u);
 }
@@ -276,13 +276,13 @@ TEST(Structure, AbsurdSizesOfMechanicsAreRefused)
   const hid_t text = H5Tcopy(H5T_C_S1);
   H5Tset_size(text, H5T_VARIABLE);
   H5Tset_cset(text, H5T_CSET_UTF8);
-  const std::vector<Finding> names = findings_after_whole([&](hid_t file) {
+  const std::vector<store::Finding> names = findings_after_whole([&](hid_t file) {
     promise(file, "/ligaments/fibre", n);
     replace(file, {"/ligaments/name", {n}, text});
   });
   H5Tclose(text);
   expect_first(names, "/ligaments/name", "too large for the 0 bytes stored", "can be read");
-  const std::vector<Finding> forces = findings_after_whole([&](hid_t file) {
+  const std::vector<store::Finding> forces = findings_after_whole([&](hid_t file) {
     promise(file, "/equilibrium/forces/force", n);
     replace(file, {"/equilibrium/forces/point", {n, 3}});
   });
@@ -300,13 +300,13 @@ TEST(Structure, AnAuditHasTheNameOfAMotion)
   // A later minor version may have more of them.
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
-  const MotionModel model = test::whole_model();
-  write_motion_model(path, model);
+  const store::MotionModel model = test::whole_model();
+  store::write_motion_model(path, model);
   change(path, [](hid_t file) {
     make_group(file, "/audit/living");
     set_text(file, "/", "format_version", "1.999");
   });
-  EXPECT_EQ(read_motion_model(path).audits.size(), model.audits.size());
+  EXPECT_EQ(store::read_motion_model(path).audits.size(), model.audits.size());
 }
 
 TEST(Structure, TheLargestValuesAreThoseOfTheAudit)
@@ -322,7 +322,7 @@ TEST(Structure, TheLargestValuesAreThoseOfTheAudit)
 
 TEST(Structure, NestingWithoutEndIsRefused)
 {
-  const std::vector<Finding> findings = findings_after([](hid_t file) {
+  const std::vector<store::Finding> findings = findings_after([](hid_t file) {
     make_group(file, "/loop");
     H5Lcreate_hard(file, "/loop", file, "/loop/loop", H5P_DEFAULT, H5P_DEFAULT);
   });
@@ -335,7 +335,7 @@ void expect_refused(const test::Scratch& scratch, const std::string& bytes)
 {
   const std::string file = scratch.write("damaged.h5", bytes);
   try {
-    validate_hdf5(file);
+    store::validate_hdf5(file);
     ADD_FAILURE() << "no InputError";
   } catch (const InputError& error) {
     EXPECT_EQ(error.facts().file, file);
@@ -347,7 +347,7 @@ TEST(DamagedFile, IsRefusedWhereverTheDamageIs)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
-  write_motion_model(path, test::sample_model());
+  store::write_motion_model(path, test::sample_model());
   const std::string whole = test::read_bytes(path);
   // A prime step, so that the flips hit every position within aligned structures.
   for (std::size_t at = 0; at < whole.size(); at += 199) {
@@ -375,19 +375,19 @@ TEST(DamagedFile, WithoutItsSealAWholeFileIsReadWhenAskedFor)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
-  write_motion_model(path, test::sample_model());
+  store::write_motion_model(path, test::sample_model());
   std::filesystem::resize_file(path, std::filesystem::file_size(path) - 16);
-  EXPECT_THAT(test::input_error([&] { validate_hdf5(path); }).wanted, HasSubstr("--unsealed"));
-  accept_unsealed_files();
-  EXPECT_TRUE(validate_hdf5(path).empty());
-  accept_unsealed_files(false);
+  EXPECT_THAT(test::input_error([&] { store::validate_hdf5(path); }).wanted, HasSubstr("--unsealed"));
+  store::accept_unsealed_files();
+  EXPECT_TRUE(store::validate_hdf5(path).empty());
+  store::accept_unsealed_files(false);
 }
 
 TEST(DamagedFile, ACorruptChunkUnderARightSealIsAFinding)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
-  write_motion_model(path, test::sample_model({91, 21, true, true, true}));
+  store::write_motion_model(path, test::sample_model({91, 21, true, true, true}));
   std::string bytes = test::read_bytes(path);
   bytes.resize(bytes.size() - 16);
   const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
@@ -401,8 +401,8 @@ TEST(DamagedFile, ACorruptChunkUnderARightSealIsAFinding)
   H5Dclose(dataset);
   H5Fclose(file);
   bytes[address + size / 2] = static_cast<char>(bytes[address + size / 2] ^ 1);
-  const std::string damaged = scratch.write("damaged.h5", bytes + seal_of(bytes));
-  const std::vector<Finding> findings = validate_hdf5(damaged);
+  const std::string damaged = scratch.write("damaged.h5", bytes + store::seal_of(bytes));
+  const std::vector<store::Finding> findings = store::validate_hdf5(damaged);
   expect_first(findings, "/X_reference_moving", "HDF5 error", "intact");
 }
 

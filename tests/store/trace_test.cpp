@@ -32,12 +32,12 @@ using testing::HasSubstr;
 // The sample: 4 x 3 cells, one of them not solved, and a probe.
 constexpr std::size_t n_searches = 13, n_moves = 11 * test::n_moves_of_a_cell;
 
-Trace sample_trace()
+store::Trace sample_trace()
 {
   return test::trace_beside(test::sample_model());
 }
 
-void expect_equal(const Trace& a, const Trace& b)
+void expect_equal(const store::Trace& a, const store::Trace& b)
 {
   EXPECT_EQ(a.title, b.title);
   EXPECT_EQ(a.side, b.side);
@@ -77,13 +77,13 @@ TEST(TraceFile, GivesBackWhatWasWritten)
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.trace.h5";
   // Several compressed chunks, the smallest size, and no moves.
-  MotionModel nothing = test::sample_model({1, 1, false, false, false});
+  store::MotionModel nothing = test::sample_model({1, 1, false, false, false});
   nothing.status(0, 0) = static_cast<std::int8_t>(StepStatus::no_contact);
-  for (const Trace& trace : {test::trace_beside(test::sample_model({91, 21, true, true, true})),
-                             sample_trace(), test::trace_beside(nothing)}) {
-    write_trace(path, trace);
-    EXPECT_TRUE(validate_hdf5(path).empty());
-    expect_equal(read_trace(path), trace);
+  for (const store::Trace& trace : {test::trace_beside(test::sample_model({91, 21, true, true, true})),
+                                    sample_trace(), test::trace_beside(nothing)}) {
+    store::write_trace(path, trace);
+    EXPECT_TRUE(store::validate_hdf5(path).empty());
+    expect_equal(store::read_trace(path), trace);
   }
 }
 
@@ -91,44 +91,44 @@ TEST(TraceFile, EqualTracesGiveEqualBytes)
 {
   const test::Scratch scratch;
   const std::string a = scratch.path() / "a.h5", b = scratch.path() / "longer-name.h5";
-  write_trace(a, sample_trace());
+  store::write_trace(a, sample_trace());
   sleep(1);  // a stored time would differ
-  write_trace(b, sample_trace());
+  store::write_trace(b, sample_trace());
   EXPECT_EQ(test::read_bytes(a), test::read_bytes(b));
 }
 
 TEST(TraceFile, IsNamedAfterItsModel)
 {
-  EXPECT_EQ(trace_name("results/knee.h5"), "results/knee.trace.h5");
-  EXPECT_EQ(trace_name("knee"), "knee.trace.h5");
-  EXPECT_EQ(trace_name(".h5"), ".h5.trace.h5");
+  EXPECT_EQ(store::trace_name("results/knee.h5"), "results/knee.trace.h5");
+  EXPECT_EQ(store::trace_name("knee"), "knee.trace.h5");
+  EXPECT_EQ(store::trace_name(".h5"), ".h5.trace.h5");
 }
 
 TEST(TraceFile, IsNoMotionModelNorTheOtherWayRound)
 {
   const test::Scratch scratch;
   const std::string trace = scratch.path() / "knee.trace.h5", model = scratch.path() / "knee.h5";
-  write_trace(trace, sample_trace());
-  write_motion_model(model, test::sample_model());
-  EXPECT_EQ(input_error([&] { read_trace(model); }).field, "/@format");
-  EXPECT_EQ(input_error([&] { read_motion_model(trace); }).field, "/@format");
+  store::write_trace(trace, sample_trace());
+  store::write_motion_model(model, test::sample_model());
+  EXPECT_EQ(input_error([&] { store::read_trace(model); }).field, "/@format");
+  EXPECT_EQ(input_error([&] { store::read_motion_model(trace); }).field, "/@format");
 }
 
 TEST(TraceFile, DamagedFilesAreRefusedByName)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.trace.h5";
-  write_trace(path, sample_trace());
+  store::write_trace(path, sample_trace());
   const std::string whole = test::read_bytes(path);
   for (std::size_t at = 0; at < whole.size(); at += 997) {
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ 0x20);
     const std::string file = scratch.write("damaged.h5", damaged);
-    EXPECT_EQ(input_error([&] { read_trace(file); }).file, file) << at;
+    EXPECT_EQ(input_error([&] { store::read_trace(file); }).file, file) << at;
   }
   for (const std::string& bytes : {std::string(), std::string("text\n"), whole.substr(0, whole.size() / 2)}) {
     const std::string file = scratch.write("cut.h5", bytes);
-    EXPECT_EQ(input_error([&] { read_trace(file); }).file, file);
+    EXPECT_EQ(input_error([&] { store::read_trace(file); }).file, file);
   }
 }
 
@@ -137,7 +137,7 @@ TEST(TraceFile, AMissingDatasetOrOneOfAnotherTypeIsNamed)
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.trace.h5";
   for (const bool replaced : {false, true}) {
-    write_trace(path, sample_trace());
+    store::write_trace(path, sample_trace());
     test::change(path, [&](hid_t file) {
       if (replaced) {
         test::replace(file, {"/moves/theta", {n_moves}});
@@ -145,7 +145,7 @@ TEST(TraceFile, AMissingDatasetOrOneOfAnotherTypeIsNamed)
         test::remove(file, "/moves/theta");
       }
     });
-    const InputError::Facts facts = input_error([&] { read_trace(path); });
+    const InputError::Facts facts = input_error([&] { store::read_trace(path); });
     EXPECT_EQ(facts.field, "/moves/theta");
     EXPECT_EQ(facts.found, replaced ? "float64" : "nothing");
   }
@@ -155,7 +155,7 @@ struct Row {
   const char* where;
   const char* found;
   const char* wanted;
-  std::function<void(Trace&)> damage;
+  std::function<void(store::Trace&)> damage;
 };
 
 TEST(TraceFile, ValuesThatBreakARuleAreNamed)
@@ -164,75 +164,82 @@ TEST(TraceFile, ValuesThatBreakARuleAreNamed)
   const std::string path = scratch.path() / "knee.trace.h5";
   constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
   for (const Row& row : {
-           Row{"/@side", "\"\"", "right", [](Trace& t) { t.side = ""; }},
-           Row{"/@approach_step_mm", "-1", "positive", [](Trace& t) { t.approach_step_mm = -1; }},
+           Row{"/@side", "\"\"", "right", [](store::Trace& t) { t.side = ""; }},
+           Row{"/@approach_step_mm", "-1", "positive", [](store::Trace& t) { t.approach_step_mm = -1; }},
            Row{"/searches/varus", "inf at entry 3", "finite",
-               [](Trace& t) { t.searches.varus_deg[3] = std::numeric_limits<double>::infinity(); }},
+               [](store::Trace& t) { t.searches.varus_deg[3] = std::numeric_limits<double>::infinity(); }},
            Row{"/searches/node", "3 at entry 1", "spine_probe spine row",
-               [](Trace& t) { t.searches.node[1] = 3; }},
-           Row{"/searches/status", "9 at entry 2", "stable", [](Trace& t) { t.searches.status[2] = 9; }},
+               [](store::Trace& t) { t.searches.node[1] = 3; }},
+           Row{"/searches/status", "9 at entry 2", "stable",
+               [](store::Trace& t) { t.searches.status[2] = 9; }},
            Row{"/searches/seed_theta", "nan", "finite",
-               [](Trace& t) { t.searches.seed_theta_deg[0] = not_a_number; }},
+               [](store::Trace& t) { t.searches.seed_theta_deg[0] = not_a_number; }},
            Row{"/searches/move_start", "-1 at entry 1", "non-decreasing",
-               [](Trace& t) { t.searches.move_start[1] = -1; }},
+               [](store::Trace& t) { t.searches.move_start[1] = -1; }},
            Row{"/searches/move_start", "87 at entry 13", "number of entries",
-               [](Trace& t) {
+               [](store::Trace& t) {
                  t.searches.move_start.back() = 87;
                  t.searches.move_start[12] = 88;
                }},
-           Row{"/moves/iteration", "-1 at entry 0", "from 0", [](Trace& t) { t.moves.iteration[0] = -1; }},
+           Row{"/moves/iteration", "-1 at entry 0", "from 0",
+               [](store::Trace& t) { t.moves.iteration[0] = -1; }},
            Row{"/moves/iteration", "1 at entry 6", "non-decreasing",
-               [](Trace& t) { t.moves.iteration[6] = 1; }},
+               [](store::Trace& t) { t.moves.iteration[6] = 1; }},
            Row{"/moves/kind", "5 at entry 0", "retreat approach bisect rotate translate",
-               [](Trace& t) { t.moves.kind[0] = 5; }},
+               [](store::Trace& t) { t.moves.kind[0] = 5; }},
            Row{"/moves/translation", "nan", "finite",
-               [](Trace& t) { t.moves.translation_mm(2, 1) = not_a_number; }},
-           Row{"/moves/collides", "1 at entry 0", "bisection", [](Trace& t) { t.moves.collides[0] = 1; }},
-           Row{"/moves/in_contact", "1 at entry 6", "approach", [](Trace& t) { t.moves.in_contact[6] = 1; }},
-           Row{"/moves/is_cycle", "1 at entry 0", "in contact", [](Trace& t) { t.moves.is_cycle[0] = 1; }},
+               [](store::Trace& t) { t.moves.translation_mm(2, 1) = not_a_number; }},
+           Row{"/moves/collides", "1 at entry 0", "bisection",
+               [](store::Trace& t) { t.moves.collides[0] = 1; }},
+           Row{"/moves/in_contact", "1 at entry 6", "approach",
+               [](store::Trace& t) { t.moves.in_contact[6] = 1; }},
+           Row{"/moves/is_cycle", "1 at entry 0", "in contact",
+               [](store::Trace& t) { t.moves.is_cycle[0] = 1; }},
            Row{"/moves/contact_start", "not in contact", "in contact",
-               [](Trace& t) { t.moves.in_contact[1] = 0; }},
-           Row{"/moves/contact_start", "from 0", "", [](Trace& t) { t.moves.contact_start[0] = 1; }},
-           Row{"/contacts/normal", "length 2", "unit", [](Trace& t) { t.contacts.normal(1, 1) = 2; }},
+               [](store::Trace& t) { t.moves.in_contact[1] = 0; }},
+           Row{"/moves/contact_start", "from 0", "", [](store::Trace& t) { t.moves.contact_start[0] = 1; }},
+           Row{"/contacts/normal", "length 2", "unit", [](store::Trace& t) { t.contacts.normal(1, 1) = 2; }},
            Row{"/contacts/triangle_moving", "-1", "from 0",
-               [](Trace& t) { t.contacts.triangle_moving[0] = -1; }},
+               [](store::Trace& t) { t.contacts.triangle_moving[0] = -1; }},
            Row{"/contacts/compartment", "3", "none medial lateral",
-               [](Trace& t) { t.contacts.compartment[0] = 3; }},
+               [](store::Trace& t) { t.contacts.compartment[0] = 3; }},
        }) {
     SCOPED_TRACE(testing::Message() << row.where << " " << row.found);
-    Trace trace = sample_trace();
+    store::Trace trace = sample_trace();
     row.damage(trace);
-    write_trace(path, trace);
-    const std::vector<Finding> findings = validate_hdf5(path);
+    store::write_trace(path, trace);
+    const std::vector<store::Finding> findings = store::validate_hdf5(path);
     ASSERT_EQ(findings.size(), 1u);
     EXPECT_EQ(findings[0].where, row.where);
     EXPECT_THAT(findings[0].found + ", wanted " + findings[0].wanted, HasSubstr(row.found));
     EXPECT_THAT(findings[0].wanted, HasSubstr(row.wanted));
-    EXPECT_EQ(input_error([&] { read_trace(path); }).field, row.where);
+    EXPECT_EQ(input_error([&] { store::read_trace(path); }).field, row.where);
   }
 }
 
 TEST(TraceFile, MustStandBesideItsOwnModel)
 {
-  const MotionModel model = test::sample_model();
-  EXPECT_NO_THROW(require_beside(sample_trace(), "a.trace.h5", model, "a.h5"));
+  const store::MotionModel model = test::sample_model();
+  EXPECT_NO_THROW(store::require_trace_matches_model(sample_trace(), "a.trace.h5", model, "a.h5"));
   for (const Row& row : {
-           Row{"/job", "another job (", "a.h5", [](Trace& t) { t.job.resolved += "x"; }},
-           Row{"/job", "cccc", "a.h5", [](Trace& t) { t.job.inputs[1].sha256[0] = 'f'; }},
-           Row{"/job", "another job", "", [](Trace& t) { t.side = "left"; }},
-           Row{"/searches/flexion", "at entry 5", "", [](Trace& t) { t.searches.flexion_deg[5] = 0.5; }},
-           Row{"/searches/status", "3 at entry 0", "0", [](Trace& t) { t.searches.status[0] = 3; }},
+           Row{"/job", "another job (", "a.h5", [](store::Trace& t) { t.job.resolved += "x"; }},
+           Row{"/job", "cccc", "a.h5", [](store::Trace& t) { t.job.inputs[1].sha256[0] = 'f'; }},
+           Row{"/job", "another job", "", [](store::Trace& t) { t.side = "left"; }},
+           Row{"/searches/flexion", "at entry 5", "",
+               [](store::Trace& t) { t.searches.flexion_deg[5] = 0.5; }},
+           Row{"/searches/status", "3 at entry 0", "0", [](store::Trace& t) { t.searches.status[0] = 3; }},
            Row{"/searches/node", "a cell without a search", "",
-               [](Trace& t) { t.searches.node[4] = static_cast<std::int8_t>(StepKind::spine_probe); }},
+               [](store::Trace& t) { t.searches.node[4] = static_cast<std::int8_t>(StepKind::spine_probe); }},
            Row{"/moves/translation", "final pose at entry 0", "",
-               [](Trace& t) { t.moves.translation_mm(7, 1) += 1e-3F; }},
+               [](store::Trace& t) { t.moves.translation_mm(7, 1) += 1e-3F; }},
            Row{"/contacts/triangle_moving", "100000", "",
-               [](Trace& t) { t.contacts.triangle_moving[0] = 100000; }},
+               [](store::Trace& t) { t.contacts.triangle_moving[0] = 100000; }},
        }) {
     SCOPED_TRACE(testing::Message() << row.where << " " << row.found);
-    Trace trace = sample_trace();
+    store::Trace trace = sample_trace();
     row.damage(trace);
-    const InputError::Facts facts = input_error([&] { require_beside(trace, "a.trace.h5", model, "a.h5"); });
+    const InputError::Facts facts =
+        input_error([&] { store::require_trace_matches_model(trace, "a.trace.h5", model, "a.h5"); });
     EXPECT_EQ(facts.file, "a.trace.h5");
     EXPECT_EQ(facts.field, row.where);
     EXPECT_THAT(facts.found, HasSubstr(row.found));
@@ -243,20 +250,21 @@ TEST(TraceFile, MustStandBesideItsOwnModel)
 
 TEST(Trace, MovesInContactAreSomeOfTheMovesInTheirOrder)
 {
-  const Trace trace = sample_trace();
-  const MoveRange range = moves_of(trace, 1);
+  const store::Trace trace = sample_trace();
+  const store::MoveRange range = store::moves_of(trace, 1);
   EXPECT_EQ(range.end - range.first, static_cast<std::size_t>(test::n_moves_of_a_cell));
-  EXPECT_THAT(moves_in_contact(trace, 1), ElementsAre(range.first + 1, range.first + 5, range.first + 7));
+  EXPECT_THAT(store::moves_in_contact(trace, 1),
+              ElementsAre(range.first + 1, range.first + 5, range.first + 7));
 }
 
 TEST(Trace, SearchesAreFoundByTheAttitudesOfTheGrid)
 {
-  const Trace trace = sample_trace();
-  EXPECT_EQ(searches_at(trace, "t", {}).size(), n_searches);
-  EXPECT_THAT(searches_at(trace, "t", {0.0, {}}), ElementsAre(0, 1, 2, 3));
-  EXPECT_THAT(searches_at(trace, "t", {0.0, 1.0}), ElementsAre(2, 3));  // a probe and the row's
-  EXPECT_THAT(searches_at(trace, "t", {{}, 1e-9}), ElementsAre(1, 5, 8, 11));
-  const InputError::Facts facts = input_error([&] { searches_at(trace, "t", {2.4, 7.0}); });
+  const store::Trace trace = sample_trace();
+  EXPECT_EQ(store::searches_at(trace, "t", {}).size(), n_searches);
+  EXPECT_THAT(store::searches_at(trace, "t", {0.0, {}}), ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(store::searches_at(trace, "t", {0.0, 1.0}), ElementsAre(2, 3));  // a probe and the row's
+  EXPECT_THAT(store::searches_at(trace, "t", {{}, 1e-9}), ElementsAre(1, 5, 8, 11));
+  const InputError::Facts facts = input_error([&] { store::searches_at(trace, "t", {2.4, 7.0}); });
   EXPECT_EQ(facts.file, "t");
   EXPECT_THAT(facts.found, HasSubstr("flexion 2.4, varus 7"));
   EXPECT_THAT(facts.wanted, HasSubstr("flexion 2, varus 1"));

@@ -28,7 +28,7 @@ int main(int argc, char** argv)
       return 0;
     }
     if (which == "index") {
-      vrda::write_index_file(argv[1], vrda::test::sample_index());
+      vrda::store::write_index_file(argv[1], vrda::test::sample_index());
       return 0;
     }
     vrda::test::SampleOptions options;
@@ -37,13 +37,13 @@ int main(int argc, char** argv)
     options.n_fibres = options.is_equilibrium ? 5 : 0;
     if (which == "plain") options.has_compartments = options.has_visual = false;
     if (which == "free") options.n_varus = 1, options.has_failed_cell = false;
-    vrda::MotionModel model = vrda::test::sample_model(options);
+    vrda::store::MotionModel model = vrda::test::sample_model(options);
     if (which == "rich" || which == "free") model = vrda::test::with_derived(model);
-    if (which == "pending") model = vrda::with_pending_cells(model);
+    if (which == "pending") model = vrda::store::with_pending_cells(model);
     if (which == "trace") {
-      vrda::write_trace(argv[1], vrda::test::trace_beside(model));
+      vrda::store::write_trace(argv[1], vrda::test::trace_beside(model));
     } else {
-      vrda::write_motion_model(argv[1], model);
+      vrda::store::write_motion_model(argv[1], model);
     }
     return 0;
   } catch (const std::exception& error) {

@@ -34,7 +34,7 @@ Eigen::RowVector3f single(const Place& a, const Place& b)
   return {static_cast<float>(a[0] + b[0]), static_cast<float>(a[1] + b[1]), static_cast<float>(a[2] + b[2])};
 }
 
-void add_contact(TraceContacts& contacts, int n)
+void add_contact(store::TraceContacts& contacts, int n)
 {
   const Eigen::Index row = contacts.point_mm.rows();
   contacts.point_mm.conservativeResize(row + 1, 3);
@@ -47,9 +47,9 @@ void add_contact(TraceContacts& contacts, int n)
   contacts.compartment.push_back(static_cast<std::int8_t>(n % 3));
 }
 
-void add_move(Trace& trace, const MoveTemplate& step, const Place& end)
+void add_move(store::Trace& trace, const MoveTemplate& step, const Place& end)
 {
-  TraceMoves& moves = trace.moves;
+  store::TraceMoves& moves = trace.moves;
   const Eigen::Index row = moves.translation_mm.rows();
   moves.translation_mm.conservativeResize(row + 1, 3);
   moves.translation_mm.row(row) = single(end, step.from_end);
@@ -71,9 +71,9 @@ struct Cell {
   StepStatus status;
 };
 
-void add_search(Trace& trace, const Cell& cell, const Place& end)
+void add_search(store::Trace& trace, const Cell& cell, const Place& end)
 {
-  TraceSearches& searches = trace.searches;
+  store::TraceSearches& searches = trace.searches;
   const Eigen::Index row = searches.seed_translation_mm.rows();
   searches.seed_translation_mm.conservativeResize(row + 1, 3);
   searches.seed_translation_mm.row(row) = single(end, {0.5, -3, 0, 0.5});
@@ -90,9 +90,9 @@ void add_search(Trace& trace, const Cell& cell, const Place& end)
 
 }  // namespace
 
-Trace trace_beside(const MotionModel& model)
+store::Trace trace_beside(const store::MotionModel& model)
 {
-  Trace trace;
+  store::Trace trace;
   trace.title = model.title;
   trace.side = model.side;
   trace.job_key = std::string(64, 'c');

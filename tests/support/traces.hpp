@@ -13,6 +13,6 @@ inline constexpr int n_touches_of_a_cell = 3;
 
 /// One search per cell, without moves if the cell is not solved, and one unused probe, also without moves,
 /// at the first flexion and the last varus.
-Trace trace_beside(const MotionModel& model);
+store::Trace trace_beside(const store::MotionModel& model);
 
 }  // namespace vrda::test

@@ -22,8 +22,9 @@ StepRecord end_at(double theta_deg, double energy_nmm, StepStatus status = StepS
 
 TEST(FreeSpine, TheLowestEnergyIsChosenAndOtherEquilibriaAreCounted)
 {
-  const FreeSpineStep step = lowest_of({end_at(3.0, -5.0), end_at(3.05, -5.0), end_at(-4.0, -7.5),
-                                        end_at(9.0, -99.0, StepStatus::unbounded), end_at(6.0, -5.5)});
+  const sweep::FreeSpineStep step =
+      sweep::select_lowest({end_at(3.0, -5.0), end_at(3.05, -5.0), end_at(-4.0, -7.5),
+                            end_at(9.0, -99.0, StepStatus::unbounded), end_at(6.0, -5.5)});
   EXPECT_EQ(step.chosen.pose.theta_rad, rad_from_deg(-4.0));
   EXPECT_EQ(step.n_optima, 3);
   EXPECT_DOUBLE_EQ(step.theta_spread_rad, rad_from_deg(6.0) - rad_from_deg(-4.0));
@@ -32,28 +33,28 @@ TEST(FreeSpine, TheLowestEnergyIsChosenAndOtherEquilibriaAreCounted)
 
 TEST(FreeSpine, OfEqualEnergiesTheEarlierStartCounts)
 {
-  EXPECT_EQ(lowest_of({end_at(1.0, -5.0), end_at(2.0, -5.0 - 1e-7)}).chosen.pose.theta_rad,
+  EXPECT_EQ(sweep::select_lowest({end_at(1.0, -5.0), end_at(2.0, -5.0 - 1e-7)}).chosen.pose.theta_rad,
             rad_from_deg(1.0));
-  EXPECT_EQ(lowest_of({end_at(1.0, -5.0), end_at(2.0, -5.0 - 1e-5)}).chosen.pose.theta_rad,
+  EXPECT_EQ(sweep::select_lowest({end_at(1.0, -5.0), end_at(2.0, -5.0 - 1e-5)}).chosen.pose.theta_rad,
             rad_from_deg(2.0));
 }
 
 TEST(FreeSpine, WithoutAnEquilibriumTheFirstResultIsChosen)
 {
-  const FreeSpineStep step =
-      lowest_of({end_at(1, 0, StepStatus::unbounded), end_at(2, 0, StepStatus::no_contact)});
+  const sweep::FreeSpineStep step =
+      sweep::select_lowest({end_at(1, 0, StepStatus::unbounded), end_at(2, 0, StepStatus::no_contact)});
   EXPECT_EQ(step.chosen.status, StepStatus::unbounded);
   EXPECT_EQ(step.n_optima, 0);
   EXPECT_EQ(step.theta_spread_rad, 0.0);
 }
 
-SweepPlan plan_of(int n_flexion, int n_varus)
+sweep::SweepPlan plan_of(int n_flexion, int n_varus)
 {
-  SweepPlan plan;
+  sweep::SweepPlan plan;
   for (int i = 0; i < n_flexion; ++i) plan.flexion_rad.push_back(rad_from_deg(5.0 * i));
   for (int j = 0; j < n_varus; ++j) plan.varus_rad.push_back(rad_from_deg(2.0 * (j - n_varus / 2)));
   plan.initial = {{0, -20, 0}, 0};
-  plan.spine = SpineRule::free_varus;
+  plan.spine = sweep::SpineRule::free_varus;
   plan.n_restarts = 3;
   plan.has_band = true;
   return plan;
@@ -61,7 +62,7 @@ SweepPlan plan_of(int n_flexion, int n_varus)
 
 // Two potential wells in theta at +-5 degrees, the right one deeper from 22 degrees of flexion; every start
 // ends in the well of its own side. Varus is a tenth of flexion; theta depends on the seed's height.
-StepRecord in_wells(const StepTask& task)
+StepRecord in_wells(const sweep::StepTask& task)
 {
   StepRecord record;
   record.status = StepStatus::stable;
@@ -77,13 +78,13 @@ StepRecord in_wells(const StepTask& task)
 
 TEST(FreeSpine, EachFlexionKeepsTheLowestOfBothChainsAndTheRestarts)
 {
-  const SweepPlan plan = plan_of(10, 5);
-  const SweepResult result = sweep(plan, in_wells, {}, 2);
+  const sweep::SweepPlan plan = plan_of(10, 5);
+  const sweep::SweepResult result = sweep::sweep(plan, in_wells, {}, 2);
   ASSERT_TRUE(result.is_complete);
   ASSERT_EQ(result.free_spine.size(), plan.flexion_rad.size());
   for (std::size_t i = 0; i < plan.flexion_rad.size(); ++i) {
     SCOPED_TRACE(i);
-    const FreeSpineStep& step = result.free_spine[i];
+    const sweep::FreeSpineStep& step = result.free_spine[i];
     const double well_deg = plan.flexion_rad[i] < rad_from_deg(22.0) ? -5.0 : 5.0;
     EXPECT_DOUBLE_EQ(step.chosen.pose.theta_rad, rad_from_deg(well_deg));
     EXPECT_DOUBLE_EQ(step.chosen.varus_rad, 0.1 * plan.flexion_rad[i]);
@@ -104,10 +105,10 @@ TEST(FreeSpine, EachFlexionKeepsTheLowestOfBothChainsAndTheRestarts)
 
 TEST(FreeSpine, ALowerEquilibriumIsPropagatedToNeighbouringFlexions)
 {
-  const SweepPlan plan = plan_of(8, 3);
+  const sweep::SweepPlan plan = plan_of(8, 3);
   // The right well is lower everywhere, but only the restarts at 15 degrees reach it directly.
-  const SolveStep hidden = [&](const StepTask& task) {
-    StepTask seen = task;
+  const sweep::SolveStep hidden = [&](const sweep::StepTask& task) {
+    sweep::StepTask seen = task;
     const bool is_restart = task.key.kind == StepKind::free_spine && task.key.varus >= 2 &&
                             task.key.varus < 2 + plan.n_restarts && task.key.flexion != 3;
     if (is_restart) seen.seed.theta_rad = -1.0;
@@ -116,8 +117,8 @@ TEST(FreeSpine, ALowerEquilibriumIsPropagatedToNeighbouringFlexions)
     return record;
   };
   for (const int n_threads : {1, 3}) {
-    const SweepResult result = sweep(plan, hidden, {}, n_threads);
-    for (const FreeSpineStep& step : result.free_spine) {
+    const sweep::SweepResult result = sweep::sweep(plan, hidden, {}, n_threads);
+    for (const sweep::FreeSpineStep& step : result.free_spine) {
       EXPECT_DOUBLE_EQ(step.chosen.pose.theta_rad, rad_from_deg(5.0));
       EXPECT_EQ(step.n_optima, 2);
     }
@@ -126,10 +127,10 @@ TEST(FreeSpine, ALowerEquilibriumIsPropagatedToNeighbouringFlexions)
 
 TEST(FreeSpine, WithVarusFreeTheOneColumnHoldsTheSpine)
 {
-  SweepPlan plan = plan_of(6, 1);
+  sweep::SweepPlan plan = plan_of(6, 1);
   plan.varus_rad = {0.0};
   plan.is_varus_free = true;
-  const SweepResult result = sweep(plan, in_wells, {}, 1);
+  const sweep::SweepResult result = sweep::sweep(plan, in_wells, {}, 1);
   for (std::size_t i = 0; i < plan.flexion_rad.size(); ++i) {
     EXPECT_EQ(result.cells[i].pose.theta_rad, result.free_spine[i].chosen.pose.theta_rad);
     EXPECT_EQ(result.cells[i].varus_rad, result.free_spine[i].chosen.varus_rad);
@@ -139,29 +140,29 @@ TEST(FreeSpine, WithVarusFreeTheOneColumnHoldsTheSpine)
 
 TEST(FreeSpine, AnyNumberOfWorkersAndAnyInterruptionGiveTheSameBits)
 {
-  const SweepPlan plan = plan_of(12, 5);
-  const auto numbers = [](const SweepResult& result) {
+  const sweep::SweepPlan plan = plan_of(12, 5);
+  const auto numbers = [](const sweep::SweepResult& result) {
     std::vector<double> all;
     for (const StepRecord& r : result.cells) {
       all.insert(all.end(), {r.pose.translation_mm.y(), r.pose.theta_rad, r.varus_rad});
     }
-    for (const FreeSpineStep& s : result.free_spine) {
+    for (const sweep::FreeSpineStep& s : result.free_spine) {
       all.insert(all.end(), {s.chosen.pose.translation_mm.y(), s.band_low.pose.translation_mm.y(),
                              static_cast<double>(s.n_optima), s.energy_spread_nmm});
     }
     return all;
   };
-  const std::vector<double> one = numbers(sweep(plan, in_wells, {}, 1));
-  for (const int n : {2, 3, 8}) EXPECT_EQ(numbers(sweep(plan, in_wells, {}, n)), one) << n;
+  const std::vector<double> one = numbers(sweep::sweep(plan, in_wells, {}, 1));
+  for (const int n : {2, 3, 8}) EXPECT_EQ(numbers(sweep::sweep(plan, in_wells, {}, n)), one) << n;
 
   std::map<StepKey, StepRecord> journal;
   std::mutex mutex;
   int n_runs = 0;
-  SweepResult last;
+  sweep::SweepResult last;
   while (!last.is_complete) {
     ++n_runs;
     int budget = 37;
-    SweepHooks hooks;
+    sweep::SweepHooks hooks;
     hooks.recall = [&](const StepKey& key) -> std::optional<StepRecord> {
       const std::lock_guard lock(mutex);
       const auto found = journal.find(key);
@@ -175,7 +176,7 @@ TEST(FreeSpine, AnyNumberOfWorkersAndAnyInterruptionGiveTheSameBits)
       const std::lock_guard lock(mutex);
       return budget-- <= 0;
     };
-    last = sweep(plan, in_wells, hooks, 2);
+    last = sweep::sweep(plan, in_wells, hooks, 2);
   }
   EXPECT_GT(n_runs, 2);
   EXPECT_EQ(numbers(last), one);
@@ -183,13 +184,13 @@ TEST(FreeSpine, AnyNumberOfWorkersAndAnyInterruptionGiveTheSameBits)
 
 TEST(FreeSpine, AFlexionWithoutEquilibriumIsSkipped)
 {
-  const SweepPlan plan = plan_of(5, 3);
-  const SolveStep with_hole = [&](const StepTask& task) {
+  const sweep::SweepPlan plan = plan_of(5, 3);
+  const sweep::SolveStep with_hole = [&](const sweep::StepTask& task) {
     StepRecord r = in_wells(task);
     if (task.key.flexion == 2) r.status = StepStatus::unbounded;
     return r;
   };
-  const SweepResult result = sweep(plan, with_hole, {}, 1);
+  const sweep::SweepResult result = sweep::sweep(plan, with_hole, {}, 1);
   ASSERT_TRUE(result.is_complete);
   EXPECT_EQ(result.free_spine[2].chosen.status, StepStatus::unbounded);
   EXPECT_EQ(result.free_spine[2].band_low.status, StepStatus::pending);

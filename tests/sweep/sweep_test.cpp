@@ -15,9 +15,9 @@
 
 namespace vrda::sweep_test {
 
-SweepPlan plan_of(int n_flexion, int n_varus)
+sweep::SweepPlan plan_of(int n_flexion, int n_varus)
 {
-  SweepPlan plan;
+  sweep::SweepPlan plan;
   for (int i = 0; i < n_flexion; ++i) plan.flexion_rad.push_back(rad_from_deg(5.0 * i));
   for (int j = 0; j < n_varus; ++j) plan.varus_rad.push_back(rad_from_deg(2.0 * (j - n_varus / 2)));
   plan.initial = {{0, -20, 0}, 0};
@@ -39,9 +39,9 @@ StepRecord drifting(const Attitude& attitude, const MovingPose& seed)
   return r;
 }
 
-const SolveStep drift = [](const StepTask& task) { return drifting(task.attitude, task.seed); };
+const sweep::SolveStep drift = [](const sweep::StepTask& task) { return drifting(task.attitude, task.seed); };
 
-std::vector<double> numbers(const SweepResult& result)
+std::vector<double> numbers(const sweep::SweepResult& result)
 {
   std::vector<double> all;
   for (const StepRecord& r : result.cells) {
@@ -53,8 +53,8 @@ std::vector<double> numbers(const SweepResult& result)
 
 TEST(Sweep, TheSpineFollowsTheBalanceAndRowsGrowOutward)
 {
-  const SweepPlan plan = plan_of(12, 9);
-  const SweepResult result = sweep(plan, drift, {}, 1);
+  const sweep::SweepPlan plan = plan_of(12, 9);
+  const sweep::SweepResult result = sweep::sweep(plan, drift, {}, 1);
   ASSERT_TRUE(result.is_complete);
   for (std::size_t i = 0; i < plan.flexion_rad.size(); ++i) {
     const double balance_rad = 0.1 * plan.flexion_rad[i];
@@ -76,15 +76,15 @@ TEST(Sweep, TheSpineFollowsTheBalanceAndRowsGrowOutward)
 
 TEST(Sweep, AnyNumberOfWorkersGivesTheSameBits)
 {
-  const SweepPlan plan = plan_of(20, 11);
-  const std::vector<double> one = numbers(sweep(plan, drift, {}, 1));
-  for (const int n : {2, 3, 8}) EXPECT_EQ(numbers(sweep(plan, drift, {}, n)), one) << n;
+  const sweep::SweepPlan plan = plan_of(20, 11);
+  const std::vector<double> one = numbers(sweep::sweep(plan, drift, {}, 1));
+  for (const int n : {2, 3, 8}) EXPECT_EQ(numbers(sweep::sweep(plan, drift, {}, n)), one) << n;
 }
 
 TEST(Sweep, AResumedRunSolvesNothingTwiceAndGivesTheSameBits)
 {
-  const SweepPlan plan = plan_of(10, 7);
-  const std::vector<double> whole = numbers(sweep(plan, drift, {}, 1));
+  const sweep::SweepPlan plan = plan_of(10, 7);
+  const std::vector<double> whole = numbers(sweep::sweep(plan, drift, {}, 1));
   std::map<StepKey, StepRecord> journal;
   std::mutex mutex;
   int n_solved = 0, n_runs = 0;
@@ -93,7 +93,7 @@ TEST(Sweep, AResumedRunSolvesNothingTwiceAndGivesTheSameBits)
   while (!is_complete) {
     ++n_runs;
     int budget = 23;
-    SweepHooks hooks;
+    sweep::SweepHooks hooks;
     hooks.recall = [&](const StepKey& key) -> std::optional<StepRecord> {
       const std::lock_guard lock(mutex);
       const auto found = journal.find(key);
@@ -108,7 +108,7 @@ TEST(Sweep, AResumedRunSolvesNothingTwiceAndGivesTheSameBits)
       const std::lock_guard lock(mutex);
       return budget-- <= 0;
     };
-    const SweepResult result = sweep(plan, drift, hooks, 2);
+    const sweep::SweepResult result = sweep::sweep(plan, drift, hooks, 2);
     is_complete = result.is_complete;
     last = numbers(result);
   }
@@ -118,13 +118,13 @@ TEST(Sweep, AResumedRunSolvesNothingTwiceAndGivesTheSameBits)
 
 TEST(Sweep, AFailedCellIsSkippedAndTheSweepContinues)
 {
-  const SweepPlan plan = plan_of(3, 7);
-  const SolveStep with_hole = [&](const StepTask& task) {
+  const sweep::SweepPlan plan = plan_of(3, 7);
+  const sweep::SolveStep with_hole = [&](const sweep::StepTask& task) {
     StepRecord r = drifting(task.attitude, task.seed);
     if (std::abs(task.attitude.varus_rad - plan.varus_rad[5]) < 1e-9) r.status = StepStatus::no_contact;
     return r;
   };
-  const SweepResult result = sweep(plan, with_hole, {}, 2);
+  const sweep::SweepResult result = sweep::sweep(plan, with_hole, {}, 2);
   EXPECT_TRUE(result.is_complete);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(result.cells[i * 7 + 5].status, StepStatus::no_contact);
@@ -136,14 +136,14 @@ TEST(Sweep, AFailedCellIsSkippedAndTheSweepContinues)
 
 TEST(Sweep, AFailedSpineSeedsItsRowFromTheLastStableSpine)
 {
-  const SweepPlan plan = plan_of(3, 5);
-  const SolveStep failing_row = [&](const StepTask& task) {
+  const sweep::SweepPlan plan = plan_of(3, 5);
+  const sweep::SolveStep failing_row = [&](const sweep::StepTask& task) {
     StepRecord r = drifting(task.attitude, task.seed);
     if (std::abs(task.attitude.flexion_rad - plan.flexion_rad[1]) < 1e-9)
       r.status = StepStatus::iteration_limit;
     return r;
   };
-  const SweepResult result = sweep(plan, failing_row, {}, 1);
+  const sweep::SweepResult result = sweep::sweep(plan, failing_row, {}, 1);
   ASSERT_TRUE(result.is_complete);
   const auto first_spine = static_cast<std::size_t>(result.spine_column[0]);
   const auto third_spine = static_cast<std::size_t>(result.spine_column[2]);
@@ -155,8 +155,8 @@ TEST(Sweep, AFailedSpineSeedsItsRowFromTheLastStableSpine)
 TEST(Sweep, WithContactOnBothSidesTheSpineMaximisesTheHeight)
 {
   // Both sides are in contact over six degrees of varus; the height is largest at 2 degrees.
-  SweepPlan plan = plan_of(3, 11);
-  const SolveStep locked = [](const StepTask& task) {
+  sweep::SweepPlan plan = plan_of(3, 11);
+  const sweep::SolveStep locked = [](const sweep::StepTask& task) {
     StepRecord r;
     r.status = StepStatus::stable;
     const double from_peak = task.attitude.varus_rad - rad_from_deg(2.0);
@@ -166,7 +166,7 @@ TEST(Sweep, WithContactOnBothSidesTheSpineMaximisesTheHeight)
     r.gap_lateral_mm = 0.0;
     return r;
   };
-  EXPECT_EQ(sweep(plan, locked, {}, 1).spine_column, std::vector<std::int32_t>(3, 6));
+  EXPECT_EQ(sweep::sweep(plan, locked, {}, 1).spine_column, std::vector<std::int32_t>(3, 6));
 }
 
 TEST(Sweep, BothTouchingBeatsOneAndOneStableBeatsNone)
@@ -178,39 +178,39 @@ TEST(Sweep, BothTouchingBeatsOneAndOneStableBeatsNone)
   both.gap_lateral_mm = one.gap_medial_mm = 0.0;
   one.gap_lateral_mm = 0.02;
   failed.status = StepStatus::no_contact;
-  EXPECT_TRUE(is_better_balanced(both, one));
-  EXPECT_FALSE(is_better_balanced(one, both));
-  EXPECT_TRUE(is_better_balanced(one, failed));
-  EXPECT_FALSE(is_better_balanced(failed, one));
-  EXPECT_FALSE(is_better_balanced(failed, failed));
+  EXPECT_TRUE(sweep::is_better_balanced(both, one));
+  EXPECT_FALSE(sweep::is_better_balanced(one, both));
+  EXPECT_TRUE(sweep::is_better_balanced(one, failed));
+  EXPECT_FALSE(sweep::is_better_balanced(failed, one));
+  EXPECT_FALSE(sweep::is_better_balanced(failed, failed));
 }
 
 TEST(Sweep, WithoutCompartmentsTheSpineStaysNearestZero)
 {
-  SweepPlan plan = plan_of(4, 7);
-  plan.spine = SpineRule::nearest_zero;
-  const SweepResult result = sweep(plan, drift, {}, 1);
+  sweep::SweepPlan plan = plan_of(4, 7);
+  plan.spine = sweep::SpineRule::nearest_zero;
+  const sweep::SweepResult result = sweep::sweep(plan, drift, {}, 1);
   EXPECT_EQ(result.spine_column, std::vector<std::int32_t>(4, 3));
 }
 
 TEST(Sweep, EachStepIsSolvedOnceUnderTheKeyItIsKeptWith)
 {
-  const SweepPlan plan = plan_of(6, 7);
+  const sweep::SweepPlan plan = plan_of(6, 7);
   std::mutex mutex;
   std::map<StepKey, int> solved, kept;
-  const SolveStep noting = [&](const StepTask& task) {
+  const sweep::SolveStep noting = [&](const sweep::StepTask& task) {
     const std::lock_guard lock(mutex);
     ++solved[task.key];
     EXPECT_EQ(task.attitude.flexion_rad, plan.flexion_rad[static_cast<std::size_t>(task.key.flexion)]);
     EXPECT_EQ(task.attitude.varus_rad, plan.varus_rad[static_cast<std::size_t>(task.key.varus)]);
     return drifting(task.attitude, task.seed);
   };
-  SweepHooks hooks;
+  sweep::SweepHooks hooks;
   hooks.keep = [&](const StepRecord& r) {
     const std::lock_guard lock(mutex);
     if (r.key.kind != StepKind::spine) ++kept[r.key];
   };
-  const SweepResult result = sweep(plan, noting, hooks, 3);
+  const sweep::SweepResult result = sweep::sweep(plan, noting, hooks, 3);
   EXPECT_EQ(solved, kept);
   EXPECT_TRUE(std::all_of(solved.begin(), solved.end(), [](const auto& entry) { return entry.second == 1; }));
   for (std::size_t i = 0; i < plan.flexion_rad.size(); ++i) {
@@ -222,29 +222,29 @@ TEST(Sweep, EachStepIsSolvedOnceUnderTheKeyItIsKeptWith)
 TEST(Sweep, RethrowsExceptionsOfTheSolver)
 {
   std::atomic<int> n = 0;
-  const SolveStep throwing = [&](const StepTask& task) {
+  const sweep::SolveStep throwing = [&](const sweep::StepTask& task) {
     if (++n == 17) throw std::runtime_error("broken");
     return drifting(task.attitude, task.seed);
   };
-  EXPECT_THROW(sweep(plan_of(6, 6), throwing, {}, 3), std::runtime_error);
+  EXPECT_THROW(sweep::sweep(plan_of(6, 6), throwing, {}, 3), std::runtime_error);
 }
 
 TEST(Sweep, AStepThatCannotBeKeptStopsTheOthersAfterTheirCurrentStep)
 {
   constexpr int n_cells = 900, first_refused = 12;
   std::atomic<int> n_solved = 0, n_kept = 0;
-  const SolveStep counting = [&](const StepTask& task) {
+  const sweep::SolveStep counting = [&](const sweep::StepTask& task) {
     // Slow after a refused step, so that the refusal takes effect long before the grid is solved.
     if (n_kept >= first_refused) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     ++n_solved;
     return drifting(task.attitude, task.seed);
   };
-  SweepHooks hooks;
+  sweep::SweepHooks hooks;
   hooks.keep = [&](const StepRecord&) {
     // Refuses one record only: a smaller record may fit on a full disk.
     if (++n_kept == first_refused) throw std::runtime_error("full");
   };
-  EXPECT_THROW(sweep(plan_of(30, 30), counting, hooks, 4), std::runtime_error);
+  EXPECT_THROW(sweep::sweep(plan_of(30, 30), counting, hooks, 4), std::runtime_error);
   EXPECT_LT(n_solved, n_cells / 2);
 }
 

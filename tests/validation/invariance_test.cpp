@@ -16,7 +16,7 @@
 namespace vrda::test::invariance_test {
 
 struct RestCase {
-  ShapeRequest request;
+  shapes::ShapeRequest request;
   Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();  ///< the compared point of the moving mesh
   Eigen::Vector3d held = Eigen::Vector3d::Ones();  ///< 0 along an axis of the scene in which motion is free
   /// Lever from the rotation axis to the contacts that stop a rotation; 0 if theta is free.
@@ -91,7 +91,7 @@ RestCase cap_in_sink(Draw& draw)
 
 // --- equivalent scenes, with the pose of the moving object mapped back to the original frame
 
-struct Retold {
+struct EquivalentScene {
   Scene scene;
   std::function<Pose(const Pose&)> X_reference_moving;
 };
@@ -108,7 +108,7 @@ Mesh turned_over(Mesh mesh)
   return mesh;
 }
 
-Retold exchanged(const RestCase&, const Scene& scene, Draw&)
+EquivalentScene exchanged(const RestCase&, const Scene& scene, Draw&)
 {
   Pose over = Pose::Identity();
   over.linear().diagonal() << 1.0, -1.0, -1.0;
@@ -116,7 +116,7 @@ Retold exchanged(const RestCase&, const Scene& scene, Draw&)
           [over](const Pose& X) { return Pose((over * X * over).inverse()); }};
 }
 
-Retold moved(const RestCase&, const Scene& scene, Draw& draw)
+EquivalentScene moved(const RestCase&, const Scene& scene, Draw& draw)
 {
   const Eigen::Vector3d shift_mm(draw.uniform(-100, 100), draw.uniform(-100, 100), draw.uniform(-100, 100));
   const Pose X_new_old = pose_of({shift_mm, draw.uniform(-pi, pi)});
@@ -153,7 +153,7 @@ Mesh renumbered_mesh(const Mesh& mesh, Draw& draw)
   return result;
 }
 
-Retold renumbered(const RestCase&, const Scene& scene, Draw& draw)
+EquivalentScene renumbered(const RestCase&, const Scene& scene, Draw& draw)
 {
   Mesh reference = renumbered_mesh(scene.reference, draw);
   return {{std::move(reference), renumbered_mesh(scene.moving, draw)}, unchanged};
@@ -186,14 +186,14 @@ Mesh subdivided_mesh(const Mesh& mesh)
   return result;
 }
 
-Retold subdivided(const RestCase&, const Scene& scene, Draw&)
+EquivalentScene subdivided(const RestCase&, const Scene& scene, Draw&)
 {
   return {{subdivided_mesh(scene.reference), subdivided_mesh(scene.moving)}, unchanged};
 }
 
-Retold with_finer_grids(const RestCase& rest, const Scene&, Draw& draw)
+EquivalentScene with_finer_grids(const RestCase& rest, const Scene&, Draw& draw)
 {
-  ShapeRequest finer = rest.request;
+  shapes::ShapeRequest finer = rest.request;
   finer.numbers["edges"] = draw.whole(2, 5);
   return {scene_of(finer), unchanged};
 }
@@ -216,14 +216,14 @@ const std::vector<Named> all_scenes = {{"ball in a bowl", ball_in_bowl}, flat_sc
 // mm), and rotate to within the stopping tolerance: the rotation resolution and one translation resolution
 // at the end of the lever. If theta is determined, a rotation by that angle moves a flank at the lever's
 // end by the same amount again.
-struct Retelling {
+struct InvarianceCase {
   std::string claim;
   std::uint64_t seed;
-  Retold (*retell)(const RestCase&, const Scene&, Draw&);
+  EquivalentScene (*retell)(const RestCase&, const Scene&, Draw&);
   double allowed_resolutions = 2.5;
 };
 
-void expect_same_rest_of(const Named& named, const Retelling& told_how)
+void expect_same_rest_of(const Named& named, const InvarianceCase& told_how)
 {
   Tally place{.scene = named.scene,
               .claim = told_how.claim,
@@ -241,7 +241,7 @@ void expect_same_rest_of(const Named& named, const Retelling& told_how)
     const RestCase rest = named.draw(draw);
     const Scene scene = scene_of(rest.request);
     const SearchOptions options;
-    const Retold told = told_how.retell(rest, scene, draw);
+    const EquivalentScene told = told_how.retell(rest, scene, draw);
     const Solved first = solve(scene, options), second = solve(told.scene, options);
     EXPECT_EQ(first.record.status, StepStatus::stable);
     EXPECT_EQ(second.record.status, StepStatus::stable);
@@ -266,7 +266,7 @@ void expect_same_rest_of(const Named& named, const Retelling& told_how)
   if (angle.cases > 0) report(angle);
 }
 
-void expect_same_rest(const Retelling& told_how, const std::vector<Named>& scenes = all_scenes)
+void expect_same_rest(const InvarianceCase& told_how, const std::vector<Named>& scenes = all_scenes)
 {
   for (const Named& named : scenes) expect_same_rest_of(named, told_how);
 }

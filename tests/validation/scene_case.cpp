@@ -32,18 +32,18 @@ double Draw::sign()
   return (bits_() & 1U) != 0 ? 1.0 : -1.0;
 }
 
-Scene scene_of(const ShapeRequest& request)
+Scene scene_of(const shapes::ShapeRequest& request)
 {
-  Shape shape = generate_shape(request);
+  shapes::Shape shape = shapes::generate_shape(request);
   return {std::move(shape.reference.front().mesh), std::move(shape.moving.front().mesh)};
 }
 
 Solved solve(const Scene& scene, const SearchOptions& options, const MovingPose& seed)
 {
   Solved solved;
-  const Joint joint = make_joint({scene.reference, {}}, {scene.moving, {}}, {});
-  solved.record =
-      find_stable_pose(joint, {}, seed, options, [&](const SearchMove& move) { ++solved.moves[move.kind]; });
+  const solve::Joint joint = solve::make_joint({scene.reference, {}}, {scene.moving, {}}, {});
+  solved.record = solve::find_stable_pose(joint, {}, seed, options,
+                                          [&](const SearchMove& move) { ++solved.moves[move.kind]; });
   return solved;
 }
 

@@ -32,7 +32,7 @@ struct Scene {
   Mesh moving;
 };
 
-Scene scene_of(const ShapeRequest& request);
+Scene scene_of(const shapes::ShapeRequest& request);
 
 struct Solved {
   StepRecord record;

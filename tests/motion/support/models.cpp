@@ -17,16 +17,17 @@ struct Cell {
 };
 
 template <typename Scalar>
-Scalar& at(Grid<Scalar>& grid, const Cell& cell)
+Scalar& at(store::Grid<Scalar>& grid, const Cell& cell)
 {
   return grid(cell.flexion, cell.varus);
 }
 
-constexpr std::array<GridD ClinicalSurfaces::*, 6> clinical_grids{
-    &ClinicalSurfaces::flexion_deg, &ClinicalSurfaces::varus_deg,   &ClinicalSurfaces::internal_rotation_deg,
-    &ClinicalSurfaces::anterior_mm, &ClinicalSurfaces::proximal_mm, &ClinicalSurfaces::lateral_mm};
+constexpr std::array<store::GridD store::ClinicalSurfaces::*, 6> clinical_grids{
+    &store::ClinicalSurfaces::flexion_deg,           &store::ClinicalSurfaces::varus_deg,
+    &store::ClinicalSurfaces::internal_rotation_deg, &store::ClinicalSurfaces::anterior_mm,
+    &store::ClinicalSurfaces::proximal_mm,           &store::ClinicalSurfaces::lateral_mm};
 
-void solve(MotionModel& model, const Cell& cell, const PoseNumbers& numbers)
+void solve(store::MotionModel& model, const Cell& cell, const motion::PoseCoordinates& numbers)
 {
   const auto i = static_cast<std::size_t>(cell.flexion), j = static_cast<std::size_t>(cell.varus);
   const Side side = model.side == "left" ? Side::left : Side::right;
@@ -41,7 +42,7 @@ void solve(MotionModel& model, const Cell& cell, const PoseNumbers& numbers)
   at(model.ty_mm, cell) = numbers[1];
   at(model.tz_mm, cell) = numbers[2];
   at(model.theta_deg, cell) = numbers[3];
-  const Clinical clinical = clinical_of(X, side, model.rotation_centre_mm);
+  const ClinicalCoordinates clinical = clinical_coordinates(X, side, model.rotation_centre_mm);
   const std::array<double, 6> clinical_numbers{deg_from_rad(clinical.flexion_rad),
                                                deg_from_rad(clinical.varus_rad),
                                                deg_from_rad(clinical.internal_rotation_rad),
@@ -49,21 +50,22 @@ void solve(MotionModel& model, const Cell& cell, const PoseNumbers& numbers)
                                                clinical.proximal_mm,
                                                clinical.lateral_mm};
   for (std::size_t k = 0; k < 6; ++k) at(model.clinical.*clinical_grids[k], cell) = clinical_numbers[k];
-  for (const auto grid :
-       {&MotionModel::contact_medial, &MotionModel::contact_lateral, &MotionModel::theta_determined}) {
+  for (const auto grid : {&store::MotionModel::contact_medial, &store::MotionModel::contact_lateral,
+                          &store::MotionModel::theta_determined}) {
     at(model.*grid, cell) = 1;
   }
   at(model.status, cell) = status_stable;
 }
 
-GridD grid_values(const MotionModel& model, const SmoothedSet& set, const SmoothedSurface& surface)
+store::GridD grid_values(const store::MotionModel& model, const store::SmoothedSet& set,
+                         const store::SmoothedSurface& surface)
 {
-  const AxisRanges ranges = axis_ranges(model.flexion_deg, model.varus_deg);
-  GridD values(model.status.rows(), model.status.cols());
+  const store::AxisRanges ranges = store::axis_ranges(model.flexion_deg, model.varus_deg);
+  store::GridD values(model.status.rows(), model.status.cols());
   for (Eigen::Index i = 0; i < values.rows(); ++i) {
     for (Eigen::Index j = 0; j < values.cols(); ++j) {
-      values(i, j) = evaluate(set, surface, ranges, model.flexion_deg[static_cast<std::size_t>(i)],
-                              model.varus_deg[static_cast<std::size_t>(j)])
+      values(i, j) = store::evaluate(set, surface, ranges, model.flexion_deg[static_cast<std::size_t>(i)],
+                                     model.varus_deg[static_cast<std::size_t>(j)])
                          .value;
     }
   }
@@ -80,9 +82,9 @@ void add_component(Body& body, const Component& component, const Mesh& mesh)
 
 }  // namespace
 
-MotionModel model_of(const ModelPlan& plan)
+store::MotionModel model_of(const ModelPlan& plan)
 {
-  MotionModel model;
+  store::MotionModel model;
   model.title = "made by code";
   model.joint = "knee";
   model.side = plan.side;
@@ -91,7 +93,7 @@ MotionModel model_of(const ModelPlan& plan)
   model.delta = plan.delta;
   model.flexion_deg = plan.flexion_deg;
   model.varus_deg = plan.varus_deg;
-  model = with_pending_cells(model);
+  model = store::with_pending_cells(model);
   for (Eigen::Index i = 0; plan.turning_delta && i < model.status.rows(); ++i) {
     model.push.delta.row(i) = plan.turning_delta(plan.flexion_deg[static_cast<std::size_t>(i)]).transpose();
   }
@@ -101,25 +103,25 @@ MotionModel model_of(const ModelPlan& plan)
       const double flexion_deg = plan.flexion_deg[static_cast<std::size_t>(i)];
       const double varus_deg = plan.varus_deg[static_cast<std::size_t>(j)];
       model.varus_solved_deg(i, j) = plan.free_varus_deg ? plan.free_varus_deg(flexion_deg) : varus_deg;
-      solve(model, {i, j}, plan.motion ? plan.motion(flexion_deg, varus_deg) : PoseNumbers{});
+      solve(model, {i, j}, plan.motion ? plan.motion(flexion_deg, varus_deg) : motion::PoseCoordinates{});
     }
   }
   model.is_spine.col(model.status.cols() / 2) = 1;
   return model;
 }
 
-void unsolve(MotionModel& model, Eigen::Index flexion, Eigen::Index varus)
+void unsolve(store::MotionModel& model, Eigen::Index flexion, Eigen::Index varus)
 {
   const auto column = static_cast<std::size_t>(varus), row = static_cast<std::size_t>(flexion);
-  MotionModel pending = with_pending_cells(model);
+  store::MotionModel pending = store::with_pending_cells(model);
   const Cell cell{flexion, varus};
-  for (const auto grid : {&MotionModel::tx_mm, &MotionModel::ty_mm, &MotionModel::tz_mm,
-                          &MotionModel::theta_deg, &MotionModel::varus_solved_deg}) {
+  for (const auto grid : {&store::MotionModel::tx_mm, &store::MotionModel::ty_mm, &store::MotionModel::tz_mm,
+                          &store::MotionModel::theta_deg, &store::MotionModel::varus_solved_deg}) {
     at(model.*grid, cell) = at(pending.*grid, cell);
   }
   for (const auto grid : clinical_grids) at(model.clinical.*grid, cell) = at(pending.clinical.*grid, cell);
-  for (const auto grid :
-       {&MotionModel::contact_medial, &MotionModel::contact_lateral, &MotionModel::theta_determined}) {
+  for (const auto grid : {&store::MotionModel::contact_medial, &store::MotionModel::contact_lateral,
+                          &store::MotionModel::theta_determined}) {
     at(model.*grid, cell) = -1;
   }
   std::fill_n(model.X_reference_moving.begin() +
@@ -128,9 +130,10 @@ void unsolve(MotionModel& model, Eigen::Index flexion, Eigen::Index varus)
   at(model.status, cell) = static_cast<std::int8_t>(StepStatus::no_contact);
 }
 
-void add_smoothed(MotionModel& model, int degree, const std::function<PoseNumbers(int, int)>& coefficient)
+void add_smoothed(store::MotionModel& model, int degree,
+                  const std::function<motion::PoseCoordinates(int, int)>& coefficient)
 {
-  SmoothedSet set;
+  store::SmoothedSet set;
   set.degree = degree;
   set.surfaces.resize(4);
   set.exponents.resize((degree + 1) * (degree + 2) / 2, 2);
@@ -138,7 +141,7 @@ void add_smoothed(MotionModel& model, int degree, const std::function<PoseNumber
   for (int i = 0; i <= degree; ++i) {
     for (int j = 0; i + j <= degree; ++j) {
       set.exponents.row(k++) << i, j;
-      const PoseNumbers numbers = coefficient(i, j);
+      const motion::PoseCoordinates numbers = coefficient(i, j);
       for (std::size_t surface = 0; surface < 4; ++surface) {
         set.surfaces[surface].coefficients.push_back(numbers[surface]);
       }
@@ -146,7 +149,7 @@ void add_smoothed(MotionModel& model, int degree, const std::function<PoseNumber
   }
   const std::array<const char*, 4> names{"tx", "ty", "tz", "theta"};
   for (std::size_t number = 0; number < 4; ++number) {
-    SmoothedSurface& surface = set.surfaces[number];
+    store::SmoothedSurface& surface = set.surfaces[number];
     surface.name = names[number];
     surface.values = grid_values(model, set, surface);
     surface.n_cells = static_cast<std::int32_t>(model.status.size());
@@ -155,7 +158,7 @@ void add_smoothed(MotionModel& model, int degree, const std::function<PoseNumber
   model.smoothed.push_back(set);
 }
 
-void add_bodies(MotionModel& model)
+void add_bodies(store::MotionModel& model)
 {
   const auto placed = [&](Mesh mesh) {
     mesh.vertices_mm.rowwise() += model.rotation_centre_mm.transpose();

@@ -11,7 +11,7 @@
 namespace vrda::test {
 
 /// x, y, z (mm, world W) and theta (degrees) of the moving object at an attitude in degrees.
-using ModelMotion = std::function<PoseNumbers(double flexion_deg, double varus_deg)>;
+using ModelMotion = std::function<motion::PoseCoordinates(double flexion_deg, double varus_deg)>;
 
 struct ModelPlan {
   std::string side = "right";
@@ -25,17 +25,18 @@ struct ModelPlan {
 };
 
 /// Every cell solved and the spine on the middle varus; with bodies it can be written and read back.
-MotionModel model_of(const ModelPlan& plan);
+store::MotionModel model_of(const ModelPlan& plan);
 
 /// Marks one cell as ended with no_contact, its numbers NaN.
-void unsolve(MotionModel& model, Eigen::Index flexion, Eigen::Index varus);
+void unsolve(store::MotionModel& model, Eigen::Index flexion, Eigen::Index varus);
 
 /// Adds the set "degree_N" with coefficients of P_i(u) P_j(v) given by `coefficient(i, j)` for each of
 /// x, y, z (mm) and theta (degrees), i + j <= degree.
-void add_smoothed(MotionModel& model, int degree, const std::function<PoseNumbers(int, int)>& coefficient);
+void add_smoothed(store::MotionModel& model, int degree,
+                  const std::function<motion::PoseCoordinates(int, int)>& coefficient);
 
 /// A joint for pictures: a ball of 20 mm radius (reference, bone) on a box (moving, bone) with a
 /// translucent plate (moving, meniscus) between them.
-void add_bodies(MotionModel& model);
+void add_bodies(store::MotionModel& model);
 
 }  // namespace vrda::test

@@ -68,9 +68,9 @@ class BenchProgram : public testing::Test {
     const std::optional<std::uint16_t> port = free_port();
     if (!port) GTEST_SKIP() << "no loopback interface";
     port_ = *port;
-    MotionModel model = test::model_of({});
+    store::MotionModel model = test::model_of({});
     test::add_bodies(model);
-    write_motion_model(model_, model);
+    store::write_motion_model(model_, model);
     bench_ =
         scratch_
             .write(
@@ -154,9 +154,9 @@ TEST_F(BenchProgram, AReplayShowsTheSamePictures)
   const std::string other = in_scratch("other.h5");
   test::ModelPlan plan;
   plan.flexion_deg = {0, 45, 90};
-  MotionModel model = test::model_of(plan);
+  store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
-  write_motion_model(other, model);
+  store::write_motion_model(other, model);
   const test::Ended wrong = run({"bench", other, "--replay", log, "--headless"});
   EXPECT_EQ(wrong.exit_code, 2);
   EXPECT_THAT(wrong.err, HasSubstr("another motion model"));
@@ -182,18 +182,18 @@ TEST_F(BenchProgram, DevicesAreListedWhileTheyAnswer)
 }
 
 /// The frames in the log that a bench is writing; empty before the log exists.
-std::vector<BenchFrame> shown_so_far(const std::string& log, const std::string& model)
+std::vector<bench::BenchFrame> shown_so_far(const std::string& log, const std::string& model)
 {
-  std::vector<BenchFrame> frames;
+  std::vector<bench::BenchFrame> frames;
   try {
-    const Recording recording = read_recording(log);
-    BenchOptions options;
+    const recording::Recording recording = recording::read_recording(log);
+    bench::BenchOptions options;
     options.file = model;
-    const BenchSetup setup = setup_of(recording, options);
-    BenchState state(setup.bench, setup.calibration, setup.motion, setup.frame);
-    for (const RecordedPicture& picture : recording.pictures) {
-      PanelContent panel;
-      take(state, panel, picture.keys, picture.samples);
+    const bench::BenchSetup setup = bench::recorded_setup(recording, options);
+    bench::BenchState state(setup.bench, setup.calibration, setup.motion, setup.frame);
+    for (const recording::RecordedFrame& picture : recording.frames) {
+      bench::PanelContent panel;
+      bench::apply_input(state, panel, picture.keys, picture.samples);
       frames.push_back(state.frame(picture.now_ns));
     }
   } catch (const InputError&) {
@@ -202,14 +202,15 @@ std::vector<BenchFrame> shown_so_far(const std::string& log, const std::string& 
   return frames;
 }
 
-bool is_without_simulator(const BenchFrame& frame)
+bool is_without_simulator(const bench::BenchFrame& frame)
 {
   return !frame.bodies[1].is_live && !frame.bodies[2].is_live && !frame.stage.is_live &&
          !frame.potentiometer.is_live;
 }
 
 /// True if there are at least `n` frames and the last `n` satisfy `claim`.
-bool are_last(const std::vector<BenchFrame>& frames, std::size_t n, bool (*claim)(const BenchFrame&))
+bool are_last(const std::vector<bench::BenchFrame>& frames, std::size_t n,
+              bool (*claim)(const bench::BenchFrame&))
 {
   return frames.size() >= n &&
          std::all_of(frames.end() - static_cast<std::ptrdiff_t>(n), frames.end(), claim);
@@ -225,8 +226,8 @@ TEST_F(BenchProgram, GoesOnWithoutItsSimulatorAndFindsTheNextOne)
        {"bench", model_, "--bench", bench_, "--headless", "--seconds", "1000", "--record", log},
        {},
        scratch_.path()});
-  std::vector<BenchFrame> frames;
-  const auto await = [&](std::size_t n, bool (*claim)(const BenchFrame&)) {
+  std::vector<bench::BenchFrame> frames;
+  const auto await = [&](std::size_t n, bool (*claim)(const bench::BenchFrame&)) {
     const auto end = std::chrono::steady_clock::now() + longest;
     while (std::chrono::steady_clock::now() < end && bench.is_running()) {
       frames = shown_so_far(log, model_);
@@ -235,20 +236,20 @@ TEST_F(BenchProgram, GoesOnWithoutItsSimulatorAndFindsTheNextOne)
     }
     return false;
   };
-  ASSERT_TRUE(await(1, is_live)) << bench.said();
+  ASSERT_TRUE(await(1, bench::is_live)) << bench.said();
   simulator_.reset();  // killed
   ASSERT_TRUE(await(n_without, is_without_simulator)) << bench.said();
   // The display continues with the last valid poses, marked as stale.
-  const BenchFrame& first = frames[frames.size() - n_without];
-  const BenchFrame& last = frames.back();
+  const bench::BenchFrame& first = frames[frames.size() - n_without];
+  const bench::BenchFrame& last = frames.back();
   EXPECT_TRUE(last.bodies[1].was_seen && last.bodies[2].was_seen);
   EXPECT_EQ(last.X_tracker_reference.matrix(), first.X_tracker_reference.matrix());
   EXPECT_EQ(last.X_tracker_moving.matrix(), first.X_tracker_moving.matrix());
   EXPECT_EQ(last.X_tracker_eyes.matrix(), first.X_tracker_eyes.matrix());
-  EXPECT_THAT(mark_text("femur", last.bodies[1]), testing::StartsWith("femur silent for "));
-  EXPECT_THAT(stage_mark_text(last), testing::StartsWith("stage silent for "));
+  EXPECT_THAT(bench::input_status_text("femur", last.bodies[1]), testing::StartsWith("femur silent for "));
+  EXPECT_THAT(bench::stage_status_text(last), testing::StartsWith("stage silent for "));
   simulate();
-  ASSERT_TRUE(await(1, is_live)) << bench.said();
+  ASSERT_TRUE(await(1, bench::is_live)) << bench.said();
   EXPECT_NE(frames.back().X_tracker_moving.matrix(), last.X_tracker_moving.matrix());
   bench.send(SIGTERM);
   const test::Ended ended = bench.wait();

@@ -45,12 +45,13 @@ class Follow : public testing::Test {
     plan.varus_deg = {-1, 0, 1};
     model_ = test::model_of(plan);
     test::add_bodies(model_);
-    write_motion_model(start_, with_pending_cells(model_));
+    store::write_motion_model(start_, store::with_pending_cells(model_));
   }
 
   void add_steps(int flexion)
   {
-    OpenJournal journal = JournalWriter::open(journal_of(output_), std::string(64, 'a'));
+    journal::OpenJournal journal =
+        journal::JournalWriter::open(journal::journal_of(output_), std::string(64, 'a'));
     for (int j = 0; j < 3; ++j) {
       StepRecord r;
       r.key = {StepKind::row, flexion, j};
@@ -61,8 +62,8 @@ class Follow : public testing::Test {
   }
   void finish()
   {
-    write_motion_model(output_, model_);
-    fs::remove(journal_of(output_));
+    store::write_motion_model(output_, model_);
+    fs::remove(journal::journal_of(output_));
     fs::remove(start_);
   }
   test::Command command(std::vector<std::string> words, const std::string& start = "") const
@@ -74,9 +75,9 @@ class Follow : public testing::Test {
   std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
 
   test::Scratch scratch_;
-  MotionModel model_;
+  store::MotionModel model_;
   std::string output_ = (scratch_.path() / "knee.h5").string();
-  std::string start_ = start_file_of(output_);
+  std::string start_ = journal::start_file_of(output_);
 };
 
 TEST_F(Follow, OnceSaysWhatThereIs)
@@ -140,7 +141,7 @@ TEST_F(Follow, SaysWhenTheRunBeginsAnew)
   add_steps(0);
   test::Process program(command({"--offscreen", path("pictures"), "--every", "0.1", "--size", "160x120"}));
   ASSERT_TRUE(comes_true([&] { return fs::exists(path("pictures/step_000002.png")); })) << program.said();
-  fs::remove(journal_of(output_));
+  fs::remove(journal::journal_of(output_));
   add_steps(1);
   EXPECT_TRUE(comes_true([&] { return program.said().find("restarted") != std::string::npos; }));
   program.send(SIGTERM);
@@ -172,7 +173,7 @@ TEST_F(Follow, ShowsTheViewsOfTheJob)
       "[player]\ndisplay_px = [320, 240]\nrender = \"wire\"\n\n[[player.view]]\nnumber = 0\nshift_mm = [0, "
       "0, 0]\n"
       "orientation_deg = [0, 90, 0]\n";
-  write_motion_model(start_, with_pending_cells(model_));
+  store::write_motion_model(start_, store::with_pending_cells(model_));
   add_steps(0);
   const auto picture = [&](const std::vector<std::string>& more) {
     std::vector<std::string> words{"--once", "--offscreen", path("pictures")};
@@ -220,7 +221,7 @@ TEST_F(Follow, RefusesWhatItCannotDo)
 }
 
 /// Pixels of a colour on a screen.
-int count(const Image& image, const VertexColour& colour)
+int count(const render::Image& image, const scene::VertexColour& colour)
 {
   int n = 0;
   for (std::size_t at = 0; at < image.rgba.size(); at += 4)
@@ -233,7 +234,9 @@ TEST_F(Follow, FillsInTheGridInAWindow)
   const test::Screen screen;
   add_steps(0);
   test::Process program(command({"--size", "640x480", "--views", "front"}));
-  const auto n_stable = [&] { return count(screen.picture(640, 480), colour_of(StepStatus::stable)); };
+  const auto n_stable = [&] {
+    return count(screen.picture(640, 480), follow::colour_of(StepStatus::stable));
+  };
   // The legend's swatch is smaller than a cell.
   ASSERT_TRUE(comes_true([&] { return n_stable() > 2000; })) << program.said();
   const int with_two = n_stable();
@@ -241,7 +244,7 @@ TEST_F(Follow, FillsInTheGridInAWindow)
   EXPECT_TRUE(comes_true([&] { return n_stable() > with_two + with_two / 2; }));
   finish();
   EXPECT_TRUE(comes_true([&] { return n_stable() > 3 * with_two; }));
-  const Image before = screen.picture(640, 480);
+  const render::Image before = screen.picture(640, 480);
   EXPECT_TRUE(comes_true([&] { return screen.picture(640, 480).rgba != before.rgba; })) << "the motion plays";
   EXPECT_EQ(test::run({"/usr/bin/xdotool", {"key", "q"}, {}, {}}).exit_code, 0);
   EXPECT_EQ(program.wait().exit_code, 0);

@@ -10,7 +10,7 @@
 #include "motion/support/models.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/seal.hpp"
-#include "support/absurd_models.hpp"
+#include "support/oversized_models.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::program_test {
@@ -26,9 +26,9 @@ struct Outcome {
 /// A model with a valid seal that crashes HDF5 1.10.8: an object of its global heap has a huge length.
 std::string deadly_for_hdf5(std::string bytes)
 {
-  bytes.resize(bytes.size() - seal_of("").size());
+  bytes.resize(bytes.size() - store::seal_of("").size());
   bytes.replace(bytes.find("GCOL") + 24, 8, std::string(7, '\xff') + '\x7f');
-  return bytes + seal_of(bytes);
+  return bytes + store::seal_of(bytes);
 }
 
 class Program : public testing::Test {
@@ -39,11 +39,11 @@ class Program : public testing::Test {
     test::ModelPlan plan;
     plan.flexion_deg = {0, 10, 20, 30};
     plan.varus_deg = {-1, 0, 1};
-    MotionModel model = test::model_of(plan);
+    store::MotionModel model = test::model_of(plan);
     test::add_bodies(model);
     test::unsolve(model, 1, 2);
-    test::add_smoothed(model, 1, [](int, int) { return PoseNumbers{}; });
-    write_motion_model(file_, model);
+    test::add_smoothed(model, 1, [](int, int) { return motion::PoseCoordinates{}; });
+    store::write_motion_model(file_, model);
   }
 
   Outcome run(const std::string& arguments) const

@@ -6,9 +6,9 @@
 #include <functional>
 #include <thread>
 
+#include "bench_files/calibration.hpp"
 #include "motion/support/models.hpp"
 #include "player/render/screen.hpp"
-#include "setup/calibration.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
@@ -17,12 +17,12 @@ namespace vrda::window_test {
 
 constexpr int width = 800, height = 600;
 
-MotionModel small_model()
+store::MotionModel small_model()
 {
   test::ModelPlan plan;
-  MotionModel model = test::model_of(plan);
+  store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
-  test::add_smoothed(model, 1, [](int i, int) { return PoseNumbers{0.0, 0.0, 0.0, 2.0 * i}; });
+  test::add_smoothed(model, 1, [](int i, int) { return motion::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
   return model;
 }
 
@@ -38,7 +38,7 @@ bool comes_true(const std::function<bool()>& claim)
 
 class InWindow : public testing::Test {
  protected:
-  InWindow() { write_motion_model(file_, small_model()); }
+  InWindow() { store::write_motion_model(file_, small_model()); }
   test::Command show() const
   {
     return {VRDA_PLAYER_PROGRAM, {"show", file_, "--size", "800x600"}, {}, scratch_.path()};
@@ -54,18 +54,18 @@ class InWindow : public testing::Test {
   /// Tests the dark panel's pixel in the lower right corner.
   bool is_panel_there() const
   {
-    const Image image = screen_.picture(width, height);
+    const render::Image image = screen_.picture(width, height);
     return image.rgba[image.rgba.size() - 4] == 26;
   }
   /// Waits until the screen differs from `before`.
-  bool changes_from(const Image& before) const
+  bool changes_from(const render::Image& before) const
   {
     return comes_true([&] { return screen_.picture(width, height).rgba != before.rgba; });
   }
   /// The help page covers much of the window; a highlighted button changes less than a hundredth.
-  bool is_page_over(const Image& before) const
+  bool is_page_over(const render::Image& before) const
   {
-    const Image now = screen_.picture(width, height);
+    const render::Image now = screen_.picture(width, height);
     std::size_t n_changed = 0;
     for (std::size_t i = 0; i < now.rgba.size(); i += 4)
       n_changed += static_cast<std::size_t>(now.rgba[i] != before.rgba[i]);
@@ -82,7 +82,7 @@ TEST_F(InWindow, OpensPlaysTakesAPictureAndQuits)
   test::Process program(show());
   ASSERT_TRUE(comes_true([&] { return is_panel_there(); })) << program.said();
   mouse({"mousemove", "300", "300"});
-  Image before = screen_.picture(width, height);
+  render::Image before = screen_.picture(width, height);
   type("Right");
   EXPECT_TRUE(changes_from(before));
   before = screen_.picture(width, height);
@@ -107,7 +107,7 @@ TEST_F(InWindow, TheMouseTurnsTheJointAndPressesButtons)
 {
   test::Process program(show());
   ASSERT_TRUE(comes_true([&] { return is_panel_there(); })) << program.said();
-  Image before = screen_.picture(width, height);
+  render::Image before = screen_.picture(width, height);
   mouse({"mousemove", "300", "300", "mousedown", "2", "mousemove", "360", "330", "mouseup", "2"});
   EXPECT_TRUE(changes_from(before));
   type("t");
@@ -126,13 +126,13 @@ TEST_F(InWindow, TheMouseTurnsTheJointAndPressesButtons)
 }
 
 /// In the layout "quarters" the left half is the operator's area, with a dark background.
-bool is_operators_area_at(const Image& image, int x, int y)
+bool is_operators_area_at(const render::Image& image, int x, int y)
 {
   constexpr int red = 24;
   return image.rgba[static_cast<std::size_t>(4 * (y * width + x))] == red;
 }
 
-bool is_operators_area_there(const Image& image)
+bool is_operators_area_there(const render::Image& image)
 {
   return is_operators_area_at(image, 10, height - 1);
 }
@@ -200,11 +200,11 @@ TEST_F(InWindow, WhatKeysAdjustedIsWrittenToTheCalibrationOnRequest)
   EXPECT_TRUE(comes_true([&] { return std::filesystem::exists(kept); })) << program.said();
   type("Escape");
   EXPECT_EQ(program.wait().exit_code, 0);
-  const BenchFile file = read_bench_file(bench);
-  Calibration wanted = nominal_calibration(file);
+  const bench_files::BenchFile file = bench_files::read_bench_file(bench);
+  bench_files::Calibration wanted = bench_files::nominal_calibration(file);
   constexpr double nominal_mm = 64.0, ten_steps_mm = 2.5;
-  set_ipd(wanted.eyes, nominal_mm + ten_steps_mm);
-  EXPECT_EQ(read_calibration(kept, file).eyes, wanted.eyes);
+  optics::set_ipd(wanted.eyes, nominal_mm + ten_steps_mm);
+  EXPECT_EQ(bench_files::read_calibration(kept, file).eyes, wanted.eyes);
 }
 
 TEST_F(InWindow, SomebodyTrainsAtAVirtualBenchAndLeaves)
@@ -214,7 +214,7 @@ TEST_F(InWindow, SomebodyTrainsAtAVirtualBenchAndLeaves)
       {VRDA_PLAYER_PROGRAM, {"calibrate", "all", "--virtual", "--calibration", kept}, {}, scratch_.path()});
   ASSERT_TRUE(comes_true([&] { return is_operators_area_there(screen_.picture(width, height)); }))
       << program.said();
-  Image before = screen_.picture(width, height);
+  render::Image before = screen_.picture(width, height);
   type("shift+Right");
   EXPECT_TRUE(changes_from(before));
   EXPECT_FALSE(std::filesystem::exists(kept));

@@ -1,7 +1,7 @@
 // Pose of the eyes and effect of the board's inputs.
 #include <gtest/gtest.h>
 
-#include "../setup/bench_texts.hpp"
+#include "../bench_files/bench_texts.hpp"
 #include "bench/bench_panel.hpp"
 #include "bench/controls.hpp"
 #include "bench_samples.hpp"
@@ -16,14 +16,15 @@ constexpr const char* no_zero = "stage not zeroed: press Z at its stop";
 TEST(BenchInputs, TheStageMovesTheEyesAlongItsDirectionByItsCounts)
 {
   SmallBench bench(test::two_bodies_text());
-  const Calibration& c = bench.calibration;
-  const Pose X_tracker_table = pose_of(c.X_tracker_table);
-  EXPECT_LT(distance_of(bench.state.frame(0).X_tracker_eyes, X_tracker_table * pose_of(c.X_table_eyes)),
-            rounding);
+  const bench_files::Calibration& c = bench.calibration;
+  const Pose X_tracker_table = tracking::pose_of(c.X_tracker_table);
+  EXPECT_LT(
+      distance_of(bench.state.frame(0).X_tracker_eyes, X_tracker_table * tracking::pose_of(c.X_table_eyes)),
+      rounding);
   for (const int count : {1, 4000, -7001}) {
-    bench.state.take(test::stage_sample(count, ms_in_ns, stage_zeroed));
-    const BenchFrame& frame = bench.state.frame(ms_in_ns);
-    Pose X_table_eyes = pose_of(c.X_table_eyes);
+    bench.state.take(test::stage_sample(count, ms_in_ns, devices::stage_zeroed));
+    const bench::BenchFrame& frame = bench.state.frame(ms_in_ns);
+    Pose X_table_eyes = tracking::pose_of(c.X_table_eyes);
     X_table_eyes.translation() += 0.005 * count * Eigen::Vector3d(0.6, 0.0, 0.8);
     EXPECT_LT(distance_of(frame.X_tracker_eyes, X_tracker_table * X_table_eyes), rounding);
     EXPECT_NEAR(frame.stage_mm, 0.005 * count, rounding);
@@ -38,57 +39,58 @@ TEST(BenchInputs, AStageWhoseBoardStartedAnewStaysWhereItWasUntilItIsZeroed)
     bench.state.take(test::stage_sample(count, ms_in_ns, static_cast<std::uint8_t>(flags)));
     return bench.state.frame(ms_in_ns);
   };
-  const BenchFrame zeroed = at(4000, stage_zeroed);
+  const bench::BenchFrame zeroed = at(4000, devices::stage_zeroed);
   EXPECT_TRUE(zeroed.stage.is_live);
-  EXPECT_EQ(stage_mark_text(zeroed), "");
-  bench.state.take(test::link_sample(DeviceId::board, LinkState::closed, ms_in_ns));
-  const BenchFrame silent = bench.state.frame(1001 * ms_in_ns);
-  EXPECT_EQ(stage_mark_text(silent), "stage silent for 1 s");
+  EXPECT_EQ(bench::stage_status_text(zeroed), "");
+  bench.state.take(test::link_sample(devices::DeviceId::board, devices::LinkState::closed, ms_in_ns));
+  const bench::BenchFrame silent = bench.state.frame(1001 * ms_in_ns);
+  EXPECT_EQ(bench::stage_status_text(silent), "stage silent for 1 s");
   for (const int count : {0, -300, 17}) {
-    const BenchFrame anew = at(count, 0);
+    const bench::BenchFrame anew = at(count, 0);
     EXPECT_FALSE(anew.stage.is_live || anew.is_stage_zeroed);
     EXPECT_EQ(anew.X_tracker_eyes.matrix(), zeroed.X_tracker_eyes.matrix());
     EXPECT_EQ(anew.stage_mm, zeroed.stage_mm);
-    EXPECT_EQ(stage_mark_text(anew), no_zero);
+    EXPECT_EQ(bench::stage_status_text(anew), no_zero);
   }
-  const BenchFrame again = at(200, stage_zeroed);
+  const bench::BenchFrame again = at(200, devices::stage_zeroed);
   EXPECT_TRUE(again.stage.is_live);
   EXPECT_NEAR(again.stage_mm, 1.0, rounding);
-  EXPECT_EQ(stage_mark_text(again), "");
+  EXPECT_EQ(bench::stage_status_text(again), "");
 }
 
 TEST(BenchInputs, AStageIsMarkedThatWasNeverZeroedOrHasLostCounts)
 {
   SmallBench bench(test::two_bodies_text());
-  EXPECT_EQ(stage_mark_text(bench.state.frame(0)), "stage not seen yet");
+  EXPECT_EQ(bench::stage_status_text(bench.state.frame(0)), "stage not seen yet");
   struct Row {
     int flags;
     const char* mark;
   };
-  for (const Row row : {Row{0, no_zero}, Row{stage_lost_counts, no_zero},
-                        Row{stage_zeroed | stage_lost_counts, "stage has lost counts: press Z at its stop"},
-                        Row{stage_zeroed, ""}}) {
+  for (const Row row :
+       {Row{0, no_zero}, Row{devices::stage_lost_counts, no_zero},
+        Row{devices::stage_zeroed | devices::stage_lost_counts, "stage has lost counts: press Z at its stop"},
+        Row{devices::stage_zeroed, ""}}) {
     bench.state.take(test::stage_sample(100, ms_in_ns, static_cast<std::uint8_t>(row.flags)));
-    const BenchFrame& frame = bench.state.frame(ms_in_ns);
-    EXPECT_EQ(stage_mark_text(frame), row.mark);
+    const bench::BenchFrame& frame = bench.state.frame(ms_in_ns);
+    EXPECT_EQ(bench::stage_status_text(frame), row.mark);
     // Without zeroing, the counts since the start of the board move the eyes.
     EXPECT_TRUE(frame.stage.is_live);
     EXPECT_NEAR(frame.stage_mm, 0.5, rounding);
   }
-  EXPECT_EQ(stage_mark_text(SmallBench(test::two_bodies_text("tracker")).state.frame(0)), "");
+  EXPECT_EQ(bench::stage_status_text(SmallBench(test::two_bodies_text("tracker")).state.frame(0)), "");
 }
 
 TEST(BenchInputs, AHeadOnTheTrackerStandsAtItsBody)
 {
   SmallBench bench(test::two_bodies_text("tracker"));
-  const Calibration& c = bench.calibration;
+  const bench_files::Calibration& c = bench.calibration;
   // Before the head is seen: on the table.
-  EXPECT_LT(
-      distance_of(bench.state.frame(0).X_tracker_eyes, pose_of(c.X_tracker_table) * pose_of(c.X_table_eyes)),
-      rounding);
+  EXPECT_LT(distance_of(bench.state.frame(0).X_tracker_eyes,
+                        tracking::pose_of(c.X_tracker_table) * tracking::pose_of(c.X_table_eyes)),
+            rounding);
   bench.state.take(test::place_sample(2, some_pose(5), 0, ms_in_ns));
-  const BenchFrame& frame = bench.state.frame(ms_in_ns);
-  EXPECT_LT(distance_of(frame.X_tracker_eyes, some_pose(5) * pose_of(c.X_headbody_eyes)), rounding);
+  const bench::BenchFrame& frame = bench.state.frame(ms_in_ns);
+  EXPECT_LT(distance_of(frame.X_tracker_eyes, some_pose(5) * tracking::pose_of(c.X_headbody_eyes)), rounding);
   EXPECT_TRUE(frame.bodies[3].is_live);
   EXPECT_FALSE(frame.stage.is_used);
 }
@@ -102,7 +104,7 @@ TEST(BenchInputs, ThePotentiometerSetsAnAngleOverTheMeasuredRange)
   varus.state.take(test::potentiometer_sample(1023, ms_in_ns));
   EXPECT_NEAR(varus.state.values().varus_deg, 4.0, rounding);
   SmallBench selected(test::rigid_text());
-  selected.state.select(parameter_named("varus").value());
+  selected.state.select(bench_files::find_parameter("varus").value());
   selected.state.take(test::potentiometer_sample(0, ms_in_ns));
   EXPECT_NEAR(selected.state.values().varus_deg, -4.0, rounding);
 }
@@ -110,40 +112,40 @@ TEST(BenchInputs, ThePotentiometerSetsAnAngleOverTheMeasuredRange)
 TEST(BenchInputs, ThePotentiometerMovesAnyOtherParameterByItsSteps)
 {
   SmallBench bench(test::rigid_text());
-  const std::size_t distance = parameter_named("left.distance").value();
+  const std::size_t distance = bench_files::find_parameter("left.distance").value();
   bench.state.select(distance);
   bench.state.take(test::potentiometer_sample(100, ms_in_ns));
-  EXPECT_EQ(value_of(bench.state.values(), distance), 880.0);
+  EXPECT_EQ(bench_files::value_of(bench.state.values(), distance), 880.0);
   // Half a turn, long enough for the filter: 100 steps of 1 px.
   const auto turn_to = [&](int count, int from) {
     for (int k = 0; k < 500; ++k)
       bench.state.take(test::potentiometer_sample(count, (from + k) * 10 * ms_in_ns));
   };
   turn_to(612, 1);
-  EXPECT_EQ(value_of(bench.state.values(), distance), 980.0);
+  EXPECT_EQ(bench_files::value_of(bench.state.values(), distance), 980.0);
   // For another parameter the potentiometer starts at its current position.
-  const std::size_t aspect = parameter_named("left.pixel_aspect").value();
+  const std::size_t aspect = bench_files::find_parameter("left.pixel_aspect").value();
   bench.state.select(aspect);
   turn_to(612, 501);
-  EXPECT_EQ(value_of(bench.state.values(), aspect), 1.0);
+  EXPECT_EQ(bench_files::value_of(bench.state.values(), aspect), 1.0);
   turn_to(561, 1001);
-  EXPECT_NEAR(value_of(bench.state.values(), aspect), 0.99, rounding);
-  EXPECT_EQ(value_of(bench.state.values(), distance), 980.0);
+  EXPECT_NEAR(bench_files::value_of(bench.state.values(), aspect), 0.99, rounding);
+  EXPECT_EQ(bench_files::value_of(bench.state.values(), distance), 980.0);
 }
 
 TEST(BenchInputs, APotentiometerThatDrivesANamedParameterChangesThatOneAlone)
 {
   SmallBench bench(test::rigid_text("prediction"));
-  const std::size_t prediction = parameter_named("prediction").value();
-  const std::size_t distance = parameter_named("left.distance").value();
+  const std::size_t prediction = bench_files::find_parameter("prediction").value();
+  const std::size_t distance = bench_files::find_parameter("left.distance").value();
   bench.state.select(distance);
   bench.state.values().prediction_ms = 20.0;
   bench.state.select(distance);
   bench.state.take(test::potentiometer_sample(100, ms_in_ns));
-  EXPECT_EQ(value_of(bench.state.values(), prediction), 20.0);
+  EXPECT_EQ(bench_files::value_of(bench.state.values(), prediction), 20.0);
   for (int k = 1; k <= 500; ++k) bench.state.take(test::potentiometer_sample(612, k * 10 * ms_in_ns));
-  EXPECT_EQ(value_of(bench.state.values(), prediction), 120.0);
-  EXPECT_EQ(value_of(bench.state.values(), distance), 880.0);
+  EXPECT_EQ(bench_files::value_of(bench.state.values(), prediction), 120.0);
+  EXPECT_EQ(bench_files::value_of(bench.state.values(), distance), 880.0);
 }
 
 TEST(BenchInputs, KeysChangeAnAngleForGoodWhileThePotentiometerRests)
@@ -159,7 +161,7 @@ TEST(BenchInputs, KeysChangeAnAngleForGoodWhileThePotentiometerRests)
   constexpr double count_deg = 90.0 / 1023.0;
   EXPECT_NEAR(listen(341), 30.0, count_deg);
   const double before_deg = bench.state.values().flexion_deg;
-  press_key(bench.state, {Key::right, true});
+  bench::apply_key(bench.state, {navigation::Key::right, true});
   EXPECT_NEAR(bench.state.values().flexion_deg, before_deg + 10.0, 1e-3);
   EXPECT_NEAR(listen(341), before_deg + 10.0, 1e-3);
   EXPECT_NEAR(listen(682), 60.0, count_deg);
@@ -169,24 +171,26 @@ TEST(BenchInputs, KeysChangeAnAngleForGoodWhileThePotentiometerRests)
 TEST(BenchInputs, UsedOnesAreMarkedUntilTheyAreSeen)
 {
   SmallBench bench(test::rigid_text());
-  const BenchFrame before = bench.state.frame(0);
+  const bench::BenchFrame before = bench.state.frame(0);
   EXPECT_TRUE(before.stage.is_used && before.potentiometer.is_used && before.bodies[0].is_used);
   EXPECT_FALSE(before.bodies[1].is_used);
-  EXPECT_FALSE(is_live(before));
+  EXPECT_FALSE(bench::is_live(before));
   bench.state.take(test::stage_sample(0, ms_in_ns));
   bench.state.take(test::potentiometer_sample(0, ms_in_ns));
   bench.state.take(test::place_sample(0, some_pose(1), 0, ms_in_ns));
-  const BenchFrame after = bench.state.frame(501 * ms_in_ns);
-  EXPECT_TRUE(is_live(after));
+  const bench::BenchFrame after = bench.state.frame(501 * ms_in_ns);
+  EXPECT_TRUE(bench::is_live(after));
   EXPECT_NEAR(after.stage.age_s, 0.5, rounding);
 }
 
 TEST(BenchInputs, WhatIsNotLiveIsToldInWords)
 {
-  EXPECT_EQ(mark_text("tibia", {true, false, true, 1.23, SeenState::missing}), "tibia hidden for 1.2 s");
-  EXPECT_EQ(mark_text("tibia", {true, true, true, 0.01, SeenState::seen}), "");
-  EXPECT_EQ(mark_text("tibia", {}), "");
-  EXPECT_NE(mark_text("tibia", {true, false, false, 0.0, SeenState::missing}), "");
+  EXPECT_EQ(bench::input_status_text("tibia", {true, false, true, 1.23, devices::ToolVisibility::missing}),
+            "tibia hidden for 1.2 s");
+  EXPECT_EQ(bench::input_status_text("tibia", {true, true, true, 0.01, devices::ToolVisibility::seen}), "");
+  EXPECT_EQ(bench::input_status_text("tibia", {}), "");
+  EXPECT_NE(bench::input_status_text("tibia", {true, false, false, 0.0, devices::ToolVisibility::missing}),
+            "");
 }
 
 }  // namespace vrda::bench_inputs_test

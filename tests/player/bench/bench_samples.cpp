@@ -1,21 +1,21 @@
 #include "bench_samples.hpp"
 
-#include "../setup/bench_texts.hpp"
+#include "../bench_files/bench_texts.hpp"
 #include "motion/support/models.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda::test {
 namespace {
 
-SixNumbers some_six(int number)
+tracking::PoseParameters some_six(int number)
 {
   return {{3.0 * number, 5.0 - number, 1.5 * number}, {0.1 * number, 0.02 * number, -0.07 * number}};
 }
 
-Calibration calibration_of(const BenchFile& bench)
+bench_files::Calibration calibration_of(const bench_files::BenchFile& bench)
 {
-  Calibration c = nominal_calibration(bench);
-  for (std::size_t role = 0; role < n_body_roles; ++role)
+  bench_files::Calibration c = bench_files::nominal_calibration(bench);
+  for (std::size_t role = 0; role < bench_files::n_body_roles; ++role)
     c.X_body_model[role] = some_six(static_cast<int>(role) + 1);
   c.X_headbody_eyes = some_six(6);
   c.X_tracker_table = some_six(7);
@@ -26,59 +26,59 @@ Calibration calibration_of(const BenchFile& bench)
 
 }  // namespace
 
-Sample place_sample(std::uint16_t tool, const Pose& X_tracker_tool, std::int64_t device_ns,
-                    std::int64_t arrival_ns)
+devices::Sample place_sample(std::uint16_t tool, const Pose& X_tracker_tool, std::int64_t device_ns,
+                             std::int64_t arrival_ns)
 {
-  Sample sample;
-  sample.kind = SampleKind::place;
-  sample.state = static_cast<std::uint8_t>(SeenState::seen);
+  devices::Sample sample;
+  sample.kind = devices::SampleKind::tool_pose;
+  sample.state = static_cast<std::uint8_t>(devices::ToolVisibility::seen);
   sample.source = tool;
-  sample.place = place_of(X_tracker_tool);
+  sample.tool_pose = devices::place_of(X_tracker_tool);
   sample.device_ns = device_ns;
   sample.arrival_ns = arrival_ns;
   return sample;
 }
 
-Sample hidden_sample(std::uint16_t tool, std::int64_t arrival_ns)
+devices::Sample hidden_sample(std::uint16_t tool, std::int64_t arrival_ns)
 {
-  Sample sample = place_sample(tool, Pose::Identity(), 0, arrival_ns);
-  sample.state = static_cast<std::uint8_t>(SeenState::missing);
+  devices::Sample sample = place_sample(tool, Pose::Identity(), 0, arrival_ns);
+  sample.state = static_cast<std::uint8_t>(devices::ToolVisibility::missing);
   return sample;
 }
 
-Sample potentiometer_sample(int count, std::int64_t arrival_ns)
+devices::Sample potentiometer_sample(int count, std::int64_t arrival_ns)
 {
-  Sample sample;
-  sample.kind = SampleKind::potentiometer;
+  devices::Sample sample;
+  sample.kind = devices::SampleKind::potentiometer;
   sample.count = count;
   sample.arrival_ns = arrival_ns;
   return sample;
 }
 
-Sample stage_sample(int count, std::int64_t arrival_ns, std::uint8_t flags)
+devices::Sample stage_sample(int count, std::int64_t arrival_ns, std::uint8_t flags)
 {
-  Sample sample = potentiometer_sample(count, arrival_ns);
-  sample.kind = SampleKind::stage;
+  devices::Sample sample = potentiometer_sample(count, arrival_ns);
+  sample.kind = devices::SampleKind::stage;
   sample.state = flags;
   return sample;
 }
 
-Sample link_sample(DeviceId device, LinkState state, std::int64_t arrival_ns)
+devices::Sample link_sample(devices::DeviceId device, devices::LinkState state, std::int64_t arrival_ns)
 {
-  Sample sample;
-  sample.kind = SampleKind::link;
+  devices::Sample sample;
+  sample.kind = devices::SampleKind::link;
   sample.source = static_cast<std::uint16_t>(device);
   sample.state = static_cast<std::uint8_t>(state);
   sample.arrival_ns = arrival_ns;
   return sample;
 }
 
-MotionModel bench_model(const std::string& side)
+store::MotionModel bench_model(const std::string& side)
 {
   ModelPlan plan;
   plan.side = side;
   plan.motion = [](double flexion_deg, double varus_deg) {
-    return PoseNumbers{0.02 * flexion_deg, -0.1 * varus_deg, 0.5, 0.1 * flexion_deg};
+    return motion::PoseCoordinates{0.02 * flexion_deg, -0.1 * varus_deg, 0.5, 0.1 * flexion_deg};
   };
   return model_of(plan);
 }
@@ -86,26 +86,27 @@ MotionModel bench_model(const std::string& side)
 SmallBench::SmallBench(const std::string& text, const std::string& side)
     : model(bench_model(side)),
       motion(model, "raw"),
-      frame(solver_frame(model, 0)),
+      frame(store::solver_frame(model, 0)),
       bench(bench_of(text)),
       calibration(calibration_of(bench)),
       state(bench, calibration, motion, frame)
 {
 }
 
-Pose SmallBench::X_body_model(BodyRole role) const
+Pose SmallBench::X_body_model(bench_files::BodyRole role) const
 {
-  return pose_of(calibration.X_body_model[static_cast<std::size_t>(role)]);
+  return tracking::pose_of(calibration.X_body_model[static_cast<std::size_t>(role)]);
 }
 
-Pose SmallBench::X_tracker_shank(const Pose& X_tracker_thigh, const LegAngles& angles) const
+Pose SmallBench::X_tracker_shank(const Pose& X_tracker_thigh, const tracking::LegAngles& angles) const
 {
-  return X_tracker_thigh * X_body_model(BodyRole::femur) * X_femur_tibia(angles, frame, {1, 2, 3}) *
-         X_body_model(BodyRole::tibia).inverse();
+  return X_tracker_thigh * X_body_model(bench_files::BodyRole::femur) *
+         tracking::X_femur_tibia(angles, frame, {1, 2, 3}) *
+         X_body_model(bench_files::BodyRole::tibia).inverse();
 }
 
-void SmallBench::take_leg(const Pose& X_tracker_thigh, const LegAngles& angles, std::int64_t device_ns,
-                          std::int64_t arrival_ns)
+void SmallBench::take_leg(const Pose& X_tracker_thigh, const tracking::LegAngles& angles,
+                          std::int64_t device_ns, std::int64_t arrival_ns)
 {
   state.take(place_sample(0, X_tracker_thigh, device_ns, arrival_ns));
   state.take(place_sample(1, X_tracker_shank(X_tracker_thigh, angles), device_ns, arrival_ns));
@@ -126,15 +127,15 @@ std::string rigid_text(const std::string& potentiometer)
 
 Pose some_pose(int number)
 {
-  SixNumbers six = some_six(number);
+  tracking::PoseParameters six = some_six(number);
   six.shift_mm.z() -= 1000.0;
   six.turn_rad *= 3.0;
-  return pose_of(six);
+  return tracking::pose_of(six);
 }
 
-Pose moved(const Pose& start, const Screw& a_second, double time_s)
+Pose moved(const Pose& start, const tracking::Screw& a_second, double time_s)
 {
-  return start * pose_of(scaled(a_second, time_s));
+  return start * tracking::pose_of(tracking::scaled(a_second, time_s));
 }
 
 double distance_of(const Pose& a, const Pose& b)

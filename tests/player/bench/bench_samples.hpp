@@ -11,33 +11,33 @@ namespace vrda::test {
 
 inline constexpr std::int64_t ms_in_ns = 1'000'000;
 
-Sample place_sample(std::uint16_t tool, const Pose& X_tracker_tool, std::int64_t device_ns,
-                    std::int64_t arrival_ns);
-Sample hidden_sample(std::uint16_t tool, std::int64_t arrival_ns);
-Sample potentiometer_sample(int count, std::int64_t arrival_ns);
-Sample stage_sample(int count, std::int64_t arrival_ns, std::uint8_t flags = 0);
-Sample link_sample(DeviceId device, LinkState state, std::int64_t arrival_ns);
+devices::Sample place_sample(std::uint16_t tool, const Pose& X_tracker_tool, std::int64_t device_ns,
+                             std::int64_t arrival_ns);
+devices::Sample hidden_sample(std::uint16_t tool, std::int64_t arrival_ns);
+devices::Sample potentiometer_sample(int count, std::int64_t arrival_ns);
+devices::Sample stage_sample(int count, std::int64_t arrival_ns, std::uint8_t flags = 0);
+devices::Sample link_sample(devices::DeviceId device, devices::LinkState state, std::int64_t arrival_ns);
 
 /// A model with flexion 0 to 90 and varus -4 to 4 degrees, whose tibia translates and rotates with both.
-MotionModel bench_model(const std::string& side);
+store::MotionModel bench_model(const std::string& side);
 
 /// A bench with its state.
 struct SmallBench {
   /// `text`: bench file; the calibration is random but usable.
   explicit SmallBench(const std::string& text, const std::string& side = "right");
 
-  MotionModel model;
-  Motion motion;
+  store::MotionModel model;
+  motion::Motion motion;
   SolverFrame frame;
-  BenchFile bench;
-  Calibration calibration;
-  BenchState state;
+  bench_files::BenchFile bench;
+  bench_files::Calibration calibration;
+  bench::BenchState state;
 
-  Pose X_body_model(BodyRole role) const;
+  Pose X_body_model(bench_files::BodyRole role) const;
   /// Pose of the tibia's body for the femur's body at `X_tracker_thigh` and the knee at `angles`.
-  Pose X_tracker_shank(const Pose& X_tracker_thigh, const LegAngles& angles) const;
+  Pose X_tracker_shank(const Pose& X_tracker_thigh, const tracking::LegAngles& angles) const;
   /// Samples of both bodies in these poses, as one message.
-  void take_leg(const Pose& X_tracker_thigh, const LegAngles& angles, std::int64_t device_ns,
+  void take_leg(const Pose& X_tracker_thigh, const tracking::LegAngles& angles, std::int64_t device_ns,
                 std::int64_t arrival_ns);
 };
 
@@ -50,7 +50,7 @@ std::string rigid_text(const std::string& potentiometer = "selected");
 Pose some_pose(int number);
 
 /// A body at `start` at time 0 with the constant velocity `a_second` in body axes.
-Pose moved(const Pose& start, const Screw& a_second, double time_s);
+Pose moved(const Pose& start, const tracking::Screw& a_second, double time_s);
 
 double distance_of(const Pose& a, const Pose& b);
 

@@ -11,7 +11,7 @@
 #include "bench/bench_run.hpp"
 #include "motion/support/models.hpp"
 #include "player/bench/bench_samples.hpp"
-#include "player/setup/bench_texts.hpp"
+#include "player/bench_files/bench_texts.hpp"
 #include "recording/recording.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/allocation_count.hpp"
@@ -24,18 +24,19 @@ using test::ms_in_ns;
 constexpr std::int64_t picture_ns = 16 * ms_in_ns;
 constexpr int n_pictures = 40;
 
-std::vector<KeyPress> presses(int n, Key key, bool has_shift = false)
+std::vector<navigation::KeyPress> presses(int n, navigation::Key key, bool has_shift = false)
 {
-  return std::vector<KeyPress>(static_cast<std::size_t>(n), KeyPress{key, has_shift, false});
+  return std::vector<navigation::KeyPress>(static_cast<std::size_t>(n),
+                                           navigation::KeyPress{key, has_shift, false});
 }
 
 /// Selects the right eye's k1 from the first parameter, around the end of the list.
-std::vector<KeyPress> to_right_k1()
+std::vector<navigation::KeyPress> to_right_k1()
 {
-  return presses(4, Key::up);
+  return presses(4, navigation::Key::up);
 }
 
-double right_k1(const BenchState& state)
+double right_k1(const bench::BenchState& state)
 {
   return state.values().calibration.eyes.right.distortion.k1;
 }
@@ -43,33 +44,33 @@ double right_k1(const BenchState& state)
 TEST(BenchTake, EyesThatCannotBeDrawnForArePutBackToWhatTheyWereBefore)
 {
   test::SmallBench bench(test::rigid_text());
-  PanelContent panel;
-  take(bench.state, panel, to_right_k1(), {});
-  ASSERT_EQ(parameters()[bench.state.selected()].name, "right.k1");
+  bench::PanelContent panel;
+  bench::apply_input(bench.state, panel, to_right_k1(), {});
+  ASSERT_EQ(bench_files::parameters()[bench.state.selected()].name, "right.k1");
   // The corner of 640 x 480 is at 1.25 units; folds there below k1 = -1 / (3 * 1.25^2) = -0.213.
-  take(bench.state, panel, presses(20, Key::left, true), {});
+  bench::apply_input(bench.state, panel, presses(20, navigation::Key::left, true), {});
   EXPECT_NEAR(right_k1(bench.state), -0.2, 1e-12);
   EXPECT_EQ(panel.message, "");
-  take(bench.state, panel, presses(2, Key::left, true), {});
+  bench::apply_input(bench.state, panel, presses(2, navigation::Key::left, true), {});
   EXPECT_NEAR(right_k1(bench.state), -0.2, 1e-12);
   EXPECT_THAT(panel.message, testing::HasSubstr("fold"));
   EXPECT_THAT(panel.message, testing::EndsWith(": restored"));
-  take(bench.state, panel, presses(1, Key::right, true), {});
+  bench::apply_input(bench.state, panel, presses(1, navigation::Key::right, true), {});
   EXPECT_NEAR(right_k1(bench.state), -0.19, 1e-12);
 }
 
 TEST(BenchTake, ThePotentiometerGoesOnFromWhatWasPutBack)
 {
   test::SmallBench bench(test::rigid_text());
-  PanelContent panel;
-  take(bench.state, panel, to_right_k1(), {});
-  take(bench.state, panel, presses(20, Key::left, true), {});
+  bench::PanelContent panel;
+  bench::apply_input(bench.state, panel, to_right_k1(), {});
+  bench::apply_input(bench.state, panel, presses(20, navigation::Key::left, true), {});
   int k = 0;
   const auto turn = [&](int from, int to) {
     for (int n = 0; n <= 400; ++n, ++k) {
       const int count = n < 200 ? from + (to - from) * n / 200 : to;
-      const Sample sample = test::potentiometer_sample(count, k * 10 * ms_in_ns);
-      take(bench.state, panel, {}, {&sample, 1});
+      const devices::Sample sample = test::potentiometer_sample(count, k * 10 * ms_in_ns);
+      bench::apply_input(bench.state, panel, {}, {&sample, 1});
     }
     return right_k1(bench.state);
   };
@@ -85,34 +86,34 @@ class BenchReplay : public testing::Test {
  protected:
   BenchReplay()
   {
-    MotionModel model = test::bench_model("right");
+    store::MotionModel model = test::bench_model("right");
     test::add_bodies(model);
-    write_motion_model(options_.file, model);
+    store::write_motion_model(options_.file, model);
     const std::string text =
         test::bench_head("rigid") +
         "[display]\nwidth = 320\nheight = 256\nlayout = \"quarters\"\nrefresh_hz = 62.5\n" +
         test::tracker_table + "[body.leg]\ntool = \"leg\"\n";
     options_.bench = scratch_.write("bench.toml", text).string();
-    options_.look.mode = DrawMode::smooth;
+    options_.look.mode = scene::DrawMode::smooth;
     options_.is_headless = options_.is_quiet = true;
-    setup_.emplace(read_bench_setup(options_));
+    setup_.emplace(bench::read_bench_setup(options_));
   }
 
   std::string in_scratch(const std::string& name) const { return (scratch_.path() / name).string(); }
 
-  static std::vector<KeyPress> keys_of(int picture)
+  static std::vector<navigation::KeyPress> keys_of(int picture)
   {
     if (picture == 2) return to_right_k1();
-    if (picture == 5) return presses(15, Key::left, true);
-    if (picture == 8) return presses(15, Key::left, true);  // a folding distortion is restored
-    if (picture == 20) return presses(10, Key::right, true);
+    if (picture == 5) return presses(15, navigation::Key::left, true);
+    if (picture == 8) return presses(15, navigation::Key::left, true);  // a folding distortion is restored
+    if (picture == 20) return presses(10, navigation::Key::right, true);
     return {};
   }
 
   /// The leg rotates and moves.
-  static Sample sample_of(int picture)
+  static devices::Sample sample_of(int picture)
   {
-    const Screw a_second{{0.5, -0.8, 0.3}, {40.0, -20.0, 10.0}};
+    const tracking::Screw a_second{{0.5, -0.8, 0.3}, {40.0, -20.0, 10.0}};
     const std::int64_t now_ns = picture * picture_ns;
     return test::place_sample(0, test::moved(Pose::Identity(), a_second, 0.016 * picture), now_ns + 1,
                               now_ns);
@@ -120,9 +121,9 @@ class BenchReplay : public testing::Test {
 
   void record(const std::string& log) const
   {
-    Recorder recorder(log, setup_->facts);
+    recording::Recorder recorder(log, setup_->facts);
     for (int k = 0; k < n_pictures; ++k) {
-      const Sample sample = sample_of(k);
+      const devices::Sample sample = sample_of(k);
       recorder.add(k * picture_ns, keys_of(k), {&sample, 1});
     }
     recorder.close();
@@ -131,14 +132,14 @@ class BenchReplay : public testing::Test {
   std::map<std::string, std::string> replayed(const std::string& log, const std::string& folder,
                                               double from_s, std::optional<double> speed) const
   {
-    BenchOptions options = options_;
+    bench::BenchOptions options = options_;
     options.bench.clear();
     options.replay = log;
     options.pictures = in_scratch(folder);
     options.from_s = from_s;
     options.speed = speed;
     std::ostringstream data, talk;
-    replay_bench(options, {data, talk});
+    bench::replay_bench(options, {data, talk});
     std::map<std::string, std::string> files;
     for (const auto& entry : std::filesystem::directory_iterator(options.pictures))
       files[entry.path().filename()] = test::read_bytes(entry.path());
@@ -146,20 +147,20 @@ class BenchReplay : public testing::Test {
   }
 
   test::Scratch scratch_;
-  BenchOptions options_ = [this] {
-    BenchOptions options;
+  bench::BenchOptions options_ = [this] {
+    bench::BenchOptions options;
     options.file = in_scratch("knee.h5");
     return options;
   }();
-  std::optional<BenchSetup> setup_;
+  std::optional<bench::BenchSetup> setup_;
 };
 
 TEST_F(BenchReplay, WhatCalibrationAloneTracksIsNotWaitedFor)
 {
   EXPECT_EQ(setup_->bench.tracker->tools, (std::vector<std::string>{"leg"}));
-  BenchOptions options = options_;
+  bench::BenchOptions options = options_;
   options.bench = scratch_.write("calibrated.toml", setup_->bench.text + "[calibration]\n").string();
-  const BenchSetup calibrated = read_bench_setup(options);
+  const bench::BenchSetup calibrated = bench::read_bench_setup(options);
   EXPECT_TRUE(calibrated.bench.calibration.is_present);
   EXPECT_EQ(calibrated.bench.tracker->tools, setup_->bench.tracker->tools);
 }
@@ -183,14 +184,15 @@ TEST_F(BenchReplay, FromWithinAndAtAnySpeedShowsThePicturesOfAWholeOne)
 
 TEST_F(BenchReplay, ABenchFrameAllocatesNothingThoughTheCalibrationKeepsItsMarks)
 {
-  CalibrationRecord& record = setup_->calibration.records[CalibrationPart::viewport];
+  bench_files::CalibrationRecord& record =
+      setup_->calibration.records[bench_files::CalibrationPart::viewport];
   record.date = "2026-11-22, a date too long for a short string";
   record.marks = {{"a task with a name that is long", {{1.0, 2.0}, {3.0, 4.0}}}};
-  BenchShow show(options_, *setup_);
-  BenchState state(setup_->bench, setup_->calibration, setup_->motion, setup_->frame);
+  bench::BenchOutput show(options_, *setup_);
+  bench::BenchState state(setup_->bench, setup_->calibration, setup_->motion, setup_->frame);
   const auto round = [&](int k) {
-    const Sample sample = sample_of(k);
-    take(state, show.panel(), {}, {&sample, 1});
+    const devices::Sample sample = sample_of(k);
+    bench::apply_input(state, show.panel(), {}, {&sample, 1});
     show.show(state, state.frame(k * picture_ns), static_cast<std::uint64_t>(k));
   };
   for (int k = 1; k < 100; ++k) round(k);

@@ -1,7 +1,7 @@
 // Pose of the model: tracked legs, hidden bodies, prediction.
 #include <gtest/gtest.h>
 
-#include "../setup/bench_texts.hpp"
+#include "../bench_files/bench_texts.hpp"
 #include "bench_samples.hpp"
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
@@ -14,12 +14,13 @@ using test::SmallBench, test::distance_of, test::ms_in_ns, test::some_pose;
 /// Rounding of poses 1 m away, converted to quaternions and six numbers.
 constexpr double rounding = 1e-9;
 
-LegAngles angles_at(double flexion_deg, double varus_deg)
+tracking::LegAngles angles_at(double flexion_deg, double varus_deg)
 {
   return {rad_from_deg(flexion_deg), rad_from_deg(varus_deg), 0.2};
 }
 
-void expect_attitude(const BenchFrame& frame, double flexion_deg, double varus_deg, double tolerance_deg)
+void expect_attitude(const bench::BenchFrame& frame, double flexion_deg, double varus_deg,
+                     double tolerance_deg)
 {
   EXPECT_NEAR(deg_from_rad(frame.pose.attitude.flexion_rad), flexion_deg, tolerance_deg);
   EXPECT_NEAR(deg_from_rad(frame.pose.attitude.varus_rad), varus_deg, tolerance_deg);
@@ -35,10 +36,11 @@ TEST(BenchState, TwoBodiesAskTheModelAtTheirGroodSuntayAngles)
         now_ns += 10 * ms_in_ns;
         const Pose X_thigh = some_pose(static_cast<int>(flexion_deg));
         bench.take_leg(X_thigh, angles_at(flexion_deg, varus_deg), now_ns, now_ns);
-        const BenchFrame& frame = bench.state.frame(now_ns);
+        const bench::BenchFrame& frame = bench.state.frame(now_ns);
         expect_attitude(frame, flexion_deg, varus_deg, rounding);
-        const Pose X_reference = X_thigh * bench.X_body_model(BodyRole::femur);
-        const JointPose wanted = bench.motion.at({rad_from_deg(flexion_deg), rad_from_deg(varus_deg)});
+        const Pose X_reference = X_thigh * bench.X_body_model(bench_files::BodyRole::femur);
+        const motion::JointPose wanted =
+            bench.motion.at({rad_from_deg(flexion_deg), rad_from_deg(varus_deg)});
         EXPECT_LT(distance_of(frame.X_tracker_reference, X_reference), rounding);
         EXPECT_LT(distance_of(frame.X_tracker_moving, X_reference * wanted.X_reference_moving), rounding);
         EXPECT_TRUE(frame.bodies[1].is_live && frame.bodies[2].is_live);
@@ -54,11 +56,12 @@ TEST(BenchState, ARigidLegStandsAtItsBodyWithTheAnglesOfTheParameters)
   SmallBench bench(test::rigid_text());
   const Pose X_leg = some_pose(3);
   bench.state.take(test::place_sample(0, X_leg, 0, ms_in_ns));
-  set_value(bench.state.values(), parameter_named("flexion").value(), 42.0);
-  set_value(bench.state.values(), parameter_named("varus").value(), -1.5);
-  const BenchFrame& frame = bench.state.frame(ms_in_ns);
+  bench_files::set_value(bench.state.values(), bench_files::find_parameter("flexion").value(), 42.0);
+  bench_files::set_value(bench.state.values(), bench_files::find_parameter("varus").value(), -1.5);
+  const bench::BenchFrame& frame = bench.state.frame(ms_in_ns);
   expect_attitude(frame, 42.0, -1.5, rounding);
-  EXPECT_LT(distance_of(frame.X_tracker_reference, X_leg * bench.X_body_model(BodyRole::leg)), rounding);
+  EXPECT_LT(distance_of(frame.X_tracker_reference, X_leg * bench.X_body_model(bench_files::BodyRole::leg)),
+            rounding);
   EXPECT_LT(distance_of(frame.X_tracker_moving, frame.X_tracker_reference * frame.pose.X_reference_moving),
             rounding);
 }
@@ -70,23 +73,24 @@ TEST(BenchState, AHiddenBodyStaysWhereItWasIsMarkedAndRecovers)
   bench.state.take(test::potentiometer_sample(0, 0));
   EXPECT_FALSE(bench.state.frame(0).bodies[2].was_seen);
   bench.take_leg(some_pose(1), angles_at(30, 1), 5, ms_in_ns);
-  EXPECT_TRUE(is_live(bench.state.frame(ms_in_ns)));
+  EXPECT_TRUE(bench::is_live(bench.state.frame(ms_in_ns)));
   // The femur moves, the tibia is hidden: the angles are kept.
   bench.state.take(test::place_sample(0, some_pose(2), 5 + 100 * ms_in_ns, 101 * ms_in_ns));
   bench.state.take(test::hidden_sample(1, 101 * ms_in_ns));
-  const BenchFrame hidden = bench.state.frame(301 * ms_in_ns);
-  EXPECT_FALSE(is_live(hidden));
+  const bench::BenchFrame hidden = bench.state.frame(301 * ms_in_ns);
+  EXPECT_FALSE(bench::is_live(hidden));
   EXPECT_TRUE(hidden.bodies[1].is_live);
   EXPECT_FALSE(hidden.bodies[2].is_live);
   EXPECT_TRUE(hidden.bodies[2].was_seen);
-  EXPECT_EQ(hidden.bodies[2].state, SeenState::missing);
+  EXPECT_EQ(hidden.bodies[2].state, devices::ToolVisibility::missing);
   EXPECT_NEAR(hidden.bodies[2].age_s, 0.3, 1e-6);
   expect_attitude(hidden, 30.0, 1.0, rounding);
-  EXPECT_LT(distance_of(hidden.X_tracker_reference, some_pose(2) * bench.X_body_model(BodyRole::femur)),
+  EXPECT_LT(distance_of(hidden.X_tracker_reference,
+                        some_pose(2) * bench.X_body_model(bench_files::BodyRole::femur)),
             rounding);
   bench.take_leg(some_pose(2), angles_at(60, -1), 5 + 400 * ms_in_ns, 401 * ms_in_ns);
-  const BenchFrame again = bench.state.frame(401 * ms_in_ns);
-  EXPECT_TRUE(is_live(again));
+  const bench::BenchFrame again = bench.state.frame(401 * ms_in_ns);
+  EXPECT_TRUE(bench::is_live(again));
   expect_attitude(again, 60.0, -1.0, rounding);
   EXPECT_NEAR(again.bodies[2].age_s, 0.0, 1e-4);
 }
@@ -97,17 +101,17 @@ TEST(BenchState, AClosedLinkLosesEverythingOfItsDevice)
   bench.take_leg(some_pose(1), angles_at(30, 1), 5, ms_in_ns);
   bench.state.take(test::stage_sample(100, ms_in_ns));
   bench.state.take(test::potentiometer_sample(100, ms_in_ns));
-  bench.state.take(test::link_sample(DeviceId::tracker, LinkState::up, ms_in_ns));
-  const BenchFrame live = bench.state.frame(ms_in_ns);
-  EXPECT_TRUE(is_live(live));
-  bench.state.take(test::link_sample(DeviceId::tracker, LinkState::closed, 2 * ms_in_ns));
-  const BenchFrame lost = bench.state.frame(3 * ms_in_ns);
+  bench.state.take(test::link_sample(devices::DeviceId::tracker, devices::LinkState::up, ms_in_ns));
+  const bench::BenchFrame live = bench.state.frame(ms_in_ns);
+  EXPECT_TRUE(bench::is_live(live));
+  bench.state.take(test::link_sample(devices::DeviceId::tracker, devices::LinkState::closed, 2 * ms_in_ns));
+  const bench::BenchFrame lost = bench.state.frame(3 * ms_in_ns);
   EXPECT_FALSE(lost.bodies[1].is_live || lost.bodies[2].is_live);
-  EXPECT_EQ(lost.bodies[1].state, SeenState::stale);
+  EXPECT_EQ(lost.bodies[1].state, devices::ToolVisibility::stale);
   EXPECT_TRUE(lost.stage.is_live && lost.potentiometer.is_live);
   EXPECT_EQ(lost.X_tracker_moving.matrix(), live.X_tracker_moving.matrix());
-  bench.state.take(test::link_sample(DeviceId::board, LinkState::opening, 3 * ms_in_ns));
-  const BenchFrame none = bench.state.frame(4 * ms_in_ns);
+  bench.state.take(test::link_sample(devices::DeviceId::board, devices::LinkState::opening, 3 * ms_in_ns));
+  const bench::BenchFrame none = bench.state.frame(4 * ms_in_ns);
   EXPECT_FALSE(none.stage.is_live || none.potentiometer.is_live);
   EXPECT_EQ(none.X_tracker_eyes.matrix(), live.X_tracker_eyes.matrix());
   EXPECT_EQ(none.n_samples, 0);
@@ -125,12 +129,14 @@ TEST(BenchState, AClockThatStepsBackIsFollowed)
       device_ns += k == 30 ? -3000 * ms_in_ns : 10 * ms_in_ns;
       const std::int64_t arrival_ns = (k + 1) * 10 * ms_in_ns;
       bench.take_leg(X_thigh, angles_at(20 + 0.5 * k, 0), device_ns, arrival_ns);
-      const BenchFrame& frame = bench.state.frame(arrival_ns);
+      const bench::BenchFrame& frame = bench.state.frame(arrival_ns);
       EXPECT_TRUE(frame.bodies[1].is_live);
       // 0.5 degrees in 10 ms: the largest change by prediction.
       EXPECT_NEAR(deg_from_rad(frame.pose.attitude.flexion_rad), 20 + 0.5 * k, 0.05 * prediction_ms + 1e-6)
           << k;
-      EXPECT_LT(distance_of(frame.X_tracker_reference, X_thigh * bench.X_body_model(BodyRole::femur)), 1e-6);
+      EXPECT_LT(
+          distance_of(frame.X_tracker_reference, X_thigh * bench.X_body_model(bench_files::BodyRole::femur)),
+          1e-6);
     }
   }
 }
@@ -139,7 +145,7 @@ TEST(BenchState, PredictionCarriesAConstantVelocityOnByTheHorizon)
 {
   SmallBench bench(test::rigid_text());
   bench.state.values().prediction_ms = 30.0;
-  const Screw a_second{{0.5, -0.8, 0.3}, {200.0, -100.0, 50.0}};
+  const tracking::Screw a_second{{0.5, -0.8, 0.3}, {200.0, -100.0, 50.0}};
   const Pose start = some_pose(5);
   for (int k = 1; k <= 20; ++k) {
     const std::int64_t arrival_ns = k * 10 * ms_in_ns;
@@ -147,11 +153,12 @@ TEST(BenchState, PredictionCarriesAConstantVelocityOnByTheHorizon)
         test::place_sample(0, test::moved(start, a_second, 0.01 * k), arrival_ns + 77, arrival_ns));
   }
   // The delay of 4 ms until the frame is also predicted.
-  const BenchFrame& frame = bench.state.frame(204 * ms_in_ns);
-  const Pose wanted = test::moved(start, a_second, 0.204 + 0.030) * bench.X_body_model(BodyRole::leg);
+  const bench::BenchFrame& frame = bench.state.frame(204 * ms_in_ns);
+  const Pose wanted =
+      test::moved(start, a_second, 0.204 + 0.030) * bench.X_body_model(bench_files::BodyRole::leg);
   EXPECT_LT(distance_of(frame.X_tracker_reference, wanted), 1e-6);
   bench.state.values().prediction_ms = 0.0;
-  const Pose held = test::moved(start, a_second, 0.2) * bench.X_body_model(BodyRole::leg);
+  const Pose held = test::moved(start, a_second, 0.2) * bench.X_body_model(bench_files::BodyRole::leg);
   EXPECT_LT(distance_of(bench.state.frame(204 * ms_in_ns).X_tracker_reference, held), rounding);
   EXPECT_GT(distance_of(held, wanted), 5.0);
 }
@@ -173,7 +180,7 @@ TEST(BenchState, MarkersThatFireOneAfterAnotherGiveThePoseOfTheFrame)
   const std::string body = test::bench_head("rigid") + test::display_table + test::tracker_table +
                            "[body.leg]\nmarkers = [\"a\", \"b\", \"c\", \"d\"]\n"
                            "markers_mm = [0, 0, 0, 80, 0, 0, 0, 60, 0, 0, 0, 50]\nmarker_interval_ms = ";
-  const Screw a_second{{1.0, -2.0, 0.5}, {600.0, -300.0, 200.0}};
+  const tracking::Screw a_second{{1.0, -2.0, 0.5}, {600.0, -300.0, 200.0}};
   const Pose start = some_pose(6);
   const auto error_mm = [&](const std::string& interval_ms, double prediction_ms) {
     SmallBench bench(body + interval_ms + "\n");
@@ -189,10 +196,10 @@ TEST(BenchState, MarkersThatFireOneAfterAnotherGiveThePoseOfTheFrame)
     }
     bench.state.values().prediction_ms = prediction_ms;
     const double time_s = 0.3 + prediction_ms / 1000.0;
-    const BenchFrame& frame = bench.state.frame(300 * ms_in_ns);
+    const bench::BenchFrame& frame = bench.state.frame(300 * ms_in_ns);
     EXPECT_TRUE(frame.bodies[0].is_live);
     return distance_of(frame.X_tracker_reference,
-                       test::moved(start, a_second, time_s) * bench.X_body_model(BodyRole::leg));
+                       test::moved(start, a_second, time_s) * bench.X_body_model(bench_files::BodyRole::leg));
   };
   EXPECT_LT(error_mm("0.5", 0.0), 1e-6);
   EXPECT_LT(error_mm("0.5", 30.0), 1e-6);
@@ -212,8 +219,9 @@ TEST(BenchState, MarkersThatAreHiddenLoseTheBodyFromTwoOn)
       bench.state.take(m < n_seen ? test::place_sample(m, marker, arrival_ns, arrival_ns)
                                   : test::hidden_sample(m, arrival_ns));
     }
-    const BenchFrame& frame = bench.state.frame(arrival_ns);
-    EXPECT_LT(distance_of(frame.X_tracker_reference, X_leg * bench.X_body_model(BodyRole::leg)), rounding);
+    const bench::BenchFrame& frame = bench.state.frame(arrival_ns);
+    EXPECT_LT(distance_of(frame.X_tracker_reference, X_leg * bench.X_body_model(bench_files::BodyRole::leg)),
+              rounding);
     return frame.bodies[0].is_live;
   };
   EXPECT_TRUE(is_live_with(4, 10 * ms_in_ns));
@@ -225,24 +233,24 @@ TEST(BenchState, MarkersThatAreHiddenLoseTheBodyFromTwoOn)
 
 TEST(BenchState, ACellWithoutAnAnswerKeepsTheLastPose)
 {
-  MotionModel model = test::bench_model("right");
+  store::MotionModel model = test::bench_model("right");
   test::unsolve(model, 3, 2);
-  const Motion motion(model, "raw");
+  const motion::Motion motion(model, "raw");
   SmallBench bench(test::rigid_text());
-  BenchState state(bench.bench, bench.calibration, motion, bench.frame);
+  bench::BenchState state(bench.bench, bench.calibration, motion, bench.frame);
   state.values().flexion_deg = 15.0;
   state.values().varus_deg = 0.0;
-  const BenchFrame solved = state.frame(0);
-  EXPECT_EQ(solved.pose.status, PoseStatus::solved);
+  const bench::BenchFrame solved = state.frame(0);
+  EXPECT_EQ(solved.pose.status, motion::PoseStatus::solved);
   state.values().flexion_deg = 45.0;
-  EXPECT_EQ(motion.at({rad_from_deg(45.0), 0.0}).status, PoseStatus::unsolved_cell);
+  EXPECT_EQ(motion.at({rad_from_deg(45.0), 0.0}).status, motion::PoseStatus::unsolved_cell);
   EXPECT_EQ(state.frame(1).X_tracker_moving.matrix(), solved.X_tracker_moving.matrix());
 }
 
 /// One second of all inputs, with a gap.
-std::vector<BenchFrame> frames_of(SmallBench& bench, long& n_allocations)
+std::vector<bench::BenchFrame> frames_of(SmallBench& bench, long& n_allocations)
 {
-  std::vector<BenchFrame> frames;
+  std::vector<bench::BenchFrame> frames;
   frames.reserve(60);
   bench.state.values().prediction_ms = 20.0;
   bench.state.set_filter(true);
@@ -265,14 +273,14 @@ TEST(BenchState, AllocatesNothingAndTheSameSamplesGiveTheSameFrames)
   const std::string text = test::two_bodies_text("tracker");
   SmallBench one(text), other(text);
   long n_allocations = 0;
-  const std::vector<BenchFrame> a = frames_of(one, n_allocations), b = frames_of(other, n_allocations);
+  const std::vector<bench::BenchFrame> a = frames_of(one, n_allocations), b = frames_of(other, n_allocations);
   EXPECT_EQ(n_allocations, 0);
   for (std::size_t k = 0; k < a.size(); ++k) {
     EXPECT_EQ(a[k].X_tracker_moving.matrix(), b[k].X_tracker_moving.matrix());
     EXPECT_EQ(a[k].X_tracker_reference.matrix(), b[k].X_tracker_reference.matrix());
     EXPECT_EQ(a[k].X_tracker_eyes.matrix(), b[k].X_tracker_eyes.matrix());
-    EXPECT_EQ(is_live(a[k]), b[k].bodies[2].is_live);
-    EXPECT_EQ(is_live(a[k]), (k + 1) % 7 != 0);
+    EXPECT_EQ(bench::is_live(a[k]), b[k].bodies[2].is_live);
+    EXPECT_EQ(bench::is_live(a[k]), (k + 1) % 7 != 0);
   }
 }
 

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <sstream>
 
-#include "../setup/bench_texts.hpp"
+#include "../bench_files/bench_texts.hpp"
 #include "bench_samples.hpp"
 #include "core/units.hpp"
 #include "player/bench/bench_samples.hpp"
-#include "player/setup/bench_texts.hpp"
+#include "player/bench_files/bench_texts.hpp"
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
@@ -29,19 +29,20 @@ std::string text_with(const std::string& femur)
 
 const std::string four_markers = "[body.femur]\nmarkers = [\"a\", \"b\", \"c\", \"d\"]\n";
 
-BenchFile unmeasured(const std::string& places = "")
+bench_files::BenchFile unmeasured(const std::string& places = "")
 {
-  return parsed_bench_file(text_with(four_markers + places), "bench.toml", MarkerPlaces::may_be_missing);
+  return bench_files::parse_bench_file(text_with(four_markers + places), "bench.toml",
+                                       bench_files::MarkerPositions::optional);
 }
 
 using Places = std::vector<Eigen::Vector3d>;
 const Places tetrahedron{{10, 20, 30}, {90, 20, 30}, {10, 80, 30}, {10, 20, 80}};
 
-std::vector<MarkerRow> frames_of(const Places& places)
+std::vector<tracking::MarkerRow> frames_of(const Places& places)
 {
-  std::vector<MarkerRow> frames;
+  std::vector<tracking::MarkerRow> frames;
   for (int k = 0; k < 40; ++k) {
-    MarkerRow row;
+    tracking::MarkerRow row;
     for (const Eigen::Vector3d& p : places) row.emplace_back(test::some_pose(k % 9) * p);
     if (k % 5 == 0) row[static_cast<std::size_t>(k / 5 % 4)].reset();
     frames.push_back(row);
@@ -51,13 +52,15 @@ std::vector<MarkerRow> frames_of(const Places& places)
 
 TEST(MeasureBody, ItsLinesAreThoseOfABenchFileWithTheSameDistances)
 {
-  const BenchFile bench = unmeasured();
-  const BuiltBody built = body_from(frames_of(tetrahedron), bench, BodyRole::femur);
-  const std::string lines = body_text(built, bench, BodyRole::femur);
+  const bench_files::BenchFile bench = unmeasured();
+  const tracking::BuiltBody built =
+      bench::build_measured_body(frames_of(tetrahedron), bench, bench_files::BodyRole::femur);
+  const std::string lines = bench::bench_file_lines(built, bench, bench_files::BodyRole::femur);
   for (const char* fact : {"# from 40 frames, 0 ", "residual 0 mm"}) EXPECT_THAT(lines, HasSubstr(fact));
   EXPECT_THAT(lines, HasSubstr("# d: 0 mm in 38 frames\n"));
-  const BenchFile measured = test::bench_of(text_with(lines));
-  const Places& found = measured.bodies[static_cast<std::size_t>(BodyRole::femur)]->markers_body_mm;
+  const bench_files::BenchFile measured = test::bench_of(text_with(lines));
+  const Places& found =
+      measured.bodies[static_cast<std::size_t>(bench_files::BodyRole::femur)]->markers_body_mm;
   ASSERT_EQ(found.size(), 4U);
   for (std::size_t i = 0; i < 4; ++i)
     for (std::size_t j = 0; j < i; ++j)
@@ -66,20 +69,22 @@ TEST(MeasureBody, ItsLinesAreThoseOfABenchFileWithTheSameDistances)
 
 TEST(MeasureBody, KeepsTheFrameOfPlacesThatStandThere)
 {
-  const BenchFile bench = unmeasured("markers_mm = [10, 20, 30, 90, 20, 30, 10, 80, 30, 10, 20, 80]\n");
-  const BuiltBody built = body_from(frames_of(tetrahedron), bench, BodyRole::femur);
+  const bench_files::BenchFile bench =
+      unmeasured("markers_mm = [10, 20, 30, 90, 20, 30, 10, 80, 30, 10, 20, 80]\n");
+  const tracking::BuiltBody built =
+      bench::build_measured_body(frames_of(tetrahedron), bench, bench_files::BodyRole::femur);
   for (std::size_t k = 0; k < 4; ++k)
     EXPECT_LT((built.body.markers_mm.row(static_cast<Eigen::Index>(k)).transpose() - tetrahedron[k]).norm(),
               1e-6);
-  EXPECT_THAT(body_text(built, bench, BodyRole::femur),
+  EXPECT_THAT(bench::bench_file_lines(built, bench, bench_files::BodyRole::femur),
               HasSubstr("# in the frame of the bench file's markers_mm, difference 0 mm"));
 }
 
 TEST(MeasureBody, MarkersThatMakeNoBodyAreRefusedByName)
 {
-  const auto refusal = [](const std::vector<MarkerRow>& frames) {
-    const InputError::Facts facts =
-        test::input_error([&] { body_from(frames, unmeasured(), BodyRole::femur); });
+  const auto refusal = [](const std::vector<tracking::MarkerRow>& frames) {
+    const InputError::Facts facts = test::input_error(
+        [&] { bench::build_measured_body(frames, unmeasured(), bench_files::BodyRole::femur); });
     EXPECT_EQ(facts.file, "bench.toml");
     EXPECT_EQ(facts.field, "body.femur.markers");
     EXPECT_FALSE(facts.wanted.empty());
@@ -88,8 +93,8 @@ TEST(MeasureBody, MarkersThatMakeNoBodyAreRefusedByName)
   EXPECT_THAT(refusal(frames_of({{0, 0, 0}, {10, 0, 0}, {20, 0, 0}, {30, 0, 0}})), HasSubstr("collinear"));
   EXPECT_THAT(refusal(frames_of({{0, 0, 0}, {0, 0, 1}, {50, 0, 0}, {0, 50, 0}})),
               HasSubstr("'a' and 'b' 1 mm apart"));
-  std::vector<MarkerRow> unseen = frames_of(tetrahedron), never_together = unseen;
-  for (MarkerRow& row : unseen) row[2].reset();
+  std::vector<tracking::MarkerRow> unseen = frames_of(tetrahedron), never_together = unseen;
+  for (tracking::MarkerRow& row : unseen) row[2].reset();
   EXPECT_EQ(refusal(unseen), "'c' in none of 40 frames");
   for (std::size_t k = 0; k < never_together.size(); ++k) {
     if (k < 3) {
@@ -105,13 +110,13 @@ TEST(MeasureBody, MarkersThatMakeNoBodyAreRefusedByName)
 TEST(MeasureBody, WhatCannotBeMeasuredIsTold)
 {
   const test::Scratch scratch;
-  MeasureBodyOptions options;
+  bench::MeasureBodyOptions options;
   options.bench = scratch.write("bench.toml", text_with(four_markers)).string();
   options.seconds = 0.1;
   const auto refusal = [&](const char* role) {
     options.role = role;
     std::ostringstream data, talk;
-    const InputError::Facts facts = test::input_error([&] { measure_body(options, {data, talk}); });
+    const InputError::Facts facts = test::input_error([&] { bench::measure_body(options, {data, talk}); });
     EXPECT_EQ(facts.file, options.bench);
     EXPECT_EQ(data.str(), "");
     return facts;
@@ -127,7 +132,7 @@ TEST(MeasureBody, WhatCannotBeMeasuredIsTold)
 
 using test::ms_in_ns;
 
-Sample marker_sample(std::uint16_t tool, const Eigen::Vector3d& p_mm, std::int64_t arrival_ns)
+devices::Sample marker_sample(std::uint16_t tool, const Eigen::Vector3d& p_mm, std::int64_t arrival_ns)
 {
   Pose marker = Pose::Identity();
   marker.translation() = p_mm;
@@ -136,7 +141,7 @@ Sample marker_sample(std::uint16_t tool, const Eigen::Vector3d& p_mm, std::int64
 
 TEST(MarkerFrames, AreTheMessagesAMarkerWasSeenIn)
 {
-  MarkerFrames heard(2, 3);
+  bench::MarkerFrames heard(2, 3);
   for (int k = 1; k <= 10; ++k) {
     const std::int64_t now_ns = k * 10 * ms_in_ns;
     heard.take(marker_sample(1, {9.0, 9.0, 9.0}, now_ns));  // marker of another body
@@ -145,7 +150,7 @@ TEST(MarkerFrames, AreTheMessagesAMarkerWasSeenIn)
     heard.take(test::hidden_sample(4, now_ns));
     heard.take(test::potentiometer_sample(k, now_ns));
   }
-  const std::vector<MarkerRow> frames = heard.frames(100);
+  const std::vector<tracking::MarkerRow> frames = heard.frames(100);
   ASSERT_EQ(frames.size(), 10U);
   for (std::size_t k = 0; k < frames.size(); ++k) {
     ASSERT_EQ(frames[k].size(), 3U);
@@ -153,28 +158,28 @@ TEST(MarkerFrames, AreTheMessagesAMarkerWasSeenIn)
     EXPECT_EQ(frames[k][1].has_value(), k != 3);
     EXPECT_FALSE(frames[k][2].has_value());
   }
-  const std::vector<MarkerRow> some = heard.frames(5);
+  const std::vector<tracking::MarkerRow> some = heard.frames(5);
   ASSERT_EQ(some.size(), 5U);
   EXPECT_EQ(some[4][0], Eigen::Vector3d(9.0, 0.0, 0.0));
 }
 
 TEST(MarkerFrames, WithoutAMarkerThereIsNone)
 {
-  MarkerFrames heard(0, 3);
+  bench::MarkerFrames heard(0, 3);
   for (int k = 1; k <= 10; ++k)
     for (std::uint16_t tool = 0; tool < 3; ++tool) heard.take(test::hidden_sample(tool, k * ms_in_ns));
   EXPECT_TRUE(heard.frames(100).empty());
 }
 
 /// Markers at the corners of a square with sides of 2 `half_mm` about the origin.
-PoseFit square_fit(double half_mm, double residual_mm)
+tracking::PoseFit square_fit(double half_mm, double residual_mm)
 {
-  RigidBody body;
+  tracking::RigidBody body;
   body.markers_mm.resize(4, 3);
   body.markers_mm << half_mm, half_mm, 0, -half_mm, half_mm, 0, -half_mm, -half_mm, 0, half_mm, -half_mm, 0;
-  MarkerRow seen;
+  tracking::MarkerRow seen;
   for (Eigen::Index k = 0; k < 4; ++k) seen.emplace_back(body.markers_mm.row(k).transpose());
-  PoseFit fit = fit_pose(body, seen);
+  tracking::PoseFit fit = tracking::fit_pose(body, seen);
   fit.residual_rms_mm = residual_mm;
   return fit;
 }
@@ -183,39 +188,39 @@ TEST(FitWords, QualityIsWhatTheResidualsNoiseMakesOfThePose)
 {
   // A residual of 0.3 mm at four markers with 12 - 6 degrees of freedom: noise 0.3 sqrt(4 / 6) a coordinate.
   // The rotation about an axis in the square's plane is determined by the spread along the other one, 2 half.
-  const FitQuality quality = quality_of(square_fit(50.0, 0.3));
+  const bench::FitQuality quality = bench::quality_of(square_fit(50.0, 0.3));
   const double noise = 0.3 * std::sqrt(4.0 / 6.0);
   EXPECT_EQ(quality.n_markers, 4);
   EXPECT_EQ(quality.residual_mm, 0.3);
-  EXPECT_NEAR(quality.turn_sd_deg, deg_from_rad(noise / 100.0), 1e-9);
-  EXPECT_NEAR(quality.middle_sd_mm, noise * std::sqrt(3.0 / 4.0), 1e-9);
+  EXPECT_NEAR(quality.rotation_sd_deg, deg_from_rad(noise / 100.0), 1e-9);
+  EXPECT_NEAR(quality.centroid_sd_mm, noise * std::sqrt(3.0 / 4.0), 1e-9);
 }
 
 TEST(FitWords, AFitIsToldWithItsResidualAndItsConditioningOrWhyThereIsNone)
 {
-  EXPECT_EQ(fit_text(square_fit(50.0, 0.3)), "residual 0.3 mm at 4 markers, rotation sd 0.14 deg");
-  EXPECT_EQ(fit_text(PoseFit{}), "too few markers");
-  PoseFit line;
-  line.status = FitStatus::collinear;
-  EXPECT_EQ(fit_text(line), "collinear");
+  EXPECT_EQ(bench::fit_text(square_fit(50.0, 0.3)), "residual 0.3 mm at 4 markers, rotation sd 0.14 deg");
+  EXPECT_EQ(bench::fit_text(tracking::PoseFit{}), "too few markers");
+  tracking::PoseFit line;
+  line.status = tracking::FitStatus::collinear;
+  EXPECT_EQ(bench::fit_text(line), "collinear");
 }
 
 TEST(BenchState, TellsTheFitOfABodyOfMarkersAlone)
 {
   test::SmallBench tools(test::two_bodies_text());
-  EXPECT_EQ(tools.state.fit(BodyRole::femur), nullptr);
-  EXPECT_EQ(tools.state.fit(BodyRole::head), nullptr);
+  EXPECT_EQ(tools.state.fit(bench_files::BodyRole::femur), nullptr);
+  EXPECT_EQ(tools.state.fit(bench_files::BodyRole::head), nullptr);
   test::SmallBench bench(test::bench_head("rigid") + test::display_table + test::tracker_table +
                          "[body.leg]\nmarkers = [\"a\", \"b\", \"c\", \"d\"]\n"
                          "markers_mm = [0, 0, 0, 80, 0, 0, 0, 60, 0, 0, 0, 50]\n");
-  ASSERT_NE(bench.state.fit(BodyRole::leg), nullptr);
-  EXPECT_EQ(bench.state.fit(BodyRole::leg)->status, FitStatus::too_few_markers);
+  ASSERT_NE(bench.state.fit(bench_files::BodyRole::leg), nullptr);
+  EXPECT_EQ(bench.state.fit(bench_files::BodyRole::leg)->status, tracking::FitStatus::too_few_markers);
   for (std::uint16_t m = 0; m < 4; ++m)
     bench.state.take(
         marker_sample(m, test::some_pose(2) * bench.bench.bodies[0]->markers_body_mm[m], ms_in_ns));
   bench.state.frame(ms_in_ns);
-  EXPECT_EQ(bench.state.fit(BodyRole::leg)->status, FitStatus::fitted);
-  EXPECT_LT(bench.state.fit(BodyRole::leg)->residual_rms_mm, 1e-9);
+  EXPECT_EQ(bench.state.fit(bench_files::BodyRole::leg)->status, tracking::FitStatus::fitted);
+  EXPECT_LT(bench.state.fit(bench_files::BodyRole::leg)->residual_rms_mm, 1e-9);
 }
 
 }  // namespace vrda::measure_body_test

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "bench/body_tracker.hpp"
-#include "devices/tracker_talk.hpp"
+#include "devices/tracker_protocol.hpp"
 
 namespace vrda::timing_test {
 
@@ -18,14 +18,14 @@ constexpr double rounding_s = 1e-12;
 
 TEST(ClockMap, WithoutADeviceClockTimeIsTheArrival)
 {
-  ClockMap clock;
+  bench::ClockMap clock;
   EXPECT_EQ(clock.time_s(0, 1500 * ms), 1.5);
   EXPECT_EQ(clock.time_s(0, 1400 * ms), 1.5);
 }
 
 TEST(ClockMap, TakesTheShortestWaySeenForTheWay)
 {
-  ClockMap clock;
+  bench::ClockMap clock;
   const std::int64_t offset = 7'000'000 * ms;
   EXPECT_NEAR(clock.time_s(offset, 5 * ms), 0.005, rounding_s);
   EXPECT_NEAR(clock.time_s(offset + 10 * ms, 12 * ms), 0.012, rounding_s);
@@ -36,7 +36,7 @@ TEST(ClockMap, TakesTheShortestWaySeenForTheWay)
 
 TEST(ClockMap, NeverGoesBackNorBeyondTheArrival)
 {
-  ClockMap clock;
+  bench::ClockMap clock;
   std::mt19937_64 random(86);
   double before_s = 0.0;
   std::int64_t arrival = 0, device = 1000;
@@ -58,7 +58,7 @@ TEST(ClockMap, NeverGoesBackNorBeyondTheArrival)
 
 TEST(ClockMap, AClockThatStepsIsMetAnew)
 {
-  ClockMap clock;
+  bench::ClockMap clock;
   clock.time_s(5000 * ms, 10 * ms);
   EXPECT_NEAR(clock.time_s(100 * ms, 20 * ms), 0.020, rounding_s);
   EXPECT_NEAR(clock.time_s(110 * ms, 33 * ms), 0.030 + 13e-3 * 1e-4, rounding_s);
@@ -69,7 +69,7 @@ TEST(ClockMap, AClockThatStepsIsMetAnew)
 TEST(ClockMap, FollowsClocksThatDriftByFiftyMillionths)
 {
   for (const int ppm : {-50, 50}) {
-    ClockMap clock;
+    bench::ClockMap clock;
     for (std::int64_t k = 1; k <= 60000; ++k) {
       const std::int64_t arrival = k * 10 * ms;
       const std::int64_t device = arrival + arrival / 1'000'000 * ppm;
@@ -84,7 +84,7 @@ TEST(TimeHistogram, PercentilesAreThoseOfTheSortedTimesToABin)
   std::mt19937_64 random(87);
   std::exponential_distribution<double> draw(1.0 / 20.0);
   std::vector<double> times;
-  TimeHistogram histogram;
+  bench::TimeHistogram histogram;
   double sum = 0.0;
   for (int k = 0; k < 4999; ++k) {
     times.push_back(std::min(draw(random), 240.0));
@@ -98,7 +98,7 @@ TEST(TimeHistogram, PercentilesAreThoseOfTheSortedTimesToABin)
     EXPECT_EQ(histogram.percentile_ms(share), (std::floor(at / 0.25) + 1.0) * 0.25) << share;
   }
   EXPECT_EQ(histogram.n(), times.size());
-  EXPECT_EQ(histogram.longest_ms(), times.back());
+  EXPECT_EQ(histogram.max_ms(), times.back());
   EXPECT_NEAR(histogram.mean_ms(), sum / n, 1e-9);
   double squares = 0.0;
   for (const double t : times) squares += (t - sum / n) * (t - sum / n);
@@ -107,7 +107,7 @@ TEST(TimeHistogram, PercentilesAreThoseOfTheSortedTimesToABin)
 
 TEST(TimeHistogram, LongOnesCountInTheLastBin)
 {
-  TimeHistogram histogram;
+  bench::TimeHistogram histogram;
   EXPECT_EQ(histogram.percentile_ms(0.5), 0.0);
   EXPECT_EQ(histogram.mean_ms(), 0.0);
   histogram.add(1.0);
@@ -120,7 +120,7 @@ TEST(TimeHistogram, LongOnesCountInTheLastBin)
 
 TEST(SampleWatch, CountsGapsAndLateArrivals)
 {
-  SampleWatch watch;
+  bench::StreamStatistics watch;
   for (std::int64_t k = 1; k <= 100; ++k) {
     const bool is_missed = k == 20 || k == 50 || k == 51;
     if (is_missed) continue;
@@ -135,7 +135,7 @@ TEST(SampleWatch, CountsGapsAndLateArrivals)
 
 TEST(SampleWatch, AClockThatStepsIsNoGap)
 {
-  SampleWatch watch;
+  bench::StreamStatistics watch;
   for (std::int64_t k = 1; k <= 50; ++k)
     watch.add(k * 10 * ms + (k >= 20 ? 5000 : 0) * ms - (k >= 40 ? 9000 : 0) * ms, k * 10 * ms);
   EXPECT_EQ(watch.n_missed(), 0u);
@@ -143,19 +143,19 @@ TEST(SampleWatch, AClockThatStepsIsNoGap)
 }
 
 /// 100 Hz for 5 s through the tracker's listener, one TDATA message at a time.
-SampleWatch watched(std::int64_t set_back_ms, const std::function<bool(int)>& is_hidden)
+bench::StreamStatistics watched(std::int64_t set_back_ms, const std::function<bool(int)>& is_hidden)
 {
-  TrackerSettings settings;
+  devices::TrackerSettings settings;
   settings.tools = {"tibia"};
-  TrackerTalk talk(settings, 0);
-  SampleWatch watch;
+  devices::TrackerProtocol talk(settings, 0);
+  bench::StreamStatistics watch;
   for (int k = 1; k <= 500; ++k) {
-    IgtlMessage message;
-    message.kind = IgtlKind::tdata;
+    igtl::IgtlMessage message;
+    message.kind = igtl::IgtlKind::tdata;
     message.device = "Tracker";
     message.device_ns = (5000 + k * 10 - (k >= 100 ? set_back_ms : 0)) * ms;
-    if (!is_hidden(k)) message.tools.push_back({"tibia", IgtlSight::seen, Pose::Identity()});
-    for (const Sample& sample : talk.hear(message, k * 10 * ms)) watch.add(sample);
+    if (!is_hidden(k)) message.tools.push_back({"tibia", igtl::IgtlVisibility::seen, Pose::Identity()});
+    for (const devices::Sample& sample : talk.receive(message, k * 10 * ms)) watch.add(sample);
   }
   return watch;
 }
@@ -163,7 +163,7 @@ SampleWatch watched(std::int64_t set_back_ms, const std::function<bool(int)>& is
 TEST(SampleWatch, AClockThatIsSetBackByLessThanAnIntervalOrMoreMissesNothing)
 {
   for (const std::int64_t set_back_ms : {4, 5, 8, 25, 33, 3000}) {
-    const SampleWatch watch = watched(set_back_ms, [](int) { return false; });
+    const bench::StreamStatistics watch = watched(set_back_ms, [](int) { return false; });
     EXPECT_EQ(watch.n_missed(), 0U) << set_back_ms;
     EXPECT_EQ(watch.n_late(), 0U) << set_back_ms;
   }
@@ -171,14 +171,14 @@ TEST(SampleWatch, AClockThatIsSetBackByLessThanAnIntervalOrMoreMissesNothing)
 
 TEST(SampleWatch, AShortStepOfStampsAloneMissesNothing)
 {
-  SampleWatch watch;
+  bench::StreamStatistics watch;
   for (std::int64_t k = 1; k <= 200; ++k) watch.add((k * 10 - (k >= 100 ? 5 : 0)) * ms, k * 10 * ms);
   EXPECT_EQ(watch.n_missed(), 0U);
 }
 
 TEST(SampleWatch, AStreamThatGrowsQuickerIsFollowed)
 {
-  SampleWatch watch;
+  bench::StreamStatistics watch;
   std::int64_t at = 0;
   const auto step = [&](std::int64_t step_ms) {
     at += step_ms * ms;
@@ -193,7 +193,7 @@ TEST(SampleWatch, AStreamThatGrowsQuickerIsFollowed)
 
 TEST(SampleWatch, AClockThatRunsSlowMakesNothingLate)
 {
-  SampleWatch watch;
+  bench::StreamStatistics watch;
   // Ten minutes with a drift of 50 ppm.
   for (std::int64_t k = 1; k <= 60'000; ++k) watch.add(k * (10 * ms - 500), k * 10 * ms);
   EXPECT_EQ(watch.n_late(), 0U);
@@ -202,27 +202,27 @@ TEST(SampleWatch, AClockThatRunsSlowMakesNothingLate)
 
 TEST(SampleWatch, AToolThatIsHiddenIsNotMissed)
 {
-  const SampleWatch watch = watched(0, [](int k) { return k >= 200 && k < 290; });
+  const bench::StreamStatistics watch = watched(0, [](int k) { return k >= 200 && k < 290; });
   EXPECT_EQ(watch.n(), 500U);
   EXPECT_EQ(watch.n_missed(), 0U);
 }
 
 TEST(BenchTiming, IsToldInNumbersAndWords)
 {
-  BenchTiming timing;
+  bench::BenchTiming timing;
   timing.n_pictures = 60;
   timing.n_samples = 120;
   timing.n_missed = 3;
   timing.latency.add(7.1);
   timing.interval.add(16.0);
   std::ostringstream json;
-  write_timing(json, timing);
+  bench::write_timing(json, timing);
   EXPECT_NE(json.str().find("\"pictures\": 60,"), std::string::npos);
   EXPECT_NE(json.str().find("\"samples_missed\": 3,"), std::string::npos);
   EXPECT_NE(json.str().find("\"median\": 7.25"), std::string::npos);
   EXPECT_NE(json.str().find("[[7, 1]]"), std::string::npos);
   EXPECT_EQ(
-      timing_text(timing),
+      bench::timing_text(timing),
       "60 frames, 62.5 a second; latency 7.25 ms (median), 7.25 ms (99th percentile), 7.1 ms (longest); "
       "120 samples, 3 missed, 0 late, 0 lost");
 }

@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "calibrate/calibration_mode.hpp"
 #include "calibrate/calibration_report.hpp"
-#include "calibrate/guide_mode.hpp"
 #include "motion/support/models.hpp"
 #include "render/image.hpp"
 #include "store/motion_model_file.hpp"
@@ -24,28 +24,29 @@ namespace vrda::calibrate_test {
 using testing::HasSubstr;
 
 struct Said {
-  CalibrateEnd end = CalibrateEnd::left;
+  calibrate::CalibrateEnd end = calibrate::CalibrateEnd::quit;
   std::string data, talk;
 };
 
-Said calibrated(const CalibrateOptions& options)
+Said calibrated(const calibrate::CalibrateOptions& options)
 {
   std::ostringstream data, talk;
-  const CalibrateEnd end = calibrate(options, {data, talk});
+  const calibrate::CalibrateEnd end = calibrate::calibrate(options, {data, talk});
   return {end, data.str(), talk.str()};
 }
 
-InputError::Facts refusal(const CalibrateOptions& options)
+InputError::Facts refusal(const calibrate::CalibrateOptions& options)
 {
   std::ostringstream data, talk;
-  return test::input_error([&] { calibrate(options, {data, talk}); });
+  return test::input_error([&] { calibrate::calibrate(options, {data, talk}); });
 }
 
 class Calibrate : public testing::Test {
  protected:
-  CalibrateOptions options(const std::string& step, const std::string& file = "calibration.toml") const
+  calibrate::CalibrateOptions options(const std::string& step,
+                                      const std::string& file = "calibration.toml") const
   {
-    CalibrateOptions made;
+    calibrate::CalibrateOptions made;
     made.step = step;
     made.is_virtual = made.is_headless = true;
     made.calibration = in_scratch(file);
@@ -62,10 +63,11 @@ class Calibrate : public testing::Test {
 
 TEST(KeyScript, ALineAtATime)
 {
-  KeyScript script(parsed_key_script("# a trial\npress Shift+Left 3\nwait 0.5\n\npress H # help\n", "s.txt"));
-  const std::vector<KeyPress> first = script.keys(0.0);
+  calibrate::KeyScript script(
+      calibrate::parse_key_script("# a trial\npress Shift+Left 3\nwait 0.5\n\npress H # help\n", "s.txt"));
+  const std::vector<navigation::KeyPress> first = script.keys(0.0);
   ASSERT_EQ(first.size(), 3u);
-  EXPECT_EQ(first[2].key, Key::left);
+  EXPECT_EQ(first[2].key, navigation::Key::left);
   EXPECT_TRUE(first[2].has_shift);
   EXPECT_FALSE(first[2].has_control);
   for (const double now_s : {0.1, 0.4, 0.59, 0.6}) EXPECT_TRUE(script.keys(now_s).empty()) << now_s;
@@ -82,7 +84,7 @@ TEST(KeyScript, ALineThatIsNoneIsNamed)
         "wait -1", "wait 1 2", "press Shift+Shift+Left", "press Right 20000", "press left"}) {
     SCOPED_TRACE(line);
     const InputError::Facts facts =
-        test::input_error([&] { parsed_key_script("press Enter\n\n" + line, "s.txt"); });
+        test::input_error([&] { calibrate::parse_key_script("press Enter\n\n" + line, "s.txt"); });
     EXPECT_EQ(facts.file, "s.txt");
     EXPECT_EQ(facts.field, "line 3");
   }
@@ -90,29 +92,29 @@ TEST(KeyScript, ALineThatIsNoneIsNamed)
 
 TEST(CalibrationReport, AnIntervalLeavesTwoOfItsDigits)
 {
-  EXPECT_EQ(interval_text(879.9163, 1.4142, "px"), "879.9 +- 1.4 px");
-  EXPECT_EQ(interval_text(0.0214567, 0.000345, ""), "0.02146 +- 0.00035");
-  EXPECT_EQ(interval_text(-12.0, 35.0, "mm"), "-12 +- 35 mm");
+  EXPECT_EQ(calibrate::interval_text(879.9163, 1.4142, "px"), "879.9 +- 1.4 px");
+  EXPECT_EQ(calibrate::interval_text(0.0214567, 0.000345, ""), "0.02146 +- 0.00035");
+  EXPECT_EQ(calibrate::interval_text(-12.0, 35.0, "mm"), "-12 +- 35 mm");
 }
 
 TEST(CalibrationReport, QuantilesAreByRank)
 {
-  std::vector<TargetError> errors;
+  std::vector<virtual_bench::TargetError> errors;
   for (int k = 20; k > 0; --k) errors.push_back({0.1 * k, 1.0 * k});
-  const TargetSummary summary = summary_of(errors);
+  const calibrate::TargetSummary summary = calibrate::summary_of(errors);
   EXPECT_DOUBLE_EQ(summary.median_mm, 1.0);
-  EXPECT_DOUBLE_EQ(summary.most_of_ten_mm, 1.8);
+  EXPECT_DOUBLE_EQ(summary.p90_mm, 1.8);
   EXPECT_DOUBLE_EQ(summary.largest_mm, 2.0);
   EXPECT_DOUBLE_EQ(summary.median_arc_min, 10.0);
-  EXPECT_EQ(summary_of(std::span<const TargetError>()).median_mm, 0.0);
+  EXPECT_EQ(calibrate::summary_of(std::span<const virtual_bench::TargetError>()).median_mm, 0.0);
 }
 
 TEST_F(Calibrate, WhatIsWrongWithTheOptionsIsTold)
 {
-  CalibrateOptions real;
+  calibrate::CalibrateOptions real;
   real.step = "all";
   EXPECT_EQ(refusal(real).file, "--bench");
-  real.bench = written("bench.toml", virtual_bench_text());
+  real.bench = written("bench.toml", virtual_bench::virtual_bench_text());
   EXPECT_EQ(refusal(real).file, "--calibration");
   real.calibration = in_scratch("c.toml");
   real.is_headless = true;
@@ -126,13 +128,13 @@ TEST_F(Calibrate, WhatIsWrongWithTheOptionsIsTold)
   EXPECT_THAT(refusal(options("viewprot")).wanted,
               HasSubstr("all, bench, person, tracking, status, solve, viewport, distortion, rails"));
   EXPECT_EQ(refusal(options("status")).file, in_scratch("calibration.toml"));
-  CalibrateOptions scripted = options("viewport");
+  calibrate::CalibrateOptions scripted = options("viewport");
   scripted.script = written("script.txt", "press Entre\n");
   EXPECT_EQ(refusal(scripted).field, "line 1");
-  CalibrateOptions headed = options("viewport");
+  calibrate::CalibrateOptions headed = options("viewport");
   headed.head = "hat";
   EXPECT_EQ(refusal(headed).file, "--head");
-  CalibrateOptions pictured = options("viewport");
+  calibrate::CalibrateOptions pictured = options("viewport");
   pictured.is_headless = false;
   pictured.pictures = in_scratch("pictures");
   EXPECT_EQ(refusal(pictured).file, "--pictures");
@@ -140,8 +142,8 @@ TEST_F(Calibrate, WhatIsWrongWithTheOptionsIsTold)
 
 TEST_F(Calibrate, WhatManyBenchesWouldNotDoIsRefused)
 {
-  const auto refused = [&](const std::function<void(CalibrateOptions&)>& add) {
-    CalibrateOptions many = options("all");
+  const auto refused = [&](const std::function<void(calibrate::CalibrateOptions&)>& add) {
+    calibrate::CalibrateOptions many = options("all");
     many.calibration.clear();
     many.n_benches = 2;
     add(many);
@@ -149,10 +151,11 @@ TEST_F(Calibrate, WhatManyBenchesWouldNotDoIsRefused)
     EXPECT_EQ(facts.file, "--benches");
     return facts.found;
   };
-  EXPECT_THAT(refused([](CalibrateOptions& o) { o.calibration = "q.toml"; }), HasSubstr("--calibration"));
-  EXPECT_THAT(refused([](CalibrateOptions& o) { o.script = "keys.txt"; }), HasSubstr("--script"));
-  EXPECT_THAT(refused([](CalibrateOptions& o) { o.pictures = "p"; }), HasSubstr("--pictures"));
-  EXPECT_THAT(refused([](CalibrateOptions& o) { o.step = "viewport"; }), HasSubstr("viewport"));
+  EXPECT_THAT(refused([](calibrate::CalibrateOptions& o) { o.calibration = "q.toml"; }),
+              HasSubstr("--calibration"));
+  EXPECT_THAT(refused([](calibrate::CalibrateOptions& o) { o.script = "keys.txt"; }), HasSubstr("--script"));
+  EXPECT_THAT(refused([](calibrate::CalibrateOptions& o) { o.pictures = "p"; }), HasSubstr("--pictures"));
+  EXPECT_THAT(refused([](calibrate::CalibrateOptions& o) { o.step = "viewport"; }), HasSubstr("viewport"));
 }
 
 TEST_F(Calibrate, TheErrorAfterwardsIsToldOnceAllPartsAreDone)
@@ -161,7 +164,7 @@ TEST_F(Calibrate, TheErrorAfterwardsIsToldOnceAllPartsAreDone)
   EXPECT_THAT(text.data, HasSubstr("  before  median "));
   EXPECT_THAT(text.data, HasSubstr(": distortion, rails, stop, probe, "));
   EXPECT_THAT(text.data, testing::Not(HasSubstr("after   median")));
-  CalibrateOptions bench = options("bench");
+  calibrate::CalibrateOptions bench = options("bench");
   bench.has_json = true;
   const nlohmann::json some = nlohmann::json::parse(calibrated(bench).data)["targets"];
   EXPECT_EQ(some["n"], 40);
@@ -177,12 +180,12 @@ TEST_F(Calibrate, TheErrorAfterwardsIsToldOnceAllPartsAreDone)
 TEST_F(Calibrate, ThePersonInNumbersDoesItAll)
 {
   const Said all = calibrated(options("all"));
-  EXPECT_EQ(all.end, CalibrateEnd::finished);
+  EXPECT_EQ(all.end, calibrate::CalibrateEnd::finished);
   EXPECT_THAT(all.data, HasSubstr("leg.shift_x"));
   EXPECT_THAT(all.data, HasSubstr("  after   median "));
   EXPECT_THAT(all.data, testing::Not(HasSubstr("to be done")));
 
-  CalibrateOptions status = options("status");
+  calibrate::CalibrateOptions status = options("status");
   status.has_json = true;
   const nlohmann::json told = nlohmann::json::parse(calibrated(status).data);
   EXPECT_EQ(told["bench"], "Virtual, seed 1");
@@ -196,13 +199,13 @@ TEST_F(Calibrate, ThePersonInNumbersDoesItAll)
 
   // Solving again from the marks gives identical numbers.
   const std::string before = test::read_bytes(options("all").calibration);
-  EXPECT_EQ(calibrated(options("solve")).end, CalibrateEnd::finished);
+  EXPECT_EQ(calibrated(options("solve")).end, calibrate::CalibrateEnd::finished);
   EXPECT_EQ(test::read_bytes(options("all").calibration), before);
 }
 
 TEST_F(Calibrate, TheVirtualBenchTellsItsErrors)
 {
-  CalibrateOptions one = options("all");
+  calibrate::CalibrateOptions one = options("all");
   one.calibration.clear();
   one.has_json = true;
   one.head = "tracker";
@@ -225,17 +228,18 @@ TEST_F(Calibrate, TheVirtualBenchTellsItsErrors)
 TEST_F(Calibrate, LeftAndTakenUpAgainItIsTheSame)
 {
   // The simulated operator finishes a part; a script may end within one.
-  CalibrateOptions whole = options("viewport", "whole.toml"), pieces = options("viewport", "pieces.toml");
+  calibrate::CalibrateOptions whole = options("viewport", "whole.toml"),
+                              pieces = options("viewport", "pieces.toml");
   const std::string first = "press Right 20\npress Enter\npress Left 15\npress Enter\n";
   const std::string second = "press Right 21\npress Enter\nwait 0.1\npress Left 16\npress Enter\n";
   whole.script = written("whole.txt", first + second);
-  EXPECT_EQ(calibrated(whole).end, CalibrateEnd::left);
+  EXPECT_EQ(calibrated(whole).end, calibrate::CalibrateEnd::quit);
   pieces.script = written("first.txt", first);
-  EXPECT_EQ(calibrated(pieces).end, CalibrateEnd::left);
+  EXPECT_EQ(calibrated(pieces).end, calibrate::CalibrateEnd::quit);
   EXPECT_NE(test::read_bytes(pieces.calibration), test::read_bytes(whole.calibration));
   pieces.script = written("second.txt", second);
   const Said again = calibrated(pieces);
-  EXPECT_EQ(again.end, CalibrateEnd::left);
+  EXPECT_EQ(again.end, calibrate::CalibrateEnd::quit);
   EXPECT_THAT(again.data, HasSubstr("begun: 4 marks so far"));
   EXPECT_THAT(again.data, HasSubstr("to be done: viewport"));
   EXPECT_EQ(test::read_bytes(pieces.calibration), test::read_bytes(whole.calibration));
@@ -250,18 +254,18 @@ std::string between(const std::string& text, const std::string& from, const std:
 
 TEST_F(Calibrate, TheNextPersonBeginsWithTheBenchAndNothingOfThePersonBefore)
 {
-  CalibrateOptions anna = options("bench", "anna.toml"), bob = options("person", "bob.toml");
+  calibrate::CalibrateOptions anna = options("bench", "anna.toml"), bob = options("person", "bob.toml");
   bob.bench_from = anna.calibration;
   EXPECT_EQ(refusal(bob).file, anna.calibration);  // does not exist yet
-  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
+  EXPECT_EQ(calibrated(anna).end, calibrate::CalibrateEnd::finished);
   const std::string bench_alone = test::read_bytes(anna.calibration);
   EXPECT_THAT(bench_alone, testing::Not(HasSubstr("[per_person")));
   anna.step = "person";
-  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
+  EXPECT_EQ(calibrated(anna).end, calibrate::CalibrateEnd::finished);
 
   // One task of the first part per person, by a script.
   bob.script = written("script.txt", "press Enter\nwait 0.1\n");
-  EXPECT_EQ(calibrated(bob).end, CalibrateEnd::left);
+  EXPECT_EQ(calibrated(bob).end, calibrate::CalibrateEnd::quit);
   const std::string annas = test::read_bytes(anna.calibration), bobs = test::read_bytes(bob.calibration);
   EXPECT_EQ(between(bobs, "[per_bench", "[per_person"), between(annas, "[per_bench", "[per_person"));
   EXPECT_THAT(bobs, HasSubstr("[[per_person.eyepoints.mark]]"));
@@ -277,14 +281,14 @@ TEST_F(Calibrate, TheNextPersonBeginsWithTheBenchAndNothingOfThePersonBefore)
 
   // The same command resumes, also without --bench-from.
   bob.script.clear();
-  EXPECT_EQ(calibrated(bob).end, CalibrateEnd::finished);
+  EXPECT_EQ(calibrated(bob).end, calibrate::CalibrateEnd::finished);
   bob.bench_from.clear();
-  EXPECT_EQ(calibrated(bob).end, CalibrateEnd::finished);
+  EXPECT_EQ(calibrated(bob).end, calibrate::CalibrateEnd::finished);
   // Her per-bench parts now differ: an edge was measured again.
   anna.step = "viewport";
-  anna.is_anew = true;
+  anna.is_repeated = true;
   anna.script = written("anew.txt", "press Right 20\npress Enter\nwait 0.1\n");
-  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::left);
+  EXPECT_EQ(calibrated(anna).end, calibrate::CalibrateEnd::quit);
   bob.bench_from = anna.calibration;
   EXPECT_EQ(refusal(bob).file, bob.calibration);
   EXPECT_EQ(refusal(bob).field, "per_bench");
@@ -292,16 +296,16 @@ TEST_F(Calibrate, TheNextPersonBeginsWithTheBenchAndNothingOfThePersonBefore)
 
 TEST_F(Calibrate, WhatTheNextPersonIsBegunFromMustBeDoneAndOfThisBench)
 {
-  CalibrateOptions anna = options("viewport", "anna.toml"), bob = options("person", "bob.toml");
-  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
+  calibrate::CalibrateOptions anna = options("viewport", "anna.toml"), bob = options("person", "bob.toml");
+  EXPECT_EQ(calibrated(anna).end, calibrate::CalibrateEnd::finished);
   bob.bench_from = anna.calibration;
   EXPECT_EQ(refusal(bob).file, anna.calibration);
   EXPECT_EQ(refusal(bob).field, "per_bench.distortion");
   EXPECT_EQ(refusal(bob).found, "nothing");
   anna.step = "bench";
-  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
+  EXPECT_EQ(calibrated(anna).end, calibrate::CalibrateEnd::finished);
   const std::string own = "title = \"Virtual\"";
-  std::string text = virtual_bench_text();
+  std::string text = virtual_bench::virtual_bench_text();
   bob.bench = written("other.toml", text.replace(text.find(own), own.size(), "title = \"B\""));
   EXPECT_EQ(refusal(bob).field, "bench");
   bob.bench.clear();
@@ -315,10 +319,10 @@ TEST_F(Calibrate, WhatTheNextPersonIsBegunFromMustBeDoneAndOfThisBench)
 
 TEST_F(Calibrate, TheCalibrationOfAnotherBenchIsRefused)
 {
-  CalibrateOptions viewport = options("viewport");
-  const std::string text = virtual_bench_text();
+  calibrate::CalibrateOptions viewport = options("viewport");
+  const std::string text = virtual_bench::virtual_bench_text();
   viewport.bench = written("own.toml", text);
-  EXPECT_EQ(calibrated(viewport).end, CalibrateEnd::finished);
+  EXPECT_EQ(calibrated(viewport).end, calibrate::CalibrateEnd::finished);
   const std::string own = "title = \"Virtual\"", size = "width = 1280";
   viewport.bench =
       written("other.toml", std::string(text).replace(text.find(own), own.size(), "title = \"B\""));
@@ -334,24 +338,24 @@ TEST_F(Calibrate, WithoutAScreenNumbersDoWhatNobodyKeeps)
 {
   unsetenv("DISPLAY");
   unsetenv("WAYLAND_DISPLAY");
-  CalibrateOptions shown = options("viewport");
+  calibrate::CalibrateOptions shown = options("viewport");
   shown.is_headless = false;
   EXPECT_THAT(refusal(shown).wanted, HasSubstr("--headless"));
   shown.calibration.clear();
   const Said said = calibrated(shown);
-  EXPECT_EQ(said.end, CalibrateEnd::finished);
+  EXPECT_EQ(said.end, calibrate::CalibrateEnd::finished);
   EXPECT_THAT(said.data, HasSubstr("viewport    done"));
   EXPECT_THAT(said.talk, HasSubstr("no screen"));
 }
 
 TEST_F(Calibrate, TheCalibrationOfAnotherSeedIsRefused)
 {
-  CalibrateOptions first = options("bench");
-  EXPECT_EQ(calibrated(first).end, CalibrateEnd::finished);
-  CalibrateOptions second = first, person = options("person", "bob.toml");
+  calibrate::CalibrateOptions first = options("bench");
+  EXPECT_EQ(calibrated(first).end, calibrate::CalibrateEnd::finished);
+  calibrate::CalibrateOptions second = first, person = options("person", "bob.toml");
   second.seed = person.seed = 2;
   person.bench_from = first.calibration;
-  for (const CalibrateOptions& other : {second, person}) {
+  for (const calibrate::CalibrateOptions& other : {second, person}) {
     SCOPED_TRACE(other.step);
     const InputError::Facts facts = refusal(other);
     EXPECT_EQ(facts.file, first.calibration);
@@ -361,9 +365,9 @@ TEST_F(Calibrate, TheCalibrationOfAnotherSeedIsRefused)
   }
   EXPECT_FALSE(std::filesystem::exists(person.calibration));
   // A calibration of a virtual bench is not valid for a real one.
-  CalibrateOptions real = options("viewport", "real.toml");
-  real.bench = written("bench.toml", virtual_bench_text());
-  EXPECT_EQ(calibrated(real).end, CalibrateEnd::finished);
+  calibrate::CalibrateOptions real = options("viewport", "real.toml");
+  real.bench = written("bench.toml", virtual_bench::virtual_bench_text());
+  EXPECT_EQ(calibrated(real).end, calibrate::CalibrateEnd::finished);
   real.is_virtual = false;
   real.step = "status";
   EXPECT_EQ(refusal(real).found, "'Virtual, virtual, seed 1'");
@@ -371,15 +375,16 @@ TEST_F(Calibrate, TheCalibrationOfAnotherSeedIsRefused)
 
 TEST_F(Calibrate, APlaceByEyeWantsTheModel)
 {
-  std::string text = virtual_bench_text();
+  std::string text = virtual_bench::virtual_bench_text();
   const std::string table = "[calibration]\n";
   text.insert(text.find(table) + table.size(), "model = \"adjust\"\n");
-  CalibrateOptions adjust = options("all");
+  calibrate::CalibrateOptions adjust = options("all");
   adjust.bench = written("bench.toml", text);
-  EXPECT_EQ(calibrated(adjust).end, CalibrateEnd::finished);  // the simulated operator needs no picture
-  adjust.is_anew = true;
+  EXPECT_EQ(calibrated(adjust).end,
+            calibrate::CalibrateEnd::finished);  // the simulated operator needs no picture
+  adjust.is_repeated = true;
   adjust.script = written("script.txt", "press Enter\n");
-  EXPECT_EQ(calibrated(adjust).end, CalibrateEnd::left);  // an operator sees points
+  EXPECT_EQ(calibrated(adjust).end, calibrate::CalibrateEnd::quit);  // an operator sees points
   adjust.bench = written("bare.toml", text.substr(0, text.find("\n[[calibration.point]]")));
   EXPECT_EQ(refusal(adjust).field, "calibration.point");
   adjust.is_virtual = false;
@@ -388,7 +393,7 @@ TEST_F(Calibrate, APlaceByEyeWantsTheModel)
 }
 
 /// Number of pixels of an area of a PNG picture that are not black.
-int n_lit(const Texture& picture, int left, int top, int right, int bottom)
+int n_lit(const scene::Texture& picture, int left, int top, int right, int bottom)
 {
   int n = 0;
   for (int y = top; y < bottom; ++y) {
@@ -403,22 +408,22 @@ int n_lit(const Texture& picture, int left, int top, int right, int bottom)
 
 TEST_F(Calibrate, PicturesShowWhatWasFound)
 {
-  MotionModel model = test::model_of({});
+  store::MotionModel model = test::model_of({});
   test::add_bodies(model);
-  CalibrateOptions all = options("all");
+  calibrate::CalibrateOptions all = options("all");
   all.model = in_scratch("knee.h5");
   all.pictures = in_scratch("pictures");
-  write_motion_model(all.model, model);
+  store::write_motion_model(all.model, model);
   const Said said = calibrated(all);
   for (const std::string name : {"viewport", "distortion", "rectangles", "bullseye", "overlay"}) {
     SCOPED_TRACE(name);
     const std::string path = all.pictures + "/" + name + ".png";
     EXPECT_THAT(said.talk, HasSubstr(path));
-    const Texture picture = read_png_texture(path);
+    const scene::Texture picture = render::read_png_texture(path);
     EXPECT_GT(n_lit(picture, 0, 0, picture.width, picture.height), 1000);
   }
   // Figure 22 for the quarters: the left half of the frame buffer is empty; both windows are filled.
-  const Texture viewport = read_png_texture(all.pictures + "/viewport.png");
+  const scene::Texture viewport = render::read_png_texture(all.pictures + "/viewport.png");
   EXPECT_EQ(n_lit(viewport, 30, 300, 280, 700), 0);
   EXPECT_EQ(n_lit(viewport, 520, 100, 860, 300), 340 * 200);
   EXPECT_EQ(n_lit(viewport, 520, 450, 860, 680), 340 * 230);
@@ -426,15 +431,15 @@ TEST_F(Calibrate, PicturesShowWhatWasFound)
 
 TEST_F(Calibrate, AScriptShowsItsTasks)
 {
-  CalibrateOptions viewport = options("viewport");
+  calibrate::CalibrateOptions viewport = options("viewport");
   viewport.script = written("script.txt", "press Right 20\npress Enter\nwait 0.1\n");
   viewport.pictures = in_scratch("tasks");
   const Said said = calibrated(viewport);
-  EXPECT_EQ(said.end, CalibrateEnd::left);
+  EXPECT_EQ(said.end, calibrate::CalibrateEnd::quit);
   EXPECT_THAT(said.data, HasSubstr("task_0001.png"));
   EXPECT_THAT(said.data, HasSubstr("task_0002.png"));
   // Text in the operator's area, left of the quarters; lines in the left eye's window.
-  const Texture picture = read_png_texture(viewport.pictures + "/task_0001.png");
+  const scene::Texture picture = render::read_png_texture(viewport.pictures + "/task_0001.png");
   ASSERT_EQ(picture.width, 1280);
   EXPECT_GT(n_lit(picture, 0, 0, 640, 200), 100);
   EXPECT_GT(n_lit(picture, 640, 0, 1280, 512), 500);

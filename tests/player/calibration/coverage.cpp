@@ -16,11 +16,11 @@ void Coverage::add(const std::string& name, double error, double half_width)
   if (std::abs(error) <= half_width) ++count.n_within;
 }
 
-void Coverage::add(const Estimate& estimate, const Eigen::VectorXd& error)
+void Coverage::add(const calibration::Estimate& estimate, const Eigen::VectorXd& error)
 {
   ASSERT_LE(error.size(), estimate.values.size());
   for (Eigen::Index k = 0; k < error.size(); ++k)
-    add(estimate.names[static_cast<std::size_t>(k)], error(k), half_width_95(estimate, k));
+    add(estimate.names[static_cast<std::size_t>(k)], error(k), calibration::half_width_95(estimate, k));
 }
 
 void Coverage::expect_honest() const
@@ -37,7 +37,7 @@ Eigen::VectorXd place_error(const Pose& X_found, const Pose& X_true)
 {
   Eigen::VectorXd error(6);
   error << X_found.translation() - X_true.translation(),
-      turn_of(X_found.linear() * X_true.linear().transpose()) * deg_from_rad(1.0);
+      tracking::turn_of(X_found.linear() * X_true.linear().transpose()) * deg_from_rad(1.0);
   return error;
 }
 

@@ -23,9 +23,9 @@ using testing::HasSubstr;
 const std::string file = "calibration.toml";
 
 /// Half of 1280 x 480, mostly visible.
-Eye bench_eye()
+optics::Eye bench_eye()
 {
-  Eye eye;
+  optics::Eye eye;
   eye.window = {640, 0, 640, 480};
   eye.visible = {658, 14, 600, 450};
   return eye;
@@ -37,8 +37,8 @@ Eigen::Vector2d middle_px()
 }
 
 struct Truth {
-  Distortion distortion;
-  GridPlace grid;
+  optics::Distortion distortion;
+  calibration::GridPose grid;
 };
 
 Truth sample_truth()
@@ -48,15 +48,16 @@ Truth sample_truth()
 }
 
 /// 7 columns, 5 rows.
-std::vector<GridMark> marks_of(const Truth& truth, double noise_px, Noise& noise)
+std::vector<calibration::GridMark> marks_of(const Truth& truth, double noise_px, Noise& noise)
 {
-  std::vector<GridMark> marks;
+  std::vector<calibration::GridMark> marks;
   for (int row = -2; row <= 2; ++row) {
     for (int column = -3; column <= 3; ++column) {
-      GridMark mark;
+      calibration::GridMark mark;
       mark.node = Eigen::Vector2d(column, row);
       mark.drawn_px =
-          drawn_px(truth.distortion, shown_px(truth.grid, truth.distortion.pixel_aspect, mark.node)) +
+          optics::drawn_px(truth.distortion,
+                           calibration::shown_px(truth.grid, truth.distortion.pixel_aspect, mark.node)) +
           noise_px * Eigen::Vector2d(noise.normals(2));
       marks.push_back(mark);
     }
@@ -64,12 +65,13 @@ std::vector<GridMark> marks_of(const Truth& truth, double noise_px, Noise& noise
   return marks;
 }
 
-DistortionFit fitted(const std::vector<GridMark>& marks, const AspectPrior& aspect = {1.02, 0.001})
+calibration::DistortionFit fitted(const std::vector<calibration::GridMark>& marks,
+                                  const calibration::AspectPrior& aspect = {1.02, 0.001})
 {
-  return fit_distortion(marks, bench_eye(), aspect, "left", file);
+  return calibration::fit_distortion(marks, bench_eye(), aspect, "left", file);
 }
 
-Eigen::VectorXd numbers_of(const Distortion& d)
+Eigen::VectorXd numbers_of(const optics::Distortion& d)
 {
   Eigen::VectorXd numbers(5);
   numbers << d.k1, d.k2, d.centre_px, d.pixel_aspect;
@@ -78,11 +80,11 @@ Eigen::VectorXd numbers_of(const Distortion& d)
 
 TEST(GridPlaces, RowsGoUpwardsAndTurnsCounterClockwise)
 {
-  const GridPlace upright{{100, 50}, 20, 0.0};
-  EXPECT_LT((shown_px(upright, 1.0, {2, 1}) - Eigen::Vector2d(140, 30)).norm(), 1e-12);
-  EXPECT_LT((shown_px(upright, 2.0, {2, 1}) - Eigen::Vector2d(140, 40)).norm(), 1e-12);
-  const GridPlace turned{{100, 50}, 20, rad_from_deg(90)};  // rotates right to up
-  EXPECT_LT((shown_px(turned, 2.0, {1, 0}) - Eigen::Vector2d(100, 40)).norm(), 1e-12);
+  const calibration::GridPose upright{{100, 50}, 20, 0.0};
+  EXPECT_LT((calibration::shown_px(upright, 1.0, {2, 1}) - Eigen::Vector2d(140, 30)).norm(), 1e-12);
+  EXPECT_LT((calibration::shown_px(upright, 2.0, {2, 1}) - Eigen::Vector2d(140, 40)).norm(), 1e-12);
+  const calibration::GridPose turned{{100, 50}, 20, rad_from_deg(90)};  // rotates right to up
+  EXPECT_LT((calibration::shown_px(turned, 2.0, {1, 0}) - Eigen::Vector2d(100, 40)).norm(), 1e-12);
 }
 
 TEST(DistortionFits, MarksWithoutNoiseGiveTheOpticsBack)
@@ -93,11 +95,11 @@ TEST(DistortionFits, MarksWithoutNoiseGiveTheOpticsBack)
     Truth truth = sample_truth();
     truth.distortion.k1 = k1;
     // The prior of the aspect has an error, which the marks correct.
-    const DistortionFit fit = fitted(marks_of(truth, 0.0, none), {1.021, 0.001});
-    EXPECT_FALSE(fit.is_centre_held);
+    const calibration::DistortionFit fit = fitted(marks_of(truth, 0.0, none), {1.021, 0.001});
+    EXPECT_FALSE(fit.has_centre_prior);
     EXPECT_LT((numbers_of(fit.distortion) - numbers_of(truth.distortion)).cwiseAbs().maxCoeff(), 1e-6);
     EXPECT_EQ(fit.distortion.unit_px, 320.0);
-    EXPECT_LT((fit.grid.at_px - truth.grid.at_px).norm(), 1e-6);
+    EXPECT_LT((fit.grid.origin_px - truth.grid.origin_px).norm(), 1e-6);
     EXPECT_NEAR(fit.grid.spacing_px, truth.grid.spacing_px, 1e-6);
     EXPECT_NEAR(fit.grid.turn_rad, truth.grid.turn_rad, 1e-6);
     EXPECT_LT(fit.inverse_error_px, mesh_px);
@@ -111,7 +113,7 @@ TEST(DistortionFits, MarksWithoutNoiseGiveTheOpticsBack)
 TEST(DistortionFits, AnAspectThatIsKnownStays)
 {
   Noise noise(2);
-  const DistortionFit fit = fitted(marks_of(sample_truth(), 0.5, noise), {1.02, 0.0});
+  const calibration::DistortionFit fit = fitted(marks_of(sample_truth(), 0.5, noise), {1.02, 0.0});
   EXPECT_EQ(fit.distortion.pixel_aspect, 1.02);
   EXPECT_EQ(fit.estimate.covariance(4, 4), 0.0);
 }
@@ -121,15 +123,16 @@ TEST(DistortionFits, MovingThePictureMovesTheCentre)
 {
   Noise noise(3);
   const Eigen::Vector2d by(64, 32);
-  std::vector<GridMark> marks = marks_of(sample_truth(), 0.5, noise);
-  const DistortionFit here = fitted(marks);
-  for (GridMark& mark : marks) mark.drawn_px += by;
-  Eye eye = bench_eye();
+  std::vector<calibration::GridMark> marks = marks_of(sample_truth(), 0.5, noise);
+  const calibration::DistortionFit here = fitted(marks);
+  for (calibration::GridMark& mark : marks) mark.drawn_px += by;
+  optics::Eye eye = bench_eye();
   eye.window.x += 64;
   eye.visible.x += 64;
   eye.window.y += 32;
   eye.visible.y += 32;
-  const DistortionFit there = fit_distortion(marks, eye, {1.02, 0.001}, "left", file);
+  const calibration::DistortionFit there =
+      calibration::fit_distortion(marks, eye, {1.02, 0.001}, "left", file);
   constexpr double solver_tolerance = 1e-6;
   EXPECT_LT((there.distortion.centre_px - here.distortion.centre_px - by).norm(), solver_tolerance);
   EXPECT_NEAR(there.distortion.k1, here.distortion.k1, solver_tolerance);
@@ -145,12 +148,12 @@ TEST(DistortionFits, IntervalsAreHonest)
     truth.distortion.k1 = 0.08 + 0.12 * noise.uniform();
     truth.distortion.k2 = 0.04 * noise.uniform();
     truth.distortion.centre_px = middle_px() + 5.0 * Eigen::Vector2d(noise.normals(2));
-    truth.grid.at_px = middle_px() + 10.0 * Eigen::Vector2d(noise.normals(2));
+    truth.grid.origin_px = middle_px() + 10.0 * Eigen::Vector2d(noise.normals(2));
     truth.grid.turn_rad = 0.02 * noise.normal();
-    const AspectPrior aspect{1.02, 0.001};
+    const calibration::AspectPrior aspect{1.02, 0.001};
     truth.distortion.pixel_aspect = aspect.value + aspect.sd * noise.normal();
-    const DistortionFit fit = fitted(marks_of(truth, 0.5, noise), aspect);
-    EXPECT_FALSE(fit.is_centre_held);
+    const calibration::DistortionFit fit = fitted(marks_of(truth, 0.5, noise), aspect);
+    EXPECT_FALSE(fit.has_centre_prior);
     coverage.add(fit.estimate, numbers_of(fit.distortion) - numbers_of(truth.distortion));
   }
   coverage.expect_honest();
@@ -165,10 +168,11 @@ TEST(DistortionFits, WithoutDistortionTheCentreIsHeldAndItsIntervalIsHonest)
     Truth truth = sample_truth();
     truth.distortion.k1 = 0.003 * noise.normal();
     truth.distortion.k2 = 0.0;
-    truth.distortion.centre_px = middle_px() + held_centre_sd_px * Eigen::Vector2d(noise.normals(2));
+    truth.distortion.centre_px =
+        middle_px() + calibration::centre_prior_sd_px * Eigen::Vector2d(noise.normals(2));
     truth.distortion.pixel_aspect = 1.02 + 0.001 * noise.normal();
-    const DistortionFit fit = fitted(marks_of(truth, 0.5, noise));
-    n_held += fit.is_centre_held ? 1 : 0;
+    const calibration::DistortionFit fit = fitted(marks_of(truth, 0.5, noise));
+    n_held += fit.has_centre_prior ? 1 : 0;
     coverage.add(fit.estimate, numbers_of(fit.distortion) - numbers_of(truth.distortion));
   }
   EXPECT_GE(n_held, 150);
@@ -178,20 +182,22 @@ TEST(DistortionFits, WithoutDistortionTheCentreIsHeldAndItsIntervalIsHonest)
 TEST(DistortionFits, MarksThatAreNotEnoughAreRefused)
 {
   Noise noise(5);
-  const std::vector<GridMark> marks = marks_of(sample_truth(), 0.5, noise);
-  const auto refused = [&](const std::vector<GridMark>& some) { return input_error([&] { fitted(some); }); };
+  const std::vector<calibration::GridMark> marks = marks_of(sample_truth(), 0.5, noise);
+  const auto refused = [&](const std::vector<calibration::GridMark>& some) {
+    return input_error([&] { fitted(some); });
+  };
   const InputError::Facts few = refused({marks.begin(), marks.begin() + 11});
   EXPECT_EQ(few.file, file);
   EXPECT_EQ(few.field, "left.distortion");
   EXPECT_EQ(few.found, "11 marked nodes");
-  std::vector<GridMark> row;
+  std::vector<calibration::GridMark> row;
   for (int repeat = 0; repeat < 2; ++repeat) row.insert(row.end(), marks.begin() + 14, marks.begin() + 21);
   EXPECT_THAT(refused(row).found, HasSubstr("collinear"));
-  std::vector<GridMark> one_place = marks;
-  for (GridMark& mark : one_place) mark.drawn_px = middle_px();
+  std::vector<calibration::GridMark> one_place = marks;
+  for (calibration::GridMark& mark : one_place) mark.drawn_px = middle_px();
   EXPECT_THAT(refused(one_place).found, HasSubstr("collinear"));
   // Four repeated nodes have a large spread but do not determine the distortion.
-  std::vector<GridMark> corners;
+  std::vector<calibration::GridMark> corners;
   for (int repeat = 0; repeat < 3; ++repeat) {
     for (const std::size_t i : {0U, 6U, 28U, 34U}) corners.push_back(marks[i]);
   }
@@ -202,7 +208,7 @@ TEST(DistortionFits, AMarkOnTheWrongNodeIsNamed)
 {
   for (std::size_t i = 0; i < 35; ++i) {
     Noise noise(i + 10);
-    std::vector<GridMark> marks = marks_of(sample_truth(), 0.5, noise);
+    std::vector<calibration::GridMark> marks = marks_of(sample_truth(), 0.5, noise);
     marks[i].drawn_px += Eigen::Vector2d(-9.0, 6.0);
     const InputError::Facts facts = input_error([&] { fitted(marks); });
     const Eigen::Vector2i node = marks[i].node.cast<int>();
@@ -224,23 +230,24 @@ TEST(DistortionFits, OpticsThatFoldAreRefused)
   EXPECT_THAT(facts.found, HasSubstr("fold"));
 }
 
-GridValues values_of(const DistortionFit& fit)
+calibration::GridValues values_of(const calibration::DistortionFit& fit)
 {
   return {fit.distortion.k1, fit.distortion.k2, fit.distortion.centre_px, fit.grid};
 }
 
 /// Grid of an operator who matches all nodes as well as the eight numbers allow, for the drawn aspect.
-AdjustedGrids adjusted_grids(int n, const Truth& truth, double drawn_aspect, Noise& noise)
+calibration::AdjustedGrids adjusted_grids(int n, const Truth& truth, double drawn_aspect, Noise& noise)
 {
-  AdjustedGrids grids{{}, 7, 5};
+  calibration::AdjustedGrids grids{{}, 7, 5};
   for (int i = 0; i < n; ++i)
     grids.values.push_back(values_of(fitted(marks_of(truth, 0.5, noise), {drawn_aspect, 0.0})));
   return grids;
 }
 
-DistortionFit mean_of(const AdjustedGrids& grids, const AspectPrior& aspect = {1.02, 0.001})
+calibration::DistortionFit mean_of(const calibration::AdjustedGrids& grids,
+                                   const calibration::AspectPrior& aspect = {1.02, 0.001})
 {
-  return mean_distortion(grids, bench_eye(), aspect, "left", file);
+  return calibration::mean_distortion(grids, bench_eye(), aspect, "left", file);
 }
 
 /// Two grids that differ only by a rotation: noise^2 = 2 (turn * spacing)^2 sum |node|^2 / 8, because nodes
@@ -248,14 +255,14 @@ DistortionFit mean_of(const AdjustedGrids& grids, const AspectPrior& aspect = {1
 /// are equal.
 TEST(AdjustedGrids, TheirMeanAndTheirNoiseMatchTheClosedForm)
 {
-  GridValues a;
+  calibration::GridValues a;
   a.centre_px = middle_px();
   a.grid = {middle_px(), 80.0, 0.01};
-  GridValues b = a;
+  calibration::GridValues b = a;
   constexpr double turn_rad = 1e-3;
   a.grid.turn_rad -= turn_rad;
   b.grid.turn_rad += turn_rad;
-  const DistortionFit fit = mean_of({{a, b}, 7, 5}, {1.0, 0.001});
+  const calibration::DistortionFit fit = mean_of({{a, b}, 7, 5}, {1.0, 0.001});
   double nodes_sq = 0.0;
   for (int row = -2; row <= 2; ++row) {
     for (int column = -3; column <= 3; ++column) nodes_sq += row * row + column * column;
@@ -265,9 +272,10 @@ TEST(AdjustedGrids, TheirMeanAndTheirNoiseMatchTheClosedForm)
   EXPECT_NEAR(fit.grid.turn_rad, 0.01, 1e-15);
   EXPECT_EQ(fit.grid.spacing_px, 80.0);
   // The centre is undetermined.
-  EXPECT_TRUE(fit.is_centre_held);
+  EXPECT_TRUE(fit.has_centre_prior);
   EXPECT_EQ(fit.distortion.centre_px, middle_px());
-  EXPECT_NEAR(fit.estimate.covariance(2, 2), held_centre_sd_px * held_centre_sd_px, 1e-6);
+  EXPECT_NEAR(fit.estimate.covariance(2, 2),
+              calibration::centre_prior_sd_px * calibration::centre_prior_sd_px, 1e-6);
   EXPECT_THAT(fit.estimate.remarks.back(), HasSubstr("centre"));
 }
 
@@ -276,11 +284,11 @@ TEST(AdjustedGrids, TheIntervalOfAnAspectIsThatOfWhatIsKnownOfIt)
 {
   for (const int n : {2, 3, 10}) {
     Noise noise(40);
-    const DistortionFit fit = mean_of(adjusted_grids(n, sample_truth(), 1.02, noise));
+    const calibration::DistortionFit fit = mean_of(adjusted_grids(n, sample_truth(), 1.02, noise));
     EXPECT_EQ(fit.estimate.dof, 8.0 * (n - 1));
-    EXPECT_NEAR(half_width_95(fit.estimate, 4), 1.959964 * 0.001, 1e-8);
+    EXPECT_NEAR(calibration::half_width_95(fit.estimate, 4), 1.959964 * 0.001, 1e-8);
     EXPECT_EQ(fit.distortion.pixel_aspect, 1.02);
-    EXPECT_FALSE(fit.is_centre_held);
+    EXPECT_FALSE(fit.has_centre_prior);
     EXPECT_LT(fit.inverse_error_px, mesh_px);
     EXPECT_EQ(fit.estimate.residuals.size(), static_cast<std::size_t>(n));
     EXPECT_NEAR(fit.distortion.k1, sample_truth().distortion.k1, 0.05);
@@ -293,13 +301,13 @@ TEST(AdjustedGrids, TheirCovarianceIsThatOfFitsToTheirNodes)
 {
   // Without noise, where the linearisation of the fit is exact.
   Noise noise(41);
-  const std::vector<GridMark> marks = marks_of(sample_truth(), 0.0, noise);
-  const DistortionFit fit = fitted(marks, {1.02, 0.0});
-  const DistortionFit less = fitted(marks, {1.0195, 0.0}), more = fitted(marks, {1.0205, 0.0});
-  GridValues a = values_of(fit), b = a;
+  const std::vector<calibration::GridMark> marks = marks_of(sample_truth(), 0.0, noise);
+  const calibration::DistortionFit fit = fitted(marks, {1.02, 0.0});
+  const calibration::DistortionFit less = fitted(marks, {1.0195, 0.0}), more = fitted(marks, {1.0205, 0.0});
+  calibration::GridValues a = values_of(fit), b = a;
   a.grid.turn_rad -= 1e-3;
   b.grid.turn_rad += 1e-3;
-  const DistortionFit exact = mean_of({{a, b}, 7, 5}, {1.02, 0.0});
+  const calibration::DistortionFit exact = mean_of({{a, b}, 7, 5}, {1.02, 0.0});
   const Eigen::MatrixXd of_fit =
       fit.estimate.covariance.topLeftCorner<4, 4>() / (fit.noise_px * fit.noise_px);
   const Eigen::MatrixXd of_mean =
@@ -312,8 +320,8 @@ TEST(AdjustedGrids, TheirCovarianceIsThatOfFitsToTheirNodes)
     }
   }
   const double sd = 0.001;
-  const DistortionFit known = mean_of({{a, b}, 7, 5}, {1.02, sd});
-  const double given = sd * 1.959964 / t_95(8.0);
+  const calibration::DistortionFit known = mean_of({{a, b}, 7, 5}, {1.02, sd});
+  const double given = sd * 1.959964 / calibration::t_95(8.0);
   const Eigen::VectorXd by_aspect = (numbers_of(more.distortion) - numbers_of(less.distortion)) / 1e-3;
   for (Eigen::Index k = 0; k < 4; ++k) {
     // By differences over 0.001, and by a fit that converges within 1e-6.
@@ -332,9 +340,9 @@ TEST(AdjustedGrids, TheirIntervalsAreHonest)
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
     Noise noise(seed);
     Truth truth = sample_truth();
-    const AspectPrior aspect{1.02, 0.001};
+    const calibration::AspectPrior aspect{1.02, 0.001};
     truth.distortion.pixel_aspect = aspect.value + aspect.sd * noise.normal();
-    const DistortionFit fit = mean_of(adjusted_grids(3, truth, aspect.value, noise), aspect);
+    const calibration::DistortionFit fit = mean_of(adjusted_grids(3, truth, aspect.value, noise), aspect);
     coverage.add(fit.estimate, numbers_of(fit.distortion) - numbers_of(truth.distortion));
   }
   coverage.expect_honest();
@@ -343,10 +351,10 @@ TEST(AdjustedGrids, TheirIntervalsAreHonest)
 TEST(AdjustedGrids, OneIsNotEnoughAndFoldsAreRefused)
 {
   Noise noise(7);
-  AdjustedGrids grids = adjusted_grids(1, sample_truth(), 1.02, noise);
+  calibration::AdjustedGrids grids = adjusted_grids(1, sample_truth(), 1.02, noise);
   EXPECT_EQ(input_error([&] { mean_of(grids); }).found, "1 adjusted grid");
   grids = adjusted_grids(3, sample_truth(), 1.02, noise);
-  for (GridValues& grid : grids.values) {
+  for (calibration::GridValues& grid : grids.values) {
     grid.k1 = -0.3;
     grid.k2 = 0.0;
   }

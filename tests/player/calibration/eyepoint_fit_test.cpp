@@ -19,9 +19,9 @@ struct Rectangle {
 };
 const std::array<Rectangle, 4> bench_rectangles = {{{150, 0}, {200, 150}, {250, 300}, {300, 450}}};
 
-Eye sample_eye(double x_mm)
+optics::Eye sample_eye(double x_mm)
 {
-  Eye eye;
+  optics::Eye eye;
   eye.window = eye.visible = {0, 0, 640, 480};
   eye.distance_px = 880.0;
   eye.sight_px = {322.0, 238.0};
@@ -38,18 +38,20 @@ struct Hand {
 };
 
 /// Marks of an operator with the given noise, for the true `eye`.
-std::vector<RectangleMark> marks_of(const Eye& eye, const Hand& hand, std::mt19937_64& random)
+std::vector<calibration::RectangleMark> marks_of(const optics::Eye& eye, const Hand& hand,
+                                                 std::mt19937_64& random)
 {
   std::normal_distribution<double> noise(0.0, hand.noise_px > 0.0 ? hand.noise_px : 1.0);
-  std::vector<RectangleMark> marks;
+  std::vector<calibration::RectangleMark> marks;
   for (const Rectangle& r : bench_rectangles) {
     for (int k = 0; k < hand.repeats; ++k) {
-      RectangleMark mark = {r.width_mm, r.depth_mm, {}, {}};
+      calibration::RectangleMark mark = {r.width_mm, r.depth_mm, {}, {}};
       for (const double side : {-0.5, 0.5}) {
         const double x_mm = hand.middle_mm + side * r.width_mm - eye.position_head_mm.x();
         const double away_mm = eye.position_head_mm.z() + r.depth_mm;
         const double column = eye.distance_px * std::tan(std::atan2(x_mm, away_mm) - hand.turn_rad);
-        Eigen::Vector2d drawn = drawn_px(eye.distortion, {eye.sight_px.x() + column, eye.sight_px.y()});
+        Eigen::Vector2d drawn =
+            optics::drawn_px(eye.distortion, {eye.sight_px.x() + column, eye.sight_px.y()});
         if (hand.noise_px > 0.0) drawn.x() += noise(random);
         (side < 0.0 ? mark.left_drawn_px : mark.right_drawn_px) = drawn;
       }
@@ -59,7 +61,7 @@ std::vector<RectangleMark> marks_of(const Eye& eye, const Hand& hand, std::mt199
   return marks;
 }
 
-Eigen::VectorXd truth_of(const Eye& eye)
+Eigen::VectorXd truth_of(const optics::Eye& eye)
 {
   return Eigen::Vector2d(eye.distance_px, eye.position_head_mm.z());
 }
@@ -67,8 +69,9 @@ Eigen::VectorXd truth_of(const Eye& eye)
 TEST(Eyepoint, OfTwoRectanglesIsThatOfFigure24)
 {
   // 150 mm at 750 and at 850 mm, 880 px: 176 and 155.294 px wide.
-  const RectangleMark first = {150.0, 0.0, {}, {}}, second = {150.0, 100.0, {}, {}};
-  const Eyepoint eyepoint = eyepoint_of_two(first, 880.0 * 150.0 / 750.0, second, 880.0 * 150.0 / 850.0);
+  const calibration::RectangleMark first = {150.0, 0.0, {}, {}}, second = {150.0, 100.0, {}, {}};
+  const calibration::Eyepoint eyepoint =
+      calibration::eyepoint_of_two_rectangles(first, 880.0 * 150.0 / 750.0, second, 880.0 * 150.0 / 850.0);
   constexpr double rounding = 1e-9;
   EXPECT_NEAR(eyepoint.distance_px, 880.0, rounding);
   EXPECT_NEAR(eyepoint.depth_mm, 750.0, rounding);
@@ -79,31 +82,34 @@ TEST(Eyepoint, NearDepthsAreIllConditionedAsWeKnow)
   // Width noise of 0.5 px, rectangles of 150 mm at 0.75 and 0.85 m. The depth of the first is X2 Z / (X1 -
   // X2): 27.4 mm from the noise of both widths. The 29 mm in DESIGN.md include only the noise of the
   // difference.
-  const std::array<RectangleMark, 2> rectangles = {{{150.0, 0.0, {}, {}}, {150.0, 100.0, {}, {}}}};
-  const Eigen::Vector2d sd = expected_eyepoint_sd(rectangles, {880.0, 750.0}, 0.5 / std::sqrt(2.0));
+  const std::array<calibration::RectangleMark, 2> rectangles = {
+      {{150.0, 0.0, {}, {}}, {150.0, 100.0, {}, {}}}};
+  const Eigen::Vector2d sd =
+      calibration::expected_eyepoint_sd(rectangles, {880.0, 750.0}, 0.5 / std::sqrt(2.0));
   const double X1 = 176.0, X2 = 880.0 * 150.0 / 850.0, apart_sq = (X1 - X2) * (X1 - X2);
   EXPECT_NEAR(sd(1), 0.5 * 100.0 * std::hypot(X1, X2) / apart_sq, 1e-6);
   EXPECT_NEAR(sd(1), 29.0, 2.0);
-  EXPECT_TRUE(std::isinf(expected_eyepoint_sd({rectangles.data(), 1}, {880.0, 750.0}, 0.5)(1)));
+  EXPECT_TRUE(std::isinf(calibration::expected_eyepoint_sd({rectangles.data(), 1}, {880.0, 750.0}, 0.5)(1)));
 }
 
 TEST(EyepointFit, RoundTripWithoutNoiseAgreesWithTwoRectangles)
 {
   std::mt19937_64 random(61);
-  const Eye eye = sample_eye(-32.0);
+  const optics::Eye eye = sample_eye(-32.0);
   Hand hand;
   hand.noise_px = 0.0;
-  const std::vector<RectangleMark> marks = marks_of(eye, hand, random);
-  const EyepointFit fit = fit_eyepoint(marks, eye, {}, "left", "marks");
+  const std::vector<calibration::RectangleMark> marks = marks_of(eye, hand, random);
+  const calibration::EyepointFit fit = calibration::fit_eyepoint(marks, eye, {}, "left", "marks");
   constexpr double rounding = 1e-7;  // 1e-12 px amplified by the condition of the fit
   EXPECT_NEAR(fit.eyepoint.distance_px, 880.0, rounding);
   EXPECT_NEAR(fit.eyepoint.depth_mm, 750.0, rounding);
   EXPECT_EQ(fit.estimate.names[1], "left.depth");
-  const auto width_px = [&](const RectangleMark& m) {
-    return shown_px(eye.distortion, m.right_drawn_px).x() - shown_px(eye.distortion, m.left_drawn_px).x();
+  const auto width_px = [&](const calibration::RectangleMark& m) {
+    return optics::shown_px(eye.distortion, m.right_drawn_px).x() -
+           optics::shown_px(eye.distortion, m.left_drawn_px).x();
   };
-  const Eyepoint two =
-      eyepoint_of_two(marks.front(), width_px(marks.front()), marks.back(), width_px(marks.back()));
+  const calibration::Eyepoint two = calibration::eyepoint_of_two_rectangles(
+      marks.front(), width_px(marks.front()), marks.back(), width_px(marks.back()));
   EXPECT_NEAR(fit.eyepoint.distance_px, two.distance_px, rounding);
   EXPECT_NEAR(fit.eyepoint.depth_mm, two.depth_mm, rounding);
 }
@@ -121,22 +127,23 @@ TEST(EyepointFit, IntervalsAreHonestWhateverIsTakenForKnown)
     Eigen::VectorXd distortion_sd(5);
     distortion_sd << 0.003, 0.003, 3.0, 3.0, 0.002;
     distortion_sd *= row.distortion_share;
-    EyepointOptions options;
+    calibration::EyepointOptions options;
     options.alignment_sd_rad = row.turn_sd_rad;
     options.distortion_covariance = Eigen::MatrixXd(distortion_sd.cwiseAbs2().asDiagonal());
     test::Coverage coverage;
     for (int set = 0; set < 800; ++set) {
-      const Eye truth = sample_eye(-32.0);
+      const optics::Eye truth = sample_eye(-32.0);
       Hand hand;
       hand.noise_px = row.noise_px;
       hand.turn_rad = row.turn_sd_rad * normal(random);
-      Eye known = truth;
+      optics::Eye known = truth;
       known.distortion.k1 += distortion_sd(0) * normal(random);
       known.distortion.k2 += distortion_sd(1) * normal(random);
       known.distortion.centre_px.x() += distortion_sd(2) * normal(random);
       known.distortion.centre_px.y() += distortion_sd(3) * normal(random);
       known.distortion.pixel_aspect += distortion_sd(4) * normal(random);
-      const EyepointFit fit = fit_eyepoint(marks_of(truth, hand, random), known, options, "left", "marks");
+      const calibration::EyepointFit fit =
+          calibration::fit_eyepoint(marks_of(truth, hand, random), known, options, "left", "marks");
       coverage.add(fit.estimate, fit.estimate.values - truth_of(truth));
     }
     coverage.expect_honest();
@@ -146,38 +153,40 @@ TEST(EyepointFit, IntervalsAreHonestWhateverIsTakenForKnown)
 TEST(EyepointFit, WhatIsExpectedBeforeIsWhatComes)
 {
   std::mt19937_64 random(63);
-  const Eye eye = sample_eye(32.0);
-  Eye plain = eye;
+  const optics::Eye eye = sample_eye(32.0);
+  optics::Eye plain = eye;
   plain.distortion.k1 = plain.distortion.k2 = 0.0;
   Eigen::Vector2d sum_sq = Eigen::Vector2d::Zero();
   constexpr int n = 1000;
   for (int set = 0; set < n; ++set) {
-    const EyepointFit fit = fit_eyepoint(marks_of(plain, {}, random), plain, {}, "right", "marks");
+    const calibration::EyepointFit fit =
+        calibration::fit_eyepoint(marks_of(plain, {}, random), plain, {}, "right", "marks");
     sum_sq += (fit.estimate.values - truth_of(plain)).cwiseAbs2() / n;
   }
-  const Eigen::Vector2d expected = expected_eyepoint_sd(marks_of(plain, {}, random), {880.0, 750.0}, 0.5);
+  const Eigen::Vector2d expected =
+      calibration::expected_eyepoint_sd(marks_of(plain, {}, random), {880.0, 750.0}, 0.5);
   // The standard deviation of 1000 samples has a relative error of 1 / sqrt(2000); four times that.
   EXPECT_NEAR(std::sqrt(sum_sq(0)) / expected(0), 1.0, 0.09);
   EXPECT_NEAR(std::sqrt(sum_sq(1)) / expected(1), 1.0, 0.09);
 }
 
-InputError::Facts refusal(const std::vector<RectangleMark>& marks, double most_sd_mm = 15.0)
+InputError::Facts refusal(const std::vector<calibration::RectangleMark>& marks, double most_sd_mm = 15.0)
 {
-  EyepointOptions options;
-  options.most_depth_sd_mm = most_sd_mm;
-  return input_error([&] { fit_eyepoint(marks, sample_eye(-32.0), options, "left", "marks"); });
+  calibration::EyepointOptions options;
+  options.max_depth_sd_mm = most_sd_mm;
+  return input_error([&] { calibration::fit_eyepoint(marks, sample_eye(-32.0), options, "left", "marks"); });
 }
 
 TEST(EyepointFit, RefusesWhatDoesNotTellTheDepthAndSaysWhatToAdd)
 {
   std::mt19937_64 random(64);
-  const Eye eye = sample_eye(-32.0);
-  std::vector<RectangleMark> marks = marks_of(eye, {}, random);
+  const optics::Eye eye = sample_eye(-32.0);
+  std::vector<calibration::RectangleMark> marks = marks_of(eye, {}, random);
   EXPECT_EQ(refusal({marks[0], marks[4]}).found, "2 marks of rectangles");
-  const std::vector<RectangleMark> one_depth(marks.begin(), marks.begin() + 3);
+  const std::vector<calibration::RectangleMark> one_depth(marks.begin(), marks.begin() + 3);
   EXPECT_NE(refusal(one_depth).found.find("equal depths"), std::string::npos);
   EXPECT_NE(refusal(one_depth).wanted.find("add a rectangle"), std::string::npos);
-  const std::vector<RectangleMark> near(marks.begin(), marks.begin() + 6);
+  const std::vector<calibration::RectangleMark> near(marks.begin(), marks.begin() + 6);
   const InputError::Facts facts = refusal(near, 5.0);
   EXPECT_NE(facts.found.find("standard deviation"), std::string::npos) << facts.found;
   EXPECT_NE(facts.wanted.find("mm wide at"), std::string::npos) << facts.wanted;
@@ -186,9 +195,9 @@ TEST(EyepointFit, RefusesWhatDoesNotTellTheDepthAndSaysWhatToAdd)
 TEST(EyepointFit, RefusesAMarkByItsNumber)
 {
   std::mt19937_64 random(65);
-  const std::vector<RectangleMark> marks = marks_of(sample_eye(-32.0), {}, random);
+  const std::vector<calibration::RectangleMark> marks = marks_of(sample_eye(-32.0), {}, random);
   for (std::size_t k = 0; k < marks.size(); ++k) {
-    std::vector<RectangleMark> slipped = marks;
+    std::vector<calibration::RectangleMark> slipped = marks;
     slipped[k].right_drawn_px.x() += 12.0;
     const std::string number = "mark " + std::to_string(k + 1) + ",";
     EXPECT_EQ(refusal(slipped).found.rfind(number, 0), 0U) << refusal(slipped).found;
@@ -204,22 +213,23 @@ TEST(EyepointFit, RefusesAMarkByItsNumber)
 TEST(EyepointFit, RefusesWidthsThatGrowWithDepth)
 {
   std::mt19937_64 random(66);
-  std::vector<RectangleMark> marks = marks_of(sample_eye(-32.0), {}, random);
-  for (RectangleMark& mark : marks) mark.depth_mm = -mark.depth_mm;
+  std::vector<calibration::RectangleMark> marks = marks_of(sample_eye(-32.0), {}, random);
+  for (calibration::RectangleMark& mark : marks) mark.depth_mm = -mark.depth_mm;
   EXPECT_FALSE(refusal(marks).wanted.empty());
 }
 
 /// Marks of a person with eyes at -32 and +32 mm, with axis errors `sight_error_px` (left, right).
-std::array<EyeRectangles, 2> seen_by_two(const Hand& hand, const Eigen::Vector2d& sight_error_px,
-                                         std::mt19937_64& random)
+std::array<calibration::EyeRectangles, 2> seen_by_two(const Hand& hand, const Eigen::Vector2d& sight_error_px,
+                                                      std::mt19937_64& random)
 {
-  std::array<EyeRectangles, 2> both;
+  std::array<calibration::EyeRectangles, 2> both;
   for (std::size_t k = 0; k < both.size(); ++k) {
-    const Eye truth = sample_eye(k == 0 ? -32.0 : 32.0);
+    const optics::Eye truth = sample_eye(k == 0 ? -32.0 : 32.0);
     both[k].marks = marks_of(truth, hand, random);
     both[k].eye = truth;
     both[k].eye.sight_px.x() += sight_error_px(static_cast<Eigen::Index>(k));
-    both[k].fit = fit_eyepoint(both[k].marks, both[k].eye, {}, k == 0 ? "left" : "right", "marks");
+    both[k].fit =
+        calibration::fit_eyepoint(both[k].marks, both[k].eye, {}, k == 0 ? "left" : "right", "marks");
   }
   return both;
 }
@@ -229,8 +239,8 @@ TEST(PupilDistance, RoundTripWithoutNoise)
   std::mt19937_64 random(67);
   Hand hand;
   hand.noise_px = 0.0;
-  const std::array<EyeRectangles, 2> both = seen_by_two(hand, Eigen::Vector2d::Zero(), random);
-  EXPECT_NEAR(pupil_distance(both[0], both[1], 3.0).ipd_mm, 64.0, 1e-6);
+  const std::array<calibration::EyeRectangles, 2> both = seen_by_two(hand, Eigen::Vector2d::Zero(), random);
+  EXPECT_NEAR(calibration::pupil_distance(both[0], both[1], 3.0).ipd_mm, 64.0, 1e-6);
 }
 
 TEST(PupilDistance, ItsStandardDeviationIsHonest)
@@ -242,8 +252,8 @@ TEST(PupilDistance, ItsStandardDeviationIsHonest)
     test::Coverage coverage;
     for (int set = 0; set < 800; ++set) {
       const double left_px = sight_sd_px * normal(random), right_px = sight_sd_px * normal(random);
-      const std::array<EyeRectangles, 2> both = seen_by_two({}, {left_px, right_px}, random);
-      const PupilDistance found = pupil_distance(both[0], both[1], sight_sd_px);
+      const std::array<calibration::EyeRectangles, 2> both = seen_by_two({}, {left_px, right_px}, random);
+      const calibration::PupilDistance found = calibration::pupil_distance(both[0], both[1], sight_sd_px);
       coverage.add("ipd", found.ipd_mm - 64.0, 1.96 * found.sd_mm);
     }
     coverage.expect_honest();
@@ -252,9 +262,9 @@ TEST(PupilDistance, ItsStandardDeviationIsHonest)
 
 TEST(PupilDistance, AWrongOneIsSeenAsAWrongDepth)
 {
-  EXPECT_DOUBLE_EQ(depth_error_mm(800.0, 64.0, 64.0), 0.0);
-  EXPECT_DOUBLE_EQ(depth_error_mm(800.0, 64.0, 66.0), 25.0);
-  EXPECT_LT(depth_error_mm(800.0, 66.0, 64.0), 0.0);
+  EXPECT_DOUBLE_EQ(calibration::depth_error_mm(800.0, 64.0, 64.0), 0.0);
+  EXPECT_DOUBLE_EQ(calibration::depth_error_mm(800.0, 64.0, 66.0), 25.0);
+  EXPECT_LT(calibration::depth_error_mm(800.0, 66.0, 64.0), 0.0);
 }
 
 }  // namespace vrda::eyepoint_fit_test

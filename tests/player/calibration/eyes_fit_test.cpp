@@ -20,9 +20,9 @@ using testing::HasSubstr;
 
 const std::string file = "calibration.toml";
 
-Eye bench_eye(int window_x, double x_mm)
+optics::Eye bench_eye(int window_x, double x_mm)
 {
-  Eye eye;
+  optics::Eye eye;
   eye.window = {window_x, 0, 640, 480};
   eye.visible = {window_x + 18, 14, 600, 450};
   eye.distance_px = 880.0;
@@ -32,9 +32,9 @@ Eye bench_eye(int window_x, double x_mm)
   return eye;
 }
 
-EyesPrior bench_prior()
+calibration::EyesPrior bench_prior()
 {
-  EyesPrior prior;
+  calibration::EyesPrior prior;
   prior.eyes.left = bench_eye(0, -32.0);
   prior.eyes.right = bench_eye(640, 32.0);
   Eigen::Matrix2d eyepoint;  // correlation of distance (px) and depth (mm): 0.97
@@ -49,11 +49,11 @@ EyesPrior bench_prior()
 }
 
 /// Everything known exactly except the pose.
-EyesPrior known_eyes()
+calibration::EyesPrior known_eyes()
 {
-  EyesPrior prior = bench_prior();
+  calibration::EyesPrior prior = bench_prior();
   prior.eyepoint_covariance.setZero();
-  prior.ipd_sd_mm = prior.sight_sd_px = prior.height_apart_sd_mm = 0.0;
+  prior.ipd_sd_mm = prior.sight_sd_px = prior.height_difference_sd_mm = 0.0;
   prior.distortion_covariance = {};
   return prior;
 }
@@ -65,7 +65,7 @@ Pose turned(const Eigen::Vector3d& rotation_vector)
 
 struct Truth {
   Pose X_carrier_eyes;
-  EyePair eyes;
+  optics::EyePair eyes;
 };
 
 Truth sample_truth()
@@ -78,11 +78,11 @@ Truth sample_truth()
 }
 
 /// Numbers 6 to 24 of the estimate, after the pose.
-Eigen::VectorXd numbers_of(const EyePair& eyes)
+Eigen::VectorXd numbers_of(const optics::EyePair& eyes)
 {
   Eigen::VectorXd numbers(19);
   const Eigen::Vector3d apart = eyes.left.position_head_mm - eyes.right.position_head_mm;
-  const auto optics = [](const Eye& eye) {
+  const auto optics = [](const optics::Eye& eye) {
     Eigen::VectorXd five(5);
     five << eye.distortion.k1, eye.distortion.k2, eye.distortion.centre_px, eye.distortion.pixel_aspect;
     return five;
@@ -93,7 +93,7 @@ Eigen::VectorXd numbers_of(const EyePair& eyes)
 }
 
 /// Pose error with the conventions of Estimate.
-Eigen::VectorXd errors_of(const EyesFit& fit, const Truth& truth)
+Eigen::VectorXd errors_of(const calibration::EyesFit& fit, const Truth& truth)
 {
   Eigen::VectorXd errors(25);
   const Eigen::AngleAxisd turn(fit.X_carrier_eyes.linear() * truth.X_carrier_eyes.linear().transpose());
@@ -103,19 +103,19 @@ Eigen::VectorXd errors_of(const EyesFit& fit, const Truth& truth)
 }
 
 /// Eyes drawn at random from `prior`.
-EyePair drawn_eyes(const EyesPrior& prior, Noise& noise)
+optics::EyePair drawn_eyes(const calibration::EyesPrior& prior, Noise& noise)
 {
-  EyePair eyes = prior.eyes;
+  optics::EyePair eyes = prior.eyes;
   const Eigen::VectorXd eyepoint = noise.correlated(prior.eyepoint_covariance);
   eyes.left.distance_px += eyepoint[0];
   eyes.right.distance_px += eyepoint[2];
   Eigen::Vector3d apart = eyes.left.position_head_mm - eyes.right.position_head_mm;
-  apart += Eigen::Vector3d(prior.ipd_sd_mm * noise.normal(), prior.height_apart_sd_mm * noise.normal(),
+  apart += Eigen::Vector3d(prior.ipd_sd_mm * noise.normal(), prior.height_difference_sd_mm * noise.normal(),
                            eyepoint[1] - eyepoint[3]);
   eyes.left.position_head_mm = 0.5 * apart;
   eyes.right.position_head_mm = -0.5 * apart;
   for (std::size_t i = 0; i < 2; ++i) {
-    Eye& eye = i == 0 ? eyes.left : eyes.right;
+    optics::Eye& eye = i == 0 ? eyes.left : eyes.right;
     eye.sight_px += prior.sight_sd_px * Eigen::Vector2d(noise.normals(2));
     const Eigen::VectorXd optics = noise.correlated(prior.distortion_covariance[i]);
     eye.distortion.k1 += optics[0];
@@ -131,39 +131,40 @@ struct MarkNoise {
 };
 
 /// Nine positions for each eye, 600 to 1000 mm away.
-std::vector<BullseyeMark> marks_of(const Truth& truth, const MarkNoise& of, Noise& noise)
+std::vector<calibration::BullseyeMark> marks_of(const Truth& truth, const MarkNoise& of, Noise& noise)
 {
-  std::vector<BullseyeMark> marks;
+  std::vector<calibration::BullseyeMark> marks;
   for (const bool is_right : {false, true}) {
-    const Eye& eye = is_right ? truth.eyes.right : truth.eyes.left;
+    const optics::Eye& eye = is_right ? truth.eyes.right : truth.eyes.left;
     for (int place = 0; place < 9; ++place) {
       const double depth_mm = 600.0 + 200.0 * (place % 3);
       const double across = 0.2 * (place / 3 - 1), up = 0.12 * ((place + place / 3) % 3 - 1);
       const Eigen::Vector3d p_head_mm = depth_mm * Eigen::Vector3d(across, up, -1.0);
-      BullseyeMark mark;
+      calibration::BullseyeMark mark;
       mark.is_right = is_right;
       mark.p_carrier_mm =
           truth.X_carrier_eyes * p_head_mm + of.tracker_mm * Eigen::Vector3d(noise.normals(3));
       mark.p_sd_mm = of.tracker_mm;
-      mark.drawn_px = drawn_px(eye, p_head_mm) + of.alignment_px * Eigen::Vector2d(noise.normals(2));
+      mark.drawn_px = optics::drawn_px(eye, p_head_mm) + of.alignment_px * Eigen::Vector2d(noise.normals(2));
       marks.push_back(mark);
     }
   }
   return marks;
 }
 
-EyesFit fitted(const std::vector<BullseyeMark>& marks, const EyesPrior& prior = bench_prior(),
-               const Pose& X_start = Pose(Eigen::Translation3d(0, 200, 800)))
+calibration::EyesFit fitted(const std::vector<calibration::BullseyeMark>& marks,
+                            const calibration::EyesPrior& prior = bench_prior(),
+                            const Pose& X_start = Pose(Eigen::Translation3d(0, 200, 800)))
 {
-  return fit_eyes(marks, prior, X_start, "eyes", file);
+  return calibration::fit_eyes(marks, prior, X_start, "eyes", file);
 }
 
 TEST(EyesFits, MarksWithoutNoiseGiveTheEyesBack)
 {
   Noise noise(1);
-  for (const EyesPrior& prior : {known_eyes(), bench_prior()}) {
+  for (const calibration::EyesPrior& prior : {known_eyes(), bench_prior()}) {
     const Truth truth = sample_truth();
-    const EyesFit fit = fitted(marks_of(truth, {}, noise), prior);
+    const calibration::EyesFit fit = fitted(marks_of(truth, {}, noise), prior);
     EXPECT_LT(errors_of(fit, truth).cwiseAbs().maxCoeff(), 1e-6);
     EXPECT_LT(fit.noise_px, 1e-3);
   }
@@ -174,7 +175,7 @@ TEST(EyesFits, TheNumbersStandInTheOrderOfTheHeader)
   Noise noise(2);
   Truth truth = sample_truth();
   truth.eyes = drawn_eyes(bench_prior(), noise);
-  const EyesFit fit = fitted(marks_of(truth, {0.5, 0.1}, noise));
+  const calibration::EyesFit fit = fitted(marks_of(truth, {0.5, 0.1}, noise));
   const std::vector<std::string> expected = {"eyes.shift_x",      "eyes.shift_y",      "eyes.shift_z",
                                              "eyes.turn_x",       "eyes.turn_y",       "eyes.turn_z",
                                              "left.distance",     "right.distance",    "ipd",
@@ -199,7 +200,7 @@ TEST(EyesFits, TheNumbersStandInTheOrderOfTheHeader)
 TEST(EyesFits, WhatIsKnownExactlyStays)
 {
   Noise noise(3);
-  const EyesFit fit = fitted(marks_of(sample_truth(), {0.5, 0.1}, noise), known_eyes());
+  const calibration::EyesFit fit = fitted(marks_of(sample_truth(), {0.5, 0.1}, noise), known_eyes());
   EXPECT_EQ(numbers_of(fit.eyes), numbers_of(known_eyes().eyes));
   EXPECT_EQ(fit.estimate.covariance.bottomRightCorner(19, 19), Eigen::MatrixXd::Zero(19, 19));
   EXPECT_GT(fit.estimate.covariance(0, 0), 0.0);
@@ -211,11 +212,11 @@ TEST(EyesFits, MovingTheCarriersFrameMovesTheAnswer)
   const Pose X_other_carrier = Eigen::Translation3d(-300, 1200, 45) * turned({1.1, -0.7, 2.0});
   Truth truth = sample_truth();
   truth.eyes = drawn_eyes(bench_prior(), noise);
-  std::vector<BullseyeMark> marks = marks_of(truth, {0.5, 0.1}, noise);
+  std::vector<calibration::BullseyeMark> marks = marks_of(truth, {0.5, 0.1}, noise);
   const Pose X_start(Eigen::Translation3d(0, 200, 800));
-  const EyesFit here = fitted(marks, bench_prior(), X_start);
-  for (BullseyeMark& mark : marks) mark.p_carrier_mm = X_other_carrier * mark.p_carrier_mm;
-  const EyesFit there = fitted(marks, bench_prior(), X_other_carrier * X_start);
+  const calibration::EyesFit here = fitted(marks, bench_prior(), X_start);
+  for (calibration::BullseyeMark& mark : marks) mark.p_carrier_mm = X_other_carrier * mark.p_carrier_mm;
+  const calibration::EyesFit there = fitted(marks, bench_prior(), X_other_carrier * X_start);
   constexpr double solver_tolerance = 1e-5;  // 1e-6 of a standard deviation of up to 9 px
   EXPECT_TRUE(there.X_carrier_eyes.isApprox(X_other_carrier * here.X_carrier_eyes, solver_tolerance));
   EXPECT_LT((numbers_of(there.eyes) - numbers_of(here.eyes)).cwiseAbs().maxCoeff(), solver_tolerance);
@@ -231,14 +232,14 @@ TEST(EyesFits, AnyStartWithinHalfAMetreAndTwentyDegreesLeadsThere)
   Noise noise(5);
   Truth truth = sample_truth();
   truth.eyes = drawn_eyes(bench_prior(), noise);
-  const std::vector<BullseyeMark> marks = marks_of(truth, {0.5, 0.1}, noise);
-  const EyesFit expected = fitted(marks, bench_prior(), truth.X_carrier_eyes);
+  const std::vector<calibration::BullseyeMark> marks = marks_of(truth, {0.5, 0.1}, noise);
+  const calibration::EyesFit expected = fitted(marks, bench_prior(), truth.X_carrier_eyes);
   for (int i = 0; i < 40; ++i) {
     const Eigen::Vector3d shift = Eigen::Vector3d(noise.normals(3)).normalized() * 500.0;
     const Eigen::Vector3d turn = Eigen::Vector3d(noise.normals(3)).normalized() * rad_from_deg(20.0);
     Pose X_start = truth.X_carrier_eyes * turned(turn);
     X_start.translation() += shift;
-    const EyesFit fit = fitted(marks, bench_prior(), X_start);
+    const calibration::EyesFit fit = fitted(marks, bench_prior(), X_start);
     constexpr double solver_tolerance = 1e-4;  // the noise iterations depend on the start
     EXPECT_TRUE(fit.X_carrier_eyes.isApprox(expected.X_carrier_eyes, solver_tolerance));
     EXPECT_NEAR(fit.noise_px, expected.noise_px, 0.01);
@@ -263,7 +264,7 @@ TEST(EyesFits, IntervalsAreHonest)
       Noise noise(seed);
       Truth truth = sample_truth();
       truth.eyes = drawn_eyes(bench_prior(), noise);
-      const EyesFit fit = fitted(marks_of(truth, setting.noise, noise));
+      const calibration::EyesFit fit = fitted(marks_of(truth, setting.noise, noise));
       coverage.add(fit.estimate, errors_of(fit, truth));
       noise_sum_px += fit.noise_px;
     }
@@ -276,8 +277,8 @@ TEST(EyesFits, IntervalsAreHonest)
 TEST(EyesFits, MarksOfThePlaceTellMoreThanWasKnown)
 {
   Noise noise(6);
-  const EyesPrior prior = bench_prior();
-  const EyesFit fit = fitted(marks_of(sample_truth(), {0.5, 0.1}, noise));
+  const calibration::EyesPrior prior = bench_prior();
+  const calibration::EyesFit fit = fitted(marks_of(sample_truth(), {0.5, 0.1}, noise));
   EXPECT_LT(fit.estimate.covariance(6, 6), prior.eyepoint_covariance(0, 0));
   EXPECT_LT(fit.estimate.covariance(8, 8), prior.ipd_sd_mm * prior.ipd_sd_mm);
   EXPECT_LT(fit.estimate.covariance(11, 11), prior.sight_sd_px * prior.sight_sd_px);
@@ -287,7 +288,7 @@ TEST(EyesFits, MarksOfThePlaceTellMoreThanWasKnown)
 TEST(EyesFits, TooFewBullseyesOfAnEyeAreRefused)
 {
   Noise noise(7);
-  std::vector<BullseyeMark> marks = marks_of(sample_truth(), {0.5, 0.1}, noise);
+  std::vector<calibration::BullseyeMark> marks = marks_of(sample_truth(), {0.5, 0.1}, noise);
   marks.resize(9 + 5);
   const InputError::Facts facts = input_error([&] { fitted(marks); });
   EXPECT_EQ(facts.file, file);
@@ -298,11 +299,11 @@ TEST(EyesFits, TooFewBullseyesOfAnEyeAreRefused)
 TEST(EyesFits, PlacesThatDoNotTellAreRefusedWithWhatIsMissing)
 {
   Noise noise(8);
-  const std::vector<BullseyeMark> marks = marks_of(sample_truth(), {0.5, 0.1}, noise);
+  const std::vector<calibration::BullseyeMark> marks = marks_of(sample_truth(), {0.5, 0.1}, noise);
   const Pose X = sample_truth().X_carrier_eyes;
   const auto refused = [&](const Eigen::Vector3d& kept) {
-    std::vector<BullseyeMark> some = marks;
-    for (BullseyeMark& mark : some) {
+    std::vector<calibration::BullseyeMark> some = marks;
+    for (calibration::BullseyeMark& mark : some) {
       Eigen::Vector3d p = X.inverse() * mark.p_carrier_mm - Eigen::Vector3d(0, 0, -800);
       p = kept.cwiseProduct(p) + Eigen::Vector3d(0, 0, -800);
       mark.p_carrier_mm = X * p;
@@ -312,7 +313,7 @@ TEST(EyesFits, PlacesThatDoNotTellAreRefusedWithWhatIsMissing)
   EXPECT_THAT(refused({1, 1, 0.1}).found, HasSubstr("all at one depth (40 mm)"));
   EXPECT_THAT(refused({0.1, 0.1, 1}).found, HasSubstr("all straight ahead"));
   EXPECT_EQ(refused({0.1, 0.1, 1}).field, "eyes: marker positions");
-  std::vector<BullseyeMark> line = marks;
+  std::vector<calibration::BullseyeMark> line = marks;
   for (std::size_t i = 0; i < line.size(); ++i) {
     const double way = static_cast<double>(i) - 8.5;
     line[i].p_carrier_mm = X * Eigen::Vector3d(10 * way, 3 * way, -800 + 15 * way);
@@ -326,7 +327,7 @@ TEST(EyesFits, ABullseyeThatWasAlignedWronglyIsNamed)
     Noise noise(i + 20);
     Truth truth = sample_truth();
     truth.eyes = drawn_eyes(bench_prior(), noise);
-    std::vector<BullseyeMark> marks = marks_of(truth, {0.5, 0.1}, noise);
+    std::vector<calibration::BullseyeMark> marks = marks_of(truth, {0.5, 0.1}, noise);
     marks[i].drawn_px += Eigen::Vector2d(20.0, -15.0);
     const InputError::Facts facts = input_error([&] { fitted(marks); });
     EXPECT_EQ(facts.field, "eyes: bull's-eye " + std::to_string(i % 9 + 1) + " of the " +
@@ -338,21 +339,21 @@ TEST(EyesFits, ABullseyeThatWasAlignedWronglyIsNamed)
 TEST(EyesFits, MarksThatNoEyesCanHaveMadeEndInAMessage)
 {
   Noise noise(9);
-  std::vector<BullseyeMark> marks = marks_of(sample_truth(), {0.5, 0.1}, noise);
+  std::vector<calibration::BullseyeMark> marks = marks_of(sample_truth(), {0.5, 0.1}, noise);
   marks[4].drawn_px.setConstant(std::nan(""));
   EXPECT_THAT(input_error([&] { fitted(marks); }).found, HasSubstr("iteration limit"));
 }
 
-EyePair some_eyes()
+optics::EyePair some_eyes()
 {
-  EyePair eyes;
-  for (Eye* eye : {&eyes.left, &eyes.right}) {
+  optics::EyePair eyes;
+  for (optics::Eye* eye : {&eyes.left, &eyes.right}) {
     eye->sight_px = eye->distortion.centre_px = {320.0, 240.0};
     eye->distance_px = 870.0;
     eye->pixel_aspect = eye->distortion.pixel_aspect = 1.02;
     eye->distortion.k1 = 0.1;
   }
-  set_ipd(eyes, 64.0);
+  optics::set_ipd(eyes, 64.0);
   return eyes;
 }
 
@@ -375,25 +376,26 @@ TEST(EyesStart, FindsEyesInAnyAttitudeNearEnoughForTheFit)
   std::uniform_real_distribution<double> part(-1.0, 1.0);
   std::normal_distribution<double> noise;
   for (int trial = 0; trial < 60; ++trial) {
-    const EyePair eyes = some_eyes();
-    EyePair true_eyes = eyes;
-    for (Eye* eye : {&true_eyes.left, &true_eyes.right})
+    const optics::EyePair eyes = some_eyes();
+    optics::EyePair true_eyes = eyes;
+    for (optics::Eye* eye : {&true_eyes.left, &true_eyes.right})
       eye->sight_px += 3.0 * Eigen::Vector2d(noise(random), noise(random));
     const Pose X_carrier_eyes = random_pose(random);
-    std::vector<BullseyeMark> marks;
+    std::vector<calibration::BullseyeMark> marks;
     for (int k = 0; k < 9; ++k) {
       const double z_mm = -750.0 + 250.0 * part(random);
       const Eigen::Vector3d p_eyes_mm(-0.25 * z_mm * part(random), -0.2 * z_mm * part(random), z_mm);
       for (const bool is_right : {false, true}) {
-        const Eye& eye = is_right ? true_eyes.right : true_eyes.left;
-        BullseyeMark mark;
+        const optics::Eye& eye = is_right ? true_eyes.right : true_eyes.left;
+        calibration::BullseyeMark mark;
         mark.is_right = is_right;
         mark.p_carrier_mm = X_carrier_eyes * p_eyes_mm;
-        mark.drawn_px = drawn_px(eye, p_eyes_mm) + 0.5 * Eigen::Vector2d(noise(random), noise(random));
+        mark.drawn_px =
+            optics::drawn_px(eye, p_eyes_mm) + 0.5 * Eigen::Vector2d(noise(random), noise(random));
         marks.push_back(mark);
       }
     }
-    const Pose found = eyes_start(marks, eyes);
+    const Pose found = calibration::initial_eye_pose(marks, eyes);
     const Eigen::Quaterniond apart(Eigen::Matrix3d(found.linear().transpose() * X_carrier_eyes.linear()));
     EXPECT_LT(apart.angularDistance(Eigen::Quaterniond::Identity()) * 180.0 / 3.14159265358979, most_deg);
     EXPECT_LT((found.translation() - X_carrier_eyes.translation()).norm(), most_mm);
@@ -402,7 +404,8 @@ TEST(EyesStart, FindsEyesInAnyAttitudeNearEnoughForTheFit)
 
 TEST(EyesStart, OfTwoMarksIsNowhere)
 {
-  EXPECT_TRUE(eyes_start(std::vector<BullseyeMark>(2), some_eyes()).isApprox(Pose::Identity()));
+  EXPECT_TRUE(calibration::initial_eye_pose(std::vector<calibration::BullseyeMark>(2), some_eyes())
+                  .isApprox(Pose::Identity()));
 }
 
 }  // namespace vrda::eyes_fit_test

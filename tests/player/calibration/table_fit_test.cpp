@@ -28,7 +28,7 @@ struct Bench {
 };
 
 struct Sweeps {
-  RailSweep x, z;
+  calibration::RailSweep x, z;
 };
 
 Sweeps sweeps_of(const Bench& bench, std::mt19937_64& random)
@@ -55,10 +55,10 @@ TEST(TableFit, RoundTripWithoutNoise)
   bench.noise_mm = 0.0;
   bench.X_tracker_table = test::random_pose(random);
   const Sweeps sweeps = sweeps_of(bench, random);
-  const TableFit fit = fit_table(sweeps.x, sweeps.z, "marks");
+  const calibration::TableFit fit = calibration::fit_table(sweeps.x, sweeps.z, "marks");
   constexpr double rounding = 1e-9;
   EXPECT_LT(place_error(fit.X_tracker_table, bench.X_tracker_table).norm(), rounding);
-  EXPECT_NEAR(fit.rails_apart_rad, bench.apart_rad, rounding);
+  EXPECT_NEAR(fit.rails_angle_rad, bench.apart_rad, rounding);
   EXPECT_NEAR(fit.stage_scale, 1.0, rounding);
   EXPECT_NEAR(fit.X_tracker_table.linear().determinant(), 1.0, rounding);
   EXPECT_EQ(fit.estimate.names.front(), "table.shift_x");
@@ -69,7 +69,7 @@ TEST(TableFit, UpIsUpWhenXGoesRightAndZTowardsTheViewer)
 {
   std::mt19937_64 random(42);
   const Sweeps sweeps = sweeps_of({}, random);
-  const TableFit fit = fit_table(sweeps.x, sweeps.z, "marks");
+  const calibration::TableFit fit = calibration::fit_table(sweeps.x, sweeps.z, "marks");
   EXPECT_GT(fit.X_tracker_table.linear()(1, 1), 0.99);
 }
 
@@ -79,10 +79,11 @@ TEST(TableFit, MovingTheTrackerMovesTheTable)
   const Pose X_moved = test::random_pose(random);
   const Sweeps sweeps = sweeps_of({}, random);
   Sweeps moved = sweeps;
-  for (RailSweep* sweep : {&moved.x, &moved.z}) {
+  for (calibration::RailSweep* sweep : {&moved.x, &moved.z}) {
     for (Eigen::Vector3d& p : sweep->p_tracker_mm) p = X_moved * p;
   }
-  const TableFit fit = fit_table(sweeps.x, sweeps.z, "marks"), there = fit_table(moved.x, moved.z, "marks");
+  const calibration::TableFit fit = calibration::fit_table(sweeps.x, sweeps.z, "marks"),
+                              there = calibration::fit_table(moved.x, moved.z, "marks");
   constexpr double rounding = 1e-9;
   EXPECT_LT(place_error(there.X_tracker_table, X_moved * fit.X_tracker_table).norm(), rounding);
   Eigen::MatrixXd turned = Eigen::MatrixXd::Zero(6, 6);
@@ -104,10 +105,10 @@ TEST(TableFit, IntervalsAreHonest)
       bench.X_tracker_table = test::random_pose(random);
       bench.apart_rad += rad_from_deg(test::random_vector(random, 1.0).x());
       const Sweeps sweeps = sweeps_of(bench, random);
-      const TableFit fit = fit_table(sweeps.x, sweeps.z, "marks");
+      const calibration::TableFit fit = calibration::fit_table(sweeps.x, sweeps.z, "marks");
       coverage.add(fit.estimate, place_error(fit.X_tracker_table, bench.X_tracker_table));
-      coverage.add("apart", fit.rails_apart_rad - bench.apart_rad,
-                   t_95(fit.estimate.dof) * fit.rails_apart_sd_rad);
+      coverage.add("apart", fit.rails_angle_rad - bench.apart_rad,
+                   calibration::t_95(fit.estimate.dof) * fit.rails_angle_sd_rad);
     }
     coverage.expect_honest();
   }
@@ -115,7 +116,7 @@ TEST(TableFit, IntervalsAreHonest)
 
 InputError::Facts refusal(const Sweeps& sweeps)
 {
-  return input_error([&] { fit_table(sweeps.x, sweeps.z, "marks"); });
+  return input_error([&] { calibration::fit_table(sweeps.x, sweeps.z, "marks"); });
 }
 
 TEST(TableFit, RefusesSweepsThatAreNone)
@@ -174,7 +175,7 @@ TEST(TableFit, RefusesAnEncoderThatCountsOtherwise)
   }
   Sweeps unknown = sweeps_of({}, random);
   unknown.x.stage_mm.clear();
-  EXPECT_EQ(fit_table(unknown.x, unknown.z, "marks").stage_scale, 0.0);
+  EXPECT_EQ(calibration::fit_table(unknown.x, unknown.z, "marks").stage_scale, 0.0);
 }
 
 const Eigen::Vector3d true_tip_mm(3.0, -172.0, 12.0);
@@ -195,12 +196,12 @@ std::vector<Pose> poses_of(const Sweep& sweep, std::mt19937_64& random,
   for (int k = 0; k < sweep.n; ++k) {
     const double around = 2.0 * pi * 7.3 * k / sweep.n, out = sweep.tilt_rad * std::sqrt((k + 0.5) / sweep.n);
     Pose X = Pose::Identity();
-    X.linear() = rotation_of({out * std::cos(around), 0.0, out * std::sin(around)}) *
-                 rotation_of({0.0, out * std::sin(3.1 * around), 0.0});
+    X.linear() = tracking::rotation_of({out * std::cos(around), 0.0, out * std::sin(around)}) *
+                 tracking::rotation_of({0.0, out * std::sin(3.1 * around), 0.0});
     const Eigen::Vector3d slip = sweep.slip_mm * std::sin(around) * Eigen::Vector3d::UnitX();
     X.translation() = true_pivot_mm + slip - X.linear() * true_tip_mm;
     X = X_moved * X;
-    X.linear() = (rotation_of(test::noise_of(random, sweep.turn_rad)) * X.linear()).eval();
+    X.linear() = (tracking::rotation_of(test::noise_of(random, sweep.turn_rad)) * X.linear()).eval();
     X.translation() += test::noise_of(random, sweep.position_mm);
     poses.push_back(X);
   }
@@ -217,7 +218,7 @@ Sweep without_noise()
 TEST(PivotFit, RoundTripWithoutNoise)
 {
   std::mt19937_64 random(31);
-  const PivotFit fit = fit_pivot(poses_of(without_noise(), random), "marks");
+  const calibration::PivotFit fit = calibration::fit_pivot(poses_of(without_noise(), random), "marks");
   constexpr double rounding_mm = 1e-9;
   EXPECT_LT((fit.tip_probe_mm - true_tip_mm).norm(), rounding_mm);
   EXPECT_LT((fit.pivot_tracker_mm - true_pivot_mm).norm(), rounding_mm);
@@ -231,7 +232,8 @@ TEST(PivotFit, MovingTheTrackerLeavesTheTipAndMovesThePivot)
   std::vector<Pose> poses = poses_of({}, random), moved;
   moved.reserve(poses.size());
   for (const Pose& X : poses) moved.push_back(X_moved * X);
-  const PivotFit fit = fit_pivot(poses, "marks"), there = fit_pivot(moved, "marks");
+  const calibration::PivotFit fit = calibration::fit_pivot(poses, "marks"),
+                              there = calibration::fit_pivot(moved, "marks");
   constexpr double rounding_mm = 1e-9;
   EXPECT_LT((there.tip_probe_mm - fit.tip_probe_mm).norm(), rounding_mm);
   EXPECT_LT((there.pivot_tracker_mm - X_moved * fit.pivot_tracker_mm).norm(), rounding_mm);
@@ -247,7 +249,8 @@ TEST(PivotFit, IntervalsAreHonest)
     for (int bench = 0; bench < 600; ++bench) {
       Sweep sweep;
       sweep.n = n;
-      const PivotFit fit = fit_pivot(poses_of(sweep, random, test::random_pose(random)), "marks");
+      const calibration::PivotFit fit =
+          calibration::fit_pivot(poses_of(sweep, random, test::random_pose(random)), "marks");
       coverage.add(fit.estimate, fit.tip_probe_mm - true_tip_mm);
     }
     coverage.expect_honest();
@@ -263,20 +266,20 @@ TEST(PivotFit, ASpreadIsTheHalfAngleOfACone)
     for (int turn = 0; turn < 4; ++turn) {
       const double around = 2.0 * pi * k / 36.0;
       Pose X = Pose::Identity();
-      X.linear() = rotation_of({half_rad * std::cos(around), 0.0, half_rad * std::sin(around)}) *
-                   rotation_of({0.0, 0.5 * pi * turn, 0.0});
+      X.linear() = tracking::rotation_of({half_rad * std::cos(around), 0.0, half_rad * std::sin(around)}) *
+                   tracking::rotation_of({0.0, 0.5 * pi * turn, 0.0});
       X.translation() = -(X.linear() * true_tip_mm);
       poses.push_back(X);
     }
   }
-  EXPECT_NEAR(fit_pivot(poses, "marks").spread_rad, half_rad, 1e-9);
+  EXPECT_NEAR(calibration::fit_pivot(poses, "marks").spread_rad, half_rad, 1e-9);
 }
 
 TEST(PivotFit, SaysWhatItsNumberOfDegreesIs)
 {
   // Tilted by up to 35 degrees; the rms rotation is less.
   std::mt19937_64 random(35);
-  const PivotFit fit = fit_pivot(poses_of({}, random), "marks");
+  const calibration::PivotFit fit = calibration::fit_pivot(poses_of({}, random), "marks");
   const std::string swing = std::to_string(std::lround(deg_from_rad(fit.spread_rad)));
   ASSERT_EQ(fit.estimate.remarks.size(), 1u);
   EXPECT_NE(fit.estimate.remarks[0].find(" " + swing + " deg (rms)"), std::string::npos)
@@ -288,7 +291,7 @@ TEST(PivotFit, Refuses)
 {
   std::mt19937_64 random(34);
   const auto refusal = [&](const Sweep& sweep) {
-    return input_error([&] { fit_pivot(poses_of(sweep, random), "marks"); });
+    return input_error([&] { calibration::fit_pivot(poses_of(sweep, random), "marks"); });
   };
   Sweep few;
   few.n = 19;
@@ -310,11 +313,12 @@ TEST(PivotFit, RefusesTurnsAboutOneAxis)
   std::vector<Pose> poses;
   for (int k = 0; k < 100; ++k) {
     Pose X = Pose::Identity();
-    X.linear() = rotation_of({0.01 * k, 0.0, 0.0});
+    X.linear() = tracking::rotation_of({0.01 * k, 0.0, 0.0});
     X.translation() = true_pivot_mm - X.linear() * true_tip_mm;
     poses.push_back(X);
   }
-  EXPECT_NE(input_error([&] { fit_pivot(poses, "marks"); }).found.find("0 deg (rms)"), std::string::npos);
+  EXPECT_NE(input_error([&] { calibration::fit_pivot(poses, "marks"); }).found.find("0 deg (rms)"),
+            std::string::npos);
 }
 
 }  // namespace vrda::table_fit_test

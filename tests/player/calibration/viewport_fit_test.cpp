@@ -13,7 +13,7 @@ namespace vrda::viewport_fit_test {
 
 using test::input_error;
 
-const Viewport window = {640, 512, 640, 480};
+const optics::Viewport window = {640, 512, 640, 480};
 
 struct TrueView {
   double left = 660.3, right = 1260.8, top = 520.2, bottom = 975.6;
@@ -21,10 +21,11 @@ struct TrueView {
 };
 
 /// First or last line that is at least half visible; the noise moves the border before rounding.
-ViewportMarks readings_of(const TrueView& view, double noise_px, int repeats, std::mt19937_64& random)
+calibration::ViewportMarks readings_of(const TrueView& view, double noise_px, int repeats,
+                                       std::mt19937_64& random)
 {
   std::normal_distribution<double> noise(0.0, 1.0);
-  ViewportMarks marks;
+  calibration::ViewportMarks marks;
   marks.screen_mm = view.screen_mm + marks.screen_sd_mm * Eigen::Vector2d(noise(random), noise(random));
   for (int k = 0; k < repeats; ++k) {
     marks.line_px[0].push_back(std::ceil(view.left + noise_px * noise(random) - 0.5));
@@ -40,7 +41,7 @@ double aspect_of(const TrueView& view)
   return view.screen_mm.y() / (view.bottom - view.top) / (view.screen_mm.x() / (view.right - view.left));
 }
 
-ViewportMarks good_marks()
+calibration::ViewportMarks good_marks()
 {
   std::mt19937_64 random(11);
   return readings_of({}, 0.5, 4, random);
@@ -48,11 +49,11 @@ ViewportMarks good_marks()
 
 TEST(ViewportFit, WholePixelsAreFoundExactly)
 {
-  ViewportMarks marks;
+  calibration::ViewportMarks marks;
   // Columns 650 to 1249 are visible, so the borders are 650 and 1250.
   marks.line_px = {{{650, 650}, {1249, 1249}, {520, 520}, {969, 969}}};
   marks.screen_mm = {300.0, 225.0};
-  const ViewportFit fit = fit_viewport(marks, window, "left", "marks");
+  const calibration::ViewportFit fit = calibration::fit_viewport(marks, window, "left", "marks");
   EXPECT_EQ(fit.visible.x, 650);
   EXPECT_EQ(fit.visible.width, 600);
   EXPECT_EQ(fit.visible.y, 520);
@@ -77,7 +78,8 @@ TEST(ViewportFit, IntervalsAreHonestWhateverTheNoiseOfTheHand)
       view.right += part(random);
       view.top += part(random);
       view.bottom += part(random);
-      const ViewportFit fit = fit_viewport(readings_of(view, noise_px, 4, random), window, "left", "marks");
+      const calibration::ViewportFit fit =
+          calibration::fit_viewport(readings_of(view, noise_px, 4, random), window, "left", "marks");
       Eigen::VectorXd truth(5);
       truth << view.left, view.right, view.top, view.bottom, aspect_of(view);
       coverage.add(fit.estimate, fit.estimate.values - truth);
@@ -94,27 +96,29 @@ TEST(ViewportFit, WithoutNoiseTheIntervalStillHoldsTheBorder)
   for (int bench = 0; bench < 100; ++bench) {
     TrueView view;
     view.left += part(random);
-    const ViewportFit fit = fit_viewport(readings_of(view, 0.0, 4, random), window, "left", "marks");
-    EXPECT_LE(std::abs(fit.estimate.values(0) - view.left), half_width_95(fit.estimate, 0));
+    const calibration::ViewportFit fit =
+        calibration::fit_viewport(readings_of(view, 0.0, 4, random), window, "left", "marks");
+    EXPECT_LE(std::abs(fit.estimate.values(0) - view.left), calibration::half_width_95(fit.estimate, 0));
   }
 }
 
 TEST(ViewportFit, OneReadingAnEdgeIsKnownToItsRounding)
 {
   std::mt19937_64 random(14);
-  const ViewportFit fit = fit_viewport(readings_of({}, 0.0, 1, random), window, "left", "marks");
+  const calibration::ViewportFit fit =
+      calibration::fit_viewport(readings_of({}, 0.0, 1, random), window, "left", "marks");
   EXPECT_TRUE(std::isinf(fit.estimate.dof));
   EXPECT_DOUBLE_EQ(fit.estimate.covariance(0, 0), 1.0 / 12.0);
 }
 
 TEST(ViewportFit, MovingTheWindowMovesTheEdges)
 {
-  ViewportMarks moved = good_marks();
-  for (std::size_t edge = 0; edge < n_edges; ++edge) {
+  calibration::ViewportMarks moved = good_marks();
+  for (std::size_t edge = 0; edge < calibration::n_edges; ++edge) {
     for (double& reading : moved.line_px[edge]) reading -= edge < 2 ? 640 : 512;
   }
-  const ViewportFit at = fit_viewport(good_marks(), window, "left", "marks");
-  const ViewportFit there = fit_viewport(moved, {0, 0, 640, 480}, "left", "marks");
+  const calibration::ViewportFit at = calibration::fit_viewport(good_marks(), window, "left", "marks");
+  const calibration::ViewportFit there = calibration::fit_viewport(moved, {0, 0, 640, 480}, "left", "marks");
   EXPECT_EQ(there.visible.x, at.visible.x - 640);
   EXPECT_EQ(there.visible.height, at.visible.height);
   constexpr double rounding = 1e-12;
@@ -122,38 +126,38 @@ TEST(ViewportFit, MovingTheWindowMovesTheEdges)
   EXPECT_TRUE(there.estimate.covariance.isApprox(at.estimate.covariance, rounding));
 }
 
-InputError::Facts refusal(const ViewportMarks& marks)
+InputError::Facts refusal(const calibration::ViewportMarks& marks)
 {
-  return input_error([&] { fit_viewport(marks, window, "left", "marks"); });
+  return input_error([&] { calibration::fit_viewport(marks, window, "left", "marks"); });
 }
 
 TEST(ViewportFit, RefusesByEdge)
 {
-  ViewportMarks none = good_marks();
+  calibration::ViewportMarks none = good_marks();
   none.line_px[3].clear();
   EXPECT_EQ(refusal(none).field, "left.bottom");
   EXPECT_EQ(refusal(none).found, "no readings");
 
-  ViewportMarks crossed = good_marks();
+  calibration::ViewportMarks crossed = good_marks();
   std::swap(crossed.line_px[0], crossed.line_px[1]);
   EXPECT_EQ(refusal(crossed).field, "left.left");
   EXPECT_NE(refusal(crossed).found.find("crossed"), std::string::npos);
 
-  ViewportMarks beyond = good_marks();
+  calibration::ViewportMarks beyond = good_marks();
   for (double& reading : beyond.line_px[1]) reading += 40.0;
   EXPECT_EQ(refusal(beyond).field, "left.right");
   EXPECT_NE(refusal(beyond).found.find("outside"), std::string::npos);
 
-  ViewportMarks narrow = good_marks();
+  calibration::ViewportMarks narrow = good_marks();
   narrow.line_px[1] = {670.0, 670.0};
   EXPECT_NE(refusal(narrow).wanted.find("16 px"), std::string::npos);
 
-  ViewportMarks slip = good_marks();
+  calibration::ViewportMarks slip = good_marks();
   slip.line_px[2][1] += 7.0;
   EXPECT_EQ(refusal(slip).field, "left.top");
   EXPECT_NE(refusal(slip).found.find("reading 2"), std::string::npos);
 
-  ViewportMarks no_number = good_marks();
+  calibration::ViewportMarks no_number = good_marks();
   no_number.line_px[2][1] = std::nan("");
   EXPECT_EQ(refusal(no_number).field, "left.top");
 }
@@ -161,11 +165,11 @@ TEST(ViewportFit, RefusesByEdge)
 TEST(ViewportFit, RefusesSizesThatAreNone)
 {
   for (const double width_mm : {0.0, -300.0, std::nan("")}) {
-    ViewportMarks marks = good_marks();
+    calibration::ViewportMarks marks = good_marks();
     marks.screen_mm.x() = width_mm;
     EXPECT_EQ(refusal(marks).field, "left.screen");
   }
-  ViewportMarks marks = good_marks();
+  calibration::ViewportMarks marks = good_marks();
   marks.screen_sd_mm = -1.0;
   EXPECT_EQ(refusal(marks).field, "left.screen_sd");
 }

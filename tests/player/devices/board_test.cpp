@@ -23,45 +23,45 @@ using test::is_link;
 using test::take_until;
 using test::wait_until;
 
-BoardSettings settings_for(const PtyBoard& board)
+devices::BoardSettings settings_for(const devices::PtyBoard& board)
 {
-  BoardSettings settings;
+  devices::BoardSettings settings;
   settings.port = board.path();
   settings.retry_ms = 5.0;
   return settings;
 }
 
-bool is_up(const Sample& sample)
+bool is_up(const devices::Sample& sample)
 {
-  return is_link(sample, DeviceId::board, LinkState::up);
+  return is_link(sample, devices::DeviceId::board, devices::LinkState::up);
 }
-bool is_closed(const Sample& sample)
+bool is_closed(const devices::Sample& sample)
 {
-  return is_link(sample, DeviceId::board, LinkState::closed);
+  return is_link(sample, devices::DeviceId::board, devices::LinkState::closed);
 }
 
 /// A board with a knob, a stage, and a line that can corrupt bytes.
 class Board : public testing::Test {
  protected:
-  PtyBoardOptions options(const std::string& link)
+  devices::PtyBoardOptions options(const std::string& link)
   {
-    PtyBoardOptions options;
+    devices::PtyBoardOptions options;
     options.link = link;
     options.potentiometer = [this] { return knob_.load(); };
     options.stage_count = [this] { return stage_.load(); };
-    options.spoil = [this](std::vector<std::uint8_t>& bytes) { spoil(bytes); };
+    options.corrupt = [this](std::vector<std::uint8_t>& bytes) { spoil(bytes); };
     return options;
   }
   bool await_stage(int count, int flags)
   {
-    return take_until(*devices_, seen_, [=](const Sample& s) {
-      return s.kind == SampleKind::stage && s.count == count && s.state == flags;
+    return take_until(*devices_, seen_, [=](const devices::Sample& s) {
+      return s.kind == devices::SampleKind::stage && s.count == count && s.state == flags;
     });
   }
   bool await_knob(int value)
   {
-    return take_until(*devices_, seen_, [=](const Sample& s) {
-      return s.kind == SampleKind::potentiometer && s.count == value;
+    return take_until(*devices_, seen_, [=](const devices::Sample& s) {
+      return s.kind == devices::SampleKind::potentiometer && s.count == value;
     });
   }
   void start()
@@ -90,9 +90,9 @@ class Board : public testing::Test {
   std::atomic<bool> drops_{false}, is_silent_{false};
   std::atomic<int> n_sent_{0};
   test::Scratch scratch_;
-  std::optional<PtyBoard> board_;
-  std::optional<Devices> devices_;
-  std::vector<Sample> seen_;
+  std::optional<devices::PtyBoard> board_;
+  std::optional<devices::Devices> devices_;
+  std::vector<devices::Sample> seen_;
 };
 
 TEST_F(Board, ReadsKnobAndStage)
@@ -105,7 +105,7 @@ TEST_F(Board, ReadsKnobAndStage)
     stage_ = count;
     EXPECT_TRUE(await_stage(count, 0)) << count;
   }
-  EXPECT_EQ(devices_->report(DeviceId::board).n_refused, 0U);
+  EXPECT_EQ(devices_->report(devices::DeviceId::board).n_refused, 0U);
 }
 
 TEST_F(Board, LeavesLinksThatAreNotItsOwn)
@@ -113,14 +113,14 @@ TEST_F(Board, LeavesLinksThatAreNotItsOwn)
   namespace fs = std::filesystem;
   const fs::path kept = scratch_.write("kept", "x"), link = scratch_.path() / "board";
   fs::create_symlink(kept, link);
-  EXPECT_EQ(test::input_error([&] { const PtyBoard board(options(link.string())); }).found,
+  EXPECT_EQ(test::input_error([&] { const devices::PtyBoard board(options(link.string())); }).found,
             "a link to " + kept.string());
   EXPECT_EQ(fs::read_symlink(link), kept);
   // A killed board leaves a link to a terminal; at the end another board may own the path.
   fs::remove(link);
   fs::create_symlink("/dev/pts/9999", link);
   {
-    const PtyBoard board(options(link.string()));
+    const devices::PtyBoard board(options(link.string()));
     EXPECT_NE(fs::read_symlink(link), "/dev/pts/9999");
     fs::remove(link);
     fs::create_symlink(kept, link);
@@ -134,9 +134,9 @@ TEST_F(Board, SetsTheStageToZero)
   stage_ = 300;
   EXPECT_TRUE(await_stage(300, 0));
   EXPECT_TRUE(devices_->zero_stage());
-  EXPECT_TRUE(await_stage(0, stage_zeroed));
+  EXPECT_TRUE(await_stage(0, devices::stage_zeroed));
   stage_ = 200;
-  EXPECT_TRUE(await_stage(-100, stage_zeroed));
+  EXPECT_TRUE(await_stage(-100, devices::stage_zeroed));
 }
 
 TEST_F(Board, OnlyAStageThatIsUpIsSetToZero)
@@ -146,12 +146,12 @@ TEST_F(Board, OnlyAStageThatIsUpIsSetToZero)
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
   EXPECT_FALSE(devices_->zero_stage());
   board_->plug();
-  BoardSettings settings = settings_for(*board_);
+  devices::BoardSettings settings = settings_for(*board_);
   settings.has_stage = false;
   devices_.emplace(std::nullopt, settings);
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
   EXPECT_FALSE(devices_->zero_stage());
-  EXPECT_FALSE(Devices(std::nullopt, std::nullopt).zero_stage());
+  EXPECT_FALSE(devices::Devices(std::nullopt, std::nullopt).zero_stage());
 }
 
 TEST_F(Board, ReturnsAtTheSameLinkAfterTheTerminalHasGone)
@@ -161,8 +161,8 @@ TEST_F(Board, ReturnsAtTheSameLinkAfterTheTerminalHasGone)
   EXPECT_TRUE(await_stage(50, 0));
   board_->unplug();
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
-  EXPECT_TRUE(
-      wait_until([&] { return devices_->report(DeviceId::board).trouble == "No such file or directory"; }));
+  EXPECT_TRUE(wait_until(
+      [&] { return devices_->report(devices::DeviceId::board).trouble == "No such file or directory"; }));
   board_->plug();
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
   EXPECT_TRUE(await_stage(0, 0)) << "a restarted board has lost its position and its zero flag";
@@ -184,18 +184,19 @@ TEST_F(Board, NoiseAndDroppedBytesCostReadingsAndNothingElse)
 {
   start();
   drops_ = true;
-  board_->say({'n', 'o', 'i', 's', 'e', 0xA5, 0x5A});
+  board_->send_unrequested({'n', 'o', 'i', 's', 'e', 0xA5, 0x5A});
   for (int value = 0; value < 100; ++value) {
     knob_ = value;
     ASSERT_TRUE(await_knob(value));
   }
   drops_ = false;
-  EXPECT_GT(devices_->report(DeviceId::board).n_refused, 0U);
-  EXPECT_EQ(devices_->report(DeviceId::board).n_connects, 1U);
+  EXPECT_GT(devices_->report(devices::DeviceId::board).n_refused, 0U);
+  EXPECT_EQ(devices_->report(devices::DeviceId::board).n_connects, 1U);
   int n_wrong = 0;
-  for (const Sample& sample : seen_) {
-    n_wrong += sample.kind == SampleKind::stage && sample.count != 0 ? 1 : 0;
-    n_wrong += sample.kind == SampleKind::potentiometer && sample.count > 99 && sample.count != 512 ? 1 : 0;
+  for (const devices::Sample& sample : seen_) {
+    n_wrong += sample.kind == devices::SampleKind::stage && sample.count != 0 ? 1 : 0;
+    n_wrong +=
+        sample.kind == devices::SampleKind::potentiometer && sample.count > 99 && sample.count != 512 ? 1 : 0;
   }
   EXPECT_EQ(n_wrong, 0);
 }
@@ -206,10 +207,10 @@ TEST_F(Board, SaysThatTheVersionIsAnother)
   board_.emplace(options(""));
   devices_.emplace(std::nullopt, settings_for(*board_));
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
-  EXPECT_EQ(devices_->report(DeviceId::board).trouble, "found protocol version 9, wanted 1");
+  EXPECT_EQ(devices_->report(devices::DeviceId::board).trouble, "found protocol version 9, wanted 1");
   says_version_ = 1;
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
-  EXPECT_EQ(devices_->report(DeviceId::board).trouble, "");
+  EXPECT_EQ(devices_->report(devices::DeviceId::board).trouble, "");
 }
 
 TEST_F(Board, ABoardThatFallsSilentIsFoundAgain)
@@ -217,7 +218,7 @@ TEST_F(Board, ABoardThatFallsSilentIsFoundAgain)
   start();
   is_silent_ = true;
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
-  EXPECT_EQ(devices_->report(DeviceId::board).trouble, "found no answer for 1 s, wanted readings");
+  EXPECT_EQ(devices_->report(devices::DeviceId::board).trouble, "found no answer for 1 s, wanted readings");
   is_silent_ = false;
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
   EXPECT_TRUE(await_knob(512));
@@ -225,17 +226,17 @@ TEST_F(Board, ABoardThatFallsSilentIsFoundAgain)
 
 TEST_F(Board, SaysWhyAPortCannotBeOpened)
 {
-  BoardSettings settings;
+  devices::BoardSettings settings;
   settings.port = (scratch_.path() / "none").string();
   settings.retry_ms = 1.0;
-  const Devices none(std::nullopt, settings);
-  EXPECT_TRUE(
-      wait_until([&] { return none.report(DeviceId::board).trouble == "No such file or directory"; }));
+  const devices::Devices none(std::nullopt, settings);
+  EXPECT_TRUE(wait_until(
+      [&] { return none.report(devices::DeviceId::board).trouble == "No such file or directory"; }));
   settings.port = (scratch_.path() / "file").string();
   std::ofstream(settings.port) << "no terminal";
-  const Devices file(std::nullopt, settings);
-  EXPECT_TRUE(
-      wait_until([&] { return file.report(DeviceId::board).trouble == "Inappropriate ioctl for device"; }));
+  const devices::Devices file(std::nullopt, settings);
+  EXPECT_TRUE(wait_until(
+      [&] { return file.report(devices::DeviceId::board).trouble == "Inappropriate ioctl for device"; }));
 }
 
 TEST_F(Board, AFileIsNotReplacedByALink)
@@ -243,14 +244,14 @@ TEST_F(Board, AFileIsNotReplacedByALink)
   const std::string path = (scratch_.path() / "file").string();
   std::ofstream(path) << "precious";
   try {
-    PtyBoard board(options(path));
+    devices::PtyBoard board(options(path));
     FAIL() << "the file was in the way";
   } catch (const InputError& error) {
     EXPECT_EQ(error.facts().field, path);
     EXPECT_EQ(error.facts().found, "a file");
   }
   EXPECT_TRUE(std::filesystem::is_regular_file(path));
-  EXPECT_THROW(PtyBoard(options((scratch_.path() / "no folder/board").string())), InputError);
+  EXPECT_THROW(devices::PtyBoard(options((scratch_.path() / "no folder/board").string())), InputError);
 }
 
 }  // namespace vrda::board_test

@@ -34,18 +34,18 @@ Held held()
   return {n_entries("/proc/self/fd"), n_entries("/proc/self/task"), mallinfo2().uordblks};
 }
 
-std::vector<IgtlMessage> femur(std::uint64_t tick)
+std::vector<igtl::IgtlMessage> femur(std::uint64_t tick)
 {
-  IgtlMessage message;
-  message.kind = IgtlKind::tdata;
+  igtl::IgtlMessage message;
+  message.kind = igtl::IgtlKind::tdata;
   message.device_ns = static_cast<std::int64_t>(tick + 1);
   message.tools.push_back({"Femur"});
   return {message};
 }
 
-PtyBoardOptions knob_and_stage()
+devices::PtyBoardOptions knob_and_stage()
 {
-  PtyBoardOptions options;
+  devices::PtyBoardOptions options;
   options.potentiometer = [] { return 1; };
   options.stage_count = [] { return 1; };
   return options;
@@ -66,20 +66,22 @@ void expect_same(const Held& before, const Held& after, int n_connects)
 
 TEST(Leaks, AThousandConnectsAndDisconnectsOfBothDevicesLeaveNothing)
 {
-  TrackerServerOptions options;
+  devices::TrackerServerOptions options;
   options.rate_hz = 1000.0;
-  TrackerServer server(options, femur);
-  const PtyBoard board(knob_and_stage());
-  TrackerSettings tracker;
+  devices::TrackerServer server(options, femur);
+  const devices::PtyBoard board(knob_and_stage());
+  devices::TrackerSettings tracker;
   tracker.port = server.port();
   tracker.tools = {"Femur"};
-  BoardSettings line;
+  devices::BoardSettings line;
   line.port = board.path();
   const auto connect_and_leave = [&] {
-    Devices devices(tracker, line);
-    std::vector<Sample> seen;
-    for (const DeviceId device : {DeviceId::tracker, DeviceId::board}) {
-      const auto is_up = [device](const Sample& s) { return is_link(s, device, LinkState::up); };
+    devices::Devices devices(tracker, line);
+    std::vector<devices::Sample> seen;
+    for (const devices::DeviceId device : {devices::DeviceId::tracker, devices::DeviceId::board}) {
+      const auto is_up = [device](const devices::Sample& s) {
+        return is_link(s, device, devices::LinkState::up);
+      };
       const bool is_seen = std::any_of(seen.begin(), seen.end(), is_up);
       ASSERT_TRUE(is_seen || take_until(devices, seen, is_up));
     }
@@ -96,22 +98,24 @@ TEST(Leaks, AThousandConnectsAndDisconnectsOfBothDevicesLeaveNothing)
 
 TEST(Leaks, AThousandConnectionsLostAndMadeAgainLeaveNothing)
 {
-  TrackerServerOptions options;
+  devices::TrackerServerOptions options;
   options.rate_hz = 1000.0;
-  TrackerServer server(options, femur);
-  TrackerSettings tracker;
+  devices::TrackerServer server(options, femur);
+  devices::TrackerSettings tracker;
   tracker.port = server.port();
   tracker.tools = {"Femur"};
   tracker.retry_ms = 1.0;
-  Devices devices(tracker, std::nullopt);
-  std::vector<Sample> seen;
+  devices::Devices devices(tracker, std::nullopt);
+  std::vector<devices::Sample> seen;
   const auto be_lost = [&] {
     seen.clear();
-    ASSERT_TRUE(
-        take_until(devices, seen, [](const Sample& s) { return test::is_place(s, SeenState::seen); }));
-    server.misbehave(Mischief::close);
-    ASSERT_TRUE(take_until(devices, seen,
-                           [](const Sample& s) { return is_link(s, DeviceId::tracker, LinkState::closed); }));
+    ASSERT_TRUE(take_until(devices, seen, [](const devices::Sample& s) {
+      return test::is_place(s, devices::ToolVisibility::seen);
+    }));
+    server.inject_fault(devices::FaultInjection::close_connections);
+    ASSERT_TRUE(take_until(devices, seen, [](const devices::Sample& s) {
+      return is_link(s, devices::DeviceId::tracker, devices::LinkState::closed);
+    }));
   };
   constexpr int n_first = 100, n_connects = 1000;
   for (int n = 0; n < n_first; ++n) be_lost();
@@ -123,7 +127,8 @@ TEST(Leaks, AThousandConnectionsLostAndMadeAgainLeaveNothing)
   EXPECT_LE(std::abs(after.n_descriptors - before.n_descriptors), 3);
   EXPECT_EQ(after.n_threads, before.n_threads);
   EXPECT_LT(after.bytes, before.bytes + allowed_bytes(n_connects));
-  EXPECT_GE(devices.report(DeviceId::tracker).n_connects, static_cast<std::uint64_t>(n_first + n_connects));
+  EXPECT_GE(devices.report(devices::DeviceId::tracker).n_connects,
+            static_cast<std::uint64_t>(n_first + n_connects));
 }
 
 /// Local addresses of sockets that listen (state 0A) on the port, in /proc's hexadecimal.
@@ -146,14 +151,14 @@ std::vector<std::string> listeners(std::uint16_t port)
 
 TEST(Loopback, NothingListensBeyondThisMachineUnlessTheAddressSaysSo)
 {
-  const TrackerServer server({}, femur);
-  TrackerSettings tracker;
+  const devices::TrackerServer server({}, femur);
+  devices::TrackerSettings tracker;
   tracker.port = server.port();
-  const Devices devices(tracker, std::nullopt);
+  const devices::Devices devices(tracker, std::nullopt);
   EXPECT_EQ(listeners(server.port()), std::vector<std::string>{"0100007F"});  // 127.0.0.1, lowest byte first
-  TrackerServerOptions open;
+  devices::TrackerServerOptions open;
   open.address = "0.0.0.0";
-  const TrackerServer everywhere(open, femur);
+  const devices::TrackerServer everywhere(open, femur);
   EXPECT_EQ(listeners(everywhere.port()), std::vector<std::string>{"00000000"});
 }
 

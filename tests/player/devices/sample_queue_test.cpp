@@ -4,30 +4,30 @@
 
 #include <thread>
 
-#include "devices/outlet.hpp"
+#include "devices/device_output.hpp"
 
 namespace vrda::sample_queue_test {
 
-Sample reading(std::int32_t count)
+devices::Sample reading(std::int32_t count)
 {
-  Sample sample;
-  sample.kind = SampleKind::stage;
+  devices::Sample sample;
+  sample.kind = devices::SampleKind::stage;
   sample.count = count;
   return sample;
 }
 
-Sample of_place(SeenState state)
+devices::Sample of_place(devices::ToolVisibility state)
 {
-  Sample sample;
-  sample.kind = SampleKind::place;
+  devices::Sample sample;
+  sample.kind = devices::SampleKind::tool_pose;
   sample.state = static_cast<std::uint8_t>(state);
   return sample;
 }
 
 TEST(SampleQueue, GivesWhatWasPutInItsOrder)
 {
-  SampleQueue queue;
-  Sample sample;
+  devices::SampleQueue queue;
+  devices::Sample sample;
   EXPECT_FALSE(queue.take(sample));
   for (std::int32_t round = 0; round < 3; ++round) {  // wraps around
     for (std::int32_t k = 0; k < 3000; ++k) ASSERT_TRUE(queue.put(reading(k)));
@@ -41,29 +41,29 @@ TEST(SampleQueue, GivesWhatWasPutInItsOrder)
 
 TEST(SampleQueue, KeepsRoomForTheNewsOfLinksAndOfToolsNoLongerSeen)
 {
-  SampleQueue queue;
+  devices::SampleQueue queue;
   std::size_t n = 0;
   while (queue.put(reading(1))) ++n;
-  EXPECT_EQ(n, SampleQueue::capacity - SampleQueue::n_reserved);
-  EXPECT_FALSE(queue.put(of_place(SeenState::seen)));
-  EXPECT_TRUE(queue.put(of_place(SeenState::stale)));
-  EXPECT_TRUE(queue.put(Sample()));
-  for (n = 2; queue.put(Sample()); ++n) {
+  EXPECT_EQ(n, devices::SampleQueue::capacity - devices::SampleQueue::n_reserved);
+  EXPECT_FALSE(queue.put(of_place(devices::ToolVisibility::seen)));
+  EXPECT_TRUE(queue.put(of_place(devices::ToolVisibility::stale)));
+  EXPECT_TRUE(queue.put(devices::Sample()));
+  for (n = 2; queue.put(devices::Sample()); ++n) {
   }
-  EXPECT_EQ(n, SampleQueue::n_reserved);
+  EXPECT_EQ(n, devices::SampleQueue::n_reserved);
 }
 
 TEST(SampleQueue, LosesNothingBetweenTwoThreads)
 {
   constexpr std::int32_t n_samples = 300'000;
-  SampleQueue queue;
+  devices::SampleQueue queue;
   std::thread writer([&queue] {
     for (std::int32_t k = 0; k < n_samples;) {
       if (queue.put(reading(k))) ++k;
     }
   });
   std::int32_t n_wrong = 0;
-  Sample sample;
+  devices::Sample sample;
   for (std::int32_t k = 0; k < n_samples;) {
     if (!queue.take(sample)) continue;
     n_wrong += sample.count == k ? 0 : 1;
@@ -75,38 +75,38 @@ TEST(SampleQueue, LosesNothingBetweenTwoThreads)
 
 TEST(Outlet, CountsWhatTheLoopDidNotTake)
 {
-  SampleQueue queue;
-  const ArrivalClock clock;
-  Outlet outlet(DeviceId::board, "/dev/board", queue, clock);
-  outlet.put(std::vector<Sample>(SampleQueue::capacity, reading(1)));
-  const DeviceReport report = outlet.report();
+  devices::SampleQueue queue;
+  const devices::ArrivalClock clock;
+  devices::DeviceOutput outlet(devices::DeviceId::board, "/dev/board", queue, clock);
+  outlet.put(std::vector<devices::Sample>(devices::SampleQueue::capacity, reading(1)));
+  const devices::DeviceReport report = outlet.report();
   EXPECT_EQ(report.peer, "/dev/board");
-  EXPECT_EQ(report.n_samples, SampleQueue::capacity);
-  EXPECT_EQ(report.n_lost, SampleQueue::n_reserved);
+  EXPECT_EQ(report.n_samples, devices::SampleQueue::capacity);
+  EXPECT_EQ(report.n_lost, devices::SampleQueue::n_reserved);
 }
 
 TEST(Outlet, SaysNewsOfTheLinkOnceAndKeepsItsTrouble)
 {
-  SampleQueue queue;
-  const ArrivalClock clock;
-  Outlet outlet(DeviceId::board, "", queue, clock);
-  outlet.set_link(LinkState::opening, "");
-  outlet.set_link(LinkState::closed, "Connection refused");
-  outlet.set_link(LinkState::closed, "Connection refused");
-  outlet.set_link(LinkState::opening, "");
+  devices::SampleQueue queue;
+  const devices::ArrivalClock clock;
+  devices::DeviceOutput outlet(devices::DeviceId::board, "", queue, clock);
+  outlet.set_link(devices::LinkState::opening, "");
+  outlet.set_link(devices::LinkState::closed, "Connection refused");
+  outlet.set_link(devices::LinkState::closed, "Connection refused");
+  outlet.set_link(devices::LinkState::opening, "");
   EXPECT_EQ(outlet.report().trouble, "Connection refused");
-  outlet.set_link(LinkState::up, "");
+  outlet.set_link(devices::LinkState::up, "");
   EXPECT_EQ(outlet.report().trouble, "");
   EXPECT_EQ(outlet.report().n_connects, 1U);
   EXPECT_EQ(outlet.report().n_samples, 0U);
   std::vector<int> states;
-  for (Sample sample; queue.take(sample);) states.push_back(sample.state);
+  for (devices::Sample sample; queue.take(sample);) states.push_back(sample.state);
   EXPECT_EQ(states, (std::vector<int>{1, 0, 1, 2}));
 }
 
 TEST(RateMeter, IsExactForSteadyReadings)
 {
-  RateMeter meter;
+  devices::RateMeter meter;
   EXPECT_EQ(meter.rate_hz(0), 0.0);
   constexpr std::int64_t period_ns = 10'000'000;
   std::int64_t now_ns = 0;

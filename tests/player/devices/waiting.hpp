@@ -26,10 +26,10 @@ bool wait_until(Condition condition)
 
 /// Takes samples into `seen` until one matches; false after the guard time.
 template <class Fits>
-bool take_until(Devices& devices, std::vector<Sample>& seen, Fits fits)
+bool take_until(devices::Devices& devices, std::vector<devices::Sample>& seen, Fits fits)
 {
   return wait_until([&] {
-    for (Sample sample; devices.take(sample);) {
+    for (devices::Sample sample; devices.take(sample);) {
       seen.push_back(sample);
       if (fits(sample)) return true;
     }
@@ -37,15 +37,15 @@ bool take_until(Devices& devices, std::vector<Sample>& seen, Fits fits)
   });
 }
 
-inline bool is_link(const Sample& sample, DeviceId device, LinkState state)
+inline bool is_link(const devices::Sample& sample, devices::DeviceId device, devices::LinkState state)
 {
-  return sample.kind == SampleKind::link && sample.source == static_cast<std::uint16_t>(device) &&
+  return sample.kind == devices::SampleKind::link && sample.source == static_cast<std::uint16_t>(device) &&
          sample.state == static_cast<std::uint8_t>(state);
 }
 
-inline bool is_place(const Sample& sample, SeenState state)
+inline bool is_place(const devices::Sample& sample, devices::ToolVisibility state)
 {
-  return sample.kind == SampleKind::place && sample.state == static_cast<std::uint8_t>(state);
+  return sample.kind == devices::SampleKind::tool_pose && sample.state == static_cast<std::uint8_t>(state);
 }
 
 }  // namespace vrda::test

@@ -9,46 +9,46 @@ namespace vrda::run_state_test {
 
 using testing::ElementsAre;
 
-SeenStep cell(int flexion, int varus, StepStatus status = StepStatus::stable)
+follow::RunStep cell(int flexion, int varus, StepStatus status = StepStatus::stable)
 {
-  SeenStep step;
+  follow::RunStep step;
   step.key = {StepKind::row, flexion, varus};
   step.status = status;
   return step;
 }
 
-SeenStep move(bool in_contact)
+follow::RunStep move(bool in_contact)
 {
-  SeenStep step = cell(1, 1);
-  step.kind = SeenKind::move;
+  follow::RunStep step = cell(1, 1);
+  step.kind = follow::RunStepKind::move;
   step.in_contact = in_contact;
   return step;
 }
 
-SeenStep probe(StepKind kind, int varus)
+follow::RunStep probe(StepKind kind, int varus)
 {
-  SeenStep step = cell(0, varus);
+  follow::RunStep step = cell(0, varus);
   step.key.kind = kind;
-  step.kind = SeenKind::probe;
+  step.kind = follow::RunStepKind::probe;
   return step;
 }
 
-MotionModel model()
+store::MotionModel model()
 {
   test::ModelPlan plan;
   plan.flexion_deg = {0, 10};
   plan.varus_deg = {-1, 0, 1};
-  return with_pending_cells(test::model_of(plan));
+  return store::with_pending_cells(test::model_of(plan));
 }
 
 TEST(RunState, ShowsTheStepsChosenAndFillsInTheGridWithAll)
 {
-  const std::vector<SeenStep> steps{probe(StepKind::spine_probe, 1), move(false), move(true), cell(0, 1),
-                                    cell(0, 0, StepStatus::no_contact)};
-  const auto shown = [&](StepChoice choice) {
-    RunState state(model(), choice);
+  const std::vector<follow::RunStep> steps{probe(StepKind::spine_probe, 1), move(false), move(true),
+                                           cell(0, 1), cell(0, 0, StepStatus::no_contact)};
+  const auto shown = [&](follow::StepChoice choice) {
+    follow::RunState state(model(), choice);
     std::vector<bool> is_shown;
-    for (const SeenStep& step : steps) is_shown.push_back(state.take(step));
+    for (const follow::RunStep& step : steps) is_shown.push_back(state.add_step(step));
     EXPECT_EQ(state.n_done(), 2);
     EXPECT_EQ(state.panel().status(0, 0), static_cast<std::int8_t>(StepStatus::no_contact));
     EXPECT_EQ(state.panel().status(0, 1), 0);
@@ -56,35 +56,35 @@ TEST(RunState, ShowsTheStepsChosenAndFillsInTheGridWithAll)
     EXPECT_EQ(state.n_shown(), std::count(is_shown.begin(), is_shown.end(), true));
     return is_shown;
   };
-  EXPECT_THAT(shown(StepChoice::stable), ElementsAre(false, false, false, true, false));
-  EXPECT_THAT(shown(StepChoice::contact), ElementsAre(true, false, true, true, false));
-  EXPECT_THAT(shown(StepChoice::all), ElementsAre(true, true, true, true, true));
+  EXPECT_THAT(shown(follow::StepChoice::stable), ElementsAre(false, false, false, true, false));
+  EXPECT_THAT(shown(follow::StepChoice::contact), ElementsAre(true, false, true, true, false));
+  EXPECT_THAT(shown(follow::StepChoice::all), ElementsAre(true, true, true, true, true));
 }
 
 TEST(RunState, SaysWhereTheRunIs)
 {
-  RunState state(model(), StepChoice::stable);
-  EXPECT_EQ(state.counts(), "0/6 attitudes");
-  EXPECT_EQ(state.place(), "");
-  state.take(cell(1, 2, StepStatus::unbounded));
-  EXPECT_EQ(state.counts(), "1/6 attitudes");
-  EXPECT_EQ(state.place(), "flexion 10, varus 1");
+  follow::RunState state(model(), follow::StepChoice::stable);
+  EXPECT_EQ(state.progress_text(), "0/6 attitudes");
+  EXPECT_EQ(state.current_attitude(), "");
+  state.add_step(cell(1, 2, StepStatus::unbounded));
+  EXPECT_EQ(state.progress_text(), "1/6 attitudes");
+  EXPECT_EQ(state.current_attitude(), "flexion 10, varus 1");
   // Its number is the index of a start, not a grid cell.
-  state.take(probe(StepKind::free_spine, 7));
-  EXPECT_EQ(state.place(), "flexion 10, varus 1");
+  state.add_step(probe(StepKind::free_spine, 7));
+  EXPECT_EQ(state.current_attitude(), "flexion 10, varus 1");
   ASSERT_TRUE(state.panel().current);
   EXPECT_EQ(state.panel().current->varus, 2);
 }
 
 TEST(RunState, AFinishedRunShowsTheResult)
 {
-  RunState state(model(), StepChoice::stable);
-  state.take(cell(0, 0));
+  follow::RunState state(model(), follow::StepChoice::stable);
+  state.add_step(cell(0, 0));
   test::ModelPlan plan;
   plan.flexion_deg = {0, 10};
   plan.varus_deg = {-1, 0, 1};
   state.finish(test::model_of(plan));
-  EXPECT_EQ(state.counts(), "6/6 attitudes, finished");
+  EXPECT_EQ(state.progress_text(), "6/6 attitudes, finished");
   EXPECT_FALSE(state.shown());
   EXPECT_FALSE(state.panel().current);
 }

@@ -11,14 +11,14 @@ constexpr double rounding = 1e-12;
 
 TEST(RunViews, TilesCoverTheAreaWithoutOverlap)
 {
-  const Viewport area{100, 50, 901, 703};
+  const optics::Viewport area{100, 50, 901, 703};
   for (std::size_t n = 1; n <= 16; ++n) {
     SCOPED_TRACE(n);
-    const std::vector<Viewport> all = tiles(n, area);
+    const std::vector<optics::Viewport> all = follow::tiles(n, area);
     ASSERT_EQ(all.size(), n);
     std::vector<int> n_covering(static_cast<std::size_t>(area.width * area.height), 0);
     int n_pixels = 0;
-    for (const Viewport& tile : all) {
+    for (const optics::Viewport& tile : all) {
       for (int y = tile.y; y < tile.y + tile.height; ++y) {
         for (int x = tile.x; x < tile.x + tile.width; ++x) {
           ASSERT_TRUE(x >= 100 && x < 1001 && y >= 50 && y < 753);
@@ -35,7 +35,7 @@ TEST(RunViews, TilesCoverTheAreaWithoutOverlap)
 
 TEST(RunViews, FourTilesAreTwoByTwo)
 {
-  const std::vector<Viewport> all = tiles(4, {0, 0, 800, 600});
+  const std::vector<optics::Viewport> all = follow::tiles(4, {0, 0, 800, 600});
   EXPECT_EQ(all[1].x, 400);
   EXPECT_EQ(all[1].y, 0);
   EXPECT_EQ(all[2].x, 0);
@@ -43,23 +43,24 @@ TEST(RunViews, FourTilesAreTwoByTwo)
 }
 
 /// A point in camera axes.
-Eigen::Vector3d seen(const Camera& camera, const Eigen::Vector3d& p_world_mm)
+Eigen::Vector3d seen(const scene::Camera& camera, const Eigen::Vector3d& p_world_mm)
 {
   return camera.X_world_camera.inverse() * p_world_mm;
 }
 
 TEST(RunViews, ATurnedViewIsThatOfATurnedAndShiftedJoint)
 {
-  const std::vector<Viewport> area{{0, 0, 400, 300}};
+  const std::vector<optics::Viewport> area{{0, 0, 400, 300}};
   const std::vector<Eigen::Vector3d> corners{{-30, 0, 0}, {30, 0, 0}, {0, 30, 0},
                                              {0, -30, 0}, {0, 0, 30}, {0, 0, -30}};
   const Eigen::Vector3d turn_rad(rad_from_deg(20.0), rad_from_deg(-50.0), rad_from_deg(70.0));
   const Eigen::Vector3d shift_mm(3.0, -4.0, 5.0);
-  const RunView front = named_view("front", View::front, Side::right);
-  const RunView turned = turned_view("turned", turn_rad, shift_mm, Side::right);
-  const RunView unshifted = turned_view("turned", turn_rad, Eigen::Vector3d::Zero(), Side::right);
-  const Camera shifted_camera = fitted_shots({turned}, area, corners, 1.0).front().camera;
-  const Camera camera = fitted_shots({unshifted}, area, corners, 1.0).front().camera;
+  const follow::RunView front = follow::named_view("front", scene::View::front, Side::right);
+  const follow::RunView turned = follow::turned_view("turned", turn_rad, shift_mm, Side::right);
+  const follow::RunView unshifted =
+      follow::turned_view("turned", turn_rad, Eigen::Vector3d::Zero(), Side::right);
+  const scene::Camera shifted_camera = follow::fitted_shots({turned}, area, corners, 1.0).front().camera;
+  const scene::Camera camera = follow::fitted_shots({unshifted}, area, corners, 1.0).front().camera;
   // In the axes of the front view: X to the subject's left, Y up, Z forward.
   const Eigen::Matrix3d R_front = front.R_world_camera;
   const Eigen::Matrix3d R_turn =
@@ -73,17 +74,17 @@ TEST(RunViews, ATurnedViewIsThatOfATurnedAndShiftedJoint)
 
 TEST(RunViews, ZoomMakesThePictureLarger)
 {
-  const std::vector<Viewport> area{{0, 0, 400, 300}};
+  const std::vector<optics::Viewport> area{{0, 0, 400, 300}};
   const std::vector<Eigen::Vector3d> corners{{-30, 0, 0}, {30, 0, 0}, {0, 30, 0}};
-  const RunView front = named_view("front", View::front, Side::left);
-  const Camera plain = fitted_shots({front}, area, corners, 1.0).front().camera;
-  const Camera near = fitted_shots({front}, area, corners, 2.0).front().camera;
+  const follow::RunView front = follow::named_view("front", scene::View::front, Side::left);
+  const scene::Camera plain = follow::fitted_shots({front}, area, corners, 1.0).front().camera;
+  const scene::Camera near = follow::fitted_shots({front}, area, corners, 2.0).front().camera;
   EXPECT_NEAR(near.half_height_tangent, 0.5 * plain.half_height_tangent, rounding);
 }
 
 TEST(JobViews, AreThoseOfTheJob)
 {
-  const JobViews job = job_views(
+  const follow::JobViews job = follow::job_views(
       "title = \"a\"\nzoom = 9\n\n[player]\ndisplay_px = [1280, 1024]\nzoom = 2.5\nrender = \"wire\"\n\n"
       "[[player.view]]\nnumber = 2\nshift_mm = [-50, 0, 1.5e1]\norientation_deg = [0, 90, -0.5]\n\n"
       "[[player.view]]\nnumber = 0\n\n[limits]\nunsolved_fraction = 0\nzoom = 7\n");
@@ -105,13 +106,14 @@ TEST(JobViews, WhatIsNotOfTheFormStaysAtItsDefault)
        {"", "[player]", "[player]\nzoom = -1\nrender = \n", "[player]\ndisplay_px = [nan, inf]\nzoom = nan",
         "[player]\ndisplay_px = [1280]\nzoom = \"x\"\nrender = \"", "[[player.view", "zoom = 3"}) {
     SCOPED_TRACE(text);
-    const JobViews job = job_views(text);
+    const follow::JobViews job = follow::job_views(text);
     EXPECT_EQ(job.zoom, 1.0);
     EXPECT_EQ(job.render, "");
     EXPECT_EQ(job.width_px, 0);
     EXPECT_TRUE(job.views.empty());
   }
-  const JobViews job = job_views("[[player.view]]\nshift_mm = [1, 2\norientation_deg = nothing\nnumber");
+  const follow::JobViews job =
+      follow::job_views("[[player.view]]\nshift_mm = [1, 2\norientation_deg = nothing\nnumber");
   ASSERT_EQ(job.views.size(), 1u);
   EXPECT_EQ(job.views[0].shift_mm, Eigen::Vector3d::Zero());
   EXPECT_EQ(job.views[0].orientation_deg, Eigen::Vector3d::Zero());

@@ -55,12 +55,12 @@ SearchTrace search(StepKind kind, int flexion, int varus, int n_moves)
 }
 
 /// Flexion 0, 10, 20 by varus -1, 0, 1.
-MotionModel plan(double last_flexion_deg = 20)
+store::MotionModel plan(double last_flexion_deg = 20)
 {
   test::ModelPlan asked;
   asked.flexion_deg = {0, 10, last_flexion_deg};
   asked.varus_deg = {-1, 0, 1};
-  MotionModel model = test::model_of(asked);
+  store::MotionModel model = test::model_of(asked);
   test::add_bodies(model);
   model.job.resolved = "flexion to " + std::to_string(last_flexion_deg);
   return model;
@@ -70,42 +70,45 @@ class Watch : public testing::Test {
  protected:
   Watch() { write_start(plan()); }
 
-  void write_start(const MotionModel& model) { write_motion_model(start_, with_pending_cells(model)); }
-  JournalWriter journal(const std::string& its_key = key)
+  void write_start(const store::MotionModel& model)
   {
-    return JournalWriter::create(journal_of(output_), its_key);
+    store::write_motion_model(start_, store::with_pending_cells(model));
+  }
+  journal::JournalWriter journal(const std::string& its_key = key)
+  {
+    return journal::JournalWriter::create(journal::journal_of(output_), its_key);
   }
 
   test::Scratch scratch_;
   std::string output_ = (scratch_.path() / "knee.h5").string();
-  std::string start_ = start_file_of(output_);
+  std::string start_ = journal::start_file_of(output_);
 };
 
-int n_stable(const RunWatch& watch)
+int n_stable(const follow::RunWatch& watch)
 {
   return static_cast<int>((watch.model().status == 0).count());
 }
 
 TEST_F(Watch, CellsFillInAsTheirStepsCome)
 {
-  RunWatch watch(start_);
-  EXPECT_EQ(watch.phase(), RunPhase::waiting);
-  EXPECT_THAT(watch.look().steps, IsEmpty());
+  follow::RunWatch watch(start_);
+  EXPECT_EQ(watch.phase(), follow::RunPhase::waiting);
+  EXPECT_THAT(watch.poll().steps, IsEmpty());
   EXPECT_EQ(watch.n_cells(), 9);
-  JournalWriter writer = journal();
+  journal::JournalWriter writer = journal();
   writer.append(step(StepKind::spine_probe, 0, 1));
   writer.append(step(StepKind::spine, 0, 1));
-  WatchNews news = watch.look();
+  follow::RunUpdate news = watch.poll();
   ASSERT_EQ(news.steps.size(), 2u);
-  EXPECT_EQ(news.steps[0].kind, SeenKind::probe);
-  EXPECT_EQ(news.steps[1].kind, SeenKind::cell);
-  EXPECT_EQ(watch.phase(), RunPhase::running);
+  EXPECT_EQ(news.steps[0].kind, follow::RunStepKind::probe);
+  EXPECT_EQ(news.steps[1].kind, follow::RunStepKind::cell);
+  EXPECT_EQ(watch.phase(), follow::RunPhase::running);
   EXPECT_EQ(watch.n_done(), 1);
   EXPECT_EQ(watch.n_steps(), 2);
   EXPECT_EQ(watch.model().is_spine(0, 1), 1);
 
   writer.append(step(StepKind::row, 2, 0, StepStatus::no_contact));
-  news = watch.look();
+  news = watch.poll();
   ASSERT_EQ(news.steps.size(), 1u);
   EXPECT_EQ(news.steps[0].status, StepStatus::no_contact);
   EXPECT_EQ(watch.model().status(2, 0), static_cast<std::int8_t>(StepStatus::no_contact));
@@ -113,51 +116,53 @@ TEST_F(Watch, CellsFillInAsTheirStepsCome)
   EXPECT_TRUE(std::isnan(watch.model().tx_mm(2, 0)));
   EXPECT_EQ(n_stable(watch), 1);
   EXPECT_EQ(watch.model().ty_mm(0, 1), -20.0 / 3.0);
-  EXPECT_THAT(watch.look().steps, IsEmpty());
+  EXPECT_THAT(watch.poll().steps, IsEmpty());
 }
 
 TEST_F(Watch, ShardsAndTheSpineAreOneRun)
 {
-  RunWatch watch(start_);
-  JournalWriter spine = JournalWriter::create(spine_journal_of(output_), key);
+  follow::RunWatch watch(start_);
+  journal::JournalWriter spine = journal::JournalWriter::create(journal::spine_journal_of(output_), key);
   spine.append(step(StepKind::spine, 0, 1));
-  EXPECT_EQ(watch.look().steps.size(), 1u);
+  EXPECT_EQ(watch.poll().steps.size(), 1u);
   // A shard journal that appears late, and a step contained in two of them.
-  JournalWriter first = JournalWriter::create(shard_journal_of(output_, {1, 2}), key);
+  journal::JournalWriter first =
+      journal::JournalWriter::create(journal::shard_journal_of(output_, {1, 2}), key);
   first.append(step(StepKind::row, 0, 0));
-  JournalWriter second = JournalWriter::create(shard_journal_of(output_, {2, 2}), key);
+  journal::JournalWriter second =
+      journal::JournalWriter::create(journal::shard_journal_of(output_, {2, 2}), key);
   second.append(step(StepKind::row, 1, 0));
   second.append(step(StepKind::row, 0, 0));
-  const WatchNews news = watch.look();
-  EXPECT_FALSE(news.is_anew);
+  const follow::RunUpdate news = watch.poll();
+  EXPECT_FALSE(news.is_restarted);
   EXPECT_EQ(news.steps.size(), 2u);
   EXPECT_EQ(watch.n_done(), 3);
 }
 
 TEST_F(Watch, ARunStartedOverForgetsTheOldOne)
 {
-  RunWatch watch(start_);
+  follow::RunWatch watch(start_);
   {
-    JournalWriter writer = journal();
+    journal::JournalWriter writer = journal();
     for (int j = 0; j < 3; ++j) writer.append(step(StepKind::row, 1, j));
   }
-  watch.look();
+  watch.poll();
   EXPECT_EQ(watch.n_done(), 3);
   journal().append(step(StepKind::row, 0, 0));
-  WatchNews news = watch.look();
-  EXPECT_TRUE(news.is_anew);
+  follow::RunUpdate news = watch.poll();
+  EXPECT_TRUE(news.is_restarted);
   EXPECT_EQ(news.steps.size(), 1u);
   EXPECT_EQ(watch.n_done(), 1);
   EXPECT_EQ(watch.model().status(1, 0), -1);
   EXPECT_TRUE(std::isnan(watch.model().tx_mm(1, 0)));
 
   // Another job with the same output: its journal exists before its start file.
-  JournalWriter writer = journal(other_key);
+  journal::JournalWriter writer = journal(other_key);
   writer.append(step(StepKind::row, 0, 2));
-  EXPECT_TRUE(watch.look().is_anew);
+  EXPECT_TRUE(watch.poll().is_restarted);
   write_start(plan(40));
-  news = watch.look();
-  EXPECT_TRUE(news.is_anew);
+  news = watch.poll();
+  EXPECT_TRUE(news.is_restarted);
   EXPECT_EQ(watch.model().flexion_deg.back(), 40);
   EXPECT_EQ(news.steps.size(), 1u);
   EXPECT_EQ(watch.n_done(), 1);
@@ -165,14 +170,15 @@ TEST_F(Watch, ARunStartedOverForgetsTheOldOne)
 
 TEST_F(Watch, TheJournalWrittenLastSaysWhichJobRuns)
 {
-  JournalWriter::create(shard_journal_of(output_, {1, 2}), other_key).append(step(StepKind::row, 0, 0));
-  fs::last_write_time(shard_journal_of(output_, {1, 2}),
+  journal::JournalWriter::create(journal::shard_journal_of(output_, {1, 2}), other_key)
+      .append(step(StepKind::row, 0, 0));
+  fs::last_write_time(journal::shard_journal_of(output_, {1, 2}),
                       fs::file_time_type::clock::now() - std::chrono::hours(1));
-  RunWatch watch(start_);
-  EXPECT_EQ(watch.look().steps.size(), 1u);
+  follow::RunWatch watch(start_);
+  EXPECT_EQ(watch.poll().steps.size(), 1u);
   journal().append(step(StepKind::row, 1, 1));
-  const WatchNews news = watch.look();
-  EXPECT_TRUE(news.is_anew);
+  const follow::RunUpdate news = watch.poll();
+  EXPECT_TRUE(news.is_restarted);
   ASSERT_EQ(news.steps.size(), 1u);
   EXPECT_EQ(news.steps[0].key.flexion, 1);
   ASSERT_EQ(news.remarks.size(), 1u);
@@ -181,31 +187,31 @@ TEST_F(Watch, TheJournalWrittenLastSaysWhichJobRuns)
 
 TEST_F(Watch, ATornEndIsReadWhenItIsWhole)
 {
-  RunWatch watch(start_);
+  follow::RunWatch watch(start_);
   {
-    JournalWriter writer = journal();
+    journal::JournalWriter writer = journal();
     writer.append(step(StepKind::row, 0, 0));
     writer.append(step(StepKind::row, 0, 1));
   }
-  const std::string whole = test::read_bytes(journal_of(output_));
+  const std::string whole = test::read_bytes(journal::journal_of(output_));
   scratch_.write("knee.h5.journal", whole.substr(0, whole.size() - 5));
-  EXPECT_EQ(watch.look().steps.size(), 1u);
-  EXPECT_EQ(watch.look().steps.size(), 0u);
+  EXPECT_EQ(watch.poll().steps.size(), 1u);
+  EXPECT_EQ(watch.poll().steps.size(), 0u);
   scratch_.write("knee.h5.journal", whole);
-  EXPECT_EQ(watch.look().steps.size(), 1u);
+  EXPECT_EQ(watch.poll().steps.size(), 1u);
   EXPECT_EQ(watch.n_done(), 2);
 }
 
 TEST_F(Watch, RecordsOutsideTheGridAreLeftAside)
 {
-  JournalWriter writer = journal();
+  journal::JournalWriter writer = journal();
   writer.append(step(StepKind::row, 3, 0));
   writer.append(step(StepKind::row, 0, 3));
   writer.append(step(StepKind::spine_probe, 0, -1));
   writer.append(step(StepKind::free_spine, 0, 7));
   writer.append(step(StepKind::row, 0, 0));
-  RunWatch watch(start_);
-  const WatchNews news = watch.look();
+  follow::RunWatch watch(start_);
+  const follow::RunUpdate news = watch.poll();
   EXPECT_EQ(news.steps.size(), 2u);
   EXPECT_EQ(watch.n_done(), 1);
   EXPECT_THAT(news.remarks, ElementsAre(HasSubstr("knee.h5.journal: record: ")));
@@ -213,49 +219,49 @@ TEST_F(Watch, RecordsOutsideTheGridAreLeftAside)
 
 TEST_F(Watch, MovesStandBeforeTheirStepWhicheverFileIsSeenFirst)
 {
-  RunWatch watch(start_, true);
-  JournalWriter steps = journal();
-  FrameWriter moves = create_trace_journal(trace_journal_of(output_), key);
-  moves.append(bytes_of(search(StepKind::spine_probe, 0, 1, 4)));
-  EXPECT_THAT(watch.look().steps, IsEmpty());
+  follow::RunWatch watch(start_, true);
+  journal::JournalWriter steps = journal();
+  journal::FrameWriter moves = journal::create_trace_journal(journal::trace_journal_of(output_), key);
+  moves.append(journal::bytes_of(search(StepKind::spine_probe, 0, 1, 4)));
+  EXPECT_THAT(watch.poll().steps, IsEmpty());
   steps.append(step(StepKind::spine_probe, 0, 1));
   steps.append(step(StepKind::spine, 0, 1));
-  WatchNews news = watch.look();
+  follow::RunUpdate news = watch.poll();
   ASSERT_EQ(news.steps.size(), 6u);
   for (int m = 0; m < 4; ++m) {
-    EXPECT_EQ(news.steps[static_cast<std::size_t>(m)].kind, SeenKind::move);
+    EXPECT_EQ(news.steps[static_cast<std::size_t>(m)].kind, follow::RunStepKind::move);
     EXPECT_EQ(news.steps[static_cast<std::size_t>(m)].in_contact, m % 2 == 1);
     EXPECT_EQ(news.steps[static_cast<std::size_t>(m)].pose.translation_mm.y(), -m);
   }
-  EXPECT_EQ(news.steps[4].kind, SeenKind::probe);
-  EXPECT_EQ(news.steps[5].kind, SeenKind::cell);
+  EXPECT_EQ(news.steps[4].kind, follow::RunStepKind::probe);
+  EXPECT_EQ(news.steps[5].kind, follow::RunStepKind::cell);
   steps.append(step(StepKind::row, 0, 2));
-  EXPECT_EQ(watch.look().steps.size(), 1u);
-  moves.append(bytes_of(search(StepKind::row, 0, 2, 3)));
-  EXPECT_EQ(watch.look().steps.size(), 3u);
+  EXPECT_EQ(watch.poll().steps.size(), 1u);
+  moves.append(journal::bytes_of(search(StepKind::row, 0, 2, 3)));
+  EXPECT_EQ(watch.poll().steps.size(), 3u);
 }
 
 TEST_F(Watch, SaysOnceThatARunKeepsNoMoves)
 {
-  RunWatch watch(start_, true);
-  EXPECT_THAT(watch.look().remarks, IsEmpty());
-  JournalWriter steps = journal();
+  follow::RunWatch watch(start_, true);
+  EXPECT_THAT(watch.poll().remarks, IsEmpty());
+  journal::JournalWriter steps = journal();
   steps.append(step(StepKind::row, 0, 0));
-  watch.look();
-  EXPECT_THAT(watch.look().remarks, ElementsAre(HasSubstr("--trace")));
-  EXPECT_THAT(watch.look().remarks, IsEmpty());
+  watch.poll();
+  EXPECT_THAT(watch.poll().remarks, ElementsAre(HasSubstr("--trace")));
+  EXPECT_THAT(watch.poll().remarks, IsEmpty());
 }
 
 TEST_F(Watch, LengthsAreTheSubjects)
 {
-  MotionModel model = plan();
+  store::MotionModel model = plan();
   model.job.scaling.emplace();
   model.job.scaling->factor = {2, 2, 2};
   model.job.scaling->keeps_steps = true;
   write_start(model);
   journal().append(step(StepKind::row, 0, 1));
-  RunWatch watch(start_);
-  const WatchNews news = watch.look();
+  follow::RunWatch watch(start_);
+  const follow::RunUpdate news = watch.poll();
   ASSERT_EQ(news.steps.size(), 1u);
   EXPECT_EQ(news.steps[0].pose.translation_mm.y(), 2.0 * (-20.0 / 3.0));
   EXPECT_EQ(news.steps[0].contacts[0].point_solver_mm.x(), 2.0);
@@ -265,57 +271,57 @@ TEST_F(Watch, LengthsAreTheSubjects)
 TEST_F(Watch, IsFinishedWithTheResultOfThisRunAlone)
 {
   // The result of an earlier run of the job is older than the start file.
-  write_motion_model(output_, plan());
+  store::write_motion_model(output_, plan());
   fs::last_write_time(output_, fs::last_write_time(start_) - std::chrono::seconds(1));
-  RunWatch watch(start_);
-  watch.look();
-  EXPECT_EQ(watch.phase(), RunPhase::waiting);
+  follow::RunWatch watch(start_);
+  watch.poll();
+  EXPECT_EQ(watch.phase(), follow::RunPhase::waiting);
   journal().append(step(StepKind::row, 0, 1));
-  watch.look();
-  EXPECT_EQ(watch.phase(), RunPhase::running);
-  write_motion_model(output_, plan(40));
-  EXPECT_THAT(watch.look().remarks, ElementsAre(HasSubstr("knee.h5: ")));
-  EXPECT_EQ(watch.phase(), RunPhase::running);
-  write_motion_model(output_, plan());
-  fs::remove(journal_of(output_));
+  watch.poll();
+  EXPECT_EQ(watch.phase(), follow::RunPhase::running);
+  store::write_motion_model(output_, plan(40));
+  EXPECT_THAT(watch.poll().remarks, ElementsAre(HasSubstr("knee.h5: ")));
+  EXPECT_EQ(watch.phase(), follow::RunPhase::running);
+  store::write_motion_model(output_, plan());
+  fs::remove(journal::journal_of(output_));
   fs::remove(start_);
-  watch.look();
-  EXPECT_EQ(watch.phase(), RunPhase::finished);
+  watch.poll();
+  EXPECT_EQ(watch.phase(), follow::RunPhase::finished);
   EXPECT_EQ(watch.n_done(), 9);
   EXPECT_EQ(n_stable(watch), 9);
-  EXPECT_THAT(watch.look().steps, IsEmpty());
+  EXPECT_THAT(watch.poll().steps, IsEmpty());
 }
 
 TEST_F(Watch, AnotherJobThatBeganAndEndedBetweenTwoLooksIsTheOneFollowed)
 {
-  RunWatch watch(start_);
+  follow::RunWatch watch(start_);
   journal().append(step(StepKind::row, 0, 1));
-  watch.look();
-  fs::remove(journal_of(output_));
+  watch.poll();
+  fs::remove(journal::journal_of(output_));
   fs::remove(start_);
-  const MotionModel other = plan(40);
-  write_motion_model(output_, other);
+  const store::MotionModel other = plan(40);
+  store::write_motion_model(output_, other);
   // Older than the start file: the result of an earlier run.
   const fs::file_time_type written = fs::last_write_time(output_);
   fs::last_write_time(output_, written - std::chrono::hours(1));
-  EXPECT_THAT(watch.look().remarks, ElementsAre(HasSubstr("knee.h5: ")));
-  EXPECT_EQ(watch.phase(), RunPhase::running);
+  EXPECT_THAT(watch.poll().remarks, ElementsAre(HasSubstr("knee.h5: ")));
+  EXPECT_EQ(watch.phase(), follow::RunPhase::running);
   fs::last_write_time(output_, written);
-  const WatchNews news = watch.look();
-  EXPECT_TRUE(news.is_anew);
+  const follow::RunUpdate news = watch.poll();
+  EXPECT_TRUE(news.is_restarted);
   EXPECT_THAT(news.steps, IsEmpty());
   EXPECT_THAT(news.remarks, IsEmpty());
-  EXPECT_EQ(watch.phase(), RunPhase::finished);
+  EXPECT_EQ(watch.phase(), follow::RunPhase::finished);
   EXPECT_EQ(watch.model().job.resolved, other.job.resolved);
   EXPECT_EQ(watch.n_done(), 9);
 }
 
 TEST_F(Watch, ARunThatIsOverIsFinishedAtOnce)
 {
-  write_motion_model(output_, plan());
+  store::write_motion_model(output_, plan());
   fs::remove(start_);
-  RunWatch watch(start_);
-  EXPECT_EQ(watch.phase(), RunPhase::finished);
+  follow::RunWatch watch(start_);
+  EXPECT_EQ(watch.phase(), follow::RunPhase::finished);
   EXPECT_EQ(n_stable(watch), 9);
 }
 
@@ -324,16 +330,16 @@ TEST_F(Watch, GoesOnWhenTheWholeFolderIsGoneForAWhile)
   const fs::path folder = scratch_.path() / "run", away = scratch_.path() / "away";
   fs::create_directory(folder);
   const std::string output = (folder / "knee.h5").string();
-  write_motion_model(start_file_of(output), with_pending_cells(plan()));
-  JournalWriter::create(journal_of(output), key).append(step(StepKind::row, 0, 0));
-  RunWatch watch(start_file_of(output));
-  watch.look();
+  store::write_motion_model(journal::start_file_of(output), store::with_pending_cells(plan()));
+  journal::JournalWriter::create(journal::journal_of(output), key).append(step(StepKind::row, 0, 0));
+  follow::RunWatch watch(journal::start_file_of(output));
+  watch.poll();
   fs::rename(folder, away);
-  EXPECT_THAT(watch.look().steps, IsEmpty());
+  EXPECT_THAT(watch.poll().steps, IsEmpty());
   EXPECT_EQ(watch.n_done(), 1);
   fs::rename(away, folder);
-  JournalWriter::open(journal_of(output), key).writer.append(step(StepKind::row, 0, 1));
-  watch.look();
+  journal::JournalWriter::open(journal::journal_of(output), key).writer.append(step(StepKind::row, 0, 1));
+  watch.poll();
   EXPECT_EQ(watch.n_done(), 2);
 }
 
@@ -341,12 +347,13 @@ TEST_F(Watch, RefusesWhatIsNoStartFile)
 {
   const std::string none = (scratch_.path() / "none.h5.start.h5").string(),
                     text = (scratch_.path() / "text.h5.start.h5").string();
-  EXPECT_THAT(input_error([&] { RunWatch watch(output_); }).wanted, HasSubstr("OUTPUT.start.h5"));
-  EXPECT_EQ(input_error([&] { RunWatch watch(none); }).found, "no such file");
+  EXPECT_THAT(input_error([&] { follow::RunWatch watch(output_); }).wanted, HasSubstr("OUTPUT.start.h5"));
+  EXPECT_EQ(input_error([&] { follow::RunWatch watch(none); }).found, "no such file");
   scratch_.write("text.h5.start.h5", "no HDF5");
-  EXPECT_EQ(input_error([&] { RunWatch watch(text); }).file, text);
-  write_motion_model(start_, plan());
-  EXPECT_THAT(input_error([&] { RunWatch watch(start_); }).wanted, HasSubstr("every attitude pending"));
+  EXPECT_EQ(input_error([&] { follow::RunWatch watch(text); }).file, text);
+  store::write_motion_model(start_, plan());
+  EXPECT_THAT(input_error([&] { follow::RunWatch watch(start_); }).wanted,
+              HasSubstr("every attitude pending"));
 }
 
 constexpr std::chrono::milliseconds pause{1};
@@ -360,17 +367,17 @@ class ThreadedWatch : public testing::Test {
     plan.varus_deg = {-1, 0, 1};
     model_ = test::model_of(plan);
     test::add_bodies(model_);
-    write_motion_model(start_, with_pending_cells(model_));
+    store::write_motion_model(start_, store::with_pending_cells(model_));
   }
 
   /// Collects arrivals until `is_enough`, for at most ten seconds.
   template <typename IsEnough>
-  static WatchArrivals taken_until(WatchThread& thread, const IsEnough& is_enough)
+  static follow::RunArrivals taken_until(follow::WatchThread& thread, const IsEnough& is_enough)
   {
-    WatchArrivals all;
+    follow::RunArrivals all;
     for (int patience = 0; patience < 10000; ++patience) {
-      WatchArrivals more = thread.take();
-      all.is_anew = all.is_anew || more.is_anew;
+      follow::RunArrivals more = thread.take();
+      all.is_restarted = all.is_restarted || more.is_restarted;
       if (more.model) all.model = more.model;
       all.steps.insert(all.steps.end(), more.steps.begin(), more.steps.end());
       all.phase = more.phase;
@@ -383,51 +390,55 @@ class ThreadedWatch : public testing::Test {
   }
 
   test::Scratch scratch_;
-  MotionModel model_;
+  store::MotionModel model_;
   std::string output_ = (scratch_.path() / "knee.h5").string();
-  std::string start_ = start_file_of(output_);
+  std::string start_ = journal::start_file_of(output_);
 };
 
 TEST_F(ThreadedWatch, EveryStepArrivesOnceAndTheResultWithItsEnd)
 {
-  JournalWriter writer = JournalWriter::create(journal_of(output_), std::string(64, 'a'));
-  WatchThread thread(RunWatch(start_), pause);
+  journal::JournalWriter writer =
+      journal::JournalWriter::create(journal::journal_of(output_), std::string(64, 'a'));
+  follow::WatchThread thread(follow::RunWatch(start_), pause);
   for (int j = 0; j < 3; ++j) {
     StepRecord r;
     r.key = {StepKind::row, 1, j};
     r.status = StepStatus::stable;
     writer.append(r);
   }
-  const WatchArrivals steps = taken_until(thread, [](const WatchArrivals& a) { return a.steps.size() >= 3; });
+  const follow::RunArrivals steps =
+      taken_until(thread, [](const follow::RunArrivals& a) { return a.steps.size() >= 3; });
   EXPECT_EQ(steps.steps.size(), 3u);
   EXPECT_EQ(steps.n_done, 3);
-  EXPECT_EQ(steps.phase, RunPhase::running);
+  EXPECT_EQ(steps.phase, follow::RunPhase::running);
   EXPECT_FALSE(steps.model);
-  write_motion_model(output_, model_);
-  const WatchArrivals end = taken_until(thread, [](const WatchArrivals& a) { return a.model != nullptr; });
-  EXPECT_EQ(end.phase, RunPhase::finished);
+  store::write_motion_model(output_, model_);
+  const follow::RunArrivals end =
+      taken_until(thread, [](const follow::RunArrivals& a) { return a.model != nullptr; });
+  EXPECT_EQ(end.phase, follow::RunPhase::finished);
   EXPECT_TRUE((end.model->status == 0).all());
   EXPECT_TRUE(end.steps.empty());
 }
 
 TEST_F(ThreadedWatch, ARunBegunAnewComesWithItsPlan)
 {
-  WatchThread thread(RunWatch(start_), pause);
+  follow::WatchThread thread(follow::RunWatch(start_), pause);
   test::ModelPlan plan;
   plan.flexion_deg = {0, 10, 20};
-  MotionModel other = test::model_of(plan);
+  store::MotionModel other = test::model_of(plan);
   test::add_bodies(other);
-  write_motion_model(start_, with_pending_cells(other));
-  const WatchArrivals anew = taken_until(thread, [](const WatchArrivals& a) { return a.is_anew; });
+  store::write_motion_model(start_, store::with_pending_cells(other));
+  const follow::RunArrivals anew =
+      taken_until(thread, [](const follow::RunArrivals& a) { return a.is_restarted; });
   ASSERT_TRUE(anew.model);
   EXPECT_EQ(anew.model->flexion_deg.size(), 3u);
 }
 
 TEST_F(ThreadedWatch, WhatEndsTheThreadIsThrownToWhomAsks)
 {
-  WatchThread thread(RunWatch(start_), pause);
+  follow::WatchThread thread(follow::RunWatch(start_), pause);
   scratch_.write("knee.h5.start.h5", "no start file any more");
-  EXPECT_THROW(taken_until(thread, [](const WatchArrivals&) { return false; }), InputError);
+  EXPECT_THROW(taken_until(thread, [](const follow::RunArrivals&) { return false; }), InputError);
 }
 
 }  // namespace vrda::run_watch_test

@@ -9,29 +9,29 @@ namespace vrda::gui_test {
 
 constexpr double frame_s = 1.0 / 60.0;
 
-PlayerRange sample_range()
+navigation::PlayerRange sample_range()
 {
-  PlayerRange range;
+  navigation::PlayerRange range;
   range.n_sets = 3;
   range.first_varus_rad = rad_from_deg(-5.0);
   range.last_varus_rad = rad_from_deg(5.0);
-  for (const std::string& name : layer_names()) range.available.set(*layer_named(name), true);
+  for (const std::string& name : scene::layer_names()) range.available.set(*scene::layer_named(name), true);
   return range;
 }
 
-PlayerState sample_state()
+navigation::PlayerState sample_state()
 {
-  PlayerState state;
-  state.timeline = with_range({}, 0.0, rad_from_deg(90.0));
+  navigation::PlayerState state;
+  state.timeline = navigation::with_range({}, 0.0, rad_from_deg(90.0));
   return state;
 }
 
-Legend sample_legend()
+scene::Legend sample_legend()
 {
-  Legend legend;
+  scene::Legend legend;
   legend.title = "gap, mm";
   legend.highest = 6.0;
-  legend.palette = closeness_palette();
+  legend.palette = scene::gap_palette();
   legend.below_label = "overlap";
   legend.beyond_label = "no colour";
   return legend;
@@ -46,72 +46,72 @@ class Desk {
     frame_.width = width;
     frame_.height = height;
     frame_.elapsed_s = frame_s;
-    readout_.pose.status = PoseStatus::solved;
-    readout_.gap = {GapSource::cells, 0.0, 0.1, 0.0, 0.0};
+    readout_.pose.status = motion::PoseStatus::solved;
+    readout_.gap = {navigation::GapSource::cells, 0.0, 0.1, 0.0, 0.0};
   }
 
-  Action step()
+  navigation::Action step()
   {
-    const GuiAnswer answer = gui_.frame(frame_, state_, range_, readout_);
+    const gui::GuiResult answer = gui_.frame(frame_, state_, range_, readout_);
     state_ = answer.state;
     return answer.action;
   }
   /// Clicks there and returns the resulting action.
-  Action click(double x_px, double y_px)
+  navigation::Action click(double x_px, double y_px)
   {
     frame_.pointer = {x_px, y_px, false, 0.0};
     step();
     frame_.pointer.is_left_down = true;
-    const Action pressed = step();
+    const navigation::Action pressed = step();
     frame_.pointer.is_left_down = false;
-    const Action released = step();
-    return pressed != Action::none ? pressed : released;
+    const navigation::Action released = step();
+    return pressed != navigation::Action::none ? pressed : released;
   }
 
-  GuiFrame frame_;
-  PlayerState state_ = sample_state();
-  PlayerRange range_ = sample_range();
-  Readout readout_;
-  Gui gui_;
+  gui::GuiFrame frame_;
+  navigation::PlayerState state_ = sample_state();
+  navigation::PlayerRange range_ = sample_range();
+  gui::Readout readout_;
+  gui::Gui gui_;
 };
 
 /// All actions triggered by clicks in the rectangle.
-std::vector<Action> actions_in(Desk& desk, const Viewport& area)
+std::vector<navigation::Action> actions_in(Desk& desk, const optics::Viewport& area)
 {
-  std::vector<Action> actions;
+  std::vector<navigation::Action> actions;
   for (int y = area.y + 4; y < area.y + area.height; y += 8) {
     for (int x = area.x + 6; x < area.x + area.width; x += 12) {
-      const Action action = desk.click(x, y);
-      if (action != Action::none) actions.push_back(action);
+      const navigation::Action action = desk.click(x, y);
+      if (action != navigation::Action::none) actions.push_back(action);
     }
   }
   return actions;
 }
 
-bool has(const std::vector<Action>& actions, Action action)
+bool has(const std::vector<navigation::Action>& actions, navigation::Action action)
 {
   return std::find(actions.begin(), actions.end(), action) != actions.end();
 }
 
 TEST(Gui, SetsAreNamedAsPeopleSayThem)
 {
-  EXPECT_EQ(set_label("raw"), "raw cells");
-  EXPECT_EQ(set_label("degree_6"), "degree 6");
-  EXPECT_EQ(set_label("degree_12_recontacted"), "degree 12, recontacted");
-  EXPECT_EQ(set_label("zero_varus"), "zero varus");
+  EXPECT_EQ(gui::set_label("raw"), "raw cells");
+  EXPECT_EQ(gui::set_label("degree_6"), "degree 6");
+  EXPECT_EQ(gui::set_label("degree_12_recontacted"), "degree 12, recontacted");
+  EXPECT_EQ(gui::set_label("zero_varus"), "zero varus");
 }
 
 TEST(Gui, TheFreeAreaIsThePictureWithoutPanelAndTimeline)
 {
   const Desk desk;
-  const Viewport free = desk.gui_.free_area(800, 600, sample_state());
+  const optics::Viewport free = desk.gui_.free_area(800, 600, sample_state());
   EXPECT_EQ(free.x, 0);
   EXPECT_EQ(free.y, 0);
   EXPECT_GT(free.width, 500);
   EXPECT_LT(free.width, 600);
   EXPECT_GT(free.height, 500);
   EXPECT_LT(free.height, 560);
-  PlayerState bare = sample_state();
+  navigation::PlayerState bare = sample_state();
   bare.shows_panel = false;
   EXPECT_EQ(desk.gui_.free_area(800, 600, bare).width, 800);
   EXPECT_EQ(desk.gui_.free_area(800, 600, sample_state(), false).height, 600);
@@ -121,23 +121,26 @@ TEST(Gui, TheFreeAreaIsThePictureWithoutPanelAndTimeline)
 TEST(Gui, EveryButtonOfTheTimelineCanBePressed)
 {
   Desk desk;
-  const Viewport free = desk.gui_.free_area(800, 600, desk.state_);
-  const std::vector<Action> actions =
+  const optics::Viewport free = desk.gui_.free_area(800, 600, desk.state_);
+  const std::vector<navigation::Action> actions =
       actions_in(desk, {0, free.height + 30, free.width, 600 - free.height - 30});
-  for (const Action action :
-       {Action::go_to_first, Action::step_back, Action::play_pause, Action::step_forward, Action::go_to_last,
-        Action::next_loop, Action::slower, Action::faster})
+  for (const navigation::Action action :
+       {navigation::Action::go_to_first, navigation::Action::step_back, navigation::Action::play_pause,
+        navigation::Action::step_forward, navigation::Action::go_to_last, navigation::Action::next_loop,
+        navigation::Action::slower, navigation::Action::faster})
     EXPECT_TRUE(has(actions, action)) << static_cast<int>(action);
 }
 
 TEST(Gui, EveryButtonOfThePanelCanBePressedOnASmallScreen)
 {
   Desk desk;
-  const Viewport free = desk.gui_.free_area(800, 600, desk.state_);
-  const std::vector<Action> actions = actions_in(desk, {free.width, 450, 800 - free.width, 145});
-  for (const Action action :
-       {Action::view_front, Action::view_back, Action::view_medial, Action::view_lateral, Action::view_top,
-        Action::view_oblique, Action::reset_view, Action::screenshot, Action::full_screen, Action::show_help})
+  const optics::Viewport free = desk.gui_.free_area(800, 600, desk.state_);
+  const std::vector<navigation::Action> actions = actions_in(desk, {free.width, 450, 800 - free.width, 145});
+  for (const navigation::Action action :
+       {navigation::Action::view_front, navigation::Action::view_back, navigation::Action::view_medial,
+        navigation::Action::view_lateral, navigation::Action::view_top, navigation::Action::view_oblique,
+        navigation::Action::reset_view, navigation::Action::screenshot, navigation::Action::full_screen,
+        navigation::Action::show_help})
     EXPECT_TRUE(has(actions, action)) << static_cast<int>(action);
 }
 
@@ -145,7 +148,7 @@ TEST(Gui, TheTimelineSliderLeadsToItsEndsAndPlaysOn)
 {
   Desk desk;
   desk.state_.timeline.is_playing = true;
-  const Viewport free = desk.gui_.free_area(800, 600, desk.state_);
+  const optics::Viewport free = desk.gui_.free_area(800, 600, desk.state_);
   desk.click(free.width - 10, free.height + 16);
   EXPECT_EQ(desk.state_.timeline.flexion_rad, desk.state_.timeline.last_rad);
   desk.click(124, free.height + 16);
@@ -156,7 +159,7 @@ TEST(Gui, TheTimelineSliderLeadsToItsEndsAndPlaysOn)
 TEST(Gui, VarusLayersAndListsAreSetInThePanel)
 {
   Desk desk;
-  const Viewport free = desk.gui_.free_area(800, 600, desk.state_);
+  const optics::Viewport free = desk.gui_.free_area(800, 600, desk.state_);
   const double left = free.width + 14.0;
   desk.click(790, 89);
   ASSERT_TRUE(desk.state_.varus_rad.has_value());
@@ -164,9 +167,9 @@ TEST(Gui, VarusLayersAndListsAreSetInThePanel)
   desk.click(left, 115);
   EXPECT_FALSE(desk.state_.varus_rad.has_value());
   desk.click(left, 218);
-  EXPECT_TRUE(desk.state_.layers.has(Layer::contacts));
+  EXPECT_TRUE(desk.state_.layers.has(scene::Layer::contacts));
   desk.click(left, 347);
-  EXPECT_TRUE(desk.state_.layers.has(Layer::ligaments));
+  EXPECT_TRUE(desk.state_.layers.has(scene::Layer::ligaments));
   // The list of sets opens below; select its second row.
   desk.click(680, 38);
   desk.click(620, 84);
@@ -176,11 +179,11 @@ TEST(Gui, VarusLayersAndListsAreSetInThePanel)
 TEST(Gui, WhatTheJointHasNotCannotBeSwitchedOn)
 {
   Desk desk;
-  desk.range_.available.set(Layer::contacts, false);
+  desk.range_.available.set(scene::Layer::contacts, false);
   desk.range_.is_varus_free = true;
-  const Viewport free = desk.gui_.free_area(800, 600, desk.state_);
-  const std::vector<Action> none = actions_in(desk, {free.width, 60, 20, 160});
-  EXPECT_FALSE(desk.state_.layers.has(Layer::contacts));
+  const optics::Viewport free = desk.gui_.free_area(800, 600, desk.state_);
+  const std::vector<navigation::Action> none = actions_in(desk, {free.width, 60, 20, 160});
+  EXPECT_FALSE(desk.state_.layers.has(scene::Layer::contacts));
   EXPECT_FALSE(desk.state_.varus_rad.has_value());
 }
 
@@ -194,10 +197,10 @@ TEST(Gui, ThePointerBelongsToTheInterfaceOverItAlone)
 }
 
 /// Bounding box of all vertices.
-Eigen::AlignedBox2d extent_of(const Overlay& overlay)
+Eigen::AlignedBox2d extent_of(const render::Overlay& overlay)
 {
   Eigen::AlignedBox2d box;
-  for (const OverlayVertex& vertex : overlay.vertices)
+  for (const render::OverlayVertex& vertex : overlay.vertices)
     box.extend(Eigen::Vector2d(static_cast<double>(vertex.x_px), static_cast<double>(vertex.y_px)));
   return box;
 }
@@ -219,13 +222,13 @@ TEST(Gui, NumbersAndLegendsStandApart)
 {
   for (const auto& [width, height] : {std::pair(800, 600), std::pair(1280, 960)}) {
     Desk desk(width, height);
-    const Legend gaps = sample_legend();
-    desk.frame_.key = {&gaps, &gaps, JointLayers::axis_labels()};
+    const scene::Legend gaps = sample_legend();
+    desk.frame_.key = {&gaps, &gaps, scene::JointLayers::axis_labels()};
     desk.frame_.has_controls = false;
-    desk.readout_.gap = {GapSource::travel, 0.0, 0.0, 0.0, 0.125};
+    desk.readout_.gap = {navigation::GapSource::travel, 0.0, 0.0, 0.0, 0.125};
     for (int i = 0; i < 3; ++i) desk.step();
     Eigen::AlignedBox2d upper, lower;
-    for (const OverlayVertex& vertex : desk.gui_.overlay().vertices) {
+    for (const render::OverlayVertex& vertex : desk.gui_.overlay().vertices) {
       const Eigen::Vector2d p(static_cast<double>(vertex.x_px), static_cast<double>(vertex.y_px));
       (p.y() < 0.5 * height ? upper : lower).extend(p);
     }
@@ -240,16 +243,18 @@ TEST(Gui, EveryStateOfTheNumbersIsDrawn)
 {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   Desk desk;
-  for (const GapReading& gap :
-       {GapReading{GapSource::cells, 0, nan, nan, nan}, GapReading{GapSource::audit, nan, nan, 0.2, 0},
-        GapReading{GapSource::travel, nan, nan, 0, 0.3}, GapReading{GapSource::recontacted, nan, nan, 0, 0},
-        GapReading{GapSource::none, nan, nan, nan, nan}}) {
+  for (const navigation::GapReading& gap :
+       {navigation::GapReading{navigation::GapSource::cells, 0, nan, nan, nan},
+        navigation::GapReading{navigation::GapSource::audit, nan, nan, 0.2, 0},
+        navigation::GapReading{navigation::GapSource::travel, nan, nan, 0, 0.3},
+        navigation::GapReading{navigation::GapSource::recontacted, nan, nan, 0, 0},
+        navigation::GapReading{navigation::GapSource::none, nan, nan, nan, nan}}) {
     desk.readout_.gap = gap;
     desk.step();
     EXPECT_FALSE(desk.gui_.overlay().vertices.empty());
   }
   const std::size_t before = desk.gui_.overlay().vertices.size();
-  desk.readout_.pose.status = PoseStatus::unsolved_cell;
+  desk.readout_.pose.status = motion::PoseStatus::unsolved_cell;
   desk.readout_.message = "image written: knee_flexion_040.png";
   desk.step();
   EXPECT_NE(desk.gui_.overlay().vertices.size(), before);
@@ -259,9 +264,9 @@ TEST(Gui, TrianglesStayWithinTheirVerticesAndTheFont)
 {
   Desk desk;
   for (int i = 0; i < 3; ++i) desk.step();
-  const Overlay& overlay = desk.gui_.overlay();
+  const render::Overlay& overlay = desk.gui_.overlay();
   std::size_t n_indices = 0;
-  for (const OverlayCommand& command : overlay.commands) {
+  for (const render::OverlayCommand& command : overlay.commands) {
     n_indices += command.n_indices;
     ASSERT_LE(command.first_index + command.n_indices, overlay.indices.size());
     EXPECT_EQ(command.n_indices % 3, 0u);
@@ -269,10 +274,10 @@ TEST(Gui, TrianglesStayWithinTheirVerticesAndTheFont)
       ASSERT_LT(command.first_vertex + overlay.indices[command.first_index + i], overlay.vertices.size());
   }
   EXPECT_EQ(n_indices, overlay.indices.size());
-  const OverlayFont& font = desk.gui_.font();
+  const render::OverlayFont& font = desk.gui_.font();
   EXPECT_EQ(font.coverage.size(),
             static_cast<std::size_t>(font.width) * static_cast<std::size_t>(font.height));
-  for (const OverlayVertex& vertex : overlay.vertices) {
+  for (const render::OverlayVertex& vertex : overlay.vertices) {
     EXPECT_GE(std::min(vertex.u, vertex.v), 0.0F);
     EXPECT_LE(std::max(vertex.u, vertex.v), 1.0F);
   }
@@ -281,20 +286,20 @@ TEST(Gui, TrianglesStayWithinTheirVerticesAndTheFont)
 TEST(Gui, AWarmFrameAsksForNoMemory)
 {
   Desk desk;
-  const Legend gaps = sample_legend();
-  desk.frame_.key = {&gaps, &gaps, JointLayers::axis_labels()};
+  const scene::Legend gaps = sample_legend();
+  desk.frame_.key = {&gaps, &gaps, scene::JointLayers::axis_labels()};
   for (const bool shows_help : {true, false}) {
     desk.state_.shows_help = shows_help;
     for (int i = 0; i < 5; ++i) desk.step();
   }
-  const std::uint64_t before = gui_allocations();
+  const std::uint64_t before = gui::gui_allocation_count();
   EXPECT_GT(before, 0u);
   for (int i = 0; i < 200; ++i) {
-    desk.state_.timeline = moved_to(desk.state_.timeline, rad_from_deg(0.4 * i));
+    desk.state_.timeline = navigation::moved_to(desk.state_.timeline, rad_from_deg(0.4 * i));
     desk.frame_.pointer = {4.0 * i, 3.0 * i, false, 0.0};
     desk.step();
   }
-  EXPECT_EQ(gui_allocations(), before);
+  EXPECT_EQ(gui::gui_allocation_count(), before);
 }
 
 TEST(Gui, AStillIsWholeAtOnceWhateverCameBefore)
@@ -304,8 +309,10 @@ TEST(Gui, AStillIsWholeAtOnceWhateverCameBefore)
   used.readout_.message = "a line that makes the window much wider than its numbers are";
   used.step();
   used.readout_.message = nullptr;
-  const Overlay one = fresh.gui_.still(fresh.frame_, sample_state(), sample_range(), fresh.readout_);
-  const Overlay& other = used.gui_.still(used.frame_, sample_state(), sample_range(), used.readout_);
+  const render::Overlay one =
+      fresh.gui_.static_overlay(fresh.frame_, sample_state(), sample_range(), fresh.readout_);
+  const render::Overlay& other =
+      used.gui_.static_overlay(used.frame_, sample_state(), sample_range(), used.readout_);
   ASSERT_FALSE(one.vertices.empty());
   EXPECT_EQ(one.indices, other.indices);
   EXPECT_EQ(extent_of(one).max(), extent_of(other).max());

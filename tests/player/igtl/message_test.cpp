@@ -26,14 +26,14 @@ Pose turned_pose()
   return X;
 }
 
-IgtlMessage message_with(IgtlKind kind, const std::vector<std::string>& names)
+igtl::IgtlMessage message_with(igtl::IgtlKind kind, const std::vector<std::string>& names)
 {
-  IgtlMessage message;
+  igtl::IgtlMessage message;
   message.kind = kind;
   message.device = names.size() == 1 ? names[0] : "Tracker";
   message.device_ns = stamp_ns;
   for (const std::string& name : names) {
-    IgtlTool tool{name};
+    igtl::IgtlTool tool{name};
     tool.X_tracker_tool = turned_pose();
     tool.X_tracker_tool.translation().x() += static_cast<double>(message.tools.size());
     message.tools.push_back(tool);
@@ -54,7 +54,7 @@ Bytes packed(Message& message, const char* device)
 template <class Element>
 void set_matrix(Element& element, const Pose& X)
 {
-  igtl::Matrix4x4 matrix;
+  ::igtl::Matrix4x4 matrix;
   for (int r = 0; r < 4; ++r) {
     for (int c = 0; c < 4; ++c) matrix[r][c] = static_cast<float>(X.matrix()(r, c));
   }
@@ -72,85 +72,87 @@ void set_place(Element& element, const Pose& X)
 
 TEST(IgtlMessage, TransformsAreWrittenAsTheLibraryWritesThem)
 {
-  const igtl::TransformMessage::Pointer oracle = igtl::TransformMessage::New();
+  const ::igtl::TransformMessage::Pointer oracle = ::igtl::TransformMessage::New();
   set_matrix(oracle, turned_pose());
-  EXPECT_EQ(bytes_of(message_with(IgtlKind::transform, {"Femur"})), packed(oracle, "Femur"));
+  EXPECT_EQ(igtl::bytes_of(message_with(igtl::IgtlKind::transform, {"Femur"})), packed(oracle, "Femur"));
 }
 
 TEST(IgtlMessage, PositionsAreWrittenAsTheLibraryWritesThem)
 {
-  const igtl::PositionMessage::Pointer oracle = igtl::PositionMessage::New();
+  const ::igtl::PositionMessage::Pointer oracle = ::igtl::PositionMessage::New();
   set_place(oracle, turned_pose());
-  EXPECT_EQ(bytes_of(message_with(IgtlKind::position, {"Femur"})), packed(oracle, "Femur"));
+  EXPECT_EQ(igtl::bytes_of(message_with(igtl::IgtlKind::position, {"Femur"})), packed(oracle, "Femur"));
 }
 
 /// The library leaves the reserved byte of each element, after its name and type, uninitialised.
 Bytes with_reserved_bytes_zero(Bytes bytes, std::size_t element_bytes)
 {
-  for (std::size_t at = igtl_head_bytes; at < bytes.size(); at += element_bytes) bytes[at + 21] = 0;
-  const std::uint64_t crc = igtl_crc(std::span(bytes).subspan(igtl_head_bytes));
+  for (std::size_t at = igtl::igtl_header_bytes; at < bytes.size(); at += element_bytes) bytes[at + 21] = 0;
+  const std::uint64_t crc = igtl::igtl_crc(std::span(bytes).subspan(igtl::igtl_header_bytes));
   for (std::size_t k = 0; k < 8; ++k) bytes[50 + k] = static_cast<std::uint8_t>(crc >> (56 - 8 * k));
   return bytes;
 }
 
 TEST(IgtlMessage, ListsOfToolsAreWrittenAsTheLibraryWritesThem)
 {
-  const IgtlMessage tdata = message_with(IgtlKind::tdata, {"Femur", "Tibia"});
-  const IgtlMessage qtdata = message_with(IgtlKind::qtdata, {"Femur", "Tibia"});
-  const igtl::TrackingDataMessage::Pointer oracle = igtl::TrackingDataMessage::New();
-  const igtl::QuaternionTrackingDataMessage::Pointer q_oracle = igtl::QuaternionTrackingDataMessage::New();
-  for (const IgtlTool& tool : tdata.tools) {
-    igtl::TrackingDataElement::Pointer element = igtl::TrackingDataElement::New();
-    igtl::QuaternionTrackingDataElement::Pointer q_element = igtl::QuaternionTrackingDataElement::New();
+  const igtl::IgtlMessage tdata = message_with(igtl::IgtlKind::tdata, {"Femur", "Tibia"});
+  const igtl::IgtlMessage qtdata = message_with(igtl::IgtlKind::qtdata, {"Femur", "Tibia"});
+  const ::igtl::TrackingDataMessage::Pointer oracle = ::igtl::TrackingDataMessage::New();
+  const ::igtl::QuaternionTrackingDataMessage::Pointer q_oracle =
+      ::igtl::QuaternionTrackingDataMessage::New();
+  for (const igtl::IgtlTool& tool : tdata.tools) {
+    ::igtl::TrackingDataElement::Pointer element = ::igtl::TrackingDataElement::New();
+    ::igtl::QuaternionTrackingDataElement::Pointer q_element = ::igtl::QuaternionTrackingDataElement::New();
     element->SetName(tool.name.c_str());
     q_element->SetName(tool.name.c_str());
-    element->SetType(igtl::TrackingDataElement::TYPE_6D);
-    q_element->SetType(igtl::QuaternionTrackingDataElement::TYPE_6D);
+    element->SetType(::igtl::TrackingDataElement::TYPE_6D);
+    q_element->SetType(::igtl::QuaternionTrackingDataElement::TYPE_6D);
     set_matrix(element, tool.X_tracker_tool);
     set_place(q_element, tool.X_tracker_tool);
     oracle->AddTrackingDataElement(element);
     q_oracle->AddQuaternionTrackingDataElement(q_element);
   }
-  EXPECT_EQ(bytes_of(tdata), with_reserved_bytes_zero(packed(oracle, "Tracker"), 70));
-  EXPECT_EQ(bytes_of(qtdata), with_reserved_bytes_zero(packed(q_oracle, "Tracker"), 50));
+  EXPECT_EQ(igtl::bytes_of(tdata), with_reserved_bytes_zero(packed(oracle, "Tracker"), 70));
+  EXPECT_EQ(igtl::bytes_of(qtdata), with_reserved_bytes_zero(packed(q_oracle, "Tracker"), 50));
 }
 
 TEST(IgtlMessage, RequestsAndStatusAreWrittenAsTheLibraryWritesThem)
 {
-  IgtlMessage start = message_with(IgtlKind::start_tdata, {"Tracker"});
+  igtl::IgtlMessage start = message_with(igtl::IgtlKind::start_tdata, {"Tracker"});
   start.interval_ms = 10;
   start.text = "Patient";
-  const igtl::StartTrackingDataMessage::Pointer start_oracle = igtl::StartTrackingDataMessage::New();
+  const ::igtl::StartTrackingDataMessage::Pointer start_oracle = ::igtl::StartTrackingDataMessage::New();
   start_oracle->SetResolution(10);
   start_oracle->SetCoordinateName("Patient");
-  EXPECT_EQ(bytes_of(start), packed(start_oracle, "Tracker"));
+  EXPECT_EQ(igtl::bytes_of(start), packed(start_oracle, "Tracker"));
 
-  const igtl::StopTrackingDataMessage::Pointer stop_oracle = igtl::StopTrackingDataMessage::New();
-  EXPECT_EQ(bytes_of(message_with(IgtlKind::stop_tdata, {"Tracker"})), packed(stop_oracle, "Tracker"));
+  const ::igtl::StopTrackingDataMessage::Pointer stop_oracle = ::igtl::StopTrackingDataMessage::New();
+  EXPECT_EQ(igtl::bytes_of(message_with(igtl::IgtlKind::stop_tdata, {"Tracker"})),
+            packed(stop_oracle, "Tracker"));
 
-  IgtlMessage started = message_with(IgtlKind::tdata_started, {"Tracker"});
+  igtl::IgtlMessage started = message_with(igtl::IgtlKind::tdata_started, {"Tracker"});
   started.code = 0;
-  const igtl::RTSTrackingDataMessage::Pointer started_oracle = igtl::RTSTrackingDataMessage::New();
-  started_oracle->SetStatus(igtl::RTSTrackingDataMessage::STATUS_SUCCESS);
-  EXPECT_EQ(bytes_of(started), packed(started_oracle, "Tracker"));
+  const ::igtl::RTSTrackingDataMessage::Pointer started_oracle = ::igtl::RTSTrackingDataMessage::New();
+  started_oracle->SetStatus(::igtl::RTSTrackingDataMessage::STATUS_SUCCESS);
+  EXPECT_EQ(igtl::bytes_of(started), packed(started_oracle, "Tracker"));
 
-  IgtlMessage status = message_with(IgtlKind::status, {"Tracker"});
+  igtl::IgtlMessage status = message_with(igtl::IgtlKind::status, {"Tracker"});
   status.code = 13;
   status.text = "starting up";
-  const igtl::StatusMessage::Pointer status_oracle = igtl::StatusMessage::New();
+  const ::igtl::StatusMessage::Pointer status_oracle = ::igtl::StatusMessage::New();
   status_oracle->SetCode(13);
   status_oracle->SetSubCode(0);
   status_oracle->SetErrorName("Error");
   status_oracle->SetStatusString("starting up");
-  EXPECT_EQ(bytes_of(status), packed(status_oracle, "Tracker"));
+  EXPECT_EQ(igtl::bytes_of(status), packed(status_oracle, "Tracker"));
 }
 
-std::vector<IgtlMessage> read(const Bytes& bytes)
+std::vector<igtl::IgtlMessage> read(const Bytes& bytes)
 {
-  IgtlStream stream;
+  igtl::IgtlStream stream;
   stream.add(bytes);
-  std::vector<IgtlMessage> messages;
-  while (std::optional<IgtlMessage> message = stream.next()) messages.push_back(*message);
+  std::vector<igtl::IgtlMessage> messages;
+  while (std::optional<igtl::IgtlMessage> message = stream.next()) messages.push_back(*message);
   EXPECT_EQ(stream.trouble(), "");
   return messages;
 }
@@ -161,15 +163,16 @@ constexpr double storage = 4.0 / (1 << 24);
 
 TEST(IgtlMessage, ReadsBackWhatWasWritten)
 {
-  for (const IgtlKind kind : {IgtlKind::transform, IgtlKind::position, IgtlKind::tdata, IgtlKind::qtdata}) {
+  for (const igtl::IgtlKind kind :
+       {igtl::IgtlKind::transform, igtl::IgtlKind::position, igtl::IgtlKind::tdata, igtl::IgtlKind::qtdata}) {
     for (const int version : {1, 2}) {
       SCOPED_TRACE(std::to_string(static_cast<int>(kind)) + " in header version " + std::to_string(version));
-      const bool is_list = kind == IgtlKind::tdata || kind == IgtlKind::qtdata;
-      IgtlMessage message =
+      const bool is_list = kind == igtl::IgtlKind::tdata || kind == igtl::IgtlKind::qtdata;
+      igtl::IgtlMessage message =
           message_with(kind, is_list ? std::vector<std::string>{"Femur", "Tibia", "exactly-20-bytes-lng"}
                                      : std::vector<std::string>{"Femur"});
       message.header_version = version;
-      const std::vector<IgtlMessage> back = read(bytes_of(message));
+      const std::vector<igtl::IgtlMessage> back = read(igtl::bytes_of(message));
       ASSERT_EQ(back.size(), 1U);
       EXPECT_EQ(back[0].kind, kind);
       EXPECT_EQ(back[0].header_version, version);
@@ -178,7 +181,7 @@ TEST(IgtlMessage, ReadsBackWhatWasWritten)
       ASSERT_EQ(back[0].tools.size(), message.tools.size());
       for (std::size_t k = 0; k < message.tools.size(); ++k) {
         EXPECT_EQ(back[0].tools[k].name, message.tools[k].name);
-        EXPECT_EQ(back[0].tools[k].sight, IgtlSight::seen);
+        EXPECT_EQ(back[0].tools[k].visibility, igtl::IgtlVisibility::seen);
         const Pose &X = back[0].tools[k].X_tracker_tool, &wanted = message.tools[k].X_tracker_tool;
         EXPECT_EQ(Eigen::Vector3d(X.translation()), Eigen::Vector3d(wanted.translation()));
         EXPECT_LT((X.linear() - wanted.linear()).cwiseAbs().maxCoeff(), storage);
@@ -191,62 +194,63 @@ TEST(IgtlMessage, TimeStampsComeBackToTheNanosecond)
 {
   for (const std::int64_t ns :
        {0LL, 1LL, 2LL, 999'999'999LL, 1'000'000'000LL, 123'456'789LL, 4'294'967'295'999'999'999LL}) {
-    IgtlMessage message = message_with(IgtlKind::transform, {"Femur"});
+    igtl::IgtlMessage message = message_with(igtl::IgtlKind::transform, {"Femur"});
     message.device_ns = ns;
-    EXPECT_EQ(read(bytes_of(message)).at(0).device_ns, ns);
+    EXPECT_EQ(read(igtl::bytes_of(message)).at(0).device_ns, ns);
   }
 }
 
 TEST(IgtlMessage, AToolThatIsMissingIsLeftOutOfListsAndSaidByMetaData)
 {
-  IgtlMessage list = message_with(IgtlKind::tdata, {"Femur", "Tibia"});
-  list.tools[0].sight = IgtlSight::missing;
-  const std::vector<IgtlMessage> back = read(bytes_of(list));
+  igtl::IgtlMessage list = message_with(igtl::IgtlKind::tdata, {"Femur", "Tibia"});
+  list.tools[0].visibility = igtl::IgtlVisibility::missing;
+  const std::vector<igtl::IgtlMessage> back = read(igtl::bytes_of(list));
   ASSERT_EQ(back.at(0).tools.size(), 1U);
   EXPECT_EQ(back[0].tools[0].name, "Tibia");
 
-  IgtlMessage one = message_with(IgtlKind::transform, {"Femur"});
-  one.tools[0].sight = IgtlSight::missing;
-  EXPECT_THROW(bytes_of(one), InternalError);
+  igtl::IgtlMessage one = message_with(igtl::IgtlKind::transform, {"Femur"});
+  one.tools[0].visibility = igtl::IgtlVisibility::missing;
+  EXPECT_THROW(igtl::bytes_of(one), InternalError);
   one.header_version = 2;
-  EXPECT_EQ(read(bytes_of(one)).at(0).tools.at(0).sight, IgtlSight::missing);
+  EXPECT_EQ(read(igtl::bytes_of(one)).at(0).tools.at(0).visibility, igtl::IgtlVisibility::missing);
 }
 
 TEST(IgtlMessage, ANumberThatIsNoneIsNotAPlace)
 {
-  for (const IgtlKind kind : {IgtlKind::transform, IgtlKind::position, IgtlKind::tdata, IgtlKind::qtdata}) {
-    IgtlMessage message = message_with(kind, {"Femur"});
-    message.tools[0].sight = IgtlSight::not_a_place;
-    EXPECT_EQ(read(bytes_of(message)).at(0).tools.at(0).sight, IgtlSight::not_a_place);
-    message.tools[0].sight = IgtlSight::seen;
+  for (const igtl::IgtlKind kind :
+       {igtl::IgtlKind::transform, igtl::IgtlKind::position, igtl::IgtlKind::tdata, igtl::IgtlKind::qtdata}) {
+    igtl::IgtlMessage message = message_with(kind, {"Femur"});
+    message.tools[0].visibility = igtl::IgtlVisibility::invalid_pose;
+    EXPECT_EQ(read(igtl::bytes_of(message)).at(0).tools.at(0).visibility, igtl::IgtlVisibility::invalid_pose);
+    message.tools[0].visibility = igtl::IgtlVisibility::seen;
     message.tools[0].X_tracker_tool.translation().y() = std::numeric_limits<double>::infinity();
-    EXPECT_EQ(read(bytes_of(message)).at(0).tools.at(0).sight, IgtlSight::not_a_place);
+    EXPECT_EQ(read(igtl::bytes_of(message)).at(0).tools.at(0).visibility, igtl::IgtlVisibility::invalid_pose);
   }
 }
 
 TEST(IgtlMessage, ReadsStatusAndRequests)
 {
-  const igtl::StatusMessage::Pointer oracle = igtl::StatusMessage::New();
-  oracle->SetCode(igtl::StatusMessage::STATUS_HARDWARE_FAILURE);
+  const ::igtl::StatusMessage::Pointer oracle = ::igtl::StatusMessage::New();
+  oracle->SetCode(::igtl::StatusMessage::STATUS_HARDWARE_FAILURE);
   oracle->SetSubCode(0);
   oracle->SetErrorName("Camera");
   oracle->SetStatusString("lamp\nbroken");
-  IgtlMessage status = read(packed(oracle, "Tracker")).at(0);
+  igtl::IgtlMessage status = read(packed(oracle, "Tracker")).at(0);
   EXPECT_EQ(status.code, 18);
   EXPECT_EQ(status.text, "lamp?broken");
 
-  const igtl::StartTrackingDataMessage::Pointer start = igtl::StartTrackingDataMessage::New();
+  const ::igtl::StartTrackingDataMessage::Pointer start = ::igtl::StartTrackingDataMessage::New();
   start->SetResolution(-3);
-  const IgtlMessage request = read(packed(start, "Tracker")).at(0);
-  EXPECT_EQ(request.kind, IgtlKind::start_tdata);
+  const igtl::IgtlMessage request = read(packed(start, "Tracker")).at(0);
+  EXPECT_EQ(request.kind, igtl::IgtlKind::start_tdata);
   EXPECT_EQ(request.interval_ms, -3);
   EXPECT_EQ(request.text, "");
 
-  const igtl::RTSTrackingDataMessage::Pointer started = igtl::RTSTrackingDataMessage::New();
-  started->SetStatus(igtl::RTSTrackingDataMessage::STATUS_ERROR);
+  const ::igtl::RTSTrackingDataMessage::Pointer started = ::igtl::RTSTrackingDataMessage::New();
+  started->SetStatus(::igtl::RTSTrackingDataMessage::STATUS_ERROR);
   EXPECT_EQ(read(packed(started, "Tracker")).at(0).code, 1);
-  const igtl::StopTrackingDataMessage::Pointer stop = igtl::StopTrackingDataMessage::New();
-  EXPECT_EQ(read(packed(stop, "Tracker")).at(0).kind, IgtlKind::stop_tdata);
+  const ::igtl::StopTrackingDataMessage::Pointer stop = ::igtl::StopTrackingDataMessage::New();
+  EXPECT_EQ(read(packed(stop, "Tracker")).at(0).kind, igtl::IgtlKind::stop_tdata);
 }
 
 // Dyadic cosine and sine would not be a rotation; 3-4-5 is one to rounding.
@@ -264,50 +268,50 @@ TEST(NearestRotation, OfARotationTimesASymmetricMatrixIsTheRotation)
   // The polar decomposition is unique: R S with S symmetric and positive gives R back.
   Eigen::Matrix3d S;
   S << 1.0005, 1e-4, -2e-4, 1e-4, 0.9998, 3e-4, -2e-4, 3e-4, 1.0002;
-  const std::optional<Eigen::Matrix3d> R = nearest_rotation(rotation() * S);
+  const std::optional<Eigen::Matrix3d> R = igtl::nearest_rotation(rotation() * S);
   ASSERT_TRUE(R);
   EXPECT_LT((*R - rotation()).cwiseAbs().maxCoeff(), rounding);
 }
 
 TEST(NearestRotation, RefusesWhatIsNone)
 {
-  EXPECT_TRUE(nearest_rotation(rotation()));
-  EXPECT_FALSE(nearest_rotation(-rotation()));
-  EXPECT_FALSE(nearest_rotation(Eigen::Matrix3d::Zero()));
+  EXPECT_TRUE(igtl::nearest_rotation(rotation()));
+  EXPECT_FALSE(igtl::nearest_rotation(-rotation()));
+  EXPECT_FALSE(igtl::nearest_rotation(Eigen::Matrix3d::Zero()));
   Eigen::Matrix3d mirrored = rotation();
   mirrored.col(2) *= -1.0;
-  EXPECT_FALSE(nearest_rotation(mirrored));
+  EXPECT_FALSE(igtl::nearest_rotation(mirrored));
   for (int k = 0; k < 9; ++k) {
     Eigen::Matrix3d matrix = rotation();
     matrix(k) = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_FALSE(nearest_rotation(matrix));
+    EXPECT_FALSE(igtl::nearest_rotation(matrix));
     matrix(k) = std::numeric_limits<double>::infinity();
-    EXPECT_FALSE(nearest_rotation(matrix));
+    EXPECT_FALSE(igtl::nearest_rotation(matrix));
     matrix(k) = 1e200;
-    EXPECT_FALSE(nearest_rotation(matrix));
+    EXPECT_FALSE(igtl::nearest_rotation(matrix));
   }
 }
 
 TEST(NearestRotation, TakesThreeDecimalsAndNoScaleOfAThousandth)
 {
   // R^T R - I of a scale 1 + e is 2e.
-  EXPECT_TRUE(nearest_rotation((1.0 + 0.49 * most_rotation_error) * rotation()));
-  EXPECT_FALSE(nearest_rotation((1.0 + 0.51 * most_rotation_error) * rotation()));
-  EXPECT_FALSE(nearest_rotation(1.001 * rotation()));
+  EXPECT_TRUE(igtl::nearest_rotation((1.0 + 0.49 * igtl::max_rotation_error) * rotation()));
+  EXPECT_FALSE(igtl::nearest_rotation((1.0 + 0.51 * igtl::max_rotation_error) * rotation()));
+  EXPECT_FALSE(igtl::nearest_rotation(1.001 * rotation()));
   Eigen::Matrix3d written;
   written << 0.354, -0.866, 0.354, 0.612, 0.500, 0.612, -0.707, 0.000, 0.707;
-  EXPECT_TRUE(nearest_rotation(written));
+  EXPECT_TRUE(igtl::nearest_rotation(written));
 }
 
 TEST(UnitQuaternion, IsMadeOfUnitLengthOrRefused)
 {
-  const std::optional<Eigen::Quaterniond> q = unit_quaternion({0.8003, 0.0, 0.6, 0.0});
+  const std::optional<Eigen::Quaterniond> q = igtl::unit_quaternion({0.8003, 0.0, 0.6, 0.0});
   ASSERT_TRUE(q);
   EXPECT_NEAR(q->norm(), 1.0, rounding);
   EXPECT_NEAR(q->w() / q->y(), 0.8003 / 0.6, rounding);
-  EXPECT_FALSE(unit_quaternion({0.81, 0.0, 0.6, 0.0}));
-  EXPECT_FALSE(unit_quaternion(Eigen::Vector4d::Zero()));
-  EXPECT_FALSE(unit_quaternion({std::numeric_limits<double>::quiet_NaN(), 0.0, 0.6, 0.0}));
+  EXPECT_FALSE(igtl::unit_quaternion({0.81, 0.0, 0.6, 0.0}));
+  EXPECT_FALSE(igtl::unit_quaternion(Eigen::Vector4d::Zero()));
+  EXPECT_FALSE(igtl::unit_quaternion({std::numeric_limits<double>::quiet_NaN(), 0.0, 0.6, 0.0}));
 }
 
 }  // namespace vrda::message_test

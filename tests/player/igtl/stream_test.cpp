@@ -11,9 +11,9 @@ namespace vrda::stream_test {
 
 using Bytes = std::vector<std::uint8_t>;
 
-IgtlMessage transform(std::int64_t ns)
+igtl::IgtlMessage transform(std::int64_t ns)
 {
-  IgtlMessage message;
+  igtl::IgtlMessage message;
   message.device = "Femur";
   message.device_ns = ns;
   message.tools.push_back({"Femur"});
@@ -23,12 +23,12 @@ IgtlMessage transform(std::int64_t ns)
 /// A header for any body, with a right checksum; `type` may be unknown to the library.
 Bytes message_of_type(const std::string& type, const Bytes& body, int version = 1)
 {
-  Bytes bytes = bytes_of(transform(1));
-  bytes.resize(igtl_head_bytes);
+  Bytes bytes = igtl::bytes_of(transform(1));
+  bytes.resize(igtl::igtl_header_bytes);
   bytes[1] = static_cast<std::uint8_t>(version);
   std::fill(bytes.begin() + 2, bytes.begin() + 14, std::uint8_t{0});
   std::copy(type.begin(), type.end(), bytes.begin() + 2);
-  const std::uint64_t numbers[] = {body.size(), igtl_crc(body)};
+  const std::uint64_t numbers[] = {body.size(), igtl::igtl_crc(body)};
   for (int k = 0; k < 16; ++k)
     bytes[static_cast<std::size_t>(42 + k)] = static_cast<std::uint8_t>(numbers[k / 8] >> (56 - 8 * (k % 8)));
   bytes.insert(bytes.end(), body.begin(), body.end());
@@ -42,27 +42,28 @@ Bytes& operator+=(Bytes& to, const Bytes& more)
 }
 
 /// The time stamps of the messages received when the bytes are passed in pieces of `n`.
-std::vector<std::int64_t> stamps(IgtlStream& stream, const Bytes& bytes, std::size_t n)
+std::vector<std::int64_t> stamps(igtl::IgtlStream& stream, const Bytes& bytes, std::size_t n)
 {
   std::vector<std::int64_t> found;
   for (std::size_t at = 0; at < bytes.size(); at += n) {
     stream.add(std::span(bytes).subspan(at, std::min(n, bytes.size() - at)));
-    while (const std::optional<IgtlMessage> message = stream.next()) found.push_back(message->device_ns);
+    while (const std::optional<igtl::IgtlMessage> message = stream.next())
+      found.push_back(message->device_ns);
   }
   return found;
 }
 
 TEST(IgtlStream, GivesTheSameMessagesHoweverTheBytesAreCut)
 {
-  Bytes bytes = bytes_of(transform(1));
+  Bytes bytes = igtl::bytes_of(transform(1));
   bytes += message_of_type("IMAGE", Bytes(5000, 7));
-  bytes += bytes_of(transform(2));
+  bytes += igtl::bytes_of(transform(2));
   bytes += message_of_type("GET_STATUS", {});
-  bytes += bytes_of(transform(3));
+  bytes += igtl::bytes_of(transform(3));
   for (std::size_t n :
        {std::size_t{1}, std::size_t{2}, std::size_t{57}, std::size_t{58}, std::size_t{106}, bytes.size()}) {
     SCOPED_TRACE(n);
-    IgtlStream stream;
+    igtl::IgtlStream stream;
     EXPECT_EQ(stamps(stream, bytes, n), (std::vector<std::int64_t>{1, 2, 3}));
     EXPECT_EQ(stream.n_skipped(), 2U);
     EXPECT_EQ(stream.n_malformed(), 0U);
@@ -72,8 +73,8 @@ TEST(IgtlStream, GivesTheSameMessagesHoweverTheBytesAreCut)
 
 TEST(IgtlStream, HalfAMessageWaitsForTheRest)
 {
-  const Bytes bytes = bytes_of(transform(5));
-  IgtlStream stream;
+  const Bytes bytes = igtl::bytes_of(transform(5));
+  igtl::IgtlStream stream;
   stream.add(std::span(bytes).first(bytes.size() / 2));
   EXPECT_FALSE(stream.next());
   stream.add(std::span(bytes).subspan(bytes.size() / 2));
@@ -83,11 +84,11 @@ TEST(IgtlStream, HalfAMessageWaitsForTheRest)
 
 TEST(IgtlStream, AnyChangedBitOfABodyBreaksIt)
 {
-  const Bytes whole = bytes_of(transform(5));
+  const Bytes whole = igtl::bytes_of(transform(5));
   for (std::size_t bit = 8 * 50; bit < 8 * whole.size(); ++bit) {  // from the checksum on
     Bytes bytes = whole;
     bytes[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
-    IgtlStream stream;
+    igtl::IgtlStream stream;
     stream.add(bytes);
     EXPECT_FALSE(stream.next());
     EXPECT_EQ(stream.trouble(), "found TRANSFORM with a wrong checksum, wanted CRC64 of its body");
@@ -100,7 +101,7 @@ TEST(IgtlStream, AWrongChecksumOfAMessageThatIsPassedOverBreaksItToo)
 {
   Bytes bytes = message_of_type("IMAGE", Bytes(5000, 7));
   bytes.back() ^= 1;
-  IgtlStream stream;
+  igtl::IgtlStream stream;
   EXPECT_TRUE(stamps(stream, bytes, 100).empty());
   EXPECT_EQ(stream.trouble(), "found IMAGE with a wrong checksum, wanted CRC64 of its body");
 }
@@ -119,16 +120,16 @@ TEST(IgtlStream, HeadersThatCannotBeOneBreakIt)
         Row{"control character", 3, 7, "found type 'T?ANSFORM', wanted the name of an OpenIGTLink message"},
         Row{"huge body", 44, 1, "found TRANSFORM of 1099511627824 bytes, wanted at most 65536"}}) {
     SCOPED_TRACE(row.what);
-    Bytes bytes = bytes_of(transform(5));
+    Bytes bytes = igtl::bytes_of(transform(5));
     bytes[row.at] = row.byte;
-    IgtlStream stream;
+    igtl::IgtlStream stream;
     stream.add(bytes);
     EXPECT_FALSE(stream.next());
     EXPECT_EQ(stream.trouble(), row.trouble);
   }
   Bytes image = message_of_type("IMAGE", {});
   image[44] = 1;
-  IgtlStream stream;
+  igtl::IgtlStream stream;
   stream.add(image);
   EXPECT_FALSE(stream.next());
   EXPECT_EQ(stream.trouble(), "found IMAGE of 1099511627776 bytes, wanted at most 4294967296");
@@ -145,8 +146,8 @@ TEST(IgtlStream, ABodyOfAWrongSizeCostsThatMessageOnly)
                          Row{"STP_TDATA", 1}, Row{"RTS_TDATA", 2}}) {
     SCOPED_TRACE(row.type);
     Bytes bytes = message_of_type(row.type, Bytes(row.size, 1));
-    bytes += bytes_of(transform(9));
-    IgtlStream stream;
+    bytes += igtl::bytes_of(transform(9));
+    igtl::IgtlStream stream;
     EXPECT_EQ(stamps(stream, bytes, bytes.size()), (std::vector<std::int64_t>{9}));
     EXPECT_EQ(stream.n_malformed(), 1U);
     EXPECT_FALSE(stream.is_broken());
@@ -156,19 +157,19 @@ TEST(IgtlStream, ABodyOfAWrongSizeCostsThatMessageOnly)
 TEST(IgtlStream, PositionsMayLeaveOutTheQuaternionOrItsLastNumber)
 {
   // Built manually: the library's class writes out of bounds for these.
-  IgtlMessage message = transform(1);
-  message.kind = IgtlKind::position;
+  igtl::IgtlMessage message = transform(1);
+  message.kind = igtl::IgtlKind::position;
   const Eigen::Quaterniond turn(0.8, 0.0, 0.6, 0.0);
   message.tools[0].X_tracker_tool.linear() = turn.toRotationMatrix();
   message.tools[0].X_tracker_tool.translation() = Eigen::Vector3d(1.0, 2.0, 3.0);
-  const Bytes whole = bytes_of(message);
+  const Bytes whole = igtl::bytes_of(message);
   for (const std::size_t size : {std::size_t{12}, std::size_t{24}}) {
     SCOPED_TRACE(size);
-    IgtlStream stream;
-    const auto body = whole.begin() + static_cast<std::ptrdiff_t>(igtl_head_bytes);
+    igtl::IgtlStream stream;
+    const auto body = whole.begin() + static_cast<std::ptrdiff_t>(igtl::igtl_header_bytes);
     stream.add(message_of_type("POSITION", {body, body + static_cast<std::ptrdiff_t>(size)}));
-    const IgtlTool tool = stream.next().value().tools.at(0);
-    EXPECT_EQ(tool.sight, IgtlSight::seen);
+    const igtl::IgtlTool tool = stream.next().value().tools.at(0);
+    EXPECT_EQ(tool.visibility, igtl::IgtlVisibility::seen);
     EXPECT_EQ(Eigen::Vector3d(tool.X_tracker_tool.translation()), Eigen::Vector3d(1.0, 2.0, 3.0));
     const Eigen::Quaterniond wanted = size == 12 ? Eigen::Quaterniond::Identity() : turn;
     constexpr double storage = 4.0 / (1 << 24);  // float32, in products of up to four
@@ -194,8 +195,8 @@ Bytes extended(std::uint16_t extended_bytes, std::uint16_t entries_bytes, std::u
 
 Bytes identity_body()
 {
-  const Bytes bytes = bytes_of(transform(1));
-  return {bytes.begin() + igtl_head_bytes, bytes.end()};
+  const Bytes bytes = igtl::bytes_of(transform(1));
+  return {bytes.begin() + igtl::igtl_header_bytes, bytes.end()};
 }
 
 /// Content and one pair of meta data.
@@ -213,18 +214,19 @@ TEST(IgtlStream, MetaDataSayWhetherAToolWasSeen)
 {
   struct Row {
     const char *key, *value;
-    IgtlSight sight;
+    igtl::IgtlVisibility sight;
   };
-  for (const Row& row :
-       {Row{"TransformStatus", "OK", IgtlSight::seen},
-        Row{"TransformStatus", "SWITCH1_IS_ON", IgtlSight::seen},
-        Row{"TransformStatus", "OUT_OF_VIEW", IgtlSight::missing},
-        Row{"TransformStatus", "MISSING", IgtlSight::missing}, Row{"TransformValid", "true", IgtlSight::seen},
-        Row{"TransformValid", "false", IgtlSight::missing}, Row{"Anything", "MISSING", IgtlSight::seen}}) {
+  for (const Row& row : {Row{"TransformStatus", "OK", igtl::IgtlVisibility::seen},
+                         Row{"TransformStatus", "SWITCH1_IS_ON", igtl::IgtlVisibility::seen},
+                         Row{"TransformStatus", "OUT_OF_VIEW", igtl::IgtlVisibility::missing},
+                         Row{"TransformStatus", "MISSING", igtl::IgtlVisibility::missing},
+                         Row{"TransformValid", "true", igtl::IgtlVisibility::seen},
+                         Row{"TransformValid", "false", igtl::IgtlVisibility::missing},
+                         Row{"Anything", "MISSING", igtl::IgtlVisibility::seen}}) {
     SCOPED_TRACE(std::string(row.key) + " " + row.value);
-    IgtlStream stream;
+    igtl::IgtlStream stream;
     stream.add(message_of_type("TRANSFORM", with_pair(row.key, row.value), 2));
-    EXPECT_EQ(stream.next().value().tools.at(0).sight, row.sight);
+    EXPECT_EQ(stream.next().value().tools.at(0).visibility, row.sight);
   }
 }
 
@@ -232,9 +234,9 @@ TEST(IgtlStream, AnExtendedHeaderMayBeLongerAndWithoutMetaData)
 {
   Bytes rest{1, 2, 3, 4};  // four bytes of the next header
   rest += identity_body();
-  IgtlStream stream;
+  igtl::IgtlStream stream;
   stream.add(message_of_type("TRANSFORM", extended(16, 0, 0, rest), 2));
-  EXPECT_EQ(stream.next().value().tools.at(0).sight, IgtlSight::seen);
+  EXPECT_EQ(stream.next().value().tools.at(0).visibility, igtl::IgtlVisibility::seen);
 }
 
 TEST(IgtlStream, ExtendedHeadersThatDoNotFitCostThatMessageOnly)
@@ -254,8 +256,8 @@ TEST(IgtlStream, ExtendedHeadersThatDoNotFitCostThatMessageOnly)
     Bytes body = good;
     body[row.at] = row.byte;
     Bytes bytes = message_of_type("TRANSFORM", body, 2);
-    bytes += bytes_of(transform(9));
-    IgtlStream stream;
+    bytes += igtl::bytes_of(transform(9));
+    igtl::IgtlStream stream;
     EXPECT_EQ(stamps(stream, bytes, bytes.size()), (std::vector<std::int64_t>{9}));
     EXPECT_EQ(stream.n_malformed(), 1U);
   }
@@ -268,7 +270,7 @@ TEST(IgtlStream, GarbageBreaksItOrWaits)
   for (int n = 0; n < 1000; ++n) {
     Bytes bytes(300);
     for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
-    IgtlStream stream;
+    igtl::IgtlStream stream;
     EXPECT_TRUE(stamps(stream, bytes, 100).empty());
     n_broken += stream.is_broken() ? 1 : 0;
   }

@@ -14,10 +14,10 @@ namespace vrda::loop_test {
 
 using Clock = std::chrono::steady_clock;
 
-struct Counted final : Mode {
+struct Counted final : loop::Mode {
   bool is_over() const override { return n_drawn == n_rounds; }
-  RoundTime round_time() const override { return time; }
-  void take(const InputEvent&) override { ++n_events; }
+  loop::RoundTime round_time() const override { return time; }
+  void take(const render::InputEvent&) override { ++n_events; }
   void advance(double elapsed_s) override
   {
     EXPECT_EQ(elapsed.size(), static_cast<std::size_t>(n_drawn)) << "advance precedes draw";
@@ -28,17 +28,17 @@ struct Counted final : Mode {
     if (++n_drawn == signal_in) raise(SIGTERM);
   }
 
-  RoundTime time;
+  loop::RoundTime time;
   int n_rounds = 0, n_drawn = 0, n_events = 0, signal_in = -1;
   std::vector<double> elapsed;
 };
 
 double run(Counted& mode)
 {
-  Sink nowhere;
-  StopSignals stop;
+  loop::Sink nowhere;
+  loop::StopSignals stop;
   const Clock::time_point begun = Clock::now();
-  run_loop(mode, nowhere, stop);
+  loop::run_loop(mode, nowhere, stop);
   return std::chrono::duration<double>(Clock::now() - begun).count();
 }
 
@@ -76,37 +76,39 @@ TEST(Loop, ASignalEndsItWithinARound)
 
 TEST(Attempt, TellsWhatASessionSurvives)
 {
-  EXPECT_FALSE(attempt([] {}));
-  const auto refused = attempt([] { throw InputError({"a.h5", "key", "nothing", "something"}); });
+  EXPECT_FALSE(loop::catch_input_error([] {}));
+  const auto refused = loop::catch_input_error([] {
+    throw InputError({"a.h5", "key", "nothing", "something"});
+  });
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->facts().field, "key");
-  EXPECT_THROW(attempt([] { check(false, "an internal error"); }), InternalError);
+  EXPECT_THROW(loop::catch_input_error([] { check(false, "an internal error"); }), InternalError);
 }
 
 TEST(Sink, PicturesAndFilmAreOfWhatIsKept)
 {
   const test::Scratch scratch;
-  Sink sink(RenderOptions{32, 24, 1});
-  EXPECT_FALSE(sink.keeps());
+  loop::Sink sink(render::RenderOptions{32, 24, 1});
+  EXPECT_FALSE(sink.is_recording());
   const std::string folder = (scratch.path() / "new" / "pictures").string();
-  sink.keep_pictures(folder, "--pictures");
-  EXPECT_TRUE(sink.keeps());
-  const Scene nothing;
+  sink.record_images(folder, "--pictures");
+  EXPECT_TRUE(sink.is_recording());
+  const scene::Scene nothing;
   sink.renderer().load(nothing);
   sink.show({nothing, {}});
   EXPECT_TRUE(std::filesystem::is_empty(folder)) << "show() writes no file";
-  EXPECT_EQ(sink.keep({nothing, {}}, "a.png"), folder + "/a.png");
+  EXPECT_EQ(sink.record({nothing, {}}, "a.png"), folder + "/a.png");
   EXPECT_TRUE(std::filesystem::exists(folder + "/a.png"));
   const std::string file = scratch.write("file", "").string();
-  EXPECT_EQ(test::input_error([&] { sink.keep_pictures(file, "--pictures"); }).field, "--pictures");
+  EXPECT_EQ(test::input_error([&] { sink.record_images(file, "--pictures"); }).field, "--pictures");
 }
 
 TEST(Numbered, NamesSortAndNumbersThatAreLongerStay)
 {
-  EXPECT_EQ(numbered("task_", 12, 4), "task_0012");
-  EXPECT_EQ(numbered("task_", 123456, 4), "task_123456");
-  EXPECT_EQ(counted(1, "frame"), "1 frame");
-  EXPECT_EQ(counted(0, "frame"), "0 frames");
+  EXPECT_EQ(loop::padded_name("task_", 12, 4), "task_0012");
+  EXPECT_EQ(loop::padded_name("task_", 123456, 4), "task_123456");
+  EXPECT_EQ(loop::count_text(1, "frame"), "1 frame");
+  EXPECT_EQ(loop::count_text(0, "frame"), "0 frames");
 }
 
 }  // namespace vrda::loop_test

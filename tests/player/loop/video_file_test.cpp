@@ -15,9 +15,9 @@ namespace vrda::video_file_test {
 
 using testing::HasSubstr;
 
-Image plain_image(int width, int height, std::uint8_t red)
+render::Image plain_image(int width, int height, std::uint8_t red)
 {
-  Image image{width, height, {}};
+  render::Image image{width, height, {}};
   for (int i = 0; i < width * height; ++i) image.rgba.insert(image.rgba.end(), {red, 40, 200, 255});
   return image;
 }
@@ -48,10 +48,10 @@ class Video : public testing::Test {
     const std::filesystem::directory_iterator files(scratch_.path()), none;
     return static_cast<std::size_t>(std::distance(files, none));
   }
-  InputError refusal(const VideoOptions& options) const
+  InputError refusal(const loop::VideoOptions& options) const
   {
     try {
-      VideoFile video(options);
+      loop::VideoFile video(options);
       for (int i = 0; i < 400; ++i) video.add(plain_image(options.width, options.height, 9));
       video.finish();
     } catch (const InputError& error) {
@@ -68,7 +68,7 @@ TEST_F(Video, HasEveryFrameInItsColourInEachForm)
 {
   for (const char* name : {"film.mp4", "film.webm", "film.gif"}) {
     SCOPED_TRACE(name);
-    VideoFile video({path(name), 64, 48, 10});
+    loop::VideoFile video({path(name), 64, 48, 10});
     for (int i = 0; i < 12; ++i) video.add(plain_image(64, 48, static_cast<std::uint8_t>(20 * i)));
     video.finish();
     const test::Ended decoded = test::run(
@@ -97,10 +97,10 @@ TEST_F(Video, AFullDiskIsAnErrorInEachFormAndTheOldFilmStays)
     SCOPED_TRACE(name);
     const std::string before("\0the film before", 16);
     scratch_.write(name, before);
-    VideoFile video({path(name), 160, 120, 25});
+    loop::VideoFile video({path(name), 160, 120, 25});
     // Noise is incompressible; the disk fills up before the end, for some formats only at the end.
     std::mt19937 random(3);
-    Image image = plain_image(160, 120, 0);
+    render::Image image = plain_image(160, 120, 0);
     EXPECT_THROW(
         {
           for (int i = 0; i < 40; ++i) {
@@ -118,7 +118,7 @@ TEST_F(Video, AFullDiskIsAnErrorInEachFormAndTheOldFilmStays)
 
 TEST_F(Video, OddSizesLoseARow)
 {
-  VideoFile video({path("film.mp4"), 65, 49, 25});
+  loop::VideoFile video({path("film.mp4"), 65, 49, 25});
   for (int i = 0; i < 3; ++i) video.add(plain_image(65, 49, 100));
   video.finish();
   const test::Ended probed =
@@ -132,7 +132,7 @@ TEST_F(Video, OddSizesLoseARow)
 TEST_F(Video, GetsItsNameWhenItIsWhole)
 {
   {
-    VideoFile video({path("film.mp4"), 64, 48, 25});
+    loop::VideoFile video({path("film.mp4"), 64, 48, 25});
     for (int i = 0; i < 3; ++i) video.add(plain_image(64, 48, 100));
     EXPECT_FALSE(std::filesystem::exists(path("film.mp4")));
   }

@@ -7,57 +7,60 @@
 namespace vrda::test {
 namespace {
 
-Sample sample_of(std::mt19937_64& random, std::int64_t now_ns)
+devices::Sample sample_of(std::mt19937_64& random, std::int64_t now_ns)
 {
   std::uniform_real_distribution<double> mm(-2000.0, 2000.0);
   const Eigen::Quaterniond q =
       Eigen::Quaterniond(Eigen::Vector4d(mm(random), mm(random), mm(random), mm(random))).normalized();
-  Sample sample;
+  devices::Sample sample;
   sample.arrival_ns = now_ns - 1'000'000;
   sample.device_ns = now_ns + 1'000'000'000'000;
-  sample.kind = static_cast<SampleKind>(random() % 4);
+  sample.kind = static_cast<devices::SampleKind>(random() % 4);
   sample.state = static_cast<std::uint8_t>(random() % 3);
   sample.source = static_cast<std::uint16_t>(random() % 2);
   sample.count = static_cast<std::int32_t>(random() % 2001) - 1000;
-  sample.place = {{mm(random), mm(random), mm(random)}, {q.w(), q.x(), q.y(), q.z()}};
+  sample.tool_pose = {{mm(random), mm(random), mm(random)}, {q.w(), q.x(), q.y(), q.z()}};
   return sample;
 }
 
 }  // namespace
 
-RecordingFacts sample_facts()
+recording::RecordingFacts sample_facts()
 {
   return {"bench.toml", "title = \"Desk\"\n", "anna.toml", std::string("version = 1\n\0x", 14),
           "knee.h5",    "1234 00ff",          "degree_6"};
 }
 
-std::vector<RecordedPicture> sample_pictures(int n)
+std::vector<recording::RecordedFrame> sample_pictures(int n)
 {
   std::mt19937_64 random(85);
-  std::vector<RecordedPicture> pictures;
+  std::vector<recording::RecordedFrame> pictures;
   for (int k = 0; k < n; ++k) {
-    RecordedPicture& picture = pictures.emplace_back();
+    recording::RecordedFrame& picture = pictures.emplace_back();
     picture.now_ns = k * 16'666'667LL;
     for (int key = 0; key < k % 3; ++key)
-      picture.keys.push_back({key == 0 ? Key::left : key_of('P'), k % 2 == 0, k % 4 == 1});
+      picture.keys.push_back(
+          {key == 0 ? navigation::Key::left : navigation::key_of('P'), k % 2 == 0, k % 4 == 1});
     for (int s = 0; s < k % 5; ++s) picture.samples.push_back(sample_of(random, picture.now_ns));
   }
   return pictures;
 }
 
-std::string recording_bytes(const RecordingFacts& facts, const std::vector<RecordedPicture>& pictures)
+std::string recording_bytes(const recording::RecordingFacts& facts,
+                            const std::vector<recording::RecordedFrame>& pictures)
 {
   const Scratch scratch;
   const std::string file = (scratch.path() / "a.log").string();
-  Recorder recorder(file, facts);
-  for (const RecordedPicture& picture : pictures) recorder.add(picture.now_ns, picture.keys, picture.samples);
+  recording::Recorder recorder(file, facts);
+  for (const recording::RecordedFrame& picture : pictures)
+    recorder.add(picture.now_ns, picture.keys, picture.samples);
   recorder.close();
   return read_bytes(file);
 }
 
-bool is_same(const RecordedPicture& a, const RecordedPicture& b)
+bool is_same(const recording::RecordedFrame& a, const recording::RecordedFrame& b)
 {
-  return bytes_of(a.now_ns, a.keys, a.samples) == bytes_of(b.now_ns, b.keys, b.samples);
+  return recording::bytes_of(a.now_ns, a.keys, a.samples) == recording::bytes_of(b.now_ns, b.keys, b.samples);
 }
 
 }  // namespace vrda::test

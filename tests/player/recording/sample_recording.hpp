@@ -5,15 +5,16 @@
 
 namespace vrda::test {
 
-RecordingFacts sample_facts();
+recording::RecordingFacts sample_facts();
 
 /// Samples of every kind and various keys; some frames have none.
-std::vector<RecordedPicture> sample_pictures(int n);
+std::vector<recording::RecordedFrame> sample_pictures(int n);
 
 /// File contents of such a recording.
-std::string recording_bytes(const RecordingFacts& facts, const std::vector<RecordedPicture>& pictures);
+std::string recording_bytes(const recording::RecordingFacts& facts,
+                            const std::vector<recording::RecordedFrame>& pictures);
 
 /// Whether both are bitwise equal.
-bool is_same(const RecordedPicture& a, const RecordedPicture& b);
+bool is_same(const recording::RecordedFrame& a, const recording::RecordedFrame& b);
 
 }  // namespace vrda::test

@@ -9,20 +9,20 @@
 
 namespace vrda::detail_test {
 
-DrawMesh mesh_of(const Mesh& mesh)
+RenderMesh mesh_of(const Mesh& mesh)
 {
-  Scene scene;
+  scene::Scene scene;
   test::add(scene, mesh, test::plain({1, 1, 1}));
   return scene.drawables[0].mesh;
 }
 
-Eigen::Vector3d corner_mm(const DrawMesh& mesh, std::uint32_t vertex)
+Eigen::Vector3d corner_mm(const RenderMesh& mesh, std::uint32_t vertex)
 {
   return Eigen::Map<const Eigen::Vector3f>(mesh.vertices[vertex].position_mm.data()).cast<double>();
 }
 
 /// Largest depth of triangle centroids inside a ball of `radius_mm`.
-double sagitta_mm(const DrawMesh& mesh, const std::vector<std::uint32_t>& triangles, double radius_mm)
+double sagitta_mm(const RenderMesh& mesh, const std::vector<std::uint32_t>& triangles, double radius_mm)
 {
   double most_mm = 0.0;
   for (std::size_t i = 0; i < triangles.size(); i += 3) {
@@ -37,8 +37,8 @@ double sagitta_mm(const DrawMesh& mesh, const std::vector<std::uint32_t>& triang
 TEST(Detail, LevelsOfABallLieWithinTheirErrors)
 {
   constexpr double radius_mm = 20.0;
-  const DrawMesh mesh = mesh_of(test::ball(radius_mm, 96, 192));
-  const std::vector<DetailLevel> levels = levels_of(mesh);
+  const RenderMesh mesh = mesh_of(test::ball(radius_mm, 96, 192));
+  const std::vector<render::DetailLevel> levels = render::levels_of(mesh);
   ASSERT_GE(levels.size(), 4U);
   EXPECT_EQ(levels[0].triangles.size(), mesh.triangles.size());
   EXPECT_EQ(levels[0].error_mm, 0.0);
@@ -57,36 +57,36 @@ TEST(Detail, LevelsOfABallLieWithinTheirErrors)
 
 TEST(Detail, ASmallMeshHasOneLevel)
 {
-  EXPECT_EQ(levels_of(mesh_of(test::box({0, 0, 0}, {1, 2, 3}))).size(), 1U);
-  EXPECT_EQ(levels_of({}).size(), 1U);
+  EXPECT_EQ(render::levels_of(mesh_of(test::box({0, 0, 0}, {1, 2, 3}))).size(), 1U);
+  EXPECT_EQ(render::levels_of({}).size(), 1U);
 }
 
 TEST(Detail, EqualMeshesHaveEqualLevels)
 {
-  const DrawMesh mesh = mesh_of(test::ball(20, 48, 96));
-  const std::vector<DetailLevel> first = levels_of(mesh), second = levels_of(mesh);
+  const RenderMesh mesh = mesh_of(test::ball(20, 48, 96));
+  const std::vector<render::DetailLevel> first = render::levels_of(mesh), second = render::levels_of(mesh);
   ASSERT_EQ(first.size(), second.size());
   for (std::size_t i = 0; i < first.size(); ++i) EXPECT_EQ(first[i].triangles, second[i].triangles);
 }
 
 TEST(Closed, BoxesAndBallsAreAndSheetsAreNot)
 {
-  EXPECT_TRUE(is_closed(
+  EXPECT_TRUE(render::is_closed(
       mesh_of(test::box({0, 0, 0}, {1, 2, 3}))));  // vertices are split along every edge by the creases
-  EXPECT_TRUE(is_closed(mesh_of(test::ball(20))));
-  EXPECT_FALSE(is_closed(mesh_of(test::sheet(20, 3))));
-  EXPECT_FALSE(is_closed({}));
+  EXPECT_TRUE(render::is_closed(mesh_of(test::ball(20))));
+  EXPECT_FALSE(render::is_closed(mesh_of(test::sheet(20, 3))));
+  EXPECT_FALSE(render::is_closed({}));
 }
 
 TEST(Closed, OneTriangleLessOrTurnedInsideOutIsOpen)
 {
-  DrawMesh mesh = mesh_of(test::ball(20));
-  DrawMesh inside_out = mesh;
+  RenderMesh mesh = mesh_of(test::ball(20));
+  RenderMesh inside_out = mesh;
   for (std::size_t i = 0; i < mesh.triangles.size(); i += 3)
     std::swap(inside_out.triangles[i], inside_out.triangles[i + 1]);
-  EXPECT_FALSE(is_closed(inside_out));
+  EXPECT_FALSE(render::is_closed(inside_out));
   mesh.triangles.resize(mesh.triangles.size() - 3);
-  EXPECT_FALSE(is_closed(mesh));
+  EXPECT_FALSE(render::is_closed(mesh));
 }
 
 }  // namespace vrda::detail_test

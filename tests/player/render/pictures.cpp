@@ -7,7 +7,7 @@
 
 namespace vrda::test {
 
-Codes at(const Image& image, int x, int y)
+Codes at(const render::Image& image, int x, int y)
 {
   const std::size_t i =
       4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x));
@@ -27,10 +27,10 @@ double linear_value(int code)
   return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
 }
 
-Scene dark_scene()
+scene::Scene dark_scene()
 {
-  Scene scene;
-  scene.background = background_of(Backdrop::black);
+  scene::Scene scene;
+  scene.background = scene::background_of(scene::Backdrop::black);
   // Uniform ambient light: a surface shows its own colour.
   scene.lighting.sky = scene.lighting.ground = Eigen::Vector3f::Ones();
   scene.lighting.lights.clear();
@@ -42,22 +42,22 @@ Material plain(const Eigen::Vector3f& colour, float opacity)
   return {colour, opacity, 0.0F, 1.0F, 0.0F};
 }
 
-void add(Scene& scene, const Mesh& mesh, const Material& material, const Eigen::Vector3d& at_mm)
+void add(scene::Scene& scene, const Mesh& mesh, const Material& material, const Eigen::Vector3d& at_mm)
 {
   Body body;
   body.components.push_back({"made by code", "none"});
   body.contact.mesh = mesh;
   body.contact.component.resize(static_cast<std::size_t>(mesh.triangles.rows()), 0);
-  Scene made = scene_of(body, {}, {0, 0, 0});
+  scene::Scene made = scene::scene_of(body, {}, {0, 0, 0});
   made.drawables[0].material = material;
   made.drawables[0].X_world_mesh.translation() = at_mm;
   scene.drawables.push_back(made.drawables[0]);
 }
 
 /// Looks along -Z of the world from (0, 0, distance).
-Camera camera_at(double distance_mm)
+scene::Camera camera_at(double distance_mm)
 {
-  Camera camera;
+  scene::Camera camera;
   camera.X_world_camera.translation() = Eigen::Vector3d(0, 0, distance_mm);
   camera.half_height_tangent = 0.25;
   camera.near_mm = 1.0;
@@ -73,27 +73,28 @@ Mesh facing_sheet(double size_mm)
   return transformed(mesh, X);
 }
 
-Image drawn(const Scene& scene, const Camera& camera, const RenderOptions& options)
+render::Image drawn(const scene::Scene& scene, const scene::Camera& camera,
+                    const render::RenderOptions& options)
 {
-  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer(options);
+  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer(options);
   renderer->load(scene);
   return renderer->draw(scene, camera);
 }
 
-Scene joint_scene()
+scene::Scene joint_scene()
 {
-  MotionModel model = model_of({});
+  store::MotionModel model = model_of({});
   add_bodies(model);
-  Scene scene = scene_of(model.reference, model.moving, model.rotation_centre_mm);
-  place(scene, frames_of(Motion(model, "raw").at({0.4, 0.0})));
+  scene::Scene scene = scene::scene_of(model.reference, model.moving, model.rotation_centre_mm);
+  scene::place(scene, scene::frames_of(motion::Motion(model, "raw").at({0.4, 0.0})));
   return scene;
 }
 
-Camera joint_camera(const Scene& scene)
+scene::Camera joint_camera(const scene::Scene& scene)
 {
-  CameraFit fit(view_rotation(View::oblique, Side::right));
-  fit.include(points_within(scene, {}));
-  return with_depth_range(fit.camera(), scene);
+  scene::CameraFit fit(scene::view_rotation(scene::View::oblique, Side::right));
+  fit.include(scene::points_within(scene, {}));
+  return scene::with_depth_range(fit.camera(), scene);
 }
 
 }  // namespace vrda::test

@@ -16,7 +16,7 @@ class Screen {
   Screen& operator=(const Screen&) = delete;
 
   /// The upper left part of the screen.
-  Image picture(int width, int height) const;
+  render::Image picture(int width, int height) const;
 
  private:
   Scratch folder_;  // contains the screen's memory as a file

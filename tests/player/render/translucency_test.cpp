@@ -56,9 +56,9 @@ Order order_of(const std::vector<Sheet>& sheets, const Eigen::Vector3d& ray)
   return order;
 }
 
-Scene scene_of_sheets(const std::vector<Sheet>& sheets)
+scene::Scene scene_of_sheets(const std::vector<Sheet>& sheets)
 {
-  Scene scene = test::dark_scene();
+  scene::Scene scene = test::dark_scene();
   for (const Sheet& sheet : sheets) {
     test::add(scene, test::facing_sheet(600), test::plain(sheet.colour, sheet.opacity), sheet.middle_mm);
     scene.drawables.back().X_world_mesh.linear() = rotation_y(sheet.tilt_rad);
@@ -72,7 +72,7 @@ constexpr int sheets_tolerance = 3;
 
 void expect_as_computed(const std::vector<Sheet>& sheets, int samples, std::set<Order>& orders)
 {
-  const Image image =
+  const render::Image image =
       test::drawn(scene_of_sheets(sheets), test::camera_at(distance_mm), {width, height, samples});
   const double slope = 2.0 * 0.25 / height;  // ray slope per pixel; the camera's aspect is 4 : 3
   int n_wrong = 0;
@@ -135,9 +135,9 @@ TEST(Translucency, ManySheetsAllCount)
 /// Eight sheets that cover an image of `large` pixels: with llvmpipe more fragments than a buffer holds.
 TEST(Translucency, MoreFragmentsThanABufferHoldsCountToo)
 {
-  const RenderOptions large{1280, 960, 1};
+  const render::RenderOptions large{1280, 960, 1};
   const int n_sheets = 8;
-  Scene scene = test::dark_scene();
+  scene::Scene scene = test::dark_scene();
   double expected = 0.0;
   for (int i = 0; i < n_sheets; ++i) {
     const float shade = i % 2 == 0 ? 1.0F : 0.0F;
@@ -146,10 +146,10 @@ TEST(Translucency, MoreFragmentsThanABufferHoldsCountToo)
               {0, 0, 3.0 * place});
     expected = 0.6 * expected + 0.4 * shade;
   }
-  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer(large);
+  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer(large);
   renderer->load(scene);
   for (int frame = 0; frame < 2; ++frame) {
-    const Image& image = renderer->draw(scene, test::camera_at(distance_mm));
+    const render::Image& image = renderer->draw(scene, test::camera_at(distance_mm));
     for (const int x : {0, 640, 1279}) {
       EXPECT_NEAR(test::at(image, x, 3)[0], test::srgb_code(expected), sheets_tolerance);
       EXPECT_NEAR(test::at(image, x, 957)[0], test::srgb_code(expected), sheets_tolerance);
@@ -159,7 +159,7 @@ TEST(Translucency, MoreFragmentsThanABufferHoldsCountToo)
 
 TEST(Translucency, WhatIsOpaqueHidesWhatLiesBehindIt)
 {
-  Scene scene = test::dark_scene();
+  scene::Scene scene = test::dark_scene();
   test::add(scene, test::facing_sheet(600), test::plain({1, 0, 0}, 0.5F), {0, 0, -10});
   test::add(scene, test::facing_sheet(600), test::plain({0, 0, 1}));
   test::add(scene, test::facing_sheet(600), test::plain({0, 1, 0}, 0.5F), {0, 0, 10});
@@ -175,15 +175,16 @@ TEST(Translucency, WallsOfOneDrawableCountOnceEachInTheirPlace)
   const Mesh near_wall = test::box({0, 0, 30}, {200, 200, 10}),
              far_wall = test::box({0, 0, -30}, {200, 200, 10});
   for (const bool is_near_first : {true, false}) {
-    Scene scene = test::dark_scene(), other = scene;
+    scene::Scene scene = test::dark_scene(), other = scene;
     test::add(scene, is_near_first ? near_wall : far_wall, test::plain({1, 1, 1}, 0.5F));
     test::add(other, is_near_first ? far_wall : near_wall, test::plain({1, 1, 1}, 0.5F));
-    DrawMesh& mesh = scene.drawables[0].mesh;
-    const DrawMesh& more = other.drawables[0].mesh;
+    RenderMesh& mesh = scene.drawables[0].mesh;
+    const RenderMesh& more = other.drawables[0].mesh;
     const auto n_vertices = static_cast<std::uint32_t>(mesh.vertices.size());
     mesh.vertices.insert(mesh.vertices.end(), more.vertices.begin(), more.vertices.end());
     for (const std::uint32_t i : more.triangles) mesh.triangles.push_back(i + n_vertices);
-    for (const VertexColour& colour : {VertexColour{255, 0, 0, 255}, VertexColour{0, 255, 0, 255}})
+    for (const scene::VertexColour& colour :
+         {scene::VertexColour{255, 0, 0, 255}, scene::VertexColour{0, 255, 0, 255}})
       scene.drawables[0].colours.insert(scene.drawables[0].colours.end(), n_vertices, colour);
     scene.drawables[0].box_mm = {{-100, -100, -35}, {100, 100, 35}};
     const test::Codes found =

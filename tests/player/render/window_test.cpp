@@ -18,9 +18,9 @@ namespace vrda::window_test {
 
 constexpr int width = 640, height = 480;
 
-WindowOptions quiet_window(int samples)
+render::WindowOptions quiet_window(int samples)
 {
-  WindowOptions options;
+  render::WindowOptions options;
   options.width = width;
   options.height = height;
   options.title = "test";
@@ -30,7 +30,7 @@ WindowOptions quiet_window(int samples)
 }
 
 /// Fraction of the pixels with a channel that differs by more than `code_tolerance`.
-double differing_share(const Image& a, const Image& b)
+double differing_share(const render::Image& a, const render::Image& b)
 {
   EXPECT_EQ(a.rgba.size(), b.rgba.size());
   int n_differing = 0;
@@ -47,17 +47,18 @@ double differing_share(const Image& a, const Image& b)
 /// 4,000 border pixels of the joint, out of 307,200 pixels.
 constexpr double agreed_share = 4000.0 / 16.0 / (width * height);
 
-Image from_backend(Backend backend, const Scene& scene, int samples)
+render::Image from_backend(render::Backend backend, const scene::Scene& scene, int samples)
 {
-  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({width, height, samples}, backend);
+  const std::unique_ptr<render::Renderer> renderer =
+      render::make_offscreen_renderer({width, height, samples}, backend);
   renderer->load(scene);
   return renderer->draw(scene, test::joint_camera(scene));
 }
 
 /// The screen's content, polled for up to a minute until it equals `expected`.
-Image shown(const test::Screen& screen, const Image& expected)
+render::Image shown(const test::Screen& screen, const render::Image& expected)
 {
-  Image found = screen.picture(width, height);
+  render::Image found = screen.picture(width, height);
   for (int i = 0; i < 600 && differing_share(found, expected) > agreed_share; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     found = screen.picture(width, height);
@@ -68,13 +69,13 @@ Image shown(const test::Screen& screen, const Image& expected)
 TEST(Backends, OsmesaEglAndAWindowAgree)
 {
   const test::Screen screen;
-  const Scene scene = test::joint_scene();
-  const Shot shot{test::joint_camera(scene), {0, 0, width, height}};
+  const scene::Scene scene = test::joint_scene();
+  const render::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
   for (const int samples : {1, 4}) {
     SCOPED_TRACE(samples);
-    const Image osmesa = from_backend(Backend::osmesa, scene, samples);
-    EXPECT_LE(differing_share(osmesa, from_backend(Backend::egl, scene, samples)), agreed_share);
-    Window window(quiet_window(samples));
+    const render::Image osmesa = from_backend(render::Backend::osmesa, scene, samples);
+    EXPECT_LE(differing_share(osmesa, from_backend(render::Backend::egl, scene, samples)), agreed_share);
+    render::Window window(quiet_window(samples));
     // The comparison can fail: the empty screen is a different image.
     EXPECT_GT(differing_share(osmesa, screen.picture(width, height)), 0.5);
     window.renderer().load(scene);
@@ -88,10 +89,10 @@ TEST(Backends, OsmesaEglAndAWindowAgree)
 TEST(Window, WhereTheProcessorDrawsASampleAPixelIsChosen)
 {
   const test::Screen screen;
-  const Scene scene = test::joint_scene();
-  const Shot shot{test::joint_camera(scene), {0, 0, width, height}};
+  const scene::Scene scene = test::joint_scene();
+  const render::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
   const auto drawn = [&](int samples) {
-    Window window(quiet_window(samples));
+    render::Window window(quiet_window(samples));
     window.renderer().load(scene);
     return window.renderer().draw(scene, {&shot, 1}, nullptr).rgba;
   };
@@ -101,9 +102,9 @@ TEST(Window, WhereTheProcessorDrawsASampleAPixelIsChosen)
 }
 
 /// A part of it.
-Image cut_out(const Image& image, int x, int y)
+render::Image cut_out(const render::Image& image, int x, int y)
 {
-  Image part{width, height, {}};
+  render::Image part{width, height, {}};
   for (int row = y; row < y + height; ++row) {
     const auto begin = image.rgba.begin() + 4 * (row * image.width + x);
     part.rgba.insert(part.rgba.end(), begin, begin + 4 * width);
@@ -114,20 +115,20 @@ Image cut_out(const Image& image, int x, int y)
 TEST(Window, ItStandsWhereItIsPut)
 {
   const test::Screen screen;
-  const Scene scene = test::joint_scene();
-  const Shot shot{test::joint_camera(scene), {0, 0, width, height}};
-  WindowOptions options = quiet_window(1);
+  const scene::Scene scene = test::joint_scene();
+  const render::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
+  render::WindowOptions options = quiet_window(1);
   options.at = {311, 207};
   options.is_resizable = false;
-  Window window(options);
+  render::Window window(options);
   window.renderer().load(scene);
   window.events();
-  const WindowPlace place = window.place();
+  const render::WindowGeometry place = window.geometry();
   EXPECT_EQ(place.x, 311);
   EXPECT_EQ(place.y, 207);
   EXPECT_EQ(place.width, width);
   EXPECT_EQ(place.height, height);
-  const Image drawn = window.renderer().draw(scene, {&shot, 1}, nullptr);
+  const render::Image drawn = window.renderer().draw(scene, {&shot, 1}, nullptr);
   const auto differs = [&] {
     return differing_share(drawn, cut_out(screen.picture(1280, 1024), 311, 207)) > 0.0;
   };
@@ -142,20 +143,20 @@ TEST(Window, ItStandsWhereItIsPut)
 TEST(Window, ItIsClosedWhenAsked)
 {
   const test::Screen screen;
-  Window window(quiet_window(1));
+  render::Window window(quiet_window(1));
   EXPECT_FALSE(window.should_close());
   window.close();
   EXPECT_TRUE(window.should_close());
 }
 
 /// The events of one call of xdotool, up to an event of kind `last` with key `key`; waits up to a minute.
-std::vector<InputEvent> heard(Window& window, const std::vector<std::string>& arguments, InputKind last,
-                              int key)
+std::vector<render::InputEvent> heard(render::Window& window, const std::vector<std::string>& arguments,
+                                      render::InputKind last, int key)
 {
   EXPECT_EQ(test::run({"/usr/bin/xdotool", arguments, {}, {}}).exit_code, 0);
-  std::vector<InputEvent> all;
+  std::vector<render::InputEvent> all;
   for (int i = 0; i < 600; ++i) {
-    for (const InputEvent& event : window.events(0.1)) {
+    for (const render::InputEvent& event : window.events(0.1)) {
       all.push_back(event);
       if (event.kind == last && event.key == key) return all;
     }
@@ -164,42 +165,42 @@ std::vector<InputEvent> heard(Window& window, const std::vector<std::string>& ar
   return all;
 }
 
-std::vector<InputEvent> of_kind(const std::vector<InputEvent>& events, InputKind kind)
+std::vector<render::InputEvent> of_kind(const std::vector<render::InputEvent>& events, render::InputKind kind)
 {
-  std::vector<InputEvent> found;
+  std::vector<render::InputEvent> found;
   std::copy_if(events.begin(), events.end(), std::back_inserter(found),
-               [&](const InputEvent& event) { return event.kind == kind; });
+               [&](const render::InputEvent& event) { return event.kind == kind; });
   return found;
 }
 
 TEST(Window, TheMouseIsHeard)
 {
   const test::Screen screen;
-  Window window(quiet_window(1));
+  render::Window window(quiet_window(1));
   window.events();
   // "z" ends each sequence: key events arrive after earlier events.
-  std::vector<InputEvent> events =
+  std::vector<render::InputEvent> events =
       heard(window, {"mousemove", "100", "50", "click", "--repeat", "2", "--delay", "20", "1", "key", "z"},
-            InputKind::key_release, 'Z');
-  std::vector<InputEvent> presses = of_kind(events, InputKind::press);
+            render::InputKind::key_release, 'Z');
+  std::vector<render::InputEvent> presses = of_kind(events, render::InputKind::press);
   ASSERT_EQ(presses.size(), 2U);
   EXPECT_EQ(presses[0].n_clicks, 1);
   EXPECT_EQ(presses[1].n_clicks, 2);
-  for (const InputEvent& press : presses) {
-    EXPECT_EQ(press.button, MouseButton::left);
+  for (const render::InputEvent& press : presses) {
+    EXPECT_EQ(press.button, render::MouseButton::left);
     EXPECT_EQ(press.x_px, 100.0);
     EXPECT_EQ(press.y_px, 50.0);
   }
-  EXPECT_EQ(of_kind(events, InputKind::release).size(), 2U);
+  EXPECT_EQ(of_kind(events, render::InputKind::release).size(), 2U);
   events = heard(
       window, {"mousemove", "200", "60", "click", "3", "click", "2", "click", "4", "click", "5", "key", "z"},
-      InputKind::key_release, 'Z');
-  presses = of_kind(events, InputKind::press);
+      render::InputKind::key_release, 'Z');
+  presses = of_kind(events, render::InputKind::press);
   ASSERT_EQ(presses.size(), 2U);
-  EXPECT_EQ(presses[0].button, MouseButton::right);
-  EXPECT_EQ(presses[1].button, MouseButton::middle);
+  EXPECT_EQ(presses[0].button, render::MouseButton::right);
+  EXPECT_EQ(presses[1].button, render::MouseButton::middle);
   EXPECT_EQ(presses[1].n_clicks, 1);
-  const std::vector<InputEvent> wheel = of_kind(events, InputKind::wheel);
+  const std::vector<render::InputEvent> wheel = of_kind(events, render::InputKind::wheel);
   ASSERT_EQ(wheel.size(), 2U);
   EXPECT_EQ(wheel[0].wheel_y, 1.0);
   EXPECT_EQ(wheel[1].wheel_y, -1.0);
@@ -208,20 +209,21 @@ TEST(Window, TheMouseIsHeard)
 TEST(Window, KeysAreHeardWithTheirModifiersAndAsText)
 {
   const test::Screen screen;
-  Window window(quiet_window(1));
+  render::Window window(quiet_window(1));
   window.events();
-  const std::vector<InputEvent> events = heard(
+  const std::vector<render::InputEvent> events = heard(
       window, {"mousemove", "100", "50", "key", "a", "key", "shift+a", "key", "ctrl+Right", "key", "F3"},
-      InputKind::key_release, key_f1 + 2);
-  const std::vector<InputEvent> presses = of_kind(events, InputKind::key_press);
+      render::InputKind::key_release, render::key_f1 + 2);
+  const std::vector<render::InputEvent> presses = of_kind(events, render::InputKind::key_press);
   std::vector<int> keys;
   std::transform(presses.begin(), presses.end(), std::back_inserter(keys),
-                 [](const InputEvent& press) { return press.key; });
-  ASSERT_THAT(keys, testing::ElementsAre('A', key_shift, 'A', key_control, key_right, key_f1 + 2));
+                 [](const render::InputEvent& press) { return press.key; });
+  ASSERT_THAT(keys, testing::ElementsAre('A', render::key_shift, 'A', render::key_control, render::key_right,
+                                         render::key_f1 + 2));
   EXPECT_FALSE(presses[0].has_shift);
   EXPECT_TRUE(presses[2].has_shift);
   EXPECT_TRUE(presses[4].has_control);
-  const std::vector<InputEvent> typed = of_kind(events, InputKind::character);
+  const std::vector<render::InputEvent> typed = of_kind(events, render::InputKind::character);
   ASSERT_EQ(typed.size(), 2U);
   EXPECT_EQ(typed[0].character, U'a');
   EXPECT_EQ(typed[1].character, U'A');
@@ -231,7 +233,7 @@ TEST(Window, OneAfterTheOther)
 {
   const test::Screen screen;
   for (int i = 0; i < 3; ++i) {
-    Window window(quiet_window(1));
+    render::Window window(quiet_window(1));
     window.set_title("another");
     window.events();
     EXPECT_EQ(window.renderer().width(), width);
@@ -247,7 +249,7 @@ TEST(Window, WithoutAScreenThatIsSaid)
   for (const char* const display : {"", ":98765"}) {
     setenv("DISPLAY", display, 1);
     try {
-      const Window window(quiet_window(1));
+      const render::Window window(quiet_window(1));
       ADD_FAILURE() << "opened";
     } catch (const InputError& error) {
       EXPECT_EQ(error.facts().file, "window");

@@ -38,10 +38,10 @@ void set_rows(Rows& rows, std::size_t n_cells, double z_sign)
   rows.compartment.assign(2 * n_cells, 0);
 }
 
-void set_forces(MotionModel& model, std::size_t n_cells, double z_sign)
+void set_forces(store::MotionModel& model, std::size_t n_cells, double z_sign)
 {
   model.equilibrium.emplace();
-  ForceRows& rows = model.equilibrium->forces;
+  store::ForceRows& rows = model.equilibrium->forces;
   set_rows(rows, n_cells, z_sign);
   for (Eigen::Index row = 0; row < rows.normal_world.rows(); ++row) {
     const double force_n = row % 2 == 0 ? 10.0 * force_ratio : 10.0;
@@ -49,12 +49,12 @@ void set_forces(MotionModel& model, std::size_t n_cells, double z_sign)
   }
 }
 
-void set_ligaments(MotionModel& model, std::size_t n_cells, double z_sign)
+void set_ligaments(store::MotionModel& model, std::size_t n_cells, double z_sign)
 {
   const auto at = [&](double x, double y, double z) -> Eigen::RowVector3d {
     return model.rotation_centre_mm.transpose() + Eigen::RowVector3d(x, y, z * z_sign);
   };
-  LigamentRows rows;
+  store::LigamentRows rows;
   rows.name = {"straight", "round"};
   rows.bundle = rows.name;
   rows.reference_mm.resize(2, 3);
@@ -78,16 +78,17 @@ void set_ligaments(MotionModel& model, std::size_t n_cells, double z_sign)
 
 }  // namespace
 
-MotionModel layered_model(const std::string& side)
+store::MotionModel layered_model(const std::string& side)
 {
   const double z_sign = side == "left" ? -1.0 : 1.0;
   ModelPlan plan;
   plan.side = side;
   plan.rotation_centre_mm = {100, -200, 40 * z_sign};
   plan.motion = [z_sign](double flexion_deg, double varus_deg) {
-    return PoseNumbers{-0.05 * flexion_deg, -0.01 * flexion_deg, 0.2 * z_sign * varus_deg, 0.1 * flexion_deg};
+    return motion::PoseCoordinates{-0.05 * flexion_deg, -0.01 * flexion_deg, 0.2 * z_sign * varus_deg,
+                                   0.1 * flexion_deg};
   };
-  MotionModel model = model_of(plan);
+  store::MotionModel model = model_of(plan);
   add_bodies(model);
   Mesh fine = sheet(44, 44);
   fine.vertices_mm.rowwise() += model.rotation_centre_mm.transpose() - Eigen::RowVector3d(0, 20, 0);
@@ -106,61 +107,61 @@ MotionModel layered_model(const std::string& side)
   return model;
 }
 
-Degrees attitude_deg(const MotionModel& model, std::size_t cell)
+Degrees attitude_deg(const store::MotionModel& model, std::size_t cell)
 {
   return {model.flexion_deg[cell / model.varus_deg.size()], model.varus_deg[cell % model.varus_deg.size()]};
 }
 
-Stage::Stage(MotionModel made)
+Stage::Stage(store::MotionModel made)
     : model(std::move(made)),
-      scene(scene_of(model.reference, model.moving, model.rotation_centre_mm)),
+      scene(scene::scene_of(model.reference, model.moving, model.rotation_centre_mm)),
       layers(model, scene),
       motion(model, "raw")
 {
 }
 
-void Stage::show(const JointPose& pose, const LayerSet& wanted)
+void Stage::show(const motion::JointPose& pose, const scene::LayerSet& wanted)
 {
-  const JointFrames frames = frames_of(pose, held);
-  place(scene, frames);
+  const scene::JointFrames frames = scene::frames_of(pose, held);
+  scene::place(scene, frames);
   layers.update(scene, motion, {pose, frames, wanted});
 }
 
-void Stage::show(const Degrees& attitude, const LayerSet& wanted)
+void Stage::show(const Degrees& attitude, const scene::LayerSet& wanted)
 {
-  const JointPose pose = motion.at({rad_from_deg(attitude.flexion), rad_from_deg(attitude.varus)});
-  check(pose.status == PoseStatus::solved, "the model is solved everywhere");
+  const motion::JointPose pose = motion.at({rad_from_deg(attitude.flexion), rad_from_deg(attitude.varus)});
+  check(pose.status == motion::PoseStatus::solved, "the model is solved everywhere");
   show(pose, wanted);
 }
 
-void Stage::show(const Degrees& attitude, std::initializer_list<Layer> wanted)
+void Stage::show(const Degrees& attitude, std::initializer_list<scene::Layer> wanted)
 {
   show(attitude, set_of(wanted));
 }
 
-LayerSet set_of(std::initializer_list<Layer> layers)
+scene::LayerSet set_of(std::initializer_list<scene::Layer> layers)
 {
-  LayerSet set;
-  for (const Layer layer : layers) set.set(layer, true);
+  scene::LayerSet set;
+  for (const scene::Layer layer : layers) set.set(layer, true);
   return set;
 }
 
-LayerSet every_layer()
+scene::LayerSet every_layer()
 {
-  LayerSet set;
-  for (const std::string& name : layer_names()) set.set(*layer_named(name), true);
+  scene::LayerSet set;
+  for (const std::string& name : scene::layer_names()) set.set(*scene::layer_named(name), true);
   return set;
 }
 
-const Drawable& drawable_of(const Scene& scene, const std::string& name)
+const scene::Drawable& drawable_of(const scene::Scene& scene, const std::string& name)
 {
   const auto found = std::find_if(scene.drawables.begin(), scene.drawables.end(),
-                                  [&](const Drawable& drawable) { return drawable.name == name; });
+                                  [&](const scene::Drawable& drawable) { return drawable.name == name; });
   check(found != scene.drawables.end(), "a drawable of that name");
   return *found;
 }
 
-Eigen::Vector3d middle_world_mm(const Drawable& drawable, std::size_t first, std::size_t n)
+Eigen::Vector3d middle_world_mm(const scene::Drawable& drawable, std::size_t first, std::size_t n)
 {
   Eigen::Vector3d sum_mm = Eigen::Vector3d::Zero();
   for (std::size_t v = first; v < first + n; ++v)
@@ -168,7 +169,7 @@ Eigen::Vector3d middle_world_mm(const Drawable& drawable, std::size_t first, std
   return drawable.X_world_mesh * Eigen::Vector3d(sum_mm / static_cast<double>(n));
 }
 
-Eigen::Vector3d middle_of_drawn_mm(const Drawable& drawable)
+Eigen::Vector3d middle_of_drawn_mm(const scene::Drawable& drawable)
 {
   Eigen::Vector3d sum_mm = Eigen::Vector3d::Zero();
   int n = 0;
@@ -182,14 +183,15 @@ Eigen::Vector3d middle_of_drawn_mm(const Drawable& drawable)
   return drawable.X_world_mesh * Eigen::Vector3d(sum_mm / n);
 }
 
-Eigen::Vector3d unlifted_mm(const Stage& stage, const Drawable& sheet, std::size_t v)
+Eigen::Vector3d unlifted_mm(const Stage& stage, const scene::Drawable& sheet, std::size_t v)
 {
-  const DrawVertex& vertex = sheet.mesh.vertices[v];
-  const double lift_mm = 0.05 * sign_scale(stage.model);
+  const RenderVertex& vertex = sheet.mesh.vertices[v];
+  const double lift_mm = 0.05 * scene::marker_scale(stage.model);
   return single_precision(vertex.position_mm) - lift_mm * single_precision(vertex.normal) + sheet.origin_mm;
 }
 
-double gap_by_every_face_mm(const Mesh& reference, const JointPose& pose, const Eigen::Vector3d& p_moving_mm)
+double gap_by_every_face_mm(const Mesh& reference, const motion::JointPose& pose,
+                            const Eigen::Vector3d& p_moving_mm)
 {
   const Eigen::Vector3d p_mm = pose.X_world_moving * p_moving_mm;
   double gap_mm = std::numeric_limits<double>::infinity();
@@ -209,7 +211,7 @@ double gap_by_every_face_mm(const Mesh& reference, const JointPose& pose, const 
   return gap_mm;
 }
 
-int difference(const VertexColour& a, const VertexColour& b)
+int difference(const scene::VertexColour& a, const scene::VertexColour& b)
 {
   int largest = 0;
   for (std::size_t k = 0; k < a.size(); ++k) largest = std::max(largest, std::abs(int{a[k]} - int{b[k]}));

@@ -13,46 +13,47 @@ inline constexpr double force_ratio = 3.0;  ///< ratio of the two contact forces
 /// A ball of 20 mm on a finely divided sheet, with two contacts and forces per cell, a straight fibre that is
 /// slack at 0 degrees and taut from 37 degrees, and one wrapped around a cylinder. The left model mirrors the
 /// right one.
-MotionModel layered_model(const std::string& side);
+store::MotionModel layered_model(const std::string& side);
 
 struct Degrees {
   double flexion = 0.0, varus = 0.0;
 };
-Degrees attitude_deg(const MotionModel& model, std::size_t cell);
+Degrees attitude_deg(const store::MotionModel& model, std::size_t cell);
 
 /// A scene with its layers at raw poses of a model.
 struct Stage {
-  explicit Stage(MotionModel made);
-  void show(const Degrees& attitude, const LayerSet& wanted);
-  void show(const Degrees& attitude, std::initializer_list<Layer> wanted);
-  void show(const JointPose& pose, const LayerSet& wanted);
+  explicit Stage(store::MotionModel made);
+  void show(const Degrees& attitude, const scene::LayerSet& wanted);
+  void show(const Degrees& attitude, std::initializer_list<scene::Layer> wanted);
+  void show(const motion::JointPose& pose, const scene::LayerSet& wanted);
 
-  MotionModel model;
-  Scene scene;
-  JointLayers layers;
-  Motion motion;
-  Held held = Held::moving;
+  store::MotionModel model;
+  scene::Scene scene;
+  scene::JointLayers layers;
+  motion::Motion motion;
+  scene::FixedObject held = scene::FixedObject::moving;
 };
 
-LayerSet set_of(std::initializer_list<Layer> layers);
-LayerSet every_layer();
+scene::LayerSet set_of(std::initializer_list<scene::Layer> layers);
+scene::LayerSet every_layer();
 
 /// The first drawable with that name.
-const Drawable& drawable_of(const Scene& scene, const std::string& name);
+const scene::Drawable& drawable_of(const scene::Scene& scene, const std::string& name);
 
 /// Mean of vertices, world.
-Eigen::Vector3d middle_world_mm(const Drawable& drawable, std::size_t first, std::size_t n);
+Eigen::Vector3d middle_world_mm(const scene::Drawable& drawable, std::size_t first, std::size_t n);
 /// Mean of the corners of all non-degenerate triangles, world.
-Eigen::Vector3d middle_of_drawn_mm(const Drawable& drawable);
+Eigen::Vector3d middle_of_drawn_mm(const scene::Drawable& drawable);
 
 /// Vertex `v` of a gap sheet projected back onto the part below; canonical axes of the moving body.
-Eigen::Vector3d unlifted_mm(const Stage& stage, const Drawable& sheet, std::size_t v);
+Eigen::Vector3d unlifted_mm(const Stage& stage, const scene::Drawable& sheet, std::size_t v);
 
 /// Travel along world Y from a point of the moving body to the first downward face of `reference`, from 3 mm
 /// of overlap on; infinite if there is none.
-double gap_by_every_face_mm(const Mesh& reference, const JointPose& pose, const Eigen::Vector3d& p_moving_mm);
+double gap_by_every_face_mm(const Mesh& reference, const motion::JointPose& pose,
+                            const Eigen::Vector3d& p_moving_mm);
 
 /// The largest difference of any channel.
-int difference(const VertexColour& a, const VertexColour& b);
+int difference(const scene::VertexColour& a, const scene::VertexColour& b);
 
 }  // namespace vrda::test

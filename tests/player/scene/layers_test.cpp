@@ -20,42 +20,43 @@ constexpr double rounding = 1e-12;
 TEST(Layers, NothingIsShownUntilItIsWanted)
 {
   Stage stage(layered_model("right"));
-  stage.show({30, 0}, LayerSet{});
+  stage.show({30, 0}, scene::LayerSet{});
   int n_layers_drawn = 0;
-  for (const Drawable& drawable : stage.scene.drawables) {
-    n_layers_drawn += drawable.layer == Layer::bodies ? 0 : 1;
-    EXPECT_EQ(drawable.is_shown, drawable.layer == Layer::bodies) << drawable.name;
+  for (const scene::Drawable& drawable : stage.scene.drawables) {
+    n_layers_drawn += drawable.layer == scene::Layer::bodies ? 0 : 1;
+    EXPECT_EQ(drawable.is_shown, drawable.layer == scene::Layer::bodies) << drawable.name;
   }
   EXPECT_GT(n_layers_drawn, 8);
-  for (const std::string& name : layer_names()) EXPECT_TRUE(stage.layers.available().has(*layer_named(name)));
+  for (const std::string& name : scene::layer_names())
+    EXPECT_TRUE(stage.layers.available().has(*scene::layer_named(name)));
 }
 
 TEST(Layers, AModelWithoutContactsAndFibresSaysSo)
 {
-  MotionModel model = test::model_of({});
+  store::MotionModel model = test::model_of({});
   test::add_bodies(model);
   Stage stage(model);
-  const LayerSet& available = stage.layers.available();
-  EXPECT_FALSE(available.has(Layer::contacts));
-  EXPECT_FALSE(available.has(Layer::normals));
-  EXPECT_FALSE(available.has(Layer::ligaments));
-  EXPECT_TRUE(available.has(Layer::axes));
-  EXPECT_TRUE(available.has(Layer::helical_axis));
-  EXPECT_TRUE(available.has(Layer::gap_map));
+  const scene::LayerSet& available = stage.layers.available();
+  EXPECT_FALSE(available.has(scene::Layer::contacts));
+  EXPECT_FALSE(available.has(scene::Layer::normals));
+  EXPECT_FALSE(available.has(scene::Layer::ligaments));
+  EXPECT_TRUE(available.has(scene::Layer::axes));
+  EXPECT_TRUE(available.has(scene::Layer::helical_axis));
+  EXPECT_TRUE(available.has(scene::Layer::gap_map));
   // Requesting them shows nothing and does not fail.
-  stage.show({30, 0}, {Layer::contacts, Layer::normals, Layer::ligaments});
-  for (const Drawable& drawable : stage.scene.drawables)
-    EXPECT_EQ(drawable.is_shown, drawable.layer == Layer::bodies) << drawable.name;
+  stage.show({30, 0}, {scene::Layer::contacts, scene::Layer::normals, scene::Layer::ligaments});
+  for (const scene::Drawable& drawable : stage.scene.drawables)
+    EXPECT_EQ(drawable.is_shown, drawable.layer == scene::Layer::bodies) << drawable.name;
 }
 
 TEST(Layers, NothingIsShownWithoutAPose)
 {
   Stage stage(layered_model("right"));
-  JointPose pose = stage.motion.at({});
-  pose.status = PoseStatus::unsolved_cell;
+  motion::JointPose pose = stage.motion.at({});
+  pose.status = motion::PoseStatus::unsolved_cell;
   stage.show(pose, test::every_layer());
-  for (const Drawable& drawable : stage.scene.drawables)
-    EXPECT_EQ(drawable.is_shown, drawable.layer == Layer::bodies) << drawable.name;
+  for (const scene::Drawable& drawable : stage.scene.drawables)
+    EXPECT_EQ(drawable.is_shown, drawable.layer == scene::Layer::bodies) << drawable.name;
 }
 
 TEST(Layers, ContactsLieWhereTheCellSays)
@@ -63,15 +64,15 @@ TEST(Layers, ContactsLieWhereTheCellSays)
   for (const std::string side : {"right", "left"}) {
     SCOPED_TRACE(side);
     Stage stage(layered_model(side));
-    const ContactRows& rows = stage.model.contacts;
+    const store::ContactRows& rows = stage.model.contacts;
     for (const std::size_t cell : {std::size_t{1}, std::size_t{17}, std::size_t{34}}) {
-      stage.show(test::attitude_deg(stage.model, cell), {Layer::contacts});
-      const Drawable& balls = drawable_of(stage.scene, "contacts");
+      stage.show(test::attitude_deg(stage.model, cell), {scene::Layer::contacts});
+      const scene::Drawable& balls = drawable_of(stage.scene, "contacts");
       ASSERT_TRUE(balls.is_shown);
       for (std::int64_t row = rows.row_start[cell]; row < rows.row_start[cell + 1]; ++row) {
         const auto solid = static_cast<std::size_t>(row - rows.row_start[cell]);
         const Eigen::Vector3d p_mm =
-            middle_world_mm(balls, solid * ball_size().n_vertices, ball_size().n_vertices);
+            middle_world_mm(balls, solid * scene::ball_size().n_vertices, scene::ball_size().n_vertices);
         EXPECT_LT((p_mm - rows.point_world_mm.row(row).transpose()).norm(), single_rounding_mm);
       }
     }
@@ -81,31 +82,32 @@ TEST(Layers, ContactsLieWhereTheCellSays)
 TEST(Layers, BetweenCellsContactsStayOnTheMovingObject)
 {
   Stage stage(layered_model("right"));
-  stage.show({30, 0}, {Layer::contacts});
-  const Drawable& balls = drawable_of(stage.scene, "contacts");
-  const std::vector<DrawVertex> vertices = balls.mesh.vertices;
+  stage.show({30, 0}, {scene::Layer::contacts});
+  const scene::Drawable& balls = drawable_of(stage.scene, "contacts");
+  const std::vector<RenderVertex> vertices = balls.mesh.vertices;
   const std::uint64_t revision = balls.revision;
-  stage.show({34, 0.4}, {Layer::contacts});  // the same nearest cell
+  stage.show({34, 0.4}, {scene::Layer::contacts});  // the same nearest cell
   EXPECT_EQ(balls.revision, revision);
   EXPECT_EQ(balls.mesh.vertices.front().position_mm, vertices.front().position_mm);
   EXPECT_EQ(balls.X_world_mesh.matrix(), drawable_of(stage.scene, "block").X_world_mesh.matrix());
-  stage.show({41, 0}, {Layer::contacts});
+  stage.show({41, 0}, {scene::Layer::contacts});
   EXPECT_GT(balls.revision, revision);
 }
 
 TEST(Layers, AnArrowIsAsLongAsItsForceAndPressesThere)
 {
   Stage stage(layered_model("right"));
-  const ForceRows& rows = stage.model.equilibrium->forces;
+  const store::ForceRows& rows = stage.model.equilibrium->forces;
   const std::size_t cell = 17;
-  stage.show(test::attitude_deg(stage.model, cell), {Layer::normals});
-  const Drawable& arrows = drawable_of(stage.scene, "contact forces");
+  stage.show(test::attitude_deg(stage.model, cell), {scene::Layer::normals});
+  const scene::Drawable& arrows = drawable_of(stage.scene, "contact forces");
   ASSERT_TRUE(arrows.is_shown);
   std::vector<double> length_mm;
   for (std::int64_t row = rows.row_start[cell]; row < rows.row_start[cell + 1]; ++row) {
-    const std::size_t first = static_cast<std::size_t>(row - rows.row_start[cell]) * arrow_size().n_vertices;
+    const std::size_t first =
+        static_cast<std::size_t>(row - rows.row_start[cell]) * scene::arrow_size().n_vertices;
     const Eigen::Vector3d tail_mm = middle_world_mm(arrows, first, 12),
-                          tip_mm = middle_world_mm(arrows, first + arrow_size().n_vertices - 12, 12);
+                          tip_mm = middle_world_mm(arrows, first + scene::arrow_size().n_vertices - 12, 12);
     EXPECT_LT((tip_mm - rows.point_world_mm.row(row).transpose()).norm(), single_rounding_mm);
     const Eigen::Vector3d along = (tip_mm - tail_mm).normalized();
     EXPECT_LT((along - rows.normal_world.row(row).transpose()).norm(), 1e-4);
@@ -118,9 +120,9 @@ TEST(Layers, AnArrowIsAsLongAsItsForceAndPressesThere)
 TEST(Layers, AxesStandAtTheRotationCentreAndAlongTheirDirections)
 {
   Stage stage(layered_model("right"));
-  stage.show({40, 3}, {Layer::axes});
+  stage.show({40, 3}, {scene::Layer::axes});
   const auto direction = [&](const char* name) {
-    const Drawable& axis = drawable_of(stage.scene, name);
+    const scene::Drawable& axis = drawable_of(stage.scene, name);
     EXPECT_TRUE(axis.is_shown);
     EXPECT_LT(axis.X_world_mesh.translation().norm(), rounding) << name;
     return Eigen::Vector3d(axis.X_world_mesh.linear().col(1));
@@ -133,18 +135,18 @@ TEST(Layers, AxesStandAtTheRotationCentreAndAlongTheirDirections)
   EXPECT_LT((direction("flexion axis") - R.col(2)).norm(), rounding);
   EXPECT_LT((direction("varus axis") - Eigen::Vector3d::UnitX()).norm(), rounding);
   EXPECT_LT((direction("Delta") - Eigen::Vector3d::UnitY()).norm(), rounding);
-  EXPECT_EQ(JointLayers::axis_labels().size(), 7U);
+  EXPECT_EQ(scene::JointLayers::axis_labels().size(), 7U);
 }
 
 TEST(Layers, HeldReferenceTurnsTheWorldsAxesWithTheRest)
 {
   Stage stage(layered_model("left"));
-  stage.held = Held::reference;
-  stage.show({40, 3}, {Layer::axes});
+  stage.held = scene::FixedObject::reference;
+  stage.show({40, 3}, {scene::Layer::axes});
   EXPECT_LT(
       (drawable_of(stage.scene, "anterior").X_world_mesh.linear().col(1) - Eigen::Vector3d::UnitX()).norm(),
       rounding);
-  const Drawable& moving = drawable_of(stage.scene, "block");
+  const scene::Drawable& moving = drawable_of(stage.scene, "block");
   const Eigen::Vector3d delta = drawable_of(stage.scene, "Delta").X_world_mesh.linear().col(1);
   // Theta rotates about Delta, so Delta is fixed in the moving object.
   EXPECT_LT((delta - moving.X_world_mesh.linear() * Eigen::Vector3d::UnitY()).norm(), rounding);
@@ -154,20 +156,20 @@ TEST(Layers, TheHelicalAxisOfPureFlexionIsTheFlexionAxis)
 {
   test::ModelPlan plan;
   plan.rotation_centre_mm = {100, -200, 40};
-  MotionModel model = test::model_of(plan);
+  store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
-  const Motion motion(model, "raw");
+  const motion::Motion motion(model, "raw");
   for (const double flexion_deg : {0.0, 33.0, 90.0}) {
     const std::optional<HelicalAxis> axis =
-        helical_axis_at(motion, {rad_from_deg(flexion_deg), 0.0}, plan.rotation_centre_mm);
+        scene::helical_axis_at(motion, {rad_from_deg(flexion_deg), 0.0}, plan.rotation_centre_mm);
     ASSERT_TRUE(axis.has_value());
     EXPECT_LT((axis->point_mm - plan.rotation_centre_mm).norm(), 1e-9);
     EXPECT_LT((axis->direction + Eigen::Vector3d::UnitZ()).norm(), 1e-9);
     EXPECT_NEAR(axis->rotation_rad, rad_from_deg(flexion_deg == 33.0 ? 2.0 : 1.0), 1e-9);
   }
   Stage stage(model);
-  stage.show({33, 0}, {Layer::helical_axis});
-  const Drawable& rod = drawable_of(stage.scene, "helical axis");
+  stage.show({33, 0}, {scene::Layer::helical_axis});
+  const scene::Drawable& rod = drawable_of(stage.scene, "helical axis");
   EXPECT_TRUE(rod.is_shown);
   EXPECT_LT(rod.X_world_mesh.translation().norm(), 1e-9);
   EXPECT_NEAR(std::abs(rod.X_world_mesh.linear()(2, 1)), 1.0, 1e-9);
@@ -178,12 +180,12 @@ TEST(Layers, FibresRunFromAttachmentToAttachmentAndAreColouredByTheirStrain)
   for (const std::string side : {"right", "left"}) {
     SCOPED_TRACE(side);
     Stage stage(layered_model(side));
-    const LigamentRows& rows = *stage.model.ligaments;
+    const store::LigamentRows& rows = *stage.model.ligaments;
     int n_slack = 0, n_taut = 0;
     for (const double flexion_deg : {0.0, 37.0, 90.0}) {
-      stage.show({flexion_deg, 1.0}, {Layer::ligaments});
-      const JointPose pose = stage.motion.at({rad_from_deg(flexion_deg), rad_from_deg(1.0)});
-      const Drawable& tubes = drawable_of(stage.scene, "ligaments");
+      stage.show({flexion_deg, 1.0}, {scene::Layer::ligaments});
+      const motion::JointPose pose = stage.motion.at({rad_from_deg(flexion_deg), rad_from_deg(1.0)});
+      const scene::Drawable& tubes = drawable_of(stage.scene, "ligaments");
       ASSERT_TRUE(tubes.is_shown);
       // The first fibre is straight with four points; its rings follow the end ring.
       const Eigen::Vector3d from_mm = pose.X_world_reference * rows.reference_mm.row(0).transpose();
@@ -191,8 +193,8 @@ TEST(Layers, FibresRunFromAttachmentToAttachmentAndAreColouredByTheirStrain)
       EXPECT_LT((middle_world_mm(tubes, 12, 12) - from_mm).norm(), single_rounding_mm);
       EXPECT_LT((middle_world_mm(tubes, 48, 12) - to_mm).norm(), single_rounding_mm);
       const double strain = (to_mm - from_mm).norm() / rows.slack_length_mm[0] - 1.0;
-      const Legend& legend = stage.layers.strain_legend();
-      EXPECT_EQ(tubes.colours[12], colour_of(legend, 100.0 * strain));
+      const scene::Legend& legend = stage.layers.strain_legend();
+      EXPECT_EQ(tubes.colours[12], scene::colour_of(legend, 100.0 * strain));
       EXPECT_EQ(tubes.colours[12] == legend.below, strain < 0.0);
       n_slack += strain < 0.0 ? 1 : 0;
       n_taut += strain > 0.0 ? 1 : 0;
@@ -204,20 +206,20 @@ TEST(Layers, FibresRunFromAttachmentToAttachmentAndAreColouredByTheirStrain)
 
 TEST(Layers, StrainsAreThoseOfTheLigamentRoom)
 {
-  const MotionModel model = layered_model("right");
-  const Ligaments ligaments = ligaments_of(model);
-  Scene scene = scene_of(model.reference, model.moving, model.rotation_centre_mm);
-  LigamentLayer layer(model, scene);
-  const Motion motion(model, "raw");
+  const store::MotionModel model = layered_model("right");
+  const ligament::Ligaments ligaments = scene::ligaments_of(model);
+  scene::Scene scene = scene::scene_of(model.reference, model.moving, model.rotation_centre_mm);
+  scene::LigamentLayer layer(model, scene);
+  const motion::Motion motion(model, "raw");
   const SolverFrame frame{Side::right, model.rotation_centre_mm, model.delta};
   int n_wrapped = 0;
   for (const double flexion_deg : {0.0, 20.0, 75.0}) {
-    const JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(-1.0)});
+    const motion::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(-1.0)});
     layer.update(scene, pose);
     const Eigen::Vector3d shift_mm = pose.X_world_moving * model.rotation_centre_mm;
-    const std::vector<FibreState> states =
-        fibre_states(solver_ligaments(ligaments, frame), pose.attitude,
-                     {solver_translation_mm(frame, shift_mm), pose.theta_rad});
+    const std::vector<ligament::FibreState> states =
+        ligament::fibre_states(ligament::solver_ligaments(ligaments, frame), pose.attitude,
+                               {solver_translation_mm(frame, shift_mm), pose.theta_rad});
     for (std::size_t i = 0; i < states.size(); ++i) {
       EXPECT_NEAR(layer.strain()[i], states[i].strain, 1e-9);
       n_wrapped += states[i].is_wrapped ? 1 : 0;
@@ -231,12 +233,12 @@ TEST(Layers, GapsAreThoseOfEveryFaceInTurn)
   for (const std::string side : {"right", "left"}) {
     SCOPED_TRACE(side);
     Stage stage(layered_model(side));
-    stage.show({25, 2}, {Layer::gap_map});
-    const JointPose pose = stage.motion.at({rad_from_deg(25.0), rad_from_deg(2.0)});
-    const Drawable& sheet = drawable_of(stage.scene, "gaps on sheet");
+    stage.show({25, 2}, {scene::Layer::gap_map});
+    const motion::JointPose pose = stage.motion.at({rad_from_deg(25.0), rad_from_deg(2.0)});
+    const scene::Drawable& sheet = drawable_of(stage.scene, "gaps on sheet");
     ASSERT_TRUE(sheet.is_shown);
-    const Legend& legend = stage.layers.gap_legend();
-    const VertexColour bone = encoded(sheet.material.colour);
+    const scene::Legend& legend = stage.layers.gap_legend();
+    const scene::VertexColour bone = scene::srgb_from_linear(sheet.material.colour);
     const Mesh& ball = stage.model.reference.contact.mesh;
     int n_near = 0, n_far = 0;
     for (std::size_t v = 0; v < sheet.mesh.vertices.size(); ++v) {
@@ -245,9 +247,9 @@ TEST(Layers, GapsAreThoseOfEveryFaceInTurn)
       const bool is_near = gap_mm < 0.69 * legend.highest;  // where fading has not started
       n_far += is_far ? 1 : 0;
       n_near += is_near ? 1 : 0;
-      const VertexColour& colour = sheet.colours[v];
+      const scene::VertexColour& colour = sheet.colours[v];
       EXPECT_TRUE(!is_far || colour == bone) << gap_mm;
-      EXPECT_TRUE(!is_near || test::difference(colour, colour_of(legend, gap_mm)) <= 1) << gap_mm;
+      EXPECT_TRUE(!is_near || test::difference(colour, scene::colour_of(legend, gap_mm)) <= 1) << gap_mm;
     }
     EXPECT_GT(n_near, 20);
     EXPECT_GT(n_far, 20);
@@ -257,9 +259,9 @@ TEST(Layers, GapsAreThoseOfEveryFaceInTurn)
 TEST(Layers, TrianglesBeyondTheRangeAreLeftOutAndSizesStay)
 {
   Stage stage(layered_model("right"));
-  const Drawable& sheet = drawable_of(stage.scene, "gaps on sheet");
+  const scene::Drawable& sheet = drawable_of(stage.scene, "gaps on sheet");
   const std::size_t n_indices = sheet.mesh.triangles.size();
-  stage.show({25, 2}, {Layer::gap_map});
+  stage.show({25, 2}, {scene::Layer::gap_map});
   EXPECT_EQ(sheet.mesh.triangles.size(), n_indices);
   const auto n_drawn = [&] {
     int n = 0;
@@ -274,11 +276,11 @@ TEST(Layers, TrianglesBeyondTheRangeAreLeftOutAndSizesStay)
 TEST(Layers, ARevisionRisesOnlyWhenSomethingChanges)
 {
   Stage stage(layered_model("right"));
-  const LayerSet all = test::every_layer();
+  const scene::LayerSet all = test::every_layer();
   stage.show({25, 2}, all);
   std::vector<std::uint64_t> revisions;
-  for (const Drawable& drawable : stage.scene.drawables) revisions.push_back(drawable.revision);
-  stage.held = Held::reference;  // the same pose in another frame
+  for (const scene::Drawable& drawable : stage.scene.drawables) revisions.push_back(drawable.revision);
+  stage.held = scene::FixedObject::reference;  // the same pose in another frame
   stage.show({25, 2}, all);
   for (std::size_t i = 0; i < revisions.size(); ++i)
     EXPECT_EQ(stage.scene.drawables[i].revision, revisions[i]) << stage.scene.drawables[i].name;
@@ -291,14 +293,15 @@ TEST(Layers, ARevisionRisesOnlyWhenSomethingChanges)
 TEST(Layers, AMirroredJointShowsTheMirrorImage)
 {
   Stage right(layered_model("right")), left(layered_model("left"));
-  const LayerSet all = test::every_layer();
+  const scene::LayerSet all = test::every_layer();
   int n_compared = 0;
   for (const double flexion_deg : {0.0, 45.0, 80.0}) {
     right.show({flexion_deg, 1.0}, all);
     left.show({flexion_deg, 1.0}, all);
     for (std::size_t i = 0; i < right.scene.drawables.size(); ++i) {
-      const Drawable &a = right.scene.drawables[i], &b = left.scene.drawables[i];
-      if (a.layer == Layer::bodies || a.name == "right") continue;  // the subject's right is not mirrored
+      const scene::Drawable &a = right.scene.drawables[i], &b = left.scene.drawables[i];
+      if (a.layer == scene::Layer::bodies || a.name == "right")
+        continue;  // the subject's right is not mirrored
       SCOPED_TRACE(a.name);
       EXPECT_EQ(a.is_shown, b.is_shown);
       if (!a.is_shown) continue;  // no gap is within the range at the box under the sheet
@@ -313,7 +316,7 @@ TEST(Layers, AMirroredJointShowsTheMirrorImage)
 TEST(Layers, LookingThroughAnObjectLeavesTheOtherAndTheLayers)
 {
   Stage stage(layered_model("right"));
-  see_through(stage.scene, Owner::reference, 0.5F);
+  scene::scale_opacity(stage.scene, scene::Owner::reference, 0.5F);
   EXPECT_EQ(drawable_of(stage.scene, "ball").material.opacity, 0.5F);
   EXPECT_EQ(drawable_of(stage.scene, "block").material.opacity, 1.0F);
   EXPECT_EQ(drawable_of(stage.scene, "ligaments").material.opacity, 1.0F);
@@ -322,66 +325,67 @@ TEST(Layers, LookingThroughAnObjectLeavesTheOtherAndTheLayers)
 TEST(Layers, LayersTakeNoPartInFraming)
 {
   Stage stage(layered_model("right"));
-  stage.show({25, 2}, LayerSet{});
-  const std::size_t n_points = points_within(stage.scene, {}).size();
-  const Sphere sphere = joint_sphere(stage.scene);
+  stage.show({25, 2}, scene::LayerSet{});
+  const std::size_t n_points = scene::points_within(stage.scene, {}).size();
+  const scene::Sphere sphere = scene::joint_sphere(stage.scene);
   stage.show({25, 2}, test::every_layer());
-  EXPECT_EQ(points_within(stage.scene, {}).size(), n_points);
-  EXPECT_EQ(joint_sphere(stage.scene).radius_mm, sphere.radius_mm);
+  EXPECT_EQ(scene::points_within(stage.scene, {}).size(), n_points);
+  EXPECT_EQ(scene::joint_sphere(stage.scene).radius_mm, sphere.radius_mm);
 }
 
 TEST(LayerSet, NamesAndLayersGoTogether)
 {
-  for (const std::string& name : layer_names()) EXPECT_EQ(name_of(*layer_named(name)), name);
-  EXPECT_EQ(layer_names().size(), n_layers - 1);
-  EXPECT_EQ(layer_named("gaps"), Layer::gap_map);
-  EXPECT_EQ(layer_named("bodies"), std::nullopt);
-  EXPECT_THROW(name_of(Layer::bodies), InternalError);
+  for (const std::string& name : scene::layer_names())
+    EXPECT_EQ(scene::name_of(*scene::layer_named(name)), name);
+  EXPECT_EQ(scene::layer_names().size(), scene::n_layers - 1);
+  EXPECT_EQ(scene::layer_named("gaps"), scene::Layer::gap_map);
+  EXPECT_EQ(scene::layer_named("bodies"), std::nullopt);
+  EXPECT_THROW(scene::name_of(scene::Layer::bodies), InternalError);
 }
 
-Legend legend()
+scene::Legend legend()
 {
-  Legend made;
+  scene::Legend made;
   made.lowest = 2.0;
   made.highest = 12.0;
-  made.palette = closeness_palette();
+  made.palette = scene::gap_palette();
   return made;
 }
 
 /// Relative luminance; perceived lightness increases monotonically with it.
-double luminance(const VertexColour& colour)
+double luminance(const scene::VertexColour& colour)
 {
-  return Eigen::Vector3f(0.2126F, 0.7152F, 0.0722F).dot(decoded(colour));
+  return Eigen::Vector3f(0.2126F, 0.7152F, 0.0722F).dot(scene::linear_from_srgb(colour));
 }
 
 TEST(Palette, ColoursAreThoseOfThePaletteAndMixedBetween)
 {
-  const Legend l = legend();
+  const scene::Legend l = legend();
   for (std::size_t k = 0; k < l.palette.size(); ++k)
-    EXPECT_EQ(colour_of(l, 2.0 + static_cast<double>(k)), l.palette[k]);
-  EXPECT_EQ(colour_of(l, 2.5), mixed(l.palette[0], l.palette[1], 0.5));
-  EXPECT_EQ(colour_of(l, -50.0), l.palette.front());
-  EXPECT_EQ(colour_of(l, 1e9), l.palette.back());
+    EXPECT_EQ(scene::colour_of(l, 2.0 + static_cast<double>(k)), l.palette[k]);
+  EXPECT_EQ(scene::colour_of(l, 2.5), scene::interpolated_colour(l.palette[0], l.palette[1], 0.5));
+  EXPECT_EQ(scene::colour_of(l, -50.0), l.palette.front());
+  EXPECT_EQ(scene::colour_of(l, 1e9), l.palette.back());
 }
 
 TEST(Palette, ValuesBelowHaveTheirOwnColourWhereTheLegendSaysSo)
 {
-  Legend l = legend();
+  scene::Legend l = legend();
   l.below = {1, 2, 3, 255};
   l.below_label = "slack";
-  EXPECT_EQ(colour_of(l, 1.999), l.below);
-  EXPECT_EQ(colour_of(l, 2.0), l.palette.front());
+  EXPECT_EQ(scene::colour_of(l, 1.999), l.below);
+  EXPECT_EQ(scene::colour_of(l, 2.0), l.palette.front());
 }
 
 TEST(Palette, ClosenessDarkensWithEveryStep)
 {
-  for (std::size_t k = 1; k < closeness_palette().size(); ++k)
-    EXPECT_LT(luminance(closeness_palette()[k]), luminance(closeness_palette()[k - 1])) << k;
+  for (std::size_t k = 1; k < scene::gap_palette().size(); ++k)
+    EXPECT_LT(luminance(scene::gap_palette()[k]), luminance(scene::gap_palette()[k - 1])) << k;
 }
 
 TEST(Palette, TensionIsLightestInTheMiddle)
 {
-  const Palette& palette = tension_palette();
+  const scene::Palette& palette = scene::strain_palette();
   for (std::size_t k = 1; k < palette.size(); ++k) {
     const bool is_rising = k <= palette.size() / 2;
     EXPECT_EQ(luminance(palette[k]) > luminance(palette[k - 1]), is_rising) << k;
@@ -392,8 +396,8 @@ TEST(Palette, EncodingAndDecodingAreARoundTrip)
 {
   for (int byte = 0; byte < 256; ++byte) {
     const auto b = static_cast<std::uint8_t>(byte);
-    const VertexColour colour{b, static_cast<std::uint8_t>(255 - byte), b, 255};
-    EXPECT_EQ(encoded(decoded(colour)), colour);
+    const scene::VertexColour colour{b, static_cast<std::uint8_t>(255 - byte), b, 255};
+    EXPECT_EQ(scene::srgb_from_linear(scene::linear_from_srgb(colour)), colour);
   }
 }
 

@@ -11,8 +11,8 @@ const std::string hemisphere = "[hemisphere]\nsky = [0.2, 0.2, 0.2]\nground = [0
 
 TEST(LightsFile, TheExampleIsTheStudio)
 {
-  const Lights lights = read_lights(VRDA_JOBS "/lights-studio.toml");
-  const Lighting studio = studio_lighting();
+  const scene::Lights lights = scene::read_lights(VRDA_JOBS "/lights-studio.toml");
+  const scene::Lighting studio = scene::studio_lighting();
   EXPECT_EQ(lights.lighting.sky, studio.sky);
   EXPECT_EQ(lights.lighting.ground, studio.ground);
   ASSERT_EQ(lights.lighting.lights.size(), studio.lights.size());
@@ -21,13 +21,13 @@ TEST(LightsFile, TheExampleIsTheStudio)
     EXPECT_EQ(lights.lighting.lights[i].colour, studio.lights[i].colour);
   }
   ASSERT_TRUE(lights.background.has_value());
-  EXPECT_EQ(lights.background->top, background_of(Backdrop::studio).top);
-  EXPECT_EQ(lights.background->bottom, background_of(Backdrop::studio).bottom);
+  EXPECT_EQ(lights.background->top, scene::background_of(scene::Backdrop::studio).top);
+  EXPECT_EQ(lights.background->bottom, scene::background_of(scene::Backdrop::studio).bottom);
 }
 
 TEST(LightsFile, LightsAndBackgroundMayBeLeftOut)
 {
-  const Lights lights = parsed_lights(hemisphere, "dim.toml");
+  const scene::Lights lights = scene::parsed_lights(hemisphere, "dim.toml");
   EXPECT_TRUE(lights.lighting.lights.empty());
   EXPECT_FALSE(lights.background.has_value());
   EXPECT_EQ(lights.lighting.sky, Eigen::Vector3f(0.2F, 0.2F, 0.2F));
@@ -58,24 +58,24 @@ TEST(LightsFile, WhatIsWrongIsNamed)
            Row{hemisphere + "[background]\ntop = [0, 0, 2]\nbottom = [0, 0, 0]\n", "background.top.2", "2"},
        }) {
     SCOPED_TRACE(row.text);
-    const InputError::Facts facts = test::input_error([&] { parsed_lights(row.text, "my.toml"); });
+    const InputError::Facts facts = test::input_error([&] { scene::parsed_lights(row.text, "my.toml"); });
     EXPECT_EQ(facts.file, "my.toml");
     EXPECT_EQ(facts.field, row.field);
     EXPECT_THAT(facts.found, testing::HasSubstr(row.found));
     EXPECT_FALSE(facts.wanted.empty());
   }
-  EXPECT_EQ(test::input_error([&] { parsed_lights(hemisphere + "grund = []", "a"); }).wanted,
+  EXPECT_EQ(test::input_error([&] { scene::parsed_lights(hemisphere + "grund = []", "a"); }).wanted,
             "a known key; the nearest is \"hemisphere.ground\"");
-  EXPECT_EQ(test::input_error([] { parsed_lights("[hemisphere\n", "a"); }).wanted, "valid TOML");
+  EXPECT_EQ(test::input_error([] { scene::parsed_lights("[hemisphere\n", "a"); }).wanted, "valid TOML");
 }
 
 TEST(LightsFile, AFileThatIsNotThereOrEndlessIsRefused)
 {
   const test::Scratch scratch;
   const std::string missing = (scratch.path() / "none.toml").string();
-  EXPECT_EQ(test::input_error([&] { read_lights(missing); }).file, missing);
+  EXPECT_EQ(test::input_error([&] { scene::read_lights(missing); }).file, missing);
   const std::string huge = scratch.write("huge.toml", std::string(8000001, '\n')).string();
-  EXPECT_EQ(test::input_error([&] { read_lights(huge); }).found, "more than 8000000 bytes");
+  EXPECT_EQ(test::input_error([&] { scene::read_lights(huge); }).found, "more than 8000000 bytes");
 }
 
 }  // namespace vrda::lights_file_test

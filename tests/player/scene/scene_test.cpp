@@ -10,22 +10,23 @@ namespace vrda::scene_test {
 constexpr double rounding = 1e-11;        // mm, products of poses with coordinates of hundreds
 constexpr double single_rounding = 1e-5;  // mm, single precision at tens of mm
 
-MotionModel moving_model(const std::string& side)
+store::MotionModel moving_model(const std::string& side)
 {
   test::ModelPlan plan;
   plan.side = side;
   plan.rotation_centre_mm = {100, -200, 40};
   plan.motion = [](double flexion_deg, double varus_deg) {
-    return PoseNumbers{-0.05 * flexion_deg, -0.01 * flexion_deg, 0.2 * varus_deg, 0.1 * flexion_deg};
+    return motion::PoseCoordinates{-0.05 * flexion_deg, -0.01 * flexion_deg, 0.2 * varus_deg,
+                                   0.1 * flexion_deg};
   };
-  MotionModel model = test::model_of(plan);
+  store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
   return model;
 }
 
-Scene scene_of(const MotionModel& model)
+scene::Scene scene_of(const store::MotionModel& model)
 {
-  return scene_of(model.reference, model.moving, model.rotation_centre_mm);
+  return scene::scene_of(model.reference, model.moving, model.rotation_centre_mm);
 }
 
 double difference(const Pose& a, const Pose& b)
@@ -35,14 +36,14 @@ double difference(const Pose& a, const Pose& b)
 
 TEST(Scene, ThereIsADrawableForEachComponentWithItsMaterial)
 {
-  MotionModel model = moving_model("right");
+  store::MotionModel model = moving_model("right");
   model.moving.visual = model.moving.contact;  // the same components again as visual parts
-  const Scene scene = scene_of(model);
+  const scene::Scene scene = scene_of(model);
   ASSERT_EQ(scene.drawables.size(), 5U);
   EXPECT_EQ(scene.drawables[0].name, "ball");
-  EXPECT_EQ(scene.drawables[0].owner, Owner::reference);
+  EXPECT_EQ(scene.drawables[0].owner, scene::Owner::reference);
   EXPECT_EQ(scene.drawables[2].name, "plate");
-  EXPECT_EQ(scene.drawables[2].owner, Owner::moving);
+  EXPECT_EQ(scene.drawables[2].owner, scene::Owner::moving);
   EXPECT_TRUE(scene.drawables[2].has_contact);
   EXPECT_FALSE(scene.drawables[4].has_contact);
   EXPECT_EQ(scene.drawables[2].material.opacity, 0.6F);
@@ -51,7 +52,7 @@ TEST(Scene, ThereIsADrawableForEachComponentWithItsMaterial)
 
 TEST(Scene, ATriangleOfNoComponentIsABrokenPromise)
 {
-  MotionModel model = moving_model("right");
+  store::MotionModel model = moving_model("right");
   model.moving.contact.component.back() = 7;
   EXPECT_THROW(scene_of(model), InternalError);
   model.moving.contact.component.pop_back();
@@ -61,13 +62,13 @@ TEST(Scene, ATriangleOfNoComponentIsABrokenPromise)
 TEST(Scene, WhoeverStandsStillTheObjectsStandAsXReferenceMovingSays)
 {
   for (const std::string side : {"right", "left"}) {
-    const MotionModel model = moving_model(side);
-    const Motion motion(model, "raw");
-    Scene scene = scene_of(model);
-    for (const Held held : {Held::moving, Held::reference}) {
+    const store::MotionModel model = moving_model(side);
+    const motion::Motion motion(model, "raw");
+    scene::Scene scene = scene_of(model);
+    for (const scene::FixedObject held : {scene::FixedObject::moving, scene::FixedObject::reference}) {
       for (const double flexion_deg : {0.0, 40.0, 90.0}) {
-        const JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(1.5)});
-        place(scene, frames_of(pose, held));
+        const motion::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(1.5)});
+        scene::place(scene, scene::frames_of(pose, held));
         // mesh = stored - origin, for both objects
         Pose X_stored_mesh = Pose::Identity();
         X_stored_mesh.translation() = model.rotation_centre_mm;
@@ -82,11 +83,11 @@ TEST(Scene, WhoeverStandsStillTheObjectsStandAsXReferenceMovingSays)
 
 TEST(Scene, TheHeldReferenceOnlyStandsRecentred)
 {
-  const MotionModel model = moving_model("left");
-  const Motion motion(model, "raw");
+  const store::MotionModel model = moving_model("left");
+  const motion::Motion motion(model, "raw");
   for (const double flexion_deg : {0.0, 33.0, 90.0}) {
-    const JointFrames frames =
-        frames_of(motion.at({rad_from_deg(flexion_deg), rad_from_deg(-2.0)}), Held::reference);
+    const scene::JointFrames frames = scene::frames_of(
+        motion.at({rad_from_deg(flexion_deg), rad_from_deg(-2.0)}), scene::FixedObject::reference);
     Pose expected = Pose::Identity();
     expected.translation() = -model.rotation_centre_mm;
     EXPECT_LT(difference(frames.X_world_reference, expected), rounding);
@@ -96,34 +97,35 @@ TEST(Scene, TheHeldReferenceOnlyStandsRecentred)
 TEST(Scene, TheJointSphereLiesWhereTheObjectsMeet)
 {
   test::ModelPlan plan;
-  MotionModel model = test::model_of(plan);
+  store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
-  Scene scene = scene_of(model);
-  place(scene, frames_of(Motion(model, "raw").at({})));
+  scene::Scene scene = scene_of(model);
+  scene::place(scene, scene::frames_of(motion::Motion(model, "raw").at({})));
   // Boxes: ball 20 about the origin; block and plate |x| <= 20, |z| <= 30, y from -35 to -20.
-  const Sphere sphere = joint_sphere(scene, 0.5);
+  const scene::Sphere sphere = scene::joint_sphere(scene, 0.5);
   EXPECT_LT((sphere.centre_world_mm - Eigen::Vector3d(0, -20, 0)).norm(), single_rounding);
   EXPECT_NEAR(sphere.radius_mm, 0.5 * 40.0, single_rounding);
-  for (const Eigen::Vector3d& p_mm : points_within(scene, sphere)) {
+  for (const Eigen::Vector3d& p_mm : scene::points_within(scene, sphere)) {
     EXPECT_LE((p_mm - sphere.centre_world_mm).norm(), sphere.radius_mm);
   }
   std::size_t n_vertices = 0;
-  for (const Drawable& drawable : scene.drawables) n_vertices += drawable.mesh.vertices.size();
-  EXPECT_LT(points_within(scene, sphere).size(), n_vertices);
-  EXPECT_EQ(points_within(scene, {}).size(), n_vertices);
+  for (const scene::Drawable& drawable : scene.drawables) n_vertices += drawable.mesh.vertices.size();
+  EXPECT_LT(scene::points_within(scene, sphere).size(), n_vertices);
+  EXPECT_EQ(scene::points_within(scene, {}).size(), n_vertices);
 }
 
 TEST(Scene, AnEmptySceneHasAnEmptySphere)
 {
-  EXPECT_EQ(joint_sphere({}).radius_mm, 0.0);
+  EXPECT_EQ(scene::joint_sphere({}).radius_mm, 0.0);
 }
 
 TEST(Scene, EveryBackdropHasColoursAndBlackIsBlack)
 {
-  EXPECT_EQ(background_of(Backdrop::black).top, Eigen::Vector3f::Zero());
-  EXPECT_EQ(background_of(Backdrop::black).bottom, Eigen::Vector3f::Zero());
-  EXPECT_GT(background_of(Backdrop::studio).top.sum(), background_of(Backdrop::night).top.sum());
-  EXPECT_LE(studio_lighting().lights.size(), most_lights);
+  EXPECT_EQ(scene::background_of(scene::Backdrop::black).top, Eigen::Vector3f::Zero());
+  EXPECT_EQ(scene::background_of(scene::Backdrop::black).bottom, Eigen::Vector3f::Zero());
+  EXPECT_GT(scene::background_of(scene::Backdrop::studio).top.sum(),
+            scene::background_of(scene::Backdrop::night).top.sum());
+  EXPECT_LE(scene::studio_lighting().lights.size(), scene::most_lights);
 }
 
 }  // namespace vrda::scene_test

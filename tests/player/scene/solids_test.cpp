@@ -12,16 +12,16 @@ namespace vrda::solids_test {
 
 constexpr double single_rounding_mm = 1e-4;  // single precision at 100 mm, summed
 
-Eigen::Vector3d position(const DrawVertex& vertex)
+Eigen::Vector3d position(const RenderVertex& vertex)
 {
   return {vertex.position_mm[0], vertex.position_mm[1], vertex.position_mm[2]};
 }
-Eigen::Vector3d normal(const DrawVertex& vertex)
+Eigen::Vector3d normal(const RenderVertex& vertex)
 {
   return {vertex.normal[0], vertex.normal[1], vertex.normal[2]};
 }
 
-double volume_mm3(const DrawMesh& mesh)
+double volume_mm3(const RenderMesh& mesh)
 {
   double volume = 0.0;
   for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
@@ -34,9 +34,9 @@ double volume_mm3(const DrawMesh& mesh)
 }
 
 /// Checks that normals are unit vectors on the outer side of their faces.
-void expect_sound(const DrawMesh& mesh)
+void expect_sound(const RenderMesh& mesh)
 {
-  for (const DrawVertex& vertex : mesh.vertices) EXPECT_NEAR(normal(vertex).norm(), 1.0, 1e-3);
+  for (const RenderVertex& vertex : mesh.vertices) EXPECT_NEAR(normal(vertex).norm(), 1.0, 1e-3);
   int n_faces = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
     const Eigen::Vector3d a = position(mesh.vertices[mesh.triangles[t]]),
@@ -60,13 +60,13 @@ double polygon_part()  // area of the regular 12-gon / area of its circle
 
 TEST(Solids, ABallLiesOnItsSphereAndFillsMostOfIt)
 {
-  DrawMesh mesh;
-  add_balls(mesh, 1);
-  EXPECT_EQ(mesh.vertices.size(), ball_size().n_vertices);
-  EXPECT_EQ(mesh.triangles.size(), ball_size().n_indices);
+  RenderMesh mesh;
+  scene::add_balls(mesh, 1);
+  EXPECT_EQ(mesh.vertices.size(), scene::ball_size().n_vertices);
+  EXPECT_EQ(mesh.triangles.size(), scene::ball_size().n_indices);
   const Eigen::Vector3d centre(40, -30, 7);
-  set_ball(mesh, 0, centre, 5.0);
-  for (const DrawVertex& vertex : mesh.vertices) {
+  scene::set_ball(mesh, 0, centre, 5.0);
+  for (const RenderVertex& vertex : mesh.vertices) {
     EXPECT_NEAR((position(vertex) - centre).norm(), 5.0, single_rounding_mm);
     EXPECT_LT((position(vertex) - centre - 5.0 * normal(vertex)).norm(), single_rounding_mm);
   }
@@ -79,19 +79,19 @@ TEST(Solids, RodsAndTubesHaveTheVolumeOfTheirPrism)
 {
   const Eigen::Vector3d from(3, 4, 5), to(-20, 30, 11);
   const double expected_mm3 = polygon_part() * pi * 4.0 * (to - from).norm();
-  DrawMesh rod;
-  add_rods(rod, 1);
-  EXPECT_EQ(rod.vertices.size(), rod_size().n_vertices);
-  EXPECT_EQ(rod.triangles.size(), rod_size().n_indices);
-  set_rod(rod, 0, from, to, 2.0);
+  RenderMesh rod;
+  scene::add_rods(rod, 1);
+  EXPECT_EQ(rod.vertices.size(), scene::rod_size().n_vertices);
+  EXPECT_EQ(rod.triangles.size(), scene::rod_size().n_indices);
+  scene::set_rod(rod, 0, from, to, 2.0);
   expect_sound(rod);
   EXPECT_NEAR(volume_mm3(rod), expected_mm3, 1e-4 * expected_mm3);
-  DrawMesh tube;
+  RenderMesh tube;
   const std::array<Eigen::Vector3d, 4> way{from, 0.7 * from + 0.3 * to, 0.7 * from + 0.3 * to, to};
-  add_tube(tube, way.size());
-  EXPECT_EQ(tube.vertices.size(), tube_size(4).n_vertices);
-  EXPECT_EQ(tube.triangles.size(), tube_size(4).n_indices);
-  set_tube(tube, 0, way, 2.0);
+  scene::add_tube(tube, way.size());
+  EXPECT_EQ(tube.vertices.size(), scene::tube_size(4).n_vertices);
+  EXPECT_EQ(tube.triangles.size(), scene::tube_size(4).n_indices);
+  scene::set_tube(tube, 0, way, 2.0);
   expect_sound(tube);
   EXPECT_NEAR(volume_mm3(tube), expected_mm3, 1e-4 * expected_mm3);
 }
@@ -103,13 +103,13 @@ TEST(Solids, ABentTubeKeepsItsRadius)
     const double angle = 0.2 * static_cast<double>(k);
     way[k] = Eigen::Vector3d(30.0 * std::cos(angle), 30.0 * std::sin(angle), 2.0 * angle);
   }
-  DrawMesh mesh;
-  add_tube(mesh, way.size());
-  set_tube(mesh, 0, way, 1.5);
+  RenderMesh mesh;
+  scene::add_tube(mesh, way.size());
+  scene::set_tube(mesh, 0, way, 1.5);
   expect_sound(mesh);
   for (std::size_t k = 0; k < way.size(); ++k) {
     for (std::size_t side = 0; side < 12; ++side) {
-      const DrawVertex& vertex = mesh.vertices[12 * (k + 1) + side];
+      const RenderVertex& vertex = mesh.vertices[12 * (k + 1) + side];
       EXPECT_NEAR((position(vertex) - way[k]).norm(), 1.5, single_rounding_mm);
     }
   }
@@ -126,12 +126,12 @@ TEST(Solids, AnArrowEndsWhereItPoints)
     const double length_mm = i % 2 == 0 ? 1.0 : 25.0;
     n_short += i % 2 == 0 ? 1 : 0;
     n_long += i % 2 == 0 ? 0 : 1;
-    DrawMesh mesh;
-    add_arrows(mesh, 1);
-    set_arrow(mesh, 0, from, from + length_mm * along, 0.6);
+    RenderMesh mesh;
+    scene::add_arrows(mesh, 1);
+    scene::set_arrow(mesh, 0, from, from + length_mm * along, 0.6);
     expect_sound(mesh);
     double low = 1e9, high = -1e9;
-    for (const DrawVertex& vertex : mesh.vertices) {
+    for (const RenderVertex& vertex : mesh.vertices) {
       low = std::min(low, (position(vertex) - from).dot(along));
       high = std::max(high, (position(vertex) - from).dot(along));
     }
@@ -144,12 +144,12 @@ TEST(Solids, AnArrowEndsWhereItPoints)
 
 TEST(Solids, SeveralOfAKindStandOneAfterTheOther)
 {
-  DrawMesh mesh;
-  add_balls(mesh, 3);
-  EXPECT_EQ(mesh.vertices.size(), 3 * ball_size().n_vertices);
-  EXPECT_EQ(mesh.triangles.size(), 3 * ball_size().n_indices);
+  RenderMesh mesh;
+  scene::add_balls(mesh, 3);
+  EXPECT_EQ(mesh.vertices.size(), 3 * scene::ball_size().n_vertices);
+  EXPECT_EQ(mesh.triangles.size(), 3 * scene::ball_size().n_indices);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    EXPECT_EQ(mesh.triangles[t] / ball_size().n_vertices, t / ball_size().n_indices);
+    EXPECT_EQ(mesh.triangles[t] / scene::ball_size().n_vertices, t / scene::ball_size().n_indices);
 }
 
 }  // namespace vrda::solids_test

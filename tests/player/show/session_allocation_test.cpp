@@ -8,49 +8,53 @@ namespace vrda::session_allocation_test {
 
 constexpr double frame_s = 1.0 / 60.0;
 
-InputEvent event_of(InputKind kind, double x_px, double y_px)
+render::InputEvent event_of(render::InputKind kind, double x_px, double y_px)
 {
-  InputEvent event;
+  render::InputEvent event;
   event.kind = kind;
   event.x_px = x_px;
   event.y_px = y_px;
-  event.button = MouseButton::middle;
+  event.button = render::MouseButton::middle;
   return event;
 }
 
 TEST(SessionAllocation, PlayingTurningAndSwitchingSetsAllocateNothing)
 {
   test::ModelPlan plan;
-  plan.motion = [](double flexion_deg, double) { return PoseNumbers{0, 0.01 * flexion_deg, 0, flexion_deg}; };
-  MotionModel model = test::model_of(plan);
+  plan.motion = [](double flexion_deg, double) {
+    return motion::PoseCoordinates{0, 0.01 * flexion_deg, 0, flexion_deg};
+  };
+  store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
-  test::add_smoothed(model, 2, [](int i, int) { return PoseNumbers{0.0, 0.0, 0.0, 2.0 * i}; });
-  SessionOptions options;
+  test::add_smoothed(model, 2, [](int i, int) { return motion::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
+  show::SessionOptions options;
   options.set = "raw";
   options.width = 320;
   options.height = 240;
-  Session session(std::move(model), options);
-  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({320, 240, 1});
+  show::Session session(std::move(model), options);
+  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer({320, 240, 1});
   session.load_into(*renderer);
   const auto round = [&](int n_frames) {
     for (int i = 0; i < n_frames; ++i) {
-      session.take(event_of(InputKind::press, 40, 40));
-      session.take(event_of(InputKind::motion, 40 + i % 17, 40 + i % 11));
-      session.take(event_of(InputKind::release, 40, 40));
-      session.press_key({key_of('S')});
+      session.take(event_of(render::InputKind::press, 40, 40));
+      session.take(event_of(render::InputKind::motion, 40 + i % 17, 40 + i % 11));
+      session.take(event_of(render::InputKind::release, 40, 40));
+      session.press_key({navigation::key_of('S')});
       session.advance(frame_s);
       renderer->draw(session.scene(), session.shots(), &session.overlay());
     }
   };
-  session.press_key({Key::space});
-  for (const Key key : {Key::f1, Key::f2, Key::f3, Key::f4, Key::f5, Key::f6}) session.press_key({key});
+  session.press_key({navigation::Key::space});
+  for (const navigation::Key key : {navigation::Key::f1, navigation::Key::f2, navigation::Key::f3,
+                                    navigation::Key::f4, navigation::Key::f5, navigation::Key::f6})
+    session.press_key({key});
   // The overlay and the interface reach their largest size within one cycle of the motion.
   round(400);
   const long before = test::allocations_of_thread();
-  const std::uint64_t gui_before = gui_allocations();
+  const std::uint64_t gui_before = gui::gui_allocation_count();
   round(100);
   EXPECT_EQ(test::allocations_of_thread() - before, 0);
-  EXPECT_EQ(gui_allocations() - gui_before, 0u);
+  EXPECT_EQ(gui::gui_allocation_count() - gui_before, 0u);
   const std::vector<int> counted(10);
   EXPECT_EQ(test::allocations_of_thread() - before, 1) << "the counter works";
 }

@@ -13,22 +13,24 @@ constexpr double frame_s = 1.0 / 60.0;
 constexpr int width = 800, height = 600;
 
 /// Flexion 0 to 30 by 10, varus -1 to 1; the cell at 20 degrees, varus 1 is unsolved.
-MotionModel small_model()
+store::MotionModel small_model()
 {
   test::ModelPlan plan;
   plan.flexion_deg = {0, 10, 20, 30};
   plan.varus_deg = {-1, 0, 1};
-  plan.motion = [](double flexion_deg, double) { return PoseNumbers{0, 0.1 * flexion_deg, 0, flexion_deg}; };
-  MotionModel model = test::model_of(plan);
+  plan.motion = [](double flexion_deg, double) {
+    return motion::PoseCoordinates{0, 0.1 * flexion_deg, 0, flexion_deg};
+  };
+  store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
   test::unsolve(model, 2, 2);
-  test::add_smoothed(model, 1, [](int i, int) { return PoseNumbers{0.0, 0.0, 0.0, 2.0 * i}; });
+  test::add_smoothed(model, 1, [](int i, int) { return motion::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
   return model;
 }
 
-SessionOptions small_options(const std::string& set = "raw")
+show::SessionOptions small_options(const std::string& set = "raw")
 {
-  SessionOptions options;
+  show::SessionOptions options;
   options.set = set;
   options.title = "small";
   options.width = width;
@@ -36,9 +38,10 @@ SessionOptions small_options(const std::string& set = "raw")
   return options;
 }
 
-InputEvent pointer_event(InputKind kind, double x_px, double y_px, MouseButton button = MouseButton::left)
+render::InputEvent pointer_event(render::InputKind kind, double x_px, double y_px,
+                                 render::MouseButton button = render::MouseButton::left)
 {
-  InputEvent event;
+  render::InputEvent event;
   event.kind = kind;
   event.x_px = x_px;
   event.y_px = y_px;
@@ -48,32 +51,32 @@ InputEvent pointer_event(InputKind kind, double x_px, double y_px, MouseButton b
 
 class AtWindow : public testing::Test {
  protected:
-  void take(const std::vector<InputEvent>& events)
+  void take(const std::vector<render::InputEvent>& events)
   {
-    for (const InputEvent& event : events) session_.take(event);
+    for (const render::InputEvent& event : events) session_.take(event);
     session_.advance(frame_s);
   }
   void key(int code, bool has_shift = false)
   {
-    InputEvent event;
-    event.kind = InputKind::key_press;
+    render::InputEvent event;
+    event.kind = render::InputKind::key_press;
     event.key = code;
     event.has_shift = has_shift;
-    InputEvent release = event;
-    release.kind = InputKind::key_release;
+    render::InputEvent release = event;
+    release.kind = render::InputKind::key_release;
     take({event, release});
   }
-  void drag(MouseButton button, const Eigen::Vector2d& from, const Eigen::Vector2d& to)
+  void drag(render::MouseButton button, const Eigen::Vector2d& from, const Eigen::Vector2d& to)
   {
-    take({pointer_event(InputKind::press, from.x(), from.y(), button),
-          pointer_event(InputKind::motion, to.x(), to.y(), button)});
-    take({pointer_event(InputKind::release, to.x(), to.y(), button)});
+    take({pointer_event(render::InputKind::press, from.x(), from.y(), button),
+          pointer_event(render::InputKind::motion, to.x(), to.y(), button)});
+    take({pointer_event(render::InputKind::release, to.x(), to.y(), button)});
   }
   double flexion_deg() const { return deg_from_rad(session_.pose().attitude.flexion_rad); }
-  Eigen::Matrix4d camera() const { return session_.gaze().camera.X_world_camera.matrix(); }
-  Eigen::Matrix3d turn() const { return session_.gaze().camera.X_world_camera.linear(); }
+  Eigen::Matrix4d camera() const { return session_.orbit_camera().camera.X_world_camera.matrix(); }
+  Eigen::Matrix3d turn() const { return session_.orbit_camera().camera.X_world_camera.linear(); }
 
-  Session session_{small_model(), small_options()};
+  show::Session session_{small_model(), small_options()};
 };
 
 TEST_F(AtWindow, SpacePlaysAndPauses)
@@ -96,13 +99,13 @@ TEST_F(AtWindow, AStoppedProgramGoesOnWhereItWas)
 
 TEST_F(AtWindow, ArrowsStepWithinTheRange)
 {
-  key(key_right);
+  key(render::key_right);
   EXPECT_NEAR(flexion_deg(), 1.0, 1e-9);
-  key(key_right, true);
+  key(render::key_right, true);
   EXPECT_NEAR(flexion_deg(), 11.0, 1e-9);
-  key(key_end);
+  key(render::key_end);
   EXPECT_NEAR(flexion_deg(), 30.0, 1e-9);
-  key(key_up);
+  key(render::key_up);
   EXPECT_NEAR(deg_from_rad(session_.pose().attitude.varus_rad), 1.0, 1e-9);
 }
 
@@ -116,16 +119,16 @@ TEST_F(AtWindow, AQuestionMarkIsASlashWithShift)
 
 TEST_F(AtWindow, AHeldKeyStepsOnAndSwitchesOnce)
 {
-  InputEvent held;
-  held.kind = InputKind::key_press;
-  held.key = key_right;
+  render::InputEvent held;
+  held.kind = render::InputKind::key_press;
+  held.key = render::key_right;
   take({held, held, held});
   EXPECT_NEAR(flexion_deg(), 3.0, 1e-9);
   held.key = ' ';
   take({held, held});
   EXPECT_TRUE(session_.state().timeline.is_playing);
-  InputEvent release = held;
-  release.kind = InputKind::key_release;
+  render::InputEvent release = held;
+  release.kind = render::InputKind::key_release;
   take({release, held});
   EXPECT_FALSE(session_.state().timeline.is_playing);
 }
@@ -144,45 +147,45 @@ TEST_F(AtWindow, AnotherSetWhileItPlaysKeepsAttitudeAndPlay)
 
 TEST_F(AtWindow, PosesAreThoseOfTheChosenSet)
 {
-  const MotionModel model = small_model();
-  for (const std::string& name : set_names(model)) {
-    Session session(small_model(), small_options(name));
-    session.press_key({Key::right, true, false});
+  const store::MotionModel model = small_model();
+  for (const std::string& name : motion::set_names(model)) {
+    show::Session session(small_model(), small_options(name));
+    session.press_key({navigation::Key::right, true, false});
     session.advance(frame_s);
-    const Motion motion(model, name);
+    const motion::Motion motion(model, name);
     const double flexion_rad = rad_from_deg(10.0);
-    const JointPose expected = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
+    const motion::JointPose expected = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
     EXPECT_EQ(session.pose().X_world_moving.matrix(), expected.X_world_moving.matrix()) << name;
   }
 }
 
 TEST_F(AtWindow, WhereNothingIsSolvedTheJointStaysAsItStood)
 {
-  key(key_up);
-  key(key_right, true);
+  key(render::key_up);
+  key(render::key_right, true);
   const Pose moving = session_.scene().drawables[1].X_world_mesh;
-  key(key_right, true);
-  EXPECT_EQ(session_.pose().status, PoseStatus::unsolved_cell);
+  key(render::key_right, true);
+  EXPECT_EQ(session_.pose().status, motion::PoseStatus::unsolved_cell);
   EXPECT_EQ(session_.scene().drawables[1].X_world_mesh.matrix(), moving.matrix());
-  key(key_down);
-  EXPECT_EQ(session_.pose().status, PoseStatus::solved);
+  key(render::key_down);
+  EXPECT_EQ(session_.pose().status, motion::PoseStatus::solved);
 }
 
 TEST_F(AtWindow, ButtonsMoveTurnAndPushTheObject)
 {
   const Eigen::Matrix4d at_first = camera();
   const Eigen::Matrix3d first_turn = turn();
-  const double first_depth_mm = depth_mm(session_.gaze());
-  drag(MouseButton::left, {200, 200}, {260, 230});
+  const double first_depth_mm = navigation::depth_mm(session_.orbit_camera());
+  drag(render::MouseButton::left, {200, 200}, {260, 230});
   EXPECT_EQ(turn(), first_turn);
-  EXPECT_NEAR(depth_mm(session_.gaze()), first_depth_mm, 1e-9);
-  drag(MouseButton::left, {260, 230}, {200, 200});
+  EXPECT_NEAR(navigation::depth_mm(session_.orbit_camera()), first_depth_mm, 1e-9);
+  drag(render::MouseButton::left, {260, 230}, {200, 200});
   EXPECT_LE((camera() - at_first).cwiseAbs().maxCoeff(), 1e-9);
-  drag(MouseButton::middle, {200, 200}, {260, 230});
+  drag(render::MouseButton::middle, {200, 200}, {260, 230});
   EXPECT_GT((turn() - first_turn).cwiseAbs().maxCoeff(), 0.05);
-  EXPECT_NEAR(depth_mm(session_.gaze()), first_depth_mm, 1e-9);
-  drag(MouseButton::right, {200, 300}, {200, 200});
-  EXPECT_GT(depth_mm(session_.gaze()), 1.2 * first_depth_mm);
+  EXPECT_NEAR(navigation::depth_mm(session_.orbit_camera()), first_depth_mm, 1e-9);
+  drag(render::MouseButton::right, {200, 300}, {200, 200});
+  EXPECT_GT(navigation::depth_mm(session_.orbit_camera()), 1.2 * first_depth_mm);
   key('R');
   EXPECT_EQ(camera(), at_first);
 }
@@ -190,49 +193,49 @@ TEST_F(AtWindow, ButtonsMoveTurnAndPushTheObject)
 TEST_F(AtWindow, ADragThatBeganInThePanelMovesNothing)
 {
   const Eigen::Matrix4d at_first = camera();
-  drag(MouseButton::left, {700, 590}, {300, 300});
+  drag(render::MouseButton::left, {700, 590}, {300, 300});
   EXPECT_EQ(camera(), at_first);
-  drag(MouseButton::left, {300, 300}, {700, 300});
+  drag(render::MouseButton::left, {300, 300}, {700, 300});
   EXPECT_NE(camera(), at_first);
 }
 
 TEST_F(AtWindow, TheWheelMovesInDepthOverThePictureAlone)
 {
-  const double before_mm = depth_mm(session_.gaze());
-  InputEvent wheel = pointer_event(InputKind::wheel, 700, 300);
+  const double before_mm = navigation::depth_mm(session_.orbit_camera());
+  render::InputEvent wheel = pointer_event(render::InputKind::wheel, 700, 300);
   wheel.wheel_y = 2.0;
   take({wheel});
-  EXPECT_EQ(depth_mm(session_.gaze()), before_mm);
+  EXPECT_EQ(navigation::depth_mm(session_.orbit_camera()), before_mm);
   wheel.x_px = 300;
   take({wheel});
-  EXPECT_NEAR(depth_mm(session_.gaze()), 0.81 * before_mm, 1e-9);
+  EXPECT_NEAR(navigation::depth_mm(session_.orbit_camera()), 0.81 * before_mm, 1e-9);
 }
 
 TEST_F(AtWindow, ADoubleClickCentresOnThePointUnderIt)
 {
   // The joint covers the middle of the free area and the point 40 pixels to its right.
-  const Viewport free = session_.shots()[0].viewport;
+  const optics::Viewport free = session_.shots()[0].viewport;
   const Eigen::Vector2d beside(free.x + 0.5 * free.width + 40.0, free.y + 0.5 * free.height);
   const std::optional<Eigen::Vector3d> point =
-      point_under(session_.scene(), session_.gaze().camera, free, beside);
+      navigation::point_under(session_.scene(), session_.orbit_camera().camera, free, beside);
   ASSERT_TRUE(point.has_value());
-  InputEvent click = pointer_event(InputKind::press, beside.x(), beside.y());
+  render::InputEvent click = pointer_event(render::InputKind::press, beside.x(), beside.y());
   click.n_clicks = 2;
-  take({click, pointer_event(InputKind::release, beside.x(), beside.y())});
-  EXPECT_LE((session_.gaze().pivot_world_mm - *point).norm(), 1e-9);
-  const Eigen::Vector3d seen = session_.gaze().camera.X_world_camera.inverse() * *point;
+  take({click, pointer_event(render::InputKind::release, beside.x(), beside.y())});
+  EXPECT_LE((session_.orbit_camera().pivot_world_mm - *point).norm(), 1e-9);
+  const Eigen::Vector3d seen = session_.orbit_camera().camera.X_world_camera.inverse() * *point;
   EXPECT_NEAR(seen.x(), 0.0, 1e-9);
   EXPECT_NEAR(seen.y(), 0.0, 1e-9);
 }
 
 TEST_F(AtWindow, ALostFocusEndsADrag)
 {
-  take({pointer_event(InputKind::press, 200, 200)});
-  InputEvent lost;
-  lost.kind = InputKind::focus_lost;
+  take({pointer_event(render::InputKind::press, 200, 200)});
+  render::InputEvent lost;
+  lost.kind = render::InputKind::focus_lost;
   take({lost});
   const Eigen::Matrix4d before = camera();
-  take({pointer_event(InputKind::motion, 300, 300)});
+  take({pointer_event(render::InputKind::motion, 300, 300)});
   EXPECT_EQ(camera(), before);
 }
 
@@ -240,8 +243,9 @@ TEST_F(AtWindow, AClickShorterThanAFrameStillPressesAButton)
 {
   // "play" is in the lower row of the timeline.
   const double x_px = 130, y_px = height - 25;
-  take({pointer_event(InputKind::motion, x_px, y_px)});
-  take({pointer_event(InputKind::press, x_px, y_px), pointer_event(InputKind::release, x_px, y_px)});
+  take({pointer_event(render::InputKind::motion, x_px, y_px)});
+  take({pointer_event(render::InputKind::press, x_px, y_px),
+        pointer_event(render::InputKind::release, x_px, y_px)});
   for (int i = 0; i < 3; ++i) session_.advance(frame_s);
   EXPECT_TRUE(session_.state().timeline.is_playing);
 }
@@ -249,32 +253,32 @@ TEST_F(AtWindow, AClickShorterThanAFrameStillPressesAButton)
 TEST_F(AtWindow, ViewsAreThoseOfTheirKeys)
 {
   key('1');
-  EXPECT_LE((turn() - view_rotation(View::front, Side::right)).norm(), 1e-12);
+  EXPECT_LE((turn() - scene::view_rotation(scene::View::front, Side::right)).norm(), 1e-12);
   key('5');
-  EXPECT_LE((turn() - view_rotation(View::top, Side::right)).norm(), 1e-12);
+  EXPECT_LE((turn() - scene::view_rotation(scene::View::top, Side::right)).norm(), 1e-12);
 }
 
 TEST_F(AtWindow, PictureFullScreenAndTheEndAreAskedForOnce)
 {
-  EXPECT_FALSE(session_.takes_picture());
+  EXPECT_FALSE(session_.consume_screenshot_request());
   key('P');
-  EXPECT_TRUE(session_.takes_picture());
-  EXPECT_FALSE(session_.takes_picture());
-  key(key_f1 + 10);
-  EXPECT_TRUE(session_.toggles_full_screen());
-  EXPECT_FALSE(session_.toggles_full_screen());
+  EXPECT_TRUE(session_.consume_screenshot_request());
+  EXPECT_FALSE(session_.consume_screenshot_request());
+  key(render::key_f1 + 10);
+  EXPECT_TRUE(session_.consume_full_screen_request());
+  EXPECT_FALSE(session_.consume_full_screen_request());
   EXPECT_FALSE(session_.state().is_done);
-  key(key_escape);
+  key(render::key_escape);
   EXPECT_TRUE(session_.state().is_done);
 }
 
 TEST_F(AtWindow, ItIsIdleOnceTheInterfaceStandsStill)
 {
-  key(key_right);
+  key(render::key_right);
   EXPECT_FALSE(session_.is_idle());
   for (int i = 0; i < 4; ++i) session_.advance(frame_s);
   EXPECT_TRUE(session_.is_idle());
-  session_.tell("for a while");
+  session_.show_message("for a while");
   EXPECT_FALSE(session_.is_idle());
   session_.advance(10.0);
   EXPECT_TRUE(session_.is_idle());
@@ -288,7 +292,7 @@ TEST_F(AtWindow, AnotherSizeChangesTheAspectAndNotTheView)
   const Eigen::Matrix4d before = camera();
   session_.resize(1280, 500);
   session_.advance(frame_s);
-  const Shot& shot = session_.shots()[0];
+  const render::Shot& shot = session_.shots()[0];
   EXPECT_EQ(camera(), before);
   EXPECT_EQ(shot.camera.aspect, static_cast<double>(shot.viewport.width) / shot.viewport.height);
   session_.resize(1, 1);
@@ -298,10 +302,10 @@ TEST_F(AtWindow, AnotherSizeChangesTheAspectAndNotTheView)
 
 TEST_F(AtWindow, ThePictureHasNoControls)
 {
-  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({width, height, 1});
+  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer({width, height, 1});
   session_.load_into(*renderer);
-  const Image with_controls = renderer->draw(session_.scene(), session_.shots(), &session_.overlay());
-  const Image picture = session_.picture(*renderer);
+  const render::Image with_controls = renderer->draw(session_.scene(), session_.shots(), &session_.overlay());
+  const render::Image picture = session_.draw_screenshot(*renderer);
   // In the lower right corner: the panel's dark background, or the light backdrop.
   const std::size_t corner = picture.rgba.size() - 4;
   EXPECT_LT(with_controls.rgba[corner], 40);
@@ -310,9 +314,9 @@ TEST_F(AtWindow, ThePictureHasNoControls)
 
 // Files dropped on the window: a valid one is opened, otherwise one message is shown and the model stays.
 
-MotionModel titled(const std::string& title)
+store::MotionModel titled(const std::string& title)
 {
-  MotionModel model = test::model_of({});
+  store::MotionModel model = test::model_of({});
   model.title = title;
   test::add_bodies(model);
   return model;
@@ -320,34 +324,34 @@ MotionModel titled(const std::string& title)
 
 class Dropped : public testing::Test {
  protected:
-  static SessionOptions small()
+  static show::SessionOptions small()
   {
-    SessionOptions options;
+    show::SessionOptions options;
     options.set = "raw";
     return options;
   }
   test::Scratch scratch_;
-  std::unique_ptr<Renderer> renderer_ = make_offscreen_renderer({320, 240, 1});
-  ShownModel shown_{"first.h5", titled("first"), small(), *renderer_};
+  std::unique_ptr<render::Renderer> renderer_ = render::make_offscreen_renderer({320, 240, 1});
+  show::ShownModel shown_{"first.h5", titled("first"), small(), *renderer_};
 };
 
 TEST_F(Dropped, AMotionModelIsShown)
 {
   const std::string file = (scratch_.path() / "second.h5").string();
-  MotionModel second = titled("second");
-  test::add_smoothed(second, 1, [](int i, int) { return PoseNumbers{0.0, 0.0, 0.0, 2.0 * i}; });
-  write_motion_model(file, second);
+  store::MotionModel second = titled("second");
+  test::add_smoothed(second, 1, [](int i, int) { return motion::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
+  store::write_motion_model(file, second);
   EXPECT_TRUE(shown_.open(file));
   EXPECT_EQ(shown_.title(), "second");
   EXPECT_EQ(shown_.file(), file);
   shown_.session().advance(frame_s);
   renderer_->present(shown_.session().scene(), shown_.session().shots(), &shown_.session().overlay());
-  EXPECT_EQ(shown_.session().pose().status, PoseStatus::solved);
+  EXPECT_EQ(shown_.session().pose().status, motion::PoseStatus::solved);
 }
 
 TEST_F(Dropped, AnythingElseIsOneMessageAndTheJointStays)
 {
-  const Session* before = &shown_.session();
+  const show::Session* before = &shown_.session();
   for (const std::string& file :
        {scratch_.write("notes.h5", "no motion model").string(), scratch_.write("empty.h5", "").string(),
         (scratch_.path() / "absent.h5").string(), scratch_.path().string()}) {
@@ -362,7 +366,7 @@ TEST_F(Dropped, AnythingElseIsOneMessageAndTheJointStays)
 
 TEST(ShownAttitude, WhatLiesOutsideTheRangeIsTold)
 {
-  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({320, 240, 1});
+  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer({320, 240, 1});
   struct Row {
     std::optional<double> flexion_deg, varus_deg;
     bool names_flexion, names_varus;
@@ -371,12 +375,12 @@ TEST(ShownAttitude, WhatLiesOutsideTheRangeIsTold)
   for (const Row& row :
        {Row{{}, {}, false, false}, Row{within_deg, 0.0, false, false}, Row{beyond_deg, 0.0, true, false},
         Row{within_deg, beyond_deg, false, true}, Row{beyond_deg, -beyond_deg, true, true}}) {
-    SessionOptions options;
+    show::SessionOptions options;
     options.set = "raw";
     if (row.flexion_deg) options.flexion_rad = rad_from_deg(*row.flexion_deg);
     if (row.varus_deg) options.varus_rad = rad_from_deg(*row.varus_deg);
-    ShownModel shown("first.h5", titled("first"), options, *renderer);
-    const std::string& message = shown.session().told();
+    show::ShownModel shown("first.h5", titled("first"), options, *renderer);
+    const std::string& message = shown.session().last_message();
     EXPECT_EQ(message.empty(), !row.names_flexion && !row.names_varus) << message;
     EXPECT_EQ(message.find("flexion") != std::string::npos, row.names_flexion) << message;
     EXPECT_EQ(message.find("varus") != std::string::npos, row.names_varus) << message;

@@ -19,32 +19,32 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 /// Flexion 0 to 30 by 10, varus -1 to 1; the cell at 10 degrees, varus 1 is unsolved.
-MotionModel small_model()
+store::MotionModel small_model()
 {
   test::ModelPlan plan;
   plan.flexion_deg = {0, 10, 20, 30};
   plan.varus_deg = {-1, 0, 1};
-  MotionModel model = test::model_of(plan);
+  store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
   test::unsolve(model, 1, 2);
-  test::add_smoothed(model, 1, [](int i, int) { return PoseNumbers{0.0, 0.0, 0.0, 2.0 * i}; });
+  test::add_smoothed(model, 1, [](int i, int) { return motion::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
   return model;
 }
 
 class Show : public testing::Test {
  protected:
-  Show() { write_motion_model(file_, small_model()); }
+  Show() { store::write_motion_model(file_, small_model()); }
 
-  ShowOptions options() const
+  show::ShowOptions options() const
   {
-    ShowOptions options;
+    show::ShowOptions options;
     options.file = file_;
     options.folder = folder_;
     options.size = "64x48";
     options.views = "front";
     return options;
   }
-  ShowSummary run(const ShowOptions& options) { return show(options, {data_, talk_}); }
+  show::ShowSummary run(const show::ShowOptions& options) { return show::show(options, {data_, talk_}); }
 
   /// Names of the files written, sorted, which must be the paths on standard output.
   std::vector<std::string> stills() const
@@ -68,11 +68,11 @@ class Show : public testing::Test {
 
 TEST_F(Show, WritesAStillForEachViewAndFlexion)
 {
-  ShowOptions given = options();
+  show::ShowOptions given = options();
   given.views = "front,top";
   given.flexion = "0:30:15";
-  const ShowSummary summary = run(given);
-  EXPECT_EQ(summary.n_stills, 6);
+  const show::ShowSummary summary = run(given);
+  EXPECT_EQ(summary.n_images, 6);
   EXPECT_EQ(summary.n_unsolved, 0);
   EXPECT_THAT(stills(), ElementsAre("front_flexion_000.png", "front_flexion_015.png", "front_flexion_030.png",
                                     "top_flexion_000.png", "top_flexion_015.png", "top_flexion_030.png"));
@@ -81,7 +81,7 @@ TEST_F(Show, WritesAStillForEachViewAndFlexion)
 
 TEST_F(Show, IsSilentWhenQuietAndAllIsWell)
 {
-  ShowOptions given = options();
+  show::ShowOptions given = options();
   given.flexion = "20";
   given.is_quiet = true;
   run(given);
@@ -91,9 +91,9 @@ TEST_F(Show, IsSilentWhenQuietAndAllIsWell)
 
 TEST_F(Show, DrawsTheMeasuredRangeInSixStepsByDefault)
 {
-  ShowOptions given = options();
+  show::ShowOptions given = options();
   given.is_quiet = true;
-  EXPECT_EQ(run(given).n_stills, 7);
+  EXPECT_EQ(run(given).n_images, 7);
   const std::vector<std::string> names = stills();
   EXPECT_EQ(names.front(), "front_flexion_000.png");
   EXPECT_EQ(names[1], "front_flexion_005.png");
@@ -103,10 +103,10 @@ TEST_F(Show, DrawsTheMeasuredRangeInSixStepsByDefault)
 
 TEST_F(Show, DrawsBeyondTheRangeAtItsEndOnceAndSaysSo)
 {
-  ShowOptions given = options();
+  show::ShowOptions given = options();
   given.flexion = "20:50:10";
   given.varus_deg = 3.0;
-  EXPECT_EQ(run(given).n_stills, 2);
+  EXPECT_EQ(run(given).n_images, 2);
   EXPECT_THAT(stills(), ElementsAre("front_flexion_020.png", "front_flexion_030.png"));
   EXPECT_THAT(talk_.str(), HasSubstr("--flexion: found 40, wanted 0 to 30 degrees"));
   const std::string varus = "--varus: found 3, wanted -1 to 1 degrees: drawn at 1";
@@ -123,15 +123,15 @@ TEST_F(Show, DrawsAFreeVarusAsItWasFound)
   plan.turning_delta = [](double flexion_deg) {
     return Eigen::Vector3d(0.001 * flexion_deg, 1.0, 0.0).normalized();
   };
-  MotionModel model = test::model_of(plan);
+  store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
-  write_motion_model(file_, model);
-  ShowOptions given = options();
+  store::write_motion_model(file_, model);
+  show::ShowOptions given = options();
   given.flexion = "0:30:10";
-  EXPECT_EQ(run(given).n_stills, 4);
+  EXPECT_EQ(run(given).n_images, 4);
   EXPECT_EQ(talk_.str().find("varus"), std::string::npos);
   given.varus_deg = 1.0;
-  EXPECT_EQ(run(given).n_stills, 4);
+  EXPECT_EQ(run(given).n_images, 4);
   const std::string told = "--varus: found 1,";
   EXPECT_THAT(talk_.str(), HasSubstr(told));
   EXPECT_EQ(talk_.str().find(told), talk_.str().rfind(told));  // once
@@ -139,12 +139,12 @@ TEST_F(Show, DrawsAFreeVarusAsItWasFound)
 
 TEST_F(Show, LeavesOutAttitudesWithoutAnAnswerAndNamesThem)
 {
-  ShowOptions given = options();
+  show::ShowOptions given = options();
   given.set = "raw";
   given.flexion = "0:30:10";
   given.varus_deg = 0.5;
-  const ShowSummary summary = run(given);
-  EXPECT_EQ(summary.n_stills, 3);
+  const show::ShowSummary summary = run(given);
+  EXPECT_EQ(summary.n_images, 3);
   EXPECT_EQ(summary.n_unsolved, 1);
   EXPECT_THAT(stills(),
               ElementsAre("front_flexion_000.png", "front_flexion_020.png", "front_flexion_030.png"));
@@ -154,10 +154,10 @@ TEST_F(Show, LeavesOutAttitudesWithoutAnAnswerAndNamesThem)
 
 TEST_F(Show, WithoutAnySolvedCellThereIsNothingToDraw)
 {
-  const MotionModel pending = with_pending_cells(small_model());
-  write_motion_model(file_, pending);
-  const ShowSummary summary = run(options());
-  EXPECT_EQ(summary.n_stills, 0);
+  const store::MotionModel pending = store::with_pending_cells(small_model());
+  store::write_motion_model(file_, pending);
+  const show::ShowSummary summary = run(options());
+  EXPECT_EQ(summary.n_images, 0);
   EXPECT_EQ(summary.n_unsolved, 7);
   EXPECT_THAT(talk_.str(), HasSubstr(": varus 0 "));
   EXPECT_FALSE(std::filesystem::exists(folder_));
@@ -165,19 +165,19 @@ TEST_F(Show, WithoutAnySolvedCellThereIsNothingToDraw)
 
 TEST_F(Show, HoldingTheReferenceShowsTheSameAttitudeFromAnotherSide)
 {
-  ShowOptions given = options();
+  show::ShowOptions given = options();
   given.flexion = "0:30:30";
   given.is_quiet = true;
   run(given);
   const std::string held_moving = test::read_bytes(folder_ + "/front_flexion_030.png");
-  given.held = Held::reference;
+  given.fixed_object = scene::FixedObject::reference;
   run(given);
   EXPECT_NE(test::read_bytes(folder_ + "/front_flexion_030.png"), held_moving);
 }
 
 TEST_F(Show, TheSamePicturesHaveTheSameBytes)
 {
-  ShowOptions given = options();
+  show::ShowOptions given = options();
   given.flexion = "15";
   run(given);
   const std::string first = test::read_bytes(folder_ + "/front_flexion_015.png");
@@ -188,7 +188,7 @@ TEST_F(Show, TheSamePicturesHaveTheSameBytes)
 
 TEST_F(Show, LayersAndLooksChangeThePictureAndNothingElse)
 {
-  ShowOptions given = options();
+  show::ShowOptions given = options();
   given.flexion = "20";
   const auto picture = [&] {
     run(given);
@@ -197,18 +197,18 @@ TEST_F(Show, LayersAndLooksChangeThePictureAndNothingElse)
   const std::string plain = picture();
   EXPECT_EQ(picture(), plain);
   std::vector<std::string> pictures{plain};
-  const std::vector<std::function<void(LookOptions&)>> looks{
-      [](LookOptions& look) { look.layers = "axes"; },
-      [](LookOptions& look) {
+  const std::vector<std::function<void(navigation::AppearanceOptions&)>> looks{
+      [](navigation::AppearanceOptions& look) { look.layers = "axes"; },
+      [](navigation::AppearanceOptions& look) {
         look.layers = "helical-axis";
         look.see_through = "reference";
       },
-      [](LookOptions& look) { look.see_through = "reference"; },
-      [](LookOptions& look) { look.hidden = "reference"; },
-      [](LookOptions& look) { look.mode = DrawMode::wire; }};
+      [](navigation::AppearanceOptions& look) { look.see_through = "reference"; },
+      [](navigation::AppearanceOptions& look) { look.hidden = "reference"; },
+      [](navigation::AppearanceOptions& look) { look.mode = scene::DrawMode::wire; }};
   for (const auto& change : looks) {
-    given.look = {};
-    change(given.look);
+    given.appearance = {};
+    change(given.appearance);
     pictures.push_back(picture());
   }
   std::sort(pictures.begin(), pictures.end());
@@ -229,7 +229,7 @@ TEST_F(Show, AFilmHasAFrameForEachAngleOrPlaysAtASpeed)
         Row{"0:30:10", 50.0, false, "film.gif: 7 frames"}, Row{{}, {}, false, "film.gif: 11 frames"},
         Row{"20", {}, true, "film.gif: 1 frame,"}}) {
     SCOPED_TRACE(row.told);
-    ShowOptions given = options();
+    show::ShowOptions given = options();
     given.folder.clear();
     given.video = film;
     given.views = "front,top";
@@ -239,7 +239,7 @@ TEST_F(Show, AFilmHasAFrameForEachAngleOrPlaysAtASpeed)
     given.is_to_and_fro = row.is_to_and_fro;
     data_.str("");
     talk_.str("");
-    EXPECT_EQ(run(given).n_stills, 0);
+    EXPECT_EQ(run(given).n_images, 0);
     EXPECT_EQ(data_.str(), film + "\n");
     EXPECT_THAT(talk_.str(), HasSubstr(row.told));
     EXPECT_TRUE(std::filesystem::remove(film));
@@ -248,13 +248,13 @@ TEST_F(Show, AFilmHasAFrameForEachAngleOrPlaysAtASpeed)
 
 TEST_F(Show, AFilmWithoutAnyAnswerOnItsWayHasThePosesOfTheStills)
 {
-  MotionModel model = small_model();
+  store::MotionModel model = small_model();
   // Only 20 degrees is solved; no interpolation patch next to it is complete.
   for (const Eigen::Index flexion : {0, 1, 3}) {
     for (const Eigen::Index varus : {0, 1, 2}) test::unsolve(model, flexion, varus);
   }
-  write_motion_model(file_, model);
-  ShowOptions given = options();
+  store::write_motion_model(file_, model);
+  show::ShowOptions given = options();
   given.folder.clear();
   given.set = "raw";
   given.varus_deg = 0.0;
@@ -269,10 +269,10 @@ TEST_F(Show, AFilmWithoutAnyAnswerOnItsWayHasThePosesOfTheStills)
 
 TEST_F(Show, AFilmTellsWhereItStandsStill)
 {
-  MotionModel model = small_model();
+  store::MotionModel model = small_model();
   test::unsolve(model, 1, 1);
-  write_motion_model(file_, model);
-  ShowOptions given = options();
+  store::write_motion_model(file_, model);
+  show::ShowOptions given = options();
   given.folder.clear();
   given.set = "raw";
   given.varus_deg = 0.0;
@@ -287,16 +287,16 @@ TEST_F(Show, AFilmTellsWhereItStandsStill)
 
 TEST_F(Show, StillsAndAFilmComeTogether)
 {
-  ShowOptions given = options();
+  show::ShowOptions given = options();
   given.video = (scratch_.path() / "film.gif").string();
-  EXPECT_EQ(run(given).n_stills, 7);
+  EXPECT_EQ(run(given).n_images, 7);
   EXPECT_THAT(data_.str(), HasSubstr("front_flexion_000.png"));
   EXPECT_THAT(data_.str(), HasSubstr("film.gif"));
 }
 
 TEST_F(Show, NumbersStandOnThePictureWhenAskedFor)
 {
-  ShowOptions given = options();
+  show::ShowOptions given = options();
   given.size = "400x300";
   given.flexion = "10";
   run(given);
@@ -308,7 +308,7 @@ TEST_F(Show, NumbersStandOnThePictureWhenAskedFor)
 
 struct Wrong {
   std::string name;
-  void (*change)(ShowOptions&);
+  void (*change)(show::ShowOptions&);
   std::string file_ends_with, field, found, wanted;
   friend void PrintTo(const Wrong& wrong, std::ostream* out) { *out << wrong.name; }
 };
@@ -318,7 +318,7 @@ class ShowWrong : public Show, public testing::WithParamInterface<Wrong> {};
 TEST_P(ShowWrong, IsOneErrorThatNamesEverything)
 {
   const Wrong& row = GetParam();
-  ShowOptions given = options();
+  show::ShowOptions given = options();
   row.change(given);
   try {
     run(given);
@@ -334,68 +334,69 @@ TEST_P(ShowWrong, IsOneErrorThatNamesEverything)
 
 INSTANTIATE_TEST_SUITE_P(
     Input, ShowWrong,
-    testing::Values(Wrong{"NoDisplay",
-                          [](ShowOptions& o) {
-                            o.folder.clear();
-                            unsetenv("DISPLAY");
-                            unsetenv("WAYLAND_DISPLAY");
-                          },
-                          "window", "display", "no DISPLAY", "--offscreen"},
-                    Wrong{"TraceInAWindow",
-                          [](ShowOptions& o) {
-                            o.folder.clear();
-                            o.trace = "a.trace.h5";
-                          },
-                          "--trace", "", "no --offscreen", "either of them"},
-                    Wrong{"SpeedWithoutAFilm", [](ShowOptions& o) { o.speed_deg_s = 20.0; }, "--speed", "",
-                          "no --video", "--video FILE"},
-                    Wrong{"ThereAndBackWithoutAFilm", [](ShowOptions& o) { o.is_to_and_fro = true; },
-                          "--to-and-fro", "", "no --video", "--video FILE"},
-                    Wrong{"FpsWithoutAFilm", [](ShowOptions& o) { o.frames_per_s = 25; }, "--fps", "",
-                          "no --video", "--video FILE"},
-                    Wrong{"Varus", [](ShowOptions& o) { o.varus_deg = std::nan(""); }, "--varus", "", "nan",
-                          "-360 to 360"},
-                    Wrong{"ViewsOfAWindow",
-                          [](ShowOptions& o) {
-                            o.folder.clear();
-                            o.views = "front,lateral";
-                          },
-                          "--views", "", "front,lateral", "one view"},
-                    Wrong{"FilmOfNoKnownForm", [](ShowOptions& o) { o.video = "a.avi"; }, "--video", "",
-                          "a.avi", ".mp4, .webm or .gif"},
-                    Wrong{"Fps",
-                          [](ShowOptions& o) {
-                            o.video = "a.mp4";
-                            o.frames_per_s = 0;
-                          },
-                          "--fps", "", "0", "1 to 120"},
-                    Wrong{"Speed",
-                          [](ShowOptions& o) {
-                            o.video = "a.mp4";
-                            o.speed_deg_s = -1.0;
-                          },
-                          "--speed", "", "-1", "0.1 to 3600"},
-                    Wrong{"UnknownSet", [](ShowOptions& o) { o.set = "degree_9"; }, "sample.h5", "--set",
-                          "degree_9", "degree_1, raw"},
-                    Wrong{"UnknownView", [](ShowOptions& o) { o.views = "front,below"; }, "--views", "",
-                          "below", "oblique"},
-                    Wrong{"UnknownLayer", [](ShowOptions& o) { o.look.layers = "gapes"; }, "--layers", "",
-                          "gapes", "gaps, ligaments"},
-                    Wrong{"LayerOfNothing", [](ShowOptions& o) { o.look.layers = "axes,ligaments"; },
-                          "sample.h5", "--layers", "ligaments", "layer"},
-                    Wrong{"SeeThrough", [](ShowOptions& o) { o.look.see_through = "all"; }, "--see-through",
-                          "", "all", "both"},
-                    Wrong{"Hide", [](ShowOptions& o) { o.look.hidden = "both"; }, "--hide", "", "both",
-                          "reference or moving"},
-                    Wrong{"Lights", [](ShowOptions& o) { o.look.lights = "absent.toml"; }, "absent.toml", "",
-                          "no file", "schemas/lights.md"},
-                    Wrong{"Size", [](ShowOptions& o) { o.size = "0x0"; }, "--size", "", "0x0", "16 to 4096"},
-                    Wrong{"Flexion", [](ShowOptions& o) { o.flexion = "90:0:5"; }, "--flexion", "", "90:0:5",
-                          "A at most B"},
-                    Wrong{"MissingFile", [](ShowOptions& o) { o.file = "absent.h5"; }, "absent.h5", "",
-                          "No such file", "motion model"},
-                    Wrong{"FolderIsAFile", [](ShowOptions& o) { o.folder = o.file; }, "sample.h5",
-                          "--offscreen", "", "folder"}),
+    testing::Values(
+        Wrong{"NoDisplay",
+              [](show::ShowOptions& o) {
+                o.folder.clear();
+                unsetenv("DISPLAY");
+                unsetenv("WAYLAND_DISPLAY");
+              },
+              "window", "display", "no DISPLAY", "--offscreen"},
+        Wrong{"TraceInAWindow",
+              [](show::ShowOptions& o) {
+                o.folder.clear();
+                o.trace = "a.trace.h5";
+              },
+              "--trace", "", "no --offscreen", "either of them"},
+        Wrong{"SpeedWithoutAFilm", [](show::ShowOptions& o) { o.speed_deg_s = 20.0; }, "--speed", "",
+              "no --video", "--video FILE"},
+        Wrong{"ThereAndBackWithoutAFilm", [](show::ShowOptions& o) { o.is_to_and_fro = true; },
+              "--to-and-fro", "", "no --video", "--video FILE"},
+        Wrong{"FpsWithoutAFilm", [](show::ShowOptions& o) { o.frames_per_s = 25; }, "--fps", "", "no --video",
+              "--video FILE"},
+        Wrong{"Varus", [](show::ShowOptions& o) { o.varus_deg = std::nan(""); }, "--varus", "", "nan",
+              "-360 to 360"},
+        Wrong{"ViewsOfAWindow",
+              [](show::ShowOptions& o) {
+                o.folder.clear();
+                o.views = "front,lateral";
+              },
+              "--views", "", "front,lateral", "one view"},
+        Wrong{"FilmOfNoKnownForm", [](show::ShowOptions& o) { o.video = "a.avi"; }, "--video", "", "a.avi",
+              ".mp4, .webm or .gif"},
+        Wrong{"Fps",
+              [](show::ShowOptions& o) {
+                o.video = "a.mp4";
+                o.frames_per_s = 0;
+              },
+              "--fps", "", "0", "1 to 120"},
+        Wrong{"Speed",
+              [](show::ShowOptions& o) {
+                o.video = "a.mp4";
+                o.speed_deg_s = -1.0;
+              },
+              "--speed", "", "-1", "0.1 to 3600"},
+        Wrong{"UnknownSet", [](show::ShowOptions& o) { o.set = "degree_9"; }, "sample.h5", "--set",
+              "degree_9", "degree_1, raw"},
+        Wrong{"UnknownView", [](show::ShowOptions& o) { o.views = "front,below"; }, "--views", "", "below",
+              "oblique"},
+        Wrong{"UnknownLayer", [](show::ShowOptions& o) { o.appearance.layers = "gapes"; }, "--layers", "",
+              "gapes", "gaps, ligaments"},
+        Wrong{"LayerOfNothing", [](show::ShowOptions& o) { o.appearance.layers = "axes,ligaments"; },
+              "sample.h5", "--layers", "ligaments", "layer"},
+        Wrong{"SeeThrough", [](show::ShowOptions& o) { o.appearance.see_through = "all"; }, "--see-through",
+              "", "all", "both"},
+        Wrong{"Hide", [](show::ShowOptions& o) { o.appearance.hidden = "both"; }, "--hide", "", "both",
+              "reference or moving"},
+        Wrong{"Lights", [](show::ShowOptions& o) { o.appearance.lights = "absent.toml"; }, "absent.toml", "",
+              "no file", "schemas/lights.md"},
+        Wrong{"Size", [](show::ShowOptions& o) { o.size = "0x0"; }, "--size", "", "0x0", "16 to 4096"},
+        Wrong{"Flexion", [](show::ShowOptions& o) { o.flexion = "90:0:5"; }, "--flexion", "", "90:0:5",
+              "A at most B"},
+        Wrong{"MissingFile", [](show::ShowOptions& o) { o.file = "absent.h5"; }, "absent.h5", "",
+              "No such file", "motion model"},
+        Wrong{"FolderIsAFile", [](show::ShowOptions& o) { o.folder = o.file; }, "sample.h5", "--offscreen",
+              "", "folder"}),
     [](const testing::TestParamInfo<Wrong>& row) { return row.param.name; });
 
 }  // namespace vrda::show_test

@@ -28,18 +28,18 @@ class ShowTrace : public testing::Test {
     test::ModelPlan plan;
     plan.flexion_deg = {0, 10};
     plan.varus_deg = {-1, 0, 1};
-    MotionModel model = test::model_of(plan);
+    store::MotionModel model = test::model_of(plan);
     test::add_bodies(model);
-    write_motion_model(options_.file, model);
-    write_trace(options_.trace, test::trace_beside(model));
+    store::write_motion_model(options_.file, model);
+    store::write_trace(options_.trace, test::trace_beside(model));
     options_.size = "64x48";
     options_.views = "front";
   }
 
-  int run(const ShowOptions& options)
+  int run(const show::ShowOptions& options)
   {
     data_.str("");
-    return show(options, {data_, talk_}).n_stills;
+    return show::show(options, {data_, talk_}).n_images;
   }
 
   std::vector<std::string> names() const
@@ -57,8 +57,8 @@ class ShowTrace : public testing::Test {
 
   test::Scratch scratch_;
   std::ostringstream data_, talk_;
-  ShowOptions options_ = [this] {
-    ShowOptions options;
+  show::ShowOptions options_ = [this] {
+    show::ShowOptions options;
     options.file = (scratch_.path() / "knee.h5").string();
     options.trace = (scratch_.path() / "knee.trace.h5").string();
     options.folder = (scratch_.path() / "film").string();
@@ -103,21 +103,21 @@ TEST_F(ShowTrace, WhatDoesNotFitIsOneErrorBeforeAnyPicture)
 {
   struct Row {
     std::string file, field, found;
-    std::function<void(ShowOptions&)> change;
+    std::function<void(show::ShowOptions&)> change;
   };
   for (const Row& row : {
-           Row{"--every", "", "0", [](ShowOptions& o) { o.every = 0; }},
-           Row{"--every", "", "no --trace", [](ShowOptions& o) { o.trace.clear(), o.every = 2; }},
+           Row{"--every", "", "0", [](show::ShowOptions& o) { o.every = 0; }},
+           Row{"--every", "", "no --trace", [](show::ShowOptions& o) { o.trace.clear(), o.every = 2; }},
            Row{"--contact-only", "", "no --trace",
-               [](ShowOptions& o) { o.trace.clear(), o.contact_only = true; }},
-           Row{"--set", "", "raw", [](ShowOptions& o) { o.set = "raw"; }},
-           Row{"--flexion", "", "0:10:5", [](ShowOptions& o) { o.flexion = "0:10:5"; }},
-           Row{options_.trace, "attitude", "flexion 5", [](ShowOptions& o) { o.flexion = "5"; }},
-           Row{options_.file, "/@format", "motion model", [](ShowOptions& o) { o.trace = o.file; }},
-           Row{options_.trace, "/@format", "search trace", [](ShowOptions& o) { o.file = o.trace; }},
+               [](show::ShowOptions& o) { o.trace.clear(), o.contact_only = true; }},
+           Row{"--set", "", "raw", [](show::ShowOptions& o) { o.set = "raw"; }},
+           Row{"--flexion", "", "0:10:5", [](show::ShowOptions& o) { o.flexion = "0:10:5"; }},
+           Row{options_.trace, "attitude", "flexion 5", [](show::ShowOptions& o) { o.flexion = "5"; }},
+           Row{options_.file, "/@format", "motion model", [](show::ShowOptions& o) { o.trace = o.file; }},
+           Row{options_.trace, "/@format", "search trace", [](show::ShowOptions& o) { o.file = o.trace; }},
        }) {
     SCOPED_TRACE(row.file + row.found);
-    ShowOptions given = options_;
+    show::ShowOptions given = options_;
     row.change(given);
     const InputError::Facts facts = test::input_error([&] { run(given); });
     EXPECT_EQ(facts.file, row.file);
@@ -129,9 +129,9 @@ TEST_F(ShowTrace, WhatDoesNotFitIsOneErrorBeforeAnyPicture)
 
 TEST_F(ShowTrace, TheTraceOfAnotherJobIsRefused)
 {
-  MotionModel model = read_motion_model(options_.file);
+  store::MotionModel model = store::read_motion_model(options_.file);
   model.job.resolved += "other = 1\n";
-  write_motion_model(options_.file, model);
+  store::write_motion_model(options_.file, model);
   const InputError::Facts facts = test::input_error([&] { run(options_); });
   EXPECT_EQ(facts.file, options_.trace);
   EXPECT_EQ(facts.field, "/job");

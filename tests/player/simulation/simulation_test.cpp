@@ -19,16 +19,16 @@ namespace vrda::simulation_test {
 constexpr double rounding_mm = 1e-9;
 constexpr double rounding_rad = 1e-12;
 
-SimulationScript exact_script()
+simulation::SimulationScript exact_script()
 {
-  SimulationScript script;
+  simulation::SimulationScript script;
   script.noise_mm = script.noise_deg = script.drop_rate = script.jitter_ms =
       script.potentiometer_noise_counts = 0.0;
   script.occlusions.clear();
   return script;
 }
 
-bool is_equal(const SimulatedFrame& a, const SimulatedFrame& b)
+bool is_equal(const simulation::SimulatedFrame& a, const simulation::SimulatedFrame& b)
 {
   bool is_same = a.time_s == b.time_s && a.send_s == b.send_s && a.device_ns == b.device_ns &&
                  a.is_dropped == b.is_dropped && a.tools.size() == b.tools.size();
@@ -41,11 +41,12 @@ bool is_equal(const SimulatedFrame& a, const SimulatedFrame& b)
 
 TEST(Simulation, AFrameIsTheSameWheneverItIsAsked)
 {
-  const Simulation forwards{SimulationScript{}}, backwards{SimulationScript{}};
-  SimulationScript other_seed;
+  const simulation::Simulation forwards{simulation::SimulationScript{}},
+      backwards{simulation::SimulationScript{}};
+  simulation::SimulationScript other_seed;
   other_seed.seed = 2;
-  const Simulation other{other_seed};
-  std::vector<SimulatedFrame> frames;
+  const simulation::Simulation other{other_seed};
+  std::vector<simulation::SimulatedFrame> frames;
   for (std::uint64_t k = 0; k < 300; ++k) frames.push_back(forwards.frame(k));
   for (std::uint64_t k = 300; k-- > 0;) {
     EXPECT_TRUE(is_equal(backwards.frame(k), frames[k]));
@@ -55,7 +56,7 @@ TEST(Simulation, AFrameIsTheSameWheneverItIsAsked)
 
 TEST(Simulation, TheLegBendsAsScripted)
 {
-  const Simulation simulation{exact_script()};
+  const simulation::Simulation simulation{exact_script()};
   const SolverFrame frame{Side::right, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY()};
   struct Row {
     double time_s, flexion_deg, varus_deg;
@@ -63,8 +64,9 @@ TEST(Simulation, TheLegBendsAsScripted)
   for (const Row row :
        {Row{0, 0, 0}, Row{2, 45, 2}, Row{4, 90, 0}, Row{6, 45, -2}, Row{8, 0, 0}, Row{804, 90, 0}}) {
     SCOPED_TRACE(row.time_s);
-    const SimulatedTruth truth = simulation.truth(row.time_s);
-    const LegAngles angles = leg_angles(truth.X_tracker_femur.inverse() * truth.X_tracker_tibia, frame);
+    const simulation::SimulatedTruth truth = simulation.truth(row.time_s);
+    const tracking::LegAngles angles =
+        tracking::leg_angles(truth.X_tracker_femur.inverse() * truth.X_tracker_tibia, frame);
     EXPECT_NEAR(angles.flexion_rad, rad_from_deg(row.flexion_deg), rounding_rad);
     EXPECT_NEAR(angles.varus_rad, rad_from_deg(row.varus_deg), rounding_rad);
     EXPECT_NEAR(angles.theta_rad, 0.0, rounding_rad);
@@ -78,7 +80,8 @@ test::ModelPlan turning_plan(const std::string& side)
   plan.side = side;
   plan.rotation_centre_mm = {10, -20, 30};
   plan.motion = [](double flexion_deg, double varus_deg) {
-    return PoseNumbers{0.05 * flexion_deg, -18.0 + 0.1 * varus_deg, 0.02 * flexion_deg, 0.2 * flexion_deg};
+    return motion::PoseCoordinates{0.05 * flexion_deg, -18.0 + 0.1 * varus_deg, 0.02 * flexion_deg,
+                                   0.2 * flexion_deg};
   };
   return plan;
 }
@@ -86,18 +89,18 @@ test::ModelPlan turning_plan(const std::string& side)
 TEST(Simulation, TheTibiaStandsAsTheMotionSaysOnBothSides)
 {
   for (const std::string side : {"right", "left"}) {
-    const MotionModel model = test::model_of(turning_plan(side));
-    const Motion motion(model, "raw");
-    SimulationScript script = exact_script();
+    const store::MotionModel model = test::model_of(turning_plan(side));
+    const motion::Motion motion(model, "raw");
+    simulation::SimulationScript script = exact_script();
     script.side = side == "left" ? Side::left : Side::right;
-    const Simulation simulation(script, motion);
+    const simulation::Simulation simulation(script, motion);
     const SolverFrame frame{script.side, model.rotation_centre_mm, model.delta};
     double largest_theta_rad = 0.0;
     for (double time_s = 0.0; time_s < 8.0; time_s += 0.13) {
-      const SimulatedTruth truth = simulation.truth(time_s);
-      const JointPose joint = motion.at(attitude_of(truth.angles));
+      const simulation::SimulatedTruth truth = simulation.truth(time_s);
+      const motion::JointPose joint = motion.at(tracking::attitude_of(truth.angles));
       EXPECT_LT((truth.X_femur_tibia.matrix() - joint.X_reference_moving.matrix()).norm(), rounding_mm);
-      const LegAngles angles = leg_angles(truth.X_femur_tibia, frame);
+      const tracking::LegAngles angles = tracking::leg_angles(truth.X_femur_tibia, frame);
       EXPECT_NEAR(angles.flexion_rad, truth.angles.flexion_rad, rounding_rad);
       EXPECT_NEAR(angles.varus_rad, truth.angles.varus_rad, rounding_rad);
       EXPECT_NEAR(angles.theta_rad, truth.angles.theta_rad, rounding_rad);
@@ -109,24 +112,25 @@ TEST(Simulation, TheTibiaStandsAsTheMotionSaysOnBothSides)
 
 TEST(Simulation, AScriptThatLeavesTheSolvedMotionIsRefused)
 {
-  MotionModel model = test::model_of({});
+  store::MotionModel model = test::model_of({});
   test::unsolve(model, 3, 2);
-  const InputError::Facts facts =
-      test::input_error([&] { Simulation simulation({}, Motion(model, "raw"), "bench.toml"); });
+  const InputError::Facts facts = test::input_error(
+      [&] { simulation::Simulation simulation({}, motion::Motion(model, "raw"), "bench.toml"); });
   EXPECT_EQ(facts.field, "leg");
   EXPECT_EQ(facts.file, "bench.toml");
 }
 
 TEST(Simulation, BodiesSitOnTheirBonesAndTheHeadOnTheStage)
 {
-  SimulationScript script = exact_script();
-  script.tibia.X_body_bone = pose_of(Screw{{0.3, -1.0, 0.2}, {12, 150, -40}});
-  script.head = SimulatedBody{"head", pose_of(Screw{{0, 2.0, 0}, {0, 100, 0}}), {}};
-  script.X_tracker_head = pose_of(Screw{{0.1, 0.2, 0.3}, {0, 400, 200}});
-  const Simulation simulation{script};
+  simulation::SimulationScript script = exact_script();
+  script.tibia.X_body_bone = tracking::pose_of(tracking::Screw{{0.3, -1.0, 0.2}, {12, 150, -40}});
+  script.head =
+      simulation::SimulatedBody{"head", tracking::pose_of(tracking::Screw{{0, 2.0, 0}, {0, 100, 0}}), {}};
+  script.X_tracker_head = tracking::pose_of(tracking::Screw{{0.1, 0.2, 0.3}, {0, 400, 200}});
+  const simulation::Simulation simulation{script};
   for (std::uint64_t k = 0; k < 1000; k += 37) {
-    const SimulatedFrame frame = simulation.frame(k);
-    const SimulatedTruth truth = simulation.truth(frame.time_s);
+    const simulation::SimulatedFrame frame = simulation.frame(k);
+    const simulation::SimulatedTruth truth = simulation.truth(frame.time_s);
     ASSERT_EQ(frame.tools.size(), 3U);
     const Pose X_tibia = frame.tools[1].X_tracker_tool * script.tibia.X_body_bone;
     const Pose X_head = frame.tools[2].X_tracker_tool * script.head->X_body_bone;
@@ -139,14 +143,14 @@ TEST(Simulation, BodiesSitOnTheirBonesAndTheHeadOnTheStage)
 
 TEST(Simulation, MarkersFireOneAfterAnother)
 {
-  SimulationScript script = exact_script();
+  simulation::SimulationScript script = exact_script();
   script.tibia.markers_mm = {{0, -200, 0}, {30, -250, 0}, {0, -300, 40}};
   script.firing_interval_ms = 3.0;
-  const Simulation simulation{script};
+  const simulation::Simulation simulation{script};
   EXPECT_EQ(simulation.tools()[4], "tibia-3");
-  const SimulatedFrame frame = simulation.frame(130);
+  const simulation::SimulatedFrame frame = simulation.frame(130);
   for (std::size_t k = 0; k < 3; ++k) {
-    const SimulatedTruth then = simulation.truth(frame.time_s + 0.003 * static_cast<double>(k));
+    const simulation::SimulatedTruth then = simulation.truth(frame.time_s + 0.003 * static_cast<double>(k));
     EXPECT_LT(
         (frame.tools[2 + k].X_tracker_tool.translation() - then.X_tracker_tibia * script.tibia.markers_mm[k])
             .norm(),
@@ -159,18 +163,18 @@ TEST(Simulation, MarkersFireOneAfterAnother)
 TEST(Simulation, NoiseHasTheSpreadAsked)
 {
   // Mean squares of 3 n numbers whose fourth moment is below 3: five standard errors.
-  SimulationScript script = exact_script();
+  simulation::SimulationScript script = exact_script();
   script.noise_mm = 0.3;
   script.noise_deg = 0.1;
-  const Simulation simulation{script};
+  const simulation::Simulation simulation{script};
   constexpr int n = 3000;
   double square_mm2 = 0.0, square_rad2 = 0.0;
   for (std::uint64_t k = 0; k < n; ++k) {
-    const SimulatedFrame frame = simulation.frame(k);
+    const simulation::SimulatedFrame frame = simulation.frame(k);
     const Pose X_truth = simulation.truth(frame.time_s).X_tracker_femur;
     const Pose& X = frame.tools[0].X_tracker_tool;
     square_mm2 += (X.translation() - X_truth.translation()).squaredNorm() / (3 * n);
-    square_rad2 += turn_of(X_truth.linear().transpose() * X.linear()).squaredNorm() / (3 * n);
+    square_rad2 += tracking::turn_of(X_truth.linear().transpose() * X.linear()).squaredNorm() / (3 * n);
   }
   const double bound = 5.0 * std::sqrt(2.0 / (3 * n));
   EXPECT_NEAR(square_mm2 / (0.3 * 0.3), 1.0, bound);
@@ -179,14 +183,14 @@ TEST(Simulation, NoiseHasTheSpreadAsked)
 
 TEST(Simulation, JitterAndDropsHaveTheirShare)
 {
-  SimulationScript script;
+  simulation::SimulationScript script;
   script.drop_rate = 0.1;
-  const Simulation simulation{script};
+  const simulation::Simulation simulation{script};
   constexpr int n = 4000;
   int n_dropped = 0;
   double sum_s = 0.0, least_s = 1.0, most_s = 0.0, before_s = -1.0;
   for (std::uint64_t k = 0; k < n; ++k) {
-    const SimulatedFrame frame = simulation.frame(k);
+    const simulation::SimulatedFrame frame = simulation.frame(k);
     const double jitter_s = frame.send_s - frame.time_s;
     EXPECT_EQ(frame.time_s, static_cast<double>(k) / 100.0);
     EXPECT_GT(frame.send_s, before_s);
@@ -206,15 +210,15 @@ TEST(Simulation, JitterAndDropsHaveTheirShare)
 
 TEST(Simulation, OcclusionsHideBodiesWithTheirMarkersAndChangeNoOther)
 {
-  SimulationScript script;
+  simulation::SimulationScript script;
   script.tibia.markers_mm.resize(2);
   script.occlusions = {{"tibia", 1.0, 2.0, 4.0}, {"tibia-2", 2.5, 3.0, 0.0}};
-  SimulationScript open = script;
+  simulation::SimulationScript open = script;
   open.occlusions.clear();
-  const Simulation simulation{script}, always{open};
+  const simulation::Simulation simulation{script}, always{open};
   for (std::uint64_t k = 0; k < 1000; ++k) {
     SCOPED_TRACE(k);
-    SimulatedFrame frame = simulation.frame(k);
+    simulation::SimulatedFrame frame = simulation.frame(k);
     const std::uint64_t in_period = k % 400;
     const bool is_hidden = in_period >= 100 && in_period < 200;
     EXPECT_TRUE(frame.tools[0].is_seen);
@@ -222,16 +226,16 @@ TEST(Simulation, OcclusionsHideBodiesWithTheirMarkersAndChangeNoOther)
     EXPECT_EQ(frame.tools[2].is_seen, !is_hidden);
     // The second marker fires shortly after the tick.
     EXPECT_EQ(frame.tools[3].is_seen, !is_hidden && !(k >= 250 && k < 300));
-    for (SimulatedTool& tool : frame.tools) tool.is_seen = true;
+    for (simulation::SimulatedTool& tool : frame.tools) tool.is_seen = true;
     EXPECT_TRUE(is_equal(frame, always.frame(k)));
   }
 }
 
 TEST(Simulation, TheDeviceClockDriftsAndSteps)
 {
-  SimulationScript script = exact_script();
+  simulation::SimulationScript script = exact_script();
   script.clock = {1.5e9, 100.0, {{2.0, -500.0}, {3.0, 250.0}}};
-  const Simulation simulation{script};
+  const simulation::Simulation simulation{script};
   const std::int64_t begin_ns = 1'500'000'000'000'000'000;
   EXPECT_EQ(simulation.device_ns(0.0), begin_ns);
   EXPECT_EQ(simulation.device_ns(1.0) - begin_ns, 1'000'100'000);
@@ -243,9 +247,9 @@ TEST(Simulation, TheDeviceClockDriftsAndSteps)
 
 TEST(Simulation, TheFirmwareCountsTheEdges)
 {
-  SimulationScript script = exact_script();
+  simulation::SimulationScript script = exact_script();
   script.stage = {{0, -3}, {2.5, 25}, {7.5, -25}, {10, -3}};
-  const Simulation simulation{script};
+  const simulation::Simulation simulation{script};
   // The decoder starts in the state of the last edge before; count 0 is state 00.
   const std::int64_t begin = simulation.stage_count(0.0);
   EXPECT_EQ(begin, -600);
@@ -256,7 +260,7 @@ TEST(Simulation, TheFirmwareCountsTheEdges)
   double from_s = 0.0, before_s = 0.0;
   for (int i = 1; i <= 500; ++i) {
     const double to_s = 0.02 * i;
-    for (const QuadratureEdge& edge : simulation.edges(from_s, to_s)) {
+    for (const simulation::QuadratureEdge& edge : simulation.edges(from_s, to_s)) {
       EXPECT_GT(edge.time_s, from_s);
       EXPECT_LE(edge.time_s, to_s + 1e-12);
       EXPECT_GE(edge.time_s, before_s);
@@ -268,8 +272,8 @@ TEST(Simulation, TheFirmwareCountsTheEdges)
     n_back += step < 0 ? 1 : 0;
     counted += step;
     ASSERT_EQ(counted, simulation.stage_count(to_s));
-    EXPECT_NEAR(static_cast<double>(counted) * stage_mm_a_count, simulation.truth(to_s).stage_mm,
-                0.5 * stage_mm_a_count + rounding_mm);
+    EXPECT_NEAR(static_cast<double>(counted) * simulation::stage_mm_a_count, simulation.truth(to_s).stage_mm,
+                0.5 * simulation::stage_mm_a_count + rounding_mm);
   }
   EXPECT_EQ(quadrature_read_and_reset_lost(&decoder), 0);
   EXPECT_GT(n_back, 200);
@@ -278,12 +282,12 @@ TEST(Simulation, TheFirmwareCountsTheEdges)
 
 TEST(Simulation, ThePotentiometerIsNoisyWithinItsRange)
 {
-  SimulationScript script = exact_script();
-  EXPECT_EQ(Simulation{script}.potentiometer_count(0.0), 100);
-  EXPECT_EQ(Simulation{script}.potentiometer_count(4.0), 900);
+  simulation::SimulationScript script = exact_script();
+  EXPECT_EQ(simulation::Simulation{script}.potentiometer_count(0.0), 100);
+  EXPECT_EQ(simulation::Simulation{script}.potentiometer_count(4.0), 900);
   script.potentiometer = {{0, 2}};
   script.potentiometer_noise_counts = 3.0;
-  const Simulation noisy{script};
+  const simulation::Simulation noisy{script};
   int n_zero = 0, n_high = 0;
   for (int i = 0; i < 2000; ++i) {
     const int count = noisy.potentiometer_count(0.001 * i);
@@ -299,14 +303,14 @@ TEST(Simulation, ThePotentiometerIsNoisyWithinItsRange)
 
 TEST(Draws, DependOnWhatTheyAreForAlone)
 {
-  const auto first = [](std::uint64_t seed, DrawFor purpose, std::uint64_t index) {
-    return Draws(seed, purpose, index).uniform();
+  const auto first = [](std::uint64_t seed, simulation::RandomPurpose purpose, std::uint64_t index) {
+    return simulation::RandomSequence(seed, purpose, index).uniform();
   };
-  const double one = first(1, DrawFor::frame, 5);
-  EXPECT_EQ(first(1, DrawFor::frame, 5), one);
-  EXPECT_NE(first(2, DrawFor::frame, 5), one);
-  EXPECT_NE(first(1, DrawFor::potentiometer, 5), one);
-  EXPECT_NE(first(1, DrawFor::frame, 6), one);
+  const double one = first(1, simulation::RandomPurpose::frame, 5);
+  EXPECT_EQ(first(1, simulation::RandomPurpose::frame, 5), one);
+  EXPECT_NE(first(2, simulation::RandomPurpose::frame, 5), one);
+  EXPECT_NE(first(1, simulation::RandomPurpose::potentiometer, 5), one);
+  EXPECT_NE(first(1, simulation::RandomPurpose::frame, 6), one);
 }
 
 TEST(Draws, HaveTheirMeanVarianceAndRange)
@@ -317,7 +321,7 @@ TEST(Draws, HaveTheirMeanVarianceAndRange)
   constexpr int n = 40000;
   double sum = 0.0, square = 0.0, neighbours = 0.0, before = 0.0, uniform_sum = 0.0;
   for (int i = 0; i < n; ++i) {
-    Draws draws(7, DrawFor::frame, static_cast<std::uint64_t>(i));
+    simulation::RandomSequence draws(7, simulation::RandomPurpose::frame, static_cast<std::uint64_t>(i));
     const double x = draws.normal();
     ASSERT_LT(std::abs(x), 6.0);
     sum += x;

@@ -14,9 +14,9 @@ Eigen::Vector3d random_vector(std::mt19937_64& random, double largest);
 Eigen::Vector3d noise_of(std::mt19937_64& random, double sd);
 
 /// The thesis's leg: three markers on the thigh, three on the shank, some 400 mm apart.
-RigidBody leg_body();
+tracking::RigidBody leg_body();
 /// All markers of a body in the tracker's frame.
-MarkerRow seen_at(const RigidBody& body, const Pose& X_tracker_body);
+tracking::MarkerRow seen_at(const tracking::RigidBody& body, const Pose& X_tracker_body);
 
 /// Angle of the rotation between two poses, and distance between their images of `p_mm`.
 double turn_between_rad(const Pose& a, const Pose& b);

@@ -11,37 +11,37 @@ namespace vrda::one_euro_test {
 TEST(OneEuro, LagsARampByTheStatedDelayAtAnyRate)
 {
   // 30 s are 180 times the slowest time constant, 1 / (2 pi 1 Hz) = 0.16 s.
-  const OneEuroOptions options{1.0, 5.0, 1.0};
+  const tracking::OneEuroOptions options{1.0, 5.0, 1.0};
   for (const double rate_hz : {30.0, 100.0, 1000.0}) {
     for (const double speed : {0.0, 0.2, -0.2, 1.5}) {
       SCOPED_TRACE(speed);
-      OneEuroFilter filter(options);
+      tracking::OneEuroFilter filter(options);
       double value = 0.0, time_s = 0.0;
       for (int i = 0; i <= 30 * static_cast<int>(rate_hz); ++i) {
         time_s = i / rate_hz;
         value = filter.filtered(0.7 + speed * time_s, time_s);
       }
       const double lag = 0.7 + speed * time_s - value;
-      EXPECT_NEAR(lag, speed * added_delay_s(options, std::abs(speed)), 1e-9);
+      EXPECT_NEAR(lag, speed * tracking::added_delay_s(options, std::abs(speed)), 1e-9);
     }
   }
 }
 
 TEST(OneEuro, TheDefaultsDelayAsStated)
 {
-  EXPECT_NEAR(added_delay_s(default_angle_filter, 0.0), 0.106, 5e-4);
-  EXPECT_NEAR(added_delay_s(default_angle_filter, 1.0), 0.0082, 5e-5);
-  EXPECT_NEAR(added_delay_s(default_position_filter, 300.0), 0.0096, 5e-5);
+  EXPECT_NEAR(tracking::added_delay_s(tracking::default_angle_filter, 0.0), 0.106, 5e-4);
+  EXPECT_NEAR(tracking::added_delay_s(tracking::default_angle_filter, 1.0), 0.0082, 5e-5);
+  EXPECT_NEAR(tracking::added_delay_s(tracking::default_position_filter, 300.0), 0.0096, 5e-5);
 }
 
 TEST(OneEuro, AtRestNoiseFallsByTheFirstOrderFilter)
 {
   // Without gain the variance of white noise falls to a / (2 - a). The mean square of n values that are
   // correlated over 1 / a steps spreads relatively by sqrt(2 / (a n)); five of that.
-  const OneEuroOptions options{1.5, 0.0, 1.0};
+  const tracking::OneEuroOptions options{1.5, 0.0, 1.0};
   const double step_s = 0.01, a = 1.0 / (1.0 + 1.0 / (2.0 * pi * 1.5 * step_s));
   std::mt19937_64 random(51);
-  OneEuroFilter filter(options);
+  tracking::OneEuroFilter filter(options);
   constexpr int n = 200000;
   double square = 0.0;
   for (int i = 0; i < n; ++i) {
@@ -53,7 +53,7 @@ TEST(OneEuro, AtRestNoiseFallsByTheFirstOrderFilter)
 
 TEST(OneEuro, TimesThatDoNotAscend)
 {
-  OneEuroFilter filter({1.0, 0.0, 1.0});
+  tracking::OneEuroFilter filter({1.0, 0.0, 1.0});
   EXPECT_EQ(filter.filtered(1.0, 10.0), 1.0);
   const double second = filter.filtered(2.0, 10.1);
   EXPECT_GT(second, 1.0);
@@ -66,11 +66,11 @@ TEST(OneEuro, TimesThatDoNotAscend)
 
 TEST(OneEuroAngles, FiltersEachByItself)
 {
-  OneEuroAngles angles({1.0, 4.0, 1.0});
-  OneEuroFilter flexion({1.0, 4.0, 1.0});
+  tracking::OneEuroAngles angles({1.0, 4.0, 1.0});
+  tracking::OneEuroFilter flexion({1.0, 4.0, 1.0});
   for (int i = 0; i < 50; ++i) {
     const double time_s = 0.01 * i, value = 0.3 * i * time_s;
-    const LegAngles filtered = angles.filtered({value, 0.25, -1.0}, time_s);
+    const tracking::LegAngles filtered = angles.filtered({value, 0.25, -1.0}, time_s);
     EXPECT_EQ(filtered.flexion_rad, flexion.filtered(value, time_s));
     EXPECT_EQ(filtered.varus_rad, 0.25);
     EXPECT_EQ(filtered.theta_rad, -1.0);
@@ -83,20 +83,24 @@ TEST(OneEuroPlace, LagsASteadyMotionByTheStatedDelays)
 {
   const Eigen::Vector3d axis = Eigen::Vector3d(1, 2, -2) / 3.0, speed_mm_s(120, -50, 0);
   const double turn_rad_s = 0.8;
-  OneEuroPlace filter;
+  tracking::OneEuroPose filter;
   Pose value, X;
   double time_s = 0.0;
   for (int i = 0; i <= 3000; ++i) {
     time_s = 0.01 * i;
     X = Pose::Identity();
-    X.linear() = rotation_of(turn_rad_s * time_s * axis);
+    X.linear() = tracking::rotation_of(turn_rad_s * time_s * axis);
     X.translation() = speed_mm_s * time_s;
     value = filter.filtered(X, time_s);
   }
   const Eigen::Vector3d lag_mm = X.translation() - value.translation();
-  const Eigen::Vector3d lag_rad = turn_of(X.linear() * value.linear().transpose());
-  EXPECT_LT((lag_mm - speed_mm_s * added_delay_s(default_position_filter, 130.0)).norm(), 1e-8);
-  EXPECT_LT((lag_rad - turn_rad_s * axis * added_delay_s(default_angle_filter, turn_rad_s)).norm(), 1e-9);
+  const Eigen::Vector3d lag_rad = tracking::turn_of(X.linear() * value.linear().transpose());
+  EXPECT_LT((lag_mm - speed_mm_s * tracking::added_delay_s(tracking::default_position_filter, 130.0)).norm(),
+            1e-8);
+  EXPECT_LT(
+      (lag_rad - turn_rad_s * axis * tracking::added_delay_s(tracking::default_angle_filter, turn_rad_s))
+          .norm(),
+      1e-9);
   EXPECT_LT((value.linear() * value.linear().transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-14);
 }
 
@@ -104,10 +108,10 @@ TEST(OneEuroPlace, MovingTheTrackerMovesTheResult)
 {
   std::mt19937_64 random(52);
   const Pose X_there_here = test::random_pose(random);
-  OneEuroPlace here, there;
+  tracking::OneEuroPose here, there;
   for (int i = 0; i < 200; ++i) {
-    const Screw step{test::random_vector(random, 0.3), test::random_vector(random, 30.0)};
-    const Pose X = pose_of(step);
+    const tracking::Screw step{test::random_vector(random, 0.3), test::random_vector(random, 30.0)};
+    const Pose X = tracking::pose_of(step);
     const Pose expected = X_there_here * here.filtered(X, 0.01 * i);
     EXPECT_LT((there.filtered(X_there_here * X, 0.01 * i).matrix() - expected.matrix()).norm(), 1e-9);
   }
@@ -116,7 +120,7 @@ TEST(OneEuroPlace, MovingTheTrackerMovesTheResult)
 TEST(OneEuroPlace, TimesThatDoNotAscend)
 {
   std::mt19937_64 random(53);
-  OneEuroPlace filter;
+  tracking::OneEuroPose filter;
   const Pose first = test::random_pose(random), second = test::random_pose(random);
   EXPECT_EQ(filter.filtered(first, 3.0).matrix(), first.matrix());
   EXPECT_EQ(filter.filtered(second, 3.0).matrix(), first.matrix());

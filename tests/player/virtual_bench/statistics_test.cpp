@@ -10,16 +10,17 @@
 
 namespace vrda::statistics_test {
 
-BenchFile bench_of(HeadKind head)
+bench_files::BenchFile bench_of(bench_files::HeadKind head)
 {
-  return parsed_bench_file(virtual_bench_text(head), "virtual bench");
+  return bench_files::parse_bench_file(virtual_bench::virtual_bench_text(head), "virtual bench");
 }
 
-double median_mm(std::vector<TargetError> errors)
+double median_mm(std::vector<virtual_bench::TargetError> errors)
 {
   const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end(),
-                   [](const TargetError& a, const TargetError& b) { return a.mm < b.mm; });
+  std::nth_element(
+      errors.begin(), middle, errors.end(),
+      [](const virtual_bench::TargetError& a, const virtual_bench::TargetError& b) { return a.mm < b.mm; });
   return middle->mm;
 }
 
@@ -28,10 +29,10 @@ struct Count {
 };
 
 /// Both eyes' parameters are estimated the same way, so they are counted together.
-std::map<std::string, Count> counts_of(const VirtualStatistics& statistics)
+std::map<std::string, Count> counts_of(const virtual_bench::VirtualStatistics& statistics)
 {
   std::map<std::string, Count> counts;
-  for (const NumberStatistics& number : statistics.numbers) {
+  for (const virtual_bench::NumberStatistics& number : statistics.numbers) {
     std::string name = number.name;
     for (const char* side : {"left.", "right."}) {
       if (name.starts_with(side)) name = "eye." + name.substr(std::string(side).size());
@@ -43,15 +44,15 @@ std::map<std::string, Count> counts_of(const VirtualStatistics& statistics)
   return counts;
 }
 
-class HonestIntervals : public testing::TestWithParam<HeadKind> {};
+class HonestIntervals : public testing::TestWithParam<bench_files::HeadKind> {};
 
 TEST_P(HonestIntervals, HoldTheTruthInNinetyToNinetyEightOfAHundredCases)
 {
   // For 200 benches, chance takes the coverage of a valid 95 % interval above 98 % in 2.6 % of cases, and
   // there are some fifty parameters; for 400 in 0.2 %.
   constexpr int n_benches = 400, n_threads = 2;
-  const VirtualStatistics statistics =
-      virtual_statistics(bench_of(GetParam()), VirtualNoise{}, 1, n_benches, n_threads);
+  const virtual_bench::VirtualStatistics statistics = virtual_bench::virtual_statistics(
+      bench_of(GetParam()), virtual_bench::VirtualNoise{}, 1, n_benches, n_threads);
   EXPECT_EQ(statistics.n_benches, n_benches);
   const std::map<std::string, Count> counts = counts_of(statistics);
   EXPECT_GT(counts.size(), 35u);
@@ -63,30 +64,32 @@ TEST_P(HonestIntervals, HoldTheTruthInNinetyToNinetyEightOfAHundredCases)
   EXPECT_GT(median_mm(statistics.before), 5.0 * median_mm(statistics.after));
 }
 
-std::string head_text(const testing::TestParamInfo<HeadKind>& head)
+std::string head_text(const testing::TestParamInfo<bench_files::HeadKind>& head)
 {
-  return head.param == HeadKind::stage ? "stage" : "tracker";
+  return head.param == bench_files::HeadKind::stage ? "stage" : "tracker";
 }
 
-INSTANTIATE_TEST_SUITE_P(Heads, HonestIntervals, testing::Values(HeadKind::stage, HeadKind::tracker),
+INSTANTIATE_TEST_SUITE_P(Heads, HonestIntervals,
+                         testing::Values(bench_files::HeadKind::stage, bench_files::HeadKind::tracker),
                          head_text);
 
 /// The virtual bench's file with `from` replaced by `to`, for each pair.
-BenchFile bench_with(HeadKind head, const std::vector<std::pair<std::string, std::string>>& changes)
+bench_files::BenchFile bench_with(bench_files::HeadKind head,
+                                  const std::vector<std::pair<std::string, std::string>>& changes)
 {
-  std::string text = virtual_bench_text(head);
+  std::string text = virtual_bench::virtual_bench_text(head);
   for (const auto& [from, to] : changes) {
     const std::size_t at = text.find(from);
     check(at != std::string::npos, "the text to be replaced must be in the file");
     text.replace(at, from.size(), to);
   }
-  return parsed_bench_file(text, "virtual bench");
+  return bench_files::parse_bench_file(text, "virtual bench");
 }
 
 /// The leg's points used as the tibia's.
 std::string tibia_points()
 {
-  const std::string& text = virtual_bench_text();
+  const std::string& text = virtual_bench::virtual_bench_text();
   std::string points = text.substr(text.find("[[calibration.point]]"));
   const std::string from = "[[calibration.point]]";
   for (std::size_t at = points.find(from); at != std::string::npos; at = points.find(from, at + 1))
@@ -97,7 +100,7 @@ std::string tibia_points()
 /// Other variants of the procedure: grids and poses adjusted by eye; two bodies, without a pupillometer.
 struct OtherWay {
   std::string name;
-  BenchFile bench;
+  bench_files::BenchFile bench;
   std::vector<std::string> numbers;  ///< some parameters that are estimated differently
 };
 
@@ -106,10 +109,11 @@ const std::vector<OtherWay>& other_ways()
   const std::string table = "[calibration]\n", body = "[body.leg]\ntool = \"leg\"\n";
   static const std::vector<OtherWay> ways{
       {"by_eye",
-       bench_with(HeadKind::stage, {{table, table + "distortion = \"adjust\"\nmodel = \"adjust\"\n"}}),
+       bench_with(bench_files::HeadKind::stage,
+                  {{table, table + "distortion = \"adjust\"\nmodel = \"adjust\"\n"}}),
        {"distortion eye.k1", "distortion eye.pixel_aspect", "leg leg.turn_z"}},
       {"two_bodies_without_pupillometer",
-       bench_with(HeadKind::tracker,
+       bench_with(bench_files::HeadKind::tracker,
                   {{"\"rigid\"", "\"two-bodies\""},
                    {body, "[body.femur]\ntool = \"femur\"\n\n[body.tibia]\ntool = \"tibia\"\n"},
                    {table, table + "pupillometer = false\n"},
@@ -124,8 +128,8 @@ TEST_P(OtherWays, HoldTheTruthAsOften)
 {
   // Of 200 valid 95 % intervals 90 to 99 % contain the truth except in 0.3 %; there are some fifty.
   constexpr int n_benches = 200, n_threads = 2;
-  const VirtualStatistics statistics =
-      virtual_statistics(GetParam().bench, VirtualNoise{}, 1, n_benches, n_threads);
+  const virtual_bench::VirtualStatistics statistics = virtual_bench::virtual_statistics(
+      GetParam().bench, virtual_bench::VirtualNoise{}, 1, n_benches, n_threads);
   const std::map<std::string, Count> counts = counts_of(statistics);
   for (const std::string& name : GetParam().numbers) EXPECT_TRUE(counts.contains(name)) << name;
   for (const auto& [name, count] : counts) {
@@ -140,10 +144,12 @@ INSTANTIATE_TEST_SUITE_P(Benches, OtherWays, testing::ValuesIn(other_ways()),
 
 TEST(VirtualStatistics, AreTheSameForAnyNumberOfThreads)
 {
-  const BenchFile bench = bench_of(HeadKind::stage);
+  const bench_files::BenchFile bench = bench_of(bench_files::HeadKind::stage);
   constexpr int n_benches = 5;
-  const VirtualStatistics one = virtual_statistics(bench, VirtualNoise{}, 40, n_benches, 1);
-  const VirtualStatistics three = virtual_statistics(bench, VirtualNoise{}, 40, n_benches, 3);
+  const virtual_bench::VirtualStatistics one =
+      virtual_bench::virtual_statistics(bench, virtual_bench::VirtualNoise{}, 40, n_benches, 1);
+  const virtual_bench::VirtualStatistics three =
+      virtual_bench::virtual_statistics(bench, virtual_bench::VirtualNoise{}, 40, n_benches, 3);
   ASSERT_EQ(one.numbers.size(), three.numbers.size());
   for (std::size_t k = 0; k < one.numbers.size(); ++k) {
     EXPECT_EQ(one.numbers[k].name, three.numbers[k].name);

@@ -6,71 +6,75 @@
 #include <limits>
 #include <map>
 
+#include "calibration_tasks/task.hpp"
 #include "core/units.hpp"
-#include "guide/task.hpp"
 #include "support/input_error.hpp"
 #include "virtual_bench/statistics.hpp"
 
 namespace vrda::virtual_operator_test {
 
-constexpr VirtualNoise no_noise{0, 0, 0, 0, 0, 0, 0};
+constexpr virtual_bench::VirtualNoise no_noise{0, 0, 0, 0, 0, 0, 0};
 
-BenchFile bench_of(HeadKind head, const std::string& lines = "")
+bench_files::BenchFile bench_of(bench_files::HeadKind head, const std::string& lines = "")
 {
-  std::string text = virtual_bench_text(head);
+  std::string text = virtual_bench::virtual_bench_text(head);
   const std::string table = "[calibration]\n";
   text.insert(text.find(table) + table.size(), lines);
-  return parsed_bench_file(text, "virtual bench");
+  return bench_files::parse_bench_file(text, "virtual bench");
 }
 
-GuideOptions options_of(const BenchFile& bench)
+calibration_tasks::CalibrationSessionOptions options_of(const bench_files::BenchFile& bench)
 {
-  GuideOptions options;
-  options.parts = parts_of_step("all", bench);
+  calibration_tasks::CalibrationSessionOptions options;
+  options.parts = calibration_tasks::parts_of_step("all", bench);
   options.date = "2026-11-22";
   options.path = "calibration.toml";
   return options;
 }
 
-Calibration calibrated(const BenchFile& bench, const VirtualTruth& truth, const VirtualNoise& noise)
+bench_files::Calibration calibrated(const bench_files::BenchFile& bench,
+                                    const virtual_bench::VirtualTruth& truth,
+                                    const virtual_bench::VirtualNoise& noise)
 {
-  GuideSession session(bench, nominal_calibration(bench), options_of(bench));
-  VirtualOperator hand(bench, truth, noise);
+  calibration_tasks::CalibrationSession session(bench, bench_files::nominal_calibration(bench),
+                                                options_of(bench));
+  virtual_bench::VirtualOperator hand(bench, truth, noise);
   while (session.task() != nullptr) hand.do_task(session);
   EXPECT_EQ(hand.n_refusals(), 0);
   return session.calibration();
 }
 
 /// Largest error of a part's parameters.
-double largest_error(const Calibration& found, CalibrationPart part, const BenchFile& bench,
-                     const VirtualTruth& truth)
+double largest_error(const bench_files::Calibration& found, bench_files::CalibrationPart part,
+                     const bench_files::BenchFile& bench, const virtual_bench::VirtualTruth& truth)
 {
-  const std::optional<Estimate>& estimate = found.records.at(part).estimate;
-  return errors_of(estimate.value(), part, bench, truth).lpNorm<Eigen::Infinity>();
+  const std::optional<calibration::Estimate>& estimate = found.records.at(part).estimate;
+  return virtual_bench::errors_of(estimate.value(), part, bench, truth).lpNorm<Eigen::Infinity>();
 }
 
 TEST(VirtualOperator, WithoutNoiseEveryPartIsFoundToTheStepOfItsDials)
 {
-  for (const HeadKind head : {HeadKind::stage, HeadKind::tracker}) {
-    const BenchFile bench = bench_of(head);
+  for (const bench_files::HeadKind head : {bench_files::HeadKind::stage, bench_files::HeadKind::tracker}) {
+    const bench_files::BenchFile bench = bench_of(head);
     for (const std::uint64_t seed : {1, 2, 3}) {
-      const VirtualTruth truth = virtual_truth(bench, seed);
-      const Calibration found = calibrated(bench, truth, no_noise);
+      const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(bench, seed);
+      const bench_files::Calibration found = calibrated(bench, truth, no_noise);
       // Whole columns and rows.
-      EXPECT_LT(largest_error(found, CalibrationPart::viewport, bench, truth), 0.5 + 1e-9);
+      EXPECT_LT(largest_error(found, bench_files::CalibrationPart::viewport, bench, truth), 0.5 + 1e-9);
       // Steps of a quarter of a pixel cause errors of up to an eighth, and a smaller median.
-      std::vector<TargetError> errors = target_errors(found, bench, truth, no_noise);
+      std::vector<virtual_bench::TargetError> errors =
+          virtual_bench::target_errors(found, bench, truth, no_noise);
       double sum_mm = 0.0;
-      for (const TargetError& error : errors) sum_mm += error.mm;
+      for (const virtual_bench::TargetError& error : errors) sum_mm += error.mm;
       constexpr double eighth_mm = 0.125 * 800.0 / 880.0;
       EXPECT_LT(sum_mm / static_cast<double>(errors.size()), eighth_mm);
       // Quantities from the tracker alone have no step; their rows are stored to 1e-5 mm and 1e-8 of a
       // quaternion, which is 1e-6 mm at the tip. Scales have the step of the distances, 0.05 mm of 50.
       constexpr double rounding = 1e-5;
-      EXPECT_LT(largest_error(found, CalibrationPart::probe, bench, truth), rounding);
-      EXPECT_LT(largest_error(found, CalibrationPart::subject, bench, truth), 1e-3);
-      if (head == HeadKind::stage) {
-        EXPECT_LT(largest_error(found, CalibrationPart::rails, bench, truth), rounding);
+      EXPECT_LT(largest_error(found, bench_files::CalibrationPart::probe, bench, truth), rounding);
+      EXPECT_LT(largest_error(found, bench_files::CalibrationPart::subject, bench, truth), 1e-3);
+      if (head == bench_files::HeadKind::stage) {
+        EXPECT_LT(largest_error(found, bench_files::CalibrationPart::rails, bench, truth), rounding);
       }
     }
   }
@@ -78,31 +82,32 @@ TEST(VirtualOperator, WithoutNoiseEveryPartIsFoundToTheStepOfItsDials)
 
 TEST(VirtualOperator, OneThatGoesOnElsewhereEndsAsOneThatWasNotInterrupted)
 {
-  const BenchFile bench =
-      bench_of(HeadKind::stage, "edge_repeats = 2\ngrid = [4, 3]\nrectangle_repeats = 1\n");
-  const VirtualTruth truth = virtual_truth(bench, 7);
-  const Calibration whole = calibrated(bench, truth, VirtualNoise{});
-  Calibration begun = nominal_calibration(bench);
+  const bench_files::BenchFile bench =
+      bench_of(bench_files::HeadKind::stage, "edge_repeats = 2\ngrid = [4, 3]\nrectangle_repeats = 1\n");
+  const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(bench, 7);
+  const bench_files::Calibration whole = calibrated(bench, truth, virtual_bench::VirtualNoise{});
+  bench_files::Calibration begun = bench_files::nominal_calibration(bench);
   int n_sessions = 0;
   for (bool is_done = false; !is_done; ++n_sessions) {
-    GuideSession session(bench, begun, options_of(bench));
-    VirtualOperator hand(bench, truth, VirtualNoise{});
+    calibration_tasks::CalibrationSession session(bench, begun, options_of(bench));
+    virtual_bench::VirtualOperator hand(bench, truth, virtual_bench::VirtualNoise{});
     for (int n = 0; n < 7 && session.task() != nullptr; ++n) hand.do_task(session);
     is_done = session.task() == nullptr;
     begun = session.calibration();
   }
   EXPECT_GT(n_sessions, 10);
-  EXPECT_EQ(calibration_text(begun, bench), calibration_text(whole, bench));
+  EXPECT_EQ(bench_files::calibration_text(begun, bench), bench_files::calibration_text(whole, bench));
 }
 
 TEST(VirtualOperator, AHandThatIsFarTooRestlessGivesUpInWords)
 {
-  const BenchFile bench = bench_of(HeadKind::stage);
-  const VirtualTruth truth = virtual_truth(bench, 7);
-  VirtualNoise noise;
+  const bench_files::BenchFile bench = bench_of(bench_files::HeadKind::stage);
+  const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(bench, 7);
+  virtual_bench::VirtualNoise noise;
   noise.tracker_mm = 50.0;
-  GuideSession session(bench, nominal_calibration(bench), options_of(bench));
-  VirtualOperator hand(bench, truth, noise);
+  calibration_tasks::CalibrationSession session(bench, bench_files::nominal_calibration(bench),
+                                                options_of(bench));
+  virtual_bench::VirtualOperator hand(bench, truth, noise);
   const InputError::Facts facts = test::input_error([&] {
     while (session.task() != nullptr) hand.do_task(session);
   });
@@ -112,10 +117,10 @@ TEST(VirtualOperator, AHandThatIsFarTooRestlessGivesUpInWords)
 }
 
 /// Least distance from the lines.
-double distance_from(const std::vector<GuideLine>& lines, const Eigen::Vector2d& p)
+double distance_from(const std::vector<calibration_tasks::DrawnLine>& lines, const Eigen::Vector2d& p)
 {
   double least = std::numeric_limits<double>::infinity();
-  for (const GuideLine& line : lines) {
+  for (const calibration_tasks::DrawnLine& line : lines) {
     for (std::size_t k = 1; k < line.points_px.size(); ++k) {
       const Eigen::Vector2d from = line.points_px[k - 1], way = line.points_px[k] - from;
       const double s = std::clamp(way.dot(p - from) / way.squaredNorm(), 0.0, 1.0);
@@ -125,7 +130,7 @@ double distance_from(const std::vector<GuideLine>& lines, const Eigen::Vector2d&
   return least;
 }
 
-Eigen::Vector2d middle_of(const GuideLine& ring)
+Eigen::Vector2d middle_of(const calibration_tasks::DrawnLine& ring)
 {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (std::size_t k = 1; k < ring.points_px.size(); ++k) sum += ring.points_px[k];
@@ -133,75 +138,86 @@ Eigen::Vector2d middle_of(const GuideLine& ring)
 }
 
 /// Distance between the drawn marks of a task and the real object.
-double off_px(const Task& task, const std::vector<double>& row, const VirtualTruth& truth,
-              const std::vector<GuideLine>& real)
+double off_px(const calibration_tasks::Task& task, const std::vector<double>& row,
+              const virtual_bench::VirtualTruth& truth, const std::vector<calibration_tasks::DrawnLine>& real)
 {
-  const Eye& eye = task.is_right ? truth.calibration.eyes.right : truth.calibration.eyes.left;
-  const Eigen::Vector2d seen = shown_px(eye.distortion, {row[0], row[1]});
+  const optics::Eye& eye = task.is_right ? truth.calibration.eyes.right : truth.calibration.eyes.left;
+  const Eigen::Vector2d seen = optics::shown_px(eye.distortion, {row[0], row[1]});
   // A node's ring is the last item.
-  if (task.kind != TaskKind::sides) return (seen - middle_of(real.back())).norm();
-  return std::max(distance_from(real, seen), distance_from(real, shown_px(eye.distortion, {row[2], row[3]})));
+  if (task.kind != calibration_tasks::TaskKind::rectangle_sides)
+    return (seen - middle_of(real.back())).norm();
+  return std::max(distance_from(real, seen),
+                  distance_from(real, optics::shown_px(eye.distortion, {row[2], row[3]})));
 }
 
 TEST(RealThings, AreWhereWhatIsDrawnIsSeenOnceItIsAligned)
 {
-  const BenchFile bench = bench_of(HeadKind::stage);
-  const VirtualTruth truth = virtual_truth(bench, 12);
-  GuideSession session(bench, nominal_calibration(bench), options_of(bench));
-  VirtualOperator hand(bench, truth, no_noise);
-  std::map<TaskKind, int> met;
+  const bench_files::BenchFile bench = bench_of(bench_files::HeadKind::stage);
+  const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(bench, 12);
+  calibration_tasks::CalibrationSession session(bench, bench_files::nominal_calibration(bench),
+                                                options_of(bench));
+  virtual_bench::VirtualOperator hand(bench, truth, no_noise);
+  std::map<calibration_tasks::TaskKind, int> met;
   // Half a step of a quarter of a pixel either way, magnified by up to a half; the marker's ring is centred
   // up to a few hundredths of a pixel of perspective.
   constexpr double aligned_px = 0.125 * 1.5 * 1.4142136 + 0.02;
   while (session.task() != nullptr) {
-    const Task task = *session.task();
-    const CalibrationPart part = session.progress().part;
-    const std::vector<GuideLine> real = real_things(task, bench, truth);
+    const calibration_tasks::Task task = *session.task();
+    const bench_files::CalibrationPart part = session.progress().part;
+    const std::vector<calibration_tasks::DrawnLine> real =
+        virtual_bench::physical_outlines(task, bench, truth);
     hand.do_task(session);
     ASSERT_EQ(hand.n_refusals(), 0);
     ++met[task.kind];
-    if (task.kind != TaskKind::point && task.kind != TaskKind::sides && task.kind != TaskKind::bullseye) {
+    if (task.kind != calibration_tasks::TaskKind::point &&
+        task.kind != calibration_tasks::TaskKind::rectangle_sides &&
+        task.kind != calibration_tasks::TaskKind::bullseye) {
       continue;
     }
     const std::vector<double> row = session.calibration().records.at(part).marks.back().rows.front();
     EXPECT_LT(off_px(task, row, truth, real), aligned_px) << task.name;
   }
-  EXPECT_EQ(met[TaskKind::point], 70);
-  EXPECT_EQ(met[TaskKind::sides], 24);
-  EXPECT_EQ(met[TaskKind::bullseye], 18);
+  EXPECT_EQ(met[calibration_tasks::TaskKind::point], 70);
+  EXPECT_EQ(met[calibration_tasks::TaskKind::rectangle_sides], 24);
+  EXPECT_EQ(met[calibration_tasks::TaskKind::bullseye], 18);
 }
 
 /// With the true calibration and pose, the model's points coincide with the leg's.
 TEST(RealThings, TheLegIsWhereAModelIsSeenThatIsPlacedRightly)
 {
-  for (const HeadKind head : {HeadKind::stage, HeadKind::tracker}) {
-    const BenchFile bench = bench_of(head, "model = \"adjust\"\n");
-    const VirtualTruth truth = virtual_truth(bench, 5);
-    const SixNumbers& six = truth.calibration.X_body_model[static_cast<std::size_t>(BodyRole::leg)];
+  for (const bench_files::HeadKind head : {bench_files::HeadKind::stage, bench_files::HeadKind::tracker}) {
+    const bench_files::BenchFile bench = bench_of(head, "model = \"adjust\"\n");
+    const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(bench, 5);
+    const tracking::PoseParameters& six =
+        truth.calibration.X_body_model[static_cast<std::size_t>(bench_files::BodyRole::leg)];
     std::vector<double> values(six.shift_mm.begin(), six.shift_mm.end());
     for (const double turn_rad : six.turn_rad) values.push_back(turn_rad * deg_from_rad(1.0));
-    const Task task = tasks_of(CalibrationPart::leg, bench, truth.calibration).front();
-    const std::vector<GuideLine> real = real_things(task, bench, truth);
+    const calibration_tasks::Task task =
+        calibration_tasks::tasks_of(bench_files::CalibrationPart::leg, bench, truth.calibration).front();
+    const std::vector<calibration_tasks::DrawnLine> real =
+        virtual_bench::physical_outlines(task, bench, truth);
     ASSERT_EQ(real.size(), 2u);
     constexpr double rounding_px = 1e-6;
-    const auto furthest_px = [&](const std::vector<GuideLine>& drawn) {
+    const auto furthest_px = [&](const std::vector<calibration_tasks::DrawnLine>& drawn) {
       double furthest = 0.0;
       for (std::size_t eye = 0; eye < 2; ++eye) {
-        const Distortion& optics =
+        const optics::Distortion& optics =
             eye == 1 ? truth.calibration.eyes.right.distortion : truth.calibration.eyes.left.distortion;
         EXPECT_EQ(drawn[eye].is_right, real[eye].is_right);
         for (std::size_t k = 0; k < real[eye].points_px.size(); ++k) {
-          const Eigen::Vector2d seen = shown_px(optics, drawn[eye].points_px.at(k));
+          const Eigen::Vector2d seen = optics::shown_px(optics, drawn[eye].points_px.at(k));
           furthest = std::max(furthest, (seen - real[eye].points_px[k]).norm());
         }
       }
       return furthest;
     };
-    EXPECT_LT(furthest_px(drawn_points({CalibrationPart::leg, values, truth.calibration}, bench, truth)),
+    EXPECT_LT(furthest_px(virtual_bench::drawn_model_lines(
+                  {bench_files::CalibrationPart::leg, values, truth.calibration}, bench, truth)),
               rounding_px);
     // An offset of 10 mm at 800 mm and 880 px is some 11 px.
     values[0] += 10.0;
-    EXPECT_NEAR(furthest_px(drawn_points({CalibrationPart::leg, values, truth.calibration}, bench, truth)),
+    EXPECT_NEAR(furthest_px(virtual_bench::drawn_model_lines(
+                    {bench_files::CalibrationPart::leg, values, truth.calibration}, bench, truth)),
                 11.0, 6.0);
   }
 }

@@ -37,10 +37,10 @@ double angle_deg(const std::vector<double>& axis_deg, int k, Seeded& seeded)
   return first - margin + share * (last - first + 2.0 * margin);
 }
 
-void print(const vrda::JointPose& pose, const vrda::Attitude& asked_deg)
+void print(const vrda::motion::JointPose& pose, const vrda::Attitude& asked_deg)
 {
   std::cout << R"({"flexion":)" << asked_deg.flexion_rad << R"(,"varus":)" << asked_deg.varus_rad
-            << R"(,"is_solved":)" << (pose.status == vrda::PoseStatus::solved ? "true" : "false")
+            << R"(,"is_solved":)" << (pose.status == vrda::motion::PoseStatus::solved ? "true" : "false")
             << R"(,"is_flexion_clamped":)" << (pose.is_flexion_clamped ? "true" : "false")
             << R"(,"is_varus_clamped":)" << (pose.is_varus_clamped ? "true" : "false") << R"(,"theta_rad":)"
             << pose.theta_rad << R"(,"X":[)";
@@ -51,9 +51,9 @@ void print(const vrda::JointPose& pose, const vrda::Attitude& asked_deg)
   std::cout << "]}";
 }
 
-void print_set(const vrda::MotionModel& model, const std::string& set, int count, std::uint64_t seed)
+void print_set(const vrda::store::MotionModel& model, const std::string& set, int count, std::uint64_t seed)
 {
-  const vrda::Motion motion(model, set);
+  const vrda::motion::Motion motion(model, set);
   Seeded seeded(seed);
   for (int k = 0; k < count; ++k) {
     // Kept in degrees, so that both implementations get the same numbers.
@@ -67,11 +67,11 @@ void print_set(const vrda::MotionModel& model, const std::string& set, int count
 
 void print_model(const std::string& file, int count, std::uint64_t seed)
 {
-  const vrda::MotionModel model = vrda::read_motion_model(file);
+  const vrda::store::MotionModel model = vrda::store::read_motion_model(file);
   std::cout.precision(std::numeric_limits<double>::max_digits10);
   std::cout << "{";
   bool is_first = true;
-  for (const std::string& set : vrda::set_names(model)) {
+  for (const std::string& set : vrda::motion::set_names(model)) {
     std::cout << (is_first ? "" : ",\n") << '"' << set << "\":[";
     print_set(model, set, count, seed);
     std::cout << "]";

@@ -16,15 +16,15 @@ using testing::HasSubstr;
 using testing::Not;
 
 const std::string token = "0123456789abcdef0123456789abcdef";
-const Site site{8123, token, 1000, "my knee é.h5", 5000};
+const web::Site site{8123, token, 1000, "my knee é.h5", 5000};
 
-Response asked(const std::string& target, const std::string& range = "", const std::string& method = "GET",
-               const std::string& host = "127.0.0.1:8123")
+web::Response asked(const std::string& target, const std::string& range = "",
+                    const std::string& method = "GET", const std::string& host = "127.0.0.1:8123")
 {
-  return response_to({method, "/" + token + target, host, range}, site);
+  return web::response_to({method, "/" + token + target, host, range}, site);
 }
 
-std::string field_of(const Response& response, const std::string& name)
+std::string field_of(const web::Response& response, const std::string& name)
 {
   for (const auto& [own, value] : response.fields) {
     if (own == name) return value;
@@ -37,13 +37,13 @@ TEST(WebResponse, ServesThePageAndTheModelAndNothingElse)
   EXPECT_EQ(asked("/").status, 302);
   EXPECT_EQ(field_of(asked("/"), "Location"), "/" + token + "/?model=model.h5");
   EXPECT_EQ(asked("").status, 302);
-  const Response page = asked("/?model=model.h5");
+  const web::Response page = asked("/?model=model.h5");
   EXPECT_EQ(page.status, 200);
-  EXPECT_EQ(page.content, Content::page);
+  EXPECT_EQ(page.content, web::Content::page);
   EXPECT_EQ(page.n_bytes, 1000U);
   EXPECT_EQ(field_of(page, "Content-Encoding"), "gzip");
-  const Response model = asked("/model.h5");
-  EXPECT_EQ(model.content, Content::model);
+  const web::Response model = asked("/model.h5");
+  EXPECT_EQ(model.content, web::Content::model);
   EXPECT_EQ(model.n_bytes, 5000U);
   EXPECT_EQ(field_of(model, "Content-Disposition"), "inline; filename*=UTF-8''my%20knee%20%C3%A9.h5");
   for (const std::string target : {"/../etc/passwd", "/model.h5/..", "//model.h5", "/%6dodel.h5",
@@ -61,7 +61,7 @@ TEST(WebResponse, OfARange)
   for (const Row row : {Row{"0-0", 0, 1}, Row{"10-19", 10, 10}, Row{"4990-", 4990, 10},
                         Row{"4990-9000", 4990, 10}, Row{"-10", 4990, 10}, Row{"-9000", 0, 5000}}) {
     SCOPED_TRACE(row.range);
-    const Response part = asked("/model.h5", std::string("bytes=") + row.range);
+    const web::Response part = asked("/model.h5", std::string("bytes=") + row.range);
     EXPECT_EQ(part.status, 206);
     EXPECT_EQ(part.first_byte, row.first);
     EXPECT_EQ(part.n_bytes, row.n);
@@ -88,10 +88,10 @@ TEST(WebResponse, RefusesOtherHostsAndMethods)
     EXPECT_EQ(asked("/model.h5", "", "GET", host).status, 403) << host;
   }
   EXPECT_EQ(asked("/", "", "GET", "localhost:8123").status, 302);
-  Site plain = site;
+  web::Site plain = site;
   plain.port = 80;
   for (const char* host : {"localhost", "127.0.0.1", "127.0.0.1:80"}) {
-    EXPECT_EQ(response_to({"GET", "/" + token + "/", host, ""}, plain).status, 302) << host;
+    EXPECT_EQ(web::response_to({"GET", "/" + token + "/", host, ""}, plain).status, 302) << host;
   }
   for (const std::string method : {"HEAD", "POST", "PUT", "DELETE", "OPTIONS", "get"}) {
     EXPECT_EQ(asked("/", "", method).status, 405) << method;
@@ -99,13 +99,13 @@ TEST(WebResponse, RefusesOtherHostsAndMethods)
   }
   EXPECT_EQ(asked("/", "", "GET", "LOCALHOST:8123").status, 302);
   EXPECT_EQ(asked("/", "", "GET", "").status, 400);
-  EXPECT_EQ(response_to({"GET", "x", "localhost:8123", ""}, site).status, 400);
+  EXPECT_EQ(web::response_to({"GET", "x", "localhost:8123", ""}, site).status, 400);
 }
 
 // Without the token nothing is revealed: the response is the same with and without a file.
 TEST(WebResponse, RefusesAllWithoutTheToken)
 {
-  Site gone = site;
+  web::Site gone = site;
   gone.model_size.reset();
   std::string last_digit = token, first_digit = token;
   last_digit.back() = 'e';
@@ -115,36 +115,37 @@ TEST(WebResponse, RefusesAllWithoutTheToken)
     for (const std::string target : {"", "/", "/?model=model.h5", "/model.h5", "/none"}) {
       for (const std::string method : {"GET", "POST"}) {
         SCOPED_TRACE(method + " /" + wrong + target);
-        const Request request{method, "/" + wrong + target, "127.0.0.1:8123", "bytes=0-1"};
-        const Response refused = response_to(request, site), without_file = response_to(request, gone);
+        const web::Request request{method, "/" + wrong + target, "127.0.0.1:8123", "bytes=0-1"};
+        const web::Response refused = web::response_to(request, site),
+                            without_file = web::response_to(request, gone);
         EXPECT_EQ(refused.status, 403);
-        EXPECT_EQ(refused.content, Content::text);
+        EXPECT_EQ(refused.content, web::Content::text);
         EXPECT_EQ(refused.text, without_file.text);
         EXPECT_EQ(refused.fields, without_file.fields);
         EXPECT_THAT(refused.text, Not(HasSubstr("knee")));
       }
     }
   }
-  EXPECT_EQ(response_to({"GET", "/model.h5?" + token, "127.0.0.1:8123", ""}, site).status, 403);
-  EXPECT_EQ(response_to({"GET", "//" + token + "/model.h5", "127.0.0.1:8123", ""}, site).status, 403);
+  EXPECT_EQ(web::response_to({"GET", "/model.h5?" + token, "127.0.0.1:8123", ""}, site).status, 403);
+  EXPECT_EQ(web::response_to({"GET", "//" + token + "/model.h5", "127.0.0.1:8123", ""}, site).status, 403);
 }
 
 TEST(WebToken, IsLongAndNeverTheSame)
 {
   std::set<std::string> tokens;
-  for (int k = 0; k < 1000; ++k) tokens.insert(random_token());
+  for (int k = 0; k < 1000; ++k) tokens.insert(web::random_token());
   EXPECT_EQ(tokens.size(), 1000U);
   EXPECT_THAT(tokens, testing::Each(testing::MatchesRegex("[0-9a-f]{32}")));
 }
 
 TEST(WebToken, IsRecognised)
 {
-  EXPECT_TRUE(is_same_token(token, token));
-  EXPECT_FALSE(is_same_token("", token));
+  EXPECT_TRUE(web::is_same_token(token, token));
+  EXPECT_FALSE(web::is_same_token("", token));
   for (std::size_t k = 0; k < token.size(); ++k) {
     std::string wrong = token;
     wrong[k] = 'x';
-    EXPECT_FALSE(is_same_token(wrong, token)) << k;
+    EXPECT_FALSE(web::is_same_token(wrong, token)) << k;
   }
 }
 
@@ -159,23 +160,23 @@ TEST(WebTokenDeathTest, IsComparedToItsEndWhateverItsBeginning)
   std::memset(given, 'x', 2 * page);
   ASSERT_EQ(mprotect(given + page, page, PROT_NONE), 0);
   const std::string secret(2 * page, 'a');
-  EXPECT_DEATH(std::exit(is_same_token({given, 2 * page}, secret) ? 1 : 0), "");
+  EXPECT_DEATH(std::exit(web::is_same_token({given, 2 * page}, secret) ? 1 : 0), "");
   munmap(place, 2 * page);
 }
 
 TEST(WebResponse, WithoutAModelFile)
 {
-  Site gone = site;
+  web::Site gone = site;
   gone.model_size.reset();
-  EXPECT_EQ(response_to({"GET", "/" + token + "/model.h5", "localhost:8123", ""}, gone).status, 404);
+  EXPECT_EQ(web::response_to({"GET", "/" + token + "/model.h5", "localhost:8123", ""}, gone).status, 404);
 }
 
 TEST(WebResponse, EveryHeaderIsWhole)
 {
-  for (const Response& response :
+  for (const web::Response& response :
        {asked("/"), asked("/?model=model.h5"), asked("/model.h5"), asked("/model.h5", "bytes=0-0"),
         asked("/model.h5", "bytes=5000-"), asked("/none"), asked("", "", "GET", "evil.example"),
-        bad_request(), request_timeout()}) {
+        web::bad_request(), web::request_timeout()}) {
     SCOPED_TRACE(response.status);
     EXPECT_EQ(field_of(response, "Content-Length"), std::to_string(response.n_bytes));
     EXPECT_EQ(field_of(response, "Cache-Control"), "no-store");

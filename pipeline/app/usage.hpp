@@ -1,0 +1,27 @@
+/// Validators of option values, and the messages of usage errors.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+class ParseError;
+class Validator;
+}  // namespace CLI
+
+namespace vrda::app {
+
+/// Both limits are inclusive. Message: "found "13", wanted a whole number from 1 to 12".
+CLI::Validator whole_number(int least, int most);
+CLI::Validator number(double least, double most);
+CLI::Validator any_number();
+
+/// Message: "found "stl", wanted sto, mot or csv".
+CLI::Validator one_of(const std::vector<std::string>& words);
+
+/// Formats a usage error of `app` as one line that ends with the matching --help command. An unknown command
+/// or argument is named.
+std::string usage_message(const CLI::App& app, const CLI::ParseError& error);
+
+}  // namespace vrda::app

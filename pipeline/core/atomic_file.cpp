@@ -1,0 +1,222 @@
+#include "core/atomic_file.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "core/open_file.hpp"
+
+namespace vrda::inline core {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Reports errno as the reason.
+[[noreturn]] void fail(const std::string& path, const std::string& what)
+{
+  throw InputError(
+      {path, "", what + " (" + std::strerror(errno) + ")", "a folder that can be written and free space"});
+}
+
+/// A uniquely named temporary file, locked while its writer runs. The destructor removes it unless it was
+/// renamed.
+class Temporary {
+ public:
+  /// Several processes may write one target concurrently; temporaries of dead writers are removed.
+  explicit Temporary(const std::string& target)
+  {
+    constexpr int n_names = 8;
+    for (int n = 0; n < n_names; ++n) remove_abandoned(name_of(target, n));
+    for (int n = 0; n < n_names; ++n) {
+      path_ = name_of(target, n);
+      file_.emplace(open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+      if (!file_->is_open() && errno != EEXIST) fail(target, "an output that cannot be created");
+      // Between creation and lock another writer may have removed it as abandoned. Without lock support
+      // (some network file systems) no file is considered abandoned.
+      const bool is_ours = file_->is_open() &&
+                           (flock(file_->get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) &&
+                           is_open_file_at(file_->get(), path_);
+      if (is_ours) return;
+      file_.reset();
+    }
+    throw InputError(
+        {target, "", std::to_string(n_names) + " processes writing it", "fewer concurrent writers"});
+  }
+  ~Temporary()
+  {
+    if (!is_renamed_) std::remove(path_.c_str());
+  }
+  Temporary(const Temporary&) = delete;
+  Temporary& operator=(const Temporary&) = delete;
+
+  int descriptor() const { return file_->get(); }
+  bool rename_to(const std::string& target)
+  {
+    is_renamed_ = std::rename(path_.c_str(), target.c_str()) == 0;
+    return is_renamed_;
+  }
+
+ private:
+  static std::string name_of(const std::string& target, int n)
+  {
+    return target + ".partial" + (n == 0 ? "" : "-" + std::to_string(n));
+  }
+
+  static void remove_abandoned(const std::string& path)
+  {
+    const OpenFile file(open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+    if (file.is_open() && flock(file.get(), LOCK_EX | LOCK_NB) == 0 && is_open_file_at(file.get(), path))
+      std::remove(path.c_str());
+  }
+
+  std::string path_;
+  std::optional<OpenFile> file_;
+  bool is_renamed_ = false;
+};
+
+void write_pieces(int descriptor, const std::string& path, std::initializer_list<std::string_view> pieces)
+{
+  if (std::all_of(pieces.begin(), pieces.end(),
+                  [&](std::string_view piece) { return write_all(descriptor, piece); }))
+    return;
+  std::size_t n_bytes = 0;
+  for (const std::string_view piece : pieces) n_bytes += piece.size();
+  fail(path, "an output of " + std::to_string(n_bytes) + " bytes that cannot be written");
+}
+
+/// Some file systems report a full disk only on close. A duplicate is closed, because the original holds the
+/// lock that marks the writer as alive.
+bool is_closed_well(int descriptor)
+{
+  const int second = dup(descriptor);
+  return second >= 0 && close(second) == 0;
+}
+
+/// The first bytes of a file.
+std::string head_of(const std::string& path)
+{
+  std::array<char, 512> bytes{};
+  const OpenFile file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  const ssize_t n = file.is_open() ? read(file.get(), bytes.data(), bytes.size()) : -1;
+  if (n < 0) fail(path, "a file to replace that cannot be read");
+  return std::string(bytes.data(), static_cast<std::size_t>(n));
+}
+
+void require_replaceable(const std::string& path, const std::string& target, const struct stat& old,
+                         std::string_view first_piece)
+{
+  constexpr mode_t write_bits = S_IWUSR | S_IWGRP | S_IWOTH;
+  // Root could write such a file, but its mode forbids every write.
+  if ((old.st_mode & write_bits) == 0 || access(target.c_str(), W_OK) != 0) {
+    throw InputError({path, "", "a file without write permission",
+                      "write permission (chmod u+w), or another name for the output"});
+  }
+  const std::string head = head_of(target);
+  const std::string_view found = file_type_of(head), made = file_type_of(first_piece);
+  if (found.empty() || made.empty() || found == made) return;
+  throw InputError({path, "", std::string(found) + " to be replaced by " + std::string(made),
+                    "a new name, or a file of the same kind to replace"});
+}
+
+void keep_owner_and_mode(int descriptor, const std::string& path, const struct stat& old)
+{
+  struct stat made {};
+  if (fstat(descriptor, &made) != 0) fail(path, "an output that cannot be read back");
+  const bool has_owner = made.st_uid == old.st_uid && made.st_gid == old.st_gid;
+  if (!has_owner && fchown(descriptor, old.st_uid, old.st_gid) != 0) {
+    throw InputError({path, "",
+                      std::string("a file of another owner or group (") + std::strerror(errno) + ")",
+                      "to run as its owner, or another name for the output"});
+  }
+  constexpr mode_t permissions = S_ISUID | S_ISGID | S_ISVTX | S_IRWXU | S_IRWXG | S_IRWXO;
+  if (fchmod(descriptor, old.st_mode & permissions) != 0) fail(path, "an output whose mode cannot be kept");
+}
+
+void write_through(const std::string& path, std::initializer_list<std::string_view> pieces)
+{
+  const OpenFile file(open(path.c_str(), O_WRONLY | O_CLOEXEC));
+  if (!file.is_open()) fail(path, "an output that cannot be opened");
+  write_pieces(file.get(), path, pieces);
+  if (!is_closed_well(file.get())) fail(path, "an output that cannot be written");
+}
+
+}  // namespace
+
+std::string resolve_links(const std::string& path)
+{
+  constexpr int most_links = 40;  // as the system
+  std::string target = path;
+  std::error_code error;
+  for (int n = 0; n < most_links; ++n) {
+    if (!fs::is_symlink(fs::symlink_status(target, error))) return target;
+    const fs::path next = fs::read_symlink(target, error);
+    target = next.is_absolute() ? next.string() : (fs::path(target).parent_path() / next).string();
+  }
+  throw InputError({path, "", "a cycle of symbolic links", "a file or a link to one"});
+}
+
+std::string_view file_type_of(std::string_view head)
+{
+  using namespace std::string_view_literals;
+  struct Magic {
+    std::string_view bytes, kind;
+  };
+  constexpr std::array magics{Magic{"\x89HDF\r\n\x1a\n"sv, "an HDF5 file"}, Magic{"\x89PNG"sv, "a PNG image"},
+                              Magic{"glTF"sv, "a glTF file"}, Magic{"VRDA"sv, "a journal or recording"}};
+  constexpr std::size_t n_head_bytes = 512;
+  if (head.empty()) return "";
+  head = head.substr(0, n_head_bytes);
+  for (const Magic& magic : magics)
+    if (head.substr(0, magic.bytes.size()) == magic.bytes) return magic.kind;
+  const std::size_t first = head.find_first_not_of(" \t\r\n");
+  if (first != std::string_view::npos && head[first] == '<') return "an HTML or XML file";  // or VTK
+  if (head.find('\0') != std::string_view::npos) return "a binary file";
+  return first != std::string_view::npos && head[first] == '{' ? "a JSON file" : "a text file";
+}
+
+std::optional<std::string> read_text_file(const std::string& path)
+{
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return std::nullopt;
+  std::stringstream bytes;
+  bytes << file.rdbuf();
+  return bytes.str();
+}
+
+void require_same_file_type(const std::string& path, std::string_view head)
+{
+  const std::string target = resolve_links(path);
+  struct stat old {};
+  if (stat(target.c_str(), &old) == 0 && S_ISREG(old.st_mode)) require_replaceable(path, target, old, head);
+}
+
+void write_atomically(const std::string& path, std::initializer_list<std::string_view> pieces)
+{
+  const std::string target = resolve_links(path);
+  struct stat old {};
+  const bool exists = stat(target.c_str(), &old) == 0;
+  if (exists && S_ISDIR(old.st_mode)) throw InputError({path, "", "a folder", "a name for a file"});
+  if (exists && !S_ISREG(old.st_mode)) return write_through(path, pieces);
+  if (exists) require_replaceable(path, target, old, pieces.size() == 0 ? "" : *pieces.begin());
+
+  Temporary temporary(target);
+  if (exists) keep_owner_and_mode(temporary.descriptor(), path, old);
+  write_pieces(temporary.descriptor(), path, pieces);
+  if (fsync(temporary.descriptor()) != 0 || !is_closed_well(temporary.descriptor()))
+    fail(path, "an output that cannot be written");
+  if (!temporary.rename_to(target)) fail(path, "a file that cannot be replaced");
+  sync_parent_directory(target);
+}
+
+}  // namespace vrda::inline core

@@ -1,0 +1,31 @@
+/// Atomic file replacement: a reader finds the old file or the complete new one.
+#pragma once
+
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace vrda::inline core {
+
+/// `path` with symbolic links resolved; the target need not exist. Throws InputError on a cycle of links.
+std::string resolve_links(const std::string& path);
+
+/// File type by its first bytes: "an HDF5 file", "a JSON file", "a text file", ...; empty for no bytes.
+std::string_view file_type_of(std::string_view head);
+
+/// Throws InputError where write_atomically would refuse `path`: a file without write permission, or of
+/// another type than one that begins with `head`.
+void require_same_file_type(const std::string& path, std::string_view head);
+
+/// The content of a small file; empty where it cannot be opened.
+std::optional<std::string> read_text_file(const std::string& path);
+
+/// Writes the concatenated pieces to a unique temporary file in the same folder, flushes and renames it.
+/// Links are followed; a replaced file's mode, owner and group are kept. Temporary files of dead writers are
+/// removed. A target that is not a regular file (device, pipe) is written directly. Throws InputError naming
+/// `path` and the system's reason, and where `path` has no write permission or another type than the new
+/// file; the temporary file is then removed.
+void write_atomically(const std::string& path, std::initializer_list<std::string_view> pieces);
+
+}  // namespace vrda::inline core

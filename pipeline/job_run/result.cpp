@@ -1,0 +1,201 @@
+#include "job_run/result.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <nlohmann/json.hpp>
+#include <thread>
+#include <utility>
+
+#include "audit/audit.hpp"
+#include "cluster/task_state.hpp"
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "job_run/run_output.hpp"
+#include "job_run/summary.hpp"
+#include "model_build/model_build.hpp"
+#include "reduce/reduce.hpp"
+#include "reduce/two_sided.hpp"
+#include "smooth/smooth.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda::job_run {
+namespace {
+
+// User and system time of all threads so far.
+double processor_s()
+{
+  timespec spent{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &spent);
+  return static_cast<double>(spent.tv_sec) + 1e-9 * static_cast<double>(spent.tv_nsec);
+}
+
+}  // namespace
+
+RunRecord::RunRecord(int n_threads, int n_recalled)
+    : started_(std::chrono::system_clock::now()),
+      start_(std::chrono::steady_clock::now()),
+      processor_start_s_(processor_s()),
+      n_threads_(n_threads),
+      n_recalled_(n_recalled)
+{
+}
+
+void RunRecord::mark_solved()
+{
+  solving_ = std::chrono::steady_clock::now() - start_;
+  solving_processor_s_ = processor_s() - processor_start_s_;
+}
+
+void RunRecord::write(const std::string& path) const
+{
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
+  const nlohmann::ordered_json record = {{"begun", cluster::utc_text(started_)},
+                                         {"seconds", elapsed.count()},
+                                         {"solving_seconds", solving_.count()},
+                                         {"solving_processor_seconds", solving_processor_s_},
+                                         {"threads", n_threads_},
+                                         {"steps_recalled", n_recalled_},
+                                         {"host", cluster::host_name()},
+                                         {"processors", std::thread::hardware_concurrency()}};
+  write_atomically(path, {record.dump(2) + '\n'});
+}
+
+namespace {
+
+using IsStopped = std::function<bool()>;
+
+// Audits the poses against the meshes: overlapping cells become unsolved, doubtful ones are marked.
+store::MotionModel audited_model_of(const load::Case& job_case, const sweep::SweepResult& result,
+                                    int n_threads)
+{
+  store::MotionModel model = model_build::motion_model_of(job_case, result);
+  audit::PoseAssessment verdicts = audit::assess_poses(model, job_case.ligaments, n_threads);
+  if ((verdicts.is_overlapping == 1).any()) {
+    sweep::SweepResult accepted = result;
+    for (StepRecord& cell : accepted.cells) {
+      if (verdicts.is_overlapping(cell.key.flexion, cell.key.varus) == 1)
+        cell.status = StepStatus::overlapping;
+    }
+    model = model_build::motion_model_of(job_case, accepted);
+  }
+  model.plausibility = std::move(verdicts.plausibility);
+  return model;
+}
+
+// Incomplete if stopped.
+void add_smoothed(store::MotionModel& model, const load::Case& job_case, const std::string& output,
+                  int n_threads, const IsStopped& is_stopped)
+{
+  if (job_case.smooth_degrees.empty()) return;
+  const smooth::SmoothInput input = smooth::smooth_input(model, output);
+  const int largest = smooth::largest_degree(
+      input, *std::max_element(job_case.smooth_degrees.begin(), job_case.smooth_degrees.end()));
+  for (const std::int32_t degree : job_case.smooth_degrees) {
+    if (is_stopped()) return;
+    if (degree > largest) {
+      console::log_warning("smooth.degrees: found " + std::to_string(degree) + ", wanted at most " +
+                           std::to_string(std::max(largest, 0)) +
+                           " on this grid with these solved cells; the degree is skipped");
+      continue;
+    }
+    store::SmoothedSet set = smooth::smooth(input, degree, {job_case.smooth_robust});
+    if (job_case.smooth_recontact) set.recontact_mm = audit::recontact(model, set, n_threads);
+    model = store::with_smoothed(std::move(model), std::move(set));
+  }
+}
+
+// With the highest degree of the job, or the default.
+void add_two_sided(store::MotionModel& model, const load::Case& job_case, int n_threads)
+{
+  reduce::TwoSidedOptions options;
+  options.is_robust = job_case.smooth_robust;
+  if (!job_case.smooth_degrees.empty())
+    options.degree = *std::max_element(job_case.smooth_degrees.begin(), job_case.smooth_degrees.end());
+  model.two_sided = reduce::two_sided(model, options, n_threads);
+}
+
+// From the raw poses; omitted for joints or results without such a motion.
+void add_zero_varus(store::MotionModel& model)
+{
+  if (!reduce::is_reducible(model)) return;
+  store::ZeroVarus zero_varus = reduce::reduce(model, "raw");
+  if (reduce::n_reduced_flexions(zero_varus) > 0) model.zero_varus = std::move(zero_varus);
+}
+
+/// An error is only a warning: the model is complete.
+void write_record(const RunRecord& record, const std::string& output)
+{
+  try {
+    record.write(run_record_of(output));
+  } catch (const InputError& error) {
+    console::log_warning(error.what());
+  }
+}
+
+// Warns of stable poses whose plausibility is doubtful.
+void warn_of_doubtful(const store::MotionModel& model, const std::string& output)
+{
+  const std::vector<DoubtfulCell> cells = doubtful_cells(model);
+  if (cells.empty()) return;
+  console::log_warning(output + ": /plausibility: " + plausibility_line(model) + " of " +
+                       std::to_string((model.status == status_stable).count()) +
+                       " stable attitudes, the first at flexion " + shortest_decimal(cells[0].flexion_deg) +
+                       ", varus " + shortest_decimal(cells[0].varus_deg) +
+                       " degrees; vrda info explains them, vrda info --json lists the attitudes");
+}
+
+/// Reports the statuses; warns if more attitudes are unsolved than the job allows.
+console::ExitCode outcome_of(const load::Case& job_case, const store::MotionModel& model,
+                             const std::string& output)
+{
+  console::log_info(status_line(model));
+  warn_of_doubtful(model, output);
+  std::printf("%s\n", output.c_str());
+  const double unsolved = unsolved_fraction(model);
+  if (unsolved <= job_case.unsolved_fraction) return console::ExitCode::done;
+  console::log_warning(output + ": limits.unsolved_fraction: found " + std::to_string(unsolved) +
+                       ", wanted at most " + std::to_string(job_case.unsolved_fraction));
+  return console::ExitCode::too_many_unsolved;
+}
+
+}  // namespace
+
+std::optional<store::MotionModel> build_result(const load::Case& job_case, const sweep::SweepResult& result,
+                                               const std::string& output, int n_threads,
+                                               const IsStopped& is_stopped)
+{
+  check(result.is_complete, "result_of: the sweep is complete");
+  store::MotionModel model = audited_model_of(job_case, result, n_threads);
+  add_smoothed(model, job_case, output, n_threads, is_stopped);
+  if (is_stopped()) return std::nullopt;
+  add_two_sided(model, job_case, n_threads);
+  if (is_stopped()) return std::nullopt;
+  add_zero_varus(model);
+  return is_stopped() ? std::nullopt : std::optional(std::move(model));
+}
+
+console::ExitCode write_result(const load::Case& job_case, const store::MotionModel& model,
+                               const std::string& output, const std::vector<std::string>& needless,
+                               const RunRecord& record)
+{
+  store::write_motion_model(output, model);
+  remove_obsolete_files(needless);
+  write_record(record, output);  // last: the removed files free space on a full disk
+  return outcome_of(job_case, model, output);
+}
+
+console::ExitCode finish_existing_result(const load::Case& job_case, const store::MotionModel& model,
+                                         const std::string& output, const std::vector<std::string>& needless,
+                                         int n_threads)
+{
+  remove_obsolete_files(needless);
+  if (access(run_record_of(output).c_str(), F_OK) != 0)
+    write_record(RunRecord(n_threads, static_cast<int>(model.status.size())), output);
+  return outcome_of(job_case, model, output);
+}
+
+}  // namespace vrda::job_run

@@ -1,0 +1,57 @@
+/// From a finished sweep to the motion model file, and the record of the run's resources.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "console/console.hpp"
+#include "load/case.hpp"
+#include "store/motion_model.hpp"
+#include "sweep/sweep.hpp"
+
+namespace vrda::job_run {
+
+class RunRecord {
+ public:
+  /// Starts the clock.
+  RunRecord(int n_threads, int n_recalled);
+
+  /// Marks the end of solving; smoothing and writing follow.
+  void mark_solved();
+
+  /// Writes JSON: total, solving and CPU seconds, threads, steps recalled, host, processors, date (UTC).
+  void write(const std::string& path) const;
+
+ private:
+  std::chrono::system_clock::time_point started_;
+  std::chrono::steady_clock::time_point start_;
+  double processor_start_s_;
+  std::chrono::duration<double> solving_{0.0};
+  double solving_processor_s_ = 0.0;
+  int n_threads_;
+  int n_recalled_;
+};
+
+/// The motion model with the smoothed surfaces and flexion-only motion of its job. `output` is for messages.
+/// The bytes do not depend on threads, shards or interruptions. Empty if `is_stopped`, which is polled before
+/// each surface, returns true.
+std::optional<store::MotionModel> build_result(const load::Case& job_case, const sweep::SweepResult& result,
+                                               const std::string& output, int n_threads,
+                                               const std::function<bool()>& is_stopped);
+
+/// Like write_result() for a result that is already at `output`: finishes the work of a killed run by
+/// removing the `needless` files and writing a missing record.
+console::ExitCode finish_existing_result(const load::Case& job_case, const store::MotionModel& model,
+                                         const std::string& output, const std::vector<std::string>& needless,
+                                         int n_threads);
+
+/// Writes the model, removes the `needless` journals and start file, writes `record` next to the model and
+/// prints the output's path. Too many unsolved attitudes are an exit code, not an error.
+console::ExitCode write_result(const load::Case& job_case, const store::MotionModel& model,
+                               const std::string& output, const std::vector<std::string>& needless,
+                               const RunRecord& record);
+
+}  // namespace vrda::job_run

@@ -1,0 +1,130 @@
+#include "job_run/run_command.hpp"
+
+#include <unistd.h>
+
+#include "console/console.hpp"
+#include "core/error.hpp"
+#include "job_run/result.hpp"
+#include "job_run/run_output.hpp"
+#include "job_run/solve_part.hpp"
+#include "job_run/step_log.hpp"
+#include "job_run/summary.hpp"
+#include "journal/trace_journal.hpp"
+#include "model_build/case_solver.hpp"
+#include "model_build/model_build.hpp"
+#include "store/motion_model_file.hpp"
+#include "store/trace_file.hpp"
+
+namespace vrda::job_run {
+namespace {
+
+// Only the stability search has moves, and a trace has a single Delta.
+void require_traceable(const load::Case& job_case, const std::string& job_file)
+{
+  if (job_case.method != "stability-search") {
+    throw InputError({job_file, "solver.method", "\"" + job_case.method + "\" with --trace",
+                      "\"stability-search\", which has moves to trace"});
+  }
+  for (const load::Push& push : job_case.push) {
+    if (push.delta == job_case.frame.delta) continue;
+    throw InputError(
+        {job_file, "push.delta", "directions that differ over flexion with --trace", "one direction"});
+  }
+}
+
+// Reads the traces back from their journal: a run does not keep them in memory.
+void write_trace_of(const load::Case& job_case, const sweep::SweepResult& result, const std::string& output)
+{
+  const journal::TraceJournalContent content = journal::read_trace_journal(journal::trace_journal_of(output));
+  check(content.summary.dropped_reason.empty(), "the journal of traces is undamaged");
+  const std::string path = store::trace_name(output);
+  store::write_trace(path, model_build::trace_of(job_case, model_build::fingerprint_of(job_case),
+                                                 content.searches, result.spine_column));
+  console::log_info("trace of " + std::to_string(content.searches.size()) + " searches: " + path);
+}
+
+/// Files to remove when the model is complete. The journal of steps comes first: without its traces it could
+/// not be resumed with --trace.
+std::vector<std::string> obsolete_files(const StepLog& log, const std::string& output)
+{
+  return {log.path, journal::trace_journal_of(output), journal::start_file_of(output)};
+}
+
+console::ExitCode solve_and_write(const load::Case& job_case, const RunOptions& options, StepLog& log,
+                                  const std::string& output)
+{
+  const int n_threads = thread_count_or_all(options.n_threads);
+  RunRecord record(n_threads, static_cast<int>(log.known.size()));
+  const sweep::SweepResult result =
+      solve_part(job_case, model_build::plan_of(job_case), ProgressUnit::cells, options, log);
+  if (!result.is_complete) return report_interrupted(log);
+  record.mark_solved();
+  if (log.traces) write_trace_of(job_case, result, output);
+  const std::optional<store::MotionModel> model =
+      build_result(job_case, result, output, n_threads, console::is_interrupted);
+  if (!model) return report_interrupted(log);
+  return write_result(job_case, *model, output, obsolete_files(log, output), record);
+}
+
+/// An existing result of this job that includes the requested trace. Throws if it is another job's.
+std::optional<store::MotionModel> finished_before(const load::Case& job_case, const RunOptions& options,
+                                                  const std::string& output)
+{
+  std::optional<store::MotionModel> model = existing_result(job_case, output, options.may_replace);
+  const bool has_trace = !options.writes_trace || access(store::trace_name(output).c_str(), F_OK) == 0;
+  return options.is_fresh || !has_trace ? std::nullopt : std::move(model);
+}
+
+// Empty when interrupted.
+std::optional<StepLog> opened_log(const RunOptions& options, const std::string& output,
+                                  const std::string& key)
+{
+  const std::string path = journal::journal_of(output);
+  if (!options.journal_wait) return open_log(path, key, options.is_fresh);
+  std::optional<StepLog> log = open_log_waiting(path, key, options.is_fresh, *options.journal_wait);
+  return log || console::is_interrupted() ? std::move(log) : open_log(path, key, options.is_fresh);
+}
+
+console::ExitCode whole_run(const RunOptions& options)
+{
+  const load::Case job_case =
+      load_and_report_case(options.job_file, {options.data_directory, options.overrides});
+  if (options.writes_trace) require_traceable(job_case, options.job_file);
+  const std::string output = output_path_of(options.output, options.job_file);
+  make_parent_folder(output);
+  finished_before(job_case, options, output);  // throws for another job's result before anything is written
+  if (options.writes_trace) require_replaceable(store::trace_name(output), "a trace");
+  const std::string key = model_build::fingerprint_of(job_case);
+  std::optional<StepLog> opened =
+      with_difference_in_errors(job_case, [&] { return opened_log(options, output, key); });
+  if (!opened) return console::ExitCode::interrupted;
+  StepLog& log = *opened;
+  const std::optional<OutputLock> lock = lock_output(output, "vrda run");
+  if (!lock) return console::ExitCode::interrupted;
+  // Checked again under both locks: another run may have written it meanwhile.
+  if (const auto model = finished_before(job_case, options, output)) {
+    console::log_info(output + ": this job is finished; --fresh solves it again");
+    return finish_existing_result(job_case, *model, output, obsolete_files(log, output),
+                                  thread_count_or_all(options.n_threads));
+  }
+  if (options.writes_trace) {
+    log.traces.emplace(open_trace_log(journal::trace_journal_of(output), key, log.path, log.known));
+  }
+  // A resumed run keeps its start file: a full disk may have no space for a second one.
+  if (log.known.empty() || !has_start_file(output, job_case.resolved_job)) {
+    store::write_motion_model(journal::start_file_of(output), model_build::pending_model_of(job_case));
+  }
+  console::install_signal_handlers();
+  return with_journal_restore(log, output, [&] { return solve_and_write(job_case, options, log, output); });
+}
+
+}  // namespace
+
+console::ExitCode run_command(const RunOptions& options)
+{
+  console::progress_style_of(options.progress);  // throws for an invalid style before any work
+  if (options.only_spine) return spine_command(options);
+  return options.shard ? shard_command(options) : whole_run(options);
+}
+
+}  // namespace vrda::job_run

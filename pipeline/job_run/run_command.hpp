@@ -1,0 +1,35 @@
+/// `vrda run`: solves a job and writes its motion model.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cluster/jobs.hpp"
+#include "console/console.hpp"
+#include "job_run/step_log.hpp"
+
+namespace vrda::job_run {
+
+struct RunOptions {
+  std::string job_file;
+  std::string output;  ///< empty: results/<job name>/<job name>.h5
+  std::string data_directory;
+  std::vector<std::string> overrides;
+  int n_threads = 0;          ///< 0: one per processor
+  bool is_fresh = false;      ///< discards an existing journal; solves a finished job again
+  bool may_replace = false;   ///< replaces the result of another job
+  bool writes_trace = false;  ///< writes every move of every search next to the output
+  std::string progress = "auto";
+  bool only_spine = false;                 ///< solves only the spine, into its own journal, for shards
+  std::optional<journal::Shard> shard;     ///< solves only these rows, into their own journal
+  std::function<void()> on_solving_start;  ///< called before the first step of the spine, and of the rows
+  /// Absent: a shard waits a minute for its journal, a whole run does not wait.
+  std::optional<JournalWait> journal_wait;
+};
+
+/// Solves the whole job, or with `only_spine` or `shard` a part for `vrda merge`.
+console::ExitCode run_command(const RunOptions& options);
+
+}  // namespace vrda::job_run

@@ -1,0 +1,52 @@
+/// Short summaries of cases and motion models, and how commands load them.
+#pragma once
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "load/case.hpp"
+#include "store/motion_model.hpp"
+
+namespace vrda::job_run {
+
+/// One line about the scaling: that the steps are shared, or why it is a new run. Empty without [scaling].
+std::string scaling_line(const load::Case& job_case);
+
+/// Null without scaling; landmarks are an empty list if the job gives the factor.
+nlohmann::ordered_json scaling_json(const std::optional<Scaling>& scaling);
+
+/// Prints scaling_json(): the factor, its standard error, and one line per pair of landmarks. Nothing for
+/// null.
+void print_scaling(const nlohmann::ordered_json& scaling);
+
+/// Number of cells of each status that occurs, by name.
+std::map<std::string, int> cells_by_status(const store::MotionModel& model);
+
+/// Share of cells that are not stable.
+double unsolved_fraction(const store::MotionModel& model);
+
+/// "1911 attitudes: 1900 stable, 11 no_contact".
+std::string status_line(const store::MotionModel& model);
+
+/// Stable cells of doubtful plausibility, in attitude order.
+struct DoubtfulCell {
+  double flexion_deg = 0.0, varus_deg = 0.0;
+  Plausibility plausibility = Plausibility::nothing_found;
+};
+std::vector<DoubtfulCell> doubtful_cells(const store::MotionModel& model);
+
+/// "2 nothing_ahead, 1 unstable_balance"; empty without any.
+std::string plausibility_line(const store::MotionModel& model);
+
+/// load_case(); prints its warnings and scaling.
+load::Case load_and_report_case(const std::string& job_file, const load::LoadOptions& options);
+
+/// Reads a motion model. Throws InputError if the file is invalid, too new, or has no stable attitude.
+store::MotionModel read_solved_model(const std::string& file);
+
+/// `asked`, or one per processor if that is 0.
+int thread_count_or_all(int asked);
+
+}  // namespace vrda::job_run

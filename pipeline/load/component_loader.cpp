@@ -1,0 +1,163 @@
+#include "load/component_loader.hpp"
+
+#include <cstring>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
+#include "load/job_schema.hpp"
+
+namespace vrda::load {
+namespace {
+
+const shapes::ShapePart* part_named(const shapes::Shape& shape, const std::string& name)
+{
+  for (const std::vector<shapes::ShapePart>* parts : {&shape.reference, &shape.moving}) {
+    for (const shapes::ShapePart& part : *parts) {
+      if (part.name == name) return &part;
+    }
+  }
+  return nullptr;
+}
+
+std::vector<std::string> part_names(const shapes::Shape& shape)
+{
+  std::vector<std::string> names;
+  for (const std::vector<shapes::ShapePart>* parts : {&shape.reference, &shape.moving}) {
+    for (const shapes::ShapePart& part : *parts) names.push_back(part.name);
+  }
+  return names;
+}
+
+// Vertices as doubles, then triangles as 32-bit integers, in memory byte order (little-endian).
+std::string bytes_of(const Mesh& mesh)
+{
+  const std::size_t n_vertex_bytes = static_cast<std::size_t>(mesh.vertices_mm.size()) * sizeof(double);
+  const std::size_t n_triangle_bytes = static_cast<std::size_t>(mesh.triangles.size()) * sizeof(std::int32_t);
+  std::string bytes(n_vertex_bytes + n_triangle_bytes, '\0');
+  std::memcpy(bytes.data(), mesh.vertices_mm.data(), n_vertex_bytes);
+  std::memcpy(bytes.data() + n_vertex_bytes, mesh.triangles.data(), n_triangle_bytes);
+  return bytes;
+}
+
+RawMesh raw_of(const Mesh& mesh)
+{
+  RawMesh raw;
+  raw.vertices = mesh.vertices_mm;
+  raw.normals = mesh.normals;
+  raw.corner.assign(mesh.triangles.data(), mesh.triangles.data() + mesh.triangles.size());
+  raw.size.assign(static_cast<std::size_t>(mesh.triangles.rows()), 3);
+  return raw;
+}
+
+Mesh canonical(const Mesh& native, const AxisMap& map)
+{
+  Mesh mesh = native;
+  mesh.vertices_mm *= map.unit_mm;
+  return transformed(mesh, map.X_canonical_native);
+}
+
+// Normals stay unchanged: each vertex moves along its own normal.
+void move_surface(Mesh& mesh, const ComponentJob& component)
+{
+  if (component.inset_mm != 0.0) mesh.vertices_mm -= component.inset_mm * vertex_normals(mesh);
+  if (!component.shift_mm.isZero(0.0)) mesh.vertices_mm.rowwise() += component.shift_mm.transpose();
+}
+
+ComponentSurvey survey_of(const ComponentJob& component, const CleanMesh& clean, const std::string& source)
+{
+  const EdgeCounts edges = edge_counts(clean.mesh);
+  ComponentSurvey survey;
+  survey.name = component.name;
+  survey.source = source;
+  survey.has_contact = component.has_contact;
+  survey.n_vertices = clean.mesh.vertices_mm.rows();
+  survey.n_triangles = clean.mesh.triangles.rows();
+  survey.n_welded = clean.n_welded;
+  survey.n_degenerate = clean.n_degenerate;
+  survey.n_boundary_edges = edges.boundary;
+  survey.n_non_manifold_edges = edges.non_manifold;
+  survey.was_flipped = clean.was_flipped;
+  survey.box = bounding_box(clean.mesh);
+  survey.mean_edge_mm = mean_edge_length_mm(clean.mesh);
+  survey.area_mm2 = area_mm2(clean.mesh);
+  survey.volume_mm3 = signed_volume_mm3(clean.mesh);
+  return survey;
+}
+
+}  // namespace
+
+std::string shape_request_text(const GenerateJob& generate)
+{
+  std::string text = generate.shape;
+  std::map<std::string, std::string> parameters(generate.words.begin(), generate.words.end());
+  for (const auto& [key, number] : generate.numbers) parameters[key] = shortest_decimal(number);
+  for (const auto& [key, value] : parameters) text.append(" ").append(key).append("=").append(value);
+  return text;
+}
+
+ComponentLoader::ComponentLoader(const Job& job, const std::string& data_directory)
+    : job_(job), map_(axis_map(job)), data_directory_(data_directory)
+{
+}
+
+LoadedComponent ComponentLoader::load(const ComponentJob& component)
+{
+  LoadedComponent out;
+  out.clean = component.generate ? generated(component, out.input) : from_file(component, out.input);
+  if (out.clean.mesh.triangles.rows() == 0) {
+    throw InputError({out.input.name, "",
+                      std::to_string(out.clean.n_degenerate) + " faces, all with zero area",
+                      "a mesh with faces"});
+  }
+  move_surface(out.clean.mesh, component);
+  out.survey = survey_of(component, out.clean, out.input.name);
+  return out;
+}
+
+CleanMesh ComponentLoader::from_file(const ComponentJob& component, LoadedInput& input) const
+{
+  InputFile file =
+      input_file(job_, data_directory_, {component.key + ".file", component.file, "a mesh file"});
+  input = {component.file, sha256_of(file.bytes)};
+  CleanMesh clean = clean_mesh(read_mesh(file.path, std::move(file.bytes)), component.winding, job_.side);
+  clean.mesh = canonical(clean.mesh, map_);
+  return clean;
+}
+
+CleanMesh ComponentLoader::generated(const ComponentJob& component, LoadedInput& input)
+{
+  const shapes::Shape& shape = shape_of(component);
+  const GenerateJob& generate = *component.generate;
+  const shapes::ShapePart* part = part_named(shape, generate.part);
+  if (part == nullptr) {
+    const std::string key = component.key + ".generate.part";
+    throw InputError({job_.document.source_of(key), key, "\"" + generate.part + "\"",
+                      "a part of \"" + generate.shape + "\"; the nearest is \"" +
+                          nearest_word(generate.part, part_names(shape)) + "\""});
+  }
+  input = {shape_request_text(generate) + " part=" + generate.part, sha256_of(bytes_of(part->mesh))};
+  return clean_mesh(raw_of(part->mesh), component.winding, job_.side);
+}
+
+const shapes::Shape& ComponentLoader::shape_of(const ComponentJob& component)
+{
+  const GenerateJob& generate = *component.generate;
+  const std::string request = shape_request_text(generate);
+  if (const auto found = shapes_.find(request); found != shapes_.end()) return found->second;
+  try {
+    return shapes_
+        .emplace(request, shapes::generate_shape({generate.shape, generate.numbers, generate.words}))
+        .first->second;
+  } catch (const InputError& error) {
+    // Converts the field of the generator to a key of the job: it is a parameter if the job sets it.
+    const std::string& field = error.facts().field;
+    const bool is_parameter = generate.numbers.contains(field) || generate.words.contains(field);
+    const std::string key = component.key + ".generate" + (is_parameter ? "." + field : "");
+    throw InputError({job_.document.source_of(key), key, error.facts().found, error.facts().wanted});
+  }
+}
+
+}  // namespace vrda::load

@@ -1,0 +1,43 @@
+/// Loads components from mesh files and generators.
+#pragma once
+
+#include <map>
+
+#include "load/axis_map.hpp"
+#include "load/clean_mesh.hpp"
+#include "shapes/shapes.hpp"
+
+namespace vrda::load {
+
+struct LoadedComponent {
+  CleanMesh clean;  ///< canonical axes, mm
+  LoadedInput input;
+  ComponentSurvey survey;  ///< without the name of the body
+};
+
+/// The shape with its parameters in alphabetical order: "knee resolution=2 side=left".
+std::string shape_request_text(const GenerateJob& generate);
+
+/// Loads components one by one. A shape with several parts is generated once.
+class ComponentLoader {
+ public:
+  /// `job` must outlive this object.
+  ComponentLoader(const Job& job, const std::string& data_directory);
+
+  /// Files are searched in the data folder, then in the folder of the job. Their coordinates are converted by
+  /// the axis map; generated parts are canonical and in mm already.
+  /// Throws InputError naming the mesh file or the key of the job.
+  LoadedComponent load(const ComponentJob& component);
+
+ private:
+  CleanMesh from_file(const ComponentJob& component, LoadedInput& input) const;
+  CleanMesh generated(const ComponentJob& component, LoadedInput& input);
+  const shapes::Shape& shape_of(const ComponentJob& component);
+
+  const Job& job_;
+  AxisMap map_;
+  std::string data_directory_;
+  std::map<std::string, shapes::Shape> shapes_;  // by name and parameters
+};
+
+}  // namespace vrda::load

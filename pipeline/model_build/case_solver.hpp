@@ -1,0 +1,64 @@
+/// Builds the inputs of solver and sweep from a Case, and solves its steps by the method of the job.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "load/case.hpp"
+#include "solve/equilibrium.hpp"
+#include "solve/joint.hpp"
+#include "solve/stability_search.hpp"
+#include "sweep/sweep.hpp"
+
+namespace vrda::model_build {
+
+/// Both objects in the solver frame with the Delta of `frame`.
+solve::Joint joint_of(const load::Case& job_case, const SolverFrame& frame);
+sweep::SweepPlan plan_of(const load::Case& job_case);
+
+/// SHA-256 of everything that determines the steps: solver version, resolved job, inputs. If scaling keeps
+/// the steps it is that of the unscaled job, so one journal serves every size.
+std::string fingerprint_of(const load::Case& job_case);
+
+/// The solver frame at a flexion index of the grid; its Delta depends on the flexion.
+SolverFrame frame_at(const load::Case& job_case, std::int32_t flexion);
+
+/// The loads at a flexion index, in the solver frame there.
+Loads loads_at(const load::Case& job_case, std::int32_t flexion);
+
+/// Shared by the workers of a sweep. Meshes are transformed to the solver frame once for each Delta.
+class CaseSolver {
+ public:
+  /// `job_case` must outlive the solver.
+  CaseSolver(const load::Case& job_case, int n_threads);
+
+  /// May be called from several threads at once, each with its own worker number. `observer` is used by the
+  /// stability search only.
+  StepRecord operator()(const sweep::StepTask& task, const solve::SearchObserver& observer = {});
+
+ private:
+  /// Both objects and the ligaments in the frame of one Delta.
+  struct PushFrame {
+    Eigen::Vector3d delta;
+    solve::Joint joint;
+    ligament::Ligaments ligaments;
+  };
+  struct Worker {
+    std::shared_ptr<const PushFrame> push_frame;
+    std::unique_ptr<solve::EquilibriumSolver> solver;
+  };
+
+  std::shared_ptr<const PushFrame> push_frame_of(const SolverFrame& frame);
+  Worker& worker_at(int number, const SolverFrame& frame);
+
+  const load::Case& case_;
+  std::shared_ptr<const PushFrame> first_;  // of the first flexion, usually the only one
+  std::vector<Worker> workers_;
+};
+
+/// The result for a joint `factor` times as large: scales each record (core/step_record.hpp) and the energy
+/// spread. Contact has no intrinsic length: the scaled poses balance the same forces if the point of the push
+/// is scaled too.
+sweep::SweepResult scaled(const sweep::SweepResult& result, double factor);
+
+}  // namespace vrda::model_build

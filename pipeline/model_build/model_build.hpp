@@ -1,0 +1,35 @@
+/// From solved steps to the motion model and its trace.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/step_record.hpp"
+#include "load/case.hpp"
+#include "store/motion_model.hpp"
+#include "store/trace.hpp"
+#include "sweep/sweep.hpp"
+
+namespace vrda::model_build {
+
+/// The model without smoothed surfaces, at the subject's size (of_subject()). Cells that are not stable
+/// contain NaN and their status.
+store::MotionModel motion_model_of(const load::Case& job_case, const sweep::SweepResult& result);
+
+/// The model of the start file: plan and meshes at the subject's size, every cell pending.
+store::MotionModel pending_model_of(const load::Case& job_case);
+
+/// Fibres and wraps in the layout of the file, without cells.
+store::LigamentRows ligament_rows(const ligament::Ligaments& canonical);
+
+/// Fills contact_paths, equilibrium and ligaments of `model` where present. Poses and contacts must be
+/// filled.
+void add_balance(store::MotionModel& model, const load::Case& job_case, const sweep::SweepResult& result);
+
+/// `spine_column` as in SweepResult: identifies the probes that became spine cells.
+store::Trace trace_of(const load::Case& job_case, const std::string& job_key,
+                      const std::map<StepKey, SearchTrace>& searches,
+                      const std::vector<std::int32_t>& spine_column);
+
+}  // namespace vrda::model_build

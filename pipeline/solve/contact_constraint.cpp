@@ -1,0 +1,170 @@
+#include "solve/contact_constraint.hpp"
+
+#include <Eigen/Geometry>
+#include <limits>
+
+namespace vrda::solve {
+namespace {
+
+// Sine of the angle below which a normal is that of a face; thin triangles have rounding errors of 1e-10.
+constexpr double same_direction = 1e-7;
+// Rounding of one point transformed by both objects' rotations.
+constexpr double same_point_mm = 1e-9;
+// Component of a unit normal along Delta below which a face counts as parallel to Delta.
+constexpr double parallel_to_delta = 1e-6;
+
+Eigen::Vector3d about_x(const Eigen::Vector3d& v)
+{
+  return {0.0, -v.z(), v.y()};
+}
+
+Eigen::Vector3d about_delta(const Eigen::Vector3d& v)
+{
+  return {v.z(), 0.0, -v.x()};
+}
+
+// Row of the triangle's corner at `p`, or -1.
+std::int32_t corner_at(const Mesh& mesh, std::int32_t triangle, const Eigen::Vector3d& p)
+{
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const std::int32_t v = mesh.triangles(triangle, k);
+    if ((mesh.vertices_mm.row(v).transpose() - p).cwiseAbs().maxCoeff() <= same_point_mm) return v;
+  }
+  return -1;
+}
+
+// Stores the pair of unit edges whose cross product is most nearly parallel to `normal`.
+void set_edges(const proximity::Corners& reference, const proximity::Corners& moving,
+               const Eigen::Vector3d& normal, ContactConstraint& out)
+{
+  double best = -1.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Eigen::Vector3d u = (reference[(i + 1) % 3] - reference[i]).normalized();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Eigen::Vector3d v = (moving[(k + 1) % 3] - moving[k]).normalized();
+      const double share = std::abs(u.cross(v).normalized().dot(normal));
+      if (share <= best) continue;
+      best = share;
+      out.reference_direction = u;
+      out.moving_direction = v;
+    }
+  }
+}
+
+// The common normal, not of unit length, and its derivatives over theta and varus.
+struct Normal {
+  Eigen::Vector3d n, over_theta, over_varus;
+};
+
+Normal common_normal(const ContactConstraint& constraint, const Rotations& at)
+{
+  switch (constraint.kind) {
+    case ContactConstraint::Kind::face_of_reference: {
+      const Eigen::Vector3d n = at.of_reference * constraint.reference_direction;
+      return {n, Eigen::Vector3d::Zero(), -about_x(n)};
+    }
+    case ContactConstraint::Kind::face_of_moving: {
+      const Eigen::Vector3d n = at.of_moving * constraint.moving_direction;
+      return {n, about_delta(n), Eigen::Vector3d::Zero()};
+    }
+    case ContactConstraint::Kind::edges:
+      break;
+  }
+  const Eigen::Vector3d u = at.of_reference * constraint.reference_direction,
+                        v = at.of_moving * constraint.moving_direction;
+  return {u.cross(v), u.cross(about_delta(v)), -about_x(u).cross(v)};
+}
+
+// Derivative of n / n.y.
+Eigen::Vector3d slope_change(const Normal& n, const Eigen::Vector3d& change)
+{
+  return (change - n.n * (change.y() / n.n.y())) / n.n.y();
+}
+
+// Jacobian of reference point minus moving point.
+Eigen::Matrix<double, 3, 5> distance_jacobian(const ContactConstraint& constraint, const Rotations& at)
+{
+  Eigen::Matrix<double, 3, 5> J;
+  J.leftCols<3>() = -Eigen::Matrix3d::Identity();
+  J.col(about_y) = -about_delta(at.of_moving * constraint.moving_mm);
+  J.col(about_varus) = -about_x(at.of_reference * constraint.reference_mm);
+  return J;
+}
+
+}  // namespace
+
+Rotations::Rotations(const Configuration& configuration, double flexion_rad)
+    : of_reference(reference_rotation({flexion_rad, configuration.varus_rad})),
+      of_moving(rotation_y(configuration.theta_rad))
+{
+}
+
+ContactConstraint contact_constraint_of(const proximity::GapFeature& feature, const ConstraintMeshes& meshes,
+                                        const Configuration& configuration, const Rotations& rotations)
+{
+  ContactConstraint out;
+  out.triangles = feature.triangles;
+  out.reference_mm =
+      rotations.of_reference.transpose() * (feature.point_mm + feature.travel_mm * Eigen::Vector3d::UnitY());
+  out.moving_mm = rotations.of_moving.transpose() * (feature.point_mm - configuration.pivot_mm);
+  const Eigen::Vector3d in_reference = rotations.of_reference.transpose() * feature.normal;
+  const Eigen::Vector3d in_moving = rotations.of_moving.transpose() * feature.normal;
+  const Eigen::Vector3d n_reference = face_normal(meshes.reference, feature.triangles.reference);
+  const Eigen::Vector3d n_moving = face_normal(meshes.moving, feature.triangles.moving);
+  out.reference_direction = in_reference;
+  out.moving_direction = in_moving;
+  out.vertex = corner_at(meshes.moving, feature.triangles.moving, out.moving_mm + meshes.scale.pivot_mm);
+  if (out.vertex >= 0 && n_reference.cross(in_reference).norm() < same_direction) return out;
+  out.vertex = corner_at(meshes.reference, feature.triangles.reference, out.reference_mm);
+  if (out.vertex >= 0 && n_moving.cross(in_moving).norm() < same_direction) {
+    out.kind = ContactConstraint::Kind::face_of_moving;
+    return out;
+  }
+  out.vertex = -1;
+  proximity::Corners r = corners(meshes.reference, feature.triangles.reference);
+  proximity::Corners m = corners(meshes.moving, feature.triangles.moving);
+  for (Eigen::Vector3d& p : r) p = rotations.of_reference * p;
+  for (Eigen::Vector3d& p : m) p = rotations.of_moving * p;
+  out.kind = ContactConstraint::Kind::edges;
+  set_edges(r, m, feature.normal, out);
+  out.reference_direction = rotations.of_reference.transpose() * out.reference_direction;
+  out.moving_direction = rotations.of_moving.transpose() * out.moving_direction;
+  return out;
+}
+
+Clearance clearance(const ContactConstraint& constraint, const Configuration& configuration,
+                    const Rotations& at)
+{
+  const Normal n = common_normal(constraint, at);
+  Clearance result;
+  if (std::abs(n.n.y()) < parallel_to_delta * n.n.norm()) {
+    result.travel_mm = std::numeric_limits<double>::infinity();
+    return result;
+  }
+  const Eigen::Vector3d apart = at.of_reference * constraint.reference_mm -
+                                (configuration.pivot_mm + at.of_moving * constraint.moving_mm);
+  const Eigen::Vector3d slope = n.n / n.n.y();
+  result.travel_mm = apart.dot(slope);
+  result.gradient = distance_jacobian(constraint, at).transpose() * slope;
+  result.gradient(about_y) += apart.dot(slope_change(n, n.over_theta));
+  result.gradient(about_varus) += apart.dot(slope_change(n, n.over_varus));
+  return result;
+}
+
+Matrix5d clearance_hessian(const ContactConstraint& constraint, const Rotations& at)
+{
+  const Normal n = common_normal(constraint, at);
+  if (std::abs(n.n.y()) < parallel_to_delta * n.n.norm()) return Matrix5d::Zero();
+  const Eigen::Vector3d slope = n.n / n.n.y();
+  const Eigen::Matrix<double, 3, 5> J = distance_jacobian(constraint, at);
+  // Terms proportional to the distance of the points vanish where they coincide.
+  Matrix5d half = Matrix5d::Zero();
+  half.col(about_y) += J.transpose() * slope_change(n, n.over_theta);
+  half.col(about_varus) += J.transpose() * slope_change(n, n.over_varus);
+  Matrix5d hessian = half + half.transpose();
+  hessian(about_y, about_y) -= slope.dot(about_delta(about_delta(at.of_moving * constraint.moving_mm)));
+  hessian(about_varus, about_varus) += slope.dot(about_x(about_x(at.of_reference * constraint.reference_mm)));
+  return hessian;
+}
+
+}  // namespace vrda::solve

@@ -1,0 +1,105 @@
+/// Coordinates and contact constraints of the equilibrium: position of a pivot in the middle of the moving
+/// object, rotation theta about it, and varus. A central pivot keeps displacements small for meshes far from
+/// their origin. Angles are scaled by a lever to mm, so that one trust radius serves all coordinates.
+#pragma once
+
+#include <algorithm>
+
+#include "core/coordinates.hpp"
+#include "core/mesh.hpp"
+#include "proximity/gap_query.hpp"
+
+namespace vrda::solve {
+
+/// Centre of rotation of one moving object and the radius by which angles become lengths.
+struct RotationScale {
+  Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();  ///< middle of the object, moving frame
+  double lever_mm = 1.0;                               ///< half its larger horizontal extent
+};
+
+inline RotationScale rotation_scale_of(const Mesh& moving)
+{
+  const Box box = bounding_box(moving);
+  const Eigen::Vector3d middle = 0.5 * (box.min_mm + box.max_mm), size = box.max_mm - box.min_mm;
+  return {{middle.x(), 0.0, middle.z()}, std::max(0.5 * std::max(size.x(), size.z()), 1e-6)};
+}
+
+/// Configuration of the joint at one flexion.
+struct Configuration {
+  Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();  ///< position of the pivot in S
+  double theta_rad = 0.0;
+  double varus_rad = 0.0;
+};
+
+/// `configuration` after `step`; the angles of `step` are multiplied by the lever, so all are mm.
+inline Configuration moved(const Configuration& configuration, const Vector5d& step,
+                           const RotationScale& scale)
+{
+  return {configuration.pivot_mm + step.head<3>(), configuration.theta_rad + step(about_y) / scale.lever_mm,
+          configuration.varus_rad + step(about_varus) / scale.lever_mm};
+}
+
+/// The step between two configurations, mm; angles multiplied by the lever.
+inline Vector5d step_between(const Configuration& from, const Configuration& to, const RotationScale& scale)
+{
+  Vector5d step;
+  step << to.pivot_mm - from.pivot_mm, scale.lever_mm * (to.theta_rad - from.theta_rad),
+      scale.lever_mm * (to.varus_rad - from.varus_rad);
+  return step;
+}
+
+inline MovingPose pose_at(const Configuration& configuration, const RotationScale& scale)
+{
+  return {configuration.pivot_mm - rotation_y(configuration.theta_rad) * scale.pivot_mm,
+          configuration.theta_rad};
+}
+
+inline Configuration configuration_at(const MovingPose& pose, double varus_rad, const RotationScale& scale)
+{
+  return {pose.translation_mm + rotation_y(pose.theta_rad) * scale.pivot_mm, pose.theta_rad, varus_rad};
+}
+
+/// A contact constraint made from a gap feature: its face or edges are extended to infinite planes or lines,
+/// so that the travel left along Delta and its derivatives are exact at every configuration.
+struct ContactConstraint {
+  enum class Kind : std::uint8_t { face_of_reference, face_of_moving, edges };
+  Kind kind = Kind::face_of_reference;
+  Eigen::Vector3d reference_mm;         ///< point of the reference, S at zero attitude
+  Eigen::Vector3d moving_mm;            ///< point of the moving object, relative to its pivot
+  Eigen::Vector3d reference_direction;  ///< face normal or edge of the reference, S at zero attitude
+  Eigen::Vector3d moving_direction;     ///< face normal or edge of the moving object, moving frame
+  proximity::TrianglePair triangles;
+  std::int32_t vertex = -1;  ///< touches the face, and belongs to the other object; -1 for edges
+};
+
+/// Rotations of both objects at a configuration.
+struct Rotations {
+  Rotations(const Configuration& configuration, double flexion_rad);
+  Eigen::Matrix3d of_reference;
+  Eigen::Matrix3d of_moving;
+};
+
+/// Both meshes in S at zero attitude and zero pose.
+struct ConstraintMeshes {
+  const Mesh& reference;
+  const Mesh& moving;
+  const RotationScale& scale;
+};
+
+/// The constraint of `feature`, which was found at `configuration`.
+ContactConstraint contact_constraint_of(const proximity::GapFeature& feature, const ConstraintMeshes& meshes,
+                                        const Configuration& configuration, const Rotations& rotations);
+
+/// Travel left along Delta and its gradient over the configuration (angles in rad, not scaled). Infinite with
+/// a zero gradient where the extended face or edges are parallel to Delta.
+struct Clearance {
+  double travel_mm = 0.0;
+  Vector5d gradient = Vector5d::Zero();
+};
+Clearance clearance(const ContactConstraint& constraint, const Configuration& configuration,
+                    const Rotations& rotations);
+
+/// Hessian of the travel, exact where the travel is zero.
+Matrix5d clearance_hessian(const ContactConstraint& constraint, const Rotations& rotations);
+
+}  // namespace vrda::solve

@@ -1,0 +1,206 @@
+/// Binary stream of values in memory layout.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "core/error.hpp"
+#include "store/derived.hpp"
+#include "store/registry_rows.hpp"
+
+namespace vrda::store {
+
+/// pass() appends a value; as a registry visitor it appends every value of the registry.
+class BinaryWriter : public RegistryVisitor {
+ public:
+  /// Until reserve_counted(), bytes are only counted.
+  void count() { is_counting_ = true; }
+  void reserve_counted()
+  {
+    is_counting_ = false;
+    bytes_.reserve(n_counted_);
+  }
+  std::string take() { return std::move(bytes_); }
+
+  template <typename Value>
+  void write_value(const Value& value)
+  {
+    if constexpr (std::is_same_v<Value, std::string>) {
+      write_value(static_cast<std::uint32_t>(value.size()));
+      append(value.data(), value.size());
+    } else if constexpr (std::is_same_v<Value, Eigen::Vector3d>) {
+      append(value.data(), 3 * sizeof(double));
+    } else {
+      static_assert(std::is_arithmetic_v<Value>);
+      append(&value, sizeof value);
+    }
+  }
+
+  bool has(const std::string&, bool is_there)
+  {
+    write_value(is_there ? std::int8_t{1} : std::int8_t{0});
+    return is_there;
+  }
+  void dimension(const std::string& path, const DimensionSize& count)
+  {
+    RegistryVisitor::dimension(path, count);
+    if (count.kind != DimensionSize::Kind::fixed) write_value(count.n);
+  }
+  template <typename Member>
+  void attribute(const std::string&, const std::string&, const Member& member, const Unit& = unit::none)
+  {
+    if constexpr (std::is_same_v<Member, bool>) {
+      write_value(member ? std::int8_t{1} : std::int8_t{0});
+    } else {
+      write_value(member);
+    }
+  }
+  template <typename List>
+  void list(const std::string&, const List& list)
+  {
+    write_value(static_cast<std::uint32_t>(list.size()));
+    for (const auto& element : list) write_value(group_name(element));
+  }
+  template <typename Member>
+  void operator()(const Dataset&, const Member& member)
+  {
+    const auto values = values_of(member);
+    if constexpr (member_kind<Member>() == ValueKind::text) {
+      for (const std::string& text : values) write_value(text);
+    } else {
+      append(values.data(), values.size_bytes());
+    }
+  }
+
+ private:
+  void append(const void* data, std::size_t size)
+  {
+    if (is_counting_) {
+      n_counted_ += size;
+    } else if (size > 0) {
+      bytes_.append(static_cast<const char*>(data), size);
+    }
+  }
+
+  std::string bytes_;
+  std::size_t n_counted_ = 0;
+  bool is_counting_ = false;
+};
+
+/// Inverse of BinaryWriter. Throws InputError naming `file` where the bytes end or are invalid.
+class BinaryReader : public RegistryVisitor {
+ public:
+  BinaryReader(std::string_view bytes, const std::string& file) : bytes_(bytes), file_(file) {}
+
+  std::size_t left() const { return bytes_.size(); }
+
+  template <typename Value>
+  void read_value(Value& value)
+  {
+    if constexpr (std::is_same_v<Value, std::string>) {
+      std::uint32_t size = 0;
+      read_value(size);
+      require(size);
+      value.assign(bytes_.substr(0, size));
+      bytes_.remove_prefix(size);
+    } else if constexpr (std::is_same_v<Value, Eigen::Vector3d>) {
+      take(value.data(), 3 * sizeof(double));
+    } else {
+      static_assert(std::is_arithmetic_v<Value> && !std::is_same_v<Value, bool>);
+      take(&value, sizeof value);
+    }
+  }
+
+  bool has(const std::string&, bool)
+  {
+    std::int8_t code = 0;
+    read_value(code);
+    return code != 0;
+  }
+  void dimension(const std::string& path, const DimensionSize& count)
+  {
+    std::int64_t n = count.n;
+    if (count.kind != DimensionSize::Kind::fixed) read_value(n);
+    const bool is_axis = count.kind == DimensionSize::Kind::axis;
+    if (n < (is_axis ? 1 : 0) || n > std::numeric_limits<std::int32_t>::max()) refuse(path);
+    RegistryVisitor::dimension(path, DimensionSize::fixed(n));
+  }
+  template <typename Member>
+  void attribute(const std::string&, const std::string&, Member& member, const Unit& = unit::none)
+  {
+    if constexpr (std::is_same_v<Member, bool>) {
+      std::int8_t code = 0;
+      read_value(code);
+      member = code != 0;
+    } else {
+      read_value(member);
+    }
+  }
+  template <typename List>
+  void list(const std::string& group, List& list)
+  {
+    /// Limit of sets and audits; the file's reader accepts 10000 objects.
+    constexpr std::uint32_t most_elements = 1000;
+    std::uint32_t n = 0;
+    read_value(n);
+    if (n > most_elements) refuse(group);
+    list.resize(n);
+    for (auto& element : list) {
+      std::string name;
+      read_value(name);
+      if (!set_group_name(element, name)) refuse(group);
+    }
+  }
+  template <typename Member>
+  void operator()(const Dataset& dataset, Member& member)
+  {
+    const std::vector<std::int64_t> shape = shape_of(dataset);
+    constexpr bool is_text = member_kind<Member>() == ValueKind::text;
+    std::uint64_t bytes =
+        is_text ? sizeof(std::uint32_t) : sizeof(typename decltype(values_of(member))::value_type);
+    for (const std::int64_t size : shape) {
+      if (__builtin_mul_overflow(bytes, static_cast<std::uint64_t>(size), &bytes)) refuse(dataset.path);
+    }
+    require(bytes);
+    resize(member, shape);
+    const auto values = values_of(member);
+    if constexpr (is_text) {
+      for (std::string& text : values) read_value(text);
+    } else {
+      take(values.data(), values.size_bytes());
+    }
+  }
+
+  /// Throws unless at least `size` bytes remain.
+  void require(std::uint64_t size) const
+  {
+    if (size <= bytes_.size()) return;
+    throw InputError({file_, "", std::to_string(bytes_.size()) + " bytes of serialized values",
+                      std::to_string(size) + " bytes"});
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& where) const
+  {
+    throw InputError({file_, where, "invalid serialized bytes", "serialized values"});
+  }
+
+  void take(void* data, std::size_t size)
+  {
+    require(size);
+    if (size > 0) std::memcpy(data, bytes_.data(), size);
+    bytes_.remove_prefix(size);
+  }
+
+  std::string_view bytes_;
+  const std::string& file_;
+};
+
+}  // namespace vrda::store

@@ -1,0 +1,39 @@
+/// Window or memory of the bench, and a check that the window has the calibrated position and size.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "bench_files/bench_file.hpp"
+#include "core/error.hpp"
+#include "loop/sink.hpp"
+
+namespace vrda::bench {
+
+/// Window of the frame buffer's size, at the bench file's position if given; without vertical
+/// synchronisation, because the loop paces the frames. Throws InputError without a display.
+loop::Sink bench_window(const bench_files::BenchFile& bench, const std::string& title, int samples);
+loop::Sink bench_memory(const bench_files::BenchFile& bench, int samples);
+
+/// Differences of the window from the bench file, which invalidate the calibration; empty: none.
+std::optional<InputError::Facts> window_mismatch(const bench_files::BenchFile& bench,
+                                                 const std::optional<render::WindowGeometry>& place);
+
+/// Checks the window periodically.
+class WindowCheck {
+ public:
+  explicit WindowCheck(const bench_files::BenchFile& bench) : bench_(bench) {}
+
+  /// Message for the panel; empty: the window is correct. Allocates only on a change.
+  const std::string& trouble(const loop::Sink& sink);
+  /// The same for the log, returned once.
+  std::string take_warning();
+
+ private:
+  const bench_files::BenchFile& bench_;
+  int n_calls_ = 0;
+  bool was_warned_ = false;
+  std::string trouble_, warning_;
+};
+
+}  // namespace vrda::bench

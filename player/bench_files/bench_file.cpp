@@ -1,0 +1,227 @@
+#include "bench_files/bench_file.hpp"
+
+#include <algorithm>
+
+#include "bench_files/parameters.hpp"
+#include "bench_files/simulation_settings.hpp"
+#include "bench_files/tool_name.hpp"
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "documents/schema.hpp"
+
+namespace vrda::bench_files {
+
+const documents::DocumentSchema& bench_schema();  // schemas/bench.schema.json
+
+namespace {
+
+optics::Viewport window_of(const documents::Document& document, const std::string& key,
+                           const DisplaySettings& settings)
+{
+  const std::vector<double> v = documents::numbers_at(document.root, key);
+  const optics::Viewport window{static_cast<int>(v[0]), static_cast<int>(v[1]), static_cast<int>(v[2]),
+                                static_cast<int>(v[3])};
+  const bool fits = window.width > 0 && window.height > 0 && window.x + window.width <= settings.width &&
+                    window.y + window.height <= settings.height;
+  if (!fits) {
+    document.refuse(key, "a rectangle that reaches beyond the frame buffer, or has no size",
+                    "x, y, width, height in whole pixels within " + std::to_string(settings.width) + " x " +
+                        std::to_string(settings.height));
+  }
+  return window;
+}
+
+DisplaySettings display_of(const documents::Document& document)
+{
+  const documents::DocumentValue& display = documents::value_at(document.root, "display");
+  DisplaySettings settings;
+  settings.width = static_cast<int>(documents::integer_at(display, "width"));
+  settings.height = static_cast<int>(documents::integer_at(display, "height"));
+  settings.layout = optics::layout_named(documents::text_at(display, "layout")).value();
+  settings.windows = optics::eye_windows(settings.layout, settings.width, settings.height, document.file);
+  if (display.find("left_window") != nullptr)
+    settings.windows.left = window_of(document, "display.left_window", settings);
+  if (display.find("right_window") != nullptr)
+    settings.windows.right = window_of(document, "display.right_window", settings);
+  if (optics::within(settings.windows.left, settings.windows.right).width > 0) {
+    document.refuse("display.right_window", "a window that overlaps display.left_window",
+                    "windows that do not overlap");
+  }
+  settings.refresh_hz = documents::number_at(display, "refresh_hz");
+  if (display.find("at") != nullptr) {
+    // Negative positions are valid: an output may be left of or above the first one.
+    const std::vector<double> at = documents::numbers_at(display, "at");
+    settings.at = {static_cast<int>(at[0]), static_cast<int>(at[1])};
+  }
+  return settings;
+}
+
+void add_markers(const documents::Document& document, const std::string& role, MarkerPositions places,
+                 BodySettings& settings)
+{
+  const std::string key = "body." + role;
+  const documents::DocumentValue& body = documents::value_at(document.root, key);
+  settings.markers = tool_names(document, key + ".markers");
+  settings.marker_interval_ms = documents::number_at(body, "marker_interval_ms");
+  if (body.find("markers_mm") == nullptr) {
+    if (places == MarkerPositions::optional) return;
+    document.refuse(key + ".markers_mm", "nothing",
+                    "x, y, z of each marker (measure them with vrda-player body " + role + ")");
+  }
+  const std::vector<double> flat = documents::numbers_at(body, "markers_mm");
+  if (flat.size() != 3 * settings.markers.size()) {
+    document.refuse_value(key + ".markers_mm",
+                          std::to_string(3 * settings.markers.size()) + " numbers: x, y, z of each marker");
+  }
+  for (std::size_t k = 0; k < flat.size(); k += 3)
+    settings.markers_body_mm.emplace_back(flat[k], flat[k + 1], flat[k + 2]);
+}
+
+BodySettings body_of(const documents::Document& document, const std::string& role, MarkerPositions places)
+{
+  const std::string key = "body." + role;
+  const documents::DocumentValue* body = documents::find_at(document.root, key);
+  if (body == nullptr) document.refuse(key, "nothing", "a table with tool or with markers and markers_mm");
+  const bool has_tool = body->find("tool") != nullptr, has_markers = body->find("markers") != nullptr;
+  if (has_tool == has_markers) {
+    document.refuse(key + ".tool", has_tool ? "tool and markers" : "neither tool nor markers", "one of them");
+  }
+  BodySettings settings;
+  if (has_tool) {
+    settings.tool = tool_name(document, key + ".tool");
+  } else {
+    add_markers(document, role, places, settings);
+  }
+  return settings;
+}
+
+std::vector<BodyRole> wanted_roles(const BenchFile& bench)
+{
+  std::vector<BodyRole> roles = bench.leg == LegKind::rigid
+                                    ? std::vector<BodyRole>{BodyRole::leg}
+                                    : std::vector<BodyRole>{BodyRole::femur, BodyRole::tibia};
+  if (bench.head == HeadKind::tracker) roles.push_back(BodyRole::head);
+  return roles;
+}
+
+void add_bodies(const documents::Document& document, MarkerPositions places, BenchFile& bench)
+{
+  std::vector<std::string>& tools = bench.tracker->tools;
+  for (const BodyRole role : wanted_roles(bench)) {
+    const BodySettings& body =
+        bench.bodies[static_cast<std::size_t>(role)].emplace(body_of(document, name_of(role), places));
+    std::vector<std::string> names = body.markers;
+    if (!body.tool.empty()) names.push_back(body.tool);
+    for (const std::string& name : names) {
+      if (std::find(tools.begin(), tools.end(), name) != tools.end()) {
+        document.refuse(std::string("body.") + name_of(role), "the tool '" + name + "' twice",
+                        "each tool only once");
+      }
+      tools.push_back(name);
+    }
+  }
+}
+
+/// Adds the tools of probe and marker unless a body already uses them.
+void add_calibration(const documents::Document& document, BenchFile& bench)
+{
+  bench.calibration = calibration_settings_of(document);
+  if (!bench.calibration.is_present) return;
+  std::vector<std::string>& tools = bench.tracker->tools;
+  for (const std::string& name : {bench.calibration.probe, bench.calibration.marker}) {
+    if (std::find(tools.begin(), tools.end(), name) == tools.end()) tools.push_back(name);
+  }
+}
+
+devices::TrackerSettings tracker_of(const documents::DocumentValue& tracker)
+{
+  devices::TrackerSettings settings;
+  settings.host = documents::text_at(tracker, "host");
+  settings.port = static_cast<std::uint16_t>(documents::integer_at(tracker, "port"));
+  settings.stale_after_ms = documents::number_at(tracker, "stale_after_ms");
+  settings.tdata_interval_ms = documents::number_at(tracker, "tdata_interval_ms");
+  return settings;
+}
+
+void require_parameter(const documents::Document& document, const BenchFile& bench)
+{
+  std::vector<std::string> names{"selected"};
+  for (std::size_t k = 0; k < parameters().size(); ++k) {
+    if (is_used(k, bench)) names.push_back(parameters()[k].name);
+  }
+  if (std::find(names.begin(), names.end(), bench.potentiometer) == names.end())
+    document.refuse_value("board.potentiometer", "one of " + join_alternatives(names));
+}
+
+devices::BoardSettings board_of(const documents::Document& document, BenchFile& bench)
+{
+  const documents::DocumentValue& board = documents::value_at(document.root, "board");
+  devices::BoardSettings settings;
+  settings.port = documents::text_at(board, "port");
+  settings.baud = static_cast<int>(documents::integer_at(board, "baud"));
+  settings.rate_hz = documents::number_at(board, "rate_hz");
+  settings.has_stage = bench.head == HeadKind::stage;
+  settings.has_potentiometer = board.find("potentiometer") != nullptr;
+  bench.stage_mm_per_count = documents::number_at(board, "stage_mm_per_count");
+  bench.potentiometer = documents::text_or_empty(board, "potentiometer");
+  if (settings.has_potentiometer) require_parameter(document, bench);
+  return settings;
+}
+
+BenchFile bench_in(const documents::Document& document, MarkerPositions places)
+{
+  const documents::DocumentValue& root = document.root;
+  BenchFile bench;
+  bench.path = document.file;
+  bench.title = documents::text_at(root, "title");
+  bench.display = display_of(document);
+  bench.leg = documents::text_at(root, "leg") == "rigid" ? LegKind::rigid : LegKind::two_bodies;
+  bench.head = documents::text_at(root, "head") == "stage" ? HeadKind::stage : HeadKind::tracker;
+  bench.prediction_ms = documents::number_at(root, "prediction_ms");
+  bench.filter = {documents::flag_at(root, "filter.on"), documents::number_at(root, "filter.least_cutoff_hz"),
+                  documents::number_at(root, "filter.slope")};
+  bench.tracker = tracker_of(documents::value_at(root, "tracker"));
+  add_bodies(document, places, bench);
+  add_calibration(document, bench);
+  if (root.find("board") != nullptr) bench.board = board_of(document, bench);
+  bench.simulation = simulation_of(document, bench);
+  bench.simulation_address = simulation_address_of(document);
+  return bench;
+}
+
+}  // namespace
+
+const char* name_of(BodyRole role)
+{
+  static constexpr std::array<const char*, n_body_roles> names{"leg", "femur", "tibia", "head"};
+  return names[static_cast<std::size_t>(role)];
+}
+
+std::size_t n_tools(const BodySettings& body)
+{
+  return body.tool.empty() ? body.markers.size() : 1;
+}
+
+std::size_t first_tool_index(const BenchFile& bench, BodyRole role)
+{
+  std::size_t first = 0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(role); ++k) {
+    if (bench.bodies[k]) first += n_tools(*bench.bodies[k]);
+  }
+  return first;
+}
+
+BenchFile parse_bench_file(const std::string& text, const std::string& path, MarkerPositions places)
+{
+  BenchFile bench = bench_in(bench_schema().read(text, path), places);
+  bench.text = text;
+  return bench;
+}
+
+BenchFile read_bench_file(const std::string& path, MarkerPositions places)
+{
+  return parse_bench_file(documents::read_document_text(path, "a bench file (schemas/bench.md)"), path,
+                          places);
+}
+
+}  // namespace vrda::bench_files

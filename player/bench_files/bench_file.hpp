@@ -1,0 +1,88 @@
+/// Configuration of a bench: display, tracker, board, tracked bodies and input mapping.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench_files/calibration_settings.hpp"
+#include "devices/devices.hpp"
+#include "optics/viewport.hpp"
+#include "simulation/script.hpp"
+
+namespace vrda::bench_files {
+
+struct DisplaySettings {
+  int width = 1280, height = 1024;  ///< frame buffer size, px
+  optics::Layout layout = optics::Layout::quarters;
+  optics::EyeWindows windows;  ///< from the layout unless the file sets them
+  double refresh_hz = 60.0;
+  /// Top left corner of the frame buffer on the desktop, px; empty: an ordinary window.
+  std::optional<std::array<int, 2>> at;
+};
+
+enum class LegKind {
+  rigid,      ///< one body (the thesis's mannequin); flexion and varus are parameters
+  two_bodies  ///< femur and tibia are tracked; flexion and varus are measured
+};
+enum class HeadKind {
+  stage,   ///< moves along the parallax stage
+  tracker  ///< tracked by a body on the display
+};
+
+/// What a tracked body is attached to.
+enum class BodyRole { leg, femur, tibia, head };
+inline constexpr std::size_t n_body_roles = 4;
+const char* name_of(BodyRole role);
+
+/// A tracked body: one tool with a pose, or several markers with positions.
+struct BodySettings {
+  std::string tool;                              ///< empty: markers
+  std::vector<std::string> markers;              ///< tracker tools, one a marker
+  std::vector<Eigen::Vector3d> markers_body_mm;  ///< positions in the body frame; empty: not measured yet
+  double marker_interval_ms = 0.0;               ///< time between the firing of successive markers
+};
+
+/// One-Euro filter of the leg angles.
+struct FilterSettings {
+  bool is_on = true;
+  double least_cutoff_hz = 1.5;
+  double slope = 0.3;  ///< cutoff increase, Hz per degree/s
+};
+
+struct BenchFile {
+  std::string path, title;
+  std::string text;  ///< whole file, stored in recordings
+  DisplaySettings display;
+  LegKind leg = LegKind::two_bodies;
+  HeadKind head = HeadKind::stage;
+  std::array<std::optional<BodySettings>, n_body_roles> bodies;  ///< for the roles that leg and head require
+  /// Tools in order: those of the bodies, then with [calibration] the probe and the marker; each once.
+  std::optional<devices::TrackerSettings> tracker;
+  CalibrationSettings calibration;
+  std::optional<devices::BoardSettings> board;
+  double stage_mm_per_count = 0.005;
+  std::string potentiometer;  ///< parameter it drives; "selected": the one chosen by keys; empty: none
+  FilterSettings filter;
+  std::string simulation_address = "127.0.0.1";  ///< numeric listening address of `vrda-player simulate`
+  simulation::SimulationScript
+      simulation;              ///< what `vrda-player simulate` plays, with the bodies and tools above
+  double prediction_ms = 0.0;  ///< initial prediction time of tracked bodies; 0: no prediction
+};
+
+/// Number of tracker tools of a body: 1, or the number of its markers.
+std::size_t n_tools(const BodySettings& body);
+/// Index of the first tracker tool of a role.
+std::size_t first_tool_index(const BenchFile& bench, BodyRole role);
+
+/// Whether a body of markers must contain the marker positions.
+enum class MarkerPositions { required, optional };
+
+/// Reads a bench file (schemas/bench.md). Throws InputError with file and key.
+BenchFile read_bench_file(const std::string& path, MarkerPositions places = MarkerPositions::required);
+/// The same from the file's text; `path` is used in errors.
+BenchFile parse_bench_file(const std::string& text, const std::string& path,
+                           MarkerPositions places = MarkerPositions::required);
+
+}  // namespace vrda::bench_files

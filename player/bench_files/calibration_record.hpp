@@ -1,0 +1,53 @@
+/// Stored calibration data of each part: measurements, estimate and date.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/estimate.hpp"
+
+namespace vrda::bench_files {
+
+/// A part of the procedure with a fit of its own, in the order of execution.
+enum class CalibrationPart {
+  viewport,
+  distortion,
+  rails,
+  stop,
+  probe,  // the last part per bench
+  eyepoints,
+  ipd,
+  subject,
+  bullseye,
+  head,
+  leg,
+  femur,
+  tibia  // the last part per person
+};
+inline constexpr std::size_t n_calibration_parts = 13;
+const char* name_of(CalibrationPart part);
+std::optional<CalibrationPart> find_calibration_part(const std::string& name);
+bool is_per_bench(CalibrationPart part);
+
+/// Names of the estimated numbers that other parts use; may be empty.
+std::vector<std::string> shared_estimate_names(CalibrationPart part);
+
+/// Measurement of one finished task; the task kind (guide/task.hpp) defines the rows.
+struct CalibrationMark {
+  std::string task;  ///< task name, unique within its part
+  std::vector<std::vector<double>> rows;
+};
+
+struct CalibrationRecord {
+  std::string date;  ///< "2026-11-22", of the last mark
+  /// In the order of the part's tasks; the first task without a mark is the next one.
+  std::vector<CalibrationMark> marks;
+  /// Values of the bench file to which the marks belong (guide/parts.hpp); may be empty.
+  std::vector<double> made_with;
+  std::optional<calibration::Estimate> estimate;  ///< once solved
+  /// The part must be repeated: by --anew, or because a part that it depends on was repeated.
+  bool is_outdated = false;
+};
+
+}  // namespace vrda::bench_files

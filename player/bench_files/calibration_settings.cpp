@@ -1,0 +1,101 @@
+#include "bench_files/calibration_settings.hpp"
+
+#include <set>
+
+#include "bench_files/tool_name.hpp"
+#include "core/text.hpp"
+#include "documents/document.hpp"
+
+namespace vrda::bench_files {
+namespace {
+
+std::vector<CalibrationRectangle> rectangles_of(const documents::Document& document)
+{
+  std::vector<CalibrationRectangle> rectangles;
+  std::set<double> depths_mm;
+  for (const std::vector<double>& row : documents::rows_at(document.root, "calibration.rectangles")) {
+    rectangles.push_back({row[0], row[1]});
+    depths_mm.insert(row[1]);
+  }
+  if (depths_mm.size() < 2) {
+    document.refuse("calibration.rectangles", "one depth, " + shortest_decimal(*depths_mm.begin()) + " mm",
+                    "two depths or more; one depth does not determine the distance of the eye");
+  }
+  return rectangles;
+}
+
+/// Converts a list of tables with unique names by `item_of`.
+template <typename Item, typename ItemOf>
+std::vector<Item> named_items(const documents::Document& document, const std::string& key, ItemOf item_of)
+{
+  std::vector<Item> items;
+  std::set<std::string> names;
+  for (const documents::DocumentValue& value : documents::list_or_empty(document.root, key)) {
+    const std::string& name = documents::text_at(value, "name");
+    if (!names.insert(name).second) {
+      document.refuse(key + "." + std::to_string(items.size()) + ".name", "'" + name + "' twice",
+                      "a unique name");
+    }
+    items.push_back(item_of(value, name));
+  }
+  return items;
+}
+
+std::vector<CalibrationPoint> points_of(const documents::Document& document, const std::string& key)
+{
+  return named_items<
+      CalibrationPoint>(document, key, [](const documents::DocumentValue& value, const std::string& name) {
+    return CalibrationPoint{name, documents::vector3_at(value, "mm"), documents::flag_at(value, "target")};
+  });
+}
+
+std::vector<CalibrationLandmarks> landmarks_of(const documents::Document& document)
+{
+  return named_items<CalibrationLandmarks>(
+      document, "calibration.landmarks", [](const documents::DocumentValue& value, const std::string& name) {
+        return CalibrationLandmarks{name, documents::number_at(value, "model_mm")};
+      });
+}
+
+int whole_at(const documents::DocumentValue& table, const char* key)
+{
+  return static_cast<int>(documents::integer_at(table, key));
+}
+
+}  // namespace
+
+CalibrationSettings calibration_settings_of(const documents::Document& document)
+{
+  CalibrationSettings settings;
+  const documents::DocumentValue* table = document.root.find("calibration");
+  if (table == nullptr) return settings;
+  const std::vector<double> grid = documents::numbers_at(*table, "grid");
+  settings.is_present = true;
+  settings.edge_repeats = whole_at(*table, "edge_repeats");
+  settings.screen_sd_mm = documents::number_at(*table, "screen_sd_mm");
+  settings.is_grid_adjusted = documents::text_at(*table, "distortion") == "adjust";
+  settings.grid_columns = static_cast<int>(grid[0]);
+  settings.grid_rows = static_cast<int>(grid[1]);
+  settings.grid_repeats = whole_at(*table, "grid_repeats");
+  settings.rectangle_repeats = whole_at(*table, "rectangle_repeats");
+  settings.alignment_sd_deg = documents::number_at(*table, "alignment_sd_deg");
+  settings.sight_sd_px = documents::number_at(*table, "sight_sd_px");
+  settings.has_pupillometer = documents::flag_at(*table, "pupillometer");
+  settings.pupillometer_sd_mm = documents::number_at(*table, "pupillometer_sd_mm");
+  settings.eye_height_sd_mm = documents::number_at(*table, "eye_height_sd_mm");
+  settings.rail_samples = whole_at(*table, "rail_samples");
+  settings.pivot_samples = whole_at(*table, "pivot_samples");
+  settings.hold_samples = whole_at(*table, "hold_samples");
+  settings.bullseyes = whole_at(*table, "bullseyes");
+  settings.is_model_adjusted = documents::text_at(*table, "model") == "adjust";
+  settings.model_repeats = whole_at(*table, "model_repeats");
+  settings.rectangles = rectangles_of(document);
+  settings.probe = tool_name(document, "calibration.probe");
+  settings.marker = tool_name(document, "calibration.marker");
+  settings.points = points_of(document, "calibration.point");
+  settings.tibia_points = points_of(document, "calibration.tibia_point");
+  settings.landmarks = landmarks_of(document);
+  return settings;
+}
+
+}  // namespace vrda::bench_files

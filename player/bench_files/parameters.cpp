@@ -1,0 +1,186 @@
+#include "bench_files/parameters.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace vrda::bench_files {
+namespace {
+
+struct Entry {
+  std::function<double(const BenchValues&)> get;
+  std::function<void(BenchValues&, double)> set;
+};
+
+struct List {
+  std::vector<Parameter> parameters;
+  std::vector<Entry> entries;
+
+  void add(Parameter parameter, Entry entry)
+  {
+    parameters.push_back(std::move(parameter));
+    entries.push_back(std::move(entry));
+  }
+
+  /// A number at `at`; one unit of the parameter is `scale` units of the stored value.
+  template <typename At>
+  void add_number(const Parameter& parameter, At at, double scale = 1.0)
+  {
+    // The const_cast is safe: the getter only reads through `at`.
+    add(parameter,
+        {[at, scale](const BenchValues& values) { return at(const_cast<BenchValues&>(values)) / scale; },
+         [at, scale](BenchValues& values, double value) { at(values) = value * scale; }});
+  }
+};
+
+double& eye_position(BenchValues& values, optics::Eye optics::EyePair::*side, Eigen::Index axis)
+{
+  return (values.calibration.eyes.*side).position_head_mm[axis];
+}
+
+/// "left.sight_x"
+std::string with_axis(const std::string& name, const char* what, Eigen::Index axis)
+{
+  return name + what + "xyz"[axis];
+}
+
+void add_eye(List& list, const std::string& name, optics::Eye optics::EyePair::*side)
+{
+  const auto eye = [side](BenchValues& v) -> optics::Eye& { return v.calibration.eyes.*side; };
+  constexpr double px = 20000.0;
+  list.add_number({name + ".distance", "px", 10.0, 100000.0, 1.0},
+                  [eye](BenchValues& v) -> double& { return eye(v).distance_px; });
+  // The file has one aspect ratio for both projection and distortion.
+  list.add({name + ".pixel_aspect", "", 0.1, 10.0, 0.001},
+           {[side](const BenchValues& v) { return (v.calibration.eyes.*side).pixel_aspect; },
+            [eye](BenchValues& v, double value) {
+              eye(v).pixel_aspect = eye(v).distortion.pixel_aspect = value;
+            }});
+  for (const Eigen::Index axis : {0, 1}) {
+    list.add_number({with_axis(name, ".sight_", axis), "px", -px, px, 0.5},
+                    [eye, axis](BenchValues& v) -> double& { return eye(v).sight_px[axis]; });
+    list.add_number({with_axis(name, ".centre_", axis), "px", -px, px, 0.5},
+                    [eye, axis](BenchValues& v) -> double& { return eye(v).distortion.centre_px[axis]; });
+  }
+  list.add_number({name + ".k1", "", -1.0, 1.0, 0.001},
+                  [eye](BenchValues& v) -> double& { return eye(v).distortion.k1; });
+  list.add_number({name + ".k2", "", -1.0, 1.0, 0.001},
+                  [eye](BenchValues& v) -> double& { return eye(v).distortion.k2; });
+  for (const Eigen::Index axis : {1, 2}) {
+    list.add_number({name + (axis == 1 ? ".eye_up" : ".eye_back"), "mm", -200.0, 200.0, 0.5},
+                    [side, axis](BenchValues& v) -> double& { return eye_position(v, side, axis); });
+  }
+}
+
+template <typename At>
+void add_six(List& list, const std::string& name, At at)
+{
+  constexpr double most_mm = 10000.0, most_deg = 180.0;
+  for (const Eigen::Index axis : {0, 1, 2}) {
+    list.add_number({with_axis(name, ".shift_", axis), "mm", -most_mm, most_mm, 0.5},
+                    [at, axis](BenchValues& v) -> double& { return at(v).shift_mm[axis]; });
+  }
+  for (const Eigen::Index axis : {0, 1, 2}) {
+    list.add_number(
+        {with_axis(name, ".turn_", axis), "deg", -most_deg, most_deg, 0.1},
+        [at, axis](BenchValues& v) -> double& { return at(v).turn_rad[axis]; }, rad_from_deg(1.0));
+  }
+}
+
+void add_model(List& list, BodyRole role)
+{
+  add_six(list, name_of(role), [role](BenchValues& v) -> tracking::PoseParameters& {
+    return v.calibration.X_body_model[static_cast<std::size_t>(role)];
+  });
+}
+
+/// Moves both eyes symmetrically: their midpoint does not change.
+void set_pupillary_distance(BenchValues& values, double distance_mm)
+{
+  double &left = eye_position(values, &optics::EyePair::left, 0),
+         &right = eye_position(values, &optics::EyePair::right, 0);
+  const double middle = 0.5 * (left + right);
+  left = middle - 0.5 * distance_mm;
+  right = middle + 0.5 * distance_mm;
+}
+
+List build_list()
+{
+  List list;
+  list.add_number({"flexion", "deg", -30.0, 180.0, 1.0, false},
+                  [](BenchValues& v) -> double& { return v.flexion_deg; });
+  list.add_number({"varus", "deg", -30.0, 30.0, 0.5, false},
+                  [](BenchValues& v) -> double& { return v.varus_deg; });
+  list.add_number({"prediction", "ms", 0.0, 200.0, 1.0, false},
+                  [](BenchValues& v) -> double& { return v.prediction_ms; });
+  list.add({"eyes.distance_apart", "mm", 40.0, 90.0, 0.25},
+           {[](const BenchValues& v) {
+              return v.calibration.eyes.right.position_head_mm.x() -
+                     v.calibration.eyes.left.position_head_mm.x();
+            },
+            set_pupillary_distance});
+  list.add_number({"image_distance", "mm", 100.0, 10000.0, 10.0},
+                  [](BenchValues& v) -> double& { return v.calibration.image_distance_mm; });
+  add_model(list, BodyRole::leg);
+  add_model(list, BodyRole::femur);
+  add_model(list, BodyRole::tibia);
+  add_six(list, "eyes",
+          [](BenchValues& v) -> tracking::PoseParameters& { return v.calibration.X_table_eyes; });
+  add_six(list, "head",
+          [](BenchValues& v) -> tracking::PoseParameters& { return v.calibration.X_headbody_eyes; });
+  add_six(list, "table",
+          [](BenchValues& v) -> tracking::PoseParameters& { return v.calibration.X_tracker_table; });
+  add_eye(list, "left", &optics::EyePair::left);
+  add_eye(list, "right", &optics::EyePair::right);
+  return list;
+}
+
+const List& list()
+{
+  static const List built = build_list();
+  return built;
+}
+
+}  // namespace
+
+std::span<const Parameter> parameters()
+{
+  return list().parameters;
+}
+
+std::optional<std::size_t> find_parameter(const std::string& name)
+{
+  const std::vector<Parameter>& all = list().parameters;
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Parameter& p) { return p.name == name; });
+  if (found == all.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - all.begin());
+}
+
+bool is_used(std::size_t parameter, const BenchFile& bench)
+{
+  const std::string& name = parameters()[parameter].name;
+  const std::string kind = name.substr(0, name.find('.'));
+  const bool is_rigid = bench.leg == LegKind::rigid;
+  if (kind == "flexion" || kind == "varus" || kind == "leg") return is_rigid;
+  if (kind == "femur" || kind == "tibia") return !is_rigid;
+  if (kind == "head") return bench.head == HeadKind::tracker;
+  if (name == "eyes.distance_apart") return true;
+  if (kind == "table" || kind == "eyes") return bench.head == HeadKind::stage;
+  return true;
+}
+
+double value_of(const BenchValues& values, std::size_t parameter)
+{
+  return list().entries.at(parameter).get(values);
+}
+
+void set_value(BenchValues& values, std::size_t parameter, double value)
+{
+  const Parameter& limits = list().parameters.at(parameter);
+  list().entries.at(parameter).set(values, std::clamp(value, limits.minimum, limits.maximum));
+}
+
+}  // namespace vrda::bench_files

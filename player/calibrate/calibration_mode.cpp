@@ -1,0 +1,264 @@
+#include "calibrate/calibration_mode.hpp"
+
+#include <array>
+#include <charconv>
+#include <optional>
+#include <ostream>
+#include <sstream>
+#include <utility>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "documents/document.hpp"
+#include "loop/loop.hpp"
+#include "navigation/arguments.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda::calibrate {
+namespace {
+
+constexpr int most_presses = 10000;
+constexpr double longest_s = 3600.0;
+
+struct Where {
+  const std::string& path;
+  std::size_t line;
+};
+
+[[noreturn]] void refuse(const Where& where, const std::string& found, const std::string& wanted)
+{
+  throw InputError({where.path, "line " + std::to_string(where.line), "\"" + found + "\"", wanted});
+}
+
+std::optional<navigation::Key> key_named(const std::string& name)
+{
+  constexpr std::array<std::pair<const char*, navigation::Key>, 8> named{
+      {{"Enter", navigation::Key::enter},
+       {"Backspace", navigation::Key::backspace},
+       {"Escape", navigation::Key::escape},
+       {"Space", navigation::Key::space},
+       {"Left", navigation::Key::left},
+       {"Right", navigation::Key::right},
+       {"Up", navigation::Key::up},
+       {"Down", navigation::Key::down}}};
+  for (const auto& [known, key] : named)
+    if (name == known) return key;
+  const bool is_one = name.size() == 1;
+  if (is_one && ((name[0] >= 'A' && name[0] <= 'Z') || (name[0] >= '0' && name[0] <= '9')))
+    return navigation::key_of(name[0]);
+  return std::nullopt;
+}
+
+navigation::KeyPress parsed_press(const std::string& text, const Where& where)
+{
+  navigation::KeyPress press;
+  std::vector<std::string> parts = navigation::split(text, '+');
+  const std::optional<navigation::Key> key = key_named(parts.back());
+  if (!key)
+    refuse(where, text, "a key: a capital letter, a digit, Enter, Backspace, Escape, Space, Left, ...");
+  press.key = *key;
+  parts.pop_back();
+  for (const std::string& part : parts) {
+    bool& has = part == "Shift" ? press.has_shift : press.has_control;
+    if ((part != "Shift" && part != "Control") || has)
+      refuse(where, text, "each of Shift+ and Control+ at most once before the key");
+    has = true;
+  }
+  return press;
+}
+
+template <typename Number>
+Number parsed_number(const std::string& text, const Where& where, Number most, const char* wanted)
+{
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool is_whole = error == std::errc() && end == text.data() + text.size();
+  if (!is_whole || !(value > Number{0} && value <= most)) refuse(where, text, wanted);
+  return value;
+}
+
+ScriptLine parsed_line(const std::vector<std::string>& words, const Where& where)
+{
+  ScriptLine line;
+  if (words[0] == "press" && (words.size() == 2 || words.size() == 3)) {
+    line.press = parsed_press(words[1], where);
+    line.n_presses = words.size() == 2 ? 1 : parsed_number(words[2], where, most_presses, "1 to 10000 times");
+  } else if (words[0] == "wait" && words.size() == 2) {
+    line.wait_s = parsed_number(words[1], where, longest_s, "seconds above 0, up to 3600");
+  } else {
+    std::string whole;
+    for (const std::string& word : words) whole += (whole.empty() ? "" : " ") + word;
+    refuse(where, whole, "\"press KEY\", \"press KEY TIMES\" or \"wait SECONDS\"");
+  }
+  return line;
+}
+
+}  // namespace
+
+std::vector<ScriptLine> parse_key_script(const std::string& text, const std::string& path)
+{
+  std::vector<ScriptLine> lines;
+  std::istringstream all(text);
+  std::size_t number = 0;
+  for (std::string row; std::getline(all, row);) {
+    ++number;
+    std::istringstream rest(row.substr(0, row.find('#')));
+    std::vector<std::string> words;
+    for (std::string word; rest >> word;) words.push_back(word);
+    if (!words.empty()) lines.push_back(parsed_line(words, {path, number}));
+  }
+  return lines;
+}
+
+const std::vector<navigation::KeyPress>& KeyScript::keys(double now_s)
+{
+  keys_.clear();
+  if (is_over()) return keys_;
+  const ScriptLine& line = lines_[next_];
+  if (line.n_presses > 0) {
+    keys_.assign(static_cast<std::size_t>(line.n_presses), line.press);
+    ++next_;
+  } else if (begun_s_ < 0.0) {
+    begun_s_ = now_s;
+  } else if (now_s - begun_s_ >= line.wait_s) {
+    begun_s_ = -1.0;
+    ++next_;
+  }
+  return keys_;
+}
+
+namespace {
+
+loop::Sink sink_of(const CalibrateOptions& options, const bench_files::BenchFile& bench)
+{
+  if (!options.is_headless) return bench::bench_window(bench, bench.title + " - calibrate", options.samples);
+  return options.pictures.empty() ? loop::Sink() : bench::bench_memory(bench, options.samples);
+}
+
+KeyScript script_of(const CalibrateOptions& options)
+{
+  if (options.script.empty()) return KeyScript({});
+  return KeyScript(
+      parse_key_script(documents::read_document_text(options.script, "a key script"), options.script));
+}
+
+}  // namespace
+
+void CalibrationWriter::write(const calibration_tasks::CalibrationSession& session)
+{
+  if (path_.empty() || session.revision() == revision_) return;
+  write_atomically(path_, {bench_files::calibration_text(session.calibration(), bench_)});
+  revision_ = session.revision();
+}
+
+CalibrationMode::CalibrationMode(const CalibrateOptions& options, const bench_files::BenchFile& bench,
+                                 calibration_tasks::CalibrationSession& session, CalibrationWriter& kept,
+                                 const loop::Streams& streams)
+    : options_(options),
+      bench_(bench),
+      session_(session),
+      kept_(kept),
+      streams_(streams),
+      panel_(bench),
+      sink_(sink_of(options, bench)),
+      watch_(bench),
+      script_(script_of(options))
+{
+  nothing_.background = scene::background_of(scene::Backdrop::black);
+  if (!options.model.empty())
+    model_.emplace(bench, store::read_motion_model(options.model), options.model, options.set);
+  if (!sink_.has_output()) return;
+  if (!options.pictures.empty()) sink_.record_images(options.pictures, "--pictures");
+  sink_.renderer().load(panel_.font());
+  sink_.renderer().load(nothing_);
+}
+
+loop::RoundTime CalibrationMode::round_time() const
+{
+  // A headless virtual bench has no operator or device and runs without pacing.
+  const bool is_paced = !(options_.is_virtual && options_.is_headless);
+  return {is_paced ? 1.0 / bench_.display.refresh_hz : 0.0, false};
+}
+
+void CalibrationMode::take(const render::InputEvent& event)
+{
+  if (const std::optional<navigation::KeyPress> pressed = loop::key_press_of(event)) press(*pressed);
+}
+
+void CalibrationMode::press(const navigation::KeyPress& press)
+{
+  if (press.key == navigation::key_of('H')) {
+    content_.has_help = !content_.has_help;
+  } else if (session_.task() != nullptr) {
+    session_.take(press);
+  } else {
+    is_over_ = is_over_ || press.key == navigation::Key::enter || press.key == navigation::Key::escape ||
+               press.key == navigation::key_of('Q');
+  }
+}
+
+void CalibrationMode::advance(double)
+{
+  const double now_s = static_cast<double>(n_rounds_) / bench_.display.refresh_hz;
+  for (const navigation::KeyPress& pressed : script_.keys(now_s)) press(pressed);
+  guide_bench_->send_samples(session_, model_ ? &*model_ : nullptr);
+  if (session_.take_zero_request()) guide_bench_->zero_stage();
+  // A full disk does not end the session; the write is repeated.
+  const auto refused = loop::catch_input_error([&] { kept_.write(session_); });
+  content_.message = refused ? refused->what() : "";
+  print_words();
+}
+
+void CalibrationMode::print_words()
+{
+  if (session_.revision() == printed_revision_) return;
+  printed_revision_ = session_.revision();
+  if (options_.is_quiet) return;
+  for (const std::string& line : session_.progress().messages) streams_.messages << line << "\n";
+}
+
+void CalibrationMode::make_content()
+{
+  const calibration_tasks::Task* task = session_.task();
+  CalibrationView view = guide_bench_->view(session_);
+  content_.lines = std::move(view.lines);
+  content_.boxes = view.boxes;
+  content_.notes = std::move(view.notes);
+  content_.troubles = task == nullptr ? std::vector<std::string>{} : guide_bench_->device_problems(*task);
+  const std::string& trouble = watch_.trouble(sink_);
+  if (!trouble.empty()) content_.troubles.push_back(trouble);
+  if (const std::string warning = watch_.take_warning(); !warning.empty())
+    streams_.messages << "vrda-player: " << warning << std::endl;
+}
+
+/// Places the model if the task adjusts it.
+bool CalibrationMode::place_model()
+{
+  const calibration_tasks::Task* task = session_.task();
+  if (task == nullptr || task->kind != calibration_tasks::TaskKind::model_pose || !model_) return false;
+  model_->place(session_.calibration(), {session_.progress().part, *task, session_.values()},
+                guide_bench_->now_ns(), sink_.renderer());
+  return is_model_loaded_ = true;
+}
+
+void CalibrationMode::draw()
+{
+  const calibration_tasks::Task* task = session_.task();
+  const std::string name =
+      task == nullptr ? "" : std::string(bench_files::name_of(session_.progress().part)) + " " + task->name;
+  const bool is_kept = sink_.is_recording() && (n_rounds_ == 0 || name != pictured_);
+  ++n_rounds_;
+  const bool is_unattended = options_.is_headless && (task == nullptr || script_.is_over());
+  is_over_ = is_over_ || session_.has_quit() || is_unattended;
+  if (!sink_.has_output() || (options_.is_headless && !is_kept)) return;
+  make_content();
+  const bool has_model = place_model();
+  const loop::Frame frame{is_model_loaded_ ? model_->view().scene() : nothing_,
+                          has_model ? model_->view().shots() : std::span<const render::Shot>(),
+                          &panel_.drawn(session_, content_)};
+  if (!is_kept) return sink_.show(frame);
+  pictured_ = name;
+  streams_.data << sink_.record(frame, loop::padded_name("task_", ++n_pictures_, 4) + ".png") << "\n";
+}
+
+}  // namespace vrda::calibrate

@@ -1,0 +1,105 @@
+/// Runs a calibration session with an operator or a script.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/window_check.hpp"
+#include "calibrate/calibrate.hpp"
+#include "calibrate/calibration_bench.hpp"
+#include "calibrate/calibration_panel.hpp"
+#include "loop/loop.hpp"
+#include "navigation/keys.hpp"
+
+namespace vrda::calibrate {
+
+struct ScriptLine {
+  navigation::KeyPress press;
+  int n_presses = 0;    ///< 0: a wait
+  double wait_s = 0.0;  ///< loop time before the next line
+};
+
+/// Parses lines "press Right 12", "press Shift+Left 3", "press Enter", "wait 0.5"; # starts a comment. Keys:
+/// letters, digits, Enter, Backspace, Escape, Space, Left, Right, Up, Down, with Shift+ or Control+ or both.
+/// Throws InputError with `path` and the line.
+std::vector<ScriptLine> parse_key_script(const std::string& text, const std::string& path);
+
+/// Plays a key script.
+class KeyScript {
+ public:
+  explicit KeyScript(std::vector<ScriptLine> lines) : lines_(std::move(lines)) {}
+
+  /// Keys pressed at loop time `now_s`: at most one line per call, so that each is processed before the next.
+  /// Valid until the next call.
+  const std::vector<navigation::KeyPress>& keys(double now_s);
+  bool is_over() const { return next_ == lines_.size(); }
+
+ private:
+  std::vector<ScriptLine> lines_;
+  std::vector<navigation::KeyPress> keys_;
+  std::size_t next_ = 0;
+  double begun_s_ = -1.0;  ///< start of the current wait; negative: none
+};
+
+/// Writes the whole calibration file after each change of the session. With an empty path nothing is written.
+class CalibrationWriter {
+ public:
+  CalibrationWriter(const bench_files::BenchFile& bench, std::string path)
+      : bench_(bench), path_(std::move(path))
+  {
+  }
+  /// Throws InputError on a write error; the next call tries again.
+  void write(const calibration_tasks::CalibrationSession& session);
+
+ private:
+  const bench_files::BenchFile& bench_;
+  std::string path_;
+  std::uint64_t revision_ = 0;  ///< last written revision
+};
+
+class CalibrationMode final : public loop::Mode {
+ public:
+  /// Opens a window unless headless. Throws InputError without a display, or for a bad script or model.
+  CalibrationMode(const CalibrateOptions& options, const bench_files::BenchFile& bench,
+                  calibration_tasks::CalibrationSession& session, CalibrationWriter& kept,
+                  const loop::Streams& streams);
+
+  loop::Sink& sink() { return sink_; }
+  /// Sets the bench; must be called before the first round.
+  void set_bench(CalibrationBench& bench) { guide_bench_ = &bench; }
+
+  /// True when all parts are done, the operator quits, or a headless script has ended.
+  bool is_over() const override { return is_over_; }
+  loop::RoundTime round_time() const override;
+  void take(const render::InputEvent& event) override;
+  void advance(double elapsed_s) override;
+  void draw() override;
+
+ private:
+  void press(const navigation::KeyPress& press);
+  void print_words();
+  void make_content();
+  bool place_model();
+
+  const CalibrateOptions& options_;
+  const bench_files::BenchFile& bench_;
+  calibration_tasks::CalibrationSession& session_;
+  CalibrationWriter& kept_;
+  loop::Streams streams_;
+  CalibrationPanel panel_;
+  CalibrationPanelContent content_;
+  scene::Scene nothing_;
+  std::optional<AdjustedModel> model_;
+  bool is_model_loaded_ = false;
+  loop::Sink sink_;
+  CalibrationBench* guide_bench_ = nullptr;
+  bench::WindowCheck watch_;
+  KeyScript script_;
+  std::uint64_t n_rounds_ = 0, printed_revision_ = 0;
+  std::string pictured_;  ///< task of the last picture
+  std::size_t n_pictures_ = 0;
+  bool is_over_ = false;
+};
+
+}  // namespace vrda::calibrate

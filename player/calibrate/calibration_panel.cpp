@@ -1,0 +1,197 @@
+#include "calibrate/calibration_panel.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/bench_panel.hpp"
+#include "settings/settings_text.hpp"
+
+namespace vrda::calibrate {
+namespace {
+
+constexpr float margin_px = 12.0F;
+constexpr scene::VertexColour paper{24, 27, 32, 255}, warning_colour{255, 176, 46, 255},
+    done_colour{96, 200, 120, 255};
+
+gui::OverlayBox overlay_box(const optics::ShownBox& box)
+{
+  const Eigen::Vector2f low = box.low_px.cast<float>(), high = box.high_px.cast<float>();
+  return {low.x(), low.y(), high.x(), high.y()};
+}
+
+/// Inset area that is probably visible while the edges are unknown.
+optics::Viewport inner(const optics::Viewport& visible)
+{
+  constexpr int share = 12;
+  const int x = visible.width / share, y = visible.height / share;
+  return {visible.x + x, visible.y + y, visible.width - 2 * x, visible.height - 2 * y};
+}
+
+scene::VertexColour bytes_of(const std::array<float, 3>& colour)
+{
+  scene::VertexColour bytes{0, 0, 0, 255};
+  for (std::size_t k = 0; k < colour.size(); ++k)
+    bytes[k] = static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(colour[k], 0.0F, 1.0F)));
+  return bytes;
+}
+
+/// Whole pixels of a horizontal or vertical line.
+gui::OverlayBox pixels_of(const calibration_tasks::DrawnLine& line)
+{
+  Eigen::Vector2d low = line.points_px.front(), high = line.points_px.front();
+  for (const Eigen::Vector2d& p : line.points_px) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const Eigen::Index thin = high.x() - low.x() < high.y() - low.y() ? 0 : 1;
+  low[thin] -= 0.5 * line.width_px;
+  high[thin] = low[thin] + line.width_px;
+  return {static_cast<float>(std::round(low.x())), static_cast<float>(std::round(low.y())),
+          static_cast<float>(std::round(high.x())), static_cast<float>(std::round(high.y()))};
+}
+
+int decimals_of_step(double step)
+{
+  constexpr int most = 6;
+  int n = 0;
+  for (double rest = step; n < most && std::abs(rest - std::round(rest)) > 1e-9; rest *= 10.0) ++n;
+  return n;
+}
+
+}  // namespace
+
+std::string dial_text(const calibration_tasks::Dial& dial, double value)
+{
+  return dial.name + " " + settings::rounded_text(value, decimals_of_step(dial.step)) +
+         (dial.unit.empty() ? "" : " " + dial.unit);
+}
+
+void add_drawn_line(render::Overlay& overlay, const gui::OverlayText& text,
+                    const calibration_tasks::DrawnLine& line)
+{
+  if (line.is_smooth) {
+    text.add_line(overlay, line.points_px, line.width_px, bytes_of(line.colour));
+  } else {
+    text.add_area(overlay, pixels_of(line), bytes_of(line.colour));
+  }
+}
+
+CalibrationPanel::CalibrationPanel(const bench_files::BenchFile& bench)
+    : text_(text_px), display_(bench.display)
+{
+}
+
+void CalibrationPanel::add_lines(const CalibrationPanelContent& content)
+{
+  for (const bool is_right : {false, true}) {
+    if (content.boxes) gui::clip_overlay(overlay_, overlay_box((*content.boxes)[is_right ? 1 : 0]));
+    for (const calibration_tasks::DrawnLine& line : content.lines)
+      if (line.is_right == is_right) add_drawn_line(overlay_, text_, line);
+  }
+  gui::clip_overlay(overlay_,
+                    {0.0F, 0.0F, static_cast<float>(display_.width), static_cast<float>(display_.height)});
+}
+
+void CalibrationPanel::add_wrapped(std::vector<Words>& words, const std::string& text,
+                                   const scene::VertexColour& colour, float width_px) const
+{
+  std::string line, word;
+  const auto end_word = [&] {
+    const std::string longer = line.empty() ? word : line + " " + word;
+    if (!line.empty() && text_.width_px(longer) > width_px) {
+      words.push_back({line, colour});
+      line = word;
+    } else {
+      line = longer;
+    }
+    word.clear();
+  };
+  for (const char c : text + "\n") {
+    if (c != ' ' && c != '\n') {
+      word += c;
+      continue;
+    }
+    end_word();
+    if (c == '\n') {
+      words.push_back({line, colour});
+      line.clear();
+    }
+  }
+}
+
+void CalibrationPanel::add_task(std::vector<Words>& words,
+                                const calibration_tasks::CalibrationSession& session, float width_px) const
+{
+  const calibration_tasks::Task& task = *session.task();
+  const calibration_tasks::CalibrationProgress& progress = session.progress();
+  add_wrapped(words,
+              std::string(bench_files::name_of(progress.part)) + ": " + std::to_string(progress.n_done + 1) +
+                  " of " + std::to_string(progress.n_tasks) + ", " + task.name,
+              faint, width_px);
+  add_wrapped(words, task.instruction, ink, width_px);
+  // One or two dials have their own keys; of more dials one is selected.
+  const bool is_selecting = task.dials.size() > 2;
+  for (std::size_t k = 0; k < task.dials.size(); ++k) {
+    const bool is_live = !is_selecting || k == session.selected_dial();
+    const std::string mark = !is_selecting ? (k == 0 ? "Left, Right: " : "Up, Down: ")
+                             : is_live     ? "> "
+                                           : "- ";
+    add_wrapped(words, mark + dial_text(task.dials[k], session.values()[k]), is_live ? done_colour : ink,
+                width_px);
+  }
+  if (progress.is_sampling) {
+    add_wrapped(words,
+                std::to_string(progress.n_samples) + " of " + std::to_string(task.n_samples) +
+                    " samples of " + task.tool,
+                done_colour, width_px);
+  }
+}
+
+std::vector<CalibrationPanel::Words> CalibrationPanel::words_of(
+    const calibration_tasks::CalibrationSession& session, const CalibrationPanelContent& content,
+    float width_px) const
+{
+  std::vector<Words> words;
+  if (content.has_help) {
+    for (const navigation::HelpLine& help : calibration_tasks::session_key_lines())
+      add_wrapped(words, std::string(help.keys) + ": " + help.description, ink, width_px);
+    add_wrapped(words, "H: back to the task", ink, width_px);
+    return words;
+  }
+  if (session.task() != nullptr) {
+    add_task(words, session, width_px);
+  } else {
+    add_wrapped(words, "All requested parts are done. Enter: quit", done_colour, width_px);
+  }
+  const calibration_tasks::CalibrationProgress& progress = session.progress();
+  for (const std::string& line : progress.messages)
+    add_wrapped(words, line, progress.has_error ? warning_colour : done_colour, width_px);
+  for (const std::string& note : content.notes) add_wrapped(words, note, ink, width_px);
+  for (const std::string& trouble : content.troubles) add_wrapped(words, trouble, warning_colour, width_px);
+  if (!content.message.empty()) add_wrapped(words, content.message, warning_colour, width_px);
+  add_wrapped(words, "H: keys", faint, width_px);
+  return words;
+}
+
+const render::Overlay& CalibrationPanel::drawn(const calibration_tasks::CalibrationSession& session,
+                                               const CalibrationPanelContent& content)
+{
+  gui::clear_overlay(overlay_, display_.width, display_.height);
+  add_lines(content);
+  const std::optional<optics::Viewport> area = bench::operator_area(display_);
+  const optics::Viewport home = area ? *area : inner(session.calibration().eyes.left.visible);
+  if (area) text_.add_area(overlay_, bench::overlay_box(home), paper);
+  const std::vector<Words> words =
+      words_of(session, content, static_cast<float>(home.width) - 2.0F * margin_px);
+  const float height_px = text_.line_px() * static_cast<float>(words.size());
+  float top_px = area ? static_cast<float>(home.y) + margin_px
+                      : static_cast<float>(home.y + home.height) - margin_px - height_px;
+  for (const Words& line : words) {
+    text_.add_text(overlay_, static_cast<float>(home.x) + margin_px, top_px, line.text, line.colour);
+    top_px += text_.line_px();
+  }
+  gui::finish_overlay(overlay_);
+  return overlay_;
+}
+
+}  // namespace vrda::calibrate

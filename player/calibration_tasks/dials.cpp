@@ -1,0 +1,140 @@
+#include "calibration_tasks/dials.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration_tasks/parts.hpp"
+#include "calibration_tasks/task.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace vrda::calibration_tasks {
+namespace {
+
+/// As in bench/bench_state.cpp: range of the ten-bit converter, steps a turn.
+constexpr double most_count = 1023.0, steps_a_turn = 200.0;
+constexpr tracking::OneEuroOptions potentiometer_options{1.0, 0.05, 2.0};
+
+/// Removes accumulated rounding errors of many small steps.
+double rounded_value(double value)
+{
+  constexpr double parts = 1e9;
+  return std::round(value * parts) / parts;
+}
+
+}  // namespace
+
+Dials::Dials(const Task& task)
+    : dials_(task.dials),
+      is_cross_(task.kind == TaskKind::point || task.kind == TaskKind::bullseye),
+      filter_(potentiometer_options)
+{
+  for (const Dial& dial : dials_) values_.push_back(std::clamp(dial.value, dial.minimum, dial.maximum));
+}
+
+void Dials::select(std::size_t dial)
+{
+  if (dial == selected_) return;
+  selected_ = dial;
+  start_count_.reset();
+}
+
+void Dials::change(std::size_t dial, double steps)
+{
+  if (dial >= dials_.size()) return;
+  select(dial);
+  const Dial& limits = dials_[dial];
+  values_[dial] =
+      std::clamp(rounded_value(values_[dial] + steps * limits.step), limits.minimum, limits.maximum);
+  // The potentiometer continues from the value that keys set.
+  start_count_.reset();
+}
+
+void Dials::press(const navigation::KeyPress& press)
+{
+  const double n = press.has_control ? 100.0 : (press.has_shift ? 10.0 : 1.0);
+  const bool is_many = dials_.size() > 2;
+  switch (press.key) {
+    case navigation::Key::left:
+      return change(is_many ? selected_ : 0, -n);
+    case navigation::Key::right:
+      return change(is_many ? selected_ : 0, n);
+    case navigation::Key::up:
+      if (is_many) return select((selected_ + dials_.size() - 1) % dials_.size());
+      return change(1, is_cross_ ? -n : n);
+    case navigation::Key::down:
+      if (is_many) return select((selected_ + 1) % dials_.size());
+      return change(1, is_cross_ ? n : -n);
+    default:
+      return;
+  }
+}
+
+void Dials::turn(int count, double time_s)
+{
+  if (dials_.empty()) return;
+  const double filtered = filter_.filtered(count, time_s);
+  if (!start_count_) {
+    start_count_ = filtered;
+    start_value_ = values_[selected_];
+    last_steps_ = 0.0;
+  }
+  // Whole steps suppress the noise of a potentiometer at rest.
+  const double steps = std::round((filtered - *start_count_) / most_count * steps_a_turn);
+  if (steps == last_steps_) return;
+  last_steps_ = steps;
+  const Dial& limits = dials_[selected_];
+  values_[selected_] =
+      std::clamp(rounded_value(start_value_ + steps * limits.step), limits.minimum, limits.maximum);
+}
+
+Eigen::Vector2d drawn_cross(const Task& task, std::span<const double> values,
+                            const bench_files::Calibration& calibration)
+{
+  return optics::drawn_px(eye_of(calibration, task.is_right).distortion,
+                          Eigen::Vector2d(values[0], values[1]));
+}
+
+std::vector<double> mark_row(const Task& task, std::span<const double> values,
+                             const bench_files::Calibration& calibration)
+{
+  std::vector<double> row(values.begin(), values.end());
+  const optics::Eye& eye = eye_of(calibration, task.is_right);
+  switch (task.kind) {
+    case TaskKind::rectangle_sides: {
+      // One point determines the line: its intersection with the height of the optical axis.
+      row.clear();
+      for (const double x : values) {
+        const Eigen::Vector2d drawn = optics::drawn_px(eye.distortion, Eigen::Vector2d(x, eye.sight_px.y()));
+        row.insert(row.end(), {drawn.x(), drawn.y()});
+      }
+      return row;
+    }
+    case TaskKind::grid:
+      row.back() = rad_from_deg(row.back());
+      return row;
+    case TaskKind::model_pose:
+      for (std::size_t k = 3; k < row.size(); ++k) row[k] = rad_from_deg(row[k]);
+      return row;
+    case TaskKind::scan_line:
+    case TaskKind::point:
+    case TaskKind::number:
+    case TaskKind::depth_check:
+      return row;
+    case TaskKind::sweep:
+    case TaskKind::hold:
+    case TaskKind::bullseye:
+    case TaskKind::stop:
+      break;
+  }
+  throw InternalError("a task with samples has no row of its dials");
+}
+
+std::optional<bench_files::BodyRole> accompanying_body(bench_files::CalibrationPart part, const Task& task)
+{
+  if (task.kind == TaskKind::hold) return role_of(part);
+  if (part == bench_files::CalibrationPart::head) return bench_files::BodyRole::head;
+  return std::nullopt;
+}
+
+}  // namespace vrda::calibration_tasks

@@ -1,0 +1,52 @@
+/// Numbers of a task that keys and potentiometer change, and their conversion to a row of a mark.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "calibration_tasks/task.hpp"
+#include "navigation/keys.hpp"
+#include "tracking/one_euro.hpp"
+
+namespace vrda::calibration_tasks {
+
+class Dials {
+ public:
+  Dials() : Dials(Task{}) {}
+  explicit Dials(const Task& task);
+
+  std::span<const double> values() const { return values_; }
+  std::size_t selected() const { return selected_; }
+
+  /// Handles arrow keys (guide/session.hpp); ignores others.
+  void press(const navigation::KeyPress& press);
+  /// Handles a potentiometer value: 200 steps a turn, relative to its position when the dial was selected.
+  void turn(int count, double time_s);
+
+ private:
+  void change(std::size_t dial, double steps);
+  void select(std::size_t dial);
+
+  std::vector<Dial> dials_;
+  bool is_cross_ = false;  ///< Up decreases y
+  std::vector<double> values_;
+  std::size_t selected_ = 0;
+  tracking::OneEuroFilter filter_;
+  std::optional<double> start_count_;
+  double start_value_ = 0.0;  ///< of the selected dial at start_count_
+  double last_steps_ = 0.0;
+};
+
+/// Row of the mark for a task without samples; its kind defines the numbers.
+std::vector<double> mark_row(const Task& task, std::span<const double> values,
+                             const bench_files::Calibration& calibration);
+
+/// Drawn position of the cross of a bull's-eye, px.
+Eigen::Vector2d drawn_cross(const Task& task, std::span<const double> values,
+                            const bench_files::Calibration& calibration);
+
+/// Body whose pose is recorded together with the task's tool; may be empty.
+std::optional<bench_files::BodyRole> accompanying_body(bench_files::CalibrationPart part, const Task& task);
+
+}  // namespace vrda::calibration_tasks

@@ -1,0 +1,254 @@
+#include "calibration_tasks/marks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "devices/sample.hpp"
+
+namespace vrda::calibration_tasks {
+namespace {
+
+/// Row lengths of a task kind.
+struct RowShape {
+  std::size_t first = 0;         ///< length of the first row
+  std::vector<std::size_t> all;  ///< allowed lengths of the other rows
+};
+
+RowShape shape_of(TaskKind kind)
+{
+  switch (kind) {
+    case TaskKind::scan_line:
+    case TaskKind::number:
+    case TaskKind::stop:
+      return {1, {}};
+    case TaskKind::point:
+      return {2, {}};
+    case TaskKind::rectangle_sides:
+      return {4, {}};
+    case TaskKind::grid:
+      return {8, {}};
+    case TaskKind::model_pose:
+      return {6, {}};
+    case TaskKind::depth_check:
+      return {0, {}};
+    case TaskKind::sweep:
+      return {0, {7, 8}};
+    case TaskKind::hold:
+      return {14, {14}};
+    case TaskKind::bullseye:
+      return {3, {3, 10}};
+  }
+  return {};
+}
+
+bool is_of_shape(const bench_files::CalibrationMark& mark, TaskKind kind)
+{
+  const RowShape shape = shape_of(kind);
+  if (mark.rows.empty() || (shape.all.empty() && mark.rows.size() != 1)) return false;
+  for (std::size_t k = 0; k < mark.rows.size(); ++k) {
+    const std::size_t n = mark.rows[k].size();
+    const bool is_first = k == 0 && kind != TaskKind::sweep;
+    if (is_first ? n != shape.first : std::find(shape.all.begin(), shape.all.end(), n) == shape.all.end())
+      return false;
+  }
+  // A bull's-eye has the cross in row 0, then at least one sample.
+  return kind != TaskKind::bullseye || mark.rows.size() > 1;
+}
+
+std::ptrdiff_t index_of_task(const std::vector<Task>& tasks, const std::string& name)
+{
+  const auto found =
+      std::find_if(tasks.begin(), tasks.end(), [&](const Task& task) { return task.name == name; });
+  return found - tasks.begin();
+}
+
+}  // namespace
+
+const bench_files::CalibrationMark* find_mark(const bench_files::CalibrationRecord& record,
+                                              const std::string& task)
+{
+  const auto found =
+      std::find_if(record.marks.begin(), record.marks.end(),
+                   [&](const bench_files::CalibrationMark& mark) { return mark.task == task; });
+  return found == record.marks.end() ? nullptr : &*found;
+}
+
+std::size_t next_task(const std::vector<Task>& tasks, const bench_files::CalibrationRecord& record)
+{
+  std::size_t at = 0;
+  while (at < tasks.size() && find_mark(record, tasks[at].name) != nullptr) ++at;
+  return at;
+}
+
+void insert_mark(bench_files::CalibrationRecord& record, const std::vector<Task>& tasks,
+                 bench_files::CalibrationMark mark)
+{
+  std::erase_if(record.marks, [&](const bench_files::CalibrationMark& m) { return m.task == mark.task; });
+  const std::ptrdiff_t at = index_of_task(tasks, mark.task);
+  const auto later =
+      std::find_if(record.marks.begin(), record.marks.end(),
+                   [&](const bench_files::CalibrationMark& m) { return index_of_task(tasks, m.task) > at; });
+  record.marks.insert(later, std::move(mark));
+}
+
+void require_task_marks(const bench_files::CalibrationRecord& record, const std::vector<Task>& tasks,
+                        const std::string& place, const std::string& path)
+{
+  for (const bench_files::CalibrationMark& mark : record.marks) {
+    const auto at = static_cast<std::size_t>(index_of_task(tasks, mark.task));
+    if (at == tasks.size()) {
+      throw InputError({path, place, "a mark of '" + mark.task + "', which is not a task of the bench file",
+                        "marks of its tasks; if [calibration] has changed, repeat the part with --anew"});
+    }
+    if (!is_of_shape(mark, tasks[at].kind)) {
+      throw InputError({path, place, "rows of '" + mark.task + "' with a wrong number of values",
+                        "rows as in schemas/calibration.md; repeat the part with --anew"});
+    }
+  }
+}
+
+Pose sampled_pose(std::span<const double> row, std::size_t at)
+{
+  devices::ToolPose place;
+  std::copy_n(row.begin() + static_cast<std::ptrdiff_t>(at), 3, place.position_mm);
+  std::copy_n(row.begin() + static_cast<std::ptrdiff_t>(at) + 3, 4, place.rotation);
+  return devices::pose_of(place);
+}
+
+Eigen::Vector3d sampled_position(std::span<const double> row)
+{
+  return {row[0], row[1], row[2]};
+}
+
+namespace {
+
+optics::Eye& eye_in(optics::EyePair& eyes, bool is_right)
+{
+  return is_right ? eyes.right : eyes.left;
+}
+
+void put_aspect(optics::Eye& eye, double aspect)
+{
+  eye.pixel_aspect = eye.distortion.pixel_aspect = aspect;
+}
+
+void put_viewport(optics::Eye& eye, const std::string& name, const calibration::Estimate& found)
+{
+  const auto edge = [&](const char* which) { return value_in(found, name + ".edge_" + which); };
+  const Eigen::Vector2d low(edge("left"), edge("top")), high(edge("right"), edge("bottom"));
+  const auto whole = [](double x) { return static_cast<int>(std::lround(x)); };
+  eye.visible = {whole(low.x()), whole(low.y()), whole(high.x()) - whole(low.x()),
+                 whole(high.y()) - whole(low.y())};
+  put_aspect(eye, value_in(found, name + ".pixel_aspect"));
+  eye.sight_px = 0.5 * (low + high);
+  if (eye.distortion.k1 == 0.0 && eye.distortion.k2 == 0.0) eye.distortion.centre_px = eye.sight_px;
+}
+
+void put_distortion(optics::Eye& eye, const std::string& name, const calibration::Estimate& found)
+{
+  const auto value = [&](const char* which) { return value_in(found, name + which); };
+  eye.distortion.k1 = value(".k1");
+  eye.distortion.k2 = value(".k2");
+  eye.distortion.centre_px = {value(".centre_x"), value(".centre_y")};
+  eye.distortion.unit_px = 0.5 * eye.window.width;
+  put_aspect(eye, value(".pixel_aspect"));
+}
+
+void put_eyepoints(optics::EyePair& eyes, const calibration::Estimate& found)
+{
+  eyes.left.distance_px = value_in(found, "left.distance");
+  eyes.right.distance_px = value_in(found, "right.distance");
+  // The origin of the head frame stays at the midpoint; the eye with the larger depth is further back.
+  const double apart_mm = value_in(found, "left.depth") - value_in(found, "right.depth");
+  eyes.left.position_head_mm.z() = 0.5 * apart_mm;
+  eyes.right.position_head_mm.z() = -0.5 * apart_mm;
+}
+
+}  // namespace
+
+const char* side_name(bool is_right)
+{
+  return is_right ? "right" : "left";
+}
+
+std::vector<std::string> distortion_names(bool is_right)
+{
+  std::vector<std::string> names =
+      bench_files::shared_estimate_names(bench_files::CalibrationPart::distortion);
+  std::erase_if(names, [&](const std::string& name) { return !name.starts_with(side_name(is_right)); });
+  return names;
+}
+
+double value_in(const calibration::Estimate& estimate, const std::string& name)
+{
+  const Eigen::Index k = calibration::index_of(estimate, name);
+  check(k >= 0, "an estimate has the numbers of its part");
+  return estimate.values[k];
+}
+
+Pose pose_in(const calibration::Estimate& estimate, const std::string& name)
+{
+  Eigen::Matrix<double, 6, 1> six;
+  Eigen::Index k = 0;
+  for (const std::string& number : calibration::pose_number_names(name))
+    six[k++] = value_in(estimate, number);
+  return tracking::pose_of(tracking::PoseParameters{six.head<3>(), six.tail<3>() * rad_from_deg(1.0)});
+}
+
+void apply_estimate(optics::EyePair& eyes, bench_files::CalibrationPart part,
+                    const calibration::Estimate& found)
+{
+  for (const bool is_right : {false, true}) {
+    optics::Eye& eye = eye_in(eyes, is_right);
+    if (part == bench_files::CalibrationPart::viewport) put_viewport(eye, side_name(is_right), found);
+    if (part == bench_files::CalibrationPart::distortion) put_distortion(eye, side_name(is_right), found);
+  }
+  if (part == bench_files::CalibrationPart::eyepoints) put_eyepoints(eyes, found);
+  if (part == bench_files::CalibrationPart::ipd) optics::set_ipd(eyes, value_in(found, "ipd"));
+}
+
+optics::EyePair eyes_before(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
+                            const bench_files::Calibration& calibration)
+{
+  optics::EyePair eyes = bench_files::nominal_calibration(bench).eyes;
+  for (const bench_files::CalibrationPart earlier :
+       {bench_files::CalibrationPart::viewport, bench_files::CalibrationPart::distortion,
+        bench_files::CalibrationPart::eyepoints, bench_files::CalibrationPart::ipd}) {
+    const auto record = calibration.records.find(earlier);
+    if (earlier < part && record != calibration.records.end() && record->second.estimate)
+      apply_estimate(eyes, earlier, *record->second.estimate);
+  }
+  return eyes;
+}
+
+const calibration::Estimate& estimate_of(bench_files::CalibrationPart part,
+                                         const bench_files::Calibration& calibration, const std::string& path)
+{
+  const auto record = calibration.records.find(part);
+  if (record == calibration.records.end() || !record->second.estimate)
+    throw InputError(
+        {path, bench_files::name_of(part), "no estimate", "a finished part, because others depend on it"});
+  return *record->second.estimate;
+}
+
+Eigen::MatrixXd prior_covariance(const calibration::Estimate& estimate, const std::vector<std::string>& names)
+{
+  const auto n = static_cast<Eigen::Index>(names.size());
+  Eigen::MatrixXd covariance(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const Eigen::Index a = calibration::index_of(estimate, names[static_cast<std::size_t>(i)]);
+      const Eigen::Index b = calibration::index_of(estimate, names[static_cast<std::size_t>(j)]);
+      check(a >= 0 && b >= 0, "an estimate has the numbers of its part");
+      covariance(i, j) = estimate.covariance(a, b);
+    }
+  }
+  const double t_ratio =
+      calibration::t_95(estimate.dof) / calibration::t_95(std::numeric_limits<double>::infinity());
+  return t_ratio * t_ratio * covariance;
+}
+
+}  // namespace vrda::calibration_tasks

@@ -1,0 +1,58 @@
+/// Access to marks and estimates, and the eyes as estimated by earlier parts.
+#pragma once
+
+#include <span>
+
+#include "bench_files/calibration.hpp"
+#include "calibration_tasks/task.hpp"
+
+namespace vrda::calibration_tasks {
+
+/// Mark of `task` in a record, or nullptr.
+const bench_files::CalibrationMark* find_mark(const bench_files::CalibrationRecord& record,
+                                              const std::string& task);
+
+/// Index of the first task without a mark, or the number of tasks.
+std::size_t next_task(const std::vector<Task>& tasks, const bench_files::CalibrationRecord& record);
+
+/// Inserts `mark` in task order, replacing an earlier mark of the task.
+void insert_mark(bench_files::CalibrationRecord& record, const std::vector<Task>& tasks,
+                 bench_files::CalibrationMark mark);
+
+/// Throws InputError with `path` and the record's key `place` if a mark belongs to no task or its rows do not
+/// match the task kind.
+void require_task_marks(const bench_files::CalibrationRecord& record, const std::vector<Task>& tasks,
+                        const std::string& place, const std::string& path);
+
+/// Pose from seven numbers of a row, starting at `at`.
+Pose sampled_pose(std::span<const double> row, std::size_t at = 0);
+/// Position from the first three numbers of a row.
+Eigen::Vector3d sampled_position(std::span<const double> row);
+
+/// Applies the estimate of `part` (viewport, distortion, eyepoints or ipd) to `eyes`.
+void apply_estimate(optics::EyePair& eyes, bench_files::CalibrationPart part,
+                    const calibration::Estimate& found);
+
+/// Nominal eyes with the estimates of these parts before `part`.
+optics::EyePair eyes_before(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
+                            const bench_files::Calibration& calibration);
+
+/// Estimate of a part. Throws InputError with `path` if it is missing.
+const calibration::Estimate& estimate_of(bench_files::CalibrationPart part,
+                                         const bench_files::Calibration& calibration,
+                                         const std::string& path);
+
+/// Block of an estimate's covariance for `names`, scaled to the normal distribution with the same 95 %
+/// intervals. Used as the prior covariance of later fits.
+Eigen::MatrixXd prior_covariance(const calibration::Estimate& estimate,
+                                 const std::vector<std::string>& names);
+
+double value_in(const calibration::Estimate& estimate, const std::string& name);
+/// Pose from the six numbers "name.shift_x" to "name.turn_z".
+Pose pose_in(const calibration::Estimate& estimate, const std::string& name);
+/// "left", "right"
+const char* side_name(bool is_right);
+/// Names of the distortion numbers of one eye: "left.k1", ...
+std::vector<std::string> distortion_names(bool is_right);
+
+}  // namespace vrda::calibration_tasks

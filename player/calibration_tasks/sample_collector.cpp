@@ -1,0 +1,134 @@
+#include "calibration_tasks/sample_collector.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace vrda::calibration_tasks {
+namespace {
+
+double rounded(double value, double parts)
+{
+  const double number = std::round(value * parts) / parts;
+  // Avoids "-0" in files.
+  return number == 0.0 ? 0.0 : number;
+}
+
+void add_position(std::vector<double>& row, const devices::ToolPose& place)
+{
+  for (const double x : place.position_mm) row.push_back(rounded_mm(x));
+}
+
+void add_place(std::vector<double>& row, const devices::ToolPose& place)
+{
+  add_position(row, place);
+  for (const double x : place.rotation) row.push_back(rounded(x, 1e8));
+}
+
+bool is_finite(const devices::ToolPose& place)
+{
+  const auto finite = [](double x) { return std::isfinite(x); };
+  return std::all_of(std::begin(place.position_mm), std::end(place.position_mm), finite) &&
+         std::all_of(std::begin(place.rotation), std::end(place.rotation), finite);
+}
+
+double seconds(std::int64_t ns)
+{
+  return static_cast<double>(ns) * 1e-9;
+}
+
+}  // namespace
+
+double rounded_mm(double value)
+{
+  return rounded(value, 1e5);
+}
+
+SampleCollector::SampleCollector(const bench_files::BenchFile& bench) : bench_(bench)
+{
+  for (std::size_t role = 0; role < bench_files::n_body_roles; ++role) {
+    if (bench.bodies[role])
+      trackers_[role].emplace(*bench.bodies[role],
+                              bench_files::first_tool_index(bench, static_cast<bench_files::BodyRole>(role)));
+  }
+}
+
+void SampleCollector::begin(const Task& task, const std::optional<bench_files::BodyRole>& role)
+{
+  const std::vector<std::string>& tools = bench_.tracker->tools;
+  const auto found = std::find(tools.begin(), tools.end(), task.tool);
+  check(found != tools.end(), "the tool of a task is a tool of the tracker");
+  tool_ = static_cast<std::size_t>(found - tools.begin());
+  kind_ = task.kind;
+  role_ = role;
+  rows_.clear();
+  is_taking_ = true;
+}
+
+void SampleCollector::zero_stage()
+{
+  stage_mm_ = 0.0;
+  is_stage_zeroed_ = true;
+}
+
+bool SampleCollector::take(const devices::Sample& sample)
+{
+  switch (sample.kind) {
+    case devices::SampleKind::stage:
+      stage_mm_ = rounded_mm(bench_.stage_mm_per_count * sample.count);
+      is_stage_zeroed_ = (sample.state & devices::stage_zeroed) != 0;
+      return false;
+    case devices::SampleKind::link:
+      if (static_cast<devices::LinkState>(sample.state) == devices::LinkState::up) return false;
+      if (static_cast<devices::DeviceId>(sample.source) == devices::DeviceId::board) stage_mm_.reset();
+      for (std::optional<bench::BodyTracker>& tracker : trackers_) {
+        if (tracker && static_cast<devices::DeviceId>(sample.source) == devices::DeviceId::tracker)
+          tracker->disconnect();
+      }
+      return false;
+    case devices::SampleKind::tool_pose:
+      return take_place(sample);
+    case devices::SampleKind::potentiometer:
+      return false;
+  }
+  return false;
+}
+
+const bench::BodyTracker* SampleCollector::fresh_body(double time_s)
+{
+  bench::BodyTracker& tracker = *trackers_[static_cast<std::size_t>(*role_)];
+  tracker.end_message();
+  const double oldest_s = bench_.tracker->stale_after_ms / 1000.0;
+  return tracker.is_live() && std::abs(time_s - tracker.seen_s()) <= oldest_s ? &tracker : nullptr;
+}
+
+bool SampleCollector::take_place(const devices::Sample& sample)
+{
+  const bool is_seen = static_cast<devices::ToolVisibility>(sample.state) == devices::ToolVisibility::seen &&
+                       is_finite(sample.tool_pose);
+  const double time_s =
+      is_seen ? clock_.time_s(sample.device_ns, sample.arrival_ns) : seconds(sample.arrival_ns);
+  for (std::optional<bench::BodyTracker>& tracker : trackers_) {
+    if (!tracker || !tracker->has_tool(sample.source)) continue;
+    if (tracker->has_received(sample.source)) tracker->end_message();
+    tracker->take(sample, time_s);
+  }
+  if (!is_taking_ || !is_seen || sample.source != tool_) return false;
+  std::vector<double> row;
+  if (kind_ == TaskKind::bullseye) {
+    add_position(row, sample.tool_pose);
+  } else {
+    add_place(row, sample.tool_pose);
+  }
+  if (role_) {
+    const bench::BodyTracker* body = fresh_body(time_s);
+    if (body == nullptr) return false;
+    add_place(row, devices::place_of(body->last()));
+  }
+  if (kind_ == TaskKind::sweep && stage_mm_) row.push_back(*stage_mm_);
+  rows_.push_back(std::move(row));
+  return true;
+}
+
+}  // namespace vrda::calibration_tasks

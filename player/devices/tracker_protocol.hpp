@@ -1,0 +1,74 @@
+/// Tool poses from a tracker's messages, and detection of stale tools.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "devices/devices.hpp"
+#include "igtl/message.hpp"
+
+namespace vrda::devices {
+
+/// Tracks the two clocks of one tool: device time stamps and arrival times.
+/// - A pose is accepted if its stamp is later than the last accepted one, or 0 (no stamp).
+/// - A repeated stamp carries no news: the tool becomes stale.
+/// - An earlier stamp is `behind`: the clock was set back, or the last stamp was an outlier. It is rejected
+///   until it passes the last accepted one, or until n_to_accept_clock in a row, each later than the one
+///   before, show that the clock was reset.
+class ToolMonitor {
+ public:
+  enum class StampCheck { accepted, repeated, behind };
+  static constexpr int n_to_accept_clock = 8;  ///< 80 ms at 100 Hz
+
+  ToolMonitor(std::int64_t stale_after_ns, std::int64_t now_ns)
+      : stale_after_ns_(stale_after_ns), last_news_ns_(now_ns)
+  {
+  }
+
+  StampCheck receive_stamp(std::int64_t device_ns, std::int64_t now_ns);
+  /// The tracker reported that the tool is not visible; this resets the timeout.
+  void receive_missing(std::int64_t now_ns) { last_news_ns_ = now_ns; }
+  /// True if nothing new arrived for `stale_after_ns`; true again after each further period.
+  bool becomes_stale(std::int64_t now_ns);
+
+ private:
+  std::int64_t stale_after_ns_;
+  std::int64_t last_news_ns_;     ///< or time of the last stale report
+  std::int64_t accepted_ns_ = 0;  ///< last accepted stamp; 0: none
+  std::int64_t last_behind_ns_ = 0;
+  int n_behind_ = 0;  ///< in a row, each later than the one before
+};
+
+/// Pure: times are passed in.
+/// - Tools are matched by name: the device of a TRANSFORM or POSITION, or an element of TDATA and QTDATA.
+/// - A tool absent from a list is missing, unless its poses come from another device's list or separate
+///   messages.
+/// - A STATUS other than OK from a tool marks it missing; from another device it is reported as trouble.
+class TrackerProtocol {
+ public:
+  TrackerProtocol(const TrackerSettings& settings, std::int64_t now_ns);
+
+  std::vector<Sample> receive(const igtl::IgtlMessage& message, std::int64_t now_ns);
+  /// Samples of the tools that became stale.
+  std::vector<Sample> stale_samples(std::int64_t now_ns);
+
+ private:
+  struct Tool {
+    std::string name;
+    ToolMonitor watch;
+    bool was_received = false;
+    std::optional<std::string> list = std::nullopt;  ///< device of the list that last contained it
+  };
+  Sample sample_of(const Tool& tool, ToolVisibility state, std::int64_t now_ns) const;
+  Sample observed_sample(Tool& tool, const igtl::IgtlTool& observed, const igtl::IgtlMessage& message,
+                         std::int64_t now_ns) const;
+
+  std::vector<Tool> tools_;
+};
+
+/// Error text of a STATUS or RTS_TDATA message; empty if OK or another message.
+std::string error_text_of(const igtl::IgtlMessage& message);
+
+}  // namespace vrda::devices

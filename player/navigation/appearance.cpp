@@ -1,0 +1,87 @@
+#include "navigation/appearance.hpp"
+
+#include <limits>
+
+#include "core/error.hpp"
+#include "navigation/arguments.hpp"
+#include "render/image.hpp"
+#include "scene/joint_layers.hpp"
+#include "scene/lights_file.hpp"
+
+namespace vrda::navigation {
+namespace {
+
+/// Opacity of transparent bodies. At most four walls of a closed bone are in front of an object inside it:
+/// about half of its light still passes, and the bone stays visible.
+constexpr float transparent_opacity = 0.18F;
+
+constexpr double least_scale_mm = 0.1, most_scale_mm = 1000.0;
+
+void set_texture(scene::Scene& scene, const AppearanceOptions& look)
+{
+  if (look.texture.empty()) return;
+  if (!(look.texture_scale_mm >= least_scale_mm && look.texture_scale_mm <= most_scale_mm)) {
+    throw InputError(
+        {"--texture-scale", "", std::to_string(look.texture_scale_mm) + " mm", "0.1 to 1000 mm"});
+  }
+  scene.texture = render::read_png_texture(look.texture);
+  scene.texture.scale_mm = look.texture_scale_mm;
+}
+
+void set_transparency(scene::Scene& scene, const std::string& owner)
+{
+  if (owner.empty()) return;
+  if (owner != "reference" && owner != "moving" && owner != "both") {
+    throw InputError({"--see-through", "", "\"" + owner + "\"", "reference, moving or both"});
+  }
+  if (owner != "moving") scene::scale_opacity(scene, scene::Owner::reference, transparent_opacity);
+  if (owner != "reference") scene::scale_opacity(scene, scene::Owner::moving, transparent_opacity);
+}
+
+void set_hidden(scene::Scene& scene, const std::string& owner)
+{
+  if (owner.empty()) return;
+  if (owner != "reference" && owner != "moving")
+    throw InputError({"--hide", "", "\"" + owner + "\"", "reference or moving"});
+  scene::hide_bodies(scene, owner == "reference" ? scene::Owner::reference : scene::Owner::moving);
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> framed_points(const scene::Scene& scene, Framing framed)
+{
+  constexpr double everywhere_mm = std::numeric_limits<double>::infinity();
+  return scene::points_within(scene, framed == Framing::all
+                                         ? scene::Sphere{Eigen::Vector3d::Zero(), everywhere_mm}
+                                         : scene::joint_sphere(scene));
+}
+
+scene::LayerSet parsed_layers(const std::string& text)
+{
+  scene::LayerSet layers;
+  if (text.empty()) return layers;
+  std::string known;
+  for (const std::string& name : scene::layer_names()) known += (known.empty() ? "" : ", ") + name;
+  for (const std::string& name : split(text, ',')) {
+    const std::optional<scene::Layer> layer = scene::layer_named(name);
+    if (!layer) throw InputError({"--layers", "", "\"" + name + "\"", "some of " + known});
+    if (layers.has(*layer)) throw InputError({"--layers", "", name + " twice", "every layer once"});
+    layers.set(*layer, true);
+  }
+  return layers;
+}
+
+void apply_appearance(scene::Scene& scene, const AppearanceOptions& look)
+{
+  scene.mode = look.mode;
+  set_texture(scene, look);
+  if (!look.lights.empty()) {
+    const scene::Lights lights = scene::read_lights(look.lights);
+    scene.lighting = lights.lighting;
+    if (lights.background) scene.background = *lights.background;
+  }
+  set_transparency(scene, look.see_through);
+  set_hidden(scene, look.hidden);
+}
+
+}  // namespace vrda::navigation

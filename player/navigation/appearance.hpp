@@ -1,0 +1,38 @@
+/// The appearance of a scene: options shared by the modes that draw.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "scene/joint_layers.hpp"
+#include "scene/scene.hpp"
+
+namespace vrda::navigation {
+
+/// The options of the command line.
+struct AppearanceOptions {
+  std::string layers;  ///< names separated by commas; empty for none
+  scene::DrawMode mode = scene::DrawMode::textured;
+  std::string texture;             ///< PNG file for bone; empty: mottled
+  double texture_scale_mm = 40.0;  ///< width of one tile
+  std::string lights;              ///< TOML file (schemas/lights.md); empty: studio_lighting()
+  std::string see_through;         ///< "reference", "moving" or "both"; empty for none
+  std::string hidden;              ///< "reference" or "moving"; empty for none
+};
+
+/// What the cameras are fitted to.
+enum class Framing {
+  joint,  ///< the region of contact; long shafts are cropped
+  all     ///< both objects completely
+};
+/// The points to be framed at the present placement, world.
+std::vector<Eigen::Vector3d> framed_points(const scene::Scene& scene, Framing framed);
+
+/// Parses layer names separated by commas. Throws InputError for an unknown or repeated one.
+scene::LayerSet parsed_layers(const std::string& text);
+
+/// Applies draw mode, texture, lights, transparency and visibility to `scene`; must precede Renderer::load.
+/// Throws InputError for an invalid option or file.
+void apply_appearance(scene::Scene& scene, const AppearanceOptions& look);
+
+}  // namespace vrda::navigation

@@ -1,0 +1,95 @@
+#include "navigation/gap_reading.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/units.hpp"
+
+namespace vrda::navigation {
+namespace {
+
+/// Interpolation position on an ascending axis: `part` (0 to 1) between `row` and the next.
+struct AxisPosition {
+  Eigen::Index row = 0;
+  double part = 0.0;
+};
+
+AxisPosition position_on(const std::vector<double>& axis_deg, double angle_rad)
+{
+  const double angle_deg = deg_from_rad(angle_rad);
+  const auto above = std::upper_bound(axis_deg.begin(), axis_deg.end(), angle_deg);
+  if (above == axis_deg.begin()) return {};
+  const Eigen::Index row = above - axis_deg.begin() - 1;
+  if (above == axis_deg.end()) return {row, 0.0};
+  return {row, (angle_deg - *(above - 1)) / (*above - *(above - 1))};
+}
+
+/// Bilinear interpolation. Corners of weight 0 are skipped, so that a NaN next to a cell does not affect it.
+double interpolated(const store::GridD& grid, const AxisPosition& flexion, const AxisPosition& varus)
+{
+  double sum = 0.0;
+  for (const int i : {0, 1}) {
+    for (const int j : {0, 1}) {
+      const double weight =
+          (i == 1 ? flexion.part : 1.0 - flexion.part) * (j == 1 ? varus.part : 1.0 - varus.part);
+      if (weight > 0.0) sum += weight * grid(flexion.row + i, varus.row + j);
+    }
+  }
+  return sum;
+}
+
+Eigen::Index nearest_row(const std::vector<double>& axis_deg, double angle_rad)
+{
+  const AxisPosition position = position_on(axis_deg, angle_rad);
+  return position.row + (position.part >= 0.5 ? 1 : 0);
+}
+
+GapReading of_audit(const store::AuditSet& audit, const Attitude& attitude)
+{
+  const Eigen::Index i = nearest_row(audit.flexion_deg, attitude.flexion_rad);
+  const Eigen::Index j = nearest_row(audit.varus_deg, attitude.varus_rad);
+  GapReading reading{GapSource::audit, nan, nan, nan, nan};
+  const auto state = static_cast<store::AuditState>(audit.state(i, j));
+  if (state == store::AuditState::no_pose || state == store::AuditState::nothing_ahead) return reading;
+  reading.gap_mm = state == store::AuditState::free ? audit.gap_mm(i, j) : 0.0;
+  reading.penetration_mm = audit.penetration_mm(i, j);
+  return reading;
+}
+
+}  // namespace
+
+GapReader::GapReader(const store::MotionModel& model, const std::string& set)
+    : has_cells_(set == "raw" && model.has_compartments), model_(model)
+{
+  for (const store::AuditSet& audit : model.audits) {
+    if (audit.name == set) audit_ = &audit;
+  }
+  for (const store::SmoothedSet& smoothed : model.smoothed) {
+    const std::string name = "degree_" + std::to_string(smoothed.degree);
+    if (!smoothed.recontact_mm) continue;
+    if (set == name) travel_mm_ = &*smoothed.recontact_mm;
+    if (set == name + "_recontacted") is_recontacted_ = true;
+  }
+}
+
+GapReading GapReader::at(const Attitude& attitude) const
+{
+  if (!has_cells_ && audit_ != nullptr) return of_audit(*audit_, attitude);
+  const AxisPosition flexion = position_on(model_.flexion_deg, attitude.flexion_rad);
+  const AxisPosition varus =
+      model_.varus_deg.size() > 1 ? position_on(model_.varus_deg, attitude.varus_rad) : AxisPosition{};
+  if (has_cells_) {
+    return {GapSource::cells, interpolated(model_.gap_medial_mm, flexion, varus),
+            interpolated(model_.gap_lateral_mm, flexion, varus), nan, nan};
+  }
+  if (travel_mm_ != nullptr) {
+    const double travel_mm = interpolated(*travel_mm_, flexion, varus);
+    if (std::isnan(travel_mm)) return {GapSource::travel, nan, nan, nan, nan};
+    return {GapSource::travel, nan, nan, std::max(travel_mm, 0.0), std::max(-travel_mm, 0.0)};
+  }
+  if (is_recontacted_) return {GapSource::recontacted, nan, nan, 0.0, 0.0};
+  return {GapSource::none, nan, nan, nan, nan};
+}
+
+}  // namespace vrda::navigation

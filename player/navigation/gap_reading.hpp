@@ -1,0 +1,41 @@
+/// The gap between the objects at an attitude, from the data of the motion model.
+#pragma once
+
+#include <string>
+
+#include "core/frames.hpp"
+#include "store/motion_model.hpp"
+
+namespace vrda::navigation {
+
+enum class GapSource {
+  none,         ///< no data for this set; an audit would provide it
+  cells,        ///< solver gaps at the cells, interpolated linearly; set "raw" only
+  audit,        ///< the nearest audited attitude of the set
+  travel,       ///< travel into contact at the cells, interpolated linearly; for a set that was recontacted
+  recontacted,  ///< zero at the cells by construction
+};
+
+/// mm; NaN if unknown.
+struct GapReading {
+  GapSource source = GapSource::none;
+  double medial_mm = 0.0, lateral_mm = 0.0;   ///< for source `cells`
+  double gap_mm = 0.0, penetration_mm = 0.0;  ///< for other sources: one is 0, or both are NaN
+};
+
+/// Reads the gaps of one set. `model` must outlive it.
+class GapReader {
+ public:
+  GapReader(const store::MotionModel& model, const std::string& set);
+  /// `attitude` must be within the grid's range. Allocates nothing.
+  GapReading at(const Attitude& attitude) const;
+
+ private:
+  bool has_cells_ = false;
+  const store::AuditSet* audit_ = nullptr;
+  const store::GridD* travel_mm_ = nullptr;
+  bool is_recontacted_ = false;
+  const store::MotionModel& model_;
+};
+
+}  // namespace vrda::navigation

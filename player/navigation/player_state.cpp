@@ -1,0 +1,298 @@
+#include "navigation/player_state.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace vrda::navigation {
+namespace {
+
+constexpr std::array speeds_deg_s{1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 45.0, 60.0, 90.0, 180.0, 360.0};
+constexpr double same_speed = 1e-9;  // relative: rounding of the table's values by the conversion to radians
+
+/// The timeline after `travel_rad` along a path that bounces between its ends.
+Timeline bounced(Timeline timeline, double travel_rad)
+{
+  const double length = timeline.last_rad - timeline.first_rad;
+  const double done = timeline.flexion_rad - timeline.first_rad;
+  // Unfolded: the return path follows beyond the far end.
+  const double unfolded = timeline.direction > 0 ? done : 2.0 * length - done;
+  const double at = std::fmod(unfolded + travel_rad, 2.0 * length);
+  timeline.direction = at < length ? 1 : -1;
+  timeline.flexion_rad = timeline.first_rad + (at < length ? at : 2.0 * length - at);
+  return timeline;
+}
+
+}  // namespace
+
+const char* name_of(LoopMode mode)
+{
+  switch (mode) {
+    case LoopMode::once:
+      return "once";
+    case LoopMode::wrap:
+      return "loop";
+    case LoopMode::bounce:
+      return "to and fro";
+  }
+  throw InternalError("unknown loop mode");
+}
+
+Timeline advanced(Timeline timeline, double elapsed_s)
+{
+  check(elapsed_s >= 0.0, "the elapsed time is not negative");
+  const double length = timeline.last_rad - timeline.first_rad;
+  if (!timeline.is_playing || length <= 0.0) return timeline;
+  const double travel_rad = timeline.speed_rad_s * elapsed_s;
+  switch (timeline.loop) {
+    case LoopMode::once:
+      timeline.flexion_rad += travel_rad;
+      timeline.is_playing = timeline.flexion_rad < timeline.last_rad;
+      break;
+    case LoopMode::wrap:
+      timeline.flexion_rad =
+          timeline.first_rad + std::fmod(timeline.flexion_rad - timeline.first_rad + travel_rad, length);
+      break;
+    case LoopMode::bounce:
+      timeline = bounced(timeline, travel_rad);
+      break;
+  }
+  timeline.flexion_rad = std::clamp(timeline.flexion_rad, timeline.first_rad, timeline.last_rad);
+  return timeline;
+}
+
+Timeline toggled(Timeline timeline)
+{
+  timeline.is_playing = !timeline.is_playing;
+  if (timeline.loop != LoopMode::bounce) timeline.direction = 1;
+  const bool is_over = timeline.loop == LoopMode::once && timeline.flexion_rad >= timeline.last_rad;
+  if (timeline.is_playing && is_over) timeline.flexion_rad = timeline.first_rad;
+  return timeline;
+}
+
+Timeline stepped(Timeline timeline, double by_rad)
+{
+  timeline.is_playing = false;
+  return moved_to(timeline, timeline.flexion_rad + by_rad);
+}
+
+Timeline moved_to(Timeline timeline, double flexion_rad)
+{
+  timeline.flexion_rad = std::clamp(flexion_rad, timeline.first_rad, timeline.last_rad);
+  return timeline;
+}
+
+Timeline with_range(Timeline timeline, double first_rad, double last_rad)
+{
+  check(first_rad <= last_rad, "the range of a timeline ascends");
+  timeline.first_rad = first_rad;
+  timeline.last_rad = last_rad;
+  return moved_to(timeline, timeline.flexion_rad);
+}
+
+Timeline faster(Timeline timeline)
+{
+  for (const double speed_deg_s : speeds_deg_s) {
+    const double speed_rad_s = rad_from_deg(speed_deg_s);
+    if (speed_rad_s <= timeline.speed_rad_s * (1.0 + same_speed)) continue;
+    timeline.speed_rad_s = speed_rad_s;
+    return timeline;
+  }
+  return timeline;
+}
+
+Timeline slower(Timeline timeline)
+{
+  for (auto speed = speeds_deg_s.rbegin(); speed != speeds_deg_s.rend(); ++speed) {
+    const double speed_rad_s = rad_from_deg(*speed);
+    if (speed_rad_s >= timeline.speed_rad_s * (1.0 - same_speed)) continue;
+    timeline.speed_rad_s = speed_rad_s;
+    return timeline;
+  }
+  return timeline;
+}
+
+namespace {
+
+constexpr double step_rad = rad_from_deg(1.0), leap_rad = rad_from_deg(10.0);
+
+/// The next of the enum values 0 ... last, cyclically.
+template <typename Enum>
+Enum next_of(Enum value, Enum last)
+{
+  return value == last ? Enum{} : static_cast<Enum>(static_cast<int>(value) + 1);
+}
+
+PlayerState with_varus_by(PlayerState state, double by_rad, const PlayerRange& range)
+{
+  if (range.is_varus_free) return state;
+  const double varus_rad = state.varus_rad.value_or(range.balanced_varus_rad) + by_rad;
+  state.varus_rad = std::clamp(varus_rad, range.first_varus_rad, range.last_varus_rad);
+  return state;
+}
+
+PlayerState with_layer_toggled(PlayerState state, scene::Layer layer, const PlayerRange& range)
+{
+  state.layers.set(layer, range.available.has(layer) && !state.layers.has(layer));
+  return state;
+}
+
+PlayerState left(PlayerState state)
+{
+  state.is_done = !state.shows_help;
+  state.shows_help = false;
+  return state;
+}
+
+}  // namespace
+
+// A flat switch over the actions. NOLINTNEXTLINE(readability-function-size)
+PlayerState apply_action(PlayerState state, Action action, const PlayerRange& range)
+{
+  Timeline& timeline = state.timeline;
+  switch (action) {
+    case Action::play_pause:
+      timeline = toggled(timeline);
+      break;
+    case Action::step_forward:
+      timeline = stepped(timeline, step_rad);
+      break;
+    case Action::step_back:
+      timeline = stepped(timeline, -step_rad);
+      break;
+    case Action::leap_forward:
+      timeline = stepped(timeline, leap_rad);
+      break;
+    case Action::leap_back:
+      timeline = stepped(timeline, -leap_rad);
+      break;
+    case Action::go_to_first:
+      timeline = moved_to(timeline, timeline.first_rad);
+      break;
+    case Action::go_to_last:
+      timeline = moved_to(timeline, timeline.last_rad);
+      break;
+    case Action::varus_up:
+      return with_varus_by(state, step_rad, range);
+    case Action::varus_down:
+      return with_varus_by(state, -step_rad, range);
+    case Action::varus_balanced:
+      state.varus_rad.reset();
+      break;
+    case Action::faster:
+      timeline = faster(timeline);
+      break;
+    case Action::slower:
+      timeline = slower(timeline);
+      break;
+    case Action::next_loop:
+      timeline.loop = next_of(timeline.loop, LoopMode::bounce);
+      if (timeline.loop != LoopMode::bounce) timeline.direction = 1;
+      break;
+    case Action::next_set:
+      state.set = (state.set + 1) % range.n_sets;
+      break;
+    case Action::previous_set:
+      state.set = (state.set + range.n_sets - 1) % range.n_sets;
+      break;
+    case Action::next_mode:
+      state.mode = next_of(state.mode, scene::DrawMode::textured);
+      break;
+    case Action::next_backdrop:
+      state.backdrop = next_of(state.backdrop, scene::Backdrop::black);
+      break;
+    case Action::next_fixed_object:
+      state.fixed_object = next_of(state.fixed_object, scene::FixedObject::reference);
+      break;
+    case Action::show_contacts:
+      return with_layer_toggled(state, scene::Layer::contacts, range);
+    case Action::show_normals:
+      return with_layer_toggled(state, scene::Layer::normals, range);
+    case Action::show_axes:
+      return with_layer_toggled(state, scene::Layer::axes, range);
+    case Action::show_helical_axis:
+      return with_layer_toggled(state, scene::Layer::helical_axis, range);
+    case Action::show_gap_map:
+      return with_layer_toggled(state, scene::Layer::gap_map, range);
+    case Action::show_ligaments:
+      return with_layer_toggled(state, scene::Layer::ligaments, range);
+    case Action::show_panel:
+      state.shows_panel = !state.shows_panel;
+      break;
+    case Action::show_numbers:
+      state.shows_numbers = !state.shows_numbers;
+      break;
+    case Action::show_help:
+      state.shows_help = !state.shows_help;
+      break;
+    case Action::leave:
+      return left(state);
+    case Action::quit:
+      state.is_done = true;
+      break;
+    default:
+      break;
+  }
+  return state;
+}
+
+Attitude wanted_attitude(const PlayerState& state, const PlayerRange& range)
+{
+  const double varus_rad =
+      range.is_varus_free ? range.balanced_varus_rad : state.varus_rad.value_or(range.balanced_varus_rad);
+  return {state.timeline.flexion_rad, std::clamp(varus_rad, range.first_varus_rad, range.last_varus_rad)};
+}
+
+std::optional<scene::View> view_of(Action action)
+{
+  switch (action) {
+    case Action::view_front:
+      return scene::View::front;
+    case Action::view_back:
+      return scene::View::back;
+    case Action::view_medial:
+      return scene::View::medial;
+    case Action::view_lateral:
+      return scene::View::lateral;
+    case Action::view_top:
+      return scene::View::top;
+    case Action::view_oblique:
+      return scene::View::oblique;
+    default:
+      return std::nullopt;
+  }
+}
+
+const char* name_of(scene::DrawMode mode)
+{
+  switch (mode) {
+    case scene::DrawMode::wire:
+      return "wire";
+    case scene::DrawMode::hidden_line:
+      return "hidden lines";
+    case scene::DrawMode::flat:
+      return "flat";
+    case scene::DrawMode::smooth:
+      return "smooth";
+    case scene::DrawMode::textured:
+      return "textured";
+  }
+  throw InternalError("unknown draw mode");
+}
+
+const char* name_of(scene::Backdrop backdrop)
+{
+  switch (backdrop) {
+    case scene::Backdrop::studio:
+      return "studio";
+    case scene::Backdrop::night:
+      return "night";
+    case scene::Backdrop::black:
+      return "black";
+  }
+  throw InternalError("unknown backdrop");
+}
+
+}  // namespace vrda::navigation

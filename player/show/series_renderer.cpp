@@ -1,0 +1,176 @@
+#include "show/series_renderer.hpp"
+
+#include <array>
+#include <utility>
+
+#include "core/error.hpp"
+#include "scene/camera.hpp"
+
+namespace vrda::show {
+namespace {
+
+/// The viewport of view `row` of `n` views tiled side by side.
+optics::Viewport column(const navigation::PictureSize& size, std::size_t row, std::size_t n)
+{
+  const auto edge = [&](std::size_t i) {
+    return static_cast<int>(static_cast<std::size_t>(size.width) * i / n);
+  };
+  return {edge(row), 0, edge(row + 1) - edge(row), size.height};
+}
+
+double aspect_of(const optics::Viewport& viewport)
+{
+  return static_cast<double>(viewport.width) / viewport.height;
+}
+
+void require_layers(const std::string& file, const scene::LayerSet& wanted, const scene::LayerSet& available)
+{
+  for (const std::string& name : scene::layer_names()) {
+    const scene::Layer layer = *scene::layer_named(name);
+    if (wanted.has(layer) && !available.has(layer))
+      throw InputError({file, "--layers", name, "a layer for which the model has data"});
+  }
+}
+
+/// Three boxes, one per material (bone, cartilage, meniscus).
+Body sample_body()
+{
+  Body body;
+  body.name = "sample";
+  // The bits of k are the coordinates of corner k; faces are counter-clockwise seen from outside.
+  constexpr std::array<std::array<int, 3>, 12> faces{{{0, 2, 3},
+                                                      {0, 3, 1},
+                                                      {4, 5, 7},
+                                                      {4, 7, 6},
+                                                      {0, 1, 5},
+                                                      {0, 5, 4},
+                                                      {2, 6, 7},
+                                                      {2, 7, 3},
+                                                      {0, 4, 6},
+                                                      {0, 6, 2},
+                                                      {1, 3, 7},
+                                                      {1, 7, 5}}};
+  Mesh& mesh = body.contact.mesh;
+  mesh.vertices_mm.resize(24, 3);
+  mesh.triangles.resize(36, 3);
+  for (int c = 0; c < 3; ++c) {
+    body.components.push_back({std::to_string(c), c == 0 ? "bone" : c == 1 ? "cartilage" : "meniscus"});
+    for (int k = 0; k < 8; ++k)
+      mesh.vertices_mm.row(8 * c + k) << (k & 1) + 2.0 * c, (k & 2) / 2, (k & 4) / 4;
+    for (int t = 0; t < 12; ++t) {
+      const std::array<int, 3>& face = faces[static_cast<std::size_t>(t)];
+      mesh.triangles.row(12 * c + t) << 8 * c + face[0], 8 * c + face[1], 8 * c + face[2];
+      body.contact.component.push_back(c);
+    }
+  }
+  return body;
+}
+
+}  // namespace
+
+std::unique_ptr<render::Renderer> warm_renderer(const ShowOptions& options)
+{
+  const navigation::PictureSize size = navigation::parsed_size(options.size);
+  std::unique_ptr<render::Renderer> renderer =
+      render::make_offscreen_renderer({size.width, size.height, options.samples});
+  scene::Scene scene = scene::scene_of(sample_body(), sample_body(), Eigen::Vector3d::Zero());
+  scene::place(scene, {});
+  scene::CameraFit fit(scene::view_rotation(scene::View::oblique, Side::right));
+  fit.include(navigation::framed_points(scene, navigation::Framing::all));
+  navigation::apply_appearance(scene, options.appearance);  // after fitting, since it may hide bodies
+  renderer->load(scene);
+  const render::Shot shot{scene::with_depth_range(fit.camera(), scene),
+                          {0, 0, 16, 12}};  // few pixels: only shader compilation matters
+  renderer->draw(scene, {&shot, 1}, nullptr);
+  return renderer;
+}
+
+SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionModel& model,
+                               const PosedSet& set, const std::vector<motion::JointPose>& poses,
+                               std::unique_ptr<render::Renderer> renderer)
+    : options_(options),
+      views_(navigation::parsed_views(options.views)),
+      size_(navigation::parsed_size(options.size)),
+      side_(model.side == "left" ? Side::left : Side::right),
+      motion_(model, set.name),
+      gaps_(model, set.name),
+      has_gaps_(set.has_gaps),
+      scene_(scene::scene_of(model.reference, model.moving, model.rotation_centre_mm)),
+      layers_(model, scene_),
+      renderer_(std::move(renderer))
+{
+  check(!scene_.drawables.empty(), "a validated motion model has triangles");
+  scene_.background = scene::background_of(options.backdrop);
+  navigation::apply_appearance(scene_, options.appearance);
+  wanted_ = navigation::parsed_layers(options.appearance.layers);
+  require_layers(options.file, wanted_, layers_.available());
+  const optics::Viewport whole{0, 0, size_.width, size_.height};
+  single_ = cameras_for(poses, aspect_of(whole));
+  tiled_ = cameras_for(poses, aspect_of(column(size_, 0, views_.size())));
+  renderer_->load(scene_);
+  if (!options.has_numbers) return;
+  gui_.emplace(gui::GuiOptions{model.title, {set.name}, 1.0});
+  renderer_->load(gui_->font());
+}
+
+std::vector<scene::Camera> SeriesRenderer::cameras_for(const std::vector<motion::JointPose>& poses,
+                                                       double aspect)
+{
+  scene::FrameOptions frame_options;
+  frame_options.aspect = aspect;
+  std::vector<scene::CameraFit> fits;
+  for (const std::string& view : views_)
+    fits.emplace_back(scene::view_rotation(*scene::view_named(view), side_), frame_options);
+  for (const motion::JointPose& pose : poses) {
+    scene::place(scene_, scene::frames_of(pose, options_.fixed_object));
+    const std::vector<Eigen::Vector3d> points = navigation::framed_points(scene_, options_.framing);
+    for (scene::CameraFit& fit : fits) fit.include(points);
+  }
+  std::vector<scene::Camera> cameras;
+  cameras.reserve(fits.size());
+  for (const scene::CameraFit& fit : fits) cameras.push_back(fit.camera());
+  return cameras;
+}
+
+const render::Overlay* SeriesRenderer::overlay_for(const motion::JointPose& pose)
+{
+  if (!gui_) return nullptr;
+  gui::GuiFrame frame;
+  frame.width = size_.width;
+  frame.height = size_.height;
+  frame.key = gui::colour_key(layers_, wanted_);
+  navigation::PlayerRange range;
+  range.is_varus_free = motion_.is_varus_free();
+  gui::Readout readout;
+  readout.pose = pose;
+  readout.is_varus_balanced = !options_.varus_deg.has_value();
+  if (has_gaps_) readout.gap = gaps_.at(pose.attitude);
+  return &gui_->static_overlay(frame, {}, range, readout);
+}
+
+const render::Image& SeriesRenderer::drawn(const motion::JointPose& pose)
+{
+  const scene::JointFrames frames = scene::frames_of(pose, options_.fixed_object);
+  scene::place(scene_, frames);
+  layers_.update(scene_, motion_, {pose, frames, wanted_});
+  for (render::Shot& shot : shots_) shot.camera = scene::with_depth_range(shot.camera, scene_);
+  return renderer_->draw(scene_, shots_, overlay_for(pose));
+}
+
+const render::Image& SeriesRenderer::draw_single(std::size_t view, const motion::JointPose& pose)
+{
+  shots_.assign({render::Shot{single_[view], {0, 0, size_.width, size_.height}}});
+  return drawn(pose);
+}
+
+const render::Image& SeriesRenderer::draw_tiled(const motion::JointPose& pose)
+{
+  shots_.clear();
+  for (std::size_t view = 0; view < views_.size(); ++view) {
+    render::Shot& shot = shots_.emplace_back(render::Shot{tiled_[view], column(size_, view, views_.size())});
+    shot.camera.aspect = aspect_of(shot.viewport);
+  }
+  return drawn(pose);
+}
+
+}  // namespace vrda::show

@@ -1,0 +1,65 @@
+/// Off-screen images of a joint at a series of poses.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gui/gui.hpp"
+#include "motion/poses.hpp"
+#include "navigation/arguments.hpp"
+#include "navigation/gap_reading.hpp"
+#include "render/renderer.hpp"
+#include "scene/joint_layers.hpp"
+#include "show/show.hpp"
+#include "store/motion_model.hpp"
+
+namespace vrda::show {
+
+/// The set of the motion model that the poses belong to.
+struct PosedSet {
+  std::string name;      ///< one of set_names(model)
+  bool has_gaps = true;  ///< false for intermediate search poses, which have no gap data
+};
+
+/// Returns a renderer of the size in `options` whose shaders are compiled: it has drawn boxes with the
+/// materials of bone, cartilage and meniscus. Shader compilation dominates the time to the first frame.
+/// Throws InputError like make_offscreen_renderer and apply_appearance.
+std::unique_ptr<render::Renderer> warm_renderer(const ShowOptions& options);
+
+/// Renders a series of poses with one fixed camera per view.
+class SeriesRenderer {
+ public:
+  /// `model` and `options` must outlive it; `renderer` has the size given in `options`. The cameras are
+  /// fitted to all of `poses`.
+  SeriesRenderer(const ShowOptions& options, const store::MotionModel& model, const PosedSet& set,
+                 const std::vector<motion::JointPose>& poses, std::unique_ptr<render::Renderer> renderer);
+
+  /// Renders one view (index into --views) at full size. The result is valid until the next call.
+  const render::Image& draw_single(std::size_t view, const motion::JointPose& pose);
+  /// Renders all views side by side. The result is valid until the next call.
+  const render::Image& draw_tiled(const motion::JointPose& pose);
+
+ private:
+  std::vector<scene::Camera> cameras_for(const std::vector<motion::JointPose>& poses, double aspect);
+  const render::Overlay* overlay_for(const motion::JointPose& pose);
+  const render::Image& drawn(const motion::JointPose& pose);
+
+  const ShowOptions& options_;
+  std::vector<std::string> views_;
+  navigation::PictureSize size_;
+  Side side_ = Side::right;
+  motion::Motion motion_;
+  navigation::GapReader gaps_;
+  bool has_gaps_ = true;
+  scene::Scene scene_;
+  scene::JointLayers layers_;
+  scene::LayerSet wanted_;
+  std::unique_ptr<render::Renderer> renderer_;
+  std::optional<gui::Gui> gui_;  ///< with --numbers
+  std::vector<scene::Camera> single_, tiled_;
+  std::vector<render::Shot> shots_;
+};
+
+}  // namespace vrda::show

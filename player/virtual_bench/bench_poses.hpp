@@ -1,0 +1,63 @@
+/// Poses of everything on the bench during a task, and the samples that tracker and encoder send of them.
+#pragma once
+
+#include "bench_files/calibration_record.hpp"
+#include "devices/sample.hpp"
+#include "simulation/draws.hpp"
+#include "virtual_bench/truth.hpp"
+
+namespace vrda::virtual_bench {
+
+struct BenchPoses {
+  double stage_mm = 0.0;  ///< from the stop
+  Pose X_tracker_eyes = Pose::Identity();
+  Pose X_tracker_headbody = Pose::Identity();
+  Pose X_tracker_tool = Pose::Identity();  ///< of the task's tool
+};
+
+/// Resting pose: the head's stage is at its stop.
+BenchPoses resting_poses(const VirtualTruth& truth);
+
+/// The marker on the carriage of the x rail (the stage's) or the z rail; `way` in [0, 1] is the progress of
+/// the sweep, to the viewer's right or towards the viewer.
+BenchPoses x_rail_poses(const VirtualTruth& truth, double way);
+BenchPoses z_rail_poses(const VirtualTruth& truth, double way);
+
+/// The probe's tip rests on a point of the table while the probe turns by 40 degrees about two axes.
+BenchPoses pivot_poses(const VirtualTruth& truth, double way);
+
+/// Position `index` of the marker (guide/task.hpp: marker_place), visible to both eyes; the head moves
+/// between positions.
+BenchPoses bullseye_poses(const bench_files::BenchFile& bench, const VirtualTruth& truth, int index);
+
+/// The probe's tip on `p_model_mm` of the leg's model, in a different orientation for each `index`, offset
+/// by `off_mm` (tracker's axes).
+struct TouchedPoint {
+  bench_files::BodyRole role = bench_files::BodyRole::leg;
+  Eigen::Vector3d p_model_mm = Eigen::Vector3d::Zero();
+  int index = 0;
+  Eigen::Vector3d off_mm = Eigen::Vector3d::Zero();
+};
+BenchPoses touch_poses(const VirtualTruth& truth, const TouchedPoint& touched);
+
+/// Pose of the body that carries the model.
+const Pose& X_tracker_body(const VirtualTruth& truth, bench_files::BodyRole role);
+
+/// Adds tracker noise to a pose.
+Pose measured(const Pose& X, const VirtualNoise& noise, simulation::RandomSequence& draws);
+
+struct FrameFacts {
+  std::int64_t time_ns = 0;
+  std::string tool;  ///< tool of Standing::X_tracker_tool
+  /// Offset of the encoder before it was zeroed at the stop.
+  double stage_offset_mm = 0.0;
+  bool is_stage_zeroed = false;
+  VirtualNoise noise;
+};
+
+/// The stage's count, then every tool of the tracker in order; unused tools are not visible.
+std::vector<devices::Sample> tracker_frame(const bench_files::BenchFile& bench, const VirtualTruth& truth,
+                                           const BenchPoses& standing, const FrameFacts& facts,
+                                           simulation::RandomSequence& draws);
+
+}  // namespace vrda::virtual_bench

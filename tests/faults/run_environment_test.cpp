@@ -1,0 +1,135 @@
+// The environment of a run: a read-only folder, a clock that jumps, another run.
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <regex>
+#include <thread>
+
+#include "app/scenes.hpp"
+#include "faults/faulty_run.hpp"
+#include "support/small_disk.hpp"
+
+namespace vrda::test::ground_test {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class Ground : public FaultyRun {};
+
+TEST_P(Ground, AReadOnlyFolderIsReportedInOneLine)
+{
+  if (!mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << mount_refusal();
+  SmallDisk disk(folder_, 4 << 20);
+  disk.forbid_writing();
+  const Ended ended = run();
+  expect_refused(ended);
+  EXPECT_THAT(ended.err, HasSubstr("Read-only file system"));
+  EXPECT_THAT(names(), IsEmpty());
+  disk.permit_writing();
+  expect_finishes();
+}
+
+TEST_P(Ground, AReadOnlyJournalIsUnchangedAndResumedLater)
+{
+  if (!mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << mount_refusal();
+  SmallDisk disk(folder_, 4 << 20);
+  run({"kill", "write", "5", "a.h5.journal"});
+  const std::string before = read_bytes(journal());
+  disk.forbid_writing();
+  const Ended ended = run();
+  expect_refused(ended);
+  EXPECT_THAT(ended.err, HasSubstr(journal() + ": found a journal that cannot be opened (Read-only file"));
+  EXPECT_EQ(read_bytes(journal()), before);
+  disk.permit_writing();
+  expect_finishes();
+  EXPECT_EQ(n_steps_recalled(), 3);
+}
+
+// The failed lock is not held by another run, so there is nothing to wait for.
+TEST_P(Ground, AFileSystemWithoutLocksIsReportedInOneLine)
+{
+  const Fault without{"enolck", "lock", "1+"};
+  const std::string said = journal() +
+                           ": found a lock that cannot be taken (No locks available), wanted a file system "
+                           "with flock (Lustre: mounted with -o flock)";
+  const Ended refused = run_from_empty(without);
+  expect_refused(refused);
+  EXPECT_THAT(refused.err, HasSubstr(said));
+  EXPECT_THAT(names(), IsEmpty());
+  run({"kill", "write", "5", "a.h5.journal"});
+  const std::string before = read_bytes(journal());
+  const Ended again = run(without);
+  expect_refused(again);
+  EXPECT_THAT(again.err, HasSubstr(said));
+  EXPECT_EQ(read_bytes(journal()), before);
+  expect_finishes();
+}
+
+TEST_P(Ground, AReadOnlyResultIsKept)
+{
+  if (!mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << mount_refusal();
+  SmallDisk disk(folder_, 4 << 20);
+  expect_finishes();
+  disk.forbid_writing();
+  const Ended ended = run();
+  expect_refused(ended);
+  EXPECT_THAT(ended.err, HasSubstr("a file without write permission"));
+  expect_finished();
+}
+
+TEST_P(Ground, AClockThatJumpsChangesNoByteAndProgressStaysValid)
+{
+  // Every reading jumps by hours forward or back, from the start or from the middle of the run.
+  for (const std::string at : {"1", "40"}) {
+    for (const std::string style : {"plain", "bar"}) {
+      clear();
+      Command command = this->command();
+      std::erase(command.arguments, "--quiet");
+      command.arguments.insert(command.arguments.end(), {"--progress", style});
+      const Ended ended = test::run(with_fault(command, {"clock", "any", at}));
+      EXPECT_EQ(ended.exit_code, 0) << ended.err;
+      expect_finished();
+      const std::regex progress(R"((\d+)/6 attitudes, ([^\n\r]*?) *(?=[\n\r]|$))");
+      const std::regex sane(R"(starting|[0-9.]+(e[-+]\d+)?/s, \d+:[0-5]\d left)");
+      int n_said = 0;
+      for (std::sregex_iterator it(ended.err.begin(), ended.err.end(), progress), end; it != end;
+           ++it, ++n_said)
+        EXPECT_TRUE(std::regex_match((*it)[2].str(), sane)) << it->str();
+      EXPECT_GT(n_said, 0) << ended.err;
+    }
+  }
+}
+
+TEST_P(Ground, ASecondRunWhileTheFirstBeginsIsRefusedAndHarmsNothing)
+{
+  // The first run is held before each call that creates and first writes its journal, except the first, open,
+  // before which there is nothing to damage.
+  const fs::path gate = scratch_.path() / "gate", held = scratch_.path() / "gate.held";
+  Command fresh = command();
+  fresh.arguments.emplace_back("--fresh");
+  for (const Command& run : {command(), fresh}) {
+    for (int k = 2; k <= 8; ++k) {
+      SCOPED_TRACE(run.arguments.back() + " " + std::to_string(k));
+      clear();
+      fs::remove(gate);
+      fs::remove(held);
+      Command first = with_fault(run, {"hold", "any", std::to_string(k), journal()});
+      first.environment["VRDA_FAULT_GATE"] = gate.string();
+      Process process(first);
+      while (process.is_running() && !fs::exists(held))
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      ASSERT_TRUE(process.is_running());
+      const Ended second = test::run(run);
+      scratch_.write("gate", "");
+      EXPECT_EQ(process.wait().exit_code, 0);
+      expect_refused(second);
+      EXPECT_THAT(second.err, HasSubstr("no other run with the same output"));
+      expect_finished();
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Ground, testing::ValuesIn(one_method()), name_of);
+
+}  // namespace vrda::test::ground_test

@@ -1,0 +1,88 @@
+#include "calibration_tasks/dials.hpp"
+
+#include <gtest/gtest.h>
+
+namespace vrda::dials_test {
+
+calibration_tasks::Task task_of(calibration_tasks::TaskKind kind, std::size_t n_dials)
+{
+  calibration_tasks::Task task;
+  task.kind = kind;
+  for (std::size_t k = 0; k < n_dials; ++k) task.dials.push_back({"d", "px", 10.0, 0.0, 1000.0, 0.25});
+  return task;
+}
+
+std::vector<double> after(const calibration_tasks::Task& task,
+                          std::initializer_list<navigation::KeyPress> presses)
+{
+  calibration_tasks::Dials dials(task);
+  for (const navigation::KeyPress& press : presses) dials.press(press);
+  return {dials.values().begin(), dials.values().end()};
+}
+
+TEST(GuideDials, KeysChangeTheFirstAndTheSecond)
+{
+  const calibration_tasks::Task two = task_of(calibration_tasks::TaskKind::rectangle_sides, 2),
+                                cross = task_of(calibration_tasks::TaskKind::point, 2);
+  const calibration_tasks::Task one = task_of(calibration_tasks::TaskKind::number, 1);
+  using Values = std::vector<double>;
+  EXPECT_EQ(after(two, {{navigation::Key::right}}), (Values{10.25, 10.0}));
+  EXPECT_EQ(after(two, {{navigation::Key::left}, {navigation::Key::left}}), (Values{9.5, 10.0}));
+  EXPECT_EQ(after(two, {{navigation::Key::up}}), (Values{10.0, 10.25}));
+  EXPECT_EQ(after(two, {{navigation::Key::down, true}}), (Values{10.0, 7.5}));
+  // A cross moves up when y decreases.
+  EXPECT_EQ(after(cross, {{navigation::Key::up}}), (Values{10.0, 9.75}));
+  EXPECT_EQ(after(cross, {{navigation::Key::down}}), (Values{10.0, 10.25}));
+  EXPECT_EQ(
+      after(one, {{navigation::Key::right, false, true}, {navigation::Key::up}, {navigation::Key::down}}),
+      Values{35.0});
+  EXPECT_EQ(after(one, {{navigation::Key::left, false, true}}), Values{0.0});
+  EXPECT_EQ(after(task_of(calibration_tasks::TaskKind::depth_check, 0),
+                  {{navigation::Key::left}, {navigation::Key::up}}),
+            Values{});
+}
+
+TEST(GuideDials, OfManyUpAndDownSelect)
+{
+  calibration_tasks::Dials dials(task_of(calibration_tasks::TaskKind::grid, 8));
+  EXPECT_EQ(dials.selected(), 0u);
+  dials.press({navigation::Key::down});
+  dials.press({navigation::Key::right, true});
+  EXPECT_EQ(dials.selected(), 1u);
+  EXPECT_EQ(dials.values()[1], 12.5);
+  dials.press({navigation::Key::up});
+  dials.press({navigation::Key::up});
+  EXPECT_EQ(dials.selected(), 7u);
+  dials.press({navigation::Key::down});
+  EXPECT_EQ(dials.selected(), 0u);
+}
+
+TEST(GuideDials, ManyStepsLeaveNoDust)
+{
+  calibration_tasks::Dials dials(task_of(calibration_tasks::TaskKind::number, 1));
+  for (int k = 0; k < 1000; ++k) dials.press({navigation::Key::right});
+  for (int k = 0; k < 1000; ++k) dials.press({navigation::Key::left});
+  EXPECT_EQ(dials.values()[0], 10.0);
+}
+
+TEST(GuideDials, ATurnOfThePotentiometerIsTwoHundredSteps)
+{
+  calibration_tasks::Dials dials(task_of(calibration_tasks::TaskKind::number, 1));
+  double time_s = 0.0;
+  const auto hold = [&](int count) {
+    for (int k = 0; k < 500; ++k) dials.turn(count, time_s += 0.01);
+  };
+  // The initial position has no effect.
+  hold(200);
+  EXPECT_EQ(dials.values()[0], 10.0);
+  hold(200 + 1023 / 2);
+  EXPECT_EQ(dials.values()[0], 10.0 + 100 * 0.25);
+  // The potentiometer continues from the value set by a key.
+  dials.press({navigation::Key::right});
+  hold(200 + 1023 / 2);
+  EXPECT_EQ(dials.values()[0], 35.25);
+  hold(200);
+  EXPECT_EQ(dials.values()[0], 10.25);
+}
+
+}  // namespace vrda::dials_test

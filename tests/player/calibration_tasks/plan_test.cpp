@@ -1,0 +1,219 @@
+// Valid steps, their order, and records that do not match the bench file.
+#include "calibration_tasks/parts.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <set>
+
+#include "support/input_error.hpp"
+#include "trial.hpp"
+
+namespace vrda::plan_test {
+
+using test::all_done;
+using test::anew;
+using test::bench;
+using test::Trial;
+using testing::HasSubstr;
+
+TEST(GuidePlan, APartDoneAgainOutdatesWhatRestsOnItWithItsFirstMark)
+{
+  Trial trial(bench(), all_done(), anew("distortion"));
+  bench_files::Calibration outdated = all_done();
+  outdated.records.at(bench_files::CalibrationPart::distortion).is_outdated = true;
+  EXPECT_TRUE(bench_files::calibration_text(trial.session->calibration(), bench()) ==
+              bench_files::calibration_text(outdated, bench()));
+  trial.do_task();
+  const bench_files::Calibration& now = trial.session->calibration();
+  for (const bench_files::CalibrationPart part :
+       {bench_files::CalibrationPart::eyepoints, bench_files::CalibrationPart::ipd,
+        bench_files::CalibrationPart::bullseye})
+    EXPECT_TRUE(now.records.at(part).is_outdated) << bench_files::name_of(part);
+  for (const bench_files::CalibrationPart part :
+       {bench_files::CalibrationPart::viewport, bench_files::CalibrationPart::rails,
+        bench_files::CalibrationPart::stop, bench_files::CalibrationPart::probe,
+        bench_files::CalibrationPart::subject, bench_files::CalibrationPart::leg})
+    EXPECT_FALSE(now.records.at(part).is_outdated) << bench_files::name_of(part);
+  EXPECT_EQ(now.records.at(bench_files::CalibrationPart::distortion).marks.size(), 1u);
+  EXPECT_FALSE(calibration_tasks::is_done(now, bench_files::CalibrationPart::distortion));
+  trial.do_all();
+  // The step "all" repeats only outdated parts.
+  Trial rest(bench(), trial.session->calibration(), test::options_of(bench()));
+  EXPECT_EQ(rest.session->progress().part, bench_files::CalibrationPart::eyepoints);
+  std::set<bench_files::CalibrationPart> asked;
+  while (rest.session->task() != nullptr) {
+    asked.insert(rest.session->progress().part);
+    rest.do_task();
+  }
+  EXPECT_EQ(asked, (std::set<bench_files::CalibrationPart>{bench_files::CalibrationPart::eyepoints,
+                                                           bench_files::CalibrationPart::ipd,
+                                                           bench_files::CalibrationPart::bullseye}));
+}
+
+/// After an interruption of --anew the command without --anew resumes: finished parts are not repeated and
+/// unfinished parts keep their marks.
+TEST(GuidePlan, WhatIsDoneAnewGoesOnWithoutSayingSoAgain)
+{
+  calibration_tasks::CalibrationSessionOptions both = anew("subject");
+  both.parts = {bench_files::CalibrationPart::stop, bench_files::CalibrationPart::probe,
+                bench_files::CalibrationPart::subject};
+  calibration_tasks::CalibrationSessionOptions plain = both;
+  plain.is_repeated = false;
+  Trial trial(bench(), all_done(), both);
+  EXPECT_GT(trial.session->revision(), 0u);  // also for an interruption before the first task
+  int n_tasks = 0;
+  for (; trial.session->task() != nullptr; ++n_tasks) {
+    trial.do_task();
+    const std::string file = bench_files::calibration_text(trial.session->calibration(), bench());
+    trial.session = std::make_unique<calibration_tasks::CalibrationSession>(
+        bench(), bench_files::parse_calibration(file, "c.toml", bench()), plain);
+  }
+  EXPECT_EQ(n_tasks, 2 + static_cast<int>(bench().calibration.landmarks.size()));
+  for (const bench_files::CalibrationPart part : both.parts)
+    EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), part)) << bench_files::name_of(part);
+}
+
+TEST(GuidePlan, APartBeforeOneThatItRestsOnIsRefused)
+{
+  const auto field_of = [](const bench_files::Calibration& begun, const std::string& step) {
+    return test::input_error(
+        [&] { calibration_tasks::CalibrationSession(bench(), begun, test::options_of(bench(), step)); });
+  };
+  const bench_files::Calibration nominal = bench_files::nominal_calibration(bench());
+  EXPECT_EQ(field_of(nominal, "distortion").field, "distortion");
+  EXPECT_EQ(field_of(nominal, "distortion").found, "viewport, which is not done");
+  EXPECT_EQ(field_of(nominal, "ipd").found, "eyepoints, which is not done");
+  EXPECT_EQ(field_of(nominal, "leg").found, "probe, which is not done");
+  bench_files::Calibration old = all_done();
+  old.records.at(bench_files::CalibrationPart::rails).is_outdated = true;
+  old.records.at(bench_files::CalibrationPart::bullseye).is_outdated = true;
+  EXPECT_EQ(field_of(old, "bullseye").found, "rails, which is outdated");
+  calibration_tasks::CalibrationSession(bench(), nominal, test::options_of(bench(), "viewport"));
+}
+
+TEST(GuidePlan, ARecordOfAnotherPlanIsRefusedUnlessThePartIsDoneAnew)
+{
+  const bench_files::BenchFile other = test::virtual_bench(bench_files::HeadKind::stage, "[calibration]\n",
+                                                           "[calibration]\nedge_repeats = 3\n");
+  bench_files::Calibration begun = bench_files::nominal_calibration(bench());
+  begun.records[bench_files::CalibrationPart::viewport] =
+      all_done().records.at(bench_files::CalibrationPart::viewport);
+  begun.records[bench_files::CalibrationPart::viewport].estimate.reset();
+  const InputError::Facts facts = test::input_error(
+      [&] { calibration_tasks::CalibrationSession(other, begun, test::options_of(other, "viewport")); });
+  EXPECT_EQ(facts.field, "per_bench.viewport");
+  EXPECT_THAT(facts.found, HasSubstr("'left eye, left edge, 4'"));
+  calibration_tasks::CalibrationSessionOptions options = test::options_of(other, "viewport");
+  options.is_repeated = true;
+  EXPECT_NE(calibration_tasks::CalibrationSession(other, begun, options).task(), nullptr);
+  bench_files::Calibration damaged = all_done();
+  damaged.records.at(bench_files::CalibrationPart::rails).estimate.reset();
+  damaged.records.at(bench_files::CalibrationPart::rails).marks[0].rows[3].pop_back();
+  damaged.records.at(bench_files::CalibrationPart::rails).marks[0].rows[3].pop_back();
+  EXPECT_THAT(test::input_error([&] {
+                calibration_tasks::CalibrationSession(bench(), damaged, test::options_of(bench(), "rails"));
+              }).found,
+              HasSubstr("rows of 'x rail'"));
+}
+
+/// Five bull's-eyes are done, then a rectangle of the bench file changes.
+TEST(GuidePlan, NumbersOfTheBenchFileThatChangedAreToldBeforeAnythingIsAsked)
+{
+  Trial trial(bench(), all_done(), anew("bullseye"));
+  trial.go_to(bench_files::CalibrationPart::bullseye, "right eye, place 3");
+  const bench_files::Calibration begun = trial.session->calibration();
+  ASSERT_EQ(begun.records.at(bench_files::CalibrationPart::bullseye).marks.size(), 5u);
+  bench_files::BenchFile other = bench();
+  other.calibration.rectangles[1].depth_mm += 25.0;
+  const auto refused = [&](const bench_files::BenchFile& file, const bench_files::Calibration& so_far,
+                           const std::string& step) {
+    return test::input_error(
+        [&] { calibration_tasks::CalibrationSession(file, so_far, test::options_of(file, step)); });
+  };
+  for (const char* step : {"bullseye", "ipd", "eyepoints", "all"}) {
+    SCOPED_TRACE(step);
+    const InputError::Facts facts = refused(other, begun, step);
+    EXPECT_EQ(facts.field, "per_person.eyepoints");
+    for (const char* fact : {"calibration.rectangles", "150.0", "175.0"})
+      EXPECT_THAT(facts.found, HasSubstr(fact));
+    EXPECT_THAT(facts.wanted, testing::AllOf(HasSubstr("eyepoints"), HasSubstr("--anew")));
+  }
+  // A value that was wrong during the measurement and is correct now.
+  bench_files::Calibration mistyped = all_done();
+  mistyped.records.at(bench_files::CalibrationPart::eyepoints).made_with[3] += 25.0;
+  EXPECT_THAT(refused(bench(), mistyped, "bullseye").wanted, HasSubstr("calibrate solve"));
+  const bench_files::Calibration mended = calibration_tasks::solve_again(bench(), mistyped, "c.toml");
+  EXPECT_EQ(bench_files::calibration_text(mended, bench()),
+            bench_files::calibration_text(all_done(), bench()));
+  // The same for points and distances; independent parts can continue.
+  bench_files::BenchFile touched = bench();
+  touched.calibration.points[2].p_model_mm.y() += 1.0;
+  touched.calibration.landmarks[0].model_mm += 1.0;
+  EXPECT_EQ(refused(touched, all_done(), "leg").field, "per_person.leg");
+  EXPECT_EQ(refused(touched, all_done(), "subject").field, "per_person.subject");
+  bench_files::BenchFile geared = bench();
+  geared.stage_mm_per_count *= 2.0;
+  EXPECT_EQ(refused(geared, begun, "bullseye").field, "per_person.bullseye");
+  // The stage samples contain the stage's scale.
+  EXPECT_EQ(test::input_error([&] { calibration_tasks::solve_again(geared, all_done(), "c.toml"); }).field,
+            "per_person.bullseye");
+  EXPECT_NE(
+      calibration_tasks::CalibrationSession(touched, begun, test::options_of(touched, "bullseye")).task(),
+      nullptr);
+  // Without `made_with` the fit of the rectangles is checked before the bull's-eyes.
+  bench_files::Calibration silent = begun;
+  silent.records.at(bench_files::CalibrationPart::eyepoints).made_with.clear();
+  for (bench_files::CalibrationRectangle& r : other.calibration.rectangles) r.depth_mm = 0.0;
+  const InputError::Facts flat = refused(other, silent, "bullseye");
+  EXPECT_THAT(flat.field, HasSubstr("per_person.eyepoints: left"));
+  EXPECT_THAT(flat.wanted,
+              testing::AllOf(HasSubstr("eyepoints"), HasSubstr("--anew"), HasSubstr("bullseye")));
+}
+
+TEST(GuidePlan, MarksOfAnEarlierPartThatAreDamagedAreNamed)
+{
+  const auto rows_of = [](bench_files::Calibration& c) -> std::vector<std::vector<double>>& {
+    return c.records.at(bench_files::CalibrationPart::eyepoints).marks[3].rows;
+  };
+  bench_files::Calibration shorter = all_done(), empty = all_done();
+  rows_of(shorter)[0].pop_back();
+  rows_of(empty).clear();
+  for (bench_files::Calibration& damaged : {std::ref(shorter), std::ref(empty)}) {
+    damaged.records.at(bench_files::CalibrationPart::bullseye) = {};
+    const InputError::Facts facts = test::input_error([&] {
+      calibration_tasks::CalibrationSession(bench(), damaged, test::options_of(bench(), "bullseye"));
+    });
+    EXPECT_EQ(facts.field, "per_person.eyepoints");
+    EXPECT_THAT(facts.found, HasSubstr("rows of 'left eye, rectangle"));
+    // Solving also checks parts that it does not solve.
+    damaged.records.at(bench_files::CalibrationPart::distortion).estimate.reset();
+    damaged.records.at(bench_files::CalibrationPart::distortion).marks.pop_back();
+    damaged.records.at(bench_files::CalibrationPart::bullseye) =
+        all_done().records.at(bench_files::CalibrationPart::bullseye);
+    EXPECT_EQ(test::input_error([&] { calibration_tasks::solve_again(bench(), damaged, "c.toml"); }).field,
+              "per_person.eyepoints");
+  }
+}
+
+TEST(GuidePlan, ABenchFileWithoutWhatIsWantedIsNamedByKey)
+{
+  const bench_files::BenchFile bare = [] {
+    bench_files::BenchFile file = bench();
+    file.calibration.points.resize(3);
+    file.calibration.landmarks.resize(2);
+    return file;
+  }();
+  const auto wanted = [&](const bench_files::BenchFile& file, const std::string& step) {
+    return test::input_error(
+        [&] { calibration_tasks::CalibrationSession(file, all_done(), test::options_of(file, step)); });
+  };
+  EXPECT_EQ(wanted(bare, "leg").field, "calibration.point");
+  EXPECT_EQ(wanted(bare, "subject").field, "calibration.landmarks");
+  bench_files::BenchFile none = bench();
+  none.calibration = bench_files::CalibrationSettings();
+  EXPECT_EQ(wanted(none, "viewport").field, "calibration");
+}
+
+}  // namespace vrda::plan_test

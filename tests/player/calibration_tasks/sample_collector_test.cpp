@@ -1,0 +1,123 @@
+#include "calibration_tasks/sample_collector.hpp"
+
+#include <gtest/gtest.h>
+
+#include "../bench_files/bench_texts.hpp"
+
+namespace vrda::sample_taker_test {
+
+/// Rounding to 10 nm.
+constexpr double kept_mm = 1e-5;
+
+/// Leg with three markers, then probe and marker: tools 0 to 4.
+bench_files::BenchFile marked_bench()
+{
+  return test::bench_of(test::bench_head("rigid") + test::display_table + test::tracker_table +
+                        "[body.leg]\nmarkers = [\"a\", \"b\", \"c\"]\n"
+                        "markers_mm = [0, 0, 0, 100, 0, 0, 0, 100, 0]\n" +
+                        test::board_table + "[calibration]\n");
+}
+
+devices::Sample seen(std::uint16_t tool, const Eigen::Vector3d& p, std::int64_t at_ms)
+{
+  devices::Sample sample;
+  sample.kind = devices::SampleKind::tool_pose;
+  sample.state = static_cast<std::uint8_t>(devices::ToolVisibility::seen);
+  sample.source = tool;
+  sample.arrival_ns = sample.device_ns = 1'000'000'000 + at_ms * 1'000'000;
+  for (int k = 0; k < 3; ++k) sample.tool_pose.position_mm[k] = p[k];
+  return sample;
+}
+
+calibration_tasks::Task task_with(calibration_tasks::TaskKind kind, const std::string& tool)
+{
+  calibration_tasks::Task task;
+  task.kind = kind;
+  task.tool = tool;
+  task.n_samples = 10;
+  return task;
+}
+
+constexpr std::uint16_t probe = 3, marker = 4;
+
+void send_leg(calibration_tasks::SampleCollector& taker, const Eigen::Vector3d& at, std::int64_t at_ms)
+{
+  const std::array<Eigen::Vector3d, 3> markers{Eigen::Vector3d(0, 0, 0), {100, 0, 0}, {0, 100, 0}};
+  for (std::uint16_t k = 0; k < 3; ++k) taker.take(seen(k, at + markers[k], at_ms));
+}
+
+TEST(SampleTaker, TakesRowsOfItsToolOnlyWhileItIsAsked)
+{
+  calibration_tasks::SampleCollector taker(marked_bench());
+  EXPECT_FALSE(taker.take(seen(marker, {1, 2, 3}, 0)));
+  taker.begin(task_with(calibration_tasks::TaskKind::sweep, "marker"), std::nullopt);
+  EXPECT_FALSE(taker.take(seen(probe, {1, 2, 3}, 10)));
+  EXPECT_TRUE(taker.take(seen(marker, {1.0000049, 2.25, -3}, 20)));
+  devices::Sample hidden = seen(marker, {1, 2, 3}, 30);
+  hidden.state = static_cast<std::uint8_t>(devices::ToolVisibility::missing);
+  EXPECT_FALSE(taker.take(hidden));
+  EXPECT_FALSE(taker.take(seen(marker, {1, std::nan(""), 3}, 35)));
+  taker.end();
+  EXPECT_FALSE(taker.take(seen(marker, {1, 2, 3}, 40)));
+  EXPECT_EQ(taker.rows(), (std::vector<std::vector<double>>{{1.0, 2.25, -3.0, 1.0, 0.0, 0.0, 0.0}}));
+}
+
+TEST(SampleTaker, ASweepHasTheStageWhereTheBoardSpeaks)
+{
+  calibration_tasks::SampleCollector taker(marked_bench());
+  EXPECT_FALSE(taker.stage_mm().has_value());
+  devices::Sample stage;
+  stage.kind = devices::SampleKind::stage;
+  stage.count = 2469;
+  taker.begin(task_with(calibration_tasks::TaskKind::sweep, "marker"), std::nullopt);
+  taker.take(seen(marker, {0, 0, 0}, 0));
+  taker.take(stage);
+  taker.take(seen(marker, {0, 0, 0}, 10));
+  devices::Sample gone;
+  gone.kind = devices::SampleKind::link;
+  gone.source = static_cast<std::uint16_t>(devices::DeviceId::board);
+  gone.state = static_cast<std::uint8_t>(devices::LinkState::closed);
+  taker.take(gone);
+  taker.take(seen(marker, {0, 0, 0}, 20));
+  ASSERT_EQ(taker.rows().size(), 3u);
+  EXPECT_EQ(taker.rows()[0].size(), 7u);
+  ASSERT_EQ(taker.rows()[1].size(), 8u);
+  EXPECT_EQ(taker.rows()[1][7], 12.345);
+  EXPECT_EQ(taker.rows()[2].size(), 7u);
+}
+
+TEST(SampleTaker, WhatIsHeldHasTheBodyOfMarkersBesideIt)
+{
+  calibration_tasks::SampleCollector taker(marked_bench());
+  taker.begin(task_with(calibration_tasks::TaskKind::hold, "probe"), bench_files::BodyRole::leg);
+  // The leg has not been seen.
+  EXPECT_FALSE(taker.take(seen(probe, {1, 2, 3}, 0)));
+  send_leg(taker, {10, 20, 30}, 10);
+  ASSERT_TRUE(taker.take(seen(probe, {1, 2, 3}, 10)));
+  send_leg(taker, {11, 20, 30}, 20);
+  ASSERT_TRUE(taker.take(seen(probe, {1, 2, 3}, 20)));
+  // The last pose is older than stale_after_ms (100).
+  EXPECT_FALSE(taker.take(seen(probe, {1, 2, 3}, 200)));
+  const std::vector<std::vector<double>>& rows = taker.rows();
+  ASSERT_EQ(rows.size(), 2u);
+  ASSERT_EQ(rows[1].size(), 14u);
+  EXPECT_NEAR(rows[0][7], 10.0, kept_mm);
+  EXPECT_NEAR(rows[1][7], 11.0, kept_mm);
+  EXPECT_NEAR(rows[1][9], 30.0, kept_mm);
+}
+
+TEST(SampleTaker, ABullseyeHasTheMarkersPositionAndTheHeadsPlaceWhereItIsTracked)
+{
+  calibration_tasks::SampleCollector taker(marked_bench());
+  taker.begin(task_with(calibration_tasks::TaskKind::bullseye, "marker"), std::nullopt);
+  taker.take(seen(marker, {1, 2, 3}, 0));
+  EXPECT_EQ(taker.rows(), (std::vector<std::vector<double>>{{1.0, 2.0, 3.0}}));
+  taker.begin(task_with(calibration_tasks::TaskKind::bullseye, "marker"), bench_files::BodyRole::leg);
+  EXPECT_TRUE(taker.rows().empty());
+  send_leg(taker, {10, 20, 30}, 10);
+  taker.take(seen(marker, {1, 2, 3}, 10));
+  ASSERT_EQ(taker.rows().size(), 1u);
+  EXPECT_EQ(taker.rows()[0].size(), 10u);
+}
+
+}  // namespace vrda::sample_taker_test

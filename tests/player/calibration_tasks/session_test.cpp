@@ -1,0 +1,327 @@
+#include "calibration_tasks/session.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "calibration/eyepoint_fit.hpp"
+#include "calibration_tasks/parts.hpp"
+#include "trial.hpp"
+
+namespace vrda::session_test {
+
+using test::all_done;
+using test::anew;
+using test::bench;
+using test::Trial;
+using testing::HasSubstr;
+
+TEST(GuideSession, BeginsWithTheFirstTaskAndCountsThem)
+{
+  const Trial trial(bench());
+  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
+  const calibration_tasks::CalibrationProgress& progress = trial.session->progress();
+  EXPECT_EQ(progress.n_done, 0);
+  EXPECT_EQ(progress.n_tasks, 2 * (4 * 4 + 2));
+  EXPECT_FALSE(progress.is_sampling);
+  EXPECT_FALSE(progress.has_error);
+}
+
+TEST(GuideSession, EveryMarkMakesARevisionAndBackspaceAsksAgain)
+{
+  Trial trial(bench());
+  const std::uint64_t before = trial.session->revision();
+  trial.do_task();
+  EXPECT_GT(trial.session->revision(), before);
+  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::viewport, "left eye, right edge, 1"));
+  trial.press(navigation::Key::backspace);
+  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
+  EXPECT_TRUE(trial.record(bench_files::CalibrationPart::viewport).marks.empty());
+  // The first task has no previous one.
+  trial.press(navigation::Key::backspace);
+  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
+}
+
+TEST(GuideSession, RAsksForTheWholePartAgainAndEscapeLeaves)
+{
+  Trial trial(bench());
+  for (int k = 0; k < 5; ++k) trial.do_task();
+  trial.press('R');
+  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
+  EXPECT_TRUE(trial.record(bench_files::CalibrationPart::viewport).marks.empty());
+  EXPECT_FALSE(trial.session->has_quit());
+  trial.press(navigation::Key::escape);
+  EXPECT_TRUE(trial.session->has_quit());
+}
+
+TEST(GuideSession, CrossedEdgesAreRefusedAtOnce)
+{
+  Trial trial(bench());
+  trial.do_task();
+  // The right edge left of the left one.
+  for (int k = 0; k < 20; ++k) trial.press(navigation::Key::left, false, true);
+  trial.press(navigation::Key::enter);
+  EXPECT_TRUE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr("crossed edges of the left eye"));
+  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
+  trial.do_all();
+  EXPECT_TRUE(
+      calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::viewport));
+}
+
+/// A task confirmed without alignment: the fit names it, and only this task is repeated.
+TEST(GuideSession, AMarkFarOffIsAskedForAgainAlone)
+{
+  struct Row {
+    bench_files::CalibrationPart part;
+    std::string task;
+  };
+  for (const Row& row : {Row{bench_files::CalibrationPart::viewport, "right eye, top edge, 3"},
+                         Row{bench_files::CalibrationPart::distortion, "left eye, node 2, -1"},
+                         Row{bench_files::CalibrationPart::distortion, "right eye, node 3, 2"},
+                         Row{bench_files::CalibrationPart::eyepoints, "left eye, rectangle 2, 3"},
+                         Row{bench_files::CalibrationPart::eyepoints, "right eye, rectangle 1, 2"},
+                         Row{bench_files::CalibrationPart::bullseye, "right eye, place 4"}}) {
+    SCOPED_TRACE(row.task);
+    Trial trial(bench(), all_done(), anew(bench_files::name_of(row.part)));
+    trial.go_to(row.part, row.task);
+    trial.do_badly();
+    while (trial.session->task() != nullptr && !trial.session->progress().has_error) trial.do_task();
+    ASSERT_TRUE(trial.is_asked(row.part, row.task)) << trial.words();
+    trial.do_task();
+    trial.do_all();
+    EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), row.part));
+    EXPECT_EQ(trial.record(row.part).marks.size(), all_done().records.at(row.part).marks.size());
+  }
+}
+
+/// The result of the first eye is reported before the second one, so that rectangles can still be moved.
+TEST(GuideSession, AnEyeThatIsDoneSaysHowWellItIsKnown)
+{
+  Trial trial(bench(), all_done(), anew("eyepoints"));
+  EXPECT_THAT(trial.words(), HasSubstr("+-"));
+  trial.go_to(bench_files::CalibrationPart::eyepoints, "right eye, rectangle 1, 1");
+  EXPECT_FALSE(trial.session->progress().has_error);
+  const std::vector<std::string>& remarks =
+      all_done().records.at(bench_files::CalibrationPart::eyepoints).estimate->remarks;
+  ASSERT_EQ(remarks.size(), 2u);
+  EXPECT_THAT(remarks[0], testing::StartsWith("left eye: "));
+  EXPECT_EQ(trial.session->progress().messages.size(), 1u);
+  EXPECT_THAT(trial.words(),
+              testing::MatchesRegex("left eye: [0-9.]+ mm [^0-9]*95 %: .-[0-9.]+ mm;[^0-9]* [0-9.]+ px\n"));
+  trial.do_task();
+  EXPECT_TRUE(trial.words().empty());
+}
+
+/// With a reading that is too large, drawn objects appear in front, because the true distance is smaller.
+TEST(GuideSession, TheWordsOfAWrongPupillaryDistanceHaveItsSign)
+{
+  const std::optional<calibration::Estimate>& ipd =
+      all_done().records.at(bench_files::CalibrationPart::ipd).estimate;
+  const double read_mm = ipd->values[0], depth_mm = all_done().image_distance_mm;
+  EXPECT_GT(calibration::depth_error_mm(depth_mm, read_mm, read_mm + 1.0), 0.0);
+  EXPECT_LT(calibration::depth_error_mm(depth_mm, read_mm + 1.0, read_mm), 0.0);
+  EXPECT_NEAR(calibration::depth_error_mm(800.0, 65.0, 64.0), -12.3, 0.05);
+  EXPECT_THAT(ipd->remarks.back(), HasSubstr("eyes further apart"));
+  EXPECT_THAT(ipd->remarks.back(), testing::EndsWith(" mm away from the viewer"));
+}
+
+TEST(GuideSession, APointTouchedBesideIsAskedForAgainAlone)
+{
+  Trial trial(bench(), all_done(), anew("leg"));
+  const std::string name = bench().calibration.points[5].name;
+  trial.go_to(bench_files::CalibrationPart::leg, name);
+  virtual_bench::VirtualNoise wild;
+  wild.touch_mm = 20.0;
+  virtual_bench::VirtualOperator clumsy(trial.bench, trial.truth, wild);
+  clumsy.do_task(*trial.session);
+  while (trial.session->task() != nullptr && !trial.session->progress().has_error) trial.do_task();
+  ASSERT_TRUE(trial.is_asked(bench_files::CalibrationPart::leg, name)) << trial.words();
+  EXPECT_THAT(trial.words(), HasSubstr(name));
+  trial.do_all();
+  EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::leg));
+}
+
+/// Samples of a static tool.
+void send_still(calibration_tasks::CalibrationSession& session, const bench_files::BenchFile& file,
+                const std::string& tool, const Pose& X)
+{
+  const std::vector<std::string>& tools = file.tracker->tools;
+  devices::Sample sample;
+  sample.kind = devices::SampleKind::tool_pose;
+  sample.state = static_cast<std::uint8_t>(devices::ToolVisibility::seen);
+  sample.source = static_cast<std::uint16_t>(std::find(tools.begin(), tools.end(), tool) - tools.begin());
+  sample.tool_pose = devices::place_of(X);
+  session.take(sample);
+}
+
+devices::Sample stage_sample(double at_mm, const bench_files::BenchFile& file, std::uint8_t flags)
+{
+  devices::Sample sample;
+  sample.kind = devices::SampleKind::stage;
+  sample.state = flags;
+  sample.count = static_cast<std::int32_t>(std::lround(at_mm / file.stage_mm_per_count));
+  return sample;
+}
+
+TEST(GuideSession, AProbeThatNobodyTurnsIsRefused)
+{
+  Trial trial(bench(), "probe");
+  trial.press(navigation::Key::enter);
+  while (trial.session->progress().is_sampling)
+    send_still(*trial.session, trial.bench, "probe", Pose(Eigen::Translation3d(10, 20, -2000)));
+  EXPECT_TRUE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr("deg"));
+  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::probe, "sweep"));
+  EXPECT_FALSE(calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::probe));
+}
+
+/// Before the marker is moved to the other rail.
+TEST(GuideSession, AFirstRailThatIsNoneIsRefusedAtOnce)
+{
+  struct Row {
+    std::string name, words;
+    double way_mm, bend_mm, stage_mm;  ///< totals of the sweep
+  };
+  for (const Row& row :
+       {Row{"short", "a sweep of 30", 30, 0, 30}, Row{"bent", "mm (rms)", 300, 40, 300},
+        Row{"wrong sign", "-1 mm per mm", 300, 0, -300}, Row{"wrong scale", "1.5 mm per mm", 300, 0, 200}}) {
+    SCOPED_TRACE(row.name);
+    Trial trial(bench(), "rails");
+    trial.session->take(stage_sample(0.0, trial.bench, 0));
+    trial.press(navigation::Key::enter);
+    const double n = trial.session->task()->n_samples - 1.0;
+    for (int k = 0; trial.session->progress().is_sampling; ++k) {
+      const double s = k / n;
+      trial.session->take(stage_sample(row.stage_mm * s, trial.bench, 0));
+      send_still(*trial.session, trial.bench, "marker",
+                 Pose(Eigen::Translation3d(row.way_mm * s, row.bend_mm * s * s, -2000)));
+    }
+    EXPECT_TRUE(trial.session->progress().has_error);
+    EXPECT_THAT(trial.words(), HasSubstr(row.words));
+    EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::rails, "x rail"));
+    EXPECT_TRUE(trial.record(bench_files::CalibrationPart::rails).marks.empty());
+  }
+}
+
+TEST(GuideSession, RailsThatAreParallelAreRefusedAndTheOtherOneIsSweptAgain)
+{
+  Trial trial(bench(), "rails");
+  trial.do_task();
+  trial.press(navigation::Key::enter);
+  for (int k = 0; trial.session->progress().is_sampling; ++k) {
+    const bench_files::CalibrationMark& x_rail = trial.record(bench_files::CalibrationPart::rails).marks[0];
+    const std::vector<double>& row = x_rail.rows[static_cast<std::size_t>(k)];
+    send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(row[0], row[1], row[2])));
+  }
+  EXPECT_TRUE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr("angle"));
+  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::rails, "z rail"));
+  trial.do_all();
+  EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::rails));
+}
+
+TEST(GuideSession, WhatMovedWhileItHadToRestIsRefusedAndTheDialsStay)
+{
+  Trial trial(bench(), all_done(), anew("bullseye"));
+  trial.somebody.send_samples(*trial.session);
+  trial.press('Z');
+  trial.press(navigation::Key::right, true);
+  const double x = trial.session->values()[0];
+  trial.press(navigation::Key::enter);
+  for (int k = 0; trial.session->progress().is_sampling; ++k)
+    send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(k, 0, -2000)));
+  EXPECT_TRUE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr("hold it still"));
+  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::bullseye, "left eye, place 1"));
+  EXPECT_EQ(trial.session->values()[0], x);
+}
+
+TEST(GuideSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
+{
+  Trial trial(bench(), all_done(), anew("bullseye"));
+  trial.press(navigation::Key::enter);
+  EXPECT_TRUE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr("No message from the stage"));
+  trial.session->take(stage_sample(3.0, trial.bench, 0));
+  trial.press(navigation::Key::enter);
+  EXPECT_THAT(trial.words(), HasSubstr("not zeroed"));
+  trial.session->take(stage_sample(3.0, trial.bench, devices::stage_zeroed));
+  trial.press(navigation::Key::enter);
+  ASSERT_TRUE(trial.session->progress().is_sampling);
+  trial.session->take(stage_sample(3.2, trial.bench, devices::stage_zeroed));
+  while (trial.session->progress().is_sampling)
+    send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(0, 0, -2000)));
+  EXPECT_THAT(trial.words(), HasSubstr("The stage moved"));
+  trial.do_all();
+  EXPECT_TRUE(
+      calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::bullseye));
+}
+
+/// A restart of the board between two positions does not remove marks.
+TEST(GuideSession, AStageThatLostItsZeroIsZeroedByKeyAndEveryMarkIsKept)
+{
+  Trial trial(bench(), all_done(), anew("bullseye"));
+  trial.go_to(bench_files::CalibrationPart::bullseye, "right eye, place 2");
+  const std::size_t n_marks = trial.record(bench_files::CalibrationPart::bullseye).marks.size();
+  ASSERT_EQ(n_marks, 3u);
+  const bench_files::CalibrationRecord stop = trial.record(bench_files::CalibrationPart::stop);
+  trial.session->take(stage_sample(37.25, trial.bench, 0));
+  trial.press(navigation::Key::enter);
+  EXPECT_TRUE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr("press Z"));
+  EXPECT_FALSE(trial.session->take_zero_request());
+  trial.press('Z');
+  EXPECT_TRUE(trial.session->take_zero_request());
+  EXPECT_FALSE(trial.session->take_zero_request());
+  EXPECT_FALSE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr(" 37.25 mm"));
+  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::bullseye, "right eye, place 2"));
+  EXPECT_EQ(trial.record(bench_files::CalibrationPart::bullseye).marks.size(), n_marks);
+  EXPECT_EQ(trial.record(bench_files::CalibrationPart::stop).marks.at(0).rows, stop.marks.at(0).rows);
+  EXPECT_FALSE(trial.record(bench_files::CalibrationPart::bullseye).is_outdated);
+  trial.press(navigation::Key::enter);
+  EXPECT_TRUE(trial.session->progress().is_sampling);
+}
+
+TEST(GuideSession, ZWantsAStageWhoseBoardSpeaks)
+{
+  Trial trial(bench(), all_done(), anew("bullseye"));
+  trial.press('Z');
+  EXPECT_FALSE(trial.session->take_zero_request());
+  EXPECT_THAT(trial.words(), HasSubstr("No message from the stage"));
+  const bench_files::BenchFile tracked = test::virtual_bench(bench_files::HeadKind::tracker);
+  Trial without(tracked);
+  without.press('Z');
+  EXPECT_FALSE(without.session->take_zero_request());
+  EXPECT_TRUE(without.words().empty());
+}
+
+TEST(GuideSession, TheStopAsksOnceForAStageAtZero)
+{
+  Trial trial(bench(), "stop");
+  EXPECT_FALSE(trial.session->take_zero_request());
+  trial.session->take(stage_sample(12.5, trial.bench, 0));
+  trial.press(navigation::Key::enter);
+  EXPECT_TRUE(trial.session->take_zero_request());
+  EXPECT_FALSE(trial.session->take_zero_request());
+  EXPECT_EQ(trial.record(bench_files::CalibrationPart::stop).marks.at(0).rows,
+            (std::vector<std::vector<double>>{{12.5}}));
+  EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::stop));
+}
+
+TEST(GuideSession, ASubjectOfAnotherShapeAsksForANewRun)
+{
+  Trial trial(bench(), "subject");
+  // One distance is 50 % too long.
+  for (int k = 0; k < 10; ++k) trial.press(navigation::Key::right, false, true);
+  trial.press(navigation::Key::enter);
+  while (trial.session->task() != nullptr && !trial.session->progress().has_error) trial.do_task();
+  EXPECT_TRUE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr("schemas/scaling.md"));
+  EXPECT_EQ(trial.session->calibration().subject_scale, 1.0);
+  EXPECT_EQ(trial.session->progress().n_done, 0);
+  trial.do_all();
+  EXPECT_NEAR(trial.session->calibration().subject_scale, trial.truth.calibration.subject_scale, 0.05);
+}
+
+}  // namespace vrda::session_test

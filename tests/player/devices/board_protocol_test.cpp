@@ -1,0 +1,261 @@
+#include "devices/board_protocol.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <string>
+
+extern "C" {
+#include "firmware/board.h"
+#include "firmware/crc16.h"
+}
+
+namespace vrda::board_talk_test {
+
+using Bytes = std::vector<std::uint8_t>;
+constexpr std::int64_t ms = 1'000'000;
+
+Bytes frame(char request, const Bytes& payload)
+{
+  Bytes bytes{static_cast<std::uint8_t>(request), static_cast<std::uint8_t>(payload.size())};
+  bytes.insert(bytes.end(), payload.begin(), payload.end());
+  const std::uint16_t crc = crc16(bytes.data(), bytes.size());
+  bytes.insert(bytes.begin(), {board_frame_start_0, board_frame_start_1});
+  bytes.push_back(static_cast<std::uint8_t>(crc & 0xFF));
+  bytes.push_back(static_cast<std::uint8_t>(crc >> 8));
+  return bytes;
+}
+
+const Bytes version{1, 'V', 'R', 'D', 'A'};
+
+devices::BoardProtocol talk_that_is_up(const devices::BoardSettings& settings = {})
+{
+  devices::BoardProtocol talk(settings, 0);
+  EXPECT_EQ(talk.due(0), "V");
+  EXPECT_TRUE(talk.receive(frame('V', version), 0).empty());
+  EXPECT_EQ(talk.phase(), devices::BoardProtocol::Phase::up);
+  return talk;
+}
+
+TEST(BoardTalk, AsksForTheVersionUntilItIsAnsweredOrGivesUp)
+{
+  devices::BoardProtocol talk({}, 0);
+  std::int64_t now_ns = 0;
+  for (int n = 0; n < devices::BoardProtocol::max_version_requests; ++n) {
+    EXPECT_EQ(talk.next_due_ns(), now_ns);
+    EXPECT_EQ(talk.due(now_ns), "V");
+    EXPECT_EQ(talk.due(now_ns), "");
+    now_ns += devices::BoardProtocol::request_timeout_ns;
+  }
+  EXPECT_EQ(talk.phase(), devices::BoardProtocol::Phase::requesting_version);
+  EXPECT_EQ(talk.due(now_ns), "");
+  EXPECT_EQ(talk.phase(), devices::BoardProtocol::Phase::failed);
+  EXPECT_EQ(talk.trouble(), "found no answer to V for 5 s, wanted a board of protocol version 1");
+}
+
+TEST(BoardTalk, GivesUpOnAnotherVersionAndOnAnotherBoard)
+{
+  devices::BoardProtocol newer({}, 0);
+  newer.receive(frame('V', {2, 'V', 'R', 'D', 'A'}), 0);
+  EXPECT_EQ(newer.phase(), devices::BoardProtocol::Phase::failed);
+  EXPECT_EQ(newer.trouble(), "found protocol version 2, wanted 1");
+  for (const Bytes& payload : {Bytes{1, 'V', 'R', 'D', 'B'}, Bytes{1}, Bytes{1, 'V', 'R', 'D', 'A', 0}}) {
+    devices::BoardProtocol other({}, 0);
+    other.receive(frame('V', payload), 0);
+    EXPECT_EQ(other.phase(), devices::BoardProtocol::Phase::failed);
+    EXPECT_NE(other.trouble().find("VRDA"), std::string::npos) << other.trouble();
+  }
+}
+
+TEST(BoardTalk, ReadingsSayWhatTheBoardSaid)
+{
+  devices::BoardProtocol talk = talk_that_is_up();
+  Bytes bytes = frame('P', {0xFF, 0x03});
+  const Bytes stage = frame('E', {0xFE, 0xFF, 0xFF, 0xFF, 3});
+  bytes.insert(bytes.end(), stage.begin(), stage.end());
+  const std::vector<devices::Sample> samples = talk.receive(bytes, 9);
+  ASSERT_EQ(samples.size(), 2U);
+  EXPECT_EQ(samples[0].kind, devices::SampleKind::potentiometer);
+  EXPECT_EQ(samples[0].count, 1023);
+  EXPECT_EQ(samples[0].arrival_ns, 9);
+  EXPECT_EQ(samples[1].kind, devices::SampleKind::stage);
+  EXPECT_EQ(samples[1].count, -2);
+  EXPECT_EQ(samples[1].state, devices::stage_zeroed | devices::stage_lost_counts);
+}
+
+TEST(BoardTalk, WhatIsNoReadingIsRefused)
+{
+  devices::BoardProtocol talk = talk_that_is_up();
+  for (const Bytes& bytes :
+       {frame('P', {0, 4}), frame('P', {1}), frame('E', {1, 2, 3, 4}), frame('Z', {1}), frame('Q', {1, 2})})
+    EXPECT_TRUE(talk.receive(bytes, 0).empty());
+  EXPECT_EQ(talk.n_refused(), 5U);
+  talk.receive(Bytes{1, 2, 3}, 0);
+  EXPECT_EQ(talk.n_refused(), 6U);
+}
+
+TEST(BoardTalk, AsksForAllReadingsInOneGoAtItsRate)
+{
+  devices::BoardProtocol talk = talk_that_is_up();
+  int n_rounds = 0;
+  for (std::int64_t now_ns = 0; now_ns < 1000 * ms; now_ns = talk.next_due_ns()) {
+    const std::string requests = talk.due(now_ns);
+    n_rounds += requests == "PE" ? 1 : 0;
+    talk.receive(frame('P', {1, 0}), now_ns);
+    talk.receive(frame('E', {0, 0, 0, 0, 0}), now_ns);
+  }
+  EXPECT_EQ(n_rounds, 1000 / 10);
+}
+
+TEST(BoardTalk, AHundredHertzFitTheLine)
+{
+  // 10 bits per byte; answers and requests use different directions.
+  const std::size_t answers = frame('P', {0, 0}).size() + frame('E', {0, 0, 0, 0, 0}).size();
+  EXPECT_LT(100 * answers * 10, 115'200U);
+}
+
+TEST(BoardTalk, KeepsTwoOfAKindOnTheirWayAndAsksAgainWhatIsLate)
+{
+  devices::BoardSettings settings;
+  settings.has_stage = false;
+  devices::BoardProtocol talk = talk_that_is_up(settings);
+  const std::int64_t begin_ns = talk.next_due_ns();
+  EXPECT_EQ(talk.due(begin_ns), "P");
+  EXPECT_EQ(talk.due(begin_ns + 10 * ms), "P");
+  EXPECT_EQ(talk.due(begin_ns + 20 * ms), "") << "two are on their way";
+  talk.receive(frame('P', {1, 0}), begin_ns + 25 * ms);
+  EXPECT_EQ(talk.due(begin_ns + 30 * ms), "P");
+  EXPECT_EQ(talk.due(begin_ns + 60 * ms - 1), "");
+  EXPECT_EQ(talk.due(begin_ns + 60 * ms), "P") << "that of 10 ms is late";
+}
+
+TEST(BoardTalk, GivesUpOnABoardThatFellSilent)
+{
+  devices::BoardProtocol talk = talk_that_is_up();
+  std::int64_t now_ns = talk.next_due_ns();
+  const std::int64_t begin_ns = now_ns;
+  while (talk.phase() == devices::BoardProtocol::Phase::up) {
+    talk.due(now_ns);
+    ASSERT_GT(talk.next_due_ns(), now_ns);
+    now_ns = talk.next_due_ns();
+    ASSERT_LT(now_ns, begin_ns + 2000 * ms);
+  }
+  EXPECT_EQ(talk.trouble(), "found no answer for 1 s, wanted readings");
+}
+
+TEST(BoardTalk, SetsZeroOnceItIsAnswered)
+{
+  devices::BoardProtocol talk = talk_that_is_up();
+  talk.zero_stage();
+  const std::int64_t now_ns = talk.next_due_ns();
+  EXPECT_EQ(talk.due(now_ns).front(), 'Z');
+  EXPECT_EQ(talk.due(now_ns + 1).find('Z'), std::string::npos);
+  EXPECT_EQ(talk.due(now_ns + devices::BoardProtocol::request_timeout_ns).front(), 'Z') << "no answer: again";
+  EXPECT_TRUE(talk.receive(frame('Z', {1, 0, 0, 0}), now_ns + 60 * ms).empty());
+  EXPECT_EQ(talk.due(now_ns + 200 * ms).find('Z'), std::string::npos);
+
+  devices::BoardProtocol asking({}, 0);
+  asking.zero_stage();
+  asking.receive(frame('V', version), 0);
+  EXPECT_EQ(asking.due(1000 * ms).find('Z'), std::string::npos) << "it was not up";
+}
+
+/// The firmware's answer; P has the value `potentiometer`.
+Bytes answer(char request, std::uint16_t potentiometer = 0)
+{
+  const hal hardware{&potentiometer,
+                     nullptr,
+                     nullptr,
+                     [](void* self) { return *static_cast<std::uint16_t*>(self); },
+                     [](void*) { return std::uint16_t{0}; },
+                     [](void*) { return std::uint16_t{0}; }};
+  board firmware;
+  board_start(&firmware, &hardware);
+  Bytes frame(board_longest_frame);
+  frame.resize(board_answer(&firmware, static_cast<std::uint8_t>(request), frame.data()));
+  return frame;
+}
+
+std::vector<int> values(devices::SerialFrameParser& frames)
+{
+  std::vector<int> found;
+  while (const std::optional<devices::SerialFrame> frame = frames.next())
+    found.push_back(frame->payload[0] | frame->payload[1] << 8);
+  return found;
+}
+
+Bytes& operator+=(Bytes& to, const Bytes& more)
+{
+  to.insert(to.end(), more.begin(), more.end());
+  return to;
+}
+
+TEST(SerialFrames, ReadsEveryAnswerOfTheFirmwareByteByByte)
+{
+  devices::SerialFrameParser frames;
+  std::string requests;
+  for (const char request : std::string("PEZV")) {
+    for (const std::uint8_t byte : answer(request)) {
+      frames.add({&byte, 1});
+      while (const std::optional<devices::SerialFrame> frame = frames.next()) requests += frame->request;
+    }
+  }
+  EXPECT_EQ(requests, "PEZV");
+  EXPECT_EQ(frames.n_noise_runs(), 0U);
+}
+
+TEST(SerialFrames, NoiseCostsTheFrameItHitsAndNoOther)
+{
+  // Any flipped bit in the second of three frames: the first and the third are received.
+  const Bytes hit = answer('P', 0x0102);
+  for (std::size_t bit = 0; bit < 8 * hit.size(); ++bit) {
+    Bytes bytes = answer('P', 1);
+    bytes += hit;
+    bytes[hit.size() + bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
+    bytes += answer('P', 3);
+    bytes += Bytes(board_longest_frame, 0);  // completes a frame whose length was increased
+    devices::SerialFrameParser frames;
+    frames.add(bytes);
+    EXPECT_EQ(values(frames), (std::vector<int>{1, 3})) << "bit " << bit;
+    EXPECT_GE(frames.n_noise_runs(), 1U);
+  }
+}
+
+TEST(SerialFrames, StartsThatAreNoneAreStepsOnTheWay)
+{
+  Bytes bytes{0xA5, 0xA5, 0x5A, 0xA5,
+              0x5A, 'P',  200,  0xA5};  // a start mark within a start mark; an invalid length
+  bytes += answer('P', 7);
+  devices::SerialFrameParser frames;
+  frames.add(bytes);
+  EXPECT_EQ(values(frames), std::vector<int>{7});
+  EXPECT_EQ(frames.n_noise_runs(), 1U);
+}
+
+TEST(SerialFrames, DroppedBytesAndNoiseLeaveTheOtherFrames)
+{
+  std::mt19937 random(5);
+  int n_frames = 0, n_spoilt = 0, n_found = 0;
+  devices::SerialFrameParser frames;
+  for (int n = 0; n < 2000; ++n) {
+    Bytes bytes = answer('P', static_cast<std::uint16_t>(n % 1024));
+    const unsigned draw = random() % 4;
+    if (draw == 0) bytes.erase(bytes.begin() + static_cast<std::ptrdiff_t>(random() % bytes.size()));
+    if (draw == 1)
+      bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(random() % (bytes.size() - 1) + 1),
+                   static_cast<std::uint8_t>(random()));
+    (draw < 2 ? n_spoilt : n_frames) += 1;
+    frames.add(bytes);
+    n_found += static_cast<int>(values(frames).size());
+  }
+  frames.add(Bytes(board_longest_frame, 0));
+  n_found += static_cast<int>(values(frames).size());
+  EXPECT_GT(n_spoilt, 800);
+  // A frame with an additional byte can still be valid if that byte equals its neighbour.
+  EXPECT_GE(n_found, n_frames);
+  EXPECT_LE(n_found, n_frames + n_spoilt / 20);
+  // Half of the damaged frames follow another one and join its noise.
+  EXPECT_GT(frames.n_noise_runs(), static_cast<std::uint64_t>(n_spoilt) * 2 / 5);
+}
+
+}  // namespace vrda::board_talk_test

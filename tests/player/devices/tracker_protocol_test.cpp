@@ -1,0 +1,158 @@
+#include "devices/tracker_protocol.hpp"
+
+#include <gtest/gtest.h>
+
+namespace vrda::tracker_talk_test {
+
+constexpr std::int64_t ms = 1'000'000;
+
+devices::TrackerSettings settings()
+{
+  devices::TrackerSettings settings;
+  settings.tools = {"Femur", "Tibia"};
+  return settings;
+}
+
+igtl::IgtlMessage message(igtl::IgtlKind kind, const std::string& device, std::int64_t device_ns,
+                          const std::vector<std::string>& tools)
+{
+  igtl::IgtlMessage message;
+  message.kind = kind;
+  message.device = device;
+  message.device_ns = device_ns;
+  for (const std::string& name : tools) message.tools.push_back({name});
+  return message;
+}
+
+igtl::IgtlMessage femur(std::int64_t device_ns)
+{
+  return message(igtl::IgtlKind::transform, "Femur", device_ns, {"Femur"});
+}
+
+/// Tool and state of each sample, as "0 seen 1 stale".
+std::string summary(const std::vector<devices::Sample>& samples)
+{
+  static const char* const names[] = {"seen", "missing", "stale", "not_a_place"};
+  std::string text;
+  for (const devices::Sample& sample : samples)
+    text += std::to_string(sample.source) + " " + names[sample.state] + " ";
+  if (!text.empty()) text.pop_back();
+  return text;
+}
+
+TEST(ToolWatch, AClockThatStandsStillIsNothingNew)
+{
+  devices::ToolMonitor watch(100 * ms, 0);
+  EXPECT_EQ(watch.receive_stamp(5, 10 * ms), devices::ToolMonitor::StampCheck::accepted);
+  for (int n = 2; n < 11; ++n)
+    EXPECT_EQ(watch.receive_stamp(5, 10 * n * ms), devices::ToolMonitor::StampCheck::repeated);
+  EXPECT_FALSE(watch.becomes_stale(110 * ms - 1));
+  EXPECT_TRUE(watch.becomes_stale(110 * ms));
+  EXPECT_FALSE(watch.becomes_stale(210 * ms - 1));
+  EXPECT_TRUE(watch.becomes_stale(210 * ms)) << "it is said again";
+  EXPECT_EQ(watch.receive_stamp(6, 215 * ms), devices::ToolMonitor::StampCheck::accepted);
+}
+
+TEST(ToolWatch, AClockSetBackIsBelievedWhenItGoesOn)
+{
+  devices::ToolMonitor watch(100 * ms, 0);
+  EXPECT_EQ(watch.receive_stamp(1000, 0), devices::ToolMonitor::StampCheck::accepted);
+  for (int n = 1; n < devices::ToolMonitor::n_to_accept_clock; ++n) {
+    EXPECT_EQ(watch.receive_stamp(500 + n, n * ms), devices::ToolMonitor::StampCheck::behind);
+    EXPECT_EQ(watch.receive_stamp(500 + n, n * ms), devices::ToolMonitor::StampCheck::behind)
+        << "a repeated stamp is no news";
+  }
+  EXPECT_EQ(watch.receive_stamp(600, 50 * ms), devices::ToolMonitor::StampCheck::accepted);
+  EXPECT_EQ(watch.receive_stamp(601, 51 * ms), devices::ToolMonitor::StampCheck::accepted);
+}
+
+TEST(ToolWatch, AClockThatStumblesGoesOnFromWhereItWas)
+{
+  devices::ToolMonitor watch(100 * ms, 0);
+  EXPECT_EQ(watch.receive_stamp(1000, 0), devices::ToolMonitor::StampCheck::accepted);
+  EXPECT_EQ(watch.receive_stamp(900, 1), devices::ToolMonitor::StampCheck::behind);
+  EXPECT_EQ(watch.receive_stamp(1001, 2), devices::ToolMonitor::StampCheck::accepted);
+  for (int n = 0; n < 100; ++n)  // alternating stamps are not a clock
+    EXPECT_EQ(watch.receive_stamp(n % 2 == 0 ? 500 : 400, 3 + n), devices::ToolMonitor::StampCheck::behind);
+  EXPECT_TRUE(watch.becomes_stale(100 * ms + 2));
+}
+
+TEST(ToolWatch, NoStampAlwaysCounts)
+{
+  devices::ToolMonitor watch(100 * ms, 0);
+  for (int n = 0; n < 5; ++n)
+    EXPECT_EQ(watch.receive_stamp(0, n), devices::ToolMonitor::StampCheck::accepted);
+}
+
+TEST(TrackerTalk, PlacesCarryToolTimesAndPose)
+{
+  devices::TrackerProtocol talk(settings(), 0);
+  igtl::IgtlMessage said = message(igtl::IgtlKind::tdata, "Tracker", 42, {"Other", "Tibia", "Femur"});
+  said.tools[1].X_tracker_tool.translation() = Eigen::Vector3d(1.0, 2.0, 3.0);
+  const std::vector<devices::Sample> samples = talk.receive(said, 7);
+  ASSERT_EQ(summary(samples), "0 seen 1 seen");
+  EXPECT_EQ(samples[1].arrival_ns, 7);
+  EXPECT_EQ(samples[1].device_ns, 42);
+  EXPECT_EQ(Eigen::Vector3d(devices::pose_of(samples[1].tool_pose).translation()),
+            Eigen::Vector3d(1.0, 2.0, 3.0));
+}
+
+TEST(TrackerTalk, AToolLeftOutOfItsListIsMissing)
+{
+  devices::TrackerProtocol talk(settings(), 0);
+  EXPECT_EQ(summary(talk.receive(message(igtl::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 0)),
+            "0 seen 1 missing")
+      << "never heard of";
+  EXPECT_EQ(summary(talk.receive(message(igtl::IgtlKind::tdata, "Tracker", 2, {"Femur", "Tibia"}), 1)),
+            "0 seen 1 seen");
+  EXPECT_EQ(summary(talk.receive(message(igtl::IgtlKind::tdata, "Second", 3, {"Stylus"}), 2)), "")
+      << "another tracker's list";
+  EXPECT_EQ(summary(talk.receive(message(igtl::IgtlKind::qtdata, "Tracker", 3, {}), 3)),
+            "0 missing 1 missing");
+  EXPECT_EQ(summary(talk.receive(femur(4), 4)), "0 seen");
+  EXPECT_EQ(summary(talk.receive(message(igtl::IgtlKind::tdata, "Tracker", 5, {"Tibia"}), 5)), "1 seen")
+      << "the femur has messages of its own";
+}
+
+TEST(TrackerTalk, AStatusOfAToolIsAboutIt)
+{
+  devices::TrackerProtocol talk(settings(), 0);
+  igtl::IgtlMessage status = message(igtl::IgtlKind::status, "Tibia", 1, {});
+  EXPECT_EQ(summary(talk.receive(status, 0)), "");
+  EXPECT_EQ(devices::error_text_of(status), "");
+  status.code = 16;
+  status.text = "not present";
+  EXPECT_EQ(summary(talk.receive(status, 1)), "1 missing");
+  EXPECT_EQ(devices::error_text_of(status), "Tibia: status 16 (not present)");
+  status.device = "Tracker";
+  EXPECT_EQ(summary(talk.receive(status, 2)), "");
+  igtl::IgtlMessage refusal = message(igtl::IgtlKind::tdata_started, "Tracker", 1, {});
+  EXPECT_EQ(devices::error_text_of(refusal), "Tracker: refuses to stream TDATA");
+  refusal.code = 0;
+  EXPECT_EQ(devices::error_text_of(refusal), "");
+}
+
+TEST(TrackerTalk, WhatIsNoPlaceAndWhatIsMissingIsNoSilence)
+{
+  devices::TrackerProtocol talk(settings(), 0);
+  igtl::IgtlMessage said = femur(1);
+  said.tools[0].visibility = igtl::IgtlVisibility::invalid_pose;
+  EXPECT_EQ(summary(talk.receive(said, 90 * ms)), "0 not_a_place");
+  EXPECT_EQ(summary(talk.stale_samples(110 * ms)), "1 stale");
+  said.tools[0].visibility = igtl::IgtlVisibility::missing;
+  EXPECT_EQ(summary(talk.receive(said, 180 * ms)), "0 missing");
+  EXPECT_EQ(summary(talk.stale_samples(200 * ms)), "");
+  EXPECT_EQ(summary(talk.stale_samples(280 * ms)), "0 stale 1 stale");
+}
+
+TEST(TrackerTalk, AClockSetBackIsStaleUntilItIsBelieved)
+{
+  devices::TrackerProtocol talk(settings(), 0);
+  EXPECT_EQ(summary(talk.receive(femur(1000), 0)), "0 seen");
+  EXPECT_EQ(summary(talk.receive(femur(1000), 1)), "") << "nothing new";
+  for (int n = 1; n < devices::ToolMonitor::n_to_accept_clock; ++n)
+    EXPECT_EQ(summary(talk.receive(femur(n), n)), "0 stale");
+  EXPECT_EQ(summary(talk.receive(femur(100), 9)), "0 seen");
+}
+
+}  // namespace vrda::tracker_talk_test

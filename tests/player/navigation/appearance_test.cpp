@@ -1,0 +1,107 @@
+#include "navigation/appearance.hpp"
+
+#include <gtest/gtest.h>
+
+#include "motion/support/models.hpp"
+#include "render/image.hpp"
+#include "support/input_error.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda::look_test {
+
+scene::Scene some_scene()
+{
+  store::MotionModel model = test::model_of({});
+  test::add_bodies(model);
+  return scene::scene_of(model.reference, model.moving, model.rotation_centre_mm);
+}
+
+TEST(Look, LayersAreNamed)
+{
+  EXPECT_EQ(navigation::parsed_layers(""), scene::LayerSet{});
+  const scene::LayerSet layers = navigation::parsed_layers("gaps,helical-axis");
+  EXPECT_TRUE(layers.has(scene::Layer::gap_map));
+  EXPECT_TRUE(layers.has(scene::Layer::helical_axis));
+  EXPECT_FALSE(layers.has(scene::Layer::contacts));
+  for (const std::string text : {"gap", "gaps,", "gaps,gaps", "bodies"}) {
+    SCOPED_TRACE(text);
+    const InputError::Facts facts = test::input_error([&] { navigation::parsed_layers(text); });
+    EXPECT_EQ(facts.file, "--layers");
+    EXPECT_NE(facts.found.find(text == "gaps,gaps" ? "twice" : "\""), std::string::npos);
+  }
+}
+
+TEST(Look, ByDefaultNothingChanges)
+{
+  scene::Scene scene = some_scene();
+  const scene::Lighting before = scene.lighting;
+  navigation::apply_appearance(scene, {});
+  EXPECT_EQ(scene.mode, scene::DrawMode::textured);
+  EXPECT_TRUE(scene.texture.is_empty());
+  EXPECT_EQ(scene.lighting.sky, before.sky);
+  EXPECT_EQ(scene.drawables.front().material.opacity, 1.0F);
+}
+
+TEST(Look, ModeTextureLightsAndTransparencyAreTakenOver)
+{
+  const test::Scratch scratch;
+  navigation::AppearanceOptions look;
+  look.mode = scene::DrawMode::hidden_line;
+  look.texture = (scratch.path() / "bone.png").string();
+  look.texture_scale_mm = 25.0;
+  render::write_png({2, 1, {1, 2, 3, 255, 4, 5, 6, 255}}, look.texture);
+  look.lights = scratch
+                    .write("lights.toml",
+                           "[hemisphere]\nsky = [0.5, 0.5, 0.5]\nground = [0, 0, 0]\n"
+                           "[background]\ntop = [0, 0, 1]\nbottom = [1, 0, 0]\n")
+                    .string();
+  look.see_through = "reference";
+  scene::Scene scene = some_scene();
+  navigation::apply_appearance(scene, look);
+  EXPECT_EQ(scene.mode, scene::DrawMode::hidden_line);
+  EXPECT_EQ(scene.texture.width, 2);
+  EXPECT_EQ(scene.texture.scale_mm, 25.0);
+  EXPECT_EQ(scene.lighting.sky, Eigen::Vector3f(0.5F, 0.5F, 0.5F));
+  EXPECT_TRUE(scene.lighting.lights.empty());
+  EXPECT_EQ(scene.background.top, Eigen::Vector3f(0, 0, 1));
+  for (const scene::Drawable& drawable : scene.drawables) {
+    const float own = material_of(drawable.name == "plate" ? "meniscus" : "bone").opacity;
+    EXPECT_EQ(drawable.material.opacity < own, drawable.owner == scene::Owner::reference) << drawable.name;
+  }
+}
+
+TEST(Look, AHiddenObjectLeavesTheJointWhereItIs)
+{
+  scene::Scene scene = some_scene();
+  const scene::Sphere before = scene::joint_sphere(scene);
+  const std::size_t n_points = scene::points_within(scene, {}).size();
+  navigation::AppearanceOptions look;
+  look.hidden = "reference";
+  navigation::apply_appearance(scene, look);
+  for (const scene::Drawable& drawable : scene.drawables)
+    EXPECT_EQ(drawable.is_shown, drawable.owner == scene::Owner::moving) << drawable.name;
+  EXPECT_EQ(scene::joint_sphere(scene).radius_mm, before.radius_mm);
+  EXPECT_LT(scene::points_within(scene, {}).size(), n_points);
+  EXPECT_GT(scene::points_within(scene, {}).size(), 0U);
+}
+
+TEST(Look, WhatIsWrongIsNamed)
+{
+  scene::Scene scene = some_scene();
+  navigation::AppearanceOptions look;
+  look.see_through = "femur";
+  EXPECT_EQ(test::input_error([&] { navigation::apply_appearance(scene, look); }).file, "--see-through");
+  look = {};
+  look.hidden = "both";
+  EXPECT_EQ(test::input_error([&] { navigation::apply_appearance(scene, look); }).file, "--hide");
+  look = {};
+  look.texture = "none.png";
+  EXPECT_EQ(test::input_error([&] { navigation::apply_appearance(scene, look); }).file, "none.png");
+  look.texture_scale_mm = 0.0;
+  EXPECT_EQ(test::input_error([&] { navigation::apply_appearance(scene, look); }).file, "--texture-scale");
+  look = {};
+  look.lights = "none.toml";
+  EXPECT_EQ(test::input_error([&] { navigation::apply_appearance(scene, look); }).file, "none.toml");
+}
+
+}  // namespace vrda::look_test

@@ -1,0 +1,111 @@
+#include "navigation/gap_reading.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/units.hpp"
+
+namespace vrda::gap_reading_test {
+
+constexpr double rounding_mm = 1e-12;
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+Attitude at_deg(double flexion_deg, double varus_deg)
+{
+  return {rad_from_deg(flexion_deg), rad_from_deg(varus_deg)};
+}
+
+/// 3 x 2 cells, 10 degrees apart; one is unsolved.
+store::MotionModel sample_model()
+{
+  store::MotionModel model;
+  model.flexion_deg = {0, 10, 20};
+  model.varus_deg = {-5, 5};
+  model.gap_medial_mm.resize(3, 2);
+  model.gap_medial_mm << 0, 1, 2, 3, 4, nan;
+  model.gap_lateral_mm = store::GridD::Constant(3, 2, 0.5);
+  store::SmoothedSet set;
+  set.degree = 4;
+  set.recontact_mm = store::GridD(3, 2);
+  *set.recontact_mm << 0.1, 0.1, -0.3, -0.3, 0.1, nan;
+  model.smoothed = {set};
+  return model;
+}
+
+TEST(GapReading, RawCellsAreJoinedLinearly)
+{
+  const store::MotionModel model = sample_model();
+  const navigation::GapReader reader(model, "raw");
+  EXPECT_EQ(reader.at(at_deg(0, -5)).source, navigation::GapSource::cells);
+  EXPECT_NEAR(reader.at(at_deg(5, 0)).medial_mm, 1.5, rounding_mm);
+  EXPECT_NEAR(reader.at(at_deg(5, 0)).lateral_mm, 0.5, rounding_mm);
+  EXPECT_NEAR(reader.at(at_deg(20, -5)).medial_mm, 4.0, rounding_mm);
+  EXPECT_TRUE(std::isnan(reader.at(at_deg(15, 0)).medial_mm));
+}
+
+TEST(GapReading, TheWayIntoContactIsAGapForwardAndAPenetrationBack)
+{
+  const store::MotionModel model = sample_model();
+  const navigation::GapReader reader(model, "degree_4");
+  const navigation::GapReading gap = reader.at(at_deg(2.5, 0));
+  EXPECT_EQ(gap.source, navigation::GapSource::travel);
+  EXPECT_NEAR(gap.gap_mm, 0.0, rounding_mm);
+  EXPECT_NEAR(reader.at(at_deg(0, 0)).gap_mm, 0.1, rounding_mm);
+  EXPECT_EQ(reader.at(at_deg(0, 0)).penetration_mm, 0.0);
+  EXPECT_NEAR(reader.at(at_deg(10, 2)).penetration_mm, 0.3, rounding_mm);
+  EXPECT_EQ(reader.at(at_deg(10, 2)).gap_mm, 0.0);
+  EXPECT_TRUE(std::isnan(reader.at(at_deg(20, 5)).gap_mm));
+  const navigation::GapReading none = navigation::GapReader(model, "degree_4_recontacted").at(at_deg(7, 1));
+  EXPECT_EQ(none.source, navigation::GapSource::recontacted);
+  EXPECT_EQ(none.gap_mm, 0.0);
+}
+
+TEST(GapReading, AnAuditGoesBeforeTheWayIntoContact)
+{
+  store::MotionModel model = sample_model();
+  store::AuditSet audit;
+  audit.name = "degree_4";
+  audit.flexion_deg = {0, 20};
+  audit.varus_deg = {0};
+  audit.state.resize(2, 1);
+  audit.state << static_cast<std::int8_t>(store::AuditState::overlapping),
+      static_cast<std::int8_t>(store::AuditState::free);
+  audit.gap_mm.resize(2, 1);
+  audit.gap_mm << nan, 0.25;
+  audit.penetration_mm.resize(2, 1);
+  audit.penetration_mm << 0.75, 0.0;
+  model.audits = {audit};
+  const navigation::GapReader reader(model, "degree_4");
+  const navigation::GapReading deep = reader.at(at_deg(9, 3)), apart = reader.at(at_deg(11, -3));
+  EXPECT_EQ(deep.source, navigation::GapSource::audit);
+  EXPECT_EQ(deep.gap_mm, 0.0);
+  EXPECT_EQ(deep.penetration_mm, 0.75);
+  EXPECT_EQ(apart.gap_mm, 0.25);
+  EXPECT_EQ(apart.penetration_mm, 0.0);
+}
+
+TEST(GapReading, AnAttitudeWithoutAPoseHasNoNumber)
+{
+  store::MotionModel model = sample_model();
+  store::AuditSet audit;
+  audit.name = "zero_varus";
+  audit.flexion_deg = {0, 20};
+  audit.varus_deg = {0};
+  audit.state = store::GridB::Constant(2, 1, static_cast<std::int8_t>(store::AuditState::no_pose));
+  audit.gap_mm = audit.penetration_mm = store::GridD::Constant(2, 1, nan);
+  model.audits = {audit};
+  EXPECT_TRUE(std::isnan(navigation::GapReader(model, "zero_varus").at(at_deg(9, 3)).gap_mm));
+}
+
+TEST(GapReading, WhatTheFileDoesNotSayIsNotSaid)
+{
+  const store::MotionModel model = sample_model();
+  EXPECT_EQ(navigation::GapReader(model, "zero_varus").at(at_deg(5, 0)).source, navigation::GapSource::none);
+  store::MotionModel other = sample_model();
+  other.has_compartments = false;
+  EXPECT_EQ(navigation::GapReader(other, "raw").at(at_deg(5, 0)).source, navigation::GapSource::none);
+}
+
+}  // namespace vrda::gap_reading_test

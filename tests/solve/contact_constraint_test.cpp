@@ -1,0 +1,138 @@
+#include "solve/contact_constraint.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+
+#include "solve/pins.hpp"
+#include "support/meshes.hpp"
+
+namespace vrda::contact_constraint_test {
+
+// Central differences of 1e-5: travels of 10 mm have rounding errors of 1e-15, second differences of a sine
+// relative errors of 1e-10.
+constexpr double h = 1e-5;
+constexpr double of_differences = 1e-7;
+
+struct Scene {
+  Mesh reference = test::ball(30, 7, 13);
+  Mesh moving = test::ball(12, 6, 11);
+  solve::RotationScale scale{{3, 0, -2}, 15};
+  double flexion_rad = 0.3;
+};
+
+// Features of a small ball under a large one, both rotated.
+std::vector<proximity::GapFeature> features_at(const Scene& scene, const solve::Configuration& configuration)
+{
+  const proximity::GapTree reference(scene.reference), moving(scene.moving);
+  proximity::GapQuery query(reference, moving);
+  query.set_attitude({scene.flexion_rad, configuration.varus_rad});
+  return query.features(solve::pose_at(configuration, scene.scale), 3.0).features;
+}
+
+solve::Configuration random_configuration(std::mt19937_64& random)
+{
+  std::uniform_real_distribution<double> unit(-1, 1);
+  return {{15 * unit(random), -45, 15 * unit(random)}, unit(random), 0.3 * unit(random)};
+}
+
+solve::Configuration displaced(solve::Configuration configuration, Eigen::Index coordinate, double by)
+{
+  if (coordinate < 3) configuration.pivot_mm(coordinate) += by;
+  if (coordinate == about_y) configuration.theta_rad += by;
+  if (coordinate == about_varus) configuration.varus_rad += by;
+  return configuration;
+}
+
+solve::Clearance clearance_at(const Scene& scene, const solve::ContactConstraint& constraint,
+                              const solve::Configuration& configuration)
+{
+  return solve::clearance(constraint, configuration, solve::Rotations(configuration, scene.flexion_rad));
+}
+
+TEST(ContactConstraint, EqualsItsFeature)
+{
+  const Scene scene;
+  std::mt19937_64 random(1);
+  std::map<solve::ContactConstraint::Kind, int> n;
+  for (int k = 0; k < 60; ++k) {
+    const solve::Configuration configuration = random_configuration(random);
+    const solve::Rotations rotations(configuration, scene.flexion_rad);
+    for (const proximity::GapFeature& f : features_at(scene, configuration)) {
+      const solve::ContactConstraint constraint = solve::contact_constraint_of(
+          f, {scene.reference, scene.moving, scene.scale}, configuration, rotations);
+      const solve::Clearance c = solve::clearance(constraint, configuration, rotations);
+      EXPECT_NEAR(c.travel_mm, f.travel_mm, 1e-9);
+      EXPECT_LT((c.gradient.head<3>().normalized() - f.normal).norm(), 1e-6);
+      ++n[constraint.kind];
+    }
+  }
+  for (const auto kind :
+       {solve::ContactConstraint::Kind::face_of_reference, solve::ContactConstraint::Kind::face_of_moving,
+        solve::ContactConstraint::Kind::edges})
+    EXPECT_GT(n[kind], 20);
+}
+
+TEST(ContactConstraint, DerivativesMatchDifferences)
+{
+  const Scene scene;
+  std::mt19937_64 random(2);
+  for (int k = 0; k < 40; ++k) {
+    const solve::Configuration configuration = random_configuration(random);
+    const solve::Rotations rotations(configuration, scene.flexion_rad);
+    for (const proximity::GapFeature& f : features_at(scene, configuration)) {
+      const solve::ContactConstraint constraint = solve::contact_constraint_of(
+          f, {scene.reference, scene.moving, scene.scale}, configuration, rotations);
+      const solve::Clearance c = solve::clearance(constraint, configuration, rotations);
+      // The Hessian is exact at contact.
+      const solve::Configuration touching = displaced(configuration, along_y, c.travel_mm);
+      const Matrix5d hessian =
+          solve::clearance_hessian(constraint, solve::Rotations(touching, scene.flexion_rad));
+      for (Eigen::Index i = 0; i < n_coordinates; ++i) {
+        const auto at = [&](const solve::Configuration& p, double by) {
+          return clearance_at(scene, constraint, displaced(p, i, by));
+        };
+        const double scale = 1.0 + c.gradient.norm() * c.gradient.norm();
+        EXPECT_NEAR((at(configuration, h).travel_mm - at(configuration, -h).travel_mm) / (2 * h),
+                    c.gradient(i), of_differences * scale * 40);
+        const Vector5d change = (at(touching, h).gradient - at(touching, -h).gradient) / (2 * h);
+        EXPECT_LT((change - hessian.col(i)).norm(), of_differences * scale * (40 + hessian.norm()));
+      }
+    }
+  }
+}
+
+TEST(ContactConstraint, IsExactUnderItsFace)
+{
+  // A vertex under a large flat face: its travel equals that of the gap query after any motion.
+  Scene scene;
+  scene.reference = test::box({0, 20, 0}, {200, 10, 200});
+  scene.moving = test::pin({5, 2, -3});
+  std::mt19937_64 random(3);
+  const solve::Configuration configuration = random_configuration(random);
+  const proximity::GapFeature f = features_at(scene, configuration).front();
+  const solve::ContactConstraint constraint =
+      solve::contact_constraint_of(f, {scene.reference, scene.moving, scene.scale}, configuration,
+                                   solve::Rotations(configuration, scene.flexion_rad));
+  for (int k = 0; k < 50; ++k) {
+    solve::Configuration other = random_configuration(random);
+    other.varus_rad = configuration.varus_rad + 0.02 * other.varus_rad;
+    const std::vector<proximity::GapFeature> now = features_at(scene, other);
+    ASSERT_FALSE(now.empty());
+    EXPECT_NEAR(clearance_at(scene, constraint, other).travel_mm, now.front().travel_mm, 1e-9);
+  }
+}
+
+TEST(ContactConstraint, ParallelToDeltaHasInfiniteTravel)
+{
+  solve::ContactConstraint constraint;
+  constraint.reference_mm = Eigen::Vector3d(0, 1, 0);
+  constraint.moving_mm = Eigen::Vector3d::Zero();
+  constraint.reference_direction = Eigen::Vector3d::UnitX();
+  constraint.moving_direction = Eigen::Vector3d::UnitY();
+  EXPECT_TRUE(std::isinf(solve::clearance(constraint, {}, solve::Rotations({}, 0.0)).travel_mm));
+  EXPECT_EQ(solve::clearance_hessian(constraint, solve::Rotations({}, 0.0)).norm(), 0.0);
+}
+
+}  // namespace vrda::contact_constraint_test
