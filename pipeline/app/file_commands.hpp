@@ -91,7 +91,7 @@ struct ReportOptions {
 console::ExitCode report_command(const ReportOptions& options);
 
 /// Returns `player`, which must exist (InputError), or if empty the vrda-player next to the running program;
-/// an empty text if there is none.
+/// an empty text if none exists.
 std::string find_player(const std::string& player);
 
 /// Renders frames of the motion model `file` at several flexions from the front and side. A failure is

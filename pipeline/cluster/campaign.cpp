@@ -121,7 +121,7 @@ std::vector<Axis> axes_of(const Source& source, const documents::DocumentValue& 
   return axes;
 }
 
-// A key of `axis` that overlaps `key`; empty if there is none.
+// A key of `axis` that overlaps `key`; empty if none exists.
 std::string key_that_overlaps(const Axis& axis, const std::string& key)
 {
   const auto found =
@@ -271,7 +271,7 @@ std::size_t n_combinations(const Source& source, const std::vector<Axis>& axes)
   return n;
 }
 
-// Key of the level that sets `key`, a part of it or a table with it; empty if there is none.
+// Key of the level that sets `key`, a part of it or a table with it; empty if none exists.
 std::string override_location(const CampaignCase& one, const std::string& key)
 {
   for (std::size_t k = 0; k < one.override_keys.size(); ++k) {

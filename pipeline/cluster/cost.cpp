@@ -77,8 +77,10 @@ StepCounts step_counts(const sweep::SweepPlan& plan)
   const auto n_rows = plan.rows ? static_cast<std::int64_t>(plan.rows->size()) : n_flexion;
   StepCounts counts;
   if (plan.spine == sweep::SpineRule::free_varus) {
-    counts.chain = 2 * n_flexion;
-    counts.restarts = n_flexion * plan.n_restarts;
+    const auto n_path =
+        plan.path_flexion_rad.empty() ? n_flexion : static_cast<std::int64_t>(plan.path_flexion_rad.size());
+    counts.chain = 2 * n_path;
+    counts.restarts = n_path * plan.n_restarts;
     counts.bands = plan.has_band ? 2 * n_rows : 0;
     counts.cells = plan.is_varus_free ? 0 : n_rows * n_varus;
     counts.records = counts.all() + (plan.is_varus_free ? n_rows : 0);

@@ -39,7 +39,8 @@ enum class StepKind : std::uint8_t {
   spine_probe = 0,  ///< trial in the search for the spine's cell; not in the motion model
   spine = 1,        ///< the spine's cell of a flexion
   row = 2,          ///< solved outward from the spine's cell
-  /// Solved with varus free; `varus` numbers the starts: the two chains, restarts, propagated solutions.
+  /// Solved with varus free. `flexion` counts the flexions of the spine's path, `varus` the starts: the two
+  /// chains, restarts, propagated solutions, small offsets (from 1000).
   free_spine = 3,
   band = 4,  ///< as free_spine with an extra moment about Delta; `varus` 0: against theta, 1: along it
 };

@@ -21,7 +21,7 @@ std::size_t n_following(unsigned char first)
   return first >= 0xf0 && first < 0xf8 ? 3 : 4;
 }
 
-/// Length in bytes of the control character at `at`; 0 where there is none.
+/// Length in bytes of the control character at `at`; 0 without one.
 std::size_t control_bytes(std::string_view text, std::size_t at)
 {
   const auto byte = static_cast<unsigned char>(text[at]);

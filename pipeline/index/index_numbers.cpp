@@ -48,7 +48,7 @@ double n_stable(const store::MotionModel& model)
   return count_of((model.status == status_stable).count());
 }
 
-// Largest and smallest finite number; NaN if there is none.
+// Largest and smallest finite number; NaN if none exists.
 double largest(const double* values, Eigen::Index n)
 {
   double result = nan;

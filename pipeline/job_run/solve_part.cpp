@@ -39,8 +39,9 @@ int n_counted(const sweep::SweepPlan& plan, ProgressUnit counted)
   const std::size_t n_flexion = plan.flexion_rad.size();
   const std::size_t n_rows = plan.rows ? plan.rows->size() : n_flexion;
   if (counted == ProgressUnit::cells) return static_cast<int>(n_rows * plan.varus_rad.size());
-  const int n_starts = plan.spine == sweep::SpineRule::free_varus ? n_known_starts(plan) : 1;
-  return static_cast<int>(n_flexion) * n_starts;
+  if (plan.spine != sweep::SpineRule::free_varus) return static_cast<int>(n_flexion);
+  const std::size_t n_path = plan.path_flexion_rad.empty() ? n_flexion : plan.path_flexion_rad.size();
+  return static_cast<int>(n_path) * n_known_starts(plan);
 }
 
 bool is_of_plan(const StepKey& key, const sweep::SweepPlan& plan)

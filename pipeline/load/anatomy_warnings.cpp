@@ -88,7 +88,7 @@ bool warn_of_axes(const Job& job, const Case& loaded, std::vector<std::string>& 
   return true;
 }
 
-// Mean z of the components whose name contains a word; nothing if there are none.
+// Mean z of the components whose name contains a word; empty without such components.
 std::optional<double> mean_z_mm(const std::vector<ComponentSurvey>& survey, const char* word,
                                 const char* synonym)
 {

@@ -26,11 +26,24 @@ void check_method(const Job& job)
                     "\"free\"", "a table { from, to, step }: \"stability-search\" cannot leave varus free"});
 }
 
-// The load at each flexion of the grid.
-std::vector<Push> push_rows(const Job& job)
+constexpr double largest_path_step_deg = 1.0;
+
+std::vector<double> path_of(const std::vector<double>& flexion_deg)
+{
+  std::vector<double> path_deg;
+  for (std::size_t i = 0; i + 1 < flexion_deg.size(); ++i) {
+    const double step_deg = flexion_deg[i + 1] - flexion_deg[i];
+    const double n = std::ceil(step_deg / largest_path_step_deg);
+    for (double k = 0.0; k < n; k += 1.0) path_deg.push_back(flexion_deg[i] + step_deg * k / n);
+  }
+  path_deg.push_back(flexion_deg.back());
+  return path_deg;
+}
+
+std::vector<Push> push_rows(const Job& job, const std::vector<double>& flexions_deg)
 {
   std::vector<Push> rows;
-  for (const double flexion_deg : job.grid.flexion_deg) {
+  for (const double flexion_deg : flexions_deg) {
     const double flexion_rad = rad_from_deg(flexion_deg);
     Push push;
     const Eigen::Vector3d direction = value_at_flexion(job.push.delta, flexion_rad);
@@ -82,7 +95,10 @@ Case settings_of(const Job& job)
   loaded.joint = job.joint;
   loaded.frame.side = job.side;
   loaded.frame.rotation_centre_mm = axis_map(job)(job.frame.origin_native);
-  loaded.push = push_rows(job);
+  loaded.push = push_rows(job, job.grid.flexion_deg);
+  loaded.path_flexion_deg =
+      job.method == SolverMethod::equilibrium ? path_of(job.grid.flexion_deg) : job.grid.flexion_deg;
+  loaded.path_push = push_rows(job, loaded.path_flexion_deg);
   loaded.push_point_mm = job.push.point_mm;
   loaded.frame.delta = loaded.push.front().delta;
   loaded.initial = job.initial;

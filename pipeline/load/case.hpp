@@ -72,8 +72,12 @@ struct Case {
   ligament::Ligaments ligaments;  ///< canonical, own side; empty if the job has none
   InitialPose initial;
   GridAxes grid;
-  bool is_varus_free = false;                               ///< the grid then has the single varus 0
-  std::vector<Push> push;                                   ///< [n_flexion]
+  bool is_varus_free = false;  ///< the grid then has the single varus 0
+  std::vector<Push> push;      ///< [n_flexion]
+  /// With the equilibrium, the flexions along which its spine continues: the grid's, with as many between
+  /// them as keep steps of at most 1 degree. Otherwise the grid's.
+  std::vector<double> path_flexion_deg;
+  std::vector<Push> path_push;                              ///< [n_path]
   Eigen::Vector3d push_point_mm = Eigen::Vector3d::Zero();  ///< from the rotation centre, canonical axes
   std::string method;                                       ///< "stability-search" or "equilibrium"
   SearchOptions search;

@@ -186,7 +186,7 @@ void warn_of_free_rotation(const Job& job, Warnings& warnings)
 {
   if (job.method != SolverMethod::equilibrium || job.ligaments || job.is_varus_free) return;
   warnings.emplace_back(
-      "ligaments: there are none, so with given varus the rotation about push.delta is nearly free; give "
+      "ligaments: found none; with given varus the rotation about push.delta is nearly free; give "
       "[ligaments] with fibres = \"ligaments.csv\" (theta_determined marks where it is determined)");
 }
 

@@ -67,7 +67,7 @@ bool is_ear(const Outline& flat, const std::vector<std::int32_t>& remaining, std
   return true;
 }
 
-// The position of the next ear; the number of remaining corners if there is none.
+// The position of the next ear; the number of remaining corners if none exists.
 std::size_t next_ear(const Outline& flat, const std::vector<std::int32_t>& remaining, double least_area)
 {
   std::size_t k = 0;

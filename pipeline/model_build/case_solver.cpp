@@ -8,7 +8,7 @@ namespace {
 
 // Must change when the same job may give other bytes: journals of an older solver are then refused.
 constexpr const char* search_version = "stability-search 3";
-constexpr const char* equilibrium_version = "equilibrium 2";
+constexpr const char* equilibrium_version = "equilibrium 3";
 
 solve::SolverBody solver_body(const Body& body, const SolverFrame& frame)
 {
@@ -40,6 +40,7 @@ sweep::SweepPlan plan_of(const load::Case& job_case)
                   job_case.initial.theta_rad};
   if (job_case.method == "equilibrium") {
     plan.spine = sweep::SpineRule::free_varus;
+    plan.path_flexion_rad = radians(job_case.path_flexion_deg);
     plan.is_varus_free = job_case.is_varus_free;
     // Contact alone hardly resists a moment about Delta: without ligaments a band is meaningless.
     plan.has_band = job_case.spine.band_moment_nmm > 0.0 && !job_case.ligaments.fibres.empty();
@@ -71,17 +72,16 @@ MovingPose in_frame_of(const MovingPose& pose, const SolverFrame& from, const So
 
 }  // namespace
 
-SolverFrame frame_at(const load::Case& job_case, std::int32_t flexion)
+SolverFrame frame_of(const load::Case& job_case, const load::Push& push)
 {
   SolverFrame frame = job_case.frame;
-  frame.delta = job_case.push.at(static_cast<std::size_t>(flexion)).delta;
+  frame.delta = push.delta;
   return frame;
 }
 
-Loads loads_at(const load::Case& job_case, std::int32_t flexion)
+Loads loads_of(const load::Case& job_case, const load::Push& push)
 {
-  const SolverFrame frame = frame_at(job_case, flexion);
-  const load::Push& push = job_case.push.at(static_cast<std::size_t>(flexion));
+  const SolverFrame frame = frame_of(job_case, push);
   Loads loads;
   loads.force_n = solver_translation_mm(frame, push.force_n);
   loads.point_mm = solver_translation_mm(frame, job_case.push_point_mm);
@@ -121,9 +121,11 @@ CaseSolver::Worker& CaseSolver::worker_at(int number, const SolverFrame& frame)
 
 StepRecord CaseSolver::operator()(const sweep::StepTask& task, const solve::SearchObserver& observer)
 {
-  const SolverFrame frame = frame_at(case_, task.key.flexion);
+  const load::Push& push = case_.path_push.at(static_cast<std::size_t>(task.path_row));
+  const SolverFrame frame = frame_of(case_, push);
   Worker& worker = worker_at(task.worker, frame);
-  const MovingPose seed = in_frame_of(task.seed, frame_at(case_, task.seed_flexion), frame);
+  const MovingPose seed = in_frame_of(
+      task.seed, frame_of(case_, case_.path_push.at(static_cast<std::size_t>(task.seed_path_row))), frame);
   if (!worker.solver) {
     check(!task.is_varus_free && task.band == 0, "the stability search has fixed varus and no loads");
     return solve::find_stable_pose(worker.push_frame->joint, task.attitude, seed, case_.search, observer);
@@ -131,7 +133,7 @@ StepRecord CaseSolver::operator()(const sweep::StepTask& task, const solve::Sear
   solve::EquilibriumSolver::Task solve;
   solve.attitude = task.attitude;
   solve.seed = seed;
-  solve.loads = loads_at(case_, task.key.flexion);
+  solve.loads = loads_of(case_, push);
   solve.loads.moment_nmm += task.band * case_.spine.band_moment_nmm;
   solve.is_varus_free = task.is_varus_free;
   solve.is_measured = task.is_measured;

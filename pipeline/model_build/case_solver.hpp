@@ -21,10 +21,10 @@ sweep::SweepPlan plan_of(const load::Case& job_case);
 std::string fingerprint_of(const load::Case& job_case);
 
 /// The solver frame at a flexion index of the grid; its Delta depends on the flexion.
-SolverFrame frame_at(const load::Case& job_case, std::int32_t flexion);
+SolverFrame frame_of(const load::Case& job_case, const load::Push& push);
 
 /// The loads at a flexion index, in the solver frame there.
-Loads loads_at(const load::Case& job_case, std::int32_t flexion);
+Loads loads_of(const load::Case& job_case, const load::Push& push);
 
 /// Shared by the workers of a sweep. Meshes are transformed to the solver frame once for each Delta.
 class CaseSolver {

@@ -128,7 +128,7 @@ class BalanceAssembly {
   {
     if (flexion == flexion_) return;
     flexion_ = flexion;
-    frame_ = frame_at(case_, flexion);
+    frame_ = frame_of(case_, case_.push.at(static_cast<std::size_t>(flexion)));
     ligaments_ = ligament::solver_ligaments(case_.ligaments, frame_);
   }
 
@@ -190,8 +190,7 @@ void set_spine(store::FreeSpine& spine, const load::Case& job_case, const sweep:
     spine.status[i] = static_cast<std::int8_t>(step.chosen.status);
     spine.n_optima[i] = step.n_optima;
     if (!is_stable(step.chosen)) continue;
-    const Eigen::Vector3d t =
-        world_translation_mm(frame_at(job_case, static_cast<std::int32_t>(i)), step.chosen.pose);
+    const Eigen::Vector3d t = world_translation_mm(frame_of(job_case, job_case.push.at(i)), step.chosen.pose);
     spine.varus_deg[i] = deg_from_rad(step.chosen.varus_rad);
     spine.tx_mm[i] = t.x();
     spine.ty_mm[i] = t.y();

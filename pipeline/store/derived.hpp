@@ -130,7 +130,7 @@ enum class ZeroVarusSource : std::int8_t {
   free = 2,          ///< varus was free
 };
 
-/// The flexion-only motion with both condyles in contact. NaN where the source is none.
+/// The flexion-only motion with both condyles in contact. NaN where `source` is `none`.
 struct ZeroVarus {
   std::string set = "raw";          ///< motion of these poses: a name as in AuditSet, except "zero_varus"
   std::vector<std::int8_t> source;  ///< [n_flexion] ZeroVarusSource

@@ -110,7 +110,7 @@ std::vector<std::string> copies(const std::vector<char*>& texts, const H5Locatio
   return result;
 }
 
-/// The first filter that a motion model does not use; empty if there is none.
+/// The first filter that a motion model does not use; empty if none exists.
 std::string filter_problem(H5Id creation)
 {
   const int n_filters = H5Pget_nfilters(creation);

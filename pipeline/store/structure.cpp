@@ -127,7 +127,7 @@ class StructureCheck : public RegistryVisitor {
     findings_.push_back({where, found, wanted});
   }
 
-  /// The text of a one-element attribute; empty if there is none.
+  /// The text of a one-element attribute; empty if none exists.
   std::string text(const std::string& object, const std::string& name) const
   {
     const std::optional<AttributeValue> value = reader_.attribute(object, name);

@@ -70,7 +70,7 @@ struct AttitudeFilter {
   std::optional<double> flexion_deg, varus_deg;  ///< values of the grid; empty: any
 };
 
-/// The searches at those attitudes, in file order. Throws InputError naming `file` when there is none.
+/// The searches at those attitudes, in file order. Throws InputError naming `file` without one.
 std::vector<std::size_t> searches_at(const Trace& trace, const std::string& file,
                                      const AttitudeFilter& filter);
 

@@ -15,20 +15,11 @@ constexpr double same_angle_rad = rad_from_deg(0.1);
 // Negligible: 1e-6 N mm is 20 N along 5e-8 mm.
 constexpr double same_energy_nmm = 1e-6;
 
-// A degree of flexion moves a knee by less.
-constexpr double near_mm = 1.0;
-constexpr double near_rad = rad_from_deg(1.0);
-
-bool is_within(const StepRecord& a, const StepRecord& b, double length_mm, double angle_rad)
-{
-  return (a.pose.translation_mm - b.pose.translation_mm).norm() <= length_mm &&
-         std::abs(a.pose.theta_rad - b.pose.theta_rad) <= angle_rad &&
-         std::abs(a.varus_rad - b.varus_rad) <= angle_rad;
-}
-
 bool is_same_equilibrium(const StepRecord& a, const StepRecord& b)
 {
-  return is_within(a, b, same_position_mm, same_angle_rad);
+  return (a.pose.translation_mm - b.pose.translation_mm).norm() <= same_position_mm &&
+         std::abs(a.pose.theta_rad - b.pose.theta_rad) <= same_angle_rad &&
+         std::abs(a.varus_rad - b.varus_rad) <= same_angle_rad;
 }
 
 }  // namespace
@@ -44,9 +35,11 @@ std::vector<SpineOffset> spine_offsets(int n)
   return {all.begin(), all.begin() + n};
 }
 
-bool is_same_branch(const StepRecord& a, const StepRecord& b)
+std::vector<SpineOffset> polish_offsets()
 {
-  return is_within(a, b, near_mm, near_rad);
+  constexpr double rotation_rad = rad_from_deg(0.5), shift_mm = 0.3;
+  return {{rotation_rad, 0, 0}, {-rotation_rad, 0, 0}, {0, shift_mm, 0},
+          {0, -shift_mm, 0},    {0, 0, shift_mm},      {0, 0, -shift_mm}};
 }
 
 FreeSpineStep select_lowest(const std::vector<StepRecord>& ends)

@@ -17,6 +17,9 @@ struct SpineOffset {
 /// The first `n` (at most 8) of a fixed list of rotations and shifts, small ones first.
 std::vector<SpineOffset> spine_offsets(int n);
 
+/// Small offsets to either side, in theta, x and z.
+std::vector<SpineOffset> polish_offsets();
+
 /// Results of all starts of one flexion.
 struct FreeSpineStep {
   StepRecord chosen;               ///< lowest energy; if none is stable, the first result
@@ -26,9 +29,6 @@ struct FreeSpineStep {
   StepRecord band_low;             ///< with the extra moment against theta; `pending` without a band
   StepRecord band_high;            ///< with the extra moment along theta
 };
-
-/// Whether the poses of two flexions are on the same branch: within 1 mm and 1 degree in theta and varus.
-bool is_same_branch(const StepRecord& a, const StepRecord& b);
 
 /// `ends` in the order of their starts: of equal energies (within 1e-6 N mm) the earlier is chosen.
 FreeSpineStep select_lowest(const std::vector<StepRecord>& ends);

@@ -27,13 +27,8 @@ std::int32_t column_nearest(const std::vector<double>& varus_rad, double target_
 struct Seed {
   MovingPose pose;
   double varus_rad = 0.0;
-  std::int32_t flexion = 0;
+  std::int32_t path_row = 0;
 };
-
-Seed seed_of(const StepRecord& record)
-{
-  return {record.pose, record.varus_rad, record.key.flexion};
-}
 
 Seed moved(Seed seed, const SpineOffset& offset)
 {
@@ -43,6 +38,11 @@ Seed moved(Seed seed, const SpineOffset& offset)
   return seed;
 }
 
+// Bound on the propagations of equilibria; each pass that changes something lowers an energy.
+constexpr std::int32_t max_passes = 20;
+constexpr std::int32_t max_polish_rounds = 5;
+// Number of the first step of a polish, above those of chains, restarts and propagations.
+constexpr std::int32_t first_polish_number = 1000;
 struct Stopped {};  // thrown and caught inside a worker to end it
 
 class Sweep {
@@ -53,6 +53,8 @@ class Sweep {
         hooks_(hooks),
         n_flexion_(static_cast<std::int32_t>(plan.flexion_rad.size())),
         n_varus_(static_cast<std::int32_t>(plan.varus_rad.size())),
+        path_rad_(plan.path_flexion_rad.empty() ? plan.flexion_rad : plan.path_flexion_rad),
+        n_path_(static_cast<std::int32_t>(path_rad_.size())),
         offsets_(spine_offsets(plan.n_restarts))
   {
     check(n_flexion_ > 0 && n_varus_ > 0, "sweep: an empty grid");
@@ -64,10 +66,17 @@ class Sweep {
       for (std::int32_t j = 0; j < n_varus_; ++j) cell(i, j).key = {StepKind::row, i, j};
     }
     row_seeds_.resize(plan.flexion_rad.size());
+    for (const double flexion_rad : plan.flexion_rad) {
+      const auto at = std::lower_bound(path_rad_.begin(), path_rad_.end(), flexion_rad);
+      check(at != path_rad_.end() && *at == flexion_rad, "sweep: the path contains the grid's flexions");
+      path_row_.push_back(static_cast<std::int32_t>(at - path_rad_.begin()));
+    }
     choose_rows();
     if (plan.spine != SpineRule::free_varus) return;
     result_.free_spine.resize(plan.flexion_rad.size());
-    ends_.resize(plan.flexion_rad.size());
+    path_.resize(path_rad_.size());
+    path_seeds_.resize(path_rad_.size());
+    ends_.resize(path_rad_.size());
   }
 
   SweepResult run(int n_threads)
@@ -86,7 +95,7 @@ class Sweep {
  private:
   void choose_rows()
   {
-    flexions_.n_expected = static_cast<std::size_t>(n_flexion_);
+    flexions_.n_expected = path_rad_.size();
     is_chosen_.assign(plan_.flexion_rad.size(), plan_.rows ? 0 : 1);
     if (plan_.rows) {
       for (const std::int32_t i : *plan_.rows) {
@@ -184,7 +193,7 @@ class Sweep {
   bool wait_for_restarts()
   {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return is_ended_ || n_restarted_ == n_flexion_; });
+    changed_.wait(lock, [&] { return is_ended_ || n_restarted_ == n_path_; });
     return !is_ended_;
   }
 
@@ -209,19 +218,32 @@ class Sweep {
     task.key = key;
     task.attitude = {plan_.flexion_rad[static_cast<std::size_t>(key.flexion)],
                      plan_.varus_rad[static_cast<std::size_t>(key.varus)]};
+    task.path_row = path_row_of(key);
     task.seed = seed.pose;
-    task.seed_flexion = seed.flexion;
+    task.seed_path_row = seed.path_row;
     task.worker = worker;
     return step(task);
+  }
+
+  // Only the steps of the free spine have keys along the path.
+  std::int32_t path_row_of(const StepKey& key) const
+  {
+    return key.kind == StepKind::free_spine ? key.flexion : path_row_[static_cast<std::size_t>(key.flexion)];
+  }
+
+  Seed seed_of(const StepRecord& record) const
+  {
+    return {record.pose, record.varus_rad, path_row_of(record.key)};
   }
 
   StepRecord free_step(const StepKey& key, const Seed& seed, int worker, int band = 0)
   {
     StepTask task;
     task.key = key;
-    task.attitude = {plan_.flexion_rad[static_cast<std::size_t>(key.flexion)], seed.varus_rad};
+    task.path_row = path_row_of(key);
+    task.attitude = {path_rad_[static_cast<std::size_t>(task.path_row)], seed.varus_rad};
     task.seed = seed.pose;
-    task.seed_flexion = seed.flexion;
+    task.seed_path_row = seed.path_row;
     task.is_varus_free = true;
     task.band = band;
     task.is_measured = plan_.is_varus_free && band == 0;  // it may become a cell
@@ -284,13 +306,13 @@ class Sweep {
   void solve_free_spine()
   {
     Seed seed{plan_.initial, 0.0, 0};
-    for (std::int32_t i = 0; i < n_flexion_; ++i) {
+    for (std::int32_t i = 0; i < n_path_; ++i) {
       const StepRecord record = free_step({StepKind::free_spine, i, 0}, seed, 0);
       if (record.status == StepStatus::stable) seed = seed_of(record);
       ends_[static_cast<std::size_t>(i)].push_back(record);
     }
-    for (std::int32_t i = n_flexion_; i-- > 0;) {
-      row_seeds_[static_cast<std::size_t>(i)] = seed;
+    for (std::int32_t i = n_path_; i-- > 0;) {
+      path_seeds_[static_cast<std::size_t>(i)] = seed;
       const StepRecord record = free_step({StepKind::free_spine, i, 1}, seed, 0);
       if (record.status == StepStatus::stable) seed = seed_of(record);
       ends_[static_cast<std::size_t>(i)].push_back(record);
@@ -303,32 +325,74 @@ class Sweep {
   {
     const auto row = static_cast<std::size_t>(i);
     const StepRecord lower = select_lowest(ends_[row]).chosen;
-    const Seed from = lower.status == StepStatus::stable ? seed_of(lower) : row_seeds_[row];
+    const Seed from = lower.status == StepStatus::stable ? seed_of(lower) : path_seeds_[row];
     for (std::size_t k = 0; k < offsets_.size(); ++k) {
       const StepKey key{StepKind::free_spine, i, static_cast<std::int32_t>(k) + 2};
       ends_[row].push_back(free_step(key, moved(from, offsets_[k]), worker));
     }
-    result_.free_spine[row] = select_lowest(ends_[row]);
+    path_[row] = select_lowest(ends_[row]);
+    polish(i, worker);
   }
 
-  // An equilibrium found by a restart may also be the lowest at neighbouring flexions: once up the flexions
-  // and once down, each flexion starts from its neighbour's equilibrium if that is on another branch.
+  // Facets make equilibria a fraction of a degree apart: small offsets from the lowest one, until none leads
+  // to a lower one.
+  void polish(std::int32_t i, int worker)
+  {
+    const auto row = static_cast<std::size_t>(i);
+    std::int32_t number = first_polish_number;
+    bool is_lower = !offsets_.empty() && path_[row].chosen.status == StepStatus::stable;
+    for (std::int32_t round = 0; is_lower && round < max_polish_rounds; ++round) {
+      const StepRecord from = path_[row].chosen;
+      for (const SpineOffset& offset : polish_offsets()) {
+        ends_[row].push_back(
+            free_step({StepKind::free_spine, i, number++}, moved(seed_of(from), offset), worker));
+      }
+      path_[row] = select_lowest(ends_[row]);
+      is_lower = path_[row].chosen.key != from.key;
+    }
+  }
+
+  // An equilibrium found at one flexion may lead to a lower one at its neighbours: up the flexions and down
+  // again, each flexion starts from its neighbour's equilibrium, once and then whenever that has changed.
   void propagate_lower_equilibria()
   {
-    for (std::int32_t i = 1; i < n_flexion_; ++i) propagate(i - 1, i, 0);
-    for (std::int32_t i = n_flexion_ - 1; i-- > 0;) propagate(i + 1, i, 1);
-    for (std::int32_t i = 0; i < n_flexion_; ++i) release_row(i);
+    std::vector<std::int8_t> is_new_upward(path_rad_.size(), 1), is_new_downward = is_new_upward;
+    const auto try_neighbour = [&](std::int32_t from, std::int32_t to, std::int32_t number,
+                                   std::vector<std::int8_t>& is_new) {
+      const bool is_tried = is_new[static_cast<std::size_t>(from)] == 0;
+      is_new[static_cast<std::size_t>(from)] = 0;
+      if (is_tried || !propagate(from, to, number)) return false;
+      is_new_upward[static_cast<std::size_t>(to)] = is_new_downward[static_cast<std::size_t>(to)] = 1;
+      return true;
+    };
+    bool is_changed = true;
+    for (std::int32_t pass = 0; is_changed && pass < max_passes; ++pass) {
+      is_changed = false;
+      for (std::int32_t i = 1; i < n_path_; ++i)
+        is_changed |= try_neighbour(i - 1, i, 2 * pass, is_new_upward);
+      for (std::int32_t i = n_path_ - 1; i-- > 0;)
+        is_changed |= try_neighbour(i + 1, i, 2 * pass + 1, is_new_downward);
+    }
+    for (std::int32_t i = 0; i < n_flexion_; ++i) {
+      const auto row = static_cast<std::size_t>(i), path_row = static_cast<std::size_t>(path_row_[row]);
+      result_.free_spine[row] = path_[path_row];
+      row_seeds_[row] = path_seeds_[path_row];
+      release_row(i);
+    }
   }
 
-  void propagate(std::int32_t from, std::int32_t to, std::int32_t direction)
+  // Whether a lower equilibrium was found.
+  bool propagate(std::int32_t from, std::int32_t to, std::int32_t number)
   {
-    const StepRecord& source = result_.free_spine[static_cast<std::size_t>(from)].chosen;
-    FreeSpineStep& target = result_.free_spine[static_cast<std::size_t>(to)];
-    if (source.status != StepStatus::stable || is_same_branch(source, target.chosen)) return;
-    const StepKey key{StepKind::free_spine, to, static_cast<std::int32_t>(offsets_.size()) + 2 + direction};
+    const StepRecord& source = path_[static_cast<std::size_t>(from)].chosen;
+    FreeSpineStep& target = path_[static_cast<std::size_t>(to)];
+    if (source.status != StepStatus::stable) return false;
+    const StepKey key{StepKind::free_spine, to, static_cast<std::int32_t>(offsets_.size()) + 2 + number};
     std::vector<StepRecord>& ends = ends_[static_cast<std::size_t>(to)];
     ends.push_back(free_step(key, seed_of(source), 0));
+    const StepRecord before = target.chosen;
     target = select_lowest(ends);
+    return target.chosen.key != before.key;
   }
 
   // Solves the band of the flexion and the grid's cell nearest to its free equilibrium.
@@ -343,14 +407,15 @@ class Sweep {
     }
     if (is_stable) row_seeds_[row] = seed_of(free.chosen);
     const std::int32_t column = column_nearest(plan_.varus_rad, row_seeds_[row].varus_rad);
-    cell(i, column) = plan_.is_varus_free ? spine_cell_of(free.chosen)
+    cell(i, column) = plan_.is_varus_free ? spine_cell_of(free.chosen, i)
                                           : grid_step({StepKind::spine, i, column}, row_seeds_[row], worker);
     if (cell(i, column).status == StepStatus::stable) row_seeds_[row] = seed_of(cell(i, column));
     result_.spine_column[row] = column;
   }
 
-  StepRecord spine_cell_of(StepRecord chosen)
+  StepRecord spine_cell_of(StepRecord chosen, std::int32_t flexion)
   {
+    chosen.key.flexion = flexion;
     chosen.key.varus = 0;
     return kept_as_spine(chosen);
   }
@@ -374,12 +439,17 @@ class Sweep {
   const SweepHooks& hooks_;
   const std::int32_t n_flexion_;
   const std::int32_t n_varus_;
+  const std::vector<double> path_rad_;
+  const std::int32_t n_path_;
+  std::vector<std::int32_t> path_row_;  // [n_flexion] of the grid's flexions
   const std::vector<SpineOffset> offsets_;
   // A row's entries are written by the spine before its row is released, then by the row's worker only.
   SweepResult result_;
   std::vector<Seed> row_seeds_;
-  std::vector<std::int8_t> is_chosen_;         // [n_flexion] whether the row is solved
-  std::vector<std::vector<StepRecord>> ends_;  // [n_flexion] results of all starts of a free spine
+  std::vector<std::int8_t> is_chosen_;  // [n_flexion] whether the row is solved
+  std::vector<FreeSpineStep> path_;     // [n_path] of a free spine, like the next two
+  std::vector<Seed> path_seeds_;
+  std::vector<std::vector<StepRecord>> ends_;  // results of all starts
 
   std::mutex mutex_;  // guards the members below and orders the workers' access to a row's data
   std::condition_variable changed_;

@@ -23,7 +23,9 @@ enum class SpineRule {
 struct SweepPlan {
   std::vector<double> flexion_rad;  ///< [n_flexion]
   std::vector<double> varus_rad;    ///< [n_varus]
-  MovingPose initial;               ///< seed of the first step
+  /// Flexions of the spine with free varus; they contain the grid's. Empty: the grid's.
+  std::vector<double> path_flexion_rad;
+  MovingPose initial;  ///< seed of the first step
   SpineRule spine = SpineRule::walk_to_balance;
   // The next three apply to `free_varus` only.
   bool is_varus_free = false;  ///< the grid has one column, which takes the spine's own poses
@@ -39,7 +41,8 @@ struct StepTask {
   StepKey key;
   Attitude attitude;  ///< with free varus, its varus is the seed
   MovingPose seed;
-  std::int32_t seed_flexion = 0;  ///< flexion of the seed, whose Delta may differ
+  std::int32_t path_row = 0;       ///< row of the path flexions, or of the grid's if there is no path
+  std::int32_t seed_path_row = 0;  ///< of the seed: its Delta may differ
   bool is_varus_free = false;
   int band = 0;             ///< -1 or +1: with the extra moment against theta or with it
   bool is_measured = true;  ///< false: only pose, status and energy are needed

@@ -70,7 +70,7 @@ class BenchRun final : public loop::Mode {
     note_times();
     warn(show_.take_warning());
     if (wishes_.zero_stage) {
-      tell(devices_.zero_stage() ? "stage zeroed" : "the stage does not answer: not zeroed");
+      show_status(devices_.zero_stage() ? "stage zeroed" : "the stage does not answer: not zeroed");
     }
     if (wishes_.write_calibration) write_calibration();
     if (wishes_.take_screenshot) show_.save_screenshot(state_, *frame_);
@@ -92,7 +92,7 @@ class BenchRun final : public loop::Mode {
 
  private:
   double now_s() const { return static_cast<double>(now_ns_) * s_per_ns; }
-  void tell(const std::string& message) { show_.show_message(message, now_s()); }
+  void show_status(const std::string& message) { show_.show_message(message, now_s()); }
 
   void warn(const std::string& words) const
   {
@@ -106,7 +106,7 @@ class BenchRun final : public loop::Mode {
     const auto refused = loop::catch_input_error([&] { recorder_->add(now_ns_, keys_, samples_); });
     if (!refused) return;
     streams_.messages << "vrda-player: " << refused->what() << "; recording stopped\n";
-    tell("recording stopped: " + refused->facts().found);
+    show_status("recording stopped: " + refused->facts().found);
     recorder_.reset();
   }
 
@@ -156,12 +156,12 @@ class BenchRun final : public loop::Mode {
 
   void write_calibration()
   {
-    if (options_.calibration.empty()) return tell("not written: no --calibration FILE");
+    if (options_.calibration.empty()) return show_status("not written: no --calibration FILE");
     const auto refused = loop::catch_input_error([&] {
       write_atomically(options_.calibration,
                        {bench_files::calibration_text(state_.values().calibration, setup_.bench)});
     });
-    tell(refused ? refused->what() : "written: " + options_.calibration);
+    show_status(refused ? refused->what() : "written: " + options_.calibration);
   }
 
   const BenchOptions& options_;

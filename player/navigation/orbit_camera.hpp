@@ -50,7 +50,7 @@ OrbitCamera moved_closer(const OrbitCamera& gaze, double notches);
 /// Moves the camera so that the point is centred at its present depth and becomes the pivot.
 OrbitCamera centred_on(const OrbitCamera& gaze, const Eigen::Vector3d& point_world_mm);
 
-/// The nearest point of the visible bodies under a pixel, world; empty if there is none.
+/// The nearest point of the visible bodies under a pixel, world; empty if none exists.
 std::optional<Eigen::Vector3d> point_under(const scene::Scene& scene, const scene::Camera& camera,
                                            const optics::Viewport& viewport,
                                            const Eigen::Vector2d& pointer_px);

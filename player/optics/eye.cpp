@@ -21,7 +21,7 @@ double slope(const Distortion& d, double r)
   return 1.0 + r * r * (3.0 * d.k1 + 5.0 * d.k2 * r * r);
 }
 
-/// Smallest root r > 0 of 1 + 3 k1 r^2 + 5 k2 r^4; infinite if there is none.
+/// Smallest root r > 0 of 1 + 3 k1 r^2 + 5 k2 r^4; infinite if none exists.
 double fold_radius(const Distortion& d)
 {
   constexpr double never = std::numeric_limits<double>::infinity();
@@ -49,7 +49,7 @@ Eigen::Vector2d in_pixels(const Distortion& d, const Eigen::Vector2d& units)
   return d.centre_px + d.unit_px * Eigen::Vector2d(units.x(), units.y() / d.pixel_aspect);
 }
 
-/// The r with shown_radius(r) = `shown`, or the fold radius if there is none.
+/// The r with shown_radius(r) = `shown`, or the fold radius if none exists.
 double drawn_radius(const Distortion& d, double shown)
 {
   double low = 0.0, high = std::max(1.0, shown);

@@ -24,7 +24,7 @@ class GlContext {
 /// Throws InputError if the installed library does not support OpenGL 3.3 core.
 std::unique_ptr<GlContext> make_osmesa_context();
 
-/// Surfaceless, on the first graphics card, or in software if there is none.
+/// Surfaceless, on the first graphics card, or in software if none exists.
 /// Throws InputError if the installed library does not support OpenGL 3.3 core.
 std::unique_ptr<GlContext> make_egl_context();
 

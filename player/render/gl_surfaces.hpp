@@ -42,7 +42,7 @@ class SurfacePainter {
   /// Sets camera, lights and mode for the following passes; `view` is the viewport.
   void begin(const scene::Scene& scene, const scene::Camera& camera, const PixelBox& view);
   void draw(const scene::Scene& scene, SurfacePass pass);
-  /// Bounds of the translucent surfaces within the viewport; empty if there are none.
+  /// Bounds of the translucent surfaces within the viewport; empty without such surfaces.
   const PixelBox& translucent_box() const { return translucent_box_; }
 
  private:

@@ -100,7 +100,7 @@ bool is_framed(const Drawable& drawable);
 /// Includes hidden bodies.
 Sphere joint_sphere(const Scene& scene, double widths = 0.85);
 
-/// The world positions of the visible bodies' vertices within the sphere; all vertices if there is none.
+/// The world positions of the visible bodies' vertices within the sphere; all vertices if none exists.
 std::vector<Eigen::Vector3d> points_within(const Scene& scene, const Sphere& sphere);
 
 /// Scale factor for markers: 1 for a knee with a plateau width of 80 mm.

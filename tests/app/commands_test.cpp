@@ -47,7 +47,7 @@ TEST(Commands, WrongUsageIsOneLineThatNamesTheProgramAndTheWord)
 {
   struct Row {
     std::vector<std::string> words;
-    const char* told;
+    const char* reported;
     const char* help;
   };
   const std::string model = "a.h5";
@@ -80,7 +80,7 @@ TEST(Commands, WrongUsageIsOneLineThatNamesTheProgramAndTheWord)
     EXPECT_EQ(ended.exit_code, 2);
     EXPECT_THAT(ended.out, IsEmpty());
     EXPECT_EQ(test::n_lines(ended.err), 1);
-    EXPECT_THAT(ended.err, AllOf(StartsWith("vrda: "), HasSubstr(row.told), testing::EndsWith(row.help)));
+    EXPECT_THAT(ended.err, AllOf(StartsWith("vrda: "), HasSubstr(row.reported), testing::EndsWith(row.help)));
   }
 }
 

@@ -239,7 +239,7 @@ const std::vector<Mistake> mistakes{
     {"NothingThatHoldsRotation",
      [](const Folder& f) { f.set("[ligaments]\nfibres = \"ligaments.csv\"\n", ""); },
      0,
-     {"ligaments: there are none", "nearly free", "fibres = \"ligaments.csv\""}},
+     {"ligaments: found none", "nearly free", "fibres = \"ligaments.csv\""}},
     {"LigamentsForTheSearch",
      [](const Folder& f) { f.set("[smooth]", "[solver]\nmethod = \"stability-search\"\n[smooth]"); },
      0,

@@ -135,7 +135,7 @@ TEST_F(ConvertConfig, AModelThatIsNotThereIsAWarning)
   fs::remove(scratch_.path() / "models" / "tibmen.obj");
   const test::Ended ended = convert();
   EXPECT_EQ(ended.exit_code, 0);
-  EXPECT_THAT(ended.err, HasSubstr("tibmen.obj\" yet"));
+  EXPECT_THAT(ended.err, HasSubstr("tibmen.obj\""));
 }
 
 TEST_F(ConvertConfig, TheUnitIsTheUsersToSay)

@@ -72,28 +72,31 @@ TEST_F(DerivedCommands, ARunRecontactsWhatItSmoothsUnlessToldNotTo)
 TEST_F(DerivedCommands, RecontactLeavesNoOverlapAndTheMarginAtTheAttitudes)
 {
   const Json sets = json_of({"audit", file_});
-  ASSERT_EQ(sets.size(), 4u);
-  EXPECT_EQ(sets[0].at("set"), "degree_2_recontacted");
-  EXPECT_EQ(sets[0].at("poses"), 35);
+  ASSERT_EQ(sets.size(), 5u);
+  const Json &recontacted = sets[1], &smoothed = sets[2], &raw = sets[3];
+  EXPECT_EQ(sets[0].at("set"), "two_sided");
   EXPECT_EQ(sets[0].at("overlapping"), 0);
-  EXPECT_EQ(sets[0].at("nothing_ahead"), 0);
-  EXPECT_TRUE(sets[0].at("largest_penetration").is_null());
-  EXPECT_LE(sets[0].at("largest_gap").at("mm").get<double>(), margin_mm);
-  EXPECT_EQ(sets[1].at("set"), "degree_2");
-  EXPECT_GT(sets[1].at("overlapping"), 0);
-  EXPECT_GT(sets[1].at("largest_penetration").at("mm").get<double>(), 0.01);
-  EXPECT_EQ(sets[2].at("set"), "raw");
-  EXPECT_EQ(sets[2].at("overlapping"), 0);
-  EXPECT_EQ(sets[3].at("set"), "zero_varus");
+  EXPECT_EQ(recontacted.at("set"), "degree_2_recontacted");
+  EXPECT_EQ(recontacted.at("poses"), 35);
+  EXPECT_EQ(recontacted.at("overlapping"), 0);
+  EXPECT_EQ(recontacted.at("nothing_ahead"), 0);
+  EXPECT_TRUE(recontacted.at("largest_penetration").is_null());
+  EXPECT_LE(recontacted.at("largest_gap").at("mm").get<double>(), margin_mm);
+  EXPECT_EQ(smoothed.at("set"), "degree_2");
+  EXPECT_GT(smoothed.at("overlapping"), 0);
+  EXPECT_GT(smoothed.at("largest_penetration").at("mm").get<double>(), 0.01);
+  EXPECT_EQ(raw.at("set"), "raw");
+  EXPECT_EQ(raw.at("overlapping"), 0);
+  EXPECT_EQ(sets[4].at("set"), "zero_varus");
   const Json info = json_of({"info", file_});
-  EXPECT_EQ(info.at("remeasured").at("largest_gap_mm"), sets[2].at("largest_gap").at("mm"));
+  EXPECT_EQ(info.at("remeasured").at("largest_gap_mm"), raw.at("largest_gap").at("mm"));
 
   const Json fine = json_of({"audit", file_, "--set", "degree_2_recontacted", "--refine", "3"});
   ASSERT_EQ(fine.size(), 1u);
   EXPECT_EQ(fine[0].at("attitudes"), 19 * 13);
   EXPECT_GT(fine[0].at("largest_gap").at("mm").get<double>(), margin_mm);
   const store::MotionModel model = store::read_motion_model(file_);
-  ASSERT_EQ(model.audits.size(), 4u);  // the last of the two grids of that set
+  ASSERT_EQ(model.audits.size(), 5u);  // the last of the two grids of that set
   EXPECT_EQ(model.audits[1].name, "degree_2_recontacted");
   EXPECT_EQ(model.audits[1].refine, 3);
   EXPECT_EQ(run({"validate", file_}).exit_code, 0);
@@ -104,7 +107,7 @@ TEST_F(DerivedCommands, TheTableNamesSetsAndWhereTheirWorstIs)
   const test::Ended ended = run({"audit", file_});
   EXPECT_EQ(ended.exit_code, 0);
   EXPECT_THAT(ended.err, IsEmpty());
-  EXPECT_EQ(test::n_lines(ended.out), 6);
+  EXPECT_EQ(test::n_lines(ended.out), 7);
   EXPECT_THAT(ended.out, HasSubstr("degree_2_recontacted        1       35           0  -  "));
   EXPECT_THAT(ended.out, HasSubstr("largest penetration"));
 }
@@ -135,10 +138,10 @@ TEST_F(DerivedCommands, SmoothReplacesItsDegreeAndDropsAuditsOfWhatChanged)
   EXPECT_EQ(same.at("surfaces").size(), 4u);
   EXPECT_EQ(same.at("surfaces").at("ty").at("cells"), 35);
   EXPECT_EQ(same.at("recontact").at("without_contact"), 0);
-  EXPECT_EQ(store::read_motion_model(file_).audits.size(), 4u);
+  EXPECT_EQ(store::read_motion_model(file_).audits.size(), 5u);
 
   EXPECT_TRUE(json_of({"smooth", file_, "--degree", "3"}).at("recontact").is_null());
-  EXPECT_EQ(store::read_motion_model(file_).audits.size(), 4u);
+  EXPECT_EQ(store::read_motion_model(file_).audits.size(), 5u);
   EXPECT_EQ(store::read_motion_model(file_).smoothed.size(), 2u);
 
   const test::Ended ended = run({"smooth", file_, "--degree", "2"});
@@ -146,7 +149,7 @@ TEST_F(DerivedCommands, SmoothReplacesItsDegreeAndDropsAuditsOfWhatChanged)
   EXPECT_THAT(ended.out, HasSubstr("smoothed, degree 2: 6 terms"));
   const store::MotionModel model = store::read_motion_model(file_);
   EXPECT_FALSE(model.smoothed.front().recontact_mm.has_value());
-  ASSERT_EQ(model.audits.size(), 3u);
+  ASSERT_EQ(model.audits.size(), 4u);
   EXPECT_EQ(model.audits.front().name, "degree_2");
 }
 

@@ -165,7 +165,7 @@ TEST(GenericKnee, DisturbedStartsReturnToTheSamePose)
     task.key = {StepKind::free_spine, flexion, 0};
     task.attitude = {rad_from_deg(flexion), 0.0};
     task.seed = seed;
-    task.seed_flexion = flexion;
+    task.path_row = task.seed_path_row = flexion;
     task.is_varus_free = true;
     std::vector<StepRecord> ends{solver(task)};
     for (const sweep::SpineOffset& offset : sweep::spine_offsets(knee.spine.n_restarts)) {

@@ -168,7 +168,7 @@ TEST_F(Reduce, WhatCannotBeReducedIsRefused)
   const std::string ball = (scratch_.path() / "ball.h5").string();
   ASSERT_EQ(test::run_vrda({"run", test::small_job(scratch_).string(), "-o", ball}).exit_code, 0);
   EXPECT_FALSE(store::read_motion_model(ball).zero_varus);
-  expect_refused({ball}, {ball, "compartments: found none", "grid.varus = \"free\""});
+  expect_refused({ball}, {ball, "compartments: found no", "grid.varus = \"free\""});
 
   const std::string nowhere = (scratch_.path() / "nowhere.h5").string();
   ASSERT_EQ(test::run_vrda({"run", test::small_knee_job(scratch_, "right").string(), "-o", nowhere, "--set",

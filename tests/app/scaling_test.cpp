@@ -289,11 +289,11 @@ TEST(ScaledRun, FibresScaledEvenlyHoldTheScaledPose)
   const fs::path job = test::small_knee_job(scratch, "right");
   test::edit(job, "[grid]", fibres + "[grid]");
   const load::Case plain = loaded(job, {equilibrium}),
-                   anew = loaded(job, {equilibrium, "scaling.factor=1.07"});
-  ASSERT_FALSE(anew.scaling.value().keeps_steps);
+                   repeated = loaded(job, {equilibrium, "scaling.factor=1.07"});
+  ASSERT_FALSE(repeated.scaling.value().keeps_steps);
   // Across Delta the energy is smooth: 2 / 50 and 2 / 90 per mm of dents under 20 N, at least 0.4 N/mm.
   const double across_mm = std::sqrt(2.0 * two_tolerances_mm * push_n / 0.4);
-  expect_near(model_build::scaled(swept(plain), factor), swept(anew), {35, across_mm});
+  expect_near(model_build::scaled(swept(plain), factor), swept(repeated), {35, across_mm});
 }
 
 TEST(ScaledRun, ANewRunIsSaidToBeOneAndIsSound)

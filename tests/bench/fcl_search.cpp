@@ -9,20 +9,20 @@
 #include "solve/joint.hpp"
 #include "solve/stability_search.hpp"
 
-namespace vrda::bench {
+namespace vrda::benchmarks {
 namespace {
 
 enum class LastMotion { none, turn, slide };
 
 class Search {
  public:
-  Search(const Joint& joint, const FclPair& models, const Attitude& attitude, const MovingPose& seed,
+  Search(const solve::Joint& joint, const FclPair& models, const Attitude& attitude, const MovingPose& seed,
          const SearchOptions& options)
       : joint_(joint),
         options_(options),
         fixed_(models.reference),
         moving_(models.moving),
-        reference_(turned(joint.reference.solid, attitude)),
+        reference_(proximity::rotated_reference(joint.reference.tree_mesh, attitude)),
         pose_(seed),
         translation_step_mm_(options.translation_step_mm),
         rotation_step_rad_(options.rotation_step_rad)
@@ -37,7 +37,7 @@ class Search {
     record.status = search();
     record.pose = pose_;
     if (record.status == StepStatus::stable)
-      record.queries += measure_step(joint_, reference_, touching(), resolution_mm(), record);
+      record.queries += solve::measure_step(joint_, reference_, touching(), resolution_mm(), record);
     record.queries += step_.n_collisions;
     return step_;
   }
@@ -51,8 +51,8 @@ class Search {
     for (int& i = step_.record.iterations; i < options_.max_steps; ++i) {
       if (!approach()) return StepStatus::no_contact;
       adapt_steps();
-      const std::vector<Contact> contacts = touching();
-      const RotationPrediction rotation = predict_rotation(contacts);
+      const std::vector<contact::Contact> contacts = touching();
+      const solve::RotationPrediction rotation = solve::predict_rotation(contacts);
       if (rotation.sign != 0 && rotation_step_rad_ >= options_.rotation_resolution_rad) {
         turn(rotation);
       } else if (!slides_by(contacts)) {
@@ -74,10 +74,10 @@ class Search {
     return is_hit;
   }
 
-  std::vector<Contact> touching()
+  std::vector<contact::Contact> touching()
   {
     ++step_.record.queries;
-    return find_contacts(
+    return contact::find_contacts(
         {reference_, joint_.reference.features, joint_.moving}, pose_, narrow_phase_,
         {resolution_mm(), options_.rotation_resolution_rad, options_.points, options_.normals});
   }
@@ -85,8 +85,8 @@ class Search {
   // The same strides as the product, short ones first.
   bool retreat()
   {
-    const double limit_mm =
-        std::min(extent_along_delta_mm(reference_.mesh), extent_along_delta_mm(joint_.moving.solid.mesh));
+    const double limit_mm = std::min(solve::extent_along_delta_mm(reference_.mesh),
+                                     solve::extent_along_delta_mm(joint_.moving.tree_mesh.mesh));
     double stride_mm = resolution_mm();
     for (double gone_mm = 0.0; gone_mm < limit_mm; gone_mm += stride_mm) {
       if (gone_mm > 0.0) stride_mm = std::min(2.0 * stride_mm, options_.translation_step_mm);
@@ -100,7 +100,7 @@ class Search {
   bool approach()
   {
     const double above_mm = reference_.tree.nodes().front().max_mm[1];
-    const double bottom_mm = joint_.moving.solid.tree.nodes().front().min_mm[1];
+    const double bottom_mm = joint_.moving.tree_mesh.tree.nodes().front().min_mm[1];
     const Eigen::Vector3d step_mm = options_.translation_step_mm * Eigen::Vector3d::UnitY();
     while (pose_.translation_mm.y() + bottom_mm <= above_mm) {
       const MovingPose start = pose_;
@@ -112,9 +112,9 @@ class Search {
     return false;
   }
 
-  bool slides_by(const std::vector<Contact>& contacts)
+  bool slides_by(const std::vector<contact::Contact>& contacts)
   {
-    const Eigen::Vector3d by_mm = translation_step_mm_ * predict_translation(contacts);
+    const Eigen::Vector3d by_mm = translation_step_mm_ * solve::predict_translation(contacts);
     step_.record.residual_mm = by_mm.norm();
     if (by_mm.norm() < resolution_mm()) return false;
     const MovingPose start = pose_;
@@ -125,7 +125,7 @@ class Search {
     return true;
   }
 
-  void turn(const RotationPrediction& rotation)
+  void turn(const solve::RotationPrediction& rotation)
   {
     const MovingPose start = pose_;
     const Eigen::Vector3d arm_mm = start.translation_mm - rotation.centre_mm;
@@ -177,8 +177,8 @@ class Search {
   // Of the corners of the moving object's box, perpendicular to Delta.
   double farthest_from_mm(const Eigen::Vector3d& centre_mm) const
   {
-    const BoxTree::Node& box = joint_.moving.solid.tree.nodes().front();
-    const Placement place(pose_);
+    const proximity::BoxTree::Node& box = joint_.moving.tree_mesh.tree.nodes().front();
+    const proximity::Placement place(pose_);
     double farthest_mm = 0.0;
     for (const double x : {box.min_mm[0], box.max_mm[0]}) {
       for (const double z : {box.min_mm[2], box.max_mm[2]}) {
@@ -206,12 +206,12 @@ class Search {
     if (last_motion_ == LastMotion::slide) rotation_step_rad_ = options_.rotation_step_rad;
   }
 
-  const Joint& joint_;
+  const solve::Joint& joint_;
   const SearchOptions& options_;
   fcl::CollisionObjectd fixed_;
   fcl::CollisionObjectd moving_;
-  TreeMesh reference_;  // at the current attitude
-  NarrowPhase narrow_phase_;
+  proximity::TreeMesh reference_;  // at the current attitude
+  contact::NarrowPhase narrow_phase_;
   MovingPose pose_;
   double translation_step_mm_;
   double rotation_step_rad_;
@@ -234,15 +234,15 @@ std::shared_ptr<FclModel> fcl_model(const Mesh& mesh)
   return model;
 }
 
-FclPair::FclPair(const Joint& joint)
-    : reference(fcl_model(joint.reference.solid.mesh)), moving(fcl_model(joint.moving.solid.mesh))
+FclPair::FclPair(const solve::Joint& joint)
+    : reference(fcl_model(joint.reference.tree_mesh.mesh)), moving(fcl_model(joint.moving.tree_mesh.mesh))
 {
 }
 
-FclStep find_stable_pose_by_fcl(const Joint& joint, const FclPair& models, const Attitude& attitude,
+FclStep find_stable_pose_by_fcl(const solve::Joint& joint, const FclPair& models, const Attitude& attitude,
                                 const MovingPose& seed, const SearchOptions& options)
 {
   return Search(joint, models, attitude, seed, options).run();
 }
 
-}  // namespace vrda::bench
+}  // namespace vrda::benchmarks

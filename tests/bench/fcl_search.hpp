@@ -10,7 +10,7 @@
 #include "core/step_record.hpp"
 #include "solve/joint.hpp"
 
-namespace vrda::bench {
+namespace vrda::benchmarks {
 
 using FclModel = fcl::BVHModel<fcl::OBBRSSd>;
 
@@ -18,7 +18,7 @@ std::shared_ptr<FclModel> fcl_model(const Mesh& mesh);
 
 /// Both objects at zero attitude and pose, S. Shared by all threads.
 struct FclPair {
-  explicit FclPair(const Joint& joint);
+  explicit FclPair(const solve::Joint& joint);
   std::shared_ptr<FclModel> reference;
   std::shared_ptr<FclModel> moving;
 };
@@ -36,7 +36,7 @@ struct FclStep {
 /// of translations that leave the reference), which cost queries. Contact points, the two predictions, and
 /// at the final pose the quantities that the sweep needs to choose its spine (flags and gaps of the
 /// compartments) are ours.
-FclStep find_stable_pose_by_fcl(const Joint& joint, const FclPair& models, const Attitude& attitude,
+FclStep find_stable_pose_by_fcl(const solve::Joint& joint, const FclPair& models, const Attitude& attitude,
                                 const MovingPose& seed, const SearchOptions& options);
 
-}  // namespace vrda::bench
+}  // namespace vrda::benchmarks

@@ -4,14 +4,14 @@
 #include "core/units.hpp"
 #include "motion/poses.hpp"
 
-namespace vrda::bench {
+namespace vrda::benchmarks {
 namespace {
 
 constexpr int degree = 6;
 
-SmoothedSet smoothed_set(const MotionModel& model)
+store::SmoothedSet smoothed_set(const store::MotionModel& model)
 {
-  SmoothedSet set;
+  store::SmoothedSet set;
   set.degree = degree;
   set.exponents.resize((degree + 1) * (degree + 2) / 2, 2);
   Eigen::Index k = 0;
@@ -19,32 +19,32 @@ SmoothedSet smoothed_set(const MotionModel& model)
     for (int j = 0; i + j <= degree; ++j) set.exponents.row(k++) << i, j;
   }
   for (const char* name : {"tx", "ty", "tz", "theta"}) {
-    SmoothedSurface& surface = set.surfaces.emplace_back();
+    store::SmoothedSurface& surface = set.surfaces.emplace_back();
     surface.name = name;
     for (int term = 0; term < k; ++term) surface.coefficients.push_back(1.0 / (1.0 + term));
   }
-  set.recontact_mm = GridD::Constant(model.status.rows(), model.status.cols(), 0.1);
+  set.recontact_mm = store::GridD::Constant(model.status.rows(), model.status.cols(), 0.1);
   return set;
 }
 
 /// 91 x 21 attitudes, as in the thesis.
-MotionModel thesis_sized()
+store::MotionModel thesis_sized()
 {
-  MotionModel model;
+  store::MotionModel model;
   model.side = "right";
   model.method = "stability-search";
   for (int i = 0; i <= 90; ++i) model.flexion_deg.push_back(i);
   for (int j = -10; j <= 10; ++j) model.varus_deg.push_back(j);
-  model = with_pending_cells(model);
+  model = store::with_pending_cells(model);
   model.status.setConstant(status_stable);
-  for (GridD* grid : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg}) {
+  for (store::GridD* grid : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg}) {
     for (Eigen::Index cell = 0; cell < grid->size(); ++cell)
       grid->data()[cell] = 0.001 * static_cast<double>(cell % 97);
   }
   model.smoothed = {smoothed_set(model)};
   const std::vector<double> column(model.flexion_deg.size(), 1.0);
-  ZeroVarus table;
-  table.source.assign(column.size(), static_cast<std::int8_t>(ZeroVarusSource::both_touch));
+  store::ZeroVarus table;
+  table.source.assign(column.size(), static_cast<std::int8_t>(store::ZeroVarusSource::both_touch));
   table.varus_deg = table.tx_mm = table.ty_mm = table.tz_mm = table.theta_deg = column;
   model.zero_varus = table;
   return model;
@@ -57,22 +57,22 @@ Attitude next(int& k)
   return {rad_from_deg(0.01 * k), rad_from_deg(0.001 * k - 4.5)};
 }
 
-void pose(benchmark::State& state, const Motion& motion)
+void pose(benchmark::State& state, const motion::Motion& motion)
 {
   int k = 0;
   for (auto _ : state) benchmark::DoNotOptimize(motion.at(next(k)));
 }
 
-void pose_and_rate(benchmark::State& state, const Motion& motion)
+void pose_and_rate(benchmark::State& state, const motion::Motion& motion)
 {
   int k = 0;
   for (auto _ : state) benchmark::DoNotOptimize(motion.rate_at(next(k)));
 }
 
 [[maybe_unused]] const bool registered = [] {
-  const MotionModel model = thesis_sized();
-  for (const std::string& set : set_names(model)) {
-    const Motion motion(model, set);
+  const store::MotionModel model = thesis_sized();
+  for (const std::string& set : motion::set_names(model)) {
+    const motion::Motion motion(model, set);
     benchmark::RegisterBenchmark(("motion/pose/" + set).c_str(),
                                  [motion](benchmark::State& state) { pose(state, motion); });
     benchmark::RegisterBenchmark(("motion/pose_and_rate/" + set).c_str(),
@@ -82,4 +82,4 @@ void pose_and_rate(benchmark::State& state, const Motion& motion)
 }();
 
 }  // namespace
-}  // namespace vrda::bench
+}  // namespace vrda::benchmarks

@@ -20,7 +20,7 @@
 #include "support/process.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda::bench {
+namespace vrda::benchmarks {
 namespace {
 
 constexpr int width = 640, height = 480;
@@ -34,49 +34,51 @@ double seconds_since(std::chrono::steady_clock::time_point start)
 class Film {
  public:
   explicit Film(const std::string& file)
-      : model_(read_motion_model(file)),
-        motion_(model_, set_names(model_).front()),
-        scene_(scene_of(model_.reference, model_.moving, model_.rotation_centre_mm))
+      : model_(store::read_motion_model(file)),
+        motion_(model_, motion::set_names(model_).front()),
+        scene_(scene::scene_of(model_.reference, model_.moving, model_.rotation_centre_mm))
   {
-    scene_.mode = DrawMode::smooth;
+    scene_.mode = scene::DrawMode::smooth;
     place_at(motion_.first_flexion_rad());
-    CameraFit fit(view_rotation(View::oblique, model_.side == "left" ? Side::left : Side::right));
-    fit.include(points_within(scene_, joint_sphere(scene_)));
+    scene::CameraFit fit(
+        scene::view_rotation(scene::View::oblique, model_.side == "left" ? Side::left : Side::right));
+    fit.include(scene::points_within(scene_, scene::joint_sphere(scene_)));
     camera_ = fit.camera();
   }
 
   /// The next frame; flexion restarts after the last.
-  Shot next()
+  render::Shot next()
   {
     const double range_rad = motion_.last_flexion_rad() - motion_.first_flexion_rad();
     const int n_frames = std::max(1, static_cast<int>(deg_from_rad(range_rad)));
     place_at(motion_.first_flexion_rad() + range_rad * (n_shown_++ % n_frames) / n_frames);
-    return {with_depth_range(camera_, scene_), {0, 0, width, height}};
+    return {scene::with_depth_range(camera_, scene_), {0, 0, width, height}};
   }
 
-  const Scene& scene() const { return scene_; }
+  const scene::Scene& scene() const { return scene_; }
   double n_triangles() const
   {
     std::size_t n = 0;
-    for (const Drawable& drawable : scene_.drawables) n += drawable.mesh.triangles.size() / 3;
+    for (const scene::Drawable& drawable : scene_.drawables) n += drawable.mesh.triangles.size() / 3;
     return static_cast<double>(n);
   }
 
  private:
   void place_at(double flexion_rad)
   {
-    place(scene_, frames_of(motion_.at({flexion_rad, motion_.balanced_varus_rad(flexion_rad)})));
+    scene::place(scene_,
+                 scene::frames_of(motion_.at({flexion_rad, motion_.balanced_varus_rad(flexion_rad)})));
   }
 
-  MotionModel model_;
-  Motion motion_;
-  Scene scene_;
-  Camera camera_;
+  store::MotionModel model_;
+  motion::Motion motion_;
+  scene::Scene scene_;
+  scene::Camera camera_;
   int n_shown_ = 0;
 };
 
 /// Times `draw` per frame; the first, which compiles shaders, is excluded.
-void count_frames(benchmark::State& state, Film& film, const std::function<void(const Shot&)>& draw)
+void count_frames(benchmark::State& state, Film& film, const std::function<void(const render::Shot&)>& draw)
 {
   draw(film.next());
   const double before_s = process_s();
@@ -87,13 +89,13 @@ void count_frames(benchmark::State& state, Film& film, const std::function<void(
   state.counters["triangles"] = film.n_triangles();
 }
 
-void off_screen(benchmark::State& state, const std::string& file, const RenderOptions& options,
-                Backend backend)
+void off_screen(benchmark::State& state, const std::string& file, const render::RenderOptions& options,
+                render::Backend backend)
 {
   Film film(file);
-  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer(options, backend);
+  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer(options, backend);
   renderer->load(film.scene());
-  count_frames(state, film, [&](const Shot& shot) {
+  count_frames(state, film, [&](const render::Shot& shot) {
     benchmark::DoNotOptimize(renderer->draw(film.scene(), {&shot, 1}, nullptr).rgba.data());
   });
 }
@@ -101,14 +103,14 @@ void off_screen(benchmark::State& state, const std::string& file, const RenderOp
 void in_a_window(benchmark::State& state, const std::string& file)
 {
   Film film(file);
-  WindowOptions options;
+  render::WindowOptions options;
   options.width = width;
   options.height = height;
   options.samples = 1;
   options.is_vsynced = false;
-  Window window(options);
+  render::Window window(options);
   window.renderer().load(film.scene());
-  count_frames(state, film, [&](const Shot& shot) {
+  count_frames(state, film, [&](const render::Shot& shot) {
     window.events();
     window.show(film.scene(), {&shot, 1}, nullptr);
   });
@@ -138,15 +140,16 @@ void register_knee(const std::string& player, const std::string& knee, const std
   const auto add = [&](const std::string& what, const std::function<void(benchmark::State&)>& run) {
     return benchmark::RegisterBenchmark(("player/" + what + "/" + knee).c_str(), run);
   };
-  const RenderOptions moving{width, height, 1, moving_coarseness_px}, whole{width, height, 1, 0.0},
-      fine{width, height, 4, moving_coarseness_px};
-  const auto frames = [&](const std::string& what, const RenderOptions& options, Backend backend) {
+  const render::RenderOptions moving{width, height, 1, render::moving_coarseness_px},
+      whole{width, height, 1, 0.0}, fine{width, height, 4, render::moving_coarseness_px};
+  const auto frames = [&](const std::string& what, const render::RenderOptions& options,
+                          render::Backend backend) {
     add(what, [=](benchmark::State& state) { off_screen(state, file, options, backend); })->UseRealTime();
   };
-  frames("frame", moving, Backend::osmesa);
-  frames("frame, every triangle", whole, Backend::osmesa);
-  frames("frame, 4 samples", fine, Backend::osmesa);
-  frames("frame by EGL", moving, Backend::egl);
+  frames("frame", moving, render::Backend::osmesa);
+  frames("frame, every triangle", whole, render::Backend::osmesa);
+  frames("frame, 4 samples", fine, render::Backend::osmesa);
+  frames("frame by EGL", moving, render::Backend::egl);
   if (std::getenv("DISPLAY") != nullptr)
     add("frame in a window", [=](benchmark::State& state) { in_a_window(state, file); })->UseRealTime();
   for (const bool is_cold : {false, true}) {
@@ -158,7 +161,7 @@ void register_knee(const std::string& player, const std::string& knee, const std
 }
 
 }  // namespace
-}  // namespace vrda::bench
+}  // namespace vrda::benchmarks
 
 int main(int argc, char** argv)
 {

@@ -3,7 +3,7 @@
 
 #include <time.h>
 
-namespace vrda::bench {
+namespace vrda::benchmarks {
 
 inline double seconds_of(clockid_t clock)
 {
@@ -23,4 +23,4 @@ inline double process_s()
   return seconds_of(CLOCK_PROCESS_CPUTIME_ID);
 }
 
-}  // namespace vrda::bench
+}  // namespace vrda::benchmarks

@@ -7,12 +7,12 @@
 #include "proximity/gap_query.hpp"
 #include "scene.hpp"
 
-namespace vrda::bench {
+namespace vrda::benchmarks {
 namespace {
 
 // All near misses of a scene; the reference is rotated once per step, as in a search.
 struct Asked {
-  std::vector<TreeMesh> references;
+  std::vector<proximity::TreeMesh> references;
   std::vector<std::pair<std::size_t, MovingPose>> poses;  // index of its reference
 };
 
@@ -20,7 +20,7 @@ Asked asked(const Scene& s)
 {
   Asked all;
   for (const Step& step : s.steps) {
-    all.references.push_back(turned(s.joint.reference.solid, step.attitude));
+    all.references.push_back(proximity::rotated_reference(s.joint.reference.tree_mesh, step.attitude));
     for (const MovingPose& pose : near_misses(step)) all.poses.emplace_back(all.references.size() - 1, pose);
   }
   return all;
@@ -37,10 +37,11 @@ void gap(benchmark::State& state, const std::string& knee)
   const Scene& s = scene(knee);
   const Asked all = asked(s);
   for (auto _ : state) {
-    TrianglePair hint;
+    proximity::TrianglePair hint;
     for (const auto& [reference, pose] : all.poses) {
-      const Gap found = directional_gap(all.references[reference], s.joint.moving.solid.mesh,
-                                        s.joint.moving.solid.tree, pose, {GapKind::from_here, hint});
+      const proximity::Gap found = proximity::directional_gap(
+          all.references[reference], s.joint.moving.tree_mesh.mesh, s.joint.moving.tree_mesh.tree, pose,
+          {proximity::GapKind::non_negative, hint});
       hint = found.pair;
       benchmark::DoNotOptimize(found);
     }
@@ -53,7 +54,7 @@ template <typename Ask>
 void gap_query(benchmark::State& state, const std::string& knee, const Ask& ask)
 {
   const Scene& s = scene(knee);
-  GapQuery query(s.joint.reference_gap, s.joint.moving_gap);
+  proximity::GapQuery query(s.joint.reference_gap, s.joint.moving_gap);
   std::size_t n = 0;
   for (auto _ : state) {
     n = 0;
@@ -70,17 +71,20 @@ void gap_query(benchmark::State& state, const std::string& knee, const Ask& ask)
 
 void gap_touch(benchmark::State& state, const std::string& knee)
 {
-  gap_query(state, knee, [](GapQuery& query, const MovingPose& pose) { return query.touch(pose).travel_mm; });
+  gap_query(state, knee, [](proximity::GapQuery& query, const MovingPose& pose) {
+    return query.next_contact(pose).travel_mm;
+  });
 }
 
 void gap_travel(benchmark::State& state, const std::string& knee)
 {
-  gap_query(state, knee, [](GapQuery& query, const MovingPose& pose) { return query.travel_mm(pose); });
+  gap_query(state, knee,
+            [](proximity::GapQuery& query, const MovingPose& pose) { return query.travel_mm(pose); });
 }
 
 void gap_features(benchmark::State& state, const std::string& knee)
 {
-  gap_query(state, knee, [](GapQuery& query, const MovingPose& pose) {
+  gap_query(state, knee, [](proximity::GapQuery& query, const MovingPose& pose) {
     return query.features(pose, 0.1).features.size();
   });
 }
@@ -89,14 +93,16 @@ void collision(benchmark::State& state, const std::string& knee)
 {
   const Scene& s = scene(knee);
   const Asked all = asked(s);
-  NarrowPhase narrow_phase;
+  contact::NarrowPhase narrow_phase;
   int n_hits = 0;
   for (auto _ : state) {
     n_hits = 0;
     for (const auto& [reference, pose] : all.poses) {
       n_hits +=
-          find_collision(all.references[reference], s.joint.moving.solid, pose, narrow_phase).has_value() ? 1
-                                                                                                          : 0;
+          contact::find_collision(all.references[reference], s.joint.moving.tree_mesh, pose, narrow_phase)
+                  .has_value()
+              ? 1
+              : 0;
     }
     benchmark::DoNotOptimize(n_hits);
   }
@@ -108,8 +114,8 @@ void fcl_collision(benchmark::State& state, const std::string& knee)
 {
   const Scene& s = scene(knee);
   const Asked all = asked(s);
-  const auto reference = fcl_model(s.joint.reference.solid.mesh),
-             moving = fcl_model(s.joint.moving.solid.mesh);
+  const auto reference = fcl_model(s.joint.reference.tree_mesh.mesh),
+             moving = fcl_model(s.joint.moving.tree_mesh.mesh);
   fcl::CollisionObjectd fixed(reference), other(moving);
   int n_hits = 0;
   for (auto _ : state) {
@@ -131,14 +137,15 @@ void contacts(benchmark::State& state, const std::string& knee)
 {
   const Scene& s = scene(knee);
   const Asked all = asked(s);
-  NarrowPhase narrow_phase;
+  contact::NarrowPhase narrow_phase;
   std::size_t n_contacts = 0;
   for (auto _ : state) {
     n_contacts = 0;
     for (const auto& [reference, pose] : all.poses) {
-      n_contacts += find_contacts({all.references[reference], s.joint.reference.features, s.joint.moving},
-                                  pose, narrow_phase, {})
-                        .size();
+      n_contacts +=
+          contact::find_contacts({all.references[reference], s.joint.reference.features, s.joint.moving},
+                                 pose, narrow_phase, {})
+              .size();
     }
     benchmark::DoNotOptimize(n_contacts);
   }
@@ -159,4 +166,4 @@ void contacts(benchmark::State& state, const std::string& knee)
 }();
 
 }  // namespace
-}  // namespace vrda::bench
+}  // namespace vrda::benchmarks

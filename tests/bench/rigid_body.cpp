@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace vrda::bench {
+namespace vrda::benchmarks {
 namespace {
 
 constexpr double mm_a_unit = 10.0;  // cm
@@ -125,4 +125,4 @@ Settled RigidPair::settle(const Attitude& attitude, const MovingPose& start) con
   return settled;
 }
 
-}  // namespace vrda::bench
+}  // namespace vrda::benchmarks

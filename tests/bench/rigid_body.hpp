@@ -5,7 +5,7 @@
 
 #include "core/frames.hpp"
 
-namespace vrda::bench {
+namespace vrda::benchmarks {
 
 /// The body moves along Delta at 0.1 m/s at most, less than half a millimetre per step, since GImpact's
 /// surfaces have no interior: after tunnelling a body does not return.
@@ -47,4 +47,4 @@ class RigidPair {
   SettleOptions options_;
 };
 
-}  // namespace vrda::bench
+}  // namespace vrda::benchmarks

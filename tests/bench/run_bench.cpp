@@ -12,7 +12,7 @@
 #include "solve/stability_search.hpp"
 #include "store/motion_model_file.hpp"
 
-namespace vrda::bench {
+namespace vrda::benchmarks {
 namespace {
 
 double seconds_since(std::chrono::steady_clock::time_point start)
@@ -29,7 +29,7 @@ void motion_step(benchmark::State& state, const std::string& knee)
   for (auto _ : state) {
     const auto start = std::chrono::steady_clock::now();
     for (const Step& step : s.steps) {
-      const StepRecord record = find_stable_pose(s.joint, step.attitude, step.seed, s.job_case.search);
+      const StepRecord record = solve::find_stable_pose(s.joint, step.attitude, step.seed, s.job_case.search);
       n_queries += record.queries;
     }
     total_s += seconds_since(start);
@@ -47,12 +47,12 @@ void motion_step(benchmark::State& state, const std::string& knee)
 }
 
 // The motion model of the coarse sweep, assembled as in a run.
-MotionModel small_model(const Scene& s)
+store::MotionModel small_model(const Scene& s)
 {
-  Case job_case = s.job_case;
+  load::Case job_case = s.job_case;
   job_case.grid.flexion_deg = {0, 15, 30, 45, 60, 75, 90};
   job_case.grid.varus_deg = {-3, 0, 3};
-  SweepResult result;
+  sweep::SweepResult result;
   for (int i = 0; i < 7; ++i) {
     for (int j = 0; j < 3; ++j) {
       StepRecord record;
@@ -63,27 +63,27 @@ MotionModel small_model(const Scene& s)
     }
   }
   result.spine_column.assign(7, 1);
-  return motion_model_of(job_case, result);
+  return model_build::motion_model_of(job_case, result);
 }
 
 void write(benchmark::State& state, const std::string& knee)
 {
-  const MotionModel model = small_model(scene(knee));
+  const store::MotionModel model = small_model(scene(knee));
   const std::string path = (std::filesystem::temp_directory_path() / "vrda-bench.h5").string();
-  for (auto _ : state) write_motion_model(path, model);
+  for (auto _ : state) store::write_motion_model(path, model);
   std::filesystem::remove(path);
 }
 
 void smooth_degree_2(benchmark::State& state, const std::string& knee)
 {
-  const SmoothInput input = smooth_input(small_model(scene(knee)), "bench");
-  for (auto _ : state) benchmark::DoNotOptimize(smooth(input, 2));
+  const smooth::SmoothInput input = smooth::smooth_input(small_model(scene(knee)), "bench");
+  for (auto _ : state) benchmark::DoNotOptimize(smooth::smooth(input, 2));
 }
 
 void prepare(benchmark::State& state, const std::string& knee)
 {
   const Scene& s = scene(knee);
-  for (auto _ : state) benchmark::DoNotOptimize(joint_of(s.job_case, s.job_case.frame));
+  for (auto _ : state) benchmark::DoNotOptimize(model_build::joint_of(s.job_case, s.job_case.frame));
 }
 
 [[maybe_unused]] const bool registered = [] {
@@ -95,4 +95,4 @@ void prepare(benchmark::State& state, const std::string& knee)
 }();
 
 }  // namespace
-}  // namespace vrda::bench
+}  // namespace vrda::benchmarks

@@ -9,7 +9,7 @@
 #include "load/case.hpp"
 #include "solve/joint.hpp"
 
-namespace vrda::bench {
+namespace vrda::benchmarks {
 
 struct Step {
   Attitude attitude;
@@ -18,8 +18,8 @@ struct Step {
 };
 
 struct Scene {
-  Case job_case;
-  Joint joint;
+  load::Case job_case;
+  solve::Joint joint;
   std::vector<Step> steps;  ///< solved ones, 7 x 3 attitudes
 };
 
@@ -27,7 +27,7 @@ struct Scene {
 const Scene& scene(const std::string& knee);
 
 /// jobs/knee-NAME.toml with the given settings ("key.path=value"); meshes from $VRDA_DATA.
-Case case_of(const std::string& knee, const std::vector<std::string>& settings = {});
+load::Case case_of(const std::string& knee, const std::vector<std::string>& settings = {});
 
 /// Whether the real knees are available ($VRDA_DATA or ../shared/data).
 bool has_real_knees();
@@ -39,4 +39,4 @@ std::vector<MovingPose> near_misses(const Step& step);
 /// Registers `run(state, knee)` as room/what/knee for each available knee.
 void for_each_knee(const std::string& room_and_what, void (*run)(benchmark::State&, const std::string&));
 
-}  // namespace vrda::bench
+}  // namespace vrda::benchmarks

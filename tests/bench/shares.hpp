@@ -2,7 +2,7 @@
 /// (CMakeLists.txt), so the product contains no timing code.
 #pragma once
 
-namespace vrda::bench {
+namespace vrda::benchmarks {
 
 /// Seconds since reset_shares(), in this thread.
 struct Shares {
@@ -15,4 +15,4 @@ struct Shares {
 void reset_shares();
 Shares shares();
 
-}  // namespace vrda::bench
+}  // namespace vrda::benchmarks

@@ -8,7 +8,7 @@
 #include "processor_time.hpp"
 #include "scene.hpp"
 
-namespace vrda::bench {
+namespace vrda::benchmarks {
 namespace {
 
 constexpr int n_passes = 3;
@@ -19,14 +19,14 @@ struct Knee {
 };
 
 // The tasks of a run in their order. Neighbours along varus are a degree apart, as in a full grid.
-std::vector<StepTask> tasks_of(const Case& job_case, CaseSolver& solver)
+std::vector<sweep::StepTask> tasks_of(const load::Case& job_case, model_build::CaseSolver& solver)
 {
-  std::vector<StepTask> tasks;
-  const SolveStep solve = [&](const StepTask& task) {
+  std::vector<sweep::StepTask> tasks;
+  const sweep::SolveStep solve = [&](const sweep::StepTask& task) {
     tasks.push_back(task);
     return solver(task);
   };
-  sweep(plan_of(job_case), solve, {}, 1);
+  sweep::sweep(model_build::plan_of(job_case), solve, {}, 1);
   return tasks;
 }
 
@@ -37,11 +37,11 @@ struct Pass {
   double n_stable = 0.0;
 };
 
-Pass pass_over(const std::vector<StepTask>& tasks, CaseSolver& solver)
+Pass pass_over(const std::vector<sweep::StepTask>& tasks, model_build::CaseSolver& solver)
 {
   Pass pass;
   const double start_s = thread_s();
-  for (const StepTask& task : tasks) {
+  for (const sweep::StepTask& task : tasks) {
     const StepRecord record = solver(task);
     pass.n_queries += record.queries;
     pass.n_iterations += record.iterations;
@@ -52,7 +52,7 @@ Pass pass_over(const std::vector<StepTask>& tasks, CaseSolver& solver)
 }
 
 // The median of several passes.
-Pass timed(const std::vector<StepTask>& tasks, CaseSolver& solver)
+Pass timed(const std::vector<sweep::StepTask>& tasks, model_build::CaseSolver& solver)
 {
   std::array<Pass, n_passes> passes;
   for (Pass& pass : passes) pass = pass_over(tasks, solver);
@@ -63,9 +63,9 @@ Pass timed(const std::vector<StepTask>& tasks, CaseSolver& solver)
 
 void steps(benchmark::State& state, const Knee& knee)
 {
-  const Case job_case = case_of(knee.name, knee.settings);
-  CaseSolver solver(job_case, 1);
-  const std::vector<StepTask> tasks = tasks_of(job_case, solver);
+  const load::Case job_case = case_of(knee.name, knee.settings);
+  model_build::CaseSolver solver(job_case, 1);
+  const std::vector<sweep::StepTask> tasks = tasks_of(job_case, solver);
   const auto n = static_cast<double>(tasks.size());
   for (auto _ : state) {
     const Pass pass = timed(tasks, solver);
@@ -122,4 +122,4 @@ std::vector<std::string> refined(double resolution)
 }();
 
 }  // namespace
-}  // namespace vrda::bench
+}  // namespace vrda::benchmarks

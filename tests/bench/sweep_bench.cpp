@@ -11,7 +11,7 @@
 #include "processor_time.hpp"
 #include "scene.hpp"
 
-namespace vrda::bench {
+namespace vrda::benchmarks {
 namespace {
 
 enum class Method { equilibrium, stability_search, search_by_fcl };
@@ -24,7 +24,7 @@ struct Spent {
 };
 
 struct Swept {
-  SweepResult result;
+  sweep::SweepResult result;
   double wall_s = 0.0;
   double processor_s = 0.0;  // of all threads
   double n_steps = 0.0;
@@ -37,7 +37,7 @@ int n_threads()
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-Case grid_case(Method method, const std::string& grid)
+load::Case grid_case(Method method, const std::string& grid)
 {
   const std::string name = method == Method::equilibrium ? "equilibrium" : "stability-search";
   std::vector<std::string> settings{"solver.method=" + name};
@@ -49,13 +49,13 @@ Case grid_case(Method method, const std::string& grid)
 }
 
 // Only the sweep is timed; meshes and trees are built before.
-Swept swept_by(const SolveStep& solve, const SweepPlan& plan, Spent& spent)
+Swept swept_by(const sweep::SolveStep& solve, const sweep::SweepPlan& plan, Spent& spent)
 {
   const double processor_start_s = process_s();
   const auto start = std::chrono::steady_clock::now();
-  SweepResult result = sweep(
+  sweep::SweepResult result = sweep::sweep(
       plan,
-      [&](const StepTask& task) {
+      [&](const sweep::StepTask& task) {
         StepRecord record = solve(task);
         ++spent.n_steps;
         spent.n_queries += record.queries;
@@ -74,16 +74,16 @@ Swept swept_by(const SolveStep& solve, const SweepPlan& plan, Spent& spent)
 
 Swept swept(Method method, const std::string& grid)
 {
-  const Case job_case = grid_case(method, grid);
-  const SweepPlan plan = plan_of(job_case);
+  const load::Case job_case = grid_case(method, grid);
+  const sweep::SweepPlan plan = model_build::plan_of(job_case);
   Spent spent;
   if (method != Method::search_by_fcl) {
-    CaseSolver solver(job_case, n_threads());
-    return swept_by([&](const StepTask& task) { return solver(task); }, plan, spent);
+    model_build::CaseSolver solver(job_case, n_threads());
+    return swept_by([&](const sweep::StepTask& task) { return solver(task); }, plan, spent);
   }
-  const Joint joint = joint_of(job_case, job_case.frame);
+  const solve::Joint joint = model_build::joint_of(job_case, job_case.frame);
   const FclPair models(joint);
-  const SolveStep solve = [&](const StepTask& task) {
+  const sweep::SolveStep solve = [&](const sweep::StepTask& task) {
     FclStep step = find_stable_pose_by_fcl(joint, models, task.attitude, task.seed, job_case.search);
     spent.in_fcl_s += step.collision_s;
     return std::move(step.record);
@@ -101,7 +101,7 @@ Swept equilibrium_sweep(const std::string& grid)
 }
 
 // How much further along Delta the equilibrium is, mm, at every attitude that both solved; sorted.
-std::vector<double> behind_mm(const SweepResult& result, const SweepResult& equilibrium)
+std::vector<double> behind_mm(const sweep::SweepResult& result, const sweep::SweepResult& equilibrium)
 {
   std::vector<double> differences;
   for (std::size_t i = 0; i < result.cells.size(); ++i) {
@@ -113,7 +113,7 @@ std::vector<double> behind_mm(const SweepResult& result, const SweepResult& equi
   return differences;
 }
 
-double solved_share(const SweepResult& result)
+double solved_share(const sweep::SweepResult& result)
 {
   const auto n = std::count_if(result.cells.begin(), result.cells.end(),
                                [](const StepRecord& r) { return r.status == StepStatus::stable; });
@@ -175,4 +175,4 @@ void sweep_by(benchmark::State& state, Method method, const std::string& grid)
 }();
 
 }  // namespace
-}  // namespace vrda::bench
+}  // namespace vrda::benchmarks

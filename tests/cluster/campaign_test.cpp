@@ -178,7 +178,7 @@ TEST(Campaign, RefusalsNameKeyFoundAndWanted)
        "\"a\" a second time", "a unique name"},
       {"[[campaign.method]]\nname = \"a\"\nset = { grid.varus = \"free\" }\n"
        "[[campaign.resolution]]\nname = \"b\"\nset = { grid.varus.step = 2 }\n",
-       "campaign.resolution", "grid.varus.step, which the axis \"method\" sets", "no other axis sets"},
+       "campaign.resolution", "grid.varus.step", "no other axis sets"},
       {"[[campaign.method]]\nname = \"a_b\"\n[[campaign.method]]\nname = \"a\"\n"
        "[[campaign.resolution]]\nname = \"c\"\n[[campaign.resolution]]\nname = \"b_c\"\n",
        "campaign", "\"a_b_c\"", "unique"},

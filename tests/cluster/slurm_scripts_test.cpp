@@ -264,27 +264,27 @@ TEST_F(Wrapper, BeginsAgainOnlySoOften)
 TEST_F(Wrapper, PassesTheSignalOnAndStaysUntilVrdaHasEnded)
 {
   const std::string act =
-      "trap 'echo told >> \"$said\"; sleep 0.3; echo flushed >> \"$said\"; exit 4' TERM; "
+      "trap 'echo signalled >> \"$said\"; sleep 0.3; echo flushed >> \"$said\"; exit 4' TERM; "
       "echo ready >> \"$said\"; while :; do sleep 0.01; done";
   test::Process process(command(act, "0 RUNNING None"));
   wait_until_said(process, "ready");
   process.send(SIGTERM);
   EXPECT_EQ(process.wait().exit_code, 0);
-  EXPECT_THAT(what_was_said(), HasSubstr("told\nflushed\nscontrol requeue 13_3\n"));
+  EXPECT_THAT(what_was_said(), HasSubstr("signalled\nflushed\nscontrol requeue 13_3\n"));
 }
 
 TEST_F(Wrapper, ASecondSignalDoesNotCutItShort)
 {
   const std::string act =
-      "trap 'echo told >> \"$said\"' TERM; echo ready >> \"$said\"; "
-      "until [ \"$(grep -c told \"$said\")\" -ge 2 ]; do sleep 0.01; done; exit 4";
+      "trap 'echo signalled >> \"$said\"' TERM; echo ready >> \"$said\"; "
+      "until [ \"$(grep -c signalled \"$said\")\" -ge 2 ]; do sleep 0.01; done; exit 4";
   test::Process process(command(act, "0 RUNNING None"));
   wait_until_said(process, "ready");
   process.send(SIGTERM);
-  wait_until_said(process, "told");
+  wait_until_said(process, "signalled");
   process.send(SIGTERM);
   EXPECT_EQ(process.wait().exit_code, 0);
-  EXPECT_THAT(what_was_said(), HasSubstr("told\ntold\nscontrol requeue 13_3\n"));
+  EXPECT_THAT(what_was_said(), HasSubstr("signalled\nsignalled\nscontrol requeue 13_3\n"));
 }
 
 TEST_F(Wrapper, ASignalThatVrdaCouldNotAnswerIsNotedDown)

@@ -17,7 +17,7 @@ TEST(Slurm, RowsOfTheQueueAreRead)
       "12|N/A|COMPLETED|n1|None\n"
       "13|1|RUNNING|n2|None\n"
       "13|2|PENDING||JobArrayTaskLimit\n"
-      "a line that is none\n"
+      "an invalid line\n"
       "14|N/A|PENDING||DependencyNeverSatisfied\n"
       "15|N/A|FAILED|n1|(a reason | with bars)\n"
       "16|N/A|PENDING||launch failed requeued held\n");

@@ -82,7 +82,7 @@ def posed(model, i, j):
 def check_bodies(data, model, i, j):
     reference, moving = posed(model, i, j)
     points = vtk_to_numpy(data.GetPoints().GetData())
-    check(numpy.abs(points - numpy.concatenate([reference, moving])).max() < SINGLE_MM, "the bodies stand elsewhere")
+    check(numpy.abs(points - numpy.concatenate([reference, moving])).max() < SINGLE_MM, "the bodies are elsewhere")
     body = vtk_to_numpy(data.GetCellData().GetArray("body"))
     for number_of, name in enumerate(("reference", "moving")):
         group = model[f"bodies/{name}"]

@@ -168,7 +168,7 @@ void FaultyRun::expect_finished() const
 void FaultyRun::expect_refused(const Ended& ended) const
 {
   // With the equilibrium the job has a warning, since it has no ligaments.
-  const bool is_warned = ended.err.rfind("warning: ligaments: there are none", 0) == 0;
+  const bool is_warned = ended.err.rfind("warning: ligaments: found none", 0) == 0;
   const std::string error = is_warned ? ended.err.substr(ended.err.find('\n') + 1) : ended.err;
   EXPECT_EQ(ended.exit_code, 2) << ended.err;
   EXPECT_EQ(n_lines(error), 1) << ended.err;

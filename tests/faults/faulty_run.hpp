@@ -60,7 +60,7 @@ class FaultyRun : public testing::TestWithParam<Setting> {
   /// run() from an empty folder.
   Ended run_from_empty(const Fault& fault) const;
 
-  /// Of a fault-free run from an empty folder; fails the test if there are none.
+  /// Of a fault-free run from an empty folder; fails the test without any.
   int n_calls(const std::string& call, const std::string& file = "") const;
 
   /// Runs the command again: it must succeed with the files and bytes of the fault-free run. Returns its

@@ -9,9 +9,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 {
   using namespace vrda;
   test::read_or_refuse([&] {
-    const Configuration configuration = parse_configuration({"knee.cfg", test::text_of(data, size)});
-    const std::string text = job_text(configuration, {"knee", "knee.cfg", "models", "m"});
-    test::must_take([&] { parse_job("knee.toml", text); });
+    const convert::KeywordConfiguration configuration =
+        convert::parse_configuration({"knee.cfg", test::text_of(data, size)});
+    const std::string text = convert::job_text(configuration, {"knee", "knee.cfg", "models", "m"});
+    test::require_no_throw([&] { load::parse_job("knee.toml", text); });
   });
   return 0;
 }

@@ -25,14 +25,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace vrda;
   test::read_or_refuse([&] {
     const std::string text = test::text_of(data, size);
-    const Job job = parse_job("job.toml", text, overrides_of(text));
+    const load::Job job = load::parse_job("job.toml", text, overrides_of(text));
     // The resolved job must be a valid job that resolves to itself: motion models store it, journals use its
     // digest.
-    test::must_take([&] {
-      const Job again = parse_job("resolved.toml", job.resolved_text);
+    test::require_no_throw([&] {
+      const load::Job again = load::parse_job("resolved.toml", job.resolved_text);
       test::require(again.resolved_text == job.resolved_text, "a resolved job that resolves to another");
     });
-    axis_map(job);
+    load::axis_map(job);
   });
   return 0;
 }

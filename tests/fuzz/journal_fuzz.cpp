@@ -12,17 +12,17 @@ namespace {
 void read_steps(const std::string& bytes)
 {
   using namespace vrda;
-  const JournalContent content = parse_journal("a.journal", bytes);
+  const journal::JournalContent content = journal::parse_journal("a.journal", bytes);
   test::require(content.valid_bytes + content.dropped_bytes == bytes.size(),
                 "bytes that are neither kept nor dropped");
-  test::require(content.dropped_why.empty() == (content.dropped_bytes == 0),
+  test::require(content.dropped_reason.empty() == (content.dropped_bytes == 0),
                 "bytes dropped without a reason");
   std::size_t at = test::fixed_header_bytes + content.key.size() + 4;
   for (const StepRecord& record : content.records) {
-    const std::string again = bytes_of(record);
-    test::require(bytes.compare(at + frame_head_bytes, again.size(), again) == 0,
+    const std::string again = journal::bytes_of(record);
+    test::require(bytes.compare(at + journal::frame_head_bytes, again.size(), again) == 0,
                   "a record that is written otherwise");
-    at += frame_head_bytes + again.size();
+    at += journal::frame_head_bytes + again.size();
   }
   test::require(at == content.valid_bytes, "records that do not fill the valid bytes");
 }
@@ -30,11 +30,12 @@ void read_steps(const std::string& bytes)
 void read_traces(const std::string& bytes)
 {
   using namespace vrda;
-  const TraceJournalContent content = parse_trace_journal("a.trace.journal", bytes);
-  test::require(content.facts.valid_bytes + content.facts.dropped_bytes == bytes.size(),
+  const journal::TraceJournalContent content = journal::parse_trace_journal("a.trace.journal", bytes);
+  test::require(content.summary.valid_bytes + content.summary.dropped_bytes == bytes.size(),
                 "bytes that are neither kept nor dropped");
   for (const auto& [key, search] : content.searches)
-    test::require(bytes.find(bytes_of(search)) != std::string::npos, "a trace that is written otherwise");
+    test::require(bytes.find(journal::bytes_of(search)) != std::string::npos,
+                  "a trace that is written otherwise");
 }
 
 }  // namespace
@@ -43,7 +44,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
                                                unsigned int seed)
 {
   const std::size_t changed = LLVMFuzzerMutate(data, size, max_size);
-  if (seed % 2 == 0) vrda::test::mend_checksums(data, changed);
+  if (seed % 2 == 0) vrda::test::repair_checksums(data, changed);
   return changed;
 }
 

@@ -6,9 +6,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 {
   using namespace vrda;
   test::read_or_refuse([&] {
-    for (const FibreJob& fibre : read_ligament_table("fibres.csv", test::text_of(data, size))) {
+    for (const load::FibreJob& fibre : load::read_ligament_table("fibres.csv", test::text_of(data, size))) {
       test::require(fibre.stiffness_n > 0.0, "a fibre without stiffness");
-      test::require(!bundle_of(fibre.name).empty(), "a fibre without a bundle");
+      test::require(!load::default_bundle(fibre.name).empty(), "a fibre without a bundle");
     }
   });
   return 0;

@@ -94,14 +94,14 @@ Outcome refusal(const InputError::Facts& facts)
   return is_hdf5 ? Outcome::refused_by_hdf5 : Outcome::refused_by_us;
 }
 
-void use(const Trace& trace)
+void use(const store::Trace& trace)
 {
-  film_of(trace, "a.trace.h5", {});
+  motion::film_of(trace, "a.trace.h5", {});
 }
 
 /// Uses the poses of every model; one in eleven is also drawn, which takes ten times as long. The target
 /// "values" draws every model.
-void use(const MotionModel& model, std::size_t k)
+void use(const store::MotionModel& model, std::size_t k)
 {
   if (k % 11 == 0) {
     test::use_as_player(model);
@@ -114,9 +114,11 @@ void use(const MotionModel& model, std::size_t k)
 void read_and_use(bool is_trace, std::size_t k)
 {
   if (is_trace) {
-    use(trace_of(plain_bytes(parse_trace(read_hdf5(file_name()))), "a.trace.h5"));
+    use(store::trace_of(store::serialize(store::parse_trace(store::read_hdf5(file_name()))), "a.trace.h5"));
   } else {
-    use(motion_model_of(plain_bytes(parse_motion_model(read_hdf5(file_name()))), "a.h5"), k);
+    use(store::deserialize_motion_model(
+            store::serialize(store::parse_motion_model(store::read_hdf5(file_name()))), "a.h5"),
+        k);
   }
 }
 
@@ -172,15 +174,15 @@ std::string work(const std::uint8_t* recipe, std::size_t size)
 /// Reads one file in a separate process, as the player does; it may only return a message.
 std::string outcome_alone(bool is_trace, std::size_t k)
 {
-  ProcessLimits limits;
+  store::ProcessLimits limits;
   limits.processor_s = longest_alone_s;
   std::string ending;
   const Outcome outcome = outcome_of([&] {
     try {
       if (is_trace) {
-        use(read_trace(file_name()));
+        use(store::read_trace(file_name()));
       } else {
-        use(ModelReading(file_name(), limits).model(), k);
+        use(store::SeparateModelRead(file_name(), limits).model(), k);
       }
     } catch (const InputError& error) {
       const std::size_t at = error.facts().found.find("it ended with ");
@@ -233,11 +235,12 @@ extern "C" int LLVMFuzzerInitialize(int*, char***)
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
   progress() = {};
-  ProcessLimits limits;
+  store::ProcessLimits limits;
   limits.processor_s = longest_alone_s * n_variants;
   while (progress().n_done < n_variants) {
-    const SeparateAnswer answer = answer_apart([&] { return work(data, size); }, "files", limits);
-    if (!answer.is_whole) count_end(data, size);
+    const store::ProcessResult answer =
+        store::run_separately([&] { return work(data, size); }, "files", limits);
+    if (!answer.is_complete) count_end(data, size);
   }
   test::take_reports();
   for (const Outcome outcome : progress().outcomes) {

@@ -31,38 +31,39 @@ void mend_checksums(std::span<std::uint8_t> bytes)
 }
 
 struct Found {
-  std::vector<SerialFrame> frames;
+  std::vector<devices::SerialFrame> frames;
   std::uint64_t n_noises = 0;
   bool operator==(const Found&) const = default;
 };
 
 Found read_in_pieces(Bytes bytes, std::size_t n)
 {
-  SerialFrames line;
+  devices::SerialFrameParser line;
   Found found;
   for (; !bytes.empty(); bytes = bytes.subspan(std::min(n, bytes.size()))) {
     line.add(bytes.first(std::min(n, bytes.size())));
-    while (const std::optional<SerialFrame> frame = line.next()) found.frames.push_back(*frame);
+    while (const std::optional<devices::SerialFrame> frame = line.next()) found.frames.push_back(*frame);
   }
-  found.n_noises = line.n_noises();
+  found.n_noises = line.n_noise_runs();
   return found;
 }
 
 // As the client: processes each piece and sends due requests. Half a period passes between pieces.
 void talk(Bytes bytes, std::size_t n)
 {
-  BoardTalk talk({}, 0);
-  for (std::int64_t now_ns = 0; !bytes.empty() && talk.phase() != BoardTalk::Phase::given_up;
+  devices::BoardProtocol talk({}, 0);
+  for (std::int64_t now_ns = 0; !bytes.empty() && talk.phase() != devices::BoardProtocol::Phase::failed;
        now_ns += 5'000'000) {
     test::require(talk.due(now_ns).size() <= 3, "more requests than there are");
-    test::require(talk.phase() == BoardTalk::Phase::given_up || talk.next_due_ns() > now_ns,
+    test::require(talk.phase() == devices::BoardProtocol::Phase::failed || talk.next_due_ns() > now_ns,
                   "a request that stays due");
-    for (const Sample& sample : talk.hear(bytes.first(std::min(n, bytes.size())), now_ns))
-      test::require(sample.kind != SampleKind::potentiometer || (sample.count >= 0 && sample.count <= 1023),
-                    "ten bits");
+    for (const devices::Sample& sample : talk.receive(bytes.first(std::min(n, bytes.size())), now_ns))
+      test::require(
+          sample.kind != devices::SampleKind::potentiometer || (sample.count >= 0 && sample.count <= 1023),
+          "ten bits");
     bytes = bytes.subspan(std::min(n, bytes.size()));
   }
-  test::require((talk.phase() == BoardTalk::Phase::given_up) == !talk.trouble().empty(),
+  test::require((talk.phase() == devices::BoardProtocol::Phase::failed) == !talk.trouble().empty(),
                 "given up without a reason");
 }
 
@@ -83,7 +84,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Found at_once = read_in_pieces(bytes, std::max<std::size_t>(bytes.size(), 1));
   test::require(at_once == read_in_pieces(bytes, data[0] % 32U + 1U), "bytes that read otherwise in pieces");
   std::size_t n_bytes = 0;
-  for (const SerialFrame& frame : at_once.frames) {
+  for (const devices::SerialFrame& frame : at_once.frames) {
     test::require(frame.n <= board_most_payload, "a payload longer than it may be");
     n_bytes += frame.n + 6U;
   }

@@ -14,8 +14,9 @@ const std::vector<test::BaseContent>& bases()
 {
   static const std::vector<test::BaseContent> made = [] {
     std::vector<test::BaseContent> all;
-    for (const MotionModel& model : test::small_models()) all.push_back({plain_bytes(model), {}, {}});
-    all.push_back({plain_bytes(test::small_trace()), {}, {}});
+    for (const store::MotionModel& model : test::small_models())
+      all.push_back({store::serialize(model), {}, {}});
+    all.push_back({store::serialize(test::small_trace()), {}, {}});
     return all;
   }();
   return made;
@@ -26,7 +27,7 @@ const std::vector<test::BaseContent>& bases()
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
   const std::string bytes = test::changed(bases(), data, size);
-  test::read_or_refuse([&] { test::use_as_player(motion_model_of(bytes, "a.h5")); });
-  test::read_or_refuse([&] { film_of(trace_of(bytes, "a.trace.h5"), "a.trace.h5", {}); });
+  test::read_or_refuse([&] { test::use_as_player(store::deserialize_motion_model(bytes, "a.h5")); });
+  test::read_or_refuse([&] { motion::film_of(store::trace_of(bytes, "a.trace.h5"), "a.trace.h5", {}); });
   return 0;
 }

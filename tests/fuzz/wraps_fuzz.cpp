@@ -6,7 +6,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 {
   using namespace vrda;
   test::read_or_refuse([&] {
-    for (const Wrap& wrap : read_wraps("wraps.json", test::text_of(data, size), {"femur", "tibmen"})) {
+    for (const ligament::Wrap& wrap :
+         load::read_wraps("wraps.json", test::text_of(data, size), {"femur", "tibmen"})) {
       test::require(wrap.radii_mm.minCoeff() > 0.0, "a wrap without size");
     }
   });

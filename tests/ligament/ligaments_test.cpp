@@ -129,7 +129,7 @@ TEST(LigamentEnergy, DerivativesMatchDifferences)
 
 TEST(SolverLigaments, KeepLengthsUnderAnyFrame)
 {
-  // At the pose of the meshes the moving object stands where its own rotation centre is the reference's.
+  // At the pose of the meshes the moving object is where its own rotation centre is the reference's.
   const ligament::Ligaments canonical = random_fibres(20, 3);
   for (const Side side : {Side::right, Side::left}) {
     const SolverFrame frame{side, {430, 510, 75}, Eigen::Vector3d(0.1, 1, -0.3).normalized()};

@@ -124,7 +124,7 @@ TEST(LigamentTableErrors, NameTheLineAndTheColumn)
            {header + replaced(row, "35", ""), "line 2, femur_y_mm", "nothing", "a number"},
            {header + replaced(row, "35,", ""), "line 2", "9 fields", "10"},
            {header + replaced(row, "30", ""), "line 2", "neither", "one of slack_length_mm"},
-           {header + replaced(row, "a", ""), "line 2, name", "nothing", "a name"},
+           {header + replaced(row, "a", ""), "line 2, name", "nothing", "name"},
            {header, "line 1", "no fibre", "at least one"},
            {"# nothing\n", "", "no line", "column names"},
        }) {

@@ -253,7 +253,8 @@ TEST(MeshFileErrors, PlyPropertiesAndNumbers)
     return bytes.replace(bytes.find(old_text), old_text.size(), new_text);
   };
   expect_refused({"a.ply", with("float y", "float q"), "header", "no property y", "x, y and z"});
-  expect_refused({"a.ply", with("vertex_indices", "corners"), "header", "no list vertex_indices", "faces"});
+  expect_refused(
+      {"a.ply", with("vertex_indices", "corners"), "header", "no list vertex_indices", "whole numbers"});
   expect_refused({"a.ply", with("-4.25", "-4_25"), "vertex 0", "damaged", "8 of vertex"});
 }
 

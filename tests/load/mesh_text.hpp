@@ -22,7 +22,7 @@ std::string vertices_faces(const Mesh& mesh, int first_index);
 /// after them.
 std::string small_job(const std::string& head = "", const std::string& tail = "");
 
-/// The facts of the InputError thrown by `act`; a test failure if there is none.
+/// The facts of the InputError thrown by `act`; a test failure if none exists.
 template <class Act>
 InputError::Facts facts_of(Act act)
 {

@@ -54,7 +54,7 @@ def setUpModule():
 
 def assert_nothing_left():
     """Checks all scenarios once the cluster has ended."""
-    left = cluster.mentions(machine.folder)
+    left = cluster.processes_using(machine.folder)
     if left or machine.folder.exists():
         raise AssertionError(f"left of {machine.folder}: {left}")
 
@@ -358,7 +358,7 @@ class LostNodes(Scenario):
         self.assertEqual((spine["state"], spine["restarts"]), ("done", 1))
 
     def test_a_node_only_seems_dead(self):
-        """Its tasks continue in parallel with their replacements until it returns and is told to end them."""
+        """Its tasks continue in parallel with their replacements until it returns and is reported to end them."""
         made = self.submission()
         self.submit(made, **made.fault("hold", "shard-4-of-8.journal"))
         self.wait(made, "it is alone and held", lambda: made.held() and len(self.running()) == 1 and len(made.begun()) == SHARDS)

@@ -233,7 +233,7 @@ TEST(HostileFile, ThatCrashesHdf5IsOneMessage)
     changed[at] = '\xff';
     const InputError::Facts facts = told_of_bytes(scratch, changed + store::seal_of(changed));
     EXPECT_EQ(facts.file, path);
-    n_ended += facts.found.find("it ended with") != std::string::npos ? 1 : 0;
+    n_ended += facts.found.find("its process ended with") != std::string::npos ? 1 : 0;
   }
   // HDF5 1.10.8 crashes on some. If a later version rejects all, the separate process is no longer needed.
   EXPECT_GT(n_ended, 0);

@@ -153,7 +153,7 @@ TEST(Structure, Attributes)
 TEST(Structure, SmoothedGroups)
 {
   expect_first(findings_after([](hid_t file) { make_group(file, "/smoothed/degree_six"); }),
-               "/smoothed/degree_six", "another name", "whole number");
+               "/smoothed/degree_six", "another name", "integer");
   expect_first(findings_after([](hid_t file) { remove(file, "/smoothed/degree_1/coefficients_ty"); }),
                "/smoothed/degree_1/coefficients_ty", "nothing", "a dataset");
   expect_first(findings_after([](hid_t file) {

@@ -76,6 +76,39 @@ StepRecord in_wells(const sweep::StepTask& task)
   return record;
 }
 
+TEST(FreeSpine, ACoarserGridOnTheSamePathHasTheSameSpine)
+{
+  const sweep::SweepPlan fine = plan_of(13, 3);
+  sweep::SweepPlan coarse = fine;
+  coarse.path_flexion_rad = fine.flexion_rad;
+  coarse.flexion_rad = {fine.flexion_rad[0], fine.flexion_rad[4], fine.flexion_rad[12]};
+  const sweep::SweepResult of_fine = sweep::sweep(fine, in_wells, {}, 2);
+  const sweep::SweepResult of_coarse = sweep::sweep(coarse, in_wells, {}, 2);
+  ASSERT_EQ(of_coarse.free_spine.size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const StepRecord &found = of_coarse.free_spine[k].chosen,
+                     &expected = of_fine.free_spine[4 * k + (k == 2 ? 4 : 0)].chosen;
+    EXPECT_EQ(found.pose.theta_rad, expected.pose.theta_rad);
+    EXPECT_EQ(found.pose.translation_mm, expected.pose.translation_mm);
+    EXPECT_EQ(found.balance.energy_nmm, expected.balance.energy_nmm);
+  }
+}
+
+// Energies fall in steps of a tenth of a degree towards 1 degree, as over facets.
+TEST(FreeSpine, SmallOffsetsDescendOverFacets)
+{
+  sweep::SweepPlan plan = plan_of(1, 1);
+  const auto over_facets = [](const sweep::StepTask& task) {
+    StepRecord record;
+    record.status = StepStatus::stable;
+    record.pose.theta_rad = rad_from_deg(0.1 * std::round(10.0 * deg_from_rad(task.seed.theta_rad)));
+    record.balance.energy_nmm = std::abs(deg_from_rad(record.pose.theta_rad) - 1.0);
+    return record;
+  };
+  EXPECT_NEAR(deg_from_rad(sweep::sweep(plan, over_facets, {}, 1).free_spine[0].chosen.pose.theta_rad), 1.0,
+              1e-9);
+}
+
 TEST(FreeSpine, EachFlexionKeepsTheLowestOfBothChainsAndTheRestarts)
 {
   const sweep::SweepPlan plan = plan_of(10, 5);

@@ -223,31 +223,31 @@ struct InvarianceCase {
   double allowed_resolutions = 2.5;
 };
 
-void expect_same_rest_of(const Named& named, const InvarianceCase& told_how)
+void expect_same_rest_of(const Named& named, const InvarianceCase& variant)
 {
   Tally place{.scene = named.scene,
-              .claim = told_how.claim,
+              .claim = variant.claim,
               .measure = "change of position, translation resolutions",
-              .seed = told_how.seed,
-              .allowed = told_how.allowed_resolutions};
+              .seed = variant.seed,
+              .allowed = variant.allowed_resolutions};
   Tally angle{.scene = named.scene,
-              .claim = told_how.claim,
+              .claim = variant.claim,
               .measure = "change of angle over the allowed one",
-              .seed = told_how.seed,
+              .seed = variant.seed,
               .allowed = 1.0};
-  Draw draw(told_how.seed);
+  Draw draw(variant.seed);
   for (int k = 0; k < 200; ++k) {
     SCOPED_TRACE(named.scene + ", case " + std::to_string(k));
     const RestCase rest = named.draw(draw);
     const Scene scene = scene_of(rest.request);
     const SearchOptions options;
-    const EquivalentScene told = told_how.retell(rest, scene, draw);
-    const Solved first = solve(scene, options), second = solve(told.scene, options);
+    const EquivalentScene equivalent = variant.retell(rest, scene, draw);
+    const Solved first = solve(scene, options), second = solve(equivalent.scene, options);
     EXPECT_EQ(first.record.status, StepStatus::stable);
     EXPECT_EQ(second.record.status, StepStatus::stable);
     ++place.outcomes[std::string(name_of(second.record.status))];
     const Pose X_first = pose_of(first.record.pose);
-    const Pose X_second = told.X_reference_moving(pose_of(second.record.pose));
+    const Pose X_second = equivalent.X_reference_moving(pose_of(second.record.pose));
     const Eigen::Vector3d change =
         (X_second * rest.middle_mm - X_first * rest.middle_mm).cwiseProduct(rest.held);
     const double aside = std::hypot(change.x(), change.z());
@@ -266,9 +266,9 @@ void expect_same_rest_of(const Named& named, const InvarianceCase& told_how)
   if (angle.cases > 0) report(angle);
 }
 
-void expect_same_rest(const InvarianceCase& told_how, const std::vector<Named>& scenes = all_scenes)
+void expect_same_rest(const InvarianceCase& variant, const std::vector<Named>& scenes = all_scenes)
 {
-  for (const Named& named : scenes) expect_same_rest_of(named, told_how);
+  for (const Named& named : scenes) expect_same_rest_of(named, variant);
 }
 
 TEST(Invariance, EitherObjectMayBeTheMovingOne)

@@ -94,15 +94,23 @@ function readSmoothed(file, model) {
   });
 }
 
-function readZeroVarus(file, model) {
-  if (!file.hasGroup("/zero_varus")) return;
-  const size = [model.flexion.length];
-  const table = { source: file.numbers("/zero_varus/source", size, "int8") };
-  for (const name of ["tx", "ty", "tz", "theta", "varus"]) table[name] = file.numbers(`/zero_varus/${name}`, size);
-  for (let i = 0; i < size[0]; ++i) {
-    if (table.source[i] !== -1 && !["tx", "ty", "tz", "theta", "varus"].every((name) => Number.isFinite(table[name][i]))) refuse("/zero_varus/source", `a pose (number ${i}) that is not finite`, "finite numbers");
+/// Poses over flexion; `state` names the dataset that is -1 without a pose.
+function readFlexionTable(file, group, state, n) {
+  const names = ["tx", "ty", "tz", "theta", "varus"];
+  const table = { [state]: file.numbers(`${group}/${state}`, [n], "int8") };
+  for (const name of names) table[name] = file.numbers(`${group}/${name}`, [n]);
+  for (let i = 0; i < n; ++i) {
+    if (table[state][i] !== -1 && !names.every((name) => Number.isFinite(table[name][i]))) refuse(`${group}/${state}`, `a pose (number ${i}) that is not finite`, "finite numbers");
   }
-  model.zeroVarus = table;
+  return table;
+}
+
+function readMotionsOverFlexion(file, model) {
+  if (file.hasGroup("/two_sided")) {
+    const flexion = axis(file, "/two_sided/flexion");
+    model.twoSided = { flexion, ...readFlexionTable(file, "/two_sided", "contact", flexion.length) };
+  }
+  if (file.hasGroup("/zero_varus")) model.zeroVarus = readFlexionTable(file, "/zero_varus", "source", model.flexion.length);
 }
 
 function readContactPaths(file, model) {
@@ -123,7 +131,7 @@ function readAll(file) {
   readSurfaces(file, model);
   readPush(file, model);
   readSmoothed(file, model);
-  readZeroVarus(file, model);
+  readMotionsOverFlexion(file, model);
   readContactPaths(file, model);
   model.ligaments = readLigaments(file, [model.flexion.length, model.varus.length]);
   model.bodies = { reference: readBodies(file, "reference"), moving: readBodies(file, "moving") };

@@ -7,9 +7,9 @@ const stable = 0;
 const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
 const radians = (angles) => Array.from(angles, (x) => x * degree);
 
-/// Set names in order of preference: smoothed sets by decreasing degree, recontacted ones first; then raw; last zero_varus.
+/// Set names in order of preference: two_sided; smoothed sets by decreasing degree, recontacted ones first; then raw; last zero_varus.
 export function setNames(model) {
-  const names = [];
+  const names = model.twoSided ? ["two_sided"] : [];
   for (const set of [...model.smoothed].sort((a, b) => b.degree - a.degree)) {
     if (set.recontact) names.push(`degree_${set.degree}_recontacted`);
     names.push(`degree_${set.degree}`);
@@ -74,7 +74,8 @@ export class Motion {
     this.spine = solvedSpine(model, this.axes);
     this.free = freeVarus(model, this.axes);
     this.#useDeltas();
-    if (set === "zero_varus") this.#useZeroVarus();
+    if (set === "two_sided") this.#useFlexionTable(radians(model.twoSided.flexion), model.twoSided, model.twoSided.contact);
+    else if (set === "zero_varus") this.#useFlexionTable(this.axes.flexion, model.zeroVarus, model.zeroVarus.source);
     else if (set !== "raw") this.#useSmoothed(set);
     const own = this.free.length ? this.free.map((a) => a[1]) : this.axes.varus;
     this.firstVarus = Math.min(...own);
@@ -94,11 +95,11 @@ export class Motion {
     this.fixedFrame = { worldSolver: rotationWorldSolver(side, delta), centre: this.model.rotationCentre };
   }
 
-  #useZeroVarus() {
-    const table = this.model.zeroVarus;
+  /// `state` is -1 at flexions without a pose.
+  #useFlexionTable(flexion, table, state) {
     const columns = [table.tx, table.ty, table.tz, table.theta, table.varus];
-    this.zeroVarus = gridOf({ flexion: this.axes.flexion, varus: [0] }, columns, [1, 1, 1, degree, degree], (k) => table.source[k] !== -1);
-    this.free = this.axes.flexion.flatMap((f, i) => (table.source[i] === -1 ? [] : [[f, table.varus[i] * degree]]));
+    this.byFlexion = gridOf({ flexion, varus: [0] }, columns, [1, 1, 1, degree, degree], (k) => state[k] !== -1);
+    this.free = flexion.flatMap((f, i) => (state[i] === -1 ? [] : [[f, table.varus[i] * degree]]));
   }
 
   #useSmoothed(name) {
@@ -137,9 +138,9 @@ export class Motion {
     const { flexion } = wanted;
     const attitude = { flexion, varus: this.isVarusFree ? varusBetween(this.free, flexion) : wanted.varus };
     if (this.smoothed) return this.#smoothedAt(attitude);
-    const numbers = this.zeroVarus ? sample(this.zeroVarus, flexion, 0) : sample(this.raw, flexion, attitude.varus);
+    const numbers = this.byFlexion ? sample(this.byFlexion, flexion, 0) : sample(this.raw, flexion, attitude.varus);
     if (!numbers) return { attitude, isSolved: false };
-    if (this.zeroVarus) attitude.varus = numbers[4];
+    if (this.byFlexion) attitude.varus = numbers[4];
     return { attitude, translation: numbers.slice(0, 3), theta: numbers[3], isSolved: true };
   }
 

@@ -314,7 +314,7 @@ TEST_F(BenchProgram, WhatIsWrongIsToldBeforeItRuns)
   const std::string text = scratch_.write("text.log", "no recording\n").string();
   struct Row {
     std::vector<std::string> arguments;
-    std::string told;
+    std::string reported;
   };
   for (const Row& row : {
            Row{{"--bench", bench_, "--headless"}, "--headless"},
@@ -333,7 +333,7 @@ TEST_F(BenchProgram, WhatIsWrongIsToldBeforeItRuns)
     SCOPED_TRACE(testing::PrintToString(arguments));
     const test::Ended ended = run(arguments);
     EXPECT_EQ(ended.exit_code, 2);
-    EXPECT_THAT(ended.err, HasSubstr(row.told));
+    EXPECT_THAT(ended.err, HasSubstr(row.reported));
     EXPECT_EQ(ended.out, "");
   }
   EXPECT_EQ(run({"devices", no_log}).exit_code, 2);

@@ -151,12 +151,12 @@ std::string placed_bench_text()
 /// Checks position and size of the window with that title.
 bool is_at_its_place(const std::string& title)
 {
-  const std::string told =
+  const std::string reported =
       test::run(
           {"/usr/bin/xdotool", {"search", "--onlyvisible", "--name", title, "getwindowgeometry"}, {}, {}})
           .out;
   const std::string place = "Position: " + std::to_string(place_x) + "," + std::to_string(place_y) + " ";
-  return told.find(place) != std::string::npos && told.find("Geometry: 640x512") != std::string::npos;
+  return reported.find(place) != std::string::npos && reported.find("Geometry: 640x512") != std::string::npos;
 }
 
 TEST_F(InWindow, ABenchsDisplayStandsAtItsPlaceAndSaysWhenItIsNotAsItShouldBe)
@@ -178,9 +178,10 @@ TEST_F(InWindow, ABenchsDisplayStandsAtItsPlaceAndSaysWhenItIsNotAsItShouldBe)
         [&] { return is_operators_area_at(screen_.picture(width, height), place_x + 10, place_y + 300); }));
     // Keys go to the window under the pointer, in the middle of the screen.
     mouse({"search", "--name", row.title, "windowsize", "600", "500"});
-    const std::string told =
+    const std::string reported =
         bench + ": display.width, display.height: found a frame buffer of 600 x 500, wanted 640 x 512\n";
-    EXPECT_TRUE(comes_true([&] { return program.said().find(told) != std::string::npos; })) << program.said();
+    EXPECT_TRUE(comes_true([&] { return program.said().find(reported) != std::string::npos; }))
+        << program.said();
     type("Escape");
     EXPECT_NE(program.wait().exit_code, -1);
   }

@@ -46,11 +46,11 @@ TEST(BenchInputs, AStageWhoseBoardStartedAnewStaysWhereItWasUntilItIsZeroed)
   const bench::BenchFrame silent = bench.state.frame(1001 * ms_in_ns);
   EXPECT_EQ(bench::stage_status_text(silent), "stage silent for 1 s");
   for (const int count : {0, -300, 17}) {
-    const bench::BenchFrame anew = at(count, 0);
-    EXPECT_FALSE(anew.stage.is_live || anew.is_stage_zeroed);
-    EXPECT_EQ(anew.X_tracker_eyes.matrix(), zeroed.X_tracker_eyes.matrix());
-    EXPECT_EQ(anew.stage_mm, zeroed.stage_mm);
-    EXPECT_EQ(bench::stage_status_text(anew), no_zero);
+    const bench::BenchFrame restarted = at(count, 0);
+    EXPECT_FALSE(restarted.stage.is_live || restarted.is_stage_zeroed);
+    EXPECT_EQ(restarted.X_tracker_eyes.matrix(), zeroed.X_tracker_eyes.matrix());
+    EXPECT_EQ(restarted.stage_mm, zeroed.stage_mm);
+    EXPECT_EQ(bench::stage_status_text(restarted), no_zero);
   }
   const bench::BenchFrame again = at(200, devices::stage_zeroed);
   EXPECT_TRUE(again.stage.is_live);

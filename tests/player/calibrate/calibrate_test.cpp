@@ -187,15 +187,15 @@ TEST_F(Calibrate, ThePersonInNumbersDoesItAll)
 
   calibrate::CalibrateOptions status = options("status");
   status.has_json = true;
-  const nlohmann::json told = nlohmann::json::parse(calibrated(status).data);
-  EXPECT_EQ(told["bench"], "Virtual, seed 1");
-  EXPECT_TRUE(told["to_be_done"].empty());
-  EXPECT_EQ(told["parts"][0]["name"], "viewport");
-  EXPECT_EQ(told["parts"][0]["state"], "done");
-  EXPECT_EQ(told["parts"][0]["once"], "bench");
-  EXPECT_EQ(told["parts"][0]["date"], "2000-01-01");
-  EXPECT_EQ(told["parts"][0]["numbers"][0]["name"], "left.edge_left");
-  EXPECT_GT(told["parts"][0]["numbers"][0]["half_width_95"], 0.0);
+  const nlohmann::json reported = nlohmann::json::parse(calibrated(status).data);
+  EXPECT_EQ(reported["bench"], "Virtual, seed 1");
+  EXPECT_TRUE(reported["to_be_done"].empty());
+  EXPECT_EQ(reported["parts"][0]["name"], "viewport");
+  EXPECT_EQ(reported["parts"][0]["state"], "done");
+  EXPECT_EQ(reported["parts"][0]["once"], "bench");
+  EXPECT_EQ(reported["parts"][0]["date"], "2000-01-01");
+  EXPECT_EQ(reported["parts"][0]["numbers"][0]["name"], "left.edge_left");
+  EXPECT_GT(reported["parts"][0]["numbers"][0]["half_width_95"], 0.0);
 
   // Solving again from the marks gives identical numbers.
   const std::string before = test::read_bytes(options("all").calibration);
@@ -209,11 +209,11 @@ TEST_F(Calibrate, TheVirtualBenchTellsItsErrors)
   one.calibration.clear();
   one.has_json = true;
   one.head = "tracker";
-  const nlohmann::json told = nlohmann::json::parse(calibrated(one).data);
-  EXPECT_EQ(told["seed"], 1);
-  EXPECT_EQ(told["targets"]["n"], 40);
-  const double before_mm = told["targets"]["before"]["mm"]["median"];
-  const double after_mm = told["targets"]["after"]["mm"]["median"];
+  const nlohmann::json reported = nlohmann::json::parse(calibrated(one).data);
+  EXPECT_EQ(reported["seed"], 1);
+  EXPECT_EQ(reported["targets"]["n"], 40);
+  const double before_mm = reported["targets"]["before"]["mm"]["median"];
+  const double after_mm = reported["targets"]["after"]["mm"]["median"];
   EXPECT_GT(before_mm, 2.0);
   EXPECT_LT(after_mm, 2.0);
 
@@ -287,7 +287,7 @@ TEST_F(Calibrate, TheNextPersonBeginsWithTheBenchAndNothingOfThePersonBefore)
   // Her per-bench parts now differ: an edge was measured again.
   anna.step = "viewport";
   anna.is_repeated = true;
-  anna.script = written("anew.txt", "press Right 20\npress Enter\nwait 0.1\n");
+  anna.script = written("restart.txt", "press Right 20\npress Enter\nwait 0.1\n");
   EXPECT_EQ(calibrated(anna).end, calibrate::CalibrateEnd::quit);
   bob.bench_from = anna.calibration;
   EXPECT_EQ(refusal(bob).file, bob.calibration);

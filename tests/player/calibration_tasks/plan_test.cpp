@@ -13,14 +13,14 @@
 namespace vrda::plan_test {
 
 using test::all_done;
-using test::anew;
 using test::bench;
+using test::restarted;
 using test::Trial;
 using testing::HasSubstr;
 
 TEST(GuidePlan, APartDoneAgainOutdatesWhatRestsOnItWithItsFirstMark)
 {
-  Trial trial(bench(), all_done(), anew("distortion"));
+  Trial trial(bench(), all_done(), restarted("distortion"));
   bench_files::Calibration outdated = all_done();
   outdated.records.at(bench_files::CalibrationPart::distortion).is_outdated = true;
   EXPECT_TRUE(bench_files::calibration_text(trial.session->calibration(), bench()) ==
@@ -56,7 +56,7 @@ TEST(GuidePlan, APartDoneAgainOutdatesWhatRestsOnItWithItsFirstMark)
 /// unfinished parts keep their marks.
 TEST(GuidePlan, WhatIsDoneAnewGoesOnWithoutSayingSoAgain)
 {
-  calibration_tasks::CalibrationSessionOptions both = anew("subject");
+  calibration_tasks::CalibrationSessionOptions both = restarted("subject");
   both.parts = {bench_files::CalibrationPart::stop, bench_files::CalibrationPart::probe,
                 bench_files::CalibrationPart::subject};
   calibration_tasks::CalibrationSessionOptions plain = both;
@@ -121,7 +121,7 @@ TEST(GuidePlan, ARecordOfAnotherPlanIsRefusedUnlessThePartIsDoneAnew)
 /// Five bull's-eyes are done, then a rectangle of the bench file changes.
 TEST(GuidePlan, NumbersOfTheBenchFileThatChangedAreToldBeforeAnythingIsAsked)
 {
-  Trial trial(bench(), all_done(), anew("bullseye"));
+  Trial trial(bench(), all_done(), restarted("bullseye"));
   trial.go_to(bench_files::CalibrationPart::bullseye, "right eye, place 3");
   const bench_files::Calibration begun = trial.session->calibration();
   ASSERT_EQ(begun.records.at(bench_files::CalibrationPart::bullseye).marks.size(), 5u);

@@ -10,8 +10,8 @@
 namespace vrda::session_test {
 
 using test::all_done;
-using test::anew;
 using test::bench;
+using test::restarted;
 using test::Trial;
 using testing::HasSubstr;
 
@@ -82,7 +82,7 @@ TEST(GuideSession, AMarkFarOffIsAskedForAgainAlone)
                          Row{bench_files::CalibrationPart::eyepoints, "right eye, rectangle 1, 2"},
                          Row{bench_files::CalibrationPart::bullseye, "right eye, place 4"}}) {
     SCOPED_TRACE(row.task);
-    Trial trial(bench(), all_done(), anew(bench_files::name_of(row.part)));
+    Trial trial(bench(), all_done(), restarted(bench_files::name_of(row.part)));
     trial.go_to(row.part, row.task);
     trial.do_badly();
     while (trial.session->task() != nullptr && !trial.session->progress().has_error) trial.do_task();
@@ -97,7 +97,7 @@ TEST(GuideSession, AMarkFarOffIsAskedForAgainAlone)
 /// The result of the first eye is reported before the second one, so that rectangles can still be moved.
 TEST(GuideSession, AnEyeThatIsDoneSaysHowWellItIsKnown)
 {
-  Trial trial(bench(), all_done(), anew("eyepoints"));
+  Trial trial(bench(), all_done(), restarted("eyepoints"));
   EXPECT_THAT(trial.words(), HasSubstr("+-"));
   trial.go_to(bench_files::CalibrationPart::eyepoints, "right eye, rectangle 1, 1");
   EXPECT_FALSE(trial.session->progress().has_error);
@@ -127,7 +127,7 @@ TEST(GuideSession, TheWordsOfAWrongPupillaryDistanceHaveItsSign)
 
 TEST(GuideSession, APointTouchedBesideIsAskedForAgainAlone)
 {
-  Trial trial(bench(), all_done(), anew("leg"));
+  Trial trial(bench(), all_done(), restarted("leg"));
   const std::string name = bench().calibration.points[5].name;
   trial.go_to(bench_files::CalibrationPart::leg, name);
   virtual_bench::VirtualNoise wild;
@@ -222,8 +222,8 @@ TEST(GuideSession, RailsThatAreParallelAreRefusedAndTheOtherOneIsSweptAgain)
 
 TEST(GuideSession, WhatMovedWhileItHadToRestIsRefusedAndTheDialsStay)
 {
-  Trial trial(bench(), all_done(), anew("bullseye"));
-  trial.somebody.send_samples(*trial.session);
+  Trial trial(bench(), all_done(), restarted("bullseye"));
+  trial.virtual_operator.send_samples(*trial.session);
   trial.press('Z');
   trial.press(navigation::Key::right, true);
   const double x = trial.session->values()[0];
@@ -238,7 +238,7 @@ TEST(GuideSession, WhatMovedWhileItHadToRestIsRefusedAndTheDialsStay)
 
 TEST(GuideSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
 {
-  Trial trial(bench(), all_done(), anew("bullseye"));
+  Trial trial(bench(), all_done(), restarted("bullseye"));
   trial.press(navigation::Key::enter);
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("No message from the stage"));
@@ -260,7 +260,7 @@ TEST(GuideSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
 /// A restart of the board between two positions does not remove marks.
 TEST(GuideSession, AStageThatLostItsZeroIsZeroedByKeyAndEveryMarkIsKept)
 {
-  Trial trial(bench(), all_done(), anew("bullseye"));
+  Trial trial(bench(), all_done(), restarted("bullseye"));
   trial.go_to(bench_files::CalibrationPart::bullseye, "right eye, place 2");
   const std::size_t n_marks = trial.record(bench_files::CalibrationPart::bullseye).marks.size();
   ASSERT_EQ(n_marks, 3u);
@@ -285,7 +285,7 @@ TEST(GuideSession, AStageThatLostItsZeroIsZeroedByKeyAndEveryMarkIsKept)
 
 TEST(GuideSession, ZWantsAStageWhoseBoardSpeaks)
 {
-  Trial trial(bench(), all_done(), anew("bullseye"));
+  Trial trial(bench(), all_done(), restarted("bullseye"));
   trial.press('Z');
   EXPECT_FALSE(trial.session->take_zero_request());
   EXPECT_THAT(trial.words(), HasSubstr("No message from the stage"));

@@ -44,7 +44,7 @@ const bench_files::Calibration& all_done()
   return done;
 }
 
-calibration_tasks::CalibrationSessionOptions anew(const std::string& step)
+calibration_tasks::CalibrationSessionOptions restarted(const std::string& step)
 {
   calibration_tasks::CalibrationSessionOptions options = options_of(bench(), step);
   options.is_repeated = true;
@@ -60,7 +60,7 @@ Trial::Trial(const bench_files::BenchFile& wanted, const bench_files::Calibratio
              const calibration_tasks::CalibrationSessionOptions& options)
     : bench(wanted),
       truth(virtual_bench::virtual_truth(bench, 1)),
-      somebody(bench, truth, virtual_bench::VirtualNoise()),
+      virtual_operator(bench, truth, virtual_bench::VirtualNoise()),
       session(std::make_unique<calibration_tasks::CalibrationSession>(bench, begun, options))
 {
 }
@@ -77,7 +77,7 @@ void Trial::press(char key)
 
 void Trial::do_task()
 {
-  somebody.do_task(*session);
+  virtual_operator.do_task(*session);
 }
 
 void Trial::go_to(bench_files::CalibrationPart part, const std::string& task)
@@ -98,9 +98,9 @@ void Trial::do_all()
 
 void Trial::do_badly()
 {
-  somebody.send_samples(*session);
+  virtual_operator.send_samples(*session);
   press(navigation::Key::enter);
-  while (session->progress().is_sampling) somebody.send_samples(*session);
+  while (session->progress().is_sampling) virtual_operator.send_samples(*session);
 }
 
 std::string Trial::words() const

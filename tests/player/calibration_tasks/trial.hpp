@@ -21,7 +21,7 @@ const bench_files::BenchFile& bench();
 /// Calibration with all parts done, computed once.
 const bench_files::Calibration& all_done();
 /// Options that repeat `step`.
-calibration_tasks::CalibrationSessionOptions anew(const std::string& step);
+calibration_tasks::CalibrationSessionOptions restarted(const std::string& step);
 
 struct Trial {
   explicit Trial(const bench_files::BenchFile& wanted, const std::string& step = "all");
@@ -44,7 +44,7 @@ struct Trial {
 
   bench_files::BenchFile bench;
   virtual_bench::VirtualTruth truth;
-  virtual_bench::VirtualOperator somebody;
+  virtual_bench::VirtualOperator virtual_operator;
   std::unique_ptr<calibration_tasks::CalibrationSession> session;
 };
 

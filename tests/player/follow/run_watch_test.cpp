@@ -428,10 +428,10 @@ TEST_F(ThreadedWatch, ARunBegunAnewComesWithItsPlan)
   store::MotionModel other = test::model_of(plan);
   test::add_bodies(other);
   store::write_motion_model(start_, store::with_pending_cells(other));
-  const follow::RunArrivals anew =
+  const follow::RunArrivals repeated =
       taken_until(thread, [](const follow::RunArrivals& a) { return a.is_restarted; });
-  ASSERT_TRUE(anew.model);
-  EXPECT_EQ(anew.model->flexion_deg.size(), 3u);
+  ASSERT_TRUE(repeated.model);
+  EXPECT_EQ(repeated.model->flexion_deg.size(), 3u);
 }
 
 TEST_F(ThreadedWatch, WhatEndsTheThreadIsThrownToWhomAsks)

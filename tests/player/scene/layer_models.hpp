@@ -49,7 +49,7 @@ Eigen::Vector3d middle_of_drawn_mm(const scene::Drawable& drawable);
 Eigen::Vector3d unlifted_mm(const Stage& stage, const scene::Drawable& sheet, std::size_t v);
 
 /// Travel along world Y from a point of the moving body to the first downward face of `reference`, from 3 mm
-/// of overlap on; infinite if there is none.
+/// of overlap on; infinite if none exists.
 double gap_by_every_face_mm(const Mesh& reference, const motion::JointPose& pose,
                             const Eigen::Vector3d& p_moving_mm);
 

@@ -49,14 +49,15 @@ class Show : public testing::Test {
   /// Names of the files written, sorted, which must be the paths on standard output.
   std::vector<std::string> stills() const
   {
-    std::vector<std::string> names, told;
+    std::vector<std::string> names, reported;
     for (const auto& entry : std::filesystem::directory_iterator(folder_))
       names.push_back(entry.path().filename());
     std::istringstream lines(data_.str());
-    for (std::string line; std::getline(lines, line);) told.push_back(std::filesystem::path(line).filename());
+    for (std::string line; std::getline(lines, line);)
+      reported.push_back(std::filesystem::path(line).filename());
     std::sort(names.begin(), names.end());
-    std::sort(told.begin(), told.end());
-    EXPECT_EQ(names, told);
+    std::sort(reported.begin(), reported.end());
+    EXPECT_EQ(names, reported);
     return names;
   }
 
@@ -132,9 +133,9 @@ TEST_F(Show, DrawsAFreeVarusAsItWasFound)
   EXPECT_EQ(talk_.str().find("varus"), std::string::npos);
   given.varus_deg = 1.0;
   EXPECT_EQ(run(given).n_images, 4);
-  const std::string told = "--varus: found 1,";
-  EXPECT_THAT(talk_.str(), HasSubstr(told));
-  EXPECT_EQ(talk_.str().find(told), talk_.str().rfind(told));  // once
+  const std::string reported = "--varus: found 1,";
+  EXPECT_THAT(talk_.str(), HasSubstr(reported));
+  EXPECT_EQ(talk_.str().find(reported), talk_.str().rfind(reported));  // once
 }
 
 TEST_F(Show, LeavesOutAttitudesWithoutAnAnswerAndNamesThem)
@@ -221,14 +222,14 @@ TEST_F(Show, AFilmHasAFrameForEachAngleOrPlaysAtASpeed)
     std::optional<std::string> flexion;
     std::optional<double> speed_deg_s;
     bool is_to_and_fro;
-    const char* told;
+    const char* reported;
   };
   const std::string film = (scratch_.path() / "film.gif").string();
   for (const Row& row :
        {Row{"0:30:10", {}, false, "film.gif: 4 frames, 10 "}, Row{"0:30:10", {}, true, "film.gif: 6 frames"},
         Row{"0:30:10", 50.0, false, "film.gif: 7 frames"}, Row{{}, {}, false, "film.gif: 11 frames"},
         Row{"20", {}, true, "film.gif: 1 frame,"}}) {
-    SCOPED_TRACE(row.told);
+    SCOPED_TRACE(row.reported);
     show::ShowOptions given = options();
     given.folder.clear();
     given.video = film;
@@ -241,7 +242,7 @@ TEST_F(Show, AFilmHasAFrameForEachAngleOrPlaysAtASpeed)
     talk_.str("");
     EXPECT_EQ(run(given).n_images, 0);
     EXPECT_EQ(data_.str(), film + "\n");
-    EXPECT_THAT(talk_.str(), HasSubstr(row.told));
+    EXPECT_THAT(talk_.str(), HasSubstr(row.reported));
     EXPECT_TRUE(std::filesystem::remove(film));
   }
 }
@@ -389,7 +390,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"Hide", [](show::ShowOptions& o) { o.appearance.hidden = "both"; }, "--hide", "", "both",
               "reference or moving"},
         Wrong{"Lights", [](show::ShowOptions& o) { o.appearance.lights = "absent.toml"; }, "absent.toml", "",
-              "no file", "schemas/lights.md"},
+              "file", "schemas/lights.md"},
         Wrong{"Size", [](show::ShowOptions& o) { o.size = "0x0"; }, "--size", "", "0x0", "16 to 4096"},
         Wrong{"Flexion", [](show::ShowOptions& o) { o.flexion = "90:0:5"; }, "--flexion", "", "90:0:5",
               "A at most B"},

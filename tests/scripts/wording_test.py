@@ -1,0 +1,81 @@
+"""Names, messages and pages use standard terms: none of the idioms that the glossary replaced.
+
+A new idiom is added to IDIOMS; a legitimate use of a listed word to ALLOWED, with its reason.
+"""
+import pathlib
+import re
+import subprocess
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+FOLDERS = ["pipeline", "player", "schemas", "jobs", "scripts", "results", "tests", "README.md", "CMakeLists.txt"]
+SUFFIXES = {".cpp", ".hpp", ".c", ".h", ".in", ".js", ".mjs", ".html", ".css", ".md", ".toml", ".json", ".py", ".sh", ".txt",
+            ".cmake", ""}
+EXEMPT = re.compile(r"^tests/scripts/wording_test\.py$|^tests/fuzz/corpus/|node_modules|package-lock\.json")
+
+IDIOMS = [
+    r"\banew\b",
+    r"\bonce more\b",
+    r"\bbegun (before|again|earlier)\b",
+    r"\b(is|are) none\b",
+    r"\bthere (is|are) none\b",
+    r"\btold\b",
+    r"\b(some|no)body\b",
+    r"\bstands? (in|beside|next|still|around)\b",
+    r"\bhand(s|ed|ing)? (over|out|on)\b",
+    r"\b(leads?|led|carr(y|ies|ied)) off\b",
+    r"\bwanted (is|are)\b",
+    r"\ba hair\b",
+    r"\bvouch",
+    r"\bmischief\b",
+    r"\bobstacles?\b",
+    r"\bGrip\b",
+    r"\bGapSight\b|\blooks_closer\b|\btelling_cells\b|\bhand_out\b|\bhand_over\b|\bSightings\b|\bFooting\b",
+    r"\bplaces? of rest\b",
+    r"\bof what is perceptible\b",
+    r"\bour mistake\b",
+    r"\blives? in numbers\b|\bin numbers\b",
+    r"\bstills? a move\b",
+    r"\bgo(es)? on from\b",
+    r"\bspeaks?\b",
+    r"\btells? (of|apart|whether|by)\b",
+]
+ALLOWED = {
+    r"\b(is|are) None\b": "Python's value",
+    r"--anew|options\.anew|\.anew\b|\banew = |\banew;": "option of vrda-player calibrate, part of the command line",
+    r'"nobody"|user=nobody|nobody:nogroup|-o nobody|as_user\("nobody"\)|"nobody\\n"': "the system's user of that name",
+}
+
+
+def findings(path, text):
+    """(path, line, text) of each idiom that is not allowed."""
+    for number, line in enumerate(text.splitlines(), 1):
+        rest = line
+        for allowed in ALLOWED:
+            rest = re.sub(allowed, "", rest)
+        for idiom in IDIOMS:
+            if re.search(idiom, rest, re.I if idiom.islower() else 0):
+                yield f"{path}:{number}: {idiom}: {line.strip()[:120]}"
+
+
+class Wording(unittest.TestCase):
+    def test_an_idiom_is_found_and_an_allowed_use_is_not(self):
+        self.assertEqual(len(list(findings("a.md", "a tracker that is none\nThe run is begun again, once more."))), 3)
+        self.assertEqual(list(findings("a.py", 'as_user("nobody")')), [])
+
+    def test_no_file_uses_an_idiom(self):
+        listed = subprocess.run(["git", "ls-files", "-z", *FOLDERS], cwd=ROOT, check=True, capture_output=True, text=True)
+        paths = [path for path in listed.stdout.split("\0") if path and not EXEMPT.search(path)]
+        texts = [path for path in paths if pathlib.Path(path).suffix in SUFFIXES and (ROOT / path).is_file()]
+        self.assertGreater(len(texts), 1000)
+        found = []
+        for path in texts:
+            try:
+                found += findings(path, (ROOT / path).read_text())
+            except UnicodeDecodeError:
+                continue
+        self.assertEqual(found, [])
+
+
+if __name__ == "__main__":
+    unittest.main()
