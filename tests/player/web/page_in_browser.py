@@ -185,6 +185,7 @@ class WebPage(unittest.TestCase):
     def test_layers_show_and_hide(self):
         with Page(CHROMIUM) as page:
             self.opened(page, "grid", width=1400, height=1000)
+            page.set("set", "degree_4", "change")  # with gaps to colour
             page.set("flexion", 10)
             pictures = {}
             for ligaments, gaps in ((True, False), (False, False), (False, True), (True, True)):
@@ -234,6 +235,8 @@ class WebPage(unittest.TestCase):
     def test_says_that_it_clamps(self):
         with Page(CHROMIUM) as page:
             self.opened(page, "grid")
+            self.assertEqual(page.text("note"), "Varus is determined by this motion.")  # of the two-sided one
+            page.set("set", "degree_4_recontacted", "change")
             page.set("flexion-number", 200)
             self.assertRegex(page.text("note"), "Flexion 200.0° .* 0.0 to 90.0°: .* 90.0°")
             page.set("flexion-number", 40)
