@@ -185,7 +185,7 @@ class WebPage(unittest.TestCase):
     def test_layers_show_and_hide(self):
         with Page(CHROMIUM) as page:
             self.opened(page, "grid", width=1400, height=1000)
-            page.set("set", "degree_4", "change")  # with gaps to colour
+            page.set("set", "degree_4_recontacted", "change")
             page.set("flexion", 10)
             pictures = {}
             for ligaments, gaps in ((True, False), (False, False), (False, True), (True, True)):
@@ -245,6 +245,7 @@ class WebPage(unittest.TestCase):
             page.set("varus-number", 1)
             self.assertEqual(page.text("note"), "")
             self.opened(page, "free")
+            page.set("set", "raw", "change")
             self.assertIn("Varus was free", page.text("note"))
             self.assertTrue(page.browser.value("document.getElementById('varus').disabled"))
             self.is_quiet(page)
