@@ -36,6 +36,16 @@ std::optional<MovingPose> about_delta(const Pose& X)
   return MovingPose{X.translation(), theta_rad};
 }
 
+// `X_zero`, in S at zero attitude, at the attitude.
+Pose at_attitude(const Attitude& attitude, const Pose& X_zero)
+{
+  const Eigen::Matrix3d R = reference_rotation(attitude);
+  Pose X = Pose::Identity();
+  X.linear() = R * X_zero.linear();
+  X.translation() = R * X_zero.translation();
+  return X;
+}
+
 double radius_mm(const Mesh& mesh)
 {
   return mesh.vertices_mm.rows() == 0 ? 0.0 : mesh.vertices_mm.rowwise().norm().maxCoeff();
@@ -70,11 +80,8 @@ PoseMeter::PoseMeter(const AuditScene& scene)
 void PoseMeter::place(const Attitude& attitude, const Pose& X_reference_moving)
 {
   X_zero_ = X_solver_reference_moving(scene_.frame, X_reference_moving);
-  const Eigen::Matrix3d R = reference_rotation(attitude);
-  delta_zero_ = R.transpose() * Eigen::Vector3d::UnitY();
-  Pose X_turned = Pose::Identity();
-  X_turned.linear() = R * X_zero_.linear();
-  X_turned.translation() = R * X_zero_.translation();
+  delta_zero_ = reference_rotation(attitude).transpose() * Eigen::Vector3d::UnitY();
+  const Pose X_turned = at_attitude(attitude, X_zero_);
   beneath_mm_ = radii_mm_ + X_zero_.translation().norm() + 1.0;
   tilted_query_.reset();
   const std::optional<MovingPose> pose = about_delta(X_turned);
@@ -171,11 +178,14 @@ PoseAudit PoseMeter::measure(const Attitude& attitude, const Pose& X_reference_m
 
 CompartmentGaps PoseMeter::compartment_gaps(const Attitude& attitude, const Pose& X_reference_moving)
 {
-  place(attitude, X_reference_moving);
-  if (tilted_query_ || scene_.medial_gap.is_empty() || scene_.lateral_gap.is_empty()) return {};
+  if (scene_.medial_gap.is_empty() || scene_.lateral_gap.is_empty()) return {};
+  // Without place(): the whole joint's query need not follow the attitude.
+  const std::optional<MovingPose> pose =
+      about_delta(at_attitude(attitude, X_solver_reference_moving(scene_.frame, X_reference_moving)));
+  if (!pose) return {};
   const auto gap_mm = [&](proximity::GapQuery& query) {
     query.set_attitude(attitude);
-    const double travel_mm = query.travel_mm(pose_);
+    const double travel_mm = query.travel_mm(*pose);
     return std::isfinite(travel_mm) ? travel_mm : nan;
   };
   return {gap_mm(medial_query_), gap_mm(lateral_query_)};

@@ -25,13 +25,6 @@ constexpr std::uintmax_t max_root_evaluations = 100;
 // A gap up to this is contact: well above the margin of a recontacted pose, far below what can be seen.
 constexpr double contact_gap_mm = 0.01;
 
-/// Raw poses over flexion; varus is their own.
-struct RawCourse {
-  smooth::SmoothInput input;  ///< [n_flexion, 1]
-  std::vector<double>
-      gap_difference_mm;  ///< [n_flexion] medial less lateral where a side is lifted off, else 0
-};
-
 store::GridD column_of(const std::vector<double>& values)
 {
   return Eigen::Map<const store::GridD>(values.data(), static_cast<Eigen::Index>(values.size()), 1);
@@ -55,6 +48,7 @@ smooth::SmoothInput course_of(const store::MotionModel& model, const Poses& pose
   return input;
 }
 
+/// Raw poses over flexion, [n_flexion, 1]; varus is their own.
 smooth::SmoothInput raw_course(const store::MotionModel& model)
 {
   const auto n = static_cast<Eigen::Index>(model.flexion_deg.size());
@@ -73,7 +67,7 @@ smooth::SmoothInput raw_course(const store::MotionModel& model)
   return course_of(model, poses, std::move(status));
 }
 
-/// Medial less lateral at the raw poses, where the equilibrium lifts a side off.
+/// [n_flexion] medial less lateral gap where the raw equilibrium lifts a side off, else 0.
 std::vector<double> lift_off_mm(const store::MotionModel& model, const motion::Motion& motion,
                                 const smooth::SmoothInput& course, int n_threads)
 {

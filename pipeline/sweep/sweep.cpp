@@ -390,9 +390,9 @@ class Sweep {
     const StepKey key{StepKind::free_spine, to, static_cast<std::int32_t>(offsets_.size()) + 2 + number};
     std::vector<StepRecord>& ends = ends_[static_cast<std::size_t>(to)];
     ends.push_back(free_step(key, seed_of(source), 0));
-    const StepRecord before = target.chosen;
+    const StepKey before = target.chosen.key;
     target = select_lowest(ends);
-    return target.chosen.key != before.key;
+    return target.chosen.key != before;
   }
 
   // Solves the band of the flexion and the grid's cell nearest to its free equilibrium.
