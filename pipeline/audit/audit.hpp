@@ -1,10 +1,9 @@
-/// Gap and penetration of a motion at and between the attitudes of its model; plausibility of solved poses;
-/// travel of smoothed motions into contact.
+/// Gap and penetration of a motion at and between the attitudes of its model; travel of smoothed motions into
+/// contact.
 #pragma once
 
 #include <string>
 
-#include "ligament/ligaments.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::audit {
@@ -34,22 +33,6 @@ struct AuditFigures {
 };
 
 AuditFigures figures_of(const store::AuditSet& audit);
-
-/// One entry per cell of the grid.
-struct PoseAssessment {
-  store::GridB is_overlapping;  ///< 1 if the meshes of a stable pose overlap
-  store::GridB plausibility;    ///< Plausibility; `not_judged` if not stable or overlapping
-};
-
-/// Measures every stable pose of the raw motion again (audit/pose_meter.hpp), and its neighbours displaced by
-/// a contact resolution d to both sides: along X and Z of S, their diagonals, rotation about Delta through
-/// the moving object's centre and, if varus was free, varus; angles are d over half the object's larger
-/// horizontal extent. nothing_ahead: one of them has no contact within d along Delta. unstable_balance: on
-/// both sides, after moving into contact, the energy of loads and ligaments is lower than in the pose by more
-/// than the work of the push over d / 1000. Poses held by fibres without contact are exempt from both.
-/// `ligaments` are canonical. Same bits for any number of threads.
-PoseAssessment assess_poses(const store::MotionModel& model, const ligament::Ligaments& ligaments,
-                            int n_threads);
 
 /// Travel along Delta (mm, negative: retreat) from the smoothed pose of `set` into contact at every attitude
 /// of the model's grid, also without a raw pose, since polynomials are defined everywhere. A free pose

@@ -10,12 +10,14 @@
 #include <utility>
 
 #include "audit/audit.hpp"
+#include "audit/pose_assessment.hpp"
 #include "cluster/task_state.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
+#include "model_build/case_solver.hpp"
 #include "model_build/model_build.hpp"
 #include "reduce/reduce.hpp"
 #include "reduce/two_sided.hpp"
@@ -73,7 +75,8 @@ store::MotionModel audited_model_of(const load::Case& job_case, const sweep::Swe
                                     int n_threads)
 {
   store::MotionModel model = model_build::motion_model_of(job_case, result);
-  audit::PoseAssessment verdicts = audit::assess_poses(model, job_case.ligaments, n_threads);
+  audit::PoseAssessment verdicts =
+      audit::assess_poses(model, job_case.ligaments, model_build::joint_bounds_of(job_case), n_threads);
   if ((verdicts.is_overlapping == 1).any()) {
     sweep::SweepResult accepted = result;
     for (StepRecord& cell : accepted.cells) {

@@ -73,7 +73,7 @@ sweep::SweepResult solve_part(const load::Case& job_case, const sweep::SweepPlan
   console::Progress progress(console::progress_style_of(options.progress), what, n_total, n_known);
 
   const sweep::SolveStep solve = [&](const sweep::StepTask& task) {
-    if (!log.traces) return solver(task);
+    if (!log.traces || !task.is_measured) return solver(task);
     return solve_with_trace(*log.traces, task.key, task.seed,
                             [&](const solve::SearchObserver& watch) { return solver(task, watch); });
   };

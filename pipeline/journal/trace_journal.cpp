@@ -77,7 +77,7 @@ TraceJournalContent parse_trace_journal(const std::string& path, std::string_vie
     std::optional<SearchTrace> trace = trace_of(frame);
     if (!trace) return "a trace that is not a search";
     const StepKey key = trace->key;
-    content.searches.emplace(key, std::move(*trace));
+    content.searches.insert_or_assign(key, std::move(*trace));
     return {};
   });
   return content;

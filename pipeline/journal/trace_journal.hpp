@@ -15,7 +15,7 @@ namespace vrda::journal {
 
 struct TraceJournalContent {
   FrameFileSummary summary;
-  std::map<StepKey, SearchTrace> searches;  ///< the first of duplicates, which are equal
+  std::map<StepKey, SearchTrace> searches;  ///< the last of each key
 };
 
 /// The valid prefix of a journal's bytes; a damaged or torn tail is reported, not thrown. Throws InputError

@@ -63,6 +63,12 @@ std::string file_axis(const FrameJob& frame, Eigen::Index k, bool is_positive)
   return ((word.at(0) == '+') == is_positive ? "+" : "-") + word.substr(1);
 }
 
+std::string tenths_text(double value_mm)
+{
+  const std::string text = shortest_decimal(std::round(10.0 * value_mm) / 10.0);
+  return text.find('.') == std::string::npos ? text + ".0" : text;
+}
+
 // The femur must be above the tibia. Returns true if a warning was added.
 bool warn_of_axes(const Job& job, const Case& loaded, std::vector<std::string>& warnings)
 {
@@ -84,8 +90,23 @@ bool warn_of_axes(const Job& job, const Case& loaded, std::vector<std::string>& 
                      " of the files from the moving object \"" + loaded.moving.name + "\", not along " +
                      job.frame.proximal + "; " +
                      (is_exchanged ? "by their names [reference] and [moving] are exchanged"
-                                   : "frame.proximal = \"" + axis + "\", with anterior and right to match"));
+                                   : "frame.proximal = \"" + axis +
+                                         "\", with anterior and right to match, or exchange [reference] and "
+                                         "[moving]"));
   return true;
+}
+
+// Delta pushes the moving object into the reference, which must be ahead of it.
+void warn_of_exchange(const Case& loaded, std::vector<std::string>& warnings)
+{
+  const Box reference = bounding_box(loaded.reference.contact.mesh);
+  const Box moving = bounding_box(loaded.moving.contact.mesh);
+  const double ahead_mm = (middle_of(reference) - middle_of(moving)).dot(loaded.frame.delta);
+  constexpr double min_share = 0.2;  // of the smaller object: a shorter distance gives no clear direction
+  if (ahead_mm >= -min_share * std::min(diagonal_mm(reference), diagonal_mm(moving))) return;
+  warnings.push_back("push.delta: it points away from the reference \"" + loaded.reference.name + "\", " +
+                     tenths_text(-ahead_mm) + " mm behind the moving object \"" + loaded.moving.name +
+                     "\"; reverse push.delta, or exchange [reference] and [moving]");
 }
 
 // Mean z of the components whose name contains a word; empty without such components.
@@ -127,12 +148,6 @@ std::string origin_text(const Eigen::Vector3d& p_mm, const AxisMap& map)
   for (const double value : native)
     text += (text.empty() ? "" : ", ") + shortest_decimal(std::round(value * tenths) / tenths + 0.0);
   return "frame.origin = [" + text + "]";
-}
-
-std::string tenths_text(double value_mm)
-{
-  const std::string text = shortest_decimal(std::round(10.0 * value_mm) / 10.0);
-  return text.find('.') == std::string::npos ? text + ".0" : text;
 }
 
 // Centre of the intersection of two boxes, or of the gap between them.
@@ -187,6 +202,7 @@ std::vector<std::string> anatomy_warnings(const Job& job, const AxisMap& map, co
   // With wrong axes the checks of side and condyles are meaningless.
   if (job.joint == "knee" && warn_of_axes(job, loaded, warnings)) return warnings;
   if (job.joint == "knee") warn_of_side(job, loaded, warnings);
+  if (job.joint != "knee") warn_of_exchange(loaded, warnings);
   warn_of_centre(job, map, loaded, warnings);
   return warnings;
 }

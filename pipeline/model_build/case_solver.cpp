@@ -1,5 +1,9 @@
 #include "model_build/case_solver.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
 #include "core/error.hpp"
 #include "load/file_bytes.hpp"
 
@@ -7,7 +11,7 @@ namespace vrda::model_build {
 namespace {
 
 // Must change when the same job may give other bytes: journals of an older solver are then refused.
-constexpr const char* search_version = "stability-search 3";
+constexpr const char* search_version = "stability-search 4";
 constexpr const char* equilibrium_version = "equilibrium 3";
 
 solve::SolverBody solver_body(const Body& body, const SolverFrame& frame)
@@ -45,10 +49,61 @@ sweep::SweepPlan plan_of(const load::Case& job_case)
     // Contact alone hardly resists a moment about Delta: without ligaments a band is meaningless.
     plan.has_band = job_case.spine.band_moment_nmm > 0.0 && !job_case.ligaments.fibres.empty();
     plan.n_restarts = job_case.spine.n_restarts;
-  } else if (job_case.compartment_of_triangle.empty()) {
-    plan.spine = sweep::SpineRule::nearest_zero;
+    return plan;
   }
+  if (job_case.compartment_of_triangle.empty()) plan.spine = sweep::SpineRule::nearest_zero;
+  plan.max_seed_step_rad = rad_from_deg(2.0);
+  plan.last_resort_thetas_rad = {rad_from_deg(-30.0), rad_from_deg(30.0), rad_from_deg(-60.0),
+                                 rad_from_deg(60.0)};
+  // Not every command that needs a plan solves steps.
+  struct LazyBounds {
+    std::once_flag flag;
+    JointBounds bounds;
+  };
+  plan.is_in_joint = [&job_case, lazy = std::make_shared<LazyBounds>()](const MovingPose& pose,
+                                                                        std::int32_t path_row) {
+    std::call_once(lazy->flag, [&] { lazy->bounds = joint_bounds_of(job_case); });
+    return is_within(lazy->bounds, frame_of(job_case, job_case.push.at(static_cast<std::size_t>(path_row))),
+                     pose);
+  };
   return plan;
+}
+
+namespace {
+
+double nearest_to_zero(const std::vector<double>& values)
+{
+  return *std::min_element(values.begin(), values.end(),
+                           [](double a, double b) { return std::abs(a) < std::abs(b); });
+}
+
+double smallest_horizontal_extent_mm(const Mesh& mesh)
+{
+  const Box box = bounding_box(mesh);
+  const Eigen::Vector3d extent_mm = box.max_mm - box.min_mm;
+  return std::min(extent_mm.x(), extent_mm.z());
+}
+
+}  // namespace
+
+JointBounds joint_bounds_of(const load::Case& job_case)
+{
+  const solve::Joint joint = joint_of(job_case, job_case.frame);
+  JointBounds bounds;
+  MovingPose neutral{solver_translation_mm(job_case.frame, job_case.initial.translation_mm),
+                     job_case.initial.theta_rad};
+  proximity::GapQuery gap(joint.reference_gap, joint.moving_gap);
+  gap.set_attitude({rad_from_deg(nearest_to_zero(job_case.grid.flexion_deg)),
+                    rad_from_deg(nearest_to_zero(job_case.grid.varus_deg))});
+  const double travel_mm = gap.next_contact(neutral).travel_mm;
+  if (!std::isfinite(travel_mm)) return bounds;
+  neutral.translation_mm.y() += travel_mm;
+  bounds.neutral_mm = world_translation_mm(job_case.frame, neutral);
+  bounds.neutral_theta_rad = neutral.theta_rad;
+  bounds.max_travel_mm = 0.5 * std::min(smallest_horizontal_extent_mm(joint.reference.tree_mesh.mesh),
+                                        smallest_horizontal_extent_mm(joint.moving.tree_mesh.mesh));
+  bounds.max_theta_rad = rad_from_deg(job_case.joint == "knee" ? 45.0 : 90.0);
+  return bounds;
 }
 
 std::string fingerprint_of(const load::Case& job_case)

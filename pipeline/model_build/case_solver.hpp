@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/joint_bounds.hpp"
 #include "load/case.hpp"
 #include "solve/equilibrium.hpp"
 #include "solve/joint.hpp"
@@ -14,7 +15,12 @@ namespace vrda::model_build {
 
 /// Both objects in the solver frame with the Delta of `frame`.
 solve::Joint joint_of(const load::Case& job_case, const SolverFrame& frame);
+/// `job_case` must outlive the plan.
 sweep::SweepPlan plan_of(const load::Case& job_case);
+
+/// The neutral pose is the start pose moved along Delta into contact at the grid's attitude nearest to zero.
+/// Travel: half the smallest horizontal extent of either object. Rotation: 45 degrees for a knee, else 90.
+JointBounds joint_bounds_of(const load::Case& job_case);
 
 /// SHA-256 of everything that determines the steps: solver version, resolved job, inputs. If scaling keeps
 /// the steps it is that of the unscaled job, so one journal serves every size.

@@ -5,11 +5,12 @@
 #include <cmath>
 #include <condition_variable>
 #include <exception>
-#include <limits>
 #include <mutex>
 #include <thread>
 
 #include "core/error.hpp"
+#include "sweep/balance.hpp"
+#include "sweep/seeds.hpp"
 
 namespace vrda::sweep {
 namespace {
@@ -23,12 +24,10 @@ std::int32_t column_nearest(const std::vector<double>& varus_rad, double target_
   return static_cast<std::int32_t>(nearest);
 }
 
-// Start of a step: a pose with its varus and flexion.
-struct Seed {
-  MovingPose pose;
-  double varus_rad = 0.0;
-  std::int32_t path_row = 0;
-};
+double varus_of(const Seed& seed)
+{
+  return seed.attitude ? seed.attitude->varus_rad : 0.0;
+}
 
 Seed moved(Seed seed, const SpineOffset& offset)
 {
@@ -112,9 +111,8 @@ class Sweep {
     return result_.cells[static_cast<std::size_t>(i) * plan_.varus_rad.size() + static_cast<std::size_t>(j)];
   }
 
-  // The first worker solves the spine and releases each row; all workers solve released rows. With a free
-  // spine all workers first run the restarts of each flexion, then the first propagates the lowest
-  // equilibria.
+  // The first worker solves the spine and releases each row; all solve released rows. With a free spine all
+  // first run the restarts of each flexion, then the first propagates the lowest equilibria.
   void work(int worker)
   {
     try {
@@ -202,27 +200,45 @@ class Sweep {
     return hooks_.recall ? hooks_.recall(key) : std::nullopt;
   }
 
-  StepRecord step(const StepTask& task)
+  StepRecord solved(const StepTask& task)
   {
-    if (std::optional<StepRecord> known = recalled(task.key)) return *known;
     if (is_ended() || (hooks_.is_stopped && hooks_.is_stopped())) throw Stopped{};
     StepRecord record = solve_(task);
     record.key = task.key;
+    return record;
+  }
+
+  StepRecord kept(StepRecord record)
+  {
     if (hooks_.keep) hooks_.keep(record);
     return record;
   }
 
-  StepRecord grid_step(const StepKey& key, const Seed& seed, int worker)
+  StepRecord step(const StepTask& task)
   {
+    if (std::optional<StepRecord> known = recalled(task.key)) return *known;
+    return kept(solved(task));
+  }
+
+  // Whether other steps may start from it.
+  bool is_usable(const StepRecord& record) const
+  {
+    return record.status == StepStatus::stable &&
+           (!plan_.is_in_joint || plan_.is_in_joint(record.pose, path_row_of(record.key)));
+  }
+
+  StepRecord grid_step(const StepKey& key, const std::vector<Seed>& seeds, int worker)
+  {
+    if (std::optional<StepRecord> known = recalled(key)) return *known;
     StepTask task;
     task.key = key;
     task.attitude = {plan_.flexion_rad[static_cast<std::size_t>(key.flexion)],
                      plan_.varus_rad[static_cast<std::size_t>(key.varus)]};
     task.path_row = path_row_of(key);
-    task.seed = seed.pose;
-    task.seed_path_row = seed.path_row;
     task.worker = worker;
-    return step(task);
+    return kept(solve_from_seeds(
+        task, seeds, plan_.max_seed_step_rad, [this](const StepTask& part) { return solved(part); },
+        [this](const StepRecord& record) { return is_usable(record); }));
   }
 
   // Only the steps of the free spine have keys along the path.
@@ -233,7 +249,8 @@ class Sweep {
 
   Seed seed_of(const StepRecord& record) const
   {
-    return {record.pose, record.varus_rad, path_row_of(record.key)};
+    const std::int32_t row = path_row_of(record.key);
+    return {record.pose, Attitude{path_rad_[static_cast<std::size_t>(row)], record.varus_rad}, row};
   }
 
   StepRecord free_step(const StepKey& key, const Seed& seed, int worker, int band = 0)
@@ -241,7 +258,7 @@ class Sweep {
     StepTask task;
     task.key = key;
     task.path_row = path_row_of(key);
-    task.attitude = {path_rad_[static_cast<std::size_t>(task.path_row)], seed.varus_rad};
+    task.attitude = {path_rad_[static_cast<std::size_t>(task.path_row)], varus_of(seed)};
     task.seed = seed.pose;
     task.seed_path_row = seed.path_row;
     task.is_varus_free = true;
@@ -254,12 +271,12 @@ class Sweep {
   void solve_spine()
   {
     if (plan_.spine == SpineRule::free_varus) return solve_free_spine();
-    Seed seed{plan_.initial, 0.0, 0};
+    Seed seed{plan_.initial, {}, 0};
     std::int32_t column = column_nearest(plan_.varus_rad, 0.0);
     for (std::int32_t i = 0; i < n_flexion_; ++i) {
       const StepRecord chosen = kept_as_spine(balanced_cell(i, column, seed));
       column = chosen.key.varus;
-      if (chosen.status == StepStatus::stable) seed = seed_of(chosen);
+      if (is_usable(chosen)) seed = seed_of(chosen);
       cell(i, column) = chosen;
       result_.spine_column[static_cast<std::size_t>(i)] = column;
       row_seeds_[static_cast<std::size_t>(i)] = seed;
@@ -275,19 +292,24 @@ class Sweep {
     return chosen;
   }
 
+  bool is_better_cell(const StepRecord& a, const StepRecord& b) const
+  {
+    return is_usable(a) != is_usable(b) ? is_usable(a) : is_better_balanced(a, b);
+  }
+
   // Walks from `column` towards better balance until it worsens; each cell is seeded by the previous one.
   StepRecord balanced_cell(std::int32_t flexion, std::int32_t column, const Seed& seed)
   {
-    StepRecord best = grid_step({StepKind::spine_probe, flexion, column}, seed, 0);
+    StepRecord best = grid_step({StepKind::spine_probe, flexion, column}, seeds_from(plan_, seed), 0);
     if (plan_.spine == SpineRule::nearest_zero) return best;
     const StepRecord start = best;
     for (const std::int32_t direction : {+1, -1}) {
       StepRecord here = start;
       while (const std::optional<StepRecord> next = neighbour(here, direction, seed)) {
-        if (!is_better_balanced(*next, here)) break;
+        if (!is_better_cell(*next, here)) break;
         here = *next;
       }
-      if (is_better_balanced(here, best)) best = here;
+      if (is_better_cell(here, best)) best = here;
       // The imbalance decreases on this side, so it grows on the other.
       if (best.key.varus != start.key.varus) break;
     }
@@ -299,13 +321,13 @@ class Sweep {
     const std::int32_t column = from.key.varus + direction;
     if (column < 0 || column >= n_varus_) return std::nullopt;
     return grid_step({StepKind::spine_probe, from.key.flexion, column},
-                     from.status == StepStatus::stable ? seed_of(from) : seed, 0);
+                     seeds_from(plan_, is_usable(from) ? seed_of(from) : seed), 0);
   }
 
   // One chain up the flexions and one back down; the second releases the flexions for restarts.
   void solve_free_spine()
   {
-    Seed seed{plan_.initial, 0.0, 0};
+    Seed seed{plan_.initial, {}, 0};
     for (std::int32_t i = 0; i < n_path_; ++i) {
       const StepRecord record = free_step({StepKind::free_spine, i, 0}, seed, 0);
       if (record.status == StepStatus::stable) seed = seed_of(record);
@@ -406,9 +428,10 @@ class Sweep {
       free.band_high = free_step({StepKind::band, i, 1}, seed_of(free.chosen), worker, +1);
     }
     if (is_stable) row_seeds_[row] = seed_of(free.chosen);
-    const std::int32_t column = column_nearest(plan_.varus_rad, row_seeds_[row].varus_rad);
-    cell(i, column) = plan_.is_varus_free ? spine_cell_of(free.chosen, i)
-                                          : grid_step({StepKind::spine, i, column}, row_seeds_[row], worker);
+    const std::int32_t column = column_nearest(plan_.varus_rad, varus_of(row_seeds_[row]));
+    cell(i, column) = plan_.is_varus_free
+                          ? spine_cell_of(free.chosen, i)
+                          : grid_step({StepKind::spine, i, column}, {row_seeds_[row]}, worker);
     if (cell(i, column).status == StepStatus::stable) row_seeds_[row] = seed_of(cell(i, column));
     result_.spine_column[row] = column;
   }
@@ -424,11 +447,11 @@ class Sweep {
   {
     const std::int32_t spine = result_.spine_column[static_cast<std::size_t>(i)];
     for (const std::int32_t direction : {+1, -1}) {
-      // The nearest stable cell inward; the spine's own seed if even its cell failed.
+      // The nearest usable cell inward; the spine's own seed if even its cell is not usable.
       Seed seed = row_seeds_[static_cast<std::size_t>(i)];
       for (std::int32_t j = spine + direction; j >= 0 && j < n_varus_; j += direction) {
-        StepRecord record = grid_step({StepKind::row, i, j}, seed, worker);
-        if (record.status == StepStatus::stable) seed = seed_of(record);
+        StepRecord record = grid_step({StepKind::row, i, j}, seeds_from(plan_, seed), worker);
+        if (is_usable(record)) seed = seed_of(record);
         cell(i, j) = std::move(record);
       }
     }
@@ -462,22 +485,6 @@ class Sweep {
 };
 
 }  // namespace
-
-double imbalance_mm(const StepRecord& record)
-{
-  const double difference = std::abs(record.gap_medial_mm - record.gap_lateral_mm);
-  const bool is_known = record.status == StepStatus::stable && std::isfinite(difference);
-  return is_known ? difference : std::numeric_limits<double>::infinity();
-}
-
-bool is_better_balanced(const StepRecord& a, const StepRecord& b)
-{
-  const bool a_touches = a.status == StepStatus::stable && a.contact_medial && a.contact_lateral;
-  const bool b_touches = b.status == StepStatus::stable && b.contact_medial && b.contact_lateral;
-  if (a_touches != b_touches) return a_touches;
-  if (a_touches) return a.pose.translation_mm.y() > b.pose.translation_mm.y();
-  return imbalance_mm(a) < imbalance_mm(b);
-}
 
 SweepResult sweep(const SweepPlan& plan, const SolveStep& solve, const SweepHooks& hooks, int n_threads)
 {

@@ -27,6 +27,14 @@ struct SweepPlan {
   std::vector<double> path_flexion_rad;
   MovingPose initial;  ///< seed of the first step
   SpineRule spine = SpineRule::walk_to_balance;
+  /// Whether a pose at a path row is in the joint. A step that fails or ends outside it is solved again from
+  /// other seeds, if `max_seed_step_rad` is above 0, and poses outside are not seeds. Empty: all poses are.
+  std::function<bool(const MovingPose&, std::int32_t path_row)> is_in_joint;
+  /// Largest change of flexion or varus between a seed and its step in a subdivided path; 0: no subdivision
+  /// and no other seeds.
+  double max_seed_step_rad = 0.0;
+  /// Rotations of the start pose from which a step is solved if no other seed leads to a stable pose.
+  std::vector<double> last_resort_thetas_rad;
   // The next three apply to `free_varus` only.
   bool is_varus_free = false;  ///< the grid has one column, which takes the spine's own poses
   bool has_band = false;       ///< each flexion is also solved with extra moments
@@ -45,7 +53,7 @@ struct StepTask {
   std::int32_t seed_path_row = 0;  ///< of the seed: its Delta may differ
   bool is_varus_free = false;
   int band = 0;             ///< -1 or +1: with the extra moment against theta or with it
-  bool is_measured = true;  ///< false: only pose, status and energy are needed
+  bool is_measured = true;  ///< false: only pose, status and energy are needed, under no key of the result
   int worker = 0;           ///< index below the number of threads, for scratch memory kept between steps
 };
 
@@ -66,14 +74,6 @@ struct SweepResult {
   std::vector<FreeSpineStep> free_spine;   ///< [n_flexion] with SpineRule::free_varus, else empty
   bool is_complete = false;                ///< the spine and every requested row are solved
 };
-
-/// |gap_medial - gap_lateral|; infinite if the record is not stable or a compartment has no gap.
-double imbalance_mm(const StepRecord& record);
-
-/// Whether `a` is the better spine cell: contact of both compartments first, then the smaller imbalance. If
-/// both cells have contact on both sides, the one further along Delta, which is where free varus would
-/// settle.
-bool is_better_balanced(const StepRecord& a, const StepRecord& b);
 
 /// Rethrows the first exception of `solve` or a hook after the other workers have finished their steps.
 SweepResult sweep(const SweepPlan& plan, const SolveStep& solve, const SweepHooks& hooks, int n_threads);

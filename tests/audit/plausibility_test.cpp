@@ -1,5 +1,5 @@
 // Prescribed poses of boxes and balls.
-#include "audit/audit.hpp"
+#include "audit/pose_assessment.hpp"
 
 #include <gtest/gtest.h>
 
@@ -44,15 +44,16 @@ struct Verdict {
   Plausibility plausibility;
 };
 
-Verdict verdict_of(const store::MotionModel& model)
+Verdict verdict_of(const store::MotionModel& model, const JointBounds& bounds = {})
 {
-  const audit::PoseAssessment verdicts = audit::assess_poses(model, {}, 1);
+  const audit::PoseAssessment verdicts = audit::assess_poses(model, {}, bounds, 1);
   return {verdicts.is_overlapping(0, 0) == 1, static_cast<Plausibility>(verdicts.plausibility(0, 0))};
 }
 
-void expect_plausibility(const store::MotionModel& model, Plausibility plausibility)
+void expect_plausibility(const store::MotionModel& model, Plausibility plausibility,
+                         const JointBounds& bounds = {})
 {
-  const Verdict verdict = verdict_of(model);
+  const Verdict verdict = verdict_of(model, bounds);
   EXPECT_FALSE(verdict.is_overlapping);
   EXPECT_STREQ(name_of(verdict.plausibility), name_of(plausibility));
 }
@@ -124,6 +125,84 @@ TEST(Plausibility, CellsThatAreNotStableAreNotJudged)
   const Verdict verdict = verdict_of(model);
   EXPECT_FALSE(verdict.is_overlapping);
   EXPECT_EQ(verdict.plausibility, Plausibility::not_judged);
+}
+
+TEST(Plausibility, APoseBeyondTheJointsBoundsIsDislocated)
+{
+  const MovingPose at{{3, -10 - apart_mm, 2}, 0.0};
+  const store::MotionModel model = posed_model(block, block, at.translation_mm);
+  JointBounds bounds;
+  bounds.neutral_mm = at.translation_mm - Eigen::Vector3d(3.0, 0.0, 4.0);
+  bounds.max_travel_mm = 5.0 + 1e-9;  // the pose is 5 mm away, to rounding
+  expect_plausibility(model, Plausibility::nothing_found, bounds);
+  bounds.max_travel_mm = 4.99;
+  expect_plausibility(model, Plausibility::dislocated, bounds);
+  bounds = {};
+  bounds.neutral_theta_rad = rad_from_deg(46.0);
+  bounds.max_theta_rad = rad_from_deg(45.0);
+  expect_plausibility(model, Plausibility::dislocated, bounds);
+  bounds.neutral_theta_rad = rad_from_deg(-316.0);  // 44 degrees the other way round
+  expect_plausibility(model, Plausibility::nothing_found, bounds);
+}
+
+store::MotionModel with_contact(store::MotionModel model, const Eigen::Vector3d& point_mm,
+                                std::int32_t triangle_reference, std::int32_t triangle_moving)
+{
+  store::ContactRows& rows = model.contacts;
+  rows.row_start = {0, 1};
+  rows.point_world_mm.resize(1, 3);
+  rows.point_world_mm.row(0) = point_mm.transpose();
+  rows.normal_world.resize(1, 3);
+  rows.normal_world.row(0) = -Eigen::RowVector3d::UnitY();
+  rows.distance_mm = {apart_mm};
+  rows.triangle_reference = {triangle_reference};
+  rows.triangle_moving = {triangle_moving};
+  rows.compartment = {0};
+  return model;
+}
+
+TEST(Plausibility, AContactWhereASheetEndsIsABorderContact)
+{
+  // Two triangles over [-15, 15] x [-15, 15] that share the diagonal x = z; the normal is downward.
+  Mesh sheet;
+  sheet.vertices_mm.resize(4, 3);
+  sheet.vertices_mm << -15, 0, -15, 15, 0, -15, 15, 0, 15, -15, 0, 15;
+  sheet.triangles.resize(2, 3);
+  sheet.triangles << 0, 1, 2, 0, 2, 3;
+  const Eigen::Vector3d below(0, -5 - apart_mm, 0);
+  const store::MotionModel model = posed_model(sheet, test::box({0, 0, 0}, {60, 10, 60}), below);
+  expect_plausibility(with_contact(model, {15, 0, 0}, 0, 0), Plausibility::border_contact);
+  expect_plausibility(with_contact(model, {14.95, 0, 0}, 0, 0), Plausibility::border_contact);
+  expect_plausibility(with_contact(model, {14.8, 0, 0}, 0, 0), Plausibility::nothing_found);
+  expect_plausibility(with_contact(model, {5, 0, 5}, 0, 0), Plausibility::nothing_found);  // the diagonal
+  // The sheet as the moving object, 5 mm to the right; a closed block has no border.
+  const store::MotionModel swapped =
+      posed_model(test::box({0, 0, 0}, {80, 10, 80}), sheet, {5, -5 - apart_mm, 0});
+  expect_plausibility(with_contact(swapped, {20, -5, 0}, 0, 0), Plausibility::border_contact);
+  expect_plausibility(with_contact(swapped, {15, -5, 0}, 0, 0), Plausibility::nothing_found);
+}
+
+store::MotionModel with_fibres(store::MotionModel model, const std::vector<std::string>& bundles,
+                               const std::vector<double>& strain, const std::vector<double>& tension_n)
+{
+  store::LigamentRows rows;
+  rows.name = rows.bundle = bundles;
+  rows.strain = strain;
+  rows.tension_n = tension_n;
+  model.ligaments = rows;
+  return model;
+}
+
+TEST(Plausibility, FibresBeyondTheFailureOfLigamentsAreOverstrained)
+{
+  const store::MotionModel model = posed_model(block, block, {3, -10 - apart_mm, 2});
+  const std::vector<std::string> bundles{"ACL", "PCL", "ACL"};
+  expect_plausibility(with_fibres(model, bundles, {0.1, 0.44, 0.2}, {865, 1000, 865}),
+                      Plausibility::nothing_found);
+  expect_plausibility(with_fibres(model, bundles, {0.1, 0.45, 0.2}, {100, 100, 100}),
+                      Plausibility::overstrained);
+  expect_plausibility(with_fibres(model, bundles, {0.1, 0.1, 0.1}, {865, 0, 866}),
+                      Plausibility::overstrained);
 }
 
 }  // namespace vrda::plausibility_test

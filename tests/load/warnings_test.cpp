@@ -12,6 +12,7 @@ using testing::Contains;
 using testing::ContainsRegex;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 
 // Two balls side by side, like femoral condyles, above a box.
 Mesh condyles()
@@ -175,6 +176,18 @@ TEST(Warnings, AxesThatPutTheFemurBesideTheTibia)
   EXPECT_THAT(warnings_of(test::small_job("[reference]\nname = \"tibia\"\n"), {},
                           test::box({0, -60, 0}, {50, 30, 70}), condyles()),
               ElementsAre(HasSubstr("exchanged")));
+}
+
+TEST(Warnings, AnotherJointsReferenceBehindTheMovingObject)
+{
+  const std::string job = test::small_job("joint = \"other\"\n");
+  const Mesh upper = test::box({0, 40, 0}, {60, 60, 60}), lower = test::box({0, -40, 0}, {60, 60, 60});
+  EXPECT_THAT(warnings_of(job, {}, upper, lower), Not(Contains(HasSubstr("push.delta"))));
+  EXPECT_THAT(warnings_of(job, {}, lower, upper),
+              Contains(AllOf(HasSubstr("push.delta"), HasSubstr("80.0 mm"), HasSubstr("exchange"))));
+  // Half inside each other, as a head and its socket: no clear direction.
+  EXPECT_THAT(warnings_of(job, {}, test::box({0, 0, 0}, {60, 60, 60}), test::box({0, 10, 0}, {60, 60, 60})),
+              Not(Contains(HasSubstr("push.delta"))));
 }
 
 std::string job_with_menisci(const std::string& side)

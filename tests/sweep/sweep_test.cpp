@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "core/units.hpp"
+#include "sweep/balance.hpp"
 
 namespace vrda::sweep_test {
 
@@ -246,6 +247,130 @@ TEST(Sweep, AStepThatCannotBeKeptStopsTheOthersAfterTheirCurrentStep)
   };
   EXPECT_THROW(sweep::sweep(plan_of(30, 30), counting, hooks, 4), std::runtime_error);
   EXPECT_LT(n_solved, n_cells / 2);
+}
+
+// Solves only from a pose within 3 degrees of the attitude: the pose encodes the attitude in degrees.
+StepRecord narrow(const sweep::StepTask& task)
+{
+  StepRecord r;
+  const Eigen::Vector3d at(deg_from_rad(task.attitude.flexion_rad), 0.0,
+                           deg_from_rad(task.attitude.varus_rad));
+  const bool is_near = (task.seed.translation_mm - at).cwiseAbs().maxCoeff() <= 3.0;
+  r.status = is_near ? StepStatus::stable : StepStatus::no_clearance;
+  r.pose.translation_mm = at;
+  return r;
+}
+
+sweep::SweepPlan coarse_plan()
+{
+  sweep::SweepPlan plan;
+  plan.flexion_rad = {0.0, rad_from_deg(10.0), rad_from_deg(20.0)};
+  plan.varus_rad = {rad_from_deg(-7.0), 0.0, rad_from_deg(7.0)};
+  plan.spine = sweep::SpineRule::nearest_zero;
+  return plan;
+}
+
+long n_stable(const sweep::SweepResult& result)
+{
+  return std::count_if(result.cells.begin(), result.cells.end(),
+                       [](const StepRecord& r) { return r.status == StepStatus::stable; });
+}
+
+TEST(Sweep, AStepThatFailsIsReachedThroughIntermediateAttitudes)
+{
+  sweep::SweepPlan plan = coarse_plan();
+  EXPECT_EQ(n_stable(sweep::sweep(plan, narrow, {}, 1)), 1);
+  plan.max_seed_step_rad = rad_from_deg(2.0);
+  int n_kept = 0;
+  sweep::SweepHooks hooks;
+  hooks.keep = [&](const StepRecord& r) {
+    ++n_kept;
+    // Intermediate attitudes are never kept.
+    EXPECT_EQ(r.pose.translation_mm.x(), 10.0 * r.key.flexion);
+  };
+  const sweep::SweepResult result = sweep::sweep(plan, narrow, hooks, 1);
+  EXPECT_EQ(n_stable(result), 9);
+  EXPECT_EQ(n_kept, 9 + 3);  // the spine's cells also as probes
+  plan.max_seed_step_rad = rad_from_deg(3.5);
+  EXPECT_EQ(n_stable(sweep::sweep(plan, narrow, {}, 1)), 1) << "parts above 3 degrees fail like the step";
+}
+
+TEST(Sweep, APoseOutsideTheJointIsReplacedAndSeedsNothing)
+{
+  // From a seed that is not the start pose the step ends outside from 10 degrees of flexion on.
+  sweep::SweepPlan plan = plan_of(4, 5);
+  plan.max_seed_step_rad = rad_from_deg(2.0);
+  plan.is_in_joint = [](const MovingPose& pose, std::int32_t) { return pose.translation_mm.y() < 50.0; };
+  const sweep::SolveStep sliding = [&](const sweep::StepTask& task) {
+    EXPECT_LT(task.seed.translation_mm.y(), 50.0);
+    StepRecord r = drifting(task.attitude, task.seed);
+    r.pose.translation_mm.y() = 1.0;
+    const bool is_start = task.seed.translation_mm == plan.initial.translation_mm;
+    if (task.attitude.flexion_rad > rad_from_deg(9.0) && !is_start) r.pose.translation_mm.y() = 300.0;
+    return r;
+  };
+  for (const int n_threads : {1, 3}) {
+    for (const StepRecord& r : sweep::sweep(plan, sliding, {}, n_threads).cells)
+      EXPECT_EQ(r.pose.translation_mm.y(), 1.0);
+  }
+}
+
+TEST(Sweep, WithoutAPoseInTheJointTheLastStableResultIsKept)
+{
+  sweep::SweepPlan plan = plan_of(1, 1);
+  plan.max_seed_step_rad = rad_from_deg(2.0);
+  plan.is_in_joint = [](const MovingPose&, std::int32_t) { return false; };
+  EXPECT_EQ(sweep::sweep(plan, drift, {}, 1).cells[0].status, StepStatus::stable);
+  const sweep::SolveStep failing = [](const sweep::StepTask&) {
+    StepRecord r;
+    r.status = StepStatus::no_contact;
+    return r;
+  };
+  EXPECT_EQ(sweep::sweep(plan, failing, {}, 1).cells[0].status, StepStatus::no_contact);
+}
+
+TEST(Sweep, RotatedStartPosesAreTriedOnlyIfNothingElseIsStable)
+{
+  sweep::SweepPlan plan = plan_of(1, 1);
+  plan.max_seed_step_rad = rad_from_deg(2.0);
+  plan.last_resort_thetas_rad = {-0.5, 0.5};
+  int n_solved = 0;
+  const sweep::SolveStep turned_only = [&](const sweep::StepTask& task) {
+    ++n_solved;
+    StepRecord r;
+    r.status = task.seed.theta_rad > 0.4 ? StepStatus::stable : StepStatus::no_contact;
+    r.pose = task.seed;
+    return r;
+  };
+  EXPECT_EQ(sweep::sweep(plan, turned_only, {}, 1).cells[0].pose.theta_rad, 0.5);
+  EXPECT_EQ(n_solved, 3);
+  plan.initial.theta_rad = 0.45;
+  n_solved = 0;
+  EXPECT_EQ(sweep::sweep(plan, turned_only, {}, 1).cells[0].pose.theta_rad, 0.45);
+  EXPECT_EQ(n_solved, 1);
+}
+
+TEST(Sweep, TheStableResultOfAnEarlierSeedIsSolvedLastForItsTrace)
+{
+  // The second row is stable outside the joint from the first row, and fails from the start pose.
+  sweep::SweepPlan plan = plan_of(2, 1);
+  plan.max_seed_step_rad = rad_from_deg(5.0);  // one part: no intermediate attitudes
+  plan.is_in_joint = [](const MovingPose& pose, std::int32_t row) {
+    return row == 0 || pose.theta_rad > 9.0;
+  };
+  std::vector<Eigen::Vector3d> seeds;
+  const sweep::SolveStep failing_at_start = [&](const sweep::StepTask& task) {
+    StepRecord r = drifting(task.attitude, task.seed);
+    if (task.key.flexion == 0) return r;
+    seeds.push_back(task.seed.translation_mm);
+    if (task.seed.translation_mm == plan.initial.translation_mm) r.status = StepStatus::no_contact;
+    return r;
+  };
+  const sweep::SweepResult result = sweep::sweep(plan, failing_at_start, {}, 1);
+  EXPECT_EQ(result.cells[1].status, StepStatus::stable);
+  ASSERT_EQ(seeds.size(), 3u);
+  EXPECT_EQ(seeds[1], plan.initial.translation_mm);
+  EXPECT_EQ(seeds[2], result.cells[0].pose.translation_mm);
 }
 
 }  // namespace vrda::sweep_test

@@ -1,0 +1,31 @@
+/// Independent check of the solved poses of a motion model.
+#pragma once
+
+#include "core/joint_bounds.hpp"
+#include "ligament/ligaments.hpp"
+#include "store/motion_model.hpp"
+
+namespace vrda::audit {
+
+/// One entry per cell of the grid.
+struct PoseAssessment {
+  store::GridB is_overlapping;  ///< 1 if the meshes of a stable pose overlap
+  store::GridB plausibility;    ///< Plausibility; `not_judged` if not stable or overlapping
+};
+
+/// Measures every stable pose of the raw motion again (audit/pose_meter.hpp); the first of these that
+/// applies: dislocated: beyond `bounds`. border_contact: a stored contact is within the contact resolution of
+/// an edge that belongs to one triangle only, so that the surface ends there. overstrained: a fibre is
+/// longer, or a bundle carries more tension, than ligaments bear: strain 0.44 and 1730 N, where anterior
+/// cruciate ligaments of young adults failed (Noyes and Grood 1976, J Bone Joint Surg Am 58:1074). The last
+/// two displace the pose by a contact resolution d to both sides: along X and Z of S, their diagonals,
+/// rotation about Delta through the moving object's centre and, if varus was free, varus; angles are d over
+/// half the object's larger horizontal extent. nothing_ahead: one of them has no contact within d along
+/// Delta. unstable_balance: on both sides, after moving into contact, the energy of loads and ligaments is
+/// lower than in the pose by more than the work of the push over d / 1000. Poses held by fibres without
+/// contact are exempt from both.
+/// `ligaments` are canonical. Same bits for any number of threads.
+PoseAssessment assess_poses(const store::MotionModel& model, const ligament::Ligaments& ligaments,
+                            const JointBounds& bounds, int n_threads);
+
+}  // namespace vrda::audit
