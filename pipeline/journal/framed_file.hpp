@@ -34,6 +34,9 @@ std::string read_frame_file(const std::string& path);
 /// The same; empty if there is no file.
 std::optional<std::string> read_frame_file_if_present(const std::string& path);
 
+/// Throws InputError: another process writes the file.
+[[noreturn]] void refuse_locked(const std::string& path);
+
 /// Appends to one such file, which it locks: a second writer of the same file gets an InputError.
 class FrameWriter {
  public:

@@ -77,7 +77,7 @@ OpenJournal JournalWriter::open(const std::string& path, const std::string& key)
 {
   std::optional<OpenJournal> opened = try_open(path, key);
   if (opened) return std::move(*opened);
-  throw InputError({path, "", "a journal that another run is writing", "no other run with the same output"});
+  refuse_locked(path);
 }
 
 void JournalWriter::append(const StepRecord& record)

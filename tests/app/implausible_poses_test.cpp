@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "app/scenes.hpp"
+#include "core/units.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::implausible_poses_test {
@@ -117,6 +118,34 @@ TEST(ImplausiblePoses, PlatesBesideEachOtherHaveNothingAheadAndTheRunSaysWhere)
     ASSERT_EQ(test::run_vrda({"run", job, "--shard", shard, "-o", parts}).exit_code, 0);
   EXPECT_THAT(test::run_vrda({"merge", "-o", parts}).err, HasSubstr("nothing_ahead of "));
   EXPECT_EQ(test::sha256_of_file(parts), test::sha256_of_file(output));
+}
+
+TEST(ImplausiblePoses, ARidgeHeldOnARidgeByFibresIsNotDoubted)
+{
+  // Two prisms with flanks of 17 degrees; the fibres at both sides are stiffer than the push is unstable.
+  Mesh prism = test::box({0, 0, 0}, {30, 30, 30});
+  const Eigen::AngleAxisd quarter(pi / 4.0, Eigen::Vector3d::UnitZ());
+  prism.vertices_mm = (prism.vertices_mm * quarter.toRotationMatrix().transpose()).eval();
+  prism.vertices_mm.col(1) *= 0.3;
+  const double ridge_mm = 0.3 * 15.0 * std::sqrt(2.0);
+  const test::Scratch scratch;
+  const std::string job = job_of(scratch, prism, prism, "[0.5, -30, 0]");
+  std::string fibres =
+      "name,bundle,reference_x_mm,reference_y_mm,reference_z_mm,moving_x_mm,moving_y_mm,moving_z_mm,"
+      "stiffness_n,slack_length_mm\n";
+  for (const char* side : {"-40", "40"}) {
+    for (const char* along : {"-10", "10"})
+      fibres += std::string("f") + side + along + ",f," + side + "," + std::to_string(-2.0 * ridge_mm) + "," +
+                along + ",0,0," + along + ",50000,39\n";
+  }
+  scratch.write("fibres.csv", fibres);
+  const std::string output = scratch.path() / "out.h5";
+  const test::Ended run =
+      test::run_vrda({"run", job, "-o", output, "--set", "ligaments.fibres=\"fibres.csv\"", "--set",
+                      "grid.flexion={from=0, to=0, step=1}", "--set", "grid.varus={from=0, to=0, step=1}"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("1 attitudes: 1 stable"));
+  EXPECT_THAT(run.err, Not(HasSubstr("/plausibility")));
 }
 
 TEST(ImplausiblePoses, ABallInADishIsNotDoubted)

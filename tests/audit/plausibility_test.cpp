@@ -20,7 +20,8 @@ Mesh turned_about_z(const Mesh& mesh, double angle_rad)
 }
 
 /// One stable attitude: the reference mesh in place, the moving one translated by `at_mm`.
-store::MotionModel posed_model(const Mesh& reference, const Mesh& moving, const Eigen::Vector3d& at_mm)
+store::MotionModel posed_model(const Mesh& reference, const Mesh& moving, const Eigen::Vector3d& at_mm,
+                               double flexion_deg = 0.0, double varus_deg = 0.0)
 {
   store::MotionModel model;
   model.joint = "other";
@@ -28,13 +29,15 @@ store::MotionModel posed_model(const Mesh& reference, const Mesh& moving, const 
   model.method = "stability-search";
   model.has_compartments = false;
   model.contact_resolution_mm = 0.1;
-  model.flexion_deg = model.varus_deg = {0.0};
+  model.flexion_deg = {flexion_deg};
+  model.varus_deg = {0.0};
   model.reference.contact.mesh = reference;
   model.moving.contact.mesh = moving;
   model = store::with_pending_cells(std::move(model));
   StepRecord record;
   record.status = StepStatus::stable;
   record.pose.translation_mm = at_mm;
+  record.varus_rad = rad_from_deg(varus_deg);
   store::set_cell(model, record);
   return model;
 }
@@ -44,23 +47,69 @@ struct Verdict {
   Plausibility plausibility;
 };
 
-Verdict verdict_of(const store::MotionModel& model, const JointBounds& bounds = {})
+Verdict verdict_of(const store::MotionModel& model, const ligament::Ligaments& ligaments = {},
+                   const JointBounds& bounds = {})
 {
-  const audit::PoseAssessment verdicts = audit::assess_poses(model, {}, bounds, 1);
+  const audit::PoseAssessment verdicts = audit::assess_poses(model, ligaments, bounds, 1);
   return {verdicts.is_overlapping(0, 0) == 1, static_cast<Plausibility>(verdicts.plausibility(0, 0))};
 }
 
 void expect_plausibility(const store::MotionModel& model, Plausibility plausibility,
-                         const JointBounds& bounds = {})
+                         const ligament::Ligaments& ligaments = {}, const JointBounds& bounds = {})
 {
-  const Verdict verdict = verdict_of(model, bounds);
+  const Verdict verdict = verdict_of(model, ligaments, bounds);
   EXPECT_FALSE(verdict.is_overlapping);
   EXPECT_STREQ(name_of(verdict.plausibility), name_of(plausibility));
+}
+
+Mesh stretched(Mesh mesh, const Eigen::Vector3d& factor)
+{
+  for (int k = 0; k < 3; ++k) mesh.vertices_mm.col(k) *= factor[k];
+  return mesh;
+}
+
+/// A spike 60 mm high that stands on its square base of 20 mm; its tip points up.
+Mesh upright_spike()
+{
+  Mesh mesh;
+  mesh.vertices_mm.resize(5, 3);
+  mesh.vertices_mm << 0, 30, 0, -10, -30, -10, -10, -30, 10, 10, -30, 10, 10, -30, -10;
+  mesh.triangles.resize(6, 3);
+  mesh.triangles << 0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1, 1, 3, 2, 1, 4, 3;
+  return mesh;
+}
+
+/// A sheet facing down: level along X and Z, +-45 degrees along the diagonals.
+Mesh saddle(double sign)
+{
+  Mesh mesh;
+  mesh.vertices_mm.resize(9, 3);
+  mesh.triangles.resize(8, 3);
+  mesh.vertices_mm.row(0).setZero();
+  constexpr int around[8][2] = {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
+  for (int k = 0; k < 8; ++k) {
+    const double x = 10.0 * around[k][0], z = 10.0 * around[k][1];
+    mesh.vertices_mm.row(k + 1) << x, sign * 0.1 * x * z * 0.5, z;
+    mesh.triangles.row(k) << 0, k + 1, (k + 1) % 8 + 1;
+  }
+  return mesh;
+}
+
+/// The model as an equilibrium under this force.
+store::MotionModel loaded(store::MotionModel model, const Eigen::Vector3d& force_n,
+                          std::int64_t n_contacts = 1)
+{
+  model.method = "equilibrium";
+  model.equilibrium.emplace().forces.row_start = {0, n_contacts};
+  model.push.force_n.row(0) = force_n.transpose();
+  return model;
 }
 
 constexpr double apart_mm = 1e-3;  // the search's stand-off
 const Mesh block = test::box({0, 0, 0}, {30, 10, 30});
 const Mesh ridge = turned_about_z(test::box({0, 0, 0}, {30, 30, 30}), pi / 4.0);
+constexpr double other_varus_deg = 1e-6;  // not the grid's, which makes it free
+const Mesh spike = upright_spike(), hanging_spike = turned_about_z(spike, pi);
 const double ridge_mm = 15.0 * std::sqrt(2.0);
 
 TEST(Plausibility, FindsNothingAgainstABlockUnderABlock)
@@ -90,6 +139,84 @@ TEST(Plausibility, ARidgeOnARidgeAndAPoleOnAPoleAreInUnstableBalance)
   expect_plausibility(posed_model(ball, ball, {0, -40 - apart_mm, 0}), Plausibility::unstable_balance);
 }
 
+TEST(Plausibility, AGapBeyondTheResolutionIsNamedBeforeTheBalance)
+{
+  expect_plausibility(posed_model(ridge, ridge, {0, -2.0 * ridge_mm - 0.2, 0}), Plausibility::nothing_ahead);
+}
+
+TEST(Plausibility, AStripNarrowerThanTheResolutionHasNothingAhead)
+{
+  // Displaced to either side it misses: no balance, since there is no contact at all.
+  const Mesh strip = test::box({0, 0, 0}, {0.08, 10, 30});
+  expect_plausibility(posed_model(strip, strip, {0, -10 - apart_mm, 0}), Plausibility::nothing_ahead);
+}
+
+TEST(Plausibility, ASteepRidgeOnASteepRidgeIsInUnstableBalance)
+{
+  // A slope of 2: one resolution to the side the contact is two resolutions higher.
+  const Mesh steep = stretched(ridge, {1, 2, 1});
+  expect_plausibility(posed_model(steep, steep, {0, -4.0 * ridge_mm - apart_mm, 0}),
+                      Plausibility::unstable_balance);
+}
+
+TEST(Plausibility, EachDirectionIsMeasured)
+{
+  // Less than a resolution of width along X or Z, more than its share along a diagonal.
+  expect_plausibility(posed_model(block, block, {29.92, -10 - apart_mm, 0}), Plausibility::nothing_ahead);
+  expect_plausibility(posed_model(block, block, {0, -10 - apart_mm, 29.92}), Plausibility::nothing_ahead);
+  // Level along X and Z; along one diagonal the contact is higher both ways, along the other lower.
+  for (const double sign : {1.0, -1.0})
+    expect_plausibility(posed_model(saddle(sign), spike, {0, -30 - apart_mm, 0}),
+                        Plausibility::unstable_balance);
+}
+
+TEST(Plausibility, VarusIsMeasuredWhereItIsFree)
+{
+  // The reference turns about its origin: its tip is higher after a rotation either way.
+  const Eigen::Vector3d at_mm(0, -35 - apart_mm, 0);
+  expect_plausibility(posed_model(hanging_spike, block, at_mm), Plausibility::nothing_found);
+  expect_plausibility(posed_model(hanging_spike, block, at_mm, 0, other_varus_deg),
+                      Plausibility::unstable_balance);
+}
+
+TEST(Plausibility, LoadsOfTheEquilibriumTakePart)
+{
+  const Mesh low = stretched(ridge, {1, 0.5, 1});
+  const store::MotionModel ridges = posed_model(low, low, {0, -ridge_mm - apart_mm, 0});
+  expect_plausibility(loaded(ridges, {0, 20, 0}), Plausibility::unstable_balance);
+  // 16 N along 0.1 mm against 20 N along 0.05 mm: lower on one side only.
+  expect_plausibility(loaded(ridges, {16, 20, 0}), Plausibility::nothing_found);
+
+  const store::MotionModel spiked =
+      posed_model(hanging_spike, block, {0, -35 - apart_mm, 0}, 0, other_varus_deg);
+  expect_plausibility(loaded(spiked, {0, 20, 0}), Plausibility::unstable_balance);
+  // A resolution turns a block 30 mm wide by 0.1 / 15 rad; the tip is 0.0007 mm higher, 0.013 N mm.
+  store::MotionModel turned = loaded(spiked, {0, 20, 0});
+  turned.push.varus_moment_nmm[0] = 10;
+  expect_plausibility(turned, Plausibility::nothing_found);
+  store::MotionModel off_centre = loaded(spiked, {0, 20, 0});
+  off_centre.push.point_mm.z() = 1;
+  expect_plausibility(off_centre, Plausibility::nothing_found);
+}
+
+TEST(Plausibility, FibresTakePartAtTheirFlexion)
+{
+  // At 90 degrees the fibre pulls sideways with 14 N against 7 N of push and fibre up flanks of 45 degrees.
+  ligament::Ligaments ligaments;
+  ligaments.fibres.push_back({"f", "f", {0, 100, 0}, {0, 0, 0}, 20.0, 60.0});
+  const store::MotionModel ridges = posed_model(ridge, ridge, {0, -2.0 * ridge_mm - apart_mm, 0}, 90.0);
+  expect_plausibility(ridges, Plausibility::unstable_balance);
+  expect_plausibility(ridges, Plausibility::nothing_ahead, ligaments);
+}
+
+TEST(Plausibility, AnEquilibriumWithoutContactIsNotDoubted)
+{
+  const store::MotionModel apart = posed_model(block, block, {3, -10 - 5, 2});
+  expect_plausibility(apart, Plausibility::nothing_ahead);
+  expect_plausibility(loaded(apart, {0, 20, 0}, 0), Plausibility::nothing_found);
+  expect_plausibility(loaded(apart, {0, 20, 0}, 1), Plausibility::nothing_ahead);
+}
+
 TEST(Plausibility, AShareOfTheResolutionOffARidgeItSlidesOneWayOnly)
 {
   // Both flanks are at 45 degrees: one direction goes down by as much as the other goes up.
@@ -109,6 +236,12 @@ TEST(Plausibility, ARidgeInAGrooveIsHeldAndABallMayTurnIntoAHigherPose)
   // The faceted ball is in contact at its two widest vertices and is narrower after a rotation either way.
   expect_plausibility(posed_model(groove, test::ball(6), {0, apex_mm - 6.0 * std::sqrt(2.0) - apart_mm, 0}),
                       Plausibility::unstable_balance);
+  // A moment about Delta turns it one way.
+  store::MotionModel turned = loaded(
+      posed_model(groove, test::ball(6), {0, apex_mm - 6.0 * std::sqrt(2.0) - apart_mm, 0}), {0, 20, 0});
+  expect_plausibility(turned, Plausibility::unstable_balance);
+  turned.push.moment_nmm[0] = 200;
+  expect_plausibility(turned, Plausibility::nothing_found);
 }
 
 TEST(Plausibility, OverlapIsFoundAndNotJudgedFurther)
@@ -134,15 +267,15 @@ TEST(Plausibility, APoseBeyondTheJointsBoundsIsDislocated)
   JointBounds bounds;
   bounds.neutral_mm = at.translation_mm - Eigen::Vector3d(3.0, 0.0, 4.0);
   bounds.max_travel_mm = 5.0 + 1e-9;  // the pose is 5 mm away, to rounding
-  expect_plausibility(model, Plausibility::nothing_found, bounds);
+  expect_plausibility(model, Plausibility::nothing_found, {}, bounds);
   bounds.max_travel_mm = 4.99;
-  expect_plausibility(model, Plausibility::dislocated, bounds);
+  expect_plausibility(model, Plausibility::dislocated, {}, bounds);
   bounds = {};
   bounds.neutral_theta_rad = rad_from_deg(46.0);
   bounds.max_theta_rad = rad_from_deg(45.0);
-  expect_plausibility(model, Plausibility::dislocated, bounds);
+  expect_plausibility(model, Plausibility::dislocated, {}, bounds);
   bounds.neutral_theta_rad = rad_from_deg(-316.0);  // 44 degrees the other way round
-  expect_plausibility(model, Plausibility::nothing_found, bounds);
+  expect_plausibility(model, Plausibility::nothing_found, {}, bounds);
 }
 
 store::MotionModel with_contact(store::MotionModel model, const Eigen::Vector3d& point_mm,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <iostream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -14,8 +15,33 @@ namespace vrda::test {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// Number of trials by test suite, command and fault, printed when the program ends: results/fuzz.md.
+struct Trials {
+  std::map<std::string, int> n;
+  ~Trials()
+  {
+    for (const auto& [name, n_trials] : n) std::cout << "trials: " << name << ": " << n_trials << '\n';
+  }
+};
+
+void count_trial(const Command& command, const std::string& what)
+{
+  static Trials trials;
+  const testing::TestSuite* suite = testing::UnitTest::GetInstance()->current_test_suite();
+  std::string name = suite == nullptr ? "none" : suite->name();
+  for (const std::string& word : command.arguments) {
+    if (&word == &command.arguments.front() || word == "--spine" || word == "--shard") name += " " + word;
+  }
+  ++trials.n[name + " " + what];
+}
+
+}  // namespace
+
 Command with_fault(Command command, const Fault& fault)
 {
+  if (fault.what != "count") count_trial(command, fault.what);
   std::map<std::string, std::string>& variables = command.environment;
   variables["LD_PRELOAD"] = VRDA_FAULT_SHIM;
   // The address sanitizer's library must otherwise be loaded first.
@@ -165,11 +191,15 @@ void FaultyRun::expect_finished() const
   EXPECT_EQ(names(), expected_names_);
 }
 
+std::string FaultyRun::messages_of(const Ended& ended)
+{
+  const bool is_warned = ended.err.rfind("warning: ligaments: found none", 0) == 0;
+  return is_warned ? ended.err.substr(ended.err.find('\n') + 1) : ended.err;
+}
+
 void FaultyRun::expect_refused(const Ended& ended) const
 {
-  // With the equilibrium the job has a warning, since it has no ligaments.
-  const bool is_warned = ended.err.rfind("warning: ligaments: found none", 0) == 0;
-  const std::string error = is_warned ? ended.err.substr(ended.err.find('\n') + 1) : ended.err;
+  const std::string error = messages_of(ended);
   EXPECT_EQ(ended.exit_code, 2) << ended.err;
   EXPECT_EQ(n_lines(error), 1) << ended.err;
   EXPECT_THAT(error, testing::StartsWith("vrda: " + folder_.string() + "/a."));

@@ -68,6 +68,8 @@ class FaultyRun : public testing::TestWithParam<Setting> {
   std::string expect_finishes() const;
   /// The folder contains exactly the files of a fault-free run, byte for byte.
   void expect_finished() const;
+  /// Standard error without the job's own warning: with the equilibrium it has no ligaments.
+  static std::string messages_of(const Ended& ended);
   /// Exit code 2, one line that names a file in the folder; an existing result is complete.
   void expect_refused(const Ended& ended) const;
   /// A model or trace at its final name is complete.

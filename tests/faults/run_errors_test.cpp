@@ -99,7 +99,7 @@ TEST_P(RunErrorsOneWay, TimesThatCannotBeWrittenAreAWarning)
     SCOPED_TRACE(call);
     const Ended ended = run_from_empty({"eio", call, "1", "a.h5.run.json"});
     EXPECT_EQ(ended.exit_code, 0);
-    EXPECT_EQ(n_lines(ended.err), 1) << ended.err;
+    EXPECT_EQ(n_lines(messages_of(ended)), 1) << ended.err;
     EXPECT_THAT(ended.err, HasSubstr("a.h5.run.json: found an output "));
     EXPECT_THAT(names(), Not(testing::Contains("a.h5.run.json")));
     expect_finishes();
@@ -110,7 +110,7 @@ TEST_P(RunErrorsOneWay, AFileThatCannotBeRemovedIsReportedAndRemovedByTheNextRun
 {
   const Ended left = run_from_empty({"eio", "unlink", "1", "a.h5.journal"});
   EXPECT_EQ(left.exit_code, 0);
-  EXPECT_EQ(n_lines(left.err), 1) << left.err;
+  EXPECT_EQ(n_lines(messages_of(left)), 1) << left.err;
   EXPECT_THAT(left.err, HasSubstr(journal() + ": found a file that cannot be removed (Input/output error)"));
   const int n = n_calls("unlink");
   for (int k = 1; k <= n; ++k) {

@@ -80,6 +80,45 @@ TEST_P(SubmissionFaults, ResumeFinishesAfterAnyProcessIsKilledOrFails)
   EXPECT_GT(n_disturbed, 12);
 }
 
+// The submission stopped at its half; a fault of any process of resume itself keeps the next one able to
+// finish.
+TEST_P(SubmissionFaults, AResumeThatIsKilledOrFailsIsResumed)
+{
+  const std::string wanted = sha256_of_file(folder_ / "a.h5");
+  fs::remove_all(folder_);
+  const std::string spine = model().filename().string() + ".spine.journal";
+  ASSERT_NE(disturbed({"torn", "write", "3", spine}).exit_code, 0);
+  const fs::path kept = scratch_.path() / "interrupted";
+  fs::copy(folder_, kept, fs::copy_options::recursive);
+  const auto put = [&] {
+    fs::remove_all(folder_);
+    fs::copy(kept, folder_, fs::copy_options::recursive);
+    fs::remove(scratch_.path() / "once");
+  };
+  put();
+  const Command resume = vrda({"resume", folder_, "--local", "--workers", "1", "--quiet"});
+  const int n = n_calls_of(resume, in_folder({"count"}), scratch_.path() / "counts");
+  expect_made(wanted);
+  int n_refused = 0;
+  for (const std::string what : {"kill", "torn", "eio", "enospc", "short"}) {
+    for (int k = 1; k <= n; k += runs_full_set() ? 1 : 7) {
+      SCOPED_TRACE(what + " " + std::to_string(k));
+      put();
+      Command command = with_fault(resume, in_folder({what, "any", std::to_string(k)}));
+      command.environment["VRDA_FAULT_ONCE"] = scratch_.path() / "once";
+      const Ended ended = test::run(command);
+      if (!fs::exists(scratch_.path() / "once")) break;
+      EXPECT_NE(ended.exit_code, 5) << ended.err;
+      n_refused += ended.exit_code == 2 ? 1 : 0;
+      EXPECT_TRUE(what != "short" || ended.exit_code == 0) << ended.err;
+      const Ended after = go_on();
+      EXPECT_EQ(after.exit_code, 0) << after.err;
+      expect_made(wanted);
+    }
+  }
+  EXPECT_GT(n_refused, 0);
+}
+
 // All tasks but the merge are done; then a bit of a journal is flipped, or its end cut off.
 TEST_P(SubmissionFaults, ADamagedJournalIsRepairedByResume)
 {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "journal/journal.hpp"
@@ -23,7 +24,7 @@ SearchTrace trace(int n, int n_moves)
     move.iteration = k;
     move.kind = all_move_kinds[static_cast<std::size_t>(k) % std::size(all_move_kinds)];
     move.pose = {{1.0 / (k + 1), 2.0, -0.0}, 0.3 * k};
-    move.translation_step_mm = 1.0 / (1 << k);
+    move.translation_step_mm = std::ldexp(1.0, -k);
     move.rotation_step_rad = 0.01 * k;
     move.collides = k % 2 == 0;
     move.is_cycle = k % 3 == 0;

@@ -1,0 +1,81 @@
+#include "app/shipped_warnings.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+namespace vrda::test {
+namespace {
+
+struct Warning {
+  const char* job;
+  const char* command;  ///< of both commands if it is empty
+  const char* text;
+  const char* reason;
+};
+
+constexpr const char* open_sheet = "cartilage is segmented as a sheet without its side at the bone";
+constexpr const char* as_segmented = "the mesh is the published segmentation, unchanged";
+constexpr const char* both_methods = "the campaign compares both methods on one job with ligaments";
+
+constexpr Warning warnings[] = {
+    {"knee-jam-smith2019", "", "\"femur_cartilage\" (knees/jam-smith2019/femur_cartilage.stl): an open sheet",
+     open_sheet},
+    {"knee-jam-smith2019", "", "\"tibia_cartilage\" (knees/jam-smith2019/tibia_cartilage.stl): an open sheet",
+     open_sheet},
+    {"knee-jam-smith2019", "check", "\"meniscus_lateral\": its triangles intersect each other in 2 place(s)",
+     as_segmented},
+    {"knee-jam-smith2019-ligaments", "",
+     "\"femur_cartilage\" (knees/jam-smith2019/femur_cartilage.stl): an open", open_sheet},
+    {"knee-jam-smith2019-ligaments", "",
+     "\"tibia_cartilage\" (knees/jam-smith2019/tibia_cartilage.stl): an open", open_sheet},
+    {"knee-pymskt-dess", "",
+     "\"tibia_bone\" (knees/pymskt-dess/tibia_bone.stl): nearly closed, with small holes", as_segmented},
+    {"knee-pymskt-dess", "", "tibia_bone.stl): edges with more than two faces or inconsistent winding: 1",
+     as_segmented},
+    {"knee-pymskt-dess", "", "\"meniscus_medial\" (knees/pymskt-dess/meniscus_medial.stl): nearly closed",
+     as_segmented},
+    {"knee-pymskt-dess", "",
+     "meniscus_medial.stl): edges with more than two faces or inconsistent winding: 3", as_segmented},
+    {"campaign-example search", "run", "ligaments: they have no effect on the stability search",
+     both_methods},
+    {"campaign-example search", "run", "push.force_n: it has no effect on the stability search",
+     both_methods},
+};
+
+}  // namespace
+
+std::vector<std::string> shipped_jobs()
+{
+  return {"hip-generic",
+          "knee-generic",
+          "knee-generic-contact",
+          "knee-jam-smith2019",
+          "knee-jam-smith2019-ligaments",
+          "knee-pymskt-dess",
+          "knee-vhf-left",
+          "knee-vhf-right",
+          "validation/ball-in-dish",
+          "validation/ball-on-non-monotone-slope",
+          "validation/bar-on-pyramids",
+          "validation/cap-in-sink",
+          "validation/peg-in-hole"};
+}
+
+void expect_known_warnings(const std::string& job, const std::string& command, const Ended& ended)
+{
+  std::vector<testing::Matcher<std::string>> known;
+  for (const Warning& row : warnings) {
+    const std::string of_command = row.command;
+    if (row.job == job && (of_command.empty() || of_command == command))
+      known.push_back(testing::HasSubstr(row.text));
+  }
+  std::vector<std::string> printed;
+  std::istringstream lines(ended.out + ended.err);
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with("warning: ")) printed.push_back(line);
+  EXPECT_THAT(printed, testing::UnorderedElementsAreArray(known)) << job << ", vrda " << command;
+}
+
+}  // namespace vrda::test
