@@ -56,7 +56,7 @@ struct DistortionFit {
 inline constexpr double centre_prior_sd_px = 5.0;
 
 /// Least squares with the prior `aspect`. `eye` gives window and visible part; unit_px is half the window
-/// width. Throws FitRefusal with `file` and `name`: fewer than 12 marks, collinear marks, an outlier (6
+/// width. Throws FitError with `file` and `name`: fewer than 12 marks, collinear marks, an outlier (6
 /// standard deviations and 3 px; index given), no convergence, a fold within the visible part.
 DistortionFit fit_distortion(std::span<const GridMark> marks, const optics::Eye& eye,
                              const AspectPrior& aspect, const std::string& name, const std::string& file);

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "calibration/least_squares.hpp"
 #include "settings/settings_text.hpp"
 #include "tracking/rigid_body.hpp"
 
@@ -132,35 +133,29 @@ bool is_in_front(const Eyepoint& eyepoint, std::span<const SeenWidth> seen)
   return eyepoint.distance_px > 0.0 && std::all_of(seen.begin(), seen.end(), in_front);
 }
 
-/// Gauss-Newton on the residuals in px; empty if the marks do not determine the eyepoint.
-std::optional<Eyepoint> solve_eyepoint(std::span<const SeenWidth> seen)
+/// Least squares of the widths in px for distance and depth; undetermined if the marks have no eyepoint
+/// behind which they lie.
+LeastSquares solve_eyepoint(std::span<const SeenWidth> seen)
 {
-  std::optional<Eyepoint> at = linear_start(seen);
-  constexpr int most_steps = 50;
-  constexpr double resolution = 1e-13;
-  for (int step = 0; step < most_steps; ++step) {
-    if (!at || !is_in_front(*at, seen)) return std::nullopt;
-    const std::optional<Eigen::Matrix2d> inverse = inverse_of(information_of(seen, *at));
-    if (!inverse) return std::nullopt;
-    Eigen::Vector2d b = Eigen::Vector2d::Zero();
-    for (const SeenWidth& s : seen)
-      b += slope_of(s.width_mm, s.depth_mm, *at) * (residual_px(s, *at) / (s.noise_gain * s.noise_gain));
-    const Eigen::Vector2d change = *inverse * b;
-    at->distance_px += change(0);
-    at->depth_mm += change(1);
-    if (std::abs(change(0)) < resolution * at->distance_px) return is_in_front(*at, seen) ? at : std::nullopt;
-  }
-  return std::nullopt;
-}
-
-double sum_sq(std::span<const SeenWidth> seen, const Eyepoint& eyepoint)
-{
-  double sum = 0.0;
-  for (const SeenWidth& s : seen) {
-    const double residual = residual_px(s, eyepoint) / s.noise_gain;
-    sum += residual * residual;
-  }
-  return sum;
+  LeastSquares none;
+  none.status = LeastSquaresStatus::undetermined;
+  const std::optional<Eyepoint> start = linear_start(seen);
+  if (!start || !is_in_front(*start, seen)) return none;
+  FitProblem problem;
+  problem.start = Eigen::Vector2d(start->distance_px, start->depth_mm);
+  problem.scale = Eigen::Vector2d(100.0, 100.0);
+  problem.residuals = [&](const Eigen::VectorXd& x) {
+    const Eyepoint at{x[0], x[1]};
+    Eigen::VectorXd r = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(seen.size()),
+                                                  std::numeric_limits<double>::infinity());
+    if (!is_in_front(at, seen)) return r;
+    for (Eigen::Index k = 0; k < r.size(); ++k) {
+      const SeenWidth& s = seen[static_cast<std::size_t>(k)];
+      r[k] = residual_px(s, at) / s.noise_gain;
+    }
+    return r;
+  };
+  return fit_least_squares(problem);
 }
 
 void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWidth> seen,
@@ -201,16 +196,15 @@ void require_no_outlier(std::span<const RectangleMark> marks, std::span<const Se
   for (std::size_t k = 0; k < marks.size(); ++k) {
     std::vector<SeenWidth> others(seen.begin(), seen.end());
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-    const std::optional<Eyepoint> eyepoint = solve_eyepoint(others);
-    if (!eyepoint || !(eyepoint->depth_mm + seen[k].depth_mm > 0.0)) continue;
+    const LeastSquares fit = solve_eyepoint(others);
+    if (fit.status != LeastSquaresStatus::converged || !(fit.x[1] + seen[k].depth_mm > 0.0)) continue;
+    const Eyepoint eyepoint{fit.x[0], fit.x[1]};
     const double dof = static_cast<double>(others.size()) - 2.0;
-    const double noise_px2 = sum_sq(others, *eyepoint) / dof;
-    const Eigen::Vector2d slope = slope_of(seen[k].width_mm, seen[k].depth_mm, *eyepoint);
+    const double noise_px2 = fit.residuals.squaredNorm() / dof;
+    const Eigen::Vector2d slope = slope_of(seen[k].width_mm, seen[k].depth_mm, eyepoint);
     const double spread_px2 =
-        noise_px2 *
-        (seen[k].noise_gain * seen[k].noise_gain +
-         slope.dot(inverse_of(information_of(others, *eyepoint)).value_or(Eigen::Matrix2d::Zero()) * slope));
-    const double off_px = std::abs(residual_px(seen[k], *eyepoint));
+        noise_px2 * (seen[k].noise_gain * seen[k].noise_gain + slope.dot(fit.covariance * slope));
+    const double off_px = std::abs(residual_px(seen[k], eyepoint));
     // The noise of few marks may be too small by chance: the limit grows with Student's t.
     const double t_ratio = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
     if (off_px > outlier_px && off_px > t_ratio * outlier_sd * std::sqrt(spread_px2)) {
@@ -251,25 +245,22 @@ std::string suggested_rectangle(std::span<const SeenWidth> seen, const Eyepoint&
 
 using Slope = Eigen::Matrix<double, 2, 5>;
 
-Eigen::Vector2d vector_of(const Eyepoint& eyepoint)
-{
-  return {eyepoint.distance_px, eyepoint.depth_mm};
-}
-
 /// Derivative of the fit with respect to a given number; `seen_with(step)` returns the marks with that number
 /// changed by `step`.
 template <typename SeenWith>
-Eigen::Vector2d sensitivity(SeenWith seen_with, double step, const Eyepoint& nominal)
+Eigen::Vector2d sensitivity(SeenWith seen_with, double step, const Eigen::Vector2d& nominal)
 {
-  const std::vector<SeenWidth> less = seen_with(-step), more = seen_with(step);
-  return (vector_of(solve_eyepoint(more).value_or(nominal)) -
-          vector_of(solve_eyepoint(less).value_or(nominal))) /
-         (2.0 * step);
+  const auto solved = [&](double by) {
+    const std::vector<SeenWidth> seen = seen_with(by);
+    const LeastSquares fit = solve_eyepoint(seen);
+    return fit.status == LeastSquaresStatus::converged ? Eigen::Vector2d(fit.x) : nominal;
+  };
+  return (solved(step) - solved(-step)) / (2.0 * step);
 }
 
 /// With respect to k1, k2, the centre and the pixel aspect.
 Slope slope_by_distortion(std::span<const RectangleMark> marks, const optics::Eye& eye,
-                          const Eyepoint& nominal)
+                          const Eigen::Vector2d& nominal)
 {
   constexpr std::array<double, 5> steps = {1e-4, 1e-4, 0.1, 0.1, 1e-4};
   Slope slope;
@@ -290,13 +281,13 @@ Slope slope_by_distortion(std::span<const RectangleMark> marks, const optics::Ey
 /// Covariance from the given uncertainties: alignment and distortion.
 Eigen::Matrix2d given_covariance(std::span<const RectangleMark> marks, const optics::Eye& eye,
                                  const EyepointOptions& options, const Slope& by_distortion,
-                                 const Eyepoint& nominal)
+                                 const Eigen::Vector2d& nominal)
 {
   constexpr double turn_step_rad = 1e-4;
   const std::vector<SeenWidth> seen = seen_of(marks, eye);
   const auto turned_by = [&](double turn_rad) {
     std::vector<SeenWidth> result = seen;
-    for (SeenWidth& s : result) s = turned(s, turn_rad, nominal.distance_px);
+    for (SeenWidth& s : result) s = turned(s, turn_rad, nominal[0]);
     return result;
   };
   const Eigen::Vector2d by_turn = sensitivity(turned_by, turn_step_rad, nominal);
@@ -330,18 +321,19 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye
   const std::vector<SeenWidth> seen = seen_of(marks, eye);
   require_marks(marks, seen, name, file);
   require_no_outlier(marks, seen, name, file);
-  const std::optional<Eyepoint> eyepoint = solve_eyepoint(seen);
-  if (!eyepoint) {
-    throw tracking::FitError({file, name, "widths that do not decrease with depth",
+  const LeastSquares solved = solve_eyepoint(seen);
+  if (solved.status != LeastSquaresStatus::converged) {
+    throw tracking::FitError({file, name,
+                              solved.status == LeastSquaresStatus::undetermined
+                                  ? "widths that do not decrease with depth"
+                                  : std::string("an eyepoint fit with status: ") + name_of(solved.status),
                               "a larger range of depths; add a rectangle 150 mm or more behind"});
   }
   EyepointFit fit;
-  fit.eyepoint = *eyepoint;
+  fit.eyepoint = {solved.x[0], solved.x[1]};
   const double dof = static_cast<double>(marks.size()) - 2.0;
-  fit.noise_px = std::sqrt(sum_sq(seen, *eyepoint) / dof);
-  const Eigen::Matrix2d by_noise =
-      fit.noise_px * fit.noise_px *
-      inverse_of(information_of(seen, *eyepoint)).value_or(Eigen::Matrix2d::Zero());
+  fit.noise_px = std::sqrt(solved.residuals.squaredNorm() / dof);
+  const Eigen::Matrix2d by_noise = fit.noise_px * fit.noise_px * solved.covariance;
   const double depth_sd_mm = std::sqrt(by_noise(1, 1));
   if (!(depth_sd_mm <= options.max_depth_sd_mm)) {
     throw tracking::FitError(
@@ -349,15 +341,15 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye
          "a range of depths that determines the eye's depth to " + text(depth_sd_mm, "mm") +
              " (standard deviation)",
          text(options.max_depth_sd_mm, "mm") +
-             " or less: " + suggested_rectangle(seen, *eyepoint, fit.noise_px, options.max_depth_sd_mm)});
+             " or less: " + suggested_rectangle(seen, fit.eyepoint, fit.noise_px, options.max_depth_sd_mm)});
   }
   Estimate& estimate = fit.estimate;
   estimate.names = {name + ".distance", name + ".depth"};
   estimate.units = {"px", "mm"};
-  estimate.values = vector_of(*eyepoint);
+  estimate.values = solved.x;
   if (options.distortion_covariance.size() > 0)
-    fit.distortion_jacobian = slope_by_distortion(marks, eye, *eyepoint);
-  estimate.covariance = by_noise + given_covariance(marks, eye, options, fit.distortion_jacobian, *eyepoint);
+    fit.distortion_jacobian = slope_by_distortion(marks, eye, solved.x);
+  estimate.covariance = by_noise + given_covariance(marks, eye, options, fit.distortion_jacobian, solved.x);
   // Given variances have infinite degrees of freedom (Welch and Satterthwaite); the number with the larger
   // share of estimated noise decides.
   const Eigen::Vector2d share = by_noise.diagonal().cwiseQuotient(
@@ -366,9 +358,9 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye
   estimate.dof = dof / (most_share * most_share);
   std::vector<double> residuals_px;
   residuals_px.reserve(seen.size());
-  for (const SeenWidth& s : seen) residuals_px.push_back(residual_px(s, *eyepoint));
+  for (const SeenWidth& s : seen) residuals_px.push_back(residual_px(s, fit.eyepoint));
   set_residuals(estimate, residuals_px, "px");
-  estimate.remarks.push_back(name + " eye: " + text(eyepoint->depth_mm, "mm") +
+  estimate.remarks.push_back(name + " eye: " + text(fit.eyepoint.depth_mm, "mm") +
                              " in front of the first rectangle's plane, 95 %: +-" +
                              text(half_width_95(estimate, 1), "mm") + "; noise of a side " +
                              settings::rounded_text(fit.noise_px, 2) + " px");

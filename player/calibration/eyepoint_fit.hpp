@@ -44,7 +44,7 @@ struct EyepointFit {
   Estimate estimate;
 };
 
-/// Weighted least squares over all rectangles. `eye`: distortion, aspect, optical axis. Throws FitRefusal
+/// Weighted least squares over all rectangles. `eye`: distortion, aspect, optical axis. Throws FitError
 /// with `file` and `name`: fewer than three marks, equal depths, a depth range too small for
 /// `max_depth_sd_mm` (with a rectangle to add), crossed or equal sides, an outlier (5 standard deviations,
 /// more for few marks, and 3 px; index given).

@@ -47,7 +47,7 @@ struct EyesFit {
 };
 
 /// Least squares over marks and prior; the noise of the marks is estimated. `X_start`: within 0.5 m and 20
-/// degrees. Throws FitRefusal with `file`: fewer than 6 marks of an eye, marker positions within 50 mm of one
+/// degrees. Throws FitError with `file`: fewer than 6 marks of an eye, marker positions within 50 mm of one
 /// depth, one direction or one line, an outlier (6 standard deviations and 4 px; index given), no
 /// convergence.
 EyesFit fit_eyes(std::span<const BullseyeMark> marks, const EyesPrior& prior, const Pose& X_start,

@@ -21,7 +21,7 @@ struct ScaleFit {
   Estimate estimate;  ///< "subject.scale"; residuals: subject minus scaled model, mm
 };
 
-/// Least squares through the origin. Throws FitRefusal with `file`: fewer than three distances, a distance
+/// Least squares through the origin. Throws FitError with `file`: fewer than three distances, a distance
 /// not above 0, a scale outside 0.5 to 2.
 ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::string& file);
 
@@ -47,7 +47,7 @@ struct FiducialOptions {
   bool is_size_known = true;
 };
 
-/// Closed form (Umeyama, proper rotation, no scale). Throws FitRefusal with `file` and the point: fewer than
+/// Closed form (Umeyama, proper rotation, no scale). Throws FitError with `file` and the point: fewer than
 /// four fiducials, collinear (second singular value below 5 mm) or coplanar ones (third below 5 mm: a
 /// mirrored leg would fit as well), a mirror image that fits as well (within a factor of 1.5) or better, an
 /// outlier (5 standard deviations and 5 mm; index given).
@@ -55,7 +55,7 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
                           const FiducialOptions& options = {});
 
 /// Mean of two or more poses adjusted by an operator, with the covariance from their spread; residuals:
-/// distances of the translations from the mean, mm. Throws FitRefusal: fewer than two.
+/// distances of the translations from the mean, mm. Throws FitError: fewer than two.
 FiducialFit mean_adjusted_pose(std::span<const Pose> adjusted, const std::string& name,
                                const std::string& file);
 

@@ -2,8 +2,7 @@
 
 #include <nlopt.h>
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <exception>
@@ -15,36 +14,25 @@
 namespace vrda::calibration {
 namespace {
 
-/// Relative to `scale`; small rounding (1e-16 / 1e-6) and truncation (1e-12) errors.
-constexpr double difference_step = 1e-6;
-/// Reciprocal condition of J^T J below which the error of the differences (1e-10) dominates.
-constexpr double least_condition = 1e-14;
-/// Remaining step in standard deviations: convergence limit, and target of the final Gauss-Newton steps
-/// (rounding error of the differences).
-constexpr double most_step_left = 1e-6;
-constexpr double least_step = 1e-10;
-/// Relative to `scale`: a number this near to a bound counts as at the bound.
-constexpr double at_bound = 1e-9;
-
-bool is_bounded(const FitProblem& problem)
-{
-  return problem.lower_bounds.size() > 0;
-}
-
-Eigen::VectorXd within_bounds(const FitProblem& problem, const Eigen::VectorXd& x)
-{
-  return is_bounded(problem) ? x.cwiseMax(problem.lower_bounds).cwiseMin(problem.upper_bounds).eval() : x;
-}
+/// Relative to `scale`: errors of 1e-10 by truncation, and by rounding of drawn positions (1e-13 px / 1e-3
+/// px).
+constexpr double difference_step = 1e-5;
+/// Reciprocal condition of J below which the error of the differences dominates J^T J (1e-14 of its norm).
+constexpr double least_condition = 1e-7;
+/// Remaining step in standard deviations at convergence, and change of y that ends a run.
+constexpr double most_step_left = 1e-6, least_change = 1e-7;
 
 Eigen::MatrixXd jacobian(const FitProblem& problem, const Eigen::VectorXd& x, Eigen::Index m)
 {
   Eigen::MatrixXd J(m, x.size());
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(x.size());
+  Eigen::VectorXd at = x;
   for (Eigen::Index k = 0; k < x.size(); ++k) {
-    step[k] = difference_step * problem.scale[k];
-    const Eigen::VectorXd low = within_bounds(problem, x - step), high = within_bounds(problem, x + step);
-    step[k] = 0.0;
-    J.col(k) = (problem.residuals(high) - problem.residuals(low)) / (high[k] - low[k]);
+    const double step = difference_step * problem.scale[k];
+    at[k] = x[k] + step;
+    const Eigen::VectorXd high = problem.residuals(at);
+    at[k] = x[k] - step;
+    J.col(k) = (high - problem.residuals(at)) / (2.0 * step);
+    at[k] = x[k];
   }
   return J;
 }
@@ -53,61 +41,9 @@ Eigen::MatrixXd jacobian(const FitProblem& problem, const Eigen::VectorXd& x, Ei
 struct Linearisation {
   Eigen::VectorXd x, r;
   Eigen::MatrixXd J;
-  /// x + P y: J P has orthonormal columns (without bounds) or columns of equal length (with bounds).
-  /// Undetermined directions have no column.
-  Eigen::MatrixXd P;
-  Eigen::VectorXd step;    ///< Gauss-Newton step within bounds
-  double step_sd = 0.0;    ///< its length in standard deviations
-  double condition = 0.0;  ///< reciprocal, of J^T J scaled by `scale`
-  bool is_at_bound = false;
+  Eigen::MatrixXd P;         ///< J P has orthonormal columns; undetermined directions have no column
+  Eigen::VectorXd gradient;  ///< of half the sum of squares, by y in x + P y: the remaining step
 };
-
-/// Sets P with orthonormal J P, and the reciprocal condition of J^T J.
-void factorise(const FitProblem& problem, Linearisation& at)
-{
-  const Eigen::Index n = at.x.size();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(at.J * problem.scale.asDiagonal(), Eigen::ComputeThinV);
-  const Eigen::VectorXd& size = svd.singularValues();
-  const double least = std::sqrt(least_condition) * size[0];
-  const Eigen::Index rank = (size.array() > least).count();
-  at.P =
-      problem.scale.asDiagonal() * svd.matrixV().leftCols(rank) * size.head(rank).cwiseInverse().asDiagonal();
-  const double ratio = size.size() < n || !(size[0] > 0.0) ? 0.0 : size[n - 1] / size[0];
-  at.condition = ratio * ratio;
-}
-
-void set_free_step(Linearisation& at)
-{
-  const Eigen::VectorXd y = (at.J * at.P).transpose() * at.r;
-  at.step = -at.P * y;
-  at.step_sd = y.norm();
-}
-
-/// P is diagonal because the bounds are per number; a number at a bound stays if the step would violate it.
-void set_bounded_step(const FitProblem& problem, Linearisation& at)
-{
-  const Eigen::Index n = at.x.size();
-  Eigen::MatrixXd J = at.J * problem.scale.asDiagonal();
-  const Eigen::VectorXd uphill = J.transpose() * at.r;
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const double reach = at_bound * problem.scale[k];
-    const bool is_least = at.x[k] <= problem.lower_bounds[k] + reach,
-               is_most = at.x[k] >= problem.upper_bounds[k] - reach;
-    if (is_least || is_most) at.is_at_bound = true;
-    if ((is_least && uphill[k] > 0.0) || (is_most && uphill[k] < 0.0)) J.col(k).setZero();
-  }
-  Eigen::JacobiSVD<Eigen::MatrixXd> svd(J, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  svd.setThreshold(std::sqrt(least_condition));
-  const Eigen::VectorXd scaled = svd.solve(-at.r);
-  at.step_sd = (J * scaled).norm();
-  at.step = within_bounds(problem, at.x + problem.scale.cwiseProduct(scaled)) - at.x;
-  const double largest = std::max(J.colwise().norm().maxCoeff(), std::numeric_limits<double>::min());
-  at.P = Eigen::MatrixXd::Zero(n, n);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const double size = J.col(k).norm();
-    at.P(k, k) = problem.scale[k] / (size > std::sqrt(least_condition) * largest ? size : largest);
-  }
-}
 
 Linearisation linearise(const FitProblem& problem, const Eigen::VectorXd& x)
 {
@@ -115,46 +51,52 @@ Linearisation linearise(const FitProblem& problem, const Eigen::VectorXd& x)
   at.x = x;
   at.r = problem.residuals(x);
   at.J = jacobian(problem, x, at.r.size());
-  at.step = Eigen::VectorXd::Zero(x.size());
-  if (!at.r.allFinite() || !at.J.allFinite()) {
-    at.step_sd = std::numeric_limits<double>::infinity();
-    return at;
-  }
-  factorise(problem, at);
-  is_bounded(problem) ? set_bounded_step(problem, at) : set_free_step(at);
+  at.P.resize(x.size(), 0);
+  if (!at.r.allFinite() || !at.J.allFinite()) return at;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(at.J * problem.scale.asDiagonal());
+  qr.setThreshold(least_condition);
+  const Eigen::Index rank = qr.rank();
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(x.size(), rank);
+  qr.matrixR().topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solveInPlace(inverse.topRows(rank));
+  at.P = problem.scale.asDiagonal() * (qr.colsPermutation() * inverse);
+  at.gradient = at.P.transpose() * (at.J.transpose() * at.r);
   return at;
-}
-
-bool is_within(const Linearisation& at, double step)
-{
-  return at.step_sd <= step * (1.0 + at.r.norm());
 }
 
 bool is_converged(const Linearisation& at)
 {
-  return is_within(at, most_step_left);
+  return at.P.cols() > 0 && at.gradient.norm() <= most_step_left * (1.0 + at.r.norm());
 }
 
 /// One run of NLopt in y, started at `from`.
 struct Run {
   const FitProblem& problem;
   const Linearisation& from;
+  Eigen::VectorXd y, gradient;  ///< the latest gradient and its place
   nlopt_opt optimiser = nullptr;
   std::exception_ptr thrown;
 };
 
-double half_square_sum(unsigned n, const double* y_data, double* gradient, void* data)
+/// Half the sum of squares, relative to that at y = 0. Near y = 0 rounding hides the difference, which
+/// determines only half of the digits of y; there it is the integral of the gradient, which determines all
+/// of them (trapezoidal rule). Source: Hager, Zhang (2005) SIAM J Optim 16:170-192, "approximate Wolfe
+/// conditions".
+double objective(unsigned n, const double* y_data, double* gradient_data, void* data)
 {
+  constexpr double nearby = 1e-3;  // standard deviations; rounding is 1e-6, the error of the rule is cubic
   Run& run = *static_cast<Run*>(data);
   try {
     const Eigen::Map<const Eigen::VectorXd> y(y_data, n);
-    const Eigen::VectorXd x = within_bounds(run.problem, run.from.x + run.from.P * y);
+    const Eigen::VectorXd x = run.from.x + run.from.P * y;
     const Eigen::VectorXd r = run.problem.residuals(x);
-    if (gradient != nullptr) {
-      Eigen::Map<Eigen::VectorXd>(gradient, n) =
-          run.from.P.transpose() * (jacobian(run.problem, x, r.size()).transpose() * r);
+    const bool is_nearby = y.norm() <= nearby;
+    double value = 0.5 * (r.squaredNorm() - run.from.r.squaredNorm());
+    if ((gradient_data != nullptr || is_nearby) && y != run.y) {
+      run.y = y;
+      run.gradient = run.from.P.transpose() * (jacobian(run.problem, x, r.size()).transpose() * r);
     }
-    const double value = 0.5 * r.squaredNorm();
+    if (gradient_data != nullptr) Eigen::Map<Eigen::VectorXd>(gradient_data, n) = run.gradient;
+    if (is_nearby) value = 0.5 * y.dot(run.from.gradient + run.gradient);
     return std::isfinite(value) ? value : HUGE_VAL;
   } catch (...) {
     run.thrown = std::current_exception();
@@ -167,49 +109,29 @@ double half_square_sum(unsigned n, const double* y_data, double* gradient, void*
 Eigen::VectorXd minimise(const FitProblem& problem, const Linearisation& from)
 {
   constexpr int most_evaluations = 200;
-  constexpr double least_y = 1e-9;  // in standard deviations of y
-  const unsigned n = static_cast<unsigned>(from.P.cols());
-  Run run{problem, from, nullptr, nullptr};
+  constexpr double least_ratio = 1e-3;  // of y; a restart in its own coordinates then converges faster
+  const auto n = static_cast<unsigned>(from.P.cols());
+  Run run{problem, from, Eigen::VectorXd::Zero(n), from.gradient, nullptr, nullptr};
   const std::unique_ptr<std::remove_pointer_t<nlopt_opt>, decltype(&nlopt_destroy)> optimiser(
       nlopt_create(NLOPT_LD_SLSQP, n), nlopt_destroy);
   run.optimiser = optimiser.get();
   check(run.optimiser != nullptr, "NLopt makes an optimiser");
-  nlopt_set_min_objective(run.optimiser, half_square_sum, &run);
-  nlopt_set_xtol_abs1(run.optimiser, least_y);
+  nlopt_set_min_objective(run.optimiser, objective, &run);
+  nlopt_set_xtol_rel(run.optimiser, least_ratio);
+  nlopt_set_xtol_abs1(run.optimiser, least_change);
   nlopt_set_maxeval(run.optimiser, most_evaluations);
-  if (is_bounded(problem)) {
-    const Eigen::VectorXd widths = from.P.diagonal();
-    const Eigen::VectorXd least = (problem.lower_bounds - from.x).cwiseQuotient(widths).cwiseMin(0.0);
-    const Eigen::VectorXd most = (problem.upper_bounds - from.x).cwiseQuotient(widths).cwiseMax(0.0);
-    nlopt_set_lower_bounds(run.optimiser, least.data());
-    nlopt_set_upper_bounds(run.optimiser, most.data());
-  }
   Eigen::VectorXd y = Eigen::VectorXd::Zero(n);
   double value = 0.0;
   const nlopt_result result = nlopt_optimize(run.optimiser, y.data(), &value);
   if (run.thrown) std::rethrow_exception(run.thrown);
   check(result != NLOPT_INVALID_ARGS && result != NLOPT_OUT_OF_MEMORY, "NLopt takes the problem");
-  return within_bounds(problem, from.x + from.P * y);
-}
-
-/// Final Gauss-Newton steps: near the minimum the sum of squares determines only half of the digits of x, its
-/// gradient all of them.
-Linearisation refine(const FitProblem& problem, Linearisation at)
-{
-  constexpr int most_steps = 4;
-  for (int step = 0; step < most_steps && !is_within(at, least_step); ++step) {
-    Linearisation next = linearise(problem, at.x + at.step);
-    if (!(next.step_sd < 0.5 * at.step_sd)) break;
-    at = std::move(next);
-  }
-  return at;
+  return from.x + from.P * y;
 }
 
 LeastSquaresStatus status_of(const Linearisation& at)
 {
   if (!is_converged(at)) return LeastSquaresStatus::iteration_limit;
-  if (at.condition < least_condition) return LeastSquaresStatus::undetermined;
-  return at.is_at_bound ? LeastSquaresStatus::at_bound : LeastSquaresStatus::converged;
+  return at.P.cols() < at.x.size() ? LeastSquaresStatus::undetermined : LeastSquaresStatus::converged;
 }
 
 }  // namespace
@@ -219,8 +141,6 @@ const char* name_of(LeastSquaresStatus status)
   switch (status) {
     case LeastSquaresStatus::converged:
       return "converged";
-    case LeastSquaresStatus::at_bound:
-      return "at a bound";
     case LeastSquaresStatus::iteration_limit:
       return "iteration limit";
     case LeastSquaresStatus::undetermined:
@@ -232,31 +152,23 @@ const char* name_of(LeastSquaresStatus status)
 
 LeastSquares fit_least_squares(const FitProblem& problem)
 {
-  constexpr int most_rounds = 20;
+  constexpr int most_runs = 20;
   const Eigen::Index n = problem.start.size();
   check(n > 0 && problem.scale.size() == n && (problem.scale.array() > 0.0).all(),
         "every number has a scale");
-  check(problem.lower_bounds.size() == problem.upper_bounds.size() &&
-            (!is_bounded(problem) || problem.lower_bounds.size() == n),
-        "all numbers have bounds, or none");
-  check(within_bounds(problem, problem.start) == problem.start, "a fit starts within its bounds");
   Linearisation at = linearise(problem, problem.start);
-  for (int round = 0; round < most_rounds && !is_converged(at) && at.P.cols() > 0; ++round) {
-    const double before = at.r.squaredNorm();
-    Linearisation next = refine(problem, linearise(problem, minimise(problem, at)));
-    if (!(next.r.squaredNorm() <= before) && !is_converged(next)) break;
+  // Each run starts in coordinates of its own.
+  for (int run = 0; run < most_runs && at.P.cols() > 0 && !is_converged(at); ++run) {
+    Linearisation next = linearise(problem, minimise(problem, at));
+    const bool is_better = next.r.squaredNorm() < at.r.squaredNorm() ||
+                           (next.P.cols() > 0 && next.gradient.norm() < at.gradient.norm());
+    if (!is_better) break;
     at = std::move(next);
   }
   LeastSquares fit;
   fit.status = status_of(at);
   fit.covariance = Eigen::MatrixXd::Zero(n, n);
-  if (at.condition >= least_condition) {
-    const Eigen::MatrixXd J = at.J * problem.scale.asDiagonal();
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J, Eigen::ComputeThinV);
-    const Eigen::MatrixXd root =
-        problem.scale.asDiagonal() * svd.matrixV() * svd.singularValues().cwiseInverse().asDiagonal();
-    fit.covariance = root * root.transpose();
-  }
+  if (at.P.cols() == n) fit.covariance = at.P * at.P.transpose();
   fit.x = std::move(at.x);
   fit.residuals = std::move(at.r);
   fit.J = std::move(at.J);

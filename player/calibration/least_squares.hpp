@@ -9,14 +9,12 @@ namespace vrda::calibration {
 struct FitProblem {
   /// Residuals [m] of x [n], in units of standard deviation. May throw; the size must be constant.
   std::function<Eigen::VectorXd(const Eigen::VectorXd&)> residuals;
-  Eigen::VectorXd start;                       ///< [n] within the bounds
-  Eigen::VectorXd scale;                       ///< [n] typical magnitude; difference steps are 1e-6 of it
-  Eigen::VectorXd lower_bounds, upper_bounds;  ///< [n] bounds; empty: none
+  Eigen::VectorXd start;  ///< [n]
+  Eigen::VectorXd scale;  ///< [n] typical magnitude; difference steps are 1e-6 of it
 };
 
 enum class LeastSquaresStatus {
   converged,
-  at_bound,  ///< a number is at its bound
   iteration_limit,
   undetermined  ///< J^T J is singular: the residuals do not determine all numbers
 };

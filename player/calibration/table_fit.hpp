@@ -15,7 +15,7 @@ struct PivotFit {
   Estimate estimate;        ///< "probe.tip_x" to "probe.tip_z" (mm); residuals: lengths, mm
 };
 
-/// Least squares of R_i tip + t_i = pivot. Throws FitRefusal with `file`: fewer than 20 poses, a spread below
+/// Least squares of R_i tip + t_i = pivot. Throws FitError with `file`: fewer than 20 poses, a spread below
 /// 10 degrees (no rotation, or about one axis only), a residual rms above 2 mm (the tip slipped).
 PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& file);
 
@@ -39,12 +39,12 @@ struct TableFit {
 /// Rails in the order of the marks.
 enum class Rail { x, z };
 
-/// Checks one sweep as fit_table() does, including the encoder on the x rail. Throws FitRefusal with `file`
+/// Checks one sweep as fit_table() does, including the encoder on the x rail. Throws FitError with `file`
 /// and the rail.
 void require_valid_rail(const RailSweep& sweep, Rail rail, const std::string& file);
 
 /// `x_rail`: swept from left to right, `z_rail`: towards the viewer. Directions by total least squares.
-/// Throws FitRefusal with `file`: fewer than 10 positions, a sweep shorter than 50 mm or not straight (rms
+/// Throws FitError with `file`: fewer than 10 positions, a sweep shorter than 50 mm or not straight (rms
 /// above 2 mm), rails less than 45 degrees apart, an encoder with the wrong sign or a scale error above 2 %
 /// (bench file's stage_mm_per_count), an outlier (6 standard deviations and 1 mm).
 TableFit fit_table(const RailSweep& x_rail, const RailSweep& z_rail, const std::string& file);

@@ -31,7 +31,7 @@ struct ViewportFit {
   Estimate estimate;
 };
 
-/// `name`: "left" or "right". Throws FitRefusal with `file` and the edge: no readings, crossed edges, an edge
+/// `name`: "left" or "right". Throws FitError with `file` and the edge: no readings, crossed edges, an edge
 /// outside the window, opposite edges less than 16 px apart, a reading more than 5 px from the others of its
 /// edge, an invalid size. Mark indices count the readings from the left to the bottom edge, then screen width
 /// and height.

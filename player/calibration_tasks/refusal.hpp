@@ -22,7 +22,7 @@ class PartRefusal : public InputError {
   std::vector<std::string> tasks_;
 };
 
-/// Runs a fit to the marks of `tasks` (same order) and converts FitRefusal to PartRefusal with task names.
+/// Runs a fit to the marks of `tasks` (same order) and converts FitError to PartRefusal with task names.
 template <typename Fit>
 auto run_fit(const std::vector<std::string>& tasks, const Fit& fit)
 {

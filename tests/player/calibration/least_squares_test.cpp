@@ -85,22 +85,6 @@ TEST(LeastSquares, TheCertifiedValuesOfMisra1aAreFound)
   }
 }
 
-TEST(LeastSquares, ANumberStopsAtItsBoundAndTheOthersMakeTheBestOfIt)
-{
-  calibration::FitProblem problem = line();
-  problem.start = Eigen::Vector2d(0.0, 0.0);
-  problem.lower_bounds = Eigen::Vector2d(-5.0, -5.0);
-  problem.upper_bounds = Eigen::Vector2d(5.0, 0.5);
-  const calibration::LeastSquares fit = calibration::fit_least_squares(problem);
-  EXPECT_EQ(fit.status, calibration::LeastSquaresStatus::at_bound);
-  EXPECT_NEAR(fit.x[1], 0.5, solver_tolerance);
-  EXPECT_NEAR(fit.x[0], (12.0 - 6.0 * 0.5) / 4.0, solver_tolerance);
-  problem.upper_bounds[1] = 5.0;
-  const calibration::LeastSquares inside = calibration::fit_least_squares(problem);
-  EXPECT_EQ(inside.status, calibration::LeastSquaresStatus::converged);
-  EXPECT_NEAR(inside.x[1], 1.0, solver_tolerance);
-}
-
 TEST(LeastSquares, WhatTheResidualsThrowComesOut)
 {
   int n_calls = 0;
@@ -149,7 +133,6 @@ TEST(LeastSquares, AFitThatNeverEndsSaysSo)
 TEST(LeastSquares, EveryStatusHasAName)
 {
   EXPECT_STREQ(calibration::name_of(calibration::LeastSquaresStatus::converged), "converged");
-  EXPECT_STREQ(calibration::name_of(calibration::LeastSquaresStatus::at_bound), "at a bound");
   EXPECT_STREQ(calibration::name_of(calibration::LeastSquaresStatus::iteration_limit), "iteration limit");
   EXPECT_STREQ(calibration::name_of(calibration::LeastSquaresStatus::undetermined), "undetermined");
 }
