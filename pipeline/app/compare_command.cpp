@@ -8,8 +8,8 @@
 #include "app/model_commands.hpp"
 #include "audit/audit.hpp"
 #include "compare/compare.hpp"
-#include "compare/recommend.hpp"
 #include "core/error.hpp"
+#include "core/perceptible.hpp"
 #include "job_run/summary.hpp"
 
 namespace vrda::app {
@@ -159,7 +159,7 @@ Json json_of(const compare::Comparison& comparison)
     rows.push_back(json_of(comparison.rows[k], comparison.recommendation.ranked[k]));
   const compare::Recommendation& r = comparison.recommendation;
   const auto degree = [](int value) { return value < 0 ? Json() : Json(value); };
-  return {{"perceptible", {{"mm", compare::perceptible_mm}, {"degree", compare::perceptible_deg}}},
+  return {{"perceptible", {{"mm", perceptible_mm}, {"degree", perceptible_deg}}},
           {"degrees", rows},
           {"not_carried", comparison.undetermined_degrees},
           {"recommendation",

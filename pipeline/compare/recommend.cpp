@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/perceptible.hpp"
 #include "core/units.hpp"
 #include "smooth/huber.hpp"
 

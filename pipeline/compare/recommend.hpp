@@ -8,11 +8,6 @@
 
 namespace vrda::compare {
 
-/// One arc minute from 0.5 m (DESIGN.md 5.5): 500 mm * pi / 10800 = 0.1454 mm.
-inline constexpr double perceptible_mm = 0.145;
-/// Rotation that moves a point 3 cm from the axis as far (DESIGN.md 5.5): 0.2778 degrees for 0.1454 mm.
-inline constexpr double perceptible_deg = 0.27;
-
 /// Leave-one-out errors of one degree, in units of the perceptible error.
 struct DegreeErrors {
   int degree = 0;

@@ -168,6 +168,17 @@ double largest_of(const store::GridD& grid)
   return most;
 }
 
+Json two_sided_json(const store::TwoSidedFigures& f)
+{
+  if (f.n_poses == 0) return nullptr;
+  return {{"poses", f.n_poses},
+          {"both_in_contact", f.n_both_in_contact},
+          {"largest_gap_medial_mm", short_number(f.largest_gap_medial_mm)},
+          {"largest_overlap_medial_mm", short_number(f.largest_overlap_medial_mm)},
+          {"largest_gap_lateral_mm", short_number(f.largest_gap_lateral_mm)},
+          {"largest_overlap_lateral_mm", short_number(f.largest_overlap_lateral_mm)}};
+}
+
 Json audits_json(const store::MotionModel& model)
 {
   Json list = Json::array();
@@ -184,7 +195,8 @@ Json audits_json(const store::MotionModel& model)
          {"overlapping", n_of(store::AuditState::overlapping)},
          {"nothing_ahead", n_of(store::AuditState::nothing_ahead)},
          {"largest_gap_mm", gap_mm < 0.0 ? Json() : short_number(gap_mm)},
-         {"largest_penetration_mm", penetration_mm < 0.0 ? Json() : short_number(penetration_mm)}});
+         {"largest_penetration_mm", penetration_mm < 0.0 ? Json() : short_number(penetration_mm)},
+         {"two_sided", two_sided_json(store::two_sided_figures(a))}});
   }
   return list;
 }

@@ -15,6 +15,15 @@ function auditTable(model) {
   return table("Audits: gap and penetration of the meshes at each attitude; refinement is the number of subdivisions of a grid cell per axis", ["motion", "refinement", "attitudes", "overlapping", "largest penetration, mm", "largest gap, mm", "nothing ahead", "no pose"], rows);
 }
 
+function contactTable(model) {
+  const audits = model.audits.filter((a) => a.two_sided);
+  if (audits.length === 0) return [];
+  const keys = ["largest_gap_medial_mm", "largest_overlap_medial_mm", "largest_gap_lateral_mm", "largest_overlap_lateral_mm"];
+  const rows = audits.map(({ name, two_sided: f }) => [setName(name), `${f.both_in_contact} of ${f.poses}`, ...keys.map((key) => number(f[key]))]);
+  return [table("Contact of both compartments: attitudes at which the gaps of both are within the perceptible 0.145 mm, and the largest gap and overlap of each side. Over a range of varus most attitudes lift one side off.",
+    ["motion", "both in contact", "medial gap, mm", "medial overlap, mm", "lateral gap, mm", "lateral overlap, mm"], rows)];
+}
+
 function errorTraces(model, unit) {
   const keys = Object.keys(PARAMETERS).filter((key) => PARAMETERS[key].unit === unit);
   const value = (set, key, field) => set.surfaces.find((s) => s.name === key)?.[field] ?? null;
@@ -84,7 +93,7 @@ export function degreesSection(model) {
   const parts = isCompared ? comparedParts(model.comparison) : [];
   if (model.degrees.length > 0) parts.push(statisticsTable(model));
   if (!isCompared && model.degrees.length > 1) parts.push(el("div", { class: "columns" }, errorFigure(model, "mm"), errorFigure(model, "degrees")));
-  if (model.audits.length > 0) parts.push(auditTable(model));
+  if (model.audits.length > 0) parts.push(auditTable(model), ...contactTable(model));
   if (model.degrees.length === 0) parts.push(absent("The file has no smoothed set; vrda smooth FILE --degree N adds one."));
   if (model.audits.length === 0) parts.push(absent("The file has no audit of the smoothed motion; vrda audit FILE adds it."));
   return section("degrees", "Degrees of smoothing", ...parts);
