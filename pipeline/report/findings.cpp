@@ -135,6 +135,12 @@ void add_audits(const store::MotionModel& model, Lines& lines)
                     ".");
 }
 
+void add_comparison(const ReportModel& entry, Lines& lines)
+{
+  if (entry.comparison && entry.comparison->recommendation.degree < 0)
+    lines.push_back("No smoothing degree is good enough: " + entry.comparison->recommendation.reason + ".");
+}
+
 void add_rotation(const store::MotionModel& model, const MotionSummary& numbers, Lines& lines)
 {
   if (numbers.theta_undetermined_share > 0.0)
@@ -226,6 +232,7 @@ std::vector<std::string> warnings_of(const ReportModel& entry)
              numbers.balance_residual_n, numbers.push_n));
   add_rotation(model, numbers, lines);
   add_spine_at_border(model, lines);
+  add_comparison(entry, lines);
   add_audits(model, lines);
   add_interpolated(model, lines);
   return lines;
