@@ -8,9 +8,10 @@
 #include "app/model_commands.hpp"
 #include "audit/audit.hpp"
 #include "compare/compare.hpp"
-#include "compare/recommend.hpp"
 #include "core/error.hpp"
+#include "core/perceptible.hpp"
 #include "job_run/summary.hpp"
+#include "reduce/two_sided.hpp"
 
 namespace vrda::app {
 namespace {
@@ -53,6 +54,12 @@ std::pair<Cells, Cells> headings(const compare::DegreeRow& row)
   }
   upper.push_back("perceptible");
   lower.push_back("%");
+  upper.insert(upper.end(), {"in perceptible errors", ""});
+  lower.insert(lower.end(), {"left out", "2nd diff"});
+  if (row.contact) {
+    upper.insert(upper.end(), {"in contact", ""});
+    lower.insert(lower.end(), {"overlap mm", "gap mm"});
+  }
   if (!row.audit_totals) return {upper, lower};
   for (const char* fault : {"penetration", "gap"}) {
     upper.insert(upper.end(), {fault, ""});
@@ -61,13 +68,16 @@ std::pair<Cells, Cells> headings(const compare::DegreeRow& row)
   return {upper, lower};
 }
 
-Cells cells_of(const compare::DegreeRow& row)
+Cells cells_of(const compare::DegreeRow& row, const compare::RankedDegree& ranked)
 {
   Cells cells{std::to_string(row.set.degree)};
   for (const auto measure : measures) {
     for (const compare::ErrorMeasures& errors : errors_of(row)) cells.push_back(number(errors.*measure));
   }
   cells.push_back(number(100.0 * row.perceptible_share));
+  cells.insert(cells.end(), {number(ranked.error), number(row.second_difference)});
+  if (row.contact)
+    cells.insert(cells.end(), {number(row.contact->largest_overlap_mm), number(row.contact->largest_gap_mm)});
   if (!row.audit_totals) return cells;
   for (const auto fault :
        {&compare::AuditTotals::largest_penetration_mm, &compare::AuditTotals::largest_gap_mm}) {
@@ -94,6 +104,16 @@ Json json_of(const compare::AuditTotals& faults)
           {"largest_gap_mm", faults.largest_gap_mm}};
 }
 
+Json json_of(const compare::ContactFigures& contact)
+{
+  Json json = {{"poses", contact.n_poses},
+               {"lifted_off", contact.n_lifted_off},
+               {"largest_gap_mm", contact.largest_gap_mm},
+               {"largest_overlap_mm", contact.largest_overlap_mm}};
+  if (contact.sides) json["two_sided"] = two_sided_json(*contact.sides);
+  return json;
+}
+
 Json json_of(const compare::SurfaceRow& surface, bool is_length)
 {
   Json json = {{"unit", is_length ? "mm" : "degree"},
@@ -118,7 +138,10 @@ Json json_of(const compare::DegreeRow& row, const compare::RankedDegree& ranked)
                 {{"error", ranked.error},
                  {"excess_sq", ranked.excess_sq},
                  {"standard_error", ranked.standard_error},
-                 {"is_within", ranked.is_within}}}};
+                 {"is_within", ranked.is_within}}},
+               {"second_difference", row.second_difference},
+               {"fault", name_of(ranked.fault)}};
+  if (row.contact) json["contact"] = json_of(*row.contact);
   if (row.audit_totals) {
     json["at_grid"] = json_of(row.audit_totals->at_grid);
     json["between"] = json_of(row.audit_totals->between);
@@ -132,7 +155,8 @@ std::string comparison_table(const compare::Comparison& comparison)
 {
   const auto [upper, lower] = headings(comparison.rows.front());
   std::vector<Cells> lines{upper, lower};
-  for (const compare::DegreeRow& row : comparison.rows) lines.push_back(cells_of(row));
+  for (std::size_t k = 0; k < comparison.rows.size(); ++k)
+    lines.push_back(cells_of(comparison.rows[k], comparison.recommendation.ranked[k]));
   std::vector<std::size_t> widths(lower.size(), 0);
   for (const Cells& line : lines) {
     for (std::size_t c = 0; c < line.size(); ++c) widths[c] = std::max(widths[c], line[c].size());
@@ -149,7 +173,9 @@ std::string comparison_table(const compare::Comparison& comparison)
 
 std::string recommendation_text(const compare::Recommendation& recommendation)
 {
-  return "recommended: " + recommendation.reason;
+  if (recommendation.degree >= 0) return "recommended: " + recommendation.reason;
+  return std::string("no degree is good enough (") + name_of(recommendation.fault) +
+         "): " + recommendation.reason;
 }
 
 Json json_of(const compare::Comparison& comparison)
@@ -159,14 +185,56 @@ Json json_of(const compare::Comparison& comparison)
     rows.push_back(json_of(comparison.rows[k], comparison.recommendation.ranked[k]));
   const compare::Recommendation& r = comparison.recommendation;
   const auto degree = [](int value) { return value < 0 ? Json() : Json(value); };
-  return {{"perceptible", {{"mm", compare::perceptible_mm}, {"degree", compare::perceptible_deg}}},
+  return {{"perceptible", {{"mm", perceptible_mm}, {"degree", perceptible_deg}}},
           {"degrees", rows},
           {"not_carried", comparison.undetermined_degrees},
           {"recommendation",
-           {{"degree", degree(r.degree)}, {"best_degree", degree(r.best_degree)}, {"reason", r.reason}}}};
+           {{"status", r.degree >= 0 ? "recommended" : name_of(r.fault)},
+            {"degree", degree(r.degree)},
+            {"best_degree", degree(r.best_degree)},
+            {"left_out", {{"flexions", r.block_size.flexion}, {"varus_columns", r.block_size.varus}}},
+            {"reason", r.reason}}}};
 }
 
 namespace {
+
+compare::ContactFigures two_sided_figures(const std::optional<store::TwoSided>& motion)
+{
+  compare::ContactFigures figures;
+  figures.sides.emplace();
+  if (!motion) return figures;
+  for (std::size_t i = 0; i < motion->contact.size(); ++i) {
+    const auto contact = static_cast<store::TwoSidedContact>(motion->contact[i]);
+    if (contact == store::TwoSidedContact::no_pose) continue;
+    const double medial_mm = motion->gap_medial_mm[i], lateral_mm = motion->gap_lateral_mm[i];
+    figures.sides->include(medial_mm, lateral_mm);
+    ++figures.n_poses;
+    figures.n_lifted_off += contact == store::TwoSidedContact::both ? 0 : 1;
+    for (const auto& [gap_mm, lifted] : {std::pair{medial_mm, store::TwoSidedContact::lateral},
+                                         std::pair{lateral_mm, store::TwoSidedContact::medial}}) {
+      if (contact != lifted) figures.largest_gap_mm = std::max(figures.largest_gap_mm, gap_mm);
+      figures.largest_overlap_mm = std::max(figures.largest_overlap_mm, -gap_mm);
+    }
+  }
+  return figures;
+}
+
+compare::ContactFigures recontacted_figures(store::MotionModel model, store::SmoothedSet set, int n_threads)
+{
+  constexpr int refine = 2;
+  set.recontact_mm = audit::recontact(model, set, n_threads);
+  model.smoothed = {set};
+  const std::string name = "degree_" + std::to_string(set.degree) + "_recontacted";
+  const compare::MotionAuditTotals totals =
+      compare::motion_audit_totals(model, audit::audit(model, name, refine, n_threads));
+  compare::ContactFigures figures;
+  for (const compare::AuditTotals& part : {totals.at_grid, totals.between}) {
+    figures.n_poses += part.n_attitudes - part.n_nothing_ahead;
+    figures.largest_gap_mm = std::fmax(figures.largest_gap_mm, part.largest_gap_mm);
+    figures.largest_overlap_mm = std::fmax(figures.largest_overlap_mm, part.largest_penetration_mm);
+  }
+  return figures;
+}
 
 [[noreturn]] void refuse(const std::string& text)
 {
@@ -197,6 +265,7 @@ compare::CompareOptions compare_options(const CompareCommandOptions& options)
     };
   }
   if (options.refine > 0) {
+    compare.contact = contact_measure(n_threads);
     compare.audit = [n_threads, refine = options.refine](const store::MotionModel& model,
                                                          const std::string& set) {
       console::log_info("measuring " + set);
@@ -220,6 +289,14 @@ void report_skipped_degrees(const std::string& file, const compare::Comparison& 
 }
 
 }  // namespace
+
+compare::MeasureContact contact_measure(int n_threads)
+{
+  return [n_threads](const store::MotionModel& model, const store::SmoothedSet& set) {
+    if (!model.has_compartments) return recontacted_figures(model, set, n_threads);
+    return two_sided_figures(reduce::two_sided(model, {set.degree, set.is_robust}, n_threads));
+  };
+}
 
 std::vector<int> parse_degrees(const std::string& text)
 {

@@ -193,7 +193,7 @@ struct Commands {
         "audit", "Measure gap and penetration of the motions in a motion model; store the result in it.",
         "vrda audit results/knee-generic/knee-generic.h5 --set degree_6 --refine 4");
     c.add_option("file", audit.file, "Motion model (HDF5)")->required();
-    c.add_option("--set", audit.set, "raw, degree_N, degree_N_recontacted, zero_varus or all")
+    c.add_option("--set", audit.set, "two_sided, raw, degree_N, degree_N_recontacted, zero_varus or all")
         ->capture_default_str();
     c.add_option("--refine", audit.refine, "Subdivisions of each grid cell along each axis")
         ->check(vrda::app::whole_number(1, 100))
@@ -227,7 +227,8 @@ struct Commands {
         "with axes of rotation, rolling and sliding.",
         "vrda reduce results/knee-generic/knee-generic.h5 --set degree_6");
     c.add_option("file", reduce.file, "Motion model (HDF5)")->required();
-    c.add_option("--set", reduce.set, "Source of the poses: raw, degree_N, ...")->capture_default_str();
+    c.add_option("--set", reduce.set, "Source of the poses: raw, two_sided, degree_N, ...")
+        ->capture_default_str();
     c.add_flag("--json", reduce.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return reduce_command(reduce); }; });
   }
@@ -279,7 +280,7 @@ struct Commands {
         ->required()
         ->check(vrda::app::one_of({"sto", "mot", "csv", "gltf", "vtk"}));
     c.add_option("-o,--output", e.output, "Output file, with the extension of the format")->required();
-    c.add_option("--set", e.set, "raw, degree_N, ...; default: the default set of vrda-player");
+    c.add_option("--set", e.set, "two_sided, raw, degree_N, ...; default: the default set of vrda-player");
     c.add_option("--flexion", e.flexion, "FROM:TO:STEP, degrees; default: the flexions of the model");
     c.add_option(
         "--varus", e.varus,

@@ -146,10 +146,34 @@ Json grid_json(const store::MotionModel& model)
           {"varus_found_deg", is_varus_free ? range_json(model.varus_solved_deg) : Json()}};
 }
 
-Json summary_of(const store::MotionModel& model)
+using TwoSidedByMotion = std::vector<std::pair<std::string, store::TwoSidedFigures>>;
+
+// Raw and two-sided motion measured again, the others as audited.
+TwoSidedByMotion two_sided_by_motion(const store::MotionModel& model, const audit::AuditFigures& raw)
 {
-  const audit::AuditFigures measured =
-      audit::figures_of(audit::audit(model, "raw", 1, job_run::thread_count_or_all(0)));
+  TwoSidedByMotion motions{{"raw", raw.two_sided}};
+  if (model.two_sided)
+    motions.emplace_back("two_sided", store::two_sided_figures(audit::audit(
+                                          model, "two_sided", 1, job_run::thread_count_or_all(0))));
+  for (const store::AuditSet& audit : model.audits) {
+    if (audit.name != "raw" && audit.name != "two_sided")
+      motions.emplace_back(audit.name, store::two_sided_figures(audit));
+  }
+  return motions;
+}
+
+Json motions_json(const TwoSidedByMotion& motions)
+{
+  Json list = Json::object();
+  for (const auto& [name, figures] : motions) {
+    if (figures.n_poses > 0) list[name] = two_sided_json(figures);
+  }
+  return list;
+}
+
+Json summary_of(const store::MotionModel& model, const audit::AuditFigures& measured,
+                const TwoSidedByMotion& motions)
+{
   const auto n_stable = (model.status == status_stable).count();
   const bool has_gap = n_stable > 0 && measured.n_nothing_ahead == 0;
   Json statuses = Json::object();
@@ -179,6 +203,7 @@ Json summary_of(const store::MotionModel& model)
             {"largest_penetration_mm", n_stable > 0 ? Json(measured.largest_penetration.value_mm) : Json()},
             {"largest_gap_mm", has_gap ? Json(measured.largest_gap.value_mm) : Json()},
             {"resolution_mm", model.contact_resolution_mm}}},
+          {"two_sided", motions_json(motions)},
           {"equilibrium", equilibrium_json(model)},
           {"fibres", model.ligaments ? model.ligaments->name.size() : 0},
           {"smoothed", smoothed_json(model)}};
@@ -234,7 +259,7 @@ void print_doubtful(const store::MotionModel& model)
   }
 }
 
-void print(const store::MotionModel& model, const Json& s)
+void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotion& motions)
 {
   std::printf("%s: %s, %s side, %s\n", model.title.c_str(), model.joint.c_str(), model.side.c_str(),
               model.method.c_str());
@@ -272,6 +297,7 @@ void print(const store::MotionModel& model, const Json& s)
       "resolution %s mm\n",
       short_text(r["largest_penetration_mm"]).c_str(), r["overlapping_attitudes"].get<int>(),
       short_text(r["largest_gap_mm"]).c_str(), short_text(r["resolution_mm"]).c_str());
+  print_two_sided(motions);
   print_equilibrium(model, s);
   for (const Json& set : s["smoothed"]) {
     std::printf("smoothed, degree %d\n", set["degree"].get<int>());
@@ -288,11 +314,14 @@ void print(const store::MotionModel& model, const Json& s)
 console::ExitCode info_command(const InfoOptions& options)
 {
   const store::MotionModel model = store::read_motion_model(options.file);
-  const Json summary = summary_of(model);
+  const audit::AuditFigures measured =
+      audit::figures_of(audit::audit(model, "raw", 1, job_run::thread_count_or_all(0)));
+  const TwoSidedByMotion motions = two_sided_by_motion(model, measured);
+  const Json summary = summary_of(model, measured, motions);
   if (options.as_json) {
     std::printf("%s\n", summary.dump(2).c_str());
   } else {
-    print(model, summary);
+    print(model, summary, motions);
   }
   return console::ExitCode::done;
 }

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compare/compare.hpp"
@@ -32,6 +33,16 @@ struct AuditOptions {
 
 /// Writes /audit/SET into the file and replaces an existing one.
 console::ExitCode audit_command(const AuditOptions& options);
+
+/// Contact of both compartments in a motion; null without compartments.
+nlohmann::ordered_json two_sided_json(const store::TwoSidedFigures& figures);
+
+/// One row per motion with compartments; prints nothing without any.
+void print_two_sided(const std::vector<std::pair<std::string, store::TwoSidedFigures>>& motions);
+
+/// Measures the motion of a degree in contact: two-sided with compartments, else after recontact along Delta,
+/// at and halfway between the attitudes of the grid.
+compare::MeasureContact contact_measure(int n_threads);
 
 /// One row per degree: lengths of the translation vector, angles per surface. Ends with a line feed.
 std::string comparison_table(const compare::Comparison& comparison);

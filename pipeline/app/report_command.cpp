@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "app/file_commands.hpp"
+#include "app/model_commands.hpp"
 #include "audit/audit.hpp"
 #include "cluster/child.hpp"
 #include "compare/compare.hpp"
@@ -188,6 +189,7 @@ std::optional<compare::Comparison> comparison_of(const store::MotionModel& model
   compare::CompareOptions compare_with;
   compare_with.name = options.files.front();
   if (!options.is_quick) {
+    compare_with.contact = contact_measure(job_run::thread_count_or_all(0));
     compare_with.audit = [](const store::MotionModel& smoothed, const std::string& set) {
       return audit::audit(smoothed, set, 1, job_run::thread_count_or_all(0));
     };

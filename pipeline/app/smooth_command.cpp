@@ -8,6 +8,7 @@
 #include "app/model_commands.hpp"
 #include "audit/audit.hpp"
 #include "core/error.hpp"
+#include "core/perceptible.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "motion/poses.hpp"
@@ -120,6 +121,44 @@ console::ExitCode smooth_command(const SmoothCommandOptions& options)
   return console::ExitCode::done;
 }
 
+Json two_sided_json(const store::TwoSidedFigures& figures)
+{
+  if (figures.n_poses == 0) return {};
+  return {{"poses", figures.n_poses},
+          {"both_in_contact", figures.n_both_in_contact},
+          {"largest_gap_medial_mm", figures.largest_gap_medial_mm},
+          {"largest_overlap_medial_mm", figures.largest_overlap_medial_mm},
+          {"largest_gap_lateral_mm", figures.largest_gap_lateral_mm},
+          {"largest_overlap_lateral_mm", figures.largest_overlap_lateral_mm}};
+}
+
+void print_two_sided(const std::vector<std::pair<std::string, store::TwoSidedFigures>>& motions)
+{
+  constexpr const char* row = "%-22s %-17s %-11s %-15s %-12s %s\n";
+  const auto number = [](double mm) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", mm);
+    return std::string(text);
+  };
+  bool has_heading = false;
+  for (const auto& [name, f] : motions) {
+    if (f.n_poses == 0) continue;
+    if (!has_heading) {
+      std::printf(
+          "both compartments in contact: attitudes with both gaps within %g mm; largest gap and overlap "
+          "(mm)\n",
+          perceptible_mm);
+      std::printf(row, "set", "both in contact", "gap medial", "overlap medial", "gap lateral",
+                  "overlap lateral");
+      has_heading = true;
+    }
+    std::printf(row, name.c_str(),
+                (std::to_string(f.n_both_in_contact) + " of " + std::to_string(f.n_poses)).c_str(),
+                number(f.largest_gap_medial_mm).c_str(), number(f.largest_overlap_medial_mm).c_str(),
+                number(f.largest_gap_lateral_mm).c_str(), number(f.largest_overlap_lateral_mm).c_str());
+  }
+}
+
 namespace {
 
 std::vector<std::string> chosen_sets(const store::MotionModel& model, const AuditOptions& options)
@@ -151,7 +190,8 @@ Json json_of(const store::AuditSet& set)
           {"largest_penetration", json_of(f.largest_penetration, f.n_overlapping)},
           {"mean_penetration_mm", f.n_overlapping > 0 ? Json(f.mean_penetration_mm) : Json()},
           {"largest_gap", json_of(f.largest_gap, n_free)},
-          {"mean_gap_mm", n_free > 0 ? Json(f.mean_gap_mm) : Json()}};
+          {"mean_gap_mm", n_free > 0 ? Json(f.mean_gap_mm) : Json()},
+          {"two_sided", two_sided_json(f.two_sided)}};
 }
 
 // "0.0123 at 45, -2.5", or a dash.
@@ -187,6 +227,9 @@ void print(const std::vector<store::AuditSet>& sets)
         mean_text(f.mean_penetration_mm, f.n_overlapping).c_str(), text_of(f.largest_gap, n_free).c_str(),
         mean_text(f.mean_gap_mm, n_free).c_str(), std::to_string(f.n_nothing_ahead).c_str());
   }
+  std::vector<std::pair<std::string, store::TwoSidedFigures>> motions;
+  for (const store::AuditSet& set : sets) motions.emplace_back(set.name, store::two_sided_figures(set));
+  print_two_sided(motions);
 }
 
 }  // namespace

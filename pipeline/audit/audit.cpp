@@ -111,6 +111,7 @@ store::AuditSet audit(const store::MotionModel& model, const std::string& set, i
 AuditFigures figures_of(const store::AuditSet& audit)
 {
   AuditFigures figures;
+  figures.two_sided = store::two_sided_figures(audit);
   int n_free = 0;
   for (Eigen::Index i = 0; i < audit.state.rows(); ++i) {
     for (Eigen::Index j = 0; j < audit.state.cols(); ++j) {

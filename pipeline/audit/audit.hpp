@@ -30,6 +30,7 @@ struct AuditFigures {
   AuditExtreme largest_gap;          ///< of the free poses with a contact ahead
   double mean_gap_mm = 0.0;          ///< of the same poses
   double mean_penetration_mm = 0.0;  ///< of the overlapping poses
+  store::TwoSidedFigures two_sided;  ///< of all poses, if the joint has compartments
 };
 
 AuditFigures figures_of(const store::AuditSet& audit);

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
 #include "compare/recommend.hpp"
 #include "core/error.hpp"
+#include "core/perceptible.hpp"
 #include "core/units.hpp"
 
 namespace vrda::compare {
@@ -98,6 +101,16 @@ double mean_square(const Series& series)
   return sum;
 }
 
+Series series_of(const store::SmoothedSet& set, const store::SmoothedSurface& surface)
+{
+  check(static_cast<Eigen::Index>(surface.coefficients.size()) == set.exponents.rows(),
+        "one coefficient per term");
+  Series series = Series::Zero(set.degree + 1, set.degree + 1);
+  for (Eigen::Index k = 0; k < set.exponents.rows(); ++k)
+    series(set.exponents(k, 0), set.exponents(k, 1)) = surface.coefficients[static_cast<std::size_t>(k)];
+  return series;
+}
+
 /// du/dx; 0 where the axis has one value.
 double slope(const store::AxisRange& range)
 {
@@ -109,16 +122,19 @@ double slope(const store::AxisRange& range)
 double roughness(const store::SmoothedSet& set, const store::SmoothedSurface& surface,
                  const store::AxisRanges& ranges)
 {
-  check(static_cast<Eigen::Index>(surface.coefficients.size()) == set.exponents.rows(),
-        "one coefficient per term");
-  Series series = Series::Zero(set.degree + 1, set.degree + 1);
-  for (Eigen::Index k = 0; k < set.exponents.rows(); ++k)
-    series(set.exponents(k, 0), set.exponents(k, 1)) = surface.coefficients[static_cast<std::size_t>(k)];
+  const Series series = series_of(set, surface);
   const double f = slope(ranges.flexion), w = slope(ranges.varus);
   const Series by_flexion = derivative_by_rows(series) * f, by_varus = derivative_by_columns(series) * w;
   return std::sqrt(mean_square(derivative_by_rows(by_flexion) * f) +
                    2.0 * mean_square(derivative_by_columns(by_flexion) * w) +
                    mean_square(derivative_by_columns(by_varus) * w));
+}
+
+double flexion_roughness(const store::SmoothedSet& set, const store::SmoothedSurface& surface,
+                         const store::AxisRanges& ranges)
+{
+  const double f = slope(ranges.flexion);
+  return std::sqrt(mean_square(derivative_by_rows(derivative_by_rows(series_of(set, surface)) * f) * f));
 }
 
 namespace {
@@ -189,6 +205,60 @@ double perceptible_share(const store::MotionModel& model, const smooth::SmoothFi
   return static_cast<double>(n_perceptible) / static_cast<double>(n_cells);
 }
 
+double second_difference(const store::SmoothedSet& set, const store::AxisRanges& ranges)
+{
+  double sum_sq = 0.0;
+  for (std::size_t s = 0; s < set.surfaces.size(); ++s) {
+    const double one = flexion_roughness(set, set.surfaces[s], ranges) / perceptible_unit(s);
+    sum_sq += one * one;
+  }
+  return std::sqrt(sum_sq);
+}
+
+/// Index of the fit with the smallest leave-one-out error; the first if no cell can be omitted.
+std::size_t best_fit(const std::vector<smooth::SmoothFit>& fits)
+{
+  std::vector<std::vector<store::GridD>> left_out;
+  for (const smooth::SmoothFit& fit : fits) left_out.push_back(fit.leave_one_out);
+  const std::vector<std::vector<double>> errors_sq = left_out_errors(fits, left_out);
+  std::size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    const double sum = std::accumulate(errors_sq[k].begin(), errors_sq[k].end(), 0.0);
+    if (errors_sq[k].empty() || sum >= least) continue;
+    least = sum;
+    best = k;
+  }
+  return best;
+}
+
+RawEvidence raw_evidence(const smooth::SmoothInput& input, const smooth::SmoothFit& fit)
+{
+  RawEvidence raw;
+  raw.block_size = correlated_block(fit);
+  const store::GridI numbers =
+      smooth::block_numbers(input.status.rows(), input.status.cols(), raw.block_size);
+  for (Eigen::Index k = 0; k < numbers.size(); ++k)
+    if (!std::isnan(fit.residual[0].data()[k])) raw.block.push_back(numbers.data()[k]);
+  raw.variance = raw_variance(fit);
+  raw.jump = largest_jump(input.flexion_deg, fit);
+  return raw;
+}
+
+Recommendation recommendation_of(const smooth::SmoothInput& input, const std::vector<smooth::SmoothFit>& fits,
+                                 const std::vector<DegreeRow>& rows)
+{
+  const RawEvidence raw = raw_evidence(input, fits[best_fit(fits)]);
+  std::vector<std::vector<store::GridD>> left_out;
+  for (const smooth::SmoothFit& fit : fits)
+    left_out.push_back(smooth::leave_blocks_out(input, fit, raw.block_size));
+  const std::vector<std::vector<double>> errors_sq = left_out_errors(fits, left_out);
+  std::vector<DegreeEvidence> degrees;
+  for (std::size_t k = 0; k < fits.size(); ++k)
+    degrees.push_back({fits[k].set.degree, errors_sq[k], rows[k].second_difference, rows[k].contact});
+  return recommend(degrees, raw);
+}
+
 /// `model` must have no smoothed sets; it temporarily holds the set for the audit.
 DegreeRow row_of(store::MotionModel& model, smooth::SmoothFit& fit, const CompareOptions& options)
 {
@@ -200,6 +270,8 @@ DegreeRow row_of(store::MotionModel& model, smooth::SmoothFit& fit, const Compar
       std::find(fit.is_converged.begin(), fit.is_converged.end(), false) == fit.is_converged.end();
   row.perceptible_share = perceptible_share(model, fit);
   row.set = fit.set;
+  row.second_difference = second_difference(fit.set, store::axis_ranges(model.flexion_deg, model.varus_deg));
+  if (options.contact) row.contact = options.contact(model, fit.set);
   if (!options.audit) return row;
   model.smoothed = {fit.set};
   const std::string motion =
@@ -235,7 +307,7 @@ Comparison compare(const store::MotionModel& model, const CompareOptions& option
   store::MotionModel bare = model;
   bare.smoothed.clear();
   for (smooth::SmoothFit& fit : fits) comparison.rows.push_back(row_of(bare, fit, options));
-  comparison.recommendation = recommend(degree_errors(fits));
+  comparison.recommendation = recommendation_of(input, fits, comparison.rows);
   return comparison;
 }
 

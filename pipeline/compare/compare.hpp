@@ -38,6 +38,11 @@ MotionAuditTotals motion_audit_totals(const store::MotionModel& model, const sto
 double roughness(const store::SmoothedSet& set, const store::SmoothedSurface& surface,
                  const store::AxisRanges& ranges);
 
+/// Root mean square of the second derivative by flexion over the measured range, per degree squared: the
+/// second difference over one degree. Exact, as roughness().
+double flexion_roughness(const store::SmoothedSet& set, const store::SmoothedSurface& surface,
+                         const store::AxisRanges& ranges);
+
 /// Errors of a smoothed surface against the raw one, in mm or degrees.
 struct ErrorMeasures {
   double rms = 0.0;            ///< root mean square of the residual
@@ -63,6 +68,8 @@ struct DegreeRow {
   /// in an angle that is fitted there. With recontact, the share of the recontacted motion.
   double perceptible_share = 0.0;
   std::optional<MotionAuditTotals> audit_totals;  ///< if an audit was requested
+  double second_difference = 0.0;  ///< RMS over one degree of flexion, of the pose in perceptible errors
+  std::optional<ContactFigures> contact;  ///< if requested
 };
 
 /// Audits the set "degree_N" or "degree_N_recontacted" of `model`; implemented by the `audit` room.
@@ -70,12 +77,18 @@ using AuditMotion = std::function<store::AuditSet(const store::MotionModel& mode
 /// Travel along Delta into contact at the attitudes of the grid, mm; implemented by the `audit` room.
 using Recontact = std::function<store::GridD(const store::MotionModel& model, const store::SmoothedSet& set)>;
 
+/// Moves the motion of `set` into contact, two-sided or along Delta without compartments, and measures it;
+/// implemented by the `app` room.
+using MeasureContact =
+    std::function<ContactFigures(const store::MotionModel& model, const store::SmoothedSet& set)>;
+
 struct CompareOptions {
   std::string name;                                                 ///< model name for messages
   std::vector<int> degrees{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};  ///< ascending, each at most 20
   smooth::SmoothOptions smooth;
-  AuditMotion audit;    ///< empty: no audit
-  Recontact recontact;  ///< empty: no recontact
+  AuditMotion audit;       ///< empty: no audit
+  Recontact recontact;     ///< empty: no recontact
+  MeasureContact contact;  ///< empty: contact does not affect the recommendation
 };
 
 struct Comparison {
@@ -85,7 +98,8 @@ struct Comparison {
 };
 
 /// Smooths `model` (ignoring its own smoothed sets) with each degree that its cells determine.
-/// The leave-one-out error of a cell is that of its pose: square of (translation / perceptible_mm) plus those
+/// The recommendation leaves out blocks (correlated_block() of the degree with the smallest leave-one-out
+/// error). The error of a cell is that of its pose: square of (translation / perceptible_mm) plus those
 /// of (angle / perceptible_deg) for angles fitted under every degree. With robust smoothing large errors
 /// count with Huber's loss: linear above 1.345 scales, with the smallest scale of all degrees. Throws
 /// InputError if the cells do not determine the lowest degree.

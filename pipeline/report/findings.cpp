@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "compare/recommend.hpp"
+#include "core/perceptible.hpp"
 #include "core/units.hpp"
 #include "report/clinical_curve.hpp"
 
@@ -104,18 +104,16 @@ void add_doubtful(const store::MotionModel& model, Lines& lines)
 
 void add_raw_extremes(const ReportModel& entry, Lines& lines)
 {
-  if (entry.raw.largest_penetration_mm > compare::perceptible_mm)
-    lines.push_back(
-        line("The raw motion overlaps by up to %.3g mm (%lld attitudes overlap), above the perceptible "
-             "%.3g mm.",
-             entry.raw.largest_penetration_mm, static_cast<long long>(entry.raw.n_overlapping),
-             compare::perceptible_mm));
+  if (entry.raw.largest_penetration_mm > perceptible_mm)
+    lines.push_back(line(
+        "The raw motion overlaps by up to %.3g mm (%lld attitudes overlap), above the perceptible "
+        "%.3g mm.",
+        entry.raw.largest_penetration_mm, static_cast<long long>(entry.raw.n_overlapping), perceptible_mm));
   if (std::isinf(entry.raw.largest_gap_mm)) {
     lines.push_back("At some attitudes no contact is ahead along Delta: the objects have separated.");
-  } else if (entry.raw.largest_gap_mm >
-             std::max(compare::perceptible_mm, entry.model.contact_resolution_mm)) {
+  } else if (entry.raw.largest_gap_mm > std::max(perceptible_mm, entry.model.contact_resolution_mm)) {
     lines.push_back(line("The raw motion has a gap of up to %.3g mm, above the perceptible %.3g mm.",
-                         entry.raw.largest_gap_mm, compare::perceptible_mm));
+                         entry.raw.largest_gap_mm, perceptible_mm));
   }
 }
 
@@ -127,14 +125,20 @@ void add_audits(const store::MotionModel& model, Lines& lines)
     if (audit.name == "raw") continue;
     const double deepest_mm = largest(audit.penetration_mm.data(), audit.penetration_mm.size());
     const auto n = (audit.state == static_cast<std::int8_t>(store::AuditState::overlapping)).count();
-    if (deepest_mm > compare::perceptible_mm)
+    if (deepest_mm > perceptible_mm)
       found += line("%s%s by up to %.3g mm (%lld of %lld attitudes overlap)", found.empty() ? "" : ", ",
                     audit.name.c_str(), deepest_mm, static_cast<long long>(n),
                     static_cast<long long>(audit.state.size()));
   }
   if (!found.empty())
-    lines.push_back(line("Audits found overlaps above the perceptible %.3g mm: ", compare::perceptible_mm) +
-                    found + ".");
+    lines.push_back(line("Audits found overlaps above the perceptible %.3g mm: ", perceptible_mm) + found +
+                    ".");
+}
+
+void add_comparison(const ReportModel& entry, Lines& lines)
+{
+  if (entry.comparison && entry.comparison->recommendation.degree < 0)
+    lines.push_back("No smoothing degree is good enough: " + entry.comparison->recommendation.reason + ".");
 }
 
 void add_rotation(const store::MotionModel& model, const MotionSummary& numbers, Lines& lines)
@@ -228,6 +232,7 @@ std::vector<std::string> warnings_of(const ReportModel& entry)
              numbers.balance_residual_n, numbers.push_n));
   add_rotation(model, numbers, lines);
   add_spine_at_border(model, lines);
+  add_comparison(entry, lines);
   add_audits(model, lines);
   add_interpolated(model, lines);
   return lines;

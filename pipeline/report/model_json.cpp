@@ -168,6 +168,17 @@ double largest_of(const store::GridD& grid)
   return most;
 }
 
+Json two_sided_json(const store::TwoSidedFigures& f)
+{
+  if (f.n_poses == 0) return nullptr;
+  return {{"poses", f.n_poses},
+          {"both_in_contact", f.n_both_in_contact},
+          {"largest_gap_medial_mm", short_number(f.largest_gap_medial_mm)},
+          {"largest_overlap_medial_mm", short_number(f.largest_overlap_medial_mm)},
+          {"largest_gap_lateral_mm", short_number(f.largest_gap_lateral_mm)},
+          {"largest_overlap_lateral_mm", short_number(f.largest_overlap_lateral_mm)}};
+}
+
 Json audits_json(const store::MotionModel& model)
 {
   Json list = Json::array();
@@ -176,15 +187,15 @@ Json audits_json(const store::MotionModel& model)
       return (a.state == static_cast<std::int8_t>(state)).count();
     };
     const double gap_mm = largest_of(a.gap_mm), penetration_mm = largest_of(a.penetration_mm);
-    list.push_back(
-        {{"name", a.name},
-         {"refine", a.refine},
-         {"attitudes", a.state.size()},
-         {"no_pose", n_of(store::AuditState::no_pose)},
-         {"overlapping", n_of(store::AuditState::overlapping)},
-         {"nothing_ahead", n_of(store::AuditState::nothing_ahead)},
-         {"largest_gap_mm", gap_mm < 0.0 ? Json() : short_number(gap_mm)},
-         {"largest_penetration_mm", penetration_mm < 0.0 ? Json() : short_number(penetration_mm)}});
+    list.push_back({{"name", a.name},
+                    {"refine", a.refine},
+                    {"attitudes", a.state.size()},
+                    {"no_pose", n_of(store::AuditState::no_pose)},
+                    {"overlapping", n_of(store::AuditState::overlapping)},
+                    {"nothing_ahead", n_of(store::AuditState::nothing_ahead)},
+                    {"largest_gap_mm", gap_mm < 0.0 ? Json() : short_number(gap_mm)},
+                    {"largest_penetration_mm", penetration_mm < 0.0 ? Json() : short_number(penetration_mm)},
+                    {"two_sided", two_sided_json(store::two_sided_figures(a))}});
   }
   return list;
 }
@@ -258,11 +269,23 @@ Json faults_json(const compare::DegreeRow& row)
           {"largest_gap_mm", short_number(f.largest_gap_mm)}};
 }
 
+Json contact_json(const std::optional<compare::ContactFigures>& contact)
+{
+  if (!contact) return nullptr;
+  return {{"poses", contact->n_poses},
+          {"lifted_off", contact->n_lifted_off},
+          {"largest_gap_mm", short_number(contact->largest_gap_mm)},
+          {"largest_overlap_mm", short_number(contact->largest_overlap_mm)},
+          {"two_sided", contact->sides ? two_sided_json(*contact->sides) : Json()}};
+}
+
 Json comparison_json(const std::optional<compare::Comparison>& comparison)
 {
   if (!comparison) return nullptr;
   Json rows = Json::array();
-  for (const compare::DegreeRow& row : comparison->rows) {
+  const compare::Recommendation& r = comparison->recommendation;
+  for (std::size_t k = 0; k < comparison->rows.size(); ++k) {
+    const compare::DegreeRow& row = comparison->rows[k];
     Json errors = Json::array({errors_json("translation", row.translation)});
     for (const compare::SurfaceRow& surface : row.surfaces) {
       const bool is_angle = surface.name == "theta" || surface.name == "varus";
@@ -271,12 +294,18 @@ Json comparison_json(const std::optional<compare::Comparison>& comparison)
     rows.push_back({{"degree", row.set.degree},
                     {"errors", errors},
                     {"perceptible_share", short_number(row.perceptible_share)},
+                    {"left_out", short_number(r.ranked[k].error)},
+                    {"second_difference", short_number(row.second_difference)},
+                    {"contact", contact_json(row.contact)},
+                    {"fault", name_of(r.ranked[k].fault)},
                     {"faults", faults_json(row)}});
   }
   return {{"rows", rows},
           {"not_carried", comparison->undetermined_degrees},
-          {"recommended", comparison->recommendation.degree},
-          {"reason", comparison->recommendation.reason}};
+          {"recommended", r.degree},
+          {"status", r.degree >= 0 ? "recommended" : name_of(r.fault)},
+          {"left_out", {{"flexions", r.block_size.flexion}, {"varus_columns", r.block_size.varus}}},
+          {"reason", r.reason}};
 }
 
 std::string base64(const std::string& bytes)

@@ -140,6 +140,12 @@ void add_surface(SmoothFit& fit, const std::string& name, const store::GridD& gr
   surface.coefficients.assign(coefficients.begin(), coefficients.end());
   surface.values = grid_values(surface.coefficients, fit.set.exponents, tables);
   add_errors(fit, surface, problem, grid, huber ? huber->leverage : problem.leverage);
+  store::GridD weights = store::GridD::Constant(grid.rows(), grid.cols(), nan);
+  for (std::size_t c = 0; c < problem.cells.size(); ++c) {
+    weights(problem.cells[c].flexion, problem.cells[c].varus) =
+        huber ? huber->weights(static_cast<Eigen::Index>(c)) : 1.0;
+  }
+  fit.weight.push_back(std::move(weights));
   fit.is_converged.push_back(!huber || huber->is_converged);
   fit.set.surfaces.push_back(std::move(surface));
 }

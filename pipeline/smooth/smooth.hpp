@@ -33,8 +33,9 @@ struct SmoothFit {
   store::SmoothedSet set;
   std::vector<store::GridD> residual;  ///< raw minus smoothed value; NaN if the cell is not fitted
   std::vector<store::GridD>
-      leave_one_out;               ///< residual of a fit without the cell; NaN also if the fit needs the cell
-  std::vector<bool> is_converged;  ///< false if the Huber weights reached the iteration limit
+      leave_one_out;  ///< residual of a fit without the cell; NaN also if the fit needs the cell
+  std::vector<store::GridD> weight;  ///< of the cell in the fit, 1 unless robust; NaN if it is not fitted
+  std::vector<bool> is_converged;    ///< false if the Huber weights reached the iteration limit
 };
 
 /// Least squares on P_i(u) P_j(v), i + j <= degree: Legendre polynomials of flexion and varus, each axis

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/perceptible.hpp"
 #include "store/evaluate_smoothed.hpp"
 
 namespace vrda::store {
@@ -85,6 +86,27 @@ bool set_group_name(AuditSet& audit, const std::string& name)
 AuditSummary summary_of(const AuditSet& audit)
 {
   return {largest_number_in(audit.penetration_mm), largest_number_in(audit.gap_mm)};
+}
+
+void TwoSidedFigures::include(double medial_mm, double lateral_mm)
+{
+  ++n_poses;
+  if (std::abs(medial_mm) <= perceptible_mm && std::abs(lateral_mm) <= perceptible_mm) ++n_both_in_contact;
+  largest_gap_medial_mm = std::fmax(largest_gap_medial_mm, medial_mm);
+  largest_overlap_medial_mm = std::fmax(largest_overlap_medial_mm, -medial_mm);
+  largest_gap_lateral_mm = std::fmax(largest_gap_lateral_mm, lateral_mm);
+  largest_overlap_lateral_mm = std::fmax(largest_overlap_lateral_mm, -lateral_mm);
+}
+
+TwoSidedFigures two_sided_figures(const AuditSet& audit)
+{
+  TwoSidedFigures figures;
+  if (audit.gap_medial_mm.size() == 0) return figures;
+  for (Eigen::Index k = 0; k < audit.state.size(); ++k) {
+    if (audit.state.data()[k] != code_of(AuditState::no_pose))
+      figures.include(audit.gap_medial_mm.data()[k], audit.gap_lateral_mm.data()[k]);
+  }
+  return figures;
 }
 
 std::vector<AuditSet> with_audit(std::vector<AuditSet> audits, AuditSet audit)

@@ -100,6 +100,18 @@ struct AuditSummary {
 };
 AuditSummary summary_of(const AuditSet& audit);
 
+/// Contact of both compartments over some poses of a motion. Signed gaps; one of NaN faces nothing and is not
+/// in contact.
+struct TwoSidedFigures {
+  int n_poses = 0;                                                      ///< 0 without compartments
+  int n_both_in_contact = 0;                                            ///< both gaps within perceptible_mm
+  double largest_gap_medial_mm = 0.0, largest_overlap_medial_mm = 0.0;  ///< at least 0
+  double largest_gap_lateral_mm = 0.0, largest_overlap_lateral_mm = 0.0;
+
+  void include(double medial_mm, double lateral_mm);
+};
+TwoSidedFigures two_sided_figures(const AuditSet& audit);
+
 /// Returns `audits`, sorted by name, with `audit` inserted or replacing the one of the same name.
 std::vector<AuditSet> with_audit(std::vector<AuditSet> audits, AuditSet audit);
 

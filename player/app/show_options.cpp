@@ -92,8 +92,9 @@ CLI::App* add_show(CLI::App& app, show::ShowOptions& options)
                    "at each flexion, interpolated linearly between solved flexions)")
       ->type_name("ANGLE");
   show->add_option("--set", options.set,
-                   "raw, degree_N, degree_N_recontacted or zero_varus (default: the highest degree, "
-                   "recontacted if available; otherwise raw)")
+                   "two_sided, raw, degree_N, degree_N_recontacted or zero_varus (default: two_sided if "
+                   "available, then "
+                   "the highest degree, recontacted if available; otherwise raw)")
       ->type_name("SET");
   show->add_option("--views", options.views,
                    "front, back, left, right, medial, lateral (or side), top, oblique, inverted (oblique and "

@@ -299,6 +299,8 @@ const char* varus_remark(const PanelView& view)
 const char* name_of(navigation::GapSource source)
 {
   switch (source) {
+    case navigation::GapSource::two_sided:
+      return "measured with the motion";
     case navigation::GapSource::cells:
       return "solver, at the cells";
     case navigation::GapSource::audit:
@@ -325,7 +327,7 @@ void draw_mm(const char* name, double length_mm)
 void draw_gap(const PanelView& view)
 {
   const navigation::GapReading& gap = view.readout.gap;
-  if (gap.source == navigation::GapSource::cells) {
+  if (gap.source == navigation::GapSource::cells || gap.source == navigation::GapSource::two_sided) {
     label(view, "gap");
     draw_mm("medial", gap.medial_mm);
     label(view, "");

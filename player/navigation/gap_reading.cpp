@@ -39,6 +39,13 @@ double interpolated(const store::GridD& grid, const AxisPosition& flexion, const
   return sum;
 }
 
+double interpolated(const std::vector<double>& values, const AxisPosition& flexion)
+{
+  const double first = values[static_cast<std::size_t>(flexion.row)];
+  if (flexion.part == 0.0) return first;
+  return (1.0 - flexion.part) * first + flexion.part * values[static_cast<std::size_t>(flexion.row + 1)];
+}
+
 Eigen::Index nearest_row(const std::vector<double>& axis_deg, double angle_rad)
 {
   const AxisPosition position = position_on(axis_deg, angle_rad);
@@ -65,6 +72,7 @@ GapReader::GapReader(const store::MotionModel& model, const std::string& set)
   for (const store::AuditSet& audit : model.audits) {
     if (audit.name == set) audit_ = &audit;
   }
+  if (set == "two_sided" && model.two_sided) two_sided_ = &*model.two_sided;
   for (const store::SmoothedSet& smoothed : model.smoothed) {
     const std::string name = "degree_" + std::to_string(smoothed.degree);
     if (!smoothed.recontact_mm) continue;
@@ -75,6 +83,11 @@ GapReader::GapReader(const store::MotionModel& model, const std::string& set)
 
 GapReading GapReader::at(const Attitude& attitude) const
 {
+  if (two_sided_ != nullptr) {
+    const AxisPosition flexion = position_on(two_sided_->flexion_deg, attitude.flexion_rad);
+    return {GapSource::two_sided, interpolated(two_sided_->gap_medial_mm, flexion),
+            interpolated(two_sided_->gap_lateral_mm, flexion), nan, nan};
+  }
   if (!has_cells_ && audit_ != nullptr) return of_audit(*audit_, attitude);
   const AxisPosition flexion = position_on(model_.flexion_deg, attitude.flexion_rad);
   const AxisPosition varus =

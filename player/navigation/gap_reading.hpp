@@ -10,6 +10,7 @@ namespace vrda::navigation {
 
 enum class GapSource {
   none,         ///< no data for this set; an audit would provide it
+  two_sided,    ///< gaps stored with the two-sided motion, interpolated linearly
   cells,        ///< solver gaps at the cells, interpolated linearly; set "raw" only
   audit,        ///< the nearest audited attitude of the set
   travel,       ///< travel into contact at the cells, interpolated linearly; for a set that was recontacted
@@ -19,7 +20,7 @@ enum class GapSource {
 /// mm; NaN if unknown.
 struct GapReading {
   GapSource source = GapSource::none;
-  double medial_mm = 0.0, lateral_mm = 0.0;   ///< for source `cells`
+  double medial_mm = 0.0, lateral_mm = 0.0;   ///< for sources `cells`, `two_sided`
   double gap_mm = 0.0, penetration_mm = 0.0;  ///< for other sources: one is 0, or both are NaN
 };
 
@@ -32,6 +33,7 @@ class GapReader {
 
  private:
   bool has_cells_ = false;
+  const store::TwoSided* two_sided_ = nullptr;
   const store::AuditSet* audit_ = nullptr;
   const store::GridD* travel_mm_ = nullptr;
   bool is_recontacted_ = false;

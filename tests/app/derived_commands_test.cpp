@@ -76,6 +76,10 @@ TEST_F(DerivedCommands, RecontactLeavesNoOverlapAndTheMarginAtTheAttitudes)
   const Json &recontacted = sets[1], &smoothed = sets[2], &raw = sets[3];
   EXPECT_EQ(sets[0].at("set"), "two_sided");
   EXPECT_EQ(sets[0].at("overlapping"), 0);
+  EXPECT_EQ(sets[0].at("two_sided").at("both_in_contact"), sets[0].at("poses"));
+  EXPECT_LE(sets[0].at("two_sided").at("largest_gap_medial_mm").get<double>(), margin_mm);
+  EXPECT_EQ(recontacted.at("two_sided").at("poses"), 35);
+  EXPECT_LT(recontacted.at("two_sided").at("both_in_contact").get<int>(), 35) << "varus from -10 to 10";
   EXPECT_EQ(recontacted.at("set"), "degree_2_recontacted");
   EXPECT_EQ(recontacted.at("poses"), 35);
   EXPECT_EQ(recontacted.at("overlapping"), 0);
@@ -90,6 +94,8 @@ TEST_F(DerivedCommands, RecontactLeavesNoOverlapAndTheMarginAtTheAttitudes)
   EXPECT_EQ(sets[4].at("set"), "zero_varus");
   const Json info = json_of({"info", file_});
   EXPECT_EQ(info.at("remeasured").at("largest_gap_mm"), raw.at("largest_gap").at("mm"));
+  for (std::size_t k = 0; k < 5; ++k)
+    EXPECT_EQ(info.at("two_sided").at(sets[k].at("set").get<std::string>()), sets[k].at("two_sided"));
 
   const Json fine = json_of({"audit", file_, "--set", "degree_2_recontacted", "--refine", "3"});
   ASSERT_EQ(fine.size(), 1u);
@@ -107,9 +113,10 @@ TEST_F(DerivedCommands, TheTableNamesSetsAndWhereTheirWorstIs)
   const test::Ended ended = run({"audit", file_});
   EXPECT_EQ(ended.exit_code, 0);
   EXPECT_THAT(ended.err, IsEmpty());
-  EXPECT_EQ(test::n_lines(ended.out), 7);
+  EXPECT_EQ(test::n_lines(ended.out), 2 + 5 + 2 + 5);
   EXPECT_THAT(ended.out, HasSubstr("degree_2_recontacted        1       35           0  -  "));
   EXPECT_THAT(ended.out, HasSubstr("largest penetration"));
+  EXPECT_THAT(ended.out, HasSubstr("both compartments in contact: attitudes with both gaps within 0.145 mm"));
 }
 
 TEST_F(DerivedCommands, ASecondTimeLeavesTheSameBytesForAnyNumberOfThreads)

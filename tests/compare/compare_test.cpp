@@ -8,6 +8,7 @@
 #include "compare/noisy_joint.hpp"
 #include "compare/recommend.hpp"
 #include "core/error.hpp"
+#include "core/perceptible.hpp"
 #include "core/units.hpp"
 #include "smooth/smooth.hpp"
 #include "support/input_error.hpp"
@@ -57,10 +58,10 @@ TEST(Compare, CountsPerceptibleAttitudes)
   store::MotionModel model = noisy_model({.degree = 1});
   for (store::GridD* surface : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg})
     surface->setZero();
-  model.tx_mm(3, 3) = model.ty_mm(3, 3) = 0.8 * compare::perceptible_mm;  // together 1.13
-  model.tx_mm(4, 4) = model.ty_mm(4, 4) = 0.6 * compare::perceptible_mm;  // together 0.85
-  model.theta_deg(5, 5) = 1.1 * compare::perceptible_deg;
-  model.theta_deg(6, 6) = 1.1 * compare::perceptible_deg;
+  model.tx_mm(3, 3) = model.ty_mm(3, 3) = 0.8 * perceptible_mm;  // together 1.13
+  model.tx_mm(4, 4) = model.ty_mm(4, 4) = 0.6 * perceptible_mm;  // together 0.85
+  model.theta_deg(5, 5) = 1.1 * perceptible_deg;
+  model.theta_deg(6, 6) = 1.1 * perceptible_deg;
   model.theta_determined(6, 6) = 0;
   const compare::Comparison comparison = compare::compare(model, options_of({0}));
   EXPECT_DOUBLE_EQ(comparison.rows[0].perceptible_share, 2.0 / 273.0);
@@ -74,7 +75,7 @@ TEST(Compare, CountsWhatRecontactMoves)
   options.recontact = [](const store::MotionModel& of, const store::SmoothedSet& set) {
     EXPECT_EQ(set.degree, 2);
     store::GridD travel_mm = store::GridD::Zero(of.status.rows(), of.status.cols());
-    travel_mm.row(0).setConstant(-2.0 * compare::perceptible_mm);
+    travel_mm.row(0).setConstant(-2.0 * perceptible_mm);
     travel_mm(1, 1) = std::numeric_limits<double>::quiet_NaN();
     return travel_mm;
   };

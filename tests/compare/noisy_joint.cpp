@@ -22,8 +22,9 @@ void fill(store::GridD& surface, const NoisyJoint& joint, const store::MotionMod
       // Mean square of P_p P_q over the grid, nearly, is 1 / (2p + 1)(2q + 1).
       const double standard_error = spread * std::sqrt((2 * p + 1) * (2 * q + 1) / n_cells);
       const double sign = numbers.next_uniform() < 0.0 ? -1.0 : 1.0;
-      const double coefficient =
-          p + q == joint.degree ? sign * joint.significance * standard_error : 2.0 * numbers.next_uniform();
+      const double coefficient = p + q == joint.degree
+                                     ? sign * joint.significance * standard_error
+                                     : joint.lower_mm / (1 + p * p) * numbers.next_uniform();
       for (Eigen::Index i = 0; i < surface.rows(); ++i) {
         for (Eigen::Index j = 0; j < surface.cols(); ++j) {
           surface(i, j) += coefficient * table(model.flexion_deg, i, ranges.flexion).value[p] *

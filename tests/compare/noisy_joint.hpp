@@ -23,8 +23,11 @@ struct NoisyJoint {
   int degree = 2;         ///< of all four surfaces
   double noise_mm = 0.0;  ///< standard deviation; for theta in degrees
   /// Size of each coefficient of the highest total degree, in its standard errors under that noise (0.01 if
-  /// the noise is 0); signs are random. Lower terms are random within +-2.
+  /// the noise is 0); signs are random.
   double significance = 10.0;
+  /// Lower terms P_p(flexion) P_q(varus) are random within +- lower_mm / (1 + p^2): a higher one within 60
+  /// degrees would be a visibly rough motion.
+  double lower_mm = 2.0;
   int n_flexion = 21, n_varus = 13;  ///< solved everywhere; 3 degrees by 1
   unsigned seed = 1;
 };

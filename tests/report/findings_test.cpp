@@ -56,6 +56,17 @@ TEST(Findings, DoubtfulPosesAreCountedByKind)
               ElementsAre(HasSubstr("1 stable attitudes are doubtful, unstable_balance")));
 }
 
+TEST(Findings, NoDegreeIsAWarningWithItsReason)
+{
+  report::ReportModel entry = whole_entry();
+  entry.comparison.emplace();
+  entry.comparison->recommendation.reason = "the raw motion jumps";
+  EXPECT_THAT(report::warnings_of(entry),
+              ElementsAre("No smoothing degree is good enough: the raw motion jumps."));
+  entry.comparison->recommendation.degree = 4;
+  EXPECT_THAT(report::warnings_of(entry), IsEmpty());
+}
+
 TEST(Findings, NameEveryStatusThatIsNotStable)
 {
   const store::MotionModel model = test::sample_model();

@@ -5,6 +5,7 @@
 #include <random>
 #include <utility>
 
+#include "smooth/leave_out.hpp"
 #include "smooth/smooth.hpp"
 
 namespace vrda::smooth_fit_test {
@@ -51,6 +52,51 @@ TEST(SmoothFit, GridValuesAreThoseOfEvaluate)
                       .value);
       }
     }
+  }
+}
+
+TEST(SmoothFit, LeftOutBlocksAreThoseOfRefits)
+{
+  smooth::SmoothInput input = noisy_planes(9, 7);
+  input.status(4, 2) = static_cast<std::int8_t>(StepStatus::no_contact);
+  input.theta_determined(1, 1) = 0;
+  const smooth::SmoothFit whole = smooth::smooth_fit(input, 3);
+  const smooth::BlockSize size{4, 3};
+  const std::vector<store::GridD> errors = smooth::leave_blocks_out(input, whole, size);
+  const store::GridI blocks = smooth::block_numbers(9, 7, size);
+  EXPECT_EQ(blocks.maxCoeff(), 3 * 3 - 1);
+  EXPECT_EQ(blocks(3, 2), blocks(0, 0));
+  EXPECT_NE(blocks(4, 2), blocks(3, 2));
+  for (std::int32_t block = 0; block < 9; ++block) {
+    smooth::SmoothInput without = input;
+    without.status = (blocks == block).select(static_cast<std::int8_t>(StepStatus::no_contact), input.status);
+    const store::SmoothedSet refit = smooth::smooth(without, 3);
+    for (Eigen::Index k = 0; k < blocks.size(); ++k) {
+      if (blocks.data()[k] != block || input.status.data()[k] != status_stable) continue;
+      EXPECT_NEAR(errors[0].data()[k], input.tx_mm.data()[k] - refit.surfaces[0].values.data()[k],
+                  fit_tolerance);
+    }
+  }
+  EXPECT_TRUE(std::isnan(errors[0](4, 2)));
+  EXPECT_TRUE(std::isnan(errors[3](1, 1)));
+  EXPECT_EQ(errors[3].isNaN().count(), 2);
+  // Four columns of seven are one block, and the other three do not determine degree 3, nor do the four
+  // without a column; the last three leave four.
+  const store::GridD wide = smooth::leave_blocks_out(input, whole, {9, 4})[0];
+  EXPECT_TRUE(wide.leftCols(4).isNaN().all());
+  EXPECT_FALSE(wide.rightCols(3).isNaN().any());
+}
+
+TEST(SmoothFit, LeftOutBlocksOfOneCellAreTheLeaveOneOutErrors)
+{
+  smooth::SmoothInput input = noisy_planes(9, 7);
+  input.tx_mm(3, 3) += 5.0;
+  for (const bool is_robust : {false, true}) {
+    const smooth::SmoothFit fit = smooth::smooth_fit(input, 2, {is_robust});
+    const std::vector<store::GridD> errors = smooth::leave_blocks_out(input, fit, {1, 1});
+    for (std::size_t s = 0; s < 4; ++s)
+      EXPECT_LE((errors[s] - fit.leave_one_out[s]).abs().maxCoeff(), fit_tolerance);
+    EXPECT_EQ((fit.weight[0] == 1.0).all(), !is_robust);
   }
 }
 

@@ -39,6 +39,27 @@ TEST(AuditSummary, IsTheLargestNumberOrNaN)
   EXPECT_TRUE(std::isnan(store::summary_of(store::AuditSet()).largest_penetration_mm));
 }
 
+TEST(TwoSidedFigures, CountsPosesWithBothGapsWithinThePerceptible)
+{
+  store::AuditSet audit;
+  audit.state = store::GridB::Zero(1, 7);
+  audit.state(0, 6) = store::code_of(store::AuditState::no_pose);
+  audit.gap_medial_mm.resize(1, 7);
+  audit.gap_lateral_mm.resize(1, 7);
+  // Both sides at the limits; either side beyond, in either direction; a side that faces nothing; no pose.
+  audit.gap_medial_mm << 0.145, 0.15, 0.0, -0.15, 0.0, nan, 9.0;
+  audit.gap_lateral_mm << -0.145, 0.0, 0.3, 0.0, -0.4, 0.0, 0.0;
+  const store::TwoSidedFigures f = store::two_sided_figures(audit);
+  EXPECT_EQ(f.n_poses, 6);
+  EXPECT_EQ(f.n_both_in_contact, 1);
+  EXPECT_EQ(f.largest_gap_medial_mm, 0.15);
+  EXPECT_EQ(f.largest_overlap_medial_mm, 0.15);
+  EXPECT_EQ(f.largest_gap_lateral_mm, 0.3);
+  EXPECT_EQ(f.largest_overlap_lateral_mm, 0.4);
+  audit.gap_medial_mm.resize(0, 0);
+  EXPECT_EQ(store::two_sided_figures(audit).n_poses, 0) << "without compartments";
+}
+
 TEST(WithAudit, KeepsTheOrderAndReplacesTheSameName)
 {
   std::vector<store::AuditSet> audits;

@@ -15,6 +15,15 @@ function auditTable(model) {
   return table("Audits: gap and penetration of the meshes at each attitude; refinement is the number of subdivisions of a grid cell per axis", ["motion", "refinement", "attitudes", "overlapping", "largest penetration, mm", "largest gap, mm", "nothing ahead", "no pose"], rows);
 }
 
+function contactTable(model) {
+  const audits = model.audits.filter((a) => a.two_sided);
+  if (audits.length === 0) return [];
+  const keys = ["largest_gap_medial_mm", "largest_overlap_medial_mm", "largest_gap_lateral_mm", "largest_overlap_lateral_mm"];
+  const rows = audits.map(({ name, two_sided: f }) => [setName(name), `${f.both_in_contact} of ${f.poses}`, ...keys.map((key) => number(f[key]))]);
+  return [table("Contact of both compartments: attitudes at which the gaps of both are within the perceptible 0.145 mm, and the largest gap and overlap of each side. Over a range of varus most attitudes lift one side off.",
+    ["motion", "both in contact", "medial gap, mm", "medial overlap, mm", "lateral gap, mm", "lateral overlap, mm"], rows)];
+}
+
 function errorTraces(model, unit) {
   const keys = Object.keys(PARAMETERS).filter((key) => PARAMETERS[key].unit === unit);
   const value = (set, key, field) => set.surfaces.find((s) => s.name === key)?.[field] ?? null;
@@ -41,6 +50,21 @@ function errorsTable({ rows, recommended }) {
   const cells = (row) => row.errors.flatMap((one) => MEASURES.map(([key]) => number(one[key])));
   return table("Each degree fitted to the raw motion. Roughness is the RMS second derivative, per degree²; the recommended degree is highlighted.",
     ["degree", ...headings], rows.map((row) => [String(row.degree), ...cells(row)]), { kinds: Array(headings.length + 1).fill("tight"), chosen: (r) => rows[r].degree === recommended });
+}
+
+// Names of faults: pipeline/compare/recommend.hpp.
+const FAULTS = { none: "", not_measurable: "not measurable", unpredicted: "less than half of the variance predicted", jump: "the raw motion jumps", no_contact: "poses without contact", overlap: "overlap", gap: "gap", rough: "rough" };
+
+function judgementTable({ rows, recommended, left_out: block }) {
+  const hasContact = rows.some((row) => row.contact);
+  const sides = ["largest_gap_medial_mm", "largest_overlap_medial_mm", "largest_gap_lateral_mm", "largest_overlap_lateral_mm"];
+  const hasSides = rows.some((row) => row.contact?.two_sided);
+  const contactHeadings = !hasContact ? [] : hasSides ? ["medial gap, mm", "medial overlap, mm", "lateral gap, mm", "lateral overlap, mm"] : ["gap, mm", "overlap, mm"];
+  const contactCells = ({ contact }) => (!hasContact ? [] : hasSides ? sides.map((key) => number(contact.two_sided?.[key])) : [number(contact.largest_gap_mm), number(contact.largest_overlap_mm)]);
+  const n = block.flexions * block.varus_columns;
+  const caption = `What the recommendation is based on. Left out: error of the pose at attitudes without which the polynomial was fitted, in multiples of the perceptible 0.145 mm and 0.27 degrees; ${n === 1 ? "each attitude is left out alone" : `blocks of ${block.flexions} flexions by ${block.varus_columns} varus columns are left out together, since neighbouring errors are correlated`}. Second difference: over one degree of flexion, in the same unit.${hasContact ? " Gap and overlap: after the motion was moved into contact." : ""}`;
+  return table(caption, ["degree", "left out", "second difference", ...contactHeadings, "not good enough because"],
+    rows.map((row) => [String(row.degree), number(row.left_out), number(row.second_difference), ...contactCells(row), FAULTS[row.fault]]), { kinds: ["", "", "", ...contactHeadings.map(() => ""), "text"], chosen: (r) => rows[r].degree === recommended });
 }
 
 function faultsTable({ rows, recommended }) {
@@ -75,8 +99,8 @@ function comparedParts(comparison) {
   const caption = "RMS of the residuals (dotted) and leave-one-out error (solid): the RMS always decreases with the degree, the leave-one-out error increases again when the polynomial fits the jitter. The dashed line is the recommended degree.";
   const figures = ["mm", "degrees"].map((unit) => comparedFigure(comparison, `Error by degree, ${unit}`, caption, () => comparedErrors(rows, unit), unit));
   if (rows[0].faults) figures.push(comparedFigure(comparison, "Penetration and gap by degree", "Largest penetration and gap along Δ of the smoothed motion at the attitudes of the grid, mm.", () => faultTraces(rows), "mm"));
-  const recommendation = recommended < 0 ? reason : `Recommended: ${reason}.`;
-  return [el("div", { class: "box good" }, recommendation), el("div", { class: `columns ${figures.length === 3 ? "three" : ""}` }, figures), errorsTable(comparison), faultsTable(comparison)];
+  const box = recommended < 0 ? el("div", { class: "box warning" }, el("strong", {}, "No degree is good enough"), `${reason}.`) : el("div", { class: "box good" }, `Recommended: ${reason}.`);
+  return [box, el("div", { class: `columns ${figures.length === 3 ? "three" : ""}` }, figures), judgementTable(comparison), errorsTable(comparison), faultsTable(comparison)];
 }
 
 export function degreesSection(model) {
@@ -84,7 +108,7 @@ export function degreesSection(model) {
   const parts = isCompared ? comparedParts(model.comparison) : [];
   if (model.degrees.length > 0) parts.push(statisticsTable(model));
   if (!isCompared && model.degrees.length > 1) parts.push(el("div", { class: "columns" }, errorFigure(model, "mm"), errorFigure(model, "degrees")));
-  if (model.audits.length > 0) parts.push(auditTable(model));
+  if (model.audits.length > 0) parts.push(auditTable(model), ...contactTable(model));
   if (model.degrees.length === 0) parts.push(absent("The file has no smoothed set; vrda smooth FILE --degree N adds one."));
   if (model.audits.length === 0) parts.push(absent("The file has no audit of the smoothed motion; vrda audit FILE adds it."));
   return section("degrees", "Degrees of smoothing", ...parts);

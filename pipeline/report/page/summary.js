@@ -42,6 +42,14 @@ function equilibriumCards(n) {
   ];
 }
 
+// A part of a report is without audits.
+function twoSidedCard(model) {
+  const f = model.audits?.find((audit) => audit.name === "two_sided")?.two_sided;
+  if (!f) return [];
+  const sides = ["medial", "lateral"].map((side) => `${side} gap ${length(f[`largest_gap_${side}_mm`])}, overlap ${length(f[`largest_overlap_${side}_mm`])}`);
+  return [card(`${f.both_in_contact} of ${f.poses}`, `flexions of the two-sided motion with both compartments in contact; at most ${sides.join("; ")}`)];
+}
+
 function cards(model) {
   const n = model.numbers;
   const fibres = n.fibres > 0 ? [card(`${number(100 * n.largest_strain)} %`, `largest strain of ${n.fibres} fibres, any attitude`)] : [];
@@ -52,7 +60,7 @@ function cards(model) {
     card(n.largest_gap_mm === null ? "unbounded" : length(n.largest_gap_mm), "largest gap along Δ"),
     card(percent(n.theta_undetermined_share), "of the solved attitudes have undetermined rotation"),
     card(`${decimal(n.screw_home_range_deg, 1)}°`, rotation),
-    ...equilibriumCards(n), ...fibres);
+    ...twoSidedCard(model), ...equilibriumCards(n), ...fibres);
 }
 
 function statusTable(model) {

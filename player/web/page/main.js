@@ -68,8 +68,9 @@ function noteOf(pose) {
 function rowsOf(pose) {
   const numbers = pose.isSolved ? clinicalOf(pose.referenceMoving, player.model.rotationCentre, player.model.side) : {};
   const clinical = clinicalNumbers.map(({ name, label, unit, note }) => [note ? `${label} (${note})` : label, `${formatNumber(numbers[name])} ${unit}`]);
+  const gaps = player.motion().sideGapsAt(pose.attitude.flexion)?.map((gap, k) => [`gap along Delta, ${["medial", "lateral"][k]}`, `${formatNumber(gap)} mm`]) ?? [];
   const [x, y, z] = pose.translation ?? [NaN, NaN, NaN];
-  return [...clinical, ["x, world", `${formatNumber(x)} mm`], ["y, world", `${formatNumber(y)} mm`], ["z, world", `${formatNumber(z)} mm`], ["theta about Delta", `${formatNumber(pose.theta / degree)} °`]];
+  return [...clinical, ["x, world", `${formatNumber(x)} mm`], ["y, world", `${formatNumber(y)} mm`], ["z, world", `${formatNumber(z)} mm`], ["theta about Delta", `${formatNumber(pose.theta / degree)} °`], ...gaps];
 }
 
 function writeNumbers(pose) {

@@ -109,6 +109,7 @@ function readMotionsOverFlexion(file, model) {
   if (file.hasGroup("/two_sided")) {
     const flexion = axis(file, "/two_sided/flexion");
     model.twoSided = { flexion, ...readFlexionTable(file, "/two_sided", "contact", flexion.length) };
+    for (const side of ["medial", "lateral"]) model.twoSided[side] = file.numbers(`/two_sided/gap_${side}`, [flexion.length]);
   }
   if (file.hasGroup("/zero_varus")) model.zeroVarus = readFlexionTable(file, "/zero_varus", "source", model.flexion.length);
 }

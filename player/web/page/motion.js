@@ -74,7 +74,7 @@ export class Motion {
     this.spine = solvedSpine(model, this.axes);
     this.free = freeVarus(model, this.axes);
     this.#useDeltas();
-    if (set === "two_sided") this.#useFlexionTable(radians(model.twoSided.flexion), model.twoSided, model.twoSided.contact);
+    if (set === "two_sided") this.#useTwoSided(model.twoSided);
     else if (set === "zero_varus") this.#useFlexionTable(this.axes.flexion, model.zeroVarus, model.zeroVarus.source);
     else if (set !== "raw") this.#useSmoothed(set);
     const own = this.free.length ? this.free.map((a) => a[1]) : this.axes.varus;
@@ -100,6 +100,17 @@ export class Motion {
     const columns = [table.tx, table.ty, table.tz, table.theta, table.varus];
     this.byFlexion = gridOf({ flexion, varus: [0] }, columns, [1, 1, 1, degree, degree], (k) => state[k] !== -1);
     this.free = flexion.flatMap((f, i) => (state[i] === -1 ? [] : [[f, table.varus[i] * degree]]));
+  }
+
+  #useTwoSided(table) {
+    const flexion = radians(table.flexion);
+    this.#useFlexionTable(flexion, table, table.contact);
+    this.sideGaps = gridOf({ flexion, varus: [0] }, [table.medial, table.lateral], [1, 1], (k) => table.contact[k] !== -1);
+  }
+
+  /// Medial and lateral gap stored with the two-sided motion, mm; null for other sets and without a pose.
+  sideGapsAt(flexion) {
+    return this.sideGaps ? sample(this.sideGaps, Math.min(Math.max(flexion, this.firstFlexion), this.lastFlexion), 0) : null;
   }
 
   #useSmoothed(name) {

@@ -245,6 +245,7 @@ TEST(Gui, EveryStateOfTheNumbersIsDrawn)
   Desk desk;
   for (const navigation::GapReading& gap :
        {navigation::GapReading{navigation::GapSource::cells, 0, nan, nan, nan},
+        navigation::GapReading{navigation::GapSource::two_sided, 0, 0.1, nan, nan},
         navigation::GapReading{navigation::GapSource::audit, nan, nan, 0.2, 0},
         navigation::GapReading{navigation::GapSource::travel, nan, nan, 0, 0.3},
         navigation::GapReading{navigation::GapSource::recontacted, nan, nan, 0, 0},

@@ -86,6 +86,25 @@ TEST(GapReading, AnAuditGoesBeforeTheWayIntoContact)
   EXPECT_EQ(apart.penetration_mm, 0.0);
 }
 
+TEST(GapReading, TheTwoSidedMotionHasItsOwn)
+{
+  store::MotionModel model = sample_model();
+  model.two_sided.emplace();
+  model.two_sided->flexion_deg = {0, 10, 20};
+  model.two_sided->gap_medial_mm = {0.0, 0.5, nan};
+  model.two_sided->gap_lateral_mm = {0.25, -0.75, nan};
+  const navigation::GapReader reader(model, "two_sided");
+  const navigation::GapReading at_row = reader.at(at_deg(10, 3)), between = reader.at(at_deg(5, 3));
+  EXPECT_EQ(at_row.source, navigation::GapSource::two_sided);
+  EXPECT_EQ(at_row.medial_mm, 0.5);
+  EXPECT_EQ(at_row.lateral_mm, -0.75);
+  EXPECT_DOUBLE_EQ(between.medial_mm, 0.25);
+  EXPECT_DOUBLE_EQ(between.lateral_mm, -0.25);
+  EXPECT_TRUE(std::isnan(reader.at(at_deg(20, 0)).medial_mm));
+  model.two_sided.reset();
+  EXPECT_EQ(navigation::GapReader(model, "two_sided").at(at_deg(5, 0)).source, navigation::GapSource::none);
+}
+
 TEST(GapReading, AnAttitudeWithoutAPoseHasNoNumber)
 {
   store::MotionModel model = sample_model();

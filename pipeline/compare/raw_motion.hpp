@@ -1,0 +1,42 @@
+/// Properties of the raw motion that bound what a polynomial can reach.
+#pragma once
+
+#include "core/perceptible.hpp"
+#include "smooth/leave_out.hpp"
+#include "store/motion_model.hpp"
+
+namespace vrda::compare {
+
+/// Of surface 0 to 2 (tx, ty, tz) in mm, of the angles after them in degrees.
+inline double perceptible_unit(std::size_t surface)
+{
+  return surface < 3 ? perceptible_mm : perceptible_deg;
+}
+
+/// Squared errors below this, of a millionth of a perceptible error, are rounding: 0.1 nanometres.
+inline constexpr double rounding_sq = 1e-12;
+
+/// A step between neighbouring flexions that exceeds the steps before and after it.
+struct RawJump {
+  double size = 0.0;  ///< excess over the longer of both steps, in perceptible errors; 0 without any
+  double from_deg = 0.0, to_deg = 0.0;
+};
+
+/// A polynomial passes halfway through a step, so every degree is off by half of it on both sides. Facets of
+/// the generic knee cause steps of 6 perceptible errors in half of the varus columns, a single outlier none.
+inline constexpr double largest_raw_jump = 10.0;
+
+/// Poses count as in degree_errors(). The excess of a flexion is the median over the varus columns solved at
+/// its four neighbouring flexions, so that steps of single cells do not count. `fit` gives the raw values.
+RawJump largest_jump(const std::vector<double>& flexion_deg, const smooth::SmoothFit& fit);
+
+/// Mean square of the raw pose about its mean, in squared perceptible errors, over the cells that are fitted.
+double raw_variance(const smooth::SmoothFit& fit);
+
+/// Blocks whose central cell is farther from all others than the residuals are correlated: 2 L - 1 cells
+/// along an axis, where L is the smallest lag at which the autocorrelation of the residuals is below two
+/// standard errors of white noise (Bartlett), 2 / sqrt(number of pairs of cells). At most a sixth of the
+/// axis: polynomials do not extrapolate far. White noise and rounding give single cells.
+smooth::BlockSize correlated_block(const smooth::SmoothFit& fit);
+
+}  // namespace vrda::compare
