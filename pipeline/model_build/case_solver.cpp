@@ -100,9 +100,13 @@ JointBounds joint_bounds_of(const load::Case& job_case)
   neutral.translation_mm.y() += travel_mm;
   bounds.neutral_mm = world_translation_mm(job_case.frame, neutral);
   bounds.neutral_theta_rad = neutral.theta_rad;
-  bounds.max_travel_mm = 0.5 * std::min(smallest_horizontal_extent_mm(joint.reference.tree_mesh.mesh),
-                                        smallest_horizontal_extent_mm(joint.moving.tree_mesh.mesh));
-  bounds.max_theta_rad = rad_from_deg(job_case.joint == "knee" ? 45.0 : 90.0);
+  const double reference_mm = smallest_horizontal_extent_mm(joint.reference.tree_mesh.mesh);
+  const double moving_mm = smallest_horizontal_extent_mm(joint.moving.tree_mesh.mesh);
+  const bool is_knee = job_case.joint == "knee";
+  // A small bone (a patella) may travel by more than its size.
+  bounds.max_travel_mm =
+      0.5 * (is_knee ? std::min(reference_mm, moving_mm) : std::max(reference_mm, moving_mm));
+  bounds.max_theta_rad = rad_from_deg(is_knee ? 45.0 : 90.0);
   return bounds;
 }
 

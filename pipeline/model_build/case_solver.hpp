@@ -19,7 +19,8 @@ solve::Joint joint_of(const load::Case& job_case, const SolverFrame& frame);
 sweep::SweepPlan plan_of(const load::Case& job_case);
 
 /// The neutral pose is the start pose moved along Delta into contact at the grid's attitude nearest to zero.
-/// Travel: half the smallest horizontal extent of either object. Rotation: 45 degrees for a knee, else 90.
+/// Travel: half the smallest horizontal extent of the narrower object of a knee, of the wider one otherwise.
+/// Rotation: 45 degrees for a knee, else 90.
 JointBounds joint_bounds_of(const load::Case& job_case);
 
 /// SHA-256 of everything that determines the steps: solver version, resolved job, inputs. If scaling keeps
