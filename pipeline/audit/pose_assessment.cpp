@@ -96,6 +96,8 @@ struct Borders {
 bool is_at_border(const Mesh& mesh, const std::vector<std::int8_t>& border, std::int32_t t,
                   const Eigen::Vector3d& p_mm, double resolution_mm)
 {
+  // Writing the model refuses a row outside the mesh, which only a damaged journal has.
+  if (t < 0 || static_cast<std::size_t>(t) >= border.size()) return false;
   const int bits = border[static_cast<std::size_t>(t)];
   for (int k = 0; k < 3; ++k) {
     if ((bits >> k & 1) == 0) continue;

@@ -308,6 +308,8 @@ TEST(Plausibility, AContactWhereASheetEndsIsABorderContact)
   expect_plausibility(with_contact(model, {14.95, 0, 0}, 0, 0), Plausibility::border_contact);
   expect_plausibility(with_contact(model, {14.8, 0, 0}, 0, 0), Plausibility::nothing_found);
   expect_plausibility(with_contact(model, {5, 0, 5}, 0, 0), Plausibility::nothing_found);  // the diagonal
+  // A damaged journal may name a triangle that the mesh does not have.
+  expect_plausibility(with_contact(model, {15, 0, 0}, 2, 100), Plausibility::nothing_found);
   // The sheet as the moving object, 5 mm to the right; a closed block has no border.
   const store::MotionModel swapped =
       posed_model(test::box({0, 0, 0}, {80, 10, 80}), sheet, {5, -5 - apart_mm, 0});

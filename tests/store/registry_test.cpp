@@ -92,7 +92,8 @@ TEST(Registry, TheCodesAreThoseOfTheEnumerations)
   EXPECT_EQ(store::flag_table(store::FlagSet::solver_status).values, (Codes{-1, 0, 1, 2, 3, 4}));
   EXPECT_EQ(store::flag_table(store::FlagSet::search_status).values, (Codes{-1, 0, 1, 2, 3}));
   EXPECT_EQ(store::flag_table(store::FlagSet::plausibility).meanings,
-            "not_judged nothing_found nothing_ahead unstable_balance");
+            "not_judged nothing_found nothing_ahead unstable_balance dislocated border_contact "
+            "overstrained");
   EXPECT_EQ(store::flag_table(store::FlagSet::audit_state).values,
             (Codes{store::code_of(store::AuditState::no_pose), store::code_of(store::AuditState::free),
                    store::code_of(store::AuditState::overlapping),

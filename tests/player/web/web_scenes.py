@@ -19,7 +19,7 @@ MODELS = {
     "turning": [*SMALL, "--set", "smooth.degrees=[3]", "--set", "side=left",
                 "--set", "push.lateral_force_n={flexion_deg=[0,90],value=[[0,0],[6,-4]]}"],
     # So few steps that several attitudes do not converge.
-    "holes": [*SMALL, "--set", "smooth.degrees=[1]", "--set", "solver.method=stability-search", "--set", "solver.search.max_steps=25",
+    "holes": [*SMALL, "--set", "smooth.degrees=[1]", "--set", "solver.method=stability-search", "--set", "solver.search.max_steps=12",
               "--set", "limits.unsolved_fraction=1"],
 }
 READY = "document.documentElement?.dataset.state === 'ready'"
