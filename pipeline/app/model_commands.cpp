@@ -11,6 +11,7 @@
 #include "core/mesh.hpp"
 #include "job_run/summary.hpp"
 #include "motion/poses.hpp"
+#include "reduce/reduce.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda::app {
@@ -204,6 +205,9 @@ Json summary_of(const store::MotionModel& model, const audit::AuditFigures& meas
             {"largest_gap_mm", has_gap ? Json(measured.largest_gap.value_mm) : Json()},
             {"resolution_mm", model.contact_resolution_mm}}},
           {"two_sided", motions_json(motions)},
+          {"zero_varus_cut_off", model.zero_varus ? Json(std::count(model.zero_varus->is_cut_off.begin(),
+                                                                    model.zero_varus->is_cut_off.end(), 1))
+                                                  : Json()},
           {"equilibrium", equilibrium_json(model)},
           {"fibres", model.ligaments ? model.ligaments->name.size() : 0},
           {"smoothed", smoothed_json(model)}};
@@ -298,6 +302,8 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
       short_text(r["largest_penetration_mm"]).c_str(), r["overlapping_attitudes"].get<int>(),
       short_text(r["largest_gap_mm"]).c_str(), short_text(r["resolution_mm"]).c_str());
   print_two_sided(motions);
+  const std::string cut_off = model.zero_varus ? reduce::cut_off_warning(*model.zero_varus) : "";
+  if (!cut_off.empty()) std::printf("%s\n", cut_off.c_str());
   print_equilibrium(model, s);
   for (const Json& set : s["smoothed"]) {
     std::printf("smoothed, degree %d\n", set["degree"].get<int>());

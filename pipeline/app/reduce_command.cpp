@@ -98,7 +98,9 @@ void print_json(const store::MotionModel& model, const store::ZeroVarus& z, cons
 {
   Json flexions = Json::array(), steps = Json::array();
   for (std::size_t i = 0; i < z.source.size(); ++i) {
-    Json row = {{"flexion_deg", model.flexion_deg[i]}, {"source", source_name(z, i)}};
+    Json row = {{"flexion_deg", model.flexion_deg[i]},
+                {"source", source_name(z, i)},
+                {"is_cut_off", z.is_cut_off[i] == 1}};
     add_json(row, z, flexion_columns, i);
     flexions.push_back(row);
     if (i == 0) continue;
@@ -217,6 +219,8 @@ console::ExitCode reduce_command(const ReduceOptions& options)
   console::log_info(options.file + ": zero-varus motion from " + options.set + ", " +
                     std::to_string(model.zero_varus->source.size()) +
                     " flexions: " + counts_line(*model.zero_varus));
+  const std::string cut_off = reduce::cut_off_warning(*model.zero_varus);
+  if (!cut_off.empty()) console::log_warning(options.file + ": " + cut_off);
   if (options.as_json) {
     print_json(model, *model.zero_varus, options.set);
   } else {

@@ -9,7 +9,7 @@ namespace vrda::compare {
 namespace {
 
 /// Blocks of an axis, so that their spread is known and polynomials do not extrapolate far.
-constexpr Eigen::Index least_blocks = 6;
+constexpr Eigen::Index least_blocks = 4;
 
 double raw_value(const smooth::SmoothFit& fit, std::size_t surface, Eigen::Index i, Eigen::Index j)
 {

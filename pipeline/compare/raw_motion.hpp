@@ -35,7 +35,7 @@ double raw_variance(const smooth::SmoothFit& fit);
 
 /// Blocks whose central cell is farther from all others than the residuals are correlated: 2 L - 1 cells
 /// along an axis, where L is the smallest lag at which the autocorrelation of the residuals is below two
-/// standard errors of white noise (Bartlett), 2 / sqrt(number of pairs of cells). At most a sixth of the
+/// standard errors of white noise (Bartlett), 2 / sqrt(number of pairs of cells). At most a quarter of the
 /// axis: polynomials do not extrapolate far. White noise and rounding give single cells.
 smooth::BlockSize correlated_block(const smooth::SmoothFit& fit);
 

@@ -396,7 +396,8 @@ std::vector<double> index_numbers_of(const store::MotionModel& model, double mod
                   nullptr, "",          motion::Motion(model, "raw").is_varus_free()};
   if (!model.smoothed.empty()) {
     subject.smoothed = &model.smoothed.back();  // sorted by degree; the default is the highest
-    subject.smoothed_name = motion::set_names(model).front();
+    subject.smoothed_name = store::group_name(*subject.smoothed);
+    if (subject.smoothed->recontact_mm) subject.smoothed_name += "_recontacted";
   }
   std::vector<double> numbers;
   for (const Column& column : columns()) {

@@ -183,12 +183,30 @@ store::ForceRows force_rows(const store::MotionModel& model, const std::vector<S
                                 &store::ForceRows::along_delta_n);
 }
 
+void add_branches(store::SpineBranches& branches, const SolverFrame& frame, const sweep::FreeSpineStep& step)
+{
+  if (branches.row_start.empty()) branches.row_start.push_back(0);
+  for (const sweep::SpineEquilibrium& equilibrium : step.equilibria) {
+    const Eigen::Vector3d t_mm = world_translation_mm(frame, equilibrium.pose);
+    branches.varus_deg.push_back(deg_from_rad(equilibrium.varus_rad));
+    branches.tx_mm.push_back(t_mm.x());
+    branches.ty_mm.push_back(t_mm.y());
+    branches.tz_mm.push_back(t_mm.z());
+    branches.theta_deg.push_back(deg_from_rad(equilibrium.pose.theta_rad));
+    branches.energy_nmm.push_back(equilibrium.energy_nmm);
+    branches.is_chosen.push_back(equilibrium.is_chosen ? 1 : 0);
+  }
+  branches.row_start.push_back(static_cast<std::int64_t>(branches.energy_nmm.size()));
+}
+
 void set_spine(store::FreeSpine& spine, const load::Case& job_case, const sweep::SweepResult& result)
 {
+  spine.branches = {};
   for (std::size_t i = 0; i < result.free_spine.size(); ++i) {
     const sweep::FreeSpineStep& step = result.free_spine[i];
     spine.status[i] = static_cast<std::int8_t>(step.chosen.status);
     spine.n_optima[i] = step.n_optima;
+    add_branches(spine.branches, frame_of(job_case, job_case.push.at(i)), step);
     if (!is_stable(step.chosen)) continue;
     const Eigen::Vector3d t = world_translation_mm(frame_of(job_case, job_case.push.at(i)), step.chosen.pose);
     spine.varus_deg[i] = deg_from_rad(step.chosen.varus_rad);

@@ -87,6 +87,7 @@ VarusChoice mean_of(const Row& row, const std::vector<Run>& runs)
   VarusChoice choice = between_columns(row, store::ZeroVarusSource::both_touch, 0.5 * (first_deg + last_deg));
   choice.first_deg = first_deg;
   choice.last_deg = last_deg;
+  choice.is_cut_off = row.n_columns() > 1 && (run.first == 0 || run.last == row.n_columns() - 1);
   return choice;
 }
 
@@ -233,6 +234,7 @@ store::ZeroVarus empty_table(const store::MotionModel& model)
   const std::size_t n = model.flexion_deg.size(), n_steps = n - 1;
   store::ZeroVarus z;
   z.source.assign(n, static_cast<std::int8_t>(store::ZeroVarusSource::none));
+  z.is_cut_off.assign(n, 0);
   for (auto* of_flexion : {&z.varus_deg, &z.varus_first_deg, &z.varus_last_deg, &z.tx_mm, &z.ty_mm, &z.tz_mm,
                            &z.theta_deg, &z.clinical_flexion_deg, &z.clinical_varus_deg,
                            &z.internal_rotation_deg, &z.anterior_mm, &z.proximal_mm, &z.lateral_mm})
@@ -370,6 +372,7 @@ store::ZeroVarus reduce(const store::MotionModel& model, const std::string& set)
     z.source[i] = static_cast<std::int8_t>(choice.source);
     z.varus_first_deg[i] = choice.first_deg;
     z.varus_last_deg[i] = choice.last_deg;
+    z.is_cut_off[i] = choice.is_cut_off ? 1 : 0;
     put_pose(z, model, i, *pose);
     put_contacts(z, model, i, choice);
   }
@@ -379,6 +382,15 @@ store::ZeroVarus reduce(const store::MotionModel& model, const std::string& set)
     if (model.has_compartments) put_rolling(z, k);
   }
   return z;
+}
+
+std::string cut_off_warning(const store::ZeroVarus& zero_varus)
+{
+  const auto n = std::count(zero_varus.is_cut_off.begin(), zero_varus.is_cut_off.end(), 1);
+  if (n == 0) return "";
+  return "zero varus at " + std::to_string(n) + " of " + std::to_string(zero_varus.is_cut_off.size()) +
+         " flexions: the band with both contacts reaches the border of the grid; widen grid.varus or use the "
+         "two-sided motion";
 }
 
 int n_reduced_flexions(const store::ZeroVarus& zero_varus)

@@ -18,6 +18,7 @@ struct VarusChoice {
   double varus_deg = std::numeric_limits<double>::quiet_NaN();
   double first_deg = std::numeric_limits<double>::quiet_NaN();  ///< only for both_touch, like last_deg
   double last_deg = std::numeric_limits<double>::quiet_NaN();
+  bool is_cut_off = false;             ///< the run of columns reaches the first or last varus of the grid
   Eigen::Index before = 0, after = 0;  ///< columns around it
   double weight_after = 0.0;           ///< weight of `after` in a linear interpolation
 };
@@ -57,6 +58,9 @@ bool is_reducible(const store::MotionModel& model);
 /// "raw" are linear between the two adjacent columns, or those of the cell; contact points always come from
 /// the raw cells. The model must be reducible. Flexions without a pose, possibly all, have source none.
 store::ZeroVarus reduce(const store::MotionModel& model, const std::string& set);
+
+/// "zero varus at 12 of 91 flexions: ..." if the grid cuts off bands of contact; else empty.
+std::string cut_off_warning(const store::ZeroVarus& zero_varus);
 
 /// Number of flexions with a pose.
 int n_reduced_flexions(const store::ZeroVarus& zero_varus);

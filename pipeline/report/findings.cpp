@@ -1,12 +1,14 @@
 #include "report/report.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 
 #include "core/perceptible.hpp"
 #include "core/units.hpp"
+#include "reduce/reduce.hpp"
 #include "report/clinical_curve.hpp"
 
 namespace vrda::report {
@@ -186,6 +188,9 @@ void add_interpolated(const store::MotionModel& model, Lines& lines)
     lines.push_back(
         line("The zero-varus pose is interpolated between two varus columns at %lld of %zu flexions.",
              static_cast<long long>(n), source.size()));
+  const std::string cut_off = reduce::cut_off_warning(*model.zero_varus);
+  if (!cut_off.empty())
+    lines.push_back(static_cast<char>(std::toupper(cut_off.front())) + cut_off.substr(1) + ".");
   if (n_none > 0)
     lines.push_back(
         line("%lld of %zu flexions have no zero-varus pose.", static_cast<long long>(n_none), source.size()));

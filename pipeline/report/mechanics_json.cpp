@@ -293,6 +293,25 @@ Json fibres_json(const store::MotionModel& model)
   return bundles;
 }
 
+namespace {
+
+Json branches_json(const store::MotionModel& model)
+{
+  const store::SpineBranches& branches = model.equilibrium->spine.branches;
+  std::vector<double> flexion_deg;
+  for (std::size_t i = 0; i + 1 < branches.row_start.size(); ++i)
+    flexion_deg.insert(flexion_deg.end(),
+                       static_cast<std::size_t>(branches.row_start[i + 1] - branches.row_start[i]),
+                       model.flexion_deg[i]);
+  return {{"flexion", short_numbers(flexion_deg)},
+          {"theta", short_numbers(branches.theta_deg)},
+          {"varus", short_numbers(branches.varus_deg)},
+          {"energy", short_numbers(branches.energy_nmm)},
+          {"is_chosen", branches.is_chosen}};
+}
+
+}  // namespace
+
 Json spine_json(const store::MotionModel& model)
 {
   if (!model.equilibrium) return nullptr;
@@ -309,7 +328,8 @@ Json spine_json(const store::MotionModel& model)
   return {{"band_moment_nmm", short_number(model.equilibrium->band_moment_nmm)},
           {"internal_low", short_numbers(low_deg)},
           {"internal_high", short_numbers(high_deg)},
-          {"n_optima", spine.n_optima}};
+          {"n_optima", spine.n_optima},
+          {"branches", branches_json(model)}};
 }
 
 }  // namespace vrda::report

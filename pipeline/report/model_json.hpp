@@ -47,7 +47,7 @@ Json forces_json(const store::MotionModel& model);
 /// By bundle over flexion: largest fibre strain and total tension; null without fibres.
 Json fibres_json(const store::MotionModel& model);
 
-/// Spine data of the equilibrium: internal rotation under an extra moment, number of optima; else null.
+/// Spine data of the equilibrium: internal rotation under an extra moment, distinct equilibria; else null.
 Json spine_json(const store::MotionModel& model);
 
 /// The page's data of one model. With `is_whole` false only those for a comparison of models: header,

@@ -148,8 +148,11 @@ struct ZeroVarus {
   std::vector<std::int8_t> source;  ///< [n_flexion] ZeroVarusSource
   std::vector<double> varus_deg;    ///< [n_flexion]
   std::vector<double> varus_first_deg, varus_last_deg;  ///< [n_flexion] of both_touch only
-  std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg;   ///< [n_flexion] as the surfaces of those names
-  std::vector<double> X_reference_moving;               ///< [n_flexion, 4, 4] row-major
+  /// [n_flexion] 1 if the band from varus_first to varus_last reaches the border of the grid, which cuts it
+  /// off: the mean is then not that of the whole band.
+  std::vector<std::int8_t> is_cut_off;
+  std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg;  ///< [n_flexion] as the surfaces of those names
+  std::vector<double> X_reference_moving;              ///< [n_flexion, 4, 4] row-major
   std::vector<double> clinical_flexion_deg, clinical_varus_deg, internal_rotation_deg;  ///< [n_flexion]
   std::vector<double> anterior_mm, proximal_mm, lateral_mm;                             ///< [n_flexion]
   /// [n_flexion, 3] centres of contact; only with compartments (as ContactPaths).

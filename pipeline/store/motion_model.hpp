@@ -78,6 +78,14 @@ struct ForceRows {
   std::vector<std::int8_t> compartment;          ///< [n] 0 none, 1 medial, 2 lateral
 };
 
+/// The distinct equilibria found at each flexion in compressed rows, like ContactRows.
+struct SpineBranches {
+  std::vector<std::int64_t> row_start;  ///< [n_flexion + 1]
+  std::vector<double> varus_deg, tx_mm, ty_mm, tz_mm, theta_deg;
+  std::vector<double> energy_nmm;
+  std::vector<std::int8_t> is_chosen;  ///< 1 for that of the spine
+};
+
 /// The spine, the continuation path along flexion from which each row starts, solved with free varus.
 struct FreeSpine {
   std::vector<std::int8_t> status;                     ///< [n_flexion] StepStatus
@@ -89,6 +97,7 @@ struct FreeSpine {
   std::vector<std::int32_t> n_optima;            ///< distinct equilibria found from the different starts
   std::vector<double> optima_theta_spread_deg;   ///< largest minus smallest theta of them
   std::vector<double> optima_energy_spread_nmm;  ///< largest minus smallest energy of them
+  SpineBranches branches;
 };
 
 /// Results of method "equilibrium" (core/step_record.hpp, Balance). Surfaces over (flexion, varus).

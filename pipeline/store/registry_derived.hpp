@@ -76,6 +76,7 @@ void visit_zero_varus_poses(Motion& motion, Visitor& visit)
   visit({group + "/varus", flexion, unit::degree, number(posed), "varus of the attitude, adduction positive"}, motion.varus_deg);
   visit({group + "/varus_first", flexion, unit::degree, number(mean), "first varus with both compartments in contact"}, motion.varus_first_deg);
   visit({group + "/varus_last", flexion, unit::degree, number(mean), "last varus with both compartments in contact"}, motion.varus_last_deg);
+  visit({group + "/is_cut_off", flexion, unit::none, codes(FlagSet::yes_no), "whether the varus range of the grid cuts off the band with both compartments in contact"}, motion.is_cut_off);
   visit({group + "/tx", flexion, unit::mm, number(posed), "translation along X of the world frame W"}, motion.tx_mm);
   visit({group + "/ty", flexion, unit::mm, number(posed), "translation along Y of the world frame W"}, motion.ty_mm);
   visit({group + "/tz", flexion, unit::mm, number(posed), "translation along Z of the world frame W"}, motion.tz_mm);

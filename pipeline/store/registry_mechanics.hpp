@@ -38,6 +38,24 @@ void visit_forces(Model& model, Visitor& visit)
   visit({group + "/compartment", force, unit::none, codes(FlagSet::compartment), "compartment of the force"}, forces.compartment);
 }
 
+template <typename Branches, typename Visitor>
+void visit_branches(Branches& branches, Visitor& visit)
+{
+  const std::string group = "/equilibrium/spine/branches";
+  const std::vector<std::string> branch{group + "/branch"};
+  visit.group(group);
+  visit.dimension(group + "/branch", DimensionSize::counted(branches.energy_nmm.size()));
+  visit.dimension(group + "/flexion_bound", DimensionSize::fixed(visit.size("/flexion") + 1));
+  visit({group + "/row_start", {group + "/flexion_bound"}, unit::one, row_starts(branches.energy_nmm.size()), "first equilibrium of each flexion, then their number"}, branches.row_start);
+  visit({group + "/varus", branch, unit::degree, number(), "varus at equilibrium, adduction positive"}, branches.varus_deg);
+  visit({group + "/tx", branch, unit::mm, number(), "translation along X of the world frame W"}, branches.tx_mm);
+  visit({group + "/ty", branch, unit::mm, number(), "translation along Y of the world frame W"}, branches.ty_mm);
+  visit({group + "/tz", branch, unit::mm, number(), "translation along Z of the world frame W"}, branches.tz_mm);
+  visit({group + "/theta", branch, unit::degree, number(), "rotation about Delta, right-knee sign"}, branches.theta_deg);
+  visit({group + "/energy", branch, unit::nmm, number(), "energy at equilibrium"}, branches.energy_nmm);
+  visit({group + "/is_chosen", branch, unit::none, codes(FlagSet::yes_no), "whether it is the pose of the spine"}, branches.is_chosen);
+}
+
 template <typename Spine, typename Visitor>
 void visit_free_spine(Spine& spine, Visitor& visit)
 {
@@ -57,6 +75,7 @@ void visit_free_spine(Spine& spine, Visitor& visit)
   visit({group + "/n_optima", flexion, unit::one, count(), "distinct equilibria found from the different starts"}, spine.n_optima);
   visit({group + "/optima_theta_spread", flexion, unit::degree, at_least_0(stable), "largest minus smallest theta of the equilibria"}, spine.optima_theta_spread_deg);
   visit({group + "/optima_energy_spread", flexion, unit::nmm, at_least_0(stable), "largest minus smallest energy of the equilibria"}, spine.optima_energy_spread_nmm);
+  visit_branches(spine.branches, visit);
 }
 
 template <typename Model, typename Visitor>

@@ -112,6 +112,27 @@ class ModelRules {
     const bool are_rows_sound =
         std::is_sorted(start.begin(), start.end()) && start.front() == 0 && start.back() == n;
     if (are_rows_sound) check_directions(equilibrium.forces);
+    check_branches(equilibrium.spine);
+  }
+
+  void check_branches(const FreeSpine& spine)
+  {
+    const SpineBranches& branches = spine.branches;
+    const std::vector<std::int64_t>& start = branches.row_start;
+    const auto n = static_cast<std::int64_t>(branches.energy_nmm.size());
+    if (!std::is_sorted(start.begin(), start.end()) || start.front() != 0 || start.back() != n) return;
+    const auto n_chosen = [&](std::size_t i) {
+      return std::count(branches.is_chosen.begin() + start[i], branches.is_chosen.begin() + start[i + 1], 1);
+    };
+    findings_.report_each(
+        "/equilibrium/spine/branches/is_chosen", spine.status.size(),
+        "one chosen equilibrium where the spine is stable, else none",
+        [&](std::size_t i) { return n_chosen(i) != (spine.status[i] == status_stable ? 1 : 0); },
+        [&](std::size_t i) { return std::to_string(n_chosen(i)); });
+    findings_.report_each(
+        "/equilibrium/spine/branches/row_start", spine.status.size(), "n_optima equilibria",
+        [&](std::size_t i) { return start[i + 1] - start[i] != spine.n_optima[i]; },
+        [&](std::size_t i) { return std::to_string(start[i + 1] - start[i]) + " equilibria"; });
   }
 
   /// The force is along_delta * normal / -(normal . Delta): it exists where the normal opposes Delta.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -46,7 +47,8 @@ FreeSpineStep select_lowest(const std::vector<StepRecord>& ends)
 {
   check(!ends.empty(), "lowest_of: no result");
   FreeSpineStep step;
-  std::vector<const StepRecord*> optima;
+  // Of each equilibrium the first result, by which others are distinguished, and the lowest.
+  std::vector<std::pair<const StepRecord*, const StepRecord*>> optima;
   const StepRecord* lowest = nullptr;
   double least_nmm = 0.0, most_nmm = 0.0, least_rad = 0.0, most_rad = 0.0;
   for (const StepRecord& end : ends) {
@@ -58,13 +60,19 @@ FreeSpineStep select_lowest(const std::vector<StepRecord>& ends)
     most_nmm = is_first ? energy_nmm : std::max(most_nmm, energy_nmm);
     least_rad = is_first ? theta_rad : std::min(least_rad, theta_rad);
     most_rad = is_first ? theta_rad : std::max(most_rad, theta_rad);
-    const bool is_known = std::any_of(optima.begin(), optima.end(), [&](const StepRecord* other) {
-      return is_same_equilibrium(*other, end);
+    const auto known = std::find_if(optima.begin(), optima.end(), [&](const auto& other) {
+      return is_same_equilibrium(*other.first, end);
     });
-    if (!is_known) optima.push_back(&end);
+    if (known == optima.end()) {
+      optima.emplace_back(&end, &end);
+    } else if (lowest == &end || energy_nmm < known->second->balance.energy_nmm - same_energy_nmm) {
+      known->second = &end;
+    }
   }
   step.chosen = lowest == nullptr ? ends.front() : *lowest;
   step.n_optima = static_cast<std::int32_t>(optima.size());
+  for (const auto& [first, found] : optima)
+    step.equilibria.push_back({found->pose, found->varus_rad, found->balance.energy_nmm, found == lowest});
   step.theta_spread_rad = most_rad - least_rad;
   step.energy_spread_nmm = most_nmm - least_nmm;
   return step;

@@ -89,6 +89,7 @@ TEST_F(Reduce, TableAndJsonSayWhatTheFileHolds)
   for (std::size_t i = 0; i < 7; ++i) {
     ASSERT_EQ(rows[i + 1].size(), rows[0].size());
     EXPECT_EQ(rows[i + 1][column("source")], all.at("flexions")[i].at("source"));
+    EXPECT_EQ(all.at("flexions")[i].at("is_cut_off"), z.is_cut_off[i] == 1);
     EXPECT_EQ(all.at("flexions")[i].at("internal_rotation_deg"), z.internal_rotation_deg[i]);
     EXPECT_NEAR(std::stod(rows[i + 1][column("internal_rotation_deg")]), z.internal_rotation_deg[i], printed);
     EXPECT_NEAR(std::stod(rows[i + 1][column("lateral_moving_z_mm")]), z.lateral_moving_mm[3 * i + 2],
@@ -102,6 +103,23 @@ TEST_F(Reduce, TableAndJsonSayWhatTheFileHolds)
                 printed);
   }
   EXPECT_EQ(rows[7][column("helical_rotation_deg")], "");
+}
+
+TEST_F(Reduce, ABandThatTheGridCutsOffIsAWarning)
+{
+  // One column in contact on both sides at its border, at three flexions.
+  const std::string file = solved_knee("right");
+  store::MotionModel model = store::read_motion_model(file);
+  model.contact_medial.setZero();
+  model.contact_lateral.setOnes();
+  model.contact_medial.topRightCorner(3, 1).setOnes();
+  store::write_motion_model(file, model);
+  const std::string warning =
+      "zero varus at 3 of 7 flexions: the band with both contacts reaches the border of the grid; widen "
+      "grid.varus or use the two-sided motion";
+  EXPECT_THAT(test::run_vrda({"reduce", file}).err, HasSubstr(warning));
+  EXPECT_THAT(test::run_vrda({"info", file}).out, HasSubstr(warning));
+  EXPECT_EQ(json::parse(test::run_vrda({"info", file, "--json"}).out).at("zero_varus_cut_off"), 3);
 }
 
 TEST_F(Reduce, AMirroredLeftKneeGivesTheSameCurves)

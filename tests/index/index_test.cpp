@@ -77,6 +77,18 @@ TEST(IndexNumbers, OfAModelByItsSpine)
   }
 }
 
+TEST(IndexNumbers, TheSmoothedSetKeepsItsAuditBesideATwoSidedMotion)
+{
+  store::MotionModel model = test::with_derived(test::sample_model());
+  model.two_sided.emplace();
+  double penetration_mm = 0.0;
+  for (const store::AuditSet& audit : model.audits)
+    if (audit.name == "degree_1_recontacted")
+      penetration_mm = store::summary_of(audit).largest_penetration_mm;
+  EXPECT_GT(penetration_mm, 0.0);
+  EXPECT_EQ(number_of(index::index_numbers_of(model, 1.0), "smooth_penetration_mm"), penetration_mm);
+}
+
 TEST(IndexNumbers, OfAModelWithoutASolvedAttitudeAreNoAnswers)
 {
   const store::MotionModel model = store::with_pending_cells(test::sample_model());

@@ -63,6 +63,19 @@ TEST(VarusChoice, MeanOfTheFirstAndLastThatTouchWithBoth)
   }
 }
 
+TEST(VarusChoice, ABandAtTheBorderIsCutOff)
+{
+  for (const char* marks : {"BBlll", "llmBB", "BBBBB", "BxxBm"}) {
+    SCOPED_TRACE(marks);
+    EXPECT_TRUE(choice_of(row_of(marks)).is_cut_off);
+  }
+  // A band inside; the band of two that is not at the border; a root; an unsolved border next to the band.
+  for (const char* marks : {"lBBBm", "BllBm", "lllmm", "lmBBx"}) {
+    SCOPED_TRACE(marks);
+    EXPECT_FALSE(choice_of(row_of(marks)).is_cut_off);
+  }
+}
+
 TEST(VarusChoice, AColumnAMereRoundingAwayIsMeant)
 {
   store::MotionModel model = row_of("lBBBm");

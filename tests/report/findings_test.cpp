@@ -158,8 +158,10 @@ TEST(Findings, ZeroVarusSaysWhereItIsNotMeasured)
   report::ReportModel entry = whole_entry();
   entry.model.zero_varus.emplace();
   entry.model.zero_varus->source = {0, 1, 1, -1};
+  entry.model.zero_varus->is_cut_off = {1, 0, 0, 0};
   EXPECT_THAT(report::warnings_of(entry),
-              AllOf(Contains(HasSubstr("interpolated between two varus columns at 2 of 4")),
+              AllOf(Contains(HasSubstr("Zero varus at 1 of 4 flexions: the band with both contacts reaches")),
+                    Contains(HasSubstr("interpolated between two varus columns at 2 of 4")),
                     Contains(HasSubstr("1 of 4 flexions have no zero-varus pose"))));
 }
 

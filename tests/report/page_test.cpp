@@ -141,6 +141,10 @@ TEST(PageData, AddsForcesByCompartmentAndFibresByBundle)
   EXPECT_NEAR(bundles[0].at("tension_n")[0].get<double>(), 0.02008, 1e-6);
   EXPECT_EQ(bundles[1].at("largest_strain")[0], 0.001);
   EXPECT_EQ(model.at("spine").at("n_optima").dump(), "[1,2,1,0]");
+  const auto& branches = model.at("spine").at("branches");
+  EXPECT_EQ(branches.at("is_chosen").dump(), "[1,1,0,1]");
+  EXPECT_EQ(branches.at("flexion").at(1), branches.at("flexion").at(2)) << "two at the second flexion";
+  EXPECT_EQ(branches.at("energy").at(2).get<double>() - branches.at("energy").at(1).get<double>(), 1.75);
 }
 
 TEST(PageData, PicturesAreBase64)

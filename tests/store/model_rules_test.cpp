@@ -81,6 +81,10 @@ TEST(ModelRules, Equilibrium)
                            [](store::MotionModel& m) { m.ligaments->transition_strain = 0.0; }});
   expect_finding_in_whole({"/equilibrium/forces/normal", "at entry 2", "oppose Delta",
                            [](store::MotionModel& m) { m.equilibrium->forces.normal_world.row(3) *= -1.0; }});
+  expect_finding_in_whole({"/equilibrium/spine/branches/is_chosen", "2 at entry 1", "one chosen",
+                           [](store::MotionModel& m) { m.equilibrium->spine.branches.is_chosen[2] = 1; }});
+  expect_finding_in_whole({"/equilibrium/spine/branches/row_start", "2 equilibria at entry 1", "n_optima",
+                           [](store::MotionModel& m) { m.equilibrium->spine.n_optima[1] = 3; }});
 }
 
 TEST(ModelRules, Smoothed)

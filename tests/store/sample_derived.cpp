@@ -70,6 +70,7 @@ store::ZeroVarus empty_motion(std::size_t n, bool has_compartments)
 {
   store::ZeroVarus motion;
   motion.source.assign(n, static_cast<std::int8_t>(store::ZeroVarusSource::none));
+  motion.is_cut_off.assign(n, 0);
   for (std::vector<double>* values :
        {&motion.varus_deg, &motion.varus_first_deg, &motion.varus_last_deg, &motion.tx_mm, &motion.ty_mm,
         &motion.tz_mm, &motion.theta_deg, &motion.clinical_flexion_deg, &motion.clinical_varus_deg,

@@ -157,6 +157,26 @@ store::ForceRows sample_forces(const store::MotionModel& model)
   return forces;
 }
 
+/// The spine's pose, and where it has several optima another one after it.
+store::SpineBranches sample_branches(const store::FreeSpine& spine)
+{
+  store::SpineBranches branches;
+  branches.row_start = {0};
+  for (std::size_t i = 0; i < spine.status.size(); ++i) {
+    for (std::int32_t k = 0; k < spine.n_optima[i]; ++k) {
+      branches.varus_deg.push_back(spine.varus_deg[i] + 0.5 * k);
+      branches.tx_mm.push_back(spine.tx_mm[i]);
+      branches.ty_mm.push_back(spine.ty_mm[i]);
+      branches.tz_mm.push_back(spine.tz_mm[i] - 0.25 * k);
+      branches.theta_deg.push_back(spine.theta_deg[i] + 6.5 * k);
+      branches.energy_nmm.push_back(spine.energy_nmm[i] + 1.75 * k);
+      branches.is_chosen.push_back(k == 0 ? 1 : 0);
+    }
+    branches.row_start.push_back(static_cast<std::int64_t>(branches.energy_nmm.size()));
+  }
+  return branches;
+}
+
 store::FreeSpine sample_spine(store::FreeSpine spine)
 {
   for (std::size_t i = 0; i + 1 < spine.status.size(); ++i) {  // the last one is not stable
@@ -175,6 +195,8 @@ store::FreeSpine sample_spine(store::FreeSpine spine)
     spine.optima_energy_spread_nmm[i] = i == 1 ? 1.75 : 0.0;
   }
   spine.status.back() = static_cast<std::int8_t>(StepStatus::unbounded);
+  spine.n_optima.back() = 0;
+  spine.branches = sample_branches(spine);
   return spine;
 }
 

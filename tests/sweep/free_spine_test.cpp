@@ -31,6 +31,21 @@ TEST(FreeSpine, TheLowestEnergyIsChosenAndOtherEquilibriaAreCounted)
   EXPECT_DOUBLE_EQ(step.energy_spread_nmm, 2.5);
 }
 
+TEST(FreeSpine, OfEachEquilibriumTheLowestResultIsKept)
+{
+  // 3 and 3.05 degrees are one equilibrium, of which the second is lower; so are -4 and -4.05.
+  const sweep::FreeSpineStep step =
+      sweep::select_lowest({end_at(3.0, -5.0), end_at(-4.0, -7.5), end_at(3.05, -5.2),
+                            end_at(9.0, -99.0, StepStatus::unbounded), end_at(-4.05, -7.5 - 1e-7)});
+  ASSERT_EQ(step.equilibria.size(), 2u);
+  EXPECT_EQ(step.equilibria[0].pose.theta_rad, rad_from_deg(3.05));
+  EXPECT_EQ(step.equilibria[0].energy_nmm, -5.2);
+  EXPECT_FALSE(step.equilibria[0].is_chosen);
+  EXPECT_EQ(step.equilibria[1].pose.theta_rad, rad_from_deg(-4.0)) << "of equal energies the earlier";
+  EXPECT_TRUE(step.equilibria[1].is_chosen);
+  EXPECT_TRUE(sweep::select_lowest({end_at(1, 0, StepStatus::unbounded)}).equilibria.empty());
+}
+
 TEST(FreeSpine, OfEqualEnergiesTheEarlierStartCounts)
 {
   EXPECT_EQ(sweep::select_lowest({end_at(1.0, -5.0), end_at(2.0, -5.0 - 1e-7)}).chosen.pose.theta_rad,

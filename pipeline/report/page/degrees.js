@@ -96,10 +96,10 @@ function faultTraces(rows) {
 // The comparison of `vrda compare`, computed with the report.
 function comparedParts(comparison) {
   const { rows, recommended, reason } = comparison;
-  const caption = "RMS of the residuals (dotted) and leave-one-out error (solid): the RMS always decreases with the degree, the leave-one-out error increases again when the polynomial fits the jitter. The dashed line is the recommended degree.";
+  const caption = `RMS of the residuals (dotted) and leave-one-out error (solid): the RMS always decreases with the degree, the leave-one-out error increases again when the polynomial fits the jitter.${recommended < 0 ? "" : " The dashed line is the recommended degree."}`;
   const figures = ["mm", "degrees"].map((unit) => comparedFigure(comparison, `Error by degree, ${unit}`, caption, () => comparedErrors(rows, unit), unit));
   if (rows[0].faults) figures.push(comparedFigure(comparison, "Penetration and gap by degree", "Largest penetration and gap along Δ of the smoothed motion at the attitudes of the grid, mm.", () => faultTraces(rows), "mm"));
-  const box = recommended < 0 ? el("div", { class: "box warning" }, el("strong", {}, "No degree is good enough"), `${reason}.`) : el("div", { class: "box good" }, `Recommended: ${reason}.`);
+  const box = recommended < 0 ? el("div", { class: "box warning" }, el("strong", {}, "No degree is good enough"), `${reason[0].toUpperCase()}${reason.slice(1)}.`) : el("div", { class: "box good" }, `Recommended: ${reason}.`);
   return [box, el("div", { class: `columns ${figures.length === 3 ? "three" : ""}` }, figures), judgementTable(comparison), errorsTable(comparison), faultsTable(comparison)];
 }
 

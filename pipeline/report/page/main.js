@@ -1,5 +1,6 @@
 // Builds the report: sections in reading order, then their plots.
 import { axesSection } from "./axes.js";
+import { branchesSection } from "./branches.js";
 import { rotationSection, translationsSection } from "./clinical.js";
 import { comparisonSection } from "./comparison.js";
 import { contactPathsSection } from "./contact_paths.js";
@@ -15,7 +16,7 @@ import { surfacesSection } from "./surfaces.js";
 
 function sectionsOfOne(data) {
   const model = data.models[0];
-  const of = [summarySection, stillsSection, surfacesSection, degreesSection, rotationSection, translationsSection, contactPathsSection, axesSection, forcesSection, fibresSection, statusSection];
+  const of = [summarySection, stillsSection, surfacesSection, degreesSection, rotationSection, translationsSection, contactPathsSection, axesSection, branchesSection, forcesSection, fibresSection, statusSection];
   const sections = of.map((make) => make(model));
   const comparison = data.against.length > 0 ? [comparisonSection(data)] : [];
   return [...sections.slice(0, 6), ...comparison, ...sections.slice(6), provenanceSection(data)];
