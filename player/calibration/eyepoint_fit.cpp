@@ -304,18 +304,6 @@ Eigen::Matrix2d given_covariance(std::span<const RectangleMark> marks, const opt
 
 }  // namespace
 
-Eyepoint eyepoint_of_two_rectangles(const RectangleMark& first, double first_px, const RectangleMark& second,
-                                    double second_px)
-{
-  const double apart_mm = second.depth_mm - first.depth_mm;
-  const double denominator = first_px * second.width_mm - second_px * first.width_mm;
-  check(apart_mm != 0.0 && denominator != 0.0, "two rectangles are at different depths");
-  Eyepoint eyepoint;
-  eyepoint.distance_px = first_px * second_px * apart_mm / denominator;
-  eyepoint.depth_mm = first.width_mm * eyepoint.distance_px / first_px - first.depth_mm;
-  return eyepoint;
-}
-
 EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye& eye,
                          const EyepointOptions& options, const std::string& name, const std::string& file)
 {
