@@ -105,14 +105,6 @@ Span span_of(const std::vector<double>& at, double x)
   return span;
 }
 
-/// Derivatives of the weights by the angle; like the weights 0 for the far end if s or r is 0.
-Weights derivative(const Span& span)
-{
-  if (span.step_rad == 0.0) return {};
-  const double s = span.s, r = span.r, steep = 6.0 * r * s / span.step_rad;
-  return {{-steep, steep}, {r * (r - 2.0 * s), s * (s - 2.0 * r)}};
-}
-
 /// Adds the contribution of a node to every surface.
 template <std::size_t N>
 void add(std::array<double, N>& sums, const HermiteNode<N>& node, const std::array<double, 4>& weights)
@@ -175,32 +167,11 @@ HermiteSample<N> sample(const HermiteGrid<N>& grid, const Attitude& attitude)
   return result;
 }
 
-template <std::size_t N>
-HermiteRate<N> sample_rate(const HermiteGrid<N>& grid, const Attitude& attitude)
-{
-  const Span flexion = span_of(grid.flexion_rad, attitude.flexion_rad);
-  const Span varus = span_of(grid.varus_rad, attitude.varus_rad);
-  const Weights by_flexion = derivative(flexion), by_varus = derivative(varus);
-  HermiteRate<N> result;
-  result.value.is_solved =
-      for_corners(grid, flexion, varus, [&](const HermiteNode<N>& node, std::size_t a, std::size_t b) {
-        if (!node.is_solved) return false;
-        add(result.value.values, node, product(flexion.weights, a, varus.weights, b));
-        add(result.by_flexion, node, product(by_flexion, a, varus.weights, b));
-        add(result.by_varus, node, product(flexion.weights, a, by_varus, b));
-        return true;
-      });
-  return result;
-}
-
 template void set_slopes(HermiteGrid<1>&);
 template void set_slopes(HermiteGrid<4>&);
 template void set_slopes(HermiteGrid<5>&);
 template HermiteSample<1> sample(const HermiteGrid<1>&, const Attitude&);
 template HermiteSample<4> sample(const HermiteGrid<4>&, const Attitude&);
 template HermiteSample<5> sample(const HermiteGrid<5>&, const Attitude&);
-template HermiteRate<1> sample_rate(const HermiteGrid<1>&, const Attitude&);
-template HermiteRate<4> sample_rate(const HermiteGrid<4>&, const Attitude&);
-template HermiteRate<5> sample_rate(const HermiteGrid<5>&, const Attitude&);
 
 }  // namespace vrda::motion

@@ -42,16 +42,4 @@ struct HermiteSample {
 template <std::size_t N>
 HermiteSample<N> sample(const HermiteGrid<N>& grid, const Attitude& attitude);
 
-/// A sample with its derivatives per radian; 0 along an axis with one value, one-sided at the end of an axis.
-template <std::size_t N>
-struct HermiteRate {
-  HermiteSample<N> value;
-  std::array<double, N> by_flexion{};
-  std::array<double, N> by_varus{};
-};
-
-/// The sample is bitwise equal to that of sample().
-template <std::size_t N>
-HermiteRate<N> sample_rate(const HermiteGrid<N>& grid, const Attitude& attitude);
-
 }  // namespace vrda::motion

@@ -31,30 +31,6 @@ struct JointPose {
   PoseStatus status = PoseStatus::unsolved_cell;
 };
 
-/// Twist of the moving object relative to the reference, per radian: its point at p_mm (frame of the stored
-/// reference vertices) moves by angular.cross(p_mm) + linear_mm. The instantaneous helical axis has the
-/// direction of angular and contains angular.cross(linear_mm) / angular.squaredNorm().
-struct Twist {
-  Eigen::Vector3d angular = Eigen::Vector3d::Zero();
-  Eigen::Vector3d linear_mm = Eigen::Vector3d::Zero();
-};
-
-/// Derivatives by one angle of the attitude, per radian.
-struct PoseRate {
-  PoseCoordinates coordinates{};  ///< of x, y, z (mm, world W) and theta (rad, right-knee sign)
-  double varus = 0.0;             ///< of the evaluated varus, rad
-  Twist twist;                    ///< moving object relative to the reference
-};
-
-/// A pose and its derivatives, one-sided (from within) at the ends of the measured range.
-struct JointRate {
-  JointPose pose;
-  PoseRate by_flexion, by_varus;
-  /// Whether the pose can change along that angle. False, with a zero rate, without a pose, if the angle was
-  /// clamped or has one value, and for varus if the set has its own.
-  bool is_flexion_free = false, is_varus_free = false;
-};
-
 /// Names of the sets that `Motion` accepts, in order of preference for display: "two_sided", which depends on
 /// flexion only; smoothed sets by descending
 /// degree, each after its recontacted variant without overlaps and gaps ("degree_6_recontacted", "degree_6",
@@ -72,10 +48,6 @@ class Motion {
   /// The poses at `wanted` or at the nearest attitude of the measured range. Takes under a microsecond and
   /// allocates nothing.
   JointPose at(const Attitude& wanted) const;
-
-  /// at(wanted) with its derivatives by flexion and varus, for every set. Takes under a microsecond and
-  /// allocates nothing.
-  JointRate rate_at(const Attitude& wanted) const;
 
   /// The poses for `numbers` of the moving object at `attitude`, independent of the set.
   JointPose joint_pose(const Attitude& attitude, const PoseCoordinates& numbers) const;
@@ -111,23 +83,10 @@ class Motion {
   template <typename Table>
   void use_flexion_table(const std::vector<double>& flexion_rad, const std::vector<std::int8_t>& state,
                          const Table& table);
-  /// With the derivatives of the numbers, and of the varus if the set has its own.
-  struct EvaluationRate {
-    Evaluation found;
-    PoseCoordinates by_flexion{}, by_varus{};
-    double varus_by_flexion = 0.0;
-  };
   Attitude clamped(const Attitude& wanted) const;
   Evaluation evaluation_at(const Attitude& attitude) const;
   Attitude with_set_varus(const Attitude& wanted) const;
   JointPose posed(const Evaluation& found, const Attitude& wanted) const;
-  EvaluationRate evaluation_rate_at(const Attitude& attitude) const;
-  EvaluationRate smoothed_rate_at(const Attitude& attitude) const;
-  EvaluationRate raw_rate_at(const Attitude& attitude) const;
-  EvaluationRate flexion_table_rate_at(const Attitude& attitude) const;
-  Eigen::Vector3d delta_rate(double flexion_rad) const;
-  Eigen::Vector3d solver_turn(double flexion_rad, const Eigen::Matrix3d& R) const;
-  void set_twists(JointRate& rate) const;
   Evaluation smoothed_at(const Attitude& attitude) const;
   Evaluation flexion_table_at(const Attitude& attitude) const;
   Eigen::Matrix3d R_world_solver(double flexion_rad) const;

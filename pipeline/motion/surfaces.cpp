@@ -79,12 +79,6 @@ const store::SmoothedSurface* surface_named(const store::SmoothedSet& set, std::
   return &*found;
 }
 
-/// du/dx of unit_coordinate, per radian.
-double unit_rate(const store::AxisRange& range)
-{
-  return range.first_deg == range.last_deg ? 0.0 : deg_from_rad(2.0 / (range.last_deg - range.first_deg));
-}
-
 }  // namespace
 
 SmoothedSurfaces smoothed_surfaces(const store::MotionModel& model, const store::SmoothedSet& set)
@@ -122,26 +116,6 @@ PoseAndVarus evaluate(const SmoothedSurfaces& surfaces, const Attitude& attitude
       numbers[number] += term.coefficient[number] * basis;
   }
   return numbers;
-}
-
-SmoothedRate evaluate_rate(const SmoothedSurfaces& surfaces, const Attitude& attitude)
-{
-  const double u = store::unit_coordinate(deg_from_rad(attitude.flexion_rad), surfaces.ranges.flexion);
-  const double v = store::unit_coordinate(deg_from_rad(attitude.varus_rad), surfaces.ranges.varus);
-  const double u_rate = unit_rate(surfaces.ranges.flexion), v_rate = unit_rate(surfaces.ranges.varus);
-  const store::LegendreTable P = store::legendre(u, surfaces.degree), Q = store::legendre(v, surfaces.degree);
-  SmoothedRate result;
-  for (const SmoothedTerm& term : surfaces.terms) {
-    const double basis = P.value[term.flexion_degree] * Q.value[term.varus_degree];
-    const double by_flexion = u_rate * P.derivative[term.flexion_degree] * Q.value[term.varus_degree];
-    const double by_varus = v_rate * P.value[term.flexion_degree] * Q.derivative[term.varus_degree];
-    for (std::size_t number = 0; number < result.by_flexion.size(); ++number) {
-      result.value[number] += term.coefficient[number] * basis;
-      result.by_flexion[number] += term.coefficient[number] * by_flexion;
-      result.by_varus[number] += term.coefficient[number] * by_varus;
-    }
-  }
-  return result;
 }
 
 }  // namespace vrda::motion

@@ -41,12 +41,4 @@ SmoothedSurfaces smoothed_surfaces(const store::MotionModel& model, const store:
 /// Value at `attitude`, which should be within the axes. Allocates nothing.
 PoseAndVarus evaluate(const SmoothedSurfaces& surfaces, const Attitude& attitude);
 
-/// The value of evaluate() with its derivatives per radian; 0 along an axis with one value.
-struct SmoothedRate {
-  PoseAndVarus value{};
-  PoseAndVarus by_flexion{};
-  PoseAndVarus by_varus{};
-};
-SmoothedRate evaluate_rate(const SmoothedSurfaces& surfaces, const Attitude& attitude);
-
 }  // namespace vrda::motion

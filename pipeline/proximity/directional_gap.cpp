@@ -20,7 +20,9 @@ struct Least {
   }
 };
 
-double travel_of(const Corners& reference, const Corners& moving, GapKind kind)
+}  // namespace
+
+double pair_travel_mm(const Corners& reference, const Corners& moving, GapKind kind)
 {
   const GapFace r = gap_face(reference), m = gap_face(moving);
   // Only a moving face directed up can be the first to touch a reference face directed down.
@@ -29,6 +31,8 @@ double travel_of(const Corners& reference, const Corners& moving, GapKind kind)
   visit_contact_candidates(r, m, [&least](const ContactCandidate& at) { least.offer(at.travel_mm); });
   return least.travel_mm;
 }
+
+namespace {
 
 bool projections_overlap(const BoxTree::Node& r, const BoxTree::Node& m)
 {
@@ -115,8 +119,8 @@ class Query {
 
   void offer(const TrianglePair& pair)
   {
-    const double travel = travel_of(corners(reference_.mesh, pair.reference),
-                                    place_(corners(moving_mesh_, pair.moving)), kind_);
+    const double travel = pair_travel_mm(corners(reference_.mesh, pair.reference),
+                                         place_(corners(moving_mesh_, pair.moving)), kind_);
     if (travel < best_.travel_mm || (travel == best_.travel_mm && travel < infinity && pair < best_.pair)) {
       best_ = {travel, pair};
     }
@@ -142,11 +146,6 @@ class Query {
 };
 
 }  // namespace
-
-double pair_travel_mm(const Corners& reference, const Corners& moving, GapKind kind)
-{
-  return travel_of(reference, moving, kind);
-}
 
 Gap directional_gap(const TreeMesh& reference, const Mesh& moving_mesh, const BoxTree& moving,
                     const MovingPose& pose, const GapOptions& options)

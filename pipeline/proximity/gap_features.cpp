@@ -71,12 +71,4 @@ void merge_features(std::vector<GapFeature>& features)
   features.resize(n_kept);
 }
 
-Vector5d travel_gradient(const GapFeature& feature, const MovingPose& pose)
-{
-  // The rotation axes do not pass through the feature: the relevant velocity is that of the material point at
-  // contact, i.e. after the travel along +Y.
-  const Eigen::Vector3d touch = feature.point_mm + feature.travel_mm * Eigen::Vector3d::UnitY();
-  return -(point_jacobian(touch, pose).transpose() * feature.normal) / feature.normal.y();
-}
-
 }  // namespace vrda::proximity

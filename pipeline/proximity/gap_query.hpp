@@ -29,10 +29,6 @@ struct GapFeature {
   TrianglePair triangles;
 };
 
-/// d travel / d coordinates: -(J^T n) / n.y, with n the normal and J the Jacobian of the material point in
-/// contact. The derivative over y is -1.
-Vector5d travel_gradient(const GapFeature& feature, const MovingPose& pose);
-
 struct GapResult {
   double travel_mm = std::numeric_limits<double>::infinity();  ///< infinite: no facing pair
   TrianglePair pair;                                           ///< -1, -1 without a facing pair

@@ -1,6 +1,5 @@
 #include "bench_files/calibration_record.hpp"
 
-#include <algorithm>
 #include <array>
 
 namespace vrda::bench_files {
@@ -15,13 +14,6 @@ constexpr std::array<const char*, n_calibration_parts> part_names{
 const char* name_of(CalibrationPart part)
 {
   return part_names[static_cast<std::size_t>(part)];
-}
-
-std::optional<CalibrationPart> find_calibration_part(const std::string& name)
-{
-  const auto found = std::find(part_names.begin(), part_names.end(), name);
-  if (found == part_names.end()) return std::nullopt;
-  return static_cast<CalibrationPart>(found - part_names.begin());
 }
 
 std::vector<std::string> shared_estimate_names(CalibrationPart part)

@@ -27,7 +27,6 @@ enum class CalibrationPart {
 };
 inline constexpr std::size_t n_calibration_parts = 13;
 const char* name_of(CalibrationPart part);
-std::optional<CalibrationPart> find_calibration_part(const std::string& name);
 bool is_per_bench(CalibrationPart part);
 
 /// Names of the estimated numbers that other parts use; may be empty.

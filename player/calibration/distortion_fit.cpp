@@ -1,13 +1,12 @@
 #include "calibration/distortion_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "calibration/least_squares.hpp"
+#include "calibration/linear_algebra.hpp"
 #include "core/trig.hpp"
 #include "optics/eye.hpp"
 #include "optics/viewport.hpp"
@@ -65,15 +64,14 @@ Eigen::VectorXd residuals(const GridProblem& problem, double noise_px, bool is_h
 /// Start without distortion; grid from an affine map of the nodes onto the marks.
 Eigen::VectorXd start_of(const GridProblem& problem)
 {
-  const auto n = static_cast<Eigen::Index>(problem.marks.size());
-  Eigen::MatrixXd nodes(n, 3), drawn(n, 2);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const GridMark& mark = problem.marks[static_cast<std::size_t>(i)];
-    nodes.row(i) << mark.node.transpose(), 1.0;
-    drawn.row(i) = mark.drawn_px.transpose();
+  Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 3, 2> b = Eigen::Matrix<double, 3, 2>::Zero();
+  for (const GridMark& mark : problem.marks) {
+    const Eigen::Vector3d node = mark.node.homogeneous();
+    N += node * node.transpose();
+    b += node * mark.drawn_px.transpose();
   }
-  const Eigen::Matrix<double, 3, 2> affine =
-      nodes.jacobiSvd(Eigen::ComputeThinU | Eigen::ComputeThinV).solve(drawn);
+  const Eigen::Matrix<double, 3, 2> affine = N.inverse() * b;
   const double aspect = problem.aspect.value;
   const Eigen::Vector2d along(0.5 * (affine(0, 0) - aspect * affine(1, 1)),
                               -0.5 * (aspect * affine(0, 1) + affine(1, 0)));
@@ -112,11 +110,15 @@ GridFit weighted_fit(const GridProblem& problem, const GridFit& before, bool is_
   return now;
 }
 
-/// Root mean square distance of points from their best line (second singular value of the centred points).
-double spread_about_line(const Eigen::MatrixXd& points)
+/// Root mean square distance of points from their best line.
+double spread_about_line(std::span<const GridMark> marks, Eigen::Vector2d GridMark::*point)
 {
-  const Eigen::MatrixXd from_mean = points.rowwise() - points.colwise().mean();
-  return from_mean.jacobiSvd().singularValues()[1] / std::sqrt(static_cast<double>(points.rows()));
+  const auto n = static_cast<double>(marks.size());
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const GridMark& mark : marks) mean += mark.*point / n;
+  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
+  for (const GridMark& mark : marks) scatter += (mark.*point - mean) * (mark.*point - mean).transpose() / n;
+  return std::sqrt(std::max(0.0, principal_axes(scatter).values[1]));
 }
 
 void require_spread(std::span<const GridMark> marks, const std::string& name, const std::string& file)
@@ -127,12 +129,8 @@ void require_spread(std::span<const GridMark> marks, const std::string& name, co
                               "12 or more, distributed over the visible part"});
   }
   constexpr double least_nodes = 0.25, least_px = 5.0;  // two neighbouring rows spread by half a node
-  Eigen::MatrixXd nodes(marks.size(), 2), drawn(marks.size(), 2);
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    nodes.row(static_cast<Eigen::Index>(i)) = marks[i].node.transpose();
-    drawn.row(static_cast<Eigen::Index>(i)) = marks[i].drawn_px.transpose();
-  }
-  if (spread_about_line(nodes) < least_nodes || spread_about_line(drawn) < least_px) {
+  if (spread_about_line(marks, &GridMark::node) < least_nodes ||
+      spread_about_line(marks, &GridMark::drawn_px) < least_px) {
     throw tracking::FitError({file, name + ".distortion", "collinear marks",
                               "nodes of several rows and columns, distributed over the visible part"});
   }
@@ -281,7 +279,6 @@ bool is_centre_determined(const GridFit& fit)
 }
 
 using Vector8d = Eigen::Matrix<double, 8, 1>;
-using Matrix8d = Eigen::Matrix<double, 8, 8>;
 
 Vector8d numbers_of(const GridValues& v)
 {
@@ -322,12 +319,11 @@ Eigen::MatrixXd node_jacobian(const AdjustedGrids& adjusted, const optics::Eye& 
 }
 
 /// Larger variance of the two coordinates of the centre; infinite if undetermined.
-double centre_variance(const Matrix8d& N, double variance)
+double centre_variance(const Eigen::MatrixXd& N, double variance)
 {
-  const Eigen::FullPivLU<Matrix8d> solver(N);
-  if (!solver.isInvertible()) return std::numeric_limits<double>::infinity();
-  const Vector8d variances = variance * solver.inverse().diagonal();
-  return variances.segment<2>(centre_x).maxCoeff();
+  const Eigen::MatrixXd root = inverse_root_of(N);
+  if (root.cols() < N.cols()) return std::numeric_limits<double>::infinity();
+  return variance * root.middleRows<2>(centre_x).rowwise().squaredNorm().maxCoeff();
 }
 
 }  // namespace
@@ -379,10 +375,10 @@ DistortionFit mean_distortion(const AdjustedGrids& adjusted, const optics::Eye& 
   for (const GridValues& v : adjusted.values) mean += numbers_of(v) / n;
   const Eigen::MatrixXd J = node_jacobian(adjusted, eye, mean, aspect.value);
   const Eigen::MatrixXd by_numbers = J.leftCols<8>();
-  Matrix8d N = by_numbers.transpose() * by_numbers;
+  Eigen::MatrixXd N = square(by_numbers.transpose());
   double square_sum = 0.0;
   for (const GridValues& v : adjusted.values)
-    square_sum += (by_numbers * (numbers_of(v) - mean)).squaredNorm();
+    square_sum += transformed(by_numbers, numbers_of(v) - mean).squaredNorm();
   const double dof = 8.0 * (n - 1.0);
 
   DistortionFit result;
@@ -393,13 +389,14 @@ DistortionFit mean_distortion(const AdjustedGrids& adjusted, const optics::Eye& 
     mean.segment<2>(centre_x) = optics::middle_px(eye.visible);
     N.diagonal().segment<2>(centre_x).array() += variance / (centre_prior_sd_px * centre_prior_sd_px);
   }
-  const Eigen::LDLT<Matrix8d> solver(N);
+  const Eigen::MatrixXd inverse = square(inverse_root_of(N));
   Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Zero();
-  covariance.topLeftCorner<4, 4>() = variance * solver.solve(Matrix8d::Identity()).topLeftCorner<4, 4>();
+  covariance.topLeftCorner<4, 4>() = variance * inverse.topLeftCorner<4, 4>();
   // The aspect is given, not measured by the spread, so its contribution to an interval must be 1.96 standard
   // deviations. `by_aspect` is the common change of all parameters per aspect error.
   Eigen::Matrix<double, 5, 1> by_aspect;
-  by_aspect << Vector8d(-solver.solve(by_numbers.transpose() * J.col(8))).head<4>(), 1.0;
+  const Eigen::VectorXd by_node = transformed(by_numbers.transpose(), J.col(8));
+  by_aspect << -transformed(inverse, by_node).head<4>(), 1.0;
   by_aspect *= aspect.sd * t_95(std::numeric_limits<double>::infinity()) / t_95(dof);
   covariance += by_aspect * by_aspect.transpose();
 

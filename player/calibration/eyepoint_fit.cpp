@@ -1,6 +1,6 @@
 #include "calibration/eyepoint_fit.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "calibration/least_squares.hpp"
+#include "calibration/linear_algebra.hpp"
 #include "settings/settings_text.hpp"
 #include "tracking/rigid_body.hpp"
 
@@ -202,8 +203,8 @@ void require_no_outlier(std::span<const RectangleMark> marks, std::span<const Se
     const double dof = static_cast<double>(others.size()) - 2.0;
     const double noise_px2 = fit.residuals.squaredNorm() / dof;
     const Eigen::Vector2d slope = slope_of(seen[k].width_mm, seen[k].depth_mm, eyepoint);
-    const double spread_px2 =
-        noise_px2 * (seen[k].noise_gain * seen[k].noise_gain + slope.dot(fit.covariance * slope));
+    const double spread_px2 = noise_px2 * (seen[k].noise_gain * seen[k].noise_gain +
+                                           slope.dot(fit.covariance.topLeftCorner<2, 2>() * slope));
     const double off_px = std::abs(residual_px(seen[k], eyepoint));
     // The noise of few marks may be too small by chance: the limit grows with Student's t.
     const double t_ratio = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
@@ -296,24 +297,12 @@ Eigen::Matrix2d given_covariance(std::span<const RectangleMark> marks, const opt
   if (options.distortion_covariance.size() > 0) {
     check(options.distortion_covariance.rows() == 5 && options.distortion_covariance.cols() == 5,
           "a distortion's covariance is of five numbers");
-    covariance += by_distortion * options.distortion_covariance * by_distortion.transpose();
+    covariance += propagated(by_distortion, options.distortion_covariance);
   }
   return covariance;
 }
 
 }  // namespace
-
-Eyepoint eyepoint_of_two_rectangles(const RectangleMark& first, double first_px, const RectangleMark& second,
-                                    double second_px)
-{
-  const double apart_mm = second.depth_mm - first.depth_mm;
-  const double denominator = first_px * second.width_mm - second_px * first.width_mm;
-  check(apart_mm != 0.0 && denominator != 0.0, "two rectangles are at different depths");
-  Eyepoint eyepoint;
-  eyepoint.distance_px = first_px * second_px * apart_mm / denominator;
-  eyepoint.depth_mm = first.width_mm * eyepoint.distance_px / first_px - first.depth_mm;
-  return eyepoint;
-}
 
 EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye& eye,
                          const EyepointOptions& options, const std::string& name, const std::string& file)

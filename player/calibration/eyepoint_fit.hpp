@@ -21,10 +21,6 @@ struct RectangleMark {
 struct Eyepoint {
   double distance_px = 0.0, depth_mm = 0.0;
 };
-/// Closed form for two rectangles (figure 24, whose last line misprints X1 for X2).
-Eyepoint eyepoint_of_two_rectangles(const RectangleMark& first, double first_px, const RectangleMark& second,
-                                    double second_px);
-
 struct EyepointOptions {
   /// Standard deviation of the optical axis direction about the table's Z. It changes the apparent width of
   /// off-centre rectangles, and the marks of this step do not determine it.

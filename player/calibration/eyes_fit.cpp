@@ -1,10 +1,10 @@
 #include "calibration/eyes_fit.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "calibration/least_squares.hpp"
+#include "calibration/linear_algebra.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
 #include "tracking/rigid_body.hpp"
@@ -28,8 +28,6 @@ enum Known : Eigen::Index {
   right_optics = left_optics + 5,  // the same
   n_known = right_optics + 5
 };
-/// One template instance for all sizes saves seconds of compile time.
-using MatrixEigen = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
 
 constexpr Eigen::Index n_pose = 6;  // shift (mm), turn (rad) about the fixed axes
 
@@ -73,7 +71,7 @@ Eigen::MatrixXd covariance_of(const EyesPrior& prior)
   Eigen::Matrix<double, 3, 4> of_eyepoints = Eigen::Matrix<double, 3, 4>::Zero();
   of_eyepoints(0, 0) = of_eyepoints(1, 2) = of_eyepoints(2, 1) = 1.0;
   of_eyepoints(2, 3) = -1.0;
-  const Eigen::Matrix3d eyepoints = of_eyepoints * prior.eyepoint_covariance * of_eyepoints.transpose();
+  const Eigen::MatrixXd eyepoints = propagated(of_eyepoints, prior.eyepoint_covariance);
   const std::array<Eigen::Index, 3> at = {left_distance, right_distance, depth_apart};
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n_known, n_known);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -90,8 +88,8 @@ Eigen::MatrixXd covariance_of(const EyesPrior& prior)
     if (known.size() == 0) continue;
     covariance.block<5, 5>(optics[eye], optics[eye]) = known;
     const auto first = static_cast<Eigen::Index>(2 * eye);
-    const Eigen::Matrix<double, 3, 5> shared =
-        of_eyepoints.middleCols<2>(first) * prior.eyepoint_distortion_jacobian[eye] * known;
+    const Eigen::MatrixXd shared =
+        product(product(of_eyepoints.middleCols<2>(first), prior.eyepoint_distortion_jacobian[eye]), known);
     for (std::size_t i = 0; i < 3; ++i) {
       const auto row = shared.row(static_cast<Eigen::Index>(i));
       covariance.block<1, 5>(at[i], optics[eye]) = row;
@@ -99,18 +97,6 @@ Eigen::MatrixXd covariance_of(const EyesPrior& prior)
     }
   }
   return covariance;
-}
-
-/// L with L L^T = `covariance` and one column per non-zero eigenvalue, so that variances may be zero.
-Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance)
-{
-  constexpr double least_share = 1e-12;  // rounding error of a correlation
-  const Eigen::VectorXd sd = covariance.diagonal().cwiseSqrt();
-  const Eigen::VectorXd per_sd = (sd.array() > 0.0).select(sd.cwiseInverse(), 0.0);
-  const MatrixEigen eigen(per_sd.asDiagonal() * covariance * per_sd.asDiagonal());
-  const Eigen::VectorXd& share = eigen.eigenvalues();  // ascending
-  const Eigen::Index rank = (share.array() > least_share).count();
-  return sd.asDiagonal() * eigen.eigenvectors().rightCols(rank) * share.tail(rank).cwiseSqrt().asDiagonal();
 }
 
 /// X translated, and rotated by a rotation vector about the fixed axes.
@@ -150,7 +136,7 @@ struct EyesGuess {
 
 optics::EyePair eyes_of(const EyesProblem& problem, const Eigen::VectorXd& z)
 {
-  return eyes_of(problem.prior.eyes, problem.known + problem.L * z);
+  return eyes_of(problem.prior.eyes, problem.known + transformed(problem.L, z));
 }
 
 /// Tracker noise of each mark on the screen, px, root mean square of both coordinates.
@@ -320,11 +306,12 @@ void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, co
                               how + " (" + settings::rounded_text(found_mm, 0) + " mm)", wanted});
   };
   const Eigen::MatrixX3d from_mean = p.rowwise() - p.colwise().mean();
-  const Eigen::MatrixXd scatter = from_mean.transpose() * from_mean;
-  const MatrixEigen axes(scatter), across(scatter.topLeftCorner(2, 2));
+  const Eigen::MatrixXd scatter = square(from_mean.transpose());
+  const Eigen::MatrixXd axes = principal_axes(scatter).vectors,
+                        across = principal_axes(scatter.topLeftCorner(2, 2)).vectors;
   const double depth_mm = extent(p.col(2));
-  const double across_mm = extent(from_mean.leftCols<2>() * across.eigenvectors().col(1));
-  const double off_line_mm = extent(from_mean * axes.eigenvectors().col(1));
+  const double across_mm = extent(transformed(from_mean.leftCols<2>(), across.col(0)));
+  const double off_line_mm = extent(transformed(from_mean, axes.col(1)));
   if (depth_mm < least_mm) {
     refuse("all at one depth", depth_mm, "nearer and further positions, 50 mm apart or more");
   }
@@ -374,14 +361,14 @@ Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, c
     estimate.units.insert(estimate.units.end(), {"", "", "px", "px", ""});
   }
   Eigen::VectorXd values(n_pose + n_known);
-  values << estimate.values, problem.known + problem.L * solution.guess.z;
+  values << estimate.values, problem.known + transformed(problem.L, solution.guess.z);
   estimate.values = values;
   // Maps the unknowns (pose in mm and rad, z) to the reported numbers (degrees, prior numbers).
   Eigen::MatrixXd to_numbers = Eigen::MatrixXd::Zero(n_pose + n_known, C.rows());
   to_numbers.topLeftCorner<n_pose, n_pose>().setIdentity();
   to_numbers.diagonal().segment<3>(3).setConstant(deg_from_rad(1.0));
   to_numbers.bottomRightCorner(n_known, problem.L.cols()) = problem.L;
-  estimate.covariance = to_numbers * C * to_numbers.transpose();
+  estimate.covariance = propagated(to_numbers, C);
   estimate.dof = interval_dof(solution.fit, n, to_numbers);
   std::vector<double> residuals_px;
   for (Eigen::Index i = 0; i < n; ++i) {

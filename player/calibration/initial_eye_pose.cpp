@@ -1,9 +1,10 @@
 #include "calibration/eyes_fit.hpp"
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <limits>
 #include <vector>
+
+#include "tracking/body_pose.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -48,23 +49,24 @@ void set_translation(const std::vector<Sight>& sights, const Eigen::Matrix3d& in
 
 PoseCandidate iterate_from(const std::vector<Sight>& sights, const Eigen::Matrix3d& turn, int n_iterations)
 {
-  const auto n = static_cast<Eigen::Index>(sights.size());
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (const Sight& s : sights) sum += s.across;
+  Eigen::Vector3d mean_mm = Eigen::Vector3d::Zero();
+  for (const Sight& s : sights) {
+    sum += s.across;
+    mean_mm += s.p_carrier_mm / static_cast<double>(sights.size());
+  }
   const Eigen::Matrix3d inverse = sum.inverse();
-  Eigen::Matrix3Xd carrier_mm(3, n), on_sights_mm(3, n);
-  for (Eigen::Index k = 0; k < n; ++k) carrier_mm.col(k) = sights[static_cast<std::size_t>(k)].p_carrier_mm;
   PoseCandidate candidate;
   Pose& X = candidate.X_eyes_carrier;
   X.linear() = turn;
   set_translation(sights, inverse, X);
   for (int iteration = 0; iteration < n_iterations; ++iteration) {
-    for (Eigen::Index k = 0; k < n; ++k) {
-      const Sight& s = sights[static_cast<std::size_t>(k)];
-      on_sights_mm.col(k) = s.from_mm + s.along * s.along.dot(X * s.p_carrier_mm - s.from_mm);
+    Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+    for (const Sight& s : sights) {
+      const Eigen::Vector3d on_sight_mm = s.from_mm + s.along * s.along.dot(X * s.p_carrier_mm - s.from_mm);
+      H += on_sight_mm * (s.p_carrier_mm - mean_mm).transpose();
     }
-    const Eigen::Matrix4d moved = Eigen::umeyama(carrier_mm, on_sights_mm, false);
-    X.linear() = moved.topLeftCorner<3, 3>();
+    X.linear() = tracking::nearest_rotation(H);
     set_translation(sights, inverse, X);
   }
   candidate.error_mm2 = 0.0;

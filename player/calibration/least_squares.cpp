@@ -2,13 +2,15 @@
 
 #include <nlopt.h>
 
-#include <Eigen/QR>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <exception>
 #include <limits>
 #include <memory>
+#include <vector>
 
+#include "calibration/linear_algebra.hpp"
 #include "core/error.hpp"
 
 namespace vrda::calibration {
@@ -17,8 +19,6 @@ namespace {
 /// Relative to `scale`: errors of 1e-10 by truncation, and by rounding of drawn positions (1e-13 px / 1e-3
 /// px).
 constexpr double difference_step = 1e-5;
-/// Reciprocal condition of J below which the error of the differences dominates J^T J (1e-14 of its norm).
-constexpr double least_condition = 1e-7;
 /// Remaining step in standard deviations at convergence, and change of y that ends a run.
 constexpr double most_step_left = 1e-6, least_change = 1e-7;
 
@@ -53,13 +53,8 @@ Linearisation linearise(const FitProblem& problem, const Eigen::VectorXd& x)
   at.J = jacobian(problem, x, at.r.size());
   at.P.resize(x.size(), 0);
   if (!at.r.allFinite() || !at.J.allFinite()) return at;
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(at.J * problem.scale.asDiagonal());
-  qr.setThreshold(least_condition);
-  const Eigen::Index rank = qr.rank();
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(x.size(), rank);
-  qr.matrixR().topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solveInPlace(inverse.topRows(rank));
-  at.P = problem.scale.asDiagonal() * (qr.colsPermutation() * inverse);
-  at.gradient = at.P.transpose() * (at.J.transpose() * at.r);
+  at.P = inverse_root_of(square(at.J.transpose()), problem.scale);
+  at.gradient = transformed(at.P.transpose(), transformed(at.J.transpose(), at.r));
   return at;
 }
 
@@ -87,13 +82,14 @@ double objective(unsigned n, const double* y_data, double* gradient_data, void* 
   Run& run = *static_cast<Run*>(data);
   try {
     const Eigen::Map<const Eigen::VectorXd> y(y_data, n);
-    const Eigen::VectorXd x = run.from.x + run.from.P * y;
+    const Eigen::VectorXd x = run.from.x + transformed(run.from.P, y);
     const Eigen::VectorXd r = run.problem.residuals(x);
     const bool is_nearby = y.norm() <= nearby;
     double value = 0.5 * (r.squaredNorm() - run.from.r.squaredNorm());
     if ((gradient_data != nullptr || is_nearby) && y != run.y) {
       run.y = y;
-      run.gradient = run.from.P.transpose() * (jacobian(run.problem, x, r.size()).transpose() * r);
+      run.gradient =
+          transformed(run.from.P.transpose(), transformed(jacobian(run.problem, x, r.size()).transpose(), r));
     }
     if (gradient_data != nullptr) Eigen::Map<Eigen::VectorXd>(gradient_data, n) = run.gradient;
     if (is_nearby) value = 0.5 * y.dot(run.from.gradient + run.gradient);
@@ -125,7 +121,7 @@ Eigen::VectorXd minimise(const FitProblem& problem, const Linearisation& from)
   const nlopt_result result = nlopt_optimize(run.optimiser, y.data(), &value);
   if (run.thrown) std::rethrow_exception(run.thrown);
   check(result != NLOPT_INVALID_ARGS && result != NLOPT_OUT_OF_MEMORY, "NLopt takes the problem");
-  return from.x + from.P * y;
+  return from.x + transformed(from.P, y);
 }
 
 LeastSquaresStatus status_of(const Linearisation& at)
@@ -168,7 +164,7 @@ LeastSquares fit_least_squares(const FitProblem& problem)
   LeastSquares fit;
   fit.status = status_of(at);
   fit.covariance = Eigen::MatrixXd::Zero(n, n);
-  if (at.P.cols() == n) fit.covariance = at.P * at.P.transpose();
+  if (at.P.cols() == n) fit.covariance = square(at.P);
   fit.x = std::move(at.x);
   fit.residuals = std::move(at.r);
   fit.J = std::move(at.J);
@@ -177,10 +173,17 @@ LeastSquares fit_least_squares(const FitProblem& problem)
 
 namespace {
 
-Eigen::Matrix2d leverage(const LeastSquares& fit, Eigen::Index mark)
+/// Blocks of the hat matrix of the marks.
+std::vector<Eigen::Matrix2d> leverages(const LeastSquares& fit, Eigen::Index n_marks)
 {
-  const auto J = fit.J.middleRows<2>(2 * mark);
-  return J * fit.covariance * J.transpose();
+  const Eigen::MatrixXd gain = product(fit.J.topRows(2 * n_marks), fit.covariance);
+  std::vector<Eigen::Matrix2d> blocks(static_cast<std::size_t>(n_marks));
+  for (Eigen::Index k = 0; k < 4 * n_marks; ++k) {
+    const Eigen::Index mark = k / 4, row = k / 2 % 2, column = k % 2;
+    blocks[static_cast<std::size_t>(mark)](row, column) =
+        gain.row(2 * mark + row).dot(fit.J.row(2 * mark + column));
+  }
+  return blocks;
 }
 
 }  // namespace
@@ -188,16 +191,17 @@ Eigen::Matrix2d leverage(const LeastSquares& fit, Eigen::Index mark)
 double noise_dof(const LeastSquares& fit, Eigen::Index n_marks)
 {
   double dof = 2.0 * static_cast<double>(n_marks);
-  for (Eigen::Index mark = 0; mark < n_marks; ++mark) dof -= leverage(fit, mark).trace();
+  for (const Eigen::Matrix2d& leverage : leverages(fit, n_marks)) dof -= leverage.trace();
   return dof;
 }
 
 double interval_dof(const LeastSquares& fit, Eigen::Index n_marks, const Eigen::MatrixXd& to_numbers)
 {
+  const Eigen::MatrixXd numbers_covariance = product(to_numbers, fit.covariance);
   const Eigen::MatrixXd gain =
-      to_numbers * fit.covariance * fit.J.topRows(2 * n_marks).transpose();  // of numbers by marks
+      product(numbers_covariance, fit.J.topRows(2 * n_marks).transpose());  // of numbers by marks
   const Eigen::VectorXd by_marks = gain.rowwise().squaredNorm();
-  const Eigen::VectorXd all = (to_numbers * fit.covariance * to_numbers.transpose()).diagonal();
+  const Eigen::VectorXd all = numbers_covariance.cwiseProduct(to_numbers).rowwise().sum();
   double shares = 0.0, n = 0.0;
   for (Eigen::Index k = 0; k < all.size(); ++k) {
     if (!(all[k] > 0.0)) continue;
@@ -214,9 +218,10 @@ OutlierCandidate largest_outlier(const LeastSquares& fit, Eigen::Index n_marks)
   constexpr double least_sum = std::numeric_limits<double>::min();
   const double square_sum = fit.residuals.head(2 * n_marks).squaredNorm();
   const double dof_without = noise_dof(fit, n_marks) - 2.0;
+  const std::vector<Eigen::Matrix2d> hat = leverages(fit, n_marks);
   OutlierCandidate furthest;
   for (Eigen::Index mark = 0; mark < n_marks; ++mark) {
-    const Eigen::Matrix2d redundancy = Eigen::Matrix2d::Identity() - leverage(fit, mark);
+    const Eigen::Matrix2d redundancy = Eigen::Matrix2d::Identity() - hat[static_cast<std::size_t>(mark)];
     if (redundancy.determinant() < alone || dof_without <= 0.0) continue;
     const Eigen::Vector2d residual = fit.residuals.segment<2>(2 * mark);
     const Eigen::Vector2d off = redundancy.inverse() * residual;

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "calibration/eyepoint_fit.hpp"
+#include "calibration/linear_algebra.hpp"
 #include "core/error.hpp"
 
 namespace vrda::calibration {
@@ -56,8 +57,7 @@ PupilDistance pupil_distance(const EyeRectangles& left, const EyeRectangles& rig
           "both eyes have marks of the same rectangles");
   const Middles l = middles_of(left, sight_sd_px);
   const Middles r = middles_of(right, sight_sd_px);
-  Eigen::MatrixXd V =
-      l.by_known * l.known * l.by_known.transpose() + r.by_known * r.known * r.by_known.transpose();
+  Eigen::MatrixXd V = propagated(l.by_known, l.known) + propagated(r.by_known, r.known);
   // sd_mm has no degrees of freedom, so the noise of t_ratio marks is enlarged by the ratio of Student's t.
   const double dof = std::max(1.0, static_cast<double>(left.marks.size() + right.marks.size()) - 4.0);
   const double t_ratio = t_95(dof) / t_95(std::numeric_limits<double>::infinity());

@@ -1,10 +1,9 @@
 #include "calibration/table_fit.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/linear_algebra.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
 #include "tracking/rigid_body.hpp"
@@ -17,10 +16,6 @@ constexpr std::size_t least_poses = 20;
 constexpr double least_spread_rad = rad_from_deg(10.0);
 constexpr double most_rms_mm = 2.0;
 
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix36 = Eigen::Matrix<double, 3, 6>;
-
 /// Rms angle of the probe's directions from their mean, about the axis with the least rotation; for a cone
 /// its half angle.
 double spread_of(std::span<const Pose> X_tracker_probe)
@@ -30,34 +25,42 @@ double spread_of(std::span<const Pose> X_tracker_probe)
   mean /= static_cast<double>(X_tracker_probe.size());
   // Mean of (R_i - mean)^T (R_i - mean): its quadratic form in v is the mean square displacement of v.
   const Eigen::Matrix3d swing = Eigen::Matrix3d::Identity() - mean.transpose() * mean;
-  const double least = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(swing).eigenvalues()(0);
+  const double least = principal_axes(swing).values[2];
   return std::asin(std::sqrt(std::clamp(least, 0.0, 1.0)));
 }
 
-/// Coefficients of tip and pivot in R tip + t - pivot.
-Matrix36 row_of(const Pose& X)
+/// Residuals A (tip, pivot) + b of all poses in probe axes: tip + R^T (t - pivot).
+struct PivotProblem {
+  Eigen::MatrixXd A;  ///< [3 n, 6]
+  Eigen::VectorXd b;
+};
+
+PivotProblem pivot_problem(std::span<const Pose> X_tracker_probe)
 {
-  Matrix36 row;
-  row << X.linear(), -Eigen::Matrix3d::Identity();
-  return row;
+  const auto n = static_cast<Eigen::Index>(X_tracker_probe.size());
+  PivotProblem problem{Eigen::MatrixXd(3 * n, 6), Eigen::VectorXd(3 * n)};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Pose& X = X_tracker_probe[static_cast<std::size_t>(i)];
+    problem.A.block<3, 3>(3 * i, 0).setIdentity();
+    problem.A.block<3, 3>(3 * i, 3) = -X.linear().transpose();
+    problem.b.segment<3>(3 * i) = X.linear().transpose() * X.translation();
+  }
+  return problem;
 }
 
 /// Covariance of tip and pivot for noise that is constant in probe axes. It is anisotropic: orientation noise
 /// moves the tip across the shaft, not along it.
-Matrix6 covariance_of(std::span<const Pose> X_tracker_probe, const Vector6& found, const Matrix6& inverse)
+Eigen::MatrixXd covariance_of(const PivotProblem& problem, const Eigen::VectorXd& residuals,
+                              const Eigen::MatrixXd& inverse)
 {
-  Eigen::Matrix3d noise_probe = Eigen::Matrix3d::Zero();
-  for (const Pose& X : X_tracker_probe) {
-    const Eigen::Vector3d residual_probe = X.linear().transpose() * (row_of(X) * found + X.translation());
-    noise_probe += residual_probe * residual_probe.transpose();
-  }
-  noise_probe /= static_cast<double>(X_tracker_probe.size()) - 2.0;  // 6 parameters in 3 coordinates
-  Matrix6 sum = Matrix6::Zero();
-  for (const Pose& X : X_tracker_probe) {
-    const Matrix36 in_probe = X.linear().transpose() * row_of(X);
-    sum += in_probe.transpose() * noise_probe * in_probe;
-  }
-  return inverse * sum * inverse;
+  const Eigen::Index n = residuals.size() / 3;
+  Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
+  for (Eigen::Index i = 0; i < n; ++i)
+    noise += residuals.segment<3>(3 * i) * residuals.segment<3>(3 * i).transpose();
+  noise /= static_cast<double>(n) - 2.0;  // 6 parameters in 3 coordinates
+  Eigen::MatrixXd weighted(3 * n, 6);
+  for (Eigen::Index i = 0; i < n; ++i) weighted.middleRows<3>(3 * i) = noise * problem.A.middleRows<3>(3 * i);
+  return propagated(inverse, product(problem.A.transpose(), weighted));
 }
 
 }  // namespace
@@ -79,24 +82,21 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
          settings::rounded_text(deg_from_rad(least_spread_rad), 0) +
              " deg or more; keep the tip fixed and tilt the probe in all directions over a range of 40 deg"});
   }
-  Matrix6 N = Matrix6::Zero();
-  Vector6 b = Vector6::Zero();
-  for (const Pose& X : X_tracker_probe) {
-    N += row_of(X).transpose() * row_of(X);
-    b -= row_of(X).transpose() * X.translation();
-  }
-  const Matrix6 inverse = N.ldlt().solve(Matrix6::Identity());
-  const Vector6 found = inverse * b;
+  const PivotProblem problem = pivot_problem(X_tracker_probe);
+  const Eigen::MatrixXd inverse = square(inverse_root_of(square(problem.A.transpose())));
+  const Eigen::VectorXd found = -transformed(inverse, transformed(problem.A.transpose(), problem.b));
+  const Eigen::VectorXd residuals = transformed(problem.A, found) + problem.b;
   fit.tip_probe_mm = found.head<3>();
   fit.pivot_tracker_mm = found.tail<3>();
   std::vector<double> residuals_mm;
-  for (const Pose& X : X_tracker_probe) residuals_mm.push_back((row_of(X) * found + X.translation()).norm());
+  for (Eigen::Index i = 0; i < residuals.size(); i += 3)
+    residuals_mm.push_back(residuals.segment<3>(i).norm());
 
   Estimate& estimate = fit.estimate;
   estimate.names = {"probe.tip_x", "probe.tip_y", "probe.tip_z"};
   estimate.units = {"mm", "mm", "mm"};
   estimate.values = fit.tip_probe_mm;
-  estimate.covariance = covariance_of(X_tracker_probe, found, inverse).topLeftCorner<3, 3>();
+  estimate.covariance = covariance_of(problem, residuals, inverse).topLeftCorner<3, 3>();
   estimate.dof = static_cast<double>(n) - 2.0;
   set_residuals(estimate, residuals_mm, "mm");
   if (!(estimate.residual_rms <= most_rms_mm)) {
@@ -151,7 +151,7 @@ LineFit fit_line(const std::vector<Eigen::Vector3d>& points_mm)
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const Eigen::Vector3d& p : points_mm)
     scatter += (p - fit.line.centre_mm) * (p - fit.line.centre_mm).transpose();
-  fit.line.direction = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(2);
+  fit.line.direction = principal_axes(scatter).vectors.col(0);
   double trend = 0.0;
   for (std::size_t k = 0; k < points_mm.size(); ++k)
     trend += (static_cast<double>(k) - 0.5 * (n - 1.0)) *

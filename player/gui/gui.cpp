@@ -173,12 +173,6 @@ const render::Overlay& Gui::overlay() const
   return inner_->overlay;
 }
 
-bool Gui::wants_pointer() const
-{
-  ImGui::SetCurrentContext(inner_->context);
-  return ImGui::GetIO().WantCaptureMouse;
-}
-
 optics::Viewport Gui::free_area(int width, int height, const navigation::PlayerState& state,
                                 bool has_controls) const
 {

@@ -78,8 +78,6 @@ class Gui {
                                         const navigation::PlayerRange& range, const Readout& readout);
   /// The overlay of the last frame.
   const render::Overlay& overlay() const;
-  /// True if the pointer is over the interface or was pressed there.
-  bool wants_pointer() const;
 
   /// The area of the window not covered by panel and timeline.
   optics::Viewport free_area(int width, int height, const navigation::PlayerState& state,

@@ -167,12 +167,6 @@ double furthest_radius_px(const Distortion& distortion, const Viewport& v)
   return furthest_px;
 }
 
-Eigen::Vector2d field_of_view_rad(const Eye& eye)
-{
-  return {2.0 * std::atan(0.5 * eye.window.width / eye.distance_px),
-          2.0 * std::atan(0.5 * eye.window.height / distance_y_px(eye))};
-}
-
 std::optional<InputError::Facts> usability_error(const Eye& eye, const std::string& file,
                                                  const std::string& name)
 {
@@ -284,25 +278,6 @@ WarpMesh warp_mesh(const Eye& eye, const ShownBox& box, double error_px)
     }
   }
   return mesh;
-}
-
-Eigen::Vector2d sampled_px(const WarpMesh& mesh, const ShownBox& box, const Eigen::Vector2d& drawn_px)
-{
-  const auto at = [&](std::uint32_t k) {
-    return Eigen::Vector2d(mesh.vertices[k].x_px, mesh.vertices[k].y_px);
-  };
-  for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
-    const std::uint32_t a = mesh.triangles[t], b = mesh.triangles[t + 1], c = mesh.triangles[t + 2];
-    Eigen::Matrix2d edges;
-    edges << at(b) - at(a), at(c) - at(a);
-    const Eigen::Vector2d weight = edges.inverse() * (drawn_px - at(a));
-    constexpr double rounding = 1e-9;
-    if (weight.minCoeff() < -rounding || weight.sum() > 1.0 + rounding) continue;
-    const auto uv = [&](std::uint32_t k) { return Eigen::Vector2d(mesh.vertices[k].u, mesh.vertices[k].v); };
-    const Eigen::Vector2d found = uv(a) + weight.x() * (uv(b) - uv(a)) + weight.y() * (uv(c) - uv(a));
-    return box.low_px + found.cwiseProduct(box.high_px - box.low_px);
-  }
-  throw InternalError("a sampled point is within the visible part");
 }
 
 }  // namespace vrda::optics

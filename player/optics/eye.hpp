@@ -78,9 +78,6 @@ Eigen::Vector2d drawn_px(const Eye& eye, const Eigen::Vector3d& p_head_mm);
 /// fold_radius_px().
 double furthest_radius_px(const Distortion& distortion, const Viewport& v);
 
-/// Full angles of the undistorted window, rad.
-Eigen::Vector2d field_of_view_rad(const Eye& eye);
-
 /// Largest side of the undistorted image: both eyes together reach the largest OpenGL size (16384).
 inline constexpr double max_source_px = 8192.0;
 /// Largest ratio of its side to that of the visible part; a larger one indicates wrong coefficients.
@@ -98,9 +95,5 @@ void require_usable(const EyePair& eyes, const std::string& file);
 /// midpoints of all edges is at most `error_px`, except if the finest mesh (512 cells across) does not reach
 /// it.
 WarpMesh warp_mesh(const Eye& eye, const ShownBox& box, double error_px = 0.01);
-
-/// The position in the undistorted image that the mesh samples at `drawn_px` in the visible part, by linear
-/// interpolation.
-Eigen::Vector2d sampled_px(const WarpMesh& mesh, const ShownBox& box, const Eigen::Vector2d& drawn_px);
 
 }  // namespace vrda::optics

@@ -336,11 +336,6 @@ void Window::set_title(const std::string& title)
   glfwSetWindowTitle(state_->window(), title.c_str());
 }
 
-bool Window::is_full_screen() const
-{
-  return glfwGetWindowMonitor(state_->window()) != nullptr;
-}
-
 void Window::toggle_full_screen()
 {
   state_->toggle_full_screen();
@@ -356,17 +351,6 @@ double Window::content_scale() const
 bool Window::is_iconified() const
 {
   return glfwGetWindowAttrib(state_->window(), GLFW_ICONIFIED) == GLFW_TRUE;
-}
-
-std::string Window::clipboard() const
-{
-  const char* const text = glfwGetClipboardString(state_->window());
-  return text == nullptr ? "" : text;
-}
-
-void Window::set_clipboard(const std::string& text)
-{
-  glfwSetClipboardString(state_->window(), text.c_str());
 }
 
 }  // namespace vrda::render

@@ -113,16 +113,11 @@ class Window {
   bool should_close() const;
   void close();  ///< sets should_close()
   void set_title(const std::string& title);
-  bool is_full_screen() const;
   void toggle_full_screen();
   /// The monitor's scale factor for text and controls.
   double content_scale() const;
   /// True while minimised: nothing needs drawing.
   bool is_iconified() const;
-
-  /// The text of the system clipboard.
-  std::string clipboard() const;
-  void set_clipboard(const std::string& text);
 
  private:
   class State;

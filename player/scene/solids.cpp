@@ -103,10 +103,6 @@ SolidSize ball_size()
 {
   return size_of(n_ball_rings, 1);
 }
-SolidSize rod_size()
-{
-  return size_of(n_rod_rings, 2);
-}
 SolidSize arrow_size()
 {
   return size_of(n_arrow_rings, 2);

@@ -16,7 +16,6 @@ struct SolidSize {
 };
 
 SolidSize ball_size();
-SolidSize rod_size();
 SolidSize arrow_size();
 SolidSize tube_size(std::size_t n_points);
 

@@ -66,11 +66,8 @@ Pose nearest_pose(const RigidBody& body, MarkerSpan seen, Mask mask, const Eigen
     const Eigen::Vector3d p_body = body.markers_mm.row(k).transpose() - centre_body_mm;
     H += (*seen[static_cast<std::size_t>(k)] - centre_tracker_mm) * p_body.transpose();
   });
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(H, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  // The last sign prevents a reflection for planar or noisy markers.
-  const double sign = svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0 ? -1.0 : 1.0;
   Pose X = Pose::Identity();
-  X.linear() = svd.matrixU() * Eigen::Vector3d(1.0, 1.0, sign).asDiagonal() * svd.matrixV().transpose();
+  X.linear() = nearest_rotation(H);
   X.translation() = centre_tracker_mm - X.linear() * centre_body_mm;
   return X;
 }
@@ -134,6 +131,14 @@ PoseFit fit_dropping(int n_dropped, const RigidBody& body, MarkerSpan seen, cons
 }
 
 }  // namespace
+
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& H)
+{
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(H, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  // The last sign prevents a reflection for planar or noisy markers.
+  const double sign = svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0 ? -1.0 : 1.0;
+  return svd.matrixU() * Eigen::Vector3d(1.0, 1.0, sign).asDiagonal() * svd.matrixV().transpose();
+}
 
 const char* name_of(FitStatus status)
 {

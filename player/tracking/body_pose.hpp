@@ -34,6 +34,9 @@ struct PoseFit {
   MarkerCloud cloud;             ///< of the markers used, body frame
 };
 
+/// Rotation R with the largest trace of R^T H; H: sum of products target x source^T about the centre.
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& H);
+
 /// Least squares over proper rotations and translations, closed form. `seen` has one entry per marker; one
 /// that is not finite, or farthest_mm away, counts as not visible. Does not allocate.
 /// Source: Umeyama (1991) IEEE PAMI 13:376-380, without scale.

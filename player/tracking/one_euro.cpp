@@ -21,11 +21,6 @@ double share(double cutoff, double step_s)
 
 // A first-order filter y += a (x - y) lags a ramp of slope v by v step (1 - a) / a, and (1 - a) / a is tau
 // / step: the delay is tau for any step.
-double added_delay_s(const OneEuroOptions& options, double speed)
-{
-  return 1.0 / (2.0 * pi * cutoff_hz(options, speed));
-}
-
 double OneEuroFilter::filtered(double value, double time_s)
 {
   const double step_s = time_s - time_s_;

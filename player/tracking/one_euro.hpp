@@ -13,10 +13,8 @@ struct OneEuroOptions {
   double speed_cutoff_hz = 1.0;  ///< of the speed estimate
 };
 
-/// Delay at constant speed: 1 / (2 pi cutoff(speed)), at any sampling rate.
-double added_delay_s(const OneEuroOptions& options, double speed);
-
-/// 0.1 s at rest, 8 ms at 1 rad/s.
+/// The delay at constant speed is 1 / (2 pi cutoff(speed)), at any sampling rate: 0.1 s at rest, 8 ms at 1
+/// rad/s.
 inline constexpr OneEuroOptions default_angle_filter{1.5, 18.0, 1.0};
 /// 0.1 s at rest, 9 ms at 300 mm/s.
 inline constexpr OneEuroOptions default_position_filter{1.5, 0.05, 1.0};

@@ -63,20 +63,12 @@ void pose(benchmark::State& state, const motion::Motion& motion)
   for (auto _ : state) benchmark::DoNotOptimize(motion.at(next(k)));
 }
 
-void pose_and_rate(benchmark::State& state, const motion::Motion& motion)
-{
-  int k = 0;
-  for (auto _ : state) benchmark::DoNotOptimize(motion.rate_at(next(k)));
-}
-
 [[maybe_unused]] const bool registered = [] {
   const store::MotionModel model = thesis_sized();
   for (const std::string& set : motion::set_names(model)) {
     const motion::Motion motion(model, set);
     benchmark::RegisterBenchmark(("motion/pose/" + set).c_str(),
                                  [motion](benchmark::State& state) { pose(state, motion); });
-    benchmark::RegisterBenchmark(("motion/pose_and_rate/" + set).c_str(),
-                                 [motion](benchmark::State& state) { pose_and_rate(state, motion); });
   }
   return true;
 }();

@@ -39,9 +39,9 @@ void use_motion(const store::MotionModel& model)
     for (const double part : {-0.1, 0.0, 0.37, 1.0}) {
       const double flexion_rad = first + part * (last - first);
       for (const double varus_rad : {motion.balanced_varus_rad(flexion_rad), 1.0}) {
-        const motion::JointRate rate = motion.rate_at({flexion_rad, varus_rad});
-        require(rate.pose.X_reference_moving.matrix().allFinite(), "a pose that is no number");
-        gaps.at(rate.pose.attitude);
+        const motion::JointPose pose = motion.at({flexion_rad, varus_rad});
+        require(pose.X_reference_moving.matrix().allFinite(), "a pose that is no number");
+        gaps.at(pose.attitude);
       }
     }
   }

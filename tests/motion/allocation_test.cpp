@@ -34,8 +34,6 @@ TEST(MotionAllocation, AnEvaluationAllocatesNothing)
       const motion::JointPose pose =
           motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad) + rad_from_deg(0.01 * k - 6.0)});
       sum += pose.X_reference_moving.linear().trace();
-      const motion::JointRate rate = motion.rate_at(pose.attitude);
-      sum += rate.by_flexion.twist.angular.squaredNorm() + rate.by_varus.twist.angular.squaredNorm();
       n_solved += pose.status == motion::PoseStatus::solved ? 1 : 0;
     }
     EXPECT_EQ(test::allocations_of_program() - before, 0) << set;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/coordinates.hpp"
 #include "gap_scenes.hpp"
 #include "proximity/gap_features.hpp"
 #include "proximity/gap_query.hpp"
@@ -128,6 +129,14 @@ Vector5d gradient_by_differences(proximity::GapQuery& query, const Attitude& att
   return gradient;
 }
 
+/// d travel / d coordinates: -(J^T n) / n.y, with J the Jacobian of the material point at contact, i.e. after
+/// the travel along +Y.
+Vector5d travel_gradient(const proximity::GapFeature& feature, const MovingPose& pose)
+{
+  const Eigen::Vector3d touch = feature.point_mm + feature.travel_mm * Eigen::Vector3d::UnitY();
+  return -(point_jacobian(touch, pose).transpose() * feature.normal) / feature.normal.y();
+}
+
 TEST(GapFeatures, GradientMatchesDifferencesAwayFromKinks)
 {
   GapRandom random(13);
@@ -143,7 +152,7 @@ TEST(GapFeatures, GradientMatchesDifferencesAwayFromKinks)
       const proximity::GapResult& answer = query.features(pose, 200 * step);
       const bool is_smooth = answer.features.size() == 1;
       (is_smooth ? n_checked : n_kinks) += 1;
-      const Vector5d expected = proximity::travel_gradient(answer.features.front(), pose);
+      const Vector5d expected = travel_gradient(answer.features.front(), pose);
       EXPECT_NEAR(expected[along_y], -1.0, 1e-14);
       const Vector5d measured = is_smooth ? gradient_by_differences(query, attitude, pose, step) : expected;
       // Rounding / step, and the curvature of a rotation by 1e-6 rad over 50 mm, each with slopes up to 100.
@@ -178,7 +187,7 @@ TEST(GapFeatures, AtAKinkTheLeastOfAllLinearisationsHolds)
     moved.theta_rad += change[about_y];
     double least = std::numeric_limits<double>::infinity();
     for (const proximity::GapFeature& feature : answer.features) {
-      least = std::min(least, feature.travel_mm + proximity::travel_gradient(feature, pose).dot(change));
+      least = std::min(least, feature.travel_mm + travel_gradient(feature, pose).dot(change));
     }
     EXPECT_NEAR(query.travel_mm(moved), least, rounding_mm);
     n_up += least > answer.travel_mm ? 1 : 0;

@@ -66,17 +66,6 @@ Eigen::VectorXd truth_of(const optics::Eye& eye)
   return Eigen::Vector2d(eye.distance_px, eye.position_head_mm.z());
 }
 
-TEST(Eyepoint, OfTwoRectanglesIsThatOfFigure24)
-{
-  // 150 mm at 750 and at 850 mm, 880 px: 176 and 155.294 px wide.
-  const calibration::RectangleMark first = {150.0, 0.0, {}, {}}, second = {150.0, 100.0, {}, {}};
-  const calibration::Eyepoint eyepoint =
-      calibration::eyepoint_of_two_rectangles(first, 880.0 * 150.0 / 750.0, second, 880.0 * 150.0 / 850.0);
-  constexpr double rounding = 1e-9;
-  EXPECT_NEAR(eyepoint.distance_px, 880.0, rounding);
-  EXPECT_NEAR(eyepoint.depth_mm, 750.0, rounding);
-}
-
 TEST(Eyepoint, NearDepthsAreIllConditionedAsWeKnow)
 {
   // Width noise of 0.5 px, rectangles of 150 mm at 0.75 and 0.85 m. The depth of the first is X2 Z / (X1 -
@@ -108,10 +97,13 @@ TEST(EyepointFit, RoundTripWithoutNoiseAgreesWithTwoRectangles)
     return optics::shown_px(eye.distortion, m.right_drawn_px).x() -
            optics::shown_px(eye.distortion, m.left_drawn_px).x();
   };
-  const calibration::Eyepoint two = calibration::eyepoint_of_two_rectangles(
-      marks.front(), width_px(marks.front()), marks.back(), width_px(marks.back()));
-  EXPECT_NEAR(fit.eyepoint.distance_px, two.distance_px, rounding);
-  EXPECT_NEAR(fit.eyepoint.depth_mm, two.depth_mm, rounding);
+  // Figure 24 of the thesis: X_i = d L_i / (E + Z_i) of two rectangles.
+  const calibration::RectangleMark &first = marks.front(), &last = marks.back();
+  const double X1 = width_px(first), X2 = width_px(last);
+  const double distance_px =
+      X1 * X2 * (last.depth_mm - first.depth_mm) / (X1 * last.width_mm - X2 * first.width_mm);
+  EXPECT_NEAR(fit.eyepoint.distance_px, distance_px, rounding);
+  EXPECT_NEAR(fit.eyepoint.depth_mm, first.width_mm * distance_px / X1 - first.depth_mm, rounding);
 }
 
 TEST(EyepointFit, IntervalsAreHonestWhateverIsTakenForKnown)

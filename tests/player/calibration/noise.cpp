@@ -1,6 +1,6 @@
 #include "noise.hpp"
 
-#include <Eigen/Cholesky>
+#include "calibration/linear_algebra.hpp"
 
 namespace vrda::test {
 
@@ -26,8 +26,8 @@ Eigen::VectorXd Noise::normals(Eigen::Index n)
 
 Eigen::VectorXd Noise::correlated(const Eigen::MatrixXd& covariance)
 {
-  const Eigen::MatrixXd L = covariance.llt().matrixL();
-  return L * normals(covariance.rows());
+  const Eigen::MatrixXd root = calibration::root_of(covariance);
+  return calibration::transformed(root, normals(root.cols()));
 }
 
 }  // namespace vrda::test

@@ -187,15 +187,6 @@ TEST(Gui, WhatTheJointHasNotCannotBeSwitchedOn)
   EXPECT_FALSE(desk.state_.varus_rad.has_value());
 }
 
-TEST(Gui, ThePointerBelongsToTheInterfaceOverItAlone)
-{
-  Desk desk;
-  desk.click(300, 300);
-  EXPECT_FALSE(desk.gui_.wants_pointer());
-  desk.click(700, 300);
-  EXPECT_TRUE(desk.gui_.wants_pointer());
-}
-
 /// Bounding box of all vertices.
 Eigen::AlignedBox2d extent_of(const render::Overlay& overlay)
 {

@@ -240,7 +240,6 @@ TEST(Window, OneAfterTheOther)
     EXPECT_EQ(window.renderer().height(), height);
     EXPECT_GT(window.content_scale(), 0.0);
     EXPECT_FALSE(window.is_iconified());
-    EXPECT_FALSE(window.is_full_screen());
   }
 }
 

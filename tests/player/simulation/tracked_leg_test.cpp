@@ -148,7 +148,7 @@ TEST(TrackedLeg, TheFilterLagsByItsDelayAndTakesNoiseAway)
   double raw_sq = 0.0, filtered_sq = 0.0, lag_sum = 0.0;
   constexpr int n = 100;
   const double speed_rad_s = rad_from_deg(20.0),
-               delay_s = tracking::added_delay_s(tracking::default_angle_filter, speed_rad_s);
+               delay_s = 1.0 / (2.0 * pi * (1.5 + 18.0 * speed_rad_s));  // of the default filter
   for (std::uint64_t k = 0; k < 300; ++k) {
     const simulation::SimulatedFrame frame = simulation.frame(k);
     const Pose X = tracking::X_femur_tibia(tracking::LegBodies{}, frame.tools[0].X_tracker_tool,
