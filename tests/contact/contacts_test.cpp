@@ -26,6 +26,18 @@ Mesh pyramid(double half_mm, double height_mm)
   return mesh;
 }
 
+// A prism with its ridge up along Z at y = 0.
+Mesh roof(double half_length_mm)
+{
+  Mesh mesh;
+  mesh.vertices_mm.resize(6, 3);
+  mesh.vertices_mm << 0, 0, -half_length_mm, 1, -1, -half_length_mm, -1, -1, -half_length_mm, 0, 0,
+      half_length_mm, 1, -1, half_length_mm, -1, -1, half_length_mm;
+  mesh.triangles.resize(8, 3);
+  mesh.triangles << 0, 1, 2, 3, 5, 4, 0, 3, 4, 0, 4, 1, 0, 2, 5, 0, 5, 3, 1, 4, 5, 1, 5, 2;
+  return mesh;
+}
+
 std::vector<contact::Contact> contacts_of(const Mesh& reference, const Mesh& moving, const MovingPose& pose,
                                           const contact::ContactOptions& options = {})
 {
@@ -138,6 +150,42 @@ TEST(Contacts, BackFacesStruckFromBehindAreDropped)
   Mesh underside = sheet;
   underside.triangles.col(1).swap(underside.triangles.col(2));
   EXPECT_EQ(contacts_of(underside, pyramid(1, 4), {{0.3, -standoff_mm, 0.2}, 0.0}).size(), 1u);
+}
+
+// A ridge from z = -1 to 1 under a box that ends at z = 0.5: any point between is nearest.
+TEST(Contacts, ARidgeUnderAFaceTouchesAtTheEndsOfTheCommonSegment)
+{
+  const Mesh ridge = roof(1.0);
+  for (const double turn : {0.0, 0.3}) {
+    SCOPED_TRACE(turn);
+    const Mesh above = transformed(test::box({0.2, 2, -1.5}, {4, 4, 4}),
+                                   Pose(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitY())));
+    const std::vector<contact::Contact> contacts = contacts_of(above, ridge, {{0, -standoff_mm, 0}, 0});
+    // The box's face has a diagonal, across which the ridge goes from one triangle to the other.
+    double least = 1.0, most = -1.0;
+    for (const contact::Contact& c : contacts) {
+      EXPECT_NEAR(c.point_mm.x(), 0.0, exact_mm);
+      EXPECT_NEAR(c.point_mm.y(), 0.0, exact_mm);
+      EXPECT_NEAR(c.distance_mm, standoff_mm, exact_mm);
+      least = std::min(least, c.point_mm.z());
+      most = std::max(most, c.point_mm.z());
+    }
+    EXPECT_LE(contacts.size(), 3U);
+    EXPECT_NEAR(least, -1.0, exact_mm);
+    EXPECT_NEAR(most, 0.5 / std::cos(turn), exact_mm);
+  }
+}
+
+TEST(Contacts, TwoParallelRidgesTouchAtTheEndsOfTheirCommonSegment)
+{
+  const Mesh above = transformed(
+      roof(2.0), Pose(Eigen::AngleAxisd(pi, Eigen::Vector3d::UnitX()) * Eigen::Translation3d(0, 0, -1.6)));
+  const std::vector<contact::Contact> contacts = contacts_of(above, roof(1.0), {{0, -standoff_mm, 0}, 0});
+  ASSERT_EQ(contacts.size(), 2U);
+  const double least = std::min(contacts[0].point_mm.z(), contacts[1].point_mm.z());
+  const double most = std::max(contacts[0].point_mm.z(), contacts[1].point_mm.z());
+  EXPECT_NEAR(least, -0.4, exact_mm);
+  EXPECT_NEAR(most, 1.0, exact_mm);
 }
 
 TEST(Contacts, NothingBeyondTheBand)

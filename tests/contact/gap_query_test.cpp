@@ -9,6 +9,7 @@
 
 #include "contact/contacts.hpp"
 #include "contact/narrow_phase.hpp"
+#include "contact/triangle_closed_forms.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::gap_query_test {
@@ -74,7 +75,7 @@ std::vector<proximity::TrianglePair> pairs_within(const Mesh& reference, const M
     for (Eigen::Vector3d& p : a) p = R * p;
     for (std::int32_t m = 0; m < moving.triangles.rows(); ++m) {
       const proximity::Corners b = place(corners(moving, m));
-      if (contact::separation_mm(a, b) <= 0.0 || contact::closest_points(a, b).distance_mm <= band_mm)
+      if (test::separation_mm(a, b) <= 0.0 || test::closest_points(a, b).distance_mm <= band_mm)
         near.push_back({r, m});
     }
   }

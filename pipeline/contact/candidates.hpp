@@ -1,0 +1,50 @@
+/// Pairs of features that may be in contact: closest points by the narrow phase, one candidate a pair of
+/// features.
+#pragma once
+
+#include <vector>
+
+#include "contact/contacts.hpp"
+#include "contact/narrow_phase.hpp"
+
+namespace vrda::contact {
+
+/// Sine below which two edges are parallel and their cross product has no direction.
+constexpr double parallel_edges = 1e-6;
+
+/// Closest points of a pair of triangles and the features that they lie on, in the reference's frame.
+struct Candidate {
+  proximity::TrianglePair pair;
+  double distance_mm = 0.0;
+  Eigen::Vector3d p_reference_mm;
+  Eigen::Vector3d p_moving_mm;
+  Feature reference;
+  Feature moving;
+};
+
+/// Two objects in the reference's frame.
+struct Scene {
+  const proximity::TreeMesh& reference;
+  const SurfaceFeatures& reference_features;
+  const Collider& moving;
+  proximity::RigidPlacement place;  // of the moving object in the reference's frame
+  NarrowPhase& narrow_phase;
+  const ContactOptions& options;
+  const std::vector<proximity::TrianglePair>* candidates;  // null: pairs from the trees
+
+  proximity::Corners reference_corners(const proximity::TrianglePair& pair) const
+  {
+    return corners(reference.mesh, pair.reference);
+  }
+  proximity::Corners moving_corners(const proximity::TrianglePair& pair) const
+  {
+    return place(corners(moving.tree_mesh.mesh, pair.moving));
+  }
+};
+/// All pairs within the band with their distances, sorted by pair; their features are not set.
+std::vector<Candidate> close_pairs(const Scene& scene);
+
+/// One candidate for each pair of features in contact, of the pairs of close_pairs.
+std::vector<Candidate> touching_features(const Scene& scene, const std::vector<Candidate>& pairs);
+
+}  // namespace vrda::contact
