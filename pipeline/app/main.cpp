@@ -104,7 +104,7 @@ struct Commands {
         ->type_name("I/N")
         ->excludes(spine);
     c.add_flag("--trace", run.writes_trace,
-               "Write every move of every search to NAME.trace.h5 next to the output");
+               "Write every move of every search, or every iterate of every equilibrium, to NAME.trace.h5");
     c.add_option("--progress", run.progress, "auto, bar, plain or none")->capture_default_str();
     c.callback([this] {
       chosen = [this] {

@@ -95,6 +95,10 @@ const char* name_of(MoveKind kind)
       return "bisect";
     case MoveKind::rotate:
       return "rotate";
+    case MoveKind::iterate:
+      return "iterate";
+    case MoveKind::trial:
+      return "trial";
     case MoveKind::translate:
       return "translate";
   }

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <compare>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -127,28 +128,36 @@ enum class MoveKind : std::uint8_t {
   bisect = 2,     ///< a trial within the approach, rotation or translation recorded next
   rotate = 3,     ///< about Delta
   translate = 4,  ///< across Delta
+  iterate = 5,    ///< a configuration accepted by the equilibrium, in contact
+  trial = 6,      ///< a configuration rejected by the equilibrium
 };
 
-inline constexpr MoveKind all_move_kinds[] = {MoveKind::retreat, MoveKind::approach, MoveKind::bisect,
-                                              MoveKind::rotate, MoveKind::translate};
+inline constexpr MoveKind all_move_kinds[] = {MoveKind::retreat, MoveKind::approach,  MoveKind::bisect,
+                                              MoveKind::rotate,  MoveKind::translate, MoveKind::iterate,
+                                              MoveKind::trial};
 
 const char* name_of(MoveKind kind);
 
-/// One modelling step. Each iteration has one move in contact: the approach that ends at the contact. An
-/// iteration without an obstruction has no move.
+/// One modelling step. Each iteration of a search has one move in contact: the approach that ends at the
+/// contact. An iteration without an obstruction has no move. Of an equilibrium: a configuration.
 struct SearchMove {
-  std::int32_t iteration = 0;  ///< 0: the retreat from the seed
+  std::int32_t iteration = 0;  ///< 0: the retreat from the seed, of an equilibrium the seed in contact
   MoveKind kind = MoveKind::approach;
-  MovingPose pose;                   ///< after the move; for a bisection, the trial pose
-  double translation_step_mm = 0.0;  ///< current value; for a move in contact, after cycle detection
+  MovingPose pose;  ///< after the move; for a bisection, the trial pose
+  /// Current value; for a search's move in contact, after cycle detection. Of an equilibrium both are its
+  /// trust radius.
+  double translation_step_mm = 0.0;
   double rotation_step_rad = 0.0;
   bool collides = false;                ///< a trial that was blocked
   bool is_cycle = false;                ///< equals an earlier pose in contact within both resolutions
-  bool in_contact = false;              ///< the approach has ended
+  bool in_contact = false;              ///< the approach has ended, or the iterate was accepted
   std::vector<ContactRecord> contacts;  ///< for a move in contact: those that predict the next motion
 };
 
-/// One search from seed to result.
+/// Called for every move, in order.
+using SearchObserver = std::function<void(const SearchMove&)>;
+
+/// One search or equilibrium from seed to result.
 struct SearchTrace {
   StepKey key;
   MovingPose seed;

@@ -18,13 +18,11 @@
 namespace vrda::job_run {
 namespace {
 
-// Only the stability search has moves, and a trace has a single Delta.
+// A trace has a single Delta and the varus of each cell; a free varus is the best of many starts.
 void require_traceable(const load::Case& job_case, const std::string& job_file)
 {
-  if (job_case.method != "stability-search") {
-    throw InputError({job_file, "solver.method", "\"" + job_case.method + "\" with --trace",
-                      "\"stability-search\", which has moves to trace"});
-  }
+  if (job_case.is_varus_free)
+    throw InputError({job_file, "grid.varus", "\"free\" with --trace", "values of varus"});
   for (const load::Push& push : job_case.push) {
     if (push.delta == job_case.frame.delta) continue;
     throw InputError(

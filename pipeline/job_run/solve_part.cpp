@@ -75,7 +75,7 @@ sweep::SweepResult solve_part(const load::Case& job_case, const sweep::SweepPlan
   const sweep::SolveStep solve = [&](const sweep::StepTask& task) {
     if (!log.traces || !task.is_measured) return solver(task);
     return solve_with_trace(*log.traces, task.key, task.seed,
-                            [&](const solve::SearchObserver& watch) { return solver(task, watch); });
+                            [&](const SearchObserver& watch) { return solver(task, watch); });
   };
   sweep::SweepHooks hooks;
   hooks.recall = [&](const StepKey& key) -> std::optional<StepRecord> {

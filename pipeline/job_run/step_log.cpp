@@ -85,10 +85,11 @@ void restore_lost_journals(const StepLog& log, const std::string& output)
 
 namespace {
 
-// A spine cell was solved as a probe, which has the trace.
-bool needs_trace(const StepKey& key)
+// The free spine has no cells. A spine cell of the search was solved as a probe, which has the trace.
+bool needs_trace(const StepKey& key, const std::map<StepKey, StepRecord>& known)
 {
-  return key.kind != StepKind::spine;
+  if (key.kind == StepKind::spine) return !known.contains({StepKind::spine_probe, key.flexion, key.varus});
+  return key.kind == StepKind::row || key.kind == StepKind::spine_probe;
 }
 
 }  // namespace
@@ -103,7 +104,7 @@ journal::FrameWriter open_trace_log(const std::string& path, const std::string& 
     journal::require_key(content.summary.key, path, key);
   }
   const auto n_missing = std::count_if(known.begin(), known.end(), [&](const auto& step) {
-    return needs_trace(step.first) && content.searches.count(step.first) == 0;
+    return needs_trace(step.first, known) && content.searches.count(step.first) == 0;
   });
   if (n_missing > 0) {
     throw InputError({path, "",
@@ -118,7 +119,7 @@ journal::FrameWriter open_trace_log(const std::string& path, const std::string& 
 }
 
 StepRecord solve_with_trace(journal::FrameWriter& log, const StepKey& key, const MovingPose& seed,
-                            const std::function<StepRecord(const solve::SearchObserver&)>& solve)
+                            const std::function<StepRecord(const SearchObserver&)>& solve)
 {
   SearchTrace trace;
   trace.key = key;

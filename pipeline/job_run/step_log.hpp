@@ -63,6 +63,6 @@ journal::FrameWriter open_trace_log(const std::string& path, const std::string& 
 /// Calls `solve` with an observer and appends the observed trace. Thread-safe. Must be called before the step
 /// is kept, so that a kill in between loses no trace.
 StepRecord solve_with_trace(journal::FrameWriter& log, const StepKey& key, const MovingPose& seed,
-                            const std::function<StepRecord(const solve::SearchObserver&)>& solve);
+                            const std::function<StepRecord(const SearchObserver&)>& solve);
 
 }  // namespace vrda::job_run

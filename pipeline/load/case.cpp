@@ -81,6 +81,7 @@ Body loaded_body(const BodyJob& body_job, ComponentLoader& source, Case& loaded)
     append_part(component.has_contact ? body.contact : body.visual, part.clean.mesh, index);
     body.components.push_back({component.name, component.material});
     loaded.inputs.push_back(part.input);
+    if (part.normals) loaded.inputs.push_back(*part.normals);
     loaded.survey.push_back(part.survey);
   }
   return body;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 
 #include "core/text.hpp"
 #include "load/unit_check.hpp"
@@ -227,10 +228,12 @@ void warn_of_generated_parts(const Job& job, Warnings& warnings)
 void warn_of_equal_files(const Job& job, const Case& loaded, Warnings& warnings)
 {
   const std::vector<const ComponentJob*> components = all_components(job);
+  std::map<std::string, std::string> sha256_of_name;
+  for (const LoadedInput& input : loaded.inputs) sha256_of_name[input.name] = input.sha256;
   for (std::size_t i = 0; i < components.size(); ++i) {
     for (std::size_t j = i + 1; j < components.size(); ++j) {
       const bool are_files = !components[i]->generate && !components[j]->generate;
-      if (!are_files || loaded.inputs[i].sha256 != loaded.inputs[j].sha256) continue;
+      if (!are_files || sha256_of_name[components[i]->file] != sha256_of_name[components[j]->file]) continue;
       warnings.push_back(components[j]->key + ".file: \"" + components[j]->file + "\" is the same mesh as " +
                          components[i]->key + ".file; name the mesh of \"" + components[j]->name + "\"");
     }

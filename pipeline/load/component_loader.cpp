@@ -1,6 +1,7 @@
 #include "load/component_loader.hpp"
 
 #include <cstring>
+#include <filesystem>
 #include <utility>
 
 #include "core/error.hpp"
@@ -8,6 +9,7 @@
 #include "load/file_bytes.hpp"
 #include "load/input_file.hpp"
 #include "load/job_schema.hpp"
+#include "load/vf_file.hpp"
 
 namespace vrda::load {
 namespace {
@@ -106,7 +108,7 @@ ComponentLoader::ComponentLoader(const Job& job, const std::string& data_directo
 LoadedComponent ComponentLoader::load(const ComponentJob& component)
 {
   LoadedComponent out;
-  out.clean = component.generate ? generated(component, out.input) : from_file(component, out.input);
+  out.clean = component.generate ? generated(component, out.input) : from_file(component, out);
   if (out.clean.mesh.triangles.rows() == 0) {
     throw InputError({out.input.name, "",
                       std::to_string(out.clean.n_degenerate) + " faces, all with zero area",
@@ -117,12 +119,23 @@ LoadedComponent ComponentLoader::load(const ComponentJob& component)
   return out;
 }
 
-CleanMesh ComponentLoader::from_file(const ComponentJob& component, LoadedInput& input) const
+CleanMesh ComponentLoader::from_file(const ComponentJob& component, LoadedComponent& out) const
 {
+  namespace fs = std::filesystem;
   InputFile file =
       input_file(job_, data_directory_, {component.key + ".file", component.file, "a mesh file"});
-  input = {component.file, sha256_of(file.bytes)};
-  CleanMesh clean = clean_mesh(read_mesh(file.path, std::move(file.bytes)), component.winding, job_.side);
+  out.input = {component.file, sha256_of(file.bytes)};
+  const fs::path normals_path = fs::path(file.path).replace_extension(".normals");
+  const bool has_normals_file =
+      fs::path(file.path).extension() != ".stl" && is_vertices_faces(file.bytes) && fs::exists(normals_path);
+  RawMesh mesh = read_mesh(file.path, std::move(file.bytes));
+  if (has_normals_file) {
+    const std::string path = normals_path.string();
+    const std::string bytes = file_bytes(path, {path, "", "", "a file of normals"}, largest_mesh_bytes);
+    mesh.normals = read_vertex_normals(path, bytes, mesh.vertices.rows());
+    out.normals = {fs::path(component.file).replace_extension(".normals").string(), sha256_of(bytes)};
+  }
+  CleanMesh clean = clean_mesh(mesh, component.winding, job_.side);
   clean.mesh = canonical(clean.mesh, map_);
   return clean;
 }

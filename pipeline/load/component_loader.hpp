@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 
 #include "load/axis_map.hpp"
 #include "load/clean_mesh.hpp"
@@ -12,7 +13,8 @@ namespace vrda::load {
 struct LoadedComponent {
   CleanMesh clean;  ///< canonical axes, mm
   LoadedInput input;
-  ComponentSurvey survey;  ///< without the name of the body
+  std::optional<LoadedInput> normals;  ///< the file of a Vertices-Faces mesh's normals, where there is one
+  ComponentSurvey survey;              ///< without the name of the body
 };
 
 /// The shape with its parameters in alphabetical order: "knee resolution=2 side=left".
@@ -30,7 +32,7 @@ class ComponentLoader {
   LoadedComponent load(const ComponentJob& component);
 
  private:
-  CleanMesh from_file(const ComponentJob& component, LoadedInput& input) const;
+  CleanMesh from_file(const ComponentJob& component, LoadedComponent& out) const;
   CleanMesh generated(const ComponentJob& component, LoadedInput& input);
   const shapes::Shape& shape_of(const ComponentJob& component);
 

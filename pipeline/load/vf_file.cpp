@@ -152,4 +152,21 @@ RawMesh read_vertices_faces(const std::string& file, const std::string& bytes)
   return mesh;
 }
 
+Points read_vertex_normals(const std::string& file, const std::string& bytes, Eigen::Index n_vertices)
+{
+  Words words(file, bytes);
+  const auto n = words.whole("the number of normals");
+  if (n != n_vertices)
+    words.refuse(count_of(n, "normals"), std::to_string(n_vertices) + ", one for each vertex of the mesh");
+  Points normals(n_vertices, 3);
+  for (Eigen::Index v = 0; v < n_vertices; ++v) {
+    for (int k = 0; k < 3; ++k) normals(v, k) = words.real("a component of normal " + std::to_string(v));
+  }
+  if (const std::string_view rest = words.next(); !rest.empty()) {
+    words.refuse("\"" + std::string(rest.substr(0, 40)) + "\"",
+                 "the end of the file after " + count_of(n, "normals"));
+  }
+  return normals;
+}
+
 }  // namespace vrda::load

@@ -15,4 +15,8 @@ bool is_vertices_faces(const std::string& bytes);
 /// occurs. Throws InputError naming file and line.
 RawMesh read_vertices_faces(const std::string& file, const std::string& bytes);
 
+/// The normals file of a Vertices-Faces file (schemas/legacy-formats.md): their number, then one normal for
+/// each vertex. Throws InputError naming file and line.
+Points read_vertex_normals(const std::string& file, const std::string& bytes, Eigen::Index n_vertices);
+
 }  // namespace vrda::load

@@ -178,7 +178,7 @@ CaseSolver::Worker& CaseSolver::worker_at(int number, const SolverFrame& frame)
   return worker;
 }
 
-StepRecord CaseSolver::operator()(const sweep::StepTask& task, const solve::SearchObserver& observer)
+StepRecord CaseSolver::operator()(const sweep::StepTask& task, const SearchObserver& observer)
 {
   const load::Push& push = case_.path_push.at(static_cast<std::size_t>(task.path_row));
   const SolverFrame frame = frame_of(case_, push);
@@ -196,7 +196,7 @@ StepRecord CaseSolver::operator()(const sweep::StepTask& task, const solve::Sear
   solve.loads.moment_nmm += task.band * case_.spine.band_moment_nmm;
   solve.is_varus_free = task.is_varus_free;
   solve.is_measured = task.is_measured;
-  return worker.solver->solve(solve);
+  return worker.solver->solve(solve, observer);
 }
 
 sweep::SweepResult scaled(const sweep::SweepResult& result, double factor)

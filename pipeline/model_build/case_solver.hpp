@@ -41,7 +41,7 @@ class CaseSolver {
 
   /// May be called from several threads at once, each with its own worker number. `observer` is used by the
   /// stability search only.
-  StepRecord operator()(const sweep::StepTask& task, const solve::SearchObserver& observer = {});
+  StepRecord operator()(const sweep::StepTask& task, const SearchObserver& observer = {});
 
  private:
   /// Both objects and the ligaments in the frame of one Delta.

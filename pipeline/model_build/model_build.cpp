@@ -386,7 +386,9 @@ store::Trace trace_of(const load::Case& job_case, const std::string& job_key,
   trace.side = job_case.frame.side == Side::left ? "left" : "right";
   trace.job_key = job_key;
   trace.approach_step_mm = job_case.steps_scale * job_case.search.approach_step_mm;
-  trace.translation_resolution_mm = job_case.steps_scale * job_case.search.translation_resolution_mm;
+  trace.translation_resolution_mm =
+      job_case.steps_scale * (job_case.method == "equilibrium" ? job_case.equilibrium.tolerance_mm
+                                                               : job_case.search.translation_resolution_mm);
   trace.rotation_resolution_deg = deg_from_rad(job_case.search.rotation_resolution_rad);
   trace.job.resolved = job_case.resolved_job;
   for (const load::LoadedInput& input : job_case.inputs)

@@ -49,9 +49,10 @@ double feature_band_mm(const Mesh& reference, const Mesh& moving)
   return facet_mm2 > 0.0 ? std::min(band_mm_per_mm2 * facet_mm2, max_band_mm) : max_band_mm;
 }
 
-EquilibriumSolver::Run::Run(State& state, const Task& task)
+EquilibriumSolver::Run::Run(State& state, const Task& task, const SearchObserver& observer)
     : state_(state),
       task_(task),
+      observer_(observer),
       forces_{state.ligaments, task.loads, state.scale, task.attitude.flexion_rad},
       push_n_(task.loads.force_n.norm() > 0.0 ? task.loads.force_n.norm() : 1.0),
       tolerance_mm_(state.options.tolerance_mm),
@@ -71,6 +72,7 @@ StepRecord EquilibriumSolver::Run::run()
   n_queries_before_ = n_gap_queries();
   StepRecord record;
   record.status = find_equilibrium();
+  if (has_rejected_last_) report_iterate();  // a trace ends at the result
   record.iterations = iteration_;
   record.residual_mm = residual_mm_;
   record.pose = pose_at(current_.configuration, state_.scale);
@@ -94,6 +96,7 @@ StepStatus EquilibriumSolver::Run::find_equilibrium()
   const double small_step_mm =
       tolerance_mm_ * (state_.ligaments.fibres.empty() ? 1.0 : small_step_with_fibres);
   radius_mm_ = first_radius_mm;
+  report_iterate();
   for (iteration_ = 1; iteration_ <= state_.options.max_iterations; ++iteration_) {
     const StepPlan plan = next_plan();
     residual_mm_ = plan.length_mm;
@@ -201,6 +204,7 @@ EquilibriumSolver::Run::Outcome EquilibriumSolver::Run::attempt(const StepPlan& 
   }
   const double gain_nmm = planner_.merit_nmm(current_) - planner_.merit_nmm(candidate);
   if (gain_nmm < accepted_share * plan.gain_nmm) {
+    report_trial(candidate.configuration);
     reject(plan);
     return Outcome::rejected;
   }
@@ -239,6 +243,7 @@ void EquilibriumSolver::Run::accept(const EquilibriumCandidate& candidate)
   std::swap(sample_, trial_sample_);
   cuts_.clear();
   n_rejections_ = 0;
+  report_iterate();
 }
 
 bool EquilibriumSolver::Run::shrink_trust_region()
@@ -258,9 +263,9 @@ EquilibriumSolver::EquilibriumSolver(const Joint& joint, const ligament::Ligamen
 EquilibriumSolver::~EquilibriumSolver() = default;
 EquilibriumSolver::EquilibriumSolver(EquilibriumSolver&&) noexcept = default;
 
-StepRecord EquilibriumSolver::solve(const Task& task)
+StepRecord EquilibriumSolver::solve(const Task& task, const SearchObserver& observer)
 {
-  return Run(*state_, task).run();
+  return Run(*state_, task, observer).run();
 }
 
 }  // namespace vrda::solve

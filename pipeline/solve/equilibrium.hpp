@@ -31,7 +31,8 @@ class EquilibriumSolver {
   /// Statuses: `stable` is certified, with `balance`, contacts and gaps filled; `no_contact` if no triangles
   /// face each other at the seed; `unbounded` if the loads move it off the reference; else `iteration_limit`.
   /// Cost on thesis-sized knees: about ten gap queries per step from a seed one degree away.
-  StepRecord solve(const Task& task);
+  /// `observer` gets every iterate and rejected trial: the last iterate is the result.
+  StepRecord solve(const Task& task, const SearchObserver& observer = {});
 
  private:
   struct State;

@@ -158,6 +158,42 @@ void EquilibriumSolver::Run::measure(StepRecord& record)
   record.theta_determined = resists_turn(-turn_rad) && resists_turn(turn_rad);
 }
 
+SearchMove EquilibriumSolver::Run::move_of(MoveKind kind, const Configuration& configuration) const
+{
+  SearchMove move;
+  move.iteration = iteration_;
+  move.kind = kind;
+  move.pose = pose_at(configuration, state_.scale);
+  move.translation_step_mm = radius_mm_;
+  move.rotation_step_rad = radius_mm_ / state_.scale.lever_mm;
+  return move;
+}
+
+void EquilibriumSolver::Run::report_trial(const Configuration& configuration)
+{
+  if (!observer_) return;
+  has_rejected_last_ = true;
+  observer_(move_of(MoveKind::trial, configuration));
+}
+
+void EquilibriumSolver::Run::report_iterate()
+{
+  if (!observer_) return;
+  has_rejected_last_ = false;
+  SearchMove move = move_of(MoveKind::iterate, current_.configuration);
+  move.in_contact = true;
+  const Rotations rotations(current_.configuration, task_.attitude.flexion_rad);
+  for (const ContactConstraint& constraint : sample_.constraints) {
+    const Clearance c = clearance(constraint, current_.configuration, rotations);
+    if (!(c.travel_mm <= touching_tolerances * tolerance_mm_)) continue;
+    const ContactForce force = contact_force(constraint, c, 0.0);
+    move.contacts.push_back({force.point_solver_mm, force.normal_solver,
+                             c.travel_mm * -force.normal_solver.y(), force.triangle_reference,
+                             force.triangle_moving, force.compartment});
+  }
+  observer_(move);
+}
+
 double EquilibriumSolver::Run::gap_left_mm(proximity::GapQuery& query, const Attitude& attitude,
                                            const MovingPose& pose)
 {

@@ -68,7 +68,7 @@ struct GapSample {
 
 class EquilibriumSolver::Run {
  public:
-  Run(State& state, const Task& task);
+  Run(State& state, const Task& task, const SearchObserver& observer);
   StepRecord run();
 
  private:
@@ -110,6 +110,10 @@ class EquilibriumSolver::Run {
   void add_touching(const std::vector<ContactConstraint>& constraints);
   void update_balance();
   void measure(StepRecord& record);
+  // The current configuration with its contacts, or a rejected one.
+  void report_iterate();
+  void report_trial(const Configuration& configuration);
+  SearchMove move_of(MoveKind kind, const Configuration& configuration) const;
   static double gap_left_mm(proximity::GapQuery& query, const Attitude& attitude, const MovingPose& pose);
   // All other coordinates adapt to the constraints; those found at each trial are added.
   bool resists_turn(double turn);
@@ -122,6 +126,7 @@ class EquilibriumSolver::Run {
   double flexion_moment_nmm(const std::vector<ContactForce>& forces) const;
   State& state_;
   const Task& task_;
+  const SearchObserver& observer_;
   NonContactForces forces_;
   double push_n_;
   double tolerance_mm_;
@@ -140,6 +145,7 @@ class EquilibriumSolver::Run {
   double residual_mm_ = 0.0;
   std::optional<Configuration> unbounded_trial_;  // last trial without contact
   int n_rejections_ = 0;
+  bool has_rejected_last_ = false;  // the last reported move is a trial
   int iteration_ = 0;
   int n_queries_before_ = 0;
   int n_queries_saved_ = 0;

@@ -50,9 +50,6 @@ struct Ascent {
 Ascent predict_ascent(const std::vector<contact::Contact>& contacts,
                       std::optional<double> lever_mm = std::nullopt);
 
-/// Called for every move, in order.
-using SearchObserver = std::function<void(const SearchMove&)>;
-
 /// Solves one motion step from `seed`. Does not set the key of the result. A `stable` pose never overlaps and
 /// is in contact within the translation resolution. Pure: same input, same bits. Source: thesis 3.2 to 3.7.
 /// Differs: travel along Delta is exact instead of stepped, normals are those of the side of least curvature,

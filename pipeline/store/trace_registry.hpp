@@ -8,8 +8,8 @@
 namespace vrda::store {
 
 inline constexpr const char* trace_format_name = "vrda search trace";
-inline constexpr const char* trace_format_version = "1.0";
-inline constexpr int trace_format_minor_version = 0;
+inline constexpr const char* trace_format_version = "1.1";
+inline constexpr int trace_format_minor_version = 1;
 
 namespace registry {
 

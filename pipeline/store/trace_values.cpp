@@ -57,8 +57,9 @@ class TraceCheck {
     const TraceMoves& moves = trace_.moves;
     only_where("/moves/collides", moves.collides, "1 only at a bisection",
                [&](std::size_t m) { return moves.kind[m] == code_of(MoveKind::bisect); });
-    only_where("/moves/in_contact", moves.in_contact, "1 only at an approach",
-               [&](std::size_t m) { return moves.kind[m] == code_of(MoveKind::approach); });
+    only_where("/moves/in_contact", moves.in_contact, "1 only at an approach or iterate", [&](std::size_t m) {
+      return moves.kind[m] == code_of(MoveKind::approach) || moves.kind[m] == code_of(MoveKind::iterate);
+    });
     only_where("/moves/is_cycle", moves.is_cycle, "1 only in contact",
                [&](std::size_t m) { return moves.in_contact[m] == 1; });
   }

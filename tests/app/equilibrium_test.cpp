@@ -10,6 +10,7 @@
 #include "audit/audit.hpp"
 #include "job_run/summary.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/trace_file.hpp"
 
 namespace vrda::equilibrium_test {
 
@@ -189,13 +190,56 @@ TEST(EquilibriumRun, ASidewaysLoadMovesTheJointItsOwnWayOnBothSides)
   EXPECT_EQ(shift_mm[0], shift_mm[1]);
 }
 
+TEST(EquilibriumRun, ItsTraceIsWholeMatchesTheModelAndChangesNothing)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "right");
+  const fs::path plain = scratch.path() / "plain.h5";
+  ASSERT_EQ(test::run_vrda(words(job, plain, {})).exit_code, 0);
+  std::string bytes;
+  for (const std::string threads : {"1", "2"}) {
+    SCOPED_TRACE(threads);
+    const fs::path traced = scratch.path() / ("traced" + threads + ".h5");
+    const test::Ended ended = test::run_vrda(words(job, traced, {"--trace", "--threads", threads}));
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_EQ(test::read_bytes(plain), test::read_bytes(traced));
+    const std::string file = store::trace_name(traced.string());
+    EXPECT_EQ(test::run_vrda({"validate", file}).exit_code, 0);
+    const store::Trace trace = store::read_trace(file);
+    const store::MotionModel model = store::read_motion_model(traced.string());
+    EXPECT_NO_THROW(store::require_trace_matches_model(trace, file, model, ""));
+    EXPECT_EQ(trace.searches.node.size(), static_cast<std::size_t>(model.status.size()));
+    EXPECT_GT(store::moves_in_contact(trace, 0).size(), 1U);
+    if (bytes.empty()) bytes = test::read_bytes(file);
+    EXPECT_EQ(test::read_bytes(file), bytes);
+  }
+}
+
+TEST(EquilibriumRun, AKilledTraceGoesOn)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::longer_knee_job(scratch);
+  const fs::path whole = scratch.path() / "whole.h5", killed = scratch.path() / "killed.h5";
+  ASSERT_EQ(test::run_vrda(words(job, whole, {"--trace"})).exit_code, 0);
+  test::Process process(test::vrda(words(job, killed, {"--trace"})));
+  test::wait_for_bytes(process, killed.string() + ".trace.journal", 20000);
+  ASSERT_TRUE(process.is_running()) << "ended before it could be killed";
+  process.send(SIGKILL);
+  process.wait();
+  const test::Ended last = test::run_vrda(words(job, killed, {"--trace"}));
+  EXPECT_EQ(last.exit_code, 0) << last.err;
+  EXPECT_EQ(test::read_bytes(store::trace_name(killed.string())),
+            test::read_bytes(store::trace_name(whole.string())));
+}
+
 TEST(EquilibriumRun, ASearchThatCannotBeTracedIsRefused)
 {
   const test::Scratch scratch;
   const fs::path job = test::small_job(scratch);
-  const test::Ended ended = test::run_vrda(words(job, scratch.path() / "a.h5", {"--trace"}));
+  const test::Ended ended =
+      test::run_vrda(words(job, scratch.path() / "a.h5", {"--trace", "--set", "grid.varus=free"}));
   EXPECT_EQ(ended.exit_code, 2);
-  EXPECT_THAT(ended.err, HasSubstr("solver.method: found \"equilibrium\" with --trace"));
+  EXPECT_THAT(ended.err, HasSubstr("grid.varus: found \"free\" with --trace"));
   const test::Ended turning =
       test::run_vrda({"run", job.string(), "-o", (scratch.path() / "a.h5").string(), "--trace", "--set",
                       "solver.method=stability-search", "--set",

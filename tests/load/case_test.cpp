@@ -4,6 +4,7 @@
 
 #include "load/file_bytes.hpp"
 #include "load/mesh_text.hpp"
+#include "support/input_error.hpp"
 #include "support/meshes.hpp"
 #include "support/real_knees.hpp"
 #include "support/scratch.hpp"
@@ -114,6 +115,47 @@ file = "moving.stl"
   EXPECT_EQ(loaded.moving.contact.component.back(), 2);
   EXPECT_EQ(loaded.moving.components[1].material, "shaft");
   EXPECT_EQ(loaded.moving.contact.mesh.normals.rows(), loaded.moving.contact.mesh.vertices_mm.rows());
+}
+
+// A tetrahedron as Vertices-Faces; of the four normals of its file one points inward.
+TEST(Case, TheNormalsFileOfAVerticesFacesMeshIsRead)
+{
+  const Folder folder(test::small_job("joint = \"other\"\n", R"(
+[[moving.component]]
+name = "third"
+file = "third.vf"
+)"));
+  folder.scratch.write("third.vf", "4 4\n0 0 0\n4 0 0\n0 4 0\n0 0 4\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
+  folder.scratch.write("third.normals", "4\n-1 -1 -2\n2 0 0\n0 3 0\n0 0 -4\n");
+  const load::Case loaded = load::load_case(folder.job);
+  const Mesh& mesh = loaded.moving.contact.mesh;
+  for (Eigen::Index v = mesh.vertices_mm.rows() - 4; v < mesh.vertices_mm.rows(); ++v) {
+    // The file's order is not kept; its last normal points inward.
+    const Eigen::RowVector3d p = mesh.vertices_mm.row(v);
+    const Eigen::RowVector3d expected = p.isZero() ? Eigen::RowVector3d(-1, -1, -2).normalized() : p / 4.0;
+    EXPECT_LT((mesh.normals.row(v) - expected).norm(), 1e-12) << p;
+  }
+  EXPECT_EQ(loaded.inputs[2].name, "third.vf");
+  EXPECT_EQ(loaded.inputs[3].name, "third.normals");
+}
+
+TEST(Case, ANormalsFileThatDoesNotFitIsRefused)
+{
+  for (const auto& [text, message] : std::map<std::string, std::string>{
+           {"3\n0 0 1\n0 0 1\n0 0 1\n", "line 1: found 3 normals, wanted 4"},
+           {"4\n0 0 1\n0 0 1\n0 0 x\n0 0 1\n", "line 4: found \"x\", wanted a component of normal 2"},
+           {"4\n0 0 1\n0 0 1\n0 0 1\n0 0 1\n5", "line 6: found \"5\""}}) {
+    const Folder folder(test::small_job("joint = \"other\"\n", R"(
+[[moving.component]]
+name = "third"
+file = "third.vf"
+)"));
+    folder.scratch.write("third.vf", "4 4\n0 0 0\n4 0 0\n0 4 0\n0 0 4\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
+    folder.scratch.write("third.normals", text);
+    const InputError::Facts facts = test::input_error([&] { load::load_case(folder.job); });
+    EXPECT_THAT(facts.field + ": found " + facts.found + ", wanted " + facts.wanted, HasSubstr(message));
+    EXPECT_THAT(facts.file, HasSubstr("third.normals"));
+  }
 }
 
 TEST(Case, AComponentMayBeThinnedAndShifted)

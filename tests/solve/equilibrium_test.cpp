@@ -59,6 +59,46 @@ TEST(Equilibrium, APinEndsInTheMiddleOfItsPit)
   }
 }
 
+TEST(Equilibrium, ItsIteratesAreInContactAndEndAtTheResult)
+{
+  const solve::Joint joint = joint_of(ceiling(60, 12, pit), pins({{-2, 0, 0}, {3, 0, 1}}));
+  const ligament::Ligaments none;
+  solve::EquilibriumSolver solver(joint, none, options);
+  std::mt19937_64 random(4);
+  int n_iterates = 0;
+  for (int k = 0; k < 20; ++k) {
+    const solve::EquilibriumSolver::Task task{{}, random_seed(random, 20), {}};
+    std::vector<SearchMove> moves;
+    const StepRecord r = solver.solve(task, [&](const SearchMove& move) { moves.push_back(move); });
+    const StepRecord unwatched = solver.solve(task);
+    EXPECT_EQ(unwatched.pose.translation_mm, r.pose.translation_mm);
+    EXPECT_EQ(unwatched.queries, r.queries);
+    ASSERT_EQ(r.status, StepStatus::stable);
+    proximity::GapQuery gap(joint.reference_gap, joint.moving_gap);
+    gap.set_attitude({});
+    int last = 0;
+    const SearchMove* end = nullptr;
+    for (const SearchMove& move : moves) {
+      EXPECT_GE(move.iteration, last);
+      last = move.iteration;
+      EXPECT_EQ(move.in_contact, move.kind == MoveKind::iterate);
+      if (!move.in_contact) continue;
+      EXPECT_NEAR(gap.travel_mm(move.pose), standoff_mm, 1e-9);
+      ASSERT_FALSE(move.contacts.empty());
+      for (const ContactRecord& c : move.contacts) {
+        EXPECT_NEAR(c.normal_solver.norm(), 1.0, 1e-12);
+        EXPECT_LT(c.normal_solver.y(), 0.0);
+      }
+      end = &move;
+      ++n_iterates;
+    }
+    ASSERT_NE(end, nullptr);
+    EXPECT_EQ(end->pose.translation_mm, r.pose.translation_mm);
+    EXPECT_EQ(end->pose.theta_rad, r.pose.theta_rad);
+  }
+  EXPECT_GT(n_iterates, 60);
+}
+
 TEST(Equilibrium, ABallEndsInTheMiddleOfItsDish)
 {
   const shapes::Shape shape = shapes::generate_shape({"ball-in-dish", {}, {}});

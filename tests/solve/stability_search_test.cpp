@@ -178,7 +178,7 @@ TEST(StabilitySearch, SameInputSameBits)
 TEST(StabilitySearch, EveryMotionIsReported)
 {
   int n_slides = 0, n_approaches = 0, last = 0;
-  const solve::SearchObserver watch = [&](const SearchMove& move) {
+  const SearchObserver watch = [&](const SearchMove& move) {
     n_slides += move.kind == MoveKind::translate ? 1 : 0;
     n_approaches += move.kind == MoveKind::approach ? 1 : 0;
     EXPECT_GE(move.iteration, last);
@@ -193,7 +193,7 @@ TEST(StabilitySearch, EveryMotionIsReported)
 TEST(StabilitySearch, TheFirstApproachIsReportedInStrides)
 {
   std::vector<double> heights_mm;
-  const solve::SearchObserver watch = [&](const SearchMove& move) {
+  const SearchObserver watch = [&](const SearchMove& move) {
     if (move.iteration == 1 && move.kind == MoveKind::approach)
       heights_mm.push_back(move.pose.translation_mm.y());
   };
