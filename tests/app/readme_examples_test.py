@@ -25,7 +25,10 @@ ELSEWHERE = {
     "scripts/fuzz": "tests/fuzz/CMakeLists.txt",
     "scripts/check_includes": "tests/scripts/CMakeLists.txt",
     "scripts/bench": "tests/scripts/bench_table_test.py",
-    "scripts/validation": "tests/scripts/validation_table_test.py",
+    "scripts/validation": "tests/scripts/validation_page_test.py",
+    "scripts/results": "tests/scripts/results_test.py",
+    "scripts/thesis": "results/thesis.md",
+    "scripts/calibration": "results/calibration.md",
     "scripts/real-knees": "results/real-knees.md",  # as the next: minutes to an hour; the page is what it wrote
     "scripts/reports": "results/knee-generic/README.md",
     "scripts/pictures": "results/player.md",

@@ -1,16 +1,15 @@
-#!/usr/bin/python3
-"""Prints the results page of a knee as Markdown.
+"""results/knee-*/README.md from the files of scripts/reports.
 
-usage: scripts/report_tables FOLDER RECORDS
-FOLDER contains compare.json, compare_recontacted.json, zero_varus.csv, plots/ and remarks.md (written by hand); RECORDS
-contains audit_grid.json, audit_between.json and report.json, as made by scripts/reports.
+The knee's folder contains compare.json, compare_recontacted.json, zero_varus.csv, plots/ and remarks.md (written by hand); the records
+contain audit_grid.json, audit_between.json, info.json and report.json.
 """
+import collections
 import csv
 import json
 import pathlib
-import sys
 
-SHOWN_AGAINST = ("raw", "zero_varus")
+RESULTS = pathlib.Path(__file__).resolve().parents[2] / "results"
+SHOWN_AGAINST = ("raw", "two_sided")
 EVERY_DEG = 10.0  # rows of the flexion-only table
 QUANTITIES = (("internal", "internal rotation, °"), ("varus", "varus, °"), ("origin_anterior", "anterior, mm"),
               ("origin_proximal", "proximal, mm"), ("origin_lateral", "lateral, mm"))
@@ -18,7 +17,7 @@ FLEXION_ONLY = (("varus_deg", "varus, °"), ("internal_rotation_deg", "internal 
                 ("proximal_mm", "proximal, mm"), ("lateral_mm", "lateral, mm"), ("helical_rotation_deg", "rotation, °"),
                 ("instant_centre_anterior_mm", "centre anterior, mm"), ("instant_centre_proximal_mm", "centre proximal, mm"))
 FILES = (("compare.json", "`vrda compare`, degrees 1 to 12"), ("compare_recontacted.json", "the same for recontacted motions"),
-         ("zero_varus.csv", "the flexion-only motion with axes, rolling and sliding ([columns](../../schemas/clinical.md))"),
+         ("zero_varus.csv", "the two-sided motion at each degree with axes, rolling and sliding ([columns](../../schemas/clinical.md))"),
          ("curve.csv", "the same poses in the columns of published curves, for `vrda report --against`"),
          ("knee.mot", "the same for OpenSim ([columns](../../schemas/exports.md))"))
 
@@ -71,10 +70,8 @@ def audits_table(at_grid, between):
     return table(["motion", *[f"grid: {name}" for name in names], *[f"refined: {name}" for name in names]], rows)
 
 
-def flexion_only_table(path):
+def flexion_only_table(rows):
     """Every tenth degree of the flexion-only motion."""
-    with open(path, encoding="utf-8") as file:
-        rows = [row for row in csv.DictReader(file) if float(row["flexion_deg"]) % EVERY_DEG == 0.0]
     return table(["flexion, °"] + [name for _, name in FLEXION_ONLY],
                  [[short(row["flexion_deg"])] + [short(row[key]) for key, _ in FLEXION_ONLY] for row in rows])
 
@@ -90,52 +87,57 @@ def against_table(report):
     return table(["motion, curve"] + [heading for _, heading in QUANTITIES], rows)
 
 
-def pictures(folder):
-    """All plots of the report, in the order of the page."""
-    order = ("stills", "summary", "surfaces", "degrees", "rotation", "translations", "comparison", "contact-paths", "axes", "branches", "forces", "fibres", "grid")
-    return "\n\n".join(f"![{name}](plots/{name}.png)" for name in order if (folder / "plots" / f"{name}.png").exists())
+PLOTS = ("stills", "summary", "surfaces", "degrees", "rotation", "translations", "comparison", "contact-paths", "axes", "branches", "forces", "fibres", "grid")
 
 
-def warnings_list(model):
-    """The warnings of the report."""
-    return "\n".join(f"- {line}" for line in model["warnings"]) or "- none"
+def two_sided_table(by_motion):
+    """Poses in which both compartments are in contact, and the largest gap and overlap of each."""
+    keys = [f"largest_{fault}_{side}_mm" for side in ("medial", "lateral") for fault in ("gap", "overlap")]
+    rows = [[f"`{name}`", f"{one['both_in_contact']} of {one['poses']}"] + [short(one[key]) for key in keys] for name, one in by_motion.items()]
+    return table(["motion", "both in contact", "medial gap, mm", "medial overlap", "lateral gap", "lateral overlap"], rows)
 
 
-def main(folder_name, records_name):
-    """Prints the page."""
-    folder, records = pathlib.Path(folder_name), pathlib.Path(records_name)
+def collect(folder, records):
+    """Only what the page shows."""
     load = lambda path: json.loads(path.read_text(encoding="utf-8"))
-    plain, recontacted = load(folder / "compare.json"), load(folder / "compare_recontacted.json")
-    report = load(records / "report.json")
+    report, info = load(records / "report.json"), load(records / "info.json")
     model = report["models"][0]
-    print(f"# {model['title']}\n")
-    print(f"Written by `scripts/reports` of `jobs/{folder.name}.toml`: {model['numbers']['stable']} of {model['numbers']['cells']} attitudes solved.\n"
-          "The commands are in that script, which also writes the report page `report/index.html`.\n")
-    print("\n".join(f"- [{name}]({name}): {what}" for name, what in FILES) + "\n")
-    print(f"Warnings of the report:\n\n{warnings_list(model)}\n")
-    print((folder / "remarks.md").read_text(encoding="utf-8").strip() + "\n")
-    print("## Degrees of smoothing\n")
+    with open(folder / "zero_varus.csv", encoding="utf-8") as file:
+        rows = [{key: row[key] for key in ("flexion_deg", *(name for name, _ in FLEXION_ONLY))} for row in csv.DictReader(file) if float(row["flexion_deg"]) % EVERY_DEG == 0.0]
+    marks = collections.Counter(cell["plausibility"] for cell in info["doubtful"])
+    return {"folder": folder.name, "title": model["title"], "stable": model["numbers"]["stable"], "cells": model["numbers"]["cells"], "warnings": model["warnings"],
+            "marks": dict(sorted(marks.items())), "two_sided": info["two_sided"], "plain": load(folder / "compare.json"), "recontacted": load(folder / "compare_recontacted.json"),
+            "audit_grid": load(records / "audit_grid.json"), "audit_between": load(records / "audit_between.json"), "rows": rows,
+            "against": bool(report["against"]), "differences": [one for one in report["differences"] if one["curve"] in SHOWN_AGAINST],
+            "plots": [name for name in PLOTS if (folder / "plots" / f"{name}.png").exists()]}
+
+
+def page(n, stamp):
+    """The page."""
+    plain, recontacted = n["plain"], n["recontacted"]
     reason = plain["recommendation"]["reason"]
     if plain["recommendation"]["degree"] is None:
         reason = f"no degree is good enough ({plain['recommendation']['status']}): {reason}"
-    print(f"{reason[0].upper()}{reason[1:]}.\n")
-    print(errors_table(plain))
-    print("Visible: share of attitudes that move by more than 0.145 mm or 0.27 degrees. Largest penetration and gap in mm along Delta, at the attitudes of the grid and\n"
-          "halfway between them, of the polynomials and of the motions after `--recontact`:\n")
-    print(faults_table(plain, recontacted))
-    print("## Audits\n")
-    print("`vrda audit --set all`, at the grid's attitudes, and with each cell divided into 4 x 4 (4 if varus is free):\n")
-    print(audits_table(load(records / "audit_grid.json"), load(records / "audit_between.json")))
-    print("## Flexion alone\n")
-    print("Both condyles in contact; rotation and instant centre between this flexion and the next row of `zero_varus.csv`:\n")
-    print(flexion_only_table(folder / "zero_varus.csv"))
-    if report["against"]:
-        print("## Against measured and simulated curves\n")
-        print("RMS difference (largest; mean of ours minus theirs). Nothing is fitted. The first is a passive cycle of the same person's knee in dynamic\n"
-              "MRI (noise about 1 to 2 degrees and 1 mm), the others are simulations of it.\n")
-        print(against_table(report))
-    print("## Pictures\n")
-    print(pictures(folder))
-
-
-main(*sys.argv[1:])
+    marks = ", ".join(f"{name} {count}" for name, count in n["marks"].items()) or "none"
+    parts = [f"# {n['title']}\n",
+             f"Written by `scripts/reports` of `jobs/{n['folder']}.toml`: {n['stable']} of {n['cells']} attitudes solved.\n"
+             "The commands are in that script, which also writes the report page `report/index.html`.\n", stamp + "\n",
+             "\n".join(f"- [{name}]({name}): {what}" for name, what in FILES) + "\n",
+             f"Stable attitudes marked as implausible (`/plausibility`): {marks}.\n",
+             "Warnings of the report:\n\n" + ("\n".join(f"- {line}" for line in n["warnings"]) or "- none") + "\n",
+             (RESULTS / n["folder"] / "remarks.md").read_text(encoding="utf-8").strip() + "\n",
+             "## Degrees of smoothing\n", f"{reason[0].upper()}{reason[1:]}.\n", errors_table(plain),
+             "Visible: share of attitudes that move by more than 0.145 mm or 0.27 degrees. Largest penetration and gap in mm along Delta, at the attitudes of the grid and\n"
+             "halfway between them, of the polynomials and of the motions after `--recontact`:\n", faults_table(plain, recontacted),
+             "## Audits\n", "`vrda audit --set all`, at the grid's attitudes, and with each cell divided into 4 x 4 (4 if varus is free):\n",
+             audits_table(n["audit_grid"], n["audit_between"]),
+             "Both compartments in contact (within 0.145 mm), of the poses of each motion:\n",
+             two_sided_table(n["two_sided"]),
+             "## Flexion alone\n", "The two-sided motion, which is the default of player and exports; rotation and instant centre between this flexion and the next row of `zero_varus.csv`:\n",
+             flexion_only_table(n["rows"])]
+    if n["against"]:
+        parts += ["## Against measured and simulated curves\n",
+                  "RMS difference (largest; mean of ours minus theirs). Nothing is fitted. The first is a passive cycle of the same person's knee in dynamic\n"
+                  "MRI (noise about 1 to 2 degrees and 1 mm), the others are simulations of it.\n", against_table(n)]
+    parts += ["## Pictures\n", "\n\n".join(f"![{name}](plots/{name}.png)" for name in n["plots"])]
+    return "\n".join(parts) + "\n"

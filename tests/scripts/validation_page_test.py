@@ -1,4 +1,4 @@
-"""scripts/validation_table on records in the form of the tests."""
+"""scripts/pages/validation.py on records in the form of the tests."""
 import json
 import pathlib
 import subprocess
@@ -6,7 +6,7 @@ import sys
 import tempfile
 import unittest
 
-SCRIPT = pathlib.Path(__file__).parents[2] / "scripts" / "validation_table"
+SCRIPT = pathlib.Path(__file__).parents[2] / "scripts" / "pages" / "validation.py"
 
 
 def a_property(test, seed, **more):
@@ -28,7 +28,7 @@ def a_trace(status="stable"):
     return {"title": "Ball in a dish", "searches": [{**search, "node": "spine_probe"}, search]}
 
 
-class ValidationTable(unittest.TestCase):
+class ValidationPage(unittest.TestCase):
     def page(self, release, asan=None, traces=None):
         """Completed process for these records."""
         with tempfile.TemporaryDirectory() as folder:
