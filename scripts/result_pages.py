@@ -49,11 +49,14 @@ CONTACT, LIGAMENTS, LIVING = GENERIC["stability-search"], GENERIC["equilibrium"]
 REAL_KNEES = tuple(f"jobs/knee-{name}.toml" for name in ("jam-smith2019", "pymskt-dess", "vhf-left", "vhf-right"))
 SEARCH_OF_THESIS = tuple(f"jobs/validation/{name}.toml" for name in ("ball-in-dish", "bar-on-pyramids", "cap-in-sink"))
 COARSE_KNEE = ("grid.flexion.step=10", "grid.varus.step=5", "smooth.degrees=[3]")
+BY_EQUILIBRIUM = ("solver.method=equilibrium",)
 MENISCI = ("moving.component.2.contact=true", "moving.component.3.contact=true")
 PAGES = {
     "thesis": Page("results/thesis.md", ("scripts/thesis",), "thesis",
                    tuple(map(Run, (CONTACT, LIGAMENTS, *SEARCH_OF_THESIS)))),
     "validation": Page("results/validation.md", ("scripts/validation",), "validation", (*map(Run, validation_jobs()), Run(CONTACT, COARSE_KNEE))),
+    "generic-knee": Page("results/knee-generic.md", ("scripts/generic-knee",), "generic_knee",
+                         (Run(LIGAMENTS), Run(CONTACT), Run(CONTACT, BY_EQUILIBRIUM), *map(Run, validation_jobs()), *(Run(job, BY_EQUILIBRIUM) for job in validation_jobs()))),
     "knee-generic": Page("results/knee-generic/README.md", ("scripts/reports",), "knee_report", (Run(LIGAMENTS),), ("results/knee-generic/remarks.md",)),
     "knee-jam-smith2019-ligaments": Page("results/knee-jam-smith2019-ligaments/README.md", ("scripts/reports",), "knee_report", (Run(LIVING),),
                                          ("results/knee-jam-smith2019-ligaments/remarks.md", "data:kinematics")),
@@ -61,6 +64,9 @@ PAGES = {
     "living-knee": Page("results/living-knee.md", ("scripts/living-knee",), "living_knee",
                         (Run(LIVING), Run(LIVING, MENISCI), Run(LIVING, (*MENISCI, "moving.component.2.inset_mm=0.5", "moving.component.3.inset_mm=0.5"))),
                         ("data:kinematics",)),
+    "player": Page("results/player.md", ("scripts/pictures",), "player", (Run(LIGAMENTS), Run(LIVING)), ("jobs/bench-desk.toml",)),
+    "fuzz": Page("results/fuzz.md", ("scripts/fuzz", "--record"), "fuzz", (), ("tests/fuzz/corpus",)),
+    "benchmarks": Page("results/benchmarks.md", ("scripts/bench",), "benchmarks", (Run(CONTACT), Run(LIGAMENTS), Run("jobs/knee-jam-smith2019.toml"))),
     "real-knees": Page("results/real-knees.md", ("scripts/real-knees",), "real_knees", tuple(map(Run, REAL_KNEES))),
 }
 

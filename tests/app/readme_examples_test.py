@@ -24,10 +24,11 @@ ELSEWHERE = {
     ".ci/run": ".ci/run",
     "scripts/fuzz": "tests/fuzz/CMakeLists.txt",
     "scripts/check_includes": "tests/scripts/CMakeLists.txt",
-    "scripts/bench": "tests/scripts/bench_table_test.py",
+    "scripts/bench": "tests/scripts/bench_page_test.py",
     "scripts/validation": "tests/scripts/validation_page_test.py",
     "scripts/results": "tests/scripts/results_test.py",
     "scripts/thesis": "results/thesis.md",
+    "scripts/generic-knee": "results/knee-generic.md",
     "scripts/calibration": "results/calibration.md",
     "scripts/real-knees": "results/real-knees.md",  # as the next: minutes to an hour; the page is what it wrote
     "scripts/reports": "results/knee-generic/README.md",

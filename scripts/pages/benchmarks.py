@@ -1,7 +1,6 @@
-#!/usr/bin/python3
-"""Fills scripts/benchmarks.template.md from Google Benchmark's JSON; prints to standard output.
+"""results/benchmarks.md: scripts/benchmarks.template.md filled from Google Benchmark's JSON.
 
-usage: scripts/bench_table FILE.json...
+usage: python3 scripts/pages/benchmarks.py FILE.json...      prints the page, for scripts/bench --quick and --filter
 A benchmark named room/what/case is a row of the room's table; its counters are columns. Of repetitions the median is used.
 Below the room "scaling": the exponent of time over the counter "triangles".
 Exit code 1 if a benchmark reported an error or none ran.
@@ -121,26 +120,30 @@ def table(room, runs):
     return "\n".join(lines)
 
 
-def main(arguments):
-    runs = [run for path in arguments for run in json.loads(pathlib.Path(path).read_text()).get("benchmarks", [])]
+def collect(*files):
+    """Machine, compiler and the chosen runs, without what depends on the host's name; exits with 1 if a benchmark failed or none ran."""
+    runs = [run for path in files for run in json.loads(pathlib.Path(path).read_text()).get("benchmarks", [])]
     failed = [run for run in runs if run.get("error_occurred")]
     for run in failed:
         print(f"bench: {run['name']} failed: {run.get('error_message', 'no reason given')}", file=sys.stderr)
     chosen = chosen_runs([run for run in runs if not run.get("error_occurred")])
+    if not failed and not chosen:
+        print(f"bench: found no benchmark in {' '.join(map(str, files))}, wanted at least one", file=sys.stderr)
     if failed or not chosen:
-        if not failed:
-            print(f"bench: found no benchmark in {' '.join(arguments)}, wanted at least one", file=sys.stderr)
-        return 1
+        sys.exit(1)
+    return {"machine": machine(), "compiler": compiler(), "repeated": max(run.get("repetitions", 1) for run in chosen), "runs": chosen}
+
+
+def page(numbers, stamp):
+    """The page."""
     rooms = {}
-    for run in chosen:
+    for run in numbers["runs"]:
         rooms.setdefault(parts(run)[0], []).append(run)
-    repeated = max(run.get("repetitions", 1) for run in chosen)
-    template = (pathlib.Path(__file__).parent / "benchmarks.template.md").read_text()
-    print(template.format(
-        machine=machine(), compiler=compiler(), tables="\n\n".join(table(room, of) for room, of in rooms.items()),
-        repetitions="one measurement each" if repeated == 1 else f"median of {repeated} measurements"), end="")
-    return 0
+    template = (pathlib.Path(__file__).parents[1] / "benchmarks.template.md").read_text()
+    return template.format(
+        machine=numbers["machine"], compiler=numbers["compiler"], stamp=stamp, tables="\n\n".join(table(room, of) for room, of in rooms.items()),
+        repetitions="one measurement each" if numbers["repeated"] == 1 else f"median of {numbers['repeated']} measurements")
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.stdout.write(page(collect(*sys.argv[1:]), "Not recorded."))

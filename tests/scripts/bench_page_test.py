@@ -1,4 +1,4 @@
-"""scripts/bench_table on Google Benchmark's JSON."""
+"""scripts/pages/benchmarks.py on Google Benchmark's JSON."""
 import json
 import pathlib
 import subprocess
@@ -6,7 +6,7 @@ import sys
 import tempfile
 import unittest
 
-SCRIPT = pathlib.Path(__file__).parents[2] / "scripts" / "bench_table"
+SCRIPT = pathlib.Path(__file__).parents[2] / "scripts" / "pages" / "benchmarks.py"
 
 
 def run(name, time_ns, **more):
@@ -15,7 +15,7 @@ def run(name, time_ns, **more):
             "real_time": time_ns, "cpu_time": time_ns, "time_unit": "ns", **more}
 
 
-class BenchTable(unittest.TestCase):
+class BenchPage(unittest.TestCase):
     def table(self, *runs):
         """Completed process for a file with these runs and a context with the host name."""
         with tempfile.TemporaryDirectory() as folder:
