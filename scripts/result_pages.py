@@ -60,7 +60,7 @@ PAGES = {
     "knee-generic": Page("results/knee-generic/README.md", ("scripts/reports",), "knee_report", (Run(LIGAMENTS),), ("results/knee-generic/remarks.md",)),
     "knee-jam-smith2019-ligaments": Page("results/knee-jam-smith2019-ligaments/README.md", ("scripts/reports",), "knee_report", (Run(LIVING),),
                                          ("results/knee-jam-smith2019-ligaments/remarks.md", "data:kinematics")),
-    "calibration": Page("results/calibration.md", ("scripts/calibration",), "calibration", (), ("jobs/bench-desk.toml", "scripts/calibration")),
+    "calibration": Page("results/calibration.md", ("scripts/calibration",), "calibration", (), ("jobs/bench-desk.toml",)),
     "living-knee": Page("results/living-knee.md", ("scripts/living-knee",), "living_knee",
                         (Run(LIVING), Run(LIVING, MENISCI), Run(LIVING, (*MENISCI, "moving.component.2.inset_mm=0.5", "moving.component.3.inset_mm=0.5"))),
                         ("data:kinematics",)),
@@ -138,7 +138,7 @@ def write_record(name, numbers, seconds, today):
     if missing:
         sys.exit(f"results: {name}: found no data for {', '.join(missing)} in {data_folder()}, wanted the folder of the real knees")
     record_path(name).parent.mkdir(parents=True, exist_ok=True)
-    record_path(name).write_text(json.dumps(record, indent=1, sort_keys=True, ensure_ascii=False) + "\n", encoding="utf-8")
+    record_path(name).write_text(json.dumps(record, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def stamp(record):

@@ -31,8 +31,8 @@ All layers except the helical axis, with numbers and legends: the raw cell at 30
 
 - Top: contact points (red) and forces on the tibia (green, length proportional to force) at 30 degrees, through the femur. The femur's axes (red anterior, green proximal, blue right), flexion (orange) and varus axis (violet), Delta (white)
   and the helical axis (cyan), all objects transparent.
-- Middle: gap along Delta from plateaus and menisci to the femur, bright yellow 0, dark violet 5 mm, above 6 mm the bone's colour. Left the raw cell, right the recontacted smoothed motion: the lateral side is in contact, and the
-  medial condyle is about 1 mm above its plateau. The red points are those of the raw cell in both.
+- Middle: gap along Delta from plateaus and menisci to the femur, bright yellow 0, dark violet 5 mm, above 6 mm the bone's colour. Left the raw cell, right the two-sided motion: both sides are in
+  contact in each. The red points are those of the raw cell in both.
 - Bottom: 90 degrees from the lateral side; hidden lines at 60 degrees.
 
 ## A real knee (`jobs/knee-jam-smith2019-ligaments.toml`)
