@@ -228,6 +228,8 @@ Json job_json(const load::Case& job_case, const load::PushJob& push)
           {"joint", job_case.joint},
           {"side", job_case.frame.side == Side::left ? "left" : "right"},
           {"method", job_case.method},
+          {"solver_version", model_build::solver_version_of(job_case)},
+          {"job_key", model_build::fingerprint_of(job_case)},
           {"rotation_centre_mm", numbers(job_case.frame.rotation_centre_mm)},
           {"delta", numbers(job_case.frame.delta)},
           {"scaling", job_run::scaling_json(job_case.scaling)},

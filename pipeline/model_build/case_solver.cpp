@@ -110,10 +110,14 @@ JointBounds joint_bounds_of(const load::Case& job_case)
   return bounds;
 }
 
+std::string solver_version_of(const load::Case& job_case)
+{
+  return job_case.method == "equilibrium" ? equilibrium_version : search_version;
+}
+
 std::string fingerprint_of(const load::Case& job_case)
 {
-  const char* version = job_case.method == "equilibrium" ? equilibrium_version : search_version;
-  std::string all = std::string(version) + '\n' + job_case.steps_job_text;
+  std::string all = solver_version_of(job_case) + '\n' + job_case.steps_job_text;
   for (const load::LoadedInput& input : job_case.inputs) {
     if (input.affects_steps) all += '\n' + input.name + ' ' + input.sha256;
   }

@@ -23,6 +23,9 @@ sweep::SweepPlan plan_of(const load::Case& job_case);
 /// Rotation: 45 degrees for a knee, else 90.
 JointBounds joint_bounds_of(const load::Case& job_case);
 
+/// Changes when the same job may give other bytes.
+std::string solver_version_of(const load::Case& job_case);
+
 /// SHA-256 of everything that determines the steps: solver version, resolved job, inputs. If scaling keeps
 /// the steps it is that of the unscaled job, so one journal serves every size.
 std::string fingerprint_of(const load::Case& job_case);

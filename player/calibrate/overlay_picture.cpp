@@ -56,6 +56,38 @@ void send_stage(bench::BenchState& state, const bench_files::BenchFile& bench,
   state.take(sample);
 }
 
+bool is_skin(const Component& component)
+{
+  return component.material == "skin";
+}
+
+/// The body as the bench draws it: without components of material "skin", which are the real leg's surface.
+Body without_skin(Body body)
+{
+  Part& part = body.visual;
+  std::vector<Eigen::Index> kept;
+  std::vector<std::int32_t> component;
+  for (std::size_t k = 0; k < part.component.size(); ++k) {
+    if (is_skin(body.components[static_cast<std::size_t>(part.component[k])])) continue;
+    kept.push_back(static_cast<Eigen::Index>(k));
+    component.push_back(part.component[k]);
+  }
+  part = {select_triangles(part.mesh, kept), component};
+  return body;
+}
+
+/// Hides everything but the leg's surface, if the model has one.
+void show_skin(scene::Scene& scene, const store::MotionModel& model)
+{
+  const auto is_of_skin = [&](const scene::Drawable& drawable) {
+    const Body& body = drawable.owner == scene::Owner::reference ? model.reference : model.moving;
+    return std::any_of(body.components.begin(), body.components.end(),
+                       [&](const Component& c) { return is_skin(c) && c.name == drawable.name; });
+  };
+  if (std::none_of(scene.drawables.begin(), scene.drawables.end(), is_of_skin)) return;
+  for (scene::Drawable& drawable : scene.drawables) drawable.is_shown = is_of_skin(drawable);
+}
+
 /// Paints all parts in one grey, as a leg.
 void paint_grey(scene::Scene& scene)
 {
@@ -90,12 +122,14 @@ optics::ShownBox box_of_leg(ModelOnBench& joint, const optics::Eye& eye)
   return {(box.low_px.array() - border_px).floor(), (box.high_px.array() + border_px).ceil()};
 }
 
-render::Image real_leg(ModelOnBench& joint, const optics::Eye& eye, const optics::ShownBox& box, double scale)
+render::Image real_leg(ModelOnBench& joint, const store::MotionModel& model, const optics::Eye& eye,
+                       const optics::ShownBox& box, double scale)
 {
   const bench::BenchFrame& frame = joint.state.frame(0);
   joint.view.place(frame, joint.state.values().calibration);
   scene::Scene scene = joint.view.scene();
   paint_grey(scene);
+  show_skin(scene, model);
   const Eigen::Vector2i size = (scale * (box.high_px - box.low_px)).array().round().cast<int>();
   const std::unique_ptr<render::Renderer> renderer =
       render::make_offscreen_renderer({size.x(), size.y(), smoothing_samples, 0.0});
@@ -179,19 +213,21 @@ render::Image overlay_picture(const bench_files::BenchFile& bench, const virtual
                               const bench_files::Calibration& calibration, const store::MotionModel& model,
                               const OverlayPictureOptions& options)
 {
-  const auto on_bench = [&](const bench_files::Calibration& known) {
-    auto joint = std::make_unique<ModelOnBench>(bench, known, store::scaled_model(model, known.subject_scale),
+  const auto on_bench = [&](const store::MotionModel& shown, const bench_files::Calibration& known) {
+    auto joint = std::make_unique<ModelOnBench>(bench, known, store::scaled_model(shown, known.subject_scale),
                                                 options.set);
     send_truth(joint->state, bench, truth);
     if (bench.head == bench_files::HeadKind::stage) send_stage(joint->state, bench, truth);
     return joint;
   };
   const optics::Eye& eye = truth.calibration.eyes.left;
-  const std::unique_ptr<ModelOnBench> real = on_bench(truth.calibration);
+  const std::unique_ptr<ModelOnBench> real = on_bench(model, truth.calibration);
   const optics::ShownBox box = box_of_leg(*real, eye);
   const double scale = options.height / (box.high_px.y() - box.low_px.y());
-  render::Image seen = real_leg(*real, eye, box, scale);
-  add_display(seen, box, drawn_by_bench(*on_bench(calibration), bench), eye);
+  render::Image seen = real_leg(*real, model, eye, box, scale);
+  store::MotionModel bones = model;
+  for (Body* body : {&bones.reference, &bones.moving}) *body = without_skin(std::move(*body));
+  add_display(seen, box, drawn_by_bench(*on_bench(bones, calibration), bench), eye);
   return seen;
 }
 

@@ -155,6 +155,8 @@ TEST(Commands, CheckOfASearchHasItsStepsAndNoLoads)
   EXPECT_TRUE(json.at("equilibrium").is_null());
   EXPECT_TRUE(json.at("ligaments").is_null());
   EXPECT_EQ(json.at("steps").at("translation_mm"), 1.0);
+  EXPECT_THAT(json.at("solver_version").get<std::string>(), testing::MatchesRegex("stability-search [0-9]+"));
+  EXPECT_THAT(json.at("job_key").get<std::string>(), testing::MatchesRegex("[0-9a-f]+"));
   EXPECT_EQ(json.at("grid").at("varus_is_free"), false);
   EXPECT_EQ(json.at("grid").at("varus").at("count"), 5);
 }

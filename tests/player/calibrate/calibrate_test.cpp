@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
@@ -427,6 +428,36 @@ TEST_F(Calibrate, PicturesShowWhatWasFound)
   EXPECT_EQ(n_lit(viewport, 30, 300, 280, 700), 0);
   EXPECT_EQ(n_lit(viewport, 520, 100, 860, 300), 340 * 200);
   EXPECT_EQ(n_lit(viewport, 520, 450, 860, 680), 340 * 230);
+}
+
+TEST_F(Calibrate, TheOverlayDrawsNoSkinButShowsItAsTheLeg)
+{
+  const auto overlay = [&](const std::string& material) {
+    store::MotionModel model = test::model_of({});
+    test::add_bodies(model);
+    for (Body* body : {&model.reference, &model.moving}) {
+      body->components.push_back({"surface", material});
+      body->visual = body->contact;
+      body->visual.mesh.vertices_mm *= 1.5;
+      std::fill(body->visual.component.begin(), body->visual.component.end(),
+                static_cast<std::int32_t>(body->components.size() - 1));
+    }
+    calibrate::CalibrateOptions all = options("all", material + ".toml");
+    all.model = in_scratch(material + ".h5");
+    all.pictures = in_scratch(material);
+    store::write_motion_model(all.model, model);
+    calibrated(all);
+    return render::read_png_texture(all.pictures + "/overlay.png");
+  };
+  const auto n_bright = [](const scene::Texture& picture) {
+    return std::count_if(picture.rgb.begin(), picture.rgb.end(),
+                         [](std::uint8_t code) { return code > 160; });
+  };
+  const scene::Texture bone = overlay("bone"), skin = overlay("skin");
+  EXPECT_GT(n_lit(skin, 0, 50, skin.width, skin.height), 1000);
+  // The displayed light covers the contact parts only, of 1 / 1.5 of the size.
+  EXPECT_GT(n_bright(skin), 500);
+  EXPECT_LT(n_bright(skin), 0.75 * static_cast<double>(n_bright(bone)));
 }
 
 TEST_F(Calibrate, AScriptShowsItsTasks)
