@@ -36,7 +36,7 @@ scene::VertexColour bytes_of(const std::array<float, 3>& colour)
 }
 
 /// Whole pixels of a horizontal or vertical line.
-gui::OverlayBox pixels_of(const calibration_tasks::DrawnLine& line)
+gui::OverlayBox pixels_of(const DrawnLine& line)
 {
   Eigen::Vector2d low = line.points_px.front(), high = line.points_px.front();
   for (const Eigen::Vector2d& p : line.points_px) {
@@ -60,14 +60,13 @@ int decimals_of_step(double step)
 
 }  // namespace
 
-std::string dial_text(const calibration_tasks::Dial& dial, double value)
+std::string dial_text(const Dial& dial, double value)
 {
   return dial.name + " " + settings::rounded_text(value, decimals_of_step(dial.step)) +
          (dial.unit.empty() ? "" : " " + dial.unit);
 }
 
-void add_drawn_line(render::Overlay& overlay, const gui::OverlayText& text,
-                    const calibration_tasks::DrawnLine& line)
+void add_drawn_line(render::Overlay& overlay, const gui::OverlayText& text, const DrawnLine& line)
 {
   if (line.is_smooth) {
     text.add_line(overlay, line.points_px, line.width_px, bytes_of(line.colour));
@@ -76,16 +75,13 @@ void add_drawn_line(render::Overlay& overlay, const gui::OverlayText& text,
   }
 }
 
-CalibrationPanel::CalibrationPanel(const bench_files::BenchFile& bench)
-    : text_(text_px), display_(bench.display)
-{
-}
+CalibrationPanel::CalibrationPanel(const BenchFile& bench) : text_(text_px), display_(bench.display) {}
 
 void CalibrationPanel::add_lines(const CalibrationPanelContent& content)
 {
   for (const bool is_right : {false, true}) {
     if (content.boxes) gui::clip_overlay(overlay_, overlay_box((*content.boxes)[is_right ? 1 : 0]));
-    for (const calibration_tasks::DrawnLine& line : content.lines)
+    for (const DrawnLine& line : content.lines)
       if (line.is_right == is_right) add_drawn_line(overlay_, text_, line);
   }
   gui::clip_overlay(overlay_,
@@ -119,11 +115,11 @@ void CalibrationPanel::add_wrapped(std::vector<Words>& words, const std::string&
   }
 }
 
-void CalibrationPanel::add_task(std::vector<Words>& words,
-                                const calibration_tasks::CalibrationSession& session, float width_px) const
+void CalibrationPanel::add_task(std::vector<Words>& words, const CalibrationSession& session,
+                                float width_px) const
 {
-  const calibration_tasks::Task& task = *session.task();
-  const calibration_tasks::CalibrationProgress& progress = session.progress();
+  const Task& task = *session.task();
+  const CalibrationProgress& progress = session.progress();
   add_wrapped(words,
               std::string(bench_files::name_of(progress.part)) + ": " + std::to_string(progress.n_done + 1) +
                   " of " + std::to_string(progress.n_tasks) + ", " + task.name,
@@ -147,9 +143,9 @@ void CalibrationPanel::add_task(std::vector<Words>& words,
   }
 }
 
-std::vector<CalibrationPanel::Words> CalibrationPanel::words_of(
-    const calibration_tasks::CalibrationSession& session, const CalibrationPanelContent& content,
-    float width_px) const
+std::vector<CalibrationPanel::Words> CalibrationPanel::words_of(const CalibrationSession& session,
+                                                                const CalibrationPanelContent& content,
+                                                                float width_px) const
 {
   std::vector<Words> words;
   if (content.has_help) {
@@ -163,7 +159,7 @@ std::vector<CalibrationPanel::Words> CalibrationPanel::words_of(
   } else {
     add_wrapped(words, "All requested parts are done. Enter: quit", done_colour, width_px);
   }
-  const calibration_tasks::CalibrationProgress& progress = session.progress();
+  const CalibrationProgress& progress = session.progress();
   for (const std::string& line : progress.messages)
     add_wrapped(words, line, progress.has_error ? warning_colour : done_colour, width_px);
   for (const std::string& note : content.notes) add_wrapped(words, note, ink, width_px);
@@ -173,7 +169,7 @@ std::vector<CalibrationPanel::Words> CalibrationPanel::words_of(
   return words;
 }
 
-const render::Overlay& CalibrationPanel::drawn(const calibration_tasks::CalibrationSession& session,
+const render::Overlay& CalibrationPanel::drawn(const CalibrationSession& session,
                                                const CalibrationPanelContent& content)
 {
   gui::clear_overlay(overlay_, display_.width, display_.height);

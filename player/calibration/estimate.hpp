@@ -35,6 +35,11 @@ double t_95(double dof);
 /// Half the width of the 95 % interval of number `k`.
 double half_width_95(const Estimate& estimate, Eigen::Index k);
 
+/// Decimals for two significant digits of `size`.
+int decimals_for(double size);
+/// "880.2 +- 1.4 px": number `k` with its interval, of which two digits are left.
+std::string interval_text(const Estimate& estimate, Eigen::Index k);
+
 /// Appends `part` to `whole` as an independent estimate (block-diagonal covariance, same residual unit). The
 /// smaller number of degrees of freedom is kept.
 void append(Estimate& whole, const Estimate& part);

@@ -9,19 +9,17 @@
 namespace vrda::calibration_tasks {
 
 /// Mark of `task` in a record, or nullptr.
-const bench_files::CalibrationMark* find_mark(const bench_files::CalibrationRecord& record,
-                                              const std::string& task);
+const CalibrationMark* find_mark(const CalibrationRecord& record, const std::string& task);
 
 /// Index of the first task without a mark, or the number of tasks.
-std::size_t next_task(const std::vector<Task>& tasks, const bench_files::CalibrationRecord& record);
+std::size_t next_task(const std::vector<Task>& tasks, const CalibrationRecord& record);
 
 /// Inserts `mark` in task order, replacing an earlier mark of the task.
-void insert_mark(bench_files::CalibrationRecord& record, const std::vector<Task>& tasks,
-                 bench_files::CalibrationMark mark);
+void insert_mark(CalibrationRecord& record, const std::vector<Task>& tasks, CalibrationMark mark);
 
 /// Throws InputError with `path` and the record's key `place` if a mark belongs to no task or its rows do not
 /// match the task kind.
-void require_task_marks(const bench_files::CalibrationRecord& record, const std::vector<Task>& tasks,
+void require_task_marks(const CalibrationRecord& record, const std::vector<Task>& tasks,
                         const std::string& place, const std::string& path);
 
 /// Pose from seven numbers of a row, starting at `at`.
@@ -30,26 +28,24 @@ Pose sampled_pose(std::span<const double> row, std::size_t at = 0);
 Eigen::Vector3d sampled_position(std::span<const double> row);
 
 /// Applies the estimate of `part` (viewport, distortion, eyepoints or ipd) to `eyes`.
-void apply_estimate(optics::EyePair& eyes, bench_files::CalibrationPart part,
-                    const calibration::Estimate& found);
+void apply_estimate(optics::EyePair& eyes, CalibrationPart part, const Estimate& found);
 
 /// Nominal eyes with the estimates of these parts before `part`.
-optics::EyePair eyes_before(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                            const bench_files::Calibration& calibration);
+optics::EyePair eyes_before(CalibrationPart part, const PartInput& in);
 
-/// Estimate of a part. Throws InputError with `path` if it is missing.
-const calibration::Estimate& estimate_of(bench_files::CalibrationPart part,
-                                         const bench_files::Calibration& calibration,
-                                         const std::string& path);
+/// Record and estimate of a part, or nullptr.
+const CalibrationRecord* find_record(const Calibration& calibration, CalibrationPart part);
+const Estimate* find_estimate(const Calibration& calibration, CalibrationPart part);
+/// Throws InputError if the estimate is missing.
+const Estimate& estimate_of(CalibrationPart part, const PartInput& in);
 
 /// Block of an estimate's covariance for `names`, scaled to the normal distribution with the same 95 %
 /// intervals. Used as the prior covariance of later fits.
-Eigen::MatrixXd prior_covariance(const calibration::Estimate& estimate,
-                                 const std::vector<std::string>& names);
+Eigen::MatrixXd prior_covariance(const Estimate& estimate, const std::vector<std::string>& names);
 
-double value_in(const calibration::Estimate& estimate, const std::string& name);
+double value_in(const Estimate& estimate, const std::string& name);
 /// Pose from the six numbers "name.shift_x" to "name.turn_z".
-Pose pose_in(const calibration::Estimate& estimate, const std::string& name);
+Pose pose_in(const Estimate& estimate, const std::string& name);
 /// "left", "right"
 const char* side_name(bool is_right);
 /// Names of the distortion numbers of one eye: "left.k1", ...

@@ -36,22 +36,21 @@ struct ScannedLine {
 
 /// Marked scans of an edge, for the eye of `task`.
 std::vector<ScannedLine> scans_of(calibration::Edge edge, const Task& task, const std::vector<Task>& tasks,
-                                  const bench_files::CalibrationRecord& record)
+                                  const CalibrationRecord& record)
 {
   std::vector<ScannedLine> scans;
   for (const Task& t : tasks) {
     if (t.kind != TaskKind::scan_line || t.is_right != task.is_right || t.index != static_cast<int>(edge))
       continue;
-    if (const bench_files::CalibrationMark* mark = find_mark(record, t.name))
-      scans.push_back({t.name, mark->rows[0][0]});
+    if (const CalibrationMark* mark = find_mark(record, t.name)) scans.push_back({t.name, mark->rows[0][0]});
   }
   return scans;
 }
 
 }  // namespace
 
-void require_edge_order(const std::vector<Task>& tasks, const bench_files::CalibrationRecord& record,
-                        std::size_t done, const std::string& path)
+void require_edge_order(const std::vector<Task>& tasks, const CalibrationRecord& record, std::size_t done,
+                        const std::string& path)
 {
   const Task& last = tasks[done];
   if (last.kind != TaskKind::scan_line) return;
@@ -65,7 +64,7 @@ void require_edge_order(const std::vector<Task>& tasks, const bench_files::Calib
   std::vector<std::string> rejected;
   for (const ScannedLine& scan : scans) rejected.push_back(scan.task);
   for (const ScannedLine& scan : scans_of(edge, last, tasks, record)) rejected.push_back(scan.task);
-  throw PartRefusal({path, bench_files::name_of(bench_files::CalibrationPart::viewport),
+  throw PartRefusal({path, bench_files::name_of(CalibrationPart::viewport),
                      "crossed edges of the " + eye_text(last.is_right) + ": " + calibration::name_of(edge) +
                          " beyond " + calibration::name_of(opposite(edge)),
                      "left before right and top before bottom; scan both edges again"},

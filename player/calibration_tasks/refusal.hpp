@@ -36,8 +36,8 @@ auto run_fit(const std::vector<std::string>& tasks, const Fit& fit)
 }
 
 /// Throws PartRefusal if the mark of task `done` crosses a scan of the opposite edge.
-void require_edge_order(const std::vector<Task>& tasks, const bench_files::CalibrationRecord& record,
-                        std::size_t done, const std::string& path);
+void require_edge_order(const std::vector<Task>& tasks, const CalibrationRecord& record, std::size_t done,
+                        const std::string& path);
 
 /// Message for the screen: field, found and wanted, without the file.
 std::string screen_message(const InputError& error);

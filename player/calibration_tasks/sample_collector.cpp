@@ -45,16 +45,16 @@ double rounded_mm(double value)
   return rounded(value, 1e5);
 }
 
-SampleCollector::SampleCollector(const bench_files::BenchFile& bench) : bench_(bench)
+SampleCollector::SampleCollector(const BenchFile& bench) : bench_(bench)
 {
   for (std::size_t role = 0; role < bench_files::n_body_roles; ++role) {
     if (bench.bodies[role])
       trackers_[role].emplace(*bench.bodies[role],
-                              bench_files::first_tool_index(bench, static_cast<bench_files::BodyRole>(role)));
+                              bench_files::first_tool_index(bench, static_cast<BodyRole>(role)));
   }
 }
 
-void SampleCollector::begin(const Task& task, const std::optional<bench_files::BodyRole>& role)
+void SampleCollector::begin(const Task& task, const std::optional<BodyRole>& role)
 {
   const std::vector<std::string>& tools = bench_.tracker->tools;
   const auto found = std::find(tools.begin(), tools.end(), task.tool);
