@@ -147,7 +147,7 @@ void write_parts(const CalibrateOptions& options, const CalibrateSetup& setup, c
 bool is_place_adjusted(const CalibrateSetup& setup)
 {
   return setup.bench.calibration.is_model_adjusted &&
-         std::any_of(setup.parts.begin(), setup.parts.end(), calibration_tasks::is_model_part);
+         std::ranges::any_of(setup.parts, calibration_tasks::is_model_part);
 }
 
 void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)

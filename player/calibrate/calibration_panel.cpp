@@ -9,9 +9,7 @@
 namespace vrda::calibrate {
 namespace {
 
-constexpr float margin_px = 12.0F;
-constexpr scene::VertexColour paper{24, 27, 32, 255}, warning_colour{255, 176, 46, 255},
-    done_colour{96, 200, 120, 255};
+using gui::margin_px;
 
 gui::OverlayBox overlay_box(const optics::ShownBox& box)
 {
@@ -75,7 +73,10 @@ void add_drawn_line(render::Overlay& overlay, const gui::OverlayText& text, cons
   }
 }
 
-CalibrationPanel::CalibrationPanel(const BenchFile& bench) : text_(text_px), display_(bench.display) {}
+CalibrationPanel::CalibrationPanel(const BenchFile& bench)
+    : text_(gui::panel_text_px), display_(bench.display)
+{
+}
 
 void CalibrationPanel::add_lines(const CalibrationPanelContent& content)
 {
@@ -132,14 +133,14 @@ void CalibrationPanel::add_task(std::vector<Words>& words, const CalibrationSess
     const std::string mark = !is_selecting ? (k == 0 ? "Left, Right: " : "Up, Down: ")
                              : is_live     ? "> "
                                            : "- ";
-    add_wrapped(words, mark + dial_text(task.dials[k], session.values()[k]), is_live ? done_colour : ink,
+    add_wrapped(words, mark + dial_text(task.dials[k], session.values()[k]), is_live ? gui::green : ink,
                 width_px);
   }
   if (progress.is_sampling) {
     add_wrapped(words,
                 std::to_string(progress.n_samples) + " of " + std::to_string(task.n_samples) +
                     " samples of " + task.tool,
-                done_colour, width_px);
+                gui::green, width_px);
   }
 }
 
@@ -157,14 +158,14 @@ std::vector<CalibrationPanel::Words> CalibrationPanel::words_of(const Calibratio
   if (session.task() != nullptr) {
     add_task(words, session, width_px);
   } else {
-    add_wrapped(words, "All requested parts are done. Enter: quit", done_colour, width_px);
+    add_wrapped(words, "All requested parts are done. Enter: quit", gui::green, width_px);
   }
   const CalibrationProgress& progress = session.progress();
   for (const std::string& line : progress.messages)
-    add_wrapped(words, line, progress.has_error ? warning_colour : done_colour, width_px);
+    add_wrapped(words, line, progress.has_error ? gui::amber : gui::green, width_px);
   for (const std::string& note : content.notes) add_wrapped(words, note, ink, width_px);
-  for (const std::string& trouble : content.troubles) add_wrapped(words, trouble, warning_colour, width_px);
-  if (!content.message.empty()) add_wrapped(words, content.message, warning_colour, width_px);
+  for (const std::string& trouble : content.troubles) add_wrapped(words, trouble, gui::amber, width_px);
+  if (!content.message.empty()) add_wrapped(words, content.message, gui::amber, width_px);
   add_wrapped(words, "H: keys", faint, width_px);
   return words;
 }
@@ -176,7 +177,7 @@ const render::Overlay& CalibrationPanel::drawn(const CalibrationSession& session
   add_lines(content);
   const std::optional<optics::Viewport> area = bench::operator_area(display_);
   const optics::Viewport home = area ? *area : inner(session.calibration().eyes.left.visible);
-  if (area) text_.add_area(overlay_, bench::overlay_box(home), paper);
+  if (area) text_.add_area(overlay_, gui::overlay_box(home), gui::paper);
   const std::vector<Words> words =
       words_of(session, content, static_cast<float>(home.width) - 2.0F * margin_px);
   const float height_px = text_.line_px() * static_cast<float>(words.size());

@@ -10,9 +10,7 @@
 
 namespace vrda::calibrate {
 
-/// Text height and colours of the panel and of sheets.
-inline constexpr double text_px = 15.0;
-inline constexpr scene::VertexColour ink{226, 230, 235, 255}, faint{150, 157, 166, 255};
+using gui::faint, gui::ink;
 
 struct CalibrationPanelContent {
   /// In picture pixels, in drawing order.

@@ -25,7 +25,8 @@ Eigen::Vector2d placed(const SheetFrame& frame, const Eigen::Vector2d& p_px)
 }  // namespace
 
 Sheet::Sheet(int width, int height)
-    : renderer_(render::make_offscreen_renderer({width, height, samples_of_sheet, 0.0})), text_(text_px)
+    : renderer_(render::make_offscreen_renderer({width, height, samples_of_sheet, 0.0})),
+      text_(gui::panel_text_px)
 {
   nothing_.background = scene::background_of(scene::Backdrop::black);
   renderer_->load(nothing_);
@@ -244,7 +245,7 @@ std::vector<AlignedTask> aligned_tasks(const PictureRequest& request, TaskKind k
   std::vector<AlignedTask> found;
   for (const Task& task : request.tasks) {
     const auto is_same = [&](const AlignedTask& other) { return other.task->index == task.index; };
-    if (task.kind != kind || task.is_right || std::any_of(found.begin(), found.end(), is_same)) continue;
+    if (task.kind != kind || task.is_right || std::ranges::any_of(found, is_same)) continue;
     const CalibrationRecord* record = calibration_tasks::find_record(request.found, part);
     const CalibrationMark* mark =
         record == nullptr ? nullptr : calibration_tasks::find_mark(*record, task.name);

@@ -86,7 +86,7 @@ std::string json_of(std::span<const CalibrationPart> parts)
 Quantiles quantiles_of(std::vector<double> values)
 {
   if (values.empty()) return {};
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   const auto at = [&](double share) {
     const double rank = std::ceil(share * static_cast<double>(values.size()));
     return values[static_cast<std::size_t>(std::max(1.0, rank)) - 1];

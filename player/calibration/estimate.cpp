@@ -96,7 +96,7 @@ void set_residuals(Estimate& estimate, const std::vector<double>& residuals, con
 
 Eigen::Index index_of(const Estimate& estimate, const std::string& name)
 {
-  const auto found = std::find(estimate.names.begin(), estimate.names.end(), name);
+  const auto found = std::ranges::find(estimate.names, name);
   return found == estimate.names.end() ? -1 : found - estimate.names.begin();
 }
 

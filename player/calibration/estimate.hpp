@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/mesh.hpp"
+#include "tracking/rigid_body.hpp"
 
 namespace vrda::calibration {
 
@@ -22,6 +23,19 @@ struct Estimate {
   std::string residual_unit;
   double residual_rms = 0.0;
   std::vector<std::string> remarks;  ///< one line each for the operator
+};
+
+/// Throws FitError for an estimate `name` of a calibration file.
+struct Refuser {
+  const std::string& name;
+  const std::string& file;
+
+  /// `field`: what follows the name.
+  [[noreturn]] void operator()(const std::string& field, const std::string& found, const std::string& wanted,
+                               std::vector<std::size_t> marks = {}) const
+  {
+    throw tracking::FitError({file, name + field, found, wanted}, std::move(marks));
+  }
 };
 
 /// "name.shift_x" to "name.turn_z"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "calibration/viewport_fit.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "devices/sample.hpp"
@@ -51,8 +52,7 @@ bool is_of_shape(const CalibrationMark& mark, TaskKind kind)
   for (std::size_t k = 0; k < mark.rows.size(); ++k) {
     const std::size_t n = mark.rows[k].size();
     const bool is_first = k == 0 && kind != TaskKind::sweep;
-    if (is_first ? n != shape.first : std::find(shape.all.begin(), shape.all.end(), n) == shape.all.end())
-      return false;
+    if (is_first ? n != shape.first : std::ranges::find(shape.all, n) == shape.all.end()) return false;
   }
   // A bull's-eye has the cross in row 0, then at least one sample.
   return kind != TaskKind::bullseye || mark.rows.size() > 1;
@@ -60,8 +60,7 @@ bool is_of_shape(const CalibrationMark& mark, TaskKind kind)
 
 std::ptrdiff_t index_of_task(const std::vector<Task>& tasks, const std::string& name)
 {
-  const auto found =
-      std::find_if(tasks.begin(), tasks.end(), [&](const Task& task) { return task.name == name; });
+  const auto found = std::ranges::find(tasks, name, &Task::name);
   return found - tasks.begin();
 }
 
@@ -69,8 +68,7 @@ std::ptrdiff_t index_of_task(const std::vector<Task>& tasks, const std::string& 
 
 const CalibrationMark* find_mark(const CalibrationRecord& record, const std::string& task)
 {
-  const auto found = std::find_if(record.marks.begin(), record.marks.end(),
-                                  [&](const CalibrationMark& mark) { return mark.task == task; });
+  const auto found = std::ranges::find(record.marks, task, &CalibrationMark::task);
   return found == record.marks.end() ? nullptr : &*found;
 }
 
@@ -85,9 +83,8 @@ void insert_mark(CalibrationRecord& record, const std::vector<Task>& tasks, Cali
 {
   std::erase_if(record.marks, [&](const CalibrationMark& m) { return m.task == mark.task; });
   const std::ptrdiff_t at = index_of_task(tasks, mark.task);
-  const auto later = std::find_if(record.marks.begin(), record.marks.end(), [&](const CalibrationMark& m) {
-    return index_of_task(tasks, m.task) > at;
-  });
+  const auto later = std::ranges::find_if(
+      record.marks, [&](const CalibrationMark& m) { return index_of_task(tasks, m.task) > at; });
   record.marks.insert(later, std::move(mark));
 }
 
@@ -245,6 +242,68 @@ Eigen::MatrixXd prior_covariance(const Estimate& estimate, const std::vector<std
   const double t_ratio =
       calibration::t_95(estimate.dof) / calibration::t_95(std::numeric_limits<double>::infinity());
   return t_ratio * t_ratio * covariance;
+}
+
+namespace {
+
+bool is_first(calibration::Edge edge)
+{
+  return edge == calibration::Edge::left || edge == calibration::Edge::top;
+}
+
+/// The edges are in pairs: left and right, top and bottom.
+calibration::Edge opposite(calibration::Edge edge)
+{
+  return static_cast<calibration::Edge>(static_cast<int>(edge) ^ 1);
+}
+
+struct ScannedLine {
+  std::string task;
+  double at_px = 0.0;
+};
+
+/// Marked scans of an edge, for the eye of `task`.
+std::vector<ScannedLine> scans_of(calibration::Edge edge, const Task& task, const std::vector<Task>& tasks,
+                                  const CalibrationRecord& record)
+{
+  std::vector<ScannedLine> scans;
+  for (const Task& t : tasks) {
+    if (t.kind != TaskKind::scan_line || t.is_right != task.is_right || t.index != static_cast<int>(edge))
+      continue;
+    if (const CalibrationMark* mark = find_mark(record, t.name)) scans.push_back({t.name, mark->rows[0][0]});
+  }
+  return scans;
+}
+
+}  // namespace
+
+void require_edge_order(const std::vector<Task>& tasks, const CalibrationRecord& record, std::size_t done,
+                        const std::string& path)
+{
+  const Task& last = tasks[done];
+  if (last.kind != TaskKind::scan_line) return;
+  const auto edge = static_cast<calibration::Edge>(last.index);
+  const double at_px = find_mark(record, last.name)->rows[0][0];
+  std::vector<ScannedLine> scans = scans_of(opposite(edge), last, tasks, record);
+  const bool is_crossed = std::ranges::any_of(scans, [&](const ScannedLine& other) {
+    return is_first(edge) ? at_px >= other.at_px : at_px <= other.at_px;
+  });
+  if (!is_crossed) return;
+  std::vector<std::string> rejected;
+  for (const ScannedLine& scan : scans) rejected.push_back(scan.task);
+  for (const ScannedLine& scan : scans_of(edge, last, tasks, record)) rejected.push_back(scan.task);
+  throw PartRefusal({path, bench_files::name_of(CalibrationPart::viewport),
+                     "crossed edges of the " + eye_text(last.is_right) + ": " + calibration::name_of(edge) +
+                         " beyond " + calibration::name_of(opposite(edge)),
+                     "left before right and top before bottom; scan both edges again"},
+                    std::move(rejected));
+}
+
+std::string screen_message(const InputError& error)
+{
+  const InputError::Facts& facts = error.facts();
+  return (facts.field.empty() ? "" : facts.field + ": ") + "found " + facts.found + ", wanted " +
+         facts.wanted;
 }
 
 }  // namespace vrda::calibration_tasks

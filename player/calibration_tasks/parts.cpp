@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "bench_files/record_text.hpp"
+#include "bench_files/document_parts.hpp"
 #include "calibration_tasks/marks.hpp"
 #include "calibration_tasks/solve_part.hpp"
 #include "calibration_tasks/task.hpp"
@@ -118,7 +118,7 @@ void outdate_dependents(Calibration& calibration, CalibrationPart part, const Be
 {
   for (const CalibrationPart later : parts_of(bench)) {
     const std::vector<CalibrationPart> below = dependencies_of(later, bench);
-    if (std::find(below.begin(), below.end(), part) == below.end()) continue;
+    if (std::ranges::find(below, part) == below.end()) continue;
     const auto record = calibration.records.find(later);
     if (record != calibration.records.end()) record->second.is_outdated = true;
     outdate_dependents(calibration, later, bench);
@@ -165,8 +165,8 @@ void require_bench_data(CalibrationPart part, const BenchFile& bench)
   }
   if (!is_model_part(part) || settings.is_model_adjusted) return;
   const std::vector<CalibrationPoint>& points = points_of(part, settings);
-  const auto n = std::count_if(points.begin(), points.end(),
-                               [](const CalibrationPoint& point) { return !point.is_target; });
+  const auto n =
+      std::ranges::count_if(points, [](const CalibrationPoint& point) { return !point.is_target; });
   if (n < static_cast<std::ptrdiff_t>(least_fiducials)) {
     refuse(part == CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point",
            std::to_string(n) + " points that are not targets", "four or more, not coplanar");
@@ -203,7 +203,7 @@ Calibration start_calibration_from(const Calibration& other, const BenchFile& be
 {
   for (const CalibrationPart part : parts_of_step("bench", bench)) {
     if (is_done(other, part)) continue;
-    throw InputError({other_path, std::string("per_bench.") + bench_files::name_of(part),
+    throw InputError({other_path, bench_files::record_key(part),
                       other.records.contains(part) ? "a part that must be repeated" : "nothing",
                       "all per-bench parts done; run vrda-player calibrate bench"});
   }
@@ -244,12 +244,6 @@ const char* bench_key(CalibrationPart part)
   }
 }
 
-std::string record_key(CalibrationPart part)
-{
-  return std::string(bench_files::is_per_bench(part) ? "per_bench." : "per_person.") +
-         bench_files::name_of(part);
-}
-
 /// Whether the stored rows depend on the bench numbers: stage samples are stored in mm.
 bool is_scaled_by_bench(CalibrationPart part)
 {
@@ -269,7 +263,7 @@ void require_numbers(const CalibrationRecord& record, CalibrationPart part, cons
   const std::string key = bench_key(part);
   const std::string solve_remedy =
       is_scaled_by_bench(part) ? "" : "; if the old values were wrong, run calibrate solve";
-  throw InputError({in.path, record_key(part),
+  throw InputError({in.path, bench_files::record_key(part),
                     "marks made with " + text(then, differ.first) + " in " + key + ", which now has " +
                         text(now, differ.second),
                     "the values of " + in.bench.path + "; restore them or repeat " +
@@ -318,7 +312,7 @@ std::vector<double> bench_numbers_of(CalibrationPart part, const BenchFile& benc
 void require_current_record(CalibrationPart part, const PartInput& in)
 {
   const CalibrationRecord& record = in.begun.records.at(part);
-  require_task_marks(record, tasks_of(part, in.bench, in.begun), record_key(part), in.path);
+  require_task_marks(record, tasks_of(part, in.bench, in.begun), bench_files::record_key(part), in.path);
   require_numbers(record, part, in);
 }
 

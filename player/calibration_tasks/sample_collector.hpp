@@ -35,8 +35,7 @@ class SampleCollector {
   const bench::BodyTracker* fresh_body(double time_s);
 
   BenchFile bench_;
-  std::array<std::optional<bench::BodyTracker>, bench_files::n_body_roles> trackers_;
-  bench::ClockMap clock_;
+  bench::TrackedBodies trackers_;
   std::optional<double> stage_mm_;
   bool is_stage_zeroed_ = false;
   bool is_taking_ = false;

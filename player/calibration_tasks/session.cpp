@@ -6,7 +6,6 @@
 
 #include "calibration_tasks/marks.hpp"
 #include "calibration_tasks/parts.hpp"
-#include "calibration_tasks/refusal.hpp"
 #include "calibration_tasks/solve_part.hpp"
 #include "settings/settings_text.hpp"
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "calibration_tasks/dials.hpp"
+#include "calibration_tasks/marks.hpp"
 #include "calibration_tasks/parts.hpp"
-#include "calibration_tasks/refusal.hpp"
 #include "calibration_tasks/sample_collector.hpp"
 
 namespace vrda::calibration_tasks {

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "calibration_tasks/marks.hpp"
-#include "calibration_tasks/refusal.hpp"
 #include "calibration_tasks/task.hpp"
 #include "core/units.hpp"
 

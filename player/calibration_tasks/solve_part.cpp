@@ -7,7 +7,6 @@
 #include "calibration/fiducial_fit.hpp"
 #include "calibration_tasks/marks.hpp"
 #include "calibration_tasks/parts.hpp"
-#include "calibration_tasks/refusal.hpp"
 #include "calibration_tasks/session.hpp"
 #include "calibration_tasks/task.hpp"
 #include "core/error.hpp"
@@ -247,7 +246,7 @@ Calibration solve_again(const BenchFile& bench, const Calibration& calibration, 
     require_current_record(part, in);
     // A dependency without an estimate is being repeated.
     const std::vector<CalibrationPart> below = dependencies_of(part, bench);
-    if (!std::all_of(below.begin(), below.end(), has_estimate)) continue;
+    if (!std::ranges::all_of(below, has_estimate)) continue;
     const std::vector<Task> tasks = tasks_of(part, bench, solved);
     if (next_task(tasks, record) < tasks.size()) continue;
     solved = solve_part(part, in);

@@ -6,7 +6,6 @@
 #include "calibration/eyes_fit.hpp"
 #include "calibration_tasks/marks.hpp"
 #include "calibration_tasks/parts.hpp"
-#include "calibration_tasks/refusal.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 

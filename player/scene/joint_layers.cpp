@@ -99,7 +99,7 @@ const std::string& name_of(Layer layer)
 
 std::optional<Layer> layer_named(const std::string& name)
 {
-  const auto found = std::find(layer_names().begin(), layer_names().end(), name);
+  const auto found = std::ranges::find(layer_names(), name);
   if (found == layer_names().end()) return std::nullopt;
   return static_cast<Layer>(found - layer_names().begin() + 1);
 }

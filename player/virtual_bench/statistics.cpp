@@ -80,7 +80,7 @@ void add_bench(const BenchResult& result, VirtualStatistics& statistics)
     const auto is_same = [&](const NumberStatistics& s) {
       return s.part == number.part && s.name == number.name;
     };
-    auto at = std::find_if(statistics.numbers.begin(), statistics.numbers.end(), is_same);
+    auto at = std::ranges::find_if(statistics.numbers, is_same);
     if (at == statistics.numbers.end())
       at = statistics.numbers.insert(at, NumberStatistics{number.part, number.name, number.unit});
     ++at->n;

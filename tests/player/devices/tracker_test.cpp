@@ -4,9 +4,9 @@
 #include <atomic>
 #include <optional>
 
-#include "core/error.hpp"
 #include "devices/tracker_server.hpp"
 #include "player/devices/waiting.hpp"
+#include "support/input_error.hpp"
 
 namespace vrda::tracker_test {
 
@@ -294,23 +294,15 @@ TEST(TrackerServer, RefusesAddressesAndPortsItCannotListenOn)
 {
   devices::TrackerServerOptions options;
   options.address = "localhost";
-  try {
-    devices::TrackerServer server(options, femur);
-    FAIL() << "a name is no number";
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.facts().field, "address");
-    EXPECT_EQ(error.facts().found, "localhost");
-  }
+  const InputError::Facts facts = test::input_error([&] { devices::TrackerServer server(options, femur); });
+  EXPECT_EQ(facts.field, "address");
+  EXPECT_EQ(facts.found, "localhost");
   const devices::TrackerServer first({}, femur);
   options.address = "127.0.0.1";
   options.port = first.port();
-  try {
-    devices::TrackerServer second(options, femur);
-    FAIL() << "the port is taken";
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.facts().field, "port");
-    EXPECT_EQ(error.facts().found, "127.0.0.1:" + std::to_string(first.port()) + ": Address already in use");
-  }
+  const InputError::Facts taken = test::input_error([&] { devices::TrackerServer second(options, femur); });
+  EXPECT_EQ(taken.field, "port");
+  EXPECT_EQ(taken.found, "127.0.0.1:" + std::to_string(first.port()) + ": Address already in use");
 }
 
 }  // namespace vrda::tracker_test
