@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "motion/support/models.hpp"
 #include "scene/scene.hpp"
 #include "support/meshes.hpp"
 

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "core/units.hpp"
+#include "moves.hpp"
 
 namespace vrda::one_euro_test {
 
