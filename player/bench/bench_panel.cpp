@@ -11,11 +11,8 @@
 namespace vrda::bench {
 namespace {
 
-constexpr double text_px = 15.0;
-constexpr float margin_px = 12.0F;
 constexpr int least_width_px = 320, least_height_px = 400;
-constexpr scene::VertexColour paper{24, 27, 32, 255}, ink{226, 230, 235, 255}, faint{150, 157, 166, 255},
-    amber{255, 176, 46, 255}, green{96, 200, 120, 255};
+using gui::amber, gui::faint, gui::green, gui::ink, gui::margin_px;
 
 std::string tenths(double value)
 {
@@ -24,32 +21,15 @@ std::string tenths(double value)
 
 const char* why(devices::ToolVisibility state)
 {
-  switch (state) {
-    case devices::ToolVisibility::missing:
-      return "hidden";
-    case devices::ToolVisibility::stale:
-      return "silent";
-    case devices::ToolVisibility::invalid_pose:
-      return "invalid pose";
-    case devices::ToolVisibility::seen:
-      break;
-  }
-  return "seen";
+  return std::array{"seen", "hidden", "silent", "invalid pose"}.at(static_cast<std::size_t>(state));
 }
 
 const char* name_of(devices::LinkState state)
 {
-  constexpr std::array<const char*, 3> names{"closed", "opening", "up"};
-  return names[static_cast<std::size_t>(state)];
+  return std::array{"closed", "opening", "up"}.at(static_cast<std::size_t>(state));
 }
 
 }  // namespace
-
-gui::OverlayBox overlay_box(const optics::Viewport& v)
-{
-  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.x + v.width),
-          static_cast<float>(v.y + v.height)};
-}
 
 std::optional<optics::Viewport> operator_area(const bench_files::DisplaySettings& display)
 {
@@ -87,7 +67,10 @@ std::string stage_status_text(const BenchFrame& frame)
   return frame.stage_has_lost_counts ? "stage has lost counts: press Z at its stop" : "";
 }
 
-BenchPanel::BenchPanel(const bench_files::BenchFile& bench) : text_(text_px), display_(bench.display) {}
+BenchPanel::BenchPanel(const bench_files::BenchFile& bench)
+    : text_(gui::panel_text_px), display_(bench.display)
+{
+}
 
 const render::Overlay& BenchPanel::drawn(const BenchState& state, const BenchFrame& frame,
                                          const PanelContent& content)
@@ -97,7 +80,7 @@ const render::Overlay& BenchPanel::drawn(const BenchState& state, const BenchFra
   const std::optional<optics::Viewport> area = operator_area(display_);
   if (content.has_panel || content.has_help) {
     if (area) {
-      text_.add_area(overlay_, overlay_box(*area), paper);
+      text_.add_area(overlay_, gui::overlay_box(*area), gui::paper);
       add_panel(*area, state, frame, content);
     } else {
       add_panel(eyes.left.visible, state, frame, content);
@@ -129,13 +112,8 @@ void BenchPanel::add_marks(const optics::Viewport& visible, const BenchFrame& fr
 void BenchPanel::add_line(const optics::Viewport& area, float& top_px, const std::string& words,
                           const scene::VertexColour& colour)
 {
-  std::string fitting = words;
-  const float width_px = static_cast<float>(area.width) - 2.0F * margin_px;
-  while (fitting.size() > 3 && text_.width_px(fitting) > width_px) {
-    fitting.resize(fitting.size() - 1);
-    fitting.back() = '.';
-  }
-  text_.add_text(overlay_, static_cast<float>(area.x) + margin_px, top_px, fitting, colour);
+  text_.add_text(overlay_, static_cast<float>(area.x) + margin_px, top_px,
+                 text_.fitted(words, static_cast<float>(area.width) - 2.0F * margin_px), colour);
   top_px += text_.line_px();
 }
 
@@ -192,7 +170,7 @@ void BenchPanel::add_histogram(const optics::Viewport& area, float top_px, const
   std::array<std::uint64_t, n_bars> bars{};
   for (std::size_t k = 0; k < TimeHistogram::n_bins; ++k)
     bars[std::min(k / bins_a_bar, n_bars - 1)] += times.bins()[k];
-  const std::uint64_t most = std::max<std::uint64_t>(1, *std::max_element(bars.begin(), bars.end()));
+  const std::uint64_t most = std::max<std::uint64_t>(1, *std::ranges::max_element(bars));
   const float left_px = static_cast<float>(area.x) + margin_px;
   const float bar_px = (static_cast<float>(area.width) - 2.0F * margin_px) / static_cast<float>(n_bars);
   const float base_px = top_px + height_px;

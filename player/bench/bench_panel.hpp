@@ -41,8 +41,6 @@ class BenchPanel {
   bench_files::DisplaySettings display_;
 };
 
-gui::OverlayBox overlay_box(const optics::Viewport& v);
-
 /// Largest area beside the eyes' windows that is large enough for a panel.
 std::optional<optics::Viewport> operator_area(const bench_files::DisplaySettings& display);
 

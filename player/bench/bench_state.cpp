@@ -42,8 +42,7 @@ tracking::OneEuroOptions angle_filter(const bench_files::FilterSettings& setting
 bool is_live(const BenchFrame& frame)
 {
   const auto is_fine = [](const InputStatus& mark) { return !mark.is_used || mark.is_live; };
-  return std::all_of(frame.bodies.begin(), frame.bodies.end(), is_fine) && is_fine(frame.stage) &&
-         is_fine(frame.potentiometer);
+  return std::ranges::all_of(frame.bodies, is_fine) && is_fine(frame.stage) && is_fine(frame.potentiometer);
 }
 
 BenchState::BenchState(const bench_files::BenchFile& bench, const bench_files::Calibration& calibration,
@@ -51,6 +50,7 @@ BenchState::BenchState(const bench_files::BenchFile& bench, const bench_files::C
     : bench_(bench),
       motion_(motion),
       frame_of_model_(frame),
+      trackers_(bench),
       potentiometer_filter_(potentiometer_options),
       is_filtered_(bench.filter.is_on),
       filter_(angle_filter(bench.filter))
@@ -59,11 +59,6 @@ BenchState::BenchState(const bench_files::BenchFile& bench, const bench_files::C
   values_.prediction_ms = bench.prediction_ms;
   values_.flexion_deg = deg_from_rad(motion.first_flexion_rad());
   values_.varus_deg = deg_from_rad(motion.balanced_varus_rad(motion.first_flexion_rad()));
-  for (std::size_t role = 0; role < bench_files::n_body_roles; ++role) {
-    if (bench.bodies[role])
-      trackers_[role].emplace(*bench.bodies[role],
-                              bench_files::first_tool_index(bench, static_cast<bench_files::BodyRole>(role)));
-  }
   if (!bench.potentiometer.empty() && bench.potentiometer != "selected")
     driven_ = bench_files::find_parameter(bench.potentiometer);
   std::size_t first = 0;
@@ -71,15 +66,9 @@ BenchState::BenchState(const bench_files::BenchFile& bench, const bench_files::C
   select(first);
 }
 
-BodyTracker* BenchState::body(bench_files::BodyRole role)
-{
-  std::optional<BodyTracker>& tracker = trackers_[static_cast<std::size_t>(role)];
-  return tracker ? &*tracker : nullptr;
-}
-
 const tracking::PoseFit* BenchState::fit(bench_files::BodyRole role) const
 {
-  const std::optional<BodyTracker>& tracker = trackers_[static_cast<std::size_t>(role)];
+  const std::optional<BodyTracker>& tracker = trackers_[role];
   return tracker && tracker->has_markers() ? &tracker->fit() : nullptr;
 }
 
@@ -114,14 +103,8 @@ void BenchState::take(const devices::Sample& sample)
 void BenchState::take_place(const devices::Sample& sample)
 {
   const bool is_seen = static_cast<devices::ToolVisibility>(sample.state) == devices::ToolVisibility::seen;
-  const double time_s =
-      is_seen ? tracker_clock_.time_s(sample.device_ns, sample.arrival_ns) : seconds(sample.arrival_ns);
-  for (std::optional<BodyTracker>& tracker : trackers_) {
-    if (!tracker || !tracker->has_tool(sample.source)) continue;
-    // Several messages may arrive between two frames.
-    if (tracker->has_received(sample.source)) settle();
-    tracker->take(sample, time_s);
-  }
+  // Several messages may arrive between two frames.
+  trackers_.take(sample, [&](BodyTracker&) { settle(); });
   if (!is_seen) return;
   newest_arrival_ns_ = sample.arrival_ns;
   ++n_samples_;
@@ -131,9 +114,7 @@ void BenchState::take_link(const devices::Sample& sample)
 {
   if (static_cast<devices::LinkState>(sample.state) == devices::LinkState::up) return;
   if (static_cast<devices::DeviceId>(sample.source) == devices::DeviceId::tracker) {
-    for (std::optional<BodyTracker>& tracker : trackers_) {
-      if (tracker) tracker->disconnect();
-    }
+    trackers_.disconnect();
   } else {
     stage_.is_live = potentiometer_.is_live = false;
     stage_.is_heard = potentiometer_.is_heard = false;
@@ -201,18 +182,18 @@ double BenchState::most_of(std::size_t parameter) const
 void BenchState::settle()
 {
   bool is_leg_new = false;
-  for (std::size_t role = 0; role < bench_files::n_body_roles; ++role) {
+  for (std::size_t k = 0; k < bench_files::n_body_roles; ++k) {
+    const auto role = static_cast<bench_files::BodyRole>(k);
     const bool is_new = trackers_[role] && trackers_[role]->end_message();
-    is_leg_new =
-        is_leg_new || (is_new && static_cast<bench_files::BodyRole>(role) != bench_files::BodyRole::head);
+    is_leg_new = is_leg_new || (is_new && role != bench_files::BodyRole::head);
   }
   if (is_leg_new && bench_.leg == bench_files::LegKind::two_bodies) update_leg();
 }
 
 void BenchState::update_leg()
 {
-  const BodyTracker& femur = *body(bench_files::BodyRole::femur);
-  const BodyTracker& tibia = *body(bench_files::BodyRole::tibia);
+  const BodyTracker& femur = *trackers_[bench_files::BodyRole::femur];
+  const BodyTracker& tibia = *trackers_[bench_files::BodyRole::tibia];
   if (!femur.is_live() || !tibia.is_live()) return;
   const double time_s = std::max(femur.seen_s(), tibia.seen_s());
   tracking::LegBodies bodies;
@@ -241,7 +222,7 @@ Pose BenchState::X_tracker_eyes(double time_s) const
 {
   const bench_files::Calibration& c = values_.calibration;
   if (bench_.head == bench_files::HeadKind::tracker) {
-    const BodyTracker& head = *trackers_[static_cast<std::size_t>(bench_files::BodyRole::head)];
+    const BodyTracker& head = *trackers_[bench_files::BodyRole::head];
     // Until the head is seen, the nominal pose on the table is used.
     if (head.was_seen()) return head.at(time_s) * tracking::pose_of(c.X_headbody_eyes);
   }
@@ -255,8 +236,8 @@ void BenchState::place_model(double time_s)
   const bool is_rigid = bench_.leg == bench_files::LegKind::rigid;
   Attitude attitude{rad_from_deg(values_.flexion_deg), rad_from_deg(values_.varus_deg)};
   if (!is_rigid) {
-    const bool is_live =
-        body(bench_files::BodyRole::femur)->is_live() && body(bench_files::BodyRole::tibia)->is_live();
+    const bool is_live = trackers_[bench_files::BodyRole::femur]->is_live() &&
+                         trackers_[bench_files::BodyRole::tibia]->is_live();
     if (angles_) attitude = tracking::attitude_of(is_live ? angles_predictor_.at(time_s) : angles_->angles);
   }
   const motion::JointPose pose = motion_.at(attitude);
@@ -265,7 +246,7 @@ void BenchState::place_model(double time_s)
     shown_.pose = pose;
   const bench_files::BodyRole role = is_rigid ? bench_files::BodyRole::leg : bench_files::BodyRole::femur;
   shown_.X_tracker_reference =
-      body(role)->at(time_s) *
+      trackers_[role]->at(time_s) *
       tracking::pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(role)]);
   shown_.X_tracker_moving = shown_.X_tracker_reference * shown_.pose.X_reference_moving;
 }
@@ -291,8 +272,9 @@ const BenchFrame& BenchState::frame(std::int64_t now_ns)
   const double time_s = is_predicted ? now_s + values_.prediction_ms / 1000.0 : 0.0;
   place_model(time_s);
   shown_.X_tracker_eyes = X_tracker_eyes(time_s);
-  for (std::size_t role = 0; role < bench_files::n_body_roles; ++role) {
-    shown_.bodies[role] = trackers_[role] ? mark_of(*trackers_[role], now_s) : InputStatus{};
+  for (std::size_t k = 0; k < bench_files::n_body_roles; ++k) {
+    const std::optional<BodyTracker>& tracker = trackers_[static_cast<bench_files::BodyRole>(k)];
+    shown_.bodies[k] = tracker ? mark_of(*tracker, now_s) : InputStatus{};
   }
   shown_.stage = bench_.board && bench_.board->has_stage ? mark_of(stage_, now_s) : InputStatus{};
   shown_.potentiometer =

@@ -69,7 +69,6 @@ class BenchState {
     std::int32_t count = 0;
     std::uint8_t flags = 0;
   };
-  BodyTracker* body(bench_files::BodyRole role);
   void take_place(const devices::Sample& sample);
   void take_link(const devices::Sample& sample);
   void take_stage(const devices::Sample& sample);
@@ -89,8 +88,7 @@ class BenchState {
   bench_files::BenchValues values_;
   const motion::Motion& motion_;
   SolverFrame frame_of_model_;
-  std::array<std::optional<BodyTracker>, bench_files::n_body_roles> trackers_;
-  ClockMap tracker_clock_;
+  TrackedBodies trackers_;
   BoardInput stage_, potentiometer_;
   bool has_lost_zero_ = false;         ///< the board restarted since the stage was zeroed
   std::optional<std::size_t> driven_;  ///< parameter driven by the potentiometer; empty: the selected one

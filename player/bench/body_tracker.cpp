@@ -116,4 +116,25 @@ Pose BodyTracker::at(double time_s) const
   return is_live_ && predictor_.has_sample() ? predictor_.at(time_s) : last_.X;
 }
 
+TrackedBodies::TrackedBodies(const bench_files::BenchFile& bench)
+{
+  for (std::size_t k = 0; k < bench_files::n_body_roles; ++k) {
+    const std::optional<bench_files::BodySettings>& body = bench.bodies[k];
+    if (!body || body->markers_body_mm.size() != body->markers.size()) continue;
+    trackers_[k].emplace(*body, bench_files::first_tool_index(bench, static_cast<bench_files::BodyRole>(k)));
+  }
+}
+
+void TrackedBodies::disconnect()
+{
+  for (std::optional<BodyTracker>& tracker : trackers_) {
+    if (tracker) tracker->disconnect();
+  }
+}
+
+bool TrackedBodies::is_seen(const devices::Sample& sample)
+{
+  return static_cast<devices::ToolVisibility>(sample.state) == devices::ToolVisibility::seen;
+}
+
 }  // namespace vrda::bench

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bench_files/bench_file.hpp"
+#include "core/units.hpp"
 #include "devices/sample.hpp"
 #include "tracking/body_pose.hpp"
 #include "tracking/prediction.hpp"
@@ -74,6 +75,45 @@ class BodyTracker {
   tracking::TimedPose last_;
   bool has_last_ = false, is_live_ = false;
   devices::ToolVisibility state_ = devices::ToolVisibility::missing;
+};
+
+/// The trackers of a bench's bodies, by role, and the clock of the tracker.
+class TrackedBodies {
+ public:
+  /// Without bodies of markers whose positions are unknown.
+  explicit TrackedBodies(const bench_files::BenchFile& bench);
+
+  std::optional<BodyTracker>& operator[](bench_files::BodyRole role)
+  {
+    return trackers_[static_cast<std::size_t>(role)];
+  }
+  const std::optional<BodyTracker>& operator[](bench_files::BodyRole role) const
+  {
+    return trackers_[static_cast<std::size_t>(role)];
+  }
+
+  /// Passes a tool's sample to its body; calls `end_message(tracker)` before a sample that starts the body's
+  /// next message. Returns the time of the sample on the local clock; hidden tools do not update the clock.
+  template <typename EndMessage>
+  double take(const devices::Sample& sample, EndMessage end_message)
+  {
+    const double time_s = is_seen(sample) ? clock_.time_s(sample.device_ns, sample.arrival_ns)
+                                          : static_cast<double>(sample.arrival_ns) * s_per_ns;
+    for (std::optional<BodyTracker>& tracker : trackers_) {
+      if (!tracker || !tracker->has_tool(sample.source)) continue;
+      if (tracker->has_received(sample.source)) end_message(*tracker);
+      tracker->take(sample, time_s);
+    }
+    return time_s;
+  }
+  /// The tracker is disconnected.
+  void disconnect();
+
+ private:
+  static bool is_seen(const devices::Sample& sample);
+
+  std::array<std::optional<BodyTracker>, bench_files::n_body_roles> trackers_;
+  ClockMap clock_;
 };
 
 }  // namespace vrda::bench

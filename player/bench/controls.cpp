@@ -115,8 +115,7 @@ constexpr std::array bindings{
 
 BenchRequest apply_key(BenchState& state, const navigation::KeyPress& press)
 {
-  const auto* const binding =
-      std::find_if(bindings.begin(), bindings.end(), [&](const Binding& b) { return b.key == press.key; });
+  const auto* const binding = std::ranges::find(bindings, press.key, &Binding::key);
   if (binding == bindings.end()) return BenchRequest::none;
   if (binding->act != nullptr) binding->act(state, press);
   return binding->request;

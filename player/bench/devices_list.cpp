@@ -18,17 +18,12 @@ namespace {
 
 /// Last sample of each input; empty if none was received.
 struct LastValues {
-  explicit LastValues(const bench_files::BenchFile& bench)
+  explicit LastValues(const bench_files::BenchFile& bench) : bodies(bench)
   {
     if (bench.tracker) tools.resize(bench.tracker->tools.size());
-    for (std::size_t k = 0; k < bench_files::n_body_roles; ++k) {
-      if (bench.bodies[k] && !bench.bodies[k]->markers_body_mm.empty())
-        bodies[k].emplace(*bench.bodies[k],
-                          bench_files::first_tool_index(bench, static_cast<bench_files::BodyRole>(k)));
-    }
   }
 
-  std::array<std::optional<BodyTracker>, bench_files::n_body_roles> bodies;  ///< bodies of markers
+  TrackedBodies bodies;
   std::vector<std::optional<devices::Sample>> tools;
   std::optional<devices::Sample> potentiometer, stage;
 
@@ -36,24 +31,22 @@ struct LastValues {
   {
     if (sample.kind == devices::SampleKind::tool_pose && sample.source < tools.size())
       tools[sample.source] = sample;
-    if (sample.kind == devices::SampleKind::tool_pose) take_marker(sample);
+    if (sample.kind == devices::SampleKind::tool_pose)
+      bodies.take(sample, [](BodyTracker& body) { body.end_message(); });
     if (sample.kind == devices::SampleKind::potentiometer) potentiometer = sample;
     if (sample.kind == devices::SampleKind::stage) stage = sample;
   }
-  void take_marker(const devices::Sample& sample)
+  /// Of a body of markers with known positions, or nullptr.
+  const tracking::PoseFit* fit(std::size_t role) const
   {
-    for (std::optional<BodyTracker>& body : bodies) {
-      if (!body || !body->has_tool(sample.source)) continue;
-      if (body->has_received(sample.source)) body->end_message();
-      body->take(sample, s_per_ns * static_cast<double>(sample.arrival_ns));
-    }
+    const std::optional<BodyTracker>& body = bodies[static_cast<bench_files::BodyRole>(role)];
+    return body && body->has_markers() ? &body->fit() : nullptr;
   }
 };
 
 const char* name_of(devices::ToolVisibility state)
 {
-  constexpr std::array<const char*, 4> names{"seen", "missing", "stale", "not a place"};
-  return names[static_cast<std::size_t>(state)];
+  return std::array{"seen", "missing", "stale", "not a place"}.at(static_cast<std::size_t>(state));
 }
 
 std::string place_text(const devices::ToolPose& place)
@@ -93,8 +86,8 @@ void write_table(std::ostream& out, const bench_files::BenchFile& bench, const d
     if (!bench.bodies[k] || bench.bodies[k]->markers.empty()) continue;
     const char* const role = bench_files::name_of(static_cast<bench_files::BodyRole>(k));
     out << "  body " << role << "  "
-        << (values.bodies[k] ? fit_text(values.bodies[k]->fit())
-                             : "no markers_mm yet: vrda-player body " + std::string(role))
+        << (values.fit(k) != nullptr ? fit_text(*values.fit(k))
+                                     : "no markers_mm yet: vrda-player body " + std::string(role))
         << "\n";
   }
   if (!bench.board) return;
@@ -145,8 +138,8 @@ void write_json(std::ostream& out, const bench_files::BenchFile& bench, const de
   out << "], \"bodies\": [";
   const char* comma = "";
   for (std::size_t k = 0; k < bench_files::n_body_roles; ++k) {
-    if (!values.bodies[k]) continue;
-    out << comma << json_of(static_cast<bench_files::BodyRole>(k), values.bodies[k]->fit());
+    if (values.fit(k) == nullptr) continue;
+    out << comma << json_of(static_cast<bench_files::BodyRole>(k), *values.fit(k));
     comma = ", ";
   }
   out << "]}";

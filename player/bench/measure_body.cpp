@@ -15,7 +15,7 @@ namespace {
 
 bool has_marker(const tracking::MarkerRow& row)
 {
-  return std::any_of(row.begin(), row.end(), [](const auto& marker) { return marker.has_value(); });
+  return std::ranges::any_of(row, [](const auto& marker) { return marker.has_value(); });
 }
 
 }  // namespace

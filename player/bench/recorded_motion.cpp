@@ -21,28 +21,19 @@ std::vector<tracking::TimedPose> recorded_motion(const recording::Recording& rec
                                                  bench_files::BodyRole role)
 {
   std::vector<tracking::TimedPose> motion;
-  const std::optional<bench_files::BodySettings>& settings = bench.bodies[static_cast<std::size_t>(role)];
-  if (!settings) return motion;
-  BodyTracker tracker(*settings, bench_files::first_tool_index(bench, role));
-  ClockMap clock;
-  const auto settle = [&] {
-    if (!tracker.end_message()) return;
-    if (motion.empty() || tracker.seen_s() > motion.back().time_s)
-      motion.push_back({tracker.seen_s(), tracker.last()});
+  TrackedBodies bodies(bench);
+  if (!bodies[role]) return motion;
+  const BodyTracker& own = *bodies[role];
+  const auto settle = [&](BodyTracker& tracker) {
+    if (!tracker.end_message() || &tracker != &own) return;
+    if (motion.empty() || own.seen_s() > motion.back().time_s) motion.push_back({own.seen_s(), own.last()});
   };
   for (const recording::RecordedFrame& picture : recording.frames) {
     for (const devices::Sample& sample : picture.samples) {
-      if (sample.kind != devices::SampleKind::tool_pose || !tracker.has_tool(sample.source)) continue;
-      if (tracker.has_received(sample.source)) settle();
-      // As in BenchState, hidden samples do not update the clock map.
-      const bool is_seen =
-          static_cast<devices::ToolVisibility>(sample.state) == devices::ToolVisibility::seen;
-      const double time_s = is_seen ? clock.time_s(sample.device_ns, sample.arrival_ns)
-                                    : static_cast<double>(sample.arrival_ns) * 1e-9;
-      tracker.take(sample, time_s);
+      if (sample.kind == devices::SampleKind::tool_pose) bodies.take(sample, settle);
     }
   }
-  settle();
+  settle(*bodies[role]);
   return motion;
 }
 

@@ -2,9 +2,8 @@
 
 #include <algorithm>
 
+#include "bench_files/document_parts.hpp"
 #include "bench_files/parameters.hpp"
-#include "bench_files/simulation_settings.hpp"
-#include "bench_files/tool_name.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "documents/schema.hpp"
@@ -113,7 +112,7 @@ void add_bodies(const documents::Document& document, MarkerPositions places, Ben
     std::vector<std::string> names = body.markers;
     if (!body.tool.empty()) names.push_back(body.tool);
     for (const std::string& name : names) {
-      if (std::find(tools.begin(), tools.end(), name) != tools.end()) {
+      if (std::ranges::find(tools, name) != tools.end()) {
         document.refuse(std::string("body.") + name_of(role), "the tool '" + name + "' twice",
                         "each tool only once");
       }
@@ -129,7 +128,7 @@ void add_calibration(const documents::Document& document, BenchFile& bench)
   if (!bench.calibration.is_present) return;
   std::vector<std::string>& tools = bench.tracker->tools;
   for (const std::string& name : {bench.calibration.probe, bench.calibration.marker}) {
-    if (std::find(tools.begin(), tools.end(), name) == tools.end()) tools.push_back(name);
+    if (std::ranges::find(tools, name) == tools.end()) tools.push_back(name);
   }
 }
 
@@ -149,7 +148,7 @@ void require_parameter(const documents::Document& document, const BenchFile& ben
   for (std::size_t k = 0; k < parameters().size(); ++k) {
     if (is_used(k, bench)) names.push_back(parameters()[k].name);
   }
-  if (std::find(names.begin(), names.end(), bench.potentiometer) == names.end())
+  if (std::ranges::find(names, bench.potentiometer) == names.end())
     document.refuse_value("board.potentiometer", "one of " + join_alternatives(names));
 }
 

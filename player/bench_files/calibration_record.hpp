@@ -28,6 +28,8 @@ enum class CalibrationPart {
 inline constexpr std::size_t n_calibration_parts = 13;
 const char* name_of(CalibrationPart part);
 bool is_per_bench(CalibrationPart part);
+/// Key of its record in the calibration file: "per_bench.viewport".
+std::string record_key(CalibrationPart part);
 
 /// Names of the estimated numbers that other parts use; may be empty.
 std::vector<std::string> shared_estimate_names(CalibrationPart part);

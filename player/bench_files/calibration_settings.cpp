@@ -1,10 +1,8 @@
-#include "bench_files/calibration_settings.hpp"
+#include "bench_files/document_parts.hpp"
 
 #include <set>
 
-#include "bench_files/tool_name.hpp"
 #include "core/text.hpp"
-#include "documents/document.hpp"
 
 namespace vrda::bench_files {
 namespace {
@@ -62,7 +60,30 @@ int whole_at(const documents::DocumentValue& table, const char* key)
   return static_cast<int>(documents::integer_at(table, key));
 }
 
+const std::string& required_short(const documents::Document& document, const std::string& key,
+                                  const std::string& name)
+{
+  if (name.size() > longest_tool_name) {
+    document.refuse(
+        key, "'" + name + "' of " + std::to_string(name.size()) + " bytes",
+        "at most " + std::to_string(longest_tool_name) + " bytes (OpenIGTLink truncates longer names)");
+  }
+  return name;
+}
+
 }  // namespace
+
+std::string tool_name(const documents::Document& document, const std::string& key)
+{
+  return required_short(document, key, documents::text_at(document.root, key));
+}
+
+std::vector<std::string> tool_names(const documents::Document& document, const std::string& key)
+{
+  std::vector<std::string> names = documents::texts_at(document.root, key);
+  for (const std::string& one : names) required_short(document, key, one);
+  return names;
+}
 
 CalibrationSettings calibration_settings_of(const documents::Document& document)
 {

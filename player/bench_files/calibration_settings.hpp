@@ -6,10 +6,6 @@
 
 #include "core/mesh.hpp"
 
-namespace vrda::documents {
-struct Document;
-}
-
 namespace vrda::bench_files {
 
 struct CalibrationRectangle {
@@ -58,8 +54,5 @@ struct CalibrationSettings {
   std::vector<CalibrationPoint> tibia_points;  ///< only with two bodies
   std::vector<CalibrationLandmarks> landmarks;
 };
-
-/// Reads the table of a schema-checked bench file. Throws InputError with file and key.
-CalibrationSettings calibration_settings_of(const documents::Document& document);
 
 }  // namespace vrda::bench_files

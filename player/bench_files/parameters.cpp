@@ -10,29 +10,21 @@
 namespace vrda::bench_files {
 namespace {
 
-struct Entry {
-  std::function<double(const BenchValues&)> get;
-  std::function<void(BenchValues&, double)> set;
+/// The stored value, empty for the distance between the eyes; one unit of the parameter is `scale` units of
+/// it.
+struct Stored {
+  std::function<double&(BenchValues&)> at;
+  double scale = 1.0;
 };
 
 struct List {
   std::vector<Parameter> parameters;
-  std::vector<Entry> entries;
+  std::vector<Stored> stored;
 
-  void add(Parameter parameter, Entry entry)
+  void add(Parameter parameter, std::function<double&(BenchValues&)> at, double scale = 1.0)
   {
     parameters.push_back(std::move(parameter));
-    entries.push_back(std::move(entry));
-  }
-
-  /// A number at `at`; one unit of the parameter is `scale` units of the stored value.
-  template <typename At>
-  void add_number(const Parameter& parameter, At at, double scale = 1.0)
-  {
-    // The const_cast is safe: the getter only reads through `at`.
-    add(parameter,
-        {[at, scale](const BenchValues& values) { return at(const_cast<BenchValues&>(values)) / scale; },
-         [at, scale](BenchValues& values, double value) { at(values) = value * scale; }});
+    stored.push_back({std::move(at), scale});
   }
 };
 
@@ -51,27 +43,23 @@ void add_eye(List& list, const std::string& name, optics::Eye optics::EyePair::*
 {
   const auto eye = [side](BenchValues& v) -> optics::Eye& { return v.calibration.eyes.*side; };
   constexpr double px = 20000.0;
-  list.add_number({name + ".distance", "px", 10.0, 100000.0, 1.0},
-                  [eye](BenchValues& v) -> double& { return eye(v).distance_px; });
-  // The file has one aspect ratio for both projection and distortion.
+  list.add({name + ".distance", "px", 10.0, 100000.0, 1.0},
+           [eye](BenchValues& v) -> double& { return eye(v).distance_px; });
   list.add({name + ".pixel_aspect", "", 0.1, 10.0, 0.001},
-           {[side](const BenchValues& v) { return (v.calibration.eyes.*side).pixel_aspect; },
-            [eye](BenchValues& v, double value) {
-              eye(v).pixel_aspect = eye(v).distortion.pixel_aspect = value;
-            }});
+           [eye](BenchValues& v) -> double& { return eye(v).pixel_aspect; });
   for (const Eigen::Index axis : {0, 1}) {
-    list.add_number({with_axis(name, ".sight_", axis), "px", -px, px, 0.5},
-                    [eye, axis](BenchValues& v) -> double& { return eye(v).sight_px[axis]; });
-    list.add_number({with_axis(name, ".centre_", axis), "px", -px, px, 0.5},
-                    [eye, axis](BenchValues& v) -> double& { return eye(v).distortion.centre_px[axis]; });
+    list.add({with_axis(name, ".sight_", axis), "px", -px, px, 0.5},
+             [eye, axis](BenchValues& v) -> double& { return eye(v).sight_px[axis]; });
+    list.add({with_axis(name, ".centre_", axis), "px", -px, px, 0.5},
+             [eye, axis](BenchValues& v) -> double& { return eye(v).distortion.centre_px[axis]; });
   }
-  list.add_number({name + ".k1", "", -1.0, 1.0, 0.001},
-                  [eye](BenchValues& v) -> double& { return eye(v).distortion.k1; });
-  list.add_number({name + ".k2", "", -1.0, 1.0, 0.001},
-                  [eye](BenchValues& v) -> double& { return eye(v).distortion.k2; });
+  list.add({name + ".k1", "", -1.0, 1.0, 0.001},
+           [eye](BenchValues& v) -> double& { return eye(v).distortion.k1; });
+  list.add({name + ".k2", "", -1.0, 1.0, 0.001},
+           [eye](BenchValues& v) -> double& { return eye(v).distortion.k2; });
   for (const Eigen::Index axis : {1, 2}) {
-    list.add_number({name + (axis == 1 ? ".eye_up" : ".eye_back"), "mm", -200.0, 200.0, 0.5},
-                    [side, axis](BenchValues& v) -> double& { return eye_position(v, side, axis); });
+    list.add({name + (axis == 1 ? ".eye_up" : ".eye_back"), "mm", -200.0, 200.0, 0.5},
+             [side, axis](BenchValues& v) -> double& { return eye_position(v, side, axis); });
   }
 }
 
@@ -80,11 +68,11 @@ void add_six(List& list, const std::string& name, At at)
 {
   constexpr double most_mm = 10000.0, most_deg = 180.0;
   for (const Eigen::Index axis : {0, 1, 2}) {
-    list.add_number({with_axis(name, ".shift_", axis), "mm", -most_mm, most_mm, 0.5},
-                    [at, axis](BenchValues& v) -> double& { return at(v).shift_mm[axis]; });
+    list.add({with_axis(name, ".shift_", axis), "mm", -most_mm, most_mm, 0.5},
+             [at, axis](BenchValues& v) -> double& { return at(v).shift_mm[axis]; });
   }
   for (const Eigen::Index axis : {0, 1, 2}) {
-    list.add_number(
+    list.add(
         {with_axis(name, ".turn_", axis), "deg", -most_deg, most_deg, 0.1},
         [at, axis](BenchValues& v) -> double& { return at(v).turn_rad[axis]; }, rad_from_deg(1.0));
   }
@@ -95,6 +83,11 @@ void add_model(List& list, BodyRole role)
   add_six(list, name_of(role), [role](BenchValues& v) -> tracking::PoseParameters& {
     return v.calibration.X_body_model[static_cast<std::size_t>(role)];
   });
+}
+
+double pupillary_distance_mm(const optics::EyePair& eyes)
+{
+  return eyes.right.position_head_mm.x() - eyes.left.position_head_mm.x();
 }
 
 /// Moves both eyes symmetrically: their midpoint does not change.
@@ -110,20 +103,14 @@ void set_pupillary_distance(BenchValues& values, double distance_mm)
 List build_list()
 {
   List list;
-  list.add_number({"flexion", "deg", -30.0, 180.0, 1.0, false},
-                  [](BenchValues& v) -> double& { return v.flexion_deg; });
-  list.add_number({"varus", "deg", -30.0, 30.0, 0.5, false},
-                  [](BenchValues& v) -> double& { return v.varus_deg; });
-  list.add_number({"prediction", "ms", 0.0, 200.0, 1.0, false},
-                  [](BenchValues& v) -> double& { return v.prediction_ms; });
-  list.add({"eyes.distance_apart", "mm", 40.0, 90.0, 0.25},
-           {[](const BenchValues& v) {
-              return v.calibration.eyes.right.position_head_mm.x() -
-                     v.calibration.eyes.left.position_head_mm.x();
-            },
-            set_pupillary_distance});
-  list.add_number({"image_distance", "mm", 100.0, 10000.0, 10.0},
-                  [](BenchValues& v) -> double& { return v.calibration.image_distance_mm; });
+  list.add({"flexion", "deg", -30.0, 180.0, 1.0, false},
+           [](BenchValues& v) -> double& { return v.flexion_deg; });
+  list.add({"varus", "deg", -30.0, 30.0, 0.5, false}, [](BenchValues& v) -> double& { return v.varus_deg; });
+  list.add({"prediction", "ms", 0.0, 200.0, 1.0, false},
+           [](BenchValues& v) -> double& { return v.prediction_ms; });
+  list.add({"eyes.distance_apart", "mm", 40.0, 90.0, 0.25}, nullptr);
+  list.add({"image_distance", "mm", 100.0, 10000.0, 10.0},
+           [](BenchValues& v) -> double& { return v.calibration.image_distance_mm; });
   add_model(list, BodyRole::leg);
   add_model(list, BodyRole::femur);
   add_model(list, BodyRole::tibia);
@@ -154,7 +141,7 @@ std::span<const Parameter> parameters()
 std::optional<std::size_t> find_parameter(const std::string& name)
 {
   const std::vector<Parameter>& all = list().parameters;
-  const auto found = std::find_if(all.begin(), all.end(), [&](const Parameter& p) { return p.name == name; });
+  const auto found = std::ranges::find(all, name, &Parameter::name);
   if (found == all.end()) return std::nullopt;
   return static_cast<std::size_t>(found - all.begin());
 }
@@ -174,13 +161,22 @@ bool is_used(std::size_t parameter, const BenchFile& bench)
 
 double value_of(const BenchValues& values, std::size_t parameter)
 {
-  return list().entries.at(parameter).get(values);
+  const Stored& stored = list().stored.at(parameter);
+  if (!stored.at) return pupillary_distance_mm(values.calibration.eyes);
+  // The const_cast is safe: the value is only read.
+  return stored.at(const_cast<BenchValues&>(values)) / stored.scale;
 }
 
 void set_value(BenchValues& values, std::size_t parameter, double value)
 {
   const Parameter& limits = list().parameters.at(parameter);
-  list().entries.at(parameter).set(values, std::clamp(value, limits.minimum, limits.maximum));
+  const Stored& stored = list().stored.at(parameter);
+  const double clamped = std::clamp(value, limits.minimum, limits.maximum);
+  if (!stored.at) return set_pupillary_distance(values, clamped);
+  stored.at(values) = clamped * stored.scale;
+  // The file has one aspect ratio for both projection and distortion.
+  for (optics::Eye* eye : {&values.calibration.eyes.left, &values.calibration.eyes.right})
+    eye->distortion.pixel_aspect = eye->pixel_aspect;
 }
 
 }  // namespace vrda::bench_files

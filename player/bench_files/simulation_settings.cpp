@@ -1,10 +1,9 @@
-#include "bench_files/simulation_settings.hpp"
-
 #include <arpa/inet.h>
 
 #include <array>
 
 #include "bench_files/calibration.hpp"
+#include "bench_files/document_parts.hpp"
 #include "core/units.hpp"
 
 namespace vrda::bench_files {

@@ -34,9 +34,9 @@ std::string today()
 }
 
 struct CalibrateSetup {
-  bench_files::BenchFile bench;
-  bench_files::Calibration begun;
-  std::vector<bench_files::CalibrationPart> parts;  ///< requested
+  BenchFile bench;
+  Calibration begun;
+  std::vector<CalibrationPart> parts;  ///< requested
 };
 
 /// Whether the step only reads or solves an existing file.
@@ -93,17 +93,15 @@ void require_options(const CalibrateOptions& options)
 }
 
 /// Starts a file from the per-bench parts of another person's file, or resumes a file started that way.
-bench_files::Calibration begun_from_other(const CalibrateOptions& options,
-                                          const bench_files::BenchFile& bench, bool is_there)
+Calibration begun_from_other(const CalibrateOptions& options, const BenchFile& bench, bool is_there)
 {
-  const bench_files::Calibration other = bench_files::read_calibration(options.bench_from, bench);
+  const Calibration other = bench_files::read_calibration(options.bench_from, bench);
   if (is_there) {
-    const bench_files::Calibration begun = bench_files::read_calibration(options.calibration, bench);
+    const Calibration begun = bench_files::read_calibration(options.calibration, bench);
     calibration_tasks::require_same_bench_parts(begun, options.calibration, other, options.bench_from);
     return begun;
   }
-  const bench_files::Calibration begun =
-      calibration_tasks::start_calibration_from(other, bench, options.bench_from);
+  const Calibration begun = calibration_tasks::start_calibration_from(other, bench, options.bench_from);
   write_atomically(options.calibration, {bench_files::calibration_text(begun, bench)});
   return begun;
 }
@@ -117,8 +115,7 @@ std::string virtual_title(const CalibrateOptions& options, const std::string& ti
 CalibrateSetup read_setup(const CalibrateOptions& options)
 {
   CalibrateSetup setup;
-  const bench_files::HeadKind head =
-      options.head == "tracker" ? bench_files::HeadKind::tracker : bench_files::HeadKind::stage;
+  const HeadKind head = options.head == "tracker" ? HeadKind::tracker : HeadKind::stage;
   setup.bench = options.bench.empty()
                     ? bench_files::parse_bench_file(virtual_bench::virtual_bench_text(head), "virtual bench")
                     : bench_files::read_bench_file(options.bench);
@@ -136,8 +133,8 @@ CalibrateSetup read_setup(const CalibrateOptions& options)
   return setup;
 }
 
-void write_parts(const CalibrateOptions& options, const CalibrateSetup& setup,
-                 const bench_files::Calibration& calibration, std::ostream& data)
+void write_parts(const CalibrateOptions& options, const CalibrateSetup& setup, const Calibration& calibration,
+                 std::ostream& data)
 {
   if (options.has_json) {
     write_status_json(data, setup.bench, calibration, setup.parts);
@@ -150,7 +147,7 @@ void write_parts(const CalibrateOptions& options, const CalibrateSetup& setup,
 bool is_place_adjusted(const CalibrateSetup& setup)
 {
   return setup.bench.calibration.is_model_adjusted &&
-         std::any_of(setup.parts.begin(), setup.parts.end(), calibration_tasks::is_model_part);
+         std::ranges::any_of(setup.parts, calibration_tasks::is_model_part);
 }
 
 void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)
@@ -158,15 +155,14 @@ void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)
   if (!is_place_adjusted(setup)) return;
   if (options.is_virtual) {
     // A virtual bench draws leg and model as lines between their points.
-    for (const bench_files::CalibrationPart part : setup.parts) {
+    for (const CalibrationPart part : setup.parts) {
       if (!calibration_tasks::is_model_part(part) ||
           calibration_tasks::points_of(part, setup.bench.calibration).size() > 1)
         continue;
-      throw InputError(
-          {setup.bench.path,
-           part == bench_files::CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point",
-           "fewer than two points, with calibration.model = \"adjust\"",
-           "two or more points, which a virtual bench needs to draw the leg"});
+      throw InputError({setup.bench.path,
+                        part == CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point",
+                        "fewer than two points, with calibration.model = \"adjust\"",
+                        "two or more points, which a virtual bench needs to draw the leg"});
     }
     return;
   }
@@ -182,7 +178,7 @@ calibration_tasks::CalibrationSessionOptions guide_options(const CalibrateOption
           options.calibration.empty() ? "virtual bench" : options.calibration};
 }
 
-CalibrateEnd end_of(const calibration_tasks::CalibrationSession& session)
+CalibrateEnd end_of(const CalibrationSession& session)
 {
   return session.task() == nullptr ? CalibrateEnd::finished : CalibrateEnd::quit;
 }
@@ -192,7 +188,7 @@ CalibrateEnd run_attended(const CalibrateOptions& options, const CalibrateSetup&
 {
   require_model(options, setup);
   loop::StopSignals stop;  // before the device threads start: they inherit the signal mask
-  calibration_tasks::CalibrationSession session(setup.bench, setup.begun, guide_options(options, setup));
+  CalibrationSession session(setup.bench, setup.begun, guide_options(options, setup));
   CalibrationWriter kept(setup.bench, options.calibration);
   CalibrationMode mode(options, setup.bench, session, kept, streams);
   const std::unique_ptr<CalibrationBench> guide_bench =
@@ -205,8 +201,8 @@ CalibrateEnd run_attended(const CalibrateOptions& options, const CalibrateSetup&
 }
 
 /// The simulated operator does every task.
-void operate(calibration_tasks::CalibrationSession& session, virtual_bench::VirtualOperator& person,
-             CalibrationWriter& kept, std::vector<calibration_tasks::Task>& tasks_done)
+void operate(CalibrationSession& session, VirtualOperator& person, CalibrationWriter& kept,
+             std::vector<Task>& tasks_done)
 {
   constexpr int most_tasks = 100'000;
   loop::StopSignals stop;
@@ -222,20 +218,18 @@ void operate(calibration_tasks::CalibrationSession& session, virtual_bench::Virt
 CalibrateEnd run_unattended(const CalibrateOptions& options, const CalibrateSetup& setup,
                             const loop::Streams& streams)
 {
-  const virtual_bench::VirtualNoise noise;
-  const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(setup.bench, options.seed);
-  calibration_tasks::CalibrationSession session(setup.bench, setup.begun, guide_options(options, setup));
+  const VirtualNoise noise;
+  const VirtualTruth truth = virtual_bench::virtual_truth(setup.bench, options.seed);
+  CalibrationSession session(setup.bench, setup.begun, guide_options(options, setup));
   CalibrationWriter kept(setup.bench, options.calibration);
-  virtual_bench::VirtualOperator person(setup.bench, truth, noise);
-  std::vector<calibration_tasks::Task> tasks;
+  VirtualOperator person(setup.bench, truth, noise);
+  std::vector<Task> tasks;
   operate(session, person, kept, tasks);
-  const bench_files::Calibration& found = session.calibration();
-  const std::vector<virtual_bench::TargetError> before = virtual_bench::target_errors(
+  const Calibration& found = session.calibration();
+  const std::vector<TargetError> before = virtual_bench::target_errors(
       virtual_bench::uncalibrated(setup.bench, truth), setup.bench, truth, noise);
-  const std::vector<virtual_bench::TargetError> after =
-      virtual_bench::target_errors(found, setup.bench, truth, noise);
-  const std::vector<bench_files::CalibrationPart> missing =
-      missing_parts(found, calibration_tasks::parts_of(setup.bench));
+  const std::vector<TargetError> after = virtual_bench::target_errors(found, setup.bench, truth, noise);
+  const std::vector<CalibrationPart> missing = missing_parts(found, calibration_tasks::parts_of(setup.bench));
   if (options.has_json) {
     streams.data << "{\"seed\": " << options.seed << ", \"calibration\": ";
     write_status_json(streams.data, setup.bench, found, setup.parts);
@@ -257,8 +251,8 @@ CalibrateEnd run_unattended(const CalibrateOptions& options, const CalibrateSetu
 void write_benches(const CalibrateOptions& options, const CalibrateSetup& setup, std::ostream& data)
 {
   const int n_threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  const virtual_bench::VirtualStatistics statistics = virtual_bench::virtual_statistics(
-      setup.bench, virtual_bench::VirtualNoise{}, options.seed, options.n_benches, n_threads);
+  const VirtualStatistics statistics = virtual_bench::virtual_statistics(
+      setup.bench, VirtualNoise{}, options.seed, options.n_benches, n_threads);
   if (options.has_json) {
     write_statistics_json(data, statistics);
     data << "\n";

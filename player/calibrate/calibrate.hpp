@@ -5,8 +5,30 @@
 #include <string>
 
 #include "loop/loop.hpp"
+#include "virtual_bench/statistics.hpp"
 
 namespace vrda::calibrate {
+
+using bench_files::BenchFile;
+using bench_files::BodyRole;
+using bench_files::Calibration;
+using bench_files::CalibrationMark;
+using bench_files::CalibrationPart;
+using bench_files::CalibrationRecord;
+using bench_files::HeadKind;
+using bench_files::LegKind;
+using calibration_tasks::CalibrationProgress;
+using calibration_tasks::CalibrationSession;
+using calibration_tasks::Dial;
+using calibration_tasks::DrawnLine;
+using calibration_tasks::Task;
+using calibration_tasks::TaskKind;
+using virtual_bench::NumberStatistics;
+using virtual_bench::TargetError;
+using virtual_bench::VirtualNoise;
+using virtual_bench::VirtualOperator;
+using virtual_bench::VirtualStatistics;
+using virtual_bench::VirtualTruth;
 
 struct CalibrateOptions {
   std::string step;         ///< viewport, ..., all, bench, person; status; solve

@@ -24,7 +24,7 @@ navigation::AppearanceOptions plain_look()
 }
 
 /// Dials in the order of SixNumbers.
-tracking::PoseParameters numbers_of(const calibration_tasks::Task& task, std::span<const double> values)
+tracking::PoseParameters numbers_of(const Task& task, std::span<const double> values)
 {
   check(values.size() == 6 && task.dials.size() == 6, "a pose task has six dials");
   tracking::PoseParameters place;
@@ -39,8 +39,8 @@ tracking::PoseParameters numbers_of(const calibration_tasks::Task& task, std::sp
 
 }  // namespace
 
-ModelOnBench::ModelOnBench(const bench_files::BenchFile& bench, const bench_files::Calibration& calibration,
-                           store::MotionModel scaled, const std::string& set)
+ModelOnBench::ModelOnBench(const BenchFile& bench, const Calibration& calibration, store::MotionModel scaled,
+                           const std::string& set)
     : scale(calibration.subject_scale),
       model(std::move(scaled)),
       motion(model, set),
@@ -49,8 +49,8 @@ ModelOnBench::ModelOnBench(const bench_files::BenchFile& bench, const bench_file
 {
 }
 
-AdjustedModel::AdjustedModel(const bench_files::BenchFile& bench, store::MotionModel model,
-                             const std::string& file, const std::string& set)
+AdjustedModel::AdjustedModel(const BenchFile& bench, store::MotionModel model, const std::string& file,
+                             const std::string& set)
     : bench_(bench), model_(std::move(model)), set_(navigation::chosen_set(model_, file, set))
 {
 }
@@ -60,8 +60,8 @@ void AdjustedModel::take(const devices::Sample& sample)
   if (shown_) shown_->state.take(sample);
 }
 
-void AdjustedModel::place(const bench_files::Calibration& calibration, const PoseTrial& trial,
-                          std::int64_t now_ns, render::Renderer& renderer)
+void AdjustedModel::place(const Calibration& calibration, const PoseTrial& trial, std::int64_t now_ns,
+                          render::Renderer& renderer)
 {
   if (!shown_ || shown_->scale != calibration.subject_scale) {
     shown_ = std::make_unique<ModelOnBench>(bench_, calibration,
@@ -69,7 +69,7 @@ void AdjustedModel::place(const bench_files::Calibration& calibration, const Pos
     renderer.load(shown_->view.scene());
     renderer.load(shown_->view.warp());
   }
-  bench_files::Calibration& tried = shown_->state.values().calibration;
+  Calibration& tried = shown_->state.values().calibration;
   tried = calibration;
   tried.X_body_model[static_cast<std::size_t>(calibration_tasks::role_of(trial.part))] =
       numbers_of(trial.task, trial.values);
@@ -80,7 +80,7 @@ void AdjustedModel::place(const bench_files::Calibration& calibration, const Pos
 namespace {
 
 /// Scales a displayed line into the eye's window: the optics can display more than the window's pixels.
-void fit_into_window(calibration_tasks::DrawnLine& line, const optics::Eye& eye)
+void fit_into_window(DrawnLine& line, const optics::Eye& eye)
 {
   const optics::ShownBox seen = optics::shown_box(eye), window = optics::box_of(eye.window);
   const Eigen::Vector2d seen_px = seen.high_px - seen.low_px, window_px = window.high_px - window.low_px;
@@ -93,12 +93,9 @@ void fit_into_window(calibration_tasks::DrawnLine& line, const optics::Eye& eye)
 
 class LiveBench final : public CalibrationBench {
  public:
-  explicit LiveBench(const bench_files::BenchFile& bench)
-      : bench_(bench), devices_(bench.tracker, bench.board)
-  {
-  }
+  explicit LiveBench(const BenchFile& bench) : bench_(bench), devices_(bench.tracker, bench.board) {}
 
-  void send_samples(calibration_tasks::CalibrationSession& session, AdjustedModel* model) override
+  void send_samples(CalibrationSession& session, AdjustedModel* model) override
   {
     for (devices::Sample sample; devices_.take(sample);) {
       session.take(sample);
@@ -107,59 +104,57 @@ class LiveBench final : public CalibrationBench {
   }
   std::int64_t now_ns() const override { return devices_.now_ns(); }
   void zero_stage() override { devices_.zero_stage(); }
-  std::vector<std::string> device_problems(const calibration_tasks::Task& task) const override
+  std::vector<std::string> device_problems(const Task& task) const override
   {
     std::vector<std::string> lines;
     const auto add = [&](const char* name, devices::DeviceId device) {
       const devices::DeviceReport report = devices_.report(device);
       if (report.link != devices::LinkState::up) lines.push_back(bench::device_text(name, report));
     };
-    const bool wants_tracker = !task.tool.empty() || task.kind == calibration_tasks::TaskKind::model_pose;
-    const bool wants_board =
-        task.kind == calibration_tasks::TaskKind::stop || task.kind == calibration_tasks::TaskKind::bullseye;
+    const bool wants_tracker = !task.tool.empty() || task.kind == TaskKind::model_pose;
+    const bool wants_board = task.kind == TaskKind::stop || task.kind == TaskKind::bullseye;
     if (wants_tracker && bench_.tracker) add("tracker", devices::DeviceId::tracker);
     if (wants_board && bench_.board) add("board", devices::DeviceId::board);
     return lines;
   }
-  CalibrationView view(const calibration_tasks::CalibrationSession& session) const override
+  CalibrationView view(const CalibrationSession& session) const override
   {
     return {calibration_tasks::task_lines(session), std::nullopt, {}};
   }
 
  private:
-  const bench_files::BenchFile& bench_;
+  const BenchFile& bench_;
   devices::Devices devices_;
 };
 
 class VirtualBench final : public CalibrationBench {
  public:
-  VirtualBench(const bench_files::BenchFile& bench, std::uint64_t seed)
+  VirtualBench(const BenchFile& bench, std::uint64_t seed)
       : bench_(bench),
         truth_(virtual_bench::virtual_truth(bench, seed)),
-        operator_(bench, truth_, virtual_bench::VirtualNoise{})
+        operator_(bench, truth_, VirtualNoise{})
   {
   }
 
-  void send_samples(calibration_tasks::CalibrationSession& session, AdjustedModel*) override
+  void send_samples(CalibrationSession& session, AdjustedModel*) override
   {
     if (session.task() != nullptr) operator_.send_samples(session);
   }
   std::int64_t now_ns() const override { return 0; }
   void zero_stage() override {}
-  std::vector<std::string> device_problems(const calibration_tasks::Task&) const override { return {}; }
-  CalibrationView view(const calibration_tasks::CalibrationSession& session) const override
+  std::vector<std::string> device_problems(const Task&) const override { return {}; }
+  CalibrationView view(const CalibrationSession& session) const override
   {
     const optics::EyePair& eyes = truth_.calibration.eyes;
     CalibrationView seen;
     seen.boxes = {optics::box_of(eyes.left.window), optics::box_of(eyes.right.window)};
     if (session.task() == nullptr) return seen;
     seen.lines = virtual_bench::physical_outlines(*session.task(), bench_, truth_);
-    for (const calibration_tasks::DrawnLine& line : virtual_bench::seen_lines(drawn(session), truth_))
+    for (const DrawnLine& line : virtual_bench::seen_lines(drawn(session), truth_))
       seen.lines.push_back(line);
-    for (calibration_tasks::DrawnLine& line : seen.lines)
-      fit_into_window(line, line.is_right ? eyes.right : eyes.left);
+    for (DrawnLine& line : seen.lines) fit_into_window(line, optics::side_of(eyes, line.is_right));
     if (const std::optional<double> reading = operator_.reading(session)) {
-      const std::vector<calibration_tasks::Dial>& dials = session.task()->dials;
+      const std::vector<Dial>& dials = session.task()->dials;
       seen.notes.push_back("Reading: " + settings::rounded_text(*reading, 2) +
                            (dials.empty() ? "" : " " + dials.front().unit));
     }
@@ -167,28 +162,27 @@ class VirtualBench final : public CalibrationBench {
   }
 
  private:
-  std::vector<calibration_tasks::DrawnLine> drawn(const calibration_tasks::CalibrationSession& session) const
+  std::vector<DrawnLine> drawn(const CalibrationSession& session) const
   {
-    const calibration_tasks::CalibrationProgress& progress = session.progress();
-    if (session.task()->kind != calibration_tasks::TaskKind::model_pose)
-      return calibration_tasks::task_lines(session);
+    const CalibrationProgress& progress = session.progress();
+    if (session.task()->kind != TaskKind::model_pose) return calibration_tasks::task_lines(session);
     return virtual_bench::drawn_model_lines({progress.part, session.values(), session.drawing_calibration()},
                                             bench_, truth_);
   }
 
-  const bench_files::BenchFile& bench_;
-  virtual_bench::VirtualTruth truth_;
-  virtual_bench::VirtualOperator operator_;
+  const BenchFile& bench_;
+  VirtualTruth truth_;
+  VirtualOperator operator_;
 };
 
 }  // namespace
 
-std::unique_ptr<CalibrationBench> open_live_bench(const bench_files::BenchFile& bench)
+std::unique_ptr<CalibrationBench> open_live_bench(const BenchFile& bench)
 {
   return std::make_unique<LiveBench>(bench);
 }
 
-std::unique_ptr<CalibrationBench> open_virtual_bench(const bench_files::BenchFile& bench, std::uint64_t seed)
+std::unique_ptr<CalibrationBench> open_virtual_bench(const BenchFile& bench, std::uint64_t seed)
 {
   return std::make_unique<VirtualBench>(bench, seed);
 }

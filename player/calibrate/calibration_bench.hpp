@@ -7,17 +7,15 @@
 #include <vector>
 
 #include "bench/bench_show.hpp"
-#include "calibration_tasks/drawing.hpp"
-#include "calibration_tasks/session.hpp"
-#include "calibration_tasks/task.hpp"
+#include "calibrate/calibrate.hpp"
 
 namespace vrda::calibrate {
 
 /// A model with motion, state and view as in the mode `bench`.
 struct ModelOnBench {
   /// `scaled`: model in the size of the calibration's subject.
-  ModelOnBench(const bench_files::BenchFile& bench, const bench_files::Calibration& calibration,
-               store::MotionModel scaled, const std::string& set);
+  ModelOnBench(const BenchFile& bench, const Calibration& calibration, store::MotionModel scaled,
+               const std::string& set);
   ModelOnBench(const ModelOnBench&) = delete;
   ModelOnBench& operator=(const ModelOnBench&) = delete;
 
@@ -30,8 +28,8 @@ struct ModelOnBench {
 
 /// A model pose being adjusted: part, task and current dial values.
 struct PoseTrial {
-  bench_files::CalibrationPart part;
-  const calibration_tasks::Task& task;
+  CalibrationPart part;
+  const Task& task;
   std::span<const double> values;
 };
 
@@ -39,19 +37,19 @@ struct PoseTrial {
 class AdjustedModel {
  public:
   /// `model`: unscaled, from `file`. Throws InputError if it does not contain the set.
-  AdjustedModel(const bench_files::BenchFile& bench, store::MotionModel model, const std::string& file,
+  AdjustedModel(const BenchFile& bench, store::MotionModel model, const std::string& file,
                 const std::string& set);
 
   void take(const devices::Sample& sample);
 
   /// Places the model at `trial` and loads changes into the renderer. Throws InputError for unusable eyes.
-  void place(const bench_files::Calibration& calibration, const PoseTrial& trial, std::int64_t now_ns,
+  void place(const Calibration& calibration, const PoseTrial& trial, std::int64_t now_ns,
              render::Renderer& renderer);
   /// Requires place().
   const bench::BenchView& view() const { return shown_->view; }
 
  private:
-  bench_files::BenchFile bench_;
+  BenchFile bench_;
   store::MotionModel model_;
   std::string set_;
   std::unique_ptr<ModelOnBench> shown_;
@@ -59,7 +57,7 @@ class AdjustedModel {
 
 /// Contents of the window for a task, in window pixels.
 struct CalibrationView {
-  std::vector<calibration_tasks::DrawnLine> lines;
+  std::vector<DrawnLine> lines;
   std::optional<std::array<optics::ShownBox, 2>> boxes;  ///< clip box of each eye; empty: no clipping
   std::vector<std::string> notes;                        ///< simulated readings
 };
@@ -68,19 +66,19 @@ class CalibrationBench {
  public:
   virtual ~CalibrationBench() = default;
   /// Passes the device samples since the last call to session and model.
-  virtual void send_samples(calibration_tasks::CalibrationSession& session, AdjustedModel* model) = 0;
+  virtual void send_samples(CalibrationSession& session, AdjustedModel* model) = 0;
   /// Clock of the samples, ns.
   virtual std::int64_t now_ns() const = 0;
   virtual void zero_stage() = 0;
   /// Problems of the devices that the task needs; empty: none.
-  virtual std::vector<std::string> device_problems(const calibration_tasks::Task& task) const = 0;
+  virtual std::vector<std::string> device_problems(const Task& task) const = 0;
   /// View of the current task.
-  virtual CalibrationView view(const calibration_tasks::CalibrationSession& session) const = 0;
+  virtual CalibrationView view(const CalibrationSession& session) const = 0;
 };
 
 /// Tracker and board of the bench file.
-std::unique_ptr<CalibrationBench> open_live_bench(const bench_files::BenchFile& bench);
+std::unique_ptr<CalibrationBench> open_live_bench(const BenchFile& bench);
 /// Virtual bench of a seed, drawn as its person sees it.
-std::unique_ptr<CalibrationBench> open_virtual_bench(const bench_files::BenchFile& bench, std::uint64_t seed);
+std::unique_ptr<CalibrationBench> open_virtual_bench(const BenchFile& bench, std::uint64_t seed);
 
 }  // namespace vrda::calibrate

@@ -129,7 +129,7 @@ const std::vector<navigation::KeyPress>& KeyScript::keys(double now_s)
 
 namespace {
 
-loop::Sink sink_of(const CalibrateOptions& options, const bench_files::BenchFile& bench)
+loop::Sink sink_of(const CalibrateOptions& options, const BenchFile& bench)
 {
   if (!options.is_headless) return bench::bench_window(bench, bench.title + " - calibrate", options.samples);
   return options.pictures.empty() ? loop::Sink() : bench::bench_memory(bench, options.samples);
@@ -144,15 +144,15 @@ KeyScript script_of(const CalibrateOptions& options)
 
 }  // namespace
 
-void CalibrationWriter::write(const calibration_tasks::CalibrationSession& session)
+void CalibrationWriter::write(const CalibrationSession& session)
 {
   if (path_.empty() || session.revision() == revision_) return;
   write_atomically(path_, {bench_files::calibration_text(session.calibration(), bench_)});
   revision_ = session.revision();
 }
 
-CalibrationMode::CalibrationMode(const CalibrateOptions& options, const bench_files::BenchFile& bench,
-                                 calibration_tasks::CalibrationSession& session, CalibrationWriter& kept,
+CalibrationMode::CalibrationMode(const CalibrateOptions& options, const BenchFile& bench,
+                                 CalibrationSession& session, CalibrationWriter& kept,
                                  const loop::Streams& streams)
     : options_(options),
       bench_(bench),
@@ -219,7 +219,7 @@ void CalibrationMode::print_words()
 
 void CalibrationMode::make_content()
 {
-  const calibration_tasks::Task* task = session_.task();
+  const Task* task = session_.task();
   CalibrationView view = guide_bench_->view(session_);
   content_.lines = std::move(view.lines);
   content_.boxes = view.boxes;
@@ -234,8 +234,8 @@ void CalibrationMode::make_content()
 /// Places the model if the task adjusts it.
 bool CalibrationMode::place_model()
 {
-  const calibration_tasks::Task* task = session_.task();
-  if (task == nullptr || task->kind != calibration_tasks::TaskKind::model_pose || !model_) return false;
+  const Task* task = session_.task();
+  if (task == nullptr || task->kind != TaskKind::model_pose || !model_) return false;
   model_->place(session_.calibration(), {session_.progress().part, *task, session_.values()},
                 guide_bench_->now_ns(), sink_.renderer());
   return is_model_loaded_ = true;
@@ -243,7 +243,7 @@ bool CalibrationMode::place_model()
 
 void CalibrationMode::draw()
 {
-  const calibration_tasks::Task* task = session_.task();
+  const Task* task = session_.task();
   const std::string name =
       task == nullptr ? "" : std::string(bench_files::name_of(session_.progress().part)) + " " + task->name;
   const bool is_kept = sink_.is_recording() && (n_rounds_ == 0 || name != pictured_);

@@ -45,15 +45,12 @@ class KeyScript {
 /// Writes the whole calibration file after each change of the session. With an empty path nothing is written.
 class CalibrationWriter {
  public:
-  CalibrationWriter(const bench_files::BenchFile& bench, std::string path)
-      : bench_(bench), path_(std::move(path))
-  {
-  }
+  CalibrationWriter(const BenchFile& bench, std::string path) : bench_(bench), path_(std::move(path)) {}
   /// Throws InputError on a write error; the next call tries again.
-  void write(const calibration_tasks::CalibrationSession& session);
+  void write(const CalibrationSession& session);
 
  private:
-  const bench_files::BenchFile& bench_;
+  const BenchFile& bench_;
   std::string path_;
   std::uint64_t revision_ = 0;  ///< last written revision
 };
@@ -61,9 +58,8 @@ class CalibrationWriter {
 class CalibrationMode final : public loop::Mode {
  public:
   /// Opens a window unless headless. Throws InputError without a display, or for a bad script or model.
-  CalibrationMode(const CalibrateOptions& options, const bench_files::BenchFile& bench,
-                  calibration_tasks::CalibrationSession& session, CalibrationWriter& kept,
-                  const loop::Streams& streams);
+  CalibrationMode(const CalibrateOptions& options, const BenchFile& bench, CalibrationSession& session,
+                  CalibrationWriter& kept, const loop::Streams& streams);
 
   loop::Sink& sink() { return sink_; }
   /// Sets the bench; must be called before the first round.
@@ -83,8 +79,8 @@ class CalibrationMode final : public loop::Mode {
   bool place_model();
 
   const CalibrateOptions& options_;
-  const bench_files::BenchFile& bench_;
-  calibration_tasks::CalibrationSession& session_;
+  const BenchFile& bench_;
+  CalibrationSession& session_;
   CalibrationWriter& kept_;
   loop::Streams streams_;
   CalibrationPanel panel_;

@@ -9,9 +9,7 @@
 namespace vrda::calibrate {
 namespace {
 
-constexpr float margin_px = 12.0F;
-constexpr scene::VertexColour paper{24, 27, 32, 255}, warning_colour{255, 176, 46, 255},
-    done_colour{96, 200, 120, 255};
+using gui::margin_px;
 
 gui::OverlayBox overlay_box(const optics::ShownBox& box)
 {
@@ -36,7 +34,7 @@ scene::VertexColour bytes_of(const std::array<float, 3>& colour)
 }
 
 /// Whole pixels of a horizontal or vertical line.
-gui::OverlayBox pixels_of(const calibration_tasks::DrawnLine& line)
+gui::OverlayBox pixels_of(const DrawnLine& line)
 {
   Eigen::Vector2d low = line.points_px.front(), high = line.points_px.front();
   for (const Eigen::Vector2d& p : line.points_px) {
@@ -60,14 +58,13 @@ int decimals_of_step(double step)
 
 }  // namespace
 
-std::string dial_text(const calibration_tasks::Dial& dial, double value)
+std::string dial_text(const Dial& dial, double value)
 {
   return dial.name + " " + settings::rounded_text(value, decimals_of_step(dial.step)) +
          (dial.unit.empty() ? "" : " " + dial.unit);
 }
 
-void add_drawn_line(render::Overlay& overlay, const gui::OverlayText& text,
-                    const calibration_tasks::DrawnLine& line)
+void add_drawn_line(render::Overlay& overlay, const gui::OverlayText& text, const DrawnLine& line)
 {
   if (line.is_smooth) {
     text.add_line(overlay, line.points_px, line.width_px, bytes_of(line.colour));
@@ -76,8 +73,8 @@ void add_drawn_line(render::Overlay& overlay, const gui::OverlayText& text,
   }
 }
 
-CalibrationPanel::CalibrationPanel(const bench_files::BenchFile& bench)
-    : text_(text_px), display_(bench.display)
+CalibrationPanel::CalibrationPanel(const BenchFile& bench)
+    : text_(gui::panel_text_px), display_(bench.display)
 {
 }
 
@@ -85,7 +82,7 @@ void CalibrationPanel::add_lines(const CalibrationPanelContent& content)
 {
   for (const bool is_right : {false, true}) {
     if (content.boxes) gui::clip_overlay(overlay_, overlay_box((*content.boxes)[is_right ? 1 : 0]));
-    for (const calibration_tasks::DrawnLine& line : content.lines)
+    for (const DrawnLine& line : content.lines)
       if (line.is_right == is_right) add_drawn_line(overlay_, text_, line);
   }
   gui::clip_overlay(overlay_,
@@ -119,11 +116,11 @@ void CalibrationPanel::add_wrapped(std::vector<Words>& words, const std::string&
   }
 }
 
-void CalibrationPanel::add_task(std::vector<Words>& words,
-                                const calibration_tasks::CalibrationSession& session, float width_px) const
+void CalibrationPanel::add_task(std::vector<Words>& words, const CalibrationSession& session,
+                                float width_px) const
 {
-  const calibration_tasks::Task& task = *session.task();
-  const calibration_tasks::CalibrationProgress& progress = session.progress();
+  const Task& task = *session.task();
+  const CalibrationProgress& progress = session.progress();
   add_wrapped(words,
               std::string(bench_files::name_of(progress.part)) + ": " + std::to_string(progress.n_done + 1) +
                   " of " + std::to_string(progress.n_tasks) + ", " + task.name,
@@ -136,20 +133,20 @@ void CalibrationPanel::add_task(std::vector<Words>& words,
     const std::string mark = !is_selecting ? (k == 0 ? "Left, Right: " : "Up, Down: ")
                              : is_live     ? "> "
                                            : "- ";
-    add_wrapped(words, mark + dial_text(task.dials[k], session.values()[k]), is_live ? done_colour : ink,
+    add_wrapped(words, mark + dial_text(task.dials[k], session.values()[k]), is_live ? gui::green : ink,
                 width_px);
   }
   if (progress.is_sampling) {
     add_wrapped(words,
                 std::to_string(progress.n_samples) + " of " + std::to_string(task.n_samples) +
                     " samples of " + task.tool,
-                done_colour, width_px);
+                gui::green, width_px);
   }
 }
 
-std::vector<CalibrationPanel::Words> CalibrationPanel::words_of(
-    const calibration_tasks::CalibrationSession& session, const CalibrationPanelContent& content,
-    float width_px) const
+std::vector<CalibrationPanel::Words> CalibrationPanel::words_of(const CalibrationSession& session,
+                                                                const CalibrationPanelContent& content,
+                                                                float width_px) const
 {
   std::vector<Words> words;
   if (content.has_help) {
@@ -161,26 +158,26 @@ std::vector<CalibrationPanel::Words> CalibrationPanel::words_of(
   if (session.task() != nullptr) {
     add_task(words, session, width_px);
   } else {
-    add_wrapped(words, "All requested parts are done. Enter: quit", done_colour, width_px);
+    add_wrapped(words, "All requested parts are done. Enter: quit", gui::green, width_px);
   }
-  const calibration_tasks::CalibrationProgress& progress = session.progress();
+  const CalibrationProgress& progress = session.progress();
   for (const std::string& line : progress.messages)
-    add_wrapped(words, line, progress.has_error ? warning_colour : done_colour, width_px);
+    add_wrapped(words, line, progress.has_error ? gui::amber : gui::green, width_px);
   for (const std::string& note : content.notes) add_wrapped(words, note, ink, width_px);
-  for (const std::string& trouble : content.troubles) add_wrapped(words, trouble, warning_colour, width_px);
-  if (!content.message.empty()) add_wrapped(words, content.message, warning_colour, width_px);
+  for (const std::string& trouble : content.troubles) add_wrapped(words, trouble, gui::amber, width_px);
+  if (!content.message.empty()) add_wrapped(words, content.message, gui::amber, width_px);
   add_wrapped(words, "H: keys", faint, width_px);
   return words;
 }
 
-const render::Overlay& CalibrationPanel::drawn(const calibration_tasks::CalibrationSession& session,
+const render::Overlay& CalibrationPanel::drawn(const CalibrationSession& session,
                                                const CalibrationPanelContent& content)
 {
   gui::clear_overlay(overlay_, display_.width, display_.height);
   add_lines(content);
   const std::optional<optics::Viewport> area = bench::operator_area(display_);
   const optics::Viewport home = area ? *area : inner(session.calibration().eyes.left.visible);
-  if (area) text_.add_area(overlay_, bench::overlay_box(home), paper);
+  if (area) text_.add_area(overlay_, gui::overlay_box(home), gui::paper);
   const std::vector<Words> words =
       words_of(session, content, static_cast<float>(home.width) - 2.0F * margin_px);
   const float height_px = text_.line_px() * static_cast<float>(words.size());

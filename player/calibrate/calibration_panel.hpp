@@ -4,20 +4,17 @@
 #include <optional>
 #include <string>
 
-#include "calibration_tasks/drawing.hpp"
-#include "calibration_tasks/session.hpp"
+#include "calibrate/calibrate.hpp"
 #include "gui/overlay_text.hpp"
 #include "optics/eye.hpp"
 
 namespace vrda::calibrate {
 
-/// Text height and colours of the panel and of sheets.
-inline constexpr double text_px = 15.0;
-inline constexpr scene::VertexColour ink{226, 230, 235, 255}, faint{150, 157, 166, 255};
+using gui::faint, gui::ink;
 
 struct CalibrationPanelContent {
   /// In picture pixels, in drawing order.
-  std::vector<calibration_tasks::DrawnLine> lines;
+  std::vector<DrawnLine> lines;
   /// Clip boxes of the left and the right eye; empty: no clipping.
   std::optional<std::array<optics::ShownBox, 2>> boxes;
   std::vector<std::string> notes;     ///< simulated readings
@@ -28,13 +25,12 @@ struct CalibrationPanelContent {
 
 class CalibrationPanel {
  public:
-  explicit CalibrationPanel(const bench_files::BenchFile& bench);
+  explicit CalibrationPanel(const BenchFile& bench);
 
   const render::OverlayFont& font() const { return text_.font(); }
   /// Valid until the next call. Text is in the operator's area or, if the layout has none, at the bottom of
   /// the left eye's visible part.
-  const render::Overlay& drawn(const calibration_tasks::CalibrationSession& session,
-                               const CalibrationPanelContent& content);
+  const render::Overlay& drawn(const CalibrationSession& session, const CalibrationPanelContent& content);
 
  private:
   struct Words {
@@ -42,12 +38,11 @@ class CalibrationPanel {
     scene::VertexColour colour;
   };
   void add_lines(const CalibrationPanelContent& content);
-  std::vector<Words> words_of(const calibration_tasks::CalibrationSession& session,
-                              const CalibrationPanelContent& content, float width_px) const;
+  std::vector<Words> words_of(const CalibrationSession& session, const CalibrationPanelContent& content,
+                              float width_px) const;
   void add_wrapped(std::vector<Words>& words, const std::string& text, const scene::VertexColour& colour,
                    float width_px) const;
-  void add_task(std::vector<Words>& words, const calibration_tasks::CalibrationSession& session,
-                float width_px) const;
+  void add_task(std::vector<Words>& words, const CalibrationSession& session, float width_px) const;
 
   gui::OverlayText text_;
   render::Overlay overlay_;
@@ -55,10 +50,9 @@ class CalibrationPanel {
 };
 
 /// Draws a line into an overlay, anti-aliased if smooth, else in whole pixels.
-void add_drawn_line(render::Overlay& overlay, const gui::OverlayText& text,
-                    const calibration_tasks::DrawnLine& line);
+void add_drawn_line(render::Overlay& overlay, const gui::OverlayText& text, const DrawnLine& line);
 
 /// "left edge 132 px".
-std::string dial_text(const calibration_tasks::Dial& dial, double value);
+std::string dial_text(const Dial& dial, double value);
 
 }  // namespace vrda::calibrate

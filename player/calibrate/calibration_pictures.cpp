@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "calibrate/calibration_panel.hpp"
+#include "calibration_tasks/marks.hpp"
 #include "navigation/arguments.hpp"
 #include "optics/viewport.hpp"
 #include "render/image.hpp"
@@ -24,7 +25,8 @@ Eigen::Vector2d placed(const SheetFrame& frame, const Eigen::Vector2d& p_px)
 }  // namespace
 
 Sheet::Sheet(int width, int height)
-    : renderer_(render::make_offscreen_renderer({width, height, samples_of_sheet, 0.0})), text_(text_px)
+    : renderer_(render::make_offscreen_renderer({width, height, samples_of_sheet, 0.0})),
+      text_(gui::panel_text_px)
 {
   nothing_.background = scene::background_of(scene::Backdrop::black);
   renderer_->load(nothing_);
@@ -41,10 +43,10 @@ gui::OverlayBox Sheet::clip_of(const SheetFrame& frame) const
   return {low.x() - rim_px, low.y() - rim_px, high.x() + rim_px, high.y() + rim_px};
 }
 
-void Sheet::add_lines(const SheetFrame& frame, std::span<const calibration_tasks::DrawnLine> lines)
+void Sheet::add_lines(const SheetFrame& frame, std::span<const DrawnLine> lines)
 {
   gui::clip_overlay(overlay_, clip_of(frame));
-  for (calibration_tasks::DrawnLine line : lines) {
+  for (DrawnLine line : lines) {
     for (Eigen::Vector2d& p : line.points_px) p = placed(frame, p);
     line.is_smooth = true;
     add_drawn_line(overlay_, text_, line);
@@ -74,11 +76,10 @@ const render::Image& Sheet::image()
   return renderer_->draw(nothing_, {}, &overlay_);
 }
 
-calibration_tasks::DrawnLine outline_of(const optics::ShownBox& box, const std::array<float, 3>& colour,
-                                        double width_px)
+DrawnLine outline_of(const optics::ShownBox& box, const std::array<float, 3>& colour, double width_px)
 {
   const Eigen::Vector2d &low = box.low_px, &high = box.high_px;
-  calibration_tasks::DrawnLine line;
+  DrawnLine line;
   line.points_px = {low, {high.x(), low.y()}, high, {low.x(), high.y()}, low};
   line.width_px = width_px;
   line.colour = colour;
@@ -94,13 +95,12 @@ constexpr Colour grey{0.45F, 0.48F, 0.52F}, green{0.38F, 0.85F, 0.5F}, amber{1.0
 constexpr double line_px = 1.5;
 constexpr double words_px = 24.0, gap_px = 16.0;  // line height of text; gap between frames
 
-std::vector<calibration_tasks::DrawnLine> cross_at(const Eigen::Vector2d& p, double arm_px,
-                                                   const Colour& colour, bool is_right)
+std::vector<DrawnLine> cross_at(const Eigen::Vector2d& p, double arm_px, const Colour& colour, bool is_right)
 {
-  calibration_tasks::DrawnLine level, upright;
+  DrawnLine level, upright;
   level.points_px = {{p.x() - arm_px, p.y()}, {p.x() + arm_px, p.y()}};
   upright.points_px = {{p.x(), p.y() - arm_px}, {p.x(), p.y() + arm_px}};
-  for (calibration_tasks::DrawnLine* line : {&level, &upright}) {
+  for (DrawnLine* line : {&level, &upright}) {
     line->width_px = line_px;
     line->colour = colour;
     line->is_right = is_right;
@@ -108,9 +108,9 @@ std::vector<calibration_tasks::DrawnLine> cross_at(const Eigen::Vector2d& p, dou
   return {level, upright};
 }
 
-void recolour(std::vector<calibration_tasks::DrawnLine>& lines, const Colour& colour)
+void recolour(std::vector<DrawnLine>& lines, const Colour& colour)
 {
-  for (calibration_tasks::DrawnLine& line : lines) line.colour = colour;
+  for (DrawnLine& line : lines) line.colour = colour;
 }
 
 std::string size_text(const optics::Viewport& v)
@@ -136,7 +136,7 @@ std::string write_viewport(const PictureRequest& request, const std::string& fol
               static_cast<int>(scale * display.height + 2.0 * gap_px));
   sheet.add_lines(frame, std::array{outline_of(all, grey)});
   for (const bool is_right : {false, true}) {
-    const optics::Eye& eye = is_right ? request.found.eyes.right : request.found.eyes.left;
+    const optics::Eye& eye = optics::side_of(request.found.eyes, is_right);
     const optics::Viewport& seen = eye.visible;
     sheet.add_area(frame, optics::box_of(eye.window), window_area);
     sheet.add_area(frame, optics::box_of(seen), visible_area);
@@ -155,7 +155,7 @@ std::string write_viewport(const PictureRequest& request, const std::string& fol
   }
   const optics::Viewport& left = request.found.eyes.left.visible;
   const optics::Viewport& window = request.found.eyes.left.window;
-  calibration_tasks::DrawnLine scan;
+  DrawnLine scan;
   scan.points_px = {{left.x + 0.5, window.y}, {left.x + 0.5, window.y + window.height}};
   scan.width_px = 2.0;
   scan.colour = amber;
@@ -171,17 +171,17 @@ std::string write_viewport(const PictureRequest& request, const std::string& fol
 }
 
 /// Horizontal and vertical lines over a box, with a point every 4 px.
-std::vector<calibration_tasks::DrawnLine> straight_grid(const optics::ShownBox& box, double spacing_px)
+std::vector<DrawnLine> straight_grid(const optics::ShownBox& box, double spacing_px)
 {
   constexpr double piece_px = 4.0;
-  std::vector<calibration_tasks::DrawnLine> lines;
+  std::vector<DrawnLine> lines;
   const Eigen::Vector2d middle = 0.5 * (box.low_px + box.high_px);
   for (const Eigen::Index along : {0, 1}) {
     const Eigen::Index across = 1 - along;
     const double half_px = 0.5 * (box.high_px - box.low_px)[across];
     const int n = static_cast<int>(half_px / spacing_px);
     for (int k = -n; k <= n; ++k) {
-      calibration_tasks::DrawnLine line;
+      DrawnLine line;
       line.width_px = line_px;
       line.colour = white;
       for (double at = box.low_px[along]; at <= box.high_px[along]; at += piece_px) {
@@ -203,15 +203,15 @@ std::string write_distortion(const PictureRequest& request, const std::string& f
   const optics::Eye& eye = request.truth.calibration.eyes.left;
   const optics::ShownBox box = optics::shown_box(eye);
   const Eigen::Vector2d size = scale * (box.high_px - box.low_px);
-  const std::vector<calibration_tasks::DrawnLine> plain = straight_grid(box, spacing_px);
-  std::vector<calibration_tasks::DrawnLine> bent = plain;
-  for (calibration_tasks::DrawnLine& line : bent)
+  const std::vector<DrawnLine> plain = straight_grid(box, spacing_px);
+  std::vector<DrawnLine> bent = plain;
+  for (DrawnLine& line : bent)
     for (Eigen::Vector2d& p : line.points_px) p = optics::drawn_px(request.found.eyes.left.distortion, p);
-  const std::vector<calibration_tasks::DrawnLine> corrected = virtual_bench::seen_lines(bent, request.truth);
-  const std::vector<calibration_tasks::DrawnLine> distorted = virtual_bench::seen_lines(plain, request.truth);
+  const std::vector<DrawnLine> corrected = virtual_bench::seen_lines(bent, request.truth);
+  const std::vector<DrawnLine> distorted = virtual_bench::seen_lines(plain, request.truth);
   Sheet sheet(static_cast<int>(3.0 * size.x() + 4.0 * gap_px),
               static_cast<int>(size.y() + words_px + 2.0 * gap_px));
-  const auto add = [&](int k, const char* words, const std::vector<calibration_tasks::DrawnLine>& lines) {
+  const auto add = [&](int k, const char* words, const std::vector<DrawnLine>& lines) {
     const Eigen::Vector2d at(gap_px + k * (size.x() + gap_px), gap_px + words_px);
     sheet.add_words(at - Eigen::Vector2d(0.0, words_px), words, ink);
     sheet.add_lines({box, at, scale}, lines);
@@ -223,51 +223,41 @@ std::string write_distortion(const PictureRequest& request, const std::string& f
   return written(sheet, folder, "distortion.png");
 }
 
-const bench_files::CalibrationMark* mark_of(const bench_files::Calibration& found,
-                                            bench_files::CalibrationPart part, const std::string& task)
-{
-  const auto record = found.records.find(part);
-  if (record == found.records.end()) return nullptr;
-  for (const bench_files::CalibrationMark& mark : record->second.marks)
-    if (mark.task == task) return &mark;
-  return nullptr;
-}
-
 /// Dial values with which a task was finished.
-std::vector<double> dials_of(const calibration_tasks::Task& task, const bench_files::CalibrationMark& mark,
-                             const bench_files::Calibration& found)
+std::vector<double> dials_of(const Task& task, const CalibrationMark& mark, const Calibration& found)
 {
-  const optics::Eye& eye = task.is_right ? found.eyes.right : found.eyes.left;
+  const optics::Eye& eye = optics::side_of(found.eyes, task.is_right);
   const std::vector<double>& row = mark.rows.front();
   const auto shown = [&](std::size_t k) { return optics::shown_px(eye.distortion, {row[k], row[k + 1]}); };
-  if (task.kind == calibration_tasks::TaskKind::rectangle_sides) return {shown(0).x(), shown(2).x()};
+  if (task.kind == TaskKind::rectangle_sides) return {shown(0).x(), shown(2).x()};
   const Eigen::Vector2d p = shown(0);
   return {p.x(), p.y()};
 }
 
 struct AlignedTask {
-  const calibration_tasks::Task* task;
-  const bench_files::CalibrationMark* mark;
+  const Task* task;
+  const CalibrationMark* mark;
 };
 
 /// The left eye's first task of each index.
-std::vector<AlignedTask> aligned_tasks(const PictureRequest& request, calibration_tasks::TaskKind kind,
-                                       bench_files::CalibrationPart part)
+std::vector<AlignedTask> aligned_tasks(const PictureRequest& request, TaskKind kind, CalibrationPart part)
 {
   std::vector<AlignedTask> found;
-  for (const calibration_tasks::Task& task : request.tasks) {
+  for (const Task& task : request.tasks) {
     const auto is_same = [&](const AlignedTask& other) { return other.task->index == task.index; };
-    if (task.kind != kind || task.is_right || std::any_of(found.begin(), found.end(), is_same)) continue;
-    if (const bench_files::CalibrationMark* mark = mark_of(request.found, part, task.name))
-      found.push_back({&task, mark});
+    if (task.kind != kind || task.is_right || std::ranges::any_of(found, is_same)) continue;
+    const CalibrationRecord* record = calibration_tasks::find_record(request.found, part);
+    const CalibrationMark* mark =
+        record == nullptr ? nullptr : calibration_tasks::find_mark(*record, task.name);
+    if (mark != nullptr) found.push_back({&task, mark});
   }
   return found;
 }
 
 struct AlignedSheet {
   const char* name;
-  calibration_tasks::TaskKind kind;
-  bench_files::CalibrationPart part;
+  TaskKind kind;
+  CalibrationPart part;
   std::size_t most;
   std::string title;
 };
@@ -286,15 +276,14 @@ std::vector<std::string> write_aligned(const PictureRequest& request, const std:
   Sheet sheet(static_cast<int>(n * size.x() + (n + 1.0) * gap_px),
               static_cast<int>(2.0 * (size.y() + words_px + gap_px) + gap_px));
   for (std::size_t k = 0; k < tasks.size(); ++k) {
-    const calibration_tasks::Task& task = *tasks[k].task;
+    const Task& task = *tasks[k].task;
     std::vector<double> begun;
-    for (const calibration_tasks::Dial& dial : task.dials) begun.push_back(dial.value);
+    for (const Dial& dial : task.dials) begun.push_back(dial.value);
     const std::array<std::vector<double>, 2> moments{begun, dials_of(task, *tasks[k].mark, request.found)};
-    std::vector<calibration_tasks::DrawnLine> real =
-        virtual_bench::physical_outlines(task, request.bench, request.truth);
+    std::vector<DrawnLine> real = virtual_bench::physical_outlines(task, request.bench, request.truth);
     recolour(real, blue);
     for (std::size_t row = 0; row < moments.size(); ++row) {
-      std::vector<calibration_tasks::DrawnLine> lines = virtual_bench::seen_lines(
+      std::vector<DrawnLine> lines = virtual_bench::seen_lines(
           calibration_tasks::task_lines(task, moments[row], request.found), request.truth);
       recolour(lines, row == 0 ? amber : green);
       const Eigen::Vector2d at(gap_px + static_cast<double>(k) * (size.x() + gap_px),
@@ -352,12 +341,10 @@ std::vector<std::string> write_calibration_pictures(const PictureRequest& reques
   const auto add = [&](const AlignedSheet& plan) {
     for (std::string& path : write_aligned(request, options.pictures, plan)) paths.push_back(std::move(path));
   };
-  add({"rectangles.png", calibration_tasks::TaskKind::rectangle_sides,
-       bench_files::CalibrationPart::eyepoints, 4, "rectangle"});
-  const bench_files::CalibrationPart eyes = request.bench.head == bench_files::HeadKind::tracker
-                                                ? bench_files::CalibrationPart::head
-                                                : bench_files::CalibrationPart::bullseye;
-  add({"bullseye.png", calibration_tasks::TaskKind::bullseye, eyes, 3, "marker position"});
+  add({"rectangles.png", TaskKind::rectangle_sides, CalibrationPart::eyepoints, 4, "rectangle"});
+  const CalibrationPart eyes =
+      request.bench.head == HeadKind::tracker ? CalibrationPart::head : CalibrationPart::bullseye;
+  add({"bullseye.png", TaskKind::bullseye, eyes, 3, "marker position"});
   if (!options.model.empty()) paths.push_back(write_overlay(request, options));
   return paths;
 }

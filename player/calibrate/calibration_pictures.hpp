@@ -30,7 +30,7 @@ class Sheet {
   Sheet(int width, int height);
 
   /// Line widths are not scaled; lines are clipped at the frame.
-  void add_lines(const SheetFrame& frame, std::span<const calibration_tasks::DrawnLine> lines);
+  void add_lines(const SheetFrame& frame, std::span<const DrawnLine> lines);
   void add_area(const SheetFrame& frame, const optics::ShownBox& box, const scene::VertexColour& colour);
   /// `at_px`: on the sheet.
   void add_words(const Eigen::Vector2d& at_px, const std::string& words, const scene::VertexColour& colour);
@@ -49,8 +49,7 @@ class Sheet {
 };
 
 /// Outline of a box as a closed line.
-calibration_tasks::DrawnLine outline_of(const optics::ShownBox& box, const std::array<float, 3>& colour,
-                                        double width_px = 1.5);
+DrawnLine outline_of(const optics::ShownBox& box, const std::array<float, 3>& colour, double width_px = 1.5);
 
 struct OverlayPictureOptions {
   std::string set;   ///< surface set of the model
@@ -60,15 +59,15 @@ struct OverlayPictureOptions {
 /// Simulated view of the left eye through its true optics, with the stage in front of the leg (thesis, figure
 /// 26): the real leg in grey (the model in the subject's true size) plus the picture that a bench with
 /// `calibration` draws; black is transparent.
-render::Image overlay_picture(const bench_files::BenchFile& bench, const virtual_bench::VirtualTruth& truth,
-                              const bench_files::Calibration& calibration, const store::MotionModel& model,
+render::Image overlay_picture(const BenchFile& bench, const VirtualTruth& truth,
+                              const Calibration& calibration, const store::MotionModel& model,
                               const OverlayPictureOptions& options);
 
 struct PictureRequest {
-  const bench_files::BenchFile& bench;
-  const virtual_bench::VirtualTruth& truth;
-  const bench_files::Calibration& found;
-  const std::vector<calibration_tasks::Task>& tasks;  ///< finished tasks; their marks are in `found`
+  const BenchFile& bench;
+  const VirtualTruth& truth;
+  const Calibration& found;
+  const std::vector<Task>& tasks;  ///< finished tasks; their marks are in `found`
 };
 
 /// Writes viewport.png, distortion.png, rectangles.png, bullseye.png and, with a model, overlay.png to the

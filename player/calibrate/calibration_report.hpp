@@ -6,41 +6,35 @@
 #include <string>
 #include <vector>
 
-#include "bench_files/calibration.hpp"
-#include "virtual_bench/statistics.hpp"
+#include "calibrate/calibrate.hpp"
 
 namespace vrda::calibrate {
 
-/// "880.2 +- 1.4 px", with two significant digits of the interval.
-std::string interval_text(double value, double half_width, const std::string& unit);
-
 /// Writes the state and the results of `parts`, in order.
-void write_status(std::ostream& out, const bench_files::Calibration& calibration,
-                  std::span<const bench_files::CalibrationPart> parts);
+void write_status(std::ostream& out, const Calibration& calibration, std::span<const CalibrationPart> parts);
 /// The same as a JSON object without a final line feed.
-void write_status_json(std::ostream& out, const bench_files::BenchFile& bench,
-                       const bench_files::Calibration& calibration,
-                       std::span<const bench_files::CalibrationPart> parts);
+void write_status_json(std::ostream& out, const BenchFile& bench, const Calibration& calibration,
+                       std::span<const CalibrationPart> parts);
 
 /// Parts that are not done or outdated.
-std::vector<bench_files::CalibrationPart> missing_parts(const bench_files::Calibration& calibration,
-                                                        std::span<const bench_files::CalibrationPart> parts);
+std::vector<CalibrationPart> missing_parts(const Calibration& calibration,
+                                           std::span<const CalibrationPart> parts);
 
-/// Distribution of target errors.
-struct TargetSummary {
-  double median_mm = 0.0, p90_mm = 0.0, largest_mm = 0.0;  ///< most_of_ten: 90 % quantile
-  double median_arc_min = 0.0, p90_arc_min = 0.0, largest_arc_min = 0.0;
+/// Distribution of target errors, by nearest rank.
+struct Quantiles {
+  double median = 0.0, p90 = 0.0, largest = 0.0;
 };
-TargetSummary summary_of(std::span<const virtual_bench::TargetError> errors);
+struct TargetSummary {
+  Quantiles mm, arc_min;
+};
+TargetSummary summary_of(std::span<const TargetError> errors);
 /// `missing`: parts that are not done; if not empty, `after` is not written (JSON: null).
-void write_targets(std::ostream& out, std::span<const virtual_bench::TargetError> before,
-                   std::span<const virtual_bench::TargetError> after,
-                   std::span<const bench_files::CalibrationPart> missing);
-void write_targets_json(std::ostream& out, std::span<const virtual_bench::TargetError> before,
-                        std::span<const virtual_bench::TargetError> after,
-                        std::span<const bench_files::CalibrationPart> missing);
+void write_targets(std::ostream& out, std::span<const TargetError> before, std::span<const TargetError> after,
+                   std::span<const CalibrationPart> missing);
+void write_targets_json(std::ostream& out, std::span<const TargetError> before,
+                        std::span<const TargetError> after, std::span<const CalibrationPart> missing);
 
-void write_statistics(std::ostream& out, const virtual_bench::VirtualStatistics& statistics);
-void write_statistics_json(std::ostream& out, const virtual_bench::VirtualStatistics& statistics);
+void write_statistics(std::ostream& out, const VirtualStatistics& statistics);
+void write_statistics_json(std::ostream& out, const VirtualStatistics& statistics);
 
 }  // namespace vrda::calibrate

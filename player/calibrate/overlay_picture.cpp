@@ -14,15 +14,14 @@ namespace {
 constexpr int smoothing_samples = 4;
 
 /// Sends the true body poses as noise-free tracker samples.
-void send_truth(bench::BenchState& state, const bench_files::BenchFile& bench,
-                const virtual_bench::VirtualTruth& truth)
+void send_truth(bench::BenchState& state, const BenchFile& bench, const VirtualTruth& truth)
 {
   const std::array<Pose, bench_files::n_body_roles> X_tracker_body{
       truth.X_tracker_leg, truth.X_tracker_leg, truth.X_tracker_shank, truth.X_tracker_headbody};
   for (std::size_t role = 0; role < bench_files::n_body_roles; ++role) {
     if (!bench.bodies[role]) continue;
     const bench_files::BodySettings& body = *bench.bodies[role];
-    const std::size_t first = bench_files::first_tool_index(bench, static_cast<bench_files::BodyRole>(role));
+    const std::size_t first = bench_files::first_tool_index(bench, static_cast<BodyRole>(role));
     for (std::size_t k = 0; k < bench_files::n_tools(body); ++k) {
       Pose X = X_tracker_body[role];
       if (body.tool.empty()) X.translation() = X_tracker_body[role] * body.markers_body_mm[k];
@@ -37,12 +36,10 @@ void send_truth(bench::BenchState& state, const bench_files::BenchFile& bench,
 }
 
 /// Moves the stage until the midpoint of the eyes is in front of the origin of the leg's model.
-void send_stage(bench::BenchState& state, const bench_files::BenchFile& bench,
-                const virtual_bench::VirtualTruth& truth)
+void send_stage(bench::BenchState& state, const BenchFile& bench, const VirtualTruth& truth)
 {
-  const bench_files::Calibration& c = truth.calibration;
-  const bench_files::BodyRole role =
-      bench.leg == bench_files::LegKind::rigid ? bench_files::BodyRole::leg : bench_files::BodyRole::femur;
+  const Calibration& c = truth.calibration;
+  const BodyRole role = bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur;
   const Pose X_tracker_model =
       truth.X_tracker_leg * tracking::pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
   const Eigen::Vector3d p_table_mm =
@@ -138,7 +135,7 @@ render::Image real_leg(ModelOnBench& joint, const store::MotionModel& model, con
                         scene::with_depth_range(stereo::camera_of(eye, frame.X_tracker_eyes, box), scene));
 }
 
-render::Image drawn_by_bench(ModelOnBench& joint, const bench_files::BenchFile& bench)
+render::Image drawn_by_bench(ModelOnBench& joint, const BenchFile& bench)
 {
   const loop::Sink memory = bench::bench_memory(bench, smoothing_samples);
   joint.view.load_into(memory.renderer());
@@ -146,18 +143,9 @@ render::Image drawn_by_bench(ModelOnBench& joint, const bench_files::BenchFile& 
   return memory.renderer().draw(joint.view.scene(), joint.view.shots(), nullptr);
 }
 
-/// sRGB code (0 to 255) to linear light.
-double light_of(double code)
-{
-  const double c = code / 255.0;
-  return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
-}
-
 std::uint8_t code_of(double light)
 {
-  const double l = std::clamp(light, 0.0, 1.0);
-  const double c = l <= 0.0031308 ? 12.92 * l : 1.055 * std::pow(l, 1.0 / 2.4) - 0.055;
-  return static_cast<std::uint8_t>(std::lround(255.0 * c));
+  return static_cast<std::uint8_t>(std::lround(255.0 * scene::srgb_of(std::clamp(light, 0.0, 1.0))));
 }
 
 /// Bilinear interpolation of the linear light of a channel; 0 outside the image.
@@ -173,7 +161,7 @@ double light_at(const render::Image& image, const Eigen::Vector2d& p_px, int cha
       const double weight = (1.0 - std::abs(x - column)) * (1.0 - std::abs(y - row));
       const auto at = 4 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +
                            static_cast<std::size_t>(column));
-      sum += weight * light_of(image.rgba[at + static_cast<std::size_t>(channel)]);
+      sum += weight * scene::linear_of(image.rgba[at + static_cast<std::size_t>(channel)] / 255.0);
     }
   }
   return sum;
@@ -201,7 +189,7 @@ void add_display(render::Image& seen, const optics::ShownBox& box, const render:
                            static_cast<std::size_t>(column));
       for (int channel = 0; channel < 3; ++channel) {
         std::uint8_t& code = seen.rgba[at + static_cast<std::size_t>(channel)];
-        code = code_of(light_of(code) + light_at(frame_buffer, drawn, channel));
+        code = code_of(scene::linear_of(code / 255.0) + light_at(frame_buffer, drawn, channel));
       }
     }
   }
@@ -209,15 +197,15 @@ void add_display(render::Image& seen, const optics::ShownBox& box, const render:
 
 }  // namespace
 
-render::Image overlay_picture(const bench_files::BenchFile& bench, const virtual_bench::VirtualTruth& truth,
-                              const bench_files::Calibration& calibration, const store::MotionModel& model,
+render::Image overlay_picture(const BenchFile& bench, const VirtualTruth& truth,
+                              const Calibration& calibration, const store::MotionModel& model,
                               const OverlayPictureOptions& options)
 {
-  const auto on_bench = [&](const store::MotionModel& shown, const bench_files::Calibration& known) {
+  const auto on_bench = [&](const store::MotionModel& shown, const Calibration& known) {
     auto joint = std::make_unique<ModelOnBench>(bench, known, store::scaled_model(shown, known.subject_scale),
                                                 options.set);
     send_truth(joint->state, bench, truth);
-    if (bench.head == bench_files::HeadKind::stage) send_stage(joint->state, bench, truth);
+    if (bench.head == HeadKind::stage) send_stage(joint->state, bench, truth);
     return joint;
   };
   const optics::Eye& eye = truth.calibration.eyes.left;

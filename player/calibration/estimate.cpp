@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/units.hpp"
+#include "settings/settings_text.hpp"
 #include "tracking/screw.hpp"
 
 namespace vrda::calibration {
@@ -44,6 +45,22 @@ double half_width_95(const Estimate& estimate, Eigen::Index k)
   return t_95(estimate.dof) * std::sqrt(estimate.covariance(k, k));
 }
 
+int decimals_for(double size)
+{
+  constexpr int most = 9;
+  if (!(size > 0.0) || !std::isfinite(size)) return 3;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(size))), 0, most);
+}
+
+std::string interval_text(const Estimate& estimate, Eigen::Index k)
+{
+  const double half_width = half_width_95(estimate, k);
+  const int decimals = decimals_for(half_width);
+  const std::string& unit = estimate.units[static_cast<std::size_t>(k)];
+  return settings::rounded_text(estimate.values[k], decimals) + " +- " +
+         settings::rounded_text(half_width, decimals) + (unit.empty() ? "" : " " + unit);
+}
+
 void append(Estimate& whole, const Estimate& part)
 {
   const Eigen::Index n = whole.values.size(), m = part.values.size();
@@ -79,7 +96,7 @@ void set_residuals(Estimate& estimate, const std::vector<double>& residuals, con
 
 Eigen::Index index_of(const Estimate& estimate, const std::string& name)
 {
-  const auto found = std::find(estimate.names.begin(), estimate.names.end(), name);
+  const auto found = std::ranges::find(estimate.names, name);
   return found == estimate.names.end() ? -1 : found - estimate.names.begin();
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/mesh.hpp"
+#include "tracking/rigid_body.hpp"
 
 namespace vrda::calibration {
 
@@ -24,6 +25,19 @@ struct Estimate {
   std::vector<std::string> remarks;  ///< one line each for the operator
 };
 
+/// Throws FitError for an estimate `name` of a calibration file.
+struct Refuser {
+  const std::string& name;
+  const std::string& file;
+
+  /// `field`: what follows the name.
+  [[noreturn]] void operator()(const std::string& field, const std::string& found, const std::string& wanted,
+                               std::vector<std::size_t> marks = {}) const
+  {
+    throw tracking::FitError({file, name + field, found, wanted}, std::move(marks));
+  }
+};
+
 /// "name.shift_x" to "name.turn_z"
 std::vector<std::string> pose_number_names(const std::string& name);
 /// Estimate of a pose, from the covariance of (shift_mm, turn_rad).
@@ -34,6 +48,11 @@ Estimate pose_estimate(const std::string& name, const Pose& X,
 double t_95(double dof);
 /// Half the width of the 95 % interval of number `k`.
 double half_width_95(const Estimate& estimate, Eigen::Index k);
+
+/// Decimals for two significant digits of `size`.
+int decimals_for(double size);
+/// "880.2 +- 1.4 px": number `k` with its interval, of which two digits are left.
+std::string interval_text(const Estimate& estimate, Eigen::Index k);
 
 /// Appends `part` to `whole` as an independent estimate (block-diagonal covariance, same residual unit). The
 /// smaller number of degrees of freedom is kept.

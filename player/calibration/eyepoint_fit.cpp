@@ -131,7 +131,7 @@ std::optional<Eyepoint> linear_start(std::span<const SeenWidth> seen)
 bool is_in_front(const Eyepoint& eyepoint, std::span<const SeenWidth> seen)
 {
   const auto in_front = [&](const SeenWidth& s) { return eyepoint.depth_mm + s.depth_mm > 0.0; };
-  return eyepoint.distance_px > 0.0 && std::all_of(seen.begin(), seen.end(), in_front);
+  return eyepoint.distance_px > 0.0 && std::ranges::all_of(seen, in_front);
 }
 
 /// Least squares of the widths in px for distance and depth; undetermined if the marks have no eyepoint
@@ -160,38 +160,33 @@ LeastSquares solve_eyepoint(std::span<const SeenWidth> seen)
 }
 
 void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWidth> seen,
-                   const std::string& name, const std::string& file)
+                   const Refuser& refuse)
 {
   if (marks.size() < least_marks) {
-    throw tracking::FitError({file, name, std::to_string(marks.size()) + " marks of rectangles",
-                              std::to_string(least_marks) + " or more, at two depths at least"});
+    refuse("", std::to_string(marks.size()) + " marks of rectangles",
+           std::to_string(least_marks) + " or more, at two depths at least");
   }
   double nearest_mm = std::numeric_limits<double>::infinity(), furthest_mm = -nearest_mm;
   for (std::size_t k = 0; k < marks.size(); ++k) {
     const bool is_rectangle =
         marks[k].width_mm > 0.0 && std::isfinite(marks[k].width_mm) && std::isfinite(marks[k].depth_mm);
-    if (!is_rectangle)
-      throw tracking::FitError({file, name, name_of(marks[k], k), "a width above 0 and a finite depth"}, {k});
+    if (!is_rectangle) refuse("", name_of(marks[k], k), "a width above 0 and a finite depth", {k});
     if (!(px_of(seen[k]) > 0.0) || !std::isfinite(px_of(seen[k]))) {
-      throw tracking::FitError(
-          {file, name,
-           name_of(marks[k], k) + ": crossed or equal sides, " + text(px_of(seen[k]), "px") + " apart",
-           "the left line left of the right one; align it again"},
-          {k});
+      refuse("", name_of(marks[k], k) + ": crossed or equal sides, " + text(px_of(seen[k]), "px") + " apart",
+             "the left line left of the right one; align it again", {k});
     }
     nearest_mm = std::min(nearest_mm, marks[k].depth_mm);
     furthest_mm = std::max(furthest_mm, marks[k].depth_mm);
   }
   if (furthest_mm - nearest_mm < least_depth_range_mm) {
-    throw tracking::FitError(
-        {file, name, "rectangles at equal depths, " + text(furthest_mm - nearest_mm, "mm") + " apart",
-         "different depths; add a rectangle 150 mm or more behind"});
+    refuse("", "rectangles at equal depths, " + text(furthest_mm - nearest_mm, "mm") + " apart",
+           "different depths; add a rectangle 150 mm or more behind");
   }
 }
 
 /// Compares each mark with the fit to the others, in units of their noise.
 void require_no_outlier(std::span<const RectangleMark> marks, std::span<const SeenWidth> seen,
-                        const std::string& name, const std::string& file)
+                        const Refuser& refuse)
 {
   if (marks.size() < least_marks + 1) return;  // two marks leave no degree of freedom for the noise
   for (std::size_t k = 0; k < marks.size(); ++k) {
@@ -209,11 +204,8 @@ void require_no_outlier(std::span<const RectangleMark> marks, std::span<const Se
     // The noise of few marks may be too small by chance: the limit grows with Student's t.
     const double t_ratio = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
     if (off_px > outlier_px && off_px > t_ratio * outlier_sd * std::sqrt(spread_px2)) {
-      throw tracking::FitError(
-          {file, name,
-           name_of(marks[k], k) + ": " + text(off_px, "px") + " from the width predicted by the others",
-           text(outlier_px, "px") + " at most; align it again"},
-          {k});
+      refuse("", name_of(marks[k], k) + ": " + text(off_px, "px") + " from the width predicted by the others",
+             text(outlier_px, "px") + " at most; align it again", {k});
     }
   }
 }
@@ -307,16 +299,17 @@ Eigen::Matrix2d given_covariance(std::span<const RectangleMark> marks, const opt
 EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye& eye,
                          const EyepointOptions& options, const std::string& name, const std::string& file)
 {
+  const Refuser refuse{name, file};
   const std::vector<SeenWidth> seen = seen_of(marks, eye);
-  require_marks(marks, seen, name, file);
-  require_no_outlier(marks, seen, name, file);
+  require_marks(marks, seen, refuse);
+  require_no_outlier(marks, seen, refuse);
   const LeastSquares solved = solve_eyepoint(seen);
   if (solved.status != LeastSquaresStatus::converged) {
-    throw tracking::FitError({file, name,
-                              solved.status == LeastSquaresStatus::undetermined
-                                  ? "widths that do not decrease with depth"
-                                  : std::string("an eyepoint fit with status: ") + name_of(solved.status),
-                              "a larger range of depths; add a rectangle 150 mm or more behind"});
+    refuse("",
+           solved.status == LeastSquaresStatus::undetermined
+               ? "widths that do not decrease with depth"
+               : std::string("an eyepoint fit with status: ") + name_of(solved.status),
+           "a larger range of depths; add a rectangle 150 mm or more behind");
   }
   EyepointFit fit;
   fit.eyepoint = {solved.x[0], solved.x[1]};
@@ -325,12 +318,11 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye
   const Eigen::Matrix2d by_noise = fit.noise_px * fit.noise_px * solved.covariance;
   const double depth_sd_mm = std::sqrt(by_noise(1, 1));
   if (!(depth_sd_mm <= options.max_depth_sd_mm)) {
-    throw tracking::FitError(
-        {file, name,
-         "a range of depths that determines the eye's depth to " + text(depth_sd_mm, "mm") +
-             " (standard deviation)",
-         text(options.max_depth_sd_mm, "mm") +
-             " or less: " + suggested_rectangle(seen, fit.eyepoint, fit.noise_px, options.max_depth_sd_mm)});
+    refuse("",
+           "a range of depths that determines the eye's depth to " + text(depth_sd_mm, "mm") +
+               " (standard deviation)",
+           text(options.max_depth_sd_mm, "mm") +
+               " or less: " + suggested_rectangle(seen, fit.eyepoint, fit.noise_px, options.max_depth_sd_mm));
   }
   Estimate& estimate = fit.estimate;
   estimate.names = {name + ".distance", name + ".depth"};

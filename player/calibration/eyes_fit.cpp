@@ -274,15 +274,15 @@ EyesSolution solve_eyes(const EyesProblem& problem, const Pose& X_guess)
   return solution;
 }
 
-void require_marks(std::span<const BullseyeMark> marks, const std::string& name, const std::string& file)
+void require_marks(std::span<const BullseyeMark> marks, const Refuser& refuse)
 {
   constexpr std::ptrdiff_t fewest = 6;
   for (const bool is_right : {false, true}) {
-    const std::ptrdiff_t n = std::count_if(
-        marks.begin(), marks.end(), [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
+    const std::ptrdiff_t n =
+        std::ranges::count_if(marks, [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
     if (n >= fewest) continue;
-    throw tracking::FitError({file, name + (is_right ? ": right eye" : ": left eye"),
-                              std::to_string(n) + " aligned bull's-eyes", "6 or more for each eye"});
+    refuse(is_right ? ": right eye" : ": left eye", std::to_string(n) + " aligned bull's-eyes",
+           "6 or more for each eye");
   }
 }
 
@@ -293,17 +293,16 @@ double extent(const Eigen::VectorXd& along)
 
 /// Positions at one depth do not separate translation from rotation; positions on a line leave the rotation
 /// about it undetermined.
-void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, const std::string& name,
-                    const std::string& file)
+void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, const Refuser& refuse)
 {
   constexpr double least_mm = 50.0;
   Eigen::MatrixX3d p(marks.size(), 3);
   for (std::size_t i = 0; i < marks.size(); ++i) {
     p.row(static_cast<Eigen::Index>(i)) = (X_guess.inverse() * marks[i].p_carrier_mm).transpose();
   }
-  const auto refuse = [&](const std::string& how, double found_mm, const std::string& wanted) {
-    throw tracking::FitError({file, name + ": marker positions",
-                              how + " (" + settings::rounded_text(found_mm, 0) + " mm)", wanted});
+  const auto require = [&](double found_mm, const std::string& how, const std::string& wanted) {
+    if (found_mm < least_mm)
+      refuse(": marker positions", how + " (" + settings::rounded_text(found_mm, 0) + " mm)", wanted);
   };
   const Eigen::MatrixX3d from_mean = p.rowwise() - p.colwise().mean();
   const Eigen::MatrixXd scatter = square(from_mean.transpose());
@@ -312,19 +311,12 @@ void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, co
   const double depth_mm = extent(p.col(2));
   const double across_mm = extent(transformed(from_mean.leftCols<2>(), across.col(0)));
   const double off_line_mm = extent(transformed(from_mean, axes.col(1)));
-  if (depth_mm < least_mm) {
-    refuse("all at one depth", depth_mm, "nearer and further positions, 50 mm apart or more");
-  }
-  if (across_mm < least_mm) {
-    refuse("all straight ahead", across_mm, "positions to the left and to the right, 50 mm apart or more");
-  }
-  if (off_line_mm < least_mm) {
-    refuse("all on a line", off_line_mm, "positions 50 mm or more away from the line");
-  }
+  require(depth_mm, "all at one depth", "nearer and further positions, 50 mm apart or more");
+  require(across_mm, "all straight ahead", "positions to the left and to the right, 50 mm apart or more");
+  require(off_line_mm, "all on a line", "positions 50 mm or more away from the line");
 }
 
-void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution, const std::string& name,
-                    const std::string& file)
+void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution, const Refuser& refuse)
 {
   constexpr double most_deviations = 6.0, most_off_px = 4.0;
   const OutlierCandidate furthest =
@@ -335,13 +327,10 @@ void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution, co
   const bool is_right = end->is_right;
   const std::ptrdiff_t before = std::count_if(
       problem.marks.begin(), end, [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
-  throw tracking::FitError(
-      {file,
-       name + ": bull's-eye " + std::to_string(before + 1) + " of the " + (is_right ? "right" : "left") +
-           " eye",
-       "a mark " + settings::rounded_text(off_px, 1) + " px from the position predicted by all others",
-       "a consistent mark: align this one again"},
-      {static_cast<std::size_t>(furthest.mark)});
+  refuse(std::string(": bull's-eye ") + std::to_string(before + 1) + " of the " +
+             (is_right ? "right" : "left") + " eye",
+         "a mark " + settings::rounded_text(off_px, 1) + " px from the position predicted by all others",
+         "a consistent mark: align this one again", {static_cast<std::size_t>(furthest.mark)});
 }
 
 Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, const std::string& name)
@@ -383,16 +372,16 @@ Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, c
 EyesFit fit_eyes(std::span<const BullseyeMark> marks, const EyesPrior& prior, const Pose& X_start,
                  const std::string& name, const std::string& file)
 {
-  require_marks(marks, name, file);
-  require_spread(marks, X_start, name, file);
+  const Refuser refuse{name, file};
+  require_marks(marks, refuse);
+  require_spread(marks, X_start, refuse);
   const EyesProblem problem{marks, prior, known_of(prior.eyes), root_of(covariance_of(prior))};
   const EyesSolution solution = solve_eyes(problem, X_start);
   if (solution.fit.status != LeastSquaresStatus::converged) {
-    throw tracking::FitError({file, name,
-                              std::string("a bull's-eye fit with status: ") + name_of(solution.fit.status),
-                              "bull's-eyes aligned with the tracked marker at different positions"});
+    refuse("", std::string("a bull's-eye fit with status: ") + name_of(solution.fit.status),
+           "bull's-eyes aligned with the tracked marker at different positions");
   }
-  refuse_outlier(problem, solution, name, file);
+  refuse_outlier(problem, solution, refuse);
   EyesFit result;
   result.X_carrier_eyes = solution.guess.X_carrier_eyes;
   result.eyes = eyes_of(problem, solution.guess.z);

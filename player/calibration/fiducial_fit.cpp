@@ -202,7 +202,7 @@ LeaveOneOut leave_one_out(const Touched& points)
 void require_no_outlier(std::span<const Fiducial> marks, const Touched& points, const LeaveOneOut& out,
                         const std::string& file)
 {
-  const auto best = std::min_element(out.others_mm.begin(), out.others_mm.end());
+  const auto best = std::ranges::min_element(out.others_mm);
   const auto k = static_cast<std::size_t>(best - out.others_mm.begin());
   if (out.error_mm[k] > fiducial_outlier_mm && out.error_mm[k] > fiducial_outlier_sd * out.expected_mm[k]) {
     const std::size_t place = points.places[k];

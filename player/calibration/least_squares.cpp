@@ -134,16 +134,7 @@ LeastSquaresStatus status_of(const Linearisation& at)
 
 const char* name_of(LeastSquaresStatus status)
 {
-  switch (status) {
-    case LeastSquaresStatus::converged:
-      return "converged";
-    case LeastSquaresStatus::iteration_limit:
-      return "iteration limit";
-    case LeastSquaresStatus::undetermined:
-      return "undetermined";
-  }
-  check(false, "every status of a fit has a name");
-  return "";
+  return std::array{"converged", "iteration limit", "undetermined"}.at(static_cast<std::size_t>(status));
 }
 
 LeastSquares fit_least_squares(const FitProblem& problem)

@@ -21,7 +21,7 @@ std::string px_text(double px)
 
 double median(std::vector<double> values)
 {
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   const std::size_t half = values.size() / 2;
   return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
 }
@@ -44,25 +44,24 @@ std::vector<std::size_t> marks_of(Edge edge, const ViewportMarks& marks)
   return indices;
 }
 
-void require_readings(const ViewportMarks& marks, Edge edge, const std::string& field,
-                      const std::string& file)
+void require_readings(const ViewportMarks& marks, Edge edge, const Refuser& refuse)
 {
+  const std::string field = std::string(".") + name_of(edge);
   const std::vector<double>& readings = marks.line_px[static_cast<std::size_t>(edge)];
   const std::vector<std::size_t> indices = marks_of(edge, marks);
-  if (readings.empty()) throw tracking::FitError({file, field, "no readings", "one or more; scan this edge"});
+  if (readings.empty()) refuse(field, "no readings", "one or more; scan this edge");
   for (std::size_t k = 0; k < readings.size(); ++k) {
     if (!std::isfinite(readings[k]))
-      throw tracking::FitError({file, field, "a reading that is not a finite number", "px"}, {indices[k]});
+      refuse(field, "a reading that is not a finite number", "px", {indices[k]});
     if (readings.size() == 1) break;
     std::vector<double> others = readings;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
     if (std::abs(readings[k] - median(others)) > furthest_reading_px) {
-      throw tracking::FitError(
-          {file, field,
-           "reading " + std::to_string(k + 1) + " at " + px_text(readings[k]) + ", the others at about " +
-               px_text(median(others)),
-           "readings within " + px_text(furthest_reading_px) + " of each other; scan it again"},
-          {indices[k]});
+      refuse(field,
+             "reading " + std::to_string(k + 1) + " at " + px_text(readings[k]) + ", the others at about " +
+                 px_text(median(others)),
+             "readings within " + px_text(furthest_reading_px) + " of each other; scan it again",
+             {indices[k]});
     }
   }
 }
@@ -105,30 +104,27 @@ Borders borders_of(const ViewportMarks& marks)
   return borders;
 }
 
-void require_order(const Eigen::Vector4d& at_px, const ViewportMarks& marks, const std::string& name,
-                   const std::string& file)
+void require_order(const Eigen::Vector4d& at_px, const ViewportMarks& marks, const Refuser& refuse)
 {
   for (const Edge edge : {Edge::left, Edge::top}) {
     const Edge opposite = edge == Edge::left ? Edge::right : Edge::bottom;
     const double low_px = at_px(static_cast<int>(edge)), high_px = at_px(static_cast<int>(opposite));
-    const std::string field = name + "." + name_of(edge);
+    const std::string field = std::string(".") + name_of(edge);
     if (!(low_px < high_px)) {
-      throw tracking::FitError(
-          {file, field,
-           "crossed edges: at " + px_text(low_px) + ", and " + name_of(opposite) + " at " + px_text(high_px),
-           std::string(name_of(edge)) + " before " + name_of(opposite)},
-          marks_of(edge, marks));
+      refuse(
+          field,
+          "crossed edges: at " + px_text(low_px) + ", and " + name_of(opposite) + " at " + px_text(high_px),
+          std::string(name_of(edge)) + " before " + name_of(opposite), marks_of(edge, marks));
     }
     if (high_px - low_px < least_side_px) {
-      throw tracking::FitError({file, field, px_text(high_px - low_px) + " up to " + name_of(opposite),
-                                std::to_string(least_side_px) + " px or more"},
-                               marks_of(edge, marks));
+      refuse(field, px_text(high_px - low_px) + " up to " + name_of(opposite),
+             std::to_string(least_side_px) + " px or more", marks_of(edge, marks));
     }
   }
 }
 
 void require_within(const Eigen::Vector4d& at_px, const optics::Viewport& window, const ViewportMarks& marks,
-                    const std::string& name, const std::string& file)
+                    const Refuser& refuse)
 {
   const std::array<double, n_edges> border_px = {
       static_cast<double>(window.x), static_cast<double>(window.x + window.width),
@@ -139,26 +135,25 @@ void require_within(const Eigen::Vector4d& at_px, const optics::Viewport& window
         (at_px(static_cast<Eigen::Index>(edge)) - border_px[edge]) * (is_last ? 1.0 : -1.0);
     // An edge that rounds to the window's border is inside.
     if (beyond_px < 0.5) continue;
-    throw tracking::FitError({file, name + "." + name_of(static_cast<Edge>(edge)),
-                              px_text(beyond_px) + " outside the eye's window", "an edge inside the window"},
-                             marks_of(static_cast<Edge>(edge), marks));
+    refuse(std::string(".") + name_of(static_cast<Edge>(edge)),
+           px_text(beyond_px) + " outside the eye's window", "an edge inside the window",
+           marks_of(static_cast<Edge>(edge), marks));
   }
 }
 
-void require_size(const ViewportMarks& marks, const std::string& name, const std::string& file)
+void require_size(const ViewportMarks& marks, const Refuser& refuse)
 {
   const std::size_t n_readings = marks_of(Edge::bottom, marks).back() + 1;
   const bool is_size = marks.screen_mm.allFinite() && marks.screen_mm.minCoeff() > 0.0;
   if (!is_size) {
-    throw tracking::FitError({file, name + ".screen",
-                              settings::rounded_text(marks.screen_mm.x(), 2) + " x " +
-                                  settings::rounded_text(marks.screen_mm.y(), 2) + " mm",
-                              "width and height of the visible part above 0, measured with a ruler"},
-                             {n_readings, n_readings + 1});
+    refuse(".screen",
+           settings::rounded_text(marks.screen_mm.x(), 2) + " x " +
+               settings::rounded_text(marks.screen_mm.y(), 2) + " mm",
+           "width and height of the visible part above 0, measured with a ruler",
+           {n_readings, n_readings + 1});
   }
   if (!(marks.screen_sd_mm >= 0.0) || !std::isfinite(marks.screen_sd_mm)) {
-    throw tracking::FitError(
-        {file, name + ".screen_sd", settings::rounded_text(marks.screen_sd_mm, 3) + " mm", "0 mm or more"});
+    refuse(".screen_sd", settings::rounded_text(marks.screen_sd_mm, 3) + " mm", "0 mm or more");
   }
 }
 
@@ -208,28 +203,18 @@ void add_estimate(ViewportFit& fit, const Borders& borders, const ViewportMarks&
 
 const char* name_of(Edge edge)
 {
-  switch (edge) {
-    case Edge::left:
-      return "left";
-    case Edge::right:
-      return "right";
-    case Edge::top:
-      return "top";
-    case Edge::bottom:
-      return "bottom";
-  }
-  throw InternalError("an edge has a name");
+  return std::array{"left", "right", "top", "bottom"}.at(static_cast<std::size_t>(edge));
 }
 
 ViewportFit fit_viewport(const ViewportMarks& marks, const optics::Viewport& window, const std::string& name,
                          const std::string& file)
 {
-  for (std::size_t edge = 0; edge < n_edges; ++edge)
-    require_readings(marks, static_cast<Edge>(edge), name + "." + name_of(static_cast<Edge>(edge)), file);
-  require_size(marks, name, file);
+  const Refuser refuse{name, file};
+  for (std::size_t edge = 0; edge < n_edges; ++edge) require_readings(marks, static_cast<Edge>(edge), refuse);
+  require_size(marks, refuse);
   const Borders borders = borders_of(marks);
-  require_order(borders.at_px, marks, name, file);
-  require_within(borders.at_px, window, marks, name, file);
+  require_order(borders.at_px, marks, refuse);
+  require_within(borders.at_px, window, marks, refuse);
 
   ViewportFit fit;
   const Eigen::Vector2d low_px(borders.at_px(0), borders.at_px(2)),

@@ -88,18 +88,16 @@ void Dials::turn(int count, double time_s)
       std::clamp(rounded_value(start_value_ + steps * limits.step), limits.minimum, limits.maximum);
 }
 
-Eigen::Vector2d drawn_cross(const Task& task, std::span<const double> values,
-                            const bench_files::Calibration& calibration)
+Eigen::Vector2d drawn_cross(const Task& task, std::span<const double> values, const Calibration& calibration)
 {
-  return optics::drawn_px(eye_of(calibration, task.is_right).distortion,
+  return optics::drawn_px(optics::side_of(calibration.eyes, task.is_right).distortion,
                           Eigen::Vector2d(values[0], values[1]));
 }
 
-std::vector<double> mark_row(const Task& task, std::span<const double> values,
-                             const bench_files::Calibration& calibration)
+std::vector<double> mark_row(const Task& task, std::span<const double> values, const Calibration& calibration)
 {
   std::vector<double> row(values.begin(), values.end());
-  const optics::Eye& eye = eye_of(calibration, task.is_right);
+  const optics::Eye& eye = optics::side_of(calibration.eyes, task.is_right);
   switch (task.kind) {
     case TaskKind::rectangle_sides: {
       // One point determines the line: its intersection with the height of the optical axis.
@@ -130,10 +128,10 @@ std::vector<double> mark_row(const Task& task, std::span<const double> values,
   throw InternalError("a task with samples has no row of its dials");
 }
 
-std::optional<bench_files::BodyRole> accompanying_body(bench_files::CalibrationPart part, const Task& task)
+std::optional<BodyRole> accompanying_body(CalibrationPart part, const Task& task)
 {
   if (task.kind == TaskKind::hold) return role_of(part);
-  if (part == bench_files::CalibrationPart::head) return bench_files::BodyRole::head;
+  if (part == CalibrationPart::head) return BodyRole::head;
   return std::nullopt;
 }
 

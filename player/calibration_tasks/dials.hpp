@@ -40,13 +40,12 @@ class Dials {
 
 /// Row of the mark for a task without samples; its kind defines the numbers.
 std::vector<double> mark_row(const Task& task, std::span<const double> values,
-                             const bench_files::Calibration& calibration);
+                             const Calibration& calibration);
 
 /// Drawn position of the cross of a bull's-eye, px.
-Eigen::Vector2d drawn_cross(const Task& task, std::span<const double> values,
-                            const bench_files::Calibration& calibration);
+Eigen::Vector2d drawn_cross(const Task& task, std::span<const double> values, const Calibration& calibration);
 
 /// Body whose pose is recorded together with the task's tool; may be empty.
-std::optional<bench_files::BodyRole> accompanying_body(bench_files::CalibrationPart part, const Task& task);
+std::optional<BodyRole> accompanying_body(CalibrationPart part, const Task& task);
 
 }  // namespace vrda::calibration_tasks

@@ -16,6 +16,36 @@ namespace {
 constexpr double longest_piece_px = 8.0;
 using Points2d = std::vector<Eigen::Vector2d>;
 
+/// Limits the range of a segment to coordinates from `low` to `high`; false if it is outside.
+bool clip(double at, double step, double low, double high, double& from, double& to)
+{
+  if (step == 0.0) return at >= low && at <= high;
+  const double t1 = (low - at) / step, t2 = (high - at) / step;
+  from = std::max(from, std::min(t1, t2));
+  to = std::min(to, std::max(t1, t2));
+  return from <= to;
+}
+
+}  // namespace
+
+std::vector<Points2d> pieces_within(const Points2d& line, const optics::ShownBox& box)
+{
+  std::vector<Points2d> pieces;
+  bool is_continued = false;
+  for (std::size_t k = 0; k + 1 < line.size(); ++k) {
+    double from = 0.0, to = 1.0;
+    const Eigen::Vector2d a = line[k], step = line[k + 1] - a;
+    const bool is_in = clip(a.x(), step.x(), box.low_px.x(), box.high_px.x(), from, to) &&
+                       clip(a.y(), step.y(), box.low_px.y(), box.high_px.y(), from, to) && from < to;
+    if (is_in && (!is_continued || from > 0.0)) pieces.push_back({a + from * step});
+    if (is_in) pieces.back().emplace_back(a + to * step);
+    is_continued = is_in && to >= 1.0;
+  }
+  return pieces;
+}
+
+namespace {
+
 /// Adds lines for one eye, clipped at its visible part.
 class Pen {
  public:
@@ -27,27 +57,8 @@ class Pen {
   /// Adds a line in frame buffer coordinates.
   void draw(const Points2d& points)
   {
-    const optics::Viewport& v = eye_.visible;
-    Points2d piece;
-    const auto finish = [&] {
-      if (piece.size() > 1) lines_.push_back({is_right_, piece, 1.5, true, {1.0F, 1.0F, 1.0F}});
-      piece.clear();
-    };
-    for (std::size_t k = 0; k + 1 < points.size(); ++k) {
-      double from = 0.0, to = 1.0;
-      const Eigen::Vector2d a = points[k], step = points[k + 1] - a;
-      const bool is_in = clip(a.x(), step.x(), v.x, v.x + v.width, from, to) &&
-                         clip(a.y(), step.y(), v.y, v.y + v.height, from, to) && from < to;
-      if (!is_in) {
-        finish();
-        continue;
-      }
-      if (from > 0.0) finish();
-      if (piece.empty()) piece.emplace_back(a + from * step);
-      piece.emplace_back(a + to * step);
-      if (to < 1.0) finish();
-    }
-    finish();
+    for (Points2d& piece : pieces_within(points, optics::box_of(eye_.visible)))
+      lines_.push_back({is_right_, std::move(piece), 1.5, true, {1.0F, 1.0F, 1.0F}});
   }
 
   /// Adds a straight line of the undistorted image, pre-distorted.
@@ -62,15 +73,6 @@ class Pen {
   }
 
  private:
-  static bool clip(double at, double step, double low, double high, double& from, double& to)
-  {
-    if (step == 0.0) return at >= low && at <= high;
-    const double t1 = (low - at) / step, t2 = (high - at) / step;
-    from = std::max(from, std::min(t1, t2));
-    to = std::min(to, std::max(t1, t2));
-    return from <= to;
-  }
-
   void add_piece(const Eigen::Vector2d& from, const Eigen::Vector2d& to, Points2d& drawn, int depth) const
   {
     constexpr int deepest = 8;
@@ -153,7 +155,7 @@ void draw_grid(std::vector<DrawnLine>& lines, const optics::Eye& eye, const Task
     pen.draw_shown(shown(-corner.x(), y), shown(corner.x(), y));
 }
 
-void draw_look(std::vector<DrawnLine>& lines, const bench_files::Calibration& calibration)
+void draw_look(std::vector<DrawnLine>& lines, const Calibration& calibration)
 {
   const double half_mm = 0.5 * test_frame_size_mm, z_mm = -calibration.image_distance_mm;
   const std::array<Eigen::Vector3d, 4> corners{Eigen::Vector3d(-half_mm, -half_mm, z_mm),
@@ -161,7 +163,7 @@ void draw_look(std::vector<DrawnLine>& lines, const bench_files::Calibration& ca
                                                {half_mm, half_mm, z_mm},
                                                {-half_mm, half_mm, z_mm}};
   for (const bool is_right : {false, true}) {
-    const optics::Eye& eye = eye_of(calibration, is_right);
+    const optics::Eye& eye = optics::side_of(calibration.eyes, is_right);
     Pen pen(eye, is_right, lines);
     for (std::size_t k = 0; k < corners.size(); ++k)
       pen.draw_shown(optics::shown_px(eye, corners[k]),
@@ -172,10 +174,10 @@ void draw_look(std::vector<DrawnLine>& lines, const bench_files::Calibration& ca
 }  // namespace
 
 std::vector<DrawnLine> task_lines(const Task& task, std::span<const double> values,
-                                  const bench_files::Calibration& calibration)
+                                  const Calibration& calibration)
 {
   check(values.size() == task.dials.size(), "a task has a value for each dial");
-  const optics::Eye& eye = eye_of(calibration, task.is_right);
+  const optics::Eye& eye = optics::side_of(calibration.eyes, task.is_right);
   std::vector<DrawnLine> lines;
   Pen pen(eye, task.is_right, lines);
   switch (task.kind) {

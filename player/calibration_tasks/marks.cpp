@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "calibration/viewport_fit.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "devices/sample.hpp"
@@ -44,15 +45,14 @@ RowShape shape_of(TaskKind kind)
   return {};
 }
 
-bool is_of_shape(const bench_files::CalibrationMark& mark, TaskKind kind)
+bool is_of_shape(const CalibrationMark& mark, TaskKind kind)
 {
   const RowShape shape = shape_of(kind);
   if (mark.rows.empty() || (shape.all.empty() && mark.rows.size() != 1)) return false;
   for (std::size_t k = 0; k < mark.rows.size(); ++k) {
     const std::size_t n = mark.rows[k].size();
     const bool is_first = k == 0 && kind != TaskKind::sweep;
-    if (is_first ? n != shape.first : std::find(shape.all.begin(), shape.all.end(), n) == shape.all.end())
-      return false;
+    if (is_first ? n != shape.first : std::ranges::find(shape.all, n) == shape.all.end()) return false;
   }
   // A bull's-eye has the cross in row 0, then at least one sample.
   return kind != TaskKind::bullseye || mark.rows.size() > 1;
@@ -60,44 +60,38 @@ bool is_of_shape(const bench_files::CalibrationMark& mark, TaskKind kind)
 
 std::ptrdiff_t index_of_task(const std::vector<Task>& tasks, const std::string& name)
 {
-  const auto found =
-      std::find_if(tasks.begin(), tasks.end(), [&](const Task& task) { return task.name == name; });
+  const auto found = std::ranges::find(tasks, name, &Task::name);
   return found - tasks.begin();
 }
 
 }  // namespace
 
-const bench_files::CalibrationMark* find_mark(const bench_files::CalibrationRecord& record,
-                                              const std::string& task)
+const CalibrationMark* find_mark(const CalibrationRecord& record, const std::string& task)
 {
-  const auto found =
-      std::find_if(record.marks.begin(), record.marks.end(),
-                   [&](const bench_files::CalibrationMark& mark) { return mark.task == task; });
+  const auto found = std::ranges::find(record.marks, task, &CalibrationMark::task);
   return found == record.marks.end() ? nullptr : &*found;
 }
 
-std::size_t next_task(const std::vector<Task>& tasks, const bench_files::CalibrationRecord& record)
+std::size_t next_task(const std::vector<Task>& tasks, const CalibrationRecord& record)
 {
   std::size_t at = 0;
   while (at < tasks.size() && find_mark(record, tasks[at].name) != nullptr) ++at;
   return at;
 }
 
-void insert_mark(bench_files::CalibrationRecord& record, const std::vector<Task>& tasks,
-                 bench_files::CalibrationMark mark)
+void insert_mark(CalibrationRecord& record, const std::vector<Task>& tasks, CalibrationMark mark)
 {
-  std::erase_if(record.marks, [&](const bench_files::CalibrationMark& m) { return m.task == mark.task; });
+  std::erase_if(record.marks, [&](const CalibrationMark& m) { return m.task == mark.task; });
   const std::ptrdiff_t at = index_of_task(tasks, mark.task);
-  const auto later =
-      std::find_if(record.marks.begin(), record.marks.end(),
-                   [&](const bench_files::CalibrationMark& m) { return index_of_task(tasks, m.task) > at; });
+  const auto later = std::ranges::find_if(
+      record.marks, [&](const CalibrationMark& m) { return index_of_task(tasks, m.task) > at; });
   record.marks.insert(later, std::move(mark));
 }
 
-void require_task_marks(const bench_files::CalibrationRecord& record, const std::vector<Task>& tasks,
+void require_task_marks(const CalibrationRecord& record, const std::vector<Task>& tasks,
                         const std::string& place, const std::string& path)
 {
-  for (const bench_files::CalibrationMark& mark : record.marks) {
+  for (const CalibrationMark& mark : record.marks) {
     const auto at = static_cast<std::size_t>(index_of_task(tasks, mark.task));
     if (at == tasks.size()) {
       throw InputError({path, place, "a mark of '" + mark.task + "', which is not a task of the bench file",
@@ -125,17 +119,12 @@ Eigen::Vector3d sampled_position(std::span<const double> row)
 
 namespace {
 
-optics::Eye& eye_in(optics::EyePair& eyes, bool is_right)
-{
-  return is_right ? eyes.right : eyes.left;
-}
-
 void put_aspect(optics::Eye& eye, double aspect)
 {
   eye.pixel_aspect = eye.distortion.pixel_aspect = aspect;
 }
 
-void put_viewport(optics::Eye& eye, const std::string& name, const calibration::Estimate& found)
+void put_viewport(optics::Eye& eye, const std::string& name, const Estimate& found)
 {
   const auto edge = [&](const char* which) { return value_in(found, name + ".edge_" + which); };
   const Eigen::Vector2d low(edge("left"), edge("top")), high(edge("right"), edge("bottom"));
@@ -147,7 +136,7 @@ void put_viewport(optics::Eye& eye, const std::string& name, const calibration::
   if (eye.distortion.k1 == 0.0 && eye.distortion.k2 == 0.0) eye.distortion.centre_px = eye.sight_px;
 }
 
-void put_distortion(optics::Eye& eye, const std::string& name, const calibration::Estimate& found)
+void put_distortion(optics::Eye& eye, const std::string& name, const Estimate& found)
 {
   const auto value = [&](const char* which) { return value_in(found, name + which); };
   eye.distortion.k1 = value(".k1");
@@ -157,7 +146,7 @@ void put_distortion(optics::Eye& eye, const std::string& name, const calibration
   put_aspect(eye, value(".pixel_aspect"));
 }
 
-void put_eyepoints(optics::EyePair& eyes, const calibration::Estimate& found)
+void put_eyepoints(optics::EyePair& eyes, const Estimate& found)
 {
   eyes.left.distance_px = value_in(found, "left.distance");
   eyes.right.distance_px = value_in(found, "right.distance");
@@ -176,20 +165,19 @@ const char* side_name(bool is_right)
 
 std::vector<std::string> distortion_names(bool is_right)
 {
-  std::vector<std::string> names =
-      bench_files::shared_estimate_names(bench_files::CalibrationPart::distortion);
+  std::vector<std::string> names = bench_files::shared_estimate_names(CalibrationPart::distortion);
   std::erase_if(names, [&](const std::string& name) { return !name.starts_with(side_name(is_right)); });
   return names;
 }
 
-double value_in(const calibration::Estimate& estimate, const std::string& name)
+double value_in(const Estimate& estimate, const std::string& name)
 {
   const Eigen::Index k = calibration::index_of(estimate, name);
   check(k >= 0, "an estimate has the numbers of its part");
   return estimate.values[k];
 }
 
-Pose pose_in(const calibration::Estimate& estimate, const std::string& name)
+Pose pose_in(const Estimate& estimate, const std::string& name)
 {
   Eigen::Matrix<double, 6, 1> six;
   Eigen::Index k = 0;
@@ -198,43 +186,48 @@ Pose pose_in(const calibration::Estimate& estimate, const std::string& name)
   return tracking::pose_of(tracking::PoseParameters{six.head<3>(), six.tail<3>() * rad_from_deg(1.0)});
 }
 
-void apply_estimate(optics::EyePair& eyes, bench_files::CalibrationPart part,
-                    const calibration::Estimate& found)
+void apply_estimate(optics::EyePair& eyes, CalibrationPart part, const Estimate& found)
 {
   for (const bool is_right : {false, true}) {
-    optics::Eye& eye = eye_in(eyes, is_right);
-    if (part == bench_files::CalibrationPart::viewport) put_viewport(eye, side_name(is_right), found);
-    if (part == bench_files::CalibrationPart::distortion) put_distortion(eye, side_name(is_right), found);
+    optics::Eye& eye = optics::side_of(eyes, is_right);
+    if (part == CalibrationPart::viewport) put_viewport(eye, side_name(is_right), found);
+    if (part == CalibrationPart::distortion) put_distortion(eye, side_name(is_right), found);
   }
-  if (part == bench_files::CalibrationPart::eyepoints) put_eyepoints(eyes, found);
-  if (part == bench_files::CalibrationPart::ipd) optics::set_ipd(eyes, value_in(found, "ipd"));
+  if (part == CalibrationPart::eyepoints) put_eyepoints(eyes, found);
+  if (part == CalibrationPart::ipd) optics::set_ipd(eyes, value_in(found, "ipd"));
 }
 
-optics::EyePair eyes_before(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                            const bench_files::Calibration& calibration)
+optics::EyePair eyes_before(CalibrationPart part, const PartInput& in)
 {
-  optics::EyePair eyes = bench_files::nominal_calibration(bench).eyes;
-  for (const bench_files::CalibrationPart earlier :
-       {bench_files::CalibrationPart::viewport, bench_files::CalibrationPart::distortion,
-        bench_files::CalibrationPart::eyepoints, bench_files::CalibrationPart::ipd}) {
-    const auto record = calibration.records.find(earlier);
-    if (earlier < part && record != calibration.records.end() && record->second.estimate)
-      apply_estimate(eyes, earlier, *record->second.estimate);
+  optics::EyePair eyes = bench_files::nominal_calibration(in.bench).eyes;
+  for (const CalibrationPart earlier : {CalibrationPart::viewport, CalibrationPart::distortion,
+                                        CalibrationPart::eyepoints, CalibrationPart::ipd}) {
+    const Estimate* estimate = find_estimate(in.begun, earlier);
+    if (earlier < part && estimate != nullptr) apply_estimate(eyes, earlier, *estimate);
   }
   return eyes;
 }
 
-const calibration::Estimate& estimate_of(bench_files::CalibrationPart part,
-                                         const bench_files::Calibration& calibration, const std::string& path)
+const CalibrationRecord* find_record(const Calibration& calibration, CalibrationPart part)
 {
-  const auto record = calibration.records.find(part);
-  if (record == calibration.records.end() || !record->second.estimate)
-    throw InputError(
-        {path, bench_files::name_of(part), "no estimate", "a finished part, because others depend on it"});
-  return *record->second.estimate;
+  const auto found = calibration.records.find(part);
+  return found == calibration.records.end() ? nullptr : &found->second;
 }
 
-Eigen::MatrixXd prior_covariance(const calibration::Estimate& estimate, const std::vector<std::string>& names)
+const Estimate* find_estimate(const Calibration& calibration, CalibrationPart part)
+{
+  const CalibrationRecord* record = find_record(calibration, part);
+  return record == nullptr || !record->estimate ? nullptr : &*record->estimate;
+}
+
+const Estimate& estimate_of(CalibrationPart part, const PartInput& in)
+{
+  if (const Estimate* found = find_estimate(in.begun, part)) return *found;
+  throw InputError(
+      {in.path, bench_files::name_of(part), "no estimate", "a finished part, because others depend on it"});
+}
+
+Eigen::MatrixXd prior_covariance(const Estimate& estimate, const std::vector<std::string>& names)
 {
   const auto n = static_cast<Eigen::Index>(names.size());
   Eigen::MatrixXd covariance(n, n);
@@ -249,6 +242,68 @@ Eigen::MatrixXd prior_covariance(const calibration::Estimate& estimate, const st
   const double t_ratio =
       calibration::t_95(estimate.dof) / calibration::t_95(std::numeric_limits<double>::infinity());
   return t_ratio * t_ratio * covariance;
+}
+
+namespace {
+
+bool is_first(calibration::Edge edge)
+{
+  return edge == calibration::Edge::left || edge == calibration::Edge::top;
+}
+
+/// The edges are in pairs: left and right, top and bottom.
+calibration::Edge opposite(calibration::Edge edge)
+{
+  return static_cast<calibration::Edge>(static_cast<int>(edge) ^ 1);
+}
+
+struct ScannedLine {
+  std::string task;
+  double at_px = 0.0;
+};
+
+/// Marked scans of an edge, for the eye of `task`.
+std::vector<ScannedLine> scans_of(calibration::Edge edge, const Task& task, const std::vector<Task>& tasks,
+                                  const CalibrationRecord& record)
+{
+  std::vector<ScannedLine> scans;
+  for (const Task& t : tasks) {
+    if (t.kind != TaskKind::scan_line || t.is_right != task.is_right || t.index != static_cast<int>(edge))
+      continue;
+    if (const CalibrationMark* mark = find_mark(record, t.name)) scans.push_back({t.name, mark->rows[0][0]});
+  }
+  return scans;
+}
+
+}  // namespace
+
+void require_edge_order(const std::vector<Task>& tasks, const CalibrationRecord& record, std::size_t done,
+                        const std::string& path)
+{
+  const Task& last = tasks[done];
+  if (last.kind != TaskKind::scan_line) return;
+  const auto edge = static_cast<calibration::Edge>(last.index);
+  const double at_px = find_mark(record, last.name)->rows[0][0];
+  std::vector<ScannedLine> scans = scans_of(opposite(edge), last, tasks, record);
+  const bool is_crossed = std::ranges::any_of(scans, [&](const ScannedLine& other) {
+    return is_first(edge) ? at_px >= other.at_px : at_px <= other.at_px;
+  });
+  if (!is_crossed) return;
+  std::vector<std::string> rejected;
+  for (const ScannedLine& scan : scans) rejected.push_back(scan.task);
+  for (const ScannedLine& scan : scans_of(edge, last, tasks, record)) rejected.push_back(scan.task);
+  throw PartRefusal({path, bench_files::name_of(CalibrationPart::viewport),
+                     "crossed edges of the " + eye_text(last.is_right) + ": " + calibration::name_of(edge) +
+                         " beyond " + calibration::name_of(opposite(edge)),
+                     "left before right and top before bottom; scan both edges again"},
+                    std::move(rejected));
+}
+
+std::string screen_message(const InputError& error)
+{
+  const InputError::Facts& facts = error.facts();
+  return (facts.field.empty() ? "" : facts.field + ": ") + "found " + facts.found + ", wanted " +
+         facts.wanted;
 }
 
 }  // namespace vrda::calibration_tasks

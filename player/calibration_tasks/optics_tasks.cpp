@@ -59,15 +59,15 @@ Task screen_task(const optics::Viewport& window, bool is_right, bool is_height)
 }
 
 /// Start value of the spacing: the grid fills 70 % of the visible part.
-double likely_spacing_px(const optics::Eye& eye, const bench_files::CalibrationSettings& settings)
+double likely_spacing_px(const optics::Eye& eye, const CalibrationSettings& settings)
 {
   constexpr double share = 0.7;
   return share * std::min(eye.visible.width / (settings.grid_columns - 1.0),
                           eye.visible.height / (settings.grid_rows - 1.0));
 }
 
-Task node_task(const optics::Eye& eye, const bench_files::CalibrationSettings& settings, bool is_right,
-               int column, int row)
+Task node_task(const optics::Eye& eye, const CalibrationSettings& settings, bool is_right, int column,
+               int row)
 {
   Task task;
   task.kind = TaskKind::point;
@@ -87,8 +87,7 @@ Task node_task(const optics::Eye& eye, const bench_files::CalibrationSettings& s
   return task;
 }
 
-Task grid_task(const optics::Eye& eye, const bench_files::CalibrationSettings& settings, bool is_right,
-               int repeat)
+Task grid_task(const optics::Eye& eye, const CalibrationSettings& settings, bool is_right, int repeat)
 {
   Task task;
   task.kind = TaskKind::grid;
@@ -120,11 +119,11 @@ Task grid_task(const optics::Eye& eye, const bench_files::CalibrationSettings& s
   return task;
 }
 
-Task sides_task(const bench_files::Calibration& calibration, const bench_files::CalibrationSettings& settings,
-                bool is_right, std::size_t rectangle, int repeat)
+Task sides_task(const Calibration& calibration, const CalibrationSettings& settings, bool is_right,
+                std::size_t rectangle, int repeat)
 {
-  const optics::Eye& eye = eye_of(calibration, is_right);
-  const bench_files::CalibrationRectangle& r = settings.rectangles[rectangle];
+  const optics::Eye& eye = optics::side_of(calibration.eyes, is_right);
+  const CalibrationRectangle& r = settings.rectangles[rectangle];
   Task task;
   task.kind = TaskKind::rectangle_sides;
   task.is_right = is_right;
@@ -167,16 +166,11 @@ std::string eye_text(bool is_right)
   return is_right ? "right eye" : "left eye";
 }
 
-const optics::Eye& eye_of(const bench_files::Calibration& calibration, bool is_right)
-{
-  return is_right ? calibration.eyes.right : calibration.eyes.left;
-}
-
-std::vector<Task> viewport_tasks(const bench_files::BenchFile& bench)
+std::vector<Task> viewport_tasks(const BenchFile& bench)
 {
   std::vector<Task> tasks;
   for (const bool is_right : {false, true}) {
-    const optics::Viewport& window = is_right ? bench.display.windows.right : bench.display.windows.left;
+    const optics::Viewport& window = optics::side_of(bench.display.windows, is_right);
     for (int repeat = 0; repeat < bench.calibration.edge_repeats; ++repeat) {
       for (std::size_t edge = 0; edge < calibration::n_edges; ++edge)
         tasks.push_back(scan_task(window, is_right, static_cast<calibration::Edge>(edge), repeat));
@@ -186,13 +180,12 @@ std::vector<Task> viewport_tasks(const bench_files::BenchFile& bench)
   return tasks;
 }
 
-std::vector<Task> distortion_tasks(const bench_files::BenchFile& bench,
-                                   const bench_files::Calibration& calibration)
+std::vector<Task> distortion_tasks(const BenchFile& bench, const Calibration& calibration)
 {
-  const bench_files::CalibrationSettings& settings = bench.calibration;
+  const CalibrationSettings& settings = bench.calibration;
   std::vector<Task> tasks;
   for (const bool is_right : {false, true}) {
-    const optics::Eye& eye = eye_of(calibration, is_right);
+    const optics::Eye& eye = optics::side_of(calibration.eyes, is_right);
     if (settings.is_grid_adjusted) {
       for (int repeat = 0; repeat < settings.grid_repeats; ++repeat)
         tasks.push_back(grid_task(eye, settings, is_right, repeat));
@@ -206,10 +199,9 @@ std::vector<Task> distortion_tasks(const bench_files::BenchFile& bench,
   return tasks;
 }
 
-std::vector<Task> eyepoint_tasks(const bench_files::BenchFile& bench,
-                                 const bench_files::Calibration& calibration)
+std::vector<Task> eyepoint_tasks(const BenchFile& bench, const Calibration& calibration)
 {
-  const bench_files::CalibrationSettings& settings = bench.calibration;
+  const CalibrationSettings& settings = bench.calibration;
   std::vector<Task> tasks;
   for (const bool is_right : {false, true}) {
     for (int repeat = 0; repeat < settings.rectangle_repeats; ++repeat) {
@@ -220,7 +212,7 @@ std::vector<Task> eyepoint_tasks(const bench_files::BenchFile& bench,
   return tasks;
 }
 
-std::vector<Task> ipd_tasks(const bench_files::BenchFile& bench)
+std::vector<Task> ipd_tasks(const BenchFile& bench)
 {
   // Adults: 45 to 80 mm (Dodgson 2004, Proc SPIE 5291); arms that are set a little beyond.
   constexpr double usual_ipd_mm = 64.0, least_ipd_mm = 40.0, most_ipd_mm = 90.0;
@@ -255,10 +247,10 @@ std::vector<Task> ipd_tasks(const bench_files::BenchFile& bench)
   return tasks;
 }
 
-std::vector<Task> subject_tasks(const bench_files::BenchFile& bench)
+std::vector<Task> subject_tasks(const BenchFile& bench)
 {
   std::vector<Task> tasks;
-  const std::vector<bench_files::CalibrationLandmarks>& landmarks = bench.calibration.landmarks;
+  const std::vector<CalibrationLandmarks>& landmarks = bench.calibration.landmarks;
   for (std::size_t k = 0; k < landmarks.size(); ++k) {
     Task task = number_task(
         landmarks[k].name.c_str(), static_cast<int>(k),

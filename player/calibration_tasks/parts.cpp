@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "bench_files/record_text.hpp"
+#include "bench_files/document_parts.hpp"
 #include "calibration_tasks/marks.hpp"
 #include "calibration_tasks/solve_part.hpp"
 #include "calibration_tasks/task.hpp"
@@ -12,26 +12,26 @@
 namespace vrda::calibration_tasks {
 namespace {
 
-bool is_part_of(bench_files::CalibrationPart part, const bench_files::BenchFile& bench)
+bool is_part_of(CalibrationPart part, const BenchFile& bench)
 {
   const bool is_on_stage = bench.head == bench_files::HeadKind::stage;
   const bool is_touched = !bench.calibration.is_model_adjusted;
   switch (part) {
-    case bench_files::CalibrationPart::rails:
-    case bench_files::CalibrationPart::bullseye:
+    case CalibrationPart::rails:
+    case CalibrationPart::bullseye:
       return is_on_stage;
-    case bench_files::CalibrationPart::stop:
+    case CalibrationPart::stop:
       return has_stage(bench);
-    case bench_files::CalibrationPart::probe:
+    case CalibrationPart::probe:
       return is_touched;
-    case bench_files::CalibrationPart::head:
+    case CalibrationPart::head:
       return !is_on_stage;
-    case bench_files::CalibrationPart::subject:
+    case CalibrationPart::subject:
       return !bench.calibration.landmarks.empty();
-    case bench_files::CalibrationPart::leg:
+    case CalibrationPart::leg:
       return bench.leg == bench_files::LegKind::rigid;
-    case bench_files::CalibrationPart::femur:
-    case bench_files::CalibrationPart::tibia:
+    case CalibrationPart::femur:
+    case CalibrationPart::tibia:
       return bench.leg == bench_files::LegKind::two_bodies;
     default:
       return true;
@@ -39,109 +39,102 @@ bool is_part_of(bench_files::CalibrationPart part, const bench_files::BenchFile&
 }
 
 /// Possible dependencies, including parts that the bench does not have.
-std::vector<bench_files::CalibrationPart> possible_dependencies(bench_files::CalibrationPart part,
-                                                                const bench_files::BenchFile& bench)
+std::vector<CalibrationPart> possible_dependencies(CalibrationPart part, const BenchFile& bench)
 {
   switch (part) {
-    case bench_files::CalibrationPart::distortion:
-      return {bench_files::CalibrationPart::viewport};
-    case bench_files::CalibrationPart::eyepoints:
-      return {bench_files::CalibrationPart::distortion};
-    case bench_files::CalibrationPart::ipd:
-      return {bench_files::CalibrationPart::eyepoints};
-    case bench_files::CalibrationPart::bullseye:
-      return {bench_files::CalibrationPart::rails, bench_files::CalibrationPart::stop,
-              bench_files::CalibrationPart::eyepoints, bench_files::CalibrationPart::ipd};
-    case bench_files::CalibrationPart::head:
-      return {bench_files::CalibrationPart::eyepoints, bench_files::CalibrationPart::ipd};
-    case bench_files::CalibrationPart::leg:
-    case bench_files::CalibrationPart::femur:
-    case bench_files::CalibrationPart::tibia:
+    case CalibrationPart::distortion:
+      return {CalibrationPart::viewport};
+    case CalibrationPart::eyepoints:
+      return {CalibrationPart::distortion};
+    case CalibrationPart::ipd:
+      return {CalibrationPart::eyepoints};
+    case CalibrationPart::bullseye:
+      return {CalibrationPart::rails, CalibrationPart::stop, CalibrationPart::eyepoints,
+              CalibrationPart::ipd};
+    case CalibrationPart::head:
+      return {CalibrationPart::eyepoints, CalibrationPart::ipd};
+    case CalibrationPart::leg:
+    case CalibrationPart::femur:
+    case CalibrationPart::tibia:
       // Adjustment by eye depends on the whole optical calibration.
       if (bench.calibration.is_model_adjusted)
-        return {bench_files::CalibrationPart::subject, bench_files::CalibrationPart::bullseye,
-                bench_files::CalibrationPart::head};
-      return {bench_files::CalibrationPart::probe, bench_files::CalibrationPart::subject};
+        return {CalibrationPart::subject, CalibrationPart::bullseye, CalibrationPart::head};
+      return {CalibrationPart::probe, CalibrationPart::subject};
     default:
       return {};
   }
 }
 
 /// All valid steps of the bench, for a message.
-std::string step_names(const bench_files::BenchFile& bench)
+std::string step_names(const BenchFile& bench)
 {
   return "all, bench, person, tracking, status, solve, " + names_of(parts_of(bench));
 }
 
 }  // namespace
 
-std::string names_of(std::span<const bench_files::CalibrationPart> parts)
+std::string names_of(std::span<const CalibrationPart> parts)
 {
   std::string text;
-  for (const bench_files::CalibrationPart part : parts)
+  for (const CalibrationPart part : parts)
     text += (text.empty() ? "" : ", ") + std::string(bench_files::name_of(part));
   return text;
 }
 
-bool is_model_part(bench_files::CalibrationPart part)
+bool is_model_part(CalibrationPart part)
 {
-  return part == bench_files::CalibrationPart::leg || part == bench_files::CalibrationPart::femur ||
-         part == bench_files::CalibrationPart::tibia;
+  return part == CalibrationPart::leg || part == CalibrationPart::femur || part == CalibrationPart::tibia;
 }
 
-bool has_stage(const bench_files::BenchFile& bench)
+bool has_stage(const BenchFile& bench)
 {
   return bench.head == bench_files::HeadKind::stage && bench.board && bench.board->has_stage;
 }
 
-std::vector<bench_files::CalibrationPart> parts_of(const bench_files::BenchFile& bench)
+std::vector<CalibrationPart> parts_of(const BenchFile& bench)
 {
-  std::vector<bench_files::CalibrationPart> parts;
+  std::vector<CalibrationPart> parts;
   for (std::size_t k = 0; k < bench_files::n_calibration_parts; ++k) {
-    if (is_part_of(static_cast<bench_files::CalibrationPart>(k), bench))
-      parts.push_back(static_cast<bench_files::CalibrationPart>(k));
+    const auto part = static_cast<CalibrationPart>(k);
+    if (is_part_of(part, bench)) parts.push_back(part);
   }
   return parts;
 }
 
-std::vector<bench_files::CalibrationPart> dependencies_of(bench_files::CalibrationPart part,
-                                                          const bench_files::BenchFile& bench)
+std::vector<CalibrationPart> dependencies_of(CalibrationPart part, const BenchFile& bench)
 {
-  std::vector<bench_files::CalibrationPart> parts = possible_dependencies(part, bench);
-  std::erase_if(parts, [&](bench_files::CalibrationPart p) { return !is_part_of(p, bench); });
+  std::vector<CalibrationPart> parts = possible_dependencies(part, bench);
+  std::erase_if(parts, [&](CalibrationPart p) { return !is_part_of(p, bench); });
   return parts;
 }
 
-bool is_done(const bench_files::Calibration& calibration, bench_files::CalibrationPart part)
+bool is_done(const Calibration& calibration, CalibrationPart part)
 {
-  const auto found = calibration.records.find(part);
-  return found != calibration.records.end() && found->second.estimate && !found->second.is_outdated;
+  const CalibrationRecord* record = find_record(calibration, part);
+  return record != nullptr && record->estimate && !record->is_outdated;
 }
 
-void outdate_dependents(bench_files::Calibration& calibration, bench_files::CalibrationPart part,
-                        const bench_files::BenchFile& bench)
+void outdate_dependents(Calibration& calibration, CalibrationPart part, const BenchFile& bench)
 {
-  for (const bench_files::CalibrationPart later : parts_of(bench)) {
-    const std::vector<bench_files::CalibrationPart> below = dependencies_of(later, bench);
-    if (std::find(below.begin(), below.end(), part) == below.end()) continue;
+  for (const CalibrationPart later : parts_of(bench)) {
+    const std::vector<CalibrationPart> below = dependencies_of(later, bench);
+    if (std::ranges::find(below, part) == below.end()) continue;
     const auto record = calibration.records.find(later);
     if (record != calibration.records.end()) record->second.is_outdated = true;
     outdate_dependents(calibration, later, bench);
   }
 }
 
-std::vector<bench_files::CalibrationPart> parts_of_step(const std::string& step,
-                                                        const bench_files::BenchFile& bench)
+std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchFile& bench)
 {
-  const std::vector<bench_files::CalibrationPart> all = parts_of(bench);
+  const std::vector<CalibrationPart> all = parts_of(bench);
   if (step == "all") return all;
-  std::vector<bench_files::CalibrationPart> wanted;
+  std::vector<CalibrationPart> wanted;
   for (std::size_t k = 0; k < bench_files::n_calibration_parts; ++k) {
-    const auto part = static_cast<bench_files::CalibrationPart>(k);
-    const bool is_tracking = part == bench_files::CalibrationPart::rails ||
-                             part == bench_files::CalibrationPart::stop ||
-                             part == bench_files::CalibrationPart::probe ||
-                             part == bench_files::CalibrationPart::bullseye || is_model_part(part);
+    const auto part = static_cast<CalibrationPart>(k);
+    const bool is_tracking = part == CalibrationPart::rails || part == CalibrationPart::stop ||
+                             part == CalibrationPart::probe || part == CalibrationPart::bullseye ||
+                             is_model_part(part);
     const bool is_group = (step == "tracking" && is_tracking) ||
                           (step == "bench" && bench_files::is_per_bench(part)) ||
                           (step == "person" && !bench_files::is_per_bench(part));
@@ -154,50 +147,47 @@ std::vector<bench_files::CalibrationPart> parts_of_step(const std::string& step,
     throw InputError({"calibrate", "STEP", "'" + step + "', which does not apply to " + bench.path,
                       "one of " + step_names(bench)});
   }
-  std::erase_if(wanted, [&](bench_files::CalibrationPart part) { return !is_part_of(part, bench); });
+  std::erase_if(wanted, [&](CalibrationPart part) { return !is_part_of(part, bench); });
   return wanted;
 }
 
-void require_bench_data(bench_files::CalibrationPart part, const bench_files::BenchFile& bench)
+void require_bench_data(CalibrationPart part, const BenchFile& bench)
 {
-  const bench_files::CalibrationSettings& settings = bench.calibration;
+  const CalibrationSettings& settings = bench.calibration;
   const auto refuse = [&](const std::string& key, const std::string& found, const std::string& wanted) {
     throw InputError({bench.path, key, found, wanted + ", for " + bench_files::name_of(part)});
   };
   if (!settings.is_present) refuse("calibration", "nothing", "a table [calibration]");
   constexpr std::size_t least_distances = 3, least_fiducials = 4;
-  if (part == bench_files::CalibrationPart::subject && settings.landmarks.size() < least_distances) {
+  if (part == CalibrationPart::subject && settings.landmarks.size() < least_distances) {
     refuse("calibration.landmarks", std::to_string(settings.landmarks.size()) + " distances",
            "three or more distances between landmarks");
   }
   if (!is_model_part(part) || settings.is_model_adjusted) return;
-  const std::vector<bench_files::CalibrationPoint>& points = points_of(part, settings);
-  const auto n = std::count_if(points.begin(), points.end(),
-                               [](const bench_files::CalibrationPoint& point) { return !point.is_target; });
+  const std::vector<CalibrationPoint>& points = points_of(part, settings);
+  const auto n =
+      std::ranges::count_if(points, [](const CalibrationPoint& point) { return !point.is_target; });
   if (n < static_cast<std::ptrdiff_t>(least_fiducials)) {
-    refuse(part == bench_files::CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point",
+    refuse(part == CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point",
            std::to_string(n) + " points that are not targets", "four or more, not coplanar");
   }
 }
 
-bench_files::BodyRole role_of(bench_files::CalibrationPart part)
+BodyRole role_of(CalibrationPart part)
 {
   check(is_model_part(part), "only model parts have a body");
-  return part == bench_files::CalibrationPart::leg
-             ? bench_files::BodyRole::leg
-             : (part == bench_files::CalibrationPart::femur ? bench_files::BodyRole::femur
-                                                            : bench_files::BodyRole::tibia);
+  return part == CalibrationPart::leg ? BodyRole::leg
+                                      : (part == CalibrationPart::femur ? BodyRole::femur : BodyRole::tibia);
 }
 
-const std::vector<bench_files::CalibrationPoint>& points_of(bench_files::CalibrationPart part,
-                                                            const bench_files::CalibrationSettings& settings)
+const std::vector<CalibrationPoint>& points_of(CalibrationPart part, const CalibrationSettings& settings)
 {
-  return part == bench_files::CalibrationPart::tibia ? settings.tibia_points : settings.points;
+  return part == CalibrationPart::tibia ? settings.tibia_points : settings.points;
 }
 
 namespace {
 
-bench_files::CalibrationRecords bench_records(const bench_files::Calibration& calibration)
+bench_files::CalibrationRecords bench_records(const Calibration& calibration)
 {
   bench_files::CalibrationRecords records;
   for (const auto& [part, record] : calibration.records) {
@@ -208,27 +198,26 @@ bench_files::CalibrationRecords bench_records(const bench_files::Calibration& ca
 
 }  // namespace
 
-bench_files::Calibration start_calibration_from(const bench_files::Calibration& other,
-                                                const bench_files::BenchFile& bench,
-                                                const std::string& other_path)
+Calibration start_calibration_from(const Calibration& other, const BenchFile& bench,
+                                   const std::string& other_path)
 {
-  for (const bench_files::CalibrationPart part : parts_of_step("bench", bench)) {
+  for (const CalibrationPart part : parts_of_step("bench", bench)) {
     if (is_done(other, part)) continue;
-    throw InputError({other_path, std::string("per_bench.") + bench_files::name_of(part),
+    throw InputError({other_path, bench_files::record_key(part),
                       other.records.contains(part) ? "a part that must be repeated" : "nothing",
                       "all per-bench parts done; run vrda-player calibrate bench"});
   }
-  bench_files::Calibration begun = bench_files::nominal_calibration(bench);
+  Calibration begun = bench_files::nominal_calibration(bench);
   begun.records = bench_records(other);
   // The eyes of `other` include its person's bull's-eye fit, so they are rebuilt from the per-bench parts.
-  begun.eyes = eyes_before(bench_files::CalibrationPart::eyepoints, bench, begun);
+  begun.eyes = eyes_before(CalibrationPart::eyepoints, {bench, begun, other_path});
   begun.X_tracker_table = other.X_tracker_table;
   begun.stage_direction_table = other.stage_direction_table;
   return begun;
 }
 
-void require_same_bench_parts(const bench_files::Calibration& begun, const std::string& path,
-                              const bench_files::Calibration& other, const std::string& other_path)
+void require_same_bench_parts(const Calibration& begun, const std::string& path, const Calibration& other,
+                              const std::string& other_path)
 {
   if (bench_files::records_text(bench_records(begun)) == bench_files::records_text(bench_records(other)))
     return;
@@ -239,38 +228,31 @@ void require_same_bench_parts(const bench_files::Calibration& begun, const std::
 namespace {
 
 /// Bench file key of bench_numbers_of().
-const char* bench_key(bench_files::CalibrationPart part)
+const char* bench_key(CalibrationPart part)
 {
   switch (part) {
-    case bench_files::CalibrationPart::eyepoints:
+    case CalibrationPart::eyepoints:
       return "calibration.rectangles";
-    case bench_files::CalibrationPart::subject:
+    case CalibrationPart::subject:
       return "calibration.landmarks";
-    case bench_files::CalibrationPart::tibia:
+    case CalibrationPart::tibia:
       return "calibration.tibia_point";
-    case bench_files::CalibrationPart::bullseye:
+    case CalibrationPart::bullseye:
       return "board.stage_mm_per_count";
     default:
       return "calibration.point";
   }
 }
 
-std::string record_key(bench_files::CalibrationPart part)
-{
-  return std::string(bench_files::is_per_bench(part) ? "per_bench." : "per_person.") +
-         bench_files::name_of(part);
-}
-
 /// Whether the stored rows depend on the bench numbers: stage samples are stored in mm.
-bool is_scaled_by_bench(bench_files::CalibrationPart part)
+bool is_scaled_by_bench(CalibrationPart part)
 {
-  return part == bench_files::CalibrationPart::bullseye;
+  return part == CalibrationPart::bullseye;
 }
 
-void require_numbers(const bench_files::CalibrationRecord& record, bench_files::CalibrationPart part,
-                     const bench_files::BenchFile& bench, const std::string& path)
+void require_numbers(const CalibrationRecord& record, CalibrationPart part, const PartInput& in)
 {
-  const std::vector<double> now = bench_numbers_of(part, bench);
+  const std::vector<double> now = bench_numbers_of(part, in.bench);
   const std::vector<double>& then = record.made_with;
   // Files without these values are accepted.
   if (record.marks.empty() || then.empty() || then == now) return;
@@ -281,51 +263,43 @@ void require_numbers(const bench_files::CalibrationRecord& record, bench_files::
   const std::string key = bench_key(part);
   const std::string solve_remedy =
       is_scaled_by_bench(part) ? "" : "; if the old values were wrong, run calibrate solve";
-  throw InputError({path, record_key(part),
+  throw InputError({in.path, bench_files::record_key(part),
                     "marks made with " + text(then, differ.first) + " in " + key + ", which now has " +
                         text(now, differ.second),
-                    "the values of " + bench.path + "; restore them or repeat " + bench_files::name_of(part) +
-                        " with --anew" + solve_remedy});
-}
-
-bool is_kept(bench_files::CalibrationPart part, const bench_files::Calibration& begun)
-{
-  const auto record = begun.records.find(part);
-  return record != begun.records.end() && !record->second.is_outdated;
+                    "the values of " + in.bench.path + "; restore them or repeat " +
+                        bench_files::name_of(part) + " with --anew" + solve_remedy});
 }
 
 /// Checks a part and its dependencies. Outdated parts are repeated, so their old marks are not checked.
-void require_plan_of_all(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                         const bench_files::Calibration& begun, const std::string& path)
+void require_plan_of_all(CalibrationPart part, const PartInput& in)
 {
-  if (is_kept(part, begun)) require_current_record(part, bench, begun, path);
-  for (const bench_files::CalibrationPart below : dependencies_of(part, bench))
-    require_plan_of_all(below, bench, begun, path);
+  const CalibrationRecord* record = find_record(in.begun, part);
+  if (record != nullptr && !record->is_outdated) require_current_record(part, in);
+  for (const CalibrationPart below : dependencies_of(part, in.bench)) require_plan_of_all(below, in);
 }
 
 }  // namespace
 
-std::vector<double> bench_numbers_of(bench_files::CalibrationPart part, const bench_files::BenchFile& bench)
+std::vector<double> bench_numbers_of(CalibrationPart part, const BenchFile& bench)
 {
-  const bench_files::CalibrationSettings& settings = bench.calibration;
+  const CalibrationSettings& settings = bench.calibration;
   std::vector<double> numbers;
   switch (part) {
-    case bench_files::CalibrationPart::eyepoints:
-      for (const bench_files::CalibrationRectangle& r : settings.rectangles)
+    case CalibrationPart::eyepoints:
+      for (const CalibrationRectangle& r : settings.rectangles)
         numbers.insert(numbers.end(), {r.width_mm, r.depth_mm});
       return numbers;
-    case bench_files::CalibrationPart::subject:
-      for (const bench_files::CalibrationLandmarks& pair : settings.landmarks)
-        numbers.push_back(pair.model_mm);
+    case CalibrationPart::subject:
+      for (const CalibrationLandmarks& pair : settings.landmarks) numbers.push_back(pair.model_mm);
       return numbers;
-    case bench_files::CalibrationPart::bullseye:
+    case CalibrationPart::bullseye:
       if (has_stage(bench)) numbers.push_back(bench.stage_mm_per_count);
       return numbers;
-    case bench_files::CalibrationPart::leg:
-    case bench_files::CalibrationPart::femur:
-    case bench_files::CalibrationPart::tibia:
+    case CalibrationPart::leg:
+    case CalibrationPart::femur:
+    case CalibrationPart::tibia:
       if (settings.is_model_adjusted) return {};
-      for (const bench_files::CalibrationPoint& point : points_of(part, settings)) {
+      for (const CalibrationPoint& point : points_of(part, settings)) {
         const Eigen::Vector3d& p = point.p_model_mm;
         numbers.insert(numbers.end(), {p.x(), p.y(), p.z(), point.is_target ? 1.0 : 0.0});
       }
@@ -335,43 +309,40 @@ std::vector<double> bench_numbers_of(bench_files::CalibrationPart part, const be
   }
 }
 
-void require_current_record(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                            const bench_files::Calibration& begun, const std::string& path)
+void require_current_record(CalibrationPart part, const PartInput& in)
 {
-  const bench_files::CalibrationRecord& record = begun.records.at(part);
-  require_task_marks(record, tasks_of(part, bench, begun), record_key(part), path);
-  require_numbers(record, part, bench, path);
+  const CalibrationRecord& record = in.begun.records.at(part);
+  require_task_marks(record, tasks_of(part, in.bench, in.begun), bench_files::record_key(part), in.path);
+  require_numbers(record, part, in);
 }
 
-void update_made_with(bench_files::CalibrationRecord& record, bench_files::CalibrationPart part,
-                      const bench_files::BenchFile& bench)
+void update_made_with(CalibrationRecord& record, CalibrationPart part, const BenchFile& bench)
 {
   if (!record.made_with.empty() && !is_scaled_by_bench(part))
     record.made_with = bench_numbers_of(part, bench);
 }
 
-void require_ready_parts(const std::vector<bench_files::CalibrationPart>& parts,
-                         const bench_files::BenchFile& bench, const bench_files::Calibration& begun,
-                         const std::string& path)
+void require_ready_parts(const std::vector<CalibrationPart>& parts, const PartInput& in)
 {
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    const bench_files::CalibrationPart part = parts[k];
-    require_bench_data(part, bench);
+    const CalibrationPart part = parts[k];
+    require_bench_data(part, in.bench);
     bool is_all_done = true;
-    for (const bench_files::CalibrationPart below : dependencies_of(part, bench)) {
-      if (is_done(begun, below)) continue;
+    for (const CalibrationPart below : dependencies_of(part, in.bench)) {
+      if (is_done(in.begun, below)) continue;
       is_all_done = false;
       const auto so_far = parts.begin() + static_cast<std::ptrdiff_t>(k);
       if (std::find(parts.begin(), so_far, below) != so_far) continue;
-      const bool was_done = begun.records.contains(below) && begun.records.at(below).is_outdated;
-      throw InputError({path, bench_files::name_of(part),
+      const CalibrationRecord* record = find_record(in.begun, below);
+      const bool was_done = record != nullptr && record->is_outdated;
+      throw InputError({in.path, bench_files::name_of(part),
                         std::string(bench_files::name_of(below)) +
                             (was_done ? ", which is outdated" : ", which is not done"),
                         std::string(bench_files::name_of(below)) + " done first, because " +
                             bench_files::name_of(part) + " depends on it"});
     }
-    require_plan_of_all(part, bench, begun, path);
-    if (is_all_done && !is_done(begun, part)) require_earlier_fits(part, bench, begun, path);
+    require_plan_of_all(part, in);
+    if (is_all_done && !is_done(in.begun, part)) require_earlier_fits(part, in);
   }
 }
 

@@ -33,11 +33,6 @@ bool is_finite(const devices::ToolPose& place)
          std::all_of(std::begin(place.rotation), std::end(place.rotation), finite);
 }
 
-double seconds(std::int64_t ns)
-{
-  return static_cast<double>(ns) * 1e-9;
-}
-
 }  // namespace
 
 double rounded_mm(double value)
@@ -45,19 +40,12 @@ double rounded_mm(double value)
   return rounded(value, 1e5);
 }
 
-SampleCollector::SampleCollector(const bench_files::BenchFile& bench) : bench_(bench)
-{
-  for (std::size_t role = 0; role < bench_files::n_body_roles; ++role) {
-    if (bench.bodies[role])
-      trackers_[role].emplace(*bench.bodies[role],
-                              bench_files::first_tool_index(bench, static_cast<bench_files::BodyRole>(role)));
-  }
-}
+SampleCollector::SampleCollector(const BenchFile& bench) : bench_(bench), trackers_(bench) {}
 
-void SampleCollector::begin(const Task& task, const std::optional<bench_files::BodyRole>& role)
+void SampleCollector::begin(const Task& task, const std::optional<BodyRole>& role)
 {
   const std::vector<std::string>& tools = bench_.tracker->tools;
-  const auto found = std::find(tools.begin(), tools.end(), task.tool);
+  const auto found = std::ranges::find(tools, task.tool);
   check(found != tools.end(), "the tool of a task is a tool of the tracker");
   tool_ = static_cast<std::size_t>(found - tools.begin());
   kind_ = task.kind;
@@ -82,10 +70,7 @@ bool SampleCollector::take(const devices::Sample& sample)
     case devices::SampleKind::link:
       if (static_cast<devices::LinkState>(sample.state) == devices::LinkState::up) return false;
       if (static_cast<devices::DeviceId>(sample.source) == devices::DeviceId::board) stage_mm_.reset();
-      for (std::optional<bench::BodyTracker>& tracker : trackers_) {
-        if (tracker && static_cast<devices::DeviceId>(sample.source) == devices::DeviceId::tracker)
-          tracker->disconnect();
-      }
+      if (static_cast<devices::DeviceId>(sample.source) == devices::DeviceId::tracker) trackers_.disconnect();
       return false;
     case devices::SampleKind::tool_pose:
       return take_place(sample);
@@ -97,7 +82,7 @@ bool SampleCollector::take(const devices::Sample& sample)
 
 const bench::BodyTracker* SampleCollector::fresh_body(double time_s)
 {
-  bench::BodyTracker& tracker = *trackers_[static_cast<std::size_t>(*role_)];
+  bench::BodyTracker& tracker = *trackers_[*role_];
   tracker.end_message();
   const double oldest_s = bench_.tracker->stale_after_ms / 1000.0;
   return tracker.is_live() && std::abs(time_s - tracker.seen_s()) <= oldest_s ? &tracker : nullptr;
@@ -107,13 +92,7 @@ bool SampleCollector::take_place(const devices::Sample& sample)
 {
   const bool is_seen = static_cast<devices::ToolVisibility>(sample.state) == devices::ToolVisibility::seen &&
                        is_finite(sample.tool_pose);
-  const double time_s =
-      is_seen ? clock_.time_s(sample.device_ns, sample.arrival_ns) : seconds(sample.arrival_ns);
-  for (std::optional<bench::BodyTracker>& tracker : trackers_) {
-    if (!tracker || !tracker->has_tool(sample.source)) continue;
-    if (tracker->has_received(sample.source)) tracker->end_message();
-    tracker->take(sample, time_s);
-  }
+  const double time_s = trackers_.take(sample, [](bench::BodyTracker& tracker) { tracker.end_message(); });
   if (!is_taking_ || !is_seen || sample.source != tool_) return false;
   std::vector<double> row;
   if (kind_ == TaskKind::bullseye) {

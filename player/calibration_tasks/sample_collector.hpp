@@ -12,10 +12,10 @@ namespace vrda::calibration_tasks {
 
 class SampleCollector {
  public:
-  explicit SampleCollector(const bench_files::BenchFile& bench);
+  explicit SampleCollector(const BenchFile& bench);
 
   /// Starts collecting rows for `task`, with the pose of the body `role` if given.
-  void begin(const Task& task, const std::optional<bench_files::BodyRole>& role);
+  void begin(const Task& task, const std::optional<BodyRole>& role);
   void end() { is_taking_ = false; }
   bool is_sampling() const { return is_taking_; }
   const std::vector<std::vector<double>>& rows() const { return rows_; }
@@ -34,15 +34,14 @@ class SampleCollector {
   bool take_place(const devices::Sample& sample);
   const bench::BodyTracker* fresh_body(double time_s);
 
-  bench_files::BenchFile bench_;
-  std::array<std::optional<bench::BodyTracker>, bench_files::n_body_roles> trackers_;
-  bench::ClockMap clock_;
+  BenchFile bench_;
+  bench::TrackedBodies trackers_;
   std::optional<double> stage_mm_;
   bool is_stage_zeroed_ = false;
   bool is_taking_ = false;
   TaskKind kind_ = TaskKind::sweep;
   std::size_t tool_ = 0;
-  std::optional<bench_files::BodyRole> role_;
+  std::optional<BodyRole> role_;
   std::vector<std::vector<double>> rows_;
 };
 

@@ -1,18 +1,12 @@
 #include "calibration_tasks/session.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <optional>
 #include <utility>
 
-#include "calibration_tasks/dials.hpp"
 #include "calibration_tasks/marks.hpp"
 #include "calibration_tasks/parts.hpp"
-#include "calibration_tasks/refusal.hpp"
-#include "calibration_tasks/sample_collector.hpp"
 #include "calibration_tasks/solve_part.hpp"
-#include "calibration_tasks/task.hpp"
 #include "settings/settings_text.hpp"
 
 namespace vrda::calibration_tasks {
@@ -23,389 +17,281 @@ constexpr const char* silent_stage =
 
 }  // namespace
 
-struct CalibrationSession::Inner {
-  Inner(const bench_files::BenchFile& wanted_bench, const bench_files::Calibration& begun,
-        const CalibrationSessionOptions& wanted)
-      : bench(wanted_bench), calibration(begun), options(wanted), taker(wanted_bench)
-  {
-    if (options.is_repeated) outdate_asked();
-    require_ready_parts(options.parts, bench, calibration, options.path);
-    next_part();
-  }
-
-  const Task* task() const { return at_task < tasks.size() ? &tasks[at_task] : nullptr; }
-  bench_files::CalibrationRecord& record() { return calibration.records[progress.part]; }
-  bench_files::CalibrationRecord record_so_far() const
-  {
-    const auto found = calibration.records.find(progress.part);
-    return is_fresh || found == calibration.records.end() ? bench_files::CalibrationRecord{} : found->second;
-  }
-
-  void outdate_asked();
-  void next_part();
-  void begin_part(bench_files::CalibrationPart part);
-  void next_task_of_part();
-  void prepare_look();
-  void enter();
-  void finish(std::vector<std::vector<double>> rows);
-  void put(bench_files::CalibrationMark mark);
-  void solve();
-  void refuse(const PartRefusal& refusal, const TaskGroup& round);
-  void show_error(const std::string& why);
-  void forget(const std::string& task);
-  void judge(std::size_t done);
-  void back();
-  void again();
-  void zero();
-  void zero_by_key();
-  void press(const navigation::KeyPress& key);
-  void take_row();
-
-  bench_files::BenchFile bench;
-  bench_files::Calibration calibration;
-  CalibrationSessionOptions options;
-  SampleCollector taker;
-  std::size_t n_begun = 0;  ///< requested parts that were started or skipped
-  std::vector<Task> tasks;
-  std::size_t at_task = 0;
-  bool is_fresh = false;  ///< the first new mark will replace all old marks of the part
-  Dials dials;
-  std::optional<bench_files::Calibration> looked_at;  ///< calibration for drawing a look
-  std::optional<Eigen::Vector3d> cross;               ///< bull's-eye being sampled: x, y as drawn, stage mm
-  CalibrationProgress progress;
-  std::uint64_t revision = 0;
-  bool zeroes = false, is_left = false;
-};
+CalibrationSession::CalibrationSession(const BenchFile& bench, const Calibration& begun,
+                                       const CalibrationSessionOptions& options)
+    : bench_(bench), calibration_(begun), options_(options), collector_(bench)
+{
+  if (options_.is_repeated) outdate_asked();
+  require_ready_parts(options_.parts, {bench_, calibration_, options_.path});
+  next_part();
+}
 
 /// Outdates the requested parts in the file, so that a resumed session repeats them without --anew.
-void CalibrationSession::Inner::outdate_asked()
+void CalibrationSession::outdate_asked()
 {
-  for (const bench_files::CalibrationPart part : options.parts) {
-    const auto record = calibration.records.find(part);
-    if (record == calibration.records.end() || record->second.is_outdated) continue;
+  for (const CalibrationPart part : options_.parts) {
+    const auto record = calibration_.records.find(part);
+    if (record == calibration_.records.end() || record->second.is_outdated) continue;
     record->second.is_outdated = true;
-    ++revision;
+    ++revision_;
   }
 }
 
-void CalibrationSession::Inner::next_part()
+void CalibrationSession::next_part()
 {
-  tasks.clear();
-  at_task = 0;
-  looked_at.reset();
-  while (n_begun < options.parts.size()) {
-    const bench_files::CalibrationPart part = options.parts[n_begun++];
-    if (is_done(calibration, part)) continue;
+  tasks_.clear();
+  at_task_ = 0;
+  looked_at_.reset();
+  while (n_begun_ < options_.parts.size()) {
+    const CalibrationPart part = options_.parts[n_begun_++];
+    if (is_done(calibration_, part)) continue;
     begin_part(part);
     return;
   }
 }
 
-void CalibrationSession::Inner::begin_part(bench_files::CalibrationPart part)
+CalibrationRecord CalibrationSession::record_so_far() const
 {
-  progress.part = part;
-  const auto found = calibration.records.find(part);
-  const bool is_under_way =
-      found != calibration.records.end() && !found->second.estimate && !found->second.is_outdated;
-  is_fresh = found != calibration.records.end() && !is_under_way;
-  tasks = tasks_of(part, bench, calibration);
-  const bench_files::CalibrationRecord so_far = record_so_far();
-  progress.n_tasks = static_cast<int>(tasks.size());
-  for (std::string& line : intro_messages(part, bench, calibration))
-    progress.messages.push_back(std::move(line));
+  const CalibrationRecord* found = find_record(calibration_, progress_.part);
+  return is_fresh_ || found == nullptr ? CalibrationRecord{} : *found;
+}
+
+void CalibrationSession::begin_part(CalibrationPart part)
+{
+  progress_.part = part;
+  const CalibrationRecord* begun = find_record(calibration_, part);
+  is_fresh_ = begun != nullptr && (begun->estimate || begun->is_outdated);
+  tasks_ = tasks_of(part, bench_, calibration_);
+  const CalibrationRecord so_far = record_so_far();
+  progress_.n_tasks = static_cast<int>(tasks_.size());
+  for (std::string& line : intro_messages(part, bench_, calibration_))
+    progress_.messages.push_back(std::move(line));
   // The session was interrupted after the last mark and before solving.
-  if (next_task(tasks, so_far) == tasks.size()) return solve();
+  if (next_task(tasks_, so_far) == tasks_.size()) return solve();
   next_task_of_part();
 }
 
-void CalibrationSession::Inner::next_task_of_part()
+void CalibrationSession::next_task_of_part()
 {
-  const bench_files::CalibrationRecord so_far = record_so_far();
-  at_task = next_task(tasks, so_far);
-  progress.n_done = static_cast<int>(so_far.marks.size());
-  progress.n_samples = 0;
-  progress.is_sampling = false;
-  taker.end();
-  dials = Dials(tasks[at_task]);
-  looked_at.reset();
-  if (tasks[at_task].kind == TaskKind::depth_check) prepare_look();
-}
-
-/// A look checks the result before the part is confirmed, so the part is solved here for drawing only.
-void CalibrationSession::Inner::prepare_look()
-{
+  const CalibrationRecord so_far = record_so_far();
+  at_task_ = next_task(tasks_, so_far);
+  progress_.n_done = static_cast<int>(so_far.marks.size());
+  progress_.n_samples = 0;
+  progress_.is_sampling = false;
+  collector_.end();
+  dials_ = Dials(tasks_[at_task_]);
+  looked_at_.reset();
+  if (tasks_[at_task_].kind != TaskKind::depth_check) return;
+  // A look checks the result before the part is confirmed, so the part is solved here for drawing only.
   try {
-    looked_at = solve_part(progress.part, bench, calibration, options.path);
+    looked_at_ = solve_part(progress_.part, input());
   } catch (const PartRefusal& refusal) {
     show_error(screen_message(refusal));
   }
 }
 
-void CalibrationSession::Inner::show_error(const std::string& why)
+void CalibrationSession::show(std::vector<std::string> messages)
 {
-  progress.messages = {why};
-  progress.has_error = true;
-  ++revision;
+  progress_.messages = std::move(messages);
+  progress_.has_error = false;
 }
 
-void CalibrationSession::Inner::enter()
+void CalibrationSession::show_error(const std::string& why)
+{
+  show({why});
+  progress_.has_error = true;
+  ++revision_;
+}
+
+void CalibrationSession::enter()
 {
   const Task& asked = *task();
   const bool is_on_stage = asked.kind == TaskKind::bullseye || asked.kind == TaskKind::stop;
-  if (is_on_stage && has_stage(bench)) {
-    if (!taker.stage_mm()) return show_error(silent_stage);
-    if (asked.kind == TaskKind::bullseye && !taker.is_stage_zeroed())
+  if (is_on_stage && has_stage(bench_)) {
+    if (!collector_.stage_mm()) return show_error(silent_stage);
+    if (asked.kind == TaskKind::bullseye && !collector_.is_stage_zeroed())
       return show_error(
           "The stage was not zeroed since its board was switched on: push the stage against its stop and "
           "press Z.");
   }
   if (asked.n_samples > 0) {
     if (asked.kind == TaskKind::bullseye) {
-      const Eigen::Vector2d drawn = drawn_cross(asked, dials.values(), calibration);
-      cross = {drawn.x(), drawn.y(), has_stage(bench) ? *taker.stage_mm() : 0.0};
+      const Eigen::Vector2d drawn = drawn_cross(asked, dials_.values(), calibration_);
+      cross_ = {drawn.x(), drawn.y(), has_stage(bench_) ? *collector_.stage_mm() : 0.0};
     }
-    taker.begin(asked, accompanying_body(progress.part, asked));
-    progress.is_sampling = true;
-    progress.n_samples = 0;
-    progress.messages.clear();
-    progress.has_error = false;
+    collector_.begin(asked, accompanying_body(progress_.part, asked));
+    progress_.is_sampling = true;
+    progress_.n_samples = 0;
+    progress_.messages.clear();
+    progress_.has_error = false;
     return;
   }
   if (asked.kind == TaskKind::stop) {
-    const double before_mm = *taker.stage_mm();
+    const double before_mm = *collector_.stage_mm();
     zero();
     return finish({{before_mm}});
   }
-  finish({mark_row(asked, dials.values(), calibration)});
+  finish({mark_row(asked, dials_.values(), calibration_)});
 }
 
-void CalibrationSession::Inner::take_row()
+void CalibrationSession::take_row()
 {
-  progress.n_samples = static_cast<int>(taker.rows().size());
-  if (progress.n_samples < task()->n_samples) return;
-  std::vector<std::vector<double>> rows = taker.rows();
-  taker.end();
-  progress.is_sampling = false;
-  if (cross && task()->kind == TaskKind::bullseye) {
+  progress_.n_samples = static_cast<int>(collector_.rows().size());
+  if (progress_.n_samples < task()->n_samples) return;
+  std::vector<std::vector<double>> rows = collector_.rows();
+  collector_.end();
+  progress_.is_sampling = false;
+  if (cross_ && task()->kind == TaskKind::bullseye) {
     constexpr double stage_moved_mm = 0.05;
-    const double now_mm = has_stage(bench) ? taker.stage_mm().value_or((*cross)[2]) : 0.0;
-    if (std::abs(now_mm - (*cross)[2]) > stage_moved_mm) {
+    const double now_mm = has_stage(bench_) ? collector_.stage_mm().value_or((*cross_)[2]) : 0.0;
+    if (std::abs(now_mm - (*cross_)[2]) > stage_moved_mm) {
       return show_error("The stage moved during sampling: hold it still, align again and press Enter.");
     }
-    rows.insert(rows.begin(), {(*cross)[0], (*cross)[1], (*cross)[2]});
+    rows.insert(rows.begin(), {(*cross_)[0], (*cross_)[1], (*cross_)[2]});
   }
-  cross.reset();
+  cross_.reset();
   finish(std::move(rows));
 }
 
-void CalibrationSession::Inner::put(bench_files::CalibrationMark mark)
+void CalibrationSession::put(CalibrationMark mark)
 {
-  if (is_fresh) {
+  if (is_fresh_) {
     record() = {};
-    outdate_dependents(calibration, progress.part, bench);
-    is_fresh = false;
+    outdate_dependents(calibration_, progress_.part, bench_);
+    is_fresh_ = false;
   }
-  bench_files::CalibrationRecord& now = record();
-  if (now.marks.empty()) now.made_with = bench_numbers_of(progress.part, bench);
-  now.date = options.date;
-  insert_mark(now, tasks, std::move(mark));
+  CalibrationRecord& now = record();
+  if (now.marks.empty()) now.made_with = bench_numbers_of(progress_.part, bench_);
+  now.date = options_.date;
+  insert_mark(now, tasks_, std::move(mark));
 }
 
-void CalibrationSession::Inner::finish(std::vector<std::vector<double>> rows)
+void CalibrationSession::finish(std::vector<std::vector<double>> rows)
 {
-  const bench_files::CalibrationMark mark{task()->name, std::move(rows)};
-  progress.messages.clear();
-  progress.has_error = false;
-  ++revision;
+  const CalibrationMark mark{task()->name, std::move(rows)};
+  show({});
+  ++revision_;
   try {
-    require_static(progress.part, *task(), mark, options.path);
+    require_static(progress_.part, *task(), mark, options_.path);
   } catch (const PartRefusal& refusal) {
     // The dials keep their values.
-    progress.n_samples = 0;
+    progress_.n_samples = 0;
     return show_error(screen_message(refusal));
   }
-  const std::size_t done = at_task;
+  const std::size_t done = at_task_;
   put(mark);
   judge(done);
 }
 
 /// Checks the mark of task `done`, its group when complete, and solves the part when all tasks are done.
-void CalibrationSession::Inner::judge(std::size_t done)
+void CalibrationSession::judge(std::size_t done)
 {
-  const TaskGroup round = task_group_of(progress.part, tasks, done);
+  const TaskGroup round = task_group_of(progress_.part, tasks_, done);
   const bool is_round_done =
-      std::all_of(tasks.begin() + static_cast<std::ptrdiff_t>(round.begin),
-                  tasks.begin() + static_cast<std::ptrdiff_t>(round.end),
+      std::all_of(tasks_.begin() + static_cast<std::ptrdiff_t>(round.begin),
+                  tasks_.begin() + static_cast<std::ptrdiff_t>(round.end),
                   [&](const Task& t) { return find_mark(record(), t.name) != nullptr; });
   try {
-    require_edge_order(tasks, record(), done, options.path);
-    if (next_task(tasks, record()) == tasks.size()) return solve();
-    if (is_round_done)
-      progress.messages = group_remarks(progress.part, bench, calibration, tasks[done], options.path);
+    require_edge_order(tasks_, record(), done, options_.path);
+    if (next_task(tasks_, record()) == tasks_.size()) return solve();
+    if (is_round_done) progress_.messages = group_remarks(progress_.part, tasks_[done], input());
   } catch (const PartRefusal& refusal) {
     refuse(refusal, round);
   }
   next_task_of_part();
 }
 
-void CalibrationSession::Inner::solve()
+void CalibrationSession::solve()
 {
   try {
-    calibration = solve_part(progress.part, bench, calibration, options.path);
+    calibration_ = solve_part(progress_.part, input());
     record().is_outdated = false;
-    outdate_dependents(calibration, progress.part, bench);
-    ++revision;
-    progress.messages = result_messages(progress.part, *record().estimate);
-    progress.has_error = false;
-    progress.n_done = progress.n_tasks;
-    progress.is_sampling = false;
+    outdate_dependents(calibration_, progress_.part, bench_);
+    ++revision_;
+    show(result_messages(progress_.part, *record().estimate));
+    progress_.n_done = progress_.n_tasks;
+    progress_.is_sampling = false;
     next_part();
   } catch (const PartRefusal& refusal) {
-    refuse(refusal, {0, tasks.size()});
+    refuse(refusal, {0, tasks_.size()});
     next_task_of_part();
   }
 }
 
-void CalibrationSession::Inner::refuse(const PartRefusal& refusal, const TaskGroup& round)
+void CalibrationSession::refuse(const PartRefusal& refusal, const TaskGroup& round)
 {
-  progress.messages = {screen_message(refusal)};
-  progress.has_error = true;
   for (const std::string& task : refusal.tasks()) forget(task);
   if (refusal.tasks().empty())
-    for (std::size_t k = round.begin; k < round.end; ++k) forget(tasks[k].name);
-  ++revision;
+    for (std::size_t k = round.begin; k < round.end; ++k) forget(tasks_[k].name);
+  show_error(screen_message(refusal));
 }
 
-void CalibrationSession::Inner::forget(const std::string& task)
+void CalibrationSession::forget(const std::string& task)
 {
-  std::erase_if(record().marks, [&](const bench_files::CalibrationMark& m) { return m.task == task; });
+  std::erase_if(record().marks, [&](const CalibrationMark& m) { return m.task == task; });
 }
 
-void CalibrationSession::Inner::back()
+void CalibrationSession::back()
 {
-  if (progress.is_sampling) return next_task_of_part();
-  if (at_task == 0 || is_fresh) return;
-  forget(tasks[at_task - 1].name);
-  progress.messages.clear();
-  progress.has_error = false;
-  ++revision;
+  if (progress_.is_sampling) return next_task_of_part();
+  if (at_task_ == 0 || is_fresh_) return;
+  forget(tasks_[at_task_ - 1].name);
+  show({});
+  ++revision_;
   next_task_of_part();
 }
 
-void CalibrationSession::Inner::again()
+void CalibrationSession::again()
 {
-  if (!is_fresh && calibration.records.contains(progress.part)) {
+  if (!is_fresh_ && calibration_.records.contains(progress_.part)) {
     record().marks.clear();
-    ++revision;
+    ++revision_;
   }
-  progress.messages.clear();
-  progress.has_error = false;
+  show({});
   next_task_of_part();
 }
 
-void CalibrationSession::Inner::zero()
+void CalibrationSession::zero()
 {
-  zeroes = true;
-  taker.zero_stage();
+  must_zero_ = true;
+  collector_.zero_stage();
 }
 
 /// Zeroes the stage after a restart of the board; marks and parts stay valid.
-void CalibrationSession::Inner::zero_by_key()
+void CalibrationSession::zero_by_key()
 {
-  if (!has_stage(bench)) return;
-  if (!taker.stage_mm()) return show_error(silent_stage);
-  progress.messages = {"The stage is zeroed; it was at " + settings::rounded_text(*taker.stage_mm(), 2) +
-                       " mm."};
-  progress.has_error = false;
-  ++revision;
+  if (!has_stage(bench_)) return;
+  if (!collector_.stage_mm()) return show_error(silent_stage);
+  show({"The stage is zeroed; it was at " + settings::rounded_text(*collector_.stage_mm(), 2) + " mm."});
+  ++revision_;
   zero();
 }
 
-void CalibrationSession::Inner::press(const navigation::KeyPress& key)
+void CalibrationSession::take(const navigation::KeyPress& key)
 {
   if (key.key == navigation::Key::escape || key.key == navigation::key_of('Q')) {
-    is_left = true;
-    taker.end();
-    progress.is_sampling = false;
+    has_quit_ = true;
+    collector_.end();
+    progress_.is_sampling = false;
     return;
   }
   if (task() == nullptr) return;
   if (key.key == navigation::key_of('R')) return again();
   if (key.key == navigation::Key::backspace) return back();
   // The alignment must not change during sampling.
-  if (progress.is_sampling) return;
+  if (progress_.is_sampling) return;
   if (key.key == navigation::Key::enter) return enter();
   if (key.key == navigation::key_of('Z')) return zero_by_key();
-  dials.press(key);
-}
-
-CalibrationSession::CalibrationSession(const bench_files::BenchFile& bench,
-                                       const bench_files::Calibration& begun,
-                                       const CalibrationSessionOptions& options)
-    : inner_(std::make_unique<Inner>(bench, begun, options))
-{
-}
-
-CalibrationSession::~CalibrationSession() = default;
-
-const Task* CalibrationSession::task() const
-{
-  return inner_->task();
-}
-
-std::span<const double> CalibrationSession::values() const
-{
-  return inner_->dials.values();
-}
-
-std::size_t CalibrationSession::selected_dial() const
-{
-  return inner_->dials.selected();
-}
-
-const CalibrationProgress& CalibrationSession::progress() const
-{
-  return inner_->progress;
-}
-
-void CalibrationSession::take(const navigation::KeyPress& press)
-{
-  inner_->press(press);
+  dials_.press(key);
 }
 
 void CalibrationSession::take(const devices::Sample& sample)
 {
-  if (sample.kind == devices::SampleKind::potentiometer && inner_->task() != nullptr &&
-      !inner_->progress.is_sampling) {
-    inner_->dials.turn(sample.count, static_cast<double>(sample.arrival_ns) * 1e-9);
+  if (sample.kind == devices::SampleKind::potentiometer && task() != nullptr && !progress_.is_sampling) {
+    dials_.turn(sample.count, static_cast<double>(sample.arrival_ns) * 1e-9);
     return;
   }
-  if (inner_->taker.take(sample) && inner_->task() != nullptr) inner_->take_row();
-}
-
-bool CalibrationSession::take_zero_request()
-{
-  return std::exchange(inner_->zeroes, false);
-}
-
-bool CalibrationSession::has_quit() const
-{
-  return inner_->is_left;
-}
-
-const bench_files::Calibration& CalibrationSession::calibration() const
-{
-  return inner_->calibration;
-}
-
-const bench_files::Calibration& CalibrationSession::drawing_calibration() const
-{
-  return inner_->looked_at ? *inner_->looked_at : inner_->calibration;
-}
-
-std::uint64_t CalibrationSession::revision() const
-{
-  return inner_->revision;
+  if (collector_.take(sample) && task() != nullptr) take_row();
 }
 
 std::span<const navigation::HelpLine> session_key_lines()

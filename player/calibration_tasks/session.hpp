@@ -2,18 +2,20 @@
 /// tasks are done. No clock, device or screen.
 #pragma once
 
-#include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "calibration_tasks/task.hpp"
-#include "devices/sample.hpp"
-#include "navigation/keys.hpp"
+#include "calibration_tasks/dials.hpp"
+#include "calibration_tasks/marks.hpp"
+#include "calibration_tasks/parts.hpp"
+#include "calibration_tasks/sample_collector.hpp"
 
 namespace vrda::calibration_tasks {
 
 struct CalibrationSessionOptions {
-  std::vector<bench_files::CalibrationPart> parts;  ///< requested parts, in order
+  std::vector<CalibrationPart> parts;  ///< requested parts, in order
   bool is_repeated = false;  ///< repeat the parts from the first task: their records become outdated
   std::string date;          ///< today
   std::string path;          ///< calibration file, for messages
@@ -21,7 +23,7 @@ struct CalibrationSessionOptions {
 
 /// Progress of the current part.
 struct CalibrationProgress {
-  bench_files::CalibrationPart part = bench_files::CalibrationPart::viewport;
+  CalibrationPart part = CalibrationPart::viewport;
   int n_tasks = 0, n_done = 0;  ///< tasks of the part
   int n_samples = 0;            ///< samples of the current task
   bool is_sampling = false;     ///< samples are being collected
@@ -30,54 +32,79 @@ struct CalibrationProgress {
   bool has_error = false;  ///< the messages are an error; the rejected marks have been removed
 };
 
-/// Parts of a command line step ("all", "bench", "person", "tracking" or a part) that apply to the bench.
-/// Throws InputError with the step.
-std::vector<bench_files::CalibrationPart> parts_of_step(const std::string& step,
-                                                        const bench_files::BenchFile& bench);
-
 class CalibrationSession {
  public:
   /// `begun`: calibration so far; unfinished parts resume after their last mark. Throws InputError if a
   /// dependency of a part is not done or the bench file lacks data (with the key).
-  CalibrationSession(const bench_files::BenchFile& bench, const bench_files::Calibration& begun,
+  CalibrationSession(const BenchFile& bench, const Calibration& begun,
                      const CalibrationSessionOptions& options);
-  ~CalibrationSession();
-  CalibrationSession(const CalibrationSession&) = delete;
-  CalibrationSession& operator=(const CalibrationSession&) = delete;
 
   /// Current task; nullptr when all parts are done.
-  const Task* task() const;
+  const Task* task() const { return at_task_ < tasks_.size() ? &tasks_[at_task_] : nullptr; }
   /// Current values of its dials.
-  std::span<const double> values() const;
-  std::size_t selected_dial() const;
-  const CalibrationProgress& progress() const;
+  std::span<const double> values() const { return dials_.values(); }
+  std::size_t selected_dial() const { return dials_.selected(); }
+  const CalibrationProgress& progress() const { return progress_; }
 
   /// Left and Right change the first dial, Up and Down the second (a cross follows all four). With more than
   /// two dials Up and Down select a dial and Left and Right change it. One step; Shift ten, Control a
   /// hundred. Enter: confirm, or start sampling. Backspace: repeat the previous task. R: repeat the part. Z:
   /// zero the stage at its stop. Escape or Q: quit; finished tasks are kept.
-  void take(const navigation::KeyPress& press);
+  void take(const navigation::KeyPress& key);
   /// Processes a sample, in order of arrival.
   void take(const devices::Sample& sample);
   /// Returns true once after the stage must be zeroed (stop task confirmed, or Z pressed).
-  bool take_zero_request();
-  bool has_quit() const;
+  bool take_zero_request() { return std::exchange(must_zero_, false); }
+  bool has_quit() const { return has_quit_; }
 
   /// Calibration so far, with all marks, estimates and values.
-  const bench_files::Calibration& calibration() const;
+  const Calibration& calibration() const { return calibration_; }
   /// Calibration for drawing the current task; a depth check uses the values just measured.
-  const bench_files::Calibration& drawing_calibration() const;
+  const Calibration& drawing_calibration() const { return looked_at_ ? *looked_at_ : calibration_; }
   /// Counts changes (mark, result, error); a new value means that the file must be written.
-  std::uint64_t revision() const;
+  std::uint64_t revision() const { return revision_; }
 
  private:
-  struct Inner;
-  std::unique_ptr<Inner> inner_;
+  CalibrationRecord& record() { return calibration_.records[progress_.part]; }
+  CalibrationRecord record_so_far() const;
+  PartInput input() const { return {bench_, calibration_, options_.path}; }
+  void outdate_asked();
+  void next_part();
+  void begin_part(CalibrationPart part);
+  void next_task_of_part();
+  void enter();
+  void take_row();
+  void put(CalibrationMark mark);
+  void finish(std::vector<std::vector<double>> rows);
+  void judge(std::size_t done);
+  void solve();
+  void refuse(const PartRefusal& refusal, const TaskGroup& round);
+  void show(std::vector<std::string> messages);
+  void show_error(const std::string& why);
+  void forget(const std::string& task);
+  void back();
+  void again();
+  void zero();
+  void zero_by_key();
+
+  BenchFile bench_;
+  Calibration calibration_;
+  CalibrationSessionOptions options_;
+  SampleCollector collector_;
+  std::size_t n_begun_ = 0;  ///< requested parts that were started or skipped
+  std::vector<Task> tasks_;
+  std::size_t at_task_ = 0;
+  bool is_fresh_ = false;  ///< the first new mark will replace all old marks of the part
+  Dials dials_;
+  std::optional<Calibration> looked_at_;  ///< calibration for drawing a depth check
+  std::optional<Eigen::Vector3d> cross_;  ///< bull's-eye being sampled: x, y as drawn, stage mm
+  CalibrationProgress progress_;
+  std::uint64_t revision_ = 0;
+  bool must_zero_ = false, has_quit_ = false;
 };
 
 /// Solves all complete parts again, from the marks and the current bench file. Throws InputError.
-bench_files::Calibration solve_again(const bench_files::BenchFile& bench,
-                                     const bench_files::Calibration& calibration, const std::string& path);
+Calibration solve_again(const BenchFile& bench, const Calibration& calibration, const std::string& path);
 
 /// Help lines of the keys.
 std::span<const navigation::HelpLine> session_key_lines();

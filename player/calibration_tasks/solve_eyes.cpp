@@ -4,36 +4,27 @@
 #include <cmath>
 
 #include "calibration_tasks/marks.hpp"
-#include "calibration_tasks/refusal.hpp"
 #include "calibration_tasks/task.hpp"
 #include "core/units.hpp"
 
 namespace vrda::calibration_tasks {
 namespace {
 
-std::vector<MarkedTask> tasks_of_eye(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                                     const bench_files::Calibration& begun, bool is_right)
+std::vector<MarkedTask> tasks_of_eye(CalibrationPart part, const PartInput& in, bool is_right)
 {
-  std::vector<MarkedTask> tasks = marked_tasks(part, bench, begun);
+  std::vector<MarkedTask> tasks = marked_tasks(part, in);
   std::erase_if(tasks, [&](const MarkedTask& t) { return t.task.is_right != is_right || t.mark == nullptr; });
   return tasks;
 }
 
-const optics::Eye& side_of(const optics::EyePair& eyes, bool is_right)
-{
-  return is_right ? eyes.right : eyes.left;
-}
-
 }  // namespace
 
-std::vector<MarkedTask> marked_tasks(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                                     const bench_files::Calibration& begun)
+std::vector<MarkedTask> marked_tasks(CalibrationPart part, const PartInput& in)
 {
-  const auto record = begun.records.find(part);
+  const CalibrationRecord* record = find_record(in.begun, part);
   std::vector<MarkedTask> marked;
-  for (Task& task : tasks_of(part, bench, begun)) {
-    const bench_files::CalibrationMark* mark =
-        record == begun.records.end() ? nullptr : find_mark(record->second, task.name);
+  for (Task& task : tasks_of(part, in.bench, in.begun)) {
+    const CalibrationMark* mark = record == nullptr ? nullptr : find_mark(*record, task.name);
     marked.push_back({std::move(task), mark});
   }
   return marked;
@@ -46,14 +37,11 @@ std::vector<std::string> names_of(std::span<const MarkedTask> tasks)
   return names;
 }
 
-calibration::ViewportFit solve_viewport(const bench_files::BenchFile& bench,
-                                        const bench_files::Calibration& begun, bool is_right,
-                                        const std::string& path)
+calibration::ViewportFit solve_viewport(const PartInput& in, bool is_right)
 {
   calibration::ViewportMarks marks;
-  marks.screen_sd_mm = bench.calibration.screen_sd_mm;
-  std::vector<MarkedTask> tasks =
-      tasks_of_eye(bench_files::CalibrationPart::viewport, bench, begun, is_right);
+  marks.screen_sd_mm = in.bench.calibration.screen_sd_mm;
+  std::vector<MarkedTask> tasks = tasks_of_eye(CalibrationPart::viewport, in, is_right);
   const auto order = [](const Task& task) {
     return std::pair(task.kind == TaskKind::scan_line ? 0 : 1, task.index);
   };
@@ -67,26 +55,23 @@ calibration::ViewportFit solve_viewport(const bench_files::BenchFile& bench,
       marks.screen_mm[t.task.index] = number;
     }
   }
-  const optics::Viewport& window = is_right ? bench.display.windows.right : bench.display.windows.left;
+  const optics::Viewport& window = optics::side_of(in.bench.display.windows, is_right);
   return run_fit(names_of(tasks),
-                 [&] { return calibration::fit_viewport(marks, window, side_name(is_right), path); });
+                 [&] { return calibration::fit_viewport(marks, window, side_name(is_right), in.path); });
 }
 
-calibration::DistortionFit solve_distortion(const bench_files::BenchFile& bench,
-                                            const bench_files::Calibration& begun, bool is_right,
-                                            const std::string& path)
+calibration::DistortionFit solve_distortion(const PartInput& in, bool is_right)
 {
-  const optics::EyePair eyes = eyes_before(bench_files::CalibrationPart::distortion, bench, begun);
+  const optics::EyePair eyes = eyes_before(CalibrationPart::distortion, in);
   const std::string name = side_name(is_right);
-  const calibration::Estimate& viewport = estimate_of(bench_files::CalibrationPart::viewport, begun, path);
+  const Estimate& viewport = estimate_of(CalibrationPart::viewport, in);
   const std::string aspect = name + ".pixel_aspect";
   const calibration::AspectPrior prior{value_in(viewport, aspect),
                                        std::sqrt(prior_covariance(viewport, {aspect})(0, 0))};
   std::vector<calibration::GridMark> nodes;
-  const bench_files::CalibrationSettings& settings = bench.calibration;
+  const CalibrationSettings& settings = in.bench.calibration;
   calibration::AdjustedGrids grids{{}, settings.grid_columns, settings.grid_rows};
-  const std::vector<MarkedTask> tasks =
-      tasks_of_eye(bench_files::CalibrationPart::distortion, bench, begun, is_right);
+  const std::vector<MarkedTask> tasks = tasks_of_eye(CalibrationPart::distortion, in, is_right);
   for (const MarkedTask& t : tasks) {
     const std::vector<double>& v = t.mark->rows[0];
     if (t.task.kind == TaskKind::point) {
@@ -95,43 +80,41 @@ calibration::DistortionFit solve_distortion(const bench_files::BenchFile& bench,
       grids.values.push_back({v[0], v[1], {v[2], v[3]}, {{v[4], v[5]}, v[6], v[7]}});
     }
   }
-  const optics::Eye& eye = side_of(eyes, is_right);
+  const optics::Eye& eye = optics::side_of(eyes, is_right);
   return run_fit(names_of(tasks), [&] {
-    return settings.is_grid_adjusted ? calibration::mean_distortion(grids, eye, prior, name, path)
-                                     : calibration::fit_distortion(nodes, eye, prior, name, path);
+    return settings.is_grid_adjusted ? calibration::mean_distortion(grids, eye, prior, name, in.path)
+                                     : calibration::fit_distortion(nodes, eye, prior, name, in.path);
   });
 }
 
-std::vector<calibration::RectangleMark> rectangles_of(const bench_files::CalibrationSettings& settings)
+std::vector<calibration::RectangleMark> rectangles_of(const CalibrationSettings& settings)
 {
   std::vector<calibration::RectangleMark> marks;
   for (int repeat = 0; repeat < settings.rectangle_repeats; ++repeat) {
-    for (const bench_files::CalibrationRectangle& r : settings.rectangles)
+    for (const CalibrationRectangle& r : settings.rectangles)
       marks.push_back({r.width_mm, r.depth_mm, Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()});
   }
   return marks;
 }
 
-calibration::EyeRectangles solve_eye_rectangles(const bench_files::BenchFile& bench,
-                                                const bench_files::Calibration& begun, bool is_right,
-                                                const std::string& path)
+calibration::EyeRectangles solve_eye_rectangles(const PartInput& in, bool is_right)
 {
-  const bench_files::CalibrationSettings& settings = bench.calibration;
+  const CalibrationSettings& settings = in.bench.calibration;
   calibration::EyeRectangles found;
-  found.eye = side_of(eyes_before(bench_files::CalibrationPart::eyepoints, bench, begun), is_right);
-  const std::vector<MarkedTask> tasks =
-      tasks_of_eye(bench_files::CalibrationPart::eyepoints, bench, begun, is_right);
+  const optics::EyePair eyes = eyes_before(CalibrationPart::eyepoints, in);
+  found.eye = optics::side_of(eyes, is_right);
+  const std::vector<MarkedTask> tasks = tasks_of_eye(CalibrationPart::eyepoints, in, is_right);
   for (const MarkedTask& t : tasks) {
-    const bench_files::CalibrationRectangle& r = settings.rectangles[static_cast<std::size_t>(t.task.index)];
+    const CalibrationRectangle& r = settings.rectangles[static_cast<std::size_t>(t.task.index)];
     const std::vector<double>& v = t.mark->rows[0];
     found.marks.push_back({r.width_mm, r.depth_mm, {v[0], v[1]}, {v[2], v[3]}});
   }
   calibration::EyepointOptions options;
   options.alignment_sd_rad = rad_from_deg(settings.alignment_sd_deg);
-  options.distortion_covariance = prior_covariance(
-      estimate_of(bench_files::CalibrationPart::distortion, begun, path), distortion_names(is_right));
+  options.distortion_covariance =
+      prior_covariance(estimate_of(CalibrationPart::distortion, in), distortion_names(is_right));
   found.fit = run_fit(names_of(tasks), [&] {
-    return calibration::fit_eyepoint(found.marks, found.eye, options, side_name(is_right), path);
+    return calibration::fit_eyepoint(found.marks, found.eye, options, side_name(is_right), in.path);
   });
   return found;
 }

@@ -15,68 +15,51 @@ namespace vrda::calibration_tasks {
 
 /// Returns `begun` with the estimate in the part's record and in the calibration values. All tasks must have
 /// marks and all dependencies estimates. Throws PartRefusal if a fit fails or a static measurement moved.
-bench_files::Calibration solve_part(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                                    const bench_files::Calibration& begun, const std::string& path);
+Calibration solve_part(CalibrationPart part, const PartInput& in);
 
 /// Checks the fits of earlier marks that solving `part` repeats; throws InputError with the earlier part. To
 /// be called before the part starts.
-void require_earlier_fits(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                          const bench_files::Calibration& begun, const std::string& path);
+void require_earlier_fits(CalibrationPart part, const PartInput& in);
 
 /// Solves only the task group that ends with `done` and returns its remarks. Throws PartRefusal.
-std::vector<std::string> group_remarks(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                                       const bench_files::Calibration& begun, const Task& done,
-                                       const std::string& path);
+std::vector<std::string> group_remarks(CalibrationPart part, const Task& done, const PartInput& in);
 
 /// Throws PartRefusal if the samples of a static measurement moved.
-void require_static(bench_files::CalibrationPart part, const Task& task,
-                    const bench_files::CalibrationMark& mark, const std::string& path);
+void require_static(CalibrationPart part, const Task& task, const CalibrationMark& mark,
+                    const std::string& path);
 
 /// One line per number with its 95 % interval ("left.k1 0.1023 +- 0.0012"), then residual and remarks.
-std::vector<std::string> estimate_lines(const calibration::Estimate& estimate);
+std::vector<std::string> estimate_lines(const Estimate& estimate);
 
 /// Fits of one eye to the marks of its tasks. Throw PartRefusal with `path`.
-calibration::ViewportFit solve_viewport(const bench_files::BenchFile& bench,
-                                        const bench_files::Calibration& begun, bool is_right,
-                                        const std::string& path);
-calibration::DistortionFit solve_distortion(const bench_files::BenchFile& bench,
-                                            const bench_files::Calibration& begun, bool is_right,
-                                            const std::string& path);
-calibration::EyeRectangles solve_eye_rectangles(const bench_files::BenchFile& bench,
-                                                const bench_files::Calibration& begun, bool is_right,
-                                                const std::string& path);
+calibration::ViewportFit solve_viewport(const PartInput& in, bool is_right);
+calibration::DistortionFit solve_distortion(const PartInput& in, bool is_right);
+calibration::EyeRectangles solve_eye_rectangles(const PartInput& in, bool is_right);
 
 /// Rectangles of the bench file with their repeats, without measured positions.
-std::vector<calibration::RectangleMark> rectangles_of(const bench_files::CalibrationSettings& settings);
+std::vector<calibration::RectangleMark> rectangles_of(const CalibrationSettings& settings);
 
 /// A task with its mark, or nullptr.
 struct MarkedTask {
   Task task;
-  const bench_files::CalibrationMark* mark = nullptr;
+  const CalibrationMark* mark = nullptr;
 };
-std::vector<MarkedTask> marked_tasks(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                                     const bench_files::Calibration& begun);
+std::vector<MarkedTask> marked_tasks(CalibrationPart part, const PartInput& in);
 /// Names of the tasks.
 std::vector<std::string> names_of(std::span<const MarkedTask> tasks);
 
 /// Checks the sweep of the rail task `done`. Throws PartRefusal.
-void require_good_rail(const Task& done, const bench_files::BenchFile& bench,
-                       const bench_files::Calibration& begun, const std::string& path);
+void require_good_rail(const Task& done, const PartInput& in);
 
 /// Fits of table and probe. Throw PartRefusal with `path`.
-calibration::TableFit solve_table(const bench_files::BenchFile& bench, const bench_files::Calibration& begun,
-                                  const std::string& path);
-calibration::PivotFit solve_pivot(const bench_files::BenchFile& bench, const bench_files::Calibration& begun,
-                                  const std::string& path);
+calibration::TableFit solve_table(const PartInput& in);
+calibration::PivotFit solve_pivot(const PartInput& in);
 
 /// `part`: bullseye or head. With a stage the covariance of the pose includes the error of the table.
-calibration::EyesFit solve_eye_pose(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                                    const bench_files::Calibration& begun, const std::string& path);
+calibration::EyesFit solve_eye_pose(CalibrationPart part, const PartInput& in);
 
 /// `part`: leg, femur or tibia. The covariance includes the errors of probe tip and scale.
-calibration::FiducialFit solve_model_pose(bench_files::CalibrationPart part,
-                                          const bench_files::BenchFile& bench,
-                                          const bench_files::Calibration& begun, const std::string& path);
+calibration::FiducialFit solve_model_pose(CalibrationPart part, const PartInput& in);
 
 /// Mean and scatter of repeated positions.
 struct MeanPosition {
@@ -86,6 +69,6 @@ struct MeanPosition {
 };
 MeanPosition mean_position(const std::vector<Eigen::Vector3d>& places);
 /// Marker positions of a bull's-eye, in the frame of the head's body if it is tracked, else of the tracker.
-std::vector<Eigen::Vector3d> marker_positions(const bench_files::CalibrationMark& mark);
+std::vector<Eigen::Vector3d> marker_positions(const CalibrationMark& mark);
 
 }  // namespace vrda::calibration_tasks

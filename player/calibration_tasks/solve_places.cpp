@@ -6,7 +6,6 @@
 #include "calibration/eyes_fit.hpp"
 #include "calibration_tasks/marks.hpp"
 #include "calibration_tasks/parts.hpp"
-#include "calibration_tasks/refusal.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 
@@ -18,15 +17,14 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 /// Task names in the order of Rail.
 const std::vector<std::string> rails{"x rail", "z rail"};
 
-const bench_files::CalibrationMark& mark_named(bench_files::CalibrationPart part,
-                                               const bench_files::Calibration& begun, const char* task)
+const CalibrationMark& mark_named(CalibrationPart part, const PartInput& in, const std::string& task)
 {
-  const bench_files::CalibrationMark* mark = find_mark(begun.records.at(part), task);
+  const CalibrationMark* mark = find_mark(in.begun.records.at(part), task);
   check(mark != nullptr, "a part is solved when all its tasks are done");
   return *mark;
 }
 
-calibration::RailSweep sweep_of(const bench_files::CalibrationMark& mark, bool is_on_stage)
+calibration::RailSweep sweep_of(const CalibrationMark& mark, bool is_on_stage)
 {
   constexpr std::size_t stage_at = 7;
   calibration::RailSweep sweep;
@@ -50,8 +48,8 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v)
 /// tracker frame, so a table error (translation b, rotation a, tracker axes) becomes, with R of
 /// X_tracker_table and t of X_table_eyes, the rotation -R^T a and the translation -R^T b - (R^T a) x t. mm
 /// and degrees.
-void add_table_error(calibration::Estimate& eyes, const Pose& X_table_eyes, const Pose& X_tracker_table,
-                     const calibration::Estimate& table)
+void add_table_error(Estimate& eyes, const Pose& X_table_eyes, const Pose& X_tracker_table,
+                     const Estimate& table)
 {
   const Eigen::Matrix3d R_t = X_tracker_table.linear().transpose();
   Matrix6d A = Matrix6d::Zero();
@@ -62,26 +60,22 @@ void add_table_error(calibration::Estimate& eyes, const Pose& X_table_eyes, cons
       A * prior_covariance(table, calibration::pose_number_names("table")) * A.transpose();
 }
 
-calibration::EyesPrior eyes_prior(const bench_files::BenchFile& bench, const bench_files::Calibration& begun,
-                                  const std::string& path)
+calibration::EyesPrior eyes_prior(const PartInput& in)
 {
-  const bench_files::CalibrationSettings& settings = bench.calibration;
+  const CalibrationSettings& settings = in.bench.calibration;
   calibration::EyesPrior prior;
-  prior.eyes = eyes_before(bench_files::CalibrationPart::bullseye, bench, begun);
+  prior.eyes = eyes_before(CalibrationPart::bullseye, in);
   prior.eyepoint_covariance =
-      prior_covariance(estimate_of(bench_files::CalibrationPart::eyepoints, begun, path),
+      prior_covariance(estimate_of(CalibrationPart::eyepoints, in),
                        {"left.distance", "left.depth", "right.distance", "right.depth"});
-  prior.ipd_sd_mm =
-      std::sqrt(prior_covariance(estimate_of(bench_files::CalibrationPart::ipd, begun, path), {"ipd"})(0, 0));
+  prior.ipd_sd_mm = std::sqrt(prior_covariance(estimate_of(CalibrationPart::ipd, in), {"ipd"})(0, 0));
   prior.sight_sd_px = settings.sight_sd_px;
   prior.height_difference_sd_mm = settings.eye_height_sd_mm;
-  const calibration::Estimate& distortion =
-      estimate_of(bench_files::CalibrationPart::distortion, begun, path);
+  const Estimate& distortion = estimate_of(CalibrationPart::distortion, in);
   for (const bool is_right : {false, true}) {
     const std::size_t k = is_right ? 1 : 0;
     prior.distortion_covariance[k] = prior_covariance(distortion, distortion_names(is_right));
-    prior.eyepoint_distortion_jacobian[k] =
-        solve_eye_rectangles(bench, begun, is_right, path).fit.distortion_jacobian;
+    prior.eyepoint_distortion_jacobian[k] = solve_eye_rectangles(in, is_right).fit.distortion_jacobian;
   }
   return prior;
 }
@@ -104,12 +98,12 @@ struct Touched {
   std::vector<Eigen::Matrix3d> R_body_probe;
 };
 
-Touched touched_of(std::span<const MarkedTask> tasks, std::span<const bench_files::CalibrationPoint> points,
+Touched touched_of(std::span<const MarkedTask> tasks, std::span<const CalibrationPoint> points,
                    const Eigen::Vector3d& tip_probe_mm, double scale)
 {
   Touched touched;
   for (const MarkedTask& t : tasks) {
-    const bench_files::CalibrationPoint& point = points[static_cast<std::size_t>(t.task.index)];
+    const CalibrationPoint& point = points[static_cast<std::size_t>(t.task.index)];
     std::vector<Eigen::Vector3d> tips;
     for (const std::vector<double>& row : t.mark->rows)
       tips.push_back(sampled_pose(row, 7).inverse() * (sampled_pose(row) * tip_probe_mm));
@@ -168,7 +162,7 @@ MeanPosition mean_position(const std::vector<Eigen::Vector3d>& places)
   return mean;
 }
 
-std::vector<Eigen::Vector3d> marker_positions(const bench_files::CalibrationMark& mark)
+std::vector<Eigen::Vector3d> marker_positions(const CalibrationMark& mark)
 {
   constexpr std::size_t with_head = 10;
   std::vector<Eigen::Vector3d> places;
@@ -180,88 +174,79 @@ std::vector<Eigen::Vector3d> marker_positions(const bench_files::CalibrationMark
   return places;
 }
 
-void require_good_rail(const Task& done, const bench_files::BenchFile& bench,
-                       const bench_files::Calibration& begun, const std::string& path)
+void require_good_rail(const Task& done, const PartInput& in)
 {
   const bool is_x = done.name == rails[0];
-  const bench_files::CalibrationMark& mark =
-      mark_named(bench_files::CalibrationPart::rails, begun, done.name.c_str());
+  const CalibrationMark& mark = mark_named(CalibrationPart::rails, in, done.name);
   run_fit(rails, [&] {
-    calibration::require_valid_rail(sweep_of(mark, is_x && has_stage(bench)),
-                                    is_x ? calibration::Rail::x : calibration::Rail::z, path);
+    calibration::require_valid_rail(sweep_of(mark, is_x && has_stage(in.bench)),
+                                    is_x ? calibration::Rail::x : calibration::Rail::z, in.path);
   });
 }
 
-calibration::TableFit solve_table(const bench_files::BenchFile& bench, const bench_files::Calibration& begun,
-                                  const std::string& path)
+calibration::TableFit solve_table(const PartInput& in)
 {
   return run_fit(rails, [&] {
     return calibration::fit_table(
-        sweep_of(mark_named(bench_files::CalibrationPart::rails, begun, "x rail"), has_stage(bench)),
-        sweep_of(mark_named(bench_files::CalibrationPart::rails, begun, "z rail"), false), path);
+        sweep_of(mark_named(CalibrationPart::rails, in, "x rail"), has_stage(in.bench)),
+        sweep_of(mark_named(CalibrationPart::rails, in, "z rail"), false), in.path);
   });
 }
 
-calibration::PivotFit solve_pivot(const bench_files::BenchFile&, const bench_files::Calibration& begun,
-                                  const std::string& path)
+calibration::PivotFit solve_pivot(const PartInput& in)
 {
   std::vector<Pose> places;
-  for (const std::vector<double>& row : mark_named(bench_files::CalibrationPart::probe, begun, "sweep").rows)
+  for (const std::vector<double>& row : mark_named(CalibrationPart::probe, in, "sweep").rows)
     places.push_back(sampled_pose(row));
-  return run_fit({}, [&] { return calibration::fit_pivot(places, path); });
+  return run_fit({}, [&] { return calibration::fit_pivot(places, in.path); });
 }
 
-calibration::EyesFit solve_eye_pose(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                                    const bench_files::Calibration& begun, const std::string& path)
+calibration::EyesFit solve_eye_pose(CalibrationPart part, const PartInput& in)
 {
-  const bool is_head = part == bench_files::CalibrationPart::head;
+  const bool is_head = part == CalibrationPart::head;
   const Pose X_tracker_table =
-      is_head ? Pose::Identity()
-              : pose_in(estimate_of(bench_files::CalibrationPart::rails, begun, path), "table");
+      is_head ? Pose::Identity() : pose_in(estimate_of(CalibrationPart::rails, in), "table");
   std::vector<calibration::BullseyeMark> marks;
-  const std::vector<MarkedTask> tasks = marked_tasks(part, bench, begun);
+  const std::vector<MarkedTask> tasks = marked_tasks(part, in);
   for (const MarkedTask& t : tasks)
     marks.push_back(bullseye_of(t, X_tracker_table.inverse(), is_head ? 0.0 : 1.0));
-  const calibration::EyesPrior prior = eyes_prior(bench, begun, path);
+  const calibration::EyesPrior prior = eyes_prior(in);
   calibration::EyesFit fit = run_fit(names_of(tasks), [&] {
     return calibration::fit_eyes(marks, prior, calibration::initial_eye_pose(marks, prior.eyes),
-                                 is_head ? "head" : "eyes", path);
+                                 is_head ? "head" : "eyes", in.path);
   });
   if (!is_head) {
     add_table_error(fit.estimate, fit.X_carrier_eyes, X_tracker_table,
-                    estimate_of(bench_files::CalibrationPart::rails, begun, path));
+                    estimate_of(CalibrationPart::rails, in));
   }
   return fit;
 }
 
-calibration::FiducialFit solve_model_pose(bench_files::CalibrationPart part,
-                                          const bench_files::BenchFile& bench,
-                                          const bench_files::Calibration& begun, const std::string& path)
+calibration::FiducialFit solve_model_pose(CalibrationPart part, const PartInput& in)
 {
-  const std::vector<MarkedTask> tasks = marked_tasks(part, bench, begun);
-  if (bench.calibration.is_model_adjusted) {
+  const std::vector<MarkedTask> tasks = marked_tasks(part, in);
+  if (in.bench.calibration.is_model_adjusted) {
     std::vector<Pose> places;
     for (const MarkedTask& t : tasks) {
       const std::vector<double>& v = t.mark->rows[0];
       places.push_back(tracking::pose_of(tracking::PoseParameters{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}}));
     }
-    return run_fit({},
-                   [&] { return calibration::mean_adjusted_pose(places, bench_files::name_of(part), path); });
+    return run_fit(
+        {}, [&] { return calibration::mean_adjusted_pose(places, bench_files::name_of(part), in.path); });
   }
-  const calibration::Estimate& probe = estimate_of(bench_files::CalibrationPart::probe, begun, path);
-  const std::vector<std::string> tip =
-      bench_files::shared_estimate_names(bench_files::CalibrationPart::probe);
+  const Estimate& probe = estimate_of(CalibrationPart::probe, in);
+  const std::vector<std::string> tip = bench_files::shared_estimate_names(CalibrationPart::probe);
   const Eigen::Vector3d tip_probe_mm(value_in(probe, tip[0]), value_in(probe, tip[1]),
                                      value_in(probe, tip[2]));
-  const auto subject = begun.records.find(bench_files::CalibrationPart::subject);
-  double scale = begun.subject_scale, scale_variance = 0.0;
-  if (subject != begun.records.end() && subject->second.estimate) {
-    scale = value_in(*subject->second.estimate, "subject.scale");
-    scale_variance = prior_covariance(*subject->second.estimate, {"subject.scale"})(0, 0);
+  const Estimate* subject = find_estimate(in.begun, CalibrationPart::subject);
+  double scale = in.begun.subject_scale, scale_variance = 0.0;
+  if (subject != nullptr) {
+    scale = value_in(*subject, "subject.scale");
+    scale_variance = prior_covariance(*subject, {"subject.scale"})(0, 0);
   }
-  const Touched touched = touched_of(tasks, points_of(part, bench.calibration), tip_probe_mm, scale);
+  const Touched touched = touched_of(tasks, points_of(part, in.bench.calibration), tip_probe_mm, scale);
   calibration::FiducialFit fit = run_fit(names_of(tasks), [&] {
-    return calibration::fit_fiducials(touched.points, bench_files::name_of(part), path,
+    return calibration::fit_fiducials(touched.points, bench_files::name_of(part), in.path,
                                       {scale_variance == 0.0});
   });
   add_known_errors(fit, touched, prior_covariance(probe, tip), scale_variance, scale);

@@ -6,44 +6,42 @@
 
 namespace vrda::calibration_tasks {
 
-std::vector<Task> tasks_of(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                           const bench_files::Calibration& calibration)
+std::vector<Task> tasks_of(CalibrationPart part, const BenchFile& bench, const Calibration& calibration)
 {
   switch (part) {
-    case bench_files::CalibrationPart::viewport:
+    case CalibrationPart::viewport:
       return viewport_tasks(bench);
-    case bench_files::CalibrationPart::distortion:
+    case CalibrationPart::distortion:
       return distortion_tasks(bench, calibration);
-    case bench_files::CalibrationPart::rails:
+    case CalibrationPart::rails:
       return rail_tasks(bench);
-    case bench_files::CalibrationPart::stop:
+    case CalibrationPart::stop:
       return stop_tasks();
-    case bench_files::CalibrationPart::probe:
+    case CalibrationPart::probe:
       return probe_tasks(bench);
-    case bench_files::CalibrationPart::eyepoints:
+    case CalibrationPart::eyepoints:
       return eyepoint_tasks(bench, calibration);
-    case bench_files::CalibrationPart::ipd:
+    case CalibrationPart::ipd:
       return ipd_tasks(bench);
-    case bench_files::CalibrationPart::subject:
+    case CalibrationPart::subject:
       return subject_tasks(bench);
-    case bench_files::CalibrationPart::bullseye:
-    case bench_files::CalibrationPart::head:
+    case CalibrationPart::bullseye:
+    case CalibrationPart::head:
       return bullseye_tasks(part, bench, calibration);
-    case bench_files::CalibrationPart::leg:
-    case bench_files::CalibrationPart::femur:
-    case bench_files::CalibrationPart::tibia:
+    case CalibrationPart::leg:
+    case CalibrationPart::femur:
+    case CalibrationPart::tibia:
       return model_tasks(part, bench, calibration);
   }
   throw InternalError("every part has tasks");
 }
 
-TaskGroup task_group_of(bench_files::CalibrationPart part, const std::vector<Task>& tasks, std::size_t task)
+TaskGroup task_group_of(CalibrationPart part, const std::vector<Task>& tasks, std::size_t task)
 {
-  if (part == bench_files::CalibrationPart::rails) return {task, task + 1};
+  if (part == CalibrationPart::rails) return {task, task + 1};
   TaskGroup round{0, tasks.size()};
-  const bool is_by_eye = part == bench_files::CalibrationPart::viewport ||
-                         part == bench_files::CalibrationPart::distortion ||
-                         part == bench_files::CalibrationPart::eyepoints;
+  const bool is_by_eye = part == CalibrationPart::viewport || part == CalibrationPart::distortion ||
+                         part == CalibrationPart::eyepoints;
   if (!is_by_eye) return round;
   const auto is_same = [&](std::size_t k) { return tasks[k].is_right == tasks[task].is_right; };
   while (!is_same(round.begin)) ++round.begin;
@@ -56,8 +54,7 @@ namespace {
 /// Typical alignment noise of a line.
 constexpr double usual_noise_px = 0.5;
 
-std::string expected_eyepoint(const bench_files::BenchFile& bench,
-                              const bench_files::Calibration& calibration)
+std::string expected_eyepoint(const BenchFile& bench, const Calibration& calibration)
 {
   const calibration::Eyepoint usual{optics::Eye().distance_px, calibration.image_distance_mm};
   const Eigen::Vector2d sd =
@@ -69,16 +66,14 @@ std::string expected_eyepoint(const bench_files::BenchFile& bench,
 
 }  // namespace
 
-std::vector<std::string> intro_messages(bench_files::CalibrationPart part,
-                                        const bench_files::BenchFile& bench,
-                                        const bench_files::Calibration& calibration)
+std::vector<std::string> intro_messages(CalibrationPart part, const BenchFile& bench,
+                                        const Calibration& calibration)
 {
-  if (part == bench_files::CalibrationPart::eyepoints) return {expected_eyepoint(bench, calibration)};
+  if (part == CalibrationPart::eyepoints) return {expected_eyepoint(bench, calibration)};
   return {};
 }
 
-std::vector<std::string> result_messages(bench_files::CalibrationPart part,
-                                         const calibration::Estimate& estimate)
+std::vector<std::string> result_messages(CalibrationPart part, const Estimate& estimate)
 {
   std::vector<std::string> words{std::string(bench_files::name_of(part)) + " is done:"};
   const std::vector<std::string> lines = estimate_lines(estimate);

@@ -8,6 +8,25 @@
 
 namespace vrda::calibration_tasks {
 
+using bench_files::BenchFile;
+using bench_files::BodyRole;
+using bench_files::Calibration;
+using bench_files::CalibrationLandmarks;
+using bench_files::CalibrationMark;
+using bench_files::CalibrationPart;
+using bench_files::CalibrationPoint;
+using bench_files::CalibrationRecord;
+using bench_files::CalibrationRectangle;
+using bench_files::CalibrationSettings;
+using calibration::Estimate;
+
+/// What a part is checked and solved with.
+struct PartInput {
+  const BenchFile& bench;
+  const Calibration& begun;  ///< marks and estimates so far
+  const std::string& path;   ///< calibration file, for messages
+};
+
 /// Kind of a task: what is drawn and which rows a mark has (schemas/calibration.md).
 enum class TaskKind {
   scan_line,  ///< line one pixel wide over the eye's window; one row {column or row of the frame buffer}
@@ -56,8 +75,7 @@ struct Task {
 /// distance" (3), "look"; rails: "x rail", "z rail"; stop: "stop"; probe: "sweep"; subject: name of the
 /// distance; bullseye, head: "left eye, place 1" (index 0); leg, femur, tibia: name of the point, or "place
 /// 1".
-std::vector<Task> tasks_of(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                           const bench_files::Calibration& calibration);
+std::vector<Task> tasks_of(CalibrationPart part, const BenchFile& bench, const Calibration& calibration);
 
 /// Requested marker position of a bull's-eye: -1, 0 or 1 for left to right, low to high, near to far. The
 /// first six spread in all directions.
@@ -67,38 +85,32 @@ Eigen::Vector3i requested_marker_position(int index);
 struct TaskGroup {
   std::size_t begin = 0, end = 0;
 };
-TaskGroup task_group_of(bench_files::CalibrationPart part, const std::vector<Task>& tasks, std::size_t task);
+TaskGroup task_group_of(CalibrationPart part, const std::vector<Task>& tasks, std::size_t task);
 
 /// Expected accuracy of a part; may be empty.
-std::vector<std::string> intro_messages(bench_files::CalibrationPart part,
-                                        const bench_files::BenchFile& bench,
-                                        const bench_files::Calibration& calibration);
+std::vector<std::string> intro_messages(CalibrationPart part, const BenchFile& bench,
+                                        const Calibration& calibration);
 /// Result of a part, one line per number.
-std::vector<std::string> result_messages(bench_files::CalibrationPart part,
-                                         const calibration::Estimate& estimate);
+std::vector<std::string> result_messages(CalibrationPart part, const Estimate& estimate);
 
 /// Tasks that need only the display and the person (thesis 8.1 to 8.4), and the subject's measurements.
-std::vector<Task> viewport_tasks(const bench_files::BenchFile& bench);
-std::vector<Task> distortion_tasks(const bench_files::BenchFile& bench,
-                                   const bench_files::Calibration& calibration);
-std::vector<Task> eyepoint_tasks(const bench_files::BenchFile& bench,
-                                 const bench_files::Calibration& calibration);
-std::vector<Task> ipd_tasks(const bench_files::BenchFile& bench);
-std::vector<Task> subject_tasks(const bench_files::BenchFile& bench);
+std::vector<Task> viewport_tasks(const BenchFile& bench);
+std::vector<Task> distortion_tasks(const BenchFile& bench, const Calibration& calibration);
+std::vector<Task> eyepoint_tasks(const BenchFile& bench, const Calibration& calibration);
+std::vector<Task> ipd_tasks(const BenchFile& bench);
+std::vector<Task> subject_tasks(const BenchFile& bench);
 
 /// "left eye"
 std::string eye_text(bool is_right);
-const optics::Eye& eye_of(const bench_files::Calibration& calibration, bool is_right);
 
 /// Tasks that need the tracker or the stage (thesis 8.5).
-std::vector<Task> rail_tasks(const bench_files::BenchFile& bench);
+std::vector<Task> rail_tasks(const BenchFile& bench);
 std::vector<Task> stop_tasks();
-std::vector<Task> probe_tasks(const bench_files::BenchFile& bench);
+std::vector<Task> probe_tasks(const BenchFile& bench);
 /// `part`: bullseye or head.
-std::vector<Task> bullseye_tasks(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                                 const bench_files::Calibration& calibration);
+std::vector<Task> bullseye_tasks(CalibrationPart part, const BenchFile& bench,
+                                 const Calibration& calibration);
 /// `part`: leg, femur or tibia.
-std::vector<Task> model_tasks(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                              const bench_files::Calibration& calibration);
+std::vector<Task> model_tasks(CalibrationPart part, const BenchFile& bench, const Calibration& calibration);
 
 }  // namespace vrda::calibration_tasks

@@ -31,11 +31,11 @@ std::string place_text(int index)
   return word(depth, place.z()) + ", " + word(across, place.x()) + ", " + word(up, place.y());
 }
 
-Task bullseye_task(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                   const bench_files::Calibration& calibration, int place, bool is_right)
+Task bullseye_task(CalibrationPart part, const BenchFile& bench, const Calibration& calibration, int place,
+                   bool is_right)
 {
   constexpr double step_px = 0.25;
-  const optics::Eye& eye = eye_of(calibration, is_right);
+  const optics::Eye& eye = optics::side_of(calibration.eyes, is_right);
   Task task;
   task.kind = TaskKind::bullseye;
   task.is_right = is_right;
@@ -43,7 +43,7 @@ Task bullseye_task(bench_files::CalibrationPart part, const bench_files::BenchFi
   task.tool = bench.calibration.marker;
   task.n_samples = bench.calibration.hold_samples;
   task.name = eye_text(is_right) + ", place " + std::to_string(place + 1);
-  const bool is_head = part == bench_files::CalibrationPart::head;
+  const bool is_head = part == CalibrationPart::head;
   task.instruction =
       std::string("Put the marker ") + place_text(place) +
       (is_head ? " and change the orientation of the head." : "; the stage may be at any position.") +
@@ -93,9 +93,9 @@ Eigen::Vector3i requested_marker_position(int index)
   return {place[0], place[1], place[2]};
 }
 
-std::vector<Task> rail_tasks(const bench_files::BenchFile& bench)
+std::vector<Task> rail_tasks(const BenchFile& bench)
 {
-  const bench_files::CalibrationSettings& settings = bench.calibration;
+  const CalibrationSettings& settings = bench.calibration;
   const int n = settings.rail_samples;
   return {
       sweep_task(
@@ -117,7 +117,7 @@ std::vector<Task> stop_tasks()
   return {task};
 }
 
-std::vector<Task> probe_tasks(const bench_files::BenchFile& bench)
+std::vector<Task> probe_tasks(const BenchFile& bench)
 {
   return {sweep_task(
       "sweep", bench.calibration.probe, bench.calibration.pivot_samples,
@@ -125,8 +125,7 @@ std::vector<Task> probe_tasks(const bench_files::BenchFile& bench)
       "left and to the right over a range of 40 degrees or more. The tip must not slip.")};
 }
 
-std::vector<Task> bullseye_tasks(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                                 const bench_files::Calibration& calibration)
+std::vector<Task> bullseye_tasks(CalibrationPart part, const BenchFile& bench, const Calibration& calibration)
 {
   std::vector<Task> tasks;
   for (int place = 0; place < bench.calibration.bullseyes; ++place) {
@@ -136,10 +135,9 @@ std::vector<Task> bullseye_tasks(bench_files::CalibrationPart part, const bench_
   return tasks;
 }
 
-std::vector<Task> model_tasks(bench_files::CalibrationPart part, const bench_files::BenchFile& bench,
-                              const bench_files::Calibration& calibration)
+std::vector<Task> model_tasks(CalibrationPart part, const BenchFile& bench, const Calibration& calibration)
 {
-  const bench_files::CalibrationSettings& settings = bench.calibration;
+  const CalibrationSettings& settings = bench.calibration;
   std::vector<Task> tasks;
   if (settings.is_model_adjusted) {
     const tracking::PoseParameters& begin = calibration.X_body_model[static_cast<std::size_t>(role_of(part))];
@@ -147,7 +145,7 @@ std::vector<Task> model_tasks(bench_files::CalibrationPart part, const bench_fil
       tasks.push_back(place_task(bench_files::name_of(part), begin, repeat));
     return tasks;
   }
-  const std::vector<bench_files::CalibrationPoint>& points = points_of(part, settings);
+  const std::vector<CalibrationPoint>& points = points_of(part, settings);
   for (std::size_t k = 0; k < points.size(); ++k) {
     Task task;
     task.kind = TaskKind::hold;

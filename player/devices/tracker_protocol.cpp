@@ -86,7 +86,7 @@ std::vector<Sample> TrackerProtocol::receive(const igtl::IgtlMessage& message, s
   std::vector<Sample> samples;
   for (Tool& tool : tools_) {
     const auto is_of_tool = [&tool](const igtl::IgtlTool& observed) { return observed.name == tool.name; };
-    const auto observed = std::find_if(message.tools.begin(), message.tools.end(), is_of_tool);
+    const auto observed = std::ranges::find_if(message.tools, is_of_tool);
     const bool is_left_out = igtl::is_list(message) && (!tool.was_received || tool.list == message.device);
     const bool is_called_missing = message.kind == igtl::IgtlKind::status &&
                                    message.code != igtl::igtl_status_ok && message.device == tool.name;

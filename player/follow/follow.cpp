@@ -248,7 +248,7 @@ class FollowedRun final : public loop::Mode {
   void press_key(navigation::Key key)
   {
     if (key == navigation::Key::escape || key == navigation::key_of('Q')) is_left_ = true;
-    if (key == navigation::key_of('R')) screen_->reset_views();
+    if (key == navigation::key_of('R')) screen_->fit_cameras();
     if (key != navigation::Key::space) return;
     if (playback_) {
       playback_->timeline = navigation::toggled(playback_->timeline);
@@ -283,7 +283,7 @@ class FollowedRun final : public loop::Mode {
 StepChoice choice_of(const FollowOptions& options)
 {
   const std::vector<std::string>& names = step_choice_names();
-  const auto found = std::find(names.begin(), names.end(), options.steps);
+  const auto found = std::ranges::find(names, options.steps);
   if (found == names.end())
     throw InputError({"--steps", "", "\"" + options.steps + "\"", "stable, contact or all"});
   return static_cast<StepChoice>(found - names.begin());

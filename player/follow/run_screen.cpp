@@ -5,23 +5,11 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "scene/scene.hpp"
-#include "scene/solids.hpp"
 
 namespace vrda::follow {
 namespace {
 
-// As in scene/contact_layer; sized for a knee, mm.
-constexpr double ball_radius_mm = 1.3, shaft_radius_mm = 0.55, arrow_mm = 9.0;
-constexpr scene::VertexColour ball_colour{226, 74, 28, 255}, arrow_colour{38, 132, 62, 255};
 constexpr std::size_t usual_contacts = 32;  // initial capacity; most steps have fewer than ten
-
-void truncate(scene::Drawable& drawable, const std::vector<std::uint32_t>& triangles, std::size_t n_indices)
-{
-  drawable.mesh.triangles.assign(triangles.begin(),
-                                 triangles.begin() + static_cast<std::ptrdiff_t>(n_indices));
-  scene::update_box(drawable);
-  ++drawable.revision;
-}
 
 }  // namespace
 
@@ -36,10 +24,8 @@ RunScene::RunScene(const store::MotionModel& model, const RunSceneOptions& optio
     deltas_.emplace_back(model.push.delta.row(i).transpose());
   scene_.background = scene::background_of(options.backdrop);
   if (options.apply_appearance) options.apply_appearance(scene_);
-  points_ = scene::add_layer(scene_, scene::Layer::contacts, scene::Owner::world, "contacts");
-  arrows_ = scene::add_layer(scene_, scene::Layer::normals, scene::Owner::world, "contact normals");
-  scene_.drawables[points_].material = scene::marker_material(ball_colour);
-  scene_.drawables[arrows_].material = scene::marker_material(arrow_colour);
+  points_.emplace(scene_, scene::Layer::contacts, scene::Owner::world, "contacts");
+  arrows_.emplace(scene_, scene::Layer::normals, scene::Owner::world, "contact normals");
   layers_.emplace(model, scene_);
   reserve_markers(usual_contacts);
   place_bodies(raw_.joint_pose({rad_from_deg(model.flexion_deg.front()), 0.0}, {}), raw_, layers_of_step());
@@ -58,7 +44,8 @@ void RunScene::show(const RunStep& step)
 void RunScene::show(const motion::JointPose& pose, const motion::Motion& motion)
 {
   place_bodies(pose, motion, options_.layers);
-  hide_markers();
+  points_->show(scene_, false);
+  arrows_->show(scene_, false);
 }
 
 // The layers draw the contacts of a model's cells; those of a step are drawn here.
@@ -79,60 +66,29 @@ void RunScene::place_bodies(const motion::JointPose& pose, const motion::Motion&
   layers_->update(scene_, motion, {pose, frames, layers});
 }
 
-void RunScene::hide_markers()
-{
-  scene_.drawables[points_].is_shown = false;
-  scene_.drawables[arrows_].is_shown = false;
-}
-
 void RunScene::reserve_markers(std::size_t n_contacts)
 {
-  n_markers_ = n_contacts;
-  scene::Drawable& points = scene_.drawables[points_];
-  scene::Drawable& arrows = scene_.drawables[arrows_];
-  points.mesh = {};
-  arrows.mesh = {};
-  scene::add_balls(points.mesh, n_contacts);
-  scene::add_arrows(arrows.mesh, n_contacts);
-  point_triangles_ = points.mesh.triangles;
-  arrow_triangles_ = arrows.mesh.triangles;
+  points_->reserve(scene_, n_contacts);
+  arrows_->reserve(scene_, n_contacts);
   ++n_layouts_;
 }
 
 void RunScene::place_markers(const RunStep& step)
 {
   const std::size_t n = step.contacts.size();
-  if (n > n_markers_) reserve_markers(2 * n);
-  scene::Drawable& points = scene_.drawables[points_];
-  scene::Drawable& arrows = scene_.drawables[arrows_];
-  points.is_shown = options_.layers.has(scene::Layer::contacts) && n > 0;
-  arrows.is_shown = options_.layers.has(scene::Layer::normals) && n > 0;
+  if (n > points_->capacity()) reserve_markers(2 * n);
+  points_->show(scene_, options_.layers.has(scene::Layer::contacts) && n > 0);
+  arrows_->show(scene_, options_.layers.has(scene::Layer::normals) && n > 0);
   if (n == 0) return;
   SolverFrame frame = frame_;
   frame.delta = deltas_[static_cast<std::size_t>(step.key.flexion)];
-  for (std::size_t k = 0; k < n; ++k) {
-    const Eigen::Vector3d tip_mm = world_from_solver(frame, step.contacts[k].point_solver_mm);
-    const Eigen::Vector3d normal = world_from_solver(frame, step.contacts[k].normal_solver);
-    scene::set_ball(points.mesh, k * scene::ball_size().n_vertices, tip_mm, scale_ * ball_radius_mm);
-    scene::set_arrow(arrows.mesh, k * scene::arrow_size().n_vertices, tip_mm - scale_ * arrow_mm * normal,
-                     tip_mm, scale_ * shaft_radius_mm);
+  std::vector<Eigen::Vector3d> tips_mm, arrows_mm;
+  for (const ContactRecord& contact : step.contacts) {
+    tips_mm.push_back(world_from_solver(frame, contact.point_solver_mm));
+    arrows_mm.emplace_back(scale_ * scene::plain_arrow_mm * world_from_solver(frame, contact.normal_solver));
   }
-  truncate(points, point_triangles_, n * scene::ball_size().n_indices);
-  truncate(arrows, arrow_triangles_, n * scene::arrow_size().n_indices);
-}
-
-void RunScene::load(render::Renderer& renderer)
-{
-  // The renderer allows a new revision of a mesh to be at most as large as the loaded one: load full
-  // capacity.
-  std::vector<std::uint32_t> points = point_triangles_, arrows = arrow_triangles_;
-  points.swap(scene_.drawables[points_].mesh.triangles);
-  arrows.swap(scene_.drawables[arrows_].mesh.triangles);
-  renderer.load(scene_);
-  points.swap(scene_.drawables[points_].mesh.triangles);
-  arrows.swap(scene_.drawables[arrows_].mesh.triangles);
-  ++scene_.drawables[points_].revision;
-  ++scene_.drawables[arrows_].revision;
+  points_->place(scene_, tips_mm, arrows_mm, scale_);
+  arrows_->place(scene_, tips_mm, arrows_mm, scale_);
 }
 
 std::vector<Eigen::Vector3d> RunScene::framed_points() const
@@ -212,11 +168,6 @@ void RunScreen::fit_cameras()
   set_depths();
 }
 
-void RunScreen::reset_views()
-{
-  fit_cameras();
-}
-
 std::optional<std::size_t> RunScreen::view_at(const Eigen::Vector2d& pointer_px) const
 {
   for (std::size_t k = 0; k < shots_.size(); ++k) {
@@ -225,11 +176,6 @@ std::optional<std::size_t> RunScreen::view_at(const Eigen::Vector2d& pointer_px)
     if (x >= 0.0 && x < at.width && y >= 0.0 && y < at.height) return k;
   }
   return std::nullopt;
-}
-
-navigation::OrbitCamera RunScreen::orbit_camera(std::size_t view) const
-{
-  return {shots_[view].camera, pivots_world_mm_[view]};
 }
 
 void RunScreen::set_orbit_camera(std::size_t view, const navigation::OrbitCamera& gaze)
@@ -277,7 +223,7 @@ void RunScreen::draw_overlay(const RunState& state, const std::vector<std::strin
 
 void RunScreen::load(render::Renderer& renderer)
 {
-  if (n_loaded_layouts_ != scene_->n_layouts()) scene_->load(renderer);
+  if (n_loaded_layouts_ != scene_->n_layouts()) renderer.load(scene_->scene());
   n_loaded_layouts_ = scene_->n_layouts();
   if (!is_font_loaded_) renderer.load(text_->font());
   is_font_loaded_ = true;

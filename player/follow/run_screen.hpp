@@ -15,6 +15,7 @@
 #include "navigation/orbit_camera.hpp"
 #include "render/renderer.hpp"
 #include "scene/joint_layers.hpp"
+#include "scene/layers.hpp"
 #include "scene/scene.hpp"
 
 namespace vrda::follow {
@@ -41,8 +42,6 @@ class RunScene {
   const motion::JointPose& pose() const { return pose_; }
   /// Increases when a renderer must reload the scene.
   std::uint64_t n_layouts() const { return n_layouts_; }
-  /// Loads the scene into a renderer at the full contact capacity.
-  void load(render::Renderer& renderer);
 
   /// The points to be framed, world: near the joint at first, middle and last flexion, at the present
   /// translation.
@@ -53,7 +52,6 @@ class RunScene {
                     const scene::LayerSet& layers);
   scene::LayerSet layers_of_step() const;
   void place_markers(const RunStep& step);
-  void hide_markers();
   void reserve_markers(std::size_t n_contacts);
 
   RunSceneOptions options_;
@@ -62,10 +60,8 @@ class RunScene {
   SolverFrame frame_;                    // at the first flexion
   std::vector<Eigen::Vector3d> deltas_;  // [n_flexion]
   double scale_ = 1.0;
-  std::optional<scene::JointLayers> layers_;  // all layers except contacts and normals of steps
-  std::size_t points_ = 0, arrows_ = 0;       // drawables
-  std::size_t n_markers_ = 0;                 // contact capacity
-  std::vector<std::uint32_t> point_triangles_, arrow_triangles_;
+  std::optional<scene::JointLayers> layers_;              // all layers except contacts and normals of steps
+  std::optional<scene::ContactMarkers> points_, arrows_;  // of steps
   motion::JointPose pose_;
   std::uint64_t n_layouts_ = 1;
 };
@@ -96,10 +92,13 @@ class RunScreen {
 
   // Pointer interaction; each view has its own camera.
   std::optional<std::size_t> view_at(const Eigen::Vector2d& pointer_px) const;
-  navigation::OrbitCamera orbit_camera(std::size_t view) const;
+  navigation::OrbitCamera orbit_camera(std::size_t view) const
+  {
+    return {shots_[view].camera, pivots_world_mm_[view]};
+  }
   void set_orbit_camera(std::size_t view, const navigation::OrbitCamera& gaze);
-  /// Refits the cameras of all views.
-  void reset_views();
+  /// Fits the cameras of all views to the joint.
+  void fit_cameras();
 
   /// Loads new meshes and fonts into the renderer; must precede its draw() or present().
   void load(render::Renderer& renderer);
@@ -109,7 +108,6 @@ class RunScreen {
 
  private:
   void make_text();
-  void fit_cameras();
   void set_depths();
   void draw_overlay(const RunState& state, const std::vector<std::string>& lines);
 

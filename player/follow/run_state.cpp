@@ -11,9 +11,9 @@
 namespace vrda::follow {
 namespace {
 
-constexpr scene::VertexColour paper{24, 27, 32, 255}, ink{226, 230, 235, 255}, faint{150, 157, 166, 255},
-    frame_colour{255, 255, 255, 255};
-constexpr float margin_px = 12.0F;
+using gui::faint, gui::ink, gui::margin_px, gui::paper;
+
+constexpr scene::VertexColour frame_colour{255, 255, 255, 255};
 constexpr float largest_cell_px = 48.0F;
 constexpr float ruled_from_px = 5.0F;  // smaller cells are drawn without gaps
 
@@ -36,15 +36,6 @@ struct MapLayout {
   }
 };
 
-std::string fitting(const gui::OverlayText& text, std::string words, float width_px)
-{
-  while (words.size() > 1 && text.width_px(words) > width_px) {
-    words.resize(words.size() - 1);
-    words.back() = '.';
-  }
-  return words;
-}
-
 class PanelDrawing {
  public:
   PanelDrawing(render::Overlay& overlay, const gui::OverlayText& text, const optics::Viewport& area,
@@ -57,10 +48,7 @@ class PanelDrawing {
         y_px_(static_cast<float>(area.y) + margin_px),
         bottom_px_(static_cast<float>(area.y + area.height) - margin_px)
   {
-    text_.add_area(overlay_,
-                   {static_cast<float>(area.x), static_cast<float>(area.y),
-                    static_cast<float>(area.x + area.width), static_cast<float>(area.y + area.height)},
-                   paper);
+    text_.add_area(overlay_, gui::overlay_box(area), paper);
   }
 
   void draw()
@@ -77,7 +65,7 @@ class PanelDrawing {
  private:
   void add_line(const std::string& words, const scene::VertexColour& colour)
   {
-    text_.add_text(overlay_, left_px_, y_px_, fitting(text_, words, right_px_ - left_px_), colour);
+    text_.add_text(overlay_, left_px_, y_px_, text_.fitted(words, right_px_ - left_px_), colour);
     y_px_ += text_.line_px();
   }
 

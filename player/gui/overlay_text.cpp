@@ -123,6 +123,21 @@ float OverlayText::width_px(std::string_view words) const
   return width;
 }
 
+std::string OverlayText::fitted(std::string words, float width_px) const
+{
+  while (words.size() > 1 && this->width_px(words) > width_px) {
+    words.resize(words.size() - 1);
+    words.back() = '.';
+  }
+  return words;
+}
+
+OverlayBox overlay_box(const optics::Viewport& v)
+{
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.x + v.width),
+          static_cast<float>(v.y + v.height)};
+}
+
 void OverlayText::add_text(render::Overlay& overlay, float left_px, float top_px, std::string_view words,
                            const scene::VertexColour& colour) const
 {

@@ -21,6 +21,13 @@ std::string font_file();
 struct OverlayBox {
   float left_px = 0.0F, top_px = 0.0F, right_px = 0.0F, bottom_px = 0.0F;
 };
+OverlayBox overlay_box(const optics::Viewport& v);
+
+/// Height and margin of the text of panels, and their colours.
+inline constexpr double panel_text_px = 15.0;
+inline constexpr float margin_px = 12.0F;
+inline constexpr scene::VertexColour paper{24, 27, 32, 255}, ink{226, 230, 235, 255},
+    faint{150, 157, 166, 255}, amber{255, 176, 46, 255}, green{96, 200, 120, 255};
 
 /// One size of the program's font.
 class OverlayText {
@@ -34,6 +41,8 @@ class OverlayText {
   const render::OverlayFont& font() const;
   float line_px() const;  ///< line spacing
   float width_px(std::string_view words) const;
+  /// The words, cut with a dot where they are wider.
+  std::string fitted(std::string words, float width_px) const;
 
   /// Adds one line of text, its upper left corner rounded to whole pixels. Bytes other than printable ASCII
   /// are drawn as question marks.

@@ -128,28 +128,31 @@ navigation::PlayerState with_layers(const PanelView& view, navigation::PlayerSta
   return state;
 }
 
+/// Two rows of buttons.
+navigation::Action rows_of(std::span<const Press> first, std::span<const Press> second)
+{
+  const navigation::Action upper = row_of(first), lower = row_of(second);
+  return upper != navigation::Action::none ? upper : lower;
+}
+
 navigation::Action pressed_view()
 {
   heading("view (1 ... 6, R)");
-  constexpr std::array first{Press{"front", navigation::Action::view_front},
-                             Press{"back", navigation::Action::view_back},
-                             Press{"medial", navigation::Action::view_medial}};
-  constexpr std::array second{Press{"lateral", navigation::Action::view_lateral},
-                              Press{"top", navigation::Action::view_top},
-                              Press{"oblique", navigation::Action::view_oblique}};
-  const navigation::Action upper = row_of(first), lower = row_of(second);
-  return upper != navigation::Action::none ? upper : lower;
+  return rows_of(
+      std::array{Press{"front", navigation::Action::view_front}, Press{"back", navigation::Action::view_back},
+                 Press{"medial", navigation::Action::view_medial}},
+      std::array{Press{"lateral", navigation::Action::view_lateral},
+                 Press{"top", navigation::Action::view_top},
+                 Press{"oblique", navigation::Action::view_oblique}});
 }
 
 navigation::Action pressed_tool()
 {
   ImGui::Spacing();
-  constexpr std::array first{Press{"reset (R)", navigation::Action::reset_view},
-                             Press{"picture (P)", navigation::Action::screenshot}};
-  constexpr std::array second{Press{"full (F)", navigation::Action::full_screen},
-                              Press{"help (H)", navigation::Action::show_help}};
-  const navigation::Action upper = row_of(first), lower = row_of(second);
-  return upper != navigation::Action::none ? upper : lower;
+  return rows_of(std::array{Press{"reset (R)", navigation::Action::reset_view},
+                            Press{"picture (P)", navigation::Action::screenshot}},
+                 std::array{Press{"full (F)", navigation::Action::full_screen},
+                            Press{"help (H)", navigation::Action::show_help}});
 }
 
 void draw_help_lines(const PanelView& view, const char* title, std::span<const navigation::HelpLine> lines)
@@ -298,21 +301,9 @@ const char* varus_remark(const PanelView& view)
 
 const char* name_of(navigation::GapSource source)
 {
-  switch (source) {
-    case navigation::GapSource::two_sided:
-      return "measured with the motion";
-    case navigation::GapSource::cells:
-      return "solver, at the cells";
-    case navigation::GapSource::audit:
-      return "nearest audited attitude";
-    case navigation::GapSource::travel:
-      return "contact travel at the cells";
-    case navigation::GapSource::recontacted:
-      return "recontacted at the cells";
-    case navigation::GapSource::none:
-      break;
-  }
-  return "no audit of this set";
+  return std::array{"no audit of this set",     "measured with the motion",    "solver, at the cells",
+                    "nearest audited attitude", "contact travel at the cells", "recontacted at the cells"}
+      .at(static_cast<std::size_t>(source));
 }
 
 void draw_mm(const char* name, double length_mm)

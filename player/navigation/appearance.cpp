@@ -6,7 +6,6 @@
 #include "navigation/arguments.hpp"
 #include "render/image.hpp"
 #include "scene/joint_layers.hpp"
-#include "scene/lights_file.hpp"
 
 namespace vrda::navigation {
 namespace {

@@ -100,8 +100,7 @@ void append(std::string& text, std::span<const HelpLine> lines)
 Action action_of(const KeyPress& press)
 {
   if (press.has_control) return Action::none;
-  const auto found = std::find_if(bindings.begin(), bindings.end(),
-                                  [&](const Binding& binding) { return binding.key == press.key; });
+  const auto found = std::ranges::find(bindings, press.key, &Binding::key);
   if (found == bindings.end()) return Action::none;
   return press.has_shift && found->with_shift != Action::none ? found->with_shift : found->action;
 }

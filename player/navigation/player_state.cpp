@@ -29,15 +29,7 @@ Timeline bounced(Timeline timeline, double travel_rad)
 
 const char* name_of(LoopMode mode)
 {
-  switch (mode) {
-    case LoopMode::once:
-      return "once";
-    case LoopMode::wrap:
-      return "loop";
-    case LoopMode::bounce:
-      return "to and fro";
-  }
-  throw InternalError("unknown loop mode");
+  return std::array{"once", "loop", "to and fro"}.at(static_cast<std::size_t>(mode));
 }
 
 Timeline advanced(Timeline timeline, double elapsed_s)
@@ -133,8 +125,11 @@ PlayerState with_varus_by(PlayerState state, double by_rad, const PlayerRange& r
   return state;
 }
 
-PlayerState with_layer_toggled(PlayerState state, scene::Layer layer, const PlayerRange& range)
+/// The actions of the layers have their order.
+PlayerState with_layer_toggled(PlayerState state, Action action, const PlayerRange& range)
 {
+  const auto layer =
+      static_cast<scene::Layer>(1 + static_cast<int>(action) - static_cast<int>(Action::show_contacts));
   state.layers.set(layer, range.available.has(layer) && !state.layers.has(layer));
   return state;
 }
@@ -207,17 +202,12 @@ PlayerState apply_action(PlayerState state, Action action, const PlayerRange& ra
       state.fixed_object = next_of(state.fixed_object, scene::FixedObject::reference);
       break;
     case Action::show_contacts:
-      return with_layer_toggled(state, scene::Layer::contacts, range);
     case Action::show_normals:
-      return with_layer_toggled(state, scene::Layer::normals, range);
     case Action::show_axes:
-      return with_layer_toggled(state, scene::Layer::axes, range);
     case Action::show_helical_axis:
-      return with_layer_toggled(state, scene::Layer::helical_axis, range);
     case Action::show_gap_map:
-      return with_layer_toggled(state, scene::Layer::gap_map, range);
     case Action::show_ligaments:
-      return with_layer_toggled(state, scene::Layer::ligaments, range);
+      return with_layer_toggled(state, action, range);
     case Action::show_panel:
       state.shows_panel = !state.shows_panel;
       break;
@@ -247,52 +237,20 @@ Attitude wanted_attitude(const PlayerState& state, const PlayerRange& range)
 
 std::optional<scene::View> view_of(Action action)
 {
-  switch (action) {
-    case Action::view_front:
-      return scene::View::front;
-    case Action::view_back:
-      return scene::View::back;
-    case Action::view_medial:
-      return scene::View::medial;
-    case Action::view_lateral:
-      return scene::View::lateral;
-    case Action::view_top:
-      return scene::View::top;
-    case Action::view_oblique:
-      return scene::View::oblique;
-    default:
-      return std::nullopt;
-  }
+  constexpr std::array views{scene::View::front,   scene::View::back, scene::View::medial,
+                             scene::View::lateral, scene::View::top,  scene::View::oblique};
+  if (action < Action::view_front || action > Action::view_oblique) return std::nullopt;
+  return views.at(static_cast<std::size_t>(action) - static_cast<std::size_t>(Action::view_front));
 }
 
 const char* name_of(scene::DrawMode mode)
 {
-  switch (mode) {
-    case scene::DrawMode::wire:
-      return "wire";
-    case scene::DrawMode::hidden_line:
-      return "hidden lines";
-    case scene::DrawMode::flat:
-      return "flat";
-    case scene::DrawMode::smooth:
-      return "smooth";
-    case scene::DrawMode::textured:
-      return "textured";
-  }
-  throw InternalError("unknown draw mode");
+  return std::array{"wire", "hidden lines", "flat", "smooth", "textured"}.at(static_cast<std::size_t>(mode));
 }
 
 const char* name_of(scene::Backdrop backdrop)
 {
-  switch (backdrop) {
-    case scene::Backdrop::studio:
-      return "studio";
-    case scene::Backdrop::night:
-      return "night";
-    case scene::Backdrop::black:
-      return "black";
-  }
-  throw InternalError("unknown backdrop");
+  return std::array{"studio", "night", "black"}.at(static_cast<std::size_t>(backdrop));
 }
 
 }  // namespace vrda::navigation

@@ -15,7 +15,7 @@ const std::vector<std::string>& layout_names()
 std::optional<Layout> layout_named(const std::string& name)
 {
   const std::vector<std::string>& names = layout_names();
-  const auto found = std::find(names.begin(), names.end(), name);
+  const auto found = std::ranges::find(names, name);
   if (found == names.end()) return std::nullopt;
   return static_cast<Layout>(found - names.begin());
 }

@@ -47,6 +47,13 @@ struct EyeWindows {
   Viewport left, right;
 };
 
+/// Of a pair with members `left` and `right`.
+template <typename Pair>
+auto& side_of(Pair& pair, bool is_right)
+{
+  return is_right ? pair.right : pair.left;
+}
+
 /// The windows of both eyes in a frame buffer of that size. With `quarters` a window is at most 640 x 480,
 /// centred in its quarter. Throws InputError naming `file` if a window would be empty.
 EyeWindows eye_windows(Layout layout, int width, int height, const std::string& file);

@@ -36,7 +36,7 @@ std::vector<std::uint32_t> merged_vertices(const RenderMesh& mesh)
   std::vector<std::uint32_t> order(mesh.vertices.size()), merged(mesh.vertices.size());
   std::iota(order.begin(), order.end(), 0U);
   const auto position = [&](std::uint32_t i) { return mesh.vertices[i].position_mm; };
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+  std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) {
     return position(a) != position(b) ? position(a) < position(b) : a < b;
   });
   for (std::size_t i = 0; i < order.size(); ++i) {
@@ -100,8 +100,8 @@ bool is_closed(const RenderMesh& mesh)
     const std::uint32_t a = merged[mesh.triangles[i]], b = merged[mesh.triangles[next]];
     edges.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : -1});
   }
-  std::sort(edges.begin(), edges.end(),
-            [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
+  std::ranges::sort(
+      edges, [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
   int balance = 0;
   for (std::size_t i = 0; i < edges.size(); ++i) {
     balance += edges[i].sign;
@@ -125,8 +125,8 @@ void upload_colours(const GlTable& gl, const scene::Drawable& drawable, GpuMesh&
   const std::vector<scene::VertexColour>& colours = drawable.colours;
   check(colours.empty() || colours.size() == drawable.mesh.vertices.size(), "there is one colour per vertex");
   mesh.has_colours = !colours.empty();
-  mesh.has_translucent_colours = std::any_of(
-      colours.begin(), colours.end(), [](const scene::VertexColour& colour) { return colour[3] < 255; });
+  mesh.has_translucent_colours =
+      std::ranges::any_of(colours, [](const scene::VertexColour& colour) { return colour[3] < 255; });
   if (colours.empty()) return;
   gl.BindBuffer(GL_ARRAY_BUFFER, mesh.buffers[2]);
   gl.BufferData(GL_ARRAY_BUFFER, bytes_of(colours), colours.data(), GL_DYNAMIC_DRAW);

@@ -36,7 +36,7 @@ std::optional<View> view_named(const std::string& name)
 {
   // The usual side view of a knee is the lateral one.
   const std::string own_name = name == "side" ? "lateral" : name;
-  const auto found = std::find(view_names().begin(), view_names().end(), own_name);
+  const auto found = std::ranges::find(view_names(), own_name);
   if (found == view_names().end()) return std::nullopt;
   return static_cast<View>(found - view_names().begin());
 }

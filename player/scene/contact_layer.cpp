@@ -13,7 +13,7 @@ namespace {
 
 // Sizes for a knee, mm: visible between condyle and plateau without hiding either.
 constexpr double ball_radius_mm = 1.3, normal_radius_mm = 0.55;
-constexpr double plain_arrow_mm = 9.0, longest_arrow_mm = 26.0, shortest_arrow_mm = 3.0;
+constexpr double longest_arrow_mm = 26.0, shortest_arrow_mm = 3.0;
 constexpr VertexColour ball_colour{226, 74, 28, 255}, arrow_colour{38, 132, 62, 255};
 
 std::vector<double> radians(const std::vector<double>& deg)
@@ -108,18 +108,10 @@ ContactLayer::ContactLayer(const store::MotionModel& model, Scene& scene)
   } else {
     arrows_ = points_;
   }
-  points_.drawable = add_layer(scene, Layer::contacts, Owner::moving, "contacts");
-  arrows_.drawable = add_layer(scene, Layer::normals, Owner::moving,
-                               model.equilibrium ? "contact forces" : "contact normals");
-  for (Markers* markers : {&points_, &arrows_}) {
-    Drawable& drawable = scene.drawables[markers->drawable];
-    const bool is_points = markers == &points_;
-    drawable.origin_mm = model.rotation_centre_mm;
-    drawable.material = marker_material(is_points ? ball_colour : arrow_colour);
-    const std::size_t most = most_rows(markers->start);
-    is_points ? add_balls(drawable.mesh, most) : add_arrows(drawable.mesh, most);
-    markers->triangles = drawable.mesh.triangles;
-  }
+  points_.drawn.emplace(scene, Layer::contacts, Owner::moving, "contacts", model.rotation_centre_mm);
+  arrows_.drawn.emplace(scene, Layer::normals, Owner::moving,
+                        model.equilibrium ? "contact forces" : "contact normals", model.rotation_centre_mm);
+  for (Markers* markers : {&points_, &arrows_}) markers->drawn->reserve(scene, most_rows(markers->start));
 }
 
 std::size_t ContactLayer::nearest_cell(const Attitude& attitude) const
@@ -128,44 +120,62 @@ std::size_t ContactLayer::nearest_cell(const Attitude& attitude) const
          nearest(varus_rad_, attitude.varus_rad);
 }
 
-void ContactLayer::update_points(Drawable& drawable)
-{
-  for (std::size_t row = points_.start[points_.cell]; row < points_.start[points_.cell + 1]; ++row) {
-    const std::size_t vertex = (row - points_.start[points_.cell]) * ball_size().n_vertices;
-    set_ball(drawable.mesh, vertex, points_.tip_mm[row], scale_ * ball_radius_mm);
-  }
-}
-
-void ContactLayer::update_arrows(Drawable& drawable)
-{
-  for (std::size_t row = arrows_.start[arrows_.cell]; row < arrows_.start[arrows_.cell + 1]; ++row) {
-    const std::size_t vertex = (row - arrows_.start[arrows_.cell]) * arrow_size().n_vertices;
-    set_arrow(drawable.mesh, vertex, arrows_.tip_mm[row] - arrows_.arrow_mm[row], arrows_.tip_mm[row],
-              scale_ * normal_radius_mm);
-  }
-}
-
 void ContactLayer::update(Scene& scene, const motion::JointPose& pose, const LayerSet& wanted)
 {
   const std::size_t cell = nearest_cell(pose.attitude);
   for (Markers* markers : {&points_, &arrows_}) {
-    Drawable& drawable = scene.drawables[markers->drawable];
-    const bool is_points = markers == &points_;
-    if (!wanted.has(is_points ? Layer::contacts : Layer::normals)) continue;
+    if (!wanted.has(markers == &points_ ? Layer::contacts : Layer::normals)) continue;
     const bool is_row = cell + 1 < markers->start.size();
-    const std::size_t n = is_row ? markers->start[cell + 1] - markers->start[cell] : 0;
-    drawable.is_shown = n > 0;
+    const std::size_t first = is_row ? markers->start[cell] : 0;
+    const std::size_t n = is_row ? markers->start[cell + 1] - first : 0;
+    markers->drawn->show(scene, n > 0);
     if (n == 0 || markers->cell == cell) continue;
     markers->cell = cell;
-    is_points ? update_points(drawable) : update_arrows(drawable);
-    // The number of triangles is constant: unused ones are degenerate.
-    const std::size_t n_indices = n * (is_points ? ball_size() : arrow_size()).n_indices;
-    std::copy_n(markers->triangles.begin(), n_indices, drawable.mesh.triangles.begin());
-    std::fill(drawable.mesh.triangles.begin() + static_cast<std::ptrdiff_t>(n_indices),
-              drawable.mesh.triangles.end(), 0U);
-    update_box(drawable);
-    ++drawable.revision;
+    markers->drawn->place(scene, std::span(markers->tip_mm).subspan(first, n),
+                          std::span(markers->arrow_mm).subspan(first, n), scale_);
   }
+}
+
+ContactMarkers::ContactMarkers(Scene& scene, Layer layer, Owner owner, const std::string& name,
+                               const Eigen::Vector3d& origin_mm)
+    : is_arrows_(layer == Layer::normals), drawable_(add_layer(scene, layer, owner, name))
+{
+  scene.drawables[drawable_].origin_mm = origin_mm;
+  scene.drawables[drawable_].material = marker_material(is_arrows_ ? arrow_colour : ball_colour);
+}
+
+void ContactMarkers::reserve(Scene& scene, std::size_t n_contacts)
+{
+  RenderMesh& mesh = scene.drawables[drawable_].mesh;
+  mesh = {};
+  is_arrows_ ? add_arrows(mesh, n_contacts) : add_balls(mesh, n_contacts);
+  capacity_ = n_contacts;
+  triangles_ = mesh.triangles;
+}
+
+void ContactMarkers::show(Scene& scene, bool is_shown) const
+{
+  scene.drawables[drawable_].is_shown = is_shown;
+}
+
+void ContactMarkers::place(Scene& scene, std::span<const Eigen::Vector3d> tip_mm,
+                           std::span<const Eigen::Vector3d> arrow_mm, double scale)
+{
+  Drawable& drawable = scene.drawables[drawable_];
+  const SolidSize size = is_arrows_ ? arrow_size() : ball_size();
+  for (std::size_t k = 0; k < tip_mm.size(); ++k) {
+    if (is_arrows_) {
+      set_arrow(drawable.mesh, k * size.n_vertices, tip_mm[k] - arrow_mm[k], tip_mm[k],
+                scale * normal_radius_mm);
+    } else {
+      set_ball(drawable.mesh, k * size.n_vertices, tip_mm[k], scale * ball_radius_mm);
+    }
+  }
+  const auto n_indices = static_cast<std::ptrdiff_t>(tip_mm.size() * size.n_indices);
+  std::copy_n(triangles_.begin(), n_indices, drawable.mesh.triangles.begin());
+  std::fill(drawable.mesh.triangles.begin() + n_indices, drawable.mesh.triangles.end(), 0U);
+  update_box(drawable);
+  ++drawable.revision;
 }
 
 }  // namespace vrda::scene

@@ -40,11 +40,21 @@ VertexColour colour_of(const Legend& legend, double value)
                              position - static_cast<double>(before));
 }
 
+double srgb_of(double linear)
+{
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+}
+
+double linear_of(double srgb)
+{
+  return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
+}
+
 VertexColour srgb_from_linear(const Eigen::Vector3f& linear)
 {
   const auto channel = [&](Eigen::Index k) {
     const double c = linear[k];
-    return rounded(255.0 * (c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055));
+    return rounded(255.0 * srgb_of(c));
   };
   return {channel(0), channel(1), channel(2), 255};
 }
@@ -53,7 +63,7 @@ Eigen::Vector3f linear_from_srgb(const VertexColour& colour)
 {
   const auto channel = [&](std::size_t k) {
     const double c = colour[k] / 255.0;
-    return static_cast<float>(c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
+    return static_cast<float>(linear_of(c));
   };
   return {channel(0), channel(1), channel(2)};
 }
@@ -89,7 +99,7 @@ const std::string& name_of(Layer layer)
 
 std::optional<Layer> layer_named(const std::string& name)
 {
-  const auto found = std::find(layer_names().begin(), layer_names().end(), name);
+  const auto found = std::ranges::find(layer_names(), name);
   if (found == layer_names().end()) return std::nullopt;
   return static_cast<Layer>(found - layer_names().begin() + 1);
 }

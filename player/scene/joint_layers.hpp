@@ -34,7 +34,9 @@ VertexColour colour_of(const Legend& legend, double value);
 /// Linear interpolation from a (`part` = 0) to b (`part` = 1), in sRGB.
 VertexColour interpolated_colour(const VertexColour& a, const VertexColour& b, double part);
 
-/// Conversion of linear RGB to opaque sRGB, and back.
+/// Conversion of linear light to sRGB and back, both on [0, 1]; of a colour to opaque sRGB and back.
+double srgb_of(double linear);
+double linear_of(double srgb);
 VertexColour srgb_from_linear(const Eigen::Vector3f& linear);
 Eigen::Vector3f linear_from_srgb(const VertexColour& colour);
 

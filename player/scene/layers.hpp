@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "core/clinical.hpp"
@@ -45,6 +47,30 @@ class HelicalAxisLayer {
 std::optional<HelicalAxis> helical_axis_at(const motion::Motion& motion, const Attitude& attitude,
                                            const Eigen::Vector3d& near_mm);
 
+/// Length of the arrow of a contact without force, for a knee.
+inline constexpr double plain_arrow_mm = 9.0;
+
+/// The balls or the arrows of contacts, in a drawable whose number of triangles is constant: unused ones are
+/// degenerate.
+class ContactMarkers {
+ public:
+  /// `layer`: contacts (balls) or normals (arrows). `origin_mm`: of the positions.
+  ContactMarkers(Scene& scene, Layer layer, Owner owner, const std::string& name,
+                 const Eigen::Vector3d& origin_mm = Eigen::Vector3d::Zero());
+  /// Sets the largest number of contacts; the renderer must load the scene again.
+  void reserve(Scene& scene, std::size_t n_contacts);
+  std::size_t capacity() const { return capacity_; }
+  void show(Scene& scene, bool is_shown) const;
+  /// One contact or more. `arrow_mm`: from tail to tip; not read for balls.
+  void place(Scene& scene, std::span<const Eigen::Vector3d> tip_mm, std::span<const Eigen::Vector3d> arrow_mm,
+             double scale);
+
+ private:
+  bool is_arrows_;
+  std::size_t drawable_, capacity_ = 0;
+  std::vector<std::uint32_t> triangles_;  ///< of all markers
+};
+
 /// The contacts of the nearest grid cell, fixed to the moving object. Balls mark the contact points. Arrows
 /// with their tips at the points show the contact forces on the moving object if the equilibrium provides
 /// them (length proportional to the force, limited to that of the largest force of the informative cells),
@@ -61,15 +87,12 @@ class ContactLayer {
     std::vector<std::size_t> start;
     std::vector<Eigen::Vector3d> tip_mm;    ///< moving body, from the rotation centre
     std::vector<Eigen::Vector3d> arrow_mm;  ///< from tail to tip
-    std::size_t drawable = 0;
-    std::vector<std::uint32_t> triangles;  ///< for the largest number of contacts in a cell
-    std::size_t cell = SIZE_MAX;           ///< the drawn cell
+    std::optional<ContactMarkers> drawn;
+    std::size_t cell = SIZE_MAX;  ///< the drawn cell
   };
   template <typename Rows, typename Length>
   static Markers markers_of(const store::MotionModel& model, const Rows& rows, const Length& length_mm);
   std::size_t nearest_cell(const Attitude& attitude) const;
-  void update_points(Drawable& drawable);
-  void update_arrows(Drawable& drawable);
 
   std::vector<double> flexion_rad_, varus_rad_;
   double scale_ = 1.0;

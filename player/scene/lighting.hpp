@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace vrda::scene {
@@ -34,5 +36,16 @@ enum class Backdrop {
   black,   ///< transparent on the bench's display
 };
 Background background_of(Backdrop backdrop);
+
+struct Lights {
+  Lighting lighting;
+  std::optional<Background> background;  ///< if the file has one
+};
+
+/// Reads a TOML file (schemas/lights.md). Throws InputError naming the file and the key.
+Lights read_lights(const std::string& path);
+
+/// Parses the text of a lights file; `name` is used in errors.
+Lights parsed_lights(const std::string& text, const std::string& name);
 
 }  // namespace vrda::scene

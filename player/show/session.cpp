@@ -26,7 +26,7 @@ std::vector<PlayedSet> played_sets(const store::MotionModel& model)
 std::size_t row_of(const store::MotionModel& model, const std::string& set)
 {
   const std::vector<std::string> names = motion::set_names(model);
-  const auto found = std::find(names.begin(), names.end(), set);
+  const auto found = std::ranges::find(names, set);
   check(found != names.end(), "the session's set is in the model");
   return static_cast<std::size_t>(found - names.begin());
 }
@@ -376,7 +376,7 @@ bool ShownModel::open(const std::string& file)
     store::MotionModel model = store::read_motion_model(file);
     SessionOptions own = options_;
     const std::vector<std::string> names = motion::set_names(model);
-    if (std::find(names.begin(), names.end(), own.set) == names.end()) own.set = names.front();
+    if (std::ranges::find(names, own.set) == names.end()) own.set = names.front();
     show(std::move(model), own);
     file_ = file;
   });

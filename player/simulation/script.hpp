@@ -1,4 +1,4 @@
-/// Script of the simulated world, from the bench file: degrees, mm, seconds.
+/// Script of the simulated world, from the bench file (degrees, mm, seconds), and its paths.
 #pragma once
 
 #include <cstdint>
@@ -10,19 +10,30 @@
 
 namespace vrda::simulation {
 
-/// Keys are interpolated by monotone cubics (simulation/key_path.hpp).
+struct PathPoint {
+  double time_s = 0.0;
+  double value = 0.0;
+};
+
+/// Monotone piecewise cubic with continuous slope: never leaves the range of the neighbouring keys; the
+/// slope is 0 at extrema. Source: Fritsch and Butland (1984) SIAM J Sci Stat Comput 5:300-304.
+class KeyPath {
+ public:
+  /// One point or more, ascending in time. If looped, the last value must equal the first; otherwise the
+  /// end values are held.
+  KeyPath(std::vector<PathPoint> points, bool is_looped);
+  double at(double time_s) const;
+
+ private:
+  std::vector<PathPoint> points_;
+  std::vector<double> slopes_;  ///< per second
+  bool is_looped_ = false;
+};
+
 struct LegKey {
   double time_s = 0.0;
   double flexion_deg = 0.0;
   double varus_deg = 0.0;
-};
-struct StageKey {
-  double time_s = 0.0;
-  double position_mm = 0.0;
-};
-struct PotentiometerKey {
-  double time_s = 0.0;
-  double count = 0.0;  ///< 0 to 1023
 };
 
 /// Interval in which the tool, and every marker of a body, is not visible.
@@ -66,8 +77,8 @@ struct SimulationScript {
   bool is_looped =
       true;  ///< each path repeats from its last key, which equals its first; otherwise the end is held
   std::vector<LegKey> leg = {{0, 0, 0}, {2, 45, 2}, {4, 90, 0}, {6, 45, -2}, {8, 0, 0}};
-  std::vector<StageKey> stage = {{0, 0}, {2.5, 25}, {7.5, -25}, {10, 0}};
-  std::vector<PotentiometerKey> potentiometer = {{0, 100}, {4, 900}, {8, 100}};
+  std::vector<PathPoint> stage = {{0, 0}, {2.5, 25}, {7.5, -25}, {10, 0}};  ///< mm
+  std::vector<PathPoint> potentiometer = {{0, 100}, {4, 900}, {8, 100}};    ///< counts, 0 to 1023
   double potentiometer_noise_counts = 0.7;
 
   Pose X_tracker_femur = default_X_tracker_femur();  ///< of the bone, at the centre of its sway

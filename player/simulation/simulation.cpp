@@ -13,14 +13,12 @@
 namespace vrda::simulation {
 namespace {
 
-/// Path of a scalar of the keys.
-template <typename Keys, typename Value>
-KeyPath path_of(const Keys& keys, bool is_looped, Value value)
+/// Path of an angle of the leg.
+KeyPath path_of(const SimulationScript& script, double LegKey::*angle_deg)
 {
   std::vector<PathPoint> points;
-  points.reserve(keys.size());
-  for (const auto& key : keys) points.push_back({key.time_s, value(key)});
-  return {std::move(points), is_looped};
+  for (const LegKey& key : script.leg) points.push_back({key.time_s, rad_from_deg(key.*angle_deg)});
+  return {std::move(points), script.is_looped};
 }
 
 const SimulationScript& usable(const SimulationScript& script, const std::string& file)
@@ -53,13 +51,10 @@ Simulation::Simulation(const SimulationScript& script, std::optional<motion::Mot
     : script_(usable(script, file)),
       motion_(std::move(motion)),
       tools_(tool_names(script)),
-      flexion_rad_(path_of(script.leg, script.is_looped,
-                           [](const LegKey& key) { return rad_from_deg(key.flexion_deg); })),
-      varus_rad_(path_of(script.leg, script.is_looped,
-                         [](const LegKey& key) { return rad_from_deg(key.varus_deg); })),
-      stage_mm_(path_of(script.stage, script.is_looped, [](const StageKey& key) { return key.position_mm; })),
-      potentiometer_(path_of(script.potentiometer, script.is_looped,
-                             [](const PotentiometerKey& key) { return key.count; }))
+      flexion_rad_(path_of(script, &LegKey::flexion_deg)),
+      varus_rad_(path_of(script, &LegKey::varus_deg)),
+      stage_mm_(script.stage, script.is_looped),
+      potentiometer_(script.potentiometer, script.is_looped)
 {
   if (motion_) require_solved(file);
 }
@@ -119,7 +114,7 @@ Pose Simulation::X_tracker_body(const SimulatedBody& body, double time_s) const
 
 bool Simulation::is_hidden(const std::string& tool, double time_s) const
 {
-  return std::any_of(script_.occlusions.begin(), script_.occlusions.end(), [&](const Occlusion& occlusion) {
+  return std::ranges::any_of(script_.occlusions, [&](const Occlusion& occlusion) {
     if (occlusion.tool != tool || time_s < occlusion.from_s) return false;
     double since_s = time_s - occlusion.from_s;
     if (occlusion.every_s > 0.0) since_s -= occlusion.every_s * std::floor(since_s / occlusion.every_s);

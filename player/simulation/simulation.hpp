@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "motion/poses.hpp"
-#include "simulation/key_path.hpp"
 #include "simulation/script.hpp"
 #include "tracking/leg.hpp"
 

@@ -142,17 +142,8 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& H)
 
 const char* name_of(FitStatus status)
 {
-  switch (status) {
-    case FitStatus::fitted:
-      return "fitted";
-    case FitStatus::too_few_markers:
-      return "too_few_markers";
-    case FitStatus::collinear:
-      return "collinear";
-    case FitStatus::residual_too_large:
-      return "residual_too_large";
-  }
-  throw InternalError("every FitStatus must have a name");
+  return std::array{"fitted", "too_few_markers", "collinear", "residual_too_large"}.at(
+      static_cast<std::size_t>(status));
 }
 
 MarkerCloud cloud_of(const RigidBody& body, MarkerSpan seen)

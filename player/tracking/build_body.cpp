@@ -36,7 +36,7 @@ FitOptions options_without_outliers(const BodyOptions& options)
 
 int n_seen(const MarkerRow& row)
 {
-  return static_cast<int>(std::count_if(row.begin(), row.end(), [](const auto& p) { return p.has_value(); }));
+  return static_cast<int>(std::ranges::count_if(row, [](const auto& p) { return p.has_value(); }));
 }
 
 RigidBody body_of(const MarkerRow& row)
@@ -149,8 +149,7 @@ void require_all_known(const Shape& shape, const std::vector<MarkerRow>& frames,
 {
   for (std::size_t k = 0; k < shape.is_known.size(); ++k) {
     if (shape.is_known[k]) continue;
-    const auto n =
-        std::count_if(frames.begin(), frames.end(), [&](const MarkerRow& f) { return f[k].has_value(); });
+    const auto n = std::ranges::count_if(frames, [&](const MarkerRow& f) { return f[k].has_value(); });
     throw FitError({file, "marker " + std::to_string(k + 1),
                     "seen in " + std::to_string(n) + " frames, never with three known, not collinear",
                     "a frame that shows it with three known markers"},
@@ -178,8 +177,8 @@ Pose own_frame(const RigidBody& body, const std::string& file)
     across.emplace_back(from_first - x.dot(from_first) * x);
     furthest_mm = std::max(furthest_mm, across.back().norm());
   }
-  const auto third = std::find_if(across.begin(), across.end(),
-                                  [&](const Eigen::Vector3d& v) { return v.norm() >= 0.5 * furthest_mm; });
+  const auto third =
+      std::ranges::find_if(across, [&](const Eigen::Vector3d& v) { return v.norm() >= 0.5 * furthest_mm; });
   Pose X_shape_body = Pose::Identity();
   const Eigen::Vector3d y = third->normalized();
   X_shape_body.linear() << x, y, x.cross(y);

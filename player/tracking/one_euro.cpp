@@ -1,7 +1,6 @@
 #include "tracking/one_euro.hpp"
 
 #include "core/units.hpp"
-#include "tracking/screw.hpp"
 
 namespace vrda::tracking {
 namespace {
@@ -49,35 +48,6 @@ void OneEuroAngles::start_over()
   flexion_.start_over();
   varus_.start_over();
   theta_.start_over();
-}
-
-Pose OneEuroPose::filtered(const Pose& X, double time_s)
-{
-  const double step_s = time_s - time_s_;
-  if (has_last_ && step_s == 0.0) return value_;
-  if (!has_last_ || step_s < 0.0) {
-    speed_mm_s_.setZero();
-    speed_rad_s_.setZero();
-    value_ = X;
-  } else {
-    const Eigen::Vector3d way_mm = X.translation() - raw_.translation();
-    speed_mm_s_ += share(options_.position.speed_cutoff_hz, step_s) * (way_mm / step_s - speed_mm_s_);
-    const Eigen::Vector3d turn_rad = turn_of(X.linear() * raw_.linear().transpose());
-    speed_rad_s_ += share(options_.rotation.speed_cutoff_hz, step_s) * (turn_rad / step_s - speed_rad_s_);
-
-    const double s_position = share(cutoff_hz(options_.position, speed_mm_s_.norm()), step_s);
-    value_.translation() += s_position * (X.translation() - value_.translation());
-    const double s_rotation = share(cutoff_hz(options_.rotation, speed_rad_s_.norm()), step_s);
-    const Eigen::Matrix3d R_value = value_.linear();
-    const Eigen::Vector3d left_rad = turn_of(X.linear() * R_value.transpose());
-    // Normalised, so that rounding does not accumulate over hours.
-    const Eigen::Quaterniond turned(rotation_of(s_rotation * left_rad) * R_value);
-    value_.linear() = turned.normalized().toRotationMatrix();
-  }
-  has_last_ = true;
-  time_s_ = time_s;
-  raw_ = X;
-  return value_;
 }
 
 }  // namespace vrda::tracking

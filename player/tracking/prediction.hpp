@@ -76,16 +76,11 @@ struct PredictionError {
 struct PosePredictionError {
   PredictionError shift_mm, turn_rad;
 };
-struct AnglesPredictionError {
-  PredictionError flexion_rad, varus_rad;
-};
 
 /// Compares, for each sample, the prediction for `horizon_s` later with the series at that time,
-/// interpolated along the screw or line between samples. Samples too near the end are left out. Times must
+/// interpolated along the screw between samples. Samples too near the end are left out. Times must
 /// ascend.
 PosePredictionError prediction_error(std::span<const TimedPose> series, double horizon_s,
                                      const PredictionOptions& options = {});
-AnglesPredictionError prediction_error(std::span<const TimedAngles> series, double horizon_s,
-                                       const PredictionOptions& options = {});
 
 }  // namespace vrda::tracking

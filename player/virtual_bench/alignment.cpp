@@ -40,30 +40,24 @@ Eigen::Vector2d side_at_row(const VirtualTruth& truth, bool is_right, const Eige
 
 }  // namespace
 
-const optics::Eye& eye_of(const optics::EyePair& eyes, bool is_right)
-{
-  return is_right ? eyes.right : eyes.left;
-}
-
-Pose X_tracker_eyes(const bench_files::Calibration& calibration, double stage_mm)
+Pose X_tracker_eyes(const Calibration& calibration, double stage_mm)
 {
   Pose X_table_eyes = tracking::pose_of(calibration.X_table_eyes);
   X_table_eyes.translation() += stage_mm * calibration.stage_direction_table;
   return tracking::pose_of(calibration.X_tracker_table) * X_table_eyes;
 }
 
-RectangleSides rectangle_sides(const bench_files::BenchFile& bench, const VirtualTruth& truth,
-                               std::size_t index)
+RectangleSides rectangle_sides(const BenchFile& bench, const VirtualTruth& truth, std::size_t index)
 {
   check(index < bench.calibration.rectangles.size(), "rectangle index out of range");
   const bench_files::CalibrationRectangle& rectangle = bench.calibration.rectangles[index];
   // Placed by hand, some millimetres off centre.
   constexpr std::uint64_t first = 1000;
   constexpr double off_sd_mm = 5.0;
-  const double x_mm = truth.calibration.X_table_eyes.shift_mm.x() +
-                      off_sd_mm * simulation::RandomSequence(
-                                      truth.seed, simulation::RandomPurpose::virtual_bench, first + index)
-                                      .normal();
+  const double x_mm =
+      truth.calibration.X_table_eyes.shift_mm.x() +
+      off_sd_mm *
+          RandomSequence(truth.seed, simulation::RandomPurpose::virtual_bench, first + index).normal();
   return {x_mm - 0.5 * rectangle.width_mm, x_mm + 0.5 * rectangle.width_mm,
           truth.reference_plane_table_mm - rectangle.depth_mm};
 }
@@ -71,7 +65,7 @@ RectangleSides rectangle_sides(const bench_files::BenchFile& bench, const Virtua
 Eigen::Vector2d seen_px(const VirtualTruth& truth, bool is_right, const Eigen::Vector3d& p_table_mm)
 {
   const Eigen::Vector3d p_eyes_mm = tracking::pose_of(truth.calibration.X_table_eyes).inverse() * p_table_mm;
-  return optics::shown_px(eye_of(truth.calibration.eyes, is_right), p_eyes_mm);
+  return optics::shown_px(optics::side_of(truth.calibration.eyes, is_right), p_eyes_mm);
 }
 
 double scan_reading(double border_px, bool is_last)
@@ -81,7 +75,7 @@ double scan_reading(double border_px, bool is_last)
 
 Eigen::Vector2d drawn_node_px(const VirtualTruth& truth, bool is_right, const Eigen::Vector2d& node)
 {
-  const optics::Eye& eye = eye_of(truth.calibration.eyes, is_right);
+  const optics::Eye& eye = optics::side_of(truth.calibration.eyes, is_right);
   return optics::drawn_px(eye.distortion,
                           calibration::shown_px(truth.grids[is_right ? 1 : 0], eye.pixel_aspect, node));
 }
@@ -90,7 +84,7 @@ double side_value(const SideLine& line, const VirtualTruth& truth, bool is_right
                   const Eigen::Vector2d& side_table_mm, double off_px)
 {
   const optics::Distortion& drawing = line.drawing.distortion;
-  const optics::Distortion& optics = eye_of(truth.calibration.eyes, is_right).distortion;
+  const optics::Distortion& optics = optics::side_of(truth.calibration.eyes, is_right).distortion;
   const auto drawn = [&](double value) -> Eigen::Vector2d {
     return optics::drawn_px(drawing, {value, line.row_px});
   };
@@ -117,7 +111,7 @@ double side_value(const SideLine& line, const VirtualTruth& truth, bool is_right
 Eigen::Vector2d cross_value(const optics::Eye& drawing, const VirtualTruth& truth, bool is_right,
                             const Eigen::Vector2d& seen_px, const Eigen::Vector2d& off_px)
 {
-  const optics::Distortion& optics = eye_of(truth.calibration.eyes, is_right).distortion;
+  const optics::Distortion& optics = optics::side_of(truth.calibration.eyes, is_right).distortion;
   const Eigen::Vector2d wanted_px = optics::drawn_px(optics, seen_px) + off_px;
   return optics::shown_px(drawing.distortion, wanted_px);
 }
@@ -146,50 +140,9 @@ Line with_points_between(const Line& line)
   return dense;
 }
 
-struct Share {
-  double from = 0.0, to = 1.0;
-};
-
-/// The part of a segment inside the edges. Source: Liang, Barsky (1984) ACM Trans Graph 3:1-22.
-std::optional<Share> share_within(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
-                                  const VirtualTruth::Edges& edges)
+DrawnLine outline(bool is_right, Line points, double width_px = 1.5)
 {
-  const Eigen::Vector2d way = to - from;
-  const double steps[4] = {-way.x(), way.x(), -way.y(), way.y()};
-  const double rooms[4] = {from.x() - edges.left, edges.right - from.x(), from.y() - edges.top,
-                           edges.bottom - from.y()};
-  Share share;
-  for (int k = 0; k < 4; ++k) {
-    if (steps[k] == 0.0 && rooms[k] < 0.0) return std::nullopt;
-    if (steps[k] < 0.0) share.from = std::max(share.from, rooms[k] / steps[k]);
-    if (steps[k] > 0.0) share.to = std::min(share.to, rooms[k] / steps[k]);
-  }
-  if (share.from > share.to) return std::nullopt;
-  return share;
-}
-
-/// The pieces of a line inside the edges.
-std::vector<Line> pieces_within(const Line& line, const VirtualTruth::Edges& edges)
-{
-  std::vector<Line> pieces;
-  bool is_continued = false;
-  for (std::size_t k = 1; k < line.size(); ++k) {
-    const std::optional<Share> share = share_within(line[k - 1], line[k], edges);
-    if (!share) {
-      is_continued = false;
-      continue;
-    }
-    const Eigen::Vector2d way = line[k] - line[k - 1];
-    if (!is_continued || share->from > 0.0) pieces.push_back({line[k - 1] + share->from * way});
-    pieces.back().push_back(line[k - 1] + share->to * way);
-    is_continued = share->to >= 1.0;
-  }
-  return pieces;
-}
-
-calibration_tasks::DrawnLine outline(bool is_right, Line points, double width_px = 1.5)
-{
-  calibration_tasks::DrawnLine line;
+  DrawnLine line;
   line.is_right = is_right;
   line.points_px = std::move(points);
   line.width_px = width_px;
@@ -197,13 +150,12 @@ calibration_tasks::DrawnLine outline(bool is_right, Line points, double width_px
   return line;
 }
 
-std::vector<calibration_tasks::DrawnLine> visible_border(const calibration_tasks::Task& task,
-                                                         const VirtualTruth& truth)
+std::vector<DrawnLine> visible_border(const Task& task, const VirtualTruth& truth)
 {
   const VirtualTruth::Edges& e = truth.edges_px[task.is_right ? 1 : 0];
   Line border = with_points_between(
       {{e.left, e.top}, {e.right, e.top}, {e.right, e.bottom}, {e.left, e.bottom}, {e.left, e.top}});
-  const optics::Distortion& optics = eye_of(truth.calibration.eyes, task.is_right).distortion;
+  const optics::Distortion& optics = optics::side_of(truth.calibration.eyes, task.is_right).distortion;
   for (Eigen::Vector2d& point : border) point = optics::shown_px(optics, point);
   return {outline(task.is_right, std::move(border))};
 }
@@ -220,34 +172,30 @@ Line ring(const Eigen::Vector2d& middle_px, double radius_px)
   return points;
 }
 
-std::vector<calibration_tasks::DrawnLine> physical_grid(const calibration_tasks::Task& task,
-                                                        const bench_files::BenchFile& bench,
-                                                        const VirtualTruth& truth)
+std::vector<DrawnLine> physical_grid(const Task& task, const BenchFile& bench, const VirtualTruth& truth)
 {
-  const double aspect = eye_of(truth.calibration.eyes, task.is_right).pixel_aspect;
+  const double aspect = optics::side_of(truth.calibration.eyes, task.is_right).pixel_aspect;
   const calibration::GridPose& grid = truth.grids[task.is_right ? 1 : 0];
   const double x = 0.5 * (bench.calibration.grid_columns - 1), y = 0.5 * (bench.calibration.grid_rows - 1);
   const auto at = [&](double column, double row) {
     return calibration::shown_px(grid, aspect, {column, row});
   };
-  std::vector<calibration_tasks::DrawnLine> lines;
+  std::vector<DrawnLine> lines;
   const int n_lines = bench.calibration.grid_columns + bench.calibration.grid_rows + 1;
   lines.reserve(static_cast<std::size_t>(n_lines));
   for (int k = 0; k < bench.calibration.grid_columns; ++k)
     lines.push_back(outline(task.is_right, {at(k - x, -y), at(k - x, y)}));
   for (int k = 0; k < bench.calibration.grid_rows; ++k)
     lines.push_back(outline(task.is_right, {at(-x, k - y), at(x, k - y)}));
-  if (task.kind == calibration_tasks::TaskKind::point) {
-    for (calibration_tasks::DrawnLine& line : lines) line.colour = aside_colour;
+  if (task.kind == TaskKind::point) {
+    for (DrawnLine& line : lines) line.colour = aside_colour;
     constexpr double radius_px = 6.0;
     lines.push_back(outline(task.is_right, ring(at(task.node.x(), task.node.y()), radius_px)));
   }
   return lines;
 }
 
-std::vector<calibration_tasks::DrawnLine> rectangle(const calibration_tasks::Task& task,
-                                                    const bench_files::BenchFile& bench,
-                                                    const VirtualTruth& truth)
+std::vector<DrawnLine> rectangle(const Task& task, const BenchFile& bench, const VirtualTruth& truth)
 {
   const RectangleSides sides = rectangle_sides(bench, truth, static_cast<std::size_t>(task.index));
   const double middle_mm = truth.calibration.X_table_eyes.shift_mm.y();
@@ -263,26 +211,24 @@ std::vector<calibration_tasks::DrawnLine> rectangle(const calibration_tasks::Tas
   return {outline(task.is_right, std::move(points))};
 }
 
-std::vector<calibration_tasks::DrawnLine> marker(const calibration_tasks::Task& task,
-                                                 const bench_files::BenchFile& bench,
-                                                 const VirtualTruth& truth)
+std::vector<DrawnLine> marker(const Task& task, const BenchFile& bench, const VirtualTruth& truth)
 {
   const BenchPoses standing = bullseye_poses(bench, truth, task.index);
   const Eigen::Vector3d p_eyes_mm = standing.X_tracker_eyes.inverse() * standing.X_tracker_tool.translation();
-  const optics::Eye& eye = eye_of(truth.calibration.eyes, task.is_right);
+  const optics::Eye& eye = optics::side_of(truth.calibration.eyes, task.is_right);
   // Marker diameter: 8 mm.
   constexpr double radius_mm = 4.0;
   const double radius_px = eye.distance_px * radius_mm / (eye.position_head_mm.z() - p_eyes_mm.z());
   return {outline(task.is_right, ring(optics::shown_px(eye, p_eyes_mm), radius_px))};
 }
 
-std::vector<calibration_tasks::DrawnLine> test_object(const VirtualTruth& truth)
+std::vector<DrawnLine> test_object(const VirtualTruth& truth)
 {
-  std::vector<calibration_tasks::DrawnLine> lines;
+  std::vector<DrawnLine> lines;
   constexpr double half_mm = 0.5 * calibration_tasks::test_frame_size_mm;
   const double z_mm = -truth.calibration.image_distance_mm;
   for (const bool is_right : {false, true}) {
-    const optics::Eye& eye = eye_of(truth.calibration.eyes, is_right);
+    const optics::Eye& eye = optics::side_of(truth.calibration.eyes, is_right);
     const auto at = [&](double x, double y) { return optics::shown_px(eye, Eigen::Vector3d(x, y, z_mm)); };
     lines.push_back(outline(is_right, {at(-half_mm, -half_mm), at(half_mm, -half_mm), at(half_mm, half_mm),
                                        at(-half_mm, half_mm), at(-half_mm, -half_mm)}));
@@ -291,8 +237,7 @@ std::vector<calibration_tasks::DrawnLine> test_object(const VirtualTruth& truth)
 }
 
 /// Polyline through the points of a scaled model, subdivided so that curvature is visible.
-std::vector<Eigen::Vector3d> polyline_mm(const std::vector<bench_files::CalibrationPoint>& points,
-                                         double scale)
+std::vector<Eigen::Vector3d> polyline_mm(const std::vector<CalibrationPoint>& points, double scale)
 {
   constexpr int n_pieces = 16;
   std::vector<Eigen::Vector3d> way;
@@ -305,21 +250,22 @@ std::vector<Eigen::Vector3d> polyline_mm(const std::vector<bench_files::Calibrat
   return way;
 }
 
-std::vector<calibration_tasks::DrawnLine> leg(const bench_files::BenchFile& bench, const VirtualTruth& truth)
+std::vector<DrawnLine> leg(const BenchFile& bench, const VirtualTruth& truth)
 {
-  const bench_files::Calibration& c = truth.calibration;
+  const Calibration& c = truth.calibration;
   const Pose X_eyes_tracker = resting_poses(truth).X_tracker_eyes.inverse();
-  std::vector<calibration_tasks::DrawnLine> lines;
-  for (const bench_files::CalibrationPart part : calibration_tasks::parts_of(bench)) {
+  std::vector<DrawnLine> lines;
+  for (const CalibrationPart part : calibration_tasks::parts_of(bench)) {
     if (!calibration_tasks::is_model_part(part)) continue;
-    const bench_files::BodyRole role = calibration_tasks::role_of(part);
+    const BodyRole role = calibration_tasks::role_of(part);
     const Pose X_eyes_model = X_eyes_tracker * X_tracker_body(truth, role) *
                               tracking::pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
     for (const bool is_right : {false, true}) {
       Line line;
       for (const Eigen::Vector3d& p_mm :
            polyline_mm(calibration_tasks::points_of(part, bench.calibration), c.subject_scale))
-        line.push_back(optics::shown_px(eye_of(c.eyes, is_right), Eigen::Vector3d(X_eyes_model * p_mm)));
+        line.push_back(
+            optics::shown_px(optics::side_of(c.eyes, is_right), Eigen::Vector3d(X_eyes_model * p_mm)));
       lines.push_back(outline(is_right, std::move(line)));
     }
   }
@@ -328,27 +274,25 @@ std::vector<calibration_tasks::DrawnLine> leg(const bench_files::BenchFile& benc
 
 }  // namespace
 
-std::vector<calibration_tasks::DrawnLine> drawn_model_lines(const ModelPlacement& placed,
-                                                            const bench_files::BenchFile& bench,
-                                                            const VirtualTruth& truth)
+std::vector<DrawnLine> drawn_model_lines(const ModelPlacement& placed, const BenchFile& bench,
+                                         const VirtualTruth& truth)
 {
   check(placed.values.size() == 6, "a pose has six dials");
   const Eigen::Vector3d turn_deg(placed.values[3], placed.values[4], placed.values[5]);
   const Pose X_body_model = tracking::pose_of(tracking::PoseParameters{
       {placed.values[0], placed.values[1], placed.values[2]}, turn_deg * rad_from_deg(1.0)});
-  const bench_files::Calibration& found = placed.found;
-  const Pose X_tracker_head =
-      bench.head == bench_files::HeadKind::stage
-          ? X_tracker_eyes(found, 0.0)
-          : resting_poses(truth).X_tracker_headbody * tracking::pose_of(found.X_headbody_eyes);
+  const Calibration& found = placed.found;
+  const Pose X_tracker_head = bench.head == HeadKind::stage ? X_tracker_eyes(found, 0.0)
+                                                            : resting_poses(truth).X_tracker_headbody *
+                                                                  tracking::pose_of(found.X_headbody_eyes);
   const Pose X_eyes_model = X_tracker_head.inverse() *
                             X_tracker_body(truth, calibration_tasks::role_of(placed.part)) * X_body_model;
-  std::vector<calibration_tasks::DrawnLine> lines;
+  std::vector<DrawnLine> lines;
   for (const bool is_right : {false, true}) {
-    calibration_tasks::DrawnLine& line = lines.emplace_back();
+    DrawnLine& line = lines.emplace_back();
     line.is_right = is_right;
     line.width_px = 1.5;
-    const optics::Eye& eye = eye_of(found.eyes, is_right);
+    const optics::Eye& eye = optics::side_of(found.eyes, is_right);
     for (const Eigen::Vector3d& p_mm :
          polyline_mm(calibration_tasks::points_of(placed.part, bench.calibration), found.subject_scale)) {
       const Eigen::Vector3d p_eyes_mm = X_eyes_model * p_mm;
@@ -362,43 +306,41 @@ std::vector<calibration_tasks::DrawnLine> drawn_model_lines(const ModelPlacement
   return lines;
 }
 
-std::vector<calibration_tasks::DrawnLine> physical_outlines(const calibration_tasks::Task& task,
-                                                            const bench_files::BenchFile& bench,
-                                                            const VirtualTruth& truth)
+std::vector<DrawnLine> physical_outlines(const Task& task, const BenchFile& bench, const VirtualTruth& truth)
 {
   switch (task.kind) {
-    case calibration_tasks::TaskKind::scan_line:
+    case TaskKind::scan_line:
       return visible_border(task, truth);
-    case calibration_tasks::TaskKind::point:
-    case calibration_tasks::TaskKind::grid:
+    case TaskKind::point:
+    case TaskKind::grid:
       return physical_grid(task, bench, truth);
-    case calibration_tasks::TaskKind::rectangle_sides:
+    case TaskKind::rectangle_sides:
       return rectangle(task, bench, truth);
-    case calibration_tasks::TaskKind::bullseye:
+    case TaskKind::bullseye:
       return marker(task, bench, truth);
-    case calibration_tasks::TaskKind::depth_check:
+    case TaskKind::depth_check:
       return test_object(truth);
-    case calibration_tasks::TaskKind::model_pose:
+    case TaskKind::model_pose:
       return leg(bench, truth);
-    case calibration_tasks::TaskKind::number:
-    case calibration_tasks::TaskKind::sweep:
-    case calibration_tasks::TaskKind::hold:
-    case calibration_tasks::TaskKind::stop:
+    case TaskKind::number:
+    case TaskKind::sweep:
+    case TaskKind::hold:
+    case TaskKind::stop:
       break;
   }
   return {};
 }
 
-std::vector<calibration_tasks::DrawnLine> seen_lines(std::span<const calibration_tasks::DrawnLine> drawn,
-                                                     const VirtualTruth& truth)
+std::vector<DrawnLine> seen_lines(std::span<const DrawnLine> drawn, const VirtualTruth& truth)
 {
-  std::vector<calibration_tasks::DrawnLine> seen;
-  for (const calibration_tasks::DrawnLine& line : drawn) {
-    const optics::Distortion& optics = eye_of(truth.calibration.eyes, line.is_right).distortion;
-    for (Line& piece :
-         pieces_within(with_points_between(line.points_px), truth.edges_px[line.is_right ? 1 : 0])) {
+  std::vector<DrawnLine> seen;
+  for (const DrawnLine& line : drawn) {
+    const optics::Distortion& optics = optics::side_of(truth.calibration.eyes, line.is_right).distortion;
+    const VirtualTruth::Edges& edges = truth.edges_px[line.is_right ? 1 : 0];
+    for (Line& piece : calibration_tasks::pieces_within(
+             with_points_between(line.points_px), {{edges.left, edges.top}, {edges.right, edges.bottom}})) {
       for (Eigen::Vector2d& point : piece) point = optics::shown_px(optics, point);
-      calibration_tasks::DrawnLine& part = seen.emplace_back(line);
+      DrawnLine& part = seen.emplace_back(line);
       part.points_px = std::move(piece);
     }
   }

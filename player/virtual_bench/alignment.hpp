@@ -6,18 +6,15 @@
 
 namespace vrda::virtual_bench {
 
-const optics::Eye& eye_of(const optics::EyePair& eyes, bool is_right);
-
 /// Pose of the head with its stage `stage_mm` from the stop.
-Pose X_tracker_eyes(const bench_files::Calibration& calibration, double stage_mm);
+Pose X_tracker_eyes(const Calibration& calibration, double stage_mm);
 
 /// Vertical sides of a rectangle, parallel to the table's Y: x and z on the table.
 struct RectangleSides {
   double left_table_mm = 0.0, right_table_mm = 0.0, z_table_mm = 0.0;
 };
 /// Sides of rectangle `index`, in front of the head with its stage at the stop.
-RectangleSides rectangle_sides(const bench_files::BenchFile& bench, const VirtualTruth& truth,
-                               std::size_t index);
+RectangleSides rectangle_sides(const BenchFile& bench, const VirtualTruth& truth, std::size_t index);
 
 /// Where a point of the table is seen with the stage at its stop; undistorted px.
 Eigen::Vector2d seen_px(const VirtualTruth& truth, bool is_right, const Eigen::Vector3d& p_table_mm);

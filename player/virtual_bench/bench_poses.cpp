@@ -14,14 +14,14 @@ namespace {
 
 constexpr double sweep_mm = 300.0;
 
-Eigen::Vector3d even_vector(simulation::RandomSequence& draws, double most)
+Eigen::Vector3d even_vector(RandomSequence& draws, double most)
 {
   const double x = draws.uniform(), y = draws.uniform(), z = draws.uniform();
   return most * (2.0 * Eigen::Vector3d(x, y, z) - Eigen::Vector3d::Ones());
 }
 
 /// Random numbers of where a hand puts something, by `kind` and `index`.
-simulation::RandomSequence draws_of_hand(const VirtualTruth& truth, std::uint64_t kind, int index)
+RandomSequence draws_of_hand(const VirtualTruth& truth, std::uint64_t kind, int index)
 {
   constexpr std::uint64_t first = 2000, most_indices = 1000;
   return {truth.seed, simulation::RandomPurpose::virtual_bench,
@@ -88,9 +88,9 @@ BenchPoses pivot_poses(const VirtualTruth& truth, double way)
   return standing;
 }
 
-BenchPoses bullseye_poses(const bench_files::BenchFile& bench, const VirtualTruth& truth, int index)
+BenchPoses bullseye_poses(const BenchFile& bench, const VirtualTruth& truth, int index)
 {
-  simulation::RandomSequence draws = draws_of_hand(truth, 0, index);
+  RandomSequence draws = draws_of_hand(truth, 0, index);
   const Eigen::Vector3d place = calibration_tasks::requested_marker_position(index).cast<double>();
   const double depth_mm = 750.0 + 200.0 * place.z() + 40.0 * (draws.uniform() - 0.5);
   const optics::Eye& eye = truth.calibration.eyes.left;
@@ -101,7 +101,7 @@ BenchPoses bullseye_poses(const bench_files::BenchFile& bench, const VirtualTrut
   BenchPoses standing;
   Pose X_eyes_moved = Pose::Identity();
   double stage_mm = 0.0;
-  if (bench.head == bench_files::HeadKind::stage) {
+  if (bench.head == HeadKind::stage) {
     stage_mm = 60.0 + 160.0 * draws.uniform();
   } else {
     X_eyes_moved.linear() = tracking::rotation_of(even_vector(draws, rad_from_deg(8.0)));
@@ -114,8 +114,7 @@ BenchPoses bullseye_poses(const bench_files::BenchFile& bench, const VirtualTrut
 
 BenchPoses touch_poses(const VirtualTruth& truth, const TouchedPoint& touched)
 {
-  simulation::RandomSequence draws =
-      draws_of_hand(truth, 1 + static_cast<std::uint64_t>(touched.role), touched.index);
+  RandomSequence draws = draws_of_hand(truth, 1 + static_cast<std::uint64_t>(touched.role), touched.index);
   constexpr double lean_deg = 40.0;
   const Pose X_body_model =
       tracking::pose_of(truth.calibration.X_body_model[static_cast<std::size_t>(touched.role)]);
@@ -127,17 +126,17 @@ BenchPoses touch_poses(const VirtualTruth& truth, const TouchedPoint& touched)
   return standing;
 }
 
-const Pose& X_tracker_body(const VirtualTruth& truth, bench_files::BodyRole role)
+const Pose& X_tracker_body(const VirtualTruth& truth, BodyRole role)
 {
-  return role == bench_files::BodyRole::tibia  ? truth.X_tracker_shank
-         : role == bench_files::BodyRole::head ? truth.X_tracker_headbody
-                                               : truth.X_tracker_leg;
+  return role == BodyRole::tibia  ? truth.X_tracker_shank
+         : role == BodyRole::head ? truth.X_tracker_headbody
+                                  : truth.X_tracker_leg;
 }
 
 namespace {
 
 /// True pose of a tool; nullopt if unused.
-std::optional<Pose> true_tool_pose(const bench_files::BenchFile& bench, const VirtualTruth& truth,
+std::optional<Pose> true_tool_pose(const BenchFile& bench, const VirtualTruth& truth,
                                    const BenchPoses& standing, const std::string& used,
                                    const std::string& tool)
 {
@@ -145,9 +144,8 @@ std::optional<Pose> true_tool_pose(const bench_files::BenchFile& bench, const Vi
   for (std::size_t k = 0; k < bench_files::n_body_roles; ++k) {
     if (!bench.bodies[k]) continue;
     const bench_files::BodySettings& body = *bench.bodies[k];
-    const auto role = static_cast<bench_files::BodyRole>(k);
-    const Pose X =
-        role == bench_files::BodyRole::head ? standing.X_tracker_headbody : X_tracker_body(truth, role);
+    const auto role = static_cast<BodyRole>(k);
+    const Pose X = role == BodyRole::head ? standing.X_tracker_headbody : X_tracker_body(truth, role);
     if (tool == body.tool) return X;
     for (std::size_t m = 0; m < body.markers.size(); ++m) {
       if (tool != body.markers[m]) continue;
@@ -161,7 +159,7 @@ std::optional<Pose> true_tool_pose(const bench_files::BenchFile& bench, const Vi
 
 }  // namespace
 
-Pose measured(const Pose& X, const VirtualNoise& noise, simulation::RandomSequence& draws)
+Pose measured(const Pose& X, const VirtualNoise& noise, RandomSequence& draws)
 {
   Pose seen = X;
   seen.translation() += noise.tracker_mm * draws.normal_vector();
@@ -169,9 +167,9 @@ Pose measured(const Pose& X, const VirtualNoise& noise, simulation::RandomSequen
   return seen;
 }
 
-std::vector<devices::Sample> tracker_frame(const bench_files::BenchFile& bench, const VirtualTruth& truth,
+std::vector<devices::Sample> tracker_frame(const BenchFile& bench, const VirtualTruth& truth,
                                            const BenchPoses& standing, const FrameFacts& facts,
-                                           simulation::RandomSequence& draws)
+                                           RandomSequence& draws)
 {
   std::vector<devices::Sample> samples;
   devices::Sample sample;

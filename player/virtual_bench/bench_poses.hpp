@@ -28,12 +28,12 @@ BenchPoses pivot_poses(const VirtualTruth& truth, double way);
 
 /// Position `index` of the marker (guide/task.hpp: marker_place), visible to both eyes; the head moves
 /// between positions.
-BenchPoses bullseye_poses(const bench_files::BenchFile& bench, const VirtualTruth& truth, int index);
+BenchPoses bullseye_poses(const BenchFile& bench, const VirtualTruth& truth, int index);
 
 /// The probe's tip on `p_model_mm` of the leg's model, in a different orientation for each `index`, offset
 /// by `off_mm` (tracker's axes).
 struct TouchedPoint {
-  bench_files::BodyRole role = bench_files::BodyRole::leg;
+  BodyRole role = BodyRole::leg;
   Eigen::Vector3d p_model_mm = Eigen::Vector3d::Zero();
   int index = 0;
   Eigen::Vector3d off_mm = Eigen::Vector3d::Zero();
@@ -41,10 +41,10 @@ struct TouchedPoint {
 BenchPoses touch_poses(const VirtualTruth& truth, const TouchedPoint& touched);
 
 /// Pose of the body that carries the model.
-const Pose& X_tracker_body(const VirtualTruth& truth, bench_files::BodyRole role);
+const Pose& X_tracker_body(const VirtualTruth& truth, BodyRole role);
 
 /// Adds tracker noise to a pose.
-Pose measured(const Pose& X, const VirtualNoise& noise, simulation::RandomSequence& draws);
+Pose measured(const Pose& X, const VirtualNoise& noise, RandomSequence& draws);
 
 struct FrameFacts {
   std::int64_t time_ns = 0;
@@ -56,8 +56,8 @@ struct FrameFacts {
 };
 
 /// The stage's count, then every tool of the tracker in order; unused tools are not visible.
-std::vector<devices::Sample> tracker_frame(const bench_files::BenchFile& bench, const VirtualTruth& truth,
+std::vector<devices::Sample> tracker_frame(const BenchFile& bench, const VirtualTruth& truth,
                                            const BenchPoses& standing, const FrameFacts& facts,
-                                           simulation::RandomSequence& draws);
+                                           RandomSequence& draws);
 
 }  // namespace vrda::virtual_bench

@@ -28,19 +28,18 @@ std::uint64_t number_of(const std::string& text)
   return hash;
 }
 
-void press(calibration_tasks::CalibrationSession& session, navigation::Key key, bool has_shift = false,
-           bool has_control = false)
+void press(CalibrationSession& session, navigation::Key key, bool has_shift = false, bool has_control = false)
 {
   session.take(navigation::KeyPress{key, has_shift, has_control});
 }
 
 /// Presses for 1, 10 or 100 steps, whichever does not overshoot.
-void press_towards(calibration_tasks::CalibrationSession& session, navigation::Key key, long long n_steps)
+void press_towards(CalibrationSession& session, navigation::Key key, long long n_steps)
 {
   press(session, key, n_steps >= 10 && n_steps < 100, n_steps >= 100);
 }
 
-void select_dial(calibration_tasks::CalibrationSession& session, std::size_t k)
+void select_dial(CalibrationSession& session, std::size_t k)
 {
   const std::size_t n = session.values().size();
   for (std::size_t step = 0; step < n && session.selected_dial() != k; ++step)
@@ -49,8 +48,7 @@ void select_dial(calibration_tasks::CalibrationSession& session, std::size_t k)
 }
 
 /// Presses keys until dial `k` is within half a step of `wanted`, or at the limit of its range.
-void set_dial(calibration_tasks::CalibrationSession& session, const calibration_tasks::Task& task,
-              std::size_t k, double wanted)
+void set_dial(CalibrationSession& session, const Task& task, std::size_t k, double wanted)
 {
   const bool is_selected = task.dials.size() > 2;
   if (is_selected) select_dial(session, k);
@@ -71,227 +69,73 @@ void set_dial(calibration_tasks::CalibrationSession& session, const calibration_
   check(false, "a dial must reach the required value");
 }
 
-}  // namespace
+std::string key_of(const CalibrationSession& session)
+{
+  return std::string(bench_files::name_of(session.progress().part)) + "/" + session.task()->name;
+}
 
-struct VirtualOperator::Inner {
-  bench_files::BenchFile bench;
-  VirtualTruth truth;
-  VirtualNoise noise;
-  std::map<std::string, int> n_done;  ///< by part and task
-  int n_refusals = 0;
-  std::uint64_t n_frames = 0;  ///< of the current task
-  std::int64_t time_ns = 0;
-  bool is_stage_zeroed = false;
-
-  static std::string key_of(const calibration_tasks::CalibrationSession& session)
-  {
-    return std::string(bench_files::name_of(session.progress().part)) + "/" + session.task()->name;
-  }
-  /// Index of the current task's noise; differs when the task is repeated.
-  std::uint64_t draws_index(const calibration_tasks::CalibrationSession& session) const
-  {
-    const std::string key = key_of(session);
-    const auto done = n_done.find(key);
-    return number_of(key + "/" + std::to_string(done == n_done.end() ? 0 : done->second));
-  }
-  simulation::RandomSequence hand(const calibration_tasks::CalibrationSession& session) const
-  {
-    return {truth.seed, simulation::RandomPurpose::virtual_hand, draws_index(session)};
-  }
-
-  BenchPoses standing(const calibration_tasks::CalibrationSession& session) const;
-  void send_frame(calibration_tasks::CalibrationSession& session, const BenchPoses& poses);
-  void handle_zeroing(calibration_tasks::CalibrationSession& session);
-  void zero_stage(calibration_tasks::CalibrationSession& session);
-  void take_samples(calibration_tasks::CalibrationSession& session);
+/// The current task, and with what it is done.
+struct Asked {
+  const Task& task;
+  CalibrationPart part;
+  const Calibration& found;  ///< found so far, used for drawing
+  const BenchFile& bench;
+  const VirtualTruth& truth;
+  const VirtualNoise& noise;
+  RandomSequence& draws;
 };
 
-BenchPoses VirtualOperator::Inner::standing(const calibration_tasks::CalibrationSession& session) const
+Eigen::Vector2d off_px(const Asked& asked)
 {
-  const calibration_tasks::Task& task = *session.task();
-  const int n = std::max(2, task.n_samples);
-  const double way = std::min(1.0, static_cast<double>(session.progress().n_samples) / (n - 1));
-  if (task.kind == calibration_tasks::TaskKind::bullseye) return bullseye_poses(bench, truth, task.index);
-  if (task.kind == calibration_tasks::TaskKind::hold) {
-    const bench_files::CalibrationPart part = session.progress().part;
-    const bool is_tibia = part == bench_files::CalibrationPart::tibia;
-    const std::vector<bench_files::CalibrationPoint>& points =
-        is_tibia ? bench.calibration.tibia_points : bench.calibration.points;
-    TouchedPoint touched;
-    touched.role = is_tibia                                      ? bench_files::BodyRole::tibia
-                   : part == bench_files::CalibrationPart::femur ? bench_files::BodyRole::femur
-                                                                 : bench_files::BodyRole::leg;
-    touched.index = task.index;
-    touched.p_model_mm = points.at(static_cast<std::size_t>(task.index)).p_model_mm;
-    touched.off_mm = noise.touch_mm * hand(session).normal_vector();
-    return touch_poses(truth, touched);
-  }
-  if (task.kind != calibration_tasks::TaskKind::sweep) return resting_poses(truth);
-  if (task.tool == bench.calibration.probe) return pivot_poses(truth, way);
-  return task.name == "x rail" ? x_rail_poses(truth, way) : z_rail_poses(truth, way);
+  const double x = asked.draws.normal(), y = asked.draws.normal();
+  return asked.noise.alignment_px * Eigen::Vector2d(x, y);
 }
 
-void VirtualOperator::Inner::send_frame(calibration_tasks::CalibrationSession& session,
-                                        const BenchPoses& poses)
+std::vector<double> scan(const Asked& asked)
 {
-  FrameFacts facts;
-  facts.time_ns = time_ns;
-  facts.noise = noise;
-  facts.tool = session.task()->tool;
-  facts.is_stage_zeroed = is_stage_zeroed;
-  facts.stage_offset_mm = facts.is_stage_zeroed ? 0.0 : stage_offset_mm;
-  simulation::RandomSequence draws(truth.seed, simulation::RandomPurpose::virtual_tracker,
-                                   draws_index(session) + n_frames);
-  for (const devices::Sample& sample : tracker_frame(bench, truth, poses, facts, draws)) session.take(sample);
-  time_ns += frame_ns;
-  ++n_frames;
-}
-
-void VirtualOperator::Inner::handle_zeroing(calibration_tasks::CalibrationSession& session)
-{
-  if (session.take_zero_request()) is_stage_zeroed = true;
-}
-
-/// In a resumed session with a restarted board: moves the stage to its stop and presses Z. Resets the frame
-/// count, so that the task's noise equals that of an uninterrupted session.
-void VirtualOperator::Inner::zero_stage(calibration_tasks::CalibrationSession& session)
-{
-  if (session.task()->kind != calibration_tasks::TaskKind::bullseye || !calibration_tasks::has_stage(bench) ||
-      is_stage_zeroed)
-    return;
-  send_frame(session, resting_poses(truth));
-  press(session, vrda::navigation::key_of('Z'));
-  handle_zeroing(session);
-  n_frames = 0;
-}
-
-void VirtualOperator::Inner::take_samples(calibration_tasks::CalibrationSession& session)
-{
-  const std::uint64_t most_frames = 10 * static_cast<std::uint64_t>(session.task()->n_samples) + 100;
-  while (session.progress().is_sampling && n_frames < most_frames) send_frame(session, standing(session));
-  check(!session.progress().is_sampling, "a task must end after the required samples");
-}
-
-VirtualOperator::VirtualOperator(const bench_files::BenchFile& bench, const VirtualTruth& truth,
-                                 const VirtualNoise& noise)
-    : inner_(std::make_unique<Inner>())
-{
-  inner_->bench = bench;
-  inner_->truth = truth;
-  inner_->noise = noise;
-}
-
-VirtualOperator::~VirtualOperator() = default;
-
-void VirtualOperator::do_task(calibration_tasks::CalibrationSession& session)
-{
-  check(session.task() != nullptr, "do_task needs a current task");
-  const calibration_tasks::Task task = *session.task();
-  const std::string key = Inner::key_of(session);
-  constexpr int most_refusals = 20;
-  if (inner_->n_done[key] > most_refusals) {
-    throw InputError({inner_->bench.path, key,
-                      "more than " + std::to_string(most_refusals) + " refusals: " +
-                          (session.progress().messages.empty() ? "" : session.progress().messages.front()),
-                      "marks that the guide accepts"});
-  }
-  inner_->n_frames = 0;
-  inner_->zero_stage(session);
-  simulation::RandomSequence hand = inner_->hand(session);
-  const TaskContext asked{task, session.progress().part, session.calibration()};
-  const std::vector<double> wanted = dial_values(asked, inner_->bench, inner_->truth, inner_->noise, hand);
-  for (std::size_t k = 0; k < wanted.size(); ++k) set_dial(session, task, k, wanted[k]);
-  const bool wants_samples = task.n_samples > 0;
-  if (wants_samples || task.kind == calibration_tasks::TaskKind::stop)
-    inner_->send_frame(session, inner_->standing(session));
-  press(session, navigation::Key::enter);
-  if (wants_samples) inner_->take_samples(session);
-  inner_->handle_zeroing(session);
-  ++inner_->n_done[key];
-  if (session.progress().has_error) ++inner_->n_refusals;
-}
-
-int VirtualOperator::n_refusals() const
-{
-  return inner_->n_refusals;
-}
-
-void VirtualOperator::send_samples(calibration_tasks::CalibrationSession& session)
-{
-  inner_->handle_zeroing(session);
-  const calibration_tasks::Task* task = session.task();
-  if (task == nullptr || (task->n_samples == 0 && task->kind != calibration_tasks::TaskKind::stop)) return;
-  if (session.progress().n_samples == 0 && !session.progress().is_sampling) inner_->n_frames = 0;
-  inner_->send_frame(session, inner_->standing(session));
-}
-
-std::optional<double> VirtualOperator::reading(const calibration_tasks::CalibrationSession& session) const
-{
-  if (session.task() == nullptr) return std::nullopt;
-  simulation::RandomSequence hand = inner_->hand(session);
-  return simulated_reading({*session.task(), session.progress().part, session.calibration()}, inner_->bench,
-                           inner_->truth, inner_->noise, hand);
-}
-
-namespace {
-
-Eigen::Vector2d off_px(const VirtualNoise& noise, simulation::RandomSequence& draws)
-{
-  const double x = draws.normal(), y = draws.normal();
-  return noise.alignment_px * Eigen::Vector2d(x, y);
-}
-
-std::vector<double> scan(const TaskContext& asked, const VirtualTruth& truth, const VirtualNoise& noise,
-                         simulation::RandomSequence& draws)
-{
-  const VirtualTruth::Edges& edges = truth.edges_px[asked.task.is_right ? 1 : 0];
+  const VirtualTruth::Edges& edges = asked.truth.edges_px[asked.task.is_right ? 1 : 0];
   const auto edge = static_cast<calibration::Edge>(asked.task.index);
   const double border_px = edge == calibration::Edge::left    ? edges.left
                            : edge == calibration::Edge::right ? edges.right
                            : edge == calibration::Edge::top   ? edges.top
                                                               : edges.bottom;
   const bool is_last = edge == calibration::Edge::right || edge == calibration::Edge::bottom;
-  return {scan_reading(border_px + noise.alignment_px * draws.normal(), is_last)};
+  return {scan_reading(border_px + asked.noise.alignment_px * asked.draws.normal(), is_last)};
 }
 
-std::vector<double> node(const TaskContext& asked, const VirtualTruth& truth, const VirtualNoise& noise,
-                         simulation::RandomSequence& draws)
+std::vector<double> node(const Asked& asked)
 {
-  const Eigen::Vector2d at =
-      drawn_node_px(truth, asked.task.is_right, asked.task.node) + off_px(noise, draws);
+  const Eigen::Vector2d at = drawn_node_px(asked.truth, asked.task.is_right, asked.task.node) + off_px(asked);
   return {at.x(), at.y()};
 }
 
-std::vector<double> sides(const TaskContext& asked, const bench_files::BenchFile& bench,
-                          const VirtualTruth& truth, const VirtualNoise& noise,
-                          simulation::RandomSequence& draws)
+std::vector<double> sides(const Asked& asked)
 {
-  const RectangleSides rectangle = rectangle_sides(bench, truth, static_cast<std::size_t>(asked.task.index));
+  const RectangleSides rectangle =
+      rectangle_sides(asked.bench, asked.truth, static_cast<std::size_t>(asked.task.index));
   SideLine line;
-  line.drawing = eye_of(asked.found.eyes, asked.task.is_right);
+  line.drawing = optics::side_of(asked.found.eyes, asked.task.is_right);
   line.row_px = line.drawing.sight_px.y();
   std::vector<double> values;
   for (const double x_mm : {rectangle.left_table_mm, rectangle.right_table_mm}) {
-    values.push_back(side_value(line, truth, asked.task.is_right, {x_mm, rectangle.z_table_mm},
-                                noise.alignment_px * draws.normal()));
+    values.push_back(side_value(line, asked.truth, asked.task.is_right, {x_mm, rectangle.z_table_mm},
+                                asked.noise.alignment_px * asked.draws.normal()));
   }
   return values;
 }
 
 /// Fits the eight grid parameters to all nodes, each with alignment noise.
-std::vector<double> whole_grid(const TaskContext& asked, const bench_files::BenchFile& bench,
-                               const VirtualTruth& truth, const VirtualNoise& noise,
-                               simulation::RandomSequence& draws)
+std::vector<double> whole_grid(const Asked& asked)
 {
   std::vector<calibration::GridMark> marks;
-  for (int row = 0; row < bench.calibration.grid_rows; ++row) {
-    for (int column = 0; column < bench.calibration.grid_columns; ++column) {
-      const Eigen::Vector2d at(column - 0.5 * (bench.calibration.grid_columns - 1),
-                               row - 0.5 * (bench.calibration.grid_rows - 1));
-      marks.push_back({at, drawn_node_px(truth, asked.task.is_right, at) + off_px(noise, draws)});
+  for (int row = 0; row < asked.bench.calibration.grid_rows; ++row) {
+    for (int column = 0; column < asked.bench.calibration.grid_columns; ++column) {
+      const Eigen::Vector2d at(column - 0.5 * (asked.bench.calibration.grid_columns - 1),
+                               row - 0.5 * (asked.bench.calibration.grid_rows - 1));
+      marks.push_back({at, drawn_node_px(asked.truth, asked.task.is_right, at) + off_px(asked)});
     }
   }
-  const optics::Eye& drawing = eye_of(asked.found.eyes, asked.task.is_right);
+  const optics::Eye& drawing = optics::side_of(asked.found.eyes, asked.task.is_right);
   constexpr double held = 1e-6;
   const calibration::DistortionFit fit =
       calibration::fit_distortion(marks, drawing, {drawing.pixel_aspect, held}, "grid", "virtual bench");
@@ -305,104 +149,215 @@ std::vector<double> whole_grid(const TaskContext& asked, const bench_files::Benc
           fit.grid.turn_rad / rad_from_deg(1.0)};
 }
 
-std::vector<double> bullseye(const TaskContext& asked, const bench_files::BenchFile& bench,
-                             const VirtualTruth& truth, const VirtualNoise& noise,
-                             simulation::RandomSequence& draws)
+std::vector<double> bullseye(const Asked& asked)
 {
-  const BenchPoses standing = bullseye_poses(bench, truth, asked.task.index);
+  const BenchPoses standing = bullseye_poses(asked.bench, asked.truth, asked.task.index);
   const Eigen::Vector2d seen =
-      optics::shown_px(eye_of(truth.calibration.eyes, asked.task.is_right),
+      optics::shown_px(optics::side_of(asked.truth.calibration.eyes, asked.task.is_right),
                        standing.X_tracker_eyes.inverse() * standing.X_tracker_tool.translation());
-  const Eigen::Vector2d value = cross_value(eye_of(asked.found.eyes, asked.task.is_right), truth,
-                                            asked.task.is_right, seen, off_px(noise, draws));
+  const Eigen::Vector2d value = cross_value(optics::side_of(asked.found.eyes, asked.task.is_right),
+                                            asked.truth, asked.task.is_right, seen, off_px(asked));
   return {value.x(), value.y()};
 }
 
-/// Places the model on the leg to within alignment noise of marks 100 mm around, at 800 mm.
-std::vector<double> place(const TaskContext& asked, const VirtualTruth& truth, const VirtualNoise& noise,
-                          simulation::RandomSequence& draws)
+/// Places the model on the leg to within alignment asked.noise of marks 100 mm around, at 800 mm.
+std::vector<double> place(const Asked& asked)
 {
   constexpr double distance_mm = 800.0, distance_px = 880.0, about_mm = 100.0;
-  const bench_files::BodyRole role =
-      asked.part == bench_files::CalibrationPart::leg     ? bench_files::BodyRole::leg
-      : asked.part == bench_files::CalibrationPart::femur ? bench_files::BodyRole::femur
-                                                          : bench_files::BodyRole::tibia;
-  const double noise_mm = noise.alignment_px * distance_mm / distance_px;
-  Pose X = tracking::pose_of(truth.calibration.X_body_model[static_cast<std::size_t>(role)]);
-  X.translation() += noise_mm * draws.normal_vector();
-  X.linear() = tracking::rotation_of(noise_mm / about_mm * draws.normal_vector()) * X.linear();
+  const BodyRole role = calibration_tasks::role_of(asked.part);
+  const double noise_mm = asked.noise.alignment_px * distance_mm / distance_px;
+  Pose X = tracking::pose_of(asked.truth.calibration.X_body_model[static_cast<std::size_t>(role)]);
+  X.translation() += noise_mm * asked.draws.normal_vector();
+  X.linear() = tracking::rotation_of(noise_mm / about_mm * asked.draws.normal_vector()) * X.linear();
   const tracking::PoseParameters six = tracking::pose_parameters_of(X);
   std::vector<double> values(six.shift_mm.begin(), six.shift_mm.end());
   for (const double turn_rad : six.turn_rad) values.push_back(turn_rad / rad_from_deg(1.0));
   return values;
 }
 
-double size_of_screen(const TaskContext& asked, const VirtualTruth& truth, const VirtualNoise& noise,
-                      simulation::RandomSequence& draws)
+double size_of_screen(const Asked& asked)
 {
-  return truth.screen_mm[asked.task.is_right ? 1 : 0][asked.task.index] + noise.ruler_mm * draws.normal();
+  return asked.truth.screen_mm[asked.task.is_right ? 1 : 0][asked.task.index] +
+         asked.noise.ruler_mm * asked.draws.normal();
 }
 
-double number_of_person(const TaskContext& asked, const VirtualTruth& truth, const VirtualNoise& noise,
-                        simulation::RandomSequence& draws)
+double number_of_person(const Asked& asked)
 {
-  enum Asked { pupils, left_arm, right_arm, image };
-  const optics::EyePair& eyes = truth.calibration.eyes;
+  enum { pupils, left_arm, right_arm, image };
+  const optics::EyePair& eyes = asked.truth.calibration.eyes;
   switch (asked.task.index) {
     case pupils:
       return eyes.right.position_head_mm.x() - eyes.left.position_head_mm.x() +
-             noise.pupillometer_mm * draws.normal();
+             asked.noise.pupillometer_mm * asked.draws.normal();
     case left_arm:
       return -eyes.left.position_head_mm.x();
     case right_arm:
       return eyes.right.position_head_mm.x();
     default:
       check(asked.task.index == image, "unknown number of the person part");
-      return truth.calibration.image_distance_mm;
+      return asked.truth.calibration.image_distance_mm;
   }
+}
+
+/// Reading of a ruler, tape or pupillometer; nullopt if the task requires no number.
+std::optional<double> simulated_reading(const Asked& asked)
+{
+  if (asked.task.kind != TaskKind::number) return std::nullopt;
+  if (asked.part == CalibrationPart::viewport) return size_of_screen(asked);
+  if (asked.part != CalibrationPart::subject) return number_of_person(asked);
+  const bench_files::CalibrationLandmarks& pair =
+      asked.bench.calibration.landmarks.at(static_cast<std::size_t>(asked.task.index));
+  return asked.truth.calibration.subject_scale * pair.model_mm +
+         asked.noise.landmark_mm * asked.draws.normal();
+}
+
+/// Dial values at which everything appears aligned, in the order and units of the dials; empty if the task
+/// has none.
+std::vector<double> dial_values(const Asked& asked)
+{
+  switch (asked.task.kind) {
+    case TaskKind::scan_line:
+      return scan(asked);
+    case TaskKind::point:
+      return node(asked);
+    case TaskKind::rectangle_sides:
+      return sides(asked);
+    case TaskKind::grid:
+      return whole_grid(asked);
+    case TaskKind::number:
+      return {simulated_reading(asked).value()};
+    case TaskKind::bullseye:
+      return bullseye(asked);
+    case TaskKind::model_pose:
+      return place(asked);
+    case TaskKind::sweep:
+    case TaskKind::hold:
+    case TaskKind::stop:
+    case TaskKind::depth_check:
+      break;
+  }
+  return {};
 }
 
 }  // namespace
 
-std::optional<double> simulated_reading(const TaskContext& asked, const bench_files::BenchFile& bench,
-                                        const VirtualTruth& truth, const VirtualNoise& noise,
-                                        simulation::RandomSequence& draws)
+/// Index of the current task's noise; differs when the task is repeated.
+std::uint64_t VirtualOperator::draws_index(const CalibrationSession& session) const
 {
-  if (asked.task.kind != calibration_tasks::TaskKind::number) return std::nullopt;
-  if (asked.part == bench_files::CalibrationPart::viewport) return size_of_screen(asked, truth, noise, draws);
-  if (asked.part != bench_files::CalibrationPart::subject)
-    return number_of_person(asked, truth, noise, draws);
-  const bench_files::CalibrationLandmarks& pair =
-      bench.calibration.landmarks.at(static_cast<std::size_t>(asked.task.index));
-  return truth.calibration.subject_scale * pair.model_mm + noise.landmark_mm * draws.normal();
+  const std::string key = key_of(session);
+  const auto done = n_done_.find(key);
+  return number_of(key + "/" + std::to_string(done == n_done_.end() ? 0 : done->second));
 }
 
-std::vector<double> dial_values(const TaskContext& asked, const bench_files::BenchFile& bench,
-                                const VirtualTruth& truth, const VirtualNoise& noise,
-                                simulation::RandomSequence& draws)
+RandomSequence VirtualOperator::hand(const CalibrationSession& session) const
 {
-  switch (asked.task.kind) {
-    case calibration_tasks::TaskKind::scan_line:
-      return scan(asked, truth, noise, draws);
-    case calibration_tasks::TaskKind::point:
-      return node(asked, truth, noise, draws);
-    case calibration_tasks::TaskKind::rectangle_sides:
-      return sides(asked, bench, truth, noise, draws);
-    case calibration_tasks::TaskKind::grid:
-      return whole_grid(asked, bench, truth, noise, draws);
-    case calibration_tasks::TaskKind::number:
-      return {simulated_reading(asked, bench, truth, noise, draws).value()};
-    case calibration_tasks::TaskKind::bullseye:
-      return bullseye(asked, bench, truth, noise, draws);
-    case calibration_tasks::TaskKind::model_pose:
-      return place(asked, truth, noise, draws);
-    case calibration_tasks::TaskKind::sweep:
-    case calibration_tasks::TaskKind::hold:
-    case calibration_tasks::TaskKind::stop:
-    case calibration_tasks::TaskKind::depth_check:
-      break;
+  return {truth_.seed, simulation::RandomPurpose::virtual_hand, draws_index(session)};
+}
+
+BenchPoses VirtualOperator::standing(const CalibrationSession& session) const
+{
+  const Task& task = *session.task();
+  const int n = std::max(2, task.n_samples);
+  const double way = std::min(1.0, static_cast<double>(session.progress().n_samples) / (n - 1));
+  if (task.kind == TaskKind::bullseye) return bullseye_poses(bench_, truth_, task.index);
+  if (task.kind == TaskKind::hold) {
+    const CalibrationPart part = session.progress().part;
+    TouchedPoint touched;
+    touched.role = calibration_tasks::role_of(part);
+    touched.index = task.index;
+    touched.p_model_mm = calibration_tasks::points_of(part, bench_.calibration)
+                             .at(static_cast<std::size_t>(task.index))
+                             .p_model_mm;
+    touched.off_mm = noise_.touch_mm * hand(session).normal_vector();
+    return touch_poses(truth_, touched);
   }
-  return {};
+  if (task.kind != TaskKind::sweep) return resting_poses(truth_);
+  if (task.tool == bench_.calibration.probe) return pivot_poses(truth_, way);
+  return task.name == "x rail" ? x_rail_poses(truth_, way) : z_rail_poses(truth_, way);
+}
+
+void VirtualOperator::send_frame(CalibrationSession& session, const BenchPoses& poses)
+{
+  FrameFacts facts;
+  facts.time_ns = time_ns_;
+  facts.noise = noise_;
+  facts.tool = session.task()->tool;
+  facts.is_stage_zeroed = is_stage_zeroed_;
+  facts.stage_offset_mm = facts.is_stage_zeroed ? 0.0 : stage_offset_mm;
+  RandomSequence draws(truth_.seed, simulation::RandomPurpose::virtual_tracker,
+                       draws_index(session) + n_frames_);
+  for (const devices::Sample& sample : tracker_frame(bench_, truth_, poses, facts, draws))
+    session.take(sample);
+  time_ns_ += frame_ns;
+  ++n_frames_;
+}
+
+void VirtualOperator::handle_zeroing(CalibrationSession& session)
+{
+  if (session.take_zero_request()) is_stage_zeroed_ = true;
+}
+
+/// In a resumed session with a restarted board: moves the stage to its stop and presses Z. Resets the frame
+/// count, so that the task's noise_ equals that of an uninterrupted session.
+void VirtualOperator::zero_stage(CalibrationSession& session)
+{
+  if (session.task()->kind != TaskKind::bullseye || !calibration_tasks::has_stage(bench_) || is_stage_zeroed_)
+    return;
+  send_frame(session, resting_poses(truth_));
+  press(session, vrda::navigation::key_of('Z'));
+  handle_zeroing(session);
+  n_frames_ = 0;
+}
+
+void VirtualOperator::take_samples(CalibrationSession& session)
+{
+  const std::uint64_t most_frames = 10 * static_cast<std::uint64_t>(session.task()->n_samples) + 100;
+  while (session.progress().is_sampling && n_frames_ < most_frames) send_frame(session, standing(session));
+  check(!session.progress().is_sampling, "a task must end after the required samples");
+}
+
+void VirtualOperator::do_task(CalibrationSession& session)
+{
+  check(session.task() != nullptr, "do_task needs a current task");
+  const Task task = *session.task();
+  const std::string key = key_of(session);
+  constexpr int most_refusals = 20;
+  if (n_done_[key] > most_refusals) {
+    throw InputError({bench_.path, key,
+                      "more than " + std::to_string(most_refusals) + " refusals: " +
+                          (session.progress().messages.empty() ? "" : session.progress().messages.front()),
+                      "marks that the guide accepts"});
+  }
+  n_frames_ = 0;
+  zero_stage(session);
+  RandomSequence draws = hand(session);
+  const Asked asked{task, session.progress().part, session.calibration(), bench_, truth_, noise_, draws};
+  const std::vector<double> wanted = dial_values(asked);
+  for (std::size_t k = 0; k < wanted.size(); ++k) set_dial(session, task, k, wanted[k]);
+  const bool wants_samples = task.n_samples > 0;
+  if (wants_samples || task.kind == TaskKind::stop) send_frame(session, standing(session));
+  press(session, navigation::Key::enter);
+  if (wants_samples) take_samples(session);
+  handle_zeroing(session);
+  ++n_done_[key];
+  if (session.progress().has_error) ++n_refusals_;
+}
+
+void VirtualOperator::send_samples(CalibrationSession& session)
+{
+  handle_zeroing(session);
+  const Task* task = session.task();
+  if (task == nullptr || (task->n_samples == 0 && task->kind != TaskKind::stop)) return;
+  if (session.progress().n_samples == 0 && !session.progress().is_sampling) n_frames_ = 0;
+  send_frame(session, standing(session));
+}
+
+std::optional<double> VirtualOperator::reading(const CalibrationSession& session) const
+{
+  if (session.task() == nullptr) return std::nullopt;
+  RandomSequence draws = hand(session);
+  return simulated_reading(
+      {*session.task(), session.progress().part, session.calibration(), bench_, truth_, noise_, draws});
 }
 
 }  // namespace vrda::virtual_bench

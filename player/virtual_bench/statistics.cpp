@@ -39,8 +39,8 @@ tracking::PoseParameters tape_rounded(const tracking::PoseParameters& six)
           (six.turn_rad / step_rad).array().round() * step_rad};
 }
 
-void add_numbers(const bench_files::Calibration& found, const bench_files::BenchFile& bench,
-                 const VirtualTruth& truth, BenchResult& result)
+void add_numbers(const Calibration& found, const BenchFile& bench, const VirtualTruth& truth,
+                 BenchResult& result)
 {
   for (const auto& [part, record] : found.records) {
     if (!record.estimate) continue;
@@ -54,14 +54,14 @@ void add_numbers(const bench_files::Calibration& found, const bench_files::Bench
   }
 }
 
-BenchResult result_of(const bench_files::BenchFile& bench, const VirtualNoise& noise, std::uint64_t seed)
+BenchResult result_of(const BenchFile& bench, const VirtualNoise& noise, std::uint64_t seed)
 {
   const VirtualTruth truth = virtual_truth(bench, seed);
   calibration_tasks::CalibrationSessionOptions options;
   options.parts = calibration_tasks::parts_of_step("all", bench);
   options.date = "2000-01-01";
   options.path = "virtual bench " + std::to_string(seed);
-  calibration_tasks::CalibrationSession session(bench, bench_files::nominal_calibration(bench), options);
+  CalibrationSession session(bench, bench_files::nominal_calibration(bench), options);
   VirtualOperator hand(bench, truth, noise);
   while (session.task() != nullptr) hand.do_task(session);
   BenchResult result;
@@ -80,7 +80,7 @@ void add_bench(const BenchResult& result, VirtualStatistics& statistics)
     const auto is_same = [&](const NumberStatistics& s) {
       return s.part == number.part && s.name == number.name;
     };
-    auto at = std::find_if(statistics.numbers.begin(), statistics.numbers.end(), is_same);
+    auto at = std::ranges::find_if(statistics.numbers, is_same);
     if (at == statistics.numbers.end())
       at = statistics.numbers.insert(at, NumberStatistics{number.part, number.name, number.unit});
     ++at->n;
@@ -95,17 +95,17 @@ void add_bench(const BenchResult& result, VirtualStatistics& statistics)
 
 }  // namespace
 
-bench_files::Calibration uncalibrated(const bench_files::BenchFile& bench, const VirtualTruth& truth)
+Calibration uncalibrated(const BenchFile& bench, const VirtualTruth& truth)
 {
-  bench_files::Calibration calibration = truth.calibration;
-  const bench_files::Calibration nominal = bench_files::nominal_calibration(bench);
+  Calibration calibration = truth.calibration;
+  const Calibration nominal = bench_files::nominal_calibration(bench);
   calibration.eyes = nominal.eyes;
   calibration.X_table_eyes = tape_rounded(truth.calibration.X_table_eyes);
   calibration.X_headbody_eyes = tape_rounded(truth.calibration.X_headbody_eyes);
   return calibration;
 }
 
-VirtualStatistics virtual_statistics(const bench_files::BenchFile& bench, const VirtualNoise& noise,
+VirtualStatistics virtual_statistics(const BenchFile& bench, const VirtualNoise& noise,
                                      std::uint64_t first_seed, int n_benches, int n_threads)
 {
   std::vector<BenchResult> results(static_cast<std::size_t>(std::max(0, n_benches)));
@@ -139,7 +139,7 @@ namespace {
 
 double true_number_of_eye(const VirtualTruth& truth, bool is_right, std::string_view name)
 {
-  const optics::Eye& eye = eye_of(truth.calibration.eyes, is_right);
+  const optics::Eye& eye = optics::side_of(truth.calibration.eyes, is_right);
   const VirtualTruth::Edges& edges = truth.edges_px[is_right ? 1 : 0];
   if (name == "edge_left") return edges.left;
   if (name == "edge_right") return edges.right;
@@ -160,7 +160,7 @@ double true_number_of_eye(const VirtualTruth& truth, bool is_right, std::string_
 
 double true_number(const VirtualTruth& truth, const std::string& name)
 {
-  const bench_files::Calibration& c = truth.calibration;
+  const Calibration& c = truth.calibration;
   const Eigen::Vector3d apart_mm = c.eyes.right.position_head_mm - c.eyes.left.position_head_mm;
   if (name.starts_with("left.")) return true_number_of_eye(truth, false, std::string_view(name).substr(5));
   if (name.starts_with("right.")) return true_number_of_eye(truth, true, std::string_view(name).substr(6));
@@ -177,12 +177,11 @@ double true_number(const VirtualTruth& truth, const std::string& name)
 /// nullptr if the name is not that of a pose.
 const tracking::PoseParameters* true_pose(const VirtualTruth& truth, const std::string& name)
 {
-  const bench_files::Calibration& c = truth.calibration;
+  const Calibration& c = truth.calibration;
   if (name == "table") return &c.X_tracker_table;
   if (name == "eyes") return &c.X_table_eyes;
   if (name == "head") return &c.X_headbody_eyes;
-  for (const bench_files::BodyRole role :
-       {bench_files::BodyRole::leg, bench_files::BodyRole::femur, bench_files::BodyRole::tibia}) {
+  for (const BodyRole role : {BodyRole::leg, BodyRole::femur, BodyRole::tibia}) {
     if (name == bench_files::name_of(role)) return &c.X_body_model[static_cast<std::size_t>(role)];
   }
   return nullptr;
@@ -209,14 +208,13 @@ struct Moment {
 };
 
 /// Poses found with a calibration, from tracker and encoder.
-Moment found_moment(const bench_files::Calibration& found, const bench_files::BenchFile& bench,
-                    const BenchPoses& standing, const Pose& X_tracker_body_seen,
-                    const Pose& X_tracker_headbody_seen)
+Moment found_moment(const Calibration& found, const BenchFile& bench, const BenchPoses& standing,
+                    const Pose& X_tracker_body_seen, const Pose& X_tracker_headbody_seen)
 {
   Moment moment;
   moment.X_tracker_body = X_tracker_body_seen;
   const double stage_mm = std::round(standing.stage_mm / bench.stage_mm_per_count) * bench.stage_mm_per_count;
-  moment.X_tracker_eyes = bench.head == bench_files::HeadKind::stage
+  moment.X_tracker_eyes = bench.head == HeadKind::stage
                               ? X_tracker_eyes(found, stage_mm)
                               : X_tracker_headbody_seen * tracking::pose_of(found.X_headbody_eyes);
   return moment;
@@ -242,8 +240,8 @@ TargetError error_for_eye(const optics::Eye& found_eye, const Eigen::Vector3d& p
 
 }  // namespace
 
-Eigen::VectorXd errors_of(const calibration::Estimate& estimate, bench_files::CalibrationPart /*part*/,
-                          const bench_files::BenchFile& /*bench*/, const VirtualTruth& truth)
+Eigen::VectorXd errors_of(const calibration::Estimate& estimate, CalibrationPart /*part*/,
+                          const BenchFile& /*bench*/, const VirtualTruth& truth)
 {
   Eigen::VectorXd errors(estimate.values.size());
   Eigen::Index k = 0;
@@ -263,23 +261,22 @@ Eigen::VectorXd errors_of(const calibration::Estimate& estimate, bench_files::Ca
   return errors;
 }
 
-std::vector<TargetError> target_errors(const bench_files::Calibration& found,
-                                       const bench_files::BenchFile& bench, const VirtualTruth& truth,
-                                       const VirtualNoise& noise, std::uint64_t index)
+std::vector<TargetError> target_errors(const Calibration& found, const BenchFile& bench,
+                                       const VirtualTruth& truth, const VirtualNoise& noise,
+                                       std::uint64_t index)
 {
   // Distinct from the indices of the procedure itself.
   constexpr std::uint64_t first = 1ULL << 32U;
-  simulation::RandomSequence draws(truth.seed, simulation::RandomPurpose::virtual_tracker, first + index);
-  const bench_files::BodyRole role =
-      bench.leg == bench_files::LegKind::rigid ? bench_files::BodyRole::leg : bench_files::BodyRole::femur;
-  const auto model_of = [&](const bench_files::Calibration& c) {
+  RandomSequence draws(truth.seed, simulation::RandomPurpose::virtual_tracker, first + index);
+  const BodyRole role = bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur;
+  const auto model_of = [&](const Calibration& c) {
     return tracking::pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
   };
-  const bench_files::Calibration& real = truth.calibration;
+  const Calibration& real = truth.calibration;
   const Pose X_table_model =
       tracking::pose_of(real.X_tracker_table).inverse() * X_tracker_body(truth, role) * model_of(real);
   BenchPoses standing = resting_poses(truth);
-  if (bench.head == bench_files::HeadKind::stage) {
+  if (bench.head == HeadKind::stage) {
     // Near the position from which the knee is straight ahead.
     constexpr double about_mm = 50.0;
     standing.stage_mm = X_table_model.translation().x() - real.X_table_eyes.shift_mm.x() +
@@ -303,8 +300,8 @@ std::vector<TargetError> target_errors(const bench_files::Calibration& found,
                                        model_of(found) *
                                        (found.subject_scale / real.subject_scale * p_leg_mm);
     for (const bool is_right : {false, true}) {
-      errors.push_back(
-          error_for_eye(eye_of(found.eyes, is_right), p_found_mm, eye_of(real.eyes, is_right), p_true_mm));
+      errors.push_back(error_for_eye(optics::side_of(found.eyes, is_right), p_found_mm,
+                                     optics::side_of(real.eyes, is_right), p_true_mm));
     }
   }
   return errors;

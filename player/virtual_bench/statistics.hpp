@@ -6,8 +6,8 @@
 namespace vrda::virtual_bench {
 
 /// Found minus true value of every parameter of the estimate, in its units; poses as in Estimate.
-Eigen::VectorXd errors_of(const calibration::Estimate& estimate, bench_files::CalibrationPart part,
-                          const bench_files::BenchFile& bench, const VirtualTruth& truth);
+Eigen::VectorXd errors_of(const calibration::Estimate& estimate, CalibrationPart part, const BenchFile& bench,
+                          const VirtualTruth& truth);
 
 /// Overlay error at one target for one eye: where its image is seen against its true direction.
 struct TargetError {
@@ -16,13 +16,13 @@ struct TargetError {
 };
 /// 20 points of a working volume of 160 x 240 x 120 mm about the knee, both eyes: 40 errors. The leg's pose
 /// has tracker noise; `index` selects the noise.
-std::vector<TargetError> target_errors(const bench_files::Calibration& found,
-                                       const bench_files::BenchFile& bench, const VirtualTruth& truth,
-                                       const VirtualNoise& noise, std::uint64_t index = 0);
+std::vector<TargetError> target_errors(const Calibration& found, const BenchFile& bench,
+                                       const VirtualTruth& truth, const VirtualNoise& noise,
+                                       std::uint64_t index = 0);
 
 /// State before calibration: nominal eyes at tape-measured positions (10 mm, whole degrees). Table, stage,
 /// leg and size are exact; otherwise errors would be metres and unrelated to the display.
-bench_files::Calibration uncalibrated(const bench_files::BenchFile& bench, const VirtualTruth& truth);
+Calibration uncalibrated(const BenchFile& bench, const VirtualTruth& truth);
 
 struct NumberStatistics {
   std::string part, name, unit;
@@ -40,7 +40,7 @@ struct VirtualStatistics {
 
 /// Runs the whole procedure of `bench` on the benches first_seed, first_seed + 1, ...; the result is the
 /// same for any number of threads.
-VirtualStatistics virtual_statistics(const bench_files::BenchFile& bench, const VirtualNoise& noise,
+VirtualStatistics virtual_statistics(const BenchFile& bench, const VirtualNoise& noise,
                                      std::uint64_t first_seed, int n_benches, int n_threads);
 
 }  // namespace vrda::virtual_bench

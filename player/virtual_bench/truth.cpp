@@ -13,17 +13,17 @@ namespace {
 /// Groups of random numbers, so that a change in one does not affect the others.
 enum class Group : std::uint64_t { left_display, right_display, person, table, rails, leg, head, probe };
 
-simulation::RandomSequence draws_for(std::uint64_t seed, Group group)
+RandomSequence draws_for(std::uint64_t seed, Group group)
 {
   return {seed, simulation::RandomPurpose::virtual_bench, static_cast<std::uint64_t>(group)};
 }
 
-double between(simulation::RandomSequence& draws, double least, double most)
+double between(RandomSequence& draws, double least, double most)
 {
   return least + (most - least) * draws.uniform();
 }
 
-Eigen::Vector3d vector_within(simulation::RandomSequence& draws, double most)
+Eigen::Vector3d vector_within(RandomSequence& draws, double most)
 {
   const double x = between(draws, -most, most), y = between(draws, -most, most),
                z = between(draws, -most, most);
@@ -31,8 +31,7 @@ Eigen::Vector3d vector_within(simulation::RandomSequence& draws, double most)
 }
 
 /// Random pose, rotated by up to `most_deg` about each axis in turn.
-Pose any_pose(simulation::RandomSequence& draws, double most_deg, const Eigen::Vector3d& about_mm,
-              double most_mm)
+Pose any_pose(RandomSequence& draws, double most_deg, const Eigen::Vector3d& about_mm, double most_mm)
 {
   tracking::PoseParameters six;
   six.turn_rad = vector_within(draws, rad_from_deg(most_deg));
@@ -47,7 +46,7 @@ optics::Viewport nearest_pixels(const VirtualTruth::Edges& edges)
           whole(edges.bottom) - whole(edges.top)};
 }
 
-VirtualTruth::Edges drawn_edges(simulation::RandomSequence& draws, const optics::Viewport& window)
+VirtualTruth::Edges drawn_edges(RandomSequence& draws, const optics::Viewport& window)
 {
   // Inside the window's borders by 2 to 6 % of its size, drawn per border.
   const auto share = [&](double size) { return between(draws, 0.02, 0.06) * size; };
@@ -60,13 +59,12 @@ VirtualTruth::Edges drawn_edges(simulation::RandomSequence& draws, const optics:
 }
 
 /// One eye's display and optics.
-void add_display(const bench_files::BenchFile& bench, bool is_right, VirtualTruth& truth)
+void add_display(const BenchFile& bench, bool is_right, VirtualTruth& truth)
 {
   const std::size_t k = is_right ? 1 : 0;
-  simulation::RandomSequence draws =
-      draws_for(truth.seed, is_right ? Group::right_display : Group::left_display);
-  optics::Eye& eye = is_right ? truth.calibration.eyes.right : truth.calibration.eyes.left;
-  eye.window = is_right ? bench.display.windows.right : bench.display.windows.left;
+  RandomSequence draws = draws_for(truth.seed, is_right ? Group::right_display : Group::left_display);
+  optics::Eye& eye = optics::side_of(truth.calibration.eyes, is_right);
+  eye.window = optics::side_of(bench.display.windows, is_right);
   truth.edges_px[k] = drawn_edges(draws, eye.window);
   eye.visible = nearest_pixels(truth.edges_px[k]);
   eye.pixel_aspect = between(draws, 0.97, 1.03);
@@ -93,7 +91,7 @@ void add_display(const bench_files::BenchFile& bench, bool is_right, VirtualTrut
 }
 
 /// Grid spacing: the largest multiple of 5 mm that fits the area visible to both eyes.
-void add_grid(const bench_files::BenchFile& bench, VirtualTruth& truth)
+void add_grid(const BenchFile& bench, VirtualTruth& truth)
 {
   const bench_files::CalibrationSettings& settings = bench.calibration;
   constexpr double filled = 0.9, usual_distance_px = 880.0, step_mm = 5.0;
@@ -110,10 +108,10 @@ void add_grid(const bench_files::BenchFile& bench, VirtualTruth& truth)
       truth.calibration.eyes.right.distance_px * truth.grid_spacing_mm / truth.grid_depth_mm;
 }
 
-void add_person(const bench_files::BenchFile& bench, VirtualTruth& truth)
+void add_person(const BenchFile& bench, VirtualTruth& truth)
 {
-  simulation::RandomSequence draws = draws_for(truth.seed, Group::person);
-  bench_files::Calibration& c = truth.calibration;
+  RandomSequence draws = draws_for(truth.seed, Group::person);
+  Calibration& c = truth.calibration;
   const double ipd_mm = between(draws, 58.0, 70.0);
   constexpr double depth_apart_sd_mm = 2.0;
   const double depth_apart_mm = depth_apart_sd_mm * draws.normal();
@@ -122,7 +120,7 @@ void add_person(const bench_files::BenchFile& bench, VirtualTruth& truth)
   c.eyes.right.position_head_mm = -c.eyes.left.position_head_mm;
   c.subject_scale = between(draws, 0.93, 1.07);
   // With the stage at its stop the head is left of the centre; a tracked head is near the centre.
-  const double x_mm = bench.head == bench_files::HeadKind::stage ? -140.0 : 0.0;
+  const double x_mm = bench.head == HeadKind::stage ? -140.0 : 0.0;
   Pose X_table_eyes = Pose::Identity();
   X_table_eyes.linear() =
       tracking::rotation_of(rad_from_deg(bench.calibration.alignment_sd_deg) * draws.normal_vector());
@@ -134,20 +132,20 @@ void add_person(const bench_files::BenchFile& bench, VirtualTruth& truth)
 void add_table(VirtualTruth& truth)
 {
   // A tracker two and a half metres away, above the table and to one side.
-  simulation::RandomSequence draws = draws_for(truth.seed, Group::table);
+  RandomSequence draws = draws_for(truth.seed, Group::table);
   truth.calibration.X_tracker_table =
       tracking::pose_parameters_of(any_pose(draws, 40.0, {0.0, 0.0, -2500.0}, 200.0));
-  simulation::RandomSequence rails = draws_for(truth.seed, Group::rails);
+  RandomSequence rails = draws_for(truth.seed, Group::rails);
   const double off_square_rad = rad_from_deg(0.3) * rails.normal();
   truth.z_rail_table = Eigen::Vector3d(0.0, 0.0, std::sqrt(1.0 - off_square_rad * off_square_rad)) +
                        off_square_rad * Eigen::Vector3d::UnitX();
   truth.z_rail_above_mm = between(rails, 5.0, 30.0);
 }
 
-void add_leg(const bench_files::BenchFile& bench, VirtualTruth& truth)
+void add_leg(const BenchFile& bench, VirtualTruth& truth)
 {
-  simulation::RandomSequence draws = draws_for(truth.seed, Group::leg);
-  bench_files::Calibration& c = truth.calibration;
+  RandomSequence draws = draws_for(truth.seed, Group::leg);
+  Calibration& c = truth.calibration;
   // Anterior (X) towards the viewer, proximal (Y) up, about 800 mm in front of the eyes.
   Pose X_table_model = Pose::Identity();
   Eigen::Matrix3d facing;
@@ -156,37 +154,35 @@ void add_leg(const bench_files::BenchFile& bench, VirtualTruth& truth)
   X_table_model.translation() =
       Eigen::Vector3d(0.0, c.X_table_eyes.shift_mm.y(), c.X_table_eyes.shift_mm.z() - 800.0) +
       vector_within(draws, 20.0);
-  for (const bench_files::BodyRole role :
-       {bench_files::BodyRole::leg, bench_files::BodyRole::femur, bench_files::BodyRole::tibia}) {
-    const double y_mm = role == bench_files::BodyRole::tibia ? 120.0 : -120.0;
+  for (const BodyRole role : {BodyRole::leg, BodyRole::femur, BodyRole::tibia}) {
+    const double y_mm = role == BodyRole::tibia ? 120.0 : -120.0;
     c.X_body_model[static_cast<std::size_t>(role)] =
         tracking::pose_parameters_of(any_pose(draws, 60.0, {-60.0, y_mm, 0.0}, 30.0));
   }
   const Pose X_tracker_model = tracking::pose_of(c.X_tracker_table) * X_table_model;
-  const auto body_at = [&](bench_files::BodyRole role) -> Pose {
+  const auto body_at = [&](BodyRole role) -> Pose {
     return X_tracker_model * tracking::pose_of(c.X_body_model[static_cast<std::size_t>(role)]).inverse();
   };
-  truth.X_tracker_leg = body_at(bench.leg == bench_files::LegKind::rigid ? bench_files::BodyRole::leg
-                                                                         : bench_files::BodyRole::femur);
-  truth.X_tracker_shank = body_at(bench_files::BodyRole::tibia);
+  truth.X_tracker_leg = body_at(bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur);
+  truth.X_tracker_shank = body_at(BodyRole::tibia);
 }
 
 void add_tracked_things(VirtualTruth& truth)
 {
-  bench_files::Calibration& c = truth.calibration;
-  simulation::RandomSequence head = draws_for(truth.seed, Group::head);
+  Calibration& c = truth.calibration;
+  RandomSequence head = draws_for(truth.seed, Group::head);
   // The body is mounted above and in front of the eyes.
   const Pose X_headbody_eyes = any_pose(head, 30.0, {0.0, -80.0, 60.0}, 30.0);
   c.X_headbody_eyes = tracking::pose_parameters_of(X_headbody_eyes);
   truth.X_tracker_headbody =
       tracking::pose_of(c.X_tracker_table) * tracking::pose_of(c.X_table_eyes) * X_headbody_eyes.inverse();
-  simulation::RandomSequence probe = draws_for(truth.seed, Group::probe);
+  RandomSequence probe = draws_for(truth.seed, Group::probe);
   truth.tip_probe_mm = Eigen::Vector3d(0.0, 0.0, -100.0) + vector_within(probe, 15.0);
 }
 
 }  // namespace
 
-VirtualTruth virtual_truth(const bench_files::BenchFile& bench, std::uint64_t seed)
+VirtualTruth virtual_truth(const BenchFile& bench, std::uint64_t seed)
 {
   VirtualTruth truth;
   truth.seed = seed;
@@ -283,10 +279,9 @@ constexpr Point points[] = {
     {"thigh, inside", "[0, 60, -40]", true},        {"thigh, outside", "[4, 52, 42]", true},
     {"shin, inside", "[20, -66, -30]", true},       {"hollow of the knee", "[-44, -2, 2]", true}};
 
-std::string made_text(bench_files::HeadKind head)
+std::string made_text(HeadKind head)
 {
-  std::string text =
-      std::string(beginning) + (head == bench_files::HeadKind::stage ? on_a_stage : on_the_display) + rest;
+  std::string text = std::string(beginning) + (head == HeadKind::stage ? on_a_stage : on_the_display) + rest;
   for (const Point& point : points) {
     text += std::string("\n[[calibration.point]]\nname = \"") + point.name + "\"\nmm = " + point.mm +
             (point.is_target ? "\ntarget = true\n" : "\n");
@@ -296,11 +291,10 @@ std::string made_text(bench_files::HeadKind head)
 
 }  // namespace
 
-const std::string& virtual_bench_text(bench_files::HeadKind head)
+const std::string& virtual_bench_text(HeadKind head)
 {
-  static const std::string stage = made_text(bench_files::HeadKind::stage),
-                           tracker = made_text(bench_files::HeadKind::tracker);
-  return head == bench_files::HeadKind::stage ? stage : tracker;
+  static const std::string stage = made_text(HeadKind::stage), tracker = made_text(HeadKind::tracker);
+  return head == HeadKind::stage ? stage : tracker;
 }
 
 }  // namespace vrda::virtual_bench

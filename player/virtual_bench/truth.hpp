@@ -6,8 +6,18 @@
 
 #include "bench_files/calibration.hpp"
 #include "calibration/distortion_fit.hpp"
+#include "simulation/draws.hpp"
 
 namespace vrda::virtual_bench {
+
+using bench_files::BenchFile;
+using bench_files::BodyRole;
+using bench_files::Calibration;
+using bench_files::CalibrationPart;
+using bench_files::CalibrationPoint;
+using bench_files::HeadKind;
+using bench_files::LegKind;
+using simulation::RandomSequence;
 
 struct VirtualNoise {
   double alignment_px = 0.5;  ///< of each coordinate of an aligned position
@@ -22,7 +32,7 @@ struct VirtualNoise {
 struct VirtualTruth {
   std::uint64_t seed = 1;
   /// True eyes (their `visible` is rounded from `edges_px` to whole pixels), poses and scale.
-  bench_files::Calibration calibration;
+  Calibration calibration;
   struct Edges {
     double left = 0, right = 0, top = 0, bottom = 0;
   };
@@ -41,9 +51,9 @@ struct VirtualTruth {
 
 /// Equal seeds give equal benches. Quantities that the bench file gives with a standard deviation
 /// (alignment_sd_deg, sight_sd_px, eye_height_sd_mm) are drawn with it.
-VirtualTruth virtual_truth(const bench_files::BenchFile& bench, std::uint64_t seed);
+VirtualTruth virtual_truth(const BenchFile& bench, std::uint64_t seed);
 
 /// Built-in bench file for `calibrate --virtual` without --bench.
-const std::string& virtual_bench_text(bench_files::HeadKind head = bench_files::HeadKind::stage);
+const std::string& virtual_bench_text(HeadKind head = HeadKind::stage);
 
 }  // namespace vrda::virtual_bench

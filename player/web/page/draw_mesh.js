@@ -1,8 +1,15 @@
 // A mesh for graphics hardware with normals by crease angle; as pipeline/core/draw_mesh.
+import { cross, difference, dot, sum } from "./frames.js";
 
 const leastCosine = Math.cos(80 / 180 * Math.PI);  // edges with a larger angle stay sharp
 // At vertices with more faces all faces are averaged, since the comparison is quadratic.
 const mostFacesCompared = 1000;
+
+/// Null for a vector of length 0.
+function unitOf(v) {
+  const length = Math.sqrt(dot(v, v));
+  return length > 0 ? v.map((x) => x / length) : null;
+}
 
 /// Area normal (length: twice the area) and unit normal of each non-degenerate triangle.
 function facesOf(part, component) {
@@ -10,11 +17,9 @@ function facesOf(part, component) {
   for (let t = 0; t < triangles.length / 3; ++t) {
     if (part.component[t] !== component) continue;
     const vertex = triangles.subarray(3 * t, 3 * t + 3);
-    const [a, b, c] = [3 * vertex[0], 3 * vertex[1], 3 * vertex[2]];
-    const u = [p[b] - p[a], p[b + 1] - p[a + 1], p[b + 2] - p[a + 2]], v = [p[c] - p[a], p[c + 1] - p[a + 1], p[c + 2] - p[a + 2]];
-    const n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    const length = Math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    if (length > 0) faces.push({ vertex, area: n, unit: [n[0] / length, n[1] / length, n[2] / length] });
+    const [a, b, c] = Array.from(vertex, (v) => p.subarray(3 * v, 3 * v + 3));
+    const area = cross(difference(b, a), difference(c, a)), unit = unitOf(area);
+    if (unit) faces.push({ vertex, area, unit });
   }
   return faces;
 }
@@ -26,13 +31,8 @@ function facesAround(faces, nVertices) {
 }
 
 function cornerNormal(own, around) {
-  let x = 0, y = 0, z = 0;
-  for (const { unit, area } of around) {
-    const isSmooth = around.length > mostFacesCompared || unit[0] * own.unit[0] + unit[1] * own.unit[1] + unit[2] * own.unit[2] >= leastCosine;
-    if (isSmooth) [x, y, z] = [x + area[0], y + area[1], z + area[2]];
-  }
-  const length = Math.sqrt(x * x + y * y + z * z);
-  return length > 0 ? [x / length, y / length, z / length] : own.unit;
+  const isSmooth = ({ unit }) => around.length > mostFacesCompared || dot(unit, own.unit) >= leastCosine;
+  return unitOf(around.reduce((normal, face) => (isSmooth(face) ? sum(normal, face.area) : normal), [0, 0, 0])) ?? own.unit;
 }
 
 /// The corners of one component's triangles: positions relative to `origin` (for single precision), normals, and vertex

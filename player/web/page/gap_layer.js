@@ -1,7 +1,7 @@
 // Directional gaps from the moving body's upward faces to the reference, as colours. Constants as in player/scene/gap_layer.
 import { BufferAttribute, BufferGeometry, Group, Mesh } from "three";
 import { drawMesh } from "./draw_mesh.js";
-import { sum, turned } from "./frames.js";
+import { cross, difference, dot, scaled, sum, turned } from "./frames.js";
 import { colouredMaterialOf, colourOf } from "./material.js";
 import { RayTree } from "./ray_tree.js";
 import { colourAt, gapPalette, interpolated, setLinear, srgbFromLinear } from "./palettes.js";
@@ -13,10 +13,9 @@ const deepestMm = 3, aboveMm = 0.05, leastUpward = 0.3, fadesFrom = 0.7;
 function upwardCorners(positions, delta) {
   const corners = [];
   for (let at = 0; at < positions.length; at += 9) {
-    const [u, v] = [3, 6].map((by) => [0, 1, 2].map((k) => positions[at + by + k] - positions[at + k]));
-    const n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    const along = n[0] * delta[0] + n[1] * delta[1] + n[2] * delta[2];
-    if (along > leastUpward * Math.hypot(...n)) corners.push(at / 3, at / 3 + 1, at / 3 + 2);
+    const [a, b, c] = [0, 3, 6].map((by) => positions.subarray(at + by, at + by + 3));
+    const n = cross(difference(b, a), difference(c, a));
+    if (dot(n, delta) > leastUpward * Math.hypot(...n)) corners.push(at / 3, at / 3 + 1, at / 3 + 2);
   }
   return corners;
 }
@@ -59,7 +58,7 @@ export class GapLayer {
 
   /// Gap in mm from a point of the moving body along Delta to the reference; negative for overlap.
   gap(point, X, delta) {
-    const direction = turned(X.R, delta), from = sum(turned(X.R, point), X.t).map((x, k) => x - deepestMm * direction[k]);
+    const direction = turned(X.R, delta), from = difference(sum(turned(X.R, point), X.t), scaled(direction, deepestMm));
     return this.tree.travel(from, direction, deepestMm + rangeMm) - deepestMm;
   }
 

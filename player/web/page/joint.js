@@ -3,7 +3,7 @@
 import { BufferAttribute, BufferGeometry, CatmullRomCurve3, Group, Mesh, MeshBasicMaterial, SphereGeometry, TubeGeometry, Vector3 } from "three";
 import { compartmentColours, pathAlong, unbroken } from "./contact_paths.js";
 import { drawMesh } from "./draw_mesh.js";
-import { transposed, turned } from "./frames.js";
+import { product, rows, sum, transposed, turned } from "./frames.js";
 import { GapLayer } from "./gap_layer.js";
 import { LigamentLayer } from "./ligament_layer.js";
 import { materialOf } from "./material.js";
@@ -78,10 +78,9 @@ export class Joint {
   place(pose, held) {
     const back = held === "reference" ? transposed(pose.reference.R) : null;
     for (const name of ["reference", "moving"]) {
-      const { R, t } = pose[name], c = this.model.rotationCentre;
-      const shift = turned(R, c).map((x, k) => x + t[k]);
-      const [Q, s] = back ? [R.map((_, r) => [0, 1, 2].map((k) => back[r][0] * R[0][k] + back[r][1] * R[1][k] + back[r][2] * R[2][k])), turned(back, shift)] : [R, shift];
-      this.bodies[name].matrix.set(...Q[0], s[0], ...Q[1], s[1], ...Q[2], s[2], 0, 0, 0, 1);
+      const { R, t } = pose[name], shift = sum(turned(R, this.model.rotationCentre), t);
+      const drawn = back ? { R: product(back, R), t: turned(back, shift) } : { R, t: shift };
+      this.bodies[name].matrix.set(...rows(drawn));
     }
     this.group.updateMatrixWorld(true);
   }

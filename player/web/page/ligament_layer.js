@@ -2,11 +2,11 @@
 import { BufferAttribute, BufferGeometry, Mesh } from "three";
 import { crossSections, Fibres } from "./ligaments.js";
 import { markerMaterial } from "./material.js";
+import { stable } from "./motion.js";
 import { colourAt, setLinear, strainPalette } from "./palettes.js";
 
 const thicknessMm = 0.9, slackThicknessMm = 0.55, nSides = 10;
 export const slackColour = [205, 203, 196];
-const stable = 0;
 
 /// Strain at the end of the scale: the 95 % quantile of positive strains, rounded up to steps of 2 %.
 export function highestStrain(model) {

@@ -1,6 +1,6 @@
 // Ligament fibres: reading them from the file, and their strain at any pose; as pipeline/ligament.
 import { refuse } from "./model_error.js";
-import { difference, dot, normalised, scaled, sum, transposed, turned } from "./frames.js";
+import { cross, difference, dot, normalised, product, scaled, sum, transposed, turned } from "./frames.js";
 
 const cylinder = 0;
 /// Links of a wrapped fibre; compared with the library on a real knee: strain error 0.0016, variation between poses 0.0002.
@@ -101,7 +101,7 @@ export class Fibres {
 
   #over(k, wrap, ends, X) {
     // Pose of the surface: pose of its body times its pose in that body.
-    const R = wrap.isOnMoving ? X.R.map((_, r) => turned(transposed(wrap.R), X.R[r])) : wrap.R;
+    const R = wrap.isOnMoving ? product(X.R, wrap.R) : wrap.R;
     const t = wrap.isOnMoving ? sum(turned(X.R, wrap.t), X.t) : wrap.t;
     const own = ends.map((p) => turned(transposed(R), difference(p, t)));
     const isInside = own.some((p) => level(wrap, p).value < 1);
@@ -126,7 +126,6 @@ export function crossSections(points) {
     }
     // Minimal rotation of the previous one, so that the tube does not twist.
     u = normalised(difference(u, scaled(along, dot(u, along))));
-    const v = [along[1] * u[2] - along[2] * u[1], along[2] * u[0] - along[0] * u[2], along[0] * u[1] - along[1] * u[0]];
-    return [u, v];
+    return [u, cross(along, u)];
   });
 }

@@ -6,6 +6,7 @@ import { degree } from "./frames.js";
 import { Joint } from "./joint.js";
 import { Maps } from "./maps.js";
 import { readMotionModel } from "./model_file.js";
+import { stable } from "./motion.js";
 import { Player } from "./player.js";
 import { quantitiesOf, formatNumber } from "./quantities.js";
 import { watchFiles } from "./files.js";
@@ -147,7 +148,7 @@ function show(model, name) {
   joint = made;
   byId("title").textContent = model.title || name;
   document.title = `${model.title || name} – VRDA player`;
-  const solved = model.status.reduce((count, status) => count + (status === 0), 0);
+  const solved = model.status.reduce((count, status) => count + (status === stable), 0);
   byId("facts").textContent = `${name}: ${model.side} ${model.joint}, ${model.method}, ${solved} of ${model.status.length} attitudes solved`;
   byId("welcome").hidden = byId("message").hidden = true;
   byId("player").hidden = false;

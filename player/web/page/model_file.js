@@ -3,6 +3,7 @@ import { readBodies } from "./bodies.js";
 import { Hdf5File } from "./hdf5_file.js";
 import { readLigaments } from "./ligaments.js";
 import { ModelError, refuse } from "./model_error.js";
+import { stable } from "./motion.js";
 import { checkBytes } from "./seal.js";
 import { surfaceNames } from "./smoothed_surfaces.js";
 
@@ -11,8 +12,6 @@ const formatMajor = 1;
 const mostDegree = 20;
 // Allows for single precision in files of other programs; the pipeline's unit vectors are exact to 1e-15.
 const unitTolerance = 1e-6;
-
-const stable = 0;
 
 function text(file, name) {
   const value = file.attribute(name)?.[0];

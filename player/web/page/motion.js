@@ -3,7 +3,7 @@ import { degree, normalised, placed, rotationWorldSolver, scaled, sum } from "./
 import { cellOf, hermiteGrid, sample } from "./hermite_grid.js";
 import { evaluateSmoothed } from "./smoothed_surfaces.js";
 
-const stable = 0;
+export const stable = 0;  // status of a solved attitude
 const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
 const radians = (angles) => Array.from(angles, (x) => x * degree);
 

@@ -20,20 +20,11 @@
 
 namespace vrda::follow_test {
 
+using test::comes_true;
 namespace fs = std::filesystem;
 using testing::EndsWith;
 using testing::HasSubstr;
 using testing::StartsWith;
-
-/// Polls for up to a minute, for busy machines.
-bool comes_true(const std::function<bool()>& claim)
-{
-  for (int i = 0; i < 600; ++i) {
-    if (claim()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  }
-  return false;
-}
 
 /// A run of 3 x 3 attitudes written by the test.
 class Follow : public testing::Test {

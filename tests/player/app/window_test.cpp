@@ -15,6 +15,8 @@
 
 namespace vrda::window_test {
 
+using test::comes_true;
+
 constexpr int width = 800, height = 600;
 
 store::MotionModel small_model()
@@ -24,16 +26,6 @@ store::MotionModel small_model()
   test::add_bodies(model);
   test::add_smoothed(model, 1, [](int i, int) { return motion::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
   return model;
-}
-
-/// Polls for up to a minute, for busy machines.
-bool comes_true(const std::function<bool()>& claim)
-{
-  for (int i = 0; i < 600; ++i) {
-    if (claim()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  }
-  return false;
 }
 
 class InWindow : public testing::Test {

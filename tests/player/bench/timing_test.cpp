@@ -91,7 +91,7 @@ TEST(TimeHistogram, PercentilesAreThoseOfTheSortedTimesToABin)
     histogram.add(times.back());
     sum += times.back();
   }
-  std::sort(times.begin(), times.end());
+  std::ranges::sort(times);
   const double n = static_cast<double>(times.size());
   for (const double share : {0.001, 0.25, 0.5, 0.95, 0.99, 1.0}) {
     const double at = times[static_cast<std::size_t>(std::ceil(share * n)) - 1];

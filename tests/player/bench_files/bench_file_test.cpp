@@ -158,9 +158,9 @@ TEST(BenchFile, EveryOtherKeyIsTaken)
   EXPECT_EQ(script.rate_hz, 60.0);
   EXPECT_FALSE(script.is_looped);
   ASSERT_EQ(script.stage.size(), 2u);
-  EXPECT_EQ(script.stage[1].position_mm, 5.0);
+  EXPECT_EQ(script.stage[1].value, 5.0);
   ASSERT_EQ(script.potentiometer.size(), 2u);
-  EXPECT_EQ(script.potentiometer[1].count, 1000.0);
+  EXPECT_EQ(script.potentiometer[1].value, 1000.0);
   EXPECT_EQ(script.X_tracker_femur.translation(), Eigen::Vector3d(1, 2, 3));
   EXPECT_LT((script.X_tracker_femur.linear() * Eigen::Vector3d::UnitY() - Eigen::Vector3d::UnitZ()).norm(),
             1e-15);
@@ -198,8 +198,8 @@ TEST(BenchFile, DefaultsOfTheSchemaAreThoseOfTheStructures)
                             s.clock.drift_ppm,
                             double(s.clock.steps.size())};
     for (const simulation::LegKey& k : s.leg) all.insert(all.end(), {k.time_s, k.flexion_deg, k.varus_deg});
-    for (const simulation::StageKey& k : s.stage) all.insert(all.end(), {k.time_s, k.position_mm});
-    for (const simulation::PotentiometerKey& k : s.potentiometer) all.insert(all.end(), {k.time_s, k.count});
+    for (const simulation::PathPoint& k : s.stage) all.insert(all.end(), {k.time_s, k.value});
+    for (const simulation::PathPoint& k : s.potentiometer) all.insert(all.end(), {k.time_s, k.value});
     for (const simulation::Occlusion& o : s.occlusions) all.insert(all.end(), {o.from_s, o.to_s, o.every_s});
     return all;
   };

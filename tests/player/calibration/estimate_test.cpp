@@ -78,4 +78,17 @@ TEST(Estimate, OfAPlaceIsInTheUnitsOfFiles)
   EXPECT_NEAR(estimate.covariance(4, 4), deg_from_rad(1.0) * deg_from_rad(1.0), 1e-9);
 }
 
+TEST(IntervalText, LeavesTwoDigitsOfTheInterval)
+{
+  const auto text = [](double value, double half_width, const std::string& unit) {
+    const double sd = half_width / calibration::t_95(std::numeric_limits<double>::infinity());
+    calibration::Estimate estimate = one("x", value, sd * sd, std::numeric_limits<double>::infinity());
+    estimate.units = {unit};
+    return calibration::interval_text(estimate, 0);
+  };
+  EXPECT_EQ(text(879.9163, 1.4142, "px"), "879.9 +- 1.4 px");
+  EXPECT_EQ(text(0.0214567, 0.000345, ""), "0.02146 +- 0.00035");
+  EXPECT_EQ(text(-12.0, 35.0, "mm"), "-12 +- 35 mm");
+}
+
 }  // namespace vrda::estimate_test

@@ -64,7 +64,7 @@ TEST(GuideDrawing, StaysWithinWhatIsVisible)
     for (const Drawn& drawn : all_drawn(bench, truth)) {
       SCOPED_TRACE(drawn.task.name);
       for (const calibration_tasks::DrawnLine& line : drawn.lines) {
-        const optics::Eye& eye = calibration_tasks::eye_of(truth, line.is_right);
+        const optics::Eye& eye = optics::side_of(truth.eyes, line.is_right);
         const bool is_scan = drawn.task.kind == calibration_tasks::TaskKind::scan_line;
         expect_within(line, is_scan ? eye.window : eye.visible);
         EXPECT_GE(line.points_px.size(), 2u);
@@ -165,7 +165,7 @@ TEST(GuideDrawing, ALookIsDrawnByTheMarksOfItsPart)
     const std::vector<calibration_tasks::DrawnLine> lines = calibration_tasks::task_lines(*trial.session);
     ASSERT_EQ(lines.size(), 8u);
     for (const bool is_right : {false, true}) {
-      optics::Eye eye = calibration_tasks::eye_of(now, is_right);
+      optics::Eye eye = optics::side_of(now.eyes, is_right);
       eye.position_head_mm.x() = (is_right ? 0.5 : -0.5) * row.ipd_mm;
       const Eigen::Vector3d corner(-0.5 * calibration_tasks::test_frame_size_mm,
                                    -0.5 * calibration_tasks::test_frame_size_mm, -row.image_mm);
@@ -201,12 +201,12 @@ TEST(GuideDrawing, WithoutNoiseTheLookIsSeenWhereTheRealOneIs)
       }
     }
     const std::vector<Eigen::Vector2d>& corners = real[is_right ? 1 : 0].points_px;
-    const optics::Eye& eye = calibration_tasks::eye_of(trial.truth.calibration, is_right);
+    const optics::Eye& eye = optics::side_of(trial.truth.calibration.eyes, is_right);
     width_px[is_right] = (high - low) - (corners[1].x() - corners[0].x());
     // The optical axis is estimated later by the bull's-eyes; relative to it the drawing is correct.
     middle_px[is_right] =
         0.5 * (low + high) -
-        calibration_tasks::eye_of(trial.session->drawing_calibration(), is_right).sight_px.x() -
+        optics::side_of(trial.session->drawing_calibration().eyes, is_right).sight_px.x() -
         (0.5 * (corners[0].x() + corners[1].x()) - eye.sight_px.x());
   }
   // The distance of 880 px is determined to a step of 0.25 px at each side: 0.3 % of 110 px.
@@ -227,7 +227,7 @@ TEST(GuideDrawing, TheTestObjectStandsAtTheImagesDistanceForBothEyes)
   const std::vector<calibration_tasks::DrawnLine> lines = calibration_tasks::task_lines(task, {}, truth);
   ASSERT_EQ(lines.size(), 8u);
   for (const bool is_right : {false, true}) {
-    const optics::Eye& eye = calibration_tasks::eye_of(truth, is_right);
+    const optics::Eye& eye = optics::side_of(truth.eyes, is_right);
     const Eigen::Vector3d corner(-0.5 * calibration_tasks::test_frame_size_mm,
                                  -0.5 * calibration_tasks::test_frame_size_mm, -truth.image_distance_mm);
     EXPECT_EQ(lines[is_right ? 4 : 0].is_right, is_right);

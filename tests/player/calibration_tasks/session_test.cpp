@@ -149,7 +149,7 @@ void send_still(calibration_tasks::CalibrationSession& session, const bench_file
   devices::Sample sample;
   sample.kind = devices::SampleKind::tool_pose;
   sample.state = static_cast<std::uint8_t>(devices::ToolVisibility::seen);
-  sample.source = static_cast<std::uint16_t>(std::find(tools.begin(), tools.end(), tool) - tools.begin());
+  sample.source = static_cast<std::uint16_t>(std::ranges::find(tools, tool) - tools.begin());
   sample.tool_pose = devices::place_of(X);
   session.take(sample);
 }

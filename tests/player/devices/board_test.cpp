@@ -243,13 +243,9 @@ TEST_F(Board, AFileIsNotReplacedByALink)
 {
   const std::string path = (scratch_.path() / "file").string();
   std::ofstream(path) << "precious";
-  try {
-    devices::PtyBoard board(options(path));
-    FAIL() << "the file was in the way";
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.facts().field, path);
-    EXPECT_EQ(error.facts().found, "a file");
-  }
+  const InputError::Facts facts = test::input_error([&] { devices::PtyBoard board(options(path)); });
+  EXPECT_EQ(facts.field, path);
+  EXPECT_EQ(facts.found, "a file");
   EXPECT_TRUE(std::filesystem::is_regular_file(path));
   EXPECT_THROW(devices::PtyBoard(options((scratch_.path() / "no folder/board").string())), InputError);
 }

@@ -82,7 +82,7 @@ TEST(Leaks, AThousandConnectsAndDisconnectsOfBothDevicesLeaveNothing)
       const auto is_up = [device](const devices::Sample& s) {
         return is_link(s, device, devices::LinkState::up);
       };
-      const bool is_seen = std::any_of(seen.begin(), seen.end(), is_up);
+      const bool is_seen = std::ranges::any_of(seen, is_up);
       ASSERT_TRUE(is_seen || take_until(devices, seen, is_up));
     }
   };

@@ -4,9 +4,9 @@
 #include <atomic>
 #include <optional>
 
-#include "core/error.hpp"
 #include "devices/tracker_server.hpp"
 #include "player/devices/waiting.hpp"
+#include "support/input_error.hpp"
 
 namespace vrda::tracker_test {
 
@@ -36,6 +36,19 @@ std::vector<igtl::IgtlMessage> femur(std::uint64_t tick)
   return {tdata_of(tick, {"Femur"})};
 }
 
+bool is_seen(const devices::Sample& sample)
+{
+  return is_place(sample, devices::ToolVisibility::seen);
+}
+bool is_up(const devices::Sample& sample)
+{
+  return is_link(sample, devices::DeviceId::tracker, devices::LinkState::up);
+}
+bool is_closed(const devices::Sample& sample)
+{
+  return is_link(sample, devices::DeviceId::tracker, devices::LinkState::closed);
+}
+
 devices::TrackerSettings settings_for(const devices::TrackerServer& server)
 {
   devices::TrackerSettings settings;
@@ -52,29 +65,19 @@ class Recovery : public testing::Test {
   {
     server_.emplace(options, femur);
     devices_.emplace(settings_for(*server_), std::nullopt);
-    ASSERT_TRUE(take_until(*devices_, seen_, [](const devices::Sample& s) {
-      return is_place(s, devices::ToolVisibility::seen);
-    }));
+    ASSERT_TRUE(take_until(*devices_, seen_, is_seen));
     EXPECT_EQ(devices_->report(devices::DeviceId::tracker).link, devices::LinkState::up);
   }
   void expect_closed_and_seen_again()
   {
-    EXPECT_TRUE(take_until(*devices_, seen_, [](const devices::Sample& s) {
-      return is_link(s, devices::DeviceId::tracker, devices::LinkState::closed);
-    }));
-    trouble_ = devices_->report(devices::DeviceId::tracker).trouble;
-    EXPECT_TRUE(take_until(*devices_, seen_, [](const devices::Sample& s) {
-      return is_link(s, devices::DeviceId::tracker, devices::LinkState::up);
-    }));
-    EXPECT_TRUE(take_until(*devices_, seen_, [](const devices::Sample& s) {
-      return is_place(s, devices::ToolVisibility::seen);
-    }));
+    EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
+    EXPECT_TRUE(take_until(*devices_, seen_, is_up));
+    EXPECT_TRUE(take_until(*devices_, seen_, is_seen));
   }
 
   std::optional<devices::TrackerServer> server_;
   std::optional<devices::Devices> devices_;
   std::vector<devices::Sample> seen_;
-  std::string trouble_;  ///< when the link closed, or empty if it is up again
 };
 
 TEST(Tracker, AHundredHertzWithJitterArriveWhole)
@@ -86,7 +89,7 @@ TEST(Tracker, AHundredHertzWithJitterArriveWhole)
   constexpr int n_wanted = 300;
   std::vector<devices::Sample> places, seen;
   ASSERT_TRUE(take_until(devices, seen, [&places](const devices::Sample& sample) {
-    if (is_place(sample, devices::ToolVisibility::seen)) places.push_back(sample);
+    if (is_seen(sample)) places.push_back(sample);
     return places.size() == n_wanted;
   }));
   int n_wrong = 0, n_back = 0;
@@ -110,9 +113,7 @@ TEST_F(Recovery, FromAServerThatIsKilledAndReturns)
   start();
   const std::uint16_t port = server_->port();
   server_.reset();
-  ASSERT_TRUE(take_until(*devices_, seen_, [](const devices::Sample& s) {
-    return is_link(s, devices::DeviceId::tracker, devices::LinkState::closed);
-  }));
+  ASSERT_TRUE(take_until(*devices_, seen_, is_closed));
   EXPECT_TRUE(take_until(*devices_, seen_, [](const devices::Sample& s) {
     return is_place(s, devices::ToolVisibility::stale);
   }));
@@ -122,44 +123,23 @@ TEST_F(Recovery, FromAServerThatIsKilledAndReturns)
   options.port = port;
   // The new clock is far behind: poses are accepted after several.
   server_.emplace(options, femur);
-  EXPECT_TRUE(take_until(*devices_, seen_, [](const devices::Sample& s) {
-    return is_link(s, devices::DeviceId::tracker, devices::LinkState::up);
-  }));
-  EXPECT_TRUE(take_until(
-      *devices_, seen_, [](const devices::Sample& s) { return is_place(s, devices::ToolVisibility::seen); }));
+  EXPECT_TRUE(take_until(*devices_, seen_, is_up));
+  EXPECT_TRUE(take_until(*devices_, seen_, is_seen));
   EXPECT_EQ(devices_->report(devices::DeviceId::tracker).n_connects, 2U);
 }
 
-TEST_F(Recovery, FromConnectionsThatAreClosed)
+TEST_F(Recovery, FromClosedConnectionsAndSpoiltMessages)
 {
-  start();
-  server_->inject_fault(devices::FaultInjection::close_connections);
-  expect_closed_and_seen_again();
-  EXPECT_EQ(devices_->report(devices::DeviceId::tracker).n_refused, 0U);
-}
-
-TEST_F(Recovery, FromHalfAMessage)
-{
-  start();
-  server_->inject_fault(devices::FaultInjection::truncated_message);
-  expect_closed_and_seen_again();
-  EXPECT_EQ(devices_->report(devices::DeviceId::tracker).n_refused, 1U);
-}
-
-TEST_F(Recovery, FromGarbage)
-{
-  start();
-  server_->inject_fault(devices::FaultInjection::garbage);
-  expect_closed_and_seen_again();
-  EXPECT_EQ(devices_->report(devices::DeviceId::tracker).n_refused, 1U);
-}
-
-TEST_F(Recovery, FromAWrongChecksum)
-{
-  start();
-  server_->inject_fault(devices::FaultInjection::wrong_checksum);
-  expect_closed_and_seen_again();
-  EXPECT_EQ(devices_->report(devices::DeviceId::tracker).n_refused, 1U);
+  using devices::FaultInjection;
+  for (const auto& [fault, n_refused] :
+       {std::pair{FaultInjection::close_connections, 0U}, std::pair{FaultInjection::truncated_message, 1U},
+        std::pair{FaultInjection::garbage, 1U}, std::pair{FaultInjection::wrong_checksum, 1U}}) {
+    SCOPED_TRACE(static_cast<int>(fault));
+    start();
+    server_->inject_fault(fault);
+    expect_closed_and_seen_again();
+    EXPECT_EQ(devices_->report(devices::DeviceId::tracker).n_refused, n_refused);
+  }
 }
 
 /// A tracker whose ticks a test can change.
@@ -244,7 +224,7 @@ TEST(Tracker, AsksForTdataWhereItIsTold)
   devices::Devices devices(settings, std::nullopt);
   std::vector<devices::Sample> places, seen;
   ASSERT_TRUE(take_until(devices, seen, [&places](const devices::Sample& sample) {
-    if (is_place(sample, devices::ToolVisibility::seen)) places.push_back(sample);
+    if (is_seen(sample)) places.push_back(sample);
     return places.size() == 5;
   }));
   for (std::size_t k = 1; k < places.size(); ++k)
@@ -264,7 +244,7 @@ TEST(Tracker, AServerThatWaitsSaysNothingUnasked)
   ASSERT_TRUE(take_until(devices, seen, [&n_stale](const devices::Sample& s) {
     return (n_stale += is_place(s, devices::ToolVisibility::stale) ? 1 : 0) == 5;
   }));
-  for (const devices::Sample& sample : seen) EXPECT_FALSE(is_place(sample, devices::ToolVisibility::seen));
+  for (const devices::Sample& sample : seen) EXPECT_FALSE(is_seen(sample));
 }
 
 TEST(Tracker, SendsSeveralClientsTheSame)
@@ -273,10 +253,8 @@ TEST(Tracker, SendsSeveralClientsTheSame)
   devices::Devices first(settings_for(server), std::nullopt), second(settings_for(server), std::nullopt);
   std::vector<devices::Sample> seen;
   EXPECT_TRUE(wait_until([&] { return server.n_clients() == 2; }));
-  EXPECT_TRUE(take_until(
-      first, seen, [](const devices::Sample& s) { return is_place(s, devices::ToolVisibility::seen); }));
-  EXPECT_TRUE(take_until(
-      second, seen, [](const devices::Sample& s) { return is_place(s, devices::ToolVisibility::seen); }));
+  EXPECT_TRUE(take_until(first, seen, is_seen));
+  EXPECT_TRUE(take_until(second, seen, is_seen));
 }
 
 TEST(Tracker, SaysWhatIsWrongWithAHost)
@@ -294,23 +272,15 @@ TEST(TrackerServer, RefusesAddressesAndPortsItCannotListenOn)
 {
   devices::TrackerServerOptions options;
   options.address = "localhost";
-  try {
-    devices::TrackerServer server(options, femur);
-    FAIL() << "a name is no number";
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.facts().field, "address");
-    EXPECT_EQ(error.facts().found, "localhost");
-  }
+  const InputError::Facts facts = test::input_error([&] { devices::TrackerServer server(options, femur); });
+  EXPECT_EQ(facts.field, "address");
+  EXPECT_EQ(facts.found, "localhost");
   const devices::TrackerServer first({}, femur);
   options.address = "127.0.0.1";
   options.port = first.port();
-  try {
-    devices::TrackerServer second(options, femur);
-    FAIL() << "the port is taken";
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.facts().field, "port");
-    EXPECT_EQ(error.facts().found, "127.0.0.1:" + std::to_string(first.port()) + ": Address already in use");
-  }
+  const InputError::Facts taken = test::input_error([&] { devices::TrackerServer second(options, femur); });
+  EXPECT_EQ(taken.field, "port");
+  EXPECT_EQ(taken.found, "127.0.0.1:" + std::to_string(first.port()) + ": Address already in use");
 }
 
 }  // namespace vrda::tracker_test

@@ -143,7 +143,7 @@ TEST_F(Screen, APointerFindsItsViewAndTurnsThatAlone)
   const render::Image after = picture();
   EXPECT_EQ(differing(before, after, screen_.shots()[0].viewport), 0);
   EXPECT_GT(differing(before, after, screen_.shots()[1].viewport), 100);
-  screen_.reset_views();
+  screen_.fit_cameras();
   EXPECT_EQ(differing(before, picture(), screen_.shots()[1].viewport), 0);
 }
 

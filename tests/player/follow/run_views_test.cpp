@@ -27,7 +27,7 @@ TEST(RunViews, TilesCoverTheAreaWithoutOverlap)
         }
       }
     }
-    EXPECT_EQ(*std::max_element(n_covering.begin(), n_covering.end()), 1);
+    EXPECT_EQ(*std::ranges::max_element(n_covering), 1);
     // Borders of at most two pixels, right of and below each tile.
     EXPECT_GE(n_pixels, area.width * area.height - static_cast<int>(n) * 2 * (area.width + area.height));
   }

@@ -49,7 +49,7 @@ int n_bright(const render::Image& image, const optics::Viewport& area, int level
   for (int y = area.y; y < area.y + area.height; ++y) {
     for (int x = area.x; x < area.x + area.width; ++x) {
       const std::array<int, 3> colour = pixel(image, x, y);
-      n += *std::min_element(colour.begin(), colour.end()) > level ? 1 : 0;
+      n += *std::ranges::min_element(colour) > level ? 1 : 0;
     }
   }
   return n;

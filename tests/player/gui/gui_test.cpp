@@ -90,7 +90,7 @@ std::vector<navigation::Action> actions_in(Desk& desk, const optics::Viewport& a
 
 bool has(const std::vector<navigation::Action>& actions, navigation::Action action)
 {
-  return std::find(actions.begin(), actions.end(), action) != actions.end();
+  return std::ranges::find(actions, action) != actions.end();
 }
 
 TEST(Gui, SetsAreNamedAsPeopleSayThem)

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/error.hpp"
+#include "support/input_error.hpp"
 
 namespace vrda::arguments_test {
 
@@ -28,14 +28,10 @@ TEST(Arguments, WrongAnglesAreNamed)
   for (const std::string text :
        {"", "a", "0:90", "0:90:15:1", "0:90:", "0:nan:1", "inf", "0 :90:1", "0:4e2:1"}) {
     SCOPED_TRACE(text);
-    try {
-      navigation::parsed_angles("--flexion", text);
-      FAIL() << "accepted";
-    } catch (const InputError& error) {
-      EXPECT_EQ(error.facts().file, "--flexion");
-      EXPECT_EQ(error.facts().found, "\"" + text + "\"");
-      EXPECT_THAT(error.facts().wanted, HasSubstr("A:B:STEP"));
-    }
+    const InputError::Facts facts = test::input_error([&] { navigation::parsed_angles("--flexion", text); });
+    EXPECT_EQ(facts.file, "--flexion");
+    EXPECT_EQ(facts.found, "\"" + text + "\"");
+    EXPECT_THAT(facts.wanted, HasSubstr("A:B:STEP"));
   }
 }
 
@@ -48,13 +44,10 @@ TEST(Arguments, ReversedEndlessAndHugeSeriesAreNamed)
                          Row{"0:90:-5", "-5", "0.001 or more"}, Row{"0:1:0.0009", "0.0009", "0.001 or more"},
                          Row{"0:90:0.001", "0.001", "at most 10000 angles"}}) {
     SCOPED_TRACE(row.text);
-    try {
-      navigation::parsed_angles("--flexion", row.text);
-      FAIL() << "accepted";
-    } catch (const InputError& error) {
-      EXPECT_EQ(error.facts().found, row.found);
-      EXPECT_THAT(error.facts().wanted, HasSubstr(row.wanted));
-    }
+    const InputError::Facts facts =
+        test::input_error([&] { navigation::parsed_angles("--flexion", row.text); });
+    EXPECT_EQ(facts.found, row.found);
+    EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
   }
 }
 
@@ -73,14 +66,10 @@ TEST(Arguments, SizesAreTwoNumbersWithinBounds)
   for (const std::string text : {"", "640", "640x", "x480", "640x480x2", "640X480", "15x480", "640x4097",
                                  "-640x480", "6.4x480", "99999999999x480"}) {
     SCOPED_TRACE(text);
-    try {
-      navigation::parsed_size(text);
-      FAIL() << "accepted";
-    } catch (const InputError& error) {
-      EXPECT_EQ(error.facts().file, "--size");
-      EXPECT_EQ(error.facts().found, "\"" + text + "\"");
-      EXPECT_THAT(error.facts().wanted, HasSubstr("WxH"));
-    }
+    const InputError::Facts facts = test::input_error([&] { navigation::parsed_size(text); });
+    EXPECT_EQ(facts.file, "--size");
+    EXPECT_EQ(facts.found, "\"" + text + "\"");
+    EXPECT_THAT(facts.wanted, HasSubstr("WxH"));
   }
 }
 
@@ -93,14 +82,10 @@ TEST(Arguments, ViewsAreKnownNamesOnce)
   for (const Row& row : {Row{"front,below", "\"below\"", "front, back, left"}, Row{"", "\"\"", "front, back"},
                          Row{"front,", "\"\"", "front, back"}, Row{"top,top", "top twice", "once"}}) {
     SCOPED_TRACE(row.text);
-    try {
-      navigation::parsed_views(row.text);
-      FAIL() << "accepted";
-    } catch (const InputError& error) {
-      EXPECT_EQ(error.facts().file, "--views");
-      EXPECT_EQ(error.facts().found, row.found);
-      EXPECT_THAT(error.facts().wanted, HasSubstr(row.wanted));
-    }
+    const InputError::Facts facts = test::input_error([&] { navigation::parsed_views(row.text); });
+    EXPECT_EQ(facts.file, "--views");
+    EXPECT_EQ(facts.found, row.found);
+    EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
   }
 }
 

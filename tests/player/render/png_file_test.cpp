@@ -53,13 +53,9 @@ TEST(PngFile, AnUnwritablePathIsNamed)
 {
   const test::Scratch scratch;
   const std::string path = (scratch.path() / "absent" / "picture.png").string();
-  try {
-    render::write_png(pattern(), path);
-    FAIL() << "written";
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.facts().file, path);
-    EXPECT_THAT(error.facts().found, testing::HasSubstr("No such file"));
-  }
+  const InputError::Facts facts = test::input_error([&] { render::write_png(pattern(), path); });
+  EXPECT_EQ(facts.file, path);
+  EXPECT_THAT(facts.found, testing::HasSubstr("No such file"));
 }
 
 TEST(PngFile, AFileOfAnotherKindStays)

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
 #include "pictures.hpp"
+#include "support/input_error.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::renderer_test {
@@ -188,13 +188,9 @@ TEST(Renderer, ASceneIsLoadedBeforeItIsDrawn)
 
 TEST(Renderer, AnImpossibleSizeIsNamed)
 {
-  try {
-    render::make_offscreen_renderer({100000, 10});
-    FAIL() << "accepted";
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.facts().field, "size");
-    EXPECT_EQ(error.facts().found, "100000x10");
-  }
+  const InputError::Facts facts = test::input_error([&] { render::make_offscreen_renderer({100000, 10}); });
+  EXPECT_EQ(facts.field, "size");
+  EXPECT_EQ(facts.found, "100000x10");
 }
 
 }  // namespace vrda::renderer_test

@@ -9,6 +9,15 @@
 #include <thread>
 
 namespace vrda::test {
+
+bool comes_true(const std::function<bool()>& claim)
+{
+  for (int i = 0; i < 600; ++i) {
+    if (claim()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  return false;
+}
 namespace {
 
 /// The display number that the server writes once it listens; empty until then.
@@ -31,15 +40,10 @@ Screen::Screen()
                {}})
 {
   // Takes a second on an idle machine; waits up to a minute.
-  for (int i = 0; i < 600 && server_.is_running(); ++i) {
-    const std::string number = display_number(server_.said());
-    if (!number.empty()) {
-      setenv("DISPLAY", (":" + number).c_str(), 1);
-      return;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  }
-  throw std::runtime_error("Xvfb does not start: " + server_.said());
+  comes_true([&] { return !display_number(server_.said()).empty() || !server_.is_running(); });
+  const std::string number = display_number(server_.said());
+  if (number.empty()) throw std::runtime_error("Xvfb does not start: " + server_.said());
+  setenv("DISPLAY", (":" + number).c_str(), 1);
 }
 
 Screen::~Screen()

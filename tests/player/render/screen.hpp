@@ -7,6 +7,9 @@
 
 namespace vrda::test {
 
+/// Polls for up to a minute, for busy machines.
+bool comes_true(const std::function<bool()>& claim);
+
 /// Starts Xvfb on a free display and sets DISPLAY. The destructor ends the server.
 class Screen {
  public:

@@ -31,8 +31,8 @@ double depth_mm(const Sheet& sheet, const Eigen::Vector3d& ray)
 /// Blending by "over" from the farthest sheet; each sheet extends beyond the image.
 Eigen::Array3d expected_colour(std::vector<Sheet> sheets, const Eigen::Vector3d& ray)
 {
-  std::sort(sheets.begin(), sheets.end(),
-            [&](const Sheet& a, const Sheet& b) { return depth_mm(a, ray) > depth_mm(b, ray); });
+  std::ranges::sort(sheets,
+                    [&](const Sheet& a, const Sheet& b) { return depth_mm(a, ray) > depth_mm(b, ray); });
   Eigen::Array3d colour = Eigen::Array3d::Zero();
   for (const Sheet& sheet : sheets) {
     const double opacity = sheet.opacity;
@@ -49,9 +49,8 @@ Order order_of(const std::vector<Sheet>& sheets, const Eigen::Vector3d& ray)
   Order order;
   order.reserve(sheets.size());
   for (const Sheet& sheet : sheets) {
-    order.push_back(std::count_if(sheets.begin(), sheets.end(), [&](const Sheet& other) {
-      return depth_mm(other, ray) < depth_mm(sheet, ray);
-    }));
+    order.push_back(std::ranges::count_if(
+        sheets, [&](const Sheet& other) { return depth_mm(other, ray) < depth_mm(sheet, ray); }));
   }
   return order;
 }

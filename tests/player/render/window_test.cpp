@@ -58,11 +58,11 @@ render::Image from_backend(render::Backend backend, const scene::Scene& scene, i
 /// The screen's content, polled for up to a minute until it equals `expected`.
 render::Image shown(const test::Screen& screen, const render::Image& expected)
 {
-  render::Image found = screen.picture(width, height);
-  for (int i = 0; i < 600 && differing_share(found, expected) > agreed_share; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  render::Image found;
+  test::comes_true([&] {
     found = screen.picture(width, height);
-  }
+    return differing_share(found, expected) <= agreed_share;
+  });
   return found;
 }
 
@@ -133,11 +133,10 @@ TEST(Window, ItStandsWhereItIsPut)
     return differing_share(drawn, cut_out(screen.picture(1280, 1024), 311, 207)) > 0.0;
   };
   EXPECT_TRUE(differs());
-  for (int i = 0; i < 600 && differs(); ++i) {
-    window.show(scene, {&shot, 1}, nullptr);
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  }
-  EXPECT_FALSE(differs());
+  EXPECT_TRUE(test::comes_true([&] {
+    if (differs()) window.show(scene, {&shot, 1}, nullptr);
+    return !differs();
+  }));
 }
 
 TEST(Window, ItIsClosedWhenAsked)

@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "motion/support/models.hpp"
 #include "scene/scene.hpp"
 #include "support/meshes.hpp"
 
@@ -155,8 +156,7 @@ scene::LayerSet every_layer()
 
 const scene::Drawable& drawable_of(const scene::Scene& scene, const std::string& name)
 {
-  const auto found = std::find_if(scene.drawables.begin(), scene.drawables.end(),
-                                  [&](const scene::Drawable& drawable) { return drawable.name == name; });
+  const auto found = std::ranges::find(scene.drawables, name, &scene::Drawable::name);
   check(found != scene.drawables.end(), "a drawable of that name");
   return *found;
 }

@@ -1,4 +1,4 @@
-#include "scene/lights_file.hpp"
+#include "scene/lighting.hpp"
 
 #include <gmock/gmock.h>
 

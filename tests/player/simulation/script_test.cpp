@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <functional>
 
-#include "simulation/key_path.hpp"
 #include "simulation/simulation.hpp"
 #include "support/input_error.hpp"
 
@@ -36,8 +35,8 @@ TEST(Script, EveryFieldThatMakesNoSenseIsNamed)
       {"jitter_ms", [](auto& s) { s.jitter_ms = 11.0; }},
       {"leg key 3", [](auto& s) { s.leg[2].time_s = s.leg[1].time_s; }},
       {"leg", [](auto& s) { s.leg.back().varus_deg = 1.0; }},
-      {"potentiometer", [](auto& s) { s.potentiometer.back().count = 1.0; }},
-      {"stage", [](auto& s) { s.stage.back().position_mm = 1.0; }},
+      {"potentiometer", [](auto& s) { s.potentiometer.back().value = 1.0; }},
+      {"stage", [](auto& s) { s.stage.back().value = 1.0; }},
       {"tool", [](auto& s) { s.tibia.tool = "femur"; }},
       {"occlusion tool", [](auto& s) { s.occlusions[0].tool = "patella"; }},
       {"occlusion to_s", [](auto& s) { s.occlusions[0].to_s = 4.0; }},

@@ -2,9 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "core/units.hpp"
 #include "moves.hpp"
-#include "tracking/screw.hpp"
 
 namespace vrda::one_euro_test {
 
@@ -37,7 +38,6 @@ TEST(OneEuro, TheDefaultsDelayAsStated)
 {
   EXPECT_NEAR(delay_s(tracking::default_angle_filter, 0.0), 0.106, 5e-4);
   EXPECT_NEAR(delay_s(tracking::default_angle_filter, 1.0), 0.0082, 5e-5);
-  EXPECT_NEAR(delay_s(tracking::default_position_filter, 300.0), 0.0096, 5e-5);
 }
 
 TEST(OneEuro, AtRestNoiseFallsByTheFirstOrderFilter)
@@ -83,52 +83,6 @@ TEST(OneEuroAngles, FiltersEachByItself)
   }
   angles.start_over();
   EXPECT_EQ(angles.filtered({9.0, 0.0, 0.0}, 5.0).flexion_rad, 9.0);
-}
-
-TEST(OneEuroPlace, LagsASteadyMotionByTheStatedDelays)
-{
-  const Eigen::Vector3d axis = Eigen::Vector3d(1, 2, -2) / 3.0, speed_mm_s(120, -50, 0);
-  const double turn_rad_s = 0.8;
-  tracking::OneEuroPose filter;
-  Pose value, X;
-  double time_s = 0.0;
-  for (int i = 0; i <= 3000; ++i) {
-    time_s = 0.01 * i;
-    X = Pose::Identity();
-    X.linear() = tracking::rotation_of(turn_rad_s * time_s * axis);
-    X.translation() = speed_mm_s * time_s;
-    value = filter.filtered(X, time_s);
-  }
-  const Eigen::Vector3d lag_mm = X.translation() - value.translation();
-  const Eigen::Vector3d lag_rad = tracking::turn_of(X.linear() * value.linear().transpose());
-  EXPECT_LT((lag_mm - speed_mm_s * delay_s(tracking::default_position_filter, 130.0)).norm(), 1e-8);
-  EXPECT_LT((lag_rad - turn_rad_s * axis * delay_s(tracking::default_angle_filter, turn_rad_s)).norm(), 1e-9);
-  EXPECT_LT((value.linear() * value.linear().transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-14);
-}
-
-TEST(OneEuroPlace, MovingTheTrackerMovesTheResult)
-{
-  std::mt19937_64 random(52);
-  const Pose X_there_here = test::random_pose(random);
-  tracking::OneEuroPose here, there;
-  for (int i = 0; i < 200; ++i) {
-    const tracking::Screw step{test::random_vector(random, 0.3), test::random_vector(random, 30.0)};
-    const Pose X = tracking::pose_of(step);
-    const Pose expected = X_there_here * here.filtered(X, 0.01 * i);
-    EXPECT_LT((there.filtered(X_there_here * X, 0.01 * i).matrix() - expected.matrix()).norm(), 1e-9);
-  }
-}
-
-TEST(OneEuroPlace, TimesThatDoNotAscend)
-{
-  std::mt19937_64 random(53);
-  tracking::OneEuroPose filter;
-  const Pose first = test::random_pose(random), second = test::random_pose(random);
-  EXPECT_EQ(filter.filtered(first, 3.0).matrix(), first.matrix());
-  EXPECT_EQ(filter.filtered(second, 3.0).matrix(), first.matrix());
-  EXPECT_EQ(filter.filtered(second, 2.0).matrix(), second.matrix());
-  filter.start_over();
-  EXPECT_EQ(filter.filtered(first, 9.0).matrix(), first.matrix());
 }
 
 }  // namespace vrda::one_euro_test

@@ -129,11 +129,9 @@ TEST(ErrorSummary, IsThePlainDefinition)
 TEST(PredictionError, OfASteadyMotionIsSpeedTimesHorizonHeldAndNothingPredicted)
 {
   std::vector<tracking::TimedPose> series;
-  std::vector<tracking::TimedAngles> angles;
   for (int i = 0; i <= 200; ++i) {
     const double time_s = 0.01 * i;
     series.push_back({time_s, Pose(Eigen::Translation3d(300.0 * time_s, 0, 0))});
-    angles.push_back({time_s, {0.8 * time_s, -0.1 * time_s, 0.0}});
   }
   const double horizon_s = 0.035;
   const tracking::PosePredictionError place = tracking::prediction_error(series, horizon_s);
@@ -144,10 +142,6 @@ TEST(PredictionError, OfASteadyMotionIsSpeedTimesHorizonHeldAndNothingPredicted)
   // The first sample has no predecessor and is held: one in 197.
   EXPECT_NEAR(place.shift_mm.predicted.rms, 300.0 * horizon_s / std::sqrt(197.0), 1e-9);
   EXPECT_NEAR(place.shift_mm.predicted.percentile_95, 0.0, 1e-9);
-  const tracking::AnglesPredictionError of_angles = tracking::prediction_error(angles, horizon_s);
-  EXPECT_NEAR(of_angles.flexion_rad.held.percentile_95, 0.8 * horizon_s, 1e-12);
-  EXPECT_NEAR(of_angles.flexion_rad.predicted.percentile_95, 0.0, 1e-12);
-  EXPECT_NEAR(of_angles.varus_rad.held.rms, 0.1 * horizon_s, 1e-12);
 }
 
 TEST(PredictionError, OfASwingIsThatOfItsAcceleration)

@@ -46,13 +46,13 @@ TEST(SideValue, TheLineDrawnThroughWhatWasFoundIsSeenOnTheSide)
     for (const bool is_right : {false, true}) {
       const virtual_bench::RectangleSides sides = virtual_bench::rectangle_sides(bench(), truth, 2);
       virtual_bench::SideLine line;
-      line.drawing = virtual_bench::eye_of(found.eyes, is_right);
+      line.drawing = optics::side_of(found.eyes, is_right);
       line.row_px = line.drawing.sight_px.y();
       const double value =
           virtual_bench::side_value(line, truth, is_right, {sides.left_table_mm, sides.z_table_mm}, 0.0);
       const Eigen::Vector2d drawn = optics::drawn_px(line.drawing.distortion, {value, line.row_px});
       const Eigen::Vector2d seen =
-          optics::shown_px(virtual_bench::eye_of(truth.calibration.eyes, is_right).distortion, drawn);
+          optics::shown_px(optics::side_of(truth.calibration.eyes, is_right).distortion, drawn);
       // The side's points project onto a line through the seen point.
       const double y_mm = truth.calibration.X_table_eyes.shift_mm.y();
       const Eigen::Vector2d low =
