@@ -56,17 +56,21 @@ PAGES = {
                    tuple(map(Run, (CONTACT, LIGAMENTS, *SEARCH_OF_THESIS)))),
     "validation": Page("results/validation.md", ("scripts/validation",), "validation", (*map(Run, validation_jobs()), Run(CONTACT, COARSE_KNEE))),
     "generic-knee": Page("results/knee-generic.md", ("scripts/generic-knee",), "generic_knee",
-                         (Run(LIGAMENTS), Run(CONTACT), Run(CONTACT, BY_EQUILIBRIUM), *map(Run, validation_jobs()), *(Run(job, BY_EQUILIBRIUM) for job in validation_jobs()))),
-    "knee-generic": Page("results/knee-generic/README.md", ("scripts/reports",), "knee_report", (Run(LIGAMENTS),), ("results/knee-generic/remarks.md",)),
+                         (Run(LIGAMENTS), Run(CONTACT), Run(CONTACT, BY_EQUILIBRIUM), *map(Run, validation_jobs()),
+                         *(Run(job, BY_EQUILIBRIUM) for job in validation_jobs()))),
+    "knee-generic": Page("results/knee-generic/README.md", ("scripts/reports",), "knee_report", (Run(LIGAMENTS),),
+    ("results/knee-generic/remarks.md",)),
     "knee-jam-smith2019-ligaments": Page("results/knee-jam-smith2019-ligaments/README.md", ("scripts/reports",), "knee_report", (Run(LIVING),),
                                          ("results/knee-jam-smith2019-ligaments/remarks.md", "data:kinematics")),
     "calibration": Page("results/calibration.md", ("scripts/calibration",), "calibration", (), ("jobs/bench-desk.toml",)),
     "living-knee": Page("results/living-knee.md", ("scripts/living-knee",), "living_knee",
-                        (Run(LIVING), Run(LIVING, MENISCI), Run(LIVING, (*MENISCI, "moving.component.2.inset_mm=0.5", "moving.component.3.inset_mm=0.5"))),
+                        (Run(LIVING), Run(LIVING, MENISCI), Run(LIVING,
+                        (*MENISCI, "moving.component.2.inset_mm=0.5", "moving.component.3.inset_mm=0.5"))),
                         ("data:kinematics",)),
     "player": Page("results/player.md", ("scripts/pictures",), "player", (Run(LIGAMENTS), Run(LIVING)), ("jobs/bench-desk.toml",)),
     "fuzz": Page("results/fuzz.md", ("scripts/fuzz", "--record"), "fuzz", (), ("tests/fuzz/corpus",)),
-    "benchmarks": Page("results/benchmarks.md", ("scripts/bench",), "benchmarks", (Run(CONTACT), Run(LIGAMENTS), Run("jobs/knee-jam-smith2019.toml"))),
+    "benchmarks": Page("results/benchmarks.md", ("scripts/bench",), "benchmarks", (Run(CONTACT), Run(LIGAMENTS),
+    Run("jobs/knee-jam-smith2019.toml"))),
     "real-knees": Page("results/real-knees.md", ("scripts/real-knees",), "real_knees", tuple(map(Run, REAL_KNEES))),
 }
 
@@ -132,9 +136,11 @@ def collect(name, files):
 def write_record(name, numbers, seconds, today):
     """Keeps the numbers with today's versions and hashes."""
     page = PAGES[name]
-    record = {"seconds": round(seconds), "runs": {run.name: today.run(run) for run in page.runs}, "files": {file: today.file(file) for file in page.files},
+    record = {"seconds": round(seconds), "runs": {run.name: today.run(run) for run in page.runs},
+        "files": {file: today.file(file) for file in page.files},
               "numbers": numbers}
-    missing = [run for run, found in record["runs"].items() if found["key"] is None] + [file for file, found in record["files"].items() if found is None]
+    missing = [run for run, found in record["runs"].items() if found["key"] is None] + [file for file,
+        found in record["files"].items() if found is None]
     if missing:
         sys.exit(f"results: {name}: found no data for {', '.join(missing)} in {data_folder()}, wanted the folder of the real knees")
     record_path(name).parent.mkdir(parents=True, exist_ok=True)

@@ -32,13 +32,15 @@ def centres_figure(path, model):
     knee = motion(model)
     vertices, triangles = mesh(model, "reference")
     fine = knee["instant_centre"]
-    coarse = np.array([instant_centre(knee["X_reference_moving"][k], knee["X_reference_moving"][k + COARSE]) for k in range(0, len(fine) - COARSE + 1, COARSE // 2)])
+    coarse = np.array([instant_centre(knee["X_reference_moving"][k], knee["X_reference_moving"][k + COARSE]) for k in range(0,
+        len(fine) - COARSE + 1, COARSE // 2)])
     angles = knee["flexion"][:len(fine) - COARSE + 1:COARSE // 2] + COARSE / 2
     figure, axes = pyplot.subplots(1, 2, figsize=(10.6, 4.9), layout="constrained", width_ratios=(1.25, 1))
     for axis in axes:
         for name, z in CONDYLE_Z_MM.items():
             cut = section(vertices, triangles, np.array([0.0, 0.0, z]), np.array([0.0, 0.0, 1.0]))
-            axis.add_collection(matplotlib.collections.LineCollection(cut[:, :, :2], colors=INK if name == "medial" else GREY, lw=1.3, label=f"femur, {name} condyle"))
+            axis.add_collection(matplotlib.collections.LineCollection(cut[:, :, :2], colors=INK if name == "medial" else GREY, lw=1.3,
+                label=f"femur, {name} condyle"))
         axis.scatter(*fine.T, s=7, color=GREY, alpha=0.55, label="between successive degrees", zorder=3)
         axis.plot(*coarse.T, color=RED, lw=1.2, zorder=4)
         dots = axis.scatter(*coarse.T, c=angles, cmap="viridis", s=34, zorder=5, label=f"over {COARSE} degrees")
@@ -122,7 +124,8 @@ def flow_figure(path, trace):
     figure, axis = pyplot.subplots(figsize=(8.4, 6.8), layout="constrained")
     for name, (x, y, words) in boxes.items():
         is_end = name in ("start", "stable")
-        axis.add_patch(pyplot.Rectangle((x - width / 2, y - height / 2), width, height, fc="#e6f4ea" if is_end else "#f2f5f8", ec=GREEN if is_end else BLUE))
+        axis.add_patch(pyplot.Rectangle((x - width / 2, y - height / 2), width, height, fc="#e6f4ea" if is_end else "#f2f5f8",
+            ec=GREEN if is_end else BLUE))
         axis.text(x, y, words, ha="center", va="center", fontsize=9.5)
     for upper, lower, word in (("start", "approach", ""), ("approach", "points", ""), ("points", "cycle", ""), ("cycle", "torque", ""),
                                ("torque", "small", "no"), ("small", "stable", "yes")):
@@ -142,7 +145,8 @@ def flow_figure(path, trace):
     axis.set(xlim=(0.1, edge + 0.7), ylim=(-0.95, 9.95))
     axis.axis("off")
     save(figure, path)
-    return {"searches": n, "stable": stable, "moves": len(trace.moves["kind"]), "in_contact": int(held.sum()), "contacts": contacts, "cycles": cycles, **count}
+    return {"searches": n, "stable": stable, "moves": len(trace.moves["kind"]), "in_contact": int(held.sum()), "contacts": contacts,
+        "cycles": cycles, **count}
 
 
 def second_differences(values):
@@ -177,13 +181,15 @@ def smoothing_figure(path, model):
     axis.legend(frameon=False)
     save(figure, path, colours=256)
     return {"rms": rms, "second_differences": {key: [second_differences(raw[key]), second_differences(smooth[key])] for key in raw},
-            "largest_step_mm": float(np.nanmax(np.abs(np.diff(raw["tx"], axis=0)))), "largest_step_smooth_mm": float(np.nanmax(np.abs(np.diff(smooth["tx"], axis=0))))}
+            "largest_step_mm": float(np.nanmax(np.abs(np.diff(raw["tx"], axis=0)))),
+            "largest_step_smooth_mm": float(np.nanmax(np.abs(np.diff(smooth["tx"], axis=0))))}
 
 
 def turned(degrees):
     """Rotation about the fixed axes x, then y, then z."""
     (cx, cy, cz), (sx, sy, sz) = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    return (np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]]) @ np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]]) @ np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]]))
+    return (np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]]) @ np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]]) @ np.array([[1, 0, 0], [0, cx,
+        -sx], [0, sx, cx]]))
 
 
 def pose_of(table):
@@ -212,7 +218,8 @@ def eyes_figure(path, calibration):
         axis.fill([at[0], ends[0][0], ends[1][0]], [-at[2], -ends[0][2], -ends[1][2]], color=colour, alpha=0.08)
         axis.plot([ends[0][0], ends[1][0]], [-ends[0][2], -ends[1][2]], color=colour, lw=3, label=f"virtual image of the {eye} screen")
         axis.plot(at[0], -at[2], "o", color=colour, ms=8)
-        axis.annotate("$E_L$" if eye == "left" else "$E_R$", (at[0], -at[2]), textcoords="offset points", xytext=(-18 if eye == "left" else 8, -14), fontsize=12)
+        axis.annotate("$E_L$" if eye == "left" else "$E_R$", (at[0], -at[2]), textcoords="offset points", xytext=(-18 if eye == "left" else 8,
+            -14), fontsize=12)
         result[eye] = {"half_field_deg": [float(np.degrees(np.arctan((one["sight_px"][0] - left) / one["distance_px"]))),
                                           float(np.degrees(np.arctan((left + width - one["sight_px"][0]) / one["distance_px"])))]}
     axis.set(aspect="equal", xlabel="right, mm", ylabel="depth, mm", ylim=(-60, depth + 160), xlim=(-420, 420))
@@ -240,8 +247,10 @@ def frames_figure(path, calibration, X_tracker_leg, rectangles):
         for name, X in frames.items():
             for k, colour in enumerate((RED, GREEN, BLUE)):
                 arrow(axis, (X[2, 3], X[up, 3]), 150 * np.array([X[2, k], X[up, k]]), colour, 1.8)
-            axis.annotate(names[name], (X[2, 3], X[up, 3]), textcoords="offset points", xytext=offsets[up][name], fontsize=9.5, weight="bold", zorder=8)
-        for first, second, words, part in (("O", "W", "$M_{OW}$", 0.45), ("W", "E", "$M_{WE}$", 0.55), ("O", "F", "$M_{OF}$", 0.6), ("E", "K", "$M_{EK}$", 0.3)):
+            axis.annotate(names[name], (X[2, 3], X[up, 3]), textcoords="offset points", xytext=offsets[up][name], fontsize=9.5, weight="bold",
+                zorder=8)
+        for first, second, words, part in (("O", "W", "$M_{OW}$", 0.45), ("W", "E", "$M_{WE}$", 0.55), ("O", "F", "$M_{OF}$", 0.6), ("E", "K",
+        "$M_{EK}$", 0.3)):
             a, b = frames[first][[2, up], 3], frames[second][[2, up], 3]
             axis.plot(*np.array([a, b]).T, "--", color=GREY, lw=1, zorder=0)
             axis.text(*(a + part * (b - a)), words, color=INK, fontsize=10.5, ha="center", va="center", bbox={"fc": "white", "ec": "none", "pad": 1})
@@ -249,7 +258,8 @@ def frames_figure(path, calibration, X_tracker_leg, rectangles):
         for k, (width, behind) in enumerate(rectangles):
             z = origin[2] - calibration["nearest_rectangle_mm"] - behind
             half = width / 2 if up == 0 else 40  # their height is not part of the step
-            axis.plot([z, z], [origin[up] - half, origin[up] + half], ":", color=ORANGE, lw=2, label="rectangles of the field of view" if k == 0 else None)
+            axis.plot([z, z], [origin[up] - half, origin[up] + half], ":", color=ORANGE, lw=2,
+                label="rectangles of the field of view" if k == 0 else None)
         axis.set(aspect="equal", title=title, ylabel=("X" if up == 0 else "Y") + " of W, mm", xlim=(-480, 2850), ylim=limits[up])
         axis.grid(alpha=0.25)
     for colour, name in ((RED, "X"), (GREEN, "Y"), (BLUE, "Z")):

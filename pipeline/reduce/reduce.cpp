@@ -216,16 +216,17 @@ ReducedPose raw_pose(const store::MotionModel& model, const motion::Motion& raw,
 std::optional<ReducedPose> set_pose(const store::MotionModel& model, const motion::Motion& motion,
                                     Eigen::Index i, const VarusChoice& choice)
 {
-  const motion::JointPose joint = motion.at(
-      {rad_from_deg(model.flexion_deg[static_cast<std::size_t>(i)]), rad_from_deg(choice.varus_deg)});
+  const Attitude wanted{rad_from_deg(model.flexion_deg[static_cast<std::size_t>(i)]),
+                        rad_from_deg(choice.varus_deg)};
+  const motion::JointPose joint = motion.at(wanted);
   if (joint.status != motion::PoseStatus::solved) return {};
   ReducedPose pose;
   pose.X_reference_moving = joint.X_reference_moving;
   pose.t_mm = joint.X_world_moving * model.rotation_centre_mm;
   pose.theta_deg = deg_from_rad(joint.theta_rad);
-  // With free varus a smoothed set may have its own varus.
-  pose.varus_deg = choice.source == store::ZeroVarusSource::free ? deg_from_rad(joint.attitude.varus_rad)
-                                                                 : choice.varus_deg;
+  // A set may have its own varus: the two-sided motion, or a smoothed set where varus was free.
+  pose.varus_deg = joint.attitude.varus_rad == wanted.varus_rad ? choice.varus_deg
+                                                                : deg_from_rad(joint.attitude.varus_rad);
   return pose;
 }
 
@@ -373,6 +374,12 @@ store::ZeroVarus reduce(const store::MotionModel& model, const std::string& set)
     z.varus_first_deg[i] = choice.first_deg;
     z.varus_last_deg[i] = choice.last_deg;
     z.is_cut_off[i] = choice.is_cut_off ? 1 : 0;
+    if (choice.source == store::ZeroVarusSource::both_touch && pose->varus_deg != choice.varus_deg) {
+      // The two-sided motion has the varus of equal gaps, not the mean of the columns in contact.
+      z.source[i] = static_cast<std::int8_t>(store::ZeroVarusSource::interpolated);
+      z.varus_first_deg[i] = z.varus_last_deg[i] = nan;
+      z.is_cut_off[i] = 0;
+    }
     put_pose(z, model, i, *pose);
     put_contacts(z, model, i, choice);
   }

@@ -184,7 +184,7 @@ void add_interpolated(const store::MotionModel& model, Lines& lines)
                             static_cast<std::int8_t>(store::ZeroVarusSource::interpolated));
   const auto n_none =
       std::count(source.begin(), source.end(), static_cast<std::int8_t>(store::ZeroVarusSource::none));
-  if (n > 0)
+  if (n > 0 && model.zero_varus->set != "two_sided")  // that motion has its own varus
     lines.push_back(
         line("The zero-varus pose is interpolated between two varus columns at %lld of %zu flexions.",
              static_cast<long long>(n), source.size()));

@@ -136,8 +136,8 @@ def collect(*files):
 
 def page(numbers, stamp):
     """The page."""
-    rooms = {}
-    for run in numbers["runs"]:
+    rooms, runs = {}, numbers["runs"]
+    for run in runs:
         rooms.setdefault(parts(run)[0], []).append(run)
     template = (pathlib.Path(__file__).parents[1] / "benchmarks.template.md").read_text()
     return template.format(

@@ -4,14 +4,17 @@ import json
 METHODS = ("stage", "tracker", "eye", "bodies")
 PARTS = ("part", "name", "unit", "n", "within", "rms_error", "mean_half_width_95")
 # Rows of the other methods: method, words, part, names.
-OTHERS = (("eye", "distortion, by eye", "distortion", ("left.k1", "left.centre_x", "left.pixel_aspect")), ("eye", "leg, by eye", "leg", ("leg.shift_x", "leg.turn_x")),
-          ("bodies", "ipd, from the rectangles", "ipd", ("ipd",)), ("bodies", "femur", "femur", ("femur.shift_x",)), ("bodies", "tibia", "tibia", ("tibia.shift_x",)))
+OTHERS = (("eye", "distortion, by eye", "distortion", ("left.k1", "left.centre_x", "left.pixel_aspect")), ("eye", "leg, by eye", "leg",
+    ("leg.shift_x", "leg.turn_x")),
+          ("bodies", "ipd, from the rectangles", "ipd", ("ipd",)), ("bodies", "femur", "femur", ("femur.shift_x",)), ("bodies", "tibia", "tibia",
+          ("tibia.shift_x",)))
 
 
 def summary(report):
     """Every number's coverage, error and interval, with four significant digits."""
     four = lambda value: float(f"{value:.4g}") if isinstance(value, float) else value
-    targets = {when: {unit: {key: four(value) for key, value in found.items()} for unit, found in report["targets"][when].items()} for when in ("before", "after")}
+    targets = {when: {unit: {key: four(value) for key, value in found.items()} for unit,
+        found in report["targets"][when].items()} for when in ("before", "after")}
     return {"benches": report["benches"], "refused": report["refused"], "errors": report["targets"]["n"], "targets": targets,
             "numbers": [[four(number[part]) for part in PARTS] for number in report["numbers"]]}
 

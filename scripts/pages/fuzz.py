@@ -13,7 +13,8 @@ def collect(readers, models_log, mutants_log):
     """A tab-separated line a reader, and the logs of the model reader and of the mutated files."""
     models, mutants = models_log.read_text(), mutants_log.read_text()
     rows = [dict(zip(READER, line.split("\t"))) for line in readers.read_text().splitlines()]
-    return {"readers": rows, "model_files": (re.findall(r"^files: (.*)$", models, re.M) or [""])[-1], "models": outcomes(models), "mutants": 10000, "mutant_outcomes": outcomes(mutants),
+    return {"readers": rows, "model_files": (re.findall(r"^files: (.*)$", models, re.M) or [""])[-1], "models": outcomes(models),
+        "mutants": 10000, "mutant_outcomes": outcomes(mutants),
             "remarks": []}
 
 

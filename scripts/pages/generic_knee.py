@@ -28,9 +28,12 @@ def page(n, stamp):
              row("", heads), "|---|" + "---:|" * len(heads),
              row("stable attitudes", [str(k["stable"]) for k in knees]), row("marked as implausible", [marks(k) for k in knees]),
              row("iterations per step", [short(k["iterations"], 2) for k in knees]), row("queries per step", [short(k["queries"], 2) for k in knees]),
-             row("largest penetration, re-measured, mm", [short(k["penetration_mm"]) for k in knees]), row("largest gap, re-measured, mm", [short(k["gap_mm"], 2) for k in knees]),
-             row("largest balance residual, of 20 N", [short(k.get("residual_n"), 2) for k in knees]), row("attitudes with theta determined", [str(k["determined"]) for k in knees]),
-             row("theta between neighbours in flexion, median and largest, degrees", [f"{short(k['step_deg'][0], 2)}, {short(k['step_deg'][1], 2)}" for k in knees]),
+             row("largest penetration, re-measured, mm", [short(k["penetration_mm"]) for k in knees]), row("largest gap, re-measured, mm",
+                 [short(k["gap_mm"], 2) for k in knees]),
+             row("largest balance residual, of 20 N", [short(k.get("residual_n"), 2) for k in knees]), row("attitudes with theta determined",
+                 [str(k["determined"]) for k in knees]),
+             row("theta between neighbours in flexion, median and largest, degrees",
+                 [f"{short(k['step_deg'][0], 2)}, {short(k['step_deg'][1], 2)}" for k in knees]),
              row("flexions with several equilibria", ["" if k.get("several") is None else str(k["several"]) for k in knees]),
              row("two-sided motion: both compartments in contact", [both(k["two_sided"]) for k in knees]),
              f"\nAlong Delta the equilibrium goes further than the search by {short(behind['median_mm'], 2)} mm in the median, at most by {short(behind['most_mm'], 2)} mm; at {behind['short']} of {behind['attitudes']} attitudes it "
@@ -42,7 +45,8 @@ def page(n, stamp):
         one, other = scene["status"]
         if one == other == "stable":
             remark = "" if scene["determined"] == 1 else "theta is not determined"
-            lines.append(row(scene["title"].lower(), [f"{scene['along_mm']:.4f}", f"{scene['across_mm']:.3f}", f"{round(scene['theta_deg'], 1) + 0.0:.1f}", remark]))
+            lines.append(row(scene["title"].lower(), [f"{scene['along_mm']:.4f}", f"{scene['across_mm']:.3f}",
+                f"{round(scene['theta_deg'], 1) + 0.0:.1f}", remark]))
         else:
             lines.append(row(scene["title"].lower(), ["", "", "", f"unbounded motion: `{one}`, `{other}`"]))
     lines += ["\nTested by `GenericKnee.*`: exact contact and balance at every attitude, the comparison with the search, one SHA-256 for 1 and 2 threads, three SIGKILLs, every\n"

@@ -53,10 +53,12 @@ def errors_table(compared):
 
 def faults_table(plain, recontacted):
     """Penetration and gap at and between the grid's attitudes, plain and recontacted."""
-    headings = ["degree"] + [f"{kind}, {fault} {place}" for kind in ("plain", "recontacted") for fault in ("penetration", "gap") for place in ("on the grid", "between")]
+    headings = ["degree"] + [f"{kind}, {fault} {place}" for kind in ("plain", "recontacted") for fault in ("penetration",
+        "gap") for place in ("on the grid", "between")]
     rows = []
     for one, other in zip(plain["degrees"], recontacted["degrees"]):
-        cells = [short(row[place][f"largest_{fault}_mm"]) for row in (one, other) for fault in ("penetration", "gap") for place in ("at_grid", "between")]
+        cells = [short(row[place][f"largest_{fault}_mm"]) for row in (one, other) for fault in ("penetration", "gap") for place in ("at_grid",
+            "between")]
         rows.append([str(one["degree"])] + cells)
     return table(headings, rows)
 
@@ -64,7 +66,8 @@ def faults_table(plain, recontacted):
 def audits_table(at_grid, between):
     """One row per motion: audits at the grid's attitudes, and on the refined grid."""
     finer = {one["set"]: one for one in between}
-    cells = lambda one: [f"{one['overlapping']} of {one['poses']}"] + [short((one[key] or {"mm": 0.0})["mm"]) for key in ("largest_penetration", "largest_gap")]
+    cells = lambda one: [f"{one['overlapping']} of {one['poses']}"] + [short((one[key] or {"mm": 0.0})["mm"]) for key in ("largest_penetration",
+        "largest_gap")]
     rows = [[f"`{one['set']}`"] + cells(one) + cells(finer[one["set"]]) for one in at_grid]
     names = ["overlapping", "penetration, mm", "gap, mm"]
     return table(["motion", *[f"grid: {name}" for name in names], *[f"refined: {name}" for name in names]], rows)
@@ -87,7 +90,8 @@ def against_table(report):
     return table(["motion, curve"] + [heading for _, heading in QUANTITIES], rows)
 
 
-PLOTS = ("stills", "summary", "surfaces", "degrees", "rotation", "translations", "comparison", "contact-paths", "axes", "branches", "forces", "fibres", "grid")
+PLOTS = ("stills", "summary", "surfaces", "degrees", "rotation", "translations", "comparison", "contact-paths", "axes", "branches", "forces",
+    "fibres", "grid")
 
 
 def two_sided_table(by_motion):
@@ -103,10 +107,13 @@ def collect(folder, records):
     report, info = load(records / "report.json"), load(records / "info.json")
     model = report["models"][0]
     with open(folder / "zero_varus.csv", encoding="utf-8") as file:
-        rows = [{key: row[key] for key in ("flexion_deg", *(name for name, _ in FLEXION_ONLY))} for row in csv.DictReader(file) if float(row["flexion_deg"]) % EVERY_DEG == 0.0]
+        rows = [{key: row[key] for key in ("flexion_deg", *(name for name,
+            _ in FLEXION_ONLY))} for row in csv.DictReader(file) if float(row["flexion_deg"]) % EVERY_DEG == 0.0]
     marks = collections.Counter(cell["plausibility"] for cell in info["doubtful"])
-    return {"folder": folder.name, "title": model["title"], "stable": model["numbers"]["stable"], "cells": model["numbers"]["cells"], "warnings": model["warnings"],
-            "marks": dict(sorted(marks.items())), "two_sided": info["two_sided"], "plain": load(folder / "compare.json"), "recontacted": load(folder / "compare_recontacted.json"),
+    return {"folder": folder.name, "title": model["title"], "stable": model["numbers"]["stable"], "cells": model["numbers"]["cells"],
+        "warnings": model["warnings"],
+            "marks": dict(sorted(marks.items())), "two_sided": info["two_sided"], "plain": load(folder / "compare.json"),
+            "recontacted": load(folder / "compare_recontacted.json"),
             "audit_grid": load(records / "audit_grid.json"), "audit_between": load(records / "audit_between.json"), "rows": rows,
             "against": bool(report["against"]), "differences": [one for one in report["differences"] if one["curve"] in SHOWN_AGAINST],
             "plots": [name for name in PLOTS if (folder / "plots" / f"{name}.png").exists()]}
@@ -133,7 +140,8 @@ def page(n, stamp):
              audits_table(n["audit_grid"], n["audit_between"]),
              "Both compartments in contact (within 0.145 mm), of the poses of each motion:\n",
              two_sided_table(n["two_sided"]),
-             "## Flexion alone\n", "The two-sided motion, which is the default of player and exports; rotation and instant centre between this flexion and the next row of `zero_varus.csv`:\n",
+             "## Flexion alone\n",
+             "The two-sided motion, which is the default of player and exports; rotation and instant centre between this flexion and the next row of `zero_varus.csv`:\n",
              flexion_only_table(n["rows"])]
     if n["against"]:
         parts += ["## Against measured and simulated curves\n",

@@ -10,6 +10,7 @@
 #include "core/frames.hpp"
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
+#include "reduce/reduce.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::two_sided_test {
@@ -127,6 +128,24 @@ TEST(TwoSided, AJointWithoutCompartmentsHasNone)
   store::MotionModel model = block_over_boxes("right", 0.0);
   model.has_compartments = false;
   EXPECT_FALSE(reduce::two_sided(model, {}, 1));
+}
+
+TEST(TwoSided, ReducedItKeepsItsOwnVarus)
+{
+  store::MotionModel model = block_over_boxes("right", 0.0);
+  model.two_sided = reduce::two_sided(model, {}, 1);
+  const store::ZeroVarus z = reduce::reduce(model, "two_sided");
+  ASSERT_GT(reduce::n_reduced_flexions(z), 0);
+  for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
+    const std::vector<double>& axis = model.two_sided->flexion_deg;
+    const auto k =
+        static_cast<std::size_t>(std::find(axis.begin(), axis.end(), model.flexion_deg[i]) - axis.begin());
+    ASSERT_LT(k, axis.size());
+    EXPECT_NEAR(z.varus_deg[i], model.two_sided->varus_deg[k], rounding_mm);
+    EXPECT_NEAR(z.clinical_varus_deg[i], z.varus_deg[i], rounding_mm);
+    EXPECT_EQ(z.source[i], static_cast<std::int8_t>(store::ZeroVarusSource::interpolated));
+    EXPECT_TRUE(std::isnan(z.varus_first_deg[i]));
+  }
 }
 
 TEST(TwoSided, TheAuditMeasuresEachSide)
