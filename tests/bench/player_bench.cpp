@@ -177,7 +177,7 @@ int main(int argc, char** argv)
       std::cerr << model << ": found no =, wanted NAME=MODEL.h5\n";
       return 2;
     }
-    vrda::bench::register_knee(argv[1], model.substr(0, equals), model.substr(equals + 1));
+    vrda::benchmarks::register_knee(argv[1], model.substr(0, equals), model.substr(equals + 1));
   }
   benchmark::RunSpecifiedBenchmarks();
   return 0;
