@@ -58,6 +58,16 @@ class Results(unittest.TestCase):
     def test_a_missing_run_is_reported(self):
         self.assertTrue(any("found other runs" in line for line in self.stale_with(lambda record, _: record["runs"].popitem())))
 
+    def test_a_page_of_an_idle_machine_may_be_stale_if_it_says_so(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            page = root / results.PAGES["benchmarks"].path
+            page.parent.mkdir(parents=True)
+            page.write_text("# Benchmarks\n\n- rows\n")
+            self.assertIn("found no record", results.stale("benchmarks", self.today, root)[0])
+            page.write_text(f"# Benchmarks\n\n{results.STALE} measured with an older solver\n")
+            self.assertEqual(results.stale("benchmarks", self.today, root), [])
+
     def test_comments_of_a_job_do_not_count_and_values_do(self):
         with tempfile.TemporaryDirectory() as folder:
             hashes = []
