@@ -188,6 +188,7 @@ CoarseFit coarse_fit(const KneeSurfaces& subject, const TemplateKnee& reference)
   JointRegion from = joint_region(joined(surfaces.femur), joined(surfaces.tibia));
   const Bones right = template_points(surfaces, subject, from.centre_mm);
   CoarseFit fit;
+  fit.nearest_mm = to.nearest_mm;
   fit.right = best_fit(right, from, points, to);
   from.centre_mm.z() *= -1.0;
   from.up.z() *= -1.0;

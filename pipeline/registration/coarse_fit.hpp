@@ -16,8 +16,9 @@ struct SimilarityFit {
 };
 
 struct CoarseFit {
-  SimilarityFit right;  ///< of the template
-  SimilarityFit left;   ///< of the mirrored template
+  SimilarityFit right;      ///< of the template
+  SimilarityFit left;       ///< of the mirrored template
+  double nearest_mm = 0.0;  ///< smallest distance between samples of the subject's bones
 };
 
 /// Both bones as one: 12 turns about the direction through the joint, of the template and of the mirrored

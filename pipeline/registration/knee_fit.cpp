@@ -108,6 +108,7 @@ KneeFit fit_knee(const KneeSurfaces& subject, const TemplateKnee& reference, con
   fit.side = is_left ? Side::left : Side::right;
   const SimilarityFit& chosen = is_left ? coarse.left : coarse.right;
   fit.coarse_residual_mm = chosen.residual_mm;
+  fit.nearest_mm = coarse.nearest_mm;
   fit.side_margin = (is_left ? coarse.right : coarse.left).residual_mm / chosen.residual_mm;
   TemplateKnee own_side = reference;
   if (is_left) {

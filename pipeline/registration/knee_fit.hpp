@@ -19,6 +19,7 @@ struct KneeFit {
   Side side = Side::right;
   double side_margin = 1.0;  ///< coarse residual of the other side over that of `side`
   double coarse_residual_mm = 0.0;
+  double nearest_mm = 0.0;  ///< smallest distance between samples of the bones
   BoneFit femur, tibia;
   /// Canonical axes of each bone (X anterior, Y proximal, Z the subject's right) with its origin at the
   /// image of the template's rotation centre, in the subject's axes, mm.
