@@ -19,6 +19,26 @@ struct CheckOptions {
 
 console::ExitCode check_command(const CheckOptions& options);
 
+/// `vrda prepare`: a job from the meshes of two bones.
+struct PrepareOptions {
+  std::string femur, tibia;  ///< mesh files of the bones; may be empty where cartilage is given
+  std::vector<std::string> femur_cartilage, tibia_cartilage, menisci;
+  std::string fibula;
+  std::string side;                ///< left or right; empty: found
+  std::string unit;                ///< mm, cm or m; empty: found
+  std::string cartilage = "auto";  ///< auto, none, or the thickness in mm on a bone without cartilage
+  std::string template_job;        ///< empty: the generic knee
+  std::string data_directory;      ///< of the template
+  bool has_ligaments = true;
+  std::string folder;
+  int n_threads = 0;  ///< 0: one per processor
+  bool as_json = false;
+};
+
+/// Writes meshes in anatomical frames, job, ligaments, prepare.json and prepare.png. Throws InputError, with
+/// the picture written, for objects that are not the bones of one knee.
+console::ExitCode prepare_command(const PrepareOptions& options);
+
 /// `vrda shape`: writes a generated joint as STL files and its ligaments as a CSV table.
 struct ShapeOptions {
   std::string shape;

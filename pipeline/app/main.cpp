@@ -49,6 +49,7 @@ struct Commands {
   vrda::app::SmoothCommandOptions smooth;
   vrda::app::AuditOptions audit;
   vrda::app::ExportOptions exported;
+  vrda::app::PrepareOptions prepare;
   vrda::app::ConvertObjectOptions object;
   vrda::app::ConvertMeshOptions mesh;
   vrda::app::ConvertConfigOptions config;
@@ -313,6 +314,42 @@ struct Commands {
     c.callback([this] { chosen = [this] { return shape_command(shape); }; });
   }
 
+  void add_prepare()
+  {
+    CLI::App& c =
+        add("prepare",
+            "Make a job from meshes of femur and tibia: finds unit, side and anatomical frames, carries "
+            "ligaments of a template over.",
+            "vrda prepare --femur femur.stl --tibia tibia.stl -o my-knee");
+    const auto add_files = [&](const char* name, std::vector<std::string>& files, const char* what) {
+      c.add_option(name, files, what)->allow_extra_args(false)->take_all();
+    };
+    c.add_option("--femur", prepare.femur, "Mesh of the femur");
+    c.add_option("--tibia", prepare.tibia, "Mesh of the tibia");
+    add_files("--femur-cartilage", prepare.femur_cartilage, "Mesh of its cartilage; may be repeated");
+    add_files("--tibia-cartilage", prepare.tibia_cartilage, "Mesh of its cartilage; may be repeated");
+    add_files("--meniscus", prepare.menisci, "Mesh of a meniscus, drawn only; may be repeated");
+    c.add_option("--fibula", prepare.fibula, "Mesh of the fibula, for the lateral ligaments");
+    c.add_option("--side", prepare.side, "left or right; default: found")
+        ->check(vrda::app::one_of({"left", "right"}));
+    c.add_option("--unit", prepare.unit, "mm, cm or m; default: found")
+        ->check(vrda::app::one_of({"mm", "cm", "m"}));
+    c.add_option("--cartilage", prepare.cartilage,
+                 "auto, none, or mm: thickness added to a bone without cartilage")
+        ->check(CLI::Validator(vrda::app::one_of({"auto", "none"})) | vrda::app::number(0.0, 10.0))
+        ->capture_default_str();
+    c.add_option("--template", prepare.template_job,
+                 "Job of a knee with ligaments; default: the generic knee");
+    c.add_option("--data", prepare.data_directory, "Base folder of the template's file names");
+    c.add_flag_callback(
+        "--no-ligaments", [this] { prepare.has_ligaments = false; }, "Carry no ligaments over");
+    c.add_option("-o,--output", prepare.folder, "Output folder")->required();
+    c.add_option("--threads", prepare.n_threads, "Worker threads; default: one per processor")
+        ->check(vrda::app::whole_number(1, 1024));
+    c.add_flag("--json", prepare.as_json, "Print prepare.json");
+    c.callback([this] { chosen = [this] { return prepare_command(prepare); }; });
+  }
+
   void add_convert()
   {
     CLI::App& convert = add("convert", "Convert the thesis's formats, or a mesh file to another format.",
@@ -362,6 +399,7 @@ struct Commands {
     add_report();
     add_compare();
     add_export();
+    add_prepare();
     add_shape();
     add_convert();
   }

@@ -132,13 +132,17 @@ Case case_with_joint(const Job& job, const std::string& data_directory, const Ca
 
 Case load_case(const std::string& job_file, const LoadOptions& options)
 {
+  return load_case(read_job(job_file, options.overrides), options.data_directory);
+}
+
+Case load_case(const Job& job, const std::string& data_directory)
+{
   using Warnings = std::vector<std::string>;
-  const Job job = read_job(job_file, options.overrides);
   Case loaded = settings_of(job);
   const AxisMap map = axis_map(job);
-  const LoadedLigaments ligaments = load_ligaments(job, options.data_directory, map);
-  const RequestedScaling scaling = load_scaling(job, options.data_directory, map);
-  ComponentLoader source(job, options.data_directory);
+  const LoadedLigaments ligaments = load_ligaments(job, data_directory, map);
+  const RequestedScaling scaling = load_scaling(job, data_directory, map);
+  ComponentLoader source(job, data_directory);
   loaded.reference = loaded_body(job.reference, source, loaded);
   loaded.moving = loaded_body(job.moving, source, loaded);
   check_unit(job, loaded.survey);  // before the fibres: a wrong unit also misplaces attachments

@@ -102,6 +102,8 @@ struct Case {
   std::vector<std::string> warnings;  ///< one sentence each
 };
 
+struct Job;  // load/job.hpp
+
 struct LoadOptions {
   std::string data_directory;          ///< searched first for input files, if not empty
   std::vector<std::string> overrides;  ///< "key.path=value" in TOML syntax (`--set`)
@@ -110,6 +112,9 @@ struct LoadOptions {
 /// Loads and validates a job and its input files.
 /// Throws InputError naming file, key, found and wanted. Cost: seconds for a million triangles.
 Case load_case(const std::string& job_file, const LoadOptions& options = {});
+
+/// Loads the input files of a parsed job.
+Case load_case(const Job& job, const std::string& data_directory);
 
 /// The case at the subject's size: every length times `steps_scale`, including the lengths among the solver
 /// settings, which applied at factor 1. The result has `steps_scale` 1.

@@ -43,6 +43,8 @@ ELSEWHERE = {
     "vrda status study": "tests/slurm/README.md",
     "vrda resume study": "tests/slurm/README.md",
     "vrda convert": "tests/app/convert_test.cpp",
+    "vrda prepare": "tests/app/prepare_test.cpp",
+    "vrda run my-knee/knee.toml": "tests/app/prepare_test.cpp",
     "vrda check knee.toml": "tests/app/convert_test.cpp",
     "vrda-player body": "tests/player/app/bench_program_test.cpp",
     "vrda-player web": "tests/player/web/CMakeLists.txt",

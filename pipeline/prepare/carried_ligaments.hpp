@@ -1,0 +1,34 @@
+/// Carries fibres and wraps of a template over to a subject.
+#pragma once
+
+#include <vector>
+
+#include "prepare/template_joint.hpp"
+
+namespace vrda::prepare {
+
+/// A subject's bones in their anatomical frames (registration/knee_fit.hpp): origin at the rotation centre.
+struct SubjectBones {
+  registration::KneeSurfaces surfaces;
+  Mesh fibula;  ///< in the tibia's frame; empty: unknown
+};
+
+/// How far an attachment moved to the bone; NaN: it stays where the fit has it.
+struct AttachmentMove {
+  double reference_mm = 0.0;
+  double moving_mm = 0.0;
+};
+
+struct CarriedLigaments {
+  ligament::Ligaments ligaments;      ///< anatomical frames; slack lengths are the template's
+  std::vector<AttachmentMove> moves;  ///< [fibres]
+};
+
+/// `own_side`: the template of the subject's side. Attachments go through the fit, then to the nearest point
+/// of bone at the template's own distance from it: at most 10 mm, or 25 mm to the fibula, to which LCL and
+/// PFL belong. Without bone of the subject they stay. Wraps take the bone's scales along their own axes, with
+/// half-axes limited to a ratio below 5.
+CarriedLigaments carried_ligaments(const TemplateJoint& own_side, const registration::KneeFit& fit,
+                                   const SubjectBones& subject);
+
+}  // namespace vrda::prepare

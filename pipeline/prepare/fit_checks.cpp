@@ -1,0 +1,158 @@
+#include "prepare/fit_checks.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/text.hpp"
+#include "core/units.hpp"
+
+namespace vrda::prepare {
+namespace {
+
+using registration::BoneSurfaces;
+using registration::KneeFit;
+using registration::KneeSurfaces;
+
+// Limits that accepted all of 16 knees in a trial and refused wrong bones (issue 24).
+constexpr double largest_coarse_mm = 3.5, largest_residual_mm = 1.9;
+constexpr double largest_varus_deg = 10.0, largest_internal_deg = 30.0;
+constexpr double least_flexion_deg = -15.0, largest_flexion_deg = 120.0;
+constexpr double largest_gap_mm = 20.0;  // between bones with 5 mm of cartilage, with room for flexed scans
+constexpr double refused_length_mm = 40.0;  // frames of shorter stumps are wrong by more than 5 degrees
+constexpr double short_length_mm = 45.0;
+constexpr double least_margin = 1.05;
+
+std::string tenths(double value)
+{
+  return shortest_decimal(std::round(10.0 * value) / 10.0 + 0.0);
+}
+
+std::string hundredths(double value)
+{
+  return shortest_decimal(std::round(100.0 * value) / 100.0 + 0.0);
+}
+
+void require_at_most(double value, double limit, const std::string& what, std::vector<std::string>& found)
+{
+  if (value <= limit) return;
+  found.push_back(what + (std::isfinite(value) ? " " + hundredths(value) : " without a limit") +
+                  ", wanted at most " + shortest_decimal(limit));
+}
+
+void require_within(double value, double least, double most, const std::string& what,
+                    std::vector<std::string>& found)
+{
+  if (value >= least && value <= most) return;
+  found.push_back(what + " " + tenths(value) + " degrees, wanted " + shortest_decimal(least) + " to " +
+                  shortest_decimal(most));
+}
+
+// From the joint to the end of the bone, along the bone's own axis.
+double length_mm(const Mesh& bone, const KneeFit& fit, const Pose& X_scan_bone, double sign)
+{
+  if (bone.vertices_mm.rows() == 0) return 0.0;
+  const Pose X_bone_scan = X_scan_bone.inverse();
+  double farthest = 0.0;
+  for (const auto& row : bone.vertices_mm.rowwise())
+    farthest = std::max(farthest, sign * (X_bone_scan * Eigen::Vector3d(fit.unit_mm * row.transpose())).y());
+  return farthest;
+}
+
+struct Lengths {
+  double femur_mm, tibia_mm;
+};
+
+// The joint line is 20 mm below the rotation centre of a knee.
+Lengths lengths_of(const KneeFit& fit, const KneeSurfaces& subject)
+{
+  constexpr double line_mm = 20.0;
+  return {length_mm(subject.femur.bone, fit, fit.X_scan_femur, 1.0) + line_mm,
+          length_mm(subject.tibia.bone, fit, fit.X_scan_tibia, -1.0) - line_mm};
+}
+
+bool has_bone(const BoneSurfaces& surfaces)
+{
+  return surfaces.bone.triangles.rows() > 0;
+}
+
+// Closed surfaces are oriented when they are read.
+bool is_open(const BoneSurfaces& surfaces)
+{
+  return edge_counts(joined(surfaces)).boundary > 0;
+}
+
+BoneSurfaces reversed(BoneSurfaces surfaces)
+{
+  for (Mesh* mesh : {&surfaces.bone, &surfaces.cartilage}) {
+    mesh->triangles.col(1).swap(mesh->triangles.col(2));
+    mesh->normals *= -1.0;
+  }
+  return surfaces;
+}
+
+}  // namespace
+
+std::vector<std::string> objections(const KneeFit& fit, const KneeSurfaces& subject)
+{
+  std::vector<std::string> found;
+  require_at_most(fit.coarse_residual_mm, largest_coarse_mm, "both bones together: residual in mm", found);
+  require_at_most(fit.femur.residual_mm, largest_residual_mm, "femur: residual in mm", found);
+  require_at_most(fit.tibia.residual_mm, largest_residual_mm, "tibia: residual in mm", found);
+  require_within(deg_from_rad(fit.scanned.varus_rad), -largest_varus_deg, largest_varus_deg, "scanned varus",
+                 found);
+  require_within(deg_from_rad(fit.scanned.internal_rotation_rad), -largest_internal_deg, largest_internal_deg,
+                 "scanned internal rotation", found);
+  require_within(deg_from_rad(fit.scanned.flexion_rad), least_flexion_deg, largest_flexion_deg,
+                 "scanned flexion", found);
+  require_at_most(fit.nearest_mm, largest_gap_mm, "bones not in one pose: distance in mm", found);
+  const Lengths lengths = lengths_of(fit, subject);
+  if (has_bone(subject.femur) && lengths.femur_mm < refused_length_mm)
+    found.push_back("femur: " + tenths(lengths.femur_mm) + " mm of bone, wanted at least " +
+                    shortest_decimal(refused_length_mm));
+  if (has_bone(subject.tibia) && lengths.tibia_mm < refused_length_mm)
+    found.push_back("tibia: " + tenths(lengths.tibia_mm) + " mm of bone, wanted at least " +
+                    shortest_decimal(refused_length_mm));
+  return found;
+}
+
+std::string explanation(const KneeFit& fit, const KneeSurfaces& subject,
+                        const registration::TemplateKnee& reference)
+{
+  if (fit.nearest_mm > largest_gap_mm) return "";
+  const auto fits = [&](const KneeSurfaces& other) {
+    return objections(registration::fit_knee(other, reference), other).empty();
+  };
+  if (fits({subject.tibia, subject.femur})) return "femur and tibia are exchanged";
+  const bool femur_open = is_open(subject.femur), tibia_open = is_open(subject.tibia);
+  if (femur_open && fits({reversed(subject.femur), subject.tibia}))
+    return "the femur is inside out: reverse the winding of its open surface";
+  if (tibia_open && fits({subject.femur, reversed(subject.tibia)}))
+    return "the tibia is inside out: reverse the winding of its open surface";
+  if (femur_open && tibia_open && fits({reversed(subject.femur), reversed(subject.tibia)}))
+    return "both bones are inside out: reverse the winding of their open surfaces";
+  return "";
+}
+
+std::vector<std::string> doubts(const KneeFit& fit, const KneeSurfaces& subject, bool is_side_given)
+{
+  std::vector<std::string> found;
+  const Lengths lengths = lengths_of(fit, subject);
+  const auto short_bone = [&](const char* name, const BoneSurfaces& bone, double mm) {
+    if (!has_bone(bone)) {
+      found.push_back(std::string(name) + ": cartilage only; its size is taken from the other bone");
+    } else if (mm < short_length_mm) {
+      found.push_back(std::string(name) + ": only " + tenths(mm) +
+                      " mm of bone; its axes may be off by 5 degrees");
+    }
+  };
+  short_bone("femur", subject.femur, lengths.femur_mm);
+  short_bone("tibia", subject.tibia, lengths.tibia_mm);
+  if (!is_side_given && fit.side_margin < least_margin)
+    found.push_back("side: found " + std::string(fit.side == Side::right ? "right" : "left") +
+                    " with a margin of only " + hundredths(fit.side_margin) + "; give --side");
+  if (is_side_given && fit.side_margin < 1.0 / least_margin)
+    found.push_back("side: the bones look like the other side (" + hundredths(fit.side_margin) + ")");
+  return found;
+}
+
+}  // namespace vrda::prepare

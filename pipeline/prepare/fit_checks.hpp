@@ -1,0 +1,23 @@
+/// Whether a fit is that of a knee.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "registration/knee_fit.hpp"
+
+namespace vrda::prepare {
+
+/// Why a knee is refused: which measure is out of range, with its limit; empty: accepted.
+std::vector<std::string> objections(const registration::KneeFit& fit,
+                                    const registration::KneeSurfaces& subject);
+
+/// The mistake that explains a refusal: exchanged bones, or an open sheet wound inward; empty: none found.
+std::string explanation(const registration::KneeFit& fit, const registration::KneeSurfaces& subject,
+                        const registration::TemplateKnee& reference);
+
+/// Accepted, but doubtful: little bone, cartilage only, a side that is hard to tell.
+std::vector<std::string> doubts(const registration::KneeFit& fit, const registration::KneeSurfaces& subject,
+                                bool is_side_given);
+
+}  // namespace vrda::prepare

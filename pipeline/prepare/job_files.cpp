@@ -1,0 +1,100 @@
+#include "prepare/job_files.hpp"
+
+#include "core/text.hpp"
+#include "core/trig.hpp"
+
+namespace vrda::prepare {
+namespace {
+
+std::string quoted(const std::string& text)
+{
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + '"';
+}
+
+std::string component_text(const std::string& body, const JobComponent& component)
+{
+  std::string text = "\n[[" + body + ".component]]\nname = \"" + component.name + "\"\nfile = \"" +
+                     component.name + ".stl\"\nmaterial = \"" + component.material + "\"\n";
+  if (component.inset_mm != 0.0)
+    text += "inset_mm = " + shortest_decimal(component.inset_mm) +
+            "                # thickened by the cartilage that no file gives\n";
+  if (!component.has_contact) text += "contact = false                 # drawn only\n";
+  return text;
+}
+
+std::string numbers(const Eigen::Vector3d& v)
+{
+  return shortest_decimal(v.x()) + "," + shortest_decimal(v.y()) + "," + shortest_decimal(v.z());
+}
+
+// R = Rx Ry Rz.
+Eigen::Vector3d body_fixed_angles_rad(const Eigen::Matrix3d& R)
+{
+  return {arc_tangent2(-R(1, 2), R(2, 2)), arc_sine(R(0, 2)), arc_tangent2(-R(0, 1), R(0, 0))};
+}
+
+}  // namespace
+
+std::string job_text(const JobDescription& job)
+{
+  std::string text =
+      "# Written by vrda prepare; prepare.json says how. Each bone is in its own anatomical frame, so zero "
+      "is the\n"
+      "# neutral pose whatever the pose in the scan.\ntitle = " +
+      quoted(job.title) + "\njoint = \"knee\"\nside = \"" + (job.side == Side::right ? "right" : "left") +
+      "\"\n\n[frame]                               # origin: the rotation centre\nunit = \"mm\"\n"
+      "anterior = \"+X\"\nproximal = \"+Y\"\nright = \"+Z\"\n\n[reference]\nname = \"femur\"\n";
+  for (const JobComponent& component : job.reference) text += component_text("reference", component);
+  text += "\n[moving]\nname = \"tibia\"\n";
+  for (const JobComponent& component : job.moving) text += component_text("moving", component);
+  text += "\n[push]\nforce_n = 20                          # along the tibia\n";
+  if (job.has_ligaments) {
+    text += "\n[ligaments]\nfibres = \"ligaments.csv\"\n";
+    if (job.has_wraps) text += "wraps = \"wraps.json\"\n";
+  }
+  return text +
+         "\n[grid]                                # degrees\nflexion = { from = 0, to = 90, step = 5 }\n"
+         "varus = \"free\"\n\n[solver]\nmethod = \"equilibrium\"\n\n[smooth]\ndegrees = [6]\n";
+}
+
+std::string ligament_table(const ligament::Ligaments& ligaments, const std::string& comment)
+{
+  std::string text = "# " + comment +
+                     "\nname,bundle,femur_x_mm,femur_y_mm,femur_z_mm,tibia_x_mm,tibia_y_mm,tibia_z_mm,"
+                     "stiffness_n,slack_length_mm,wrap\n";
+  for (const ligament::Fibre& fibre : ligaments.fibres) {
+    text += fibre.name + "," + fibre.bundle + "," + numbers(fibre.reference_mm) + "," +
+            numbers(fibre.moving_mm) + "," + shortest_decimal(fibre.stiffness_n) + "," +
+            shortest_decimal(fibre.slack_length_mm) + "," +
+            (fibre.wrap < 0 ? "" : ligaments.wraps[static_cast<std::size_t>(fibre.wrap)].name) + "\n";
+  }
+  return text;
+}
+
+std::string wraps_text(const ligament::Ligaments& ligaments)
+{
+  std::string text = "[";
+  for (const ligament::Wrap& wrap : ligaments.wraps) {
+    const bool is_cylinder = wrap.shape == ligament::WrapShape::cylinder;
+    text += std::string(text.size() > 1 ? "," : "") + "\n  {\"name\": " + quoted(wrap.name) +
+            ", \"type\": \"" + (is_cylinder ? "WrapCylinder" : "WrapEllipsoid") + "\", \"body\": \"" +
+            (wrap.body == ligament::WrapBody::reference ? "reference" : "moving") +
+            "\", \"unit\": \"mm\",\n   \"xyz_body_rotation\": [" +
+            numbers(body_fixed_angles_rad(wrap.X_body_wrap.linear())) + "], \"translation\": [" +
+            numbers(wrap.X_body_wrap.translation()) + "],\n   ";
+    if (is_cylinder) {
+      text += "\"radius\": " + shortest_decimal(wrap.radii_mm.x()) +
+              ", \"length\": " + shortest_decimal(2.0 * wrap.radii_mm.z()) + "}";
+    } else {
+      text += "\"dimensions\": [" + numbers(wrap.radii_mm) + "]}";
+    }
+  }
+  return text + "\n]\n";
+}
+
+}  // namespace vrda::prepare

@@ -1,0 +1,37 @@
+/// Texts of the files of a prepared job.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/frames.hpp"
+#include "ligament/ligaments.hpp"
+
+namespace vrda::prepare {
+
+/// A mesh file NAME.stl in its bone's anatomical frame, mm.
+struct JobComponent {
+  std::string name;
+  std::string material;
+  bool has_contact = true;
+  double inset_mm = 0.0;  ///< negative: thickened, for cartilage that is not known
+};
+
+struct JobDescription {
+  std::string title;
+  Side side = Side::right;
+  std::vector<JobComponent> reference, moving;
+  bool has_ligaments = true;
+  bool has_wraps = false;
+};
+
+/// TOML: free varus, flexion 0 to 90 by 5, 20 N.
+std::string job_text(const JobDescription& job);
+
+/// Table of schemas/ligaments.md. `comment`: one line without #.
+std::string ligament_table(const ligament::Ligaments& ligaments, const std::string& comment);
+
+/// JSON of schemas/wraps.schema.json.
+std::string wraps_text(const ligament::Ligaments& ligaments);
+
+}  // namespace vrda::prepare

@@ -1,0 +1,50 @@
+/// Slack lengths of carried fibres, from both knees at the neutral pose.
+#pragma once
+
+#include <vector>
+
+#include "load/case.hpp"
+#include "proximity/gap_query.hpp"
+
+namespace vrda::prepare {
+
+/// The neutral pose after settling contact: varus until both compartments' gaps along Delta are equal, then
+/// along Delta to touch.
+struct SettledPose {
+  Attitude attitude;  ///< flexion 0
+  MovingPose pose;    ///< solver frame
+  bool has_contact = false;
+};
+SettledPose settled_pose(const load::Case& joint);
+
+/// The triangles of a tibia on one side (z of sign `side`) of the eminence between the plateaus, which does
+/// not bear on the condyles.
+proximity::GapTree plateau_tree(const Mesh& tibia, double side);
+
+/// Lengths of all fibres at a pose, wrapped.
+std::vector<double> fibre_lengths_mm(const load::Case& joint, const SettledPose& at);
+
+/// Largest strain and tension over the solved flexions.
+struct FibreLoads {
+  std::vector<double> largest_strain;     ///< [fibres]
+  std::vector<double> largest_tension_n;  ///< [fibres]
+  int n_solved = 0;
+  int n_flexions = 0;
+};
+/// Solves the joint with free varus at 0, 10, ... 90 degrees of flexion.
+FibreLoads solved_loads(const load::Case& joint, int n_threads);
+
+struct SlackResult {
+  SettledPose settled;
+  FibreLoads loads;                        ///< of the last solution
+  std::vector<double> template_strain;     ///< [fibres] largest of the template
+  std::vector<std::int32_t> lengthenings;  ///< fibres lengthened after each solution
+};
+
+/// Sets the slack lengths of `subject`, whose fibres are those of `reference` in the same order: the
+/// template's times the ratio of lengths at the settled poses. Then at most four solutions lengthen the
+/// fibres strained beyond the template's largest strain + 0.05. From the scan's pose, fibres were strained by
+/// 0.3 and more.
+SlackResult set_slack_lengths(load::Case& subject, const load::Case& reference, int n_threads);
+
+}  // namespace vrda::prepare

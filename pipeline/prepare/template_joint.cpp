@@ -1,0 +1,128 @@
+#include "prepare/template_joint.hpp"
+
+#include "core/error.hpp"
+#include "load/job.hpp"
+
+namespace vrda::prepare {
+namespace {
+
+constexpr const char* generic_job = R"(title = "Generic knee"
+[reference]
+name = "femur"
+[[reference.component]]
+name = "femur"
+generate = { shape = "knee", part = "femur", resolution = 2 }
+[[reference.component]]
+name = "femur_shaft"
+generate = { shape = "knee", part = "femur_shaft", resolution = 2 }
+contact = false
+[moving]
+name = "tibia"
+[[moving.component]]
+name = "tibia"
+generate = { shape = "knee", part = "tibia", resolution = 2 }
+[[moving.component]]
+name = "tibia_shaft"
+generate = { shape = "knee", part = "tibia_shaft", resolution = 2 }
+contact = false
+[[moving.component]]
+name = "fibula"
+generate = { shape = "knee", part = "fibula", resolution = 2 }
+contact = false
+[grid]
+flexion = { from = 0, to = 90, step = 10 }
+varus = "free"
+[solver]
+method = "equilibrium"
+[ligaments]
+generate = { shape = "knee" }
+)";
+
+bool is_fibula(const std::string& name)
+{
+  return name.find("fibula") != std::string::npos;
+}
+
+Mesh fibula_of(const Body& body)
+{
+  Mesh fibula;
+  for (const Part* part : {&body.contact, &body.visual}) {
+    const std::vector<std::vector<Eigen::Index>> rows = triangles_by_component(body, *part);
+    for (std::size_t c = 0; c < rows.size(); ++c) {
+      if (is_fibula(body.components[c].name)) append(fibula, select_triangles(part->mesh, rows[c]));
+    }
+  }
+  return fibula;
+}
+
+Eigen::Vector3d flipped(const Eigen::Vector3d& v)
+{
+  return {v.x(), v.y(), -v.z()};
+}
+
+ligament::Ligaments mirrored(ligament::Ligaments ligaments)
+{
+  const Eigen::DiagonalMatrix<double, 3> flip(1.0, 1.0, -1.0);
+  for (ligament::Fibre& fibre : ligaments.fibres) {
+    fibre.reference_mm = flipped(fibre.reference_mm);
+    fibre.moving_mm = flipped(fibre.moving_mm);
+  }
+  for (ligament::Wrap& wrap : ligaments.wraps) {
+    // An ellipsoid and a cylinder are symmetric in their own Z = 0.
+    const Eigen::Matrix3d R = flip * wrap.X_body_wrap.linear() * flip;
+    wrap.X_body_wrap.linear() = R;
+    wrap.X_body_wrap.translation() = flipped(wrap.X_body_wrap.translation());
+  }
+  return ligaments;
+}
+
+}  // namespace
+
+registration::BoneSurfaces surfaces_of(const Body& body)
+{
+  registration::BoneSurfaces surfaces;
+  for (const Part* part : {&body.contact, &body.visual}) {
+    const std::vector<std::vector<Eigen::Index>> rows = triangles_by_component(body, *part);
+    for (std::size_t c = 0; c < rows.size(); ++c) {
+      const Component& component = body.components[c];
+      if (rows[c].empty() || is_fibula(component.name)) continue;
+      if (component.material == "bone") append(surfaces.bone, select_triangles(part->mesh, rows[c]));
+      if (component.material == "cartilage")
+        append(surfaces.cartilage, select_triangles(part->mesh, rows[c]));
+    }
+  }
+  return surfaces;
+}
+
+TemplateJoint mirrored(const TemplateJoint& joint)
+{
+  TemplateJoint other = joint;
+  load::Case& c = other.joint;
+  c.frame.side = c.frame.side == Side::left ? Side::right : Side::left;
+  c.frame.rotation_centre_mm = flipped(c.frame.rotation_centre_mm);
+  c.reference = mirrored_z(c.reference);
+  c.moving = mirrored_z(c.moving);
+  c.ligaments = mirrored(c.ligaments);
+  other.knee = {mirrored_z(joint.knee.surfaces), flipped(joint.knee.origin_mm)};
+  other.fibula = mirrored_z(joint.fibula);
+  return other;
+}
+
+TemplateJoint template_of(const load::Case& joint)
+{
+  if (joint.joint != "knee" || joint.method != "equilibrium")
+    throw InputError({"--template", "\"" + joint.title + "\"", joint.joint + ", " + joint.method,
+                      "a knee with solver.method = \"equilibrium\""});
+  TemplateJoint found{
+      joint,
+      {{surfaces_of(joint.reference), surfaces_of(joint.moving)}, joint.frame.rotation_centre_mm},
+      fibula_of(joint.moving)};
+  return joint.frame.side == Side::left ? mirrored(found) : found;
+}
+
+TemplateJoint generic_template()
+{
+  return template_of(load::load_case(load::parse_job("generic knee", generic_job), ""));
+}
+
+}  // namespace vrda::prepare

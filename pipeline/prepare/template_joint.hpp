@@ -1,0 +1,29 @@
+/// The knee whose frames and ligaments are carried over to a subject.
+#pragma once
+
+#include "load/case.hpp"
+#include "registration/knee_fit.hpp"
+
+namespace vrda::prepare {
+
+/// Canonical axes of its own side, as loaded.
+struct TemplateJoint {
+  load::Case joint;
+  registration::TemplateKnee knee;
+  Mesh fibula;  ///< empty: the template has none
+};
+
+/// The bone and cartilage of a body by the materials of its components; menisci and fibula are left out.
+registration::BoneSurfaces surfaces_of(const Body& body);
+
+/// A knee with ligaments as a template; a left knee is mirrored. The fibula is the moving component whose
+/// name contains "fibula". Throws InputError naming `joint.title` for another joint.
+TemplateJoint template_of(const load::Case& joint);
+
+/// The generic knee.
+TemplateJoint generic_template();
+
+/// The template of the other side.
+TemplateJoint mirrored(const TemplateJoint& joint);
+
+}  // namespace vrda::prepare

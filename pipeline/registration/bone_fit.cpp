@@ -1,0 +1,164 @@
+#include "registration/bone_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace vrda::registration {
+namespace {
+
+constexpr double farthest_pair_mm = 20.0;
+constexpr double least_cosine = 0.4;
+constexpr double capped_mm = 5.0;
+// mm^2 per point and squared relative deviation of a scale from the mean of the three: a deviation of 5 %
+// costs as much as 0.16 mm on every point.
+constexpr double anisotropy_weight_mm2 = 10.0;
+
+struct Pair {
+  Eigen::Vector3d from_mm;  // template
+  Eigen::Vector3d at_mm;    // template placed
+  Eigen::Vector3d to_mm;    // subject
+  Eigen::Vector3d normal;   // of the subject
+  double distance_sq_mm2;
+};
+
+// The way to the nearest point of a surface is along its normal, except where the surface ends.
+bool is_beyond_border(const Eigen::Vector3d& off_mm, const Eigen::Vector3d& normal)
+{
+  constexpr double base_mm = 1.0, slope = 0.35;  // of facets and of noise
+  const double across_mm = (off_mm - off_mm.dot(normal) * normal).norm();
+  return across_mm > base_mm + slope * off_mm.norm();
+}
+
+std::vector<Pair> all_pairs(const SurfacePoints& points, const NearestSurface& subject, const BoneFit& fit)
+{
+  std::vector<Pair> pairs;
+  for (Eigen::Index i = 0; i < points.positions_mm.rows(); ++i) {
+    const Eigen::Vector3d from_mm = points.positions_mm.row(i), at_mm = fit(from_mm);
+    const SurfacePoint nearest = subject.nearest(
+        at_mm, {farthest_pair_mm, least_cosine, fit.normal(points.normals.row(i).transpose())});
+    if (nearest.triangle < 0) continue;
+    if (is_beyond_border(at_mm - nearest.p_mm, subject.normal(nearest.triangle))) continue;
+    pairs.push_back({from_mm, at_mm, nearest.p_mm, subject.normal(nearest.triangle),
+                     nearest.distance_mm * nearest.distance_mm});
+  }
+  return pairs;
+}
+
+void keep_nearest(std::vector<Pair>& pairs, double kept)
+{
+  const auto n = static_cast<std::ptrdiff_t>(kept * static_cast<double>(pairs.size()));
+  std::nth_element(pairs.begin(), pairs.begin() + n, pairs.end(),
+                   [](const Pair& a, const Pair& b) { return a.distance_sq_mm2 < b.distance_sq_mm2; });
+  pairs.resize(static_cast<std::size_t>(n));
+}
+
+void set_residuals(BoneFit& fit, const SurfacePoints& points, const NearestSurface& subject, double kept)
+{
+  std::vector<Pair> pairs = all_pairs(points, subject, fit);
+  const auto n = static_cast<double>(points.positions_mm.rows());
+  double sum = capped_mm * capped_mm * (n - static_cast<double>(pairs.size()));
+  for (const Pair& pair : pairs) sum += std::min(pair.distance_sq_mm2, capped_mm * capped_mm);
+  fit.mismatch_mm = std::sqrt(sum / n);
+  keep_nearest(pairs, kept);
+  sum = 0.0;
+  for (const Pair& pair : pairs) sum += pair.distance_sq_mm2;
+  fit.residual_mm = std::sqrt(sum / static_cast<double>(pairs.size())) / fit.scale.mean();
+}
+
+Eigen::Matrix3d small_rotation(const Eigen::Vector3d& w_rad)
+{
+  const Eigen::Vector3d half = 0.5 * w_rad;
+  return Eigen::Quaterniond(1.0, half.x(), half.y(), half.z()).normalized().toRotationMatrix();
+}
+
+using Vector9d = Eigen::Matrix<double, 9, 1>;
+using Matrix9d = Eigen::Matrix<double, 9, 9>;
+
+Eigen::Index n_scales(ScaleFreedom freedom)
+{
+  return freedom == ScaleFreedom::held ? 0 : freedom == ScaleFreedom::similarity ? 1 : 3;
+}
+
+// One Gauss-Newton step; returns the length of the motion in mm and rad.
+double advance(BoneFit& fit, const std::vector<Pair>& pairs, ScaleFreedom freedom)
+{
+  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
+  for (const Pair& pair : pairs) centre_mm += pair.at_mm;
+  centre_mm /= static_cast<double>(pairs.size());
+  Matrix9d H = Matrix9d::Zero();
+  Vector9d g = Vector9d::Zero();
+  for (const Pair& pair : pairs) {
+    Vector9d slope = Vector9d::Zero();
+    slope.head<3>() = (pair.at_mm - centre_mm).cross(pair.normal);
+    slope.segment<3>(3) = pair.normal;
+    const Eigen::Vector3d of_scale = (fit.R.transpose() * pair.normal).cwiseProduct(pair.from_mm);
+    if (freedom == ScaleFreedom::axes) slope.tail<3>() = of_scale;
+    if (freedom == ScaleFreedom::similarity) slope[6] = of_scale.dot(fit.scale) / fit.scale.mean();
+    const double off_mm = pair.normal.dot(pair.at_mm - pair.to_mm);
+    H += slope * slope.transpose();
+    g += off_mm * slope;
+  }
+  if (freedom == ScaleFreedom::axes) {
+    const double weight = anisotropy_weight_mm2 * static_cast<double>(pairs.size());
+    const Eigen::Matrix3d deviation = Eigen::Matrix3d::Identity() - Eigen::Matrix3d::Constant(1.0 / 3.0);
+    H.bottomRightCorner<3, 3>() += weight * deviation;
+    g.tail<3>() += weight * (deviation * fit.scale);
+  }
+  const Eigen::Index n = 6 + n_scales(freedom);
+  // Keeps a bone of revolution solvable; a thousandth of a micrometre on a real one.
+  H.diagonal().array() += 1e-9 * H.trace();
+  const Eigen::VectorXd step = -H.topLeftCorner(n, n).ldlt().solve(g.head(n));
+  const Eigen::Matrix3d turn = small_rotation(step.head<3>());
+  fit.t_mm = turn * (fit.t_mm - centre_mm) + centre_mm + step.segment<3>(3);
+  fit.R = turn * fit.R;
+  if (freedom == ScaleFreedom::axes) fit.scale += step.tail<3>();
+  if (freedom == ScaleFreedom::similarity) fit.scale *= 1.0 + step[6] / fit.scale.mean();
+  fit.scale = fit.scale.cwiseMax(0.5).cwiseMin(2.0);
+  return step.norm();
+}
+
+void iterate(BoneFit& fit, const SurfacePoints& points, const NearestSurface& subject, ScaleFreedom freedom,
+             double kept, int n)
+{
+  constexpr double smallest_step = 1e-5;
+  constexpr std::size_t fewest_pairs = 50;
+  for (int i = 0; i < n; ++i) {
+    std::vector<Pair> pairs = all_pairs(points, subject, fit);
+    keep_nearest(pairs, kept);
+    if (pairs.size() < fewest_pairs || advance(fit, pairs, freedom) < smallest_step) break;
+  }
+}
+
+// Every fourth point.
+SurfacePoints quarter_of(const SurfacePoints& points)
+{
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < points.positions_mm.rows(); i += 4) rows.push_back(i);
+  return {points.positions_mm(rows, Eigen::all), points.normals(rows, Eigen::all)};
+}
+
+}  // namespace
+
+BoneFit fit_bone(const SurfacePoints& template_points, const NearestSurface& subject,
+                 const std::vector<BoneFit>& starts, const BoneFitOptions& options)
+{
+  const ScaleFreedom first =
+      options.freedom == ScaleFreedom::held ? ScaleFreedom::held : ScaleFreedom::similarity;
+  const SurfacePoints few = quarter_of(template_points);
+  std::vector<BoneFit> fits = starts;
+  for (BoneFit& fit : fits) {
+    iterate(fit, few, subject, first, options.kept, 12);
+    set_residuals(fit, few, subject, options.kept);
+  }
+  BoneFit fit = *std::min_element(fits.begin(), fits.end(), [](const BoneFit& a, const BoneFit& b) {
+    return a.mismatch_mm < b.mismatch_mm;
+  });
+  iterate(fit, template_points, subject, first, options.kept, 15);
+  if (options.freedom == ScaleFreedom::axes)
+    iterate(fit, template_points, subject, ScaleFreedom::axes, options.kept, 40);
+  set_residuals(fit, template_points, subject, options.kept);
+  return fit;
+}
+
+}  // namespace vrda::registration

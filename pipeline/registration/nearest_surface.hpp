@@ -1,0 +1,41 @@
+/// The nearest point of a triangle mesh.
+#pragma once
+
+#include "core/mesh.hpp"
+#include "proximity/box_tree.hpp"
+
+namespace vrda::registration {
+
+struct SurfacePoint {
+  Eigen::Index triangle = -1;  ///< -1: none within the limits
+  Eigen::Vector3d p_mm = Eigen::Vector3d::Zero();
+  double distance_mm = 0.0;
+};
+
+/// Which points of a surface count.
+struct NearestLimits {
+  double max_distance_mm = 1e9;
+  double least_cosine = -1.1;  ///< between the triangle's normal and `normal`; -1.1: any triangle
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+};
+
+/// A mesh with a tree, and unit normals of its triangles averaged over their neighbours, which noise of a
+/// segmentation tilts less.
+class NearestSurface {
+ public:
+  explicit NearestSurface(Mesh mesh);
+
+  const Mesh& mesh() const { return mesh_; }
+  Eigen::Vector3d normal(Eigen::Index triangle) const { return normals_.row(triangle); }
+  bool is_empty() const { return tree_.is_empty(); }
+
+  /// Exact for the triangles that count.
+  SurfacePoint nearest(const Eigen::Vector3d& p_mm, const NearestLimits& limits = {}) const;
+
+ private:
+  Mesh mesh_;
+  Points normals_;
+  proximity::BoxTree tree_;
+};
+
+}  // namespace vrda::registration

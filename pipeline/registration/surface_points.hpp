@@ -1,0 +1,53 @@
+/// Points with normals on a surface, and the nearest of them.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/mesh.hpp"
+
+namespace vrda::registration {
+
+struct SurfacePoints {
+  Points positions_mm;  ///< [n, 3]
+  Points normals;       ///< [n, 3] unit, outward
+};
+
+/// `n` points, one in each of `n` equal shares of the area in the order of the triangles. No random source:
+/// a moved or mirrored mesh gives the moved or mirrored points. Empty for a mesh without area.
+SurfacePoints sample_surface(const Mesh& mesh, int n);
+
+/// The triangles whose centres are within `radius_mm` of `centre_mm`.
+Mesh cropped(const Mesh& mesh, const Eigen::Vector3d& centre_mm, double radius_mm);
+
+/// Points reflected in Z = 0.
+SurfacePoints mirrored_z(const SurfacePoints& points);
+
+SurfacePoints joined(const SurfacePoints& a, const SurfacePoints& b);
+
+/// Finds the nearest of a set of points by a k-d tree.
+class PointTree {
+ public:
+  explicit PointTree(SurfacePoints points);
+
+  const SurfacePoints& points() const { return points_; }
+
+  struct Nearest {
+    Eigen::Index row = -1;  ///< -1: none
+    double distance_sq_mm2 = 0.0;
+  };
+
+  /// Nearest point whose normal has a component above `least_cosine` along `normal`; -1.1: any point.
+  Nearest nearest(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& normal, double least_cosine) const;
+
+ private:
+  struct Range {
+    Eigen::Index begin, end;
+    int axis;
+  };
+  void arrange(std::vector<Eigen::Index>& order, Range range) const;
+
+  SurfacePoints points_;  // in the order of the tree: the middle row of a range splits it
+};
+
+}  // namespace vrda::registration

@@ -1,0 +1,105 @@
+#include "prepare/carried_ligaments.hpp"
+
+#include <gmock/gmock.h>
+
+namespace vrda::carried_ligaments_test {
+
+using prepare::CarriedLigaments, prepare::SubjectBones, prepare::TemplateJoint;
+using registration::BoneFit, registration::KneeFit;
+
+// The template at `factor` times its size as a subject, and the fit that finds it.
+struct Copy {
+  SubjectBones bones;
+  KneeFit fit;
+};
+
+Copy copy_of(const TemplateJoint& joint, double factor)
+{
+  Copy copy{{joint.knee.surfaces, joint.fibula}, {}};
+  for (Mesh* mesh : {&copy.bones.surfaces.femur.bone, &copy.bones.surfaces.tibia.bone, &copy.bones.fibula})
+    mesh->vertices_mm *= factor;
+  copy.fit.femur.scale.setConstant(factor);
+  copy.fit.tibia.scale.setConstant(factor);
+  return copy;
+}
+
+TEST(CarriedLigaments, OntoTheTemplateItselfNothingMoves)
+{
+  const TemplateJoint joint = prepare::generic_template();
+  const Copy copy = copy_of(joint, 1.0);
+  const CarriedLigaments carried = carried_ligaments(joint, copy.fit, copy.bones);
+  ASSERT_EQ(carried.ligaments.fibres.size(), joint.joint.ligaments.fibres.size());
+  for (std::size_t i = 0; i < carried.moves.size(); ++i) {
+    EXPECT_LT(carried.moves[i].reference_mm, 1e-6) << carried.ligaments.fibres[i].name;
+    EXPECT_LT(carried.moves[i].moving_mm, 1e-6) << carried.ligaments.fibres[i].name;
+    EXPECT_LT((carried.ligaments.fibres[i].moving_mm - joint.joint.ligaments.fibres[i].moving_mm).norm(),
+              1e-6);
+  }
+}
+
+TEST(CarriedLigaments, ASizeScalesAttachmentsAndWraps)
+{
+  TemplateJoint joint = prepare::generic_template();
+  ligament::Wrap wrap{"w", ligament::WrapShape::ellipsoid, ligament::WrapBody::moving};
+  wrap.radii_mm = {10, 20, 45};
+  wrap.X_body_wrap.translation() = Eigen::Vector3d(1, 2, 3);
+  joint.joint.ligaments.wraps = {wrap};
+  const Copy copy = copy_of(joint, 1.1);
+  const CarriedLigaments carried = carried_ligaments(joint, copy.fit, copy.bones);
+  for (std::size_t i = 0; i < carried.moves.size(); ++i) {
+    // An attachment keeps the template's own distance from the bone, which is a facet's.
+    EXPECT_LT((carried.ligaments.fibres[i].reference_mm - 1.1 * joint.joint.ligaments.fibres[i].reference_mm)
+                  .norm(),
+              0.2);
+  }
+  EXPECT_TRUE(carried.ligaments.wraps[0].X_body_wrap.translation().isApprox(Eigen::Vector3d(1.1, 2.2, 3.3)));
+  EXPECT_NEAR(carried.ligaments.wraps[0].radii_mm.z(), 1.1 * 45, 1e-12);
+}
+
+TEST(CarriedLigaments, AttachmentsGoToTheBoneAndWrapsStayBelowTheLimit)
+{
+  TemplateJoint joint = prepare::generic_template();
+  ligament::Wrap wrap{"w", ligament::WrapShape::ellipsoid, ligament::WrapBody::reference};
+  wrap.radii_mm = {10, 20, 48};
+  joint.joint.ligaments.wraps = {wrap};
+  Copy copy = copy_of(joint, 1.0);
+  copy.fit.femur.scale = {1.0, 1.0, 1.02};
+  // The subject's surface is 2 mm outside, so attachments move by up to that; contact part and shaft overlap.
+  copy.bones.surfaces.femur.bone.vertices_mm += 2.0 * vertex_normals(copy.bones.surfaces.femur.bone);
+  const CarriedLigaments carried = carried_ligaments(joint, copy.fit, copy.bones);
+  const Eigen::Vector3d radii_mm = carried.ligaments.wraps[0].radii_mm;
+  EXPECT_NEAR(radii_mm.z(), 1.02 * 48, 1e-12);
+  EXPECT_LT(radii_mm.maxCoeff() / radii_mm.minCoeff(), 5.0);
+  double largest_mm = 0.0;
+  const registration::NearestSurface bone(copy.bones.surfaces.femur.bone);
+  for (std::size_t i = 0; i < carried.moves.size(); ++i) {
+    if (std::isnan(carried.moves[i].reference_mm)) continue;
+    EXPECT_LT(bone.nearest(carried.ligaments.fibres[i].reference_mm).distance_mm, 0.2);
+    largest_mm = std::max(largest_mm, carried.moves[i].reference_mm);
+  }
+  EXPECT_NEAR(largest_mm, 2.0, 0.5);
+}
+
+TEST(CarriedLigaments, WithoutBoneTheyStayWhereTheFitHasThem)
+{
+  const TemplateJoint joint = prepare::generic_template();
+  Copy copy = copy_of(joint, 1.0);
+  copy.bones.surfaces.femur.bone = {};
+  copy.bones.fibula = {};
+  const CarriedLigaments carried = carried_ligaments(joint, copy.fit, copy.bones);
+  for (std::size_t i = 0; i < carried.moves.size(); ++i) {
+    EXPECT_TRUE(std::isnan(carried.moves[i].reference_mm));
+    EXPECT_EQ(std::isnan(carried.moves[i].moving_mm), carried.ligaments.fibres[i].bundle == "LCL");
+  }
+}
+
+TEST(TemplateJoint, MirroredTwiceIsItself)
+{
+  const TemplateJoint joint = prepare::generic_template(), twice = mirrored(mirrored(joint));
+  EXPECT_EQ(joint.knee.surfaces.tibia.bone.vertices_mm, twice.knee.surfaces.tibia.bone.vertices_mm);
+  EXPECT_EQ(joint.joint.ligaments.fibres[3].moving_mm, twice.joint.ligaments.fibres[3].moving_mm);
+  EXPECT_EQ(mirrored(joint).joint.frame.side, Side::left);
+  EXPECT_GT(joint.fibula.triangles.rows(), 0);
+}
+
+}  // namespace vrda::carried_ligaments_test

@@ -1,0 +1,88 @@
+#include "prepare/fit_checks.hpp"
+
+#include <gmock/gmock.h>
+
+#include "core/units.hpp"
+#include "prepare/template_joint.hpp"
+
+namespace vrda::fit_checks_test {
+
+using prepare::doubts, prepare::explanation, prepare::objections;
+using registration::KneeFit, registration::KneeSurfaces;
+using testing::ElementsAre, testing::HasSubstr, testing::IsEmpty;
+
+KneeSurfaces generated()
+{
+  return prepare::generic_template().knee.surfaces;
+}
+
+KneeFit good_fit()
+{
+  KneeFit fit;
+  fit.side_margin = 1.3;
+  fit.coarse_residual_mm = 1.0;
+  return fit;
+}
+
+TEST(Objections, EachLimitIsNamed)
+{
+  const KneeSurfaces knee = generated();
+  EXPECT_THAT(objections(good_fit(), knee), IsEmpty());
+  const auto with = [&](const auto& change) {
+    KneeFit fit = good_fit();
+    change(fit);
+    return objections(fit, knee);
+  };
+  EXPECT_THAT(with([](KneeFit& f) { f.coarse_residual_mm = 3.6; }), ElementsAre(HasSubstr("both bones")));
+  EXPECT_THAT(with([](KneeFit& f) { f.coarse_residual_mm = INFINITY; }),
+              ElementsAre(HasSubstr("both bones")));
+  EXPECT_THAT(with([](KneeFit& f) { f.femur.residual_mm = 2.0; }), ElementsAre(HasSubstr("femur: residual")));
+  EXPECT_THAT(with([](KneeFit& f) { f.tibia.residual_mm = 2.0; }), ElementsAre(HasSubstr("tibia: residual")));
+  EXPECT_THAT(with([](KneeFit& f) { f.scanned.varus_rad = rad_from_deg(-11); }),
+              ElementsAre(HasSubstr("varus")));
+  EXPECT_THAT(with([](KneeFit& f) { f.scanned.internal_rotation_rad = rad_from_deg(31); }),
+              ElementsAre(HasSubstr("internal rotation")));
+  EXPECT_THAT(with([](KneeFit& f) { f.scanned.flexion_rad = rad_from_deg(121); }),
+              ElementsAre(HasSubstr("flexion 121 degrees")));
+  EXPECT_THAT(with([](KneeFit& f) { f.scanned.flexion_rad = rad_from_deg(-16); }),
+              ElementsAre(HasSubstr("flexion")));
+  EXPECT_THAT(with([](KneeFit& f) { f.nearest_mm = 30; }), ElementsAre(HasSubstr("one pose")));
+  KneeSurfaces stump = knee;
+  stump.tibia.bone.vertices_mm.col(1) = stump.tibia.bone.vertices_mm.col(1).cwiseMax(-55.0);
+  EXPECT_THAT(objections(good_fit(), stump), ElementsAre(HasSubstr("tibia: 35 mm of bone")));
+}
+
+TEST(Doubts, ShortBonesCartilageAndASideThatIsHardToTell)
+{
+  KneeSurfaces knee = generated();
+  EXPECT_THAT(doubts(good_fit(), knee, false), IsEmpty());
+  KneeFit fit = good_fit();
+  fit.side_margin = 1.04;
+  EXPECT_THAT(doubts(fit, knee, false), ElementsAre(HasSubstr("give --side")));
+  EXPECT_THAT(doubts(fit, knee, true), IsEmpty());
+  fit.side_margin = 0.8;
+  EXPECT_THAT(doubts(fit, knee, true), ElementsAre(HasSubstr("other side")));
+  knee.femur.bone.vertices_mm.col(1) = knee.femur.bone.vertices_mm.col(1).cwiseMin(23.0);
+  EXPECT_THAT(doubts(good_fit(), knee, false), ElementsAre(HasSubstr("femur: only 43 mm of bone")));
+  knee.femur = {{}, knee.femur.bone};
+  EXPECT_THAT(doubts(good_fit(), knee, false), ElementsAre(HasSubstr("femur: cartilage only")));
+}
+
+TEST(Explanation, NamesExchangedBonesAndASheetWoundInward)
+{
+  const registration::TemplateKnee reference = prepare::generic_template().knee;
+  const KneeSurfaces knee = reference.surfaces;
+  const KneeSurfaces exchanged{knee.tibia, knee.femur};
+  EXPECT_FALSE(objections(fit_knee(exchanged, reference), exchanged).empty());
+  EXPECT_THAT(explanation(fit_knee(exchanged, reference), exchanged, reference), HasSubstr("exchanged"));
+  KneeSurfaces inward = knee;
+  // Open: without the end of its shaft.
+  inward.femur.bone = registration::cropped(inward.femur.bone, {0, 0, 0}, 80.0);
+  inward.femur.bone.triangles.col(1).swap(inward.femur.bone.triangles.col(2));
+  inward.femur.bone.normals *= -1.0;
+  EXPECT_FALSE(objections(fit_knee(inward, reference), inward).empty());
+  EXPECT_THAT(explanation(fit_knee(inward, reference), inward, reference),
+              HasSubstr("the femur is inside out"));
+}
+
+}  // namespace vrda::fit_checks_test

@@ -1,0 +1,63 @@
+#include "support/real_knees.hpp"
+
+#include <gmock/gmock.h>
+
+#include "core/units.hpp"
+#include "prepare/fit_checks.hpp"
+#include "prepare/template_joint.hpp"
+
+namespace vrda::prepare_real_knees_test {
+
+using registration::KneeFit, registration::KneeSurfaces;
+
+load::Case load_knee(const std::string& name)
+{
+  return load::load_case((test::source_directory() / ("jobs/knee-" + name + ".toml")).string(),
+                         {test::data_directory()->string(), {}});
+}
+
+KneeSurfaces moved(KneeSurfaces knee, const Pose& X, double unit_mm)
+{
+  for (Mesh* mesh : {&knee.femur.bone, &knee.femur.cartilage, &knee.tibia.bone, &knee.tibia.cartilage}) {
+    *mesh = transformed(*mesh, X);
+    mesh->vertices_mm /= unit_mm;
+  }
+  return knee;
+}
+
+double degrees_between(const Pose& a, const Pose& b)
+{
+  return deg_from_rad((a.linear() - b.linear()).norm() / std::sqrt(2.0));
+}
+
+// The bounds of issue 24; scripts/prepare_trials does the same with 20 orientations of each.
+TEST(PrepareRealKnees, UnitSideAndFramesAreFoundInAnyOrientation)
+{
+  VRDA_REQUIRE_REAL_KNEES();
+  const registration::TemplateKnee reference =
+      prepare::template_of(load_knee("jam-smith2019-ligaments")).knee;
+  Pose X = Pose::Identity();
+  X.linear() = Eigen::Quaterniond(1, -2, 3, 1).normalized().toRotationMatrix();
+  X.translation() = Eigen::Vector3d(310, -200, 40);
+  for (const auto& [name, side, unit_mm] :
+       {std::tuple("jam-smith2019", Side::right, 10.0), std::tuple("pymskt-dess", Side::right, 1000.0),
+        std::tuple("vhf-left", Side::left, 1.0), std::tuple("vhf-right", Side::right, 10.0)}) {
+    SCOPED_TRACE(name);
+    const load::Case knee = load_knee(name);
+    const KneeSurfaces surfaces{prepare::surfaces_of(knee.reference), prepare::surfaces_of(knee.moving)};
+    const KneeFit fit = fit_knee(surfaces, reference);
+    const KneeFit other = fit_knee(moved(surfaces, X, unit_mm), reference);
+    EXPECT_DOUBLE_EQ(fit.unit_mm, 1.0);
+    EXPECT_DOUBLE_EQ(other.unit_mm, unit_mm);
+    EXPECT_EQ(fit.side, side);
+    EXPECT_EQ(other.side, side);
+    EXPECT_GT(fit.side_margin, 1.05);
+    EXPECT_LT(degrees_between(X * fit.X_scan_femur, other.X_scan_femur), 0.3);
+    EXPECT_LT(degrees_between(X * fit.X_scan_tibia, other.X_scan_tibia), 0.3);
+    EXPECT_LT(((X * fit.X_scan_femur).translation() - other.X_scan_femur.translation()).norm(), 0.3);
+    EXPECT_LT(((X * fit.X_scan_tibia).translation() - other.X_scan_tibia.translation()).norm(), 0.3);
+    EXPECT_THAT(prepare::objections(fit, surfaces), testing::IsEmpty());
+  }
+}
+
+}  // namespace vrda::prepare_real_knees_test
