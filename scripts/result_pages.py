@@ -40,7 +40,7 @@ class Page:
     module: str  # of scripts/pages; its function page(numbers, stamp) returns the text
     runs: tuple = ()
     files: tuple = ()  # other inputs: of the checkout, or of the data folder as data:PATH
-    needs_idle_machine: bool = False  # may be stale as long as it says so in a line that begins with STALE
+    is_long: bool = False  # takes more than ten minutes: may be stale while its second line says so
 
 
 def validation_jobs():
@@ -61,19 +61,19 @@ PAGES = {
                          (Run(LIGAMENTS), Run(CONTACT), Run(CONTACT, BY_EQUILIBRIUM), *map(Run, validation_jobs()),
                          *(Run(job, BY_EQUILIBRIUM) for job in validation_jobs()))),
     "knee-generic": Page("results/knee-generic/README.md", ("scripts/reports",), "knee_report", (Run(LIGAMENTS),),
-    ("results/knee-generic/remarks.md",)),
+                         ("results/knee-generic/remarks.md",), is_long=True),
     "knee-jam-smith2019-ligaments": Page("results/knee-jam-smith2019-ligaments/README.md", ("scripts/reports",), "knee_report", (Run(LIVING),),
-                                         ("results/knee-jam-smith2019-ligaments/remarks.md", "data:kinematics")),
+                                         ("results/knee-jam-smith2019-ligaments/remarks.md", "data:kinematics"), is_long=True),
     "calibration": Page("results/calibration.md", ("scripts/calibration",), "calibration", (), ("jobs/bench-desk.toml",)),
     "living-knee": Page("results/living-knee.md", ("scripts/living-knee",), "living_knee",
                         (Run(LIVING), Run(LIVING, MENISCI), Run(LIVING,
                         (*MENISCI, "moving.component.2.inset_mm=0.5", "moving.component.3.inset_mm=0.5"))),
                         ("data:kinematics",)),
-    "player": Page("results/player.md", ("scripts/pictures",), "player", (Run(LIGAMENTS), Run(LIVING)), ("jobs/bench-desk.toml",)),
+    "player": Page("results/player.md", ("scripts/pictures",), "player", (Run(LIGAMENTS), Run(LIVING)), ("jobs/bench-desk.toml",), is_long=True),
     "fuzz": Page("results/fuzz.md", ("scripts/fuzz", "--record"), "fuzz", (), ("tests/fuzz/corpus",)),
     "benchmarks": Page("results/benchmarks.md", ("scripts/bench",), "benchmarks", (Run(CONTACT), Run(LIGAMENTS),
-    Run("jobs/knee-jam-smith2019.toml")), needs_idle_machine=True),
-    "real-knees": Page("results/real-knees.md", ("scripts/real-knees",), "real_knees", tuple(map(Run, REAL_KNEES))),
+    Run("jobs/knee-jam-smith2019.toml")), is_long=True),
+    "real-knees": Page("results/real-knees.md", ("scripts/real-knees",), "real_knees", tuple(map(Run, REAL_KNEES)), is_long=True),
 }
 
 
@@ -165,17 +165,37 @@ def render(name, root=ROOT):
 
 
 def stale(name, today, root=ROOT):
-    """What in a page or its record is not today's: lines for people, empty if the page is current."""
+    """What in a page is not today's: lines for people, empty if the page is current, or a long one that says that it is stale."""
     page = PAGES[name]
-    if page.needs_idle_machine and f"\n{STALE}" in (root / page.path).read_text(encoding="utf-8"):
-        return []
+    text = (root / page.path).read_text(encoding="utf-8")
+    old = outdated(name, today, root)
+    has_record = record_path(name, root).is_file()
+    if old and page.is_long:
+        if STALE not in text:
+            return old
+    elif old:
+        return old
+    if has_record and text != marked(render(name, root), name, old):
+        return [f"{page.path}: found other text than its record gives; run scripts/results --render {name}"]
+    return []
+
+
+def marked(text, name, old):
+    """The text of a long page whose record is outdated, with a line that says so."""
+    if not old or not PAGES[name].is_long:
+        return text
+    title, rest = text.split("\n", 1)
+    return f"{title}\n\n{STALE} the solver or an input has changed since; `scripts/results {name}` makes it again.\n{rest}"
+
+
+def outdated(name, today, root=ROOT):
+    """What in a page's record is not today's."""
+    page = PAGES[name]
     again = f"; make it again with scripts/results {name}"
     if not record_path(name, root).is_file():
         return [f"{page.path}: found no record results/records/{name}.json{again}"]
     record = read_record(name, root)
     found = []
-    if (root / page.path).read_text(encoding="utf-8") != render(name, root):
-        found.append(f"{page.path}: found other text than its record gives; run scripts/results --render {name}")
     if set(record["runs"]) != {run.name for run in page.runs} or set(record["files"]) != set(page.files):
         found.append(f"{page.path}: found other runs or files in its record than in scripts/result_pages.py{again}")
     for run in page.runs:

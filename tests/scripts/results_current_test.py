@@ -23,7 +23,7 @@ class ResultsAreCurrent(unittest.TestCase):
     def test_every_page_has_a_command_and_a_record(self):
         self.assertEqual(results.pages_on_disk(), sorted(page.path for page in results.PAGES.values()))
         self.assertEqual([name for name, page in results.PAGES.items()
-                          if not results.record_path(name).is_file() and not page.needs_idle_machine], [])
+                          if not results.record_path(name).is_file() and not page.is_long], [])
 
     def test_no_page_is_stale(self):
         today = results.Today(VRDA)
