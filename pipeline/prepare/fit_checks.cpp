@@ -13,7 +13,7 @@ using registration::BoneSurfaces;
 using registration::KneeFit;
 using registration::KneeSurfaces;
 
-// Limits that accepted all of 16 knees in a trial and refused wrong bones (issue 24).
+// Limits that accepted all of 16 knees in a trial and refused wrong bones.
 constexpr double largest_coarse_mm = 3.5, largest_residual_mm = 1.9;
 constexpr double largest_varus_deg = 10.0, largest_internal_deg = 30.0;
 constexpr double least_flexion_deg = -15.0, largest_flexion_deg = 120.0;

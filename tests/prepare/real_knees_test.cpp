@@ -30,7 +30,7 @@ double degrees_between(const Pose& a, const Pose& b)
   return deg_from_rad((a.linear() - b.linear()).norm() / std::sqrt(2.0));
 }
 
-// The bounds of issue 24; scripts/prepare_trials does the same with 20 orientations of each.
+// One orientation of each knee.
 TEST(PrepareRealKnees, UnitSideAndFramesAreFoundInAnyOrientation)
 {
   VRDA_REQUIRE_REAL_KNEES();
