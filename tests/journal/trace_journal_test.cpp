@@ -70,7 +70,7 @@ TEST(TraceJournal, InvalidBytesAreRefused)
   };
   for (const Row& row :
        {Row{"kind of node", 0, 3}, Row{"status", key_bytes + seed_bytes, 9},
-        Row{"number of moves", first_move - 1, '\x7f'}, Row{"kind of move", first_move + 4, 5},
+        Row{"number of moves", first_move - 1, '\x7f'}, Row{"kind of move", first_move + 4, 7},
         Row{"flag", first_move + 5 + 48, 2}, Row{"number of contacts", first_move + 5 + 48 + 6, '\x7f'}}) {
     std::string damaged = bytes;
     damaged[row.at] = row.value;

@@ -188,7 +188,7 @@ def check_trace(path):
 
     header = run("ncdump", "-h", path)
     check("phony_dim" not in header, "a dimension without a name in the trace")
-    check('kind:flag_meanings = "retreat approach bisect rotate translate"' in header, "the kinds have no meanings")
+    check('kind:flag_meanings = "retreat approach bisect rotate translate iterate trial"' in header, "the kinds have no meanings")
     for engine in ("netcdf4", "h5netcdf"):
         for group, dimensions in TRACE_GROUPS.items():
             with xarray.open_dataset(path, engine=engine, group=group) as dataset:
