@@ -9,6 +9,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job_run/run_output.hpp"
+#include "job_run/summary.hpp"
 #include "load/clean_mesh.hpp"
 #include "load/file_bytes.hpp"
 #include "load/job.hpp"
