@@ -16,8 +16,6 @@ namespace {
 /// Twice the relative rounding error of float32 (6e-8); also the absolute tolerance near 0, in mm or degrees.
 constexpr double single_precision = 1.2e-7;
 
-constexpr auto stable = status_stable;
-
 std::string quoted(const std::string& text)
 {
   return "\"" + text + "\"";
