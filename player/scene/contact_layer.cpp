@@ -159,13 +159,13 @@ void ContactMarkers::show(Scene& scene, bool is_shown) const
 }
 
 void ContactMarkers::place(Scene& scene, std::span<const Eigen::Vector3d> tip_mm,
-                           std::span<const Eigen::Vector3d> arrow_mm, double scale)
+                           std::span<const Eigen::Vector3d> arrow_vector_mm, double scale)
 {
   Drawable& drawable = scene.drawables[drawable_];
   const SolidSize size = is_arrows_ ? arrow_size() : ball_size();
   for (std::size_t k = 0; k < tip_mm.size(); ++k) {
     if (is_arrows_) {
-      set_arrow(drawable.mesh, k * size.n_vertices, tip_mm[k] - arrow_mm[k], tip_mm[k],
+      set_arrow(drawable.mesh, k * size.n_vertices, tip_mm[k] - arrow_vector_mm[k], tip_mm[k],
                 scale * normal_radius_mm);
     } else {
       set_ball(drawable.mesh, k * size.n_vertices, tip_mm[k], scale * ball_radius_mm);
