@@ -8,7 +8,7 @@ namespace vrda::registration {
 namespace {
 
 constexpr double farthest_pair_mm = 20.0;
-constexpr double least_cosine = 0.4;
+constexpr double least_pair_cosine = 0.4;
 constexpr double capped_mm = 5.0;
 // mm^2 per point and squared relative deviation of a scale from the mean of the three: a deviation of 5 %
 // costs as much as 0.16 mm on every point.
@@ -36,7 +36,7 @@ std::vector<Pair> all_pairs(const SurfacePoints& points, const NearestSurface& s
   for (Eigen::Index i = 0; i < points.positions_mm.rows(); ++i) {
     const Eigen::Vector3d from_mm = points.positions_mm.row(i), at_mm = fit(from_mm);
     const SurfacePoint nearest = subject.nearest(
-        at_mm, {farthest_pair_mm, least_cosine, fit.normal(points.normals.row(i).transpose())});
+        at_mm, {farthest_pair_mm, least_pair_cosine, fit.normal(points.normals.row(i).transpose())});
     if (nearest.triangle < 0) continue;
     if (is_beyond_border(at_mm - nearest.p_mm, subject.normal(nearest.triangle))) continue;
     pairs.push_back({from_mm, at_mm, nearest.p_mm, subject.normal(nearest.triangle),
