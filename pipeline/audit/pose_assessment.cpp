@@ -16,6 +16,8 @@ namespace {
 // Search range for the contact of a neighbouring pose, in resolutions: sufficient next to a wall of slope 4
 // (76 degrees). Steeper ones are left to the narrow phase.
 constexpr double range_resolutions = 4.0;
+// Features of this band bound the travel after a step of one resolution on slopes up to 60 degrees.
+constexpr double band_resolutions = 2.0;
 // Far above the rounding of heights (about 1e-12 mm) and below the slope that the solvers treat as level:
 // 1e-3 in the search (solve/stability_search.cpp).
 constexpr double level_slope = 1e-3;
@@ -202,7 +204,9 @@ class RowAssessor {
     if (!pose) return Plausibility::nothing_found;
     const solve::Configuration here = solve::configuration_at(*pose, attitude.varus_rad, rotation_scale_);
     const ContactTravel start{here, gap_mm};
+    meter_.note_features(band_resolutions * resolution_mm_);
     for (const Vector5d& direction : free_directions(is_varus_free)) {
+      if (is_clearly_held(start, direction)) continue;
       const ContactTravel one =
           contact_travel(solve::moved(here, resolution_mm_ * direction, rotation_scale_));
       const ContactTravel other =
@@ -215,6 +219,27 @@ class RowAssessor {
     return Plausibility::nothing_found;
   }
 
+  // By upper bounds of both travels: most directions of most poses need no query.
+  bool is_clearly_held(const ContactTravel& start, const Vector5d& direction)
+  {
+    double sum_mm = 0.0;
+    for (const double side : {1.0, -1.0}) {
+      const solve::Configuration aside =
+          solve::moved(start.configuration, side * resolution_mm_ * direction, rotation_scale_);
+      const double bound_mm = meter_.travel_near_bound_mm({forces_.flexion_rad, aside.varus_rad},
+                                                          solve::pose_at(aside, rotation_scale_));
+      if (!(bound_mm <= resolution_mm_) || bound_mm < -range_resolutions * resolution_mm_) return false;
+      sum_mm += bound_mm;
+    }
+    return is_level(start.travel_mm, sum_mm);
+  }
+
+  // In equilibrium the slope along the path is 0, so only its curvature can lower the energy on both sides.
+  bool is_level(double start_mm, double sum_mm) const
+  {
+    return sum_mm - 2.0 * start_mm <= 2.0 * level_slope * resolution_mm_;
+  }
+
   ContactTravel contact_travel(const solve::Configuration& configuration)
   {
     return {configuration, meter_.travel_near_mm({forces_.flexion_rad, configuration.varus_rad},
@@ -225,11 +250,8 @@ class RowAssessor {
   bool is_lower_both_ways(const ContactTravel& start, const ContactTravel& one,
                           const ContactTravel& other) const
   {
-    const double level_mm = level_slope * resolution_mm_;
-    // In equilibrium the slope along the path is 0, so only its curvature can lower the energy on both sides.
-    // This check avoids most computations of fibre paths.
-    if (one.travel_mm + other.travel_mm - 2.0 * start.travel_mm <= 2.0 * level_mm) return false;
-    const double least_nmm = energy_nmm(start) - level_mm * loads_.force_n.norm();
+    if (is_level(start.travel_mm, one.travel_mm + other.travel_mm)) return false;
+    const double least_nmm = energy_nmm(start) - level_slope * resolution_mm_ * loads_.force_n.norm();
     return energy_nmm(one) < least_nmm && energy_nmm(other) < least_nmm;
   }
 

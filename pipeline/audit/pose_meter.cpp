@@ -84,6 +84,7 @@ void PoseMeter::place(const Attitude& attitude, const Pose& X_reference_moving)
   const Pose X_turned = at_attitude(attitude, X_zero_);
   beneath_mm_ = radii_mm_ + X_zero_.translation().norm() + 1.0;
   tilted_query_.reset();
+  from_below_.reset();
   const std::optional<MovingPose> pose = about_delta(X_turned);
   if (pose) {
     pose_ = *pose;
@@ -109,9 +110,19 @@ MovingPose PoseMeter::shifted(double shift_mm) const
   return {pose_.translation_mm + shift_mm * Eigen::Vector3d::UnitY(), pose_.theta_rad};
 }
 
+// The first contact on the way along Delta from far below, from the placed pose: the same for any shift.
+const proximity::Gap& PoseMeter::first_from_below()
+{
+  if (!from_below_) {
+    from_below_ = query().next_contact(shifted(-beneath_mm_));
+    from_below_->travel_mm -= beneath_mm_;
+  }
+  return *from_below_;
+}
+
 bool PoseMeter::is_reached_from_below(double shift_mm)
 {
-  return touch_mm(shift_mm - beneath_mm_) - beneath_mm_ > clear_mm;
+  return first_from_below().travel_mm - shift_mm > clear_mm;
 }
 
 bool PoseMeter::is_overlapping(double shift_mm, OverlapTest judge)
@@ -127,6 +138,12 @@ bool PoseMeter::is_overlapping(double shift_mm, OverlapTest judge)
 
 double PoseMeter::touch_mm(double shift_mm)
 {
+  // On the way from far below nothing is passed: the first contact is the next one.
+  if (from_below_ && is_reached_from_below(shift_mm)) {
+    if (from_below_->pair.reference < 0) return from_below_->travel_mm;
+    const double travel_mm = query().travel_of_mm(shifted(shift_mm), from_below_->pair);
+    if (std::isfinite(travel_mm)) return travel_mm;
+  }
   return query().next_contact(shifted(shift_mm)).travel_mm;
 }
 
@@ -167,6 +184,22 @@ double PoseMeter::travel_near_mm(const Attitude& attitude, const MovingPose& pos
                                                   proximity::RigidPlacement(X), narrow_phase_, hint_)
                               .has_value();
   return is_blocked ? -range_mm : travel_mm - range_mm;
+}
+
+void PoseMeter::note_features(double band_mm)
+{
+  check(!tilted_query_, "the measured pose is a rotation about Delta alone");
+  noted_.clear();
+  for (const proximity::GapFeature& feature : query_.features(pose_, band_mm).features)
+    noted_.push_back(feature.triangles);
+}
+
+// Also where the first contact from far away is far behind: travel_near_mm() then starts at most `range_mm`
+// behind the pose, from where a noted pair is ahead.
+double PoseMeter::travel_near_bound_mm(const Attitude& attitude, const MovingPose& pose)
+{
+  turn_reference(attitude);
+  return query_.travel_upper_bound_mm(pose, noted_);
 }
 
 PoseAudit PoseMeter::measure(const Attitude& attitude, const Pose& X_reference_moving, OverlapTest judge)

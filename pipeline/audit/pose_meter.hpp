@@ -61,6 +61,12 @@ class PoseMeter {
   /// from `range_mm` behind it; returns -range_mm if the objects also overlap there.
   double travel_near_mm(const Attitude& attitude, const MovingPose& pose, double range_mm);
 
+  /// Remembers the features within `band_mm` of first contact at the measured pose, for bounds of poses near
+  /// it.
+  void note_features(double band_mm);
+  /// Upper bound of travel_near_mm(), if it is at least -range_mm: from the noted features, without a query.
+  double travel_near_bound_mm(const Attitude& attitude, const MovingPose& pose);
+
   /// The last measured pose, in S; empty if it is not a rotation about Delta alone.
   std::optional<MovingPose> solver_pose() const;
   const AuditScene& scene() const { return scene_; }
@@ -76,6 +82,7 @@ class PoseMeter {
   void place(const Attitude& attitude, const Pose& X_reference_moving);
   void turn_reference(const Attitude& attitude);
   bool is_overlapping(double shift_mm, OverlapTest judge);
+  const proximity::Gap& first_from_below();
   bool is_reached_from_below(double shift_mm);
   double touch_mm(double shift_mm);
   double retreat_mm();
@@ -94,6 +101,8 @@ class PoseMeter {
   double radii_mm_ = 0.0;                            ///< of both objects about the origin of S
   double beneath_mm_ = 0.0;                          ///< no contact is possible this far back along Delta
   proximity::TrianglePair hint_;                     ///< the last overlapping pair
+  std::vector<proximity::TrianglePair> noted_;
+  std::optional<proximity::Gap> from_below_;  ///< of the placed pose
 };
 
 /// Distance along Delta at which a recontacted pose stops before contact. Poses and the narrow phase have

@@ -81,6 +81,18 @@ struct LeafPair {
   float slack;  ///< error bound of a coordinate, mm
 };
 
+/// Eight pairs of triangles in double: coordinates of corner k in rows 3 k to 3 k + 2, each before its object
+/// is placed.
+struct alignas(64) PairBatch {
+  double reference[9][block_lanes], moving[9][block_lanes];
+  double least_projected[2][block_lanes];  ///< of reference and moving: below, the triangle is not screened
+};
+
+struct PairPlacement {
+  double R[3][3];            ///< of the reference
+  double cos, sin, x, y, z;  ///< of the moving object
+};
+
 /// The same functions compiled for one instruction set; all give the same bits.
 struct BlockFunctions {
   void (*rotate_inner)(const ReferenceInner&, const BlockRotation&, PlacedBlock&);
@@ -96,6 +108,8 @@ struct BlockFunctions {
   bool (*test_ahead)(const PlacedBlock& reference, const PlacedBlock& moving, BlockLimits, BlockPairs&);
   /// Keeps the hits whose triangles (not only their boxes) may overlap in projection within the limit.
   void (*screen)(const LeafPair&, BlockPairs&);
+  /// Bit k: pair k may touch within the limit, mm.
+  unsigned (*screen_pairs)(const PairBatch&, const PairPlacement&, double limit_mm);
 };
 
 extern const BlockFunctions block_functions_baseline, block_functions_avx2, block_functions_avx512;

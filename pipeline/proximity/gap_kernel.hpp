@@ -4,6 +4,7 @@
 /// must agree to the last bit use this arithmetic.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -43,6 +44,16 @@ struct GapFace {
 inline double doubled_area(const Corners& t)
 {
   return (t[1] - t[0]).cross(t[2] - t[0]).norm();
+}
+
+/// Doubled projected area below which a triangle is too steep or too narrow for PairBatch, where the rounding
+/// of its heights or of points over it could exceed the slack.
+inline double least_screened_area(const Corners& t)
+{
+  constexpr double steep = 1e-3, narrow = 1e-6;
+  const double edge_sq =
+      std::max({(t[1] - t[0]).squaredNorm(), (t[2] - t[1]).squaredNorm(), (t[0] - t[2]).squaredNorm()});
+  return std::max(steep * doubled_area(t), narrow * edge_sq);
 }
 
 inline GapFace gap_face(const Corners& t, double doubled)

@@ -1,9 +1,12 @@
 #include "proximity/gap_query.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <mutex>
 #include <numeric>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "proximity/gap_features.hpp"
@@ -26,6 +29,7 @@ constexpr std::size_t n_hints = 8;
 struct ExactFace {
   Corners corner;
   double doubled_area = 0.0;
+  double least_projected = 0.0;  // of PairBatch
 };
 
 std::vector<ExactFace> exact_faces(const Mesh& mesh)
@@ -33,7 +37,7 @@ std::vector<ExactFace> exact_faces(const Mesh& mesh)
   std::vector<ExactFace> faces(static_cast<std::size_t>(mesh.triangles.rows()));
   for (std::size_t t = 0; t < faces.size(); ++t) {
     const Corners c = corners(mesh, static_cast<Eigen::Index>(t));
-    faces[t] = {c, doubled_area(c)};
+    faces[t] = {c, doubled_area(c), least_screened_area(c)};
   }
   return faces;
 }
@@ -124,11 +128,16 @@ struct GapQuery::State {
   std::optional<DualTreeTraversal> signed_traversal, forward_traversal;  // built on first use
   Hints signed_hints, forward_hints;
   GapResult answer;
+  using FeatureKey = std::array<std::int32_t, 4>;
   struct NearCandidate {
     TrianglePair pair;
     ContactCandidate at;
   };
   std::vector<NearCandidate> near;  // possible features
+  std::vector<FeatureKey> keys;     // of `near`
+  PairBatch batch;                  // pairs that wait for the exact kernel
+  std::array<TrianglePair, block_lanes> waiting;
+  std::size_t n_waiting = 0;
   std::vector<TrianglePair> close;
   int n_queries = 0;
 
@@ -146,9 +155,16 @@ struct GapQuery::State {
   void try_touch(const TrianglePair& pair, const Placement& place, Gap& best) const;
   void reset_answer();
   void start(const MovingPose& pose, const Placement& place);
-  void find_least(const Placement& place);
-  void find_features(const Placement& place, double band_mm);
+  void find_least(const MovingPose& pose, const Placement& place);
+  void find_features(const MovingPose& pose, const Placement& place, double band_mm);
+  void keep_one_candidate_per_feature();
+  FeatureKey key_of(const NearCandidate& candidate) const;
   DualTreeTraversal& traversal(GapKind kind);
+  PairPlacement pair_placement(const MovingPose& pose) const;
+  void wait(const TrianglePair& pair);
+  // Traverses the trees; pairs that are not rejected by `screen_pairs` are visited, in any order.
+  template <typename Limit, typename Visit>
+  void run_signed(const MovingPose& pose, const Limit& limit, const Visit& visit);
 };
 
 bool GapQuery::State::looks_down(std::int32_t row) const
@@ -220,32 +236,118 @@ void GapQuery::State::start(const MovingPose& pose, const Placement& place)
   for (const TrianglePair& hint : signed_hints) try_pair(hint, place);
 }
 
-void GapQuery::State::find_least(const Placement& place)
+PairPlacement GapQuery::State::pair_placement(const MovingPose& pose) const
 {
-  traversal(GapKind::signed_facing)
-      .run([this] { return answer.travel_mm; },
-           [this, &place](const TrianglePair& pair) { try_pair(pair, place); });
+  const SinCos turn = sin_cos(pose.theta_rad);
+  PairPlacement at{
+      {}, turn.cos, turn.sin, pose.translation_mm.x(), pose.translation_mm.y(), pose.translation_mm.z()};
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) at.R[i][k] = R(i, k);
+  }
+  return at;
+}
+
+void GapQuery::State::wait(const TrianglePair& pair)
+{
+  const ExactFace& r = reference->faces[static_cast<std::size_t>(pair.reference)];
+  const ExactFace& m = moving->faces[static_cast<std::size_t>(pair.moving)];
+  for (int k = 0; k < 9; ++k) {
+    batch.reference[k][n_waiting] = r.corner[static_cast<std::size_t>(k / 3)][k % 3];
+    batch.moving[k][n_waiting] = m.corner[static_cast<std::size_t>(k / 3)][k % 3];
+  }
+  batch.least_projected[0][n_waiting] = r.least_projected;
+  batch.least_projected[1][n_waiting] = m.least_projected;
+  waiting[n_waiting++] = pair;
+}
+
+template <typename Limit, typename Visit>
+void GapQuery::State::run_signed(const MovingPose& pose, const Limit& limit, const Visit& visit)
+{
+  DualTreeTraversal& pairs = traversal(GapKind::signed_facing);
+  const PairPlacement at = pair_placement(pose);
+  const auto decide = [&] {
+    unsigned kept = pairs.screen_pairs(batch, at, limit()) & ((1U << n_waiting) - 1U);
+    n_waiting = 0;
+    for (; kept != 0; kept &= kept - 1) visit(waiting[static_cast<std::size_t>(std::countr_zero(kept))]);
+  };
+  n_waiting = 0;
+  pairs.run(limit, [&](const TrianglePair& pair) {
+    wait(pair);
+    if (n_waiting == waiting.size()) decide();
+  });
+  if (n_waiting > 0) decide();
+}
+
+void GapQuery::State::find_least(const MovingPose& pose, const Placement& place)
+{
+  run_signed(
+      pose, [this] { return answer.travel_mm; },
+      [this, &place](const TrianglePair& pair) { try_pair(pair, place); });
 }
 
 // Collects candidates while the minimum travel decreases; those outside the final band are removed at the
 // end.
-void GapQuery::State::find_features(const Placement& place, double band_mm)
+void GapQuery::State::find_features(const MovingPose& pose, const Placement& place, double band_mm)
 {
   near.clear();
-  traversal(GapKind::signed_facing)
-      .run([this, band_mm] { return answer.travel_mm + band_mm; },
-           [&](const TrianglePair& pair) {
-             visit_pair(pair, place, [&](const GapFace&, const GapFace&, const ContactCandidate& at) {
-               if (at.travel_mm <= answer.travel_mm + band_mm) near.push_back({pair, at});
-             });
-           });
+  run_signed(
+      pose, [this, band_mm] { return answer.travel_mm + band_mm; },
+      [&](const TrianglePair& pair) {
+        visit_pair(pair, place, [&](const GapFace&, const GapFace&, const ContactCandidate& at) {
+          if (at.travel_mm <= answer.travel_mm + band_mm) near.push_back({pair, at});
+        });
+      });
   std::erase_if(
       near, [this, band_mm](const NearCandidate& n) { return n.at.travel_mm > answer.travel_mm + band_mm; });
+  keep_one_candidate_per_feature();
   for (const NearCandidate& n : near) {
     answer.features.push_back(
         gap_feature(reference_face(n.pair.reference), moving_face(n.pair.moving, place), n.at, n.pair));
   }
   merge_features(answer.features);
+}
+
+// A vertex and a face, or two edges, of the moving and of the reference mesh.
+GapQuery::State::FeatureKey GapQuery::State::key_of(const NearCandidate& candidate) const
+{
+  const auto vertex = [](const Mesh& mesh, std::int32_t row, unsigned corner) {
+    return mesh.triangles(row, static_cast<Eigen::Index>(corner % 3));
+  };
+  const auto& [pair, at] = candidate;
+  const Mesh &r = reference->surface.mesh, &m = moving->surface.mesh;
+  switch (at.kind) {
+    case ContactCandidate::Kind::moving_vertex:
+      return {pair.reference, -1, vertex(m, pair.moving, at.moving), -1};
+    case ContactCandidate::Kind::reference_vertex:
+      return {vertex(r, pair.reference, at.reference), -2, pair.moving, -2};
+    case ContactCandidate::Kind::edges:
+      break;
+  }
+  const auto [r_low, r_high] =
+      std::minmax({vertex(r, pair.reference, at.reference), vertex(r, pair.reference, at.reference + 1)});
+  const auto [m_low, m_high] =
+      std::minmax({vertex(m, pair.moving, at.moving), vertex(m, pair.moving, at.moving + 1)});
+  return {r_low, r_high, m_low, m_high};
+}
+
+// A feature is found through each of its triangles: the first in the order of merge_features remains.
+void GapQuery::State::keep_one_candidate_per_feature()
+{
+  std::size_t n_kept = 0;
+  keys.clear();
+  for (const NearCandidate& candidate : near) {
+    const FeatureKey key = key_of(candidate);
+    const auto known = std::find(keys.begin(), keys.end(), key);
+    if (known == keys.end()) {
+      keys.push_back(key);
+      near[n_kept++] = candidate;
+      continue;
+    }
+    NearCandidate& other = near[static_cast<std::size_t>(known - keys.begin())];
+    if (std::tie(candidate.at.travel_mm, candidate.pair) < std::tie(other.at.travel_mm, other.pair))
+      other = candidate;
+  }
+  near.resize(n_kept);
 }
 
 void GapQuery::State::try_touch(const TrianglePair& pair, const Placement& place, Gap& best) const
@@ -292,7 +394,7 @@ double GapQuery::travel_mm(const MovingPose& pose)
 {
   const Placement place(pose);
   state_->start(pose, place);
-  state_->find_least(place);
+  state_->find_least(pose, place);
   state_->signed_hints.remember(state_->answer.pair);
   return state_->answer.travel_mm;
 }
@@ -305,13 +407,21 @@ double GapQuery::travel_upper_bound_mm(const MovingPose& pose)
   return state_->answer.travel_mm;
 }
 
+double GapQuery::travel_upper_bound_mm(const MovingPose& pose, const std::vector<TrianglePair>& pairs)
+{
+  const Placement place(pose);
+  state_->reset_answer();
+  for (const TrianglePair& pair : pairs) state_->try_pair(pair, place);
+  return state_->answer.travel_mm;
+}
+
 const GapResult& GapQuery::features(const MovingPose& pose, double band_mm)
 {
   const Placement place(pose);
   state_->start(pose, place);
   // Without an initial bound the band would collect half the mesh.
-  if (state_->answer.pair.reference < 0) state_->find_least(place);
-  if (state_->answer.pair.reference >= 0) state_->find_features(place, band_mm);
+  if (state_->answer.pair.reference < 0) state_->find_least(pose, place);
+  if (state_->answer.pair.reference >= 0) state_->find_features(pose, place, band_mm);
   state_->signed_hints.remember(state_->answer.pair);
   return state_->answer;
 }
@@ -329,6 +439,13 @@ Gap GapQuery::next_contact(const MovingPose& pose)
                 [&](const TrianglePair& pair) { state.try_touch(pair, place, best); });
   state.forward_hints.remember(best.pair);
   return best;
+}
+
+double GapQuery::travel_of_mm(const MovingPose& pose, const TrianglePair& pair) const
+{
+  Gap best;
+  state_->try_touch(pair, Placement(pose), best);
+  return best.travel_mm;
 }
 
 const std::vector<TrianglePair>& GapQuery::close_pairs(const MovingPose& pose, double band_mm)

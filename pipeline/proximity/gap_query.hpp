@@ -70,12 +70,19 @@ class GapQuery {
   /// differently.
   double travel_upper_bound_mm(const MovingPose& pose);
 
-  /// The same with the features whose travel is within `band_mm` of it. Valid until the next call.
+  /// The same from `pairs` instead of the hints; infinite where none can touch.
+  double travel_upper_bound_mm(const MovingPose& pose, const std::vector<TrianglePair>& pairs);
+
+  /// The same as travel_mm() with the features whose travel is within `band_mm` of it. Valid until the next
+  /// call.
   const GapResult& features(const MovingPose& pose, double band_mm);
 
   /// The next contact along +Y from the current pose: the smallest non-negative travel over all pairs of
   /// triangles. Bitwise equal to directional_gap() with GapKind::non_negative.
   Gap next_contact(const MovingPose& pose);
+
+  /// Smallest non-negative travel of one pair at the pose, without a query; infinite if it is not ahead.
+  double travel_of_mm(const MovingPose& pose, const TrianglePair& pair) const;
 
   /// A superset of the pairs of triangles within `band_mm` of each other at the pose, in any direction;
   /// unordered. Valid until the next call.

@@ -24,6 +24,12 @@ class DualTreeTraversal {
   /// With a margin, pairs of triangles within it of each other count as touching.
   void place(const MovingPose& pose, double reach_mm, double margin_mm = 0.0);
 
+  /// BlockFunctions::screen_pairs of the instruction set.
+  unsigned screen_pairs(const PairBatch& batch, const PairPlacement& at, double limit_mm) const
+  {
+    return functions_->screen_pairs(batch, at, limit_mm);
+  }
+
   /// Calls `visit(pair)` for every pair of triangles that may touch within `limit()` mm. The limit is
   /// evaluated again after every visit, since it may decrease. Pairs of equal bounds are all visited.
   template <typename Limit, typename Visit>

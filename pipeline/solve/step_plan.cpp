@@ -1,5 +1,6 @@
 #include "solve/step_plan.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -27,9 +28,14 @@ Vector5d scaling(const RotationScale& scale)
   return s;
 }
 
-// Raises eigenvalues below `least` to it.
+// Raises eigenvalues below `least` to it. Most matrices have none: a Cholesky decomposition of the rest, clear
+// of rounding, shows it at a tenth of the cost.
 QpMatrix make_positive_definite(const QpMatrix& H, double least)
 {
+  if (H.isDiagonal(0.0)) return H.diagonal().cwiseMax(least).asDiagonal();
+  constexpr double clear_share = 1.001;
+  const QpMatrix rest = H - clear_share * least * QpMatrix::Identity();
+  if (Eigen::LLT<QpMatrix>(rest).info() == Eigen::Success) return H;
   const Eigen::SelfAdjointEigenSolver<QpMatrix> eigen(H);
   if (eigen.eigenvalues()(0) >= least) return H;
   const QpVector raised = eigen.eigenvalues().cwiseMax(least);
@@ -72,7 +78,7 @@ void StepPlanner::sample_constraints(const std::vector<ContactConstraint>& const
 
 QpMatrix StepPlanner::curvature(const EquilibriumCandidate& at,
                                 const std::vector<ContactConstraint>& constraints,
-                                const PlanOptions& options) const
+                                const PlanOptions& options)
 {
   const Rotations rotations(at.configuration, forces_.flexion_rad);
   Matrix5d H = at.potential.hessian;
@@ -86,7 +92,8 @@ QpMatrix StepPlanner::curvature(const EquilibriumCandidate& at,
     if (length_sq > dependent_sq) null_space -= across * across.transpose() / length_sq;
   }
   const double least = spring_.stiffness_n_mm;
-  H = make_positive_definite(scaled(H, options), least);
+  if (!base_ || base_->of != H) base_ = {H, make_positive_definite(scaled(H, options), least)};
+  H = base_->positive;
   if (null_space.isIdentity(0.0)) return H;
   const QpMatrix across = QpMatrix::Identity() - null_space;
   const QpMatrix sum = null_space * scaled(lagrangian, options) * null_space + across * H * across;
@@ -179,6 +186,7 @@ StepPlan StepPlanner::plan(const EquilibriumCandidate& from,
                            const std::vector<ContactConstraint>& constraints, const PlanOptions& options)
 {
   StepPlan plan{from};
+  base_.reset();
   forces_.expansion_point = forces_.ligaments.fibres.empty() ? nullptr : &from;
   multipliers_.assign(constraints.size(), 0.0);
   sample_constraints(constraints, from.configuration);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "solve/contact_constraint.hpp"
@@ -55,14 +56,21 @@ class StepPlanner {
   void sample_constraints(const std::vector<ContactConstraint>& constraints,
                           const Configuration& configuration);
   QpMatrix curvature(const EquilibriumCandidate& at, const std::vector<ContactConstraint>& constraints,
-                     const PlanOptions& options) const;
+                     const PlanOptions& options);
   QpMatrix scaled(const Matrix5d& hessian, const PlanOptions& options) const;
   QpSolution solve_linearised(const EquilibriumCandidate& at, const Vector5d& travelled,
                               const std::vector<ContactConstraint>& constraints, const PlanOptions& options,
                               double radius_mm);
 
+  // Within a plan the potential's Hessian is mostly the same.
+  struct BaseHessian {
+    Matrix5d of;
+    QpMatrix positive;
+  };
+
   NonContactForces forces_;
   ProximalTerm spring_;
+  std::optional<BaseHessian> base_;
   std::vector<Clearance> clearances_;   // of the iterate
   std::vector<Clearance> trial_;        // of a trial
   std::vector<Clearance> linear_;       // linearised constraints of the programme

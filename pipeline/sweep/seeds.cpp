@@ -57,11 +57,13 @@ StepRecord solve_from_seeds(StepTask task, const std::vector<Seed>& seeds, doubl
     if (seed.is_last_resort && std::any_of(attempts.begin(), attempts.end(), is_stable)) continue;
     task.seed = seed.pose;
     task.seed_path_row = seed.path_row;
+    task.seed_bearing = seed.bearing;
     if (is_solved() || max_seed_step_rad <= 0.0) return attempts.back().record;
     if (!seed.attitude) continue;
     const int n = n_parts(*seed.attitude, task.attitude, max_seed_step_rad);
     StepTask part = task;
     part.is_measured = false;
+    part.seed_bearing = {};
     bool is_nearer = false;
     for (int k = 1; k < n; ++k) {
       part.attitude = between(*seed.attitude, task.attitude, static_cast<double>(k) / n);
@@ -74,6 +76,7 @@ StepRecord solve_from_seeds(StepTask task, const std::vector<Seed>& seeds, doubl
     if (!is_nearer) continue;
     task.seed = part.seed;
     task.seed_path_row = part.seed_path_row;
+    task.seed_bearing = {};
     if (is_solved()) return attempts.back().record;
   }
   const auto stable = std::find_if(attempts.rbegin(), attempts.rend(), is_stable);

@@ -15,6 +15,7 @@ struct Seed {
   std::optional<Attitude> attitude;  ///< at which the pose was solved; empty for the start pose of the job
   std::int32_t path_row = 0;         ///< its Delta
   bool is_last_resort = false;       ///< tried only while no result is stable
+  BearingPairs bearing{};            ///< empty unless `pose` is an equilibrium
 };
 
 /// The seed, the start pose of the plan, and its rotations as last resorts.

@@ -29,11 +29,20 @@ double varus_of(const Seed& seed)
   return seed.attitude ? seed.attitude->varus_rad : 0.0;
 }
 
+BearingPairs bearing_pairs_of(const StepRecord& record, const Attitude& attitude)
+{
+  BearingPairs bearing{attitude, {}};
+  for (const ContactForce& force : record.balance.forces)
+    bearing.pairs.push_back({force.triangle_reference, force.triangle_moving});
+  return bearing;
+}
+
 Seed moved(Seed seed, const SpineOffset& offset)
 {
   seed.pose.theta_rad += offset.theta_rad;
   seed.pose.translation_mm.x() += offset.shift_x_mm;
   seed.pose.translation_mm.z() += offset.shift_z_mm;
+  seed.bearing = {};
   return seed;
 }
 
@@ -250,7 +259,8 @@ class Sweep {
   Seed seed_of(const StepRecord& record) const
   {
     const std::int32_t row = path_row_of(record.key);
-    return {record.pose, Attitude{path_rad_[static_cast<std::size_t>(row)], record.varus_rad}, row};
+    const Attitude attitude{path_rad_[static_cast<std::size_t>(row)], record.varus_rad};
+    return {record.pose, attitude, row, false, bearing_pairs_of(record, attitude)};
   }
 
   StepRecord free_step(const StepKey& key, const Seed& seed, int worker, int band = 0)
@@ -261,6 +271,7 @@ class Sweep {
     task.attitude = {path_rad_[static_cast<std::size_t>(task.path_row)], varus_of(seed)};
     task.seed = seed.pose;
     task.seed_path_row = seed.path_row;
+    task.seed_bearing = seed.bearing;
     task.is_varus_free = true;
     task.band = band;
     task.is_measured = plan_.is_varus_free && band == 0;  // it may become a cell

@@ -172,4 +172,35 @@ TEST(PoseMeter, AgreesWithThePlainWayAlsoWhereAPoseTurnsNotAboutDeltaAlone)
   EXPECT_GT(n_nothing_ahead, 20);
 }
 
+TEST(PoseMeter, NotedFeaturesBoundTheTravelOfPosesNearby)
+{
+  const audit::AuditScene scene =
+      audit::make_audit_scene(dished_ceiling(), test::ball(6), {Side::right, {0, 0, 0}, {0, 1, 0}});
+  audit::PoseMeter meter(scene);
+  const Attitude attitude{0.05, -0.02};
+  Pose X = Pose::Identity();
+  X.translation() << 1.0, -12.0, 0.5;
+  X.prerotate(Eigen::Matrix3d(reference_rotation(attitude).transpose()));
+  meter.measure(attitude, X, audit::OverlapTest::sweep);
+  const std::optional<MovingPose> pose = meter.solver_pose();
+  ASSERT_TRUE(pose);
+  meter.note_features(0.2);
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int n_equal = 0;
+  constexpr int n_poses = 200;
+  for (int k = 0; k < n_poses; ++k) {
+    MovingPose aside = *pose;
+    aside.translation_mm.x() += 0.1 * unit(random);
+    aside.translation_mm.z() += 0.1 * unit(random);
+    aside.theta_rad += 0.02 * unit(random);
+    const Attitude turned{attitude.flexion_rad, attitude.varus_rad + 0.01 * unit(random)};
+    const double bound_mm = meter.travel_near_bound_mm(turned, aside);
+    const double travel_mm = meter.travel_near_mm(turned, aside, 20.0);
+    ASSERT_GE(bound_mm, travel_mm);
+    n_equal += bound_mm == travel_mm ? 1 : 0;
+  }
+  EXPECT_GT(n_equal, n_poses / 2);
+}
+
 }  // namespace vrda::pose_meter_test

@@ -1,0 +1,98 @@
+// The screening of eight pairs of triangles against the exact kernel.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "proximity/gap_blocks.hpp"
+#include "proximity/gap_kernel.hpp"
+#include "proximity/instruction_set.hpp"
+
+namespace vrda::gap_pair_lanes_test {
+
+using proximity::Corners;
+
+const proximity::BlockFunctions& functions_of(proximity::InstructionSet set)
+{
+  switch (set) {
+    case proximity::InstructionSet::avx512:
+      return proximity::block_functions_avx512;
+    case proximity::InstructionSet::avx2:
+      return proximity::block_functions_avx2;
+    case proximity::InstructionSet::baseline:
+      break;
+  }
+  return proximity::block_functions_baseline;
+}
+
+double least_travel_mm(const Corners& r, const Corners& m)
+{
+  double least_mm = proximity::gap_rules::infinity;
+  visit_contact_candidates(
+      proximity::gap_face(r), proximity::gap_face(m),
+      [&](const proximity::ContactCandidate& at) { least_mm = std::min(least_mm, at.travel_mm); });
+  return least_mm;
+}
+
+// Triangles of 0.01 to 30 mm, some narrow or steep, with common vertices and edges now and then.
+struct RandomPairs {
+  std::mt19937_64 random{5};
+  std::uniform_real_distribution<double> unit{-1.0, 1.0};
+
+  Corners triangle(double size_mm)
+  {
+    const double height = unit(random) < 0.3 ? 1e-4 : (unit(random) < 0.3 ? 100.0 : 1.0);
+    Corners t;
+    for (Eigen::Vector3d& p : t)
+      p = size_mm * Eigen::Vector3d(unit(random), height * unit(random), unit(random));
+    if (unit(random) < -0.6) t[2] = 0.5 * (t[0] + t[1]) + 1e-5 * t[2];
+    return t;
+  }
+
+  std::pair<Corners, Corners> pair()
+  {
+    const double size_mm = std::exp(4.0 * unit(random) - 0.6);
+    Corners r = triangle(size_mm), m = triangle(size_mm);
+    if (unit(random) < -0.5) m[0] = r[1];
+    if (unit(random) < -0.5) m[1] = r[2];
+    return {r, m};
+  }
+};
+
+TEST(PairScreen, KeepsEveryPairThatTheKernelAcceptsAndFewOthers)
+{
+  RandomPairs pairs;
+  const proximity::PairPlacement still{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, 1, 0, 0, 0, 0};
+  int n_touching = 0, n_kept = 0, n_pairs = 0;
+  for (int k = 0; k < 20000; ++k) {
+    proximity::PairBatch batch{};
+    double travel_mm[8];
+    for (int i = 0; i < 8; ++i) {
+      const auto [r, m] = pairs.pair();
+      for (int c = 0; c < 9; ++c) {
+        batch.reference[c][i] = r[static_cast<std::size_t>(c / 3)][c % 3];
+        batch.moving[c][i] = m[static_cast<std::size_t>(c / 3)][c % 3];
+      }
+      batch.least_projected[0][i] = proximity::least_screened_area(r);
+      batch.least_projected[1][i] = proximity::least_screened_area(m);
+      travel_mm[i] = least_travel_mm(r, m);
+    }
+    const double limit_mm = pairs.unit(pairs.random);
+    const unsigned kept = proximity::block_functions_baseline.screen_pairs(batch, still, limit_mm);
+    for (int i = 0; i < 8; ++i) {
+      const bool is_kept = (kept >> i & 1U) != 0, is_touching = travel_mm[i] <= limit_mm;
+      ASSERT_TRUE(is_kept || !is_touching) << k << ' ' << i << ' ' << travel_mm[i] - limit_mm;
+      n_touching += is_touching ? 1 : 0;
+      n_kept += is_kept ? 1 : 0;
+      ++n_pairs;
+    }
+    for (const proximity::InstructionSet set : proximity::instruction_sets())
+      ASSERT_EQ(functions_of(set).screen_pairs(batch, still, limit_mm), kept);
+  }
+  EXPECT_GT(n_touching, n_pairs / 10);
+  EXPECT_LT(n_touching, n_pairs / 2);
+  // A third of the triangles here is narrow or steep, and never rejected.
+  EXPECT_LT(n_kept - n_touching, n_pairs / 2);
+}
+
+}  // namespace vrda::gap_pair_lanes_test
