@@ -338,9 +338,9 @@ TEST(Equilibrium, AStepFromItsNeighboursContactsNeedsNoSearch)
   const solve::Joint joint = joint_of(ceiling(60, 12, high_pit), pins({{0, 0, 0}}));
   const ligament::Ligaments none;
   solve::EquilibriumSolver solver(joint, none, options);
-  const StepRecord seed = solver.solve({{}, {{1, -30, 2}, 0}});
+  const StepRecord seed = solver.solve({{}, {{1, -30, 2}, 0}, {}});
   ASSERT_EQ(seed.status, StepStatus::stable);
-  solve::EquilibriumSolver::Task task{{0.05, 0.02}, seed.pose};
+  solve::EquilibriumSolver::Task task{{0.05, 0.02}, seed.pose, {}};
   const StepRecord cold = solver.solve(task);
   task.seed_bearing = bearing_of(seed, {});
   const StepRecord predicted = solver.solve(task);
