@@ -13,23 +13,33 @@ namespace {
 // Normals oppose Delta where their component is below this: beyond rounding.
 constexpr double opposing = -1e-9;
 
-template <typename Transform>
-std::optional<proximity::TrianglePair> first_collision(const proximity::TreeMesh& reference,
-                                                       const proximity::TreeMesh& moving,
+// `any_pair(visit)` calls `visit` for close pairs until it returns true.
+template <typename Transform, typename AnyPair>
+std::optional<proximity::TrianglePair> first_collision(const Mesh& reference, const Mesh& moving,
                                                        const Transform& place, NarrowPhase& narrow_phase,
-                                                       const proximity::TrianglePair& hint)
+                                                       const proximity::TrianglePair& hint,
+                                                       const AnyPair& any_pair)
 {
   std::optional<proximity::TrianglePair> found;
   const auto overlaps = [&](const proximity::TrianglePair& pair) {
-    const proximity::Corners r = corners(reference.mesh, pair.reference),
-                             m = place(corners(moving.mesh, pair.moving));
+    const proximity::Corners r = corners(reference, pair.reference), m = place(corners(moving, pair.moving));
     if (is_certainly_separated(r, m, 0.0) || !narrow_phase.overlap(r, m)) return false;
     found = pair;
     return true;
   };
-  if (hint.reference >= 0 && overlaps(hint)) return found;
-  proximity::visit_close_pairs(reference.tree, moving.tree, place, 0.0, overlaps);
+  if (hint.reference < 0 || !overlaps(hint)) any_pair(overlaps);
   return found;
+}
+
+template <typename Transform>
+std::optional<proximity::TrianglePair> collision_of_trees(const proximity::TreeMesh& reference,
+                                                          const proximity::TreeMesh& moving,
+                                                          const Transform& place, NarrowPhase& narrow_phase,
+                                                          const proximity::TrianglePair& hint)
+{
+  return first_collision(reference.mesh, moving.mesh, place, narrow_phase, hint, [&](const auto& overlaps) {
+    proximity::visit_close_pairs(reference.tree, moving.tree, place, 0.0, overlaps);
+  });
 }
 
 Eigen::Vector3d feature_normal(const Mesh& mesh, const SurfaceFeatures& features, const Feature& feature)
@@ -194,7 +204,7 @@ std::optional<proximity::TrianglePair> find_collision(const proximity::TreeMesh&
                                                       const MovingPose& pose, NarrowPhase& narrow_phase,
                                                       const proximity::TrianglePair& hint)
 {
-  return first_collision(reference, moving, proximity::Placement(pose), narrow_phase, hint);
+  return collision_of_trees(reference, moving, proximity::Placement(pose), narrow_phase, hint);
 }
 
 std::optional<proximity::TrianglePair> find_collision(const proximity::TreeMesh& reference,
@@ -203,7 +213,16 @@ std::optional<proximity::TrianglePair> find_collision(const proximity::TreeMesh&
                                                       NarrowPhase& narrow_phase,
                                                       const proximity::TrianglePair& hint)
 {
-  return first_collision(reference, moving, place, narrow_phase, hint);
+  return collision_of_trees(reference, moving, place, narrow_phase, hint);
+}
+
+std::optional<proximity::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
+                                                      const MovingPose& pose, proximity::GapQuery& pairs,
+                                                      NarrowPhase& narrow_phase,
+                                                      const proximity::TrianglePair& hint)
+{
+  return first_collision(reference, moving, proximity::Placement(pose), narrow_phase, hint,
+                         [&](const auto& overlaps) { pairs.any_close_pair(pose, 0.0, overlaps); });
 }
 
 std::vector<proximity::TrianglePair> find_self_overlaps(const proximity::TreeMesh& mesh,
@@ -232,13 +251,10 @@ std::vector<proximity::TrianglePair> find_self_overlaps(const proximity::TreeMes
 std::vector<Contact> find_contacts(const ContactObjects& objects, const MovingPose& pose,
                                    NarrowPhase& narrow_phase, const ContactOptions& options)
 {
-  const Scene scene{objects.reference,
-                    objects.reference_features,
-                    objects.moving,
-                    proximity::RigidPlacement(pose_of(pose)),
-                    narrow_phase,
-                    options,
-                    nullptr};
+  const Scene scene{objects.reference, objects.reference_features,
+                    objects.moving,    proximity::RigidPlacement(pose_of(pose)),
+                    narrow_phase,      options,
+                    objects.candidates};
   return contacts_of(scene, Eigen::Vector3d::UnitY());
 }
 

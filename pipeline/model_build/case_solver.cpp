@@ -11,7 +11,7 @@ namespace vrda::model_build {
 namespace {
 
 // Must change when the same job may give other bytes: journals of an older solver are then refused.
-constexpr const char* search_version = "stability-search 5";
+constexpr const char* search_version = "stability-search 6";
 constexpr const char* equilibrium_version = "equilibrium 5";
 
 solve::SolverBody solver_body(const Body& body, const SolverFrame& frame)

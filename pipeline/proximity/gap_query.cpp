@@ -448,7 +448,8 @@ double GapQuery::travel_of_mm(const MovingPose& pose, const TrianglePair& pair) 
   return best.travel_mm;
 }
 
-const std::vector<TrianglePair>& GapQuery::close_pairs(const MovingPose& pose, double band_mm)
+bool GapQuery::any_close_pair(const MovingPose& pose, double band_mm,
+                              const std::function<bool(const TrianglePair&)>& visit)
 {
   // Two points within the band differ by at most the band in height; on a plane of 60 degrees, the steepest
   // bound, the offset across Delta adds at most 1.74 bands.
@@ -456,8 +457,19 @@ const std::vector<TrianglePair>& GapQuery::close_pairs(const MovingPose& pose, d
   DualTreeTraversal& traversal = state_->traversal(GapKind::non_negative);
   traversal.place(pose, state_->reach_mm(pose), band_mm);
   ++state_->n_queries;
+  bool is_found = false;
+  traversal.run([&] { return is_found ? -gap_rules::infinity : limit_mm; },
+                [&](const TrianglePair& pair) { is_found = is_found || visit(pair); });
+  return is_found;
+}
+
+const std::vector<TrianglePair>& GapQuery::close_pairs(const MovingPose& pose, double band_mm)
+{
   state_->close.clear();
-  traversal.run([&] { return limit_mm; }, [&](const TrianglePair& pair) { state_->close.push_back(pair); });
+  any_close_pair(pose, band_mm, [this](const TrianglePair& pair) {
+    state_->close.push_back(pair);
+    return false;
+  });
   return state_->close;
 }
 

@@ -1,6 +1,7 @@
 /// Directional gap with all near-active features, for the equilibrium solver (DESIGN.md 5.2).
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -87,6 +88,9 @@ class GapQuery {
   /// A superset of the pairs of triangles within `band_mm` of each other at the pose, in any direction;
   /// unordered. Valid until the next call.
   const std::vector<TrianglePair>& close_pairs(const MovingPose& pose, double band_mm);
+  /// Calls `visit` for such pairs until it returns true; returns whether it did.
+  bool any_close_pair(const MovingPose& pose, double band_mm,
+                      const std::function<bool(const TrianglePair&)>& visit);
 
   int n_queries() const;
 

@@ -6,7 +6,6 @@
 
 #include "contact/features.hpp"
 #include "core/error.hpp"
-#include "proximity/directional_gap.hpp"
 #include "solve/stability_search.hpp"
 
 namespace vrda::solve {
@@ -48,8 +47,6 @@ Joint make_joint(const SolverBody& reference, const SolverBody& moving,
   joint.compartment_of_triangle = compartment_of_triangle;
   const std::vector<std::int32_t> medial = triangles_of(compartment_of_triangle, Compartment::medial);
   const std::vector<std::int32_t> lateral = triangles_of(compartment_of_triangle, Compartment::lateral);
-  joint.medial = proximity::BoxTree(moving.mesh, medial);
-  joint.lateral = proximity::BoxTree(moving.mesh, lateral);
   joint.reference_gap = proximity::GapTree(reference.mesh);
   joint.moving_gap = proximity::GapTree(moving.mesh);
   joint.medial_gap = proximity::GapTree(moving.mesh, medial);
@@ -60,18 +57,6 @@ Joint make_joint(const SolverBody& reference, const SolverBody& moving,
   joint.substep_mm = 0.5 * std::min(thinnest_part_mm(reference), thinnest_part_mm(moving));
   return joint;
 }
-
-namespace {
-
-double gap_or_nan_mm(const Joint& joint, const proximity::TreeMesh& reference,
-                     const proximity::BoxTree& compartment, const MovingPose& pose)
-{
-  const proximity::Gap gap =
-      proximity::directional_gap(reference, joint.moving.tree_mesh.mesh, compartment, pose);
-  return std::isfinite(gap.travel_mm) ? gap.travel_mm : std::numeric_limits<double>::quiet_NaN();
-}
-
-}  // namespace
 
 ContactRecord contact_record(const Joint& joint, const contact::Contact& contact)
 {
@@ -97,16 +82,6 @@ void measure_contacts(const Joint& joint, const std::vector<contact::Contact>& c
     n_resisting += std::abs(moment_about_mm(c, middle)) > resolution_mm ? 1 : 0;
   }
   record.theta_determined = n_resisting >= 2;
-}
-
-int measure_step(const Joint& joint, const proximity::TreeMesh& reference,
-                 const std::vector<contact::Contact>& contacts, double resolution_mm, StepRecord& record)
-{
-  measure_contacts(joint, contacts, resolution_mm, record);
-  if (joint.compartment_of_triangle.empty()) return 0;
-  record.gap_medial_mm = gap_or_nan_mm(joint, reference, joint.medial, record.pose);
-  record.gap_lateral_mm = gap_or_nan_mm(joint, reference, joint.lateral, record.pose);
-  return 2;
 }
 
 }  // namespace vrda::solve

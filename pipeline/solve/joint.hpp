@@ -22,11 +22,9 @@ struct Joint {
   contact::Collider reference;
   contact::Collider moving;
   std::vector<Compartment> compartment_of_triangle;  ///< [n_moving_triangles], empty without compartments
-  proximity::BoxTree medial;                         ///< moving triangles of the compartment
-  proximity::BoxTree lateral;
-  proximity::GapTree reference_gap;  ///< the same objects, prepared for the gap queries of the equilibrium
+  proximity::GapTree reference_gap;                  ///< the same objects, prepared for gap queries
   proximity::GapTree moving_gap;
-  proximity::GapTree medial_gap;
+  proximity::GapTree medial_gap;  ///< moving triangles of the compartment
   proximity::GapTree lateral_gap;
   std::vector<bool> reference_protrudes;  ///< [n_vertices] convex: can touch a face first
   std::vector<bool> moving_protrudes;
@@ -51,10 +49,5 @@ ContactRecord contact_record(const Joint& joint, const contact::Contact& contact
 /// `resolution_mm`.
 void measure_contacts(const Joint& joint, const std::vector<contact::Contact>& contacts, double resolution_mm,
                       StepRecord& record);
-
-/// Like measure_contacts(), and fills the remaining gap of each compartment at `record.pose`. `reference` is
-/// at the attitude; `contacts` are those of that pose. Returns the number of gap queries.
-int measure_step(const Joint& joint, const proximity::TreeMesh& reference,
-                 const std::vector<contact::Contact>& contacts, double resolution_mm, StepRecord& record);
 
 }  // namespace vrda::solve

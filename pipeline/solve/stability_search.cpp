@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <optional>
 
 #include "proximity/gap_query.hpp"
@@ -52,7 +53,7 @@ class Search {
       : joint_(joint),
         reference_(proximity::rotated_reference(joint.reference.tree_mesh, attitude)),
         gap_(joint.reference_gap, joint.moving_gap),
-        varus_rad_(attitude.varus_rad),
+        attitude_(attitude),
         options_(options),
         observer_(observer),
         pose_(seed),
@@ -67,7 +68,7 @@ class Search {
     StepRecord record;
     record.status = search();
     record.pose = pose_;
-    record.varus_rad = varus_rad_;
+    record.varus_rad = attitude_.varus_rad;
     record.iterations = iteration_;
     record.residual_mm = residual_mm_;
     if (record.status == StepStatus::stable) measure(record);
@@ -99,8 +100,8 @@ class Search {
   bool collides(const MovingPose& pose)
   {
     ++queries_;
-    const auto hit =
-        contact::find_collision(reference_, joint_.moving.tree_mesh, pose, narrow_phase_, collision_hint_);
+    const auto hit = contact::find_collision(reference_.mesh, joint_.moving.tree_mesh.mesh, pose, gap_,
+                                             narrow_phase_, collision_hint_);
     if (hit) collision_hint_ = *hit;
     return hit.has_value();
   }
@@ -108,10 +109,15 @@ class Search {
   std::vector<contact::Contact> contacts_here()
   {
     ++queries_;
-    return contact::find_contacts({reference_, joint_.reference.features, joint_.moving}, pose_,
-                                  narrow_phase_,
-                                  {options_.translation_resolution_mm, options_.rotation_resolution_rad,
-                                   options_.points, options_.normals});
+    return contacts_of(options_.points);
+  }
+
+  std::vector<contact::Contact> contacts_of(ContactPoints points)
+  {
+    const double band_mm = options_.translation_resolution_mm;
+    return contact::find_contacts(
+        {reference_, joint_.reference.features, joint_.moving, &gap_.close_pairs(pose_, band_mm)}, pose_,
+        narrow_phase_, {band_mm, options_.rotation_resolution_rad, points, options_.normals});
   }
 
   // The contacts nearer than a share of the translation resolution.
@@ -165,12 +171,7 @@ class Search {
     report_strides(travel_mm);
     has_touched_ = true;
     if (travel_mm <= 0.0) return true;
-    const MovingPose start = pose_;
-    move_while_free(travel_mm, options_.translation_resolution_mm, 1, [&](double share) {
-      MovingPose pose = start;
-      pose.translation_mm.y() += share * travel_mm;
-      return pose;
-    });
+    pose_.translation_mm.y() += travel_mm;
     return true;
   }
 
@@ -390,11 +391,20 @@ class Search {
 
   void measure(StepRecord& record)
   {
-    contact::ContactOptions exact{options_.translation_resolution_mm, options_.rotation_resolution_rad,
-                                  ContactPoints::exact, options_.normals};
-    const std::vector<contact::Contact> contacts = contact::find_contacts(
-        {reference_, joint_.reference.features, joint_.moving}, pose_, narrow_phase_, exact);
-    queries_ += 1 + measure_step(joint_, reference_, contacts, options_.translation_resolution_mm, record);
+    measure_contacts(joint_, contacts_of(ContactPoints::exact), options_.translation_resolution_mm, record);
+    ++queries_;
+    if (joint_.compartment_of_triangle.empty()) return;
+    record.gap_medial_mm = gap_left_mm(joint_.medial_gap);
+    record.gap_lateral_mm = gap_left_mm(joint_.lateral_gap);
+  }
+
+  double gap_left_mm(const proximity::GapTree& compartment)
+  {
+    proximity::GapQuery query(joint_.reference_gap, compartment);
+    query.set_attitude(attitude_);
+    const double travel_mm = query.next_contact(pose_).travel_mm;
+    ++queries_;
+    return std::isfinite(travel_mm) ? travel_mm : std::numeric_limits<double>::quiet_NaN();
   }
 
   SearchMove move_of(MoveKind kind, const MovingPose& pose) const
@@ -429,7 +439,7 @@ class Search {
   const Joint& joint_;
   proximity::TreeMesh reference_;  // at the attitude
   proximity::GapQuery gap_;        // likewise
-  double varus_rad_;
+  Attitude attitude_;
   const SearchOptions& options_;
   const SearchObserver& observer_;
   contact::NarrowPhase narrow_phase_;
