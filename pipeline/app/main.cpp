@@ -106,6 +106,7 @@ struct Commands {
         ->excludes(spine);
     c.add_flag("--trace", run.writes_trace,
                "Write every move of every search, or every iterate of every equilibrium, to NAME.trace.h5");
+    c.add_flag("--profile", run.has_profile, "Print the seconds and processor time of each phase");
     c.add_option("--progress", run.progress, "auto, bar, plain or none")->capture_default_str();
     c.callback([this] {
       chosen = [this] {

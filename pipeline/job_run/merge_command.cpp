@@ -178,10 +178,10 @@ console::ExitCode merge_command(const MergeOptions& options)
     console::log_info(doubled_text(collected, job_case));
   }
   require_whole(job_case, collected, journals, output);
-  const RunRecord record(n_threads, static_cast<int>(collected.steps.size()));
+  RunRecord record(n_threads, static_cast<int>(collected.steps.size()));
   const sweep::SweepResult result = replay_sweep(model_build::plan_of(job_case), collected.steps);
   const std::optional<store::MotionModel> model =
-      build_result(job_case, result, output, n_threads, console::is_interrupted);
+      build_result(job_case, result, output, n_threads, console::is_interrupted, record);
   if (!model) {
     console::log_info("interrupted: the journals are kept; run the same command to merge again");
     return console::ExitCode::interrupted;

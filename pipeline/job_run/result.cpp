@@ -46,19 +46,45 @@ RunRecord::RunRecord(int n_threads, int n_recalled)
 {
 }
 
-void RunRecord::mark_solved()
+// Since the start.
+RunRecord::Phase RunRecord::elapsed() const
 {
-  solving_ = std::chrono::steady_clock::now() - start_;
-  solving_processor_s_ = processor_s() - processor_start_s_;
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start_;
+  return {"", seconds.count(), processor_s() - processor_start_s_};
+}
+
+void RunRecord::end_phase(const std::string& name)
+{
+  Phase phase = elapsed();
+  phase.name = name;
+  for (const Phase& earlier : phases_) {
+    phase.seconds -= earlier.seconds;
+    phase.processor_s -= earlier.processor_s;
+  }
+  phases_.push_back(phase);
+}
+
+void RunRecord::report_profile() const
+{
+  const Phase all = elapsed();
+  const auto line = [&](const Phase& phase) {
+    std::fprintf(stderr, "%-24s %8.2f %8.2f %5.0f %%\n", phase.name.c_str(), phase.seconds, phase.processor_s,
+                 100.0 * phase.processor_s / all.processor_s);
+  };
+  std::fprintf(stderr, "%-24s %8s %8s %7s\n", "phase", "s", "CPU s", "share");
+  for (const Phase& phase : phases_) line(phase);
+  line({"all", all.seconds, all.processor_s});
 }
 
 void RunRecord::write(const std::string& path) const
 {
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
+  const auto solving = std::find_if(phases_.begin(), phases_.end(),
+                                    [](const Phase& phase) { return phase.name == solving_phase; });
+  const Phase solved = solving == phases_.end() ? Phase{} : *solving;
   const nlohmann::ordered_json record = {{"begun", cluster::utc_text(started_)},
-                                         {"seconds", elapsed.count()},
-                                         {"solving_seconds", solving_.count()},
-                                         {"solving_processor_seconds", solving_processor_s_},
+                                         {"seconds", elapsed().seconds},
+                                         {"solving_seconds", solved.seconds},
+                                         {"solving_processor_seconds", solved.processor_s},
                                          {"threads", n_threads_},
                                          {"steps_recalled", n_recalled_},
                                          {"host", cluster::host_name()},
@@ -171,23 +197,27 @@ console::ExitCode outcome_of(const load::Case& job_case, const store::MotionMode
 
 std::optional<store::MotionModel> build_result(const load::Case& job_case, const sweep::SweepResult& result,
                                                const std::string& output, int n_threads,
-                                               const IsStopped& is_stopped)
+                                               const IsStopped& is_stopped, RunRecord& record)
 {
   check(result.is_complete, "result_of: the sweep is complete");
   store::MotionModel model = audited_model_of(job_case, result, n_threads);
+  record.end_phase("plausibility");
   add_smoothed(model, job_case, output, n_threads, is_stopped);
+  record.end_phase("smoothing, recontact");
   if (is_stopped()) return std::nullopt;
   add_two_sided(model, job_case, n_threads);
   if (is_stopped()) return std::nullopt;
   add_zero_varus(model);
+  record.end_phase("two-sided, zero varus");
   return is_stopped() ? std::nullopt : std::optional(std::move(model));
 }
 
 console::ExitCode write_result(const load::Case& job_case, const store::MotionModel& model,
                                const std::string& output, const std::vector<std::string>& needless,
-                               const RunRecord& record)
+                               RunRecord& record)
 {
   store::write_motion_model(output, model);
+  record.end_phase("writing");
   remove_obsolete_files(needless);
   write_record(record, output);  // last: the removed files free space on a full disk
   return outcome_of(job_case, model, output);

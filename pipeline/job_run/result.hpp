@@ -14,23 +14,33 @@
 
 namespace vrda::job_run {
 
+/// Name of the phase whose seconds the record states.
+inline constexpr const char* solving_phase = "solving";
+
 class RunRecord {
  public:
   /// Starts the clock.
   RunRecord(int n_threads, int n_recalled);
 
-  /// Marks the end of solving; smoothing and writing follow.
-  void mark_solved();
+  /// Ends the current phase and starts the next.
+  void end_phase(const std::string& name);
 
   /// Writes JSON: total, solving and CPU seconds, threads, steps recalled, host, processors, date (UTC).
   void write(const std::string& path) const;
+  /// The phases with their seconds, processor time of all threads and its share, to stderr.
+  void report_profile() const;
 
  private:
+  struct Phase {
+    std::string name;
+    double seconds = 0.0, processor_s = 0.0;
+  };
+  Phase elapsed() const;
+
   std::chrono::system_clock::time_point started_;
   std::chrono::steady_clock::time_point start_;
   double processor_start_s_;
-  std::chrono::duration<double> solving_{0.0};
-  double solving_processor_s_ = 0.0;
+  std::vector<Phase> phases_;
   int n_threads_;
   int n_recalled_;
 };
@@ -40,7 +50,7 @@ class RunRecord {
 /// each surface, returns true.
 std::optional<store::MotionModel> build_result(const load::Case& job_case, const sweep::SweepResult& result,
                                                const std::string& output, int n_threads,
-                                               const std::function<bool()>& is_stopped);
+                                               const std::function<bool()>& is_stopped, RunRecord& record);
 
 /// Like write_result() for a result that is already at `output`: finishes the work of a killed run by
 /// removing the `needless` files and writing a missing record.
@@ -52,6 +62,6 @@ console::ExitCode finish_existing_result(const load::Case& job_case, const store
 /// prints the output's path. Too many unsolved attitudes are an exit code, not an error.
 console::ExitCode write_result(const load::Case& job_case, const store::MotionModel& model,
                                const std::string& output, const std::vector<std::string>& needless,
-                               const RunRecord& record);
+                               RunRecord& record);
 
 }  // namespace vrda::job_run

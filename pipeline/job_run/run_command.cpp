@@ -56,12 +56,14 @@ console::ExitCode solve_and_write(const load::Case& job_case, const RunOptions& 
   const sweep::SweepResult result =
       solve_part(job_case, model_build::plan_of(job_case), ProgressUnit::cells, options, log);
   if (!result.is_complete) return report_interrupted(log);
-  record.mark_solved();
+  record.end_phase(solving_phase);
   if (log.traces) write_trace_of(job_case, result, output);
   const std::optional<store::MotionModel> model =
-      build_result(job_case, result, output, n_threads, console::is_interrupted);
+      build_result(job_case, result, output, n_threads, console::is_interrupted, record);
   if (!model) return report_interrupted(log);
-  return write_result(job_case, *model, output, obsolete_files(log, output), record);
+  const console::ExitCode code = write_result(job_case, *model, output, obsolete_files(log, output), record);
+  if (options.has_profile) record.report_profile();
+  return code;
 }
 
 /// An existing result of this job that includes the requested trace. Throws if it is another job's.

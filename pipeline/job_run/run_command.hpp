@@ -21,6 +21,7 @@ struct RunOptions {
   bool is_fresh = false;      ///< discards an existing journal; solves a finished job again
   bool may_replace = false;   ///< replaces the result of another job
   bool writes_trace = false;  ///< writes every move of every search next to the output
+  bool has_profile = false;   ///< prints the time of each phase
   std::string progress = "auto";
   bool only_spine = false;                 ///< solves only the spine, into its own journal, for shards
   std::optional<journal::Shard> shard;     ///< solves only these rows, into their own journal
