@@ -33,6 +33,14 @@ bool is_stable(const Attempt& attempt)
 
 }  // namespace
 
+BearingPairs bearing_pairs_of(const StepRecord& record, const Attitude& attitude)
+{
+  BearingPairs bearing{attitude, {}};
+  for (const ContactForce& force : record.balance.forces)
+    bearing.pairs.push_back({force.triangle_reference, force.triangle_moving});
+  return bearing;
+}
+
 std::vector<Seed> seeds_from(const SweepPlan& plan, const Seed& seed)
 {
   std::vector<Seed> seeds{seed};

@@ -18,6 +18,9 @@ struct Seed {
   BearingPairs bearing{};            ///< empty unless `pose` is an equilibrium
 };
 
+/// The pairs that carry load in `record`, which was solved at `attitude`.
+BearingPairs bearing_pairs_of(const StepRecord& record, const Attitude& attitude);
+
 /// The seed, the start pose of the plan, and its rotations as last resorts.
 std::vector<Seed> seeds_from(const SweepPlan& plan, const Seed& seed);
 

@@ -29,14 +29,6 @@ double varus_of(const Seed& seed)
   return seed.attitude ? seed.attitude->varus_rad : 0.0;
 }
 
-BearingPairs bearing_pairs_of(const StepRecord& record, const Attitude& attitude)
-{
-  BearingPairs bearing{attitude, {}};
-  for (const ContactForce& force : record.balance.forces)
-    bearing.pairs.push_back({force.triangle_reference, force.triangle_moving});
-  return bearing;
-}
-
 Seed moved(Seed seed, const SpineOffset& offset)
 {
   seed.pose.theta_rad += offset.theta_rad;
