@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <initializer_list>
 #include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "support/input_error.hpp"
@@ -28,17 +30,26 @@ inline void PrintTo(const Ended& ended, std::ostream* out)
   *out << "exit code " << ended.exit_code << ", standard error:\n" << ended.err;
 }
 
+/// One value or a list of them.
+struct Values {
+  Values() = default;
+  Values(const char* value) : all{value} {}
+  Values(std::string value) : all{std::move(value)} {}
+  Values(std::initializer_list<std::string> values) : all(values) {}
+  std::vector<std::string> all = {};
+};
+
 /// What a test knows of a refusal. `found` and `wanted` are values, limits and names of keys, not sentences:
 /// the wording around them is free.
 struct Refusal {
-  std::string file = {};    ///< path or its end, or the option; empty: not compared
-  std::string field = {};   ///< whole, with its line ("line 3, name") or without
-  std::string found = {};   ///< a value in the text; empty: not compared
-  std::string wanted = {};  ///< the same
-  int exit_code = 2;        ///< of a program
+  std::string file = {};   ///< path or its end, or the option; empty: not compared
+  std::string field = {};  ///< whole, with its line ("line 3, name") or without
+  Values found = {};       ///< values in the text
+  Values wanted = {};      ///< the same
+  int exit_code = 2;       ///< of a program
 };
 
-/// True if the text contains the value and not only a longer number or word that contains it.
+/// True if the text contains the value, not only a longer number or word that contains it.
 inline bool names_value(const std::string& text, const std::string& value)
 {
   const auto joins = [](char a, char b) {
@@ -53,6 +64,12 @@ inline bool names_value(const std::string& text, const std::string& value)
     if (!is_joined) return true;
   }
   return false;
+}
+
+inline bool names_all(const std::string& text, const Values& values)
+{
+  return std::all_of(values.all.begin(), values.all.end(),
+                     [&](const std::string& value) { return names_value(text, value); });
 }
 
 /// The parts of the last line "PROGRAM: FILE: line 3, FIELD: found X, wanted Y" of a program's standard
@@ -102,8 +119,8 @@ class RefusalMatcher {
                          facts.file.ends_with("/" + expected_.file),
                      "file", facts.file) ||
              differs(expected_.field == place || expected_.field == without_line(place), "field", place) ||
-             differs(names_value(facts.found, expected_.found), "found", facts.found) ||
-             differs(names_value(facts.wanted, expected_.wanted), "wanted", facts.wanted));
+             differs(names_all(facts.found, expected_.found), "found", facts.found) ||
+             differs(names_all(facts.wanted, expected_.wanted), "wanted", facts.wanted));
   }
   bool MatchAndExplain(const Ended& ended, std::ostream* out) const
   {
@@ -113,8 +130,9 @@ class RefusalMatcher {
   }
   void DescribeTo(std::ostream* out) const
   {
-    *out << "refuses file \"" << expected_.file << "\", field \"" << expected_.field << "\", found \""
-         << expected_.found << "\", wanted \"" << expected_.wanted << "\", exit code " << expected_.exit_code;
+    *out << "refuses file \"" << expected_.file << "\", field \"" << expected_.field << "\", found "
+         << testing::PrintToString(expected_.found.all) << ", wanted "
+         << testing::PrintToString(expected_.wanted.all) << ", exit code " << expected_.exit_code;
   }
   void DescribeNegationTo(std::ostream* out) const
   {
