@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "load/job.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::campaign_test {
@@ -152,53 +152,49 @@ TEST(Campaign, WithoutAnAxisItIsTheJobOnce)
   EXPECT_THAT(campaign.axes, IsEmpty());
 }
 
-struct Refusal {
+struct Row {
   const char* text;  // after [campaign]
   const char* field;
-  const char* found;
-  const char* wanted;
+  const char* found = "";
+  const char* wanted = "";
 };
 
 TEST(Campaign, RefusalsNameKeyFoundAndWanted)
 {
-  const Refusal rows[] = {
-      {"[[campaign.metod]]\nname = \"a\"\n", "campaign.metod", "an unknown key", "campaign.method"},
-      {"[[campaign.method]]\n", "campaign.method.0.name", "nothing", "a name of at most 40"},
-      {"[[campaign.method]]\nname = \"a b\"\n", "campaign.method.0.name", "a b", "a name of at most 40"},
-      {"[[campaign.method]]\nname = \"a\"\nset = 3\n", "campaign.method.0.set", "3", "a table of keys"},
+  const Row rows[] = {
+      {"[[campaign.metod]]\nname = \"a\"\n", "campaign.metod", "", "campaign.method"},
+      {"[[campaign.method]]\n", "campaign.method.0.name", "nothing", "40"},
+      {"[[campaign.method]]\nname = \"a b\"\n", "campaign.method.0.name", "a b", "40"},
+      {"[[campaign.method]]\nname = \"a\"\nset = 3\n", "campaign.method.0.set", "3"},
       {"[[campaign.method]]\nname = \"a\"\nset = { solver.metod = \"b\" }\n",
-       "campaign.method.0.set.solver.metod", "an unknown key", "solver.method"},
+       "campaign.method.0.set.solver.metod", "", "solver.method"},
       {"[[campaign.method]]\nname = \"a\"\nset = { campaign.title = \"b\" }\n", "campaign.method.0.set",
-       "campaign", "keys of a job"},
+       "campaign"},
       {"[[campaign.method]]\nname = \"a\"\nset = { reference.\"a.b\" = 1 }\n",
-       "campaign.method.0.set.reference.a.b", "an unknown key", "the nearest"},
+       "campaign.method.0.set.reference.a.b", "unknown"},
       {"[[campaign.method]]\nname = \"a\"\nset = { ligaments.generate.\"a.b\" = 1 }\n",
-       "campaign.method.0.set", "the key \"a.b\"", "without '.'"},
+       "campaign.method.0.set", "\"a.b\"", "'.'"},
       {"[[campaign.method]]\nname = \"a\"\n[[campaign.method]]\nname = \"a\"\n", "campaign.method.1.name",
-       "\"a\" a second time", "a unique name"},
-      {"[[campaign.method]]\nname = \"a\"\nset = { grid.varus = \"free\" }\n"
-       "[[campaign.resolution]]\nname = \"b\"\nset = { grid.varus.step = 2 }\n",
-       "campaign.resolution", "grid.varus.step", "no other axis sets"},
-      {"[[campaign.method]]\nname = \"a_b\"\n[[campaign.method]]\nname = \"a\"\n"
-       "[[campaign.resolution]]\nname = \"c\"\n[[campaign.resolution]]\nname = \"b_c\"\n",
-       "campaign", "\"a_b_c\"", "unique"},
-      {"[[campaign.method]]\nname = \"logs\"\n", "campaign", "\"logs\"", "none of logs"},
-      {"exclude = [{ scaling = \"a\" }]\n", "campaign.exclude.0.scaling", "does not have", "one of its axes"},
+       "\"a\""},
+      {"[[campaign.method]]\nname = \"a\"\nset = { grid.varus = \"free\" }\n[[campaign.resolution]]\nname = "
+       "\"b\"\nset = { grid.varus.step = 2 }\n",
+       "campaign.resolution", "grid.varus.step"},
+      {"[[campaign.method]]\nname = \"a_b\"\n[[campaign.method]]\nname = "
+       "\"a\"\n[[campaign.resolution]]\nname = \"c\"\n[[campaign.resolution]]\nname = \"b_c\"\n",
+       "campaign", "\"a_b_c\""},
+      {"[[campaign.method]]\nname = \"logs\"\n", "campaign", "\"logs\""},
+      {"exclude = [{ scaling = \"a\" }]\n", "campaign.exclude.0.scaling"},
       {"exclude = [{ method = \"restt\" }]\n[[campaign.method]]\nname = \"rest\"\n",
-       "campaign.exclude.0.method", "restt", "nearest is \"rest\""},
+       "campaign.exclude.0.method", "restt", "\"rest\""},
       {"exclude = [{ method = \"rest\" }]\n[[campaign.method]]\nname = \"rest\"\n", "campaign.exclude",
-       "every case", "at least one"},
+       "every case"},
   };
-  for (const Refusal& row : rows) {
+  for (const Row& row : rows) {
     SCOPED_TRACE(row.text);
     std::string campaign = joint;
     campaign += "[campaign]\n";
     campaign += row.text;
-    const InputError::Facts facts = refused(campaign);
-    EXPECT_EQ(facts.field, row.field);
-    EXPECT_THAT(facts.found, HasSubstr(row.found));
-    EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
-    EXPECT_THAT(facts.file, HasSubstr("study.toml"));
+    EXPECT_THAT(refused(campaign), test::refuses({"study.toml", row.field, row.found, row.wanted}));
   }
 }
 
@@ -212,10 +208,8 @@ TEST(Campaign, ACampaignAloneWantsJobsAndNothingElse)
 TEST(Campaign, TheCommandLineSetsNoKeyOfAnAxis)
 {
   const std::string text = std::string(joint) + two_axes;
-  const InputError::Facts facts = refused(text, {"grid.flexion={ from = 0, to = 90, step = 3 }"});
-  EXPECT_EQ(facts.file, "--set");
-  EXPECT_EQ(facts.field, "grid.flexion");
-  EXPECT_THAT(facts.found, HasSubstr("\"resolution\""));
+  EXPECT_THAT(refused(text, {"grid.flexion={ from = 0, to = 90, step = 3 }"}),
+              test::refuses({"--set", "grid.flexion", "\"resolution\""}));
   EXPECT_EQ(refused(text, {"campaign.title=x"}).field, "campaign.title");
 }
 
@@ -226,9 +220,7 @@ TEST(Campaign, AProductBeyondAllStudiesIsRefused)
     for (int k = 0; k < 400; ++k)
       text += std::string("[[campaign.") + axis + "]]\nname = \"" + axis + std::to_string(k) + "\"\n";
   }
-  const InputError::Facts facts = refused(text);
-  EXPECT_EQ(facts.field, "campaign.scaling");
-  EXPECT_THAT(facts.found, HasSubstr("100000 cases"));
+  EXPECT_THAT(refused(text), test::refuses({.field = "campaign.scaling", .found = "100000"}));
 }
 
 TEST(Campaign, ACampaignAloneIsNoJobToRun)

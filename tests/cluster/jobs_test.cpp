@@ -4,13 +4,12 @@
 #include <gtest/gtest.h>
 
 #include "cluster/submission_scenes.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::jobs_test {
 
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 TEST(Jobs, RangesAreWrittenAsSbatchTakesThem)
 {
@@ -101,10 +100,10 @@ TEST(Jobs, OnlyTheTasksOfMissingCasesAreSubmittedAgain)
 TEST(Jobs, MoreShardsThanAnArrayTakesAreRefused)
 {
   const cluster::Submission submission = test::one_case(1001);
-  const auto facts = test::input_error(
-      [&] { cluster::jobs_of_work(submission, cluster::all_work(submission), cluster::SlurmLimits{}); });
-  EXPECT_EQ(facts.file, "--shards");
-  EXPECT_THAT(facts.wanted, HasSubstr("at most 1000"));
+  EXPECT_THAT(test::input_error([&] {
+                cluster::jobs_of_work(submission, cluster::all_work(submission), cluster::SlurmLimits{});
+              }),
+              test::refuses({"--shards", "", "", "1000"}));
 }
 
 // The index is one job, each case a spine, its shards and a merge.
@@ -113,26 +112,21 @@ TEST(Jobs, MoreJobsThanTheQueueTakesAreRefusedWithWhatWouldFit)
   struct Row {
     std::int32_t n_cases, n_shards;
     cluster::SlurmLimits limits;
-    const char *found, *wanted;
+    test::Values found, wanted;
   };
-  for (const Row& row :
-       {Row{1100, 8, {}, "8 for 1100 cases, 11001 jobs at once", "--shards 7, or 999 cases at a time"},
-        Row{4, 3, {11, 20}, "3 for 4 cases, 21 jobs at once", "--shards 2, or 3 cases at a time"},
-        Row{10, 2, {11, 20}, "2 for 10 cases, 41 jobs at once", "--shards 1, or 4 cases at a time"}}) {
-    SCOPED_TRACE(row.found);
+  for (const Row& row : {Row{1100, 8, {}, {"8", "1100", "11001"}, {"10000", "--shards 7", "999"}},
+                         Row{4, 3, {11, 20}, {"3", "4", "21"}, {"20", "--shards 2", "3"}},
+                         Row{10, 2, {11, 20}, {"2", "10", "41"}, {"20", "--shards 1", "4"}}}) {
     const cluster::Submission submission = test::campaign(row.n_cases, row.n_shards);
-    const auto facts = test::input_error(
-        [&] { cluster::jobs_of_work(submission, cluster::all_work(submission), row.limits); });
-    EXPECT_EQ(facts.file, "--shards");
-    EXPECT_EQ(facts.found, row.found);
-    EXPECT_EQ(facts.wanted, "at most " + std::to_string(row.limits.max_job_count) +
-                                ", Slurm's MaxJobCount, e.g. with " + row.wanted);
+    EXPECT_THAT(test::input_error(
+                    [&] { cluster::jobs_of_work(submission, cluster::all_work(submission), row.limits); }),
+                test::refuses({"--shards", "", row.found, row.wanted}));
   }
   const cluster::Submission alone = test::one_case(30);
-  EXPECT_EQ(test::input_error([&] {
-              cluster::jobs_of_work(alone, cluster::all_work(alone), {101, 20});
-            }).wanted,
-            "at most 20, Slurm's MaxJobCount, e.g. with --shards 18");
+  EXPECT_THAT(test::input_error([&] {
+                cluster::jobs_of_work(alone, cluster::all_work(alone), {101, 20});
+              }),
+              test::refuses({"--shards", "", "", {"20", "--shards 18"}}));
 }
 
 TEST(Jobs, WhatWouldFitDoes)
@@ -188,9 +182,8 @@ TEST(Shard, IsReadFromWords)
   EXPECT_EQ(cluster::shard_of("1/1"), (journal::Shard{1, 1}));
   for (const std::string text :
        {"", "3", "0/8", "9/8", "3/0", "-1/8", "3/8/2", "3 / 8", "a/b", "03/8", "/8", "3/", "3/99999999999"}) {
-    const InputError::Facts facts = test::input_error([&] { cluster::shard_of(text); });
-    EXPECT_EQ(facts.file, "--shard");
-    EXPECT_EQ(facts.found, text.empty() ? "nothing" : text);
+    EXPECT_THAT(test::input_error([&] { cluster::shard_of(text); }),
+                test::refuses({"--shard", "", text.empty() ? "nothing" : text}));
   }
 }
 

@@ -8,7 +8,7 @@
 #include "cluster/child.hpp"
 #include "cluster/status.hpp"
 #include "cluster/submission_scenes.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 
 namespace vrda::local_run_test {
 
@@ -101,9 +101,8 @@ TEST_F(LocalRunTest, ItsTasksAreNoneOfSlurms)
 TEST_F(LocalRunTest, ASecondOneIsRefused)
 {
   const OpenFile lock = cluster::locked_submission(folder_);
-  const auto facts = test::input_error([&] { cluster::locked_submission(folder_); });
-  EXPECT_EQ(facts.file, folder_);
-  EXPECT_THAT(facts.found, HasSubstr("another vrda submit or resume"));
+  EXPECT_THAT(test::input_error([&] { cluster::locked_submission(folder_); }),
+              test::refuses({folder_, "", "submit"}));
 }
 
 TEST(Child, SaysWhatAProgramSaid)

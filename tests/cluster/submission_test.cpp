@@ -8,7 +8,7 @@
 #include "cluster/case_spec.hpp"
 #include "cluster/submission_scenes.hpp"
 #include "cluster/task_state.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::submission_test {
@@ -29,21 +29,22 @@ TEST(Submission, AnythingElseIsRefusedWithItsName)
 {
   const test::Scratch scratch;
   const std::string folder = scratch.path().string();
-  EXPECT_THAT(test::input_error([&] { cluster::read_submission(folder); }).wanted, HasSubstr("vrda submit"));
+  EXPECT_THAT(test::input_error([&] { cluster::read_submission(folder); }),
+              test::refuses({.wanted = "vrda submit"}));
   for (const std::string text : {"", "{", "[]", "{\"format\":\"vrda submission 1\"}"}) {
     SCOPED_TRACE(text);
     scratch.write("submission.json", text);
-    const auto facts = test::input_error([&] { cluster::read_submission(folder); });
-    EXPECT_EQ(facts.file, cluster::submission_file_of(folder));
-    EXPECT_THAT(facts.found, HasSubstr("not a submission"));
+    EXPECT_THAT(test::input_error([&] { cluster::read_submission(folder); }),
+                test::refuses({cluster::submission_file_of(folder), "", "submission"}));
   }
   scratch.write("submission.json", "{\"format\":\"vrda submission 9\"}");
-  EXPECT_EQ(test::input_error([&] { cluster::read_submission(folder); }).found, "vrda submission 9");
+  EXPECT_THAT(test::input_error([&] { cluster::read_submission(folder); }),
+              test::refuses({.field = "format", .found = "9"}));
   cluster::Submission without_rows = test::one_case(2);
   without_rows.cases[0].n_flexion = 0;
   cluster::write_submission(folder, without_rows);
-  EXPECT_THAT(test::input_error([&] { cluster::read_submission(folder); }).found,
-              HasSubstr("not a submission"));
+  EXPECT_THAT(test::input_error([&] { cluster::read_submission(folder); }),
+              test::refuses({.found = "submission"}));
 }
 
 TEST(Submission, ItsFolderIsAbsoluteAndEndsWithoutASlash)
@@ -84,8 +85,8 @@ TEST(Submission, AMisspeltCaseIsToldTheNearest)
 {
   const cluster::Submission submission = test::campaign(12, 1);
   EXPECT_EQ(cluster::case_named(submission, "case-11"), 10);
-  EXPECT_THAT(test::input_error([&] { cluster::case_named(submission, "casee-7"); }).wanted,
-              HasSubstr("case-7"));
+  EXPECT_THAT(test::input_error([&] { cluster::case_named(submission, "casee-7"); }),
+              test::refuses({.file = "--case", .wanted = "case-7"}));
 }
 
 TEST(Submission, ACaseIsMadeWhenNothingOfItsMakingIsLeft)
@@ -127,7 +128,8 @@ TEST(CaseSpec, TheFileGivesItBack)
 TEST(CaseSpec, OtherFilesAreRefused)
 {
   const test::Scratch scratch;
-  EXPECT_EQ(test::input_error([&] { cluster::read_case_file(scratch.path() / "none"); }).found, "no file");
+  EXPECT_THAT(test::input_error([&] { cluster::read_case_file(scratch.path() / "none"); }),
+              test::refuses({.found = "no file"}));
   for (const std::string bytes :
        {"", "{", "[1]", R"({"name": 3})", R"({"name": "a", "job": "b", "data": "c"})"}) {
     const std::string path = scratch.write("bad.json", bytes);

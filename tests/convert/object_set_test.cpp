@@ -2,12 +2,10 @@
 
 #include <gmock/gmock.h>
 
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::object_set_test {
-
-using testing::HasSubstr;
 
 // Two components that share the edge between vertices 2 and 3: a square and an adjacent triangle.
 convert::ObjectSetTexts two_components()
@@ -42,14 +40,14 @@ TEST(ObjectSet, NumbersMayBeginAtZeroAndCountsMayBeLeftOut)
   EXPECT_EQ(components[0].mesh.vertices.row(2), Eigen::RowVector3d(0, 1, 0));
 }
 
-// A set with one changed text, and the expected message.
+// A set with one changed text, and the expected refusal.
 struct BadSet {
   convert::NamedText convert::ObjectSetTexts::*part;
   std::string from;
   std::string to;
   const char* line;
-  const char* found;
-  const char* wanted;
+  test::Values found = {};
+  test::Values wanted = {};
 };
 
 void expect_refused(const BadSet& row)
@@ -60,52 +58,48 @@ void expect_refused(const BadSet& row)
   const std::size_t at = part.text.find(row.from);
   ASSERT_NE(at, std::string::npos);
   part.text.replace(at, row.from.size(), row.to);
-  const InputError::Facts facts = test::input_error([&] { convert::parse_object_set(texts); });
-  EXPECT_EQ(facts.file, part.file);
-  EXPECT_EQ(facts.field, row.line);
-  EXPECT_THAT(facts.found, HasSubstr(row.found));
-  EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
+  EXPECT_THAT(test::input_error([&] { convert::parse_object_set(texts); }),
+              test::refuses({part.file, row.line, row.found, row.wanted}));
 }
 
 TEST(ObjectSetErrors, Coordinates)
 {
   const auto part = &convert::ObjectSetTexts::coordinates;
-  expect_refused({part, "5\n", "6\n", "line 2", "a count of 6", "5"});
-  expect_refused({part, "5\n", "1000000000000\n", "line 2", "1000000000000", "5, the number of rows"});
-  expect_refused({part, "5\n", "-5\n", "line 2", "-5", "5, the number of rows"});
-  expect_refused({part, "3, 1, 1, 0", "3, 1, 1", "line 5", "3 words", "three coordinates"});
-  expect_refused({part, "3, 1, 1, 0", "3, 1, 1, 0, 7", "line 5", "5 words", "three coordinates"});
-  expect_refused({part, "3, 1, 1, 0", "3, 1, one, 0", "line 5", "\"one\"", "a finite coordinate"});
-  expect_refused({part, "3, 1, 1, 0", "3, nan, 1, 0", "line 5", "\"nan\"", "a finite coordinate"});
-  expect_refused({part, "3, 1, 1, 0", "3, 1, 1e999, 0", "line 5", "\"1e999\"", "a finite coordinate"});
-  expect_refused({part, "3, 1, 1, 0", "3, -2e9, 1, 0", "line 5", "-2e+09", "at most 1e9"});
-  expect_refused({part, "3, 1, 1, 0\n", "", "line 5", "row 4", "row 3"});
-  expect_refused({part, "1, 0", "7, 0", "line 3", "row 7", "row 1 (or 0) first"});
+  expect_refused({part, "5\n", "6\n", "line 2", "6", "5"});
+  expect_refused({part, "5\n", "1000000000000\n", "line 2", "1000000000000", "5"});
+  expect_refused({part, "5\n", "-5\n", "line 2", "-5", "5"});
+  expect_refused({part, "3, 1, 1, 0", "3, 1, 1", "line 5", "3"});
+  expect_refused({part, "3, 1, 1, 0", "3, 1, 1, 0, 7", "line 5", "5"});
+  expect_refused({part, "3, 1, 1, 0", "3, 1, one, 0", "line 5", "\"one\""});
+  expect_refused({part, "3, 1, 1, 0", "3, nan, 1, 0", "line 5", "\"nan\""});
+  expect_refused({part, "3, 1, 1, 0", "3, 1, 1e999, 0", "line 5", "\"1e999\""});
+  expect_refused({part, "3, 1, 1, 0", "3, -2e9, 1, 0", "line 5", "-2e+09", "1e9"});
+  expect_refused({part, "3, 1, 1, 0\n", "", "line 5", "4", "3"});
+  expect_refused({part, "1, 0", "7, 0", "line 3", "7", {"1", "0"}});
 }
 
 TEST(ObjectSetErrors, Normals)
 {
   const auto part = &convert::ObjectSetTexts::normals;
-  expect_refused({part, "5 0 0 5\n", "", "line 4", "4 normals", "5, one for each vertex"});
-  expect_refused(
-      {part, "5 0 0 5\n", "5 0 0 5\n6 0 0 6\n", "line 6", "more normals", "5, one for each vertex"});
-  expect_refused({part, "1 0 0 1\n2", "0 0 0 1\n1", "line 1", "row 0", "row 1 first"});
-  expect_refused({part, "3 0 0 3", "3 0 0 x", "line 3", "\"x\"", "a finite coordinate"});
+  expect_refused({part, "5 0 0 5\n", "", "line 4", "4", "5"});
+  expect_refused({part, "5 0 0 5\n", "5 0 0 5\n6 0 0 6\n", "line 6", "", "5"});
+  expect_refused({part, "1 0 0 1\n2", "0 0 0 1\n1", "line 1", "0", "1"});
+  expect_refused({part, "3 0 0 3", "3 0 0 x", "line 3", "\"x\""});
 }
 
 TEST(ObjectSetErrors, Elements)
 {
   const auto part = &convert::ObjectSetTexts::elements;
-  expect_refused({part, "3\n", "4\n", "line 1", "a count of 4", "3, the number of rows"});
-  expect_refused({part, "Femur 2 5 3", "2 5 3", "line 3", "\"2\"", "the name of its component"});
-  expect_refused({part, "Femur 2 5 3", "../Femur 2 5 3", "line 3", "\"../Femur\"", "a letter first"});
-  expect_refused({part, "Femur 2 5 3", "Femur 2 6 3", "line 3", "vertex 6", "a vertex from 1 to 5"});
-  expect_refused({part, "Femur 2 5 3", "Femur 2 0 3", "line 3", "vertex 0", "a vertex from 1 to 5"});
-  expect_refused({part, "Femur 2 5 3", "Femur 2 -1 3", "line 3", "vertex -1", "a vertex from 1 to 5"});
-  expect_refused({part, "Femur 2 5 3", "Femur 2 5.5 3", "line 3", "\"5.5\"", "the number of a vertex"});
-  expect_refused({part, "Femur 2 5 3", "Femur 2 5", "line 3", "2 vertices", "from 3 to 1000"});
-  expect_refused({part, "Femur 2 5 3", "Femur", "line 3", "0 vertices", "from 3 to 1000"});
-  expect_refused({part, "Femur 2 5 3", "Femur 2 5 2", "line 3", "\"Femur\" of 2 vertices", "at least 3"});
+  expect_refused({part, "3\n", "4\n", "line 1", "4", "3"});
+  expect_refused({part, "Femur 2 5 3", "2 5 3", "line 3", "\"2\""});
+  expect_refused({part, "Femur 2 5 3", "../Femur 2 5 3", "line 3", "\"../Femur\""});
+  expect_refused({part, "Femur 2 5 3", "Femur 2 6 3", "line 3", "6", {"1", "5"}});
+  expect_refused({part, "Femur 2 5 3", "Femur 2 0 3", "line 3", "0", {"1", "5"}});
+  expect_refused({part, "Femur 2 5 3", "Femur 2 -1 3", "line 3", "-1", {"1", "5"}});
+  expect_refused({part, "Femur 2 5 3", "Femur 2 5.5 3", "line 3", "\"5.5\""});
+  expect_refused({part, "Femur 2 5 3", "Femur 2 5", "line 3", "2", {"3", "1000"}});
+  expect_refused({part, "Femur 2 5 3", "Femur", "line 3", "0", {"3", "1000"}});
+  expect_refused({part, "Femur 2 5 3", "Femur 2 5 2", "line 3", {"\"Femur\"", "2"}, "3"});
 }
 
 TEST(ObjectSetErrors, AMissingFileOfTheThreeIsNamed)
@@ -116,10 +110,8 @@ TEST(ObjectSetErrors, AMissingFileOfTheThreeIsNamed)
     for (const std::string extension : {".coor", ".norm", ".elem"}) scratch.write("k" + extension, "1\n");
     std::filesystem::remove(scratch.path() / ("k" + missing));
     const std::string prefix = (scratch.path() / "k").string();
-    const InputError::Facts facts = test::input_error([&] { convert::read_object_set(prefix); });
-    EXPECT_EQ(facts.file, prefix + missing);
-    EXPECT_THAT(facts.found, HasSubstr("no file"));
-    EXPECT_THAT(facts.wanted, HasSubstr("of an Object set"));
+    EXPECT_THAT(test::input_error([&] { convert::read_object_set(prefix); }),
+                test::refuses({prefix + missing, "", "no file"}));
   }
 }
 
@@ -129,17 +121,15 @@ TEST(ObjectSetErrors, EmptyFilesAndTooManyComponents)
                           &convert::ObjectSetTexts::elements}) {
     convert::ObjectSetTexts texts = two_components();
     (texts.*part).text = "# nothing\n";
-    const InputError::Facts facts = test::input_error([&] { convert::parse_object_set(texts); });
-    EXPECT_EQ(facts.file, (texts.*part).file);
-    EXPECT_EQ(facts.field, "line 1");
+    EXPECT_THAT(test::input_error([&] { convert::parse_object_set(texts); }),
+                test::refuses({(texts.*part).file, "line 1"}));
   }
   convert::ObjectSetTexts texts = two_components();
   texts.elements.text.clear();
   for (std::size_t c = 0; c <= convert::max_object_components; ++c)
     texts.elements.text += "part" + std::to_string(c) + " 1 2 3\n";
-  const InputError::Facts facts = test::input_error([&] { convert::parse_object_set(texts); });
-  EXPECT_EQ(facts.field, "line 1001");
-  EXPECT_THAT(facts.wanted, HasSubstr("at most 1000"));
+  EXPECT_THAT(test::input_error([&] { convert::parse_object_set(texts); }),
+              test::refuses({.field = "line 1001", .wanted = "1000"}));
 }
 
 }  // namespace vrda::object_set_test

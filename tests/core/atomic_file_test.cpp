@@ -12,6 +12,7 @@
 
 #include "core/error.hpp"
 #include "core/open_file.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::whole_file_test {
@@ -83,7 +84,7 @@ TEST(WholeFile, WithoutAWriteBitItIsRefusedForRootToo)
   const test::Scratch scratch;
   const fs::path file = scratch.write("a", "old");
   ASSERT_EQ(chmod(file.c_str(), 0444), 0);
-  EXPECT_THAT(refused(file, "new").found, HasSubstr("without write permission"));
+  EXPECT_THAT(refused(file, "new"), test::refuses({.found = "permission"}));
   EXPECT_EQ(test::read_bytes(file), "old");
   EXPECT_THAT(names_in(scratch.path()), UnorderedElementsAre("a"));
 }
@@ -109,7 +110,7 @@ TEST(WholeFile, ARingOfLinksIsRefused)
   const test::Scratch scratch;
   fs::create_symlink("b", scratch.path() / "a");
   fs::create_symlink("a", scratch.path() / "b");
-  EXPECT_THAT(refused(scratch.path() / "a", "new").found, HasSubstr("symbolic links"));
+  EXPECT_THAT(refused(scratch.path() / "a", "new"), test::refuses({.found = "symbolic links"}));
 }
 
 TEST(WholeFile, OnlyAFileOfTheSameKindIsReplaced)
@@ -125,7 +126,7 @@ TEST(WholeFile, OnlyAFileOfTheSameKindIsReplaced)
       if (old == made) {
         EXPECT_NO_THROW(write_atomically(file, {made}));
       } else {
-        EXPECT_THAT(refused(file, made).found, HasSubstr(std::string(file_type_of(old))));
+        EXPECT_THAT(refused(file, made), test::refuses({.found = std::string(file_type_of(old))}));
         EXPECT_EQ(test::read_bytes(file), old);
       }
     }
@@ -137,16 +138,16 @@ TEST(WholeFile, OnlyAFileOfTheSameKindIsReplaced)
 TEST(WholeFile, AFolderIsRefusedAndADeviceIsWritten)
 {
   const test::Scratch scratch;
-  EXPECT_THAT(refused(scratch.path(), "new").found, HasSubstr("folder"));
+  EXPECT_THAT(refused(scratch.path(), "new"), test::refuses({.found = "folder"}));
   EXPECT_NO_THROW(write_atomically("/dev/null", {"new"}));
   EXPECT_TRUE(S_ISCHR(facts_of("/dev/null").st_mode));
-  EXPECT_THAT(refused("/dev/full", "new").found, HasSubstr("No space left"));
+  EXPECT_THAT(refused("/dev/full", "new"), test::refuses({.found = "No space left"}));
 }
 
 TEST(WholeFile, TheReasonOfTheSystemIsInTheMessage)
 {
   const test::Scratch scratch;
-  EXPECT_THAT(refused(scratch.path() / "none" / "a", "new").found, HasSubstr("No such file"));
+  EXPECT_THAT(refused(scratch.path() / "none" / "a", "new"), test::refuses({.found = "No such file"}));
 }
 
 TEST(WholeFile, TemporariesOfDeadWritersGoAndThoseOfLivingOnesStay)

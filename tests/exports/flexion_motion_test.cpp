@@ -5,12 +5,11 @@
 
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 
 namespace vrda::flexion_motion_test {
 
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 constexpr double angle_rounding_rad = 1e-12;  // degrees to radians and back
 
@@ -104,11 +103,11 @@ TEST(FlexionMotion, ARuleThatCannotBeKeptIsRefused)
   EXPECT_EQ(exports::default_varus(model), exports::VarusRule::spine);
   exports::FlexionPlan plan;
   plan.varus = exports::VarusRule::zero;
-  EXPECT_THAT(refused(model, plan).wanted, HasSubstr("vrda reduce"));
+  EXPECT_THAT(refused(model, plan), test::refuses({.field = "--varus", .wanted = "vrda reduce"}));
   plan.varus = exports::VarusRule::given;
   plan.varus_deg = 4.5;
-  EXPECT_EQ(refused(model, plan).found, "4.5 degrees");
-  EXPECT_EQ(refused(model, plan).wanted, "-4 to 4");
+  EXPECT_THAT(refused(model, plan),
+              test::refuses({.field = "--varus", .found = "4.5", .wanted = {"-4", "4"}}));
   plan.varus_deg = 0.0;
   plan.set = "degree_7";
   EXPECT_EQ(refused(model, plan).field, "--set");
@@ -117,7 +116,7 @@ TEST(FlexionMotion, ARuleThatCannotBeKeptIsRefused)
   free.varus_deg = {0};
   free.free_varus_deg = [](double flexion_deg) { return 0.01 * flexion_deg; };
   plan.set = "raw";
-  EXPECT_THAT(refused(test::model_of(free), plan).wanted, HasSubstr("free"));
+  EXPECT_THAT(refused(test::model_of(free), plan), test::refuses({.field = "--varus", .wanted = "free"}));
 }
 
 TEST(FlexionMotion, AModelWithoutOnePoseIsRefused)
@@ -126,9 +125,7 @@ TEST(FlexionMotion, AModelWithoutOnePoseIsRefused)
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
     for (Eigen::Index j = 0; j < model.status.cols(); ++j) test::unsolve(model, i, j);
   }
-  const InputError::Facts facts = refused(model, {});
-  EXPECT_EQ(facts.file, "knee.h5");
-  EXPECT_EQ(facts.found, "no attitude with a pose");
+  EXPECT_THAT(refused(model, {}), test::refuses({"knee.h5", "raw", "attitude"}));
 }
 
 }  // namespace vrda::flexion_motion_test

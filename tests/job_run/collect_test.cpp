@@ -7,7 +7,7 @@
 #include "core/units.hpp"
 #include "journal/journal.hpp"
 #include "journal/record_bytes.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::collect_test {
@@ -163,9 +163,10 @@ TEST(CollectJournals, CountsDuplicatesAndRefusesTwoResults)
 
   records[3].pose.theta_rad += 1e-15;
   const std::string other = journal_with(scratch, "other.journal", {records[3]});
-  const InputError::Facts facts = test::input_error([&] { job_run::collect_steps({all, other}, key); });
-  EXPECT_EQ(facts.file, other);
-  EXPECT_THAT(facts.found, HasSubstr(all));
+  EXPECT_THAT(test::input_error([&] {
+                job_run::collect_steps({all, other}, key);
+              }),
+              test::refuses({other, "spine step at flexion 0, varus 2 of the grid", all}));
 }
 
 TEST(CollectJournals, RefusesAnotherJobAndReportsADamagedEnd)
@@ -173,9 +174,8 @@ TEST(CollectJournals, RefusesAnotherJobAndReportsADamagedEnd)
   const test::Scratch scratch;
   const std::vector<StepRecord> records = steps_of(plan_of(sweep::SpineRule::walk_to_balance), std::nullopt);
   const std::string foreign = journal_with(scratch, "foreign.journal", records, std::string(64, 'b'));
-  const InputError::Facts facts = test::input_error([&] { job_run::collect_steps({foreign}, key); });
-  EXPECT_EQ(facts.file, foreign);
-  EXPECT_THAT(facts.wanted, HasSubstr("leave it out"));
+  EXPECT_THAT(test::input_error([&] { job_run::collect_steps({foreign}, key); }),
+              test::refuses({foreign, "key", "", "leave"}));
 
   const std::string whole = journal_with(scratch, "whole.journal", records);
   const std::string bytes = test::read_bytes(whole);

@@ -17,7 +17,7 @@
 
 #include "core/error.hpp"
 #include "journal/record_bytes.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::journal_test {
@@ -242,12 +242,8 @@ TEST(Journal, AnotherJobsJournalNamesFileAndBothKeys)
   const journal::JournalContent content = journal::read_journal(path);
   EXPECT_NO_THROW(journal::require_key(content.key, path, key));
   const InputError::Facts facts = input_error([&] { journal::require_key(content.key, path, other_key); });
-  EXPECT_EQ(facts.file, path);
-  EXPECT_EQ(facts.field, "key");
-  EXPECT_NE(facts.found.find(key), std::string::npos);
-  EXPECT_NE(facts.wanted.find(other_key), std::string::npos);
-  EXPECT_NE(facts.wanted.find("--fresh"), std::string::npos);
-  EXPECT_NE(facts.wanted.find("vrda resume"), std::string::npos);  // which has no --fresh
+  // vrda resume has no --fresh
+  EXPECT_THAT(facts, test::refuses({path, "key", key, {other_key, "--fresh", "vrda resume"}}));
 }
 
 TEST(Journal, AnotherFileIsRefused)
@@ -256,11 +252,8 @@ TEST(Journal, AnotherFileIsRefused)
   for (const std::string& bytes :
        {std::string(), std::string("title = \"a job\"\n"), std::string(200, '\0')}) {
     const std::string file = scratch.write("job.toml", bytes);
-    const InputError::Facts facts = input_error([&] { journal::read_journal(file); });
-    EXPECT_EQ(facts.file, file);
-    EXPECT_EQ(facts.field, "header");
-    EXPECT_NE(facts.found.find("not a journal"), std::string::npos);
-    EXPECT_NE(facts.wanted.find("journal"), std::string::npos);
+    EXPECT_THAT(input_error([&] { journal::read_journal(file); }),
+                test::refuses({file, "header", "", "journal"}));
   }
 }
 
@@ -270,10 +263,8 @@ TEST(Journal, AnotherFormatVersionIsNamed)
   const test::Scratch scratch;
   const std::string header("VRDAJRNL\x02\x00\x00\x00\x01\x00\x00\x00k", 17);
   const std::string file = scratch.write("a.journal", header + std::string("\x9d\x00\xd8\x69", 4));
-  const InputError::Facts facts = input_error([&] { journal::read_journal(file); });
-  EXPECT_EQ(facts.field, "format version");
-  EXPECT_EQ(facts.found, "2");
-  EXPECT_NE(facts.wanted.find('1'), std::string::npos);
+  EXPECT_THAT(input_error([&] { journal::read_journal(file); }),
+              test::refuses({.field = "format version", .found = "2", .wanted = "1"}));
 }
 
 TEST(Journal, AMissingOrUnwritableFileIsNamed)
@@ -281,10 +272,8 @@ TEST(Journal, AMissingOrUnwritableFileIsNamed)
   const test::Scratch scratch;
   const std::string nowhere = scratch.path() / "no" / "such" / "a.journal";
   EXPECT_EQ(input_error([&] { journal::read_journal(nowhere); }).file, nowhere);
-  const InputError::Facts facts = input_error([&] { journal::JournalWriter::create(nowhere, key); });
-  EXPECT_EQ(facts.file, nowhere);
-  EXPECT_NE(facts.found.find("cannot be created"), std::string::npos);
-  EXPECT_NE(facts.wanted.find("written"), std::string::npos);
+  EXPECT_THAT(input_error([&] { journal::JournalWriter::create(nowhere, key); }),
+              test::refuses({nowhere, "", "", "written"}));
   EXPECT_EQ(input_error([&] { journal::JournalWriter::open(nowhere, key); }).file, nowhere);
   const std::string folder = scratch.path();
   EXPECT_EQ(input_error([&] { journal::JournalWriter::create(folder, key); }).file, folder);
@@ -355,9 +344,7 @@ void expect_put_back(const std::function<void(const std::filesystem::path& folde
   EXPECT_TRUE(writer.is_in_place());
   lose(folder);
   EXPECT_FALSE(writer.is_in_place());
-  const InputError::Facts facts = input_error([&] { writer.append(record(2, 2)); });
-  EXPECT_EQ(facts.file, path);
-  EXPECT_NE(facts.found.find("deleted or moved"), std::string::npos);
+  EXPECT_THAT(input_error([&] { writer.append(record(2, 2)); }), test::refuses({path, "", "deleted"}));
   EXPECT_EQ(input_error([&] { writer.flush(); }).file, path);
   writer.restore();
   expect_records(journal::read_journal(path), 3);
@@ -381,9 +368,7 @@ TEST(Journal, RestoreDoesNotReplaceAnotherFile)
   std::filesystem::remove(path);
   scratch.write("a.journal", "another run's");
   EXPECT_FALSE(writer.is_in_place());
-  const InputError::Facts facts = input_error([&] { writer.restore(); });
-  EXPECT_EQ(facts.file, path);
-  EXPECT_NE(facts.found.find("another file"), std::string::npos);
+  EXPECT_THAT(input_error([&] { writer.restore(); }), test::refuses({path, "", "another file"}));
   EXPECT_EQ(test::read_bytes(path), "another run's");
 }
 
@@ -397,9 +382,7 @@ TEST(Journal, ASecondWriterIsRefused)
       if (fresh) journal::JournalWriter::create(path, key);
       journal::JournalWriter::open(path, key);
     });
-    EXPECT_EQ(facts.file, path);
-    EXPECT_NE(facts.found.find("another run (process " + std::to_string(getpid()) + ")"), std::string::npos);
-    EXPECT_NE(facts.wanted.find("no other run"), std::string::npos);
+    EXPECT_THAT(facts, test::refuses({path, "", std::to_string(getpid())}));
   }
   writer.append(record(0, 0));
   writer.flush();

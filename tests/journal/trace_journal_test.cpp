@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <unistd.h>
 #include <cmath>
+
 #include <filesystem>
 
 #include "journal/journal.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::trace_journal_test {
@@ -125,10 +127,9 @@ TEST(TraceJournal, ASecondWriterIsRefused)
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.trace.journal";
   const journal::FrameWriter writer = journal::create_trace_journal(path, key);
-  EXPECT_NE(test::input_error([&] {
-              journal::resume_trace_journal(path, journal::read_trace_journal(path).summary);
-            }).found.find("another run"),
-            std::string::npos);
+  EXPECT_THAT(test::input_error(
+                  [&] { journal::resume_trace_journal(path, journal::read_trace_journal(path).summary); }),
+              test::refuses({.found = std::to_string(getpid())}));
 }
 
 }  // namespace vrda::trace_journal_test

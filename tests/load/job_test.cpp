@@ -7,10 +7,12 @@
 
 #include "load/mesh_text.hpp"
 #include "support/real_knees.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::job_test {
 
+using test::refuses;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -22,7 +24,7 @@ load::Job job_of(const std::string& text, const std::vector<std::string>& overri
 
 InputError::Facts facts_of_job(const std::string& text, const std::vector<std::string>& overrides = {})
 {
-  return test::facts_of([&] { job_of(text, overrides); });
+  return test::input_error([&] { job_of(text, overrides); });
 }
 
 TEST(Job, DefaultsAreThoseOfTheSpecification)
@@ -238,9 +240,8 @@ TEST(JobErrors, ThePlayersPart)
   EXPECT_EQ(facts_of_player("zoom = 0").field, "player.zoom");
   EXPECT_EQ(facts_of_player("render = \"solid\"").field, "player.render");
   EXPECT_EQ(facts_of_player("[[player.view]]\nshift_mm = [0, 0, 0]").field, "player.view.0.number");
-  const InputError::Facts twice = facts_of_player("[[player.view]]\nnumber = 1\n[[player.view]]\nnumber = 1");
-  EXPECT_EQ(twice.field, "player.view.1.number");
-  EXPECT_THAT(twice.found, HasSubstr("1 a second time"));
+  EXPECT_THAT(facts_of_player("[[player.view]]\nnumber = 1\n[[player.view]]\nnumber = 1"),
+              refuses({.field = "player.view.1.number", .found = "1"}));
 }
 
 TEST(Job, EqualJobsGiveEqualText)
@@ -282,57 +283,51 @@ generate = { shape = "knee", part = "tibia", side = "right" }
 
 struct BadJob {
   const char* text;  // replaces or follows the small job's tables
-  const char* field;
-  const char* found;
-  const char* wanted;
+  std::string field;
+  std::string found = {};
+  std::string wanted = {};
 };
 
 void expect_refused(const BadJob& row)
 {
   SCOPED_TRACE(row.text);
   const InputError::Facts facts = facts_of_job(test::small_job("", row.text));
-  EXPECT_THAT(facts.file, HasSubstr("knee.toml"));
-  EXPECT_EQ(facts.field, row.field);
-  EXPECT_THAT(facts.found, HasSubstr(row.found));
-  EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
+  EXPECT_THAT(facts, refuses({"knee.toml", row.field, row.found, row.wanted}));
 }
 
 TEST(JobErrors, UnknownKeysNameTheNearestKnownOne)
 {
-  expect_refused({"[grid]\nvraus = \"free\"", "grid.vraus", "unknown key", "\"grid.varus\""});
-  expect_refused({"[sovler]\nmethod = \"equilibrium\"", "sovler", "unknown key", "\"solver\""});
-  expect_refused(
-      {"[solver]\nmax_steps = 5", "solver.max_steps", "unknown key", "\"solver.search.max_steps\""});
-  expect_refused({"[[moving.component]]\nname = \"x\"\nfiles = \"x.stl\"", "moving.component.1.files",
-                  "unknown key", "\"moving.component.file\""});
-  expect_refused(
-      {"[grid]\nflexion = { form = 1 }", "grid.flexion.form", "unknown key", "\"grid.flexion.from\""});
+  expect_refused({"[grid]\nvraus = \"free\"", "grid.vraus", "", "\"grid.varus\""});
+  expect_refused({"[sovler]\nmethod = \"equilibrium\"", "sovler", "", "\"solver\""});
+  expect_refused({"[solver]\nmax_steps = 5", "solver.max_steps", "", "\"solver.search.max_steps\""});
+  expect_refused({"[[moving.component]]\nname = \"x\"\nfiles = \"x.stl\"", "moving.component.1.files", "",
+                  "\"moving.component.file\""});
+  expect_refused({"[grid]\nflexion = { form = 1 }", "grid.flexion.form", "", "\"grid.flexion.from\""});
 }
 
 TEST(JobErrors, RangesAndSteps)
 {
-  expect_refused({"[grid]\nflexion = { step = 0 }", "grid.flexion.step", "0", "a step that is not zero"});
-  expect_refused({"[grid]\nvarus = { step = 0.0 }", "grid.varus.step", "0", "a step that is not zero"});
-  expect_refused({"[grid]\nflexion = { from = 90, to = 0 }", "grid.flexion", "from 90 to 0 by 1", "sign"});
-  expect_refused({"[grid]\nvarus = { step = -1 }", "grid.varus", "from -10 to 10 by -1", "sign"});
+  expect_refused({"[grid]\nflexion = { step = 0 }", "grid.flexion.step", "0"});
+  expect_refused({"[grid]\nvarus = { step = 0.0 }", "grid.varus.step", "0"});
+  expect_refused({"[grid]\nflexion = { from = 90, to = 0 }", "grid.flexion", "90"});
+  expect_refused({"[grid]\nvarus = { step = -1 }", "grid.varus", "-10"});
   expect_refused({"[grid]\nflexion = { step = 1e-7 }", "grid.flexion.step", "1e-07", "1000000"});
-  expect_refused({"[grid]\nflexion = { step = 0.01 }\nvarus = { step = 0.01 }", "grid", "18011001 attitudes",
-                  "1000000"});
+  expect_refused(
+      {"[grid]\nflexion = { step = 0.01 }\nvarus = { step = 0.01 }", "grid", "18011001", "1000000"});
   expect_refused({"[grid]\nvarus = 3", "grid.varus", "3", "\"free\""});
-  expect_refused({"[grid]\nflexion = []", "grid.flexion", "[]", "{ from, to, step }"});
+  expect_refused({"[grid]\nflexion = []", "grid.flexion", "[]"});
 }
 
 TEST(JobErrors, TypesAndWords)
 {
-  expect_refused({"[solver]\nmethod = \"magic\"", "solver.method", "\"magic\"",
-                  "\"equilibrium\" or \"stability-search\""});
+  expect_refused({"[solver]\nmethod = \"magic\"", "solver.method", "\"magic\"", "\"equilibrium\""});
   expect_refused({"[solver.search]\ntranslation_resolution_mm = 2", "solver.search.translation_resolution_mm",
-                  "2", "at most translation_step_mm, 1"});
-  expect_refused({"[solver.search]\nrotation_resolution_deg = 3", "solver.search.rotation_resolution_deg",
-                  "3", "at most rotation_step_deg, 1"});
-  expect_refused({"[frame]\norigin = [1, 2]", "frame.origin", "[1, 2]", "three numbers"});
-  expect_refused({"[frame]\norigin = [1, 2, \"3\"]", "frame.origin.2", "\"3\"", "a number"});
-  expect_refused({"[smooth]\ndegrees = [6, 6]", "smooth.degrees", "[6, 6]", "different degrees"});
+                  "2", "1"});
+  expect_refused(
+      {"[solver.search]\nrotation_resolution_deg = 3", "solver.search.rotation_resolution_deg", "3", "1"});
+  expect_refused({"[frame]\norigin = [1, 2]", "frame.origin", "[1, 2]"});
+  expect_refused({"[frame]\norigin = [1, 2, \"3\"]", "frame.origin.2", "\"3\""});
+  expect_refused({"[smooth]\ndegrees = [6, 6]", "smooth.degrees", "[6, 6]"});
   expect_refused({"[compartments]\nmedial = { half_space = \"left\" }", "compartments.lateral", "nothing",
                   "half_space"});
   expect_refused({"[compartments]\nmedial = {}\nlateral = {}", "compartments.lateral", "{}", "half_space"});
@@ -340,54 +335,48 @@ TEST(JobErrors, TypesAndWords)
 
 TEST(JobErrors, PushAndLigaments)
 {
-  expect_refused({"[push]\ndelta = [0, 0, 0]", "push.delta", "[0, 0, 0]", "not all zero"});
-  expect_refused({"[push]\ndelta = \"up\"", "push.delta", "\"up\"", "a direction"});
-  expect_refused({"[push]\nforce_n = 0", "push.force_n", "0", "a force above 0 N"});
-  expect_refused({"[push]\nforce_n = { flexion_deg = [0, 0], value = [1, 2] }", "push.force_n.flexion_deg",
-                  "[0, 0]", "increasing"});
+  expect_refused({"[push]\ndelta = [0, 0, 0]", "push.delta", "[0, 0, 0]"});
+  expect_refused({"[push]\ndelta = \"up\"", "push.delta", "\"up\""});
+  expect_refused({"[push]\nforce_n = 0", "push.force_n", "0", "0"});
   expect_refused(
-      {"[push]\nforce_n = { flexion_deg = [0, 9], value = [1] }", "push.force_n.value", "1 values", "2"});
-  expect_refused({"[push]\nmoment_nmm = { flexion_deg = [0] }", "push.moment_nmm.value", "nothing",
-                  "one number for each"});
-  expect_refused({"[ligaments]\nwraps = \"w.json\"", "ligaments", "neither", "fibres = "});
+      {"[push]\nforce_n = { flexion_deg = [0, 0], value = [1, 2] }", "push.force_n.flexion_deg", "[0, 0]"});
+  expect_refused({"[push]\nforce_n = { flexion_deg = [0, 9], value = [1] }", "push.force_n.value", "1", "2"});
+  expect_refused({"[push]\nmoment_nmm = { flexion_deg = [0] }", "push.moment_nmm.value", "nothing"});
+  expect_refused({"[ligaments]\nwraps = \"w.json\"", "ligaments", "neither"});
   expect_refused(
       {"[ligaments]\nfibres = \"f.csv\"\n[[ligaments.fibre]]\nname = \"x\"\nreference_mm = "
        "[0,0,0]\nmoving_mm = [0,0,0]\nstiffness_n = 1\nslack_length_mm = 1",
-       "ligaments", "both", "one of"});
-  expect_refused({"[ligaments]\n[[ligaments.fibre]]\nname = \"x\"", "ligaments.fibre.0.reference_mm",
-                  "nothing", "three numbers"});
+       "ligaments", "both"});
+  expect_refused(
+      {"[ligaments]\n[[ligaments.fibre]]\nname = \"x\"", "ligaments.fibre.0.reference_mm", "nothing"});
 }
 
 TEST(JobErrors, Components)
 {
-  expect_refused(
-      {"[[moving.component]]\nname = \"x\"", "moving.component.1", "neither file nor generate", "one of"});
+  expect_refused({"[[moving.component]]\nname = \"x\"", "moving.component.1", "neither"});
   expect_refused(
       {"[[moving.component]]\nname = \"x\"\nfile = \"x.stl\"\ngenerate = { shape = \"knee\", part = "
        "\"femur\" }",
-       "moving.component.1", "both file and generate", "one of"});
-  expect_refused({"[[moving.component]]\nname = \"lower\"\nfile = \"x.stl\"", "moving.component.1.name",
-                  "\"lower\" a second time", "unique"});
-  expect_refused({"[[moving.component]]\nfile = \"x.stl\"", "moving.component.1.name", "nothing", "a name"});
+       "moving.component.1", "both"});
+  expect_refused(
+      {"[[moving.component]]\nname = \"lower\"\nfile = \"x.stl\"", "moving.component.1.name", "\"lower\""});
+  expect_refused({"[[moving.component]]\nfile = \"x.stl\"", "moving.component.1.name", "nothing"});
   expect_refused({"[[moving.component]]\nname = \"x\"\ngenerate = { shape = \"knee\" }",
-                  "moving.component.1.generate.part", "nothing", "part"});
+                  "moving.component.1.generate.part", "nothing"});
   expect_refused(
       {"[[moving.component]]\nname = \"x\"\ngenerate = { shape = \"knee\", part = \"femur\", resolution = "
        "[1] }",
-       "moving.component.1.generate.resolution", "[1]", "a number or a word"});
-  const InputError::Facts missing = facts_of_job("[[reference.component]]\nname = \"a\"\nfile = \"a.stl\"\n");
-  EXPECT_EQ(missing.field, "moving");
-  EXPECT_EQ(missing.found, "nothing");
-  const InputError::Facts drawn = facts_of_job(test::small_job(), {"moving.component.0.contact=false"});
-  EXPECT_EQ(drawn.field, "moving.component");
-  EXPECT_THAT(drawn.wanted, HasSubstr("contact = true"));
+       "moving.component.1.generate.resolution", "[1]"});
+  EXPECT_THAT(facts_of_job("[[reference.component]]\nname = \"a\"\nfile = \"a.stl\"\n"),
+              refuses({.field = "moving", .found = "nothing"}));
+  EXPECT_THAT(facts_of_job(test::small_job(), {"moving.component.0.contact=false"}),
+              refuses({.field = "moving.component", .wanted = "contact = true"}));
 }
 
 TEST(JobErrors, AnOverrideIsBlamedForWhatItGives)
 {
-  const InputError::Facts facts = facts_of_job(test::small_job(), {"grid.flexion.step=0"});
-  EXPECT_EQ(facts.file, "--set");
-  EXPECT_EQ(facts.field, "grid.flexion.step");
+  EXPECT_THAT(facts_of_job(test::small_job(), {"grid.flexion.step=0"}),
+              refuses({"--set", "grid.flexion.step"}));
 }
 
 TEST(JobErrors, TheMessageReadsAsOneSentence)
@@ -404,9 +393,9 @@ TEST(JobErrors, MissingFilesAndFolders)
 {
   const test::Scratch scratch;
   const std::string missing = (scratch.path() / "none.toml").string();
-  EXPECT_THAT(test::facts_of([&] { load::read_job(missing); }).found, HasSubstr("no file"));
-  EXPECT_THAT(test::facts_of([&] { load::read_job(scratch.path().string()); }).found,
-              HasSubstr("the folder"));
+  EXPECT_THAT(test::input_error([&] { load::read_job(missing); }), refuses({missing, "", "no file"}));
+  const std::string folder = scratch.path().string();
+  EXPECT_THAT(test::input_error([&] { load::read_job(folder); }), refuses({folder, "", "folder"}));
 }
 
 TEST(Jobs, EveryJobOfTheRepositoryIsValid)

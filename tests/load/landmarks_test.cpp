@@ -5,10 +5,9 @@
 #include <cmath>
 
 #include "load/mesh_text.hpp"
+#include "support/refusal.hpp"
 
 namespace vrda::landmarks_test {
-
-using testing::HasSubstr;
 
 const std::string header = "name,ax,ay,az,bx,by,bz,subject_mm\n";
 
@@ -17,15 +16,11 @@ std::vector<load::LandmarkPair> read(const std::string& rows)
   return load::read_landmarks("marks.csv", header + rows);
 }
 
-void expect_refused(const std::string& text, const std::string& field, const std::string& found,
-                    const std::string& wanted)
+void expect_refused(const std::string& text, const std::string& field, const std::string& found = "",
+                    const std::string& wanted = "")
 {
-  const InputError::Facts facts = test::facts_of([&] { load::read_landmarks("marks.csv", text); });
-  EXPECT_EQ(facts.file, "marks.csv");
-  const std::string line = facts.line > 0 ? "line " + std::to_string(facts.line) : "";
-  EXPECT_EQ(line + (line.empty() || facts.field.empty() ? "" : ", ") + facts.field, field);
-  EXPECT_THAT(facts.found, HasSubstr(found));
-  EXPECT_THAT(facts.wanted, HasSubstr(wanted));
+  const InputError::Facts facts = test::input_error([&] { load::read_landmarks("marks.csv", text); });
+  EXPECT_THAT(facts, test::refuses({"marks.csv", field, found, wanted}));
 }
 
 TEST(Landmarks, ColumnsComeInAnyOrder)
@@ -44,24 +39,23 @@ TEST(Landmarks, ColumnsComeInAnyOrder)
 
 TEST(Landmarks, WhatIsNoTableIsRefusedByLineAndColumn)
 {
-  expect_refused("", "", "no line", "column names");
-  expect_refused(header, "line 1", "no pair", "at least one");
-  expect_refused("name,ax,ay,az,bx,by,bz\n", "line 1, subject_mm", "nothing", "distance");
-  expect_refused("name,ax,ay,az,bx,by,bz,subject_mm,ax\n", "line 1, ax", "a second", "once");
-  expect_refused("name,ax,ay,az,bx,by,bz,subject_m\n", "line 1, subject_m", "unknown key", "\"subject_mm\"");
-  expect_refused(header + "a,0,0,0,1,0,0\n", "line 2", "7 fields", "8");
-  expect_refused(header + "a,0,0,0,1,0,x,5\n", "line 2, bz", "\"x\"", "a number");
-  expect_refused(header + "a,0,0,0,1,0,,5\n", "line 2, bz", "nothing", "a number");
-  expect_refused(header + "a,0,0,nan,1,0,0,5\n", "line 2, az", "\"nan\"", "a number");
-  expect_refused(header + "a,0,0,1e200,1,0,0,5\n", "line 2, az", "1e+200", "a number");
-  expect_refused(header + ",0,0,0,1,0,0,5\n", "line 2, name", "nothing", "name");
-  expect_refused(header + "a,1,2,3,1,2,3,5\n", "line 2", "coincident", "two landmarks");
-  expect_refused(header + "a,1,2,3,1,2,3.0000000001,5\n", "line 2", "coincident", "two landmarks");
-  expect_refused(header + "a,0,0,0,1,0,0,1e-300\n", "line 2, subject_mm", "1e-300", "above 0");
-  expect_refused(header + "a,0,0,0,1,0,0,0\n", "line 2, subject_mm", "0", "above 0");
-  expect_refused(header + "a,0,0,0,1,0,0,-5\n", "line 2, subject_mm", "-5", "above 0");
-  expect_refused(header + "a,0,0,0,1,0,0,5\na,0,0,0,2,0,0,5\n", "line 3, name", "\"a\" a second time",
-                 "unique");
+  expect_refused("", "", "no line");
+  expect_refused(header, "line 1");
+  expect_refused("name,ax,ay,az,bx,by,bz\n", "line 1, subject_mm", "nothing");
+  expect_refused("name,ax,ay,az,bx,by,bz,subject_mm,ax\n", "line 1, ax");
+  expect_refused("name,ax,ay,az,bx,by,bz,subject_m\n", "line 1, subject_m", "", "\"subject_mm\"");
+  expect_refused(header + "a,0,0,0,1,0,0\n", "line 2", "7", "8");
+  expect_refused(header + "a,0,0,0,1,0,x,5\n", "line 2, bz", "\"x\"");
+  expect_refused(header + "a,0,0,0,1,0,,5\n", "line 2, bz", "nothing");
+  expect_refused(header + "a,0,0,nan,1,0,0,5\n", "line 2, az", "\"nan\"");
+  expect_refused(header + "a,0,0,1e200,1,0,0,5\n", "line 2, az", "1e+200");
+  expect_refused(header + ",0,0,0,1,0,0,5\n", "line 2, name", "nothing");
+  expect_refused(header + "a,1,2,3,1,2,3,5\n", "line 2", "coincident");
+  expect_refused(header + "a,1,2,3,1,2,3.0000000001,5\n", "line 2", "coincident");
+  expect_refused(header + "a,0,0,0,1,0,0,1e-300\n", "line 2, subject_mm", "1e-300", "0");
+  expect_refused(header + "a,0,0,0,1,0,0,0\n", "line 2, subject_mm", "0", "0");
+  expect_refused(header + "a,0,0,0,1,0,0,-5\n", "line 2, subject_mm", "-5", "0");
+  expect_refused(header + "a,0,0,0,1,0,0,5\na,0,0,0,2,0,0,5\n", "line 3, name", "\"a\"");
 }
 
 // Rounding of sums of a few products.

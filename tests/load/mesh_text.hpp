@@ -1,11 +1,8 @@
-/// Mesh files as bytes, small jobs as text, and the facts of an InputError.
+/// Mesh files as bytes and small jobs as text.
 #pragma once
-
-#include <gtest/gtest.h>
 
 #include <string>
 
-#include "core/error.hpp"
 #include "core/mesh.hpp"
 
 namespace vrda::test {
@@ -21,18 +18,5 @@ std::string vertices_faces(const Mesh& mesh, int first_index);
 /// A job with the meshes "reference.stl" and "moving.stl"; `head` is before the tables of the objects, `tail`
 /// after them.
 std::string small_job(const std::string& head = "", const std::string& tail = "");
-
-/// The facts of the InputError thrown by `act`; a test failure if none exists.
-template <class Act>
-InputError::Facts facts_of(Act act)
-{
-  try {
-    act();
-  } catch (const InputError& error) {
-    return error.facts();
-  }
-  ADD_FAILURE() << "no InputError";
-  return {};
-}
 
 }  // namespace vrda::test

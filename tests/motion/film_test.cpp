@@ -6,12 +6,10 @@
 #include "core/units.hpp"
 #include "motion/poses.hpp"
 #include "motion/support/models.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/traces.hpp"
 
 namespace vrda::film_test {
-
-using testing::HasSubstr;
 
 /// Flexion 0 to 20, varus -1 to 1, spine at 0; all poses differ. The cell at 10, 1 is not solved.
 store::MotionModel small_model(const std::string& side = "right")
@@ -88,8 +86,8 @@ TEST(Film, ASearchWithoutMovesIsItsSeed)
   const store::Trace trace = test::trace_beside(small_model());
   EXPECT_EQ(motion::film_of(trace, "t", options).frames.size(), 1U);
   options.contact_only = true;
-  EXPECT_THAT(test::input_error([&] { motion::film_of(trace, "t", options); }).found,
-              HasSubstr("no move in contact"));
+  EXPECT_THAT(test::input_error([&] { motion::film_of(trace, "t", options); }),
+              test::refuses({.field = "/moves/in_contact", .found = "contact"}));
 }
 
 TEST(Film, WhatIsNotThereIsNamed)
@@ -97,9 +95,8 @@ TEST(Film, WhatIsNotThereIsNamed)
   const store::Trace trace = test::trace_beside(small_model());
   motion::FilmOptions options;
   options.cell.flexion_deg = 12.0;
-  const InputError::Facts facts = test::input_error([&] { motion::film_of(trace, "t", options); });
-  EXPECT_EQ(facts.file, "t");
-  EXPECT_THAT(facts.wanted, HasSubstr("flexion 10"));
+  EXPECT_THAT(test::input_error([&] { motion::film_of(trace, "t", options); }),
+              test::refuses({"t", "attitude", "", "10"}));
 }
 
 TEST(Film, ItsLastPoseIsTheModelsOnBothSides)

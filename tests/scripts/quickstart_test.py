@@ -78,7 +78,7 @@ class Quickstart(unittest.TestCase):
     def test_arguments_are_refused(self):
         done = self.machine().run("quickstart", "--fast")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("found argument '--fast', wanted none", done.stderr)
+        self.assertIn("'--fast'", done.stderr)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 #include "store/evaluate_smoothed.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 
 namespace vrda::smooth_test {
 
@@ -216,11 +216,8 @@ TEST(Smooth, FiveColumnsCannotCarryDegreeFive)
   smooth::SmoothInput input = blank(axis(91, 0, 1), axis(5, -2, 1));
   EXPECT_NO_THROW(smooth::smooth(input, 4));
   EXPECT_EQ(smooth::largest_degree(input), 4);
-  const InputError::Facts facts = input_error([&] { smooth::smooth(input, 5); });
-  EXPECT_EQ(facts.file, "knee.h5");
-  EXPECT_EQ(facts.field, "smooth.degrees");
-  EXPECT_EQ(facts.found, "455 solved cells in 91 values of flexion and 5 of varus");
-  EXPECT_EQ(facts.wanted, "enough for the 21 terms of degree 5; these allow degree 4");
+  EXPECT_THAT(input_error([&] { smooth::smooth(input, 5); }),
+              test::refuses({"knee.h5", "smooth.degrees", {"455", "91", "5"}, {"21", "5", "4"}}));
 }
 
 TEST(Smooth, TooFewCellsAreCounted)
@@ -228,13 +225,12 @@ TEST(Smooth, TooFewCellsAreCounted)
   smooth::SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
   input.status.setConstant(static_cast<std::int8_t>(StepStatus::no_contact));
   EXPECT_EQ(smooth::largest_degree(input), -1);
-  EXPECT_EQ(input_error([&] { smooth::smooth(input, 2); }).wanted,
-            "enough for the 6 terms of degree 2; these allow no degree");
+  EXPECT_THAT(input_error([&] { smooth::smooth(input, 2); }),
+              test::refuses({.field = "smooth.degrees", .wanted = {"6", "2"}}));
   input.status(0, 0) = input.status(0, 5) = input.status(5, 0) = input.status(5, 5) = 0;
   EXPECT_EQ(smooth::largest_degree(input), 1);
-  const InputError::Facts facts = input_error([&] { smooth::smooth(input, 2); });
-  EXPECT_EQ(facts.found, "4 solved cells in 2 values of flexion and 2 of varus");
-  EXPECT_EQ(facts.wanted, "enough for the 6 terms of degree 2; these allow degree 1");
+  EXPECT_THAT(input_error([&] { smooth::smooth(input, 2); }),
+              test::refuses({.field = "smooth.degrees", .found = {"4", "2"}, .wanted = {"6", "2", "1"}}));
 }
 
 TEST(Smooth, ThetaIsFittedToAllCellsWhereTooFewDetermineIt)
@@ -256,9 +252,9 @@ TEST(Smooth, ADegreeOutOfRangeIsRefused)
 {
   const smooth::SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
   for (const int degree : {-1, 21}) {
-    const InputError::Facts facts = input_error([&] { smooth::smooth(input, degree); });
-    EXPECT_EQ(facts.found, std::to_string(degree));
-    EXPECT_EQ(facts.wanted, "a degree from 0 to 20");
+    EXPECT_THAT(
+        input_error([&] { smooth::smooth(input, degree); }),
+        test::refuses({.field = "smooth.degrees", .found = std::to_string(degree), .wanted = {"0", "20"}}));
   }
 }
 

@@ -8,11 +8,10 @@
 #include "core/error.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/seal.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::test {
-
-using ::testing::HasSubstr;
 
 void change(const std::string& path, const std::function<void(hid_t)>& action)
 {
@@ -73,13 +72,8 @@ std::vector<store::Finding> findings_after(const store::MotionModel& model,
   change(path, action);
   std::vector<store::Finding> findings = store::validate_hdf5(path);
   EXPECT_FALSE(findings.empty());
-  try {
-    store::read_motion_model(path);
-    ADD_FAILURE() << "no InputError";
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.facts().file, path);
-    EXPECT_EQ(error.facts().field, findings.empty() ? "" : findings[0].where);
-  }
+  EXPECT_THAT(input_error([&] { store::read_motion_model(path); }),
+              refuses({path, findings.empty() ? "" : findings[0].where}));
   return findings;
 }
 
@@ -87,9 +81,8 @@ void expect_first(const std::vector<store::Finding>& findings, const char* where
                   const char* wanted)
 {
   ASSERT_FALSE(findings.empty());
-  EXPECT_EQ(findings[0].where, where);
-  EXPECT_THAT(findings[0].found, HasSubstr(found));
-  EXPECT_THAT(findings[0].wanted, HasSubstr(wanted));
+  const InputError::Facts first{"", findings[0].where, findings[0].found, findings[0].wanted};
+  EXPECT_THAT(first, refuses({"", where, found, wanted}));
 }
 
 void expect_finding(store::MotionModel model, const Damage& damage)
@@ -102,13 +95,7 @@ void expect_finding(store::MotionModel model, const Damage& damage)
   const std::vector<store::Finding> findings = store::validate_hdf5(path);
   ASSERT_EQ(findings.size(), 1u);
   expect_first(findings, damage.where, damage.found, damage.wanted);
-  try {
-    store::read_motion_model(path);
-    ADD_FAILURE() << "no InputError";
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.facts().file, path);
-    EXPECT_EQ(error.facts().field, damage.where);
-  }
+  EXPECT_THAT(input_error([&] { store::read_motion_model(path); }), refuses({path, damage.where}));
 }
 
 }  // namespace vrda::test

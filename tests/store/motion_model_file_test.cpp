@@ -12,7 +12,7 @@
 #include "store/equal_models.hpp"
 #include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::motion_model_file_test {
@@ -188,16 +188,14 @@ TEST(MotionModelFile, WhatIsNoMotionModelIsRefused)
   const test::Scratch scratch;
   const std::string missing = scratch.path() / "missing.h5";
   EXPECT_EQ(input_error([&] { store::read_motion_model(missing); }).file, missing);
-  EXPECT_NE(input_error([&] { store::read_motion_model(missing); }).found.find("No such file"),
-            std::string::npos);
-  EXPECT_EQ(input_error([&] { store::read_motion_model(scratch.path()); }).found, "not a regular file");
+  EXPECT_THAT(input_error([&] { store::read_motion_model(missing); }),
+              test::refuses({.found = "No such file"}));
+  EXPECT_THAT(input_error([&] { store::read_motion_model(scratch.path()); }),
+              test::refuses({.found = "not a regular file"}));
   for (const std::string& bytes :
        {std::string(), std::string("title = \"a job\"\n"), std::string(4096, '\0')}) {
     const std::string file = scratch.write("job.toml", bytes);
-    const InputError::Facts facts = input_error([&] { store::read_motion_model(file); });
-    EXPECT_EQ(facts.file, file);
-    EXPECT_NE(facts.found.find("not an HDF5 file"), std::string::npos);
-    EXPECT_NE(facts.wanted.find("motion model"), std::string::npos);
+    EXPECT_THAT(input_error([&] { store::read_motion_model(file); }), test::refuses({file, "", "HDF5"}));
     EXPECT_THROW(store::validate_hdf5(file), InputError);
   }
 }

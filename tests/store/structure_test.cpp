@@ -13,7 +13,7 @@
 #include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "store/seal.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::structure_test {
@@ -377,7 +377,8 @@ TEST(DamagedFile, WithoutItsSealAWholeFileIsReadWhenAskedFor)
   const std::string path = scratch.path() / "knee.h5";
   store::write_motion_model(path, test::sample_model());
   std::filesystem::resize_file(path, std::filesystem::file_size(path) - 16);
-  EXPECT_THAT(test::input_error([&] { store::validate_hdf5(path); }).wanted, HasSubstr("--unsealed"));
+  EXPECT_THAT(test::input_error([&] { store::validate_hdf5(path); }),
+              test::refuses({.wanted = "--unsealed"}));
   store::accept_unsealed_files();
   EXPECT_TRUE(store::validate_hdf5(path).empty());
   store::accept_unsealed_files(false);

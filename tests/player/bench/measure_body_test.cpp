@@ -11,7 +11,7 @@
 #include "core/units.hpp"
 #include "player/bench/bench_samples.hpp"
 #include "player/bench_files/bench_texts.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::measure_body_test {
@@ -85,9 +85,7 @@ TEST(MeasureBody, MarkersThatMakeNoBodyAreRefusedByName)
   const auto refusal = [](const std::vector<tracking::MarkerRow>& frames) {
     const InputError::Facts facts = test::input_error(
         [&] { bench::build_measured_body(frames, unmeasured(), bench_files::BodyRole::femur); });
-    EXPECT_EQ(facts.file, "bench.toml");
-    EXPECT_EQ(facts.field, "body.femur.markers");
-    EXPECT_FALSE(facts.wanted.empty());
+    EXPECT_THAT(facts, test::refuses({"bench.toml", "body.femur.markers"}));
     return facts.found;
   };
   EXPECT_THAT(refusal(frames_of({{0, 0, 0}, {10, 0, 0}, {20, 0, 0}, {30, 0, 0}})), HasSubstr("collinear"));
@@ -121,11 +119,12 @@ TEST(MeasureBody, WhatCannotBeMeasuredIsTold)
     EXPECT_EQ(data.str(), "");
     return facts;
   };
-  EXPECT_THAT(refusal("tibia").found, HasSubstr("'tibia'"));
+  EXPECT_THAT(refusal("tibia"), test::refuses({.field = "body", .found = "'tibia'"}));
   EXPECT_EQ(refusal("tibia").wanted, "femur");
-  EXPECT_THAT(refusal("femur").found, HasSubstr("none of them seen in 0.1 s (no tracker at 127.0.0.1:1"));
+  EXPECT_THAT(refusal("femur"),
+              test::refuses({.field = "body.femur.markers", .found = {"0.1", "127.0.0.1:1"}}));
   options.bench = scratch.write("tools.toml", test::bench_text()).string();
-  EXPECT_EQ(refusal("femur").found, "no body of markers");
+  EXPECT_THAT(refusal("femur"), test::refuses({.field = "body", .found = "markers"}));
 }
 
 // Bodies of markers: received frames and conditioning of the pose.

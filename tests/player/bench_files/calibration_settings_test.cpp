@@ -5,7 +5,7 @@
 
 #include "bench_files/bench_file.hpp"
 #include "bench_texts.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 
 namespace vrda::calibration_settings_test {
 
@@ -112,9 +112,8 @@ TEST(CalibrationSettings, WhatIsWrongIsNamed)
            Row{"[[calibration.landmarks]]\nname = \"a\"\nmodel_mm = 0\n", "landmarks.0.model_mm", "0"},
        }) {
     SCOPED_TRACE(row.lines);
-    const InputError::Facts facts = test::input_error([&] { bench_with("[calibration]\n" + row.lines); });
-    EXPECT_EQ(facts.field, "calibration." + row.field);
-    EXPECT_THAT(facts.found, testing::HasSubstr(row.found));
+    EXPECT_THAT(test::input_error([&] { bench_with("[calibration]\n" + row.lines); }),
+                test::refuses({.field = "calibration." + row.field, .found = row.found}));
   }
 }
 

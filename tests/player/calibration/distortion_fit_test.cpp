@@ -8,7 +8,7 @@
 #include "core/units.hpp"
 #include "coverage.hpp"
 #include "noise.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 
 namespace vrda::distortion_fit_test {
 
@@ -186,22 +186,19 @@ TEST(DistortionFits, MarksThatAreNotEnoughAreRefused)
   const auto refused = [&](const std::vector<calibration::GridMark>& some) {
     return input_error([&] { fitted(some); });
   };
-  const InputError::Facts few = refused({marks.begin(), marks.begin() + 11});
-  EXPECT_EQ(few.file, file);
-  EXPECT_EQ(few.field, "left.distortion");
-  EXPECT_EQ(few.found, "11 marked nodes");
+  EXPECT_THAT(refused({marks.begin(), marks.begin() + 11}), test::refuses({file, "left.distortion", "11"}));
   std::vector<calibration::GridMark> row;
   for (int repeat = 0; repeat < 2; ++repeat) row.insert(row.end(), marks.begin() + 14, marks.begin() + 21);
-  EXPECT_THAT(refused(row).found, HasSubstr("collinear"));
+  EXPECT_THAT(refused(row), test::refuses({.field = "left.distortion", .found = "collinear"}));
   std::vector<calibration::GridMark> one_place = marks;
   for (calibration::GridMark& mark : one_place) mark.drawn_px = middle_px();
-  EXPECT_THAT(refused(one_place).found, HasSubstr("collinear"));
+  EXPECT_THAT(refused(one_place), test::refuses({.field = "left.distortion", .found = "collinear"}));
   // Four repeated nodes have a large spread but do not determine the distortion.
   std::vector<calibration::GridMark> corners;
   for (int repeat = 0; repeat < 3; ++repeat) {
     for (const std::size_t i : {0U, 6U, 28U, 34U}) corners.push_back(marks[i]);
   }
-  EXPECT_THAT(refused(corners).wanted, HasSubstr("the visible part"));
+  EXPECT_THAT(refused(corners), test::refuses({.field = "left.distortion", .wanted = "visible"}));
 }
 
 TEST(DistortionFits, AMarkOnTheWrongNodeIsNamed)
@@ -225,9 +222,8 @@ TEST(DistortionFits, OpticsThatFoldAreRefused)
   truth.distortion.k2 = 0.0;
   truth.grid.spacing_px = 50.0;
   Noise noise(6);
-  const InputError::Facts facts = input_error([&] { fitted(marks_of(truth, 0.1, noise)); });
-  EXPECT_EQ(facts.field, "left.distortion");
-  EXPECT_THAT(facts.found, HasSubstr("fold"));
+  EXPECT_THAT(input_error([&] { fitted(marks_of(truth, 0.1, noise)); }),
+              test::refuses({.field = "left.distortion", .found = "folds"}));
 }
 
 calibration::GridValues values_of(const calibration::DistortionFit& fit)
@@ -352,13 +348,15 @@ TEST(AdjustedGrids, OneIsNotEnoughAndFoldsAreRefused)
 {
   Noise noise(7);
   calibration::AdjustedGrids grids = adjusted_grids(1, sample_truth(), 1.02, noise);
-  EXPECT_EQ(input_error([&] { mean_of(grids); }).found, "1 adjusted grid");
+  EXPECT_THAT(input_error([&] { mean_of(grids); }),
+              test::refuses({.field = "left.distortion", .found = "1"}));
   grids = adjusted_grids(3, sample_truth(), 1.02, noise);
   for (calibration::GridValues& grid : grids.values) {
     grid.k1 = -0.3;
     grid.k2 = 0.0;
   }
-  EXPECT_THAT(input_error([&] { mean_of(grids); }).found, HasSubstr("fold"));
+  EXPECT_THAT(input_error([&] { mean_of(grids); }),
+              test::refuses({.field = "left.distortion", .found = "folds"}));
 }
 
 }  // namespace vrda::distortion_fit_test

@@ -7,7 +7,7 @@
 #include "core/units.hpp"
 #include "coverage.hpp"
 #include "player/tracking/moves.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "tracking/screw.hpp"
 
 namespace vrda::fiducial_fit_test {
@@ -104,15 +104,15 @@ TEST(FiducialFit, RefusesSetsThatDoNotTellThePlace)
   std::vector<calibration::Fiducial> line = knee_points();
   for (std::size_t k = 0; k < line.size(); ++k)
     line[k].p_model_mm = {1.0, 20.0 * static_cast<double>(k), 0.1};
-  EXPECT_NE(refusal(touched_at(line, X, 0.1, random)).found.find("collinear"), std::string::npos);
+  EXPECT_THAT(refusal(touched_at(line, X, 0.1, random)),
+              test::refuses({.field = "fiducials", .found = "collinear"}));
   std::vector<calibration::Fiducial> plane = knee_points();
   for (calibration::Fiducial& p : plane) p.p_model_mm.x() = 0.3 * p.p_model_mm.y();
-  const InputError::Facts facts = refusal(touched_at(plane, X, 0.1, random));
-  EXPECT_NE(facts.found.find("coplanar"), std::string::npos);
-  EXPECT_NE(facts.wanted.find("plane"), std::string::npos);
+  EXPECT_THAT(refusal(touched_at(plane, X, 0.1, random)),
+              test::refuses({.field = "fiducials", .found = "coplanar", .wanted = "plane"}));
   std::vector<calibration::Fiducial> one_place = touched_at(knee_points(), X, 0.1, random);
   for (calibration::Fiducial& p : one_place) p.p_body_mm = {1.0, 2.0, 3.0};
-  EXPECT_NE(refusal(one_place).found.find("as touched"), std::string::npos) << refusal(one_place).found;
+  EXPECT_THAT(refusal(one_place), test::refuses({.field = "fiducials", .found = "touched"}));
   std::vector<calibration::Fiducial> nowhere = touched_at(knee_points(), X, 0.1, random);
   nowhere[4].p_body_mm.z() = std::nan("");
   EXPECT_EQ(refusal(nowhere).field, "fibular head");
@@ -124,7 +124,7 @@ TEST(FiducialFit, RefusesTheOtherSide)
   std::vector<calibration::Fiducial> points =
       touched_at(knee_points(), test::random_pose(random), 0.3, random);
   for (calibration::Fiducial& p : points) p.p_model_mm.z() *= -1.0;
-  EXPECT_NE(refusal(points).wanted.find("same side"), std::string::npos) << refusal(points).wanted;
+  EXPECT_THAT(refusal(points), test::refuses({.field = "fiducials", .found = "mirrored"}));
 }
 
 TEST(FiducialFit, RefusesASetThatFitsItsMirrorImageAsWell)
@@ -154,8 +154,7 @@ TEST(FiducialFit, RefusesAPointThatTheOthersContradict)
     std::vector<calibration::Fiducial> points =
         touched_at(knee_points(), test::random_pose(random), 0.3, random);
     points[k].p_body_mm.y() += 15.0;
-    EXPECT_EQ(refusal(points).field, points[k].name);
-    EXPECT_NE(refusal(points).wanted.find("touch it again"), std::string::npos);
+    EXPECT_THAT(refusal(points), test::refuses({.field = points[k].name, .found = "position"}));
   }
 }
 
@@ -264,11 +263,11 @@ TEST(ScaleFit, Refuses)
   };
   std::vector<calibration::LandmarkDistance> few = distances_of(1.0);
   few.resize(2);
-  EXPECT_EQ(refusal(few).found, "2 distances");
+  EXPECT_THAT(refusal(few), test::refuses({.field = "landmarks", .found = "2"}));
   std::vector<calibration::LandmarkDistance> zero = distances_of(1.0);
   zero[1].subject_mm = 0.0;
   EXPECT_EQ(refusal(zero).field, "plateau");
-  EXPECT_EQ(refusal(distances_of(0.45)).found, "a scale of 0.45");
+  EXPECT_THAT(refusal(distances_of(0.45)), test::refuses({.field = "landmarks", .found = "0.45"}));
   EXPECT_EQ(refusal(distances_of(10.0)).field, "landmarks");
 }
 

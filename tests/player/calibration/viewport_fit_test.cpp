@@ -7,7 +7,7 @@
 #include <random>
 
 #include "coverage.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 
 namespace vrda::viewport_fit_test {
 
@@ -135,27 +135,23 @@ TEST(ViewportFit, RefusesByEdge)
 {
   calibration::ViewportMarks none = good_marks();
   none.line_px[3].clear();
-  EXPECT_EQ(refusal(none).field, "left.bottom");
-  EXPECT_EQ(refusal(none).found, "no readings");
+  EXPECT_THAT(refusal(none), test::refuses({.field = "left.bottom", .found = "no readings"}));
 
   calibration::ViewportMarks crossed = good_marks();
   std::swap(crossed.line_px[0], crossed.line_px[1]);
-  EXPECT_EQ(refusal(crossed).field, "left.left");
-  EXPECT_NE(refusal(crossed).found.find("crossed"), std::string::npos);
+  EXPECT_THAT(refusal(crossed), test::refuses({.field = "left.left", .found = "crossed"}));
 
   calibration::ViewportMarks beyond = good_marks();
   for (double& reading : beyond.line_px[1]) reading += 40.0;
-  EXPECT_EQ(refusal(beyond).field, "left.right");
-  EXPECT_NE(refusal(beyond).found.find("outside"), std::string::npos);
+  EXPECT_THAT(refusal(beyond), test::refuses({.field = "left.right", .found = "outside"}));
 
   calibration::ViewportMarks narrow = good_marks();
   narrow.line_px[1] = {670.0, 670.0};
-  EXPECT_NE(refusal(narrow).wanted.find("16 px"), std::string::npos);
+  EXPECT_THAT(refusal(narrow), test::refuses({.field = "left.left", .wanted = "16"}));
 
   calibration::ViewportMarks slip = good_marks();
   slip.line_px[2][1] += 7.0;
-  EXPECT_EQ(refusal(slip).field, "left.top");
-  EXPECT_NE(refusal(slip).found.find("reading 2"), std::string::npos);
+  EXPECT_THAT(refusal(slip), test::refuses({.field = "left.top", .found = "2"}));
 
   calibration::ViewportMarks no_number = good_marks();
   no_number.line_px[2][1] = std::nan("");

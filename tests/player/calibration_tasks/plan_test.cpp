@@ -7,7 +7,7 @@
 #include <functional>
 #include <set>
 
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "trial.hpp"
 
 namespace vrda::plan_test {
@@ -82,14 +82,14 @@ TEST(GuidePlan, APartBeforeOneThatItRestsOnIsRefused)
         [&] { calibration_tasks::CalibrationSession(bench(), begun, test::options_of(bench(), step)); });
   };
   const bench_files::Calibration nominal = bench_files::nominal_calibration(bench());
-  EXPECT_EQ(field_of(nominal, "distortion").field, "distortion");
-  EXPECT_EQ(field_of(nominal, "distortion").found, "viewport, which is not done");
-  EXPECT_EQ(field_of(nominal, "ipd").found, "eyepoints, which is not done");
-  EXPECT_EQ(field_of(nominal, "leg").found, "probe, which is not done");
+  EXPECT_THAT(field_of(nominal, "distortion"), test::refuses({.field = "distortion", .found = "viewport"}));
+  EXPECT_THAT(field_of(nominal, "ipd"), test::refuses({.field = "ipd", .found = "eyepoints"}));
+  EXPECT_THAT(field_of(nominal, "leg"), test::refuses({.field = "leg", .found = "probe"}));
   bench_files::Calibration old = all_done();
   old.records.at(bench_files::CalibrationPart::rails).is_outdated = true;
   old.records.at(bench_files::CalibrationPart::bullseye).is_outdated = true;
-  EXPECT_EQ(field_of(old, "bullseye").found, "rails, which is outdated");
+  EXPECT_THAT(field_of(old, "bullseye"),
+              test::refuses({.field = "bullseye", .found = {"rails", "outdated"}}));
   calibration_tasks::CalibrationSession(bench(), nominal, test::options_of(bench(), "viewport"));
 }
 
@@ -101,10 +101,10 @@ TEST(GuidePlan, ARecordOfAnotherPlanIsRefusedUnlessThePartIsDoneAnew)
   begun.records[bench_files::CalibrationPart::viewport] =
       all_done().records.at(bench_files::CalibrationPart::viewport);
   begun.records[bench_files::CalibrationPart::viewport].estimate.reset();
-  const InputError::Facts facts = test::input_error(
-      [&] { calibration_tasks::CalibrationSession(other, begun, test::options_of(other, "viewport")); });
-  EXPECT_EQ(facts.field, "per_bench.viewport");
-  EXPECT_THAT(facts.found, HasSubstr("'left eye, left edge, 4'"));
+  EXPECT_THAT(test::input_error([&] {
+                calibration_tasks::CalibrationSession(other, begun, test::options_of(other, "viewport"));
+              }),
+              test::refuses({.field = "per_bench.viewport", .found = "'left eye, left edge, 4'"}));
   calibration_tasks::CalibrationSessionOptions options = test::options_of(other, "viewport");
   options.is_repeated = true;
   EXPECT_NE(calibration_tasks::CalibrationSession(other, begun, options).task(), nullptr);
@@ -114,8 +114,8 @@ TEST(GuidePlan, ARecordOfAnotherPlanIsRefusedUnlessThePartIsDoneAnew)
   damaged.records.at(bench_files::CalibrationPart::rails).marks[0].rows[3].pop_back();
   EXPECT_THAT(test::input_error([&] {
                 calibration_tasks::CalibrationSession(bench(), damaged, test::options_of(bench(), "rails"));
-              }).found,
-              HasSubstr("rows of 'x rail'"));
+              }),
+              test::refuses({.field = "per_bench.rails", .found = "'x rail'"}));
 }
 
 /// Five bull's-eyes are done, then a rectangle of the bench file changes.
@@ -135,7 +135,7 @@ TEST(GuidePlan, NumbersOfTheBenchFileThatChangedAreToldBeforeAnythingIsAsked)
   for (const char* step : {"bullseye", "ipd", "eyepoints", "all"}) {
     SCOPED_TRACE(step);
     const InputError::Facts facts = refused(other, begun, step);
-    EXPECT_EQ(facts.field, "per_person.eyepoints");
+    EXPECT_THAT(facts, test::refuses({.field = "per_person.eyepoints"}));
     for (const char* fact : {"calibration.rectangles", "150.0", "175.0"})
       EXPECT_THAT(facts.found, HasSubstr(fact));
     EXPECT_THAT(facts.wanted, testing::AllOf(HasSubstr("eyepoints"), HasSubstr("--anew")));
@@ -143,7 +143,8 @@ TEST(GuidePlan, NumbersOfTheBenchFileThatChangedAreToldBeforeAnythingIsAsked)
   // A value that was wrong during the measurement and is correct now.
   bench_files::Calibration mistyped = all_done();
   mistyped.records.at(bench_files::CalibrationPart::eyepoints).made_with[3] += 25.0;
-  EXPECT_THAT(refused(bench(), mistyped, "bullseye").wanted, HasSubstr("calibrate solve"));
+  EXPECT_THAT(refused(bench(), mistyped, "bullseye"),
+              test::refuses({.field = "per_person.eyepoints", .wanted = "calibrate solve"}));
   const bench_files::Calibration mended = calibration_tasks::solve_again(bench(), mistyped, "c.toml");
   EXPECT_EQ(bench_files::calibration_text(mended, bench()),
             bench_files::calibration_text(all_done(), bench()));
@@ -167,7 +168,7 @@ TEST(GuidePlan, NumbersOfTheBenchFileThatChangedAreToldBeforeAnythingIsAsked)
   silent.records.at(bench_files::CalibrationPart::eyepoints).made_with.clear();
   for (bench_files::CalibrationRectangle& r : other.calibration.rectangles) r.depth_mm = 0.0;
   const InputError::Facts flat = refused(other, silent, "bullseye");
-  EXPECT_THAT(flat.field, HasSubstr("per_person.eyepoints: left"));
+  EXPECT_THAT(flat, test::refuses({.field = "per_person.eyepoints: left"}));
   EXPECT_THAT(flat.wanted,
               testing::AllOf(HasSubstr("eyepoints"), HasSubstr("--anew"), HasSubstr("bullseye")));
 }
@@ -182,11 +183,11 @@ TEST(GuidePlan, MarksOfAnEarlierPartThatAreDamagedAreNamed)
   rows_of(empty).clear();
   for (bench_files::Calibration& damaged : {std::ref(shorter), std::ref(empty)}) {
     damaged.records.at(bench_files::CalibrationPart::bullseye) = {};
-    const InputError::Facts facts = test::input_error([&] {
-      calibration_tasks::CalibrationSession(bench(), damaged, test::options_of(bench(), "bullseye"));
-    });
-    EXPECT_EQ(facts.field, "per_person.eyepoints");
-    EXPECT_THAT(facts.found, HasSubstr("rows of 'left eye, rectangle"));
+    EXPECT_THAT(test::input_error([&] {
+                  calibration_tasks::CalibrationSession(bench(), damaged,
+                                                        test::options_of(bench(), "bullseye"));
+                }),
+                test::refuses({.field = "per_person.eyepoints", .found = "rectangle"}));
     // Solving also checks parts that it does not solve.
     damaged.records.at(bench_files::CalibrationPart::distortion).estimate.reset();
     damaged.records.at(bench_files::CalibrationPart::distortion).marks.pop_back();

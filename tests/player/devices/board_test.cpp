@@ -10,7 +10,7 @@
 #include "core/error.hpp"
 #include "devices/pty_board.hpp"
 #include "player/devices/waiting.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 extern "C" {
@@ -113,8 +113,8 @@ TEST_F(Board, LeavesLinksThatAreNotItsOwn)
   namespace fs = std::filesystem;
   const fs::path kept = scratch_.write("kept", "x"), link = scratch_.path() / "board";
   fs::create_symlink(kept, link);
-  EXPECT_EQ(test::input_error([&] { const devices::PtyBoard board(options(link.string())); }).found,
-            "a link to " + kept.string());
+  EXPECT_THAT(test::input_error([&] { const devices::PtyBoard board(options(link.string())); }),
+              test::refuses({.field = link.string(), .found = kept.string()}));
   EXPECT_EQ(fs::read_symlink(link), kept);
   // A killed board leaves a link to a terminal; at the end another board may own the path.
   fs::remove(link);
@@ -243,9 +243,8 @@ TEST_F(Board, AFileIsNotReplacedByALink)
 {
   const std::string path = (scratch_.path() / "file").string();
   std::ofstream(path) << "precious";
-  const InputError::Facts facts = test::input_error([&] { devices::PtyBoard board(options(path)); });
-  EXPECT_EQ(facts.field, path);
-  EXPECT_EQ(facts.found, "a file");
+  EXPECT_THAT(test::input_error([&] { devices::PtyBoard board(options(path)); }),
+              test::refuses({.field = path, .found = "file"}));
   EXPECT_TRUE(std::filesystem::is_regular_file(path));
   EXPECT_THROW(devices::PtyBoard(options((scratch_.path() / "no folder/board").string())), InputError);
 }

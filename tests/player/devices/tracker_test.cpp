@@ -6,7 +6,7 @@
 
 #include "devices/tracker_server.hpp"
 #include "player/devices/waiting.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 
 namespace vrda::tracker_test {
 
@@ -272,15 +272,15 @@ TEST(TrackerServer, RefusesAddressesAndPortsItCannotListenOn)
 {
   devices::TrackerServerOptions options;
   options.address = "localhost";
-  const InputError::Facts facts = test::input_error([&] { devices::TrackerServer server(options, femur); });
-  EXPECT_EQ(facts.field, "address");
-  EXPECT_EQ(facts.found, "localhost");
+  EXPECT_THAT(test::input_error([&] { devices::TrackerServer server(options, femur); }),
+              test::refuses({.field = "address", .found = "localhost"}));
   const devices::TrackerServer first({}, femur);
   options.address = "127.0.0.1";
   options.port = first.port();
-  const InputError::Facts taken = test::input_error([&] { devices::TrackerServer second(options, femur); });
-  EXPECT_EQ(taken.field, "port");
-  EXPECT_EQ(taken.found, "127.0.0.1:" + std::to_string(first.port()) + ": Address already in use");
+  EXPECT_THAT(
+      test::input_error([&] { devices::TrackerServer second(options, femur); }),
+      test::refuses(
+          {.field = "port", .found = {"127.0.0.1", std::to_string(first.port()), "Address already in use"}}));
 }
 
 }  // namespace vrda::tracker_test

@@ -13,7 +13,7 @@
 #include "journal/trace_journal.hpp"
 #include "motion/support/models.hpp"
 #include "store/motion_model_file.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::run_watch_test {
@@ -347,13 +347,14 @@ TEST_F(Watch, RefusesWhatIsNoStartFile)
 {
   const std::string none = (scratch_.path() / "none.h5.start.h5").string(),
                     text = (scratch_.path() / "text.h5.start.h5").string();
-  EXPECT_THAT(input_error([&] { follow::RunWatch watch(output_); }).wanted, HasSubstr("OUTPUT.start.h5"));
-  EXPECT_EQ(input_error([&] { follow::RunWatch watch(none); }).found, "no such file");
+  EXPECT_THAT(input_error([&] { follow::RunWatch watch(output_); }),
+              test::refuses({.field = "name", .wanted = "OUTPUT.start.h5"}));
+  EXPECT_THAT(input_error([&] { follow::RunWatch watch(none); }), test::refuses({.found = "no such file"}));
   scratch_.write("text.h5.start.h5", "no HDF5");
   EXPECT_EQ(input_error([&] { follow::RunWatch watch(text); }).file, text);
   store::write_motion_model(start_, plan());
-  EXPECT_THAT(input_error([&] { follow::RunWatch watch(start_); }).wanted,
-              HasSubstr("every attitude pending"));
+  EXPECT_THAT(input_error([&] { follow::RunWatch watch(start_); }),
+              test::refuses({.field = "/status", .wanted = "attitude"}));
 }
 
 constexpr std::chrono::milliseconds pause{1};

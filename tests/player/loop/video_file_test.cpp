@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "support/process.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 #include "support/small_disk.hpp"
 
@@ -143,7 +144,7 @@ TEST_F(Video, AFileOfAnotherKindStays)
 {
   const std::string model = "\x89HDF\r\n\x1a\n, a motion model";
   scratch_.write("film.mp4", model);
-  EXPECT_THAT(refusal({path("film.mp4"), 64, 48, 25}).facts().found, HasSubstr("an HDF5 file"));
+  EXPECT_THAT(refusal({path("film.mp4"), 64, 48, 25}).facts(), test::refuses({.found = "HDF5"}));
   EXPECT_EQ(test::read_bytes(path("film.mp4")), model);
 }
 
@@ -177,7 +178,8 @@ TEST_F(Video, AnFfmpegThatIsKilledIsSaid)
 {
   pretend("kill -9 $$\n");
   const Path here(scratch_.path().string());
-  EXPECT_THAT(refusal({path("film.mp4"), 640, 480, 25}).facts().found, HasSubstr("signal 9"));
+  EXPECT_THAT(refusal({path("film.mp4"), 640, 480, 25}).facts(),
+              test::refuses({.field = "--video", .found = "9"}));
 }
 
 TEST_F(Video, AFolderThatIsNotThereIsSaid)

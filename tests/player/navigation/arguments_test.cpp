@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 
 namespace vrda::arguments_test {
 
@@ -28,10 +28,8 @@ TEST(Arguments, WrongAnglesAreNamed)
   for (const std::string text :
        {"", "a", "0:90", "0:90:15:1", "0:90:", "0:nan:1", "inf", "0 :90:1", "0:4e2:1"}) {
     SCOPED_TRACE(text);
-    const InputError::Facts facts = test::input_error([&] { navigation::parsed_angles("--flexion", text); });
-    EXPECT_EQ(facts.file, "--flexion");
-    EXPECT_EQ(facts.found, "\"" + text + "\"");
-    EXPECT_THAT(facts.wanted, HasSubstr("A:B:STEP"));
+    EXPECT_THAT(test::input_error([&] { navigation::parsed_angles("--flexion", text); }),
+                test::refuses({"--flexion", "", "\"" + text + "\"", "A:B:STEP"}));
   }
 }
 
@@ -66,10 +64,8 @@ TEST(Arguments, SizesAreTwoNumbersWithinBounds)
   for (const std::string text : {"", "640", "640x", "x480", "640x480x2", "640X480", "15x480", "640x4097",
                                  "-640x480", "6.4x480", "99999999999x480"}) {
     SCOPED_TRACE(text);
-    const InputError::Facts facts = test::input_error([&] { navigation::parsed_size(text); });
-    EXPECT_EQ(facts.file, "--size");
-    EXPECT_EQ(facts.found, "\"" + text + "\"");
-    EXPECT_THAT(facts.wanted, HasSubstr("WxH"));
+    EXPECT_THAT(test::input_error([&] { navigation::parsed_size(text); }),
+                test::refuses({"--size", "", "\"" + text + "\"", "WxH"}));
   }
 }
 
@@ -82,10 +78,8 @@ TEST(Arguments, ViewsAreKnownNamesOnce)
   for (const Row& row : {Row{"front,below", "\"below\"", "front, back, left"}, Row{"", "\"\"", "front, back"},
                          Row{"front,", "\"\"", "front, back"}, Row{"top,top", "top twice", "once"}}) {
     SCOPED_TRACE(row.text);
-    const InputError::Facts facts = test::input_error([&] { navigation::parsed_views(row.text); });
-    EXPECT_EQ(facts.file, "--views");
-    EXPECT_EQ(facts.found, row.found);
-    EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
+    EXPECT_THAT(test::input_error([&] { navigation::parsed_views(row.text); }),
+                test::refuses({"--views", "", row.found, row.wanted}));
   }
 }
 

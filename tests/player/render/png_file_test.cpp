@@ -5,7 +5,7 @@
 #include <png.h>
 
 #include "core/error.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::png_file_test {
@@ -53,9 +53,8 @@ TEST(PngFile, AnUnwritablePathIsNamed)
 {
   const test::Scratch scratch;
   const std::string path = (scratch.path() / "absent" / "picture.png").string();
-  const InputError::Facts facts = test::input_error([&] { render::write_png(pattern(), path); });
-  EXPECT_EQ(facts.file, path);
-  EXPECT_THAT(facts.found, testing::HasSubstr("No such file"));
+  EXPECT_THAT(test::input_error([&] { render::write_png(pattern(), path); }),
+              test::refuses({path, "", "No such file"}));
 }
 
 TEST(PngFile, AFileOfAnotherKindStays)
@@ -112,7 +111,7 @@ TEST(PngFile, ATextureThatIsNoPictureIsRefused)
   EXPECT_FALSE(refused(scratch.write("cut.png", bytes.substr(0, bytes.size() / 2)).string()).found.empty());
   // The size in its header exceeds the limit of textures.
   render::write_png({4097, 1, std::vector<std::uint8_t>(4 * 4097)}, whole);
-  EXPECT_EQ(refused(whole).found, "4097 x 1 pixels");
+  EXPECT_THAT(refused(whole), test::refuses({.field = "texture", .found = {"4097", "1"}}));
 }
 
 }  // namespace vrda::png_file_test

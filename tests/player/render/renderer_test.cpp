@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "pictures.hpp"
-#include "support/input_error.hpp"
 #include "support/meshes.hpp"
+#include "support/refusal.hpp"
 
 namespace vrda::renderer_test {
 
@@ -188,9 +188,10 @@ TEST(Renderer, ASceneIsLoadedBeforeItIsDrawn)
 
 TEST(Renderer, AnImpossibleSizeIsNamed)
 {
-  const InputError::Facts facts = test::input_error([&] { render::make_offscreen_renderer({100000, 10}); });
-  EXPECT_EQ(facts.field, "size");
-  EXPECT_EQ(facts.found, "100000x10");
+  EXPECT_THAT(test::input_error([&] {
+                render::make_offscreen_renderer({100000, 10});
+              }),
+              test::refuses({.field = "size", .found = "100000x10"}));
 }
 
 }  // namespace vrda::renderer_test

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::lights_file_test {
@@ -58,15 +58,13 @@ TEST(LightsFile, WhatIsWrongIsNamed)
            Row{hemisphere + "[background]\ntop = [0, 0, 2]\nbottom = [0, 0, 0]\n", "background.top.2", "2"},
        }) {
     SCOPED_TRACE(row.text);
-    const InputError::Facts facts = test::input_error([&] { scene::parsed_lights(row.text, "my.toml"); });
-    EXPECT_EQ(facts.file, "my.toml");
-    EXPECT_EQ(facts.field, row.field);
-    EXPECT_THAT(facts.found, testing::HasSubstr(row.found));
-    EXPECT_FALSE(facts.wanted.empty());
+    EXPECT_THAT(test::input_error([&] { scene::parsed_lights(row.text, "my.toml"); }),
+                test::refuses({"my.toml", row.field, row.found}));
   }
-  EXPECT_EQ(test::input_error([&] { scene::parsed_lights(hemisphere + "grund = []", "a"); }).wanted,
-            "a known key; the nearest is \"hemisphere.ground\"");
-  EXPECT_EQ(test::input_error([] { scene::parsed_lights("[hemisphere\n", "a"); }).wanted, "valid TOML");
+  EXPECT_THAT(test::input_error([&] { scene::parsed_lights(hemisphere + "grund = []", "a"); }),
+              test::refuses({.field = "line 4, hemisphere.grund", .wanted = "\"hemisphere.ground\""}));
+  EXPECT_THAT(test::input_error([] { scene::parsed_lights("[hemisphere\n", "a"); }),
+              test::refuses({.field = "line 1, column 12", .wanted = "TOML"}));
 }
 
 TEST(LightsFile, AFileThatIsNotThereOrEndlessIsRefused)
@@ -75,7 +73,7 @@ TEST(LightsFile, AFileThatIsNotThereOrEndlessIsRefused)
   const std::string missing = (scratch.path() / "none.toml").string();
   EXPECT_EQ(test::input_error([&] { scene::read_lights(missing); }).file, missing);
   const std::string huge = scratch.write("huge.toml", std::string(8000001, '\n')).string();
-  EXPECT_EQ(test::input_error([&] { scene::read_lights(huge); }).found, "more than 8000000 bytes");
+  EXPECT_THAT(test::input_error([&] { scene::read_lights(huge); }), test::refuses({.found = "8000000"}));
 }
 
 }  // namespace vrda::lights_file_test

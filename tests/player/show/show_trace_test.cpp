@@ -12,7 +12,7 @@
 #include "show/show.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 #include "support/traces.hpp"
 
@@ -119,10 +119,7 @@ TEST_F(ShowTrace, WhatDoesNotFitIsOneErrorBeforeAnyPicture)
     SCOPED_TRACE(row.file + row.found);
     show::ShowOptions given = options_;
     row.change(given);
-    const InputError::Facts facts = test::input_error([&] { run(given); });
-    EXPECT_EQ(facts.file, row.file);
-    EXPECT_EQ(facts.field, row.field);
-    EXPECT_THAT(facts.found, HasSubstr(row.found));
+    EXPECT_THAT(test::input_error([&] { run(given); }), test::refuses({row.file, row.field, row.found}));
   }
   EXPECT_FALSE(std::filesystem::exists(options_.folder));
 }
@@ -132,11 +129,8 @@ TEST_F(ShowTrace, TheTraceOfAnotherJobIsRefused)
   store::MotionModel model = store::read_motion_model(options_.file);
   model.job.resolved += "other = 1\n";
   store::write_motion_model(options_.file, model);
-  const InputError::Facts facts = test::input_error([&] { run(options_); });
-  EXPECT_EQ(facts.file, options_.trace);
-  EXPECT_EQ(facts.field, "/job");
-  EXPECT_THAT(facts.found, HasSubstr("another job"));
-  EXPECT_THAT(facts.wanted, HasSubstr("knee.h5"));
+  EXPECT_THAT(test::input_error([&] { run(options_); }),
+              test::refuses({options_.trace, "/job", "", "knee.h5"}));
 }
 
 }  // namespace vrda::show_trace_test

@@ -7,7 +7,7 @@
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 #include "simulation/draws.hpp"
-#include "support/input_error.hpp"
+#include "support/refusal.hpp"
 #include "tracking/screw.hpp"
 
 extern "C" {
@@ -114,10 +114,9 @@ TEST(Simulation, AScriptThatLeavesTheSolvedMotionIsRefused)
 {
   store::MotionModel model = test::model_of({});
   test::unsolve(model, 3, 2);
-  const InputError::Facts facts = test::input_error(
-      [&] { simulation::Simulation simulation({}, motion::Motion(model, "raw"), "bench.toml"); });
-  EXPECT_EQ(facts.field, "leg");
-  EXPECT_EQ(facts.file, "bench.toml");
+  EXPECT_THAT(test::input_error(
+                  [&] { simulation::Simulation simulation({}, motion::Motion(model, "raw"), "bench.toml"); }),
+              test::refuses({"bench.toml", "leg"}));
 }
 
 TEST(Simulation, BodiesSitOnTheirBonesAndTheHeadOnTheStage)
