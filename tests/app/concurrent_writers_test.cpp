@@ -160,9 +160,7 @@ TEST(TwoWriters, ModeAndLinkOfAModelStay)
   ASSERT_EQ(chmod(file.c_str(), 0400), 0);
   const std::string before = test::read_bytes(file);
   for (const Change& change : changes) {
-    const test::Ended ended = test::run(command_of(change, link));
-    EXPECT_EQ(ended.exit_code, 2);
-    EXPECT_THAT(ended.err, HasSubstr("without write permission"));
+    EXPECT_THAT(test::run(command_of(change, link)), test::refuses({"link.h5", "", "write permission"}));
   }
   EXPECT_EQ(test::read_bytes(file), before);
 }
@@ -191,10 +189,10 @@ TEST(ExistingResult, AnotherJobIsRefusedWithTheFirstKeyThatDiffers)
     std::vector<std::string> words = other;
     words.insert(words.end(), part.begin(), part.end());
     const test::Ended ended = run_small(scratch, words);
-    EXPECT_EQ(ended.exit_code, 2);
-    EXPECT_THAT(ended.err, HasSubstr("solver.search.translation_step_mm: found 1, this job has 2"));
-    EXPECT_THAT(ended.err, HasSubstr("\"other\""));
-    EXPECT_THAT(ended.err, HasSubstr("--replace"));
+    EXPECT_THAT(
+        ended,
+        test::refuses(
+            {"m.h5", "output", {"solver.search.translation_step_mm", "1", "2", "\"other\""}, "--replace"}));
     EXPECT_EQ(test::read_bytes(file), before);
   }
   std::vector<std::string> words = other;
@@ -231,10 +229,8 @@ TEST(ExistingResult, OtherContentOfAnInputIsAnotherJob)
   std::string bytes = test::read_bytes(scratch.path() / *meshes.begin());
   bytes[0] = bytes[0] == 'x' ? 'y' : 'x';  // in the comment at the start of the STL file
   scratch.write(*meshes.begin(), bytes);
-  const test::Ended ended =
-      test::run_vrda({"run", job, "-o", (scratch.path() / "m.h5").string(), "--progress", "none"});
-  EXPECT_EQ(ended.exit_code, 2);
-  EXPECT_THAT(ended.err, HasSubstr(*meshes.begin() + ": other content"));
+  EXPECT_THAT(test::run_vrda({"run", job, "-o", (scratch.path() / "m.h5").string(), "--progress", "none"}),
+              test::refuses({"m.h5", "output", *meshes.begin()}));
 }
 
 TEST(ExistingResult, AFileThatIsNoModelIsNeverReplaced)
@@ -245,9 +241,7 @@ TEST(ExistingResult, AFileThatIsNoModelIsNeverReplaced)
   fs::rename(scratch.path() / "m.trace.h5", file);  // HDF5, but not a motion model
   const std::string before = test::read_bytes(file);
   for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--replace"}, {"--fresh"}}) {
-    const test::Ended ended = run_small(scratch, more);
-    EXPECT_EQ(ended.exit_code, 2);
-    EXPECT_THAT(ended.err, HasSubstr("not a motion model"));
+    EXPECT_THAT(run_small(scratch, more), test::refuses({"m.h5", "output", "motion model"}));
   }
   EXPECT_EQ(test::read_bytes(file), before);
 }
@@ -257,9 +251,8 @@ TEST(ExistingResult, AFailedExportLeavesTheFileThatWasThere)
   const test::Scratch scratch;
   const fs::path file = bare_model(scratch), table = scratch.write("k.csv", "a,b\n1,2\n");
   ASSERT_EQ(chmod(table.c_str(), 0400), 0);
-  const test::Ended ended = test::run_vrda({"export", file.string(), "--to", "csv", "-o", table.string()});
-  EXPECT_EQ(ended.exit_code, 2);
-  EXPECT_THAT(ended.err, HasSubstr("without write permission"));
+  EXPECT_THAT(test::run_vrda({"export", file.string(), "--to", "csv", "-o", table.string()}),
+              test::refuses({"k.csv", "", "write permission"}));
   EXPECT_EQ(test::read_bytes(table), "a,b\n1,2\n");
 }
 

@@ -67,7 +67,7 @@ TEST_F(FakeSlurm, MoreJobsThanTheQueueTakesAreRefusedBeforeTheFirst)
   const test::Ended ended = submit({"--shards", "3"});
   EXPECT_EQ(ended.exit_code, 2);
   EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
-  EXPECT_THAT(ended.err, HasSubstr("--shards: found 3 for 20 cases, 101 jobs at once, wanted at most 40, "));
+  EXPECT_THAT(ended, test::refuses({"--shards", "", {"3", "20", "101"}, "40"}));
   EXPECT_EQ(calls(), "");
   EXPECT_FALSE(fs::exists(folder_));
 }

@@ -34,15 +34,12 @@ class ReportCommand : public testing::Test {
     return test::run_vrda(words);
   }
 
-  // Expects one line with all of `words`, exit code 2, and no report.
-  void expect_refused(std::vector<std::string> arguments, const std::vector<std::string>& words)
+  // Expects a refusal and no report.
+  void expect_refused(std::vector<std::string> arguments, const test::Refusal& refusal)
   {
+    arguments.insert(arguments.begin(), "report");
     arguments.insert(arguments.end(), {"-o", folder()});
-    const test::Ended ended = report(arguments);
-    EXPECT_EQ(ended.exit_code, 2) << ended.err;
-    EXPECT_EQ(ended.out, "");
-    EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
-    for (const std::string& word : words) EXPECT_THAT(ended.err, HasSubstr(word));
+    test::expect_refused(arguments, refusal);
     EXPECT_FALSE(std::filesystem::exists(folder()));
   }
 
@@ -146,7 +143,7 @@ TEST_F(ReportCommand, WithoutAPlayerThePageSaysSo)
   const std::string no_program = scratch_.write("player", "no program").string();
   EXPECT_THAT(note_with(no_program), HasSubstr("vrda-player failed"));
   std::filesystem::remove_all(folder());
-  expect_refused({file, "--player", (scratch_.path() / "absent").string()}, {"--player", "no such program"});
+  expect_refused({file, "--player", (scratch_.path() / "absent").string()}, {"absent", "--player"});
 }
 
 TEST_F(ReportCommand, APlayersPicturesAreInThePage)
@@ -174,16 +171,16 @@ TEST_F(ReportCommand, RefusesFilesWithoutAnAnswer)
   const std::string whole = solved_knee("right");
   const std::string bytes = test::text_of(whole);
   const std::string cut = scratch_.write("cut.h5", bytes.substr(0, bytes.size() / 2)).string();
-  expect_refused({cut}, {"cut.h5"});
-  expect_refused({whole, cut}, {"cut.h5"});
-  expect_refused({(scratch_.path() / "absent.h5").string()}, {"absent.h5"});
-  expect_refused({scratch_.write("text.h5", "no HDF5").string()}, {"text.h5"});
+  expect_refused({cut}, {"cut.h5", "", "truncated"});
+  expect_refused({whole, cut}, {"cut.h5", "", "truncated"});
+  expect_refused({(scratch_.path() / "absent.h5").string()}, {"absent.h5", "", "No such file"});
+  expect_refused({scratch_.write("text.h5", "no HDF5").string()}, {"text.h5", "", "HDF5"});
   store::MotionModel failed = test::sample_model();
   failed = store::with_pending_cells(failed);
   failed.smoothed.clear();
   const std::string pending = (scratch_.path() / "pending.h5").string();
   store::write_motion_model(pending, failed);
-  expect_refused({pending}, {"pending.h5", "12"});
+  expect_refused({pending}, {"pending.h5", "/status", "12"});
 }
 
 TEST_F(ReportCommand, AnExportedTableStandsForAPublishedCurve)
@@ -207,10 +204,11 @@ TEST_F(ReportCommand, RefusesCurvesItDoesNotKnow)
 {
   const std::string file = solved_knee("right");
   expect_refused({file, "--against", scratch_.write("loads.csv", "flexion_deg,fx_n\n0,1\n").string()},
-                 {"loads.csv", "fx_n", "internal_deg"});
+                 {"loads.csv", "column 'fx_n'", "", "internal_deg"});
   expect_refused({file, "--against", scratch_.write("no.csv", "internal_deg\n0\n").string()},
-                 {"no.csv", "no column flexion_deg"});
-  expect_refused({file, "--against", (scratch_.path() / "absent.csv").string()}, {"absent.csv"});
+                 {"no.csv", "header", "flexion_deg"});
+  expect_refused({file, "--against", (scratch_.path() / "absent.csv").string()},
+                 {"absent.csv", "", "no file"});
 }
 
 }  // namespace vrda::report_test

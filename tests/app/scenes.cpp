@@ -162,13 +162,20 @@ void wait_for_bytes(Process& process, const std::filesystem::path& file, std::ui
   }
 }
 
-void expect_refused(const std::filesystem::path& job, const std::filesystem::path& output,
-                    const std::vector<std::string>& words)
+Ended expect_refused(const std::vector<std::string>& words, const Refusal& refusal)
 {
-  const Ended ended = run_vrda({"run", job.string(), "-o", output.string(), "--progress", "none"});
-  EXPECT_EQ(ended.exit_code, 2) << ended.err;
+  SCOPED_TRACE(testing::PrintToString(words));
+  const Ended ended = run_vrda(words);
+  EXPECT_THAT(ended, refuses(refusal));
   EXPECT_EQ(n_lines(ended.err), 1) << ended.err;
-  for (const std::string& word : words) EXPECT_THAT(ended.err, testing::HasSubstr(word));
+  EXPECT_EQ(ended.out, "");
+  return ended;
+}
+
+void expect_run_refused(const std::filesystem::path& job, const std::filesystem::path& output,
+                        const Refusal& refusal)
+{
+  expect_refused({"run", job.string(), "-o", output.string(), "--progress", "none"}, refusal);
   EXPECT_FALSE(std::filesystem::exists(output));
 }
 

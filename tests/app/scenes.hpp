@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "support/process.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::test {
@@ -28,9 +28,12 @@ void wait_for_bytes(Process& process, const std::filesystem::path& file, std::ui
 
 std::string text_of(const std::filesystem::path& file);
 
-/// Expects `vrda run` to end with exit code 2, one line with all of these texts, and no output file.
-void expect_refused(const std::filesystem::path& job, const std::filesystem::path& output,
-                    const std::vector<std::string>& words);
+/// Expects `vrda` with these arguments to end with exit code 2, one line that names the refusal, and nothing
+/// on standard output.
+Ended expect_refused(const std::vector<std::string>& words, const Refusal& refusal);
+/// The same of `vrda run`, without an output file.
+void expect_run_refused(const std::filesystem::path& job, const std::filesystem::path& output,
+                        const Refusal& refusal);
 
 /// Number of lines.
 std::ptrdiff_t n_lines(const std::string& text);

@@ -151,10 +151,8 @@ TEST(Trace, StepsSolvedWithoutTraceAreOneMessageAndFreshIsTheWay)
   }
   const std::size_t n_known = journal::read_journal(output + ".journal").records.size();
   const test::Ended refused = test::run_vrda({"run", job, "-o", output, "--trace", "--quiet"});
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
-  EXPECT_THAT(refused.err, HasSubstr(output + ".trace.journal: found no trace of "));
-  EXPECT_THAT(refused.err, HasSubstr("--fresh"));
+  EXPECT_EQ(test::n_lines(refused.err), 1) << refused.err;
+  EXPECT_THAT(refused, test::refuses({output + ".trace.journal", "", "trace", "--fresh"}));
   EXPECT_EQ(journal::read_journal(output + ".journal").records.size(), n_known)
       << "nothing of the run is lost";
   EXPECT_EQ(test::run_vrda({"run", job, "-o", output, "--trace", "--fresh"}).exit_code, 0);
@@ -177,8 +175,7 @@ TEST(Trace, ADamagedJournalOfTracesIsSaidAndTheRunCanGoOnWithoutIt)
   bytes[2000] = static_cast<char>(bytes[2000] ^ 0x10);
   scratch.write("knee.h5.trace.journal", bytes);
   const test::Ended refused = test::run_vrda({"run", job, "-o", output, "--trace"});
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("no trace of "));
+  EXPECT_THAT(refused, test::refuses({output + ".trace.journal", "", "trace", "--fresh"}));
   EXPECT_EQ(test::run_vrda({"run", job, "-o", output}).exit_code, 0);
   EXPECT_FALSE(fs::exists(output + ".trace.journal"));
 }
@@ -189,8 +186,7 @@ TEST(Trace, WhatStandsInItsPlaceMustBeOne)
   const std::string job = test::small_job(scratch).string(), output = (scratch.path() / "small.h5").string();
   scratch.write("small.trace.h5", "mine");
   const test::Ended refused = test::run_vrda({"run", job, "-o", output, "--trace"});
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("small.trace.h5: output: found a file that is not HDF5"));
+  EXPECT_THAT(refused, test::refuses({"small.trace.h5", "output", "HDF5"}));
   EXPECT_EQ(test::read_bytes(scratch.path() / "small.trace.h5"), "mine");
 }
 
@@ -257,21 +253,16 @@ TEST(TraceCommand, WhatIsWrongIsOneLineAndTwo)
       run.scratch.write("cut.h5", test::read_bytes(run.trace_file()).substr(0, 5000)).string();
   struct Row {
     std::vector<std::string> words;
-    std::string said;
+    test::Refusal refusal;
   };
-  for (const Row& row :
-       {Row{{"trace", run.trace_file(), "--flexion", "3"}, "the nearest is flexion 2, varus any"},
-        Row{{"trace", run.file.string()}, "found \"vrda motion model\", wanted \"vrda search trace\""},
-        Row{{"info", run.trace_file()}, "wanted \"vrda motion model\""},
-        Row{{"trace", cut}, "cut.h5: found 5000 bytes, a truncated file"},
-        Row{{"trace", "absent.h5"}, "absent.h5: found No such file"}}) {
-    SCOPED_TRACE(row.said);
-    const test::Ended ended = test::run_vrda(row.words);
-    EXPECT_EQ(ended.exit_code, 2);
-    EXPECT_THAT(ended.out, IsEmpty());
-    EXPECT_THAT(ended.err, HasSubstr(row.said));
-    EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1);
-  }
+  const std::string trace = run.trace_file(), model = run.file.string();
+  const std::string of_trace = "\"vrda search trace\"", of_model = "\"vrda motion model\"";
+  for (const Row& row : {Row{{"trace", trace, "--flexion", "3"}, {trace, "attitude", "3", "2"}},
+                         Row{{"trace", model}, {model, "/@format", of_model, of_trace}},
+                         Row{{"info", trace}, {trace, "/@format", of_trace, of_model}},
+                         Row{{"trace", cut}, {cut, "", {"5000", "truncated"}}},
+                         Row{{"trace", "absent.h5"}, {"absent.h5", "", "No such file"}}})
+    test::expect_refused(row.words, row.refusal);
   EXPECT_EQ(test::run_vrda({"trace", run.trace_file(), "--csv", "--json"}).exit_code, 2);
 }
 
