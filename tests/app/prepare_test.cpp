@@ -64,6 +64,9 @@ TEST_F(Prepare, WritesAJobThatSolves)
   }
   for (const char* name : {"femur.stl", "tibia.stl", "fibula.stl", "ligaments.csv", "prepare.png"})
     EXPECT_TRUE(fs::exists(folder_ / name)) << name;
+  // Four views of 800 pixels: the width is in bytes 16 to 19 of a PNG.
+  const std::string png = test::read_bytes(folder_ / "prepare.png");
+  EXPECT_EQ(256 * static_cast<unsigned char>(png.at(18)) + static_cast<unsigned char>(png.at(19)), 3200);
   const load::Case job = load::load_case((folder_ / "knee.toml").string());
   EXPECT_EQ(job.frame.side, Side::left);
   EXPECT_EQ(job.ligaments.fibres.size(), 26U);
@@ -95,6 +98,15 @@ TEST_F(Prepare, ExchangedBonesAreRefusedAndDrawn)
   EXPECT_THAT(ended.err, AllOf(HasSubstr("femur and tibia are exchanged"), HasSubstr("prepare.png")));
   EXPECT_TRUE(fs::exists(folder_ / "prepare.png"));
   EXPECT_FALSE(fs::exists(folder_ / "knee.toml"));
+}
+
+TEST_F(Prepare, AFibulaThatIsNotLateralIsWarnedOf)
+{
+  const std::string medial = written("medial.stl", prepare::generic_template().fibula);
+  const test::Ended ended = test::run_vrda({"prepare", "--femur", femur_, "--tibia", tibia_, "--fibula",
+                                            medial, "--no-ligaments", "-o", folder_.string()});
+  EXPECT_EQ(ended.exit_code, 0);
+  EXPECT_THAT(ended.err, HasSubstr("--fibula: its head is not lateral"));
 }
 
 TEST_F(Prepare, BonesOfDifferentPosesAreRefused)

@@ -68,6 +68,14 @@ TEST(Doubts, ShortBonesCartilageAndASideThatIsHardToTell)
   EXPECT_THAT(doubts(good_fit(), knee, false), ElementsAre(HasSubstr("femur: cartilage only")));
 }
 
+TEST(Doubts, AFibulaIsLateral)
+{
+  const Mesh fibula = prepare::generic_template().fibula;
+  EXPECT_TRUE(prepare::is_fibula_lateral(fibula, Side::right));
+  EXPECT_FALSE(prepare::is_fibula_lateral(fibula, Side::left));
+  EXPECT_TRUE(prepare::is_fibula_lateral(mirrored_z(fibula), Side::left));
+}
+
 TEST(Explanation, NamesExchangedBonesAndASheetWoundInward)
 {
   const registration::TemplateKnee reference = prepare::generic_template().knee;
