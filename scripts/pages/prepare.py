@@ -6,6 +6,8 @@ HEADS = {
     "robust": ("knee", "stumps of 60 mm", "of 35 mm", "flexed by 30", "by 60", "by 90", "noise of 0.5 mm", "flexion of the unchanged scan"),
     "solved": ("knee", "flexions solved", "internal rotation against the template, RMS degrees", "its range, degrees", "largest excursion, mm",
                "largest strain", "largest tension of a bundle, N", "residuals of femur and tibia, mm", "seconds of prepare"),
+    "generic": ("knee", "unit and side right", "margin of the side", "femur: degrees, mm", "tibia: degrees, mm", "residuals, mm", "flexions solved",
+                "range of internal rotation, degrees", "largest strain"),
     "curves": ("internal rotation at", *(str(flexion) for flexion in range(0, 91, 15))),
 }
 
@@ -17,7 +19,12 @@ def table(head, rows):
 
 def page(recorded, stamp):
     """The page."""
-    tables = {name: table(head, [row for row in recorded[name] if row]) for name, head in HEADS.items()}
+    tables = {name: table(head, [row for row in recorded.get(name, []) if row]) for name, head in HEADS.items()}
+    generic = [] if "generic" not in recorded else [
+        "## With the generic template\n",
+        "Without `--template`: the generated shape `knee-template`, whose solids were fitted to points of these four knees, so these are not other people.",
+        "Frames are compared with those by jam-smith2019.\n",
+        tables["generic"]]
     return "\n".join([
         "# `vrda prepare` on real knees\n",
         "Written by `scripts/prepare_trials`. The template is jam-smith2019 (femoral cartilage, tibia with cartilage, 55 fibres); the four knees are those of",
@@ -34,6 +41,7 @@ def page(recorded, stamp):
         "Flexion 0 to 90 by 5 degrees, varus free, 20 N. Strains and tensions are those of `prepare.json`.\n",
         tables["solved"],
         tables["curves"],
+        *generic,
         "## What the template does not have\n",
         "Transfer is judged against the template. The internal rotation of jam-smith2019 under 20 N peaks at 40 degrees of flexion and then falls, and its",
         "rollback is medial, unlike the curve of Walker et al. (1988), which increases to 90 degrees. A prepared knee inherits that. The template has no femoral",

@@ -22,8 +22,8 @@ class Prepare : public testing::Test {
     const prepare::TemplateJoint joint = prepare::mirrored(prepare::generic_template());
     X_.linear() = Eigen::Quaterniond(1, 2, -1, 2).normalized().toRotationMatrix();
     X_.translation() = Eigen::Vector3d(120, -40, 300);
-    femur_ = written("femur.stl", joint.knee.surfaces.femur.bone);
-    tibia_ = written("tibia.stl", joint.knee.surfaces.tibia.bone);
+    femur_ = written("femur.stl", joined(joint.knee.surfaces.femur));
+    tibia_ = written("tibia.stl", joined(joint.knee.surfaces.tibia));
     fibula_ = written("fibula.stl", joint.fibula);
   }
 
@@ -71,6 +71,9 @@ TEST_F(Prepare, WritesAJobThatSolves)
   EXPECT_EQ(job.frame.side, Side::left);
   EXPECT_EQ(job.ligaments.fibres.size(), 26U);
   EXPECT_EQ(job.grid.flexion_deg.size(), 19U);
+  const test::Ended other_side =
+      test::run_vrda({"check", (folder_ / "knee.toml").string(), "--set", "side=right"});
+  EXPECT_THAT(other_side.out + other_side.err, HasSubstr("side: the bones are those of a left knee"));
   const test::Ended run =
       test::run_vrda({"run", (folder_ / "knee.toml").string(), "--set", "grid.flexion.step=30", "-o",
                       (folder_ / "knee.h5").string(), "--progress", "none"});
@@ -113,7 +116,7 @@ TEST_F(Prepare, BonesOfDifferentPosesAreRefused)
 {
   X_.translation() += Eigen::Vector3d(150, 0, 0);
   const std::string elsewhere =
-      written("elsewhere.stl", prepare::mirrored(prepare::generic_template()).knee.surfaces.tibia.bone);
+      written("elsewhere.stl", joined(prepare::mirrored(prepare::generic_template()).knee.surfaces.tibia));
   const test::Ended ended =
       test::run_vrda({"prepare", "--femur", femur_, "--tibia", elsewhere, "-o", folder_.string()});
   EXPECT_EQ(ended.exit_code, 2);
