@@ -69,6 +69,7 @@ PAGES = {
                         (Run(LIVING), Run(LIVING, MENISCI), Run(LIVING,
                         (*MENISCI, "moving.component.2.inset_mm=0.5", "moving.component.3.inset_mm=0.5"))),
                         ("data:kinematics",)),
+    "prepare": Page("results/prepare.md", ("scripts/prepare_trials",), "prepare", (Run(LIVING),), ("data:knees",), is_long=True),
     "player": Page("results/player.md", ("scripts/pictures",), "player", (Run(LIGAMENTS), Run(LIVING)), ("jobs/bench-desk.toml",), is_long=True),
     "fuzz": Page("results/fuzz.md", ("scripts/fuzz", "--record"), "fuzz", (), ("tests/fuzz/corpus",)),
     "benchmarks": Page("results/benchmarks.md", ("scripts/bench",), "benchmarks", (Run(CONTACT), Run(LIGAMENTS),

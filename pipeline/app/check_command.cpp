@@ -12,6 +12,7 @@
 #include "load/job.hpp"
 #include "model_build/case_solver.hpp"
 #include "picture/case_picture.hpp"
+#include "prepare/frame_check.hpp"
 #include "proximity/directional_gap.hpp"
 
 namespace vrda::app {
@@ -383,17 +384,19 @@ void print(const Json& u)
   for (const Json& w : u["warnings"]) std::printf("warning: %s\n", w.get<std::string>().c_str());
 }
 
+bool has_mesh_file(const load::Job& job)
+{
+  const auto is_file = [](const load::ComponentJob& component) { return !component.generate; };
+  return std::any_of(job.reference.components.begin(), job.reference.components.end(), is_file) ||
+         std::any_of(job.moving.components.begin(), job.moving.components.end(), is_file);
+}
+
 void write_picture(const std::string& path, const load::Case& job_case, const load::Job& job,
                    std::size_t n_warnings)
 {
   picture::PictureNotes notes;
   notes.n_warnings = n_warnings;
-  const auto is_file = [](const load::ComponentJob& component) { return !component.generate; };
-  const auto has_file = [&](const load::BodyJob& body) {
-    return std::any_of(body.components.begin(), body.components.end(), is_file);
-  };
-  if (has_file(job.reference) || has_file(job.moving))
-    notes.file_axes = {job.frame.anterior, job.frame.proximal, job.frame.right};
+  if (has_mesh_file(job)) notes.file_axes = {job.frame.anterior, job.frame.proximal, job.frame.right};
   write_atomically(path, {picture::case_picture(job_case, notes)});
 }
 
@@ -408,6 +411,10 @@ console::ExitCode check_command(const CheckOptions& options)
   warn_of_start(job_case, result["initial_pose"], result["warnings"]);
   warn_of_self_overlaps(job_case.reference, result["warnings"]);
   warn_of_self_overlaps(job_case.moving, result["warnings"]);
+  if (has_mesh_file(job)) {
+    for (const std::string& warning : prepare::frame_warnings(job_case))
+      result["warnings"].push_back(warning);
+  }
   if (!options.picture.empty()) write_picture(options.picture, job_case, job, result["warnings"].size());
   if (options.as_json) {
     std::printf("%s\n", result.dump(2).c_str());

@@ -257,6 +257,10 @@ class Preparation {
     job_run::make_folder(options_.folder);
     fs::remove(file("knee.toml"));  // of an earlier preparation, whose meshes are replaced
     warnings_ = prepare::doubts(fit_, surfaces, known.side.has_value());
+    for (const SubjectPart& part : subject_.moving) {
+      if (part.component.name == "fibula" && !prepare::is_fibula_lateral(part.mesh, fit_.side))
+        warnings_.push_back("--fibula: its head is not lateral of the tibia; check it and the side");
+    }
     refuse_other_objects(surfaces);
     add_cartilage(options_, fit_, surfaces, subject_, report_, warnings_);
     if (options_.menisci.empty()) warnings_.push_back("no menisci given: the knee moves without them");
@@ -310,6 +314,7 @@ class Preparation {
   {
     picture::PictureNotes notes;
     notes.n_warnings = n_warnings;
+    notes.has_four_views = true;
     write_atomically(file("prepare.png"), {picture::case_picture(drawn, notes)});
   }
 

@@ -9,7 +9,7 @@
 namespace vrda::picture {
 namespace {
 
-constexpr int width_px = 1600, height_px = 1000;
+constexpr int panel_width_px = 800, height_px = 1000;
 constexpr double panel_top_px = 120.0, panel_bottom_px = 880.0, margin_px = 70.0;
 constexpr double text_px = 24.0, title_px = 32.0;
 
@@ -45,6 +45,23 @@ View side_view(const load::Case& job_case)
   }
   return {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ(),
           is_knee ? "from the lateral side, the right" : "from the right", "posterior", "anterior"};
+}
+
+View opposite(const View& view, const std::string& title)
+{
+  return {-view.rightward, -view.towards, title, view.right_word, view.left_word};
+}
+
+std::vector<View> views_of(const load::Case& job_case, const PictureNotes& notes)
+{
+  std::vector<View> views{front_view(job_case), side_view(job_case)};
+  if (!notes.has_four_views) return views;
+  const bool is_left_knee = job_case.joint == "knee" && job_case.frame.side == Side::left;
+  const std::string other = is_left_knee ? "the right" : "the left";
+  views.push_back(opposite(views[0], "from behind"));
+  views.push_back(
+      opposite(views[1], job_case.joint == "knee" ? "from the medial side, " + other : "from " + other));
+  return views;
 }
 
 // Projection of canonical coordinates to the pixels of a view.
@@ -259,14 +276,20 @@ std::string case_picture(const load::Case& job_case, const PictureNotes& notes)
   }
   const Eigen::Vector3d size_mm = box.max_mm - box.min_mm;
   const double across_mm = std::max({size_mm.x(), size_mm.z(), 1e-9});
-  const double scale = std::min((0.5 * width_px - 2.0 * margin_px) / across_mm,
+  const double scale = std::min((panel_width_px - 2.0 * margin_px) / across_mm,
                                 (panel_bottom_px - panel_top_px - margin_px) / std::max(size_mm.y(), 1e-9));
+  const std::vector<View> views = views_of(job_case, notes);
+  const int width_px = panel_width_px * static_cast<int>(views.size());
   Canvas canvas(width_px, height_px);
   const double y_px = 0.5 * (panel_top_px + panel_bottom_px);
   const Eigen::Vector3d middle_mm = 0.5 * (box.min_mm + box.max_mm);
-  draw_view(canvas, {front_view(job_case), middle_mm, {0.25 * width_px, y_px}, scale}, job_case, push, notes);
-  draw_view(canvas, {side_view(job_case), middle_mm, {0.75 * width_px, y_px}, scale}, job_case, push, notes);
-  canvas.draw_line({0.5 * width_px, 60.0, 0.0}, {0.5 * width_px, 905.0, 0.0}, 1.5, grey);
+  double left_px = 0.0;
+  for (const View& view : views) {
+    draw_view(canvas, {view, middle_mm, {left_px + 0.5 * panel_width_px, y_px}, scale}, job_case, push,
+              notes);
+    if (left_px > 0.0) canvas.draw_line({left_px, 60.0, 0.0}, {left_px, 905.0, 0.0}, 1.5, grey);
+    left_px += panel_width_px;
+  }
   const std::string side = job_case.frame.side == Side::right ? "right" : "left";
   const std::string joint =
       job_case.joint == "knee" ? side + " knee" : "joint \"" + job_case.joint + "\", " + side + " side";

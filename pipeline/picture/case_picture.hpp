@@ -12,6 +12,7 @@ struct PictureNotes {
   /// The mesh files' axes along anterior, proximal and right, e.g. "-Y"; empty without mesh files.
   std::array<std::string, 3> file_axes;
   std::size_t n_warnings = 0;
+  bool has_four_views = false;  ///< also from behind and from the medial side (other joints: from the left)
 };
 
 /// The bytes of a PNG file: bones in the pose of the mesh files, anatomical axes at the rotation centre,

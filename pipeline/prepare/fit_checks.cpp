@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -153,6 +154,18 @@ std::vector<std::string> doubts(const KneeFit& fit, const KneeSurfaces& subject,
   if (is_side_given && fit.side_margin < 1.0 / least_margin)
     found.push_back("side: the bones look like the other side (" + hundredths(fit.side_margin) + ")");
   return found;
+}
+
+bool is_fibula_lateral(const Mesh& fibula, Side side)
+{
+  constexpr double head_mm = 20.0;
+  double top_mm = -std::numeric_limits<double>::infinity(), sum = 0.0;
+  for (const std::int32_t row : fibula.triangles.reshaped())
+    top_mm = std::max(top_mm, fibula.vertices_mm(row, 1));
+  for (const std::int32_t row : fibula.triangles.reshaped()) {
+    if (fibula.vertices_mm(row, 1) > top_mm - head_mm) sum += fibula.vertices_mm(row, 2);
+  }
+  return side == Side::right ? sum > 0.0 : sum < 0.0;
 }
 
 }  // namespace vrda::prepare

@@ -20,4 +20,8 @@ std::string explanation(const registration::KneeFit& fit, const registration::Kn
 std::vector<std::string> doubts(const registration::KneeFit& fit, const registration::KneeSurfaces& subject,
                                 bool is_side_given);
 
+/// Whether the head of the fibula, its highest 20 mm, is lateral of the rotation centre. `fibula` is in the
+/// tibia's anatomical frame.
+bool is_fibula_lateral(const Mesh& fibula, Side side);
+
 }  // namespace vrda::prepare

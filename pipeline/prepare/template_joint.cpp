@@ -2,6 +2,7 @@
 
 #include "core/error.hpp"
 #include "load/job.hpp"
+#include "shapes/template_knee.hpp"
 
 namespace vrda::prepare {
 namespace {
@@ -11,23 +12,15 @@ constexpr const char* generic_job = R"(title = "Generic knee"
 name = "femur"
 [[reference.component]]
 name = "femur"
-generate = { shape = "knee", part = "femur", resolution = 2 }
-[[reference.component]]
-name = "femur_shaft"
-generate = { shape = "knee", part = "femur_shaft", resolution = 2 }
-contact = false
+generate = { shape = "knee-template", part = "femur" }
 [moving]
 name = "tibia"
 [[moving.component]]
 name = "tibia"
-generate = { shape = "knee", part = "tibia", resolution = 2 }
-[[moving.component]]
-name = "tibia_shaft"
-generate = { shape = "knee", part = "tibia_shaft", resolution = 2 }
-contact = false
+generate = { shape = "knee-template", part = "tibia" }
 [[moving.component]]
 name = "fibula"
-generate = { shape = "knee", part = "fibula", resolution = 2 }
+generate = { shape = "knee-template", part = "fibula" }
 contact = false
 [grid]
 flexion = { from = 0, to = 90, step = 10 }
@@ -35,7 +28,7 @@ varus = "free"
 [solver]
 method = "equilibrium"
 [ligaments]
-generate = { shape = "knee" }
+generate = { shape = "knee-template" }
 )";
 
 bool is_fibula(const std::string& name)
@@ -53,6 +46,18 @@ Mesh fibula_of(const Body& body)
     }
   }
   return fibula;
+}
+
+// Divides a surface that contains both.
+void separate_cartilage(registration::BoneSurfaces& surfaces,
+                        bool (*is_articular)(const Eigen::Vector3d&, const Eigen::Vector3d&))
+{
+  std::vector<Eigen::Index> bone, cartilage;
+  for (Eigen::Index t = 0; t < surfaces.bone.triangles.rows(); ++t) {
+    const auto [a, b, c] = corners(surfaces.bone, t);
+    (is_articular((a + b + c) / 3.0, face_normal(surfaces.bone, t)) ? cartilage : bone).push_back(t);
+  }
+  surfaces = {select_triangles(surfaces.bone, bone), select_triangles(surfaces.bone, cartilage)};
 }
 
 Eigen::Vector3d flipped(const Eigen::Vector3d& v)
@@ -122,7 +127,10 @@ TemplateJoint template_of(const load::Case& joint)
 
 TemplateJoint generic_template()
 {
-  return template_of(load::load_case(load::parse_job("generic knee", generic_job), ""));
+  TemplateJoint knee = template_of(load::load_case(load::parse_job("generic knee", generic_job), ""));
+  separate_cartilage(knee.knee.surfaces.femur, shapes::is_articular_femur);
+  separate_cartilage(knee.knee.surfaces.tibia, shapes::is_articular_tibia);
+  return knee;
 }
 
 }  // namespace vrda::prepare

@@ -20,7 +20,7 @@ registration::BoneSurfaces surfaces_of(const Body& body);
 /// name contains "fibula". Throws InputError naming `joint.title` for another joint.
 TemplateJoint template_of(const load::Case& joint);
 
-/// The generic knee.
+/// The generated knee "knee-template".
 TemplateJoint generic_template();
 
 /// The template of the other side.

@@ -11,8 +11,8 @@ constexpr double farthest_pair_mm = 20.0;
 constexpr double least_pair_cosine = 0.4;
 constexpr double capped_mm = 5.0;
 // mm^2 per point and squared relative deviation of a scale from the mean of the three: a deviation of 5 %
-// costs as much as 0.16 mm on every point.
-constexpr double anisotropy_weight_mm2 = 10.0;
+// costs as much as 0.13 mm on every point.
+constexpr double anisotropy_weight_mm2 = 7.0;
 
 struct Pair {
   Eigen::Vector3d from_mm;  // template
@@ -20,14 +20,16 @@ struct Pair {
   Eigen::Vector3d to_mm;    // subject
   Eigen::Vector3d normal;   // of the subject
   double distance_sq_mm2;
+  double weight;
 };
 
-// The way to the nearest point of a surface is along its normal, except where the surface ends.
-bool is_beyond_border(const Eigen::Vector3d& off_mm, const Eigen::Vector3d& normal)
+// The way to the nearest point of a surface is along its normal, except where the surface ends: 0 there. The
+// transition is gradual, since each pair that came or went at once would be a local optimum.
+double weight_at_border(const Eigen::Vector3d& off_mm, const Eigen::Vector3d& normal)
 {
   constexpr double base_mm = 1.0, slope = 0.35;  // of facets and of noise
   const double across_mm = (off_mm - off_mm.dot(normal) * normal).norm();
-  return across_mm > base_mm + slope * off_mm.norm();
+  return std::clamp(2.0 - 2.0 * across_mm / (base_mm + slope * off_mm.norm()), 0.0, 1.0);
 }
 
 std::vector<Pair> all_pairs(const SurfacePoints& points, const NearestSurface& subject, const BoneFit& fit)
@@ -38,19 +40,25 @@ std::vector<Pair> all_pairs(const SurfacePoints& points, const NearestSurface& s
     const SurfacePoint nearest = subject.nearest(
         at_mm, {farthest_pair_mm, least_pair_cosine, fit.normal(points.normals.row(i).transpose())});
     if (nearest.triangle < 0) continue;
-    if (is_beyond_border(at_mm - nearest.p_mm, subject.normal(nearest.triangle))) continue;
+    const double weight = weight_at_border(at_mm - nearest.p_mm, subject.normal(nearest.triangle));
+    if (weight == 0.0) continue;
     pairs.push_back({from_mm, at_mm, nearest.p_mm, subject.normal(nearest.triangle),
-                     nearest.distance_mm * nearest.distance_mm});
+                     nearest.distance_mm * nearest.distance_mm, weight});
   }
   return pairs;
 }
 
+// The farthest of the pairs kept weigh little.
 void keep_nearest(std::vector<Pair>& pairs, double kept)
 {
   const auto n = static_cast<std::ptrdiff_t>(kept * static_cast<double>(pairs.size()));
   std::nth_element(pairs.begin(), pairs.begin() + n, pairs.end(),
                    [](const Pair& a, const Pair& b) { return a.distance_sq_mm2 < b.distance_sq_mm2; });
   pairs.resize(static_cast<std::size_t>(n));
+  double farthest_sq_mm2 = 0.0;
+  for (const Pair& pair : pairs) farthest_sq_mm2 = std::max(farthest_sq_mm2, pair.distance_sq_mm2);
+  for (Pair& pair : pairs)
+    pair.weight *= farthest_sq_mm2 > 0.0 ? 1.0 - pair.distance_sq_mm2 / farthest_sq_mm2 : 1.0;
 }
 
 void set_residuals(BoneFit& fit, const SurfacePoints& points, const NearestSurface& subject, double kept)
@@ -96,11 +104,12 @@ double advance(BoneFit& fit, const std::vector<Pair>& pairs, ScaleFreedom freedo
     if (freedom == ScaleFreedom::axes) slope.tail<3>() = of_scale;
     if (freedom == ScaleFreedom::similarity) slope[6] = of_scale.dot(fit.scale) / fit.scale.mean();
     const double off_mm = pair.normal.dot(pair.at_mm - pair.to_mm);
-    H += slope * slope.transpose();
-    g += off_mm * slope;
+    H += pair.weight * slope * slope.transpose();
+    g += pair.weight * off_mm * slope;
   }
   if (freedom == ScaleFreedom::axes) {
-    const double weight = anisotropy_weight_mm2 * static_cast<double>(pairs.size());
+    double weight = 0.0;
+    for (const Pair& pair : pairs) weight += anisotropy_weight_mm2 * pair.weight;
     const Eigen::Matrix3d deviation = Eigen::Matrix3d::Identity() - Eigen::Matrix3d::Constant(1.0 / 3.0);
     H.bottomRightCorner<3, 3>() += weight * deviation;
     g.tail<3>() += weight * (deviation * fit.scale);
@@ -154,7 +163,7 @@ BoneFit fit_bone(const SurfacePoints& template_points, const NearestSurface& sub
   BoneFit fit = *std::min_element(fits.begin(), fits.end(), [](const BoneFit& a, const BoneFit& b) {
     return a.mismatch_mm < b.mismatch_mm;
   });
-  iterate(fit, template_points, subject, first, options.kept, 15);
+  iterate(fit, template_points, subject, first, options.kept, first == ScaleFreedom::held ? 60 : 15);
   if (options.freedom == ScaleFreedom::axes)
     iterate(fit, template_points, subject, ScaleFreedom::axes, options.kept, 40);
   set_residuals(fit, template_points, subject, options.kept);

@@ -64,7 +64,7 @@ BoneFit bone_fit(const BoneTask& task, const Eigen::Vector3d& centre_mm, const s
   const Mesh surface = as_cartilage ? task.of_template.cartilage : joined(task.of_template);
   const SurfacePoints points = sample_surface(cropped(surface, centre_mm, task.radius_mm), n_points);
   const NearestSurface subject(
-      cropped(joined(task.of_subject), starts.front()(centre_mm), subject_radius_mm));
+      without_noise(cropped(joined(task.of_subject), starts.front()(centre_mm), subject_radius_mm)));
   return fit_bone(points, subject, starts, {freedom, task.kept});
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <vector>
 
 namespace vrda::registration {
 namespace {
@@ -40,6 +42,38 @@ Points smoothed_normals(const Mesh& mesh)
   return normals;
 }
 
+// Vertices whose triangles do not close a ring: their neighbours do not cancel out.
+std::vector<bool> rim_vertices(const Mesh& mesh)
+{
+  std::vector<std::int64_t> ring(static_cast<std::size_t>(mesh.vertices_mm.rows()), 0);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    for (Eigen::Index k = 0; k < 3; ++k)
+      ring[static_cast<std::size_t>(mesh.triangles(t, k))] +=
+          mesh.triangles(t, (k + 1) % 3) - mesh.triangles(t, (k + 2) % 3);
+  }
+  std::vector<bool> is_rim;
+  for (const std::int64_t sum : ring) is_rim.push_back(sum != 0);
+  return is_rim;
+}
+
+// A pass of Laplacian smoothing; vertices with `is_fixed` stay.
+void relax(Mesh& mesh, const std::vector<bool>& is_fixed, double factor)
+{
+  Points sum = Points::Zero(mesh.vertices_mm.rows(), 3);
+  Eigen::VectorXd n = Eigen::VectorXd::Zero(mesh.vertices_mm.rows());
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const std::int32_t at = mesh.triangles(t, k), next = mesh.triangles(t, (k + 1) % 3);
+      sum.row(at) += mesh.vertices_mm.row(next);
+      n[at] += 1.0;
+    }
+  }
+  for (Eigen::Index v = 0; v < mesh.vertices_mm.rows(); ++v) {
+    if (n[v] == 0.0 || is_fixed[static_cast<std::size_t>(v)]) continue;
+    mesh.vertices_mm.row(v) += factor * (sum.row(v) / n[v] - mesh.vertices_mm.row(v));
+  }
+}
+
 // Source: Ericson (2005), Real-Time Collision Detection, 5.1.5.
 Eigen::Vector3d nearest_in_triangle(const Eigen::Vector3d& p, const std::array<Eigen::Vector3d, 3>& corner)
 {
@@ -75,6 +109,23 @@ double distance_sq_mm2(const Eigen::Vector3d& p, const proximity::BoxTree::Node&
 }
 
 }  // namespace
+
+Mesh without_noise(Mesh mesh)
+{
+  // Taubin (1995): shrinks and swells in turn, so that shapes of some edges keep their size.
+  constexpr double shrink = 0.5, swell = -0.53;
+  constexpr double around_mm = 2.5;
+  constexpr int most_rounds = 10;
+  if (mesh.triangles.rows() == 0) return mesh;
+  const double edges = around_mm / mean_edge_length_mm(mesh);
+  const int n_rounds = static_cast<int>(std::min(edges * edges, static_cast<double>(most_rounds)));
+  const std::vector<bool> is_rim = rim_vertices(mesh);
+  for (int round = 0; round < n_rounds; ++round) {
+    relax(mesh, is_rim, shrink);
+    relax(mesh, is_rim, swell);
+  }
+  return mesh;
+}
 
 NearestSurface::NearestSurface(Mesh mesh)
     : mesh_(std::move(mesh)), normals_(smoothed_normals(mesh_)), tree_(mesh_)

@@ -19,6 +19,9 @@ struct NearestLimits {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
 };
 
+/// The mesh without the noise of a segmentation, of wavelengths below some 5 mm; the rims of sheets stay.
+Mesh without_noise(Mesh mesh);
+
 /// A mesh with a tree, and unit normals of its triangles averaged over their neighbours, which noise of a
 /// segmentation tilts less.
 class NearestSurface {

@@ -5,6 +5,7 @@
 #include "shapes/hip.hpp"
 #include "shapes/knee.hpp"
 #include "shapes/scenes.hpp"
+#include "shapes/template_knee.hpp"
 
 namespace vrda::shapes {
 namespace {
@@ -36,6 +37,25 @@ ShapeParameter word(std::string name, std::string meaning, std::vector<std::stri
   return {std::move(name), std::move(meaning), "", 0.0, 0.0, 0.0, false, std::move(choices)};
 }
 
+Shape of_side(Shape shape, const Values& values)
+{
+  if (values.word("side") == "right") return shape;
+  for (std::vector<ShapePart>* parts : {&shape.reference, &shape.moving}) {
+    for (ShapePart& part : *parts) part.mesh = mirrored_z(part.mesh);
+  }
+  return shape;
+}
+
+std::vector<ShapeFibre> of_side(std::vector<ShapeFibre> fibres, const Values& values)
+{
+  if (values.word("side") == "right") return fibres;
+  for (ShapeFibre& fibre : fibres) {
+    fibre.reference_mm.z() *= -1.0;
+    fibre.moving_mm.z() *= -1.0;
+  }
+  return fibres;
+}
+
 // The upper end of the knee's range gives a million triangles.
 Entry knee_entry()
 {
@@ -44,24 +64,19 @@ Entry knee_entry()
           {number("resolution", "factor on the number of edges along a line; triangles grow with its square",
                   "", 1.0, {0.5, 15.0}),
            word("side", "which knee", {"right", "left"})},
-          [](const Values& values) {
-            Shape shape = right_knee(values.number("resolution"));
-            if (values.word("side") == "right") return shape;
-            for (std::vector<ShapePart>* parts : {&shape.reference, &shape.moving}) {
-              for (ShapePart& part : *parts) part.mesh = mirrored_z(part.mesh);
-            }
-            return shape;
-          },
-          [](const Values& values) {
-            std::vector<ShapeFibre> fibres = right_knee_fibres();
-            if (values.word("side") == "right") return fibres;
-            for (ShapeFibre& fibre : fibres) {
-              fibre.reference_mm.z() *= -1.0;
-              fibre.moving_mm.z() *= -1.0;
-            }
-            return fibres;
-          },
+          [](const Values& values) { return of_side(right_knee(values.number("resolution")), values); },
+          [](const Values& values) { return of_side(right_knee_fibres(), values); },
           knee_fibre_sources};
+}
+
+Entry template_knee_entry()
+{
+  return {"knee-template",
+          "the knee that vrda prepare registers onto a subject's: femur, tibia; fibula drawn only",
+          {word("side", "which knee", {"right", "left"})},
+          [](const Values& values) { return of_side(right_template_knee(), values); },
+          [](const Values& values) { return of_side(right_template_knee_fibres(), values); },
+          template_knee_fibre_sources};
 }
 
 Entry hip_entry()
@@ -207,8 +222,8 @@ Entry cap_in_sink_entry()
 
 const std::vector<CatalogueEntry>& shape_catalogue()
 {
-  static const std::vector<Entry> all = {knee_entry(), hip_entry(), ball_in_dish_entry(),
-                                         bar_on_pyramids_entry(), cap_in_sink_entry()};
+  static const std::vector<Entry> all = {knee_entry(),         template_knee_entry(),   hip_entry(),
+                                         ball_in_dish_entry(), bar_on_pyramids_entry(), cap_in_sink_entry()};
   return all;
 }
 

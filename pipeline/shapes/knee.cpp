@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "shapes/bundle.hpp"
 #include "shapes/level_set.hpp"
 
 namespace vrda::shapes {
@@ -55,38 +56,10 @@ Shape right_knee(double resolution)
 
 namespace {
 
-// Attachments of a bundle's fibres are evenly spaced between two points on the femur and two on the tibia (or
-// the fibula's head), projected onto the bone. They follow the anatomy where this model allows; its notch has
-// a lower roof than a real one, so the cruciates start from the edge of roof and wall nearest to the flexion
-// axis. In the motion by contact alone no strain then exceeds 0.1 from 0 to 90 degrees: PCLal tightens with
-// flexion, ACLpl and the collaterals slacken, ACLam and PCLpm change by about a tenth.
-struct Bundle {
-  const char* name;
-  int n_fibres;
-  double stiffness_n;       // of all its fibres together
-  double reference_strain;  // of each in the design pose
-  Eigen::Vector3d first_femur_mm, last_femur_mm;
-  Eigen::Vector3d first_tibia_mm, last_tibia_mm;
-  double (*moving_field)(const Eigen::Vector3d&);
-};
-
-// The nearest point on the surface, by Newton steps along the gradient.
-Eigen::Vector3d on_surface(double (*field)(const Eigen::Vector3d&), const Eigen::Vector3d& near_mm)
-{
-  constexpr int most_steps = 20;
-  constexpr double step_mm = 1e-4;
-  Eigen::Vector3d p = near_mm;
-  for (int i = 0; i < most_steps; ++i) {
-    Eigen::Vector3d slope;
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      const Eigen::Vector3d h = step_mm * Eigen::Vector3d::Unit(k);
-      slope[k] = (field(p + h) - field(p - h)) / (2.0 * step_mm);
-    }
-    p -= field(p) / slope.squaredNorm() * slope;
-  }
-  return p;
-}
-
+// The bundles follow the anatomy where this model allows; its notch has a lower roof than a real one, so the
+// cruciates start from the edge of roof and wall nearest to the flexion axis. In the motion by contact alone
+// no strain then exceeds 0.1 from 0 to 90 degrees: PCLal tightens with flexion, ACLpl and the collaterals
+// slacken, ACLam and PCLpm change by about a tenth.
 std::vector<Bundle> bundles()
 {
   return {
@@ -115,21 +88,7 @@ const char* const knee_fibre_sources =
 
 std::vector<ShapeFibre> right_knee_fibres()
 {
-  std::vector<ShapeFibre> fibres;
-  for (const Bundle& bundle : bundles()) {
-    for (int i = 0; i < bundle.n_fibres; ++i) {
-      const double t = static_cast<double>(i) / (bundle.n_fibres - 1);
-      const Eigen::Vector3d femur_mm =
-          on_surface(femur_field, (1.0 - t) * bundle.first_femur_mm + t * bundle.last_femur_mm);
-      const Eigen::Vector3d tibia_mm =
-          on_surface(bundle.moving_field, (1.0 - t) * bundle.first_tibia_mm + t * bundle.last_tibia_mm);
-      const double length_mm = (tibia_mm - femur_mm).norm();
-      fibres.push_back({bundle.name + std::to_string(i + 1), bundle.name, femur_mm,
-                        tibia_mm - initial_clearance_mm() * Eigen::Vector3d::UnitY(),
-                        bundle.stiffness_n / bundle.n_fibres, length_mm / (1.0 + bundle.reference_strain)});
-    }
-  }
-  return fibres;
+  return fibres_of(bundles(), femur_field, initial_clearance_mm());
 }
 
 }  // namespace vrda::shapes

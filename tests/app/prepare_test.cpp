@@ -22,8 +22,8 @@ class Prepare : public testing::Test {
     const prepare::TemplateJoint joint = prepare::mirrored(prepare::generic_template());
     X_.linear() = Eigen::Quaterniond(1, 2, -1, 2).normalized().toRotationMatrix();
     X_.translation() = Eigen::Vector3d(120, -40, 300);
-    femur_ = written("femur.stl", joint.knee.surfaces.femur.bone);
-    tibia_ = written("tibia.stl", joint.knee.surfaces.tibia.bone);
+    femur_ = written("femur.stl", joined(joint.knee.surfaces.femur));
+    tibia_ = written("tibia.stl", joined(joint.knee.surfaces.tibia));
     fibula_ = written("fibula.stl", joint.fibula);
   }
 
@@ -64,10 +64,16 @@ TEST_F(Prepare, WritesAJobThatSolves)
   }
   for (const char* name : {"femur.stl", "tibia.stl", "fibula.stl", "ligaments.csv", "prepare.png"})
     EXPECT_TRUE(fs::exists(folder_ / name)) << name;
+  // Four views of 800 pixels: the width is in bytes 16 to 19 of a PNG.
+  const std::string png = test::read_bytes(folder_ / "prepare.png");
+  EXPECT_EQ(256 * static_cast<unsigned char>(png.at(18)) + static_cast<unsigned char>(png.at(19)), 3200);
   const load::Case job = load::load_case((folder_ / "knee.toml").string());
   EXPECT_EQ(job.frame.side, Side::left);
   EXPECT_EQ(job.ligaments.fibres.size(), 26U);
   EXPECT_EQ(job.grid.flexion_deg.size(), 19U);
+  const test::Ended other_side =
+      test::run_vrda({"check", (folder_ / "knee.toml").string(), "--set", "side=right"});
+  EXPECT_THAT(other_side.out + other_side.err, HasSubstr("side: the bones are those of a left knee"));
   const test::Ended run =
       test::run_vrda({"run", (folder_ / "knee.toml").string(), "--set", "grid.flexion.step=30", "-o",
                       (folder_ / "knee.h5").string(), "--progress", "none"});
@@ -97,11 +103,20 @@ TEST_F(Prepare, ExchangedBonesAreRefusedAndDrawn)
   EXPECT_FALSE(fs::exists(folder_ / "knee.toml"));
 }
 
+TEST_F(Prepare, AFibulaThatIsNotLateralIsWarnedOf)
+{
+  const std::string medial = written("medial.stl", prepare::generic_template().fibula);
+  const test::Ended ended = test::run_vrda({"prepare", "--femur", femur_, "--tibia", tibia_, "--fibula",
+                                            medial, "--no-ligaments", "-o", folder_.string()});
+  EXPECT_EQ(ended.exit_code, 0);
+  EXPECT_THAT(ended.err, HasSubstr("--fibula: its head is not lateral"));
+}
+
 TEST_F(Prepare, BonesOfDifferentPosesAreRefused)
 {
   X_.translation() += Eigen::Vector3d(150, 0, 0);
   const std::string elsewhere =
-      written("elsewhere.stl", prepare::mirrored(prepare::generic_template()).knee.surfaces.tibia.bone);
+      written("elsewhere.stl", joined(prepare::mirrored(prepare::generic_template()).knee.surfaces.tibia));
   const test::Ended ended =
       test::run_vrda({"prepare", "--femur", femur_, "--tibia", elsewhere, "-o", folder_.string()});
   EXPECT_EQ(ended.exit_code, 2);

@@ -68,21 +68,30 @@ TEST(Doubts, ShortBonesCartilageAndASideThatIsHardToTell)
   EXPECT_THAT(doubts(good_fit(), knee, false), ElementsAre(HasSubstr("femur: cartilage only")));
 }
 
+TEST(Doubts, AFibulaIsLateral)
+{
+  const Mesh fibula = prepare::generic_template().fibula;
+  EXPECT_TRUE(prepare::is_fibula_lateral(fibula, Side::right));
+  EXPECT_FALSE(prepare::is_fibula_lateral(fibula, Side::left));
+  EXPECT_TRUE(prepare::is_fibula_lateral(mirrored_z(fibula), Side::left));
+}
+
 TEST(Explanation, NamesExchangedBonesAndASheetWoundInward)
 {
   const registration::TemplateKnee reference = prepare::generic_template().knee;
   const KneeSurfaces knee = reference.surfaces;
   const KneeSurfaces exchanged{knee.tibia, knee.femur};
-  EXPECT_FALSE(objections(fit_knee(exchanged, reference), exchanged).empty());
-  EXPECT_THAT(explanation(fit_knee(exchanged, reference), exchanged, reference), HasSubstr("exchanged"));
-  KneeSurfaces inward = knee;
+  const KneeFit of_exchanged = fit_knee(exchanged, reference);
+  EXPECT_FALSE(objections(of_exchanged, exchanged).empty());
+  EXPECT_THAT(explanation(of_exchanged, exchanged, reference), HasSubstr("exchanged"));
   // Open: without the end of its shaft.
-  inward.femur.bone = registration::cropped(inward.femur.bone, {0, 0, 0}, 80.0);
+  KneeSurfaces inward = knee;
+  inward.femur = {registration::cropped(joined(knee.femur), {0, 0, 0}, 50.0), {}};
   inward.femur.bone.triangles.col(1).swap(inward.femur.bone.triangles.col(2));
   inward.femur.bone.normals *= -1.0;
-  EXPECT_FALSE(objections(fit_knee(inward, reference), inward).empty());
-  EXPECT_THAT(explanation(fit_knee(inward, reference), inward, reference),
-              HasSubstr("the femur is inside out"));
+  const KneeFit of_inward = fit_knee(inward, reference);
+  EXPECT_FALSE(objections(of_inward, inward).empty());
+  EXPECT_THAT(explanation(of_inward, inward, reference), HasSubstr("the femur is inside out"));
 }
 
 }  // namespace vrda::fit_checks_test

@@ -55,7 +55,7 @@ TEST(SlackLengths, AFibreStrainedBeyondTheTemplatesIsLengthened)
   load::Case subject = knee;
   // Attached anterior of the flexion axis, it tightens in flexion.
   for (ligament::Fibre& fibre : subject.ligaments.fibres) {
-    if (fibre.bundle == "MCLs") fibre.reference_mm.x() += 12.0;
+    if (fibre.bundle == "MCLs") fibre.reference_mm.x() += 20.0;
   }
   const prepare::SlackResult result = set_slack_lengths(subject, knee, 2);
   ASSERT_GT(result.lengthenings.front(), 0);

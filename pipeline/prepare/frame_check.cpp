@@ -1,0 +1,64 @@
+#include "prepare/frame_check.hpp"
+
+#include <cmath>
+
+#include "core/text.hpp"
+#include "core/trig.hpp"
+#include "core/units.hpp"
+#include "prepare/template_joint.hpp"
+#include "registration/coarse_fit.hpp"
+
+namespace vrda::prepare {
+namespace {
+
+// A fit as close as that of a prepared knee tells; frames that people define differ by some 15 degrees and
+// mm.
+constexpr double largest_telling_residual_mm = 3.5;
+constexpr double certain_side_margin = 1.15;
+constexpr double largest_turn_deg = 30.0, largest_offset_mm = 30.0;
+
+const char* unit_word(double unit_mm)
+{
+  return unit_mm == 10.0 ? "cm" : "m";
+}
+
+double turn_deg(const Eigen::Matrix3d& R)
+{
+  const Eigen::Quaterniond q(R);
+  return deg_from_rad(2.0 * arc_tangent2(q.vec().norm(), std::abs(q.w())));
+}
+
+}  // namespace
+
+std::vector<std::string> frame_warnings(const load::Case& knee)
+{
+  registration::KneeSurfaces bones{surfaces_of(knee.reference), surfaces_of(knee.moving)};
+  const Mesh femur = joined(bones.femur), tibia = joined(bones.tibia);
+  if (knee.joint != "knee" || femur.triangles.rows() == 0 || tibia.triangles.rows() == 0) return {};
+  const std::string remedy = "; vrda prepare finds unit, side and frame";
+  const double unit_mm = registration::unit_mm_of(femur, tibia);
+  if (unit_mm != 1.0)
+    return {std::string("frame.unit: the bones have the size of a knee in ") + unit_word(unit_mm) + remedy};
+  const registration::TemplateKnee reference = generic_template().knee;
+  const registration::CoarseFit fit = coarse_fit(bones, reference);
+  const bool is_left = fit.left.residual_mm < fit.right.residual_mm;
+  const registration::SimilarityFit& best = is_left ? fit.left : fit.right;
+  if (!(best.residual_mm < largest_telling_residual_mm)) return {};
+  std::vector<std::string> warnings;
+  const double margin = (is_left ? fit.right : fit.left).residual_mm / best.residual_mm;
+  if (margin > certain_side_margin && is_left != (knee.frame.side == Side::left))
+    warnings.push_back(std::string("side: the bones are those of a ") + (is_left ? "left" : "right") +
+                       " knee in these axes" + remedy);
+  const double turned_deg = turn_deg(best.R);
+  const double off_mm =
+      (best.t_mm - knee.frame.rotation_centre_mm).norm();  // the template's origin is its centre
+  if (turned_deg > largest_turn_deg)
+    warnings.push_back("frame: the bones are turned by " + shortest_decimal(std::round(turned_deg)) +
+                       " degrees from these axes" + remedy);
+  else if (off_mm > largest_offset_mm)
+    warnings.push_back("frame.origin: " + shortest_decimal(std::round(off_mm)) +
+                       " mm from the flexion axis between the condyles" + remedy);
+  return warnings;
+}
+
+}  // namespace vrda::prepare
