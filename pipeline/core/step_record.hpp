@@ -99,15 +99,6 @@ struct Balance {
   std::vector<ContactForce> forces;
 };
 
-/// Pairs of triangles that carried load at a solved pose, and the attitude of that pose.
-struct BearingPairs {
-  struct Pair {
-    std::int32_t reference = -1, moving = -1;
-  };
-  Attitude attitude;
-  std::vector<Pair> pairs;
-};
-
 struct StepRecord {
   StepKey key;
   MovingPose pose;  ///< in S; the best pose so far where `status` is not stable

@@ -12,7 +12,7 @@ namespace {
 
 // Must change when the same job may give other bytes: journals of an older solver are then refused.
 constexpr const char* search_version = "stability-search 6";
-constexpr const char* equilibrium_version = "equilibrium 5";
+constexpr const char* equilibrium_version = "equilibrium 4";
 
 solve::SolverBody solver_body(const Body& body, const SolverFrame& frame)
 {
@@ -187,9 +187,8 @@ StepRecord CaseSolver::operator()(const sweep::StepTask& task, const SearchObser
   const load::Push& push = case_.path_push.at(static_cast<std::size_t>(task.path_row));
   const SolverFrame frame = frame_of(case_, push);
   Worker& worker = worker_at(task.worker, frame);
-  const SolverFrame seed_frame =
-      frame_of(case_, case_.path_push.at(static_cast<std::size_t>(task.seed_path_row)));
-  const MovingPose seed = in_frame_of(task.seed, seed_frame, frame);
+  const MovingPose seed = in_frame_of(
+      task.seed, frame_of(case_, case_.path_push.at(static_cast<std::size_t>(task.seed_path_row))), frame);
   if (!worker.solver) {
     check(!task.is_varus_free && task.band == 0, "the stability search has fixed varus and no loads");
     return solve::find_stable_pose(worker.push_frame->joint, task.attitude, seed, case_.search, observer);
@@ -197,8 +196,6 @@ StepRecord CaseSolver::operator()(const sweep::StepTask& task, const SearchObser
   solve::EquilibriumSolver::Task solve;
   solve.attitude = task.attitude;
   solve.seed = seed;
-  // About another Delta the pose is not that of the equilibrium.
-  if (seed_frame.delta == frame.delta) solve.seed_bearing = task.seed_bearing;
   solve.loads = loads_of(case_, push);
   solve.loads.moment_nmm += task.band * case_.spine.band_moment_nmm;
   solve.is_varus_free = task.is_varus_free;

@@ -1,7 +1,6 @@
 #include "proximity/gap_features.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <tuple>
 
 namespace vrda::proximity {
@@ -52,18 +51,6 @@ GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const Co
     }
   }
   return feature;
-}
-
-std::vector<GapFeature> features_of_pair(const Corners& reference, const Corners& moving,
-                                         const TrianglePair& pair, double max_travel_mm)
-{
-  const GapFace r = gap_face(reference), m = gap_face(moving);
-  std::vector<GapFeature> features;
-  if (!r.faces_down() || !m.faces_up()) return features;
-  visit_contact_candidates(r, m, [&](const ContactCandidate& at) {
-    if (std::abs(at.travel_mm) <= max_travel_mm) features.push_back(gap_feature(r, m, at, pair));
-  });
-  return features;
 }
 
 void merge_features(std::vector<GapFeature>& features)

@@ -11,11 +11,6 @@ namespace vrda::proximity {
 GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const ContactCandidate& candidate,
                        const TrianglePair& pair);
 
-/// Features of one pair of triangles, both placed, whose travel is at most `max_travel_mm`, either sign.
-/// Unordered; duplicates at common vertices are possible.
-std::vector<GapFeature> features_of_pair(const Corners& reference, const Corners& moving,
-                                         const TrianglePair& pair, double max_travel_mm);
-
 /// Sorts by travel and removes duplicates found through several pairs of triangles (of equal travels the
 /// smallest pair stays). Features at one point with different normals stay: each is a one-sided
 /// linearisation.

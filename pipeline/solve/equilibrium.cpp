@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "proximity/gap_features.hpp"
 #include "solve/equilibrium_run.hpp"
 
 namespace vrda::solve {
@@ -35,11 +34,6 @@ constexpr std::size_t max_features = 20;
 constexpr std::size_t min_features = 4;
 // Until then rejected trials add cutting planes; then the trust region shrinks.
 constexpr int max_rejections = 3;
-// Features of the seed within this many tolerances of contact bear there.
-constexpr double bearing_tolerances = 10.0;
-// Trust radius of the predicted start; by contact alone `first_radius_mm`. Measured: more plans save a tenth
-// of an iteration and cost more.
-constexpr double predicted_radius_with_fibres_mm = 3.0;
 
 double mean_area_mm2(const Mesh& mesh)
 {
@@ -93,15 +87,10 @@ StepRecord EquilibriumSolver::Run::run()
 
 StepStatus EquilibriumSolver::Run::find_equilibrium()
 {
-  Configuration start = predicted_start();
-  sample_gap(start, sample_);
-  if (!std::isfinite(sample_.travel_mm)) {
-    start = seed_;
-    sample_gap(start, sample_);
-  }
-  current_.configuration = start;
+  current_.configuration = seed_;
+  sample_gap(seed_, sample_);
   if (!std::isfinite(sample_.travel_mm)) return StepStatus::no_contact;
-  current_ = candidate_at(start, sample_.travel_mm);
+  current_ = candidate_at(seed_, sample_.travel_mm);
   if (!current_.is_bounded) return StepStatus::unbounded;
   // A plan approximates fibres to second order; the step after a small one is much smaller.
   const double small_step_mm =
@@ -127,43 +116,6 @@ StepStatus EquilibriumSolver::Run::find_equilibrium()
   }
   iteration_ = std::min(iteration_, state_.options.max_iterations);
   return StepStatus::iteration_limit;
-}
-
-std::vector<ContactConstraint> EquilibriumSolver::Run::bearing_constraints() const
-{
-  const Attitude& attitude = task_.seed_bearing.attitude;
-  const Configuration at = configuration_at(task_.seed, attitude.varus_rad, state_.scale);
-  const Rotations rotations(at, attitude.flexion_rad);
-  const ConstraintMeshes meshes{state_.joint.reference.tree_mesh.mesh, state_.joint.moving.tree_mesh.mesh,
-                                state_.scale};
-  const proximity::Placement place(task_.seed);
-  std::vector<ContactConstraint> constraints;
-  for (const BearingPairs::Pair& pair : task_.seed_bearing.pairs) {
-    proximity::Corners r = corners(meshes.reference, pair.reference);
-    for (Eigen::Vector3d& p : r) p = rotations.of_reference * p;
-    for (const proximity::GapFeature& feature :
-         proximity::features_of_pair(r, place(corners(meshes.moving, pair.moving)),
-                                     {pair.reference, pair.moving}, bearing_tolerances * tolerance_mm_)) {
-      const ContactConstraint constraint = contact_constraint_of(feature, meshes, at, rotations);
-      if (can_carry_load(constraint)) constraints.push_back(constraint);
-    }
-  }
-  return constraints;
-}
-
-Configuration EquilibriumSolver::Run::predicted_start()
-{
-  constraints_ = bearing_constraints();
-  if (constraints_.empty()) return seed_;
-  const Rotations rotations(seed_, task_.attitude.flexion_rad);
-  double least_mm = plan_options_.reach_mm;
-  for (const ContactConstraint& constraint : constraints_)
-    least_mm = std::min(least_mm, clearance(constraint, seed_, rotations).travel_mm);
-  const EquilibriumCandidate from = candidate_at(seed_, least_mm);
-  if (!from.is_bounded) return seed_;
-  plan_options_.radius_mm =
-      state_.ligaments.fibres.empty() ? first_radius_mm : predicted_radius_with_fibres_mm;
-  return planner_.plan(from, constraints_, plan_options_).end.configuration;
 }
 
 int EquilibriumSolver::Run::n_gap_queries() const

@@ -25,8 +25,6 @@ class EquilibriumSolver {
     Loads loads;
     bool is_varus_free = false;
     bool is_measured = true;  ///< false: contacts, gaps and theta_determined are not filled
-    /// Of the seed where it is an equilibrium nearby: the first pose is then predicted from them.
-    BearingPairs seed_bearing{};
   };
 
   /// Pure: the same task gives the same bits, independent of earlier steps and of the seed's height.

@@ -75,10 +75,6 @@ class EquilibriumSolver::Run {
   enum class Outcome { accepted, rejected, unbounded };
   StepStatus find_equilibrium();
   int n_gap_queries() const;
-  // Where a plan over the constraints that bear at the seed leads; the seed itself without any.
-  Configuration predicted_start();
-  // Constraints of the features that bear at the seed's own attitude.
-  std::vector<ContactConstraint> bearing_constraints() const;
   Attitude attitude_at(const Configuration& configuration) const;
   // Overwrites `sample`, whose memory is reused.
   void sample_gap(const Configuration& configuration, double band, GapSample& sample);

@@ -33,14 +33,6 @@ bool is_stable(const Attempt& attempt)
 
 }  // namespace
 
-BearingPairs bearing_pairs_of(const StepRecord& record, const Attitude& attitude)
-{
-  BearingPairs bearing{attitude, {}};
-  for (const ContactForce& force : record.balance.forces)
-    bearing.pairs.push_back({force.triangle_reference, force.triangle_moving});
-  return bearing;
-}
-
 std::vector<Seed> seeds_from(const SweepPlan& plan, const Seed& seed)
 {
   std::vector<Seed> seeds{seed};
@@ -65,13 +57,11 @@ StepRecord solve_from_seeds(StepTask task, const std::vector<Seed>& seeds, doubl
     if (seed.is_last_resort && std::any_of(attempts.begin(), attempts.end(), is_stable)) continue;
     task.seed = seed.pose;
     task.seed_path_row = seed.path_row;
-    task.seed_bearing = seed.bearing;
     if (is_solved() || max_seed_step_rad <= 0.0) return attempts.back().record;
     if (!seed.attitude) continue;
     const int n = n_parts(*seed.attitude, task.attitude, max_seed_step_rad);
     StepTask part = task;
     part.is_measured = false;
-    part.seed_bearing = {};
     bool is_nearer = false;
     for (int k = 1; k < n; ++k) {
       part.attitude = between(*seed.attitude, task.attitude, static_cast<double>(k) / n);
@@ -84,7 +74,6 @@ StepRecord solve_from_seeds(StepTask task, const std::vector<Seed>& seeds, doubl
     if (!is_nearer) continue;
     task.seed = part.seed;
     task.seed_path_row = part.seed_path_row;
-    task.seed_bearing = {};
     if (is_solved()) return attempts.back().record;
   }
   const auto stable = std::find_if(attempts.rbegin(), attempts.rend(), is_stable);

@@ -15,11 +15,7 @@ struct Seed {
   std::optional<Attitude> attitude;  ///< at which the pose was solved; empty for the start pose of the job
   std::int32_t path_row = 0;         ///< its Delta
   bool is_last_resort = false;       ///< tried only while no result is stable
-  BearingPairs bearing{};            ///< empty unless `pose` is an equilibrium
 };
-
-/// The pairs that carry load in `record`, which was solved at `attitude`.
-BearingPairs bearing_pairs_of(const StepRecord& record, const Attitude& attitude);
 
 /// The seed, the start pose of the plan, and its rotations as last resorts.
 std::vector<Seed> seeds_from(const SweepPlan& plan, const Seed& seed);

@@ -34,7 +34,6 @@ Seed moved(Seed seed, const SpineOffset& offset)
   seed.pose.theta_rad += offset.theta_rad;
   seed.pose.translation_mm.x() += offset.shift_x_mm;
   seed.pose.translation_mm.z() += offset.shift_z_mm;
-  seed.bearing = {};
   return seed;
 }
 
@@ -251,8 +250,7 @@ class Sweep {
   Seed seed_of(const StepRecord& record) const
   {
     const std::int32_t row = path_row_of(record.key);
-    const Attitude attitude{path_rad_[static_cast<std::size_t>(row)], record.varus_rad};
-    return {record.pose, attitude, row, false, bearing_pairs_of(record, attitude)};
+    return {record.pose, Attitude{path_rad_[static_cast<std::size_t>(row)], record.varus_rad}, row};
   }
 
   StepRecord free_step(const StepKey& key, const Seed& seed, int worker, int band = 0)
@@ -263,7 +261,6 @@ class Sweep {
     task.attitude = {path_rad_[static_cast<std::size_t>(task.path_row)], varus_of(seed)};
     task.seed = seed.pose;
     task.seed_path_row = seed.path_row;
-    task.seed_bearing = seed.bearing;
     task.is_varus_free = true;
     task.band = band;
     task.is_measured = plan_.is_varus_free && band == 0;  // it may become a cell

@@ -51,7 +51,6 @@ struct StepTask {
   MovingPose seed;
   std::int32_t path_row = 0;       ///< row of the path flexions, or of the grid's if there is no path
   std::int32_t seed_path_row = 0;  ///< of the seed: its Delta may differ
-  BearingPairs seed_bearing;       ///< of the seed, if it is an equilibrium
   bool is_varus_free = false;
   int band = 0;             ///< -1 or +1: with the extra moment against theta or with it
   bool is_measured = true;  ///< false: only pose, status and energy are needed, under no key of the result

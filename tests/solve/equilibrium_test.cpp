@@ -323,45 +323,4 @@ TEST(Equilibrium, IsAtLeastAsFarAlongDeltaAsTheSearch)
   EXPECT_GT(n_higher, 6);
 }
 
-BearingPairs bearing_of(const StepRecord& record, const Attitude& attitude)
-{
-  BearingPairs bearing{attitude, {}};
-  for (const ContactForce& force : record.balance.forces)
-    bearing.pairs.push_back({force.triangle_reference, force.triangle_moving});
-  return bearing;
-}
-
-TEST(Equilibrium, AStepFromItsNeighboursContactsNeedsNoSearch)
-{
-  // Flat flanks predict exactly where the pit moves to as the reference turns about an axis 10 mm below.
-  const auto high_pit = [](double x, double z) { return 10.0 + pit(x, z); };
-  const solve::Joint joint = joint_of(ceiling(60, 12, high_pit), pins({{0, 0, 0}}));
-  const ligament::Ligaments none;
-  solve::EquilibriumSolver solver(joint, none, options);
-  const StepRecord seed = solver.solve({{}, {{1, -30, 2}, 0}, {}});
-  ASSERT_EQ(seed.status, StepStatus::stable);
-  solve::EquilibriumSolver::Task task{{0.05, 0.02}, seed.pose, {}};
-  const StepRecord cold = solver.solve(task);
-  task.seed_bearing = bearing_of(seed, {});
-  const StepRecord predicted = solver.solve(task);
-  ASSERT_EQ(predicted.status, StepStatus::stable);
-  EXPECT_NEAR((predicted.pose.translation_mm - cold.pose.translation_mm).norm(), 0.0, exact_mm);
-  EXPECT_LT(predicted.balance.residual_n, 1e-6);
-  EXPECT_EQ(predicted.iterations, 1);
-  EXPECT_GT(cold.iterations, 1);
-}
-
-TEST(Equilibrium, PairsThatDoNotTouchAtTheSeedAreIgnored)
-{
-  const test::MinimalKnee knee;
-  solve::EquilibriumSolver solver(knee.joint, knee.ligaments, {});
-  solve::EquilibriumSolver::Task task{{0.1, 0.0}, {{0, -30, 0}, 0}, {}, true};
-  const StepRecord plain = solver.solve(task);
-  task.seed_bearing = bearing_of(plain, {0.1, plain.varus_rad});
-  const StepRecord with_pairs = solver.solve(task);
-  EXPECT_EQ(with_pairs.pose.translation_mm, plain.pose.translation_mm);
-  EXPECT_EQ(with_pairs.pose.theta_rad, plain.pose.theta_rad);
-  EXPECT_EQ(with_pairs.iterations, plain.iterations);
-}
-
 }  // namespace vrda::equilibrium_test
