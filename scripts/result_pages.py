@@ -40,7 +40,7 @@ class Page:
     module: str  # of scripts/pages; its function page(numbers, stamp) returns the text
     runs: tuple = ()
     files: tuple = ()  # other inputs: of the checkout, or of the data folder as data:PATH
-    is_long: bool = False  # takes more than ten minutes: may be stale while its second line says so
+    is_long: bool = False  # takes minutes: may be stale while its second line says so
 
 
 def validation_jobs():
@@ -171,13 +171,9 @@ def stale(name, today, root=ROOT):
     page = PAGES[name]
     text = (root / page.path).read_text(encoding="utf-8")
     old = outdated(name, today, root)
-    has_record = record_path(name, root).is_file()
-    if old and page.is_long:
-        if STALE not in text:
-            return old
-    elif old:
+    if old and not (page.is_long and STALE in text):
         return old
-    if has_record and text != marked(render(name, root), name, old):
+    if record_path(name, root).is_file() and text != marked(render(name, root), name, old):
         return [f"{page.path}: found other text than its record gives; run scripts/results --render {name}"]
     return []
 

@@ -10,6 +10,7 @@
 #include "core/units.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
+#include "load/axis_map.hpp"
 #include "load/clean_mesh.hpp"
 #include "load/file_bytes.hpp"
 #include "load/job.hpp"
@@ -136,15 +137,10 @@ const char* side_name(Side side)
   return side == Side::right ? "right" : "left";
 }
 
-const char* unit_name(double unit_mm)
-{
-  return unit_mm == 1.0 ? "mm" : unit_mm == 10.0 ? "cm" : "m";
-}
-
 Json fit_json(const KneeFit& fit)
 {
   const ClinicalCoordinates& scanned = fit.scanned;
-  return {{"unit", unit_name(fit.unit_mm)},
+  return {{"unit", load::unit_of_mm(fit.unit_mm)},
           {"side", side_name(fit.side)},
           {"side_margin", fit.side_margin},
           {"coarse_residual_mm", fit.coarse_residual_mm},
@@ -245,12 +241,12 @@ class Preparation {
     const KneeSurfaces surfaces{surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
     registration::KneeFitOptions known;
     if (!options_.side.empty()) known.side = options_.side == "left" ? Side::left : Side::right;
-    if (!options_.unit.empty())
-      known.unit_mm = options_.unit == "mm" ? 1.0 : options_.unit == "cm" ? 10.0 : 1000.0;
+    if (!options_.unit.empty()) known.unit_mm = load::mm_per_unit(options_.unit);
     fit_ = registration::fit_knee(surfaces, reference_.knee, known);
     report_ = fit_json(fit_);
-    console::log_info("side " + std::string(side_name(fit_.side)) + ", unit " + unit_name(fit_.unit_mm) +
-                      ", scanned at " + shortest_decimal(std::round(deg_from_rad(fit_.scanned.flexion_rad))) +
+    console::log_info("side " + std::string(side_name(fit_.side)) + ", unit " +
+                      load::unit_of_mm(fit_.unit_mm) + ", scanned at " +
+                      shortest_decimal(std::round(deg_from_rad(fit_.scanned.flexion_rad))) +
                       " degrees of flexion");
     move_to_frame(subject_.reference, fit_.unit_mm, fit_.X_scan_femur);
     move_to_frame(subject_.moving, fit_.unit_mm, fit_.X_scan_tibia);

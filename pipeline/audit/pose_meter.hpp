@@ -101,8 +101,8 @@ class PoseMeter {
   double radii_mm_ = 0.0;                            ///< of both objects about the origin of S
   double beneath_mm_ = 0.0;                          ///< no contact is possible this far back along Delta
   proximity::TrianglePair hint_;                     ///< the last overlapping pair
-  std::vector<proximity::TrianglePair> noted_;
-  std::optional<proximity::Gap> from_below_;  ///< of the placed pose
+  std::vector<proximity::TrianglePair> noted_;       ///< pairs of the noted features
+  std::optional<proximity::Gap> from_below_;         ///< of the placed pose
 };
 
 /// Distance along Delta at which a recontacted pose stops before contact. Poses and the narrow phase have

@@ -24,6 +24,11 @@ double mm_per_unit(const std::string& unit)
   return unit == "m" ? 1000.0 : unit == "cm" ? 10.0 : 1.0;
 }
 
+const char* unit_of_mm(double mm)
+{
+  return mm == 1.0 ? "mm" : mm == 10.0 ? "cm" : "m";
+}
+
 AxisMap axis_map(const Job& job)
 {
   const FrameJob& frame = job.frame;

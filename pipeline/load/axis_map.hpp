@@ -20,6 +20,8 @@ struct AxisMap {
 
 /// 1, 10 or 1000 for "mm", "cm" and "m".
 double mm_per_unit(const std::string& unit);
+/// "mm", "cm" or "m", the unit of 1, 10 or 1000 mm.
+const char* unit_of_mm(double mm);
 
 /// Throws InputError if two directions name the same axis or the map is left-handed.
 AxisMap axis_map(const Job& job);

@@ -5,6 +5,7 @@
 #include "core/text.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
+#include "load/axis_map.hpp"
 #include "prepare/template_joint.hpp"
 #include "registration/coarse_fit.hpp"
 
@@ -16,11 +17,6 @@ namespace {
 constexpr double largest_telling_residual_mm = 3.5;
 constexpr double certain_side_margin = 1.15;
 constexpr double largest_turn_deg = 30.0, largest_offset_mm = 30.0;
-
-const char* unit_word(double unit_mm)
-{
-  return unit_mm == 10.0 ? "cm" : "m";
-}
 
 double turn_deg(const Eigen::Matrix3d& R)
 {
@@ -38,7 +34,8 @@ std::vector<std::string> frame_warnings(const load::Case& knee)
   const std::string remedy = "; vrda prepare finds unit, side and frame";
   const double unit_mm = registration::unit_mm_of(femur, tibia);
   if (unit_mm != 1.0)
-    return {std::string("frame.unit: the bones have the size of a knee in ") + unit_word(unit_mm) + remedy};
+    return {std::string("frame.unit: the bones have the size of a knee in ") + load::unit_of_mm(unit_mm) +
+            remedy};
   const registration::TemplateKnee reference = generic_template().knee;
   const registration::CoarseFit fit = coarse_fit(bones, reference);
   const bool is_left = fit.left.residual_mm < fit.right.residual_mm;

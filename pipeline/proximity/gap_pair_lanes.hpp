@@ -1,5 +1,6 @@
-/// Rejects pairs of triangles eight at a time in double, before the exact kernel. Included only by the files
-/// compiled for one instruction set each; the anonymous namespace gives each file its own copy.
+/// Rejects pairs of triangles in double, before the exact kernel: four at a time, since the intermediate
+/// values of eight spill from the registers and take three times as long. Included only by the files compiled
+/// for one instruction set each; the anonymous namespace gives each file its own copy.
 #pragma once
 
 #include "proximity/gap_blocks.hpp"
@@ -11,10 +12,10 @@ namespace {
 using Double4 = double __attribute__((vector_size(32), may_alias));
 using Mask4 = long long __attribute__((vector_size(32)));
 
-/// Bit k: pair k may touch within `limit_mm`. Coordinates are those of the exact kernel to the last bit.
-/// Slacks of 1e-9 of a triangle and 1e-6 mm of travel exceed the rounding of all but narrow, steep or
+/// Bit k: pair `at` + k may touch within `limit_mm`. Coordinates are those of the exact kernel to the last
+/// bit. Slacks of 1e-9 of a triangle and 1e-6 mm of travel exceed the rounding of all but narrow, steep or
 /// near-parallel features, which are never rejected.
-inline unsigned screen_half(const PairBatch& batch, int at, const PairPlacement& place, double limit_mm)
+unsigned screen_half(const PairBatch& batch, int at, const PairPlacement& place, double limit_mm)
 {
   const auto row = [at](const double* from) -> const Double4& {
     return *reinterpret_cast<const Double4*>(from + at);
@@ -85,6 +86,7 @@ inline unsigned screen_half(const PairBatch& batch, int at, const PairPlacement&
   return bits;
 }
 
+/// Both halves of the batch.
 unsigned screen_pairs(const PairBatch& batch, const PairPlacement& place, double limit_mm)
 {
   return screen_half(batch, 0, place, limit_mm) | screen_half(batch, 4, place, limit_mm) << 4U;

@@ -154,6 +154,8 @@ struct GapQuery::State {
   void try_pair(const TrianglePair& pair, const Placement& place);
   void try_touch(const TrianglePair& pair, const Placement& place, Gap& best) const;
   void reset_answer();
+  template <typename Pairs>
+  double least_travel_mm(const Pairs& pairs, const MovingPose& pose);
   void start(const MovingPose& pose, const Placement& place);
   void find_least(const MovingPose& pose, const Placement& place);
   void find_features(const MovingPose& pose, const Placement& place, double band_mm);
@@ -226,6 +228,15 @@ void GapQuery::State::reset_answer()
   answer.travel_mm = gap_rules::infinity;
   answer.pair = {};
   answer.features.clear();
+}
+
+template <typename Pairs>
+double GapQuery::State::least_travel_mm(const Pairs& pairs, const MovingPose& pose)
+{
+  const Placement place(pose);
+  reset_answer();
+  for (const TrianglePair& pair : pairs) try_pair(pair, place);
+  return answer.travel_mm;
 }
 
 void GapQuery::State::start(const MovingPose& pose, const Placement& place)
@@ -401,18 +412,12 @@ double GapQuery::travel_mm(const MovingPose& pose)
 
 double GapQuery::travel_upper_bound_mm(const MovingPose& pose)
 {
-  const Placement place(pose);
-  state_->reset_answer();
-  for (const TrianglePair& hint : state_->signed_hints) state_->try_pair(hint, place);
-  return state_->answer.travel_mm;
+  return state_->least_travel_mm(state_->signed_hints, pose);
 }
 
 double GapQuery::travel_upper_bound_mm(const MovingPose& pose, const std::vector<TrianglePair>& pairs)
 {
-  const Placement place(pose);
-  state_->reset_answer();
-  for (const TrianglePair& pair : pairs) state_->try_pair(pair, place);
-  return state_->answer.travel_mm;
+  return state_->least_travel_mm(pairs, pose);
 }
 
 const GapResult& GapQuery::features(const MovingPose& pose, double band_mm)

@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <optional>
 
+#include "core/units.hpp"
 #include "proximity/gap_query.hpp"
 #include "solve/joint.hpp"
 
@@ -404,7 +404,7 @@ class Search {
     query.set_attitude(attitude_);
     const double travel_mm = query.next_contact(pose_).travel_mm;
     ++queries_;
-    return std::isfinite(travel_mm) ? travel_mm : std::numeric_limits<double>::quiet_NaN();
+    return std::isfinite(travel_mm) ? travel_mm : nan;
   }
 
   SearchMove move_of(MoveKind kind, const MovingPose& pose) const

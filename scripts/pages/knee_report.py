@@ -8,6 +8,8 @@ import csv
 import json
 import pathlib
 
+from pages import tables
+
 RESULTS = pathlib.Path(__file__).resolve().parents[2] / "results"
 SHOWN_AGAINST = ("raw", "two_sided")
 EVERY_DEG = 10.0  # rows of the flexion-only table
@@ -30,9 +32,8 @@ def short(value, digits=3):
 
 
 def table(headings, rows):
-    """Markdown."""
-    lines = ["| " + " | ".join(headings) + " |", "|---|" + "---:|" * (len(headings) - 1)]
-    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows]) + "\n"
+    """Numbers to the right of the first column."""
+    return tables.table(headings, rows, len(headings) - 1)
 
 
 def errors_table(compared):

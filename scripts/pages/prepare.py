@@ -1,4 +1,5 @@
 """results/prepare.md from the numbers of scripts/prepare_trials."""
+from pages.tables import table
 
 HEADS = {
     "found": ("knee", "unit and side right", "least margin of the side", "frame, degrees", "frame, mm",
@@ -10,11 +11,6 @@ HEADS = {
                 "range of internal rotation, degrees", "largest strain"),
     "curves": ("internal rotation at", *(str(flexion) for flexion in range(0, 91, 15))),
 }
-
-
-def table(head, rows):
-    """A table without alignment."""
-    return "\n".join(["| " + " | ".join(head) + " |", "|" + "---|" * len(head)] + ["| " + " | ".join(row) + " |" for row in rows]) + "\n"
 
 
 def page(recorded, stamp):

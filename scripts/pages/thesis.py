@@ -1,4 +1,6 @@
 """results/thesis.md: the thesis's own route, each figure and table beside ours."""
+from pages.tables import table
+
 THESIS_TRIANGLES = {"tibia": ("Tibia", 1484, 1746), "patella": ("Patella", 308, 378), "femur": ("Femur", 1300, 1516),
     "meniscus_medial": ("Medmen", 570, 665),
                     "meniscus_lateral": ("Latmen", 640, 742)}
@@ -17,12 +19,6 @@ REPLACED = (
 def number(value, digits=2):
     """Fixed decimals without a negative zero."""
     return f"{round(value, digits) + 0.0:.{digits}f}"
-
-
-def table(headings, rows):
-    """Markdown."""
-    lines = ["| " + " | ".join(map(str, row)) + " |" for row in (headings, *rows)]
-    return "\n".join([lines[0], "|" + "---|" * len(headings), *lines[1:]]) + "\n"
 
 
 def figure(number_of, name, words, ending="png"):

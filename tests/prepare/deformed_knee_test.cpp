@@ -54,8 +54,7 @@ registration::BoneSurfaces in_frame(const registration::BoneSurfaces& bone, cons
   return {transformed(bone.bone, X), transformed(bone.cartilage, X)};
 }
 
-// Attachments come back within 2 mm on average, and the knee moves. Of 20 seeds: see
-// pipeline/prepare/README.md.
+// Attachments come back within 2 mm on average, and the knee moves.
 TEST(DeformedKnee, ItsAttachmentsAreFoundAndItMoves)
 {
   const prepare::TemplateJoint joint = prepare::generic_template();
