@@ -77,13 +77,12 @@ StepCounts step_counts(const sweep::SweepPlan& plan)
   const auto n_rows = plan.rows ? static_cast<std::int64_t>(plan.rows->size()) : n_flexion;
   StepCounts counts;
   if (plan.spine == sweep::SpineRule::free_varus) {
-    const auto n_path =
-        plan.path_flexion_rad.empty() ? n_flexion : static_cast<std::int64_t>(plan.path_flexion_rad.size());
+    const auto n_path = static_cast<std::int64_t>(path_of(plan).size());
     // Each neighbour's equilibrium is tried once at least, each set of small offsets too.
     const auto n_offsets =
         plan.n_restarts > 0 ? static_cast<std::int64_t>(sweep::polish_offsets().size()) : 0;
     counts.chain = 2 * n_path + 2 * (n_path - 1);
-    counts.restarts = n_path * (plan.n_restarts + n_offsets);
+    counts.restarts = n_restarted_rows(plan) * plan.n_restarts + n_path * n_offsets;
     counts.bands = plan.has_band ? 2 * n_rows : 0;
     counts.cells = plan.is_varus_free ? 0 : n_rows * n_varus;
     counts.records = counts.all() + (plan.is_varus_free ? n_rows : 0);

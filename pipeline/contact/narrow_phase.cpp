@@ -163,14 +163,27 @@ bool is_certainly_separated(const proximity::Corners& a, const proximity::Corner
     const proximity::Extent ea = proximity::extent(a, axis), eb = proximity::extent(b, axis);
     if (ea.least - eb.most > band_mm || eb.least - ea.most > band_mm) return true;
   }
-  const auto separates = [band_mm](const proximity::Corners& face, const proximity::Corners& other) {
-    const Eigen::Vector3d n = (face[1] - face[0]).cross(face[2] - face[0]);
-    const double limit = band_mm * n.norm();
-    const double d0 = n.dot(other[0] - face[0]), d1 = n.dot(other[1] - face[0]),
-                 d2 = n.dot(other[2] - face[0]);
+  // Whether all of `other` is further than the band beyond a plane through `p`.
+  const auto is_beyond = [band_mm](const Eigen::Vector3d& n, const Eigen::Vector3d& p,
+                                   const proximity::Corners& other) {
+    const double length = n.norm();
+    double least = std::numeric_limits<double>::infinity(), largest = 0.0;
+    for (const Eigen::Vector3d& q : other) {
+      const double d = n.dot(q - p);
+      least = std::min(least, d);
+      largest = std::max(largest, std::abs(d));
+    }
     // Margin for rounding: no touching pair may be rejected.
-    const double sure = limit + 1e-9 * (n.norm() + std::abs(d0));
-    return (d0 > sure && d1 > sure && d2 > sure) || (d0 < -sure && d1 < -sure && d2 < -sure);
+    return least > band_mm * length + 1e-9 * (length + largest);
+  };
+  // By the plane of a face on either side, or by the planes through its edges and across it.
+  const auto separates = [&is_beyond](const proximity::Corners& face, const proximity::Corners& other) {
+    const Eigen::Vector3d n = (face[1] - face[0]).cross(face[2] - face[0]);
+    if (is_beyond(n, face[0], other) || is_beyond(-n, face[0], other)) return true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (is_beyond((face[(k + 1) % 3] - face[k]).cross(n), face[k], other)) return true;
+    }
+    return false;
   };
   return separates(a, b) || separates(b, a);
 }

@@ -17,9 +17,10 @@ constexpr double standoff_share = 0.1;
 constexpr double spring_share_per_mm = 1e-6;
 // Gains below this share of push times tolerance are rounding or come from the proximal term alone.
 constexpr double negligible_gain_share = 1e-6;
-// Above the rounding of configurations, far below the standoff.
-constexpr double rounding_mm = 1e-9;
 constexpr double small_step_with_fibres = 0.02;  // of the tolerance
+// A plan expands fibres to second order. At the end of one this short they are expanded again, which saves
+// the gap query of a trial.
+constexpr double expanded_again_mm = 0.1;
 constexpr double max_radius_mm = 16.0;
 constexpr double min_radius_mm = 0.05;  // when a step is accepted after a rejection
 constexpr double accepted_share = 0.1;  // of the predicted gain
@@ -32,6 +33,9 @@ constexpr double max_band_mm = 0.2;
 // Range of the number of features: more cost more than the iterations they save, fewer miss the next contact.
 constexpr std::size_t max_features = 20;
 constexpr std::size_t min_features = 4;
+// A plan that ends this near a known equilibrium, and not lower, leads to it. A tenth of the distance at
+// which equilibria are distinct.
+constexpr double entered_mm = 0.01;
 // Until then rejected trials add cutting planes; then the trust region shrinks.
 constexpr int max_rejections = 3;
 
@@ -72,6 +76,14 @@ StepRecord EquilibriumSolver::Run::run()
   n_queries_before_ = n_gap_queries();
   StepRecord record;
   record.status = find_equilibrium();
+  if (entered_ != nullptr) {
+    record = *entered_;
+    current_.configuration = configuration_at(record.pose, record.varus_rad, state_.scale);
+    report_iterate();
+    record.iterations = iteration_;
+    record.queries = n_gap_queries() - n_queries_before_ + n_queries_saved_;
+    return record;
+  }
   if (has_rejected_last_) report_iterate();  // a trace ends at the result
   record.iterations = iteration_;
   record.residual_mm = residual_mm_;
@@ -93,16 +105,15 @@ StepStatus EquilibriumSolver::Run::find_equilibrium()
   current_ = candidate_at(seed_, sample_.travel_mm);
   if (!current_.is_bounded) return StepStatus::unbounded;
   // A plan approximates fibres to second order; the step after a small one is much smaller.
-  const double small_step_mm =
-      tolerance_mm_ * (state_.ligaments.fibres.empty() ? 1.0 : small_step_with_fibres);
+  small_step_mm_ = tolerance_mm_ * (state_.ligaments.fibres.empty() ? 1.0 : small_step_with_fibres);
   radius_mm_ = first_radius_mm;
   report_iterate();
   for (iteration_ = 1; iteration_ <= state_.options.max_iterations; ++iteration_) {
     const StepPlan plan = next_plan();
     residual_mm_ = plan.length_mm;
     const bool is_small =
-        plan.length_mm <= small_step_mm || current_.potential.energy_nmm - plan.end.potential.energy_nmm <=
-                                               negligible_gain_share * tolerance_mm_ * push_n_;
+        plan.length_mm <= small_step_mm_ || current_.potential.energy_nmm - plan.end.potential.energy_nmm <=
+                                                negligible_gain_share * tolerance_mm_ * push_n_;
     if (is_small) {
       if (is_certified(plan)) {
         if (is_at_border()) return StepStatus::unbounded;
@@ -112,6 +123,8 @@ StepStatus EquilibriumSolver::Run::find_equilibrium()
       }
       continue;
     }
+    entered_ = entered(plan);
+    if (entered_ != nullptr) return StepStatus::stable;
     if (attempt(plan) == Outcome::unbounded && radius_mm_ < tolerance_mm_) return StepStatus::unbounded;
   }
   iteration_ = std::min(iteration_, state_.options.max_iterations);
@@ -175,7 +188,43 @@ StepPlan EquilibriumSolver::Run::next_plan()
   constraints_ = sample_.constraints;
   constraints_.insert(constraints_.end(), cuts_.begin(), cuts_.end());
   plan_options_.radius_mm = radius_mm_;
-  return planner_.plan(current_, constraints_, plan_options_);
+  StepPlan plan = planner_.plan(current_, constraints_, plan_options_);
+  const bool is_expanded_again = !state_.ligaments.fibres.empty() && plan.length_mm <= expanded_again_mm &&
+                                 plan.length_mm > small_step_mm_;
+  if (!is_expanded_again) return plan;
+  const EquilibriumCandidate from = candidate_under(constraints_, plan.end.configuration);
+  if (!from.is_bounded) return plan;
+  const StepPlan rest = planner_.plan(from, constraints_, plan_options_);
+  const double gain_nmm = planner_.merit_nmm(current_) - planner_.merit_nmm(from) + rest.gain_nmm;
+  if (gain_nmm <= 0.0) return plan;
+  plan = rest;
+  plan.gain_nmm = gain_nmm;
+  plan.length_mm =
+      largest_but_height(step_between(current_.configuration, rest.end.configuration, state_.scale));
+  return plan;
+}
+
+EquilibriumCandidate EquilibriumSolver::Run::candidate_under(
+    const std::vector<ContactConstraint>& constraints, const Configuration& configuration) const
+{
+  const Rotations rotations(configuration, task_.attitude.flexion_rad);
+  double least_mm = plan_options_.reach_mm;
+  for (const ContactConstraint& constraint : constraints)
+    least_mm = std::min(least_mm, clearance(constraint, configuration, rotations).travel_mm);
+  return candidate_at(configuration, least_mm);
+}
+
+const StepRecord* EquilibriumSolver::Run::entered(const StepPlan& plan) const
+{
+  if (task_.known == nullptr) return nullptr;
+  const double least_nmm = plan.end.potential.energy_nmm + negligible_gain_share * tolerance_mm_ * push_n_;
+  const auto is_end = [&](const StepRecord& known) {
+    if (known.status != StepStatus::stable || known.balance.energy_nmm > least_nmm) return false;
+    const Configuration there = configuration_at(known.pose, known.varus_rad, state_.scale);
+    return step_between(plan.end.configuration, there, state_.scale).norm() <= entered_mm;
+  };
+  const auto found = std::find_if(task_.known->begin(), task_.known->end(), is_end);
+  return found == task_.known->end() ? nullptr : &*found;
 }
 
 bool EquilibriumSolver::Run::active_set_uses_cuts(const StepPlan& plan) const

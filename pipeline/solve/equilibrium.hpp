@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "core/solver_options.hpp"
 #include "core/step_record.hpp"
@@ -25,6 +26,9 @@ class EquilibriumSolver {
     Loads loads;
     bool is_varus_free = false;
     bool is_measured = true;  ///< false: contacts, gaps and theta_determined are not filled
+    /// Results of the same step from other seeds. A step that enters one of these equilibria returns its
+    /// record with counts of its own.
+    const std::vector<StepRecord>* known = nullptr;
   };
 
   /// Pure: the same task gives the same bits, independent of earlier steps and of the seed's height.

@@ -152,8 +152,8 @@ void EquilibriumSolver::Run::measure(StepRecord& record)
                              state_.gap.close_pairs(record.pose, exact.band_mm), state_.narrow_phase, exact),
       state_.options.contact_resolution_mm, record);
   if (!state_.joint.compartment_of_triangle.empty()) {
-    record.gap_medial_mm = gap_left_mm(state_.medial, attitude, record.pose);
-    record.gap_lateral_mm = gap_left_mm(state_.lateral, attitude, record.pose);
+    record.gap_medial_mm = gap_left_mm(Compartment::medial, state_.medial, attitude, record.pose);
+    record.gap_lateral_mm = gap_left_mm(Compartment::lateral, state_.lateral, attitude, record.pose);
   }
   record.theta_determined = resists_turn(-turn_rad) && resists_turn(turn_rad);
 }
@@ -194,9 +194,17 @@ void EquilibriumSolver::Run::report_iterate()
   observer_(move);
 }
 
-double EquilibriumSolver::Run::gap_left_mm(proximity::GapQuery& query, const Attitude& attitude,
-                                           const MovingPose& pose)
+double EquilibriumSolver::Run::gap_left_mm(Compartment compartment, proximity::GapQuery& query,
+                                           const Attitude& attitude, const MovingPose& pose)
 {
+  std::vector<proximity::TrianglePair> touching;
+  for (const ContactConstraint& constraint : sample_.constraints) {
+    const auto row = static_cast<std::size_t>(constraint.triangles.moving);
+    if (state_.joint.compartment_of_triangle[row] == compartment) touching.push_back(constraint.triangles);
+  }
+  // No compartment is nearer than the whole object, so one in contact needs no query.
+  const double bound_mm = state_.gap.travel_upper_bound_mm(pose, touching);
+  if (bound_mm <= sample_.ceiling_mm - current_.configuration.pivot_mm.y() + rounding_mm) return bound_mm;
   query.set_attitude(attitude);
   const double travel_mm = query.travel_mm(pose);
   return std::isfinite(travel_mm) ? travel_mm : std::numeric_limits<double>::quiet_NaN();
@@ -210,13 +218,9 @@ bool EquilibriumSolver::Run::resists_turn(double turn)
   options.radius_mm = 2.0 * state_.scale.lever_mm * turn_rad;
   Configuration configuration = current_.configuration;
   configuration.theta_rad += turn;
-  const Rotations rotations(configuration, task_.attitude.flexion_rad);
   constraints_ = sample_.constraints;
   for (int k = 0; k < max_turn_iterations; ++k) {
-    double least_mm = plan_options_.reach_mm;
-    for (const ContactConstraint& constraint : constraints_)
-      least_mm = std::min(least_mm, clearance(constraint, configuration, rotations).travel_mm);
-    const StepPlan plan = planner_.plan(candidate_at(configuration, least_mm), constraints_, options);
+    const StepPlan plan = planner_.plan(candidate_under(constraints_, configuration), constraints_, options);
     if (plan.end.potential.energy_nmm > limit_nmm) return true;
     sample_gap(plan.end.configuration, trial_sample_);
     if (!std::isfinite(trial_sample_.travel_mm)) return false;

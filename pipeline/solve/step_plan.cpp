@@ -28,8 +28,8 @@ Vector5d scaling(const RotationScale& scale)
   return s;
 }
 
-// Raises eigenvalues below `least` to it. Most matrices have none: a Cholesky decomposition of the rest, clear
-// of rounding, shows it at a tenth of the cost.
+// Raises eigenvalues below `least` to it. Most matrices have none: a Cholesky decomposition of the rest,
+// clear of rounding, shows it at a tenth of the cost.
 QpMatrix make_positive_definite(const QpMatrix& H, double least)
 {
   if (H.isDiagonal(0.0)) return H.diagonal().cwiseMax(least).asDiagonal();
@@ -52,13 +52,13 @@ double ceiling_mm(const std::vector<Clearance>& clearances, const Configuration&
   return configuration.pivot_mm.y() + least - options.standoff_mm;
 }
 
+}  // namespace
+
 double largest_but_height(const Vector5d& step)
 {
   return std::max({std::abs(step(along_x)), std::abs(step(along_z)), std::abs(step(about_y)),
                    std::abs(step(about_varus))});
 }
-
-}  // namespace
 
 double StepPlanner::merit_nmm(const EquilibriumCandidate& candidate) const
 {
@@ -77,8 +77,7 @@ void StepPlanner::sample_constraints(const std::vector<ContactConstraint>& const
 }
 
 QpMatrix StepPlanner::curvature(const EquilibriumCandidate& at,
-                                const std::vector<ContactConstraint>& constraints,
-                                const PlanOptions& options)
+                                const std::vector<ContactConstraint>& constraints, const PlanOptions& options)
 {
   const Rotations rotations(at.configuration, forces_.flexion_rad);
   Matrix5d H = at.potential.hessian;

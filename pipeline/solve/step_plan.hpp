@@ -21,6 +21,9 @@ struct PlanOptions {
   double force_tolerance_n = 0;  ///< along Delta, in equilibrium without contact
 };
 
+/// Of a step in mm.
+double largest_but_height(const Vector5d& step);
+
 struct StepPlan {
   EquilibriumCandidate end;
   double length_mm = 0.0;  ///< largest coordinate of the step but the height, angles times the lever

@@ -52,7 +52,7 @@ class Sweep {
         hooks_(hooks),
         n_flexion_(static_cast<std::int32_t>(plan.flexion_rad.size())),
         n_varus_(static_cast<std::int32_t>(plan.varus_rad.size())),
-        path_rad_(plan.path_flexion_rad.empty() ? plan.flexion_rad : plan.path_flexion_rad),
+        path_rad_(path_of(plan)),
         n_path_(static_cast<std::int32_t>(path_rad_.size())),
         offsets_(spine_offsets(plan.n_restarts))
   {
@@ -263,6 +263,7 @@ class Sweep {
     task.seed_path_row = seed.path_row;
     task.is_varus_free = true;
     task.band = band;
+    if (key.kind == StepKind::free_spine) task.known = &ends_[static_cast<std::size_t>(key.flexion)];
     task.is_measured = plan_.is_varus_free && band == 0;  // it may become a cell
     task.worker = worker;
     return step(task);
@@ -348,7 +349,8 @@ class Sweep {
     const auto row = static_cast<std::size_t>(i);
     const StepRecord lower = select_lowest(ends_[row]).chosen;
     const Seed from = lower.status == StepStatus::stable ? seed_of(lower) : path_seeds_[row];
-    for (std::size_t k = 0; k < offsets_.size(); ++k) {
+    const bool has_restarts = i % plan_.restart_interval == 0 || i == n_path_ - 1;
+    for (std::size_t k = 0; has_restarts && k < offsets_.size(); ++k) {
       const StepKey key{StepKind::free_spine, i, static_cast<std::int32_t>(k) + 2};
       ends_[row].push_back(free_step(key, moved(from, offsets_[k]), worker));
     }

@@ -39,10 +39,25 @@ struct SweepPlan {
   bool is_varus_free = false;  ///< the grid has one column, which takes the spine's own poses
   bool has_band = false;       ///< each flexion is also solved with extra moments
   int n_restarts = 0;          ///< starts besides the two chains along flexion (sweep/free_spine.hpp)
+  /// Rows of the path from one with restarts to the next; the last row has restarts, too. What they find is
+  /// propagated to the rows between.
+  std::int32_t restart_interval = 1;
   /// The flexions whose rows are solved, each once; absent: all, empty: the spine only. The spine is always
   /// needed, solved or recalled.
   std::optional<std::vector<std::int32_t>> rows;
 };
+
+inline const std::vector<double>& path_of(const SweepPlan& plan)
+{
+  return plan.path_flexion_rad.empty() ? plan.flexion_rad : plan.path_flexion_rad;
+}
+
+/// Number of rows of the path with restarts.
+inline std::int32_t n_restarted_rows(const SweepPlan& plan)
+{
+  const auto n_path = static_cast<std::int32_t>(path_of(plan).size());
+  return (n_path - 2 + plan.restart_interval) / plan.restart_interval + 1;
+}
 
 /// One step to solve.
 struct StepTask {
@@ -52,6 +67,7 @@ struct StepTask {
   std::int32_t path_row = 0;       ///< row of the path flexions, or of the grid's if there is no path
   std::int32_t seed_path_row = 0;  ///< of the seed: its Delta may differ
   bool is_varus_free = false;
+  const std::vector<StepRecord>* known = nullptr;  ///< results of other starts of the same step
   int band = 0;             ///< -1 or +1: with the extra moment against theta or with it
   bool is_measured = true;  ///< false: only pose, status and energy are needed, under no key of the result
   int worker = 0;           ///< index below the number of threads, for scratch memory kept between steps

@@ -300,6 +300,55 @@ TEST(Equilibrium, WhatWasSolvedBeforeChangesNoBit)
 }
 
 // The search maximises the same height: the equilibrium is not lower by more than the search's resolution.
+TEST(Equilibrium, AStepThatEntersAKnownEquilibriumReturnsItsRecord)
+{
+  const solve::Joint joint = joint_of(ceiling(60, 12, pit), pins({{-2, 0, 0}, {3, 0, 1}}));
+  const ligament::Ligaments none;
+  solve::EquilibriumSolver solver(joint, none, options);
+  solve::EquilibriumSolver::Task task{{}, {{4, -30, 3}, 0.4}, {}};
+  const StepRecord alone = solver.solve(task);
+  ASSERT_EQ(alone.status, StepStatus::stable);
+  // The same within the tolerance, but not to the last bit.
+  StepRecord same = alone;
+  same.pose.translation_mm.x() += 1e-6;
+  StepRecord higher = same, elsewhere = same, unsolved = same;
+  higher.balance.energy_nmm += 0.1;
+  elsewhere.pose.translation_mm.x() += 0.5;
+  unsolved.status = StepStatus::iteration_limit;
+  std::vector<StepRecord> known{higher, elsewhere, unsolved};
+  task.known = &known;
+  const StepRecord own = solver.solve(task);
+  EXPECT_EQ(own.pose.translation_mm, alone.pose.translation_mm);
+  EXPECT_EQ(own.queries, alone.queries);
+  known.push_back(same);
+  const StepRecord entered = solver.solve(task);
+  EXPECT_EQ(entered.pose.translation_mm, same.pose.translation_mm);
+  EXPECT_EQ(entered.balance.energy_nmm, same.balance.energy_nmm);
+  EXPECT_EQ(entered.contacts.size(), same.contacts.size());
+  EXPECT_LT(entered.queries, alone.queries);
+  EXPECT_LE(entered.iterations, alone.iterations);
+}
+
+// The gap of a compartment in contact is that of its gap query, without one.
+TEST(Equilibrium, CompartmentsInContactAndOffItReportTheirGaps)
+{
+  const solve::Joint joint = joint_of(ceiling(60, 12, pit), pins({{0, 0, -2}, {1, 0, 3}}));
+  const ligament::Ligaments none;
+  solve::EquilibriumSolver solver(joint, none, options);
+  for (const double varus_deg : {0.0, 3.0, -3.0}) {
+    const Attitude attitude{0.0, rad_from_deg(varus_deg)};
+    const StepRecord r = solver.solve({attitude, {{1, -30, 1}, 0.2}, {}});
+    ASSERT_EQ(r.status, StepStatus::stable);
+    proximity::GapQuery medial(joint.reference_gap, joint.medial_gap),
+        lateral(joint.reference_gap, joint.lateral_gap);
+    medial.set_attitude(attitude);
+    lateral.set_attitude(attitude);
+    EXPECT_NEAR(r.gap_medial_mm, medial.travel_mm(r.pose), 1e-9);
+    EXPECT_NEAR(r.gap_lateral_mm, lateral.travel_mm(r.pose), 1e-9);
+    EXPECT_NEAR(std::min(r.gap_medial_mm, r.gap_lateral_mm), standoff_mm, 1e-9);
+  }
+}
+
 TEST(Equilibrium, IsAtLeastAsFarAlongDeltaAsTheSearch)
 {
   std::mt19937_64 random(7);
