@@ -11,6 +11,8 @@ namespace vrda::registration {
 struct KneeFitOptions {
   std::optional<Side> side;       ///< known side; absent: found
   std::optional<double> unit_mm;  ///< known unit; absent: found
+  /// Points known of each bone; the subject's in its own unit.
+  std::vector<KnownPoint> femur_points = {}, tibia_points = {};
 };
 
 /// The template, mirrored for a left knee, placed on the subject.
