@@ -14,7 +14,6 @@ namespace {
 constexpr double largest_coarse_mm = 3.5, largest_residual_mm = 1.9;
 constexpr double largest_varus_deg = 10.0, largest_internal_deg = 30.0;
 constexpr double least_flexion_deg = -15.0, largest_flexion_deg = 120.0;
-constexpr double largest_gap_mm = 20.0;  // between bones with 5 mm of cartilage, with room for flexed scans
 constexpr double refused_length_mm = 40.0;  // frames of shorter stumps are wrong by more than 5 degrees
 constexpr double short_length_mm = 45.0;
 constexpr double least_margin = 1.05;

@@ -84,18 +84,14 @@ TemplateKnee flexed(TemplateKnee knee, double flexion_rad)
 // In flexion both bones are not one: beyond some 60 degrees the residual of a good fit is that of a bad one.
 CoarseFit fit_in_flexion(const KneeSurfaces& subject, const TemplateKnee& reference)
 {
-  constexpr double good_mm = 2.5;
+  constexpr double good_mm = 2.5, flexion_rad = rad_from_deg(75.0);
   CoarseFit best = coarse_fit(subject, reference);
-  for (const double flexion_deg : {45.0, 90.0}) {
-    if (std::min(best.right.residual_mm, best.left.residual_mm) < good_mm) break;
-    CoarseFit other = coarse_fit(subject, flexed(reference, rad_from_deg(flexion_deg)));
-    for (const auto& [found, so_far] :
-         {std::pair(&other.right, &best.right), std::pair(&other.left, &best.left)}) {
-      if (found->residual_mm >= so_far->residual_mm) continue;
-      *so_far = *found;
-      so_far->flexion_rad = rad_from_deg(flexion_deg);
-    }
-  }
+  const bool is_good = std::min(best.right.residual_mm, best.left.residual_mm) < good_mm;
+  if (is_good || best.nearest_mm > largest_gap_mm) return best;
+  CoarseFit other = coarse_fit(subject, flexed(reference, flexion_rad));
+  other.right.flexion_rad = other.left.flexion_rad = flexion_rad;
+  if (other.right.residual_mm < best.right.residual_mm) best.right = other.right;
+  if (other.left.residual_mm < best.left.residual_mm) best.left = other.left;
   return best;
 }
 

@@ -15,6 +15,9 @@ struct KneeFitOptions {
   std::vector<KnownPoint> femur_points = {}, tibia_points = {};
 };
 
+/// Between the bones of one knee with 5 mm of cartilage, with room for flexed scans.
+constexpr double largest_gap_mm = 20.0;
+
 /// The template, mirrored for a left knee, placed on the subject.
 struct KneeFit {
   double unit_mm = 1.0;  ///< of the subject's meshes
