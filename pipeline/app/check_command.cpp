@@ -131,6 +131,16 @@ Json component_json(const load::ComponentSurvey& c)
           {"volume_mm3", c.n_boundary_edges == 0 ? Json(c.volume_mm3) : Json()}};
 }
 
+// What the job's "auto" stands for.
+Json found_frames_json(const std::optional<load::FoundFrames>& found)
+{
+  if (!found) return {};
+  const auto frame = [](const load::FoundFrame& f) {
+    return Json{{"origin", numbers(f.origin_native)}, {"rotation_deg", numbers(f.rotation_deg)}};
+  };
+  return {{"reference", frame(found->reference)}, {"moving", frame(found->moving)}};
+}
+
 Json axis_json(const std::vector<double>& values)
 {
   return {{"from_deg", values.front()}, {"to_deg", values.back()}, {"count", values.size()}};
@@ -232,6 +242,7 @@ Json job_json(const load::Case& job_case, const load::PushJob& push)
           {"solver_version", model_build::solver_version_of(job_case)},
           {"job_key", model_build::fingerprint_of(job_case)},
           {"rotation_centre_mm", numbers(job_case.frame.rotation_centre_mm)},
+          {"found_frames", found_frames_json(job_case.found_frames)},
           {"delta", numbers(job_case.frame.delta)},
           {"scaling", job_run::scaling_json(job_case.scaling)},
           {"scaling_note", job_run::scaling_line(job_case)},
@@ -360,6 +371,12 @@ void print(const Json& u)
   const Json& o = u["rotation_centre_mm"];
   std::printf("rotation centre [%.2f %.2f %.2f] mm, canonical axes\n", o[0].get<double>(), o[1].get<double>(),
               o[2].get<double>());
+  for (const char* body : {"reference", "moving"}) {
+    if (u["found_frames"].is_null()) break;
+    const Json& frame = u["found_frames"][body];
+    std::printf("%s.frame found: origin %s, align rotation %s degrees\n", body,
+                text_of(frame["origin"]).c_str(), text_of(frame["rotation_deg"]).c_str());
+  }
   job_run::print_scaling(u["scaling"]);
   if (const auto note = u["scaling_note"].get<std::string>(); !note.empty())
     std::printf("  %s\n", note.c_str());
@@ -396,7 +413,9 @@ void write_picture(const std::string& path, const load::Case& job_case, const lo
 {
   picture::PictureNotes notes;
   notes.n_warnings = n_warnings;
-  if (has_mesh_file(job)) notes.file_axes = {job.frame.anterior, job.frame.proximal, job.frame.right};
+  // Objects with frames of their own have no common axes of files.
+  if (has_mesh_file(job) && !job.reference.frame && !job.moving.frame)
+    notes.file_axes = {job.frame.anterior, job.frame.proximal, job.frame.right};
   write_atomically(path, {picture::case_picture(job_case, notes)});
 }
 

@@ -24,6 +24,7 @@ struct PrepareOptions {
   std::string femur, tibia;  ///< mesh files of the bones; may be empty where cartilage is given
   std::vector<std::string> femur_cartilage, tibia_cartilage, menisci;
   std::string fibula;
+  std::string landmarks;           ///< TOML file of points (schemas/prepare.md); alone: no mesh is given
   std::string side;                ///< left or right; empty: found
   std::string unit;                ///< mm, cm or m; empty: found
   std::string cartilage = "auto";  ///< auto, none, or the thickness in mm on a bone without cartilage

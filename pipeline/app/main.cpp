@@ -331,6 +331,9 @@ struct Commands {
     add_files("--tibia-cartilage", prepare.tibia_cartilage, "Mesh of its cartilage; may be repeated");
     add_files("--meniscus", prepare.menisci, "Mesh of a meniscus, drawn only; may be repeated");
     c.add_option("--fibula", prepare.fibula, "Mesh of the fibula, for the lateral ligaments");
+    c.add_option("--landmarks", prepare.landmarks,
+                 "Points of the knee that are known (schemas/prepare.md); without meshes, they scale the "
+                 "template's bones");
     c.add_option("--side", prepare.side, "left or right; default: found")
         ->check(vrda::app::one_of({"left", "right"}));
     c.add_option("--unit", prepare.unit, "mm, cm or m; default: found")

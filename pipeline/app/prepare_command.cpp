@@ -1,8 +1,13 @@
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "app/file_commands.hpp"
+#include "app/prepare_report.hpp"
 #include "convert/mesh_writer.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
@@ -17,9 +22,9 @@
 #include "picture/case_picture.hpp"
 #include "prepare/carried_ligaments.hpp"
 #include "prepare/cartilage_gap.hpp"
-#include "prepare/fit_checks.hpp"
 #include "prepare/job_files.hpp"
 #include "prepare/slack_lengths.hpp"
+#include "registration/fit_checks.hpp"
 
 namespace vrda::app {
 namespace {
@@ -89,7 +94,7 @@ BoneSurfaces surfaces_of(const std::vector<SubjectPart>& parts)
 {
   BoneSurfaces surfaces;
   for (const SubjectPart& part : parts) {
-    if (part.component.name == "fibula") continue;
+    if (part.component.name.starts_with("fibula")) continue;
     if (part.component.material == "bone") append(surfaces.bone, part.mesh);
     if (part.component.material == "cartilage") append(surfaces.cartilage, part.mesh);
   }
@@ -104,102 +109,59 @@ void move_to_frame(std::vector<SubjectPart>& parts, double unit_mm, const Pose& 
   }
 }
 
-Json matrix_json(const Eigen::Matrix4d& X)
-{
-  Json rows = Json::array();
-  for (Eigen::Index i = 0; i < 4; ++i) rows.push_back({X(i, 0), X(i, 1), X(i, 2), X(i, 3)});
-  return rows;
-}
-
-// Takes vertices of the files to the bone's anatomical frame.
-Eigen::Matrix4d anatomical_from_file(const KneeFit& fit, const Pose& X_scan_bone)
-{
-  Eigen::Matrix4d X = X_scan_bone.inverse().matrix();
-  X.leftCols<3>() *= fit.unit_mm;
-  X(3, 3) = 1.0;
-  return X;
-}
-
-Json bone_json(const KneeFit& fit, const registration::BoneFit& bone, const Pose& X_scan_bone)
-{
-  return {{"anatomical_from_file", matrix_json(anatomical_from_file(fit, X_scan_bone))},
-          {"scale", {bone.scale.x(), bone.scale.y(), bone.scale.z()}},
-          {"residual_mm", bone.residual_mm}};
-}
-
-Json number_or_null(double value)
-{
-  return std::isfinite(value) ? Json(value) : Json();
-}
-
-const char* side_name(Side side)
-{
-  return side == Side::right ? "right" : "left";
-}
-
-Json fit_json(const KneeFit& fit)
-{
-  const ClinicalCoordinates& scanned = fit.scanned;
-  return {{"unit", load::unit_of_mm(fit.unit_mm)},
-          {"side", side_name(fit.side)},
-          {"side_margin", fit.side_margin},
-          {"coarse_residual_mm", fit.coarse_residual_mm},
-          {"femur", bone_json(fit, fit.femur, fit.X_scan_femur)},
-          {"tibia", bone_json(fit, fit.tibia, fit.X_scan_tibia)},
-          {"scanned",
-           {{"flexion_deg", deg_from_rad(scanned.flexion_rad)},
-            {"varus_deg", deg_from_rad(scanned.varus_rad)},
-            {"internal_rotation_deg", deg_from_rad(scanned.internal_rotation_rad)},
-            {"anterior_mm", scanned.anterior_mm},
-            {"proximal_mm", scanned.proximal_mm},
-            {"lateral_mm", scanned.lateral_mm},
-            {"X_femur_tibia", matrix_json((fit.X_scan_femur.inverse() * fit.X_scan_tibia).matrix())}}}};
-}
-
-// Strain and tension a bundle, with a warning for those out of range.
-Json bundles_json(const ligament::Ligaments& ligaments, const prepare::SlackResult& slack,
-                  std::vector<std::string>& warnings)
-{
-  constexpr double largest_strain = 0.15, largest_tension_n = 1000.0;
-  struct Sum {
-    double strain = 0.0, tension_n = 0.0;
-  };
-  std::vector<std::pair<std::string, Sum>> bundles;
-  for (std::size_t i = 0; i < ligaments.fibres.size(); ++i) {
-    const std::string& name = ligaments.fibres[i].bundle;
-    auto found = std::find_if(bundles.begin(), bundles.end(), [&](const auto& b) { return b.first == name; });
-    if (found == bundles.end()) found = bundles.insert(bundles.end(), {name, {}});
-    found->second.strain = std::max(found->second.strain, slack.loads.largest_strain[i]);
-    found->second.tension_n += slack.loads.largest_tension_n[i];
-  }
-  Json rows = Json::array();
-  for (const auto& [name, sum] : bundles) {
-    rows.push_back({{"name", name}, {"largest_strain", sum.strain}, {"largest_tension_n", sum.tension_n}});
-    if (sum.strain <= largest_strain && sum.tension_n <= largest_tension_n) continue;
-    warnings.push_back("ligament " + name + ": strain " +
-                       shortest_decimal(std::round(1e3 * sum.strain) / 1e3) + " and tension " +
-                       shortest_decimal(std::round(sum.tension_n)) + " N, usual are at most 0.15 and 1000 N");
-  }
-  return rows;
-}
-
-Json fibres_json(const prepare::CarriedLigaments& carried, const prepare::SlackResult& slack)
-{
-  Json rows = Json::array();
-  for (std::size_t i = 0; i < carried.moves.size(); ++i) {
-    rows.push_back({{"name", carried.ligaments.fibres[i].name},
-                    {"moved_femur_mm", number_or_null(carried.moves[i].reference_mm)},
-                    {"moved_tibia_mm", number_or_null(carried.moves[i].moving_mm)},
-                    {"largest_strain", slack.loads.largest_strain[i]},
-                    {"template_strain", slack.template_strain[i]}});
-  }
-  return rows;
-}
-
 prepare::TemplateJoint template_of(const PrepareOptions& options)
 {
   if (options.template_job.empty()) return prepare::generic_template();
   return prepare::template_of(load::load_case(options.template_job, {options.data_directory, {}}));
+}
+
+bool is_thickness(const std::string& cartilage)
+{
+  return cartilage != "auto" && cartilage != "none";
+}
+
+prepare::KneeLandmarks landmarks_of(const PrepareOptions& options)
+{
+  if (options.landmarks.empty()) return {};
+  const std::string wanted = "a TOML file of landmarks";
+  if (!fs::is_regular_file(options.landmarks))
+    throw InputError({options.landmarks, "--landmarks", "no file", wanted});
+  return prepare::read_knee_landmarks(options.landmarks,
+                                      documents::read_document_text(options.landmarks, wanted));
+}
+
+// The components of a body of the template in its bone's frame, scaled.
+std::vector<SubjectPart> scaled_parts(const Body& body, const Eigen::Vector3d& scale,
+                                      const Eigen::Vector3d& origin_mm)
+{
+  std::vector<SubjectPart> parts;
+  for (const Part* part : {&body.contact, &body.visual}) {
+    const std::vector<std::vector<Eigen::Index>> rows = triangles_by_component(body, *part);
+    for (std::size_t c = 0; c < rows.size(); ++c) {
+      if (rows[c].empty()) continue;
+      const Component& component = body.components[c];
+      Mesh mesh = select_triangles(part->mesh, rows[c]);
+      mesh.vertices_mm = (mesh.vertices_mm.rowwise() - origin_mm.transpose()) * scale.asDiagonal();
+      parts.push_back({{component.name, component.material, part == &body.contact}, "", mesh});
+    }
+  }
+  return parts;
+}
+
+// Names of components are names of files, too; in the template's job they may be any text.
+void set_file_names(Subject& subject)
+{
+  std::set<std::string> used;
+  for (std::vector<SubjectPart>* parts : {&subject.reference, &subject.moving}) {
+    for (SubjectPart& part : *parts) {
+      std::string& name = part.component.name;
+      if (name.find("fibula") != std::string::npos) name = "fibula";
+      for (char& c : name) {
+        if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+      }
+      while (!used.insert(name).second) name += "_";
+    }
+  }
 }
 
 // Thickens bones whose cartilage is not given.
@@ -208,9 +170,9 @@ void add_cartilage(const PrepareOptions& options, const KneeFit& fit, const Knee
 {
   const bool is_femur_bare = surfaces.femur.cartilage.triangles.rows() == 0;
   const bool is_tibia_bare = surfaces.tibia.cartilage.triangles.rows() == 0;
+  const bool is_auto = options.cartilage == "auto";
   if (options.cartilage == "none" || (!is_femur_bare && !is_tibia_bare)) return;
   const double gap_mm = prepare::scanned_gap_mm(fit, surfaces);
-  const bool is_auto = options.cartilage == "auto";
   const double half_mm =
       0.5 * prepare::cartilage_in_gap_mm(is_femur_bare && is_tibia_bare ? gap_mm : 2.0 * gap_mm);
   const double each_mm = std::round(100.0 * (is_auto ? half_mm : std::stod(options.cartilage))) / 100.0;
@@ -223,7 +185,7 @@ void add_cartilage(const PrepareOptions& options, const KneeFit& fit, const Knee
     warnings.push_back(std::string(name) + ": no cartilage given; the bone is thickened by " +
                        shortest_decimal(each_mm) + " mm" + (is_auto ? ", from the gap in the scan" : ""));
   }
-  report["cartilage"] = {{"scanned_gap_mm", number_or_null(gap_mm)}, {"thickness_mm", each_mm}};
+  report["cartilage"] = {{"scanned_gap_mm", gap_mm}, {"thickness_mm", each_mm}};
 }
 
 class Preparation {
@@ -232,16 +194,37 @@ class Preparation {
       : options_(options),
         folder_(options.folder),
         reference_(template_of(options)),
-        subject_(subject_of(options))
+        landmarks_(landmarks_of(options))
   {
+    prepare::check_fibre_names(landmarks_, reference_.joint.ligaments);
   }
 
   void run()
   {
+    const std::array all{options_.femur, options_.tibia, options_.fibula};
+    const bool has_meshes = std::any_of(all.begin(), all.end(), [](const auto& f) { return !f.empty(); }) ||
+                            !options_.femur_cartilage.empty() || !options_.tibia_cartilage.empty() ||
+                            !options_.menisci.empty();
+    if (has_meshes || options_.landmarks.empty()) {
+      prepare_meshes();
+    } else {
+      prepare_scaled_template();
+    }
+    write();
+  }
+
+ private:
+  void prepare_meshes()
+  {
+    subject_ = subject_of(options_);
     const KneeSurfaces surfaces{surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
     registration::KneeFitOptions known;
     if (!options_.side.empty()) known.side = options_.side == "left" ? Side::left : Side::right;
     if (!options_.unit.empty()) known.unit_mm = load::mm_per_unit(options_.unit);
+    refuse_thickness(surfaces);
+    known.femur_points = prepare::known_points(landmarks_, reference_, prepare::Bone::femur);
+    known.tibia_points = prepare::known_points(landmarks_, reference_, prepare::Bone::tibia);
+    console::log_info("registering \"" + reference_.joint.title + "\" onto the bones");
     fit_ = registration::fit_knee(surfaces, reference_.knee, known);
     report_ = fit_json(fit_);
     console::log_info("side " + std::string(side_name(fit_.side)) + ", unit " +
@@ -250,27 +233,87 @@ class Preparation {
                       " degrees of flexion");
     move_to_frame(subject_.reference, fit_.unit_mm, fit_.X_scan_femur);
     move_to_frame(subject_.moving, fit_.unit_mm, fit_.X_scan_tibia);
-    job_run::make_folder(options_.folder);
-    fs::remove(file("knee.toml"));  // of an earlier preparation, whose meshes are replaced
-    warnings_ = prepare::doubts(fit_, surfaces, known.side.has_value());
+    make_folder();
+    warnings_ = registration::doubts(fit_, surfaces, known.side.has_value());
     for (const SubjectPart& part : subject_.moving) {
-      if (part.component.name == "fibula" && !prepare::is_fibula_lateral(part.mesh, fit_.side))
+      if (part.component.name == "fibula" && !registration::is_fibula_lateral(part.mesh, fit_.side))
         warnings_.push_back("--fibula: its head is not lateral of the tibia; check it and the side");
     }
     refuse_other_objects(surfaces);
+    if (reference_.joint.frame.side != fit_.side) reference_ = prepare::mirrored(reference_);
+    add_landmarks();
     add_cartilage(options_, fit_, surfaces, subject_, report_, warnings_);
     if (options_.menisci.empty()) warnings_.push_back("no menisci given: the knee moves without them");
-    if (reference_.joint.frame.side != fit_.side) reference_ = prepare::mirrored(reference_);
-    write();
   }
 
- private:
+  // Landmarks alone: the bones are the template's, by three factors each.
+  void prepare_scaled_template()
+  {
+    if (options_.side.empty())
+      throw InputError({"--side", "", "nothing", "left or right: landmarks alone do not tell the side"});
+    if (is_thickness(options_.cartilage))
+      throw InputError({"--cartilage", "", options_.cartilage,
+                        "no thickness: without meshes the bones are the "
+                        "template's with their cartilage"});
+    fit_.side = options_.side == "left" ? Side::left : Side::right;
+    if (reference_.joint.frame.side != fit_.side) reference_ = prepare::mirrored(reference_);
+    const double unit_mm = options_.unit.empty() ? 1.0 : load::mm_per_unit(options_.unit);
+    const prepare::LandmarkScales scales = prepare::landmark_scales(landmarks_, reference_, unit_mm);
+    fit_.femur.scale = scales.femur.factor;
+    fit_.tibia.scale = scales.tibia.factor;
+    report_ = scales_json(scales, fit_.side);
+    warnings_ = scales.warnings;
+    warnings_.push_back("no meshes given: the bones are those of \"" + reference_.joint.title + "\", scaled");
+    const load::Case& joint = reference_.joint;
+    subject_ = {scaled_parts(joint.reference, fit_.femur.scale, reference_.knee.origin_mm),
+                scaled_parts(joint.moving, fit_.tibia.scale, reference_.knee.origin_mm)};
+    set_file_names(subject_);
+    make_folder();
+  }
+
+  void make_folder() const
+  {
+    job_run::make_folder(options_.folder);
+    fs::remove(file("knee.toml"));  // of an earlier preparation, whose meshes are replaced
+  }
+
+  void refuse_thickness(const KneeSurfaces& surfaces) const
+  {
+    const bool has_bare =
+        surfaces.femur.cartilage.triangles.rows() == 0 || surfaces.tibia.cartilage.triangles.rows() == 0;
+    if (has_bare || !is_thickness(options_.cartilage)) return;
+    throw InputError({"--cartilage", "", options_.cartilage + " and cartilage of both bones",
+                      "no thickness, or a bone without --femur-cartilage or --tibia-cartilage"});
+  }
+
+  void add_landmarks()
+  {
+    if (!landmarks_.fibres.empty() && !options_.has_ligaments)
+      warnings_.push_back("fibre: attachments are not used with --no-ligaments");
+    if (!landmarks_.distances.empty())
+      warnings_.push_back("distance: not used, since the meshes give the size");
+    if (landmarks_.points.empty()) return;
+    report_["landmarks"] =
+        landmarks_json(landmarks_, prepare::landmark_residuals_mm(landmarks_, reference_, fit_), warnings_);
+  }
+
+  // In the frames of the bones, mm.
+  std::vector<prepare::FibreEnds> known_ends() const
+  {
+    std::vector<prepare::FibreEnds> ends = landmarks_.fibres;
+    for (prepare::FibreEnds& fibre : ends) {
+      if (fibre.femur) fibre.femur = fit_.X_scan_femur.inverse() * (fit_.unit_mm * *fibre.femur);
+      if (fibre.tibia) fibre.tibia = fit_.X_scan_tibia.inverse() * (fit_.unit_mm * *fibre.tibia);
+    }
+    return ends;
+  }
+
   // The picture of a refused knee shows what went wrong.
   void refuse_other_objects(const KneeSurfaces& surfaces)
   {
-    const std::vector<std::string> found = prepare::objections(fit_, surfaces);
+    const std::vector<std::string> found = registration::objections(fit_, surfaces);
     if (found.empty()) return;
-    std::string all = prepare::explanation(fit_, surfaces, reference_.knee);
+    std::string all = registration::explanation(fit_, surfaces, reference_.knee);
     for (const std::string& objection : found) all += (all.empty() ? "" : "; ") + objection;
     const load::Case drawn = written_case(false);
     write_picture(drawn, found.size());
@@ -278,6 +321,9 @@ class Preparation {
                       "femur and tibia of one knee in one pose, similar to the template \"" +
                           reference_.joint.title + "\"; see " + file("prepare.png")});
   }
+
+  // Without one the landmarks only scale: they are in coordinates of their own.
+  bool has_scan() const { return !subject_.reference.front().file.empty(); }
 
   std::string file(const std::string& name) const { return (folder_ / name).string(); }
 
@@ -329,9 +375,12 @@ class Preparation {
     for (const SubjectPart& part : subject_.moving) {
       if (part.component.name == "fibula") bones.fibula = part.mesh;
     }
+    if (has_scan()) bones.known_ends = known_ends();
     const prepare::CarriedLigaments carried = prepare::carried_ligaments(reference_, fit_, bones);
     write_ligaments(carried.ligaments);
     load::Case prepared = written_case(true);
+    console::log_info("slack lengths of " + std::to_string(carried.ligaments.fibres.size()) +
+                      " fibres: the knee is solved at 10 flexions, at most 5 times");
     const prepare::SlackResult slack = prepare::set_slack_lengths(
         prepared, reference_.joint, job_run::thread_count_or_all(options_.n_threads));
     write_ligaments(prepared.ligaments);
@@ -367,7 +416,8 @@ class Preparation {
   const PrepareOptions& options_;
   fs::path folder_;
   prepare::TemplateJoint reference_;  // of a right knee, until the side is known
-  Subject subject_;                   // in the axes of the files, until the fit
+  prepare::KneeLandmarks landmarks_;
+  Subject subject_;  // in the axes of the files, until the fit
   KneeFit fit_;
   Json report_;
   std::vector<std::string> warnings_;

@@ -85,6 +85,12 @@ bool warn_of_axes(const Job& job, const Case& loaded, std::vector<std::string>& 
   if (largest_mm < min_share * smaller_mm) return false;
   const bool is_exchanged =
       mentions(loaded.reference, {"tibia"}) || mentions(loaded.moving, {"femur", "femoral"});
+  if (job.reference.frame || job.moving.frame) {
+    warnings.push_back("frame: in the frames of both objects the reference \"" + loaded.reference.name +
+                       "\" is not proximal of the moving object \"" + loaded.moving.name +
+                       "\"; check origin, axes and align of both, or exchange [reference] and [moving]");
+    return true;
+  }
   const std::string axis = file_axis(job.frame, k, upward_mm[k] > 0.0);
   warnings.push_back("frame.proximal: the reference \"" + loaded.reference.name + "\" is along " + axis +
                      " of the files from the moving object \"" + loaded.moving.name + "\", not along " +
@@ -139,15 +145,16 @@ void warn_of_side(const Job& job, const Case& loaded, std::vector<std::string>& 
                      "\", unless frame.anterior and frame.right both have the wrong sign");
 }
 
-// A position as a value of frame.origin, rounded to 0.1 mm.
-std::string origin_text(const Eigen::Vector3d& p_mm, const AxisMap& map)
+// A position as a value of the reference's origin, rounded to 0.1 mm.
+std::string origin_text(const Job& job, const Eigen::Vector3d& p_mm)
 {
+  const AxisMap map = body_map(job, job.reference);
   const Eigen::Vector3d native = map.X_canonical_native.inverse() * p_mm / map.unit_mm;
   const double tenths = 10.0 * map.unit_mm;  // of a millimetre, in the files' unit
   std::string text;
   for (const double value : native)
     text += (text.empty() ? "" : ", ") + shortest_decimal(std::round(value * tenths) / tenths + 0.0);
-  return "frame.origin = [" + text + "]";
+  return frame_of(job, job.reference).key + ".origin = [" + text + "]";
 }
 
 // Centre of the intersection of two boxes, or of the gap between them.
@@ -162,8 +169,7 @@ double distance_mm(const Eigen::Vector3d& p_mm, const Box& box)
 }
 
 // Without condyle spheres: a centre far from either object.
-void warn_of_centre_off_objects(const Job& job, const AxisMap& map, const Case& loaded,
-                                std::vector<std::string>& warnings)
+void warn_of_centre_off_objects(const Job& job, const Case& loaded, std::vector<std::string>& warnings)
 {
   // The centre of a hip is 30 mm inside its bones; an epicondylar axis is 50 mm from the patella.
   const double farthest_mm = job.joint == "knee" ? 60.0 : 100.0;
@@ -173,29 +179,30 @@ void warn_of_centre_off_objects(const Job& job, const AxisMap& map, const Case& 
   const bool is_reference = distance_mm(centre_mm, reference) > distance_mm(centre_mm, moving);
   const double off_mm = distance_mm(centre_mm, is_reference ? reference : moving);
   if (off_mm <= farthest_mm) return;
-  warnings.push_back("frame.origin: the rotation centre is " + tenths_text(off_mm) + " mm from the box of " +
+  warnings.push_back(frame_of(job, job.reference).key + ".origin: the rotation centre is " +
+                     tenths_text(off_mm) + " mm from the box of " +
                      (is_reference ? loaded.reference.name : loaded.moving.name) +
                      "; the midpoint between both objects as a start value: " +
-                     origin_text(middle_between(reference, moving), map));
+                     origin_text(job, middle_between(reference, moving)));
 }
 
-void warn_of_centre(const Job& job, const AxisMap& map, const Case& loaded,
-                    std::vector<std::string>& warnings)
+void warn_of_centre(const Job& job, const Case& loaded, std::vector<std::string>& warnings)
 {
   constexpr double farthest_mm = 30.0;  // DESIGN.md 3
   const std::optional<CondyleSpheres> spheres =
       job.joint == "knee" ? condyle_spheres(loaded.reference.contact.mesh) : std::nullopt;
-  if (!spheres) return warn_of_centre_off_objects(job, map, loaded, warnings);
+  if (!spheres) return warn_of_centre_off_objects(job, loaded, warnings);
   const Eigen::Vector3d middle_mm = 0.5 * (spheres->left.centre_mm + spheres->right.centre_mm);
   const double off_mm = (loaded.frame.rotation_centre_mm - middle_mm).norm();
   if (off_mm <= farthest_mm) return;
-  warnings.push_back("frame.origin: the rotation centre is " + tenths_text(off_mm) +
-                     " mm from the middle of the condyles, which is " + origin_text(middle_mm, map));
+  warnings.push_back(frame_of(job, job.reference).key + ".origin: the rotation centre is " +
+                     tenths_text(off_mm) + " mm from the middle of the condyles, which is " +
+                     origin_text(job, middle_mm));
 }
 
 }  // namespace
 
-std::vector<std::string> anatomy_warnings(const Job& job, const AxisMap& map, const Case& loaded)
+std::vector<std::string> anatomy_warnings(const Job& job, const Case& loaded)
 {
   std::vector<std::string> warnings;
   warn_of_joint(job, loaded, warnings);
@@ -203,7 +210,7 @@ std::vector<std::string> anatomy_warnings(const Job& job, const AxisMap& map, co
   if (job.joint == "knee" && warn_of_axes(job, loaded, warnings)) return warnings;
   if (job.joint == "knee") warn_of_side(job, loaded, warnings);
   if (job.joint != "knee") warn_of_exchange(loaded, warnings);
-  warn_of_centre(job, map, loaded, warnings);
+  warn_of_centre(job, loaded, warnings);
   return warnings;
 }
 

@@ -23,7 +23,15 @@ double mm_per_unit(const std::string& unit);
 /// "mm", "cm" or "m", the unit of 1, 10 or 1000 mm.
 const char* unit_of_mm(double mm);
 
-/// Throws InputError if two directions name the same axis or the map is left-handed.
+/// The map of [frame]. Throws InputError if two directions name the same axis or the map is left-handed.
 AxisMap axis_map(const Job& job);
+
+/// The map of a body's files: that of [frame], or with a frame of its own: unit and alignment about its
+/// origin, which goes to the rotation centre of the job, axes, then the translation.
+AxisMap body_map(const Job& job, const BodyJob& body);
+struct BodyMaps {
+  AxisMap reference, moving;
+};
+BodyMaps body_maps(const Job& job);
 
 }  // namespace vrda::load

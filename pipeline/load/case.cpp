@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "load/anatomy_warnings.hpp"
+#include "load/auto_frame.hpp"
 #include "load/axis_map.hpp"
 #include "load/case_ligaments.hpp"
 #include "load/case_warnings.hpp"
@@ -70,12 +71,13 @@ void append_part(Part& part, const Mesh& mesh, std::int32_t component)
   part.component.insert(part.component.end(), static_cast<std::size_t>(mesh.triangles.rows()), component);
 }
 
-Body loaded_body(const BodyJob& body_job, ComponentLoader& source, Case& loaded)
+Body loaded_body(const Job& job, const BodyJob& body_job, ComponentLoader& source, Case& loaded)
 {
+  const AxisMap map = body_map(job, body_job);
   Body body;
   body.name = body_job.name;
   for (const ComponentJob& component : body_job.components) {
-    LoadedComponent part = source.load(component);
+    LoadedComponent part = source.load(component, map);
     part.survey.body = body.name;
     const auto index = static_cast<std::int32_t>(body.components.size());
     append_part(component.has_contact ? body.contact : body.visual, part.clean.mesh, index);
@@ -120,9 +122,11 @@ Case settings_of(const Job& job)
 
 }  // namespace
 
-Case case_with_joint(const Job& job, const std::string& data_directory, const Case& joint)
+Case case_with_joint(const Job& given, const std::string& data_directory, const Case& joint)
 {
+  const Job job = joint.found_frames ? with_found_frames(given, *joint.found_frames) : given;
   Case loaded = settings_of(job);
+  loaded.found_frames = joint.found_frames;
   loaded.ligaments = joint.ligaments;
   loaded.inputs = joint.inputs;
   loaded.compartment_of_triangle = joint.compartment_of_triangle;
@@ -135,26 +139,29 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
   return load_case(read_job(job_file, options.overrides), options.data_directory);
 }
 
-Case load_case(const Job& job, const std::string& data_directory)
+Case load_case(const Job& given, const std::string& data_directory)
 {
   using Warnings = std::vector<std::string>;
+  ComponentLoader source(given, data_directory);
+  const std::optional<AutoFrames> found = auto_frames(given, source);
+  const Job job = found ? with_found_frames(given, found->frames) : given;
   Case loaded = settings_of(job);
-  const AxisMap map = axis_map(job);
-  const LoadedLigaments ligaments = load_ligaments(job, data_directory, map);
-  const RequestedScaling scaling = load_scaling(job, data_directory, map);
-  ComponentLoader source(job, data_directory);
-  loaded.reference = loaded_body(job.reference, source, loaded);
-  loaded.moving = loaded_body(job.moving, source, loaded);
+  if (found) loaded.found_frames = found->frames;
+  const LoadedLigaments ligaments = load_ligaments(job, data_directory, body_maps(job));
+  const RequestedScaling scaling = load_scaling(job, data_directory, axis_map(job));
+  loaded.reference = loaded_body(job, job.reference, source, loaded);
+  loaded.moving = loaded_body(job, job.moving, source, loaded);
   check_unit(job, loaded.survey);  // before the fibres: a wrong unit also misplaces attachments
   check_attachments(ligaments, loaded.reference, loaded.moving);
   loaded.ligaments = ligaments.ligaments;
   loaded.inputs.insert(loaded.inputs.end(), ligaments.inputs.begin(), ligaments.inputs.end());
   loaded.compartment_of_triangle = compartments_of(job, loaded.moving, loaded.frame.rotation_centre_mm.z());
-  const Warnings anatomy = anatomy_warnings(job, map, loaded);
+  const Warnings anatomy = anatomy_warnings(job, loaded);
   const Warnings fibres = fibre_warnings(ligaments, loaded.reference, loaded.moving);
   apply_scaling(loaded, job, scaling);
   loaded.warnings = case_warnings(job, scaled_to_subject(loaded));
-  for (const Warnings& more : {anatomy, fibres, scaling.warnings})
+  const Warnings frames = found ? found->warnings : Warnings{};
+  for (const Warnings& more : {frames, anatomy, fibres, scaling.warnings})
     loaded.warnings.insert(loaded.warnings.end(), more.begin(), more.end());
   return loaded;
 }

@@ -61,6 +61,15 @@ struct ComponentSurvey {
   double volume_mm3 = 0.0;  ///< meaningful when closed
 };
 
+/// What registration found for `origin = "auto"` and `align = "auto"` of a body, as numbers of the job.
+struct FoundFrame {
+  Eigen::Vector3d origin_native = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rotation_deg = Eigen::Vector3d::Zero();
+};
+struct FoundFrames {
+  FoundFrame reference, moving;
+};
+
 /// The joint to solve. If scaling keeps the steps, lengths are at factor 1 and scaled_to_subject() gives the
 /// subject's.
 struct Case {
@@ -89,6 +98,8 @@ struct Case {
   bool smooth_recontact = true;  ///< y from the directional gap at every attitude
   bool smooth_robust = false;    ///< fitted with Huber weights
   double unsolved_fraction = 0.0;
+
+  std::optional<FoundFrames> found_frames;  ///< set if the job has "auto" in a frame
 
   std::optional<Scaling> scaling;  ///< set if the job has [scaling]
   double steps_scale = 1.0;        ///< ratio of the subject's size to the size of this case

@@ -109,16 +109,18 @@ void add_generated(const Job& job, LoadedLigaments& loaded)
   }
 }
 
-void add_wraps(const Job& job, const InputFile& file, const AxisMap& map, LoadedLigaments& loaded)
+void add_wraps(const Job& job, const InputFile& file, const BodyMaps& maps, LoadedLigaments& loaded)
 {
   const std::string& name = job.ligaments->wraps_file;
   if (name.empty()) return;
   loaded.ligaments.wraps = read_wraps(file.path, file.bytes, {job.reference.name, job.moving.name});
-  for (ligament::Wrap& wrap : loaded.ligaments.wraps) wrap.X_body_wrap = canonical(wrap.X_body_wrap, map);
+  for (ligament::Wrap& wrap : loaded.ligaments.wraps)
+    wrap.X_body_wrap = canonical(wrap.X_body_wrap,
+                                 wrap.body == ligament::WrapBody::reference ? maps.reference : maps.moving);
   loaded.inputs.push_back({name, sha256_of(file.bytes)});
 }
 
-void add_fibres(const Job& job, const InputFile& file, const AxisMap& map, LoadedLigaments& loaded)
+void add_fibres(const Job& job, const InputFile& file, const BodyMaps& maps, LoadedLigaments& loaded)
 {
   const LigamentsJob& named = *job.ligaments;
   loaded.jobs = named.fibres;
@@ -130,9 +132,9 @@ void add_fibres(const Job& job, const InputFile& file, const AxisMap& map, Loade
   for (const FibreJob& fibre : loaded.jobs) {
     loaded.ligaments.fibres.push_back(
         {fibre.name, fibre.bundle.empty() ? default_bundle(fibre.name) : fibre.bundle,
-         map.X_canonical_native * fibre.reference_native_mm, map.X_canonical_native * fibre.moving_native_mm,
-         fibre.stiffness_n, fibre.slack_length_mm.value_or(1.0),
-         wrap_named(fibre, loaded.ligaments.wraps, named.wraps_file)});
+         maps.reference.X_canonical_native * fibre.reference_native_mm,
+         maps.moving.X_canonical_native * fibre.moving_native_mm, fibre.stiffness_n,
+         fibre.slack_length_mm.value_or(1.0), wrap_named(fibre, loaded.ligaments.wraps, named.wraps_file)});
   }
   set_slack_lengths(loaded);
 }
@@ -188,17 +190,17 @@ std::string fibre_key(const FibreJob& fibre, const std::string& key)
   return fibre.field.starts_with("line ") ? fibre.field + ", " + key : fibre.field + "." + key;
 }
 
-LoadedLigaments load_ligaments(const Job& job, const std::string& data_directory, const AxisMap& map)
+LoadedLigaments load_ligaments(const Job& job, const std::string& data_directory, const BodyMaps& maps)
 {
   LoadedLigaments loaded;
   if (!job.ligaments) return loaded;
   const Files files = files_of(job, data_directory);
   loaded.ligaments.transition_strain = job.ligaments->transition_strain;
-  add_wraps(job, files.wraps, map, loaded);
+  add_wraps(job, files.wraps, maps, loaded);
   if (job.ligaments->generate) {
     add_generated(job, loaded);
   } else {
-    add_fibres(job, files.fibres, map, loaded);
+    add_fibres(job, files.fibres, maps, loaded);
   }
   return loaded;
 }

@@ -15,7 +15,7 @@ struct LoadedLigaments {
 
 /// Reads the files named in the job (data folder first), maps attachments and wraps like meshes, resolves
 /// wrap names and computes slack lengths from reference strains. Throws InputError with file and line or key.
-LoadedLigaments load_ligaments(const Job& job, const std::string& data_directory, const AxisMap& map);
+LoadedLigaments load_ligaments(const Job& job, const std::string& data_directory, const BodyMaps& maps);
 
 /// "ligaments.fibre.3.stiffness_n" for a fibre in the job, "line 7, stiffness_n" for one in a table.
 std::string fibre_key(const FibreJob& fibre, const std::string& key);

@@ -115,19 +115,26 @@ std::string measured(const ComponentSurvey& component)
          shortest_decimal(std::round(diagonal_mm(component.box) * 1000.0) / 1000.0) + " mm across";
 }
 
-std::string unit_remedy(const Job& job, const std::string& unit)
+std::string unit_remedy(const FrameJob& frame, const std::string& unit)
 {
-  return "; frame.unit is \"" + job.frame.unit + "\", the size suggests \"" + unit + "\": frame.unit = \"" +
+  const std::string key = frame.key + ".unit";
+  return "; " + key + " is \"" + frame.unit + "\", the size suggests \"" + unit + "\": " + key + " = \"" +
          unit + "\"";
 }
 
-void warn_of_size(const Job& job, const ComponentSurvey& component, Warnings& warnings)
+// The frame of a component of the survey, which lists those of the reference first.
+const FrameJob& frame_of_component(const Job& job, std::size_t index)
+{
+  return frame_of(job, index < job.reference.components.size() ? job.reference : job.moving);
+}
+
+void warn_of_size(const Job& job, const FrameJob& frame, const ComponentSurvey& component, Warnings& warnings)
 {
   const SizeRange usual = usual_size_range(job);
   const double size_mm = diagonal_mm(component.box);
   if (size_mm >= usual.least_mm && size_mm <= usual.most_mm) return;
-  const std::string unit = suggested_unit(job, size_mm, usual);
-  warnings.push_back(measured(component) + (unit.empty() ? "" : unit_remedy(job, unit)));
+  const std::string unit = suggested_unit(frame.unit, size_mm, usual);
+  warnings.push_back(measured(component) + (unit.empty() ? "" : unit_remedy(frame, unit)));
 }
 
 // Knee bones in cm, read as mm, have the size of menisci.
@@ -141,9 +148,10 @@ void warn_of_small_knee(const Job& job, const Case& loaded, Warnings& warnings)
   const double size_mm = diagonal_mm(largest->box);
   if (job.joint != "knee" || size_mm >= whole_bone.least_mm || size_mm < usual_size_range(job).least_mm)
     return;
-  const std::string unit = suggested_unit(job, size_mm, whole_bone);
+  const FrameJob& frame = frame_of_component(job, static_cast<std::size_t>(largest - loaded.survey.begin()));
+  const std::string unit = suggested_unit(frame.unit, size_mm, whole_bone);
   warnings.push_back(measured(*largest) + ", the largest of the joint" +
-                     (unit.empty() ? "" : unit_remedy(job, unit)));
+                     (unit.empty() ? "" : unit_remedy(frame, unit)));
 }
 
 void warn_of_last_angle(const Job& job, const std::string& key, const std::vector<double>& angles_deg,
@@ -255,9 +263,9 @@ std::vector<std::string> case_warnings(const Job& job, const Case& loaded)
   warn_of_free_rotation(job, warnings);
   warn_of_generated_parts(job, warnings);
   warn_of_equal_files(job, loaded, warnings);
-  for (const ComponentSurvey& component : loaded.survey) {
-    warn_of_edges(component, warnings);
-    warn_of_size(job, component, warnings);
+  for (std::size_t i = 0; i < loaded.survey.size(); ++i) {
+    warn_of_edges(loaded.survey[i], warnings);
+    warn_of_size(job, frame_of_component(job, i), loaded.survey[i], warnings);
   }
   warn_of_small_knee(job, loaded, warnings);
   return warnings;

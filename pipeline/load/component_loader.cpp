@@ -101,14 +101,14 @@ std::string shape_request_text(const GenerateJob& generate)
 }
 
 ComponentLoader::ComponentLoader(const Job& job, const std::string& data_directory)
-    : job_(job), map_(axis_map(job)), data_directory_(data_directory)
+    : job_(job), data_directory_(data_directory)
 {
 }
 
-LoadedComponent ComponentLoader::load(const ComponentJob& component)
+LoadedComponent ComponentLoader::load(const ComponentJob& component, const AxisMap& map)
 {
   LoadedComponent out;
-  out.clean = component.generate ? generated(component, out.input) : from_file(component, out);
+  out.clean = component.generate ? generated(component, out.input) : from_file(component, map, out);
   if (out.clean.mesh.triangles.rows() == 0) {
     throw InputError({out.input.name, "",
                       std::to_string(out.clean.n_degenerate) + " faces, all with zero area",
@@ -119,7 +119,8 @@ LoadedComponent ComponentLoader::load(const ComponentJob& component)
   return out;
 }
 
-CleanMesh ComponentLoader::from_file(const ComponentJob& component, LoadedComponent& out) const
+CleanMesh ComponentLoader::from_file(const ComponentJob& component, const AxisMap& map,
+                                     LoadedComponent& out) const
 {
   namespace fs = std::filesystem;
   InputFile file =
@@ -136,7 +137,7 @@ CleanMesh ComponentLoader::from_file(const ComponentJob& component, LoadedCompon
     out.normals = {fs::path(component.file).replace_extension(".normals").string(), sha256_of(bytes)};
   }
   CleanMesh clean = clean_mesh(mesh, component.winding, job_.side);
-  clean.mesh = canonical(clean.mesh, map_);
+  clean.mesh = canonical(clean.mesh, map);
   return clean;
 }
 

@@ -27,17 +27,16 @@ class ComponentLoader {
   ComponentLoader(const Job& job, const std::string& data_directory);
 
   /// Files are searched in the data folder, then in the folder of the job. Their coordinates are converted by
-  /// the axis map; generated parts are canonical and in mm already.
+  /// `map`; generated parts are canonical and in mm already.
   /// Throws InputError naming the mesh file or the key of the job.
-  LoadedComponent load(const ComponentJob& component);
+  LoadedComponent load(const ComponentJob& component, const AxisMap& map);
 
  private:
-  CleanMesh from_file(const ComponentJob& component, LoadedComponent& out) const;
+  CleanMesh from_file(const ComponentJob& component, const AxisMap& map, LoadedComponent& out) const;
   CleanMesh generated(const ComponentJob& component, LoadedInput& input);
   const shapes::Shape& shape_of(const ComponentJob& component);
 
   const Job& job_;
-  AxisMap map_;
   std::string data_directory_;
   std::map<std::string, shapes::Shape> shapes_;  // by name and parameters
 };

@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "load/file_bytes.hpp"
+#include "load/job_frames.hpp"
 #include "load/job_schema.hpp"
 
 namespace vrda::load {
@@ -57,6 +58,7 @@ BodyJob body_of(const Job& job, const documents::DocumentValue& root, const std:
 {
   BodyJob body;
   body.name = documents::text_at(root, key + ".name");
+  body.frame = body_frame_at(job.document, key);
   std::vector<std::string> names;
   bool has_contact = false;
   for (const documents::DocumentValue& value : *documents::value_at(root, key + ".component").list()) {
@@ -66,6 +68,10 @@ BodyJob body_of(const Job& job, const documents::DocumentValue& root, const std:
       job.document.refuse(item + ".name", "\"" + component.name + "\" a second time",
                           "a unique name for each component");
     }
+    if (body.frame && component.generate)
+      job.document.refuse(item + ".generate",
+                          "a generated part, which has canonical axes, in an object with a frame",
+                          "mesh files, or no [" + key + ".frame]");
     names.push_back(component.name);
     has_contact = has_contact || component.has_contact;
     body.components.push_back(std::move(component));
@@ -73,20 +79,6 @@ BodyJob body_of(const Job& job, const documents::DocumentValue& root, const std:
   if (!has_contact)
     job.document.refuse(key + ".component", "no component in contact", "at least one with contact = true");
   return body;
-}
-
-FrameJob frame_of(const documents::DocumentValue& root)
-{
-  FrameJob frame;
-  frame.unit = documents::text_at(root, "frame.unit");
-  frame.anterior = documents::text_at(root, "frame.anterior");
-  frame.proximal = documents::text_at(root, "frame.proximal");
-  frame.right = documents::text_at(root, "frame.right");
-  frame.origin_native = documents::vector3_at(root, "frame.origin");
-  const Eigen::Vector3d rotation_deg = documents::vector3_at(root, "frame.align.rotation_deg");
-  for (int k = 0; k < 3; ++k) frame.align_rotation_rad[k] = rad_from_deg(rotation_deg[k]);
-  frame.align_translation_mm = documents::vector3_at(root, "frame.align.translation_mm");
-  return frame;
 }
 
 std::optional<ScalingJob> scaling_of(const Job& job, const documents::DocumentValue& root)
@@ -386,7 +378,7 @@ void read_settings(Job& job)
   job.title = documents::text_at(root, "title");
   job.joint = documents::text_at(root, "joint");
   job.side = documents::text_at(root, "side") == "left" ? Side::left : Side::right;
-  job.frame = frame_of(root);
+  job.frame = frame_at(root, "frame");
   job.scaling = scaling_of(job, root);
   job.reference = body_of(job, root, "reference");
   job.moving = body_of(job, root, "moving");
@@ -418,6 +410,12 @@ void read_settings(Job& job)
   job.unsolved_fraction = documents::number_at(root, "limits.unsolved_fraction");
 }
 
+void set_texts(Job& job)
+{
+  job.resolved_text = documents::toml_text(job.document.root);
+  job.unscaled_text = documents::toml_text(without(job.document.root, "scaling"));
+}
+
 }  // namespace
 
 Eigen::VectorXd value_at_flexion(const FlexionTable& setting, double flexion_rad)
@@ -447,10 +445,18 @@ Job parse_job(const std::string& file, std::string text, const std::vector<std::
   if (!is_start_given && documents::text_at(job.document.root, "joint") != "knee")
     complete_start(job.document.root);
   job.document.root = checked_job(job.document);  // again, to restore the order of keys
-  job.resolved_text = documents::toml_text(job.document.root);
-  job.unscaled_text = documents::toml_text(without(job.document.root, "scaling"));
+  set_texts(job);
   read_settings(job);
   return job;
+}
+
+Job with_found_frames(const Job& job, const FoundFrames& found)
+{
+  Job numeric = job;
+  set_found_frame(numeric.document, numeric.reference, found.reference);
+  set_found_frame(numeric.document, numeric.moving, found.moving);
+  set_texts(numeric);
+  return numeric;
 }
 
 Job read_job(const std::string& file, const std::vector<std::string>& overrides)

@@ -39,13 +39,9 @@ struct ComponentJob {
   Eigen::Vector3d shift_mm{0.0, 0.0, 0.0};  ///< translation of the component, canonical axes
 };
 
-struct BodyJob {
-  std::string name;
-  std::vector<ComponentJob> components;
-};
-
 /// Map from mesh file coordinates to canonical axes (load/axis_map.hpp).
 struct FrameJob {
+  std::string key;  ///< "frame", "reference.frame" or "moving.frame"
   std::string unit;
   std::string anterior;
   std::string proximal;
@@ -53,6 +49,14 @@ struct FrameJob {
   Eigen::Vector3d origin_native{0.0, 0.0, 0.0};  ///< rotation centre, native unit
   Eigen::Vector3d align_rotation_rad{0.0, 0.0, 0.0};
   Eigen::Vector3d align_translation_mm{0.0, 0.0, 0.0};
+  bool is_origin_auto = false;  ///< of a body: found by registration, 0 until then
+  bool is_align_auto = false;   ///< the same
+};
+
+struct BodyJob {
+  std::string name;
+  std::optional<FrameJob> frame;  ///< absent: the job's
+  std::vector<ComponentJob> components;
 };
 
 /// Scaling of the joint to the subject: a factor, or a landmark table for fitting one.
@@ -143,12 +147,21 @@ struct Job {
   double unsolved_fraction = 0.0;
 };
 
+/// The frame of a body's mesh files: its own or that of the job.
+inline const FrameJob& frame_of(const Job& job, const BodyJob& body)
+{
+  return body.frame ? *body.frame : job.frame;
+}
+
 /// Parses a job and applies `overrides` ("key.path=value"); `file` is its name in messages. Opens no file.
 /// Throws InputError naming file, key, found and wanted.
 Job parse_job(const std::string& file, std::string text, const std::vector<std::string>& overrides = {});
 
 /// Reads a job file and parses it with parse_job(). Does not open meshes.
 Job read_job(const std::string& file, const std::vector<std::string>& overrides = {});
+
+/// The job with numbers in the place of every "auto" of its frames.
+Job with_found_frames(const Job& job, const FoundFrames& found);
 
 /// The Case of a job without loading meshes: ligaments, inputs and compartments are copied from `joint`,
 /// which must be at factor 1; bodies, survey and warnings stay empty. The only file read is the landmark

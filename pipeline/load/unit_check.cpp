@@ -50,10 +50,10 @@ SizeRange usual_size_range(const Job& job)
   return job.joint == "knee" ? SizeRange{12.0, 800.0} : SizeRange{3.0, 2000.0};
 }
 
-std::string suggested_unit(const Job& job, double size_mm, const SizeRange& sizes)
+std::string suggested_unit(const std::string& given, double size_mm, const SizeRange& sizes)
 {
   for (const char* unit : {"mm", "cm", "m"}) {
-    if (is_within(size_mm / mm_per_unit(job.frame.unit) * mm_per_unit(unit), sizes)) return unit;
+    if (is_within(size_mm / mm_per_unit(given) * mm_per_unit(unit), sizes)) return unit;
   }
   return "";
 }
@@ -66,21 +66,23 @@ void check_unit(const Job& job, const std::vector<ComponentSurvey>& survey)
     const ComponentSurvey* file = files.at(b);
     const ComponentSurvey* other = files.at(1 - b);
     if (file == nullptr) continue;
+    const FrameJob& frame = frame_of(job, b == 0 ? job.reference : job.moving);
+    const std::string key = frame.key + ".unit";
     const double size_mm = diagonal_mm(file->box);
     if (is_within(size_mm, possible_sizes(job))) continue;
-    const std::string unit = suggested_unit(job, size_mm, usual_size_range(job));
-    const std::string found = "\"" + job.frame.unit + "\", in which \"" + file->name + "\" (" + file->source +
+    const std::string unit = suggested_unit(frame.unit, size_mm, usual_size_range(job));
+    const std::string found = "\"" + frame.unit + "\", in which \"" + file->name + "\" (" + file->source +
                               ") measures " + three_decimals(size_mm) + " mm across";
     std::string wanted = "meshes of a joint in mm, cm or m";
     if (other != nullptr && is_within(diagonal_mm(other->box), usual_size_range(job))) {
       wanted = "all mesh files in one unit: \"" + other->name + "\" measures " +
                three_decimals(diagonal_mm(other->box)) + " mm; convert \"" + file->source + "\" to " +
-               job.frame.unit + (unit.empty() ? "" : ", its size suggests " + unit);
+               frame.unit + (unit.empty() ? "" : ", its size suggests " + unit);
     } else if (!unit.empty()) {
-      wanted = "frame.unit = \"" + unit + "\", in which it measures " +
-               three_decimals(size_mm / mm_per_unit(job.frame.unit) * mm_per_unit(unit)) + " mm";
+      wanted = key + " = \"" + unit + "\", in which it measures " +
+               three_decimals(size_mm / mm_per_unit(frame.unit) * mm_per_unit(unit)) + " mm";
     }
-    throw InputError({job.document.source_of("frame.unit"), "frame.unit", found, wanted});
+    throw InputError({job.document.source_of(key), key, found, wanted});
   }
 }
 

@@ -16,13 +16,13 @@ struct SizeRange {
 
 SizeRange usual_size_range(const Job& job);
 
-/// The unit in which a component of `size_mm` in frame.unit would be within these sizes; empty if none.
-std::string suggested_unit(const Job& job, double size_mm, const SizeRange& sizes);
+/// The unit in which a component of `size_mm` in `unit` would be within these sizes; empty if none.
+std::string suggested_unit(const std::string& unit, double size_mm, const SizeRange& sizes);
 
 double diagonal_mm(const Box& box);
 
-/// Throws InputError if the largest mesh file of an object is implausible in frame.unit: below 1 mm (a knee:
-/// 3 mm) or above 3 m. `survey` has the components in the order of the job.
+/// Throws InputError if the largest mesh file of an object is implausible in the unit of its frame: below 1
+/// mm (a knee: 3 mm) or above 3 m. `survey` has the components in the order of the job.
 void check_unit(const Job& job, const std::vector<ComponentSurvey>& survey);
 
 }  // namespace vrda::load

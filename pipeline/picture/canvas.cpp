@@ -71,25 +71,30 @@ void append_bytes(void* text, void* bytes, int n)
   static_cast<std::string*>(text)->append(static_cast<const char*>(bytes), static_cast<std::size_t>(n));
 }
 
-// Index range of the samples from `least` to `largest`, clipped to [0, end).
-struct Samples {
-  int first, last;
-};
-
-Samples samples(double least, double largest, int end)
-{
-  return {static_cast<int>(std::clamp(std::floor(least), 0.0, static_cast<double>(end))),
-          static_cast<int>(std::clamp(std::ceil(largest), -1.0, static_cast<double>(end - 1)))};
-}
-
 }  // namespace
 
 Canvas::Canvas(int width_px, int height_px)
     : width_(fineness * width_px),
       height_(fineness * height_px),
+      columns_{0, width_ - 1},
+      rows_{0, height_ - 1},
       colour_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), Colour::Ones()),
       depth_(colour_.size(), -std::numeric_limits<float>::infinity())
 {
+}
+
+Canvas::Samples Canvas::samples(double least, double largest, const Samples& within)
+{
+  const double first = within.first, last = within.last;
+  return {static_cast<int>(std::clamp(std::floor(least), first, last + 1.0)),
+          static_cast<int>(std::clamp(std::ceil(largest), first - 1.0, last))};
+}
+
+void Canvas::set_clip(const Eigen::Vector2d& upper_left_px, const Eigen::Vector2d& lower_right_px)
+{
+  const Eigen::Vector2d first = fineness * upper_left_px, last = fineness * lower_right_px;
+  columns_ = samples(first.x(), last.x(), {0, width_ - 1});
+  rows_ = samples(first.y(), last.y(), {0, height_ - 1});
 }
 
 std::size_t Canvas::index(int x, int y) const
@@ -109,8 +114,8 @@ void Canvas::draw_triangle(const std::array<Eigen::Vector3d, 3>& corners_px, con
                         c = fineness * corners_px[2];
   const double area = turn(a, b, c.x(), c.y());
   if (area == 0.0) return;
-  const Samples columns = samples(std::min({a.x(), b.x(), c.x()}), std::max({a.x(), b.x(), c.x()}), width_);
-  const Samples rows = samples(std::min({a.y(), b.y(), c.y()}), std::max({a.y(), b.y(), c.y()}), height_);
+  const Samples columns = samples(std::min({a.x(), b.x(), c.x()}), std::max({a.x(), b.x(), c.x()}), columns_);
+  const Samples rows = samples(std::min({a.y(), b.y(), c.y()}), std::max({a.y(), b.y(), c.y()}), rows_);
   for (int y = rows.first; y <= rows.last; ++y) {
     for (int x = columns.first; x <= columns.last; ++x) {
       const double of_a = turn(b, c, x, y) / area, of_b = turn(c, a, x, y) / area;
@@ -131,8 +136,8 @@ void Canvas::draw_line(const Eigen::Vector3d& from_px, const Eigen::Vector3d& to
   const double half = 0.5 * fineness * width_px;
   const Eigen::Vector2d along = (b - a).head<2>();
   const double length_sq = std::max(along.squaredNorm(), 1e-12);
-  const Samples columns = samples(std::min(a.x(), b.x()) - half, std::max(a.x(), b.x()) + half, width_);
-  const Samples rows = samples(std::min(a.y(), b.y()) - half, std::max(a.y(), b.y()) + half, height_);
+  const Samples columns = samples(std::min(a.x(), b.x()) - half, std::max(a.x(), b.x()) + half, columns_);
+  const Samples rows = samples(std::min(a.y(), b.y()) - half, std::max(a.y(), b.y()) + half, rows_);
   for (int y = rows.first; y <= rows.last; ++y) {
     for (int x = columns.first; x <= columns.last; ++x) {
       const Eigen::Vector2d arm(x - a.x(), y - a.y());
@@ -149,8 +154,8 @@ void Canvas::draw_disc(const Eigen::Vector2d& centre_px, double radius_px, const
 {
   const Eigen::Vector2d centre = fineness * centre_px;
   const double radius = fineness * radius_px;
-  const Samples columns = samples(centre.x() - radius, centre.x() + radius, width_);
-  const Samples rows = samples(centre.y() - radius, centre.y() + radius, height_);
+  const Samples columns = samples(centre.x() - radius, centre.x() + radius, columns_);
+  const Samples rows = samples(centre.y() - radius, centre.y() + radius, rows_);
   for (int y = rows.first; y <= rows.last; ++y) {
     for (int x = columns.first; x <= columns.last; ++x) {
       if ((Eigen::Vector2d(x, y) - centre).norm() <= radius) blend(x, y, colour, 1.0F);

@@ -18,6 +18,9 @@ class Canvas {
  public:
   Canvas(int width_px, int height_px);
 
+  /// Triangles, lines and discs are drawn inside this rectangle only; at first the whole image.
+  void set_clip(const Eigen::Vector2d& upper_left_px, const Eigen::Vector2d& lower_right_px);
+
   void draw_triangle(const std::array<Eigen::Vector3d, 3>& corners_px, const Colour& colour);
   /// Parts hidden by triangles are drawn translucent.
   void draw_line(const Eigen::Vector3d& from_px, const Eigen::Vector3d& to_px, double width_px,
@@ -32,10 +35,16 @@ class Canvas {
   std::string png() const;
 
  private:
+  // Range of samples along one axis.
+  struct Samples {
+    int first, last;
+  };
+  static Samples samples(double least, double largest, const Samples& within);
   void blend(int x, int y, const Colour& colour, float share);
   std::size_t index(int x, int y) const;
 
-  int width_, height_;  // of the supersampled raster that png() averages
+  int width_, height_;      // of the supersampled raster that png() averages
+  Samples columns_, rows_;  // that triangles, lines and discs may draw
   std::vector<Colour> colour_;
   std::vector<float> depth_;
 };

@@ -11,7 +11,9 @@ namespace {
 
 constexpr int panel_width_px = 800, height_px = 1000;
 constexpr double panel_top_px = 120.0, panel_bottom_px = 880.0, margin_px = 70.0;
-constexpr double text_px = 24.0, title_px = 32.0;
+constexpr double text_px = 24.0, title_px = 32.0, axis_px = 130.0;
+// About the rotation centre of a knee: the attachments of its ligaments, not the shafts.
+constexpr double shown_above_mm = 80.0, shown_below_mm = 110.0;
 
 const Colour black(0.1F, 0.1F, 0.1F), grey(0.45F, 0.45F, 0.45F);
 const Colour reference_colour(0.93F, 0.80F, 0.56F), moving_colour(0.55F, 0.74F, 0.93F);
@@ -102,8 +104,16 @@ Box box_of_bones(const load::Case& job_case)
   return box;
 }
 
-// Ends behind the moving object, along the push.
-Arrow push_arrow(const load::Case& job_case, double length_mm)
+// The part of a box near the rotation centre.
+Box near_joint(Box box, const Eigen::Vector3d& centre_mm)
+{
+  box.min_mm.y() = std::max(box.min_mm.y(), centre_mm.y() - shown_below_mm);
+  box.max_mm.y() = std::min(box.max_mm.y(), centre_mm.y() + shown_above_mm);
+  return box;
+}
+
+// Ends behind the moving object, along the push, or at the end of what is shown of it.
+Arrow push_arrow(const load::Case& job_case, const Box& shown, double length_mm)
 {
   const Eigen::Vector3d& delta = job_case.frame.delta;
   const Eigen::Vector3d at_mm = job_case.frame.rotation_centre_mm + job_case.push_point_mm;
@@ -112,6 +122,8 @@ Arrow push_arrow(const load::Case& job_case, double length_mm)
     include(moving, bounding_box(job_case.moving.visual.mesh).min_mm);
     include(moving, bounding_box(job_case.moving.visual.mesh).max_mm);
   }
+  moving.min_mm = moving.min_mm.cwiseMax(shown.min_mm);
+  moving.max_mm = moving.max_mm.cwiseMin(shown.max_mm);
   const Eigen::Vector3d foot_mm =
       (delta.array() > 0.0).select(moving.min_mm, moving.max_mm);  // the rearmost corner
   const double back_mm = (foot_mm - at_mm).dot(delta) - 0.1 * length_mm;
@@ -168,7 +180,6 @@ void draw_label(Canvas& canvas, const Eigen::Vector3d& from_px, const Eigen::Vec
 void draw_axes(Canvas& canvas, const Projection& projected, const load::Case& job_case,
                const PictureNotes& notes)
 {
-  constexpr double axis_px = 130.0;
   const Eigen::Vector3d& centre_mm = job_case.frame.rotation_centre_mm;
   const Eigen::Vector3d from = projected(centre_mm);
   for (std::size_t k = 0; k < axis_names.size(); ++k) {
@@ -262,22 +273,36 @@ void draw_legend(Canvas& canvas, const load::Case& job_case, const PictureNotes&
                    TextAlign::left, black);
 }
 
+double px_per_mm_of(const Box& box)
+{
+  const Eigen::Vector3d size_mm = box.max_mm - box.min_mm;
+  const double across_mm = std::max({size_mm.x(), size_mm.z(), 1e-9});
+  return std::min((panel_width_px - 2.0 * margin_px) / across_mm,
+                  (panel_bottom_px - panel_top_px - margin_px) / std::max(size_mm.y(), 1e-9));
+}
+
+// What the views show: bones, push, fibres, and the axes, whose length is one in pixels.
+Box box_of_view(const load::Case& job_case, Box box, const Arrow& push)
+{
+  const Eigen::Vector3d& centre_mm = job_case.frame.rotation_centre_mm;
+  for (const Eigen::Vector3d& p_mm : {centre_mm, push.from_mm, push.to_mm}) include(box, p_mm);
+  for (const ligament::Fibre& fibre : job_case.ligaments.fibres) {
+    include(box, fibre.reference_mm);
+    include(box, fibre.moving_mm);
+  }
+  include(box, centre_mm + Eigen::Vector3d::Constant(axis_px / px_per_mm_of(box)));
+  return box;
+}
+
 }  // namespace
 
 std::string case_picture(const load::Case& job_case, const PictureNotes& notes)
 {
   Box box = box_of_bones(job_case);
-  const Arrow push = push_arrow(job_case, 0.15 * (box.max_mm - box.min_mm).maxCoeff());
-  for (const Eigen::Vector3d& p_mm : {job_case.frame.rotation_centre_mm, push.from_mm, push.to_mm})
-    include(box, p_mm);
-  for (const ligament::Fibre& fibre : job_case.ligaments.fibres) {
-    include(box, fibre.reference_mm);
-    include(box, fibre.moving_mm);
-  }
-  const Eigen::Vector3d size_mm = box.max_mm - box.min_mm;
-  const double across_mm = std::max({size_mm.x(), size_mm.z(), 1e-9});
-  const double scale = std::min((panel_width_px - 2.0 * margin_px) / across_mm,
-                                (panel_bottom_px - panel_top_px - margin_px) / std::max(size_mm.y(), 1e-9));
+  if (notes.has_four_views) box = near_joint(box, job_case.frame.rotation_centre_mm);
+  const Arrow push = push_arrow(job_case, box, 0.15 * (box.max_mm - box.min_mm).maxCoeff());
+  box = box_of_view(job_case, box, push);
+  const double scale = px_per_mm_of(box);
   const std::vector<View> views = views_of(job_case, notes);
   const int width_px = panel_width_px * static_cast<int>(views.size());
   Canvas canvas(width_px, height_px);
@@ -285,11 +310,14 @@ std::string case_picture(const load::Case& job_case, const PictureNotes& notes)
   const Eigen::Vector3d middle_mm = 0.5 * (box.min_mm + box.max_mm);
   double left_px = 0.0;
   for (const View& view : views) {
+    canvas.set_clip({left_px, panel_top_px}, {left_px + panel_width_px, panel_bottom_px + 30.0});
     draw_view(canvas, {view, middle_mm, {left_px + 0.5 * panel_width_px, y_px}, scale}, job_case, push,
               notes);
-    if (left_px > 0.0) canvas.draw_line({left_px, 60.0, 0.0}, {left_px, 905.0, 0.0}, 1.5, grey);
     left_px += panel_width_px;
   }
+  canvas.set_clip({0.0, 0.0}, {static_cast<double>(width_px), static_cast<double>(height_px)});
+  for (double x_px = panel_width_px; x_px < width_px; x_px += panel_width_px)
+    canvas.draw_line({x_px, 60.0, 0.0}, {x_px, 905.0, 0.0}, 1.5, grey);
   const std::string side = job_case.frame.side == Side::right ? "right" : "left";
   const std::string joint =
       job_case.joint == "knee" ? side + " knee" : "joint \"" + job_case.joint + "\", " + side + " side";

@@ -45,10 +45,14 @@ Eigen::Vector3d at_distance(const SurfacePoint& on, const Eigen::Vector3d& norma
   return on.p_mm + signed_distance_mm * normal;
 }
 
-Attached attached(const Eigen::Vector3d& p_template_mm, const BoneMap& map)
+// `known_mm`: where the subject has it, instead of where the fit has it.
+Attached attached(const Eigen::Vector3d& p_template_mm, const BoneMap& map,
+                  const std::optional<Eigen::Vector3d>& known_mm)
 {
-  const Eigen::Vector3d carried_mm = map(p_template_mm);
+  constexpr double on_bone_mm = 2.0;
+  const Eigen::Vector3d carried_mm = known_mm.value_or(map(p_template_mm));
   if (map.of_subject.is_empty()) return {carried_mm};
+  if (known_mm && map.of_subject.nearest(carried_mm, {on_bone_mm}).triangle >= 0) return {carried_mm};
   registration::NearestLimits limits;
   limits.max_distance_mm = map.max_distance_mm;
   double own_mm = 0.0;
@@ -103,8 +107,11 @@ CarriedLigaments carried_ligaments(const TemplateJoint& own_side, const registra
   CarriedLigaments result;
   result.ligaments = own_side.joint.ligaments;
   for (ligament::Fibre& fibre : result.ligaments.fibres) {
-    const Attached above = attached(fibre.reference_mm, femur);
-    const Attached below = attached(fibre.moving_mm, is_fibular(fibre) ? fibula : tibia);
+    const auto given = std::find_if(subject.known_ends.begin(), subject.known_ends.end(),
+                                    [&](const FibreEnds& other) { return other.name == fibre.name; });
+    const FibreEnds ends = given == subject.known_ends.end() ? FibreEnds{} : *given;
+    const Attached above = attached(fibre.reference_mm, femur, ends.femur);
+    const Attached below = attached(fibre.moving_mm, is_fibular(fibre) ? fibula : tibia, ends.tibia);
     fibre.reference_mm = above.p_mm;
     fibre.moving_mm = below.p_mm;
     result.moves.push_back({above.moved_mm, below.moved_mm});

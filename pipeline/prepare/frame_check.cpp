@@ -8,6 +8,7 @@
 #include "load/axis_map.hpp"
 #include "prepare/template_joint.hpp"
 #include "registration/coarse_fit.hpp"
+#include "registration/generic_template.hpp"
 
 namespace vrda::prepare {
 namespace {
@@ -36,7 +37,7 @@ std::vector<std::string> frame_warnings(const load::Case& knee)
   if (unit_mm != 1.0)
     return {std::string("frame.unit: the bones have the size of a knee in ") + load::unit_of_mm(unit_mm) +
             remedy};
-  const registration::TemplateKnee reference = generic_template().knee;
+  const registration::TemplateKnee reference = registration::generic_template();
   const registration::CoarseFit fit = coarse_fit(bones, reference);
   const bool is_left = fit.left.residual_mm < fit.right.residual_mm;
   const registration::SimilarityFit& best = is_left ? fit.left : fit.right;

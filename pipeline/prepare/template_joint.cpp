@@ -2,7 +2,7 @@
 
 #include "core/error.hpp"
 #include "load/job.hpp"
-#include "shapes/template_knee.hpp"
+#include "registration/generic_template.hpp"
 
 namespace vrda::prepare {
 namespace {
@@ -46,18 +46,6 @@ Mesh fibula_of(const Body& body)
     }
   }
   return fibula;
-}
-
-// Divides a surface that contains both.
-void separate_cartilage(registration::BoneSurfaces& surfaces,
-                        bool (*is_articular)(const Eigen::Vector3d&, const Eigen::Vector3d&))
-{
-  std::vector<Eigen::Index> bone, cartilage;
-  for (Eigen::Index t = 0; t < surfaces.bone.triangles.rows(); ++t) {
-    const auto [a, b, c] = corners(surfaces.bone, t);
-    (is_articular((a + b + c) / 3.0, face_normal(surfaces.bone, t)) ? cartilage : bone).push_back(t);
-  }
-  surfaces = {select_triangles(surfaces.bone, bone), select_triangles(surfaces.bone, cartilage)};
 }
 
 Eigen::Vector3d flipped(const Eigen::Vector3d& v)
@@ -128,8 +116,7 @@ TemplateJoint template_of(const load::Case& joint)
 TemplateJoint generic_template()
 {
   TemplateJoint knee = template_of(load::load_case(load::parse_job("generic knee", generic_job), ""));
-  separate_cartilage(knee.knee.surfaces.femur, shapes::is_articular_femur);
-  separate_cartilage(knee.knee.surfaces.tibia, shapes::is_articular_tibia);
+  knee.knee = registration::generic_template();
   return knee;
 }
 

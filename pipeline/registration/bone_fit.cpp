@@ -13,6 +13,8 @@ constexpr double capped_mm = 5.0;
 // mm^2 per point and squared relative deviation of a scale from the mean of the three: a deviation of 5 %
 // costs as much as 0.13 mm on every point.
 constexpr double anisotropy_weight_mm2 = 7.0;
+constexpr double known_share = 0.01;  // of the surface's weight
+constexpr double doubtful_mm = 15.0;  // people find a landmark to some 5 mm
 
 struct Pair {
   Eigen::Vector3d from_mm;  // template
@@ -22,6 +24,27 @@ struct Pair {
   double distance_sq_mm2;
   double weight;
 };
+
+double weight_sum(const std::vector<Pair>& pairs)
+{
+  double sum = 0.0;
+  for (const Pair& pair : pairs) sum += pair.weight;
+  return sum;
+}
+
+// Three pairs a point, one along each axis.
+void add_known(std::vector<Pair>& pairs, const std::vector<KnownPoint>& known, const BoneFit& fit)
+{
+  const double weight = known_share * weight_sum(pairs);
+  for (const KnownPoint& point : known) {
+    const Eigen::Vector3d at_mm = fit(point.template_mm);
+    const double distance_sq_mm2 = (at_mm - point.subject_mm).squaredNorm();
+    const double trust = 1.0 / (1.0 + distance_sq_mm2 / (doubtful_mm * doubtful_mm));
+    for (Eigen::Index k = 0; k < 3; ++k)
+      pairs.push_back({point.template_mm, at_mm, point.subject_mm, Eigen::Vector3d::Unit(k), distance_sq_mm2,
+                       weight * trust * trust});
+  }
+}
 
 // The way to the nearest point of a surface is along its normal, except where the surface ends: 0 there. The
 // transition is gradual, since each pair that came or went at once would be a local optimum.
@@ -61,14 +84,19 @@ void keep_nearest(std::vector<Pair>& pairs, double kept)
     pair.weight *= farthest_sq_mm2 > 0.0 ? 1.0 - pair.distance_sq_mm2 / farthest_sq_mm2 : 1.0;
 }
 
-void set_residuals(BoneFit& fit, const SurfacePoints& points, const NearestSurface& subject, double kept)
+void set_residuals(BoneFit& fit, const SurfacePoints& points, const NearestSurface& subject,
+                   const BoneFitOptions& options)
 {
   std::vector<Pair> pairs = all_pairs(points, subject, fit);
   const auto n = static_cast<double>(points.positions_mm.rows());
   double sum = capped_mm * capped_mm * (n - static_cast<double>(pairs.size()));
   for (const Pair& pair : pairs) sum += std::min(pair.distance_sq_mm2, capped_mm * capped_mm);
+  for (const KnownPoint& point : options.known) {
+    const double off_sq_mm2 = (fit(point.template_mm) - point.subject_mm).squaredNorm();
+    sum += known_share * n * std::min(off_sq_mm2, doubtful_mm * doubtful_mm);
+  }
   fit.mismatch_mm = std::sqrt(sum / n);
-  keep_nearest(pairs, kept);
+  keep_nearest(pairs, options.kept);
   sum = 0.0;
   for (const Pair& pair : pairs) sum += pair.distance_sq_mm2;
   fit.residual_mm = std::sqrt(sum / static_cast<double>(pairs.size())) / fit.scale.mean();
@@ -128,14 +156,16 @@ double advance(BoneFit& fit, const std::vector<Pair>& pairs, ScaleFreedom freedo
 }
 
 void iterate(BoneFit& fit, const SurfacePoints& points, const NearestSurface& subject, ScaleFreedom freedom,
-             double kept, int n)
+             const BoneFitOptions& options, int n)
 {
   constexpr double smallest_step = 1e-5;
   constexpr std::size_t fewest_pairs = 50;
   for (int i = 0; i < n; ++i) {
     std::vector<Pair> pairs = all_pairs(points, subject, fit);
-    keep_nearest(pairs, kept);
-    if (pairs.size() < fewest_pairs || advance(fit, pairs, freedom) < smallest_step) break;
+    keep_nearest(pairs, options.kept);
+    if (pairs.size() < fewest_pairs) break;
+    add_known(pairs, options.known, fit);
+    if (advance(fit, pairs, freedom) < smallest_step) break;
   }
 }
 
@@ -157,16 +187,16 @@ BoneFit fit_bone(const SurfacePoints& template_points, const NearestSurface& sub
   const SurfacePoints few = quarter_of(template_points);
   std::vector<BoneFit> fits = starts;
   for (BoneFit& fit : fits) {
-    iterate(fit, few, subject, first, options.kept, 12);
-    set_residuals(fit, few, subject, options.kept);
+    iterate(fit, few, subject, first, options, 12);
+    set_residuals(fit, few, subject, options);
   }
   BoneFit fit = *std::min_element(fits.begin(), fits.end(), [](const BoneFit& a, const BoneFit& b) {
     return a.mismatch_mm < b.mismatch_mm;
   });
-  iterate(fit, template_points, subject, first, options.kept, first == ScaleFreedom::held ? 60 : 15);
+  iterate(fit, template_points, subject, first, options, first == ScaleFreedom::held ? 60 : 15);
   if (options.freedom == ScaleFreedom::axes)
-    iterate(fit, template_points, subject, ScaleFreedom::axes, options.kept, 40);
-  set_residuals(fit, template_points, subject, options.kept);
+    iterate(fit, template_points, subject, ScaleFreedom::axes, options, 40);
+  set_residuals(fit, template_points, subject, options);
   return fit;
 }
 

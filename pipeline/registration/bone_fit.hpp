@@ -1,6 +1,8 @@
 /// The precise fit of one bone, from a start within some degrees and millimetres.
 #pragma once
 
+#include <vector>
+
 #include "registration/coarse_fit.hpp"
 #include "registration/nearest_surface.hpp"
 #include "registration/surface_points.hpp"
@@ -14,6 +16,7 @@ struct BoneFit {
   Eigen::Vector3d t_mm = Eigen::Vector3d::Zero();
   double residual_mm = 0.0;  ///< root mean square distance of the pairs kept, at the template's size
   /// The same of all points; one farther than 5 mm or without counterpart counts as 5 mm.
+  /// Known points count with their weight, one farther than 15 mm as 15 mm.
   double mismatch_mm = 0.0;
 
   Eigen::Vector3d operator()(const Eigen::Vector3d& p_template_mm) const
@@ -34,9 +37,18 @@ enum class ScaleFreedom {
   axes,        ///< similarity first, then a factor an axis, drawn to their mean
 };
 
+/// A point that is known of both, such as an epicondyle.
+struct KnownPoint {
+  Eigen::Vector3d template_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d subject_mm = Eigen::Vector3d::Zero();
+};
+
 struct BoneFitOptions {
   ScaleFreedom freedom = ScaleFreedom::axes;
   double kept = 0.9;  ///< share of the pairs, the nearest
+  /// Each weighs as much as a hundredth of the surface, so it decides what the surface leaves open. One that
+  /// stays 15 mm off weighs a quarter of that, and less beyond.
+  std::vector<KnownPoint> known = {};
 };
 
 /// Point-to-plane fit of the template's points, from the best of several starts. The points are fixed for a

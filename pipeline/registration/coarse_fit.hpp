@@ -13,6 +13,7 @@ struct SimilarityFit {
   /// Root mean square distance of the nearest 80 % of the template's points, at the template's size;
   /// infinite where too few points have a counterpart.
   double residual_mm = std::numeric_limits<double>::infinity();
+  double flexion_rad = 0.0;  ///< by which the template's femur was turned before the fit
 };
 
 struct CoarseFit {

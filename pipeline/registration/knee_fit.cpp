@@ -37,11 +37,13 @@ Pose frame_of(const BoneFit& fit, const Eigen::Vector3d& origin_mm)
 struct BoneTask {
   const BoneSurfaces& of_template;
   const BoneSurfaces& of_subject;
+  BoneFit start;
   double radius_mm = 0.0;
   double kept = 0.0;
+  std::vector<KnownPoint> known = {};  // mm
 };
 
-// The template turned about its flexion axis: the coarse fit takes both bones as one, in extension.
+// The template turned about its flexion axis: the coarse fit takes both bones as one.
 std::vector<BoneFit> flexed_starts(const BoneFit& start, const Eigen::Vector3d& axis_mm)
 {
   constexpr double step_rad = pi / 6.0;
@@ -65,27 +67,71 @@ BoneFit bone_fit(const BoneTask& task, const Eigen::Vector3d& centre_mm, const s
   const SurfacePoints points = sample_surface(cropped(surface, centre_mm, task.radius_mm), n_points);
   const NearestSurface subject(
       without_noise(cropped(joined(task.of_subject), starts.front()(centre_mm), subject_radius_mm)));
-  return fit_bone(points, subject, starts, {freedom, task.kept});
+  return fit_bone(points, subject, starts, {freedom, task.kept, task.known});
+}
+
+// The template with its femur turned about the flexion axis.
+TemplateKnee flexed(TemplateKnee knee, double flexion_rad)
+{
+  Pose X = Pose::Identity();
+  X.linear() = rotation_z(flexion_rad);
+  X.translation() = knee.origin_mm - X.linear() * knee.origin_mm;
+  for (Mesh* mesh : {&knee.surfaces.femur.bone, &knee.surfaces.femur.cartilage})
+    *mesh = transformed(*mesh, X);
+  return knee;
+}
+
+// In flexion both bones are not one: beyond some 60 degrees the residual of a good fit is that of a bad one.
+CoarseFit fit_in_flexion(const KneeSurfaces& subject, const TemplateKnee& reference)
+{
+  constexpr double good_mm = 2.5, flexion_rad = rad_from_deg(75.0);
+  CoarseFit best = coarse_fit(subject, reference);
+  const bool is_good = std::min(best.right.residual_mm, best.left.residual_mm) < good_mm;
+  if (is_good || best.nearest_mm > largest_gap_mm) return best;
+  CoarseFit other = coarse_fit(subject, flexed(reference, flexion_rad));
+  other.right.flexion_rad = other.left.flexion_rad = flexion_rad;
+  if (other.right.residual_mm < best.right.residual_mm) best.right = other.right;
+  if (other.left.residual_mm < best.left.residual_mm) best.left = other.left;
+  return best;
+}
+
+BoneFit start_of(const SimilarityFit& coarse, double flexion_rad, const Eigen::Vector3d& axis_mm)
+{
+  BoneFit start{Eigen::Vector3d::Constant(coarse.scale), coarse.R * rotation_z(flexion_rad), coarse.t_mm};
+  start.t_mm += coarse.scale * (coarse.R * axis_mm - start.R * axis_mm);
+  return start;
+}
+
+std::vector<KnownPoint> scaled(std::vector<KnownPoint> points, double unit_mm, bool is_left)
+{
+  for (KnownPoint& point : points) {
+    point.subject_mm *= unit_mm;
+    if (is_left) point.template_mm.z() *= -1.0;
+  }
+  return points;
 }
 
 void fit_bones(KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& own_side,
-               const SimilarityFit& coarse)
+               const SimilarityFit& coarse, const KneeFitOptions& options)
 {
   const KneeSurfaces& of_template = own_side.surfaces;
   const Eigen::Vector3d centre_mm =
       joint_region(joined(of_template.femur), joined(of_template.tibia)).centre_mm;
-  const BoneTask femur{of_template.femur, subject.femur, femur_radius_mm, femur_kept};
-  const BoneTask tibia{of_template.tibia, subject.tibia, tibia_radius_mm, tibia_kept};
-  const BoneFit start{Eigen::Vector3d::Constant(coarse.scale), coarse.R, coarse.t_mm};
+  const bool is_left = fit.side == Side::left;
+  const Eigen::Vector3d& axis_mm = own_side.origin_mm;
+  const BoneTask femur{of_template.femur, subject.femur, start_of(coarse, coarse.flexion_rad, axis_mm),
+                       femur_radius_mm,   femur_kept,    scaled(options.femur_points, fit.unit_mm, is_left)};
+  const BoneTask tibia{of_template.tibia, subject.tibia, start_of(coarse, 0.0, axis_mm),
+                       tibia_radius_mm,   tibia_kept,    scaled(options.tibia_points, fit.unit_mm, is_left)};
   const auto free = [&](const BoneTask& task) {
-    return bone_fit(task, centre_mm, flexed_starts(start, own_side.origin_mm), ScaleFreedom::axes);
+    return bone_fit(task, centre_mm, flexed_starts(task.start, axis_mm), ScaleFreedom::axes);
   };
   // Free, the scale of a cartilage shrinks by 7 to 17 %. The length of a shaft is no measure of the joint.
   const auto held = [&](const BoneTask& task, const BoneFit& other) {
-    BoneFit from = start;
+    BoneFit from = task.start;
     from.scale.setConstant(0.5 * (other.scale.x() + other.scale.z()));
-    from.t_mm = start(centre_mm) - from.R * from.scale.cwiseProduct(centre_mm);
-    return bone_fit(task, centre_mm, flexed_starts(from, own_side.origin_mm), ScaleFreedom::held);
+    from.t_mm = task.start(centre_mm) - from.R * from.scale.cwiseProduct(centre_mm);
+    return bone_fit(task, centre_mm, flexed_starts(from, axis_mm), ScaleFreedom::held);
   };
   const bool femur_held = is_cartilage_only(subject.femur) && !is_cartilage_only(subject.tibia);
   const bool tibia_held = is_cartilage_only(subject.tibia) && !is_cartilage_only(subject.femur);
@@ -100,9 +146,9 @@ KneeFit fit_knee(const KneeSurfaces& subject, const TemplateKnee& reference, con
 {
   KneeFit fit;
   fit.unit_mm = options.unit_mm ? *options.unit_mm : unit_mm_of(joined(subject.femur), joined(subject.tibia));
-  KneeSurfaces scaled = subject;
-  scale_unit(scaled, fit.unit_mm);
-  const CoarseFit coarse = coarse_fit(scaled, reference);
+  KneeSurfaces in_mm = subject;
+  scale_unit(in_mm, fit.unit_mm);
+  const CoarseFit coarse = fit_in_flexion(in_mm, reference);
   const bool is_left =
       options.side ? *options.side == Side::left : coarse.left.residual_mm < coarse.right.residual_mm;
   fit.side = is_left ? Side::left : Side::right;
@@ -115,7 +161,7 @@ KneeFit fit_knee(const KneeSurfaces& subject, const TemplateKnee& reference, con
     own_side.surfaces = mirrored_z(reference.surfaces);
     own_side.origin_mm.z() *= -1.0;
   }
-  fit_bones(fit, scaled, own_side, chosen);
+  fit_bones(fit, in_mm, own_side, chosen, options);
   fit.X_scan_femur = frame_of(fit.femur, own_side.origin_mm);
   fit.X_scan_tibia = frame_of(fit.tibia, own_side.origin_mm);
   fit.scanned =

@@ -11,7 +11,12 @@ namespace vrda::registration {
 struct KneeFitOptions {
   std::optional<Side> side;       ///< known side; absent: found
   std::optional<double> unit_mm;  ///< known unit; absent: found
+  /// Points known of each bone; the subject's in its own unit.
+  std::vector<KnownPoint> femur_points = {}, tibia_points = {};
 };
+
+/// Between the bones of one knee with 5 mm of cartilage, with room for flexed scans.
+constexpr double largest_gap_mm = 20.0;
 
 /// The template, mirrored for a left knee, placed on the subject.
 struct KneeFit {

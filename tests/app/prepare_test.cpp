@@ -6,7 +6,11 @@
 #include "app/scenes.hpp"
 #include "convert/mesh_writer.hpp"
 #include "load/case.hpp"
+#include "picture/case_picture.hpp"
+#include "prepare/knee_landmarks.hpp"
 #include "prepare/template_joint.hpp"
+#include "shapes/shapes.hpp"
+#include "support/meshes.hpp"
 #include "support/real_knees.hpp"
 
 namespace vrda::prepare_test {
@@ -121,6 +125,109 @@ TEST_F(Prepare, BonesOfDifferentPosesAreRefused)
       test::run_vrda({"prepare", "--femur", femur_, "--tibia", elsewhere, "-o", folder_.string()});
   EXPECT_EQ(ended.exit_code, 2);
   EXPECT_THAT(ended.err, HasSubstr("not in one pose"));
+}
+
+TEST_F(Prepare, LandmarksAreUsedAndReported)
+{
+  const prepare::TemplateJoint left = prepare::mirrored(prepare::generic_template());
+  const auto in_file = [&](const Eigen::Vector3d& p_mm) {
+    const Eigen::Vector3d p = 0.1 * (X_ * p_mm);
+    return "[" + std::to_string(p.x()) + ", " + std::to_string(p.y()) + ", " + std::to_string(p.z()) + "]\n";
+  };
+  const auto prepared = [&](const Eigen::Vector3d& epicondyle_mm) {
+    const std::vector<ligament::Fibre>& fibres = left.joint.ligaments.fibres;
+    const std::string marks =
+        scratch_
+            .write("marks.toml", "[landmarks]\nmedial_epicondyle = " + in_file(epicondyle_mm) +
+                                     "[[fibre]]\nname = \"" + fibres[0].name +
+                                     "\"\nfemur = " + in_file(fibres[2].reference_mm))
+            .string();
+    return test::run_vrda({"prepare", "--femur", femur_, "--tibia", tibia_, "--cartilage", "none",
+                           "--landmarks", marks, "-o", folder_.string()});
+  };
+  const Eigen::Vector3d epicondyle_mm = *landmark_mm(left, "medial_epicondyle");
+  const test::Ended ended = prepared(epicondyle_mm);
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const nlohmann::json marks = report().at("landmarks");
+  ASSERT_EQ(marks.size(), 1U);
+  EXPECT_EQ(marks.at(0).at("name"), "medial_epicondyle");
+  EXPECT_LT(marks.at(0).at("residual_mm").get<double>(), 0.1);
+  // The first fibre of the bundle is attached where the user says: where the third one is.
+  const std::vector<ligament::Fibre> fibres =
+      load::load_case((folder_ / "knee.toml").string()).ligaments.fibres;
+  EXPECT_LT((fibres[0].reference_mm - fibres[2].reference_mm).norm(), 0.5);
+  EXPECT_GT((fibres[1].reference_mm - fibres[2].reference_mm).norm(), 1.0);
+  EXPECT_THAT(prepared(epicondyle_mm + Eigen::Vector3d(0, 0, 60)),
+              test::refuses({"marks.toml", "line 2, landmarks.medial_epicondyle"}));
+}
+
+TEST_F(Prepare, LandmarksAloneScaleTheTemplate)
+{
+  const std::string marks =
+      scratch_
+          .write("marks.toml",
+                 "[[distance]]\nfrom = \"medial_epicondyle\"\nto = \"lateral_epicondyle\"\nmm = 87\n")
+          .string();
+  const std::vector<std::string> words{"prepare", "--landmarks", marks, "-o", folder_.string()};
+  EXPECT_THAT(test::run_vrda(words), test::refuses({.file = "--side", .wanted = "left"}));
+  std::vector<std::string> with_side = words;
+  with_side.insert(with_side.end(), {"--side", "left"});
+  const test::Ended ended = test::run_vrda(with_side);
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_THAT(ended.err, AllOf(HasSubstr("no meshes given"), HasSubstr("tibia: no distance given")));
+  const nlohmann::json found = report();
+  EXPECT_EQ(found.at("solved_flexions"), nlohmann::json::parse("[10, 10]"));
+  const prepare::TemplateJoint joint = prepare::mirrored(prepare::generic_template());
+  const double factor =
+      87.0 / (*landmark_mm(joint, "medial_epicondyle") - *landmark_mm(joint, "lateral_epicondyle")).norm();
+  const load::Case job = load::load_case((folder_ / "knee.toml").string());
+  EXPECT_EQ(job.frame.side, Side::left);
+  EXPECT_EQ(job.ligaments.fibres.size(), joint.joint.ligaments.fibres.size());
+  for (const auto& [body, own] :
+       {std::pair(&job.reference, &joint.joint.reference), std::pair(&job.moving, &joint.joint.moving)}) {
+    const Box box = bounding_box(body->contact.mesh), own_box = bounding_box(own->contact.mesh);
+    EXPECT_LT((box.max_mm - factor * own_box.max_mm).norm(), 1e-3);
+  }
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_NEAR(found.at("femur").at("scale").at(k).get<double>(), factor, 1e-6);
+}
+
+TEST_F(Prepare, AThicknessNextToCartilageIsRefused)
+{
+  EXPECT_THAT(test::run_vrda({"prepare", "--femur", femur_, "--femur-cartilage", femur_, "--tibia", tibia_,
+                              "--tibia-cartilage", tibia_, "--cartilage", "2", "-o", folder_.string()}),
+              test::refuses({.file = "--cartilage", .found = "2"}));
+  const std::string marks = scratch_.write("marks.toml", "[landmarks]\nmedial_spine = [0, 0, 0]\n").string();
+  EXPECT_THAT(test::run_vrda({"prepare", "--landmarks", marks, "--side", "left", "--cartilage", "2", "-o",
+                              folder_.string()}),
+              test::refuses({.file = "--cartilage", .found = "2"}));
+}
+
+TEST_F(Prepare, TheBonesOfAnotherJointAreRefused)
+{
+  const shapes::Shape hip = shapes::generate_shape({"hip", {}, {}});
+  const std::string head = written("head.stl", hip.moving.front().mesh);
+  for (const auto& [femur, tibia] : {std::pair(femur_, femur_), std::pair(femur_, head)}) {
+    const test::Ended ended =
+        test::run_vrda({"prepare", "--femur", femur, "--tibia", tibia, "-o", folder_.string()});
+    EXPECT_EQ(ended.exit_code, 2) << ended.err;
+    EXPECT_THAT(ended.err, HasSubstr("prepare.png"));
+  }
+}
+
+TEST(PreparePicture, ShowsTheJointWhateverTheLengthOfTheShaft)
+{
+  const auto drawn = [](double length_mm, bool has_four_views) {
+    load::Case knee = prepare::generic_template().joint;
+    append(knee.moving.contact.mesh, test::box({0, -200 - 0.5 * length_mm, 0}, {20, length_mm, 20}));
+    const Eigen::Index n = knee.moving.contact.mesh.triangles.rows();
+    knee.moving.contact.component.resize(static_cast<std::size_t>(n), 0);
+    picture::PictureNotes notes;
+    notes.has_four_views = has_four_views;
+    return case_picture(knee, notes);
+  };
+  EXPECT_TRUE(drawn(100.0, true) == drawn(300.0, true));
+  EXPECT_FALSE(drawn(100.0, false) == drawn(300.0, false));
 }
 
 TEST_F(Prepare, MissingAndWrongOptionsAreNamed)

@@ -36,7 +36,7 @@ TEST(AxisMap, TheThesisOpenGlViewIsRightHandedWithTheseWords)
 int handedness_of(const std::string& anterior, const std::string& proximal, const std::string& right)
 {
   load::Job job;
-  job.frame = {"mm", anterior, proximal, right, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+  job.frame = {"frame", "mm", anterior, proximal, right};
   try {
     EXPECT_DOUBLE_EQ(load::axis_map(job).X_canonical_native.linear().determinant(), 1.0);
     return 1;

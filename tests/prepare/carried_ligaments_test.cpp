@@ -93,6 +93,31 @@ TEST(CarriedLigaments, WithoutBoneTheyStayWhereTheFitHasThem)
   }
 }
 
+TEST(CarriedLigaments, AKnownEndReplacesTheFitsAndGoesToTheBoneUnlessItIsThere)
+{
+  const TemplateJoint joint = prepare::generic_template();
+  Copy copy = copy_of(joint, 1.0);
+  const ligament::Fibre& first = joint.joint.ligaments.fibres.front();
+  const registration::NearestSurface bone(copy.bones.surfaces.femur.bone);
+  const auto carried_end = [&](const Eigen::Vector3d& p_mm) {
+    copy.bones.known_ends = {{first.name, p_mm, {}}};
+    return carried_ligaments(joint, copy.fit, copy.bones).ligaments.fibres.front().reference_mm;
+  };
+  const registration::SurfacePoint own = bone.nearest(first.reference_mm);
+  // 8 mm along the surface from the fit's, on it, 1.5 mm and 6 mm outside.
+  const registration::SurfacePoint on =
+      bone.nearest(own.p_mm + 8.0 * bone.normal(own.triangle).unitOrthogonal());
+  const Eigen::Vector3d outward = bone.normal(on.triangle);
+  ASSERT_GT((on.p_mm - first.reference_mm).norm(), 4.0);
+  EXPECT_EQ(carried_end(on.p_mm), on.p_mm);
+  EXPECT_EQ(carried_end(on.p_mm + 1.5 * outward), on.p_mm + 1.5 * outward);
+  const Eigen::Vector3d outside_mm = on.p_mm + 6.0 * outward, placed_mm = carried_end(outside_mm);
+  EXPECT_NEAR(bone.nearest(placed_mm).distance_mm, own.distance_mm, 0.2);
+  EXPECT_LT((placed_mm - on.p_mm).norm(), 4.0);
+  copy.bones.surfaces.femur.bone = {};
+  EXPECT_EQ(carried_end(outside_mm), outside_mm);
+}
+
 TEST(TemplateJoint, MirroredTwiceIsItself)
 {
   const TemplateJoint joint = prepare::generic_template(), twice = mirrored(mirrored(joint));

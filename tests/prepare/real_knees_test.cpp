@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 
 #include "core/units.hpp"
-#include "prepare/fit_checks.hpp"
 #include "prepare/template_joint.hpp"
+#include "registration/fit_checks.hpp"
 
 namespace vrda::prepare_real_knees_test {
 
@@ -63,8 +63,8 @@ TEST(PrepareRealKnees, UnitSideAndFramesAreFoundInAnyOrientation)
     // Templates differ like people: the frames agree to some degrees and millimetres.
     expect_near(X * fit.X_scan_femur, other.X_scan_femur, 5.0, 4.0);
     expect_near(X * fit.X_scan_tibia, other.X_scan_tibia, 5.0, 4.0);
-    EXPECT_THAT(prepare::objections(other, moved(surfaces, X, unit_mm)), testing::IsEmpty());
-    EXPECT_THAT(prepare::objections(fit, surfaces), testing::IsEmpty());
+    EXPECT_THAT(registration::objections(other, moved(surfaces, X, unit_mm)), testing::IsEmpty());
+    EXPECT_THAT(registration::objections(fit, surfaces), testing::IsEmpty());
   }
 }
 

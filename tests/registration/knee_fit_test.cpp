@@ -4,6 +4,7 @@
 
 #include "core/units.hpp"
 #include "registration/generated_knee.hpp"
+#include "support/meshes.hpp"
 
 namespace vrda::knee_fit_test {
 
@@ -61,7 +62,7 @@ TEST(KneeFit, AMirroredKneeGivesTheMirroredFrames)
 
 TEST(KneeFit, TheScannedPoseIsReportedAndDoesNotMoveTheFrames)
 {
-  for (const double flexion_deg : {30.0, 60.0}) {
+  for (const double flexion_deg : {30.0, 60.0, 90.0}) {
     SCOPED_TRACE(flexion_deg);
     Pose X_femur = Pose::Identity();
     X_femur.linear() = rotation_z(rad_from_deg(flexion_deg)) * rotation_x(rad_from_deg(-3.0));
@@ -115,6 +116,42 @@ TEST(KneeFit, CartilageAloneTakesTheScaleOfTheOtherBone)
   EXPECT_NEAR(fit.tibia.scale.mean(), 1.1, 1e-3);
   EXPECT_DOUBLE_EQ(fit.femur.scale.x(), 0.5 * (fit.tibia.scale.x() + fit.tibia.scale.z()));
   EXPECT_LT(angle_between_rad(Pose::Identity(), fit.X_scan_femur), rad_from_deg(1.0));
+}
+
+// A ball's turn is left open by its surface.
+TEST(BoneFitTest, KnownPointsDecideWhatTheSurfaceLeavesOpen)
+{
+  const Mesh ball = test::ball(20.0, 64, 128);
+  const Pose X = pose({0.97, 0.1, -0.2, 0.05}, {3, -2, 1});
+  BoneFitOptions options{ScaleFreedom::held, 0.95};
+  for (const Eigen::Vector3d& p_mm :
+       {Eigen::Vector3d(20, 0, 0), Eigen::Vector3d(0, 12, 16), Eigen::Vector3d(0, -20, 0)})
+    options.known.push_back({p_mm, X * p_mm});
+  const BoneFit fit =
+      fit_bone(sample_surface(ball, 2000), NearestSurface(transformed(ball, X)), {BoneFit{}}, options);
+  EXPECT_LT((fit.R - X.linear()).norm(), 1e-3);
+  EXPECT_LT((fit.t_mm - X.translation()).norm(), 1e-2);
+}
+
+TEST(KneeFit, AKnownPointDrawsItsBoneAndOneFarOffDoesNot)
+{
+  const KneeSurfaces knee = generated_knee();
+  const auto fit_with = [&](const Eigen::Vector3d& off_mm) {
+    KneeFitOptions options;
+    const Eigen::Vector3d epicondyle_mm(0, 5, -40);
+    options.femur_points = {{epicondyle_mm, 0.1 * (epicondyle_mm + off_mm)}};
+    return fit_knee(moved(knee, Pose::Identity(), Pose::Identity(), 10.0), generated_template(), options);
+  };
+  const KneeFit right = fit_with(Eigen::Vector3d::Zero());
+  EXPECT_LT(angle_between_rad(Pose::Identity(), right.X_scan_femur), fit_rad);
+  const Eigen::Vector3d off_mm(0, 6, 0);
+  const KneeFit drawn = fit_with(off_mm);
+  const double by_mm = (drawn.femur(Eigen::Vector3d(0, 5, -40)) - Eigen::Vector3d(0, 5, -40)).y();
+  EXPECT_GT(by_mm, 0.1);
+  EXPECT_LT(by_mm, 3.0);
+  EXPECT_LT(angle_between_rad(Pose::Identity(), drawn.X_scan_tibia), fit_rad);
+  const KneeFit other = fit_with(Eigen::Vector3d(300, 0, 0));
+  EXPECT_LT(angle_between_rad(Pose::Identity(), other.X_scan_femur), rad_from_deg(0.1));
 }
 
 }  // namespace vrda::knee_fit_test

@@ -1,19 +1,19 @@
-#include "prepare/fit_checks.hpp"
+#include "registration/fit_checks.hpp"
 
 #include <gmock/gmock.h>
 
 #include "core/units.hpp"
-#include "prepare/template_joint.hpp"
+#include "registration/generic_template.hpp"
+#include "shapes/template_knee.hpp"
 
 namespace vrda::fit_checks_test {
 
-using prepare::doubts, prepare::explanation, prepare::objections;
-using registration::KneeFit, registration::KneeSurfaces;
+using namespace registration;
 using testing::ElementsAre, testing::HasSubstr, testing::IsEmpty;
 
 KneeSurfaces generated()
 {
-  return prepare::generic_template().knee.surfaces;
+  return generic_template().surfaces;
 }
 
 KneeFit good_fit()
@@ -70,15 +70,30 @@ TEST(Doubts, ShortBonesCartilageAndASideThatIsHardToTell)
 
 TEST(Doubts, AFibulaIsLateral)
 {
-  const Mesh fibula = prepare::generic_template().fibula;
-  EXPECT_TRUE(prepare::is_fibula_lateral(fibula, Side::right));
-  EXPECT_FALSE(prepare::is_fibula_lateral(fibula, Side::left));
-  EXPECT_TRUE(prepare::is_fibula_lateral(mirrored_z(fibula), Side::left));
+  const Mesh fibula = shapes::right_template_knee().moving.back().mesh;
+  EXPECT_TRUE(is_fibula_lateral(fibula, Side::right));
+  EXPECT_FALSE(is_fibula_lateral(fibula, Side::left));
+  EXPECT_TRUE(is_fibula_lateral(mirrored_z(fibula), Side::left));
+}
+
+TEST(Objections, OtherBonesAreRefused)
+{
+  const TemplateKnee reference = generic_template();
+  const KneeSurfaces& knee = reference.surfaces;
+  const shapes::Shape hip = shapes::generate_shape({"hip", {}, {}});
+  const BoneSurfaces head{hip.moving.front().mesh, {}}, socket{hip.reference.front().mesh, {}};
+  KneeSurfaces apart = knee;
+  for (Mesh* mesh : {&apart.tibia.bone, &apart.tibia.cartilage}) mesh->vertices_mm.col(1).array() -= 60.0;
+  for (const KneeSurfaces& other :
+       {KneeSurfaces{knee.femur, knee.femur}, KneeSurfaces{knee.tibia, knee.tibia},
+        KneeSurfaces{socket, head}, KneeSurfaces{knee.femur, head}, apart}) {
+    EXPECT_FALSE(objections(fit_knee(other, reference), other).empty());
+  }
 }
 
 TEST(Explanation, NamesExchangedBonesAndASheetWoundInward)
 {
-  const registration::TemplateKnee reference = prepare::generic_template().knee;
+  const TemplateKnee reference = generic_template();
   const KneeSurfaces knee = reference.surfaces;
   const KneeSurfaces exchanged{knee.tibia, knee.femur};
   const KneeFit of_exchanged = fit_knee(exchanged, reference);
@@ -86,7 +101,7 @@ TEST(Explanation, NamesExchangedBonesAndASheetWoundInward)
   EXPECT_THAT(explanation(of_exchanged, exchanged, reference), HasSubstr("exchanged"));
   // Open: without the end of its shaft.
   KneeSurfaces inward = knee;
-  inward.femur = {registration::cropped(joined(knee.femur), {0, 0, 0}, 50.0), {}};
+  inward.femur = {cropped(joined(knee.femur), {0, 0, 0}, 50.0), {}};
   inward.femur.bone.triangles.col(1).swap(inward.femur.bone.triangles.col(2));
   inward.femur.bone.normals *= -1.0;
   const KneeFit of_inward = fit_knee(inward, reference);

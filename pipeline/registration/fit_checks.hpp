@@ -6,22 +6,19 @@
 
 #include "registration/knee_fit.hpp"
 
-namespace vrda::prepare {
+namespace vrda::registration {
 
 /// Why a knee is refused: which measure is out of range, with its limit; empty: accepted.
-std::vector<std::string> objections(const registration::KneeFit& fit,
-                                    const registration::KneeSurfaces& subject);
+std::vector<std::string> objections(const KneeFit& fit, const KneeSurfaces& subject);
 
 /// The mistake that explains a refusal: exchanged bones, or an open sheet wound inward; empty: none found.
-std::string explanation(const registration::KneeFit& fit, const registration::KneeSurfaces& subject,
-                        const registration::TemplateKnee& reference);
+std::string explanation(const KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& reference);
 
 /// Accepted, but doubtful: little bone, cartilage only, a side that is hard to tell.
-std::vector<std::string> doubts(const registration::KneeFit& fit, const registration::KneeSurfaces& subject,
-                                bool is_side_given);
+std::vector<std::string> doubts(const KneeFit& fit, const KneeSurfaces& subject, bool is_side_given);
 
 /// Whether the head of the fibula, its highest 20 mm, is lateral of the rotation centre. `fibula` is in the
 /// tibia's anatomical frame.
 bool is_fibula_lateral(const Mesh& fibula, Side side);
 
-}  // namespace vrda::prepare
+}  // namespace vrda::registration

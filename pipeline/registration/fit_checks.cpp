@@ -1,4 +1,4 @@
-#include "prepare/fit_checks.hpp"
+#include "registration/fit_checks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,18 +7,13 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 
-namespace vrda::prepare {
+namespace vrda::registration {
 namespace {
-
-using registration::BoneSurfaces;
-using registration::KneeFit;
-using registration::KneeSurfaces;
 
 // Limits that accepted all of 16 knees in a trial and refused wrong bones.
 constexpr double largest_coarse_mm = 3.5, largest_residual_mm = 1.9;
 constexpr double largest_varus_deg = 10.0, largest_internal_deg = 30.0;
 constexpr double least_flexion_deg = -15.0, largest_flexion_deg = 120.0;
-constexpr double largest_gap_mm = 20.0;  // between bones with 5 mm of cartilage, with room for flexed scans
 constexpr double refused_length_mm = 40.0;  // frames of shorter stumps are wrong by more than 5 degrees
 constexpr double short_length_mm = 45.0;
 constexpr double least_margin = 1.05;
@@ -116,12 +111,11 @@ std::vector<std::string> objections(const KneeFit& fit, const KneeSurfaces& subj
   return found;
 }
 
-std::string explanation(const KneeFit& fit, const KneeSurfaces& subject,
-                        const registration::TemplateKnee& reference)
+std::string explanation(const KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& reference)
 {
   if (fit.nearest_mm > largest_gap_mm) return "";
   const auto fits = [&](const KneeSurfaces& other) {
-    return objections(registration::fit_knee(other, reference), other).empty();
+    return objections(fit_knee(other, reference), other).empty();
   };
   if (fits({subject.tibia, subject.femur})) return "femur and tibia are exchanged";
   const bool femur_open = is_open(subject.femur), tibia_open = is_open(subject.tibia);
@@ -168,4 +162,4 @@ bool is_fibula_lateral(const Mesh& fibula, Side side)
   return side == Side::right ? sum > 0.0 : sum < 0.0;
 }
 
-}  // namespace vrda::prepare
+}  // namespace vrda::registration

@@ -1,0 +1,73 @@
+/// Points that the user knows of a knee (`vrda prepare --landmarks`): schemas/prepare.md.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/scaling.hpp"
+#include "documents/document.hpp"
+#include "prepare/template_joint.hpp"
+
+namespace vrda::prepare {
+
+enum class Bone { femur, tibia };  ///< the fibula belongs to the tibia
+
+struct NamedPoint {
+  std::string name;  ///< "medial_epicondyle", ...
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();
+};
+
+/// Attachments of a fibre of the template, as far as they are known.
+struct FibreEnds {
+  std::string name;
+  std::optional<Eigen::Vector3d> femur, tibia;
+};
+
+struct NamedDistance {
+  std::string from, to;  ///< landmarks of one bone
+  double mm = 0.0;
+};
+
+/// Points in the coordinates and the unit of the mesh files.
+struct KneeLandmarks {
+  documents::Document document;  ///< for messages
+  std::vector<NamedPoint> points;
+  std::vector<FibreEnds> fibres;
+  std::vector<NamedDistance> distances;
+};
+
+/// Throws InputError naming file, line and key for a text that violates schemas/knee_landmarks.schema.json, a
+/// fibre without an end or a second time, and a distance between two bones or of a point from itself.
+KneeLandmarks read_knee_landmarks(const std::string& file, std::string_view text);
+
+/// Throws InputError for a fibre that the template does not have.
+void check_fibre_names(const KneeLandmarks& landmarks, const ligament::Ligaments& ligaments);
+
+Bone bone_of(const std::string& landmark);
+
+/// Where the template has a landmark: the mean of the vertices within 1 mm of its outermost one. Empty
+/// without the bone.
+std::optional<Eigen::Vector3d> landmark_mm(const TemplateJoint& joint, const std::string& name);
+
+/// The landmarks of one bone for the fit, by a right template.
+std::vector<registration::KnownPoint> known_points(const KneeLandmarks& landmarks,
+                                                   const TemplateJoint& right_template, Bone bone);
+
+/// Distance of each landmark from that of the fitted template; NaN: the template does not have it. Throws
+/// InputError for one that is more than 30 mm off, which is in other coordinates or another unit.
+std::vector<double> landmark_residuals_mm(const KneeLandmarks& landmarks, const TemplateJoint& own_side,
+                                          const registration::KneeFit& fit);
+
+/// Three factors a bone of the template along canonical axes, without meshes of the subject: fitted to the
+/// distances of the file and to those between any two points and fibre ends of one bone, with a weight on
+/// equal factors. A bone without a distance takes the mean factor of the other.
+struct LandmarkScales {
+  Scaling femur, tibia;  ///< distances: |factor * (a - b)|
+  std::vector<std::string> warnings;
+};
+/// Throws InputError without any distance, and for a factor outside 0.5 to 2.
+LandmarkScales landmark_scales(const KneeLandmarks& landmarks, const TemplateJoint& own_side, double unit_mm);
+
+}  // namespace vrda::prepare
