@@ -82,7 +82,7 @@ StepCounts step_counts(const sweep::SweepPlan& plan)
     const auto n_offsets =
         plan.n_restarts > 0 ? static_cast<std::int64_t>(sweep::polish_offsets().size()) : 0;
     counts.chain = 2 * n_path + 2 * (n_path - 1);
-    counts.restarts = n_restarted_rows(plan) * plan.n_restarts + n_path * n_offsets;
+    counts.restarts = n_path * (plan.n_restarts + n_offsets);
     counts.bands = plan.has_band ? 2 * n_rows : 0;
     counts.cells = plan.is_varus_free ? 0 : n_rows * n_varus;
     counts.records = counts.all() + (plan.is_varus_free ? n_rows : 0);

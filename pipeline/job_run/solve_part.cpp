@@ -20,12 +20,18 @@
 namespace vrda::job_run {
 namespace {
 
+// Two chains and the restarts; starts propagated from neighbours are not known in advance.
+int n_known_starts(const sweep::SweepPlan& plan)
+{
+  return 2 + plan.n_restarts;
+}
+
 bool is_counted(const StepKey& key, const sweep::SweepPlan& plan, ProgressUnit counted)
 {
   const bool is_spine = key.kind == StepKind::spine;
   if (counted == ProgressUnit::cells) return is_spine || key.kind == StepKind::row;
   if (plan.spine != sweep::SpineRule::free_varus) return is_spine;
-  return key.kind == StepKind::free_spine && key.varus < 2 + plan.n_restarts;
+  return key.kind == StepKind::free_spine && key.varus < n_known_starts(plan);
 }
 
 int n_counted(const sweep::SweepPlan& plan, ProgressUnit counted)
@@ -34,9 +40,7 @@ int n_counted(const sweep::SweepPlan& plan, ProgressUnit counted)
   const std::size_t n_rows = plan.rows ? plan.rows->size() : n_flexion;
   if (counted == ProgressUnit::cells) return static_cast<int>(n_rows * plan.varus_rad.size());
   if (plan.spine != sweep::SpineRule::free_varus) return static_cast<int>(n_flexion);
-  const std::size_t n_path = path_of(plan).size();
-  // Two chains and the restarts; starts propagated from neighbours are not known in advance.
-  return 2 * static_cast<int>(n_path) + n_restarted_rows(plan) * plan.n_restarts;
+  return static_cast<int>(path_of(plan).size()) * n_known_starts(plan);
 }
 
 bool is_of_plan(const StepKey& key, const sweep::SweepPlan& plan)

@@ -13,8 +13,6 @@ namespace {
 // Must change when the same job may give other bytes: journals of an older solver are then refused.
 constexpr const char* search_version = "stability-search 6";
 constexpr const char* equilibrium_version = "equilibrium 5";
-// Rows of the spine's path, which are a degree apart or less.
-constexpr std::int32_t restart_interval = 4;
 
 solve::SolverBody solver_body(const Body& body, const SolverFrame& frame)
 {
@@ -51,7 +49,6 @@ sweep::SweepPlan plan_of(const load::Case& job_case)
     // Contact alone hardly resists a moment about Delta: without ligaments a band is meaningless.
     plan.has_band = job_case.spine.band_moment_nmm > 0.0 && !job_case.ligaments.fibres.empty();
     plan.n_restarts = job_case.spine.n_restarts;
-    plan.restart_interval = restart_interval;
     return plan;
   }
   if (job_case.compartment_of_triangle.empty()) plan.spine = sweep::SpineRule::nearest_zero;

@@ -349,8 +349,7 @@ class Sweep {
     const auto row = static_cast<std::size_t>(i);
     const StepRecord lower = select_lowest(ends_[row]).chosen;
     const Seed from = lower.status == StepStatus::stable ? seed_of(lower) : path_seeds_[row];
-    const bool has_restarts = i % plan_.restart_interval == 0 || i == n_path_ - 1;
-    for (std::size_t k = 0; has_restarts && k < offsets_.size(); ++k) {
+    for (std::size_t k = 0; k < offsets_.size(); ++k) {
       const StepKey key{StepKind::free_spine, i, static_cast<std::int32_t>(k) + 2};
       ends_[row].push_back(free_step(key, moved(from, offsets_[k]), worker));
     }

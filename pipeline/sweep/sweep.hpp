@@ -39,9 +39,6 @@ struct SweepPlan {
   bool is_varus_free = false;  ///< the grid has one column, which takes the spine's own poses
   bool has_band = false;       ///< each flexion is also solved with extra moments
   int n_restarts = 0;          ///< starts besides the two chains along flexion (sweep/free_spine.hpp)
-  /// Rows of the path from one with restarts to the next; the last row has restarts, too. What they find is
-  /// propagated to the rows between.
-  std::int32_t restart_interval = 1;
   /// The flexions whose rows are solved, each once; absent: all, empty: the spine only. The spine is always
   /// needed, solved or recalled.
   std::optional<std::vector<std::int32_t>> rows;
@@ -50,13 +47,6 @@ struct SweepPlan {
 inline const std::vector<double>& path_of(const SweepPlan& plan)
 {
   return plan.path_flexion_rad.empty() ? plan.flexion_rad : plan.path_flexion_rad;
-}
-
-/// Number of rows of the path with restarts.
-inline std::int32_t n_restarted_rows(const SweepPlan& plan)
-{
-  const auto n_path = static_cast<std::int32_t>(path_of(plan).size());
-  return (n_path - 2 + plan.restart_interval) / plan.restart_interval + 1;
 }
 
 /// One step to solve.

@@ -71,7 +71,6 @@ TEST(StepCounts, AreWhatASweepSolvesByEverySpineRule)
           sweep::SweepPlan plan = plan_of(rule, n_flexion, n_varus);
           plan.has_band = has_band;
           plan.n_restarts = has_band ? 4 : 0;
-          plan.restart_interval = n_varus;
           expect_counted(plan);
           plan.rows = std::vector<std::int32_t>{0};
           expect_counted(plan);
