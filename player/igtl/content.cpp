@@ -133,7 +133,7 @@ IgtlTool tool_of(std::string name, const igtl_float32 (&numbers)[12])
   for (int k = 0; k < 12; ++k) matrix(k % 3, k / 3) = static_cast<double>(numbers[k]);
   const std::optional<Eigen::Matrix3d> R = nearest_rotation(matrix.leftCols<3>());
   if (!R || !matrix.col(3).allFinite()) {
-    tool.visibility = IgtlVisibility::invalid_pose;
+    tool.visibility = ToolVisibility::invalid_pose;
     return tool;
   }
   tool.X_tracker_tool.linear() = *R;
@@ -147,7 +147,7 @@ IgtlTool tool_of(std::string name, const Eigen::Vector3d& position_mm, const Eig
   IgtlTool tool{std::move(name)};
   const std::optional<Eigen::Quaterniond> q = unit_quaternion({xyzw(3), xyzw(0), xyzw(1), xyzw(2)});
   if (!q || !position_mm.allFinite()) {
-    tool.visibility = IgtlVisibility::invalid_pose;
+    tool.visibility = ToolVisibility::invalid_pose;
     return tool;
   }
   tool.X_tracker_tool.linear() = q->toRotationMatrix();
@@ -324,7 +324,7 @@ std::optional<IgtlMessage> message_of(const IgtlHeader& head, ByteView body)
   message.device_ns = head.device_ns;
   std::optional<IgtlMessage> read = read_content(inner->content, std::move(message));
   if (read && !inner->is_seen) {
-    for (IgtlTool& tool : read->tools) tool.visibility = IgtlVisibility::missing;
+    for (IgtlTool& tool : read->tools) tool.visibility = ToolVisibility::missing;
   }
   return read;
 }
