@@ -115,9 +115,8 @@ Camera with_depth_range(Camera camera, const Scene& scene)
     if (!drawable.is_shown) continue;
     const Pose X_camera_mesh = X_camera_world * drawable.X_world_mesh;
     for (int corner = 0; corner < 8; ++corner) {
-      const Eigen::Vector3d p_mm(corner & 1 ? drawable.box_mm.max_mm.x() : drawable.box_mm.min_mm.x(),
-                                 corner & 2 ? drawable.box_mm.max_mm.y() : drawable.box_mm.min_mm.y(),
-                                 corner & 4 ? drawable.box_mm.max_mm.z() : drawable.box_mm.min_mm.z());
+      const Eigen::Vector3d p_mm =
+          drawable.box_mm.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
       const double depth_mm = -(X_camera_mesh * p_mm).z();
       nearest_mm = std::min(nearest_mm, depth_mm);
       farthest_mm = std::max(farthest_mm, depth_mm);
