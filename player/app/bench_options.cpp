@@ -13,40 +13,26 @@ CLI::App* add_bench(CLI::App& app, bench::BenchOptions& options)
       "bench", "Drive the see-through stereoscopic bench from its tracker, parallax stage and potentiometer");
   options.look.mode = scene::DrawMode::smooth;
   bench->add_option("FILE", options.file, "Motion model (.h5)")->required();
-  bench->add_option("--bench", options.bench, "Bench file: display, tracker and board (schemas/bench.md)")
-      ->type_name("BENCH.toml");
-  bench
-      ->add_option("--calibration", options.calibration,
-                   "Calibration file (schemas/calibration.md); the key W writes it (default: nominal values)")
-      ->type_name("FILE.toml");
-  bench->add_option("--set", options.set, "raw, degree_N, ... (default: the default set of show)")
-      ->type_name("SET");
+  add(bench, "--bench", "BENCH.toml", options.bench,
+      "Bench file: display, tracker and board (schemas/bench.md)");
+  add(bench, "--calibration", "FILE.toml", options.calibration,
+      "Calibration file (schemas/calibration.md); the key W writes it (default: nominal values)");
+  add(bench, "--set", "SET", options.set, "raw, degree_N, ... (default: the default set of show)");
   bench->add_flag("--headless", options.is_headless, "Render to memory, without a window");
-  bench->add_option("--seconds", options.seconds, "Duration of the run")
-      ->type_name("S")
-      ->check(CLI::Range(0.1, 1e6));
-  bench->add_option("--pictures", options.pictures, "Folder for the displayed frames, as PNG files")
-      ->type_name("DIR");
-  bench->add_option("--video", options.video, "Video file of the displayed frames")->type_name("FILE.mp4");
-  bench->add_option("--every", options.every, "Keep every N-th frame for --pictures and --video")
-      ->type_name("N")
+  add(bench, "--seconds", "S", options.seconds, "Duration of the run")->check(CLI::Range(0.1, 1e6));
+  add(bench, "--pictures", "DIR", options.pictures, "Folder for the displayed frames, as PNG files");
+  add(bench, "--video", "FILE.mp4", options.video, "Video file of the displayed frames");
+  add(bench, "--every", "N", options.every, "Keep every N-th frame for --pictures and --video")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
-  bench->add_option("--record", options.record, "Record every device sample and key in a new file")
-      ->type_name("LOG");
-  bench->add_option("--replay", options.replay, "Replay a recording instead of reading the devices")
-      ->type_name("LOG");
-  bench->add_option("--from", options.from_s, "Start time of the replay in the recording")
-      ->type_name("S")
+  add(bench, "--record", "LOG", options.record, "Record every device sample and key in a new file");
+  add(bench, "--replay", "LOG", options.replay, "Replay a recording instead of reading the devices");
+  add(bench, "--from", "S", options.from_s, "Start time of the replay in the recording")
       ->check(CLI::Range(0.0, 1e6));
-  bench
-      ->add_option("--speed", options.speed,
-                   "Replay speed factor (default: 1 in a window, unlimited without a window)")
-      ->type_name("X");
-  bench->add_option("--timing", options.timing, "Write latency, jitter and counts as JSON")
-      ->type_name("FILE.json");
-  bench->add_option("--samples", options.samples, "Samples per pixel")
-      ->type_name("1|2|4")
+  add(bench, "--speed", "X", options.speed,
+      "Replay speed factor (default: 1 in a window, unlimited without a window)");
+  add(bench, "--timing", "FILE.json", options.timing, "Write latency, jitter and counts as JSON");
+  add(bench, "--samples", "1|2|4", options.samples, "Samples per pixel")
       ->check(CLI::IsMember({1, 2, 4}))
       ->option_text("1|2|4=1");
   // A callback, because CLI11 also stores false in a bound flag when the option is absent.
@@ -67,8 +53,7 @@ CLI::App* add_devices(CLI::App& app, bench::DevicesOptions& options)
   CLI::App* devices = app.add_subcommand(
       "devices", "List the devices of a bench: whether each answers, its sample rate, its last values");
   devices->add_option("BENCH", options.bench, "Bench file (schemas/bench.md)")->required();
-  devices->add_option("--seconds", options.seconds, "Duration of the measurement")
-      ->type_name("S")
+  add(devices, "--seconds", "S", options.seconds, "Duration of the measurement")
       ->check(CLI::Range(0.1, 3600.0))
       ->capture_default_str();
   devices->add_flag("--json", options.has_json, "Print JSON");
@@ -83,24 +68,18 @@ void add_virtual(CLI::App* calibrate, calibrate::CalibrateOptions& options)
   calibrate->add_flag("--virtual", options.is_virtual,
                       "Use a simulated bench and person: in a window for training; with --headless (or "
                       "with neither screen nor --calibration) a simulated operator does every task");
-  calibrate
-      ->add_option("--seed", options.seed, "Seed of the virtual bench; a calibration belongs to one seed")
-      ->type_name("N")
+  add(calibrate, "--seed", "N", options.seed, "Seed of the virtual bench; a calibration belongs to one seed")
       ->capture_default_str();
-  calibrate->add_option("--head", options.head, "Mount of the virtual bench's display, without --bench")
-      ->type_name("stage|tracker")
+  add(calibrate, "--head", "stage|tracker", options.head,
+      "Mount of the virtual bench's display, without --bench")
       ->capture_default_str();
-  calibrate
-      ->add_option("--benches", options.n_benches,
-                   "Calibrate N virtual benches, seeds from --seed on, and report how often the intervals "
-                   "contain the true values; nothing else is written")
-      ->type_name("N")
+  add(calibrate, "--benches", "N", options.n_benches,
+      "Calibrate N virtual benches, seeds from --seed on, and report how often the intervals "
+      "contain the true values; nothing else is written")
       ->check(CLI::Range(1, 100000));
-  calibrate
-      ->add_option("--pictures", options.pictures,
-                   "Folder for images of the calibrated virtual bench (--headless) or of each task of a "
-                   "script")
-      ->type_name("DIR");
+  add(calibrate, "--pictures", "DIR", options.pictures,
+      "Folder for images of the calibrated virtual bench (--headless) or of each task of a "
+      "script");
 }
 
 }  // namespace
@@ -115,32 +94,21 @@ CLI::App* add_calibrate(CLI::App& app, calibrate::CalibrateOptions& options)
                    "bench, person: the steps done once per bench or per person; status: report the current "
                    "results; solve: recompute all results from the marks in the file")
       ->required();
-  calibrate->add_option("--bench", options.bench, "Bench file: display, tracker and board (schemas/bench.md)")
-      ->type_name("BENCH.toml");
-  calibrate
-      ->add_option(
-          "--calibration", options.calibration,
-          "Calibration file, written after every mark (schemas/calibration.md); an existing one is resumed")
-      ->type_name("FILE.toml");
-  calibrate
-      ->add_option("--bench-from", options.bench_from,
-                   "Calibration of another person; its per-bench parts are copied to a new FILE")
-      ->type_name("FILE.toml");
+  add(calibrate, "--bench", "BENCH.toml", options.bench,
+      "Bench file: display, tracker and board (schemas/bench.md)");
+  add(calibrate, "--calibration", "FILE.toml", options.calibration,
+      "Calibration file, written after every mark (schemas/calibration.md); an existing one is resumed");
+  add(calibrate, "--bench-from", "FILE.toml", options.bench_from,
+      "Calibration of another person; its per-bench parts are copied to a new FILE");
   calibrate->add_flag("--anew", options.is_repeated,
                       "Restart the parts of STEP from their first task; omit it to resume them");
-  calibrate
-      ->add_option("--model", options.model,
-                   "Motion model, for visual adjustment of its placement and for images")
-      ->type_name("FILE.h5");
-  calibrate->add_option("--set", options.set, "Set of the model: raw, degree_N, ... (default: that of show)")
-      ->type_name("SET");
+  add(calibrate, "--model", "FILE.h5", options.model,
+      "Motion model, for visual adjustment of its placement and for images");
+  add(calibrate, "--set", "SET", options.set, "Set of the model: raw, degree_N, ... (default: that of show)");
   calibrate->add_flag("--headless", options.is_headless, "Run without a window");
-  calibrate
-      ->add_option("--script", options.script,
-                   "Read keys from a file: lines \"press Right 12\", \"wait 0.5\"")
-      ->type_name("FILE");
-  calibrate->add_option("--samples", options.samples, "Samples per pixel")
-      ->type_name("1|2|4")
+  add(calibrate, "--script", "FILE", options.script,
+      "Read keys from a file: lines \"press Right 12\", \"wait 0.5\"");
+  add(calibrate, "--samples", "1|2|4", options.samples, "Samples per pixel")
       ->check(CLI::IsMember({1, 2, 4}))
       ->option_text("1|2|4=1");
   add_virtual(calibrate, options);
@@ -163,11 +131,10 @@ CLI::App* add_measure_body(CLI::App& app, bench::MeasureBodyOptions& options)
   body->add_option("ROLE", options.role,
                    "Body in the bench file that has marker names: leg, femur, tibia, head")
       ->required();
-  body->add_option("--bench", options.bench, "Bench file (schemas/bench.md); markers_mm may be missing")
-      ->type_name("BENCH.toml")
+  add(body, "--bench", "BENCH.toml", options.bench,
+      "Bench file (schemas/bench.md); markers_mm may be missing")
       ->required();
-  body->add_option("--seconds", options.seconds, "Duration of the measurement")
-      ->type_name("S")
+  add(body, "--seconds", "S", options.seconds, "Duration of the measurement")
       ->check(CLI::Range(0.1, 600.0))
       ->capture_default_str();
   body->add_flag("--quiet", options.is_quiet, "Print only the lines");
@@ -181,17 +148,12 @@ CLI::App* add_simulate(CLI::App& app, bench::SimulateOptions& options)
       "simulate", "Simulate a bench's tracker and board: a bending leg with noise, occlusions and drop-outs");
   simulate->add_option("BENCH", options.bench, "Bench file with or without [simulation] (schemas/bench.md)")
       ->required();
-  simulate
-      ->add_option("--model", options.model,
-                   "Motion model that the simulated tibia follows (default: rotation only)")
-      ->type_name("FILE.h5");
-  simulate
-      ->add_option("--address", options.address,
-                   "Listen address; any but 127.0.0.1 is reachable from other machines (default: the bench "
-                   "file's simulation.address, else 127.0.0.1)")
-      ->type_name("ADDRESS");
-  simulate->add_option("--seconds", options.seconds, "Duration (default: until Ctrl-C)")
-      ->type_name("S")
+  add(simulate, "--model", "FILE.h5", options.model,
+      "Motion model that the simulated tibia follows (default: rotation only)");
+  add(simulate, "--address", "ADDRESS", options.address,
+      "Listen address; any but 127.0.0.1 is reachable from other machines (default: the bench "
+      "file's simulation.address, else 127.0.0.1)");
+  add(simulate, "--seconds", "S", options.seconds, "Duration (default: until Ctrl-C)")
       ->check(CLI::Range(0.1, 1e6));
   simulate->add_flag("--quiet", options.is_quiet, "Print only the addresses");
   simulate->footer(

@@ -1,33 +1,8 @@
 #include "app/options.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <vector>
-
-#include "core/text.hpp"
 
 namespace vrda::app {
-namespace {
-
-std::string unknown_choice(const std::string& word, const std::map<std::string, int>& choices)
-{
-  std::vector<std::string> names;
-  for (const auto& [name, value] : choices) names.push_back(name);
-  return "found '" + word + "', wanted " + join_alternatives(names);
-}
-
-}  // namespace
-
-CLI::Validator named_choice(const std::map<std::string, int>& choices)
-{
-  return {[choices](std::string& word) {
-            const auto chosen = choices.find(word);
-            if (chosen == choices.end()) return unknown_choice(word, choices);
-            word = std::to_string(chosen->second);
-            return std::string();
-          },
-          "NAME"};
-}
 
 std::string empty_value_error(const std::string& text)
 {

@@ -1,7 +1,6 @@
 /// Declares the modes on the command line and helpers for named option values.
 #pragma once
 
-#include <map>
 #include <span>
 #include <string>
 
@@ -15,22 +14,16 @@
 
 namespace CLI {
 class App;
-class Validator;
 }  // namespace CLI
 
 namespace vrda::app {
 
-/// Converts enum values to integers.
-template <typename Value>
-std::map<std::string, int> enum_numbers(const std::map<std::string, Value>& choices)
+/// Adds an option whose value is called `type` in the help.
+template <typename App, typename Value>
+auto add(App* mode, const char* name, const char* type, Value& value, const std::string& text)
 {
-  std::map<std::string, int> numbers;
-  for (const auto& [name, value] : choices) numbers[name] = static_cast<int>(value);
-  return numbers;
+  return mode->add_option(name, value, text)->type_name(type);
 }
-
-/// Maps a name of `choices` to its number; reports any other as "found X, wanted A, B or C".
-CLI::Validator named_choice(const std::map<std::string, int>& choices);
 
 /// For CLI::Option::check: returns an error text for an empty value, otherwise an empty string.
 std::string empty_value_error(const std::string& text);

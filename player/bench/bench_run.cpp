@@ -69,9 +69,8 @@ class BenchRun final : public loop::Mode {
     show_.show(state_, *frame_, timing_.n_pictures);
     note_times();
     warn(show_.take_warning());
-    if (wishes_.zero_stage) {
+    if (wishes_.zero_stage)
       show_status(devices_.zero_stage() ? "stage zeroed" : "the stage does not answer: not zeroed");
-    }
     if (wishes_.write_calibration) write_calibration();
     if (wishes_.take_screenshot) show_.save_screenshot(state_, *frame_);
     is_over_ = wishes_.quit || (options_.seconds && now_s() >= *options_.seconds);

@@ -102,10 +102,9 @@ void BenchState::take(const devices::Sample& sample)
 
 void BenchState::take_place(const devices::Sample& sample)
 {
-  const bool is_seen = static_cast<devices::ToolVisibility>(sample.state) == devices::ToolVisibility::seen;
   // Several messages may arrive between two frames.
   trackers_.take(sample, [&](BodyTracker&) { settle(); });
-  if (!is_seen) return;
+  if (!sample.is(devices::ToolVisibility::seen)) return;
   newest_arrival_ns_ = sample.arrival_ns;
   ++n_samples_;
 }

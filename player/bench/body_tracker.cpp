@@ -132,9 +132,4 @@ void TrackedBodies::disconnect()
   }
 }
 
-bool TrackedBodies::is_seen(const devices::Sample& sample)
-{
-  return static_cast<devices::ToolVisibility>(sample.state) == devices::ToolVisibility::seen;
-}
-
 }  // namespace vrda::bench

@@ -97,8 +97,9 @@ class TrackedBodies {
   template <typename EndMessage>
   double take(const devices::Sample& sample, EndMessage end_message)
   {
-    const double time_s = is_seen(sample) ? clock_.time_s(sample.device_ns, sample.arrival_ns)
-                                          : static_cast<double>(sample.arrival_ns) * s_per_ns;
+    const double time_s = sample.is(devices::ToolVisibility::seen)
+                              ? clock_.time_s(sample.device_ns, sample.arrival_ns)
+                              : static_cast<double>(sample.arrival_ns) * s_per_ns;
     for (std::optional<BodyTracker>& tracker : trackers_) {
       if (!tracker || !tracker->has_tool(sample.source)) continue;
       if (tracker->has_received(sample.source)) end_message(*tracker);
@@ -110,8 +111,6 @@ class TrackedBodies {
   void disconnect();
 
  private:
-  static bool is_seen(const devices::Sample& sample);
-
   std::array<std::optional<BodyTracker>, bench_files::n_body_roles> trackers_;
   ClockMap clock_;
 };

@@ -70,45 +70,38 @@ void toggle_prediction(BenchState& state)
   ms = ms > 0.0 ? 0.0 : usual;
 }
 
+using Press = navigation::KeyPress;
+
 struct Binding {
   navigation::Key key = navigation::Key::none;
+  void (*act)(BenchState&, const Press&) = nullptr;
   BenchRequest request = BenchRequest::none;
-  void (*act)(BenchState&, const navigation::KeyPress&) = nullptr;
 };
 
-double steps_of(const navigation::KeyPress& press)
+double steps_of(const Press& press)
 {
   return press.has_shift ? many : 1.0;
 }
 
-constexpr BenchRequest nothing = BenchRequest::none;
 constexpr std::array bindings{
-    Binding{navigation::Key::up, nothing,
-            [](BenchState& s, const navigation::KeyPress& p) { select_by(s, false, p.has_shift); }},
-    Binding{navigation::Key::down, nothing,
-            [](BenchState& s, const navigation::KeyPress& p) { select_by(s, true, p.has_shift); }},
-    Binding{navigation::Key::left, nothing,
-            [](BenchState& s, const navigation::KeyPress& p) { change_by(s, -steps_of(p)); }},
-    Binding{navigation::Key::right, nothing,
-            [](BenchState& s, const navigation::KeyPress& p) { change_by(s, steps_of(p)); }},
-    Binding{navigation::key_of('F'), nothing,
-            [](BenchState& s, const navigation::KeyPress&) { select_named(s, "flexion"); }},
-    Binding{navigation::key_of('V'), nothing,
-            [](BenchState& s, const navigation::KeyPress&) { select_named(s, "varus"); }},
-    Binding{navigation::key_of('I'), nothing,
-            [](BenchState& s, const navigation::KeyPress&) { select_named(s, "eyes.distance_apart"); }},
-    Binding{navigation::key_of('P'), nothing,
-            [](BenchState& s, const navigation::KeyPress&) { toggle_prediction(s); }},
-    Binding{navigation::key_of('E'), nothing,
-            [](BenchState& s, const navigation::KeyPress&) { s.set_filter(!s.is_filtered()); }},
-    Binding{navigation::key_of('Z'), BenchRequest::zero_stage},
-    Binding{navigation::key_of('W'), BenchRequest::write_calibration},
-    Binding{navigation::key_of('T'), BenchRequest::show_panel},
-    Binding{navigation::key_of('S'), BenchRequest::screenshot},
-    Binding{navigation::key_of('H'), BenchRequest::show_help},
-    Binding{navigation::key_of('?'), BenchRequest::show_help},
-    Binding{navigation::key_of('Q'), BenchRequest::quit},
-    Binding{navigation::Key::escape, BenchRequest::quit},
+    Binding{navigation::Key::up, [](BenchState& s, const Press& p) { select_by(s, false, p.has_shift); }},
+    Binding{navigation::Key::down, [](BenchState& s, const Press& p) { select_by(s, true, p.has_shift); }},
+    Binding{navigation::Key::left, [](BenchState& s, const Press& p) { change_by(s, -steps_of(p)); }},
+    Binding{navigation::Key::right, [](BenchState& s, const Press& p) { change_by(s, steps_of(p)); }},
+    Binding{navigation::key_of('F'), [](BenchState& s, const Press&) { select_named(s, "flexion"); }},
+    Binding{navigation::key_of('V'), [](BenchState& s, const Press&) { select_named(s, "varus"); }},
+    Binding{navigation::key_of('I'),
+            [](BenchState& s, const Press&) { select_named(s, "eyes.distance_apart"); }},
+    Binding{navigation::key_of('P'), [](BenchState& s, const Press&) { toggle_prediction(s); }},
+    Binding{navigation::key_of('E'), [](BenchState& s, const Press&) { s.set_filter(!s.is_filtered()); }},
+    Binding{navigation::key_of('Z'), nullptr, BenchRequest::zero_stage},
+    Binding{navigation::key_of('W'), nullptr, BenchRequest::write_calibration},
+    Binding{navigation::key_of('T'), nullptr, BenchRequest::show_panel},
+    Binding{navigation::key_of('S'), nullptr, BenchRequest::screenshot},
+    Binding{navigation::key_of('H'), nullptr, BenchRequest::show_help},
+    Binding{navigation::key_of('?'), nullptr, BenchRequest::show_help},
+    Binding{navigation::key_of('Q'), nullptr, BenchRequest::quit},
+    Binding{navigation::Key::escape, nullptr, BenchRequest::quit},
 };
 
 }  // namespace

@@ -41,8 +41,7 @@ void MarkerFrames::take(const devices::Sample& sample)
   // A second sample of a marker starts the next message.
   if (has_come_[k]) end_row();
   has_come_[k] = true;
-  if (static_cast<devices::ToolVisibility>(sample.state) == devices::ToolVisibility::seen)
-    row_[k] = Eigen::Vector3d::Map(sample.tool_pose.position_mm);
+  if (sample.is(devices::ToolVisibility::seen)) row_[k] = Eigen::Vector3d::Map(sample.tool_pose.position_mm);
 }
 
 std::vector<tracking::MarkerRow> MarkerFrames::frames(std::size_t most) const

@@ -57,7 +57,7 @@ std::vector<igtl::IgtlMessage> messages_of(const simulation::SimulatedFrame& fra
   for (const SentTool& tool : sent) {
     const simulation::SimulatedTool& simulated = frame.tools[tool.simulated];
     if (simulated.is_seen)
-      message.tools.push_back({tool.name, igtl::IgtlVisibility::seen, simulated.X_tracker_tool});
+      message.tools.push_back({tool.name, igtl::ToolVisibility::seen, simulated.X_tracker_tool});
   }
   return {message};
 }

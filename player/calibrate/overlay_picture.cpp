@@ -108,10 +108,8 @@ optics::ShownBox box_of_leg(ModelOnBench& joint, const optics::Eye& eye)
   optics::ShownBox box{Eigen::Vector2d::Constant(1e9), Eigen::Vector2d::Constant(-1e9)};
   for (const scene::Drawable& drawable : joint.view.scene().drawables) {
     for (int corner = 0; corner < 8; ++corner) {
-      const auto at = [&](int axis) {
-        return ((corner >> axis) & 1) == 0 ? drawable.box_mm.min_mm[axis] : drawable.box_mm.max_mm[axis];
-      };
-      const Eigen::Vector3d p_mesh_mm(at(0), at(1), at(2));
+      const Eigen::Vector3d p_mesh_mm =
+          drawable.box_mm.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
       const Eigen::Vector2d p = optics::shown_px(eye, X_eyes_tracker * drawable.X_world_mesh * p_mesh_mm);
       box = {box.low_px.cwiseMin(p), box.high_px.cwiseMax(p)};
     }

@@ -55,9 +55,8 @@ Eigen::VectorXd residuals(const GridProblem& problem, double noise_px, bool is_h
     r.segment<2>(2 * i) = (optics::drawn_px(distortion, shown) - mark.drawn_px) / noise_px;
   }
   r[2 * n] = x[aspect_sds];
-  if (is_held) {
+  if (is_held)
     r.tail<2>() = (distortion.centre_px - optics::middle_px(problem.eye.visible)) / centre_prior_sd_px;
-  }
   return r;
 }
 
@@ -145,7 +144,7 @@ void refuse_outlier(const GridProblem& problem, const GridFit& fit, const Refuse
   const Eigen::Vector2d& node = problem.marks[static_cast<std::size_t>(furthest.mark)].node;
   refuse(std::string(".distortion: node (") + settings::rounded_text(node.x(), 2) + ", " +
              settings::rounded_text(node.y(), 2) + ")",
-         "a mark " + settings::rounded_text(off_px, 1) + " px from the position predicted by all others",
+         "a mark " + text(off_px, 1, "px") + " from the position predicted by all others",
          "a consistent mark: mark this node again", {static_cast<std::size_t>(furthest.mark)});
 }
 
@@ -157,9 +156,9 @@ void require_unfolded(const optics::Distortion& distortion, const optics::Eye& e
   refuse(".distortion",
          "k1 " + settings::rounded_text(distortion.k1, 4) + ", k2 " +
              settings::rounded_text(distortion.k2, 4) + ", a distortion that folds at a radius of " +
-             settings::rounded_text(fold_px, 0) + " px",
-         "a monotonic distortion up to " + settings::rounded_text(furthest_px, 0) +
-             " px; add marks near the corners of the visible part");
+             text(fold_px, 0, "px"),
+         "a monotonic distortion up to " + text(furthest_px, 0, "px") +
+             "; add marks near the corners of the visible part");
 }
 
 /// Calls `action` for a lattice of points over the visible part.
@@ -168,9 +167,8 @@ void at_lattice(const optics::Viewport& v, Action action)
 {
   constexpr int n = 21;
   for (int j = 0; j < n; ++j) {
-    for (int i = 0; i < n; ++i) {
+    for (int i = 0; i < n; ++i)
       action(Eigen::Vector2d(v.x + v.width * (i / (n - 1.0)), v.y + v.height * (j / (n - 1.0))));
-    }
   }
 }
 
@@ -202,7 +200,7 @@ void add_inverse_error(DistortionFit& fit, const optics::Eye& eye, const std::st
 {
   fit.inverse_error_px = inverse_error_px(fit.distortion, eye);
   fit.estimate.remarks.push_back(name + ": pre-distortion and optics together leave an error of at most " +
-                                 settings::rounded_text(fit.inverse_error_px, 3) + " px");
+                                 text(fit.inverse_error_px, 3, "px"));
 }
 
 Estimate estimate_of(const optics::Distortion& d, const Eigen::MatrixXd& covariance, const std::string& name)
@@ -230,8 +228,7 @@ double rms_difference_px(const optics::Distortion& a, const optics::Distortion& 
 
 void add_scatter(DistortionFit& fit, const std::string& what, const std::string& name)
 {
-  fit.estimate.remarks.push_back(name + ": the " + what + " scatter by " +
-                                 settings::rounded_text(fit.noise_px, 2) + " px");
+  fit.estimate.remarks.push_back(name + ": the " + what + " scatter by " + text(fit.noise_px, 2, "px"));
 }
 
 void add_held_centre(DistortionFit& fit, const std::string& name)
@@ -253,9 +250,8 @@ DistortionFit result_of(const GridProblem& problem, const GridFit& found, const 
   result.estimate = estimate_of(result.distortion, covariance, name);
   result.estimate.dof = noise_dof(found.fit, n);
   std::vector<double> left_px;
-  for (Eigen::Index i = 0; i < n; ++i) {
+  for (Eigen::Index i = 0; i < n; ++i)
     left_px.push_back(found.noise_px * found.fit.residuals.segment<2>(2 * i).norm());
-  }
   set_residuals(result.estimate, left_px, "px");
   result.noise_px = found.noise_px;
   add_scatter(result, "grid's marks", name);

@@ -10,6 +10,11 @@
 
 namespace vrda::calibration {
 
+std::string text(double value, int decimals, const char* unit)
+{
+  return settings::rounded_text(value, decimals) + " " + unit;
+}
+
 std::vector<std::string> pose_number_names(const std::string& name)
 {
   std::vector<std::string> names;

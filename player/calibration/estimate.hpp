@@ -25,10 +25,12 @@ struct Estimate {
   std::vector<std::string> remarks;  ///< one line each for the operator
 };
 
-/// Throws FitError for an estimate `name` of a calibration file.
+/// "12.3 mm"
+std::string text(double value, int decimals, const char* unit);
+
+/// Throws FitError for an estimate `name`, which may be empty, of a calibration file.
 struct Refuser {
-  const std::string& name;
-  const std::string& file;
+  std::string name, file;
 
   /// `field`: what follows the name.
   [[noreturn]] void operator()(const std::string& field, const std::string& found, const std::string& wanted,

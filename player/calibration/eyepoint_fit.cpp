@@ -20,15 +20,10 @@ constexpr std::size_t least_marks = 3;
 constexpr double least_depth_range_mm = 1.0;
 constexpr double outlier_sd = 5.0, outlier_px = 3.0;
 
-std::string text(double value, const char* unit)
-{
-  return settings::rounded_text(value, 1) + " " + unit;
-}
-
 std::string name_of(const RectangleMark& mark, std::size_t k)
 {
-  return "mark " + std::to_string(k + 1) + ", the rectangle of " + text(mark.width_mm, "mm") + " at " +
-         text(mark.depth_mm, "mm");
+  return "mark " + std::to_string(k + 1) + ", the rectangle of " + text(mark.width_mm, 1, "mm") + " at " +
+         text(mark.depth_mm, 1, "mm");
 }
 
 /// A mark after the optics.
@@ -172,14 +167,15 @@ void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWid
         marks[k].width_mm > 0.0 && std::isfinite(marks[k].width_mm) && std::isfinite(marks[k].depth_mm);
     if (!is_rectangle) refuse("", name_of(marks[k], k), "a width above 0 and a finite depth", {k});
     if (!(px_of(seen[k]) > 0.0) || !std::isfinite(px_of(seen[k]))) {
-      refuse("", name_of(marks[k], k) + ": crossed or equal sides, " + text(px_of(seen[k]), "px") + " apart",
+      refuse("",
+             name_of(marks[k], k) + ": crossed or equal sides, " + text(px_of(seen[k]), 1, "px") + " apart",
              "the left line left of the right one; align it again", {k});
     }
     nearest_mm = std::min(nearest_mm, marks[k].depth_mm);
     furthest_mm = std::max(furthest_mm, marks[k].depth_mm);
   }
   if (furthest_mm - nearest_mm < least_depth_range_mm) {
-    refuse("", "rectangles at equal depths, " + text(furthest_mm - nearest_mm, "mm") + " apart",
+    refuse("", "rectangles at equal depths, " + text(furthest_mm - nearest_mm, 1, "mm") + " apart",
            "different depths; add a rectangle 150 mm or more behind");
   }
 }
@@ -204,8 +200,9 @@ void require_no_outlier(std::span<const RectangleMark> marks, std::span<const Se
     // The noise of few marks may be too small by chance: the limit grows with Student's t.
     const double t_ratio = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
     if (off_px > outlier_px && off_px > t_ratio * outlier_sd * std::sqrt(spread_px2)) {
-      refuse("", name_of(marks[k], k) + ": " + text(off_px, "px") + " from the width predicted by the others",
-             text(outlier_px, "px") + " at most; align it again", {k});
+      refuse("",
+             name_of(marks[k], k) + ": " + text(off_px, 1, "px") + " from the width predicted by the others",
+             text(outlier_px, 1, "px") + " at most; align it again", {k});
     }
   }
 }
@@ -229,8 +226,8 @@ std::string suggested_rectangle(std::span<const SeenWidth> seen, const Eyepoint&
     with_extra.insert(with_extra.end(), repeats, extra);
     const std::optional<Eigen::Matrix2d> inverse = inverse_of(information_of(with_extra, about));
     if (inverse && noise_px * std::sqrt((*inverse)(1, 1)) < most_sd_mm) {
-      return "add a rectangle about " + settings::rounded_text(extra.width_mm, 0) + " mm wide at " +
-             settings::rounded_text(extra.depth_mm, 0) + " mm and mark it three times";
+      return "add a rectangle about " + text(extra.width_mm, 0, "mm") + " wide at " +
+             text(extra.depth_mm, 0, "mm") + " and mark it three times";
     }
   }
   return "add rectangles further behind, and repeat all marks";
@@ -319,9 +316,9 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye
   const double depth_sd_mm = std::sqrt(by_noise(1, 1));
   if (!(depth_sd_mm <= options.max_depth_sd_mm)) {
     refuse("",
-           "a range of depths that determines the eye's depth to " + text(depth_sd_mm, "mm") +
+           "a range of depths that determines the eye's depth to " + text(depth_sd_mm, 1, "mm") +
                " (standard deviation)",
-           text(options.max_depth_sd_mm, "mm") +
+           text(options.max_depth_sd_mm, 1, "mm") +
                " or less: " + suggested_rectangle(seen, fit.eyepoint, fit.noise_px, options.max_depth_sd_mm));
   }
   Estimate& estimate = fit.estimate;
@@ -341,10 +338,10 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye
   residuals_px.reserve(seen.size());
   for (const SeenWidth& s : seen) residuals_px.push_back(residual_px(s, fit.eyepoint));
   set_residuals(estimate, residuals_px, "px");
-  estimate.remarks.push_back(name + " eye: " + text(fit.eyepoint.depth_mm, "mm") +
+  estimate.remarks.push_back(name + " eye: " + text(fit.eyepoint.depth_mm, 1, "mm") +
                              " in front of the first rectangle's plane, 95 %: +-" +
-                             text(half_width_95(estimate, 1), "mm") + "; noise of a side " +
-                             settings::rounded_text(fit.noise_px, 2) + " px");
+                             text(half_width_95(estimate, 1), 1, "mm") + "; noise of a side " +
+                             text(fit.noise_px, 2, "px"));
   return fit;
 }
 

@@ -75,9 +75,8 @@ Eigen::MatrixXd covariance_of(const EyesPrior& prior)
   const std::array<Eigen::Index, 3> at = {left_distance, right_distance, depth_apart};
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n_known, n_known);
   for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
+    for (std::size_t j = 0; j < 3; ++j)
       covariance(at[i], at[j]) = eyepoints(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-    }
   }
   covariance(ipd, ipd) = prior.ipd_sd_mm * prior.ipd_sd_mm;
   covariance(height_apart, height_apart) = prior.height_difference_sd_mm * prior.height_difference_sd_mm;
@@ -297,12 +296,10 @@ void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, co
 {
   constexpr double least_mm = 50.0;
   Eigen::MatrixX3d p(marks.size(), 3);
-  for (std::size_t i = 0; i < marks.size(); ++i) {
+  for (std::size_t i = 0; i < marks.size(); ++i)
     p.row(static_cast<Eigen::Index>(i)) = (X_guess.inverse() * marks[i].p_carrier_mm).transpose();
-  }
   const auto require = [&](double found_mm, const std::string& how, const std::string& wanted) {
-    if (found_mm < least_mm)
-      refuse(": marker positions", how + " (" + settings::rounded_text(found_mm, 0) + " mm)", wanted);
+    if (found_mm < least_mm) refuse(": marker positions", how + " (" + text(found_mm, 0, "mm") + ")", wanted);
   };
   const Eigen::MatrixX3d from_mean = p.rowwise() - p.colwise().mean();
   const Eigen::MatrixXd scatter = square(from_mean.transpose());
@@ -329,7 +326,7 @@ void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution, co
       problem.marks.begin(), end, [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
   refuse(std::string(": bull's-eye ") + std::to_string(before + 1) + " of the " +
              (is_right ? "right" : "left") + " eye",
-         "a mark " + settings::rounded_text(off_px, 1) + " px from the position predicted by all others",
+         "a mark " + text(off_px, 1, "px") + " from the position predicted by all others",
          "a consistent mark: align this one again", {static_cast<std::size_t>(furthest.mark)});
 }
 
@@ -360,9 +357,8 @@ Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, c
   estimate.covariance = propagated(to_numbers, C);
   estimate.dof = interval_dof(solution.fit, n, to_numbers);
   std::vector<double> residuals_px;
-  for (Eigen::Index i = 0; i < n; ++i) {
+  for (Eigen::Index i = 0; i < n; ++i)
     residuals_px.push_back(solution.sds_px[i] * solution.fit.residuals.segment<2>(2 * i).norm());
-  }
   set_residuals(estimate, residuals_px, "px");
   return estimate;
 }
@@ -387,8 +383,7 @@ EyesFit fit_eyes(std::span<const BullseyeMark> marks, const EyesPrior& prior, co
   result.eyes = eyes_of(problem, solution.guess.z);
   result.noise_px = solution.guess.noise_px;
   result.estimate = estimate_of(problem, solution, name);
-  result.estimate.remarks.push_back("bull's-eyes scatter by " + settings::rounded_text(result.noise_px, 2) +
-                                    " px");
+  result.estimate.remarks.push_back("bull's-eyes scatter by " + text(result.noise_px, 2, "px"));
   return result;
 }
 

@@ -67,20 +67,18 @@ Eigen::MatrixXd covariance_of(const PivotProblem& problem, const Eigen::VectorXd
 
 PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& file)
 {
+  const Refuser refuse{"", file};
   const std::size_t n = X_tracker_probe.size();
-  if (n < least_poses) {
-    throw tracking::FitError(
-        {file, "probe", std::to_string(n) + " poses", std::to_string(least_poses) + " or more"});
-  }
+  if (n < least_poses)
+    refuse("probe", std::to_string(n) + " poses", std::to_string(least_poses) + " or more");
   PivotFit fit;
   fit.spread_rad = spread_of(X_tracker_probe);
   if (!(fit.spread_rad >= least_spread_rad)) {
-    throw tracking::FitError(
-        {file, "probe",
-         settings::rounded_text(deg_from_rad(fit.spread_rad), 1) +
-             " deg (rms) of rotation about the axis with the least rotation",
-         settings::rounded_text(deg_from_rad(least_spread_rad), 0) +
-             " deg or more; keep the tip fixed and tilt the probe in all directions over a range of 40 deg"});
+    refuse("probe",
+           text(deg_from_rad(fit.spread_rad), 1, "deg") +
+               " (rms) of rotation about the axis with the least rotation",
+           text(deg_from_rad(least_spread_rad), 0, "deg") +
+               " or more; keep the tip fixed and tilt the probe in all directions over a range of 40 deg");
   }
   const PivotProblem problem = pivot_problem(X_tracker_probe);
   const Eigen::MatrixXd inverse = square(inverse_root_of(square(problem.A.transpose())));
@@ -100,17 +98,14 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
   estimate.dof = static_cast<double>(n) - 2.0;
   set_residuals(estimate, residuals_mm, "mm");
   if (!(estimate.residual_rms <= most_rms_mm)) {
-    throw tracking::FitError(
-        {file, "probe",
-         "a tip that moves by " + settings::rounded_text(estimate.residual_rms, 2) + " mm (rms)",
-         settings::rounded_text(most_rms_mm, 0) +
-             " mm at most; the tip slipped: put it in a small hole and repeat"});
+    refuse("probe", "a tip that moves by " + text(estimate.residual_rms, 2, "mm") + " (rms)",
+           text(most_rms_mm, 0, "mm") + " at most; the tip slipped: put it in a small hole and repeat");
   }
-  estimate.remarks.push_back(
-      "the probe rotated by " + settings::rounded_text(deg_from_rad(fit.spread_rad), 0) +
-      " deg (rms) about the axis with the least rotation (at least " +
-      settings::rounded_text(deg_from_rad(least_spread_rad), 0) + " required); its tip moved by " +
-      settings::rounded_text(estimate.residual_rms, 2) + " mm (rms)");
+  estimate.remarks.push_back("the probe rotated by " + text(deg_from_rad(fit.spread_rad), 0, "deg") +
+                             " (rms) about the axis with the least rotation (at least " +
+                             settings::rounded_text(deg_from_rad(least_spread_rad), 0) +
+                             " required); its tip moved by " + text(estimate.residual_rms, 2, "mm") +
+                             " (rms)");
   return fit;
 }
 
@@ -122,11 +117,6 @@ constexpr double most_rail_rms_mm = 2.0;
 constexpr double rail_outlier_sd = 6.0, rail_outlier_mm = 1.0;
 constexpr double least_apart_rad = rad_from_deg(45.0);
 constexpr double most_stage_error = 0.02;
-
-std::string text(double value, int decimals, const char* unit)
-{
-  return settings::rounded_text(value, decimals) + " " + unit;
-}
 
 /// centre + s direction; the centre is the mean of the positions.
 struct Line {
@@ -197,9 +187,8 @@ LineFit required_line(const RailSweep& sweep, Rail rail, const std::string& file
   check(sweep.stage_mm.empty() || sweep.stage_mm.size() == sweep.p_tracker_mm.size(),
         "the stage value is known at all positions or none");
   const std::size_t n = sweep.p_tracker_mm.size();
-  if (n < least_places) {
+  if (n < least_places)
     throw refusal(rail, file, std::to_string(n) + " positions", std::to_string(least_places) + " or more");
-  }
   for (const Eigen::Vector3d& p : sweep.p_tracker_mm) {
     if (!p.allFinite())
       throw refusal(rail, file, "a coordinate that is not a finite number", "coordinates in mm");
@@ -290,17 +279,15 @@ double stage_scale_of(const RailSweep& sweep, const LineFit& fit, const std::str
   const double counted = with_marker / marker_sq;
   const double scale = with_stage > 0.0 ? with_marker / with_stage : 0.0;
   if (!(counted > 0.0)) {
-    throw refusal(
-        Rail::x, file,
-        "an encoder displacement of " + settings::rounded_text(counted, 3) + " mm per mm to the right",
-        "1; check the sign of stage_mm_per_count in the bench file, the encoder and that the sweep "
-        "was from left to right");
+    throw refusal(Rail::x, file,
+                  "an encoder displacement of " + text(counted, 3, "mm") + " per mm to the right",
+                  "1; check the sign of stage_mm_per_count in the bench file, the encoder and that the sweep "
+                  "was from left to right");
   }
   if (!(std::abs(scale - 1.0) <= most_stage_error)) {
-    throw refusal(
-        Rail::x, file,
-        "a marker displacement of " + settings::rounded_text(scale, 4) + " mm per mm of the encoder",
-        "1 to within 2 %; check stage_mm_per_count in the bench file");
+    throw refusal(Rail::x, file,
+                  "a marker displacement of " + text(scale, 4, "mm") + " per mm of the encoder",
+                  "1 to within 2 %; check stage_mm_per_count in the bench file");
   }
   return scale;
 }
@@ -337,8 +324,8 @@ TableFit fit_table(const RailSweep& x_rail, const RailSweep& z_rail, const std::
       "angle between the rails: " + text(deg_from_rad(fit.rails_angle_rad), 3, "deg") + " (95 %: +-" +
       text(deg_from_rad(t_95(dof) * fit.rails_angle_sd_rad), 3, "deg") + ")");
   if (fit.stage_scale > 0.0)
-    fit.estimate.remarks.push_back("marker displacement: " + settings::rounded_text(fit.stage_scale, 4) +
-                                   " mm per mm of the encoder");
+    fit.estimate.remarks.push_back("marker displacement: " + text(fit.stage_scale, 4, "mm") +
+                                   " per mm of the encoder");
   return fit;
 }
 

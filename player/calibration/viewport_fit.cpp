@@ -16,7 +16,7 @@ constexpr int least_side_px = 16;
 
 std::string px_text(double px)
 {
-  return settings::rounded_text(px, 2) + " px";
+  return text(px, 2, "px");
 }
 
 double median(std::vector<double> values)
@@ -147,14 +147,12 @@ void require_size(const ViewportMarks& marks, const Refuser& refuse)
   const bool is_size = marks.screen_mm.allFinite() && marks.screen_mm.minCoeff() > 0.0;
   if (!is_size) {
     refuse(".screen",
-           settings::rounded_text(marks.screen_mm.x(), 2) + " x " +
-               settings::rounded_text(marks.screen_mm.y(), 2) + " mm",
+           settings::rounded_text(marks.screen_mm.x(), 2) + " x " + text(marks.screen_mm.y(), 2, "mm"),
            "width and height of the visible part above 0, measured with a ruler",
            {n_readings, n_readings + 1});
   }
-  if (!(marks.screen_sd_mm >= 0.0) || !std::isfinite(marks.screen_sd_mm)) {
-    refuse(".screen_sd", settings::rounded_text(marks.screen_sd_mm, 3) + " mm", "0 mm or more");
-  }
+  if (!(marks.screen_sd_mm >= 0.0) || !std::isfinite(marks.screen_sd_mm))
+    refuse(".screen_sd", text(marks.screen_sd_mm, 3, "mm"), "0 mm or more");
 }
 
 /// The aspect's variance is mostly the ruler's, which is known. This factor scales its variance and
@@ -167,28 +165,26 @@ double aspect_scale(double dof, double readings_share)
   return t_95(own_dof) / t_95(std::min(most_dof, dof));
 }
 
-/// Requires fit.pixel_aspect.
-void add_estimate(ViewportFit& fit, const Borders& borders, const ViewportMarks& marks,
-                  const std::string& name)
+Estimate estimate_of(const Borders& borders, const ViewportMarks& marks, const std::string& name)
 {
-  Estimate& estimate = fit.estimate;
+  const double width_px = borders.at_px(1) - borders.at_px(0),
+               height_px = borders.at_px(3) - borders.at_px(2);
+  const double pixel_aspect = (marks.screen_mm.y() / height_px) / (marks.screen_mm.x() / width_px);
+  Estimate estimate;
   for (const Edge edge : {Edge::left, Edge::right, Edge::top, Edge::bottom})
     estimate.names.push_back(name + ".edge_" + name_of(edge));
   estimate.names.push_back(name + ".pixel_aspect");
   estimate.units = {"px", "px", "px", "px", ""};
   estimate.values.resize(5);
-  estimate.values << borders.at_px, fit.pixel_aspect;
+  estimate.values << borders.at_px, pixel_aspect;
   estimate.dof = borders.dof;
   set_residuals(estimate, borders.residuals_px, "px");
 
-  // aspect = (screen y / (bottom - top)) / (screen x / (right - left))
-  const double width_px = borders.at_px(1) - borders.at_px(0),
-               height_px = borders.at_px(3) - borders.at_px(2);
   Eigen::Vector4d by_border = {-1.0 / width_px, 1.0 / width_px, 1.0 / height_px, -1.0 / height_px};
-  by_border *= fit.pixel_aspect;
+  by_border *= pixel_aspect;
   const Eigen::Vector4d with_border = borders.variance_px2.cwiseProduct(by_border);
   const double by_marks = by_border.dot(with_border);
-  const double by_ruler = fit.pixel_aspect * fit.pixel_aspect * marks.screen_sd_mm * marks.screen_sd_mm *
+  const double by_ruler = pixel_aspect * pixel_aspect * marks.screen_sd_mm * marks.screen_sd_mm *
                           marks.screen_mm.cwiseAbs2().cwiseInverse().sum();
   const double scale = aspect_scale(borders.dof, by_marks / (by_marks + by_ruler));
   estimate.covariance = Eigen::MatrixXd::Zero(5, 5);
@@ -196,7 +192,7 @@ void add_estimate(ViewportFit& fit, const Borders& borders, const ViewportMarks&
   estimate.covariance.block<4, 1>(0, 4) = scale * with_border;
   estimate.covariance.block<1, 4>(4, 0) = scale * with_border.transpose();
   estimate.covariance(4, 4) = scale * scale * (by_marks + by_ruler);
-  fit.pixel_aspect_sd = std::sqrt(by_marks + by_ruler);
+  return estimate;
 }
 
 }  // namespace
@@ -206,8 +202,8 @@ const char* name_of(Edge edge)
   return std::array{"left", "right", "top", "bottom"}.at(static_cast<std::size_t>(edge));
 }
 
-ViewportFit fit_viewport(const ViewportMarks& marks, const optics::Viewport& window, const std::string& name,
-                         const std::string& file)
+Estimate fit_viewport(const ViewportMarks& marks, const optics::Viewport& window, const std::string& name,
+                      const std::string& file)
 {
   const Refuser refuse{name, file};
   for (std::size_t edge = 0; edge < n_edges; ++edge) require_readings(marks, static_cast<Edge>(edge), refuse);
@@ -215,18 +211,7 @@ ViewportFit fit_viewport(const ViewportMarks& marks, const optics::Viewport& win
   const Borders borders = borders_of(marks);
   require_order(borders.at_px, marks, refuse);
   require_within(borders.at_px, window, marks, refuse);
-
-  ViewportFit fit;
-  const Eigen::Vector2d low_px(borders.at_px(0), borders.at_px(2)),
-      high_px(borders.at_px(1), borders.at_px(3));
-  const Eigen::Vector2d size_px = high_px - low_px;
-  const Eigen::Vector2i low = low_px.array().round().matrix().cast<int>();
-  const Eigen::Vector2i high = high_px.array().round().matrix().cast<int>();
-  fit.visible = {low.x(), low.y(), high.x() - low.x(), high.y() - low.y()};
-  fit.centre_px = 0.5 * (low_px + high_px);
-  fit.pixel_aspect = (marks.screen_mm.y() / size_px.y()) / (marks.screen_mm.x() / size_px.x());
-  add_estimate(fit, borders, marks, name);
-  return fit;
+  return estimate_of(borders, marks, name);
 }
 
 }  // namespace vrda::calibration

@@ -20,22 +20,15 @@ struct ViewportMarks {
   double screen_sd_mm = 0.1;                            ///< of both
 };
 
-struct ViewportFit {
-  optics::Viewport visible;  ///< edges rounded to whole pixels
-  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
-  double pixel_aspect = 1.0;     ///< height of a pixel divided by its width
-  double pixel_aspect_sd = 0.0;  ///< from readings and ruler; prior of a later fit
-  /// "NAME.edge_left", ".edge_right", ".edge_top", ".edge_bottom" (px), ".pixel_aspect". The noise of a
-  /// reading is pooled over the four edges; without repeats it is the rounding. The aspect's variance is
-  /// scaled so that half_width_95 is correct with the dof of the readings.
-  Estimate estimate;
-};
-
+/// Estimate of the edges and of a pixel's height divided by its width: "NAME.edge_left", ".edge_right",
+/// ".edge_top", ".edge_bottom" (px), ".pixel_aspect". The noise of a reading is pooled over the four edges;
+/// without repeats it is the rounding. The aspect's variance is scaled so that half_width_95 is correct with
+/// the dof of the readings.
 /// `name`: "left" or "right". Throws FitError with `file` and the edge: no readings, crossed edges, an edge
 /// outside the window, opposite edges less than 16 px apart, a reading more than 5 px from the others of its
 /// edge, an invalid size. Mark indices count the readings from the left to the bottom edge, then screen width
 /// and height.
-ViewportFit fit_viewport(const ViewportMarks& marks, const optics::Viewport& window, const std::string& name,
-                         const std::string& file);
+Estimate fit_viewport(const ViewportMarks& marks, const optics::Viewport& window, const std::string& name,
+                      const std::string& file);
 
 }  // namespace vrda::calibration

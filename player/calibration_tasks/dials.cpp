@@ -96,36 +96,20 @@ Eigen::Vector2d drawn_cross(const Task& task, std::span<const double> values, co
 
 std::vector<double> mark_row(const Task& task, std::span<const double> values, const Calibration& calibration)
 {
+  check(task.n_samples == 0 && task.kind != TaskKind::stop, "a task with samples has no row of its dials");
   std::vector<double> row(values.begin(), values.end());
+  if (task.kind == TaskKind::grid) row.back() = rad_from_deg(row.back());
+  if (task.kind == TaskKind::model_pose)
+    for (std::size_t k = 3; k < row.size(); ++k) row[k] = rad_from_deg(row[k]);
+  if (task.kind != TaskKind::rectangle_sides) return row;
+  // One point determines the line: its intersection with the height of the optical axis.
   const optics::Eye& eye = optics::side_of(calibration.eyes, task.is_right);
-  switch (task.kind) {
-    case TaskKind::rectangle_sides: {
-      // One point determines the line: its intersection with the height of the optical axis.
-      row.clear();
-      for (const double x : values) {
-        const Eigen::Vector2d drawn = optics::drawn_px(eye.distortion, Eigen::Vector2d(x, eye.sight_px.y()));
-        row.insert(row.end(), {drawn.x(), drawn.y()});
-      }
-      return row;
-    }
-    case TaskKind::grid:
-      row.back() = rad_from_deg(row.back());
-      return row;
-    case TaskKind::model_pose:
-      for (std::size_t k = 3; k < row.size(); ++k) row[k] = rad_from_deg(row[k]);
-      return row;
-    case TaskKind::scan_line:
-    case TaskKind::point:
-    case TaskKind::number:
-    case TaskKind::depth_check:
-      return row;
-    case TaskKind::sweep:
-    case TaskKind::hold:
-    case TaskKind::bullseye:
-    case TaskKind::stop:
-      break;
+  row.clear();
+  for (const double x : values) {
+    const Eigen::Vector2d drawn = optics::drawn_px(eye.distortion, Eigen::Vector2d(x, eye.sight_px.y()));
+    row.insert(row.end(), {drawn.x(), drawn.y()});
   }
-  throw InternalError("a task with samples has no row of its dials");
+  return row;
 }
 
 std::optional<BodyRole> accompanying_body(CalibrationPart part, const Task& task)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "calibration/viewport_fit.hpp"
 #include "core/error.hpp"
@@ -18,36 +19,19 @@ struct RowShape {
   std::vector<std::size_t> all;  ///< allowed lengths of the other rows
 };
 
-RowShape shape_of(TaskKind kind)
+const RowShape& shape_of(TaskKind kind)
 {
-  switch (kind) {
-    case TaskKind::scan_line:
-    case TaskKind::number:
-    case TaskKind::stop:
-      return {1, {}};
-    case TaskKind::point:
-      return {2, {}};
-    case TaskKind::rectangle_sides:
-      return {4, {}};
-    case TaskKind::grid:
-      return {8, {}};
-    case TaskKind::model_pose:
-      return {6, {}};
-    case TaskKind::depth_check:
-      return {0, {}};
-    case TaskKind::sweep:
-      return {0, {7, 8}};
-    case TaskKind::hold:
-      return {14, {14}};
-    case TaskKind::bullseye:
-      return {3, {3, 10}};
-  }
-  return {};
+  using enum TaskKind;
+  static const std::map<TaskKind, RowShape> shapes{
+      {scan_line, {1, {}}},       {number, {1, {}}},  {stop, {1, {}}},         {point, {2, {}}},
+      {rectangle_sides, {4, {}}}, {grid, {8, {}}},    {model_pose, {6, {}}},   {depth_check, {0, {}}},
+      {sweep, {0, {7, 8}}},       {hold, {14, {14}}}, {bullseye, {3, {3, 10}}}};
+  return shapes.at(kind);
 }
 
 bool is_of_shape(const CalibrationMark& mark, TaskKind kind)
 {
-  const RowShape shape = shape_of(kind);
+  const RowShape& shape = shape_of(kind);
   if (mark.rows.empty() || (shape.all.empty() && mark.rows.size() != 1)) return false;
   for (std::size_t k = 0; k < mark.rows.size(); ++k) {
     const std::size_t n = mark.rows[k].size();

@@ -1,6 +1,7 @@
 #include "calibration_tasks/parts.hpp"
 
 #include <algorithm>
+#include <map>
 
 #include "bench_files/document_parts.hpp"
 #include "calibration_tasks/marks.hpp"
@@ -14,55 +15,45 @@ namespace {
 
 bool is_part_of(CalibrationPart part, const BenchFile& bench)
 {
+  using enum CalibrationPart;
   const bool is_on_stage = bench.head == bench_files::HeadKind::stage;
-  const bool is_touched = !bench.calibration.is_model_adjusted;
-  switch (part) {
-    case CalibrationPart::rails:
-    case CalibrationPart::bullseye:
-      return is_on_stage;
-    case CalibrationPart::stop:
-      return has_stage(bench);
-    case CalibrationPart::probe:
-      return is_touched;
-    case CalibrationPart::head:
-      return !is_on_stage;
-    case CalibrationPart::subject:
-      return !bench.calibration.landmarks.empty();
-    case CalibrationPart::leg:
-      return bench.leg == bench_files::LegKind::rigid;
-    case CalibrationPart::femur:
-    case CalibrationPart::tibia:
-      return bench.leg == bench_files::LegKind::two_bodies;
-    default:
-      return true;
-  }
+  const bool is_rigid = bench.leg == bench_files::LegKind::rigid;
+  const std::map<CalibrationPart, bool> conditions{
+      {rails, is_on_stage},     {bullseye, is_on_stage},
+      {stop, has_stage(bench)}, {probe, !bench.calibration.is_model_adjusted},
+      {head, !is_on_stage},     {subject, !bench.calibration.landmarks.empty()},
+      {leg, is_rigid},          {femur, !is_rigid},
+      {tibia, !is_rigid}};
+  const auto condition = conditions.find(part);
+  return condition == conditions.end() || condition->second;
 }
 
 /// Possible dependencies, including parts that the bench does not have.
 std::vector<CalibrationPart> possible_dependencies(CalibrationPart part, const BenchFile& bench)
 {
-  switch (part) {
-    case CalibrationPart::distortion:
-      return {CalibrationPart::viewport};
-    case CalibrationPart::eyepoints:
-      return {CalibrationPart::distortion};
-    case CalibrationPart::ipd:
-      return {CalibrationPart::eyepoints};
-    case CalibrationPart::bullseye:
-      return {CalibrationPart::rails, CalibrationPart::stop, CalibrationPart::eyepoints,
-              CalibrationPart::ipd};
-    case CalibrationPart::head:
-      return {CalibrationPart::eyepoints, CalibrationPart::ipd};
-    case CalibrationPart::leg:
-    case CalibrationPart::femur:
-    case CalibrationPart::tibia:
-      // Adjustment by eye depends on the whole optical calibration.
-      if (bench.calibration.is_model_adjusted)
-        return {CalibrationPart::subject, CalibrationPart::bullseye, CalibrationPart::head};
-      return {CalibrationPart::probe, CalibrationPart::subject};
-    default:
-      return {};
+  using enum CalibrationPart;
+  if (is_model_part(part)) {
+    // Adjustment by eye depends on the whole optical calibration.
+    if (bench.calibration.is_model_adjusted) return {subject, bullseye, head};
+    return {probe, subject};
   }
+  static const std::map<CalibrationPart, std::vector<CalibrationPart>> below{
+      {distortion, {viewport}},
+      {eyepoints, {distortion}},
+      {ipd, {eyepoints}},
+      {bullseye, {rails, stop, eyepoints, ipd}},
+      {head, {eyepoints, ipd}}};
+  const auto found = below.find(part);
+  return found == below.end() ? std::vector<CalibrationPart>{} : found->second;
+}
+
+/// Bench file key of bench_numbers_of().
+const char* bench_key(CalibrationPart part)
+{
+  if (part == CalibrationPart::eyepoints) return "calibration.rectangles";
+  if (part == CalibrationPart::subject) return "calibration.landmarks";
+  if (part == CalibrationPart::bullseye) return "board.stage_mm_per_count";
+  return part == CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point";
 }
 
 /// All valid steps of the bench, for a message.
@@ -167,17 +158,15 @@ void require_bench_data(CalibrationPart part, const BenchFile& bench)
   const std::vector<CalibrationPoint>& points = points_of(part, settings);
   const auto n =
       std::ranges::count_if(points, [](const CalibrationPoint& point) { return !point.is_target; });
-  if (n < static_cast<std::ptrdiff_t>(least_fiducials)) {
-    refuse(part == CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point",
-           std::to_string(n) + " points that are not targets", "four or more, not coplanar");
-  }
+  if (n < static_cast<std::ptrdiff_t>(least_fiducials))
+    refuse(bench_key(part), std::to_string(n) + " points that are not targets", "four or more, not coplanar");
 }
 
 BodyRole role_of(CalibrationPart part)
 {
   check(is_model_part(part), "only model parts have a body");
-  return part == CalibrationPart::leg ? BodyRole::leg
-                                      : (part == CalibrationPart::femur ? BodyRole::femur : BodyRole::tibia);
+  if (part == CalibrationPart::leg) return BodyRole::leg;
+  return part == CalibrationPart::femur ? BodyRole::femur : BodyRole::tibia;
 }
 
 const std::vector<CalibrationPoint>& points_of(CalibrationPart part, const CalibrationSettings& settings)
@@ -227,23 +216,6 @@ void require_same_bench_parts(const Calibration& begun, const std::string& path,
 
 namespace {
 
-/// Bench file key of bench_numbers_of().
-const char* bench_key(CalibrationPart part)
-{
-  switch (part) {
-    case CalibrationPart::eyepoints:
-      return "calibration.rectangles";
-    case CalibrationPart::subject:
-      return "calibration.landmarks";
-    case CalibrationPart::tibia:
-      return "calibration.tibia_point";
-    case CalibrationPart::bullseye:
-      return "board.stage_mm_per_count";
-    default:
-      return "calibration.point";
-  }
-}
-
 /// Whether the stored rows depend on the bench numbers: stage samples are stored in mm.
 bool is_scaled_by_bench(CalibrationPart part)
 {
@@ -284,29 +256,20 @@ std::vector<double> bench_numbers_of(CalibrationPart part, const BenchFile& benc
 {
   const CalibrationSettings& settings = bench.calibration;
   std::vector<double> numbers;
-  switch (part) {
-    case CalibrationPart::eyepoints:
-      for (const CalibrationRectangle& r : settings.rectangles)
-        numbers.insert(numbers.end(), {r.width_mm, r.depth_mm});
-      return numbers;
-    case CalibrationPart::subject:
-      for (const CalibrationLandmarks& pair : settings.landmarks) numbers.push_back(pair.model_mm);
-      return numbers;
-    case CalibrationPart::bullseye:
-      if (has_stage(bench)) numbers.push_back(bench.stage_mm_per_count);
-      return numbers;
-    case CalibrationPart::leg:
-    case CalibrationPart::femur:
-    case CalibrationPart::tibia:
-      if (settings.is_model_adjusted) return {};
-      for (const CalibrationPoint& point : points_of(part, settings)) {
-        const Eigen::Vector3d& p = point.p_model_mm;
-        numbers.insert(numbers.end(), {p.x(), p.y(), p.z(), point.is_target ? 1.0 : 0.0});
-      }
-      return numbers;
-    default:
-      return numbers;
+  if (part == CalibrationPart::eyepoints) {
+    for (const CalibrationRectangle& r : settings.rectangles)
+      numbers.insert(numbers.end(), {r.width_mm, r.depth_mm});
+  } else if (part == CalibrationPart::subject) {
+    for (const CalibrationLandmarks& pair : settings.landmarks) numbers.push_back(pair.model_mm);
+  } else if (part == CalibrationPart::bullseye && has_stage(bench)) {
+    numbers.push_back(bench.stage_mm_per_count);
+  } else if (is_model_part(part) && !settings.is_model_adjusted) {
+    for (const CalibrationPoint& point : points_of(part, settings)) {
+      const Eigen::Vector3d& p = point.p_model_mm;
+      numbers.insert(numbers.end(), {p.x(), p.y(), p.z(), point.is_target ? 1.0 : 0.0});
+    }
   }
+  return numbers;
 }
 
 void require_current_record(CalibrationPart part, const PartInput& in)

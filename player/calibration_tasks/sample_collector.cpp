@@ -90,8 +90,7 @@ const bench::BodyTracker* SampleCollector::fresh_body(double time_s)
 
 bool SampleCollector::take_place(const devices::Sample& sample)
 {
-  const bool is_seen = static_cast<devices::ToolVisibility>(sample.state) == devices::ToolVisibility::seen &&
-                       is_finite(sample.tool_pose);
+  const bool is_seen = sample.is(devices::ToolVisibility::seen) && is_finite(sample.tool_pose);
   const double time_s = trackers_.take(sample, [](bench::BodyTracker& tracker) { tracker.end_message(); });
   if (!is_taking_ || !is_seen || sample.source != tool_) return false;
   std::vector<double> row;

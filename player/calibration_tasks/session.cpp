@@ -64,8 +64,8 @@ void CalibrationSession::begin_part(CalibrationPart part)
   tasks_ = tasks_of(part, bench_, calibration_);
   const CalibrationRecord so_far = record_so_far();
   progress_.n_tasks = static_cast<int>(tasks_.size());
-  for (std::string& line : intro_messages(part, bench_, calibration_))
-    progress_.messages.push_back(std::move(line));
+  if (part == CalibrationPart::eyepoints)
+    progress_.messages.push_back(expected_eyepoint(bench_, calibration_));
   // The session was interrupted after the last mark and before solving.
   if (next_task(tasks_, so_far) == tasks_.size()) return solve();
   next_task_of_part();
@@ -144,9 +144,8 @@ void CalibrationSession::take_row()
   if (cross_ && task()->kind == TaskKind::bullseye) {
     constexpr double stage_moved_mm = 0.05;
     const double now_mm = has_stage(bench_) ? collector_.stage_mm().value_or((*cross_)[2]) : 0.0;
-    if (std::abs(now_mm - (*cross_)[2]) > stage_moved_mm) {
+    if (std::abs(now_mm - (*cross_)[2]) > stage_moved_mm)
       return show_error("The stage moved during sampling: hold it still, align again and press Enter.");
-    }
     rows.insert(rows.begin(), {(*cross_)[0], (*cross_)[1], (*cross_)[2]});
   }
   cross_.reset();
@@ -208,7 +207,7 @@ void CalibrationSession::solve()
     record().is_outdated = false;
     outdate_dependents(calibration_, progress_.part, bench_);
     ++revision_;
-    show(result_messages(progress_.part, *record().estimate));
+    show(result_lines(progress_.part, *record().estimate));
     progress_.n_done = progress_.n_tasks;
     progress_.is_sampling = false;
     next_part();

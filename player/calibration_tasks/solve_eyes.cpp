@@ -37,7 +37,7 @@ std::vector<std::string> names_of(std::span<const MarkedTask> tasks)
   return names;
 }
 
-calibration::ViewportFit solve_viewport(const PartInput& in, bool is_right)
+Estimate solve_viewport(const PartInput& in, bool is_right)
 {
   calibration::ViewportMarks marks;
   marks.screen_sd_mm = in.bench.calibration.screen_sd_mm;

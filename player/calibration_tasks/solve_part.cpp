@@ -23,7 +23,7 @@ bool is_by_eye(CalibrationPart part)
 
 Estimate solved_eye(CalibrationPart part, const PartInput& in, bool is_right)
 {
-  if (part == CalibrationPart::viewport) return solve_viewport(in, is_right).estimate;
+  if (part == CalibrationPart::viewport) return solve_viewport(in, is_right);
   if (part == CalibrationPart::distortion) return solve_distortion(in, is_right).estimate;
   return solve_eye_rectangles(in, is_right).fit.estimate;
 }
@@ -219,9 +219,9 @@ void require_static(CalibrationPart part, const Task& task, const CalibrationMar
   }
 }
 
-std::vector<std::string> estimate_lines(const Estimate& estimate)
+std::vector<std::string> result_lines(CalibrationPart part, const Estimate& estimate)
 {
-  std::vector<std::string> lines;
+  std::vector<std::string> lines{std::string(bench_files::name_of(part)) + " is done:"};
   for (Eigen::Index k = 0; k < estimate.values.size(); ++k)
     lines.push_back(estimate.names[static_cast<std::size_t>(k)] + " " +
                     calibration::interval_text(estimate, k));

@@ -28,11 +28,12 @@ std::vector<std::string> group_remarks(CalibrationPart part, const Task& done, c
 void require_static(CalibrationPart part, const Task& task, const CalibrationMark& mark,
                     const std::string& path);
 
-/// One line per number with its 95 % interval ("left.k1 0.1023 +- 0.0012"), then residual and remarks.
-std::vector<std::string> estimate_lines(const Estimate& estimate);
+/// "PART is done:"; one line per number with its 95 % interval ("left.k1 0.1023 +- 0.0012"), then residual
+/// and remarks.
+std::vector<std::string> result_lines(CalibrationPart part, const Estimate& estimate);
 
 /// Fits of one eye to the marks of its tasks. Throw PartRefusal with `path`.
-calibration::ViewportFit solve_viewport(const PartInput& in, bool is_right);
+Estimate solve_viewport(const PartInput& in, bool is_right);
 calibration::DistortionFit solve_distortion(const PartInput& in, bool is_right);
 calibration::EyeRectangles solve_eye_rectangles(const PartInput& in, bool is_right);
 

@@ -8,6 +8,7 @@
 #include "calibration_tasks/parts.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "tracking/screw.hpp"
 
 namespace vrda::calibration_tasks {
 namespace {
@@ -37,13 +38,6 @@ calibration::RailSweep sweep_of(const CalibrationMark& mark, bool is_on_stage)
   return sweep;
 }
 
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v)
-{
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
-}
-
 /// Adds the table's covariance to the pose of the eyes on the table. Bull's-eyes determine the eyes in the
 /// tracker frame, so a table error (translation b, rotation a, tracker axes) becomes, with R of
 /// X_tracker_table and t of X_table_eyes, the rotation -R^T a and the translation -R^T b - (R^T a) x t. mm
@@ -54,7 +48,7 @@ void add_table_error(Estimate& eyes, const Pose& X_table_eyes, const Pose& X_tra
   const Eigen::Matrix3d R_t = X_tracker_table.linear().transpose();
   Matrix6d A = Matrix6d::Zero();
   A.topLeftCorner<3, 3>() = -R_t;
-  A.topRightCorner<3, 3>() = rad_from_deg(1.0) * cross_matrix(X_table_eyes.translation()) * R_t;
+  A.topRightCorner<3, 3>() = rad_from_deg(1.0) * tracking::cross_matrix(X_table_eyes.translation()) * R_t;
   A.bottomRightCorner<3, 3>() = -R_t;
   eyes.covariance.topLeftCorner<6, 6>() +=
       A * prior_covariance(table, calibration::pose_number_names("table")) * A.transpose();
@@ -133,7 +127,7 @@ void add_known_errors(calibration::FiducialFit& fit, const Touched& touched,
   for (const std::size_t k : used) {
     const Eigen::Vector3d r = fit.X_body_model.linear() * touched.points[k].p_model_mm;
     Eigen::Matrix<double, 3, 6> G;
-    G << Eigen::Matrix3d::Identity(), -cross_matrix(r);
+    G << Eigen::Matrix3d::Identity(), -tracking::cross_matrix(r);
     N += G.transpose() * G;
     of_tip += G.transpose() * touched.R_body_probe[k];
     of_scale += G.transpose() * r / scale;

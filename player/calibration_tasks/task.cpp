@@ -49,36 +49,15 @@ TaskGroup task_group_of(CalibrationPart part, const std::vector<Task>& tasks, st
   return round;
 }
 
-namespace {
-
-/// Typical alignment noise of a line.
-constexpr double usual_noise_px = 0.5;
-
 std::string expected_eyepoint(const BenchFile& bench, const Calibration& calibration)
 {
+  constexpr double usual_noise_px = 0.5;  // of aligning a line
   const calibration::Eyepoint usual{optics::Eye().distance_px, calibration.image_distance_mm};
   const Eigen::Vector2d sd =
       calibration::expected_eyepoint_sd(rectangles_of(bench.calibration), usual, usual_noise_px);
   return "Expected accuracy with these rectangles and half a pixel of noise: distance about +-" +
          settings::rounded_text(2.0 * sd.x(), 1) + " px, depth +-" + settings::rounded_text(2.0 * sd.y(), 1) +
          " mm. A larger range of depths improves it.";
-}
-
-}  // namespace
-
-std::vector<std::string> intro_messages(CalibrationPart part, const BenchFile& bench,
-                                        const Calibration& calibration)
-{
-  if (part == CalibrationPart::eyepoints) return {expected_eyepoint(bench, calibration)};
-  return {};
-}
-
-std::vector<std::string> result_messages(CalibrationPart part, const Estimate& estimate)
-{
-  std::vector<std::string> words{std::string(bench_files::name_of(part)) + " is done:"};
-  const std::vector<std::string> lines = estimate_lines(estimate);
-  words.insert(words.end(), lines.begin(), lines.end());
-  return words;
 }
 
 }  // namespace vrda::calibration_tasks

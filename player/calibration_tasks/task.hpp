@@ -87,11 +87,8 @@ struct TaskGroup {
 };
 TaskGroup task_group_of(CalibrationPart part, const std::vector<Task>& tasks, std::size_t task);
 
-/// Expected accuracy of a part; may be empty.
-std::vector<std::string> intro_messages(CalibrationPart part, const BenchFile& bench,
-                                        const Calibration& calibration);
-/// Result of a part, one line per number.
-std::vector<std::string> result_messages(CalibrationPart part, const Estimate& estimate);
+/// Expected accuracy of eyepoints.
+std::string expected_eyepoint(const BenchFile& bench, const Calibration& calibration);
 
 /// Tasks that need only the display and the person (thesis 8.1 to 8.4), and the subject's measurements.
 std::vector<Task> viewport_tasks(const BenchFile& bench);

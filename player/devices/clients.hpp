@@ -37,8 +37,6 @@ class BoardClient {
  public:
   BoardClient(boost::asio::io_context& io, const BoardSettings& settings, DeviceOutput& outlet);
   ~BoardClient();
-  BoardClient(const BoardClient&) = delete;
-  BoardClient& operator=(const BoardClient&) = delete;
 
   /// From any thread.
   void zero_stage();
@@ -54,8 +52,6 @@ class TrackerClient {
  public:
   TrackerClient(boost::asio::io_context& io, const TrackerSettings& settings, DeviceOutput& outlet);
   ~TrackerClient();
-  TrackerClient(const TrackerClient&) = delete;
-  TrackerClient& operator=(const TrackerClient&) = delete;
 
  private:
   struct State;

@@ -38,10 +38,7 @@ DeviceOutput::DeviceOutput(DeviceId device, std::string peer, SampleQueue& queue
 void DeviceOutput::put_one(const Sample& sample)
 {
   if (!queue_.stage(sample)) ++report_.n_lost;
-  const bool is_place = sample.kind == SampleKind::tool_pose;
-  if (sample.kind == SampleKind::link ||
-      (is_place && sample.state == static_cast<std::uint8_t>(ToolVisibility::stale)))
-    return;
+  if (sample.kind == SampleKind::link || sample.is(ToolVisibility::stale)) return;
   ++report_.n_samples;
   rate_.count(sample.arrival_ns);
 }

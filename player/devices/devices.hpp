@@ -45,8 +45,6 @@ class Devices {
  public:
   Devices(const std::optional<TrackerSettings>& tracker, const std::optional<BoardSettings>& board);
   ~Devices();
-  Devices(const Devices&) = delete;
-  Devices& operator=(const Devices&) = delete;
 
   /// The next sample in order of arrival; false if the queue is empty. Never blocks or allocates.
   bool take(Sample& sample);

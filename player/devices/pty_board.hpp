@@ -27,8 +27,6 @@ class PtyBoard {
   /// is replaced; any other link or file is not.
   explicit PtyBoard(const PtyBoardOptions& options);
   ~PtyBoard();
-  PtyBoard(const PtyBoard&) = delete;
-  PtyBoard& operator=(const PtyBoard&) = delete;
 
   /// The path to open: the link, or the terminal itself.
   std::string path() const;

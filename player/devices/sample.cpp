@@ -23,8 +23,7 @@ namespace {
 /// One of a periodic series, of which a single one may be dropped.
 bool is_reading(const Sample& sample)
 {
-  if (sample.kind == SampleKind::tool_pose)
-    return sample.state == static_cast<std::uint8_t>(ToolVisibility::seen);
+  if (sample.kind == SampleKind::tool_pose) return sample.is(ToolVisibility::seen);
   return sample.kind != SampleKind::link;
 }
 

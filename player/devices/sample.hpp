@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/mesh.hpp"
+#include "igtl/message.hpp"
 
 namespace vrda::devices {
 
@@ -17,13 +18,7 @@ enum class SampleKind : std::uint8_t {
   link            ///< `state` is a LinkState, `source` the device
 };
 
-/// Visibility of a tracked tool.
-enum class ToolVisibility : std::uint8_t {
-  seen,
-  missing,       ///< not listed, or reported as not visible
-  stale,         ///< nothing new for too long, or a time stamp that does not advance
-  invalid_pose,  ///< not a rotation matrix or unit quaternion, or not finite
-};
+using igtl::ToolVisibility;
 
 enum class LinkState : std::uint8_t { closed, opening, up };
 
@@ -48,7 +43,12 @@ struct Sample {
   std::int32_t count = 0;
   std::uint16_t source = 0;  ///< of tool poses: index into TrackerSettings::tools
   SampleKind kind = SampleKind::link;
-  std::uint8_t state = 0;  ///< by kind: SeenState, StageFlags, LinkState
+  std::uint8_t state = 0;  ///< by kind: ToolVisibility, StageFlags, LinkState
+
+  bool is(ToolVisibility visibility) const
+  {
+    return kind == SampleKind::tool_pose && state == static_cast<std::uint8_t>(visibility);
+  }
 };
 static_assert(std::is_trivially_copyable_v<Sample> && sizeof(Sample) == 80);
 

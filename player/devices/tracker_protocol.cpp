@@ -63,7 +63,7 @@ Sample TrackerProtocol::observed_sample(Tool& tool, const igtl::IgtlTool& observ
   tool.was_received = true;
   tool.list = igtl::is_list(message) ? std::optional(message.device) : std::nullopt;
   Sample sample;
-  if (observed.visibility == igtl::IgtlVisibility::seen) {
+  if (observed.visibility == ToolVisibility::seen) {
     const ToolMonitor::StampCheck how = tool.watch.receive_stamp(message.device_ns, now_ns);
     if (how == ToolMonitor::StampCheck::repeated) return sample;
     sample = sample_of(
@@ -72,10 +72,7 @@ Sample TrackerProtocol::observed_sample(Tool& tool, const igtl::IgtlTool& observ
     sample.tool_pose = place_of(observed.X_tracker_tool);
   } else {
     tool.watch.receive_missing(now_ns);
-    sample = sample_of(tool,
-                       observed.visibility == igtl::IgtlVisibility::missing ? ToolVisibility::missing
-                                                                            : ToolVisibility::invalid_pose,
-                       now_ns);
+    sample = sample_of(tool, observed.visibility, now_ns);
   }
   sample.device_ns = message.device_ns;
   return sample;

@@ -39,8 +39,6 @@ class TrackerServer {
   /// Throws InputError if the address is invalid or cannot be listened on.
   TrackerServer(const TrackerServerOptions& options, MessageSource make_messages);
   ~TrackerServer();
-  TrackerServer(const TrackerServer&) = delete;
-  TrackerServer& operator=(const TrackerServer&) = delete;
 
   std::uint16_t port() const;
   int n_clients() const;

@@ -101,10 +101,10 @@ class FollowedRun final : public loop::Mode {
       case render::InputKind::wheel:
         if (const auto view = screen_->view_at(pointer_px))
           screen_->set_orbit_camera(*view,
-                                    navigation::moved_closer(screen_->orbit_camera(*view), event.wheel_y));
+                                    navigation::moved_closer(screen_->orbit_camera(*view), event.wheel));
         return;
       case render::InputKind::key_press:
-        return press_key(loop::key_of_window(event.key, event.has_shift));
+        return press_key(event.key);
       default:
         return;
     }
@@ -232,9 +232,8 @@ class FollowedRun final : public loop::Mode {
     const std::optional<std::size_t> view = screen_->view_at(pointer_px);
     if (!view) return;
     view_ = *view;
-    const navigation::Button button = loop::button_of(event.button);
-    if (event.n_clicks == 2 && button == navigation::Button::left) return centre(pointer_px);
-    drag_ = navigation::Drag{navigation::drag_of(button, event.has_shift, event.has_control),
+    if (event.n_clicks == 2 && event.button == render::MouseButton::left) return centre(pointer_px);
+    drag_ = navigation::Drag{navigation::drag_of(event.button, event.has_shift, event.has_control),
                              screen_->orbit_camera(view_), pointer_px};
   }
 

@@ -126,8 +126,7 @@ RunScreen::RunScreen(const store::MotionModel& model, const RunScreenOptions& op
 
 void RunScreen::restart(const store::MotionModel& model)
 {
-  scene_.emplace(model, options_.scene);
-  n_loaded_layouts_ = 0;
+  finish(model);
   has_step_ = false;
   fit_cameras();
 }
@@ -191,27 +190,22 @@ void RunScreen::set_depths()
 
 void RunScreen::show(const RunState& state, const std::vector<std::string>& lines)
 {
-  if (state.shown()) {
-    scene_->show(*state.shown());
-    if (!has_step_) fit_cameras();
-    has_step_ = true;
-  }
-  set_depths();
-  draw_overlay(state, lines);
+  if (state.shown()) scene_->show(*state.shown());
+  draw(state, lines, state.shown().has_value());
 }
 
 void RunScreen::show(const RunState& state, const std::vector<std::string>& lines,
                      const motion::JointPose& pose, const motion::Motion& motion)
 {
   scene_->show(pose, motion);
-  if (!has_step_) fit_cameras();
-  has_step_ = true;
-  set_depths();
-  draw_overlay(state, lines);
+  draw(state, lines, true);
 }
 
-void RunScreen::draw_overlay(const RunState& state, const std::vector<std::string>& lines)
+void RunScreen::draw(const RunState& state, const std::vector<std::string>& lines, bool has_pose)
 {
+  if (has_pose && !has_step_) fit_cameras();
+  has_step_ = has_step_ || has_pose;
+  set_depths();
   gui::clear_overlay(overlay_, options_.width, options_.height);
   RunPanel panel = state.panel();
   panel.lines.insert(panel.lines.end(), lines.begin(), lines.end());

@@ -109,7 +109,7 @@ class RunScreen {
  private:
   void make_text();
   void set_depths();
-  void draw_overlay(const RunState& state, const std::vector<std::string>& lines);
+  void draw(const RunState& state, const std::vector<std::string>& lines, bool has_pose);
 
   RunScreenOptions options_;
   std::optional<RunScene> scene_;

@@ -1,6 +1,7 @@
 #include "follow/run_state.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <ostream>
@@ -161,23 +162,15 @@ class PanelDrawing {
 // Colour-blind safe palette. Source: Okabe and Ito (2008), Color universal design.
 scene::VertexColour colour_of(StepStatus status)
 {
-  switch (status) {
-    case StepStatus::pending:
-      return {58, 63, 71, 255};
-    case StepStatus::stable:
-      return {0, 158, 115, 255};
-    case StepStatus::no_contact:
-      return {86, 180, 233, 255};
-    case StepStatus::no_clearance:
-      return {213, 94, 0, 255};
-    case StepStatus::iteration_limit:
-      return {240, 228, 66, 255};
-    case StepStatus::unbounded:
-      return {204, 121, 167, 255};
-    case StepStatus::overlapping:
-      return {0, 114, 178, 255};
-  }
-  throw InternalError("unknown step status");
+  // In the order of StepStatus, from pending (-1) on.
+  constexpr std::array<scene::VertexColour, 7> colours{{{58, 63, 71, 255},
+                                                        {0, 158, 115, 255},
+                                                        {86, 180, 233, 255},
+                                                        {213, 94, 0, 255},
+                                                        {240, 228, 66, 255},
+                                                        {204, 121, 167, 255},
+                                                        {0, 114, 178, 255}}};
+  return colours.at(static_cast<std::size_t>(static_cast<int>(status) + 1));
 }
 
 void add_panel(render::Overlay& overlay, const gui::OverlayText& text, const optics::Viewport& area,

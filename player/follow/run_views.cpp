@@ -1,11 +1,10 @@
 #include "follow/run_views.hpp"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <optional>
 
 #include "core/error.hpp"
+#include "documents/document.hpp"
+#include "loop/loop.hpp"
 
 namespace vrda::follow {
 namespace {
@@ -77,91 +76,41 @@ std::vector<render::Shot> fitted_shots(const std::vector<RunView>& views,
 
 namespace {
 
-/// "key = value" of one line; empty for any other line.
-struct Entry {
-  std::string_view key, value;
-};
-
-Entry entry_of(std::string_view line)
-{
-  constexpr std::string_view equals = " = ";
-  const std::size_t at = line.find(equals);
-  if (at == std::string_view::npos) return {};
-  return {line.substr(0, at), line.substr(at + equals.size())};
-}
-
-/// Parses the number at the start of `text` and removes it from `text`.
-std::optional<double> take_number(std::string_view& text)
-{
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
-  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-  return value;
-}
-
-/// The first n numbers of a list; all zero if there are fewer.
+/// The number or the list of n numbers of a key; all zero if it has another form.
 template <int n>
-Eigen::Matrix<double, n, 1> numbers_of(std::string_view text)
+Eigen::Matrix<double, n, 1> numbers_in(const documents::DocumentValue& table, std::string_view key)
 {
+  using List = documents::DocumentValue::List;
+  const documents::DocumentValue* const value = table.find(key);
+  const List list = value == nullptr ? List{} : value->list() == nullptr ? List{*value} : *value->list();
   Eigen::Matrix<double, n, 1> numbers = Eigen::Matrix<double, n, 1>::Zero();
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const std::size_t at = text.find_first_not_of("[, ");
-    if (at == std::string_view::npos) return Eigen::Matrix<double, n, 1>::Zero();
-    text.remove_prefix(at);
-    const std::optional<double> value = take_number(text);
-    if (!value) return Eigen::Matrix<double, n, 1>::Zero();
-    numbers[i] = *value;
-  }
-  return numbers;
-}
-
-void read(JobViews& job, const Entry& entry)
-{
-  if (entry.key == "zoom") {
-    std::string_view text = entry.value;
-    const double zoom = take_number(text).value_or(1.0);
-    if (zoom > 0.0) job.zoom = zoom;
-  }
-  if (entry.key == "display_px") {
-    // Upper limit of the schema.
-    const Eigen::Vector2d size = numbers_of<2>(entry.value).cwiseMin(16384.0).cwiseMax(0.0);
-    job.width_px = static_cast<int>(size.x());
-    job.height_px = static_cast<int>(size.y());
-  }
-  if (entry.key == "render" && entry.value.size() > 2)
-    job.render = entry.value.substr(1, entry.value.size() - 2);
-}
-
-void read(JobView& view, const Entry& entry)
-{
-  std::string_view text = entry.value;
-  if (entry.key == "number") view.number = static_cast<int>(take_number(text).value_or(0.0));
-  if (entry.key == "shift_mm") view.shift_mm = numbers_of<3>(text);
-  if (entry.key == "orientation_deg") view.orientation_deg = numbers_of<3>(text);
+  if (list.size() != n || !std::ranges::all_of(list, &documents::DocumentValue::is_number)) return numbers;
+  for (Eigen::Index i = 0; i < n; ++i)
+    numbers[i] = documents::number_at(list[static_cast<std::size_t>(i)], "");
+  return numbers.allFinite() ? numbers : numbers.setZero();
 }
 
 }  // namespace
 
 JobViews job_views(std::string_view resolved_job)
 {
-  enum class Table { other, player, view };
   JobViews job;
-  Table table = Table::other;
-  while (!resolved_job.empty()) {
-    const std::size_t end = resolved_job.find('\n');
-    const std::string_view line = resolved_job.substr(0, end);
-    resolved_job.remove_prefix(end == std::string_view::npos ? resolved_job.size() : end + 1);
-    if (line == "[[player.view]]") {
-      table = Table::view;
-      job.views.emplace_back();
-    } else if (line.starts_with('[')) {
-      table = line == "[player]" ? Table::player : Table::other;
-    } else if (table == Table::player) {
-      read(job, entry_of(line));
-    } else if (table == Table::view) {
-      read(job.views.back(), entry_of(line));
-    }
+  documents::DocumentValue root;
+  const auto refused = loop::catch_input_error([&] { root = documents::parse_toml(resolved_job, "job"); });
+  const documents::DocumentValue* const player = root.find("player");
+  if (refused || player == nullptr) return job;
+  if (const double zoom = numbers_in<1>(*player, "zoom").x(); zoom > 0.0) job.zoom = zoom;
+  // Upper limit of the schema.
+  const Eigen::Vector2d size = numbers_in<2>(*player, "display_px").cwiseMin(16384.0).cwiseMax(0.0);
+  job.width_px = static_cast<int>(size.x());
+  job.height_px = static_cast<int>(size.y());
+  const documents::DocumentValue* const render = player->find("render");
+  if (render != nullptr && render->text() != nullptr) job.render = *render->text();
+  const documents::DocumentValue* const views = player->find("view");
+  if (views == nullptr || views->list() == nullptr) return job;
+  for (const documents::DocumentValue& view : *views->list()) {
+    job.views.push_back({static_cast<int>(numbers_in<1>(view, "number").x()), numbers_in<3>(view, "shift_mm"),
+                         numbers_in<3>(view, "orientation_deg")});
   }
   return job;
 }

@@ -47,8 +47,8 @@ struct JobViews {
   std::string render;               ///< "fill", "wire" or empty
 };
 
-/// Parses the resolved job text of a motion model: one key per line, as `vrda` writes it, so that no TOML
-/// reader is needed. Missing or malformed entries keep their defaults.
+/// Reads the resolved job of a motion model. Missing entries and those of another type keep their defaults,
+/// as does all of a text that is not TOML.
 JobViews job_views(std::string_view resolved_job);
 
 }  // namespace vrda::follow

@@ -216,9 +216,8 @@ void RunWatch::read_moves(RunUpdate& news)
   const journal::TailUpdate update = move_journal_->poll();
   if (update.is_restarted) early_moves_.clear();
   has_move_journal_ = has_move_journal_ || update.file_exists;
-  if (!has_move_journal_ && n_steps_ > 0) {
+  if (!has_move_journal_ && n_steps_ > 0)
     remark(move_journal_->path() + ": no such file: only a run with --trace records search moves", news);
-  }
   news.has_more = news.has_more || update.has_more;
   for (const std::string& frame : update.frames) {
     std::optional<SearchTrace> search = journal::trace_of(frame);

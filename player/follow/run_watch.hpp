@@ -130,8 +130,6 @@ class WatchThread {
   /// Polls until the run is finished, with a `pause` whenever all data was read.
   WatchThread(RunWatch watch, std::chrono::milliseconds pause);
   ~WatchThread();
-  WatchThread(const WatchThread&) = delete;
-  WatchThread& operator=(const WatchThread&) = delete;
 
   /// Never blocks on a file. Rethrows once the exception that ended the thread.
   RunArrivals take();

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "core/error.hpp"
 #include "gui/overlay_text.hpp"
 #include "gui/panels.hpp"
 
@@ -45,23 +44,6 @@ void set_style(float scale)
   style.Colors[ImGuiCol_PopupBg] = ImVec4(0.14F, 0.15F, 0.18F, 1.0F);
   style.Colors[ImGuiCol_WindowBg] = ImVec4(0.10F, 0.11F, 0.13F, 1.0F);
   style.ScaleAllSizes(scale);
-}
-
-render::OverlayFont built_font(ImFontAtlas& atlas, float size_px)
-{
-  std::string file = font_file();
-  ImFontConfig config;
-  config.FontDataOwnedByAtlas = false;
-  config.OversampleH = 2;
-  config.OversampleV = 1;
-  atlas.AddFontFromMemoryTTF(file.data(), static_cast<int>(file.size()), size_px, &config);
-  unsigned char* coverage = nullptr;
-  render::OverlayFont font;
-  atlas.GetTexDataAsAlpha8(&coverage, &font.width, &font.height);
-  check(coverage != nullptr, "the font has been rasterised");
-  font.coverage.assign(coverage, coverage + static_cast<std::ptrdiff_t>(font.width) * font.height);
-  atlas.ClearInputData();  // it points into `file`
-  return font;
 }
 
 render::OverlayVertex vertex_of(const ImDrawVert& vertex)

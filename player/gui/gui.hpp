@@ -64,8 +64,6 @@ class Gui {
  public:
   explicit Gui(const GuiOptions& options);
   ~Gui();
-  Gui(const Gui&) = delete;
-  Gui& operator=(const Gui&) = delete;
 
   /// For Renderer::load, once.
   const render::OverlayFont& font() const;

@@ -20,8 +20,6 @@ std::size_t content_size(std::string_view gzip)
   return size;
 }
 
-}  // namespace
-
 std::string font_file()
 {
   const std::string_view gzip = compressed_font_file();
@@ -39,8 +37,6 @@ std::string font_file()
   check(ended == Z_STREAM_END && stream.avail_out == 0, "the embedded font is complete");
   return file;
 }
-
-namespace {
 
 /// Two triangles of one colour.
 void add_quad(render::Overlay& overlay, const OverlayBox& box, const OverlayBox& uv,
@@ -72,21 +68,7 @@ Eigen::Vector2d across(std::span<const Eigen::Vector2d> points_px, std::size_t k
 
 }  // namespace
 
-struct OverlayText::Inner {
-  ImFontAtlas atlas;
-  const ImFont* face = nullptr;
-  render::OverlayFont font;
-
-  const ImFontGlyph& glyph(char character) const
-  {
-    const bool is_printable = character >= ' ' && character <= '~';
-    const ImFontGlyph* const found = face->FindGlyph(static_cast<ImWchar>(is_printable ? character : '?'));
-    check(found != nullptr, "the font has all printable ASCII characters");
-    return *found;
-  }
-};
-
-OverlayText::OverlayText(double size_px) : inner_(std::make_unique<Inner>())
+render::OverlayFont built_font(ImFontAtlas& atlas, double size_px)
 {
   std::string file = font_file();
   ImFontConfig config;
@@ -94,15 +76,33 @@ OverlayText::OverlayText(double size_px) : inner_(std::make_unique<Inner>())
   config.OversampleH = 2;
   config.OversampleV = 1;
   const auto size = static_cast<float>(std::round(size_px));
-  inner_->face =
-      inner_->atlas.AddFontFromMemoryTTF(file.data(), static_cast<int>(file.size()), size, &config);
+  atlas.AddFontFromMemoryTTF(file.data(), static_cast<int>(file.size()), size, &config);
   unsigned char* coverage = nullptr;
-  render::OverlayFont& font = inner_->font;
-  inner_->atlas.GetTexDataAsAlpha8(&coverage, &font.width, &font.height);
-  check(coverage != nullptr && inner_->face != nullptr, "the font has been rasterised");
+  render::OverlayFont font;
+  atlas.GetTexDataAsAlpha8(&coverage, &font.width, &font.height);
+  check(coverage != nullptr, "the font has been rasterised");
   font.coverage.assign(coverage, coverage + static_cast<std::ptrdiff_t>(font.width) * font.height);
-  inner_->atlas.ClearInputData();  // it points into `file`
+  atlas.ClearInputData();  // it points into `file`
+  return font;
 }
+
+struct OverlayText::Inner {
+  explicit Inner(double size_px) : font(built_font(atlas, size_px)) {}
+
+  ImFontAtlas atlas;
+  render::OverlayFont font;
+
+  const ImFont& face() const { return *atlas.Fonts[0]; }
+  const ImFontGlyph& glyph(char character) const
+  {
+    const bool is_printable = character >= ' ' && character <= '~';
+    const ImFontGlyph* const found = face().FindGlyph(static_cast<ImWchar>(is_printable ? character : '?'));
+    check(found != nullptr, "the font has all printable ASCII characters");
+    return *found;
+  }
+};
+
+OverlayText::OverlayText(double size_px) : inner_(std::make_unique<Inner>(size_px)) {}
 
 OverlayText::~OverlayText() = default;
 
@@ -113,7 +113,7 @@ const render::OverlayFont& OverlayText::font() const
 
 float OverlayText::line_px() const
 {
-  return std::round(1.25F * inner_->face->FontSize);
+  return std::round(1.25F * inner_->face().FontSize);
 }
 
 float OverlayText::width_px(std::string_view words) const

@@ -9,13 +9,15 @@
 
 #include "render/renderer.hpp"
 
+struct ImFontAtlas;
+
 namespace vrda::gui {
 
 /// The embedded font, gzip-compressed.
 std::string_view compressed_font_file();
 
-/// The bytes of a TrueType file.
-std::string font_file();
+/// Rasterises the font into the atlas of the interface library.
+render::OverlayFont built_font(ImFontAtlas& atlas, double size_px);
 
 /// A rectangle in pixels from the top left corner of the window.
 struct OverlayBox {
@@ -34,8 +36,6 @@ class OverlayText {
  public:
   explicit OverlayText(double size_px);
   ~OverlayText();
-  OverlayText(const OverlayText&) = delete;
-  OverlayText& operator=(const OverlayText&) = delete;
 
   /// For Renderer::load, once.
   const render::OverlayFont& font() const;

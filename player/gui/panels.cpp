@@ -103,9 +103,8 @@ navigation::PlayerState with_varus(const PanelView& view, navigation::PlayerStat
                          "", sliding))
     state.varus_rad = rad_from_deg(static_cast<double>(varus_deg));
   bool is_balanced = !state.varus_rad.has_value();
-  if (ImGui::Checkbox("balanced (B)", &is_balanced)) {
+  if (ImGui::Checkbox("balanced (B)", &is_balanced))
     state.varus_rad = is_balanced ? std::nullopt : std::optional(range.balanced_varus_rad);
-  }
   return state;
 }
 

@@ -6,6 +6,7 @@
 #include <igtl_util.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -20,27 +21,6 @@ namespace {
 using ByteView = std::span<const std::uint8_t>;
 
 static_assert(sizeof(igtl_header) == igtl_header_bytes);
-
-struct TypeName {
-  IgtlKind kind;
-  const char* name;
-};
-constexpr std::array<TypeName, 8> types{{{IgtlKind::transform, "TRANSFORM"},
-                                         {IgtlKind::position, "POSITION"},
-                                         {IgtlKind::tdata, "TDATA"},
-                                         {IgtlKind::qtdata, "QTDATA"},
-                                         {IgtlKind::status, "STATUS"},
-                                         {IgtlKind::start_tdata, "STT_TDATA"},
-                                         {IgtlKind::stop_tdata, "STP_TDATA"},
-                                         {IgtlKind::tdata_started, "RTS_TDATA"}}};
-
-std::optional<IgtlKind> kind_of(const std::string& type)
-{
-  for (const TypeName& known : types) {
-    if (type == known.name) return known.kind;
-  }
-  return std::nullopt;
-}
 
 /// Text of a field of fixed size, up to its first zero.
 std::string text_of(const char* at, std::size_t most)
@@ -125,80 +105,72 @@ std::optional<Stripped> stripped(int version, ByteView body)
   return Stripped{rest.first(rest.size() - n_entries), *is_seen};
 }
 
-/// The 12 numbers of a TRANSFORM: three columns of the rotation, then the position.
-IgtlTool tool_of(std::string name, const igtl_float32 (&numbers)[12])
+IgtlTool placed_tool(std::string name, const std::optional<Eigen::Matrix3d>& R,
+                     const Eigen::Vector3d& position_mm)
 {
   IgtlTool tool{std::move(name)};
-  Eigen::Matrix<double, 3, 4> matrix;
-  for (int k = 0; k < 12; ++k) matrix(k % 3, k / 3) = static_cast<double>(numbers[k]);
-  const std::optional<Eigen::Matrix3d> R = nearest_rotation(matrix.leftCols<3>());
-  if (!R || !matrix.col(3).allFinite()) {
-    tool.visibility = IgtlVisibility::invalid_pose;
+  if (!R || !position_mm.allFinite()) {
+    tool.visibility = ToolVisibility::invalid_pose;
     return tool;
   }
   tool.X_tracker_tool.linear() = *R;
-  tool.X_tracker_tool.translation() = matrix.col(3);
+  tool.X_tracker_tool.translation() = position_mm;
   return tool;
+}
+
+/// The 12 numbers of a TRANSFORM: three columns of the rotation, then the position.
+IgtlTool tool_of(std::string name, const igtl_float32 (&numbers)[12])
+{
+  const Eigen::Matrix<double, 3, 4> matrix =
+      Eigen::Map<const Eigen::Matrix<float, 3, 4>>(numbers).cast<double>();
+  return placed_tool(std::move(name), nearest_rotation(matrix.leftCols<3>()), matrix.col(3));
 }
 
 /// Position, and quaternion as x, y, z, w.
 IgtlTool tool_of(std::string name, const Eigen::Vector3d& position_mm, const Eigen::Vector4d& xyzw)
 {
-  IgtlTool tool{std::move(name)};
-  const std::optional<Eigen::Quaterniond> q = unit_quaternion({xyzw(3), xyzw(0), xyzw(1), xyzw(2)});
-  if (!q || !position_mm.allFinite()) {
-    tool.visibility = IgtlVisibility::invalid_pose;
-    return tool;
-  }
-  tool.X_tracker_tool.linear() = q->toRotationMatrix();
-  tool.X_tracker_tool.translation() = position_mm;
-  return tool;
+  std::optional<Eigen::Matrix3d> R;
+  if (const auto q = unit_quaternion({xyzw(3), xyzw(0), xyzw(1), xyzw(2)})) R = q->toRotationMatrix();
+  return placed_tool(std::move(name), R, position_mm);
 }
 
-std::optional<IgtlMessage> read_transform(ByteView content, IgtlMessage message)
+bool read_transform(ByteView content, IgtlMessage& message)
 {
-  if (content.size() != IGTL_TRANSFORM_SIZE) return std::nullopt;
+  if (content.size() != IGTL_TRANSFORM_SIZE) return false;
   igtl_float32 numbers[12];
   std::memcpy(numbers, content.data(), sizeof numbers);
   igtl_transform_convert_byte_order(numbers);
   message.tools.push_back(tool_of(message.device, numbers));
-  return message;
+  return true;
 }
 
 /// Sizes: position only; three quaternion components, the fourth computed; all.
-std::optional<IgtlMessage> read_position(ByteView content, IgtlMessage message)
+bool read_position(ByteView content, IgtlMessage& message)
 {
   igtl_position place{};
   static_assert(sizeof place == IGTL_POSITION_MESSAGE_DEFAULT_SIZE);
-  if (content.size() > sizeof place) return std::nullopt;
+  if (content.size() > sizeof place) return false;
   std::memcpy(&place, content.data(), content.size());
   igtl_position_convert_byte_order(&place);
   Eigen::Vector4d xyzw(static_cast<double>(place.quaternion[0]), static_cast<double>(place.quaternion[1]),
                        static_cast<double>(place.quaternion[2]), static_cast<double>(place.quaternion[3]));
-  switch (content.size()) {
-    case IGTL_POSITION_MESSAGE_POSITON_ONLY_SIZE:
-      xyzw = {0.0, 0.0, 0.0, 1.0};
-      break;
-    case IGTL_POSITION_MESSAGE_WITH_QUATERNION3_SIZE: {
-      const double rest = 1.0 - xyzw.head<3>().squaredNorm();
-      xyzw(3) = rest > 0.0 ? std::sqrt(rest) : 0.0;
-      break;
-    }
-    case IGTL_POSITION_MESSAGE_DEFAULT_SIZE:
-      break;
-    default:
-      return std::nullopt;
+  if (content.size() == IGTL_POSITION_MESSAGE_POSITON_ONLY_SIZE) {
+    xyzw = {0.0, 0.0, 0.0, 1.0};
+  } else if (content.size() == IGTL_POSITION_MESSAGE_WITH_QUATERNION3_SIZE) {
+    xyzw(3) = std::sqrt(std::max(0.0, 1.0 - xyzw.head<3>().squaredNorm()));
+  } else if (content.size() != sizeof place) {
+    return false;
   }
   const Eigen::Vector3d position_mm(static_cast<double>(place.position[0]),
                                     static_cast<double>(place.position[1]),
                                     static_cast<double>(place.position[2]));
   message.tools.push_back(tool_of(message.device, position_mm, xyzw));
-  return message;
+  return true;
 }
 
-std::optional<IgtlMessage> read_tdata(ByteView content, IgtlMessage message)
+bool read_tdata(ByteView content, IgtlMessage& message)
 {
-  if (content.size() % IGTL_TDATA_ELEMENT_SIZE != 0) return std::nullopt;
+  if (content.size() % IGTL_TDATA_ELEMENT_SIZE != 0) return false;
   for (; !content.empty(); content = content.subspan(IGTL_TDATA_ELEMENT_SIZE)) {
     igtl_tdata_element element;
     static_assert(sizeof element == IGTL_TDATA_ELEMENT_SIZE);
@@ -208,12 +180,12 @@ std::optional<IgtlMessage> read_tdata(ByteView content, IgtlMessage message)
     std::memcpy(numbers, element.transform, sizeof numbers);
     message.tools.push_back(tool_of(text_of(element.name, sizeof element.name), numbers));
   }
-  return message;
+  return true;
 }
 
-std::optional<IgtlMessage> read_qtdata(ByteView content, IgtlMessage message)
+bool read_qtdata(ByteView content, IgtlMessage& message)
 {
-  if (content.size() % IGTL_QTDATA_ELEMENT_SIZE != 0) return std::nullopt;
+  if (content.size() % IGTL_QTDATA_ELEMENT_SIZE != 0) return false;
   for (; !content.empty(); content = content.subspan(IGTL_QTDATA_ELEMENT_SIZE)) {
     igtl_qtdata_element element;
     static_assert(sizeof element == IGTL_QTDATA_ELEMENT_SIZE);
@@ -226,52 +198,59 @@ std::optional<IgtlMessage> read_qtdata(ByteView content, IgtlMessage message)
     message.tools.push_back(
         tool_of(text_of(element.name, sizeof element.name), position_mm.cast<double>(), xyzw.cast<double>()));
   }
-  return message;
+  return true;
 }
 
 /// Code, sub-code (8 bytes), name of the error (20), text.
-std::optional<IgtlMessage> read_status(ByteView content, IgtlMessage message)
+bool read_status(ByteView content, IgtlMessage& message)
 {
   constexpr std::size_t fixed_bytes = 30;
-  if (content.size() < fixed_bytes) return std::nullopt;
+  if (content.size() < fixed_bytes) return false;
   message.code = static_cast<int>(number_at(content, 0, 2));
   message.text = text_of(content.subspan(fixed_bytes));
   if (message.text.empty()) message.text = text_of(content.subspan(10, 20));
-  return message;
+  return true;
 }
 
-std::optional<IgtlMessage> read_start(ByteView content, IgtlMessage message)
+bool read_start(ByteView content, IgtlMessage& message)
 {
-  if (content.size() != IGTL_STT_TDATA_SIZE) return std::nullopt;
+  if (content.size() != IGTL_STT_TDATA_SIZE) return false;
   message.interval_ms = static_cast<std::int32_t>(static_cast<std::uint32_t>(number_at(content, 0, 4)));
   message.text = text_of(content.subspan(4));
-  return message;
+  return true;
 }
 
-std::optional<IgtlMessage> read_content(ByteView content, IgtlMessage message)
+bool read_stop(ByteView content, IgtlMessage& /*message*/)
 {
-  switch (message.kind) {
-    case IgtlKind::transform:
-      return read_transform(content, std::move(message));
-    case IgtlKind::position:
-      return read_position(content, std::move(message));
-    case IgtlKind::tdata:
-      return read_tdata(content, std::move(message));
-    case IgtlKind::qtdata:
-      return read_qtdata(content, std::move(message));
-    case IgtlKind::status:
-      return read_status(content, std::move(message));
-    case IgtlKind::start_tdata:
-      return read_start(content, std::move(message));
-    case IgtlKind::stop_tdata:
-      if (!content.empty()) return std::nullopt;
-      return message;
-    case IgtlKind::tdata_started:
-      if (content.size() != IGTL_RTS_TDATA_SIZE) return std::nullopt;
-      message.code = content[0];
-      return message;
-  }
-  return std::nullopt;
+  return content.empty();
+}
+
+bool read_started(ByteView content, IgtlMessage& message)
+{
+  if (content.size() != IGTL_RTS_TDATA_SIZE) return false;
+  message.code = content[0];
+  return true;
+}
+
+struct MessageType {
+  const char* name;
+  bool (*read)(ByteView content, IgtlMessage& message);  ///< false: of another size
+};
+
+/// In the order of IgtlKind.
+constexpr std::array<MessageType, 8> types{{{"TRANSFORM", read_transform},
+                                            {"POSITION", read_position},
+                                            {"TDATA", read_tdata},
+                                            {"QTDATA", read_qtdata},
+                                            {"STATUS", read_status},
+                                            {"STT_TDATA", read_start},
+                                            {"STP_TDATA", read_stop},
+                                            {"RTS_TDATA", read_started}}};
+
+const MessageType* find_type(const std::string& name)
+{
+  const auto found = std::ranges::find_if(types, [&](const MessageType& type) { return name == type.name; });
+  return found == types.end() ? nullptr : &*found;
 }
 
 }  // namespace
@@ -300,33 +279,29 @@ std::uint64_t igtl_crc(ByteView bytes, std::uint64_t before)
 
 bool is_known_type(const std::string& type)
 {
-  return kind_of(type).has_value();
+  return find_type(type) != nullptr;
 }
 
 const char* type_of(IgtlKind kind)
 {
-  for (const TypeName& known : types) {
-    if (kind == known.kind) return known.name;
-  }
-  check(false, "every kind must have a type name");
-  return "";
+  return types.at(static_cast<std::size_t>(kind)).name;
 }
 
 std::optional<IgtlMessage> message_of(const IgtlHeader& head, ByteView body)
 {
-  const std::optional<IgtlKind> kind = kind_of(head.type);
+  const MessageType* const type = find_type(head.type);
   const std::optional<Stripped> inner = stripped(head.version, body);
-  if (!kind || !inner) return std::nullopt;
+  if (type == nullptr || !inner) return std::nullopt;
   IgtlMessage message;
-  message.kind = *kind;
+  message.kind = static_cast<IgtlKind>(type - types.data());
   message.header_version = head.version;
   message.device = head.device;
   message.device_ns = head.device_ns;
-  std::optional<IgtlMessage> read = read_content(inner->content, std::move(message));
-  if (read && !inner->is_seen) {
-    for (IgtlTool& tool : read->tools) tool.visibility = IgtlVisibility::missing;
+  if (!type->read(inner->content, message)) return std::nullopt;
+  if (!inner->is_seen) {
+    for (IgtlTool& tool : message.tools) tool.visibility = ToolVisibility::missing;
   }
-  return read;
+  return message;
 }
 
 std::optional<Eigen::Matrix3d> nearest_rotation(const Eigen::Matrix3d& matrix)

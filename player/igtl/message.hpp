@@ -24,15 +24,17 @@ enum class IgtlKind : std::uint8_t {
   tdata_started  ///< RTS_TDATA: the answer to either
 };
 
-enum class IgtlVisibility : std::uint8_t {
+/// Visibility of a tracked tool.
+enum class ToolVisibility : std::uint8_t {
   seen,
-  missing,       ///< according to meta data (TransformStatus, as PLUS sends it); lists omit such tools
-  invalid_pose,  ///< not a rotation matrix or unit quaternion, or not finite
+  missing,      ///< not listed, or reported as not visible by meta data (TransformStatus, as PLUS sends it)
+  stale,        ///< for clients: nothing new for too long, or a time stamp that does not advance
+  invalid_pose  ///< not a rotation matrix or unit quaternion, or not finite
 };
 
 struct IgtlTool {
   std::string name;  ///< at most 20 bytes are sent
-  IgtlVisibility visibility = IgtlVisibility::seen;
+  ToolVisibility visibility = ToolVisibility::seen;
   Pose X_tracker_tool = Pose::Identity();  ///< mm; sent as float32
 };
 

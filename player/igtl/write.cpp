@@ -42,7 +42,7 @@ void append_part(Bytes& bytes, const Part& part)
 void put_transform(igtl_float32* numbers, const IgtlTool& tool)
 {
   for (int k = 0; k < 12; ++k) numbers[k] = static_cast<float>(tool.X_tracker_tool.matrix()(k % 3, k / 3));
-  if (tool.visibility == IgtlVisibility::invalid_pose) numbers[0] = std::numeric_limits<float>::quiet_NaN();
+  if (tool.visibility == ToolVisibility::invalid_pose) numbers[0] = std::numeric_limits<float>::quiet_NaN();
 }
 
 /// Position, and quaternion as x, y, z, w.
@@ -51,7 +51,7 @@ void put_pose(igtl_float32* position, igtl_float32* quaternion, const IgtlTool& 
   const Eigen::Quaterniond q(Eigen::Matrix3d(tool.X_tracker_tool.linear()));
   for (int k = 0; k < 3; ++k) position[k] = static_cast<float>(tool.X_tracker_tool.translation()(k));
   for (int k = 0; k < 4; ++k) quaternion[k] = static_cast<float>(q.coeffs()(k));
-  if (tool.visibility == IgtlVisibility::invalid_pose)
+  if (tool.visibility == ToolVisibility::invalid_pose)
     quaternion[0] = std::numeric_limits<float>::quiet_NaN();
 }
 
@@ -123,12 +123,12 @@ Bytes content_of(const IgtlMessage& message)
   Bytes bytes;
   const bool is_one = message.kind == IgtlKind::transform || message.kind == IgtlKind::position;
   check(!is_one || message.tools.size() == 1, "a TRANSFORM or POSITION has exactly one tool");
-  check(!is_one || message.header_version == 2 || message.tools[0].visibility != IgtlVisibility::missing,
+  check(!is_one || message.header_version == 2 || message.tools[0].visibility != ToolVisibility::missing,
         "a TRANSFORM or POSITION of a missing tool needs header version 2");
   for (const IgtlTool& tool : message.tools) {
     if (message.kind == IgtlKind::transform) append_transform(bytes, tool);
     if (message.kind == IgtlKind::position) append_position(bytes, tool);
-    if (tool.visibility == IgtlVisibility::missing) continue;
+    if (tool.visibility == ToolVisibility::missing) continue;
     if (message.kind == IgtlKind::tdata) append_tdata(bytes, tool);
     if (message.kind == IgtlKind::qtdata) append_qtdata(bytes, tool);
   }
@@ -142,7 +142,7 @@ Bytes content_of(const IgtlMessage& message)
 /// Header version 2 puts the extended header before the content and the meta data after it.
 Bytes wrapped(const IgtlMessage& message, const Bytes& content)
 {
-  const bool is_missing = message.tools.size() == 1 && message.tools[0].visibility == IgtlVisibility::missing;
+  const bool is_missing = message.tools.size() == 1 && message.tools[0].visibility == ToolVisibility::missing;
   const std::string key = "TransformStatus", value = is_missing ? "MISSING" : "OK";
   constexpr std::uint64_t extended_bytes = 12, entries_bytes = 2 + 8, us_ascii = 3;
   Bytes bytes;

@@ -32,67 +32,12 @@ bool StopSignals::wait_until(std::chrono::steady_clock::time_point due)
   return has_come_;
 }
 
-navigation::Key key_of_window(int key, bool has_shift)
-{
-  constexpr int keypad_minus = 333, keypad_plus = 334, last_f = render::key_f1 + 5, f11 = render::key_f1 + 10;
-  if (key >= render::key_f1 && key <= last_f)
-    return static_cast<navigation::Key>(static_cast<int>(navigation::Key::f1) + key - render::key_f1);
-  switch (key) {
-    case render::key_escape:
-      return navigation::Key::escape;
-    case render::key_enter:
-    case render::key_keypad_enter:
-      return navigation::Key::enter;
-    case render::key_backspace:
-      return navigation::Key::backspace;
-    case render::key_up:
-      return navigation::Key::up;
-    case render::key_down:
-      return navigation::Key::down;
-    case render::key_left:
-      return navigation::Key::left;
-    case render::key_right:
-      return navigation::Key::right;
-    case render::key_page_up:
-      return navigation::Key::page_up;
-    case render::key_page_down:
-      return navigation::Key::page_down;
-    case render::key_home:
-      return navigation::Key::home;
-    case render::key_end:
-      return navigation::Key::end;
-    case f11:
-      return navigation::Key::f11;
-    case keypad_minus:
-      return navigation::key_of('-');
-    case keypad_plus:
-      return navigation::key_of('+');
-    case '/':
-      return navigation::key_of(has_shift ? '?' : '/');
-    default:
-      return key > ' ' - 1 && key < 127 ? static_cast<navigation::Key>(key) : navigation::Key::none;
-  }
-}
-
 std::optional<navigation::KeyPress> key_press_of(const render::InputEvent& event)
 {
-  if (event.kind != render::InputKind::key_press) return std::nullopt;
-  const navigation::Key key = key_of_window(event.key, event.has_shift);
-  if (key == navigation::Key::none) return std::nullopt;
-  return navigation::KeyPress{key, event.has_shift, event.has_control};
-}
-
-navigation::Button button_of(render::MouseButton button)
-{
-  switch (button) {
-    case render::MouseButton::left:
-      return navigation::Button::left;
-    case render::MouseButton::middle:
-      return navigation::Button::middle;
-    case render::MouseButton::right:
-      return navigation::Button::right;
-  }
-  return navigation::Button::left;
+  if (event.kind != render::InputKind::key_press || event.key == navigation::Key::none) return std::nullopt;
+  const bool is_question = event.key == navigation::key_of('/') && event.has_shift;
+  return navigation::KeyPress{is_question ? navigation::key_of('?') : event.key, event.has_shift,
+                              event.has_control};
 }
 
 namespace {

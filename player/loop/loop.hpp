@@ -32,13 +32,8 @@ class StopSignals {
   bool has_come_ = false;
 };
 
-/// Maps InputEvent::key (the unshifted character) and the shift state to a Key; Key::none if unused.
-navigation::Key key_of_window(int key, bool has_shift);
-
 /// The key press of an event; empty for other events and unused keys.
 std::optional<navigation::KeyPress> key_press_of(const render::InputEvent& event);
-
-navigation::Button button_of(render::MouseButton button);
 
 /// The output streams of a mode.
 struct Streams {

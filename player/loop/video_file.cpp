@@ -61,29 +61,13 @@ std::vector<std::string> coding_arguments(Coding coding)
 
 std::vector<std::string> arguments_for(const VideoOptions& options, const std::string& path)
 {
-  std::vector<std::string> arguments{"ffmpeg",
-                                     "-nostdin",
-                                     "-hide_banner",
-                                     "-loglevel",
-                                     "error",
-                                     "-xerror",  // otherwise a disk that fills up at the end is not reported
-                                     "-y",
-                                     "-f",
-                                     "rawvideo",
-                                     "-pixel_format",
-                                     "rgba",
-                                     "-video_size",
-                                     std::to_string(options.width) + "x" + std::to_string(options.height),
-                                     "-framerate",
-                                     std::to_string(options.frames_per_s),
-                                     "-i",
-                                     "pipe:0",
-                                     "-fflags",
-                                     "+bitexact",
-                                     "-flags:v",
-                                     "+bitexact",
-                                     "-map_metadata",
-                                     "-1"};
+  const std::string size = std::to_string(options.width) + "x" + std::to_string(options.height);
+  const std::string rate = std::to_string(options.frames_per_s);
+  // Without -xerror, a disk that fills up at the end is not reported.
+  std::vector<std::string> arguments{
+      "ffmpeg",   "-nostdin",      "-hide_banner", "-loglevel",   "error",     "-xerror",       "-y", "-f",
+      "rawvideo", "-pixel_format", "rgba",         "-video_size", size,        "-framerate",    rate, "-i",
+      "pipe:0",   "-fflags",       "+bitexact",    "-flags:v",    "+bitexact", "-map_metadata", "-1"};
   const std::vector<std::string> coding = coding_arguments(coding_of(options.path));
   arguments.insert(arguments.end(), coding.begin(), coding.end());
   arguments.push_back("file:" + path);

@@ -27,14 +27,21 @@ void set_texture(scene::Scene& scene, const AppearanceOptions& look)
   scene.texture.scale_mm = look.texture_scale_mm;
 }
 
+/// Applies `change` to the bodies of "reference", "moving" or "both"; their layers stay as they are.
+void change_bodies(scene::Scene& scene, const std::string& owner, void (*change)(scene::Drawable&))
+{
+  for (scene::Drawable& drawable : scene.drawables) {
+    const bool is_other = owner == (drawable.owner == scene::Owner::reference ? "moving" : "reference");
+    if (drawable.layer == scene::Layer::bodies && !is_other) change(drawable);
+  }
+}
+
 void set_transparency(scene::Scene& scene, const std::string& owner)
 {
   if (owner.empty()) return;
-  if (owner != "reference" && owner != "moving" && owner != "both") {
+  if (owner != "reference" && owner != "moving" && owner != "both")
     throw InputError({"--see-through", "", "\"" + owner + "\"", "reference, moving or both"});
-  }
-  if (owner != "moving") scene::scale_opacity(scene, scene::Owner::reference, transparent_opacity);
-  if (owner != "reference") scene::scale_opacity(scene, scene::Owner::moving, transparent_opacity);
+  change_bodies(scene, owner, [](scene::Drawable& body) { body.material.opacity *= transparent_opacity; });
 }
 
 void set_hidden(scene::Scene& scene, const std::string& owner)
@@ -42,7 +49,7 @@ void set_hidden(scene::Scene& scene, const std::string& owner)
   if (owner.empty()) return;
   if (owner != "reference" && owner != "moving")
     throw InputError({"--hide", "", "\"" + owner + "\"", "reference or moving"});
-  scene::hide_bodies(scene, owner == "reference" ? scene::Owner::reference : scene::Owner::moving);
+  change_bodies(scene, owner, [](scene::Drawable& body) { body.is_shown = false; });
 }
 
 }  // namespace

@@ -107,17 +107,9 @@ Action action_of(const KeyPress& press)
 
 bool repeats_while_held(Action action)
 {
-  switch (action) {
-    case Action::step_forward:
-    case Action::step_back:
-    case Action::leap_forward:
-    case Action::leap_back:
-    case Action::varus_up:
-    case Action::varus_down:
-      return true;
-    default:
-      return false;
-  }
+  constexpr std::array steps{Action::step_forward, Action::step_back, Action::leap_forward,
+                             Action::leap_back,    Action::varus_up,  Action::varus_down};
+  return std::ranges::find(steps, action) != steps.end();
 }
 
 std::span<const HelpLine> key_help()

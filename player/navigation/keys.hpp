@@ -4,36 +4,12 @@
 #include <span>
 #include <string>
 
+#include "render/input.hpp"
+
 namespace vrda::navigation {
 
-/// Printable keys have the code of their character, letters in upper case.
-enum class Key : int {
-  none = 0,
-  backspace = 8,
-  enter = 13,
-  escape = 27,
-  space = ' ',
-  up = 256,
-  down,
-  left,
-  right,
-  page_up,
-  page_down,
-  home,
-  end,
-  f1,
-  f2,
-  f3,
-  f4,
-  f5,
-  f6,
-  f11
-};
-
-constexpr Key key_of(char character)
-{
-  return static_cast<Key>(character);
-}
+using render::Key;
+using render::key_of;
 
 struct KeyPress {
   Key key = Key::none;

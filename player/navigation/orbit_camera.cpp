@@ -193,15 +193,15 @@ std::optional<Eigen::Vector3d> point_under(const scene::Scene& scene, const scen
   return from + nearest * direction;
 }
 
-DragKind drag_of(Button button, bool has_shift, bool has_control)
+DragKind drag_of(render::MouseButton button, bool has_shift, bool has_control)
 {
   switch (button) {
-    case Button::left:
+    case render::MouseButton::left:
       if (has_control) return DragKind::rotate;
       return has_shift ? DragKind::depth : DragKind::translate;
-    case Button::middle:
+    case render::MouseButton::middle:
       return DragKind::rotate;
-    case Button::right:
+    case render::MouseButton::right:
       return DragKind::depth;
   }
   return DragKind::translate;

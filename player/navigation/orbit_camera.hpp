@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "render/input.hpp"
 #include "render/renderer.hpp"
 #include "scene/camera.hpp"
 #include "scene/scene.hpp"
@@ -55,10 +56,8 @@ std::optional<Eigen::Vector3d> point_under(const scene::Scene& scene, const scen
                                            const optics::Viewport& viewport,
                                            const Eigen::Vector2d& pointer_px);
 
-enum class Button { left, middle, right };
-
 /// Left translates in the image plane, middle rotates, right moves in depth (thesis 6.2.1). For mice with two
 /// buttons and touchpads: left with control rotates, left with shift moves in depth.
-DragKind drag_of(Button button, bool has_shift, bool has_control);
+DragKind drag_of(render::MouseButton button, bool has_shift, bool has_control);
 
 }  // namespace vrda::navigation

@@ -8,7 +8,6 @@
 
 #include "core/error.hpp"
 #include "journal/frame_bytes.hpp"
-#include "journal/framed_file.hpp"
 #include "journal/little_endian.hpp"
 
 namespace vrda::recording {
@@ -65,9 +64,7 @@ bool has_valid_kind(const devices::Sample& sample)
 /// The pose of a visible tool must be finite with a unit quaternion.
 bool has_valid_pose(const devices::Sample& sample)
 {
-  const bool counts = sample.kind == devices::SampleKind::tool_pose &&
-                      static_cast<devices::ToolVisibility>(sample.state) == devices::ToolVisibility::seen;
-  if (!counts) return true;
+  if (!sample.is(devices::ToolVisibility::seen)) return true;
   double square = 0.0;
   for (const double v : sample.tool_pose.rotation) square += v * v;
   constexpr double unit_tolerance = 1e-6;
@@ -140,31 +137,25 @@ std::optional<RecordingFacts> facts_of(std::string_view bytes)
 
 }  // namespace
 
-struct Recorder::Inner {
-  journal::FrameWriter writer;
-};
-
 Recorder::Recorder(const std::string& path, const RecordingFacts& facts)
 {
   std::optional<journal::FrameWriter> writer = journal::FrameWriter::try_create(path, file_key, format);
   if (!writer) throw InputError({path, "", "an existing file", "a new name for the recording"});
-  inner_ = std::make_unique<Inner>(Inner{std::move(*writer)});
+  writer_ = std::make_unique<journal::FrameWriter>(std::move(*writer));
   // Frames do not wait for the disk; close() does.
-  inner_->writer.sync_every(std::chrono::hours(24));
-  inner_->writer.append(bytes_of(facts));
+  writer_->sync_every(std::chrono::hours(24));
+  writer_->append(bytes_of(facts));
 }
-
-Recorder::~Recorder() = default;
 
 void Recorder::add(std::int64_t now_ns, std::span<const navigation::KeyPress> keys,
                    std::span<const devices::Sample> samples)
 {
-  inner_->writer.append(bytes_of(now_ns, keys, samples));
+  writer_->append(bytes_of(now_ns, keys, samples));
 }
 
 void Recorder::close()
 {
-  inner_->writer.close();
+  writer_->close();
 }
 
 std::string bytes_of(std::int64_t now_ns, std::span<const navigation::KeyPress> keys,

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "devices/sample.hpp"
+#include "journal/framed_file.hpp"
 #include "navigation/keys.hpp"
 
 namespace vrda::recording {
@@ -45,9 +46,6 @@ class Recorder {
  public:
   /// Throws InputError naming `path` if it cannot be written or exists already.
   Recorder(const std::string& path, const RecordingFacts& facts);
-  ~Recorder();
-  Recorder(const Recorder&) = delete;
-  Recorder& operator=(const Recorder&) = delete;
 
   /// Throws InputError if the disk is full or missing; earlier records stay readable.
   void add(std::int64_t now_ns, std::span<const navigation::KeyPress> keys,
@@ -56,8 +54,7 @@ class Recorder {
   void close();
 
  private:
-  struct Inner;
-  std::unique_ptr<Inner> inner_;
+  std::unique_ptr<journal::FrameWriter> writer_;
 };
 
 /// Throws InputError naming `path` if it is not a recording of this version. A damaged tail is dropped and

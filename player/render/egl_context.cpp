@@ -74,13 +74,9 @@ class EglContext final : public GlContext {
     if (!has_extension(display_, "EGL_KHR_surfaceless_context") ||
         !has_extension(display_, "EGL_KHR_no_config_context"))
       refuse("no context without a surface", "EGL_KHR_surfaceless_context and EGL_KHR_no_config_context");
-    constexpr std::array<EGLint, 7> wanted{EGL_CONTEXT_MAJOR_VERSION,
-                                           3,
-                                           EGL_CONTEXT_MINOR_VERSION,
-                                           3,
-                                           EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                           EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                           EGL_NONE};
+    constexpr EGLint profile = EGL_CONTEXT_OPENGL_PROFILE_MASK, core = EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT;
+    constexpr std::array wanted{
+        EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 3, profile, core, EGL_NONE};
     if (eglBindAPI(EGL_OPENGL_API) == EGL_TRUE)
       context_ = eglCreateContext(display_, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, wanted.data());
     if (context_ == EGL_NO_CONTEXT) refuse("no OpenGL 3.3 core profile", "a driver with OpenGL 3.3");

@@ -26,8 +26,6 @@ class GlRenderer final : public Renderer {
  public:
   GlRenderer(std::unique_ptr<GlContext> context, const RenderOptions& options);
   ~GlRenderer() override;
-  GlRenderer(const GlRenderer&) = delete;
-  GlRenderer& operator=(const GlRenderer&) = delete;
 
   void load(const scene::Scene& scene) override;
   void load(const OverlayFont& font) override;
@@ -252,9 +250,8 @@ void GlRenderer::read_pixels()
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);
   gl_.ReadPixels(0, 0, w, h, GL_RGBA, GL_UNSIGNED_BYTE, upside_down_.data());
   const std::ptrdiff_t stride = 4 * static_cast<std::ptrdiff_t>(w);
-  for (int row = 0; row < h; ++row) {
+  for (int row = 0; row < h; ++row)
     std::copy_n(upside_down_.begin() + (h - 1 - row) * stride, stride, image_.rgba.begin() + row * stride);
-  }
 }
 
 const Image& GlRenderer::draw(const scene::Scene& scene, std::span<const Shot> shots, const Overlay* overlay)

@@ -145,9 +145,8 @@ void SurfacePainter::bound_translucent(const scene::Scene& scene, const PixelBox
     const Eigen::Matrix4d X_clip_mesh =
         projection_.cast<double>() * (X_camera_world_ * drawable.X_world_mesh).matrix();
     for (int corner = 0; corner < 8; ++corner) {
-      const Eigen::Vector4d p_mm(corner & 1 ? drawable.box_mm.max_mm.x() : drawable.box_mm.min_mm.x(),
-                                 corner & 2 ? drawable.box_mm.max_mm.y() : drawable.box_mm.min_mm.y(),
-                                 corner & 4 ? drawable.box_mm.max_mm.z() : drawable.box_mm.min_mm.z(), 1.0);
+      const Eigen::Vector4d p_mm =
+          drawable.box_mm.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)).homogeneous();
       include(X_clip_mesh * p_mm);
     }
   }
@@ -185,8 +184,8 @@ double SurfacePainter::allowed_error_mm(const scene::Drawable& drawable) const
 {
   if (drawable.layer == scene::Layer::bodies && (is_line_mode(mode_) || mode_ == scene::DrawMode::flat))
     return 0.0;
-  const Eigen::Vector3d middle_mm = 0.5 * (drawable.box_mm.min_mm + drawable.box_mm.max_mm);
-  const double radius_mm = 0.5 * (drawable.box_mm.max_mm - drawable.box_mm.min_mm).norm();
+  const Eigen::Vector3d middle_mm = drawable.box_mm.center();
+  const double radius_mm = 0.5 * drawable.box_mm.sizes().norm();
   const double depth_mm = -(X_camera_world_ * (drawable.X_world_mesh * middle_mm)).z() - radius_mm;
   return options_.coarseness_px * std::max(depth_mm, near_mm_) / px_mm_at_1_mm_;
 }

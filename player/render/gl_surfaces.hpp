@@ -33,8 +33,6 @@ class SurfacePainter {
  public:
   SurfacePainter(const GlTable& gl, const SurfaceOptions& options);
   ~SurfacePainter();
-  SurfacePainter(const SurfacePainter&) = delete;
-  SurfacePainter& operator=(const SurfacePainter&) = delete;
 
   void load(const scene::Scene& scene);
   /// Uploads drawables with a new revision. The scene must have the loaded drawables.

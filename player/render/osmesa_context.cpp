@@ -25,22 +25,16 @@ class OsmesaContext final : public GlContext {
  public:
   OsmesaContext()
   {
-    constexpr std::array<int, 15> wanted{OSMESA_FORMAT,
-                                         OSMESA_RGBA,
-                                         OSMESA_DEPTH_BITS,
-                                         0,
-                                         OSMESA_STENCIL_BITS,
-                                         0,
-                                         OSMESA_ACCUM_BITS,
-                                         0,
-                                         OSMESA_PROFILE,
-                                         OSMESA_CORE_PROFILE,
-                                         OSMESA_CONTEXT_MAJOR_VERSION,
-                                         3,
-                                         OSMESA_CONTEXT_MINOR_VERSION,
-                                         3,
-                                         0};
-    context_ = OSMesaCreateContextAttribs(wanted.data(), nullptr);
+    // Pairs of name and value.
+    constexpr int wanted[][2] = {{OSMESA_FORMAT, OSMESA_RGBA},
+                                 {OSMESA_DEPTH_BITS, 0},
+                                 {OSMESA_STENCIL_BITS, 0},
+                                 {OSMESA_ACCUM_BITS, 0},
+                                 {OSMESA_PROFILE, OSMESA_CORE_PROFILE},
+                                 {OSMESA_CONTEXT_MAJOR_VERSION, 3},
+                                 {OSMESA_CONTEXT_MINOR_VERSION, 3},
+                                 {0, 0}};
+    context_ = OSMesaCreateContextAttribs(*wanted, nullptr);
     if (context_ == nullptr) {
       throw InputError(
           {"libOSMesa", "context", "no OpenGL 3.3 core profile", "Mesa 22 or later with llvmpipe"});

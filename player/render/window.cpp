@@ -16,10 +16,28 @@
 namespace vrda::render {
 namespace {
 
-static_assert(key_escape == GLFW_KEY_ESCAPE && key_end == GLFW_KEY_END && key_f1 == GLFW_KEY_F1 &&
-                  key_keypad_0 == GLFW_KEY_KP_0 && key_keypad_enter == GLFW_KEY_KP_ENTER &&
-                  key_shift == GLFW_KEY_LEFT_SHIFT && key_right_super == GLFW_KEY_RIGHT_SUPER,
-              "key codes equal those of GLFW");
+/// Key of a GLFW key code.
+Key key_of_code(int code)
+{
+  struct Named {
+    int code;
+    Key key;
+  };
+  constexpr std::array named{Named{GLFW_KEY_ESCAPE, Key::escape},   Named{GLFW_KEY_ENTER, Key::enter},
+                             Named{GLFW_KEY_KP_ENTER, Key::enter},  Named{GLFW_KEY_BACKSPACE, Key::backspace},
+                             Named{GLFW_KEY_UP, Key::up},           Named{GLFW_KEY_DOWN, Key::down},
+                             Named{GLFW_KEY_LEFT, Key::left},       Named{GLFW_KEY_RIGHT, Key::right},
+                             Named{GLFW_KEY_PAGE_UP, Key::page_up}, Named{GLFW_KEY_PAGE_DOWN, Key::page_down},
+                             Named{GLFW_KEY_HOME, Key::home},       Named{GLFW_KEY_END, Key::end},
+                             Named{GLFW_KEY_F1, Key::f1},           Named{GLFW_KEY_F2, Key::f2},
+                             Named{GLFW_KEY_F3, Key::f3},           Named{GLFW_KEY_F4, Key::f4},
+                             Named{GLFW_KEY_F5, Key::f5},           Named{GLFW_KEY_F6, Key::f6},
+                             Named{GLFW_KEY_F11, Key::f11},         Named{GLFW_KEY_KP_SUBTRACT, key_of('-')},
+                             Named{GLFW_KEY_KP_ADD, key_of('+')}};
+  const auto found = std::ranges::find(named, code, &Named::code);
+  if (found != named.end()) return found->key;
+  return code >= ' ' && code < 127 ? static_cast<Key>(code) : Key::none;
+}
 
 constexpr std::size_t events_at_once = 1000;
 
@@ -132,40 +150,10 @@ class Window::State {
     listen_to_window();
   }
 
-  Renderer& renderer() { return *renderer_; }
-  GLFWwindow* window() const { return window_.get(); }
-  const std::vector<std::string>& dropped() const { return dropped_; }
-
-  const std::vector<InputEvent>& events(double wait_s)
-  {
-    events_.clear();
-    if (wait_s > 0.0) {
-      glfwWaitEventsTimeout(wait_s);
-    } else {
-      glfwPollEvents();
-    }
-    int width = 0, height = 0;
-    glfwGetFramebufferSize(window(), &width, &height);
-    // A minimised window has no area.
-    if (width > 0 && height > 0) renderer_->resize(width, height);
-    return events_;
-  }
-
-  void toggle_full_screen()
-  {
-    if (glfwGetWindowMonitor(window()) != nullptr) {
-      glfwSetWindowMonitor(window(), nullptr, place_[0], place_[1], place_[2], place_[3], GLFW_DONT_CARE);
-      return;
-    }
-    GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
-    const GLFWvidmode* const mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
-    if (mode == nullptr) return;
-    glfwGetWindowPos(window(), &place_[0], &place_[1]);
-    glfwGetWindowSize(window(), &place_[2], &place_[3]);
-    glfwSetWindowMonitor(window(), monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
-  }
-
  private:
+  friend class Window;
+
+  GLFWwindow* window() const { return window_.get(); }
   static State& of(GLFWwindow* window) { return *static_cast<State*>(glfwGetWindowUserPointer(window)); }
 
   /// Called by GLFW, so it must not throw.
@@ -186,8 +174,6 @@ class Window::State {
   {
     event.has_shift = (modifiers & GLFW_MOD_SHIFT) != 0;
     event.has_control = (modifiers & GLFW_MOD_CONTROL) != 0;
-    event.has_alt = (modifiers & GLFW_MOD_ALT) != 0;
-    event.has_super = (modifiers & GLFW_MOD_SUPER) != 0;
   }
 
   static InputEvent event_of(InputKind kind)
@@ -235,29 +221,20 @@ class Window::State {
     glfwSetMouseButtonCallback(window(), [](GLFWwindow* w, int button, int action, int modifiers) {
       of(w).clicked(button, action, modifiers);
     });
-    glfwSetScrollCallback(window(), [](GLFWwindow* w, double x, double y) {
+    glfwSetScrollCallback(window(), [](GLFWwindow* w, double, double y) {
       InputEvent event = event_of(InputKind::wheel);
-      event.wheel_x = x;
-      event.wheel_y = y;
+      event.wheel = y;
       of(w).add(event);
     });
-    glfwSetCursorEnterCallback(window(), [](GLFWwindow* w, int is_inside) {
-      if (is_inside == GLFW_FALSE) of(w).add(event_of(InputKind::left_window));
-    });
+    glfwSetCursorEnterCallback(window(), [](GLFWwindow* w, int) { of(w).add(event_of(InputKind::redraw)); });
   }
 
   void listen_to_keys()
   {
     glfwSetKeyCallback(window(), [](GLFWwindow* w, int key, int /*code*/, int action, int modifiers) {
-      if (key == GLFW_KEY_UNKNOWN) return;
       InputEvent event = event_of(action == GLFW_RELEASE ? InputKind::key_release : InputKind::key_press);
-      event.key = key;
+      event.key = key_of_code(key);
       set_modifiers(event, modifiers);
-      of(w).add(event);
-    });
-    glfwSetCharCallback(window(), [](GLFWwindow* w, unsigned character) {
-      InputEvent event = event_of(InputKind::character);
-      event.character = character;
       of(w).add(event);
     });
   }
@@ -265,11 +242,10 @@ class Window::State {
   void listen_to_window()
   {
     glfwSetFramebufferSizeCallback(window(),
-                                   [](GLFWwindow* w, int, int) { of(w).add(event_of(InputKind::resize)); });
+                                   [](GLFWwindow* w, int, int) { of(w).add(event_of(InputKind::redraw)); });
     glfwSetWindowFocusCallback(window(), [](GLFWwindow* w, int has_focus) {
-      of(w).add(event_of(has_focus == GLFW_TRUE ? InputKind::focus_gained : InputKind::focus_lost));
+      of(w).add(event_of(has_focus == GLFW_TRUE ? InputKind::redraw : InputKind::focus_lost));
     });
-    glfwSetWindowCloseCallback(window(), [](GLFWwindow* w) { of(w).add(event_of(InputKind::close)); });
     glfwSetDropCallback(window(), [](GLFWwindow* w, int n_files, const char** files) noexcept {
       of(w).dropped_.assign(files, files + n_files);
       of(w).add(event_of(InputKind::drop));
@@ -294,22 +270,32 @@ Window::~Window() = default;
 
 Renderer& Window::renderer()
 {
-  return state_->renderer();
+  return *state_->renderer_;
 }
 
 const std::vector<InputEvent>& Window::events(double wait_s)
 {
-  return state_->events(wait_s);
+  state_->events_.clear();
+  if (wait_s > 0.0) {
+    glfwWaitEventsTimeout(wait_s);
+  } else {
+    glfwPollEvents();
+  }
+  int width = 0, height = 0;
+  glfwGetFramebufferSize(state_->window(), &width, &height);
+  // A minimised window has no area.
+  if (width > 0 && height > 0) state_->renderer_->resize(width, height);
+  return state_->events_;
 }
 
 const std::vector<std::string>& Window::dropped_files() const
 {
-  return state_->dropped();
+  return state_->dropped_;
 }
 
 void Window::show(const scene::Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
 {
-  state_->renderer().present(scene, shots, overlay);
+  state_->renderer_->present(scene, shots, overlay);
   glfwSwapBuffers(state_->window());
 }
 
@@ -338,7 +324,18 @@ void Window::set_title(const std::string& title)
 
 void Window::toggle_full_screen()
 {
-  state_->toggle_full_screen();
+  GLFWwindow* const window = state_->window();
+  std::array<int, 4>& place = state_->place_;
+  if (glfwGetWindowMonitor(window) != nullptr) {
+    glfwSetWindowMonitor(window, nullptr, place[0], place[1], place[2], place[3], GLFW_DONT_CARE);
+    return;
+  }
+  GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
+  const GLFWvidmode* const mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
+  if (mode == nullptr) return;
+  glfwGetWindowPos(window, &place[0], &place[1]);
+  glfwGetWindowSize(window, &place[2], &place[3]);
+  glfwSetWindowMonitor(window, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
 }
 
 double Window::content_scale() const

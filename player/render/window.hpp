@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "render/input.hpp"
 #include "render/renderer.hpp"
 
 namespace vrda::render {
@@ -31,72 +32,11 @@ struct WindowGeometry {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
-/// Key codes: the upper-case character in the US layout ('A', '1', ' '), or one of these.
-enum NamedKey : int {
-  key_escape = 256,
-  key_enter,
-  key_tab,
-  key_backspace,
-  key_insert,
-  key_delete,
-  key_right,
-  key_left,
-  key_down,
-  key_up,
-  key_page_up,
-  key_page_down,
-  key_home,
-  key_end,
-  key_f1 = 290,        ///< the other eleven follow
-  key_keypad_0 = 320,  ///< the other nine follow
-  key_keypad_enter = 335,
-  key_shift = 340,
-  key_control,
-  key_alt,
-  key_super,
-  key_right_shift,
-  key_right_control,
-  key_right_alt,
-  key_right_super
-};
-
-enum class MouseButton { left, right, middle };
-
-enum class InputKind {
-  motion,     ///< x_px, y_px
-  press,      ///< button, n_clicks
-  release,    ///< button
-  wheel,      ///< wheel_x, wheel_y: notches, positive to the right and away from the user
-  key_press,  ///< key; repeated while it is held
-  key_release,
-  character,  ///< of typed text
-  resize,     ///< the renderer already has the new size
-  focus_gained,
-  focus_lost,
-  left_window,  ///< the pointer left the window
-  close,
-  drop  ///< of files: see Window::dropped_files
-};
-
-/// Positions are in pixels from the top left corner of the window, for all kinds.
-struct InputEvent {
-  InputKind kind = InputKind::motion;
-  double x_px = 0.0, y_px = 0.0;
-  double wheel_x = 0.0, wheel_y = 0.0;
-  MouseButton button = MouseButton::left;
-  int n_clicks = 1;  ///< 2 for the second of a double click
-  int key = 0;
-  char32_t character = 0;
-  bool has_shift = false, has_control = false, has_alt = false, has_super = false;
-};
-
 class Window {
  public:
   /// Throws InputError if there is no display or no OpenGL 3.3. One window at a time, on the main thread.
   explicit Window(const WindowOptions& options);
   ~Window();
-  Window(const Window&) = delete;
-  Window& operator=(const Window&) = delete;
 
   /// The renderer, of the size of the content area.
   Renderer& renderer();

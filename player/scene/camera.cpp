@@ -1,6 +1,7 @@
 #include "scene/camera.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -46,27 +47,19 @@ Eigen::Matrix3d view_rotation(View view, Side side)
   const Eigen::Vector3d anterior = Eigen::Vector3d::UnitX(), proximal = Eigen::Vector3d::UnitY();
   const Eigen::Vector3d right = Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d lateral = side == Side::right ? right : Eigen::Vector3d(-right);
-  switch (view) {
-    case View::front:
-      return looking(anterior, proximal);
-    case View::back:
-      return looking(-anterior, proximal);
-    case View::left:
-      return looking(-right, proximal);
-    case View::right:
-      return looking(right, proximal);
-    case View::medial:
-      return looking(-lateral, proximal);
-    case View::lateral:
-      return looking(lateral, proximal);
-    case View::top:
-      return looking(proximal, anterior);
-    case View::oblique:
-      return looking(anterior + 0.75 * lateral + 0.45 * proximal, proximal);
-    case View::inverted:
-      return looking(anterior + 0.75 * lateral - 0.75 * proximal, -proximal);
-  }
-  throw InternalError("unknown view");
+  const Eigen::Vector3d aside = anterior + 0.75 * lateral;
+  // From the joint to the camera, and up; in the order of View.
+  const std::array<std::array<Eigen::Vector3d, 2>, 9> views{{{anterior, proximal},
+                                                             {-anterior, proximal},
+                                                             {-right, proximal},
+                                                             {right, proximal},
+                                                             {-lateral, proximal},
+                                                             {lateral, proximal},
+                                                             {proximal, anterior},
+                                                             {aside + 0.45 * proximal, proximal},
+                                                             {aside - 0.75 * proximal, -proximal}}};
+  const auto& [towards, up] = views.at(static_cast<std::size_t>(view));
+  return looking(towards, up);
 }
 
 CameraFit::CameraFit(const Eigen::Matrix3d& R_world_camera, const FrameOptions& options)
@@ -115,9 +108,8 @@ Camera with_depth_range(Camera camera, const Scene& scene)
     if (!drawable.is_shown) continue;
     const Pose X_camera_mesh = X_camera_world * drawable.X_world_mesh;
     for (int corner = 0; corner < 8; ++corner) {
-      const Eigen::Vector3d p_mm(corner & 1 ? drawable.box_mm.max_mm.x() : drawable.box_mm.min_mm.x(),
-                                 corner & 2 ? drawable.box_mm.max_mm.y() : drawable.box_mm.min_mm.y(),
-                                 corner & 4 ? drawable.box_mm.max_mm.z() : drawable.box_mm.min_mm.z());
+      const Eigen::Vector3d p_mm =
+          drawable.box_mm.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
       const double depth_mm = -(X_camera_mesh * p_mm).z();
       nearest_mm = std::min(nearest_mm, depth_mm);
       farthest_mm = std::max(farthest_mm, depth_mm);

@@ -160,18 +160,4 @@ const Legend& JointLayers::strain_legend() const
   return parts_->ligaments.legend();
 }
 
-void scale_opacity(Scene& scene, Owner owner, float part)
-{
-  for (Drawable& drawable : scene.drawables) {
-    if (drawable.owner == owner && drawable.layer == Layer::bodies) drawable.material.opacity *= part;
-  }
-}
-
-void hide_bodies(Scene& scene, Owner owner)
-{
-  for (Drawable& drawable : scene.drawables) {
-    if (drawable.owner == owner && drawable.layer == Layer::bodies) drawable.is_shown = false;
-  }
-}
-
 }  // namespace vrda::scene

@@ -106,9 +106,4 @@ class JointLayers {
   LayerSet available_;
 };
 
-/// Multiplies the opacity of one object's bodies by `part`.
-void scale_opacity(Scene& scene, Owner owner, float part);
-/// Hides one object's bodies; its layers stay visible.
-void hide_bodies(Scene& scene, Owner owner);
-
 }  // namespace vrda::scene

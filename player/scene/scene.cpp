@@ -1,7 +1,6 @@
 #include "scene/scene.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "core/step_record.hpp"
 #include "scene/joint_layers.hpp"
@@ -14,17 +13,6 @@ Eigen::Vector3d as_vector(const std::array<float, 3>& v)
   return {v[0], v[1], v[2]};
 }
 
-Box box_of(const RenderMesh& mesh)
-{
-  if (mesh.vertices.empty()) return {};
-  Box box{as_vector(mesh.vertices.front().position_mm), as_vector(mesh.vertices.front().position_mm)};
-  for (const RenderVertex& vertex : mesh.vertices) {
-    box.min_mm = box.min_mm.cwiseMin(as_vector(vertex.position_mm));
-    box.max_mm = box.max_mm.cwiseMax(as_vector(vertex.position_mm));
-  }
-  return box;
-}
-
 void add_part(Scene& scene, const Body& body, Owner owner, const Drawable& model, const Part& part,
               double crease_rad)
 {
@@ -35,28 +23,20 @@ void add_part(Scene& scene, const Body& body, Owner owner, const Drawable& model
     drawable.name = body.components[c].name;
     drawable.owner = owner;
     drawable.mesh = make_render_mesh(part.mesh, triangles[c], drawable.origin_mm, crease_rad);
-    drawable.box_mm = box_of(drawable.mesh);
+    update_box(drawable);
     drawable.material = material_of(body.components[c].material);
     scene.drawables.push_back(std::move(drawable));
   }
 }
 
-struct Extent {
-  Eigen::Vector3d min_mm = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector3d max_mm = -min_mm;
-};
-
 /// World bounding box of the contact parts of one object at the present placement.
-Extent extent_of(const Scene& scene, Owner owner)
+Eigen::AlignedBox3d extent_of(const Scene& scene, Owner owner)
 {
-  Extent extent;
+  Eigen::AlignedBox3d extent;
   for (const Drawable& drawable : scene.drawables) {
     if (drawable.owner != owner || !drawable.has_contact || drawable.layer != Layer::bodies) continue;
-    for (const RenderVertex& vertex : drawable.mesh.vertices) {
-      const Eigen::Vector3d p_world_mm = drawable.X_world_mesh * as_vector(vertex.position_mm);
-      extent.min_mm = extent.min_mm.cwiseMin(p_world_mm);
-      extent.max_mm = extent.max_mm.cwiseMax(p_world_mm);
-    }
+    for (const RenderVertex& vertex : drawable.mesh.vertices)
+      extent.extend(drawable.X_world_mesh * as_vector(vertex.position_mm));
   }
   return extent;
 }
@@ -106,13 +86,14 @@ bool is_framed(const Drawable& drawable)
 
 Sphere joint_sphere(const Scene& scene, double widths)
 {
-  const Extent reference = extent_of(scene, Owner::reference), moving = extent_of(scene, Owner::moving);
-  const Eigen::Vector3d low = reference.min_mm.cwiseMax(moving.min_mm);
-  const Eigen::Vector3d high = reference.max_mm.cwiseMin(moving.max_mm);
-  if (!low.allFinite() || !high.allFinite()) return {};
-  // If the boxes are separate along an axis, `low` exceeds `high` and their mean is the centre of the gap.
-  const double width_mm = std::max(high.x() - low.x(), high.z() - low.z());
-  return {0.5 * (low + high), widths * std::max(width_mm, 0.0)};
+  const Eigen::AlignedBox3d reference = extent_of(scene, Owner::reference);
+  const Eigen::AlignedBox3d moving = extent_of(scene, Owner::moving);
+  if (reference.isEmpty() || moving.isEmpty()) return {};
+  // If the boxes are separate along an axis, the overlap's sizes are negative and its centre is that of the
+  // gap.
+  const Eigen::AlignedBox3d overlap = reference.intersection(moving);
+  const double width_mm = std::max(overlap.sizes().x(), overlap.sizes().z());
+  return {overlap.center(), widths * std::max(width_mm, 0.0)};
 }
 
 std::vector<Eigen::Vector3d> points_within(const Scene& scene, const Sphere& sphere)
@@ -168,15 +149,10 @@ Material marker_material(const VertexColour& colour)
 
 void update_box(Drawable& drawable)
 {
-  drawable.box_mm = {};
-  bool is_first = true;
-  for (const std::uint32_t index : drawable.mesh.triangles) {
-    const std::array<float, 3>& p = drawable.mesh.vertices[index].position_mm;
-    const Eigen::Vector3d p_mm(p[0], p[1], p[2]);
-    drawable.box_mm.min_mm = is_first ? p_mm : Eigen::Vector3d(drawable.box_mm.min_mm.cwiseMin(p_mm));
-    drawable.box_mm.max_mm = is_first ? p_mm : Eigen::Vector3d(drawable.box_mm.max_mm.cwiseMax(p_mm));
-    is_first = false;
-  }
+  Eigen::AlignedBox3d box_mm;
+  for (const std::uint32_t index : drawable.mesh.triangles)
+    box_mm.extend(as_vector(drawable.mesh.vertices[index].position_mm));
+  drawable.box_mm = box_mm.isEmpty() ? Eigen::AlignedBox3d(Eigen::Vector3d::Zero()) : box_mm;
 }
 
 }  // namespace vrda::scene

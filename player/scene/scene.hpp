@@ -1,6 +1,7 @@
 /// The drawables of a joint and their placement.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 #include <string>
@@ -44,7 +45,7 @@ struct Drawable {
   std::vector<VertexColour> colours;  ///< one per vertex, replacing the material's colour; or empty
   std::uint64_t revision = 0;         ///< must be increased with every change of mesh or colours after load
   Eigen::Vector3d origin_mm = Eigen::Vector3d::Zero();  ///< canonical
-  Box box_mm;                                           ///< of the mesh, relative to origin_mm
+  Eigen::AlignedBox3d box_mm{Eigen::Vector3d::Zero()};  ///< of the mesh, relative to origin_mm
   Material material;
   Pose X_world_mesh = Pose::Identity();
 };

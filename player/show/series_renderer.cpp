@@ -1,6 +1,5 @@
 #include "show/series_renderer.hpp"
 
-#include <array>
 #include <utility>
 
 #include "core/error.hpp"
@@ -32,36 +31,19 @@ void require_layers(const std::string& file, const scene::LayerSet& wanted, cons
   }
 }
 
-/// Three boxes, one per material (bone, cartilage, meniscus).
+/// Three triangles, one per material (bone, cartilage, meniscus).
 Body sample_body()
 {
   Body body;
   body.name = "sample";
-  // The bits of k are the coordinates of corner k; faces are counter-clockwise seen from outside.
-  constexpr std::array<std::array<int, 3>, 12> faces{{{0, 2, 3},
-                                                      {0, 3, 1},
-                                                      {4, 5, 7},
-                                                      {4, 7, 6},
-                                                      {0, 1, 5},
-                                                      {0, 5, 4},
-                                                      {2, 6, 7},
-                                                      {2, 7, 3},
-                                                      {0, 4, 6},
-                                                      {0, 6, 2},
-                                                      {1, 3, 7},
-                                                      {1, 7, 5}}};
   Mesh& mesh = body.contact.mesh;
-  mesh.vertices_mm.resize(24, 3);
-  mesh.triangles.resize(36, 3);
+  mesh.vertices_mm.resize(9, 3);
+  mesh.triangles.resize(3, 3);
+  body.contact.component = {0, 1, 2};
   for (int c = 0; c < 3; ++c) {
     body.components.push_back({std::to_string(c), c == 0 ? "bone" : c == 1 ? "cartilage" : "meniscus"});
-    for (int k = 0; k < 8; ++k)
-      mesh.vertices_mm.row(8 * c + k) << (k & 1) + 2.0 * c, (k & 2) / 2, (k & 4) / 4;
-    for (int t = 0; t < 12; ++t) {
-      const std::array<int, 3>& face = faces[static_cast<std::size_t>(t)];
-      mesh.triangles.row(12 * c + t) << 8 * c + face[0], 8 * c + face[1], 8 * c + face[2];
-      body.contact.component.push_back(c);
-    }
+    mesh.vertices_mm.middleRows<3>(3 * c) << c, 0, 0, c + 1, 0, 1, c, 1, 2;
+    mesh.triangles.row(c) << 3 * c, 3 * c + 1, 3 * c + 2;
   }
   return body;
 }

@@ -23,7 +23,7 @@ struct PosedSet {
   bool has_gaps = true;  ///< false for intermediate search poses, which have no gap data
 };
 
-/// Returns a renderer of the size in `options` whose shaders are compiled: it has drawn boxes with the
+/// Returns a renderer of the size in `options` whose shaders are compiled: it has drawn triangles with the
 /// materials of bone, cartilage and meniscus. Shader compilation dominates the time to the first frame.
 /// Throws InputError like make_offscreen_renderer and apply_appearance.
 std::unique_ptr<render::Renderer> warm_renderer(const ShowOptions& options);

@@ -113,19 +113,19 @@ bool Session::is_over_picture(const Eigen::Vector2d& pointer_px) const
   return is_inside && !state_.shows_help;
 }
 
-void Session::press(navigation::Button button, const Eigen::Vector2d& pointer_px, bool has_shift,
+void Session::press(render::MouseButton button, const Eigen::Vector2d& pointer_px, bool has_shift,
                     bool has_control)
 {
   move(pointer_px);
-  if (button == navigation::Button::left) pointer_.is_left_down = was_left_pressed_ = true;
+  if (button == render::MouseButton::left) pointer_.is_left_down = was_left_pressed_ = true;
   if (drag_ || !is_over_picture(pointer_px)) return;
   drag_ = navigation::Drag{navigation::drag_of(button, has_shift, has_control), gaze_, pointer_px};
   drag_button_ = button;
 }
 
-void Session::release(navigation::Button button)
+void Session::release(render::MouseButton button)
 {
-  if (button == navigation::Button::left) pointer_.is_left_down = false;
+  if (button == render::MouseButton::left) pointer_.is_left_down = false;
   if (drag_button_ != button) return;
   drag_.reset();
   drag_button_.reset();
@@ -286,11 +286,10 @@ constexpr int frames_after_input = 3;  // the interface library needs two frames
 
 void Session::take_key(const render::InputEvent& event)
 {
-  const navigation::KeyPress press{loop::key_of_window(event.key, event.has_shift), event.has_shift,
-                                   event.has_control};
+  const std::optional<navigation::KeyPress> press = loop::key_press_of(event);
   const bool is_held = event.key == held_key_;
   held_key_ = event.key;
-  if (!is_held || navigation::repeats_while_held(navigation::action_of(press))) press_key(press);
+  if (press && (!is_held || navigation::repeats_while_held(navigation::action_of(*press)))) press_key(*press);
 }
 
 void Session::take(const render::InputEvent& event)
@@ -302,22 +301,22 @@ void Session::take(const render::InputEvent& event)
       return move(pointer_px);
     case render::InputKind::press:
       if (event.n_clicks == 2 && event.button == render::MouseButton::left) double_click(pointer_px);
-      return press(loop::button_of(event.button), pointer_px, event.has_shift, event.has_control);
+      return press(event.button, pointer_px, event.has_shift, event.has_control);
     case render::InputKind::release:
-      return release(loop::button_of(event.button));
+      return release(event.button);
     case render::InputKind::wheel:
       move(pointer_px);
-      return turn_wheel(event.wheel_y);
+      return turn_wheel(event.wheel);
     case render::InputKind::key_press:
       return take_key(event);
     case render::InputKind::key_release:
-      if (event.key == held_key_) held_key_ = 0;
+      if (event.key == held_key_) held_key_ = navigation::Key::none;
       return;
     case render::InputKind::focus_lost:
-      held_key_ = 0;
+      held_key_ = navigation::Key::none;
       // A release outside the window is not delivered.
-      for (const navigation::Button button :
-           {navigation::Button::left, navigation::Button::middle, navigation::Button::right})
+      for (const render::MouseButton button :
+           {render::MouseButton::left, render::MouseButton::middle, render::MouseButton::right})
         release(button);
       return;
     default:

@@ -49,8 +49,8 @@ class Session {
 
   // Input events in order of occurrence. Pixels from the top left corner of the window.
   void take(const render::InputEvent& event);
-  void press(navigation::Button button, const Eigen::Vector2d& pointer_px, bool has_shift, bool has_control);
-  void release(navigation::Button button);
+  void press(render::MouseButton button, const Eigen::Vector2d& pointer_px, bool has_shift, bool has_control);
+  void release(render::MouseButton button);
   void move(const Eigen::Vector2d& pointer_px);
   void turn_wheel(double notches);
   void double_click(const Eigen::Vector2d& pointer_px);
@@ -110,9 +110,9 @@ class Session {
       scene::Backdrop::studio;  ///< last applied to the scene; a lights file may replace it
   render::Shot shot_;
   std::optional<navigation::Drag> drag_;
-  std::optional<navigation::Button> drag_button_;
+  std::optional<render::MouseButton> drag_button_;
   gui::GuiPointer pointer_;
-  int held_key_ = 0;               ///< key code of the window
+  navigation::Key held_key_ = navigation::Key::none;
   int n_frames_due_ = 0;           ///< frames to draw until the interface settles
   bool was_left_pressed_ = false;  ///< since the last frame, so that a click shorter than a frame counts
   int width_ = 0, height_ = 0;

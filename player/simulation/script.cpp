@@ -29,9 +29,8 @@ KeyPath::KeyPath(std::vector<PathPoint> points, bool is_looped)
 {
   check(!points_.empty(), "a path needs at least one key");
   const std::size_t n = points_.size();
-  for (std::size_t i = 1; i < n; ++i) {
+  for (std::size_t i = 1; i < n; ++i)
     check(points_[i].time_s > points_[i - 1].time_s, "the keys of a path must ascend in time");
-  }
   for (std::size_t i = 1; i + 1 < n; ++i) {
     slopes_[i] = slope_between(chord(points_[i - 1], points_[i]), points_[i].time_s - points_[i - 1].time_s,
                                chord(points_[i], points_[i + 1]), points_[i + 1].time_s - points_[i].time_s);
@@ -146,9 +145,8 @@ std::vector<std::string> tool_names(const SimulationScript& script)
   std::vector<std::string> names;
   const auto add = [&](const SimulatedBody& body) {
     names.push_back(body.tool);
-    for (std::size_t k = 0; k < body.markers_mm.size(); ++k) {
+    for (std::size_t k = 0; k < body.markers_mm.size(); ++k)
       names.push_back(body.tool + "-" + std::to_string(k + 1));
-    }
   };
   add(script.femur);
   add(script.tibia);

@@ -46,7 +46,6 @@ struct Occlusion {
 /// A tracked body is a tool; its markers are tools too, named "femur-1", "femur-2", ...
 struct SimulatedBody {
   std::string tool;
-  Pose X_body_bone = Pose::Identity();      ///< pose of the bone, or of the head frame, in the body's frame
   std::vector<Eigen::Vector3d> markers_mm;  ///< in the body's frame
 };
 
@@ -84,8 +83,8 @@ struct SimulationScript {
   Pose X_tracker_femur = default_X_tracker_femur();  ///< of the bone, at the centre of its sway
   double sway_mm = 2.0;                              ///< amplitude of the femur's oscillation along its X
   double sway_s = 5.0;
-  SimulatedBody femur = {"femur", Pose::Identity(), {}};
-  SimulatedBody tibia = {"tibia", Pose::Identity(), {}};
+  SimulatedBody femur = {"femur", {}};
+  SimulatedBody tibia = {"tibia", {}};
   std::optional<SimulatedBody> head;       ///< tracked body on the display
   Pose X_tracker_head = Pose::Identity();  ///< head frame with the stage at 0; moves along its X
   double firing_interval_ms = 0.4;         ///< marker k fires k intervals after the tick

@@ -106,10 +106,9 @@ SimulatedTruth Simulation::truth(double time_s) const
 Pose Simulation::X_tracker_body(const SimulatedBody& body, double time_s) const
 {
   const SimulatedTruth now = truth(time_s);
-  const Pose& X_tracker_bone = &body == &script_.femur   ? now.X_tracker_femur
-                               : &body == &script_.tibia ? now.X_tracker_tibia
-                                                         : now.X_tracker_head;
-  return X_tracker_bone * body.X_body_bone.inverse();
+  return &body == &script_.femur   ? now.X_tracker_femur
+         : &body == &script_.tibia ? now.X_tracker_tibia
+                                   : now.X_tracker_head;
 }
 
 bool Simulation::is_hidden(const std::string& tool, double time_s) const
@@ -165,31 +164,6 @@ std::int64_t Simulation::device_ns(double time_s) const
 std::int64_t Simulation::stage_count(double time_s) const
 {
   return rounded(stage_mm_.at(time_s) / stage_mm_a_count);
-}
-
-std::vector<QuadratureEdge> Simulation::edges(double from_s, double to_s) const
-{
-  check(to_s >= from_s, "edges(): to_s must not be before from_s");
-  constexpr double slice_s = 5e-4;
-  std::vector<QuadratureEdge> edges;
-  std::int64_t count = stage_count(from_s);
-  const auto n_slices = static_cast<std::int64_t>(std::ceil((to_s - from_s) / slice_s));
-  double start_s = from_s;
-  for (std::int64_t i = 1; i <= n_slices; ++i) {
-    const double part = static_cast<double>(i) / static_cast<double>(n_slices);
-    const double end_s = from_s + (to_s - from_s) * part;
-    const std::int64_t end_count = stage_count(end_s), n = std::abs(end_count - count);
-    const std::int64_t step = end_count > count ? 1 : -1;
-    for (std::int64_t done = 1; done <= n; ++done) {
-      count += step;
-      // States of rising counts: 00, 10, 11, 01; A leads B.
-      const std::int64_t state = count & 3;
-      const double share = static_cast<double>(done) / static_cast<double>(n);
-      edges.push_back({start_s + share * (end_s - start_s), state == 1 || state == 2, state >= 2});
-    }
-    start_s = end_s;
-  }
-  return edges;
 }
 
 int Simulation::potentiometer_count(double time_s) const

@@ -39,12 +39,6 @@ struct SimulatedFrame {
   std::vector<SimulatedTool> tools;  ///< in the order of tool_names()
 };
 
-/// State of both encoder signals after one of them changed.
-struct QuadratureEdge {
-  double time_s = 0.0;
-  bool a = false, b = false;
-};
-
 /// 5 micrometres a count: all four edges of a period are counted.
 inline constexpr double stage_mm_a_count = 0.005;
 
@@ -64,9 +58,6 @@ class Simulation {
 
   /// Encoder count, 0 at stage position 0.
   std::int64_t stage_count(double time_s) const;
-  /// Every edge in (from_s, to_s], to_s >= from_s; their signed number is the difference of stage_count().
-  /// Oscillations shorter than half a millisecond may be missed.
-  std::vector<QuadratureEdge> edges(double from_s, double to_s) const;
   /// 0 to 1023, with noise.
   int potentiometer_count(double time_s) const;
 

@@ -178,9 +178,8 @@ double target_error_mm(const MarkerCloud& cloud, double noise_mm, const Eigen::V
   const PoseError error = expected_error(cloud, noise_mm);
   const Eigen::Vector3d along_sq_mm2 = (cloud.axes.transpose() * (p_body_mm - cloud.centre_mm)).cwiseAbs2();
   double sum_sq_mm2 = error.centre_mm * error.centre_mm;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i)
     sum_sq_mm2 += error.turn_rad(i) * error.turn_rad(i) * (along_sq_mm2.sum() - along_sq_mm2(i));
-  }
   return std::sqrt(sum_sq_mm2);
 }
 

@@ -108,9 +108,8 @@ std::vector<PoseFit> fits_of(const std::vector<MarkerRow>& frames, const Shape& 
 {
   std::vector<PoseFit> fits;
   fits.reserve(frames.size());
-  for (const MarkerRow& frame : frames) {
+  for (const MarkerRow& frame : frames)
     fits.push_back(fit_pose(shape.body, known_part(shape, frame), options));
-  }
   return fits;
 }
 
@@ -137,9 +136,8 @@ double largest_step_mm(const Shape& before, const Shape& after)
 {
   double largest = 0.0;
   for (Eigen::Index k = 0; k < after.body.markers_mm.rows(); ++k) {
-    if (before.is_known[static_cast<std::size_t>(k)] != after.is_known[static_cast<std::size_t>(k)]) {
+    if (before.is_known[static_cast<std::size_t>(k)] != after.is_known[static_cast<std::size_t>(k)])
       return std::numeric_limits<double>::infinity();
-    }
     largest = std::max(largest, (after.body.markers_mm.row(k) - before.body.markers_mm.row(k)).norm());
   }
   return largest;

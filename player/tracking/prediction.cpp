@@ -8,19 +8,6 @@
 namespace vrda::tracking {
 namespace {
 
-/// Makes room at the end for a sample of `time_s`: drops samples older than the window, and the oldest of a
-/// full one. Returns how many remain.
-template <typename Samples>
-std::size_t make_room(Samples& samples, std::size_t n, double time_s, double window_s)
-{
-  if (n > 0 && time_s <= samples[n - 1].time_s) return 0;
-  std::size_t first = n == max_window_samples ? 1 : 0;
-  while (first < n && samples[first].time_s < time_s - window_s) ++first;
-  std::move(samples.begin() + static_cast<std::ptrdiff_t>(first),
-            samples.begin() + static_cast<std::ptrdiff_t>(n), samples.begin());
-  return n - first;
-}
-
 /// Slope of the least-squares line through values at times.
 template <typename Vector>
 class Slope {
@@ -57,23 +44,37 @@ LegAngles angles_of(const Eigen::Vector3d& v)
 
 }  // namespace
 
-void PosePredictor::add(const TimedPose& sample)
+template <typename Sample>
+void SampleWindow<Sample>::add(const Sample& sample)
 {
-  n_ = make_room(samples_, n_, sample.time_s, options_.window_s);
+  if (n_ > 0 && sample.time_s <= last().time_s) n_ = 0;
+  std::size_t first = n_ == max_window_samples ? 1 : 0;
+  while (first < n_ && samples_[first].time_s < sample.time_s - options_.window_s) ++first;
+  std::move(samples_.begin() + static_cast<std::ptrdiff_t>(first),
+            samples_.begin() + static_cast<std::ptrdiff_t>(n_), samples_.begin());
+  n_ -= first;
   samples_[n_++] = sample;
 }
 
-Screw PosePredictor::velocity() const
+template <typename Sample>
+bool SampleWindow<Sample>::has_velocity() const
 {
   check(has_sample(), "a predictor needs a sample");
-  const TimedPose& last = samples_[n_ - 1];
-  if (n_ < 2 || last.time_s - samples_[0].time_s < options_.shortest_span_s) return {};
+  return n_ > 1 && last().time_s - samples_[0].time_s >= options_.shortest_span_s;
+}
+
+template class SampleWindow<TimedPose>;
+template class SampleWindow<TimedAngles>;
+
+Screw PosePredictor::velocity() const
+{
+  if (!has_velocity()) return {};
   Slope<Vector6> slope;
   for (std::size_t i = 0; i < n_; ++i) {
-    const Screw screw = screw_of(last.X.inverse() * samples_[i].X);
+    const Screw screw = screw_of(last().X.inverse() * samples_[i].X);
     Vector6 numbers;
     numbers << screw.turn_rad, screw.shift_mm;
-    slope.add(samples_[i].time_s - last.time_s, numbers);
+    slope.add(samples_[i].time_s - last().time_s, numbers);
   }
   const Vector6 per_second = slope.per_second();
   return {per_second.head<3>(), per_second.tail<3>()};
@@ -82,35 +83,23 @@ Screw PosePredictor::velocity() const
 Pose PosePredictor::at(double time_s) const
 {
   const Screw per_second = velocity();
-  const TimedPose& last = samples_[n_ - 1];
-  const Pose X_last_then =
-      pose_of(scaled(per_second, std::clamp(time_s - last.time_s, 0.0, options_.longest_s)));
-  return last.X * X_last_then;
-}
-
-void AnglesPredictor::add(const TimedAngles& sample)
-{
-  n_ = make_room(samples_, n_, sample.time_s, options_.window_s);
-  samples_[n_++] = sample;
+  return last().X * pose_of(scaled(per_second, std::clamp(time_s - last().time_s, 0.0, options_.longest_s)));
 }
 
 LegAngles AnglesPredictor::velocity() const
 {
-  check(has_sample(), "a predictor needs a sample");
-  if (n_ < 2 || samples_[n_ - 1].time_s - samples_[0].time_s < options_.shortest_span_s) return {};
+  if (!has_velocity()) return {};
   Slope<Eigen::Vector3d> slope;
-  for (std::size_t i = 0; i < n_; ++i) {
-    slope.add(samples_[i].time_s - samples_[n_ - 1].time_s, vector_of(samples_[i].angles));
-  }
+  for (std::size_t i = 0; i < n_; ++i)
+    slope.add(samples_[i].time_s - last().time_s, vector_of(samples_[i].angles));
   return angles_of(slope.per_second());
 }
 
 LegAngles AnglesPredictor::at(double time_s) const
 {
   const Eigen::Vector3d per_second = vector_of(velocity());
-  const TimedAngles& last = samples_[n_ - 1];
-  const double ahead_s = std::clamp(time_s - last.time_s, 0.0, options_.longest_s);
-  return angles_of(vector_of(last.angles) + ahead_s * per_second);
+  const double ahead_s = std::clamp(time_s - last().time_s, 0.0, options_.longest_s);
+  return angles_of(vector_of(last().angles) + ahead_s * per_second);
 }
 
 namespace {

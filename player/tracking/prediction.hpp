@@ -27,39 +27,42 @@ struct TimedAngles {
 /// Capacity; the oldest samples are dropped if the window holds more.
 inline constexpr std::size_t max_window_samples = 32;
 
-/// Extrapolates the last pose by the least-squares twist of the samples in the window (over their screws
-/// relative to the last). Without a sufficient span the pose is held. A time not after the last restarts.
-class PosePredictor {
+/// The samples in the window before the last one, by time. A time not after the last restarts.
+template <typename Sample>
+class SampleWindow {
  public:
-  explicit PosePredictor(const PredictionOptions& options = {}) : options_(options) {}
-  void add(const TimedPose& sample);
+  explicit SampleWindow(const PredictionOptions& options = {}) : options_(options) {}
+  void add(const Sample& sample);
   void start_over() { n_ = 0; }
   bool has_sample() const { return n_ > 0; }
+
+ protected:
+  const Sample& last() const { return samples_[n_ - 1]; }
+  /// Whether the samples span enough time for a velocity. Requires a sample.
+  bool has_velocity() const;
+
+  PredictionOptions options_;
+  std::array<Sample, max_window_samples> samples_;
+  std::size_t n_ = 0;
+};
+
+/// Extrapolates the last pose by the least-squares twist of the samples in the window (over their screws
+/// relative to the last). Without a sufficient span the pose is held.
+class PosePredictor : public SampleWindow<TimedPose> {
+ public:
+  using SampleWindow::SampleWindow;
   /// Requires a sample. Before the last sample's time: the last pose. Does not allocate.
   Pose at(double time_s) const;
   /// Per second, in the body's axes about its origin; zero if held.
   Screw velocity() const;
-
- private:
-  PredictionOptions options_;
-  std::array<TimedPose, max_window_samples> samples_;  ///< by time
-  std::size_t n_ = 0;
 };
 
 /// The same for a leg's angles, with the slope of a fitted line.
-class AnglesPredictor {
+class AnglesPredictor : public SampleWindow<TimedAngles> {
  public:
-  explicit AnglesPredictor(const PredictionOptions& options = {}) : options_(options) {}
-  void add(const TimedAngles& sample);
-  void start_over() { n_ = 0; }
-  bool has_sample() const { return n_ > 0; }
+  using SampleWindow::SampleWindow;
   LegAngles at(double time_s) const;
   LegAngles velocity() const;  ///< rad per second
-
- private:
-  PredictionOptions options_;
-  std::array<TimedAngles, max_window_samples> samples_;
-  std::size_t n_ = 0;
 };
 
 /// Error statistics; the 95th percentile is the smallest error that 95 % do not exceed.

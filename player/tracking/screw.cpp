@@ -6,14 +6,14 @@
 #include "core/trig.hpp"
 
 namespace vrda::tracking {
-namespace {
-
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v)
 {
   Eigen::Matrix3d W;
   W << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
   return W;
 }
+
+namespace {
 
 /// Below this angle two terms of a series are exact to rounding: the third is smaller by angle^4 / 100.
 constexpr double small_angle_rad = 1e-4;
@@ -43,9 +43,8 @@ double cubic_rest(double angle_rad)
 double inverse_rest(double angle_rad)
 {
   const double square = angle_rad * angle_rad;
-  if (angle_rad < series_angle_rad) {
+  if (angle_rad < series_angle_rad)
     return (1.0 + square / 60.0 * (1.0 + square / 42.0 * (1.0 + square / 40.0))) / 12.0;
-  }
   const SinCos half = sin_cos(0.5 * angle_rad);
   return (1.0 - 0.5 * angle_rad * half.cos / half.sin) / square;
 }

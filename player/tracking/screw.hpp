@@ -12,6 +12,9 @@ struct Screw {
 };
 Screw scaled(const Screw& screw, double factor);
 
+/// The matrix of the cross product: cross_matrix(v) * w = v x w.
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v);
+
 /// Exponential map.
 Pose pose_of(const Screw& screw);
 /// Logarithm, with a rotation of at most pi; for exactly pi one of the two solutions.

@@ -39,13 +39,12 @@ tracking::PoseParameters tape_rounded(const tracking::PoseParameters& six)
           (six.turn_rad / step_rad).array().round() * step_rad};
 }
 
-void add_numbers(const Calibration& found, const BenchFile& bench, const VirtualTruth& truth,
-                 BenchResult& result)
+void add_numbers(const Calibration& found, const VirtualTruth& truth, BenchResult& result)
 {
   for (const auto& [part, record] : found.records) {
     if (!record.estimate) continue;
     const calibration::Estimate& estimate = *record.estimate;
-    const Eigen::VectorXd errors = errors_of(estimate, part, bench, truth);
+    const Eigen::VectorXd errors = errors_of(estimate, truth);
     for (Eigen::Index k = 0; k < errors.size(); ++k) {
       const auto i = static_cast<std::size_t>(k);
       result.numbers.push_back({bench_files::name_of(part), estimate.names[i], estimate.units[i], errors[k],
@@ -66,7 +65,7 @@ BenchResult result_of(const BenchFile& bench, const VirtualNoise& noise, std::ui
   while (session.task() != nullptr) hand.do_task(session);
   BenchResult result;
   result.was_refused = hand.n_refusals() > 0;
-  add_numbers(session.calibration(), bench, truth, result);
+  add_numbers(session.calibration(), truth, result);
   result.before = target_errors(uncalibrated(bench, truth), bench, truth, noise);
   result.after = target_errors(session.calibration(), bench, truth, noise);
   return result;
@@ -240,8 +239,7 @@ TargetError error_for_eye(const optics::Eye& found_eye, const Eigen::Vector3d& p
 
 }  // namespace
 
-Eigen::VectorXd errors_of(const calibration::Estimate& estimate, CalibrationPart /*part*/,
-                          const BenchFile& /*bench*/, const VirtualTruth& truth)
+Eigen::VectorXd errors_of(const calibration::Estimate& estimate, const VirtualTruth& truth)
 {
   Eigen::VectorXd errors(estimate.values.size());
   Eigen::Index k = 0;

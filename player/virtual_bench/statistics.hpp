@@ -6,8 +6,7 @@
 namespace vrda::virtual_bench {
 
 /// Found minus true value of every parameter of the estimate, in its units; poses as in Estimate.
-Eigen::VectorXd errors_of(const calibration::Estimate& estimate, CalibrationPart part, const BenchFile& bench,
-                          const VirtualTruth& truth);
+Eigen::VectorXd errors_of(const calibration::Estimate& estimate, const VirtualTruth& truth);
 
 /// Overlay error at one target for one eye: where its image is seen against its true direction.
 struct TargetError {

@@ -237,56 +237,37 @@ port = 18944
 
 [calibration]
 rectangles = [[250, 0], [300, 150], [350, 300], [400, 450]]  # mm: width, depth
-
-[[calibration.landmarks]]
-name = "epicondyles"
-model_mm = 82.0
-
-[[calibration.landmarks]]
-name = "plateau, across"
-model_mm = 76.0
-
-[[calibration.landmarks]]
-name = "patella to tuberosity"
-model_mm = 68.0
-
-[[calibration.landmarks]]
-name = "fibula's head to lateral epicondyle"
-model_mm = 64.0
-
-[[calibration.landmarks]]
-name = "adductor tubercle to joint line"
-model_mm = 52.0
-
-[[calibration.landmarks]]
-name = "patella to lateral epicondyle"
-model_mm = 71.0
+landmarks = [
+  { name = "epicondyles", model_mm = 82.0 },
+  { name = "plateau, across", model_mm = 76.0 },
+  { name = "patella to tuberosity", model_mm = 68.0 },
+  { name = "fibula's head to lateral epicondyle", model_mm = 64.0 },
+  { name = "adductor tubercle to joint line", model_mm = 52.0 },
+  { name = "patella to lateral epicondyle", model_mm = 71.0 },
+]
+point = [
+  { name = "patella, upper pole", mm = [44, 34, 2] },
+  { name = "patella, lower pole", mm = [46, -8, 4] },
+  { name = "medial epicondyle", mm = [2, 12, -44] },
+  { name = "lateral epicondyle", mm = [-2, 10, 42] },
+  { name = "tibial tuberosity", mm = [40, -52, 6] },
+  { name = "fibula's head", mm = [-30, -38, 46] },
+  { name = "medial plateau", mm = [14, -26, -42] },
+  { name = "lateral plateau", mm = [16, -28, 40] },
+  { name = "adductor tubercle", mm = [-18, 30, -42] },
+  { name = "thigh, front", mm = [38, 74, 0] },
+  { name = "thigh, back", mm = [-56, 66, -6] },
+  { name = "calf, back", mm = [-58, -64, 4] },
+  { name = "thigh, inside", mm = [0, 60, -40], target = true },
+  { name = "thigh, outside", mm = [4, 52, 42], target = true },
+  { name = "shin, inside", mm = [20, -66, -30], target = true },
+  { name = "hollow of the knee", mm = [-44, -2, 2], target = true },
+]
 )";
-
-struct Point {
-  const char* name;
-  const char* mm;
-  bool is_target;
-};
-
-constexpr Point points[] = {
-    {"patella, upper pole", "[44, 34, 2]", false},  {"patella, lower pole", "[46, -8, 4]", false},
-    {"medial epicondyle", "[2, 12, -44]", false},   {"lateral epicondyle", "[-2, 10, 42]", false},
-    {"tibial tuberosity", "[40, -52, 6]", false},   {"fibula's head", "[-30, -38, 46]", false},
-    {"medial plateau", "[14, -26, -42]", false},    {"lateral plateau", "[16, -28, 40]", false},
-    {"adductor tubercle", "[-18, 30, -42]", false}, {"thigh, front", "[38, 74, 0]", false},
-    {"thigh, back", "[-56, 66, -6]", false},        {"calf, back", "[-58, -64, 4]", false},
-    {"thigh, inside", "[0, 60, -40]", true},        {"thigh, outside", "[4, 52, 42]", true},
-    {"shin, inside", "[20, -66, -30]", true},       {"hollow of the knee", "[-44, -2, 2]", true}};
 
 std::string made_text(HeadKind head)
 {
-  std::string text = std::string(beginning) + (head == HeadKind::stage ? on_a_stage : on_the_display) + rest;
-  for (const Point& point : points) {
-    text += std::string("\n[[calibration.point]]\nname = \"") + point.name + "\"\nmm = " + point.mm +
-            (point.is_target ? "\ntarget = true\n" : "\n");
-  }
-  return text;
+  return std::string(beginning) + (head == HeadKind::stage ? on_a_stage : on_the_display) + rest;
 }
 
 }  // namespace

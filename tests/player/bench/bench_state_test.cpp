@@ -9,6 +9,7 @@
 
 namespace vrda::bench_state_test {
 
+using bench_files::BodyRole;
 using test::SmallBench, test::distance_of, test::ms_in_ns, test::some_pose;
 
 /// Rounding of poses 1 m away, converted to quaternions and six numbers.
@@ -38,7 +39,7 @@ TEST(BenchState, TwoBodiesAskTheModelAtTheirGroodSuntayAngles)
         bench.take_leg(X_thigh, angles_at(flexion_deg, varus_deg), now_ns, now_ns);
         const bench::BenchFrame& frame = bench.state.frame(now_ns);
         expect_attitude(frame, flexion_deg, varus_deg, rounding);
-        const Pose X_reference = X_thigh * bench.X_body_model(bench_files::BodyRole::femur);
+        const Pose X_reference = X_thigh * bench.X_body_model(BodyRole::femur);
         const motion::JointPose wanted =
             bench.motion.at({rad_from_deg(flexion_deg), rad_from_deg(varus_deg)});
         EXPECT_LT(distance_of(frame.X_tracker_reference, X_reference), rounding);
@@ -60,8 +61,7 @@ TEST(BenchState, ARigidLegStandsAtItsBodyWithTheAnglesOfTheParameters)
   bench_files::set_value(bench.state.values(), bench_files::find_parameter("varus").value(), -1.5);
   const bench::BenchFrame& frame = bench.state.frame(ms_in_ns);
   expect_attitude(frame, 42.0, -1.5, rounding);
-  EXPECT_LT(distance_of(frame.X_tracker_reference, X_leg * bench.X_body_model(bench_files::BodyRole::leg)),
-            rounding);
+  EXPECT_LT(distance_of(frame.X_tracker_reference, X_leg * bench.X_body_model(BodyRole::leg)), rounding);
   EXPECT_LT(distance_of(frame.X_tracker_moving, frame.X_tracker_reference * frame.pose.X_reference_moving),
             rounding);
 }
@@ -85,8 +85,7 @@ TEST(BenchState, AHiddenBodyStaysWhereItWasIsMarkedAndRecovers)
   EXPECT_EQ(hidden.bodies[2].state, devices::ToolVisibility::missing);
   EXPECT_NEAR(hidden.bodies[2].age_s, 0.3, 1e-6);
   expect_attitude(hidden, 30.0, 1.0, rounding);
-  EXPECT_LT(distance_of(hidden.X_tracker_reference,
-                        some_pose(2) * bench.X_body_model(bench_files::BodyRole::femur)),
+  EXPECT_LT(distance_of(hidden.X_tracker_reference, some_pose(2) * bench.X_body_model(BodyRole::femur)),
             rounding);
   bench.take_leg(some_pose(2), angles_at(60, -1), 5 + 400 * ms_in_ns, 401 * ms_in_ns);
   const bench::BenchFrame again = bench.state.frame(401 * ms_in_ns);
@@ -134,9 +133,7 @@ TEST(BenchState, AClockThatStepsBackIsFollowed)
       // 0.5 degrees in 10 ms: the largest change by prediction.
       EXPECT_NEAR(deg_from_rad(frame.pose.attitude.flexion_rad), 20 + 0.5 * k, 0.05 * prediction_ms + 1e-6)
           << k;
-      EXPECT_LT(
-          distance_of(frame.X_tracker_reference, X_thigh * bench.X_body_model(bench_files::BodyRole::femur)),
-          1e-6);
+      EXPECT_LT(distance_of(frame.X_tracker_reference, X_thigh * bench.X_body_model(BodyRole::femur)), 1e-6);
     }
   }
 }
@@ -154,11 +151,10 @@ TEST(BenchState, PredictionCarriesAConstantVelocityOnByTheHorizon)
   }
   // The delay of 4 ms until the frame is also predicted.
   const bench::BenchFrame& frame = bench.state.frame(204 * ms_in_ns);
-  const Pose wanted =
-      test::moved(start, a_second, 0.204 + 0.030) * bench.X_body_model(bench_files::BodyRole::leg);
+  const Pose wanted = test::moved(start, a_second, 0.204 + 0.030) * bench.X_body_model(BodyRole::leg);
   EXPECT_LT(distance_of(frame.X_tracker_reference, wanted), 1e-6);
   bench.state.values().prediction_ms = 0.0;
-  const Pose held = test::moved(start, a_second, 0.2) * bench.X_body_model(bench_files::BodyRole::leg);
+  const Pose held = test::moved(start, a_second, 0.2) * bench.X_body_model(BodyRole::leg);
   EXPECT_LT(distance_of(bench.state.frame(204 * ms_in_ns).X_tracker_reference, held), rounding);
   EXPECT_GT(distance_of(held, wanted), 5.0);
 }
@@ -199,7 +195,7 @@ TEST(BenchState, MarkersThatFireOneAfterAnotherGiveThePoseOfTheFrame)
     const bench::BenchFrame& frame = bench.state.frame(300 * ms_in_ns);
     EXPECT_TRUE(frame.bodies[0].is_live);
     return distance_of(frame.X_tracker_reference,
-                       test::moved(start, a_second, time_s) * bench.X_body_model(bench_files::BodyRole::leg));
+                       test::moved(start, a_second, time_s) * bench.X_body_model(BodyRole::leg));
   };
   EXPECT_LT(error_mm("0.5", 0.0), 1e-6);
   EXPECT_LT(error_mm("0.5", 30.0), 1e-6);
@@ -220,8 +216,7 @@ TEST(BenchState, MarkersThatAreHiddenLoseTheBodyFromTwoOn)
                                   : test::hidden_sample(m, arrival_ns));
     }
     const bench::BenchFrame& frame = bench.state.frame(arrival_ns);
-    EXPECT_LT(distance_of(frame.X_tracker_reference, X_leg * bench.X_body_model(bench_files::BodyRole::leg)),
-              rounding);
+    EXPECT_LT(distance_of(frame.X_tracker_reference, X_leg * bench.X_body_model(BodyRole::leg)), rounding);
     return frame.bodies[0].is_live;
   };
   EXPECT_TRUE(is_live_with(4, 10 * ms_in_ns));

@@ -154,7 +154,7 @@ bench::StreamStatistics watched(std::int64_t set_back_ms, const std::function<bo
     message.kind = igtl::IgtlKind::tdata;
     message.device = "Tracker";
     message.device_ns = (5000 + k * 10 - (k >= 100 ? set_back_ms : 0)) * ms;
-    if (!is_hidden(k)) message.tools.push_back({"tibia", igtl::IgtlVisibility::seen, Pose::Identity()});
+    if (!is_hidden(k)) message.tools.push_back({"tibia", igtl::ToolVisibility::seen, Pose::Identity()});
     for (const devices::Sample& sample : talk.receive(message, k * 10 * ms)) watch.add(sample);
   }
   return watch;

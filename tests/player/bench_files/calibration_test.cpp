@@ -58,25 +58,6 @@ bench_files::Calibration random_calibration(std::mt19937_64& random, const bench
   return c;
 }
 
-void expect_equal(const optics::Eye& a, const optics::Eye& b)
-{
-  EXPECT_EQ(a.window.x, b.window.x);
-  EXPECT_EQ(a.window.height, b.window.height);
-  EXPECT_EQ(a.visible.x, b.visible.x);
-  EXPECT_EQ(a.visible.y, b.visible.y);
-  EXPECT_EQ(a.visible.width, b.visible.width);
-  EXPECT_EQ(a.visible.height, b.visible.height);
-  EXPECT_EQ(a.distance_px, b.distance_px);
-  EXPECT_EQ(a.pixel_aspect, b.pixel_aspect);
-  EXPECT_EQ(a.sight_px, b.sight_px);
-  EXPECT_EQ(a.position_head_mm, b.position_head_mm);
-  EXPECT_EQ(a.distortion.k1, b.distortion.k1);
-  EXPECT_EQ(a.distortion.k2, b.distortion.k2);
-  EXPECT_EQ(a.distortion.centre_px, b.distortion.centre_px);
-  EXPECT_EQ(a.distortion.unit_px, b.distortion.unit_px);
-  EXPECT_EQ(a.distortion.pixel_aspect, b.distortion.pixel_aspect);
-}
-
 TEST(Calibration, ReadsBackWhatWasWritten)
 {
   std::mt19937_64 random(82);
@@ -86,8 +67,7 @@ TEST(Calibration, ReadsBackWhatWasWritten)
     const bench_files::Calibration made = random_calibration(random, bench);
     const std::string file = scratch.write("c.toml", bench_files::calibration_text(made, bench)).string();
     const bench_files::Calibration read = bench_files::read_calibration(file, bench);
-    expect_equal(read.eyes.left, made.eyes.left);
-    expect_equal(read.eyes.right, made.eyes.right);
+    EXPECT_TRUE(read.eyes == made.eyes);
     EXPECT_EQ(read.image_distance_mm, made.image_distance_mm);
     EXPECT_EQ(read.stage_direction_table, made.stage_direction_table);
     expect_near(read.X_tracker_table, made.X_tracker_table);
@@ -111,7 +91,7 @@ TEST(Calibration, TheNominalOneIsUsableAndReadsBack)
     optics::require_usable(nominal.eyes, "nominal");
     const bench_files::Calibration read =
         bench_files::parse_calibration(bench_files::calibration_text(nominal, bench), "c.toml", bench);
-    expect_equal(read.eyes.left, nominal.eyes.left);
+    EXPECT_TRUE(read.eyes == nominal.eyes);
     EXPECT_EQ(read.X_table_eyes.shift_mm, Eigen::Vector3d(0, 0, 800));
     EXPECT_EQ(read.eyes.right.position_head_mm.x() - read.eyes.left.position_head_mm.x(), 64.0);
   }

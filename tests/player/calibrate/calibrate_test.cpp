@@ -376,7 +376,7 @@ TEST_F(Calibrate, APlaceByEyeWantsTheModel)
   adjust.is_repeated = true;
   adjust.script = written("script.txt", "press Enter\n");
   EXPECT_EQ(calibrated(adjust).end, calibrate::CalibrateEnd::quit);  // an operator sees points
-  adjust.bench = written("bare.toml", text.substr(0, text.find("\n[[calibration.point]]")));
+  adjust.bench = written("bare.toml", text.substr(0, text.find("point = [")));
   EXPECT_EQ(refusal(adjust).field, "calibration.point");
   adjust.is_virtual = false;
   adjust.calibration = in_scratch("real.toml");

@@ -53,16 +53,12 @@ TEST(ViewportFit, WholePixelsAreFoundExactly)
   // Columns 650 to 1249 are visible, so the borders are 650 and 1250.
   marks.line_px = {{{650, 650}, {1249, 1249}, {520, 520}, {969, 969}}};
   marks.screen_mm = {300.0, 225.0};
-  const calibration::ViewportFit fit = calibration::fit_viewport(marks, window, "left", "marks");
-  EXPECT_EQ(fit.visible.x, 650);
-  EXPECT_EQ(fit.visible.width, 600);
-  EXPECT_EQ(fit.visible.y, 520);
-  EXPECT_EQ(fit.visible.height, 450);
-  EXPECT_EQ(fit.centre_px, Eigen::Vector2d(950.0, 745.0));
-  EXPECT_DOUBLE_EQ(fit.pixel_aspect, 1.0);
-  EXPECT_EQ(fit.estimate.names[1], "left.edge_right");
+  const calibration::Estimate fit = calibration::fit_viewport(marks, window, "left", "marks");
+  EXPECT_EQ(fit.values.head<4>(), Eigen::Vector4d(650, 1250, 520, 970));
+  EXPECT_DOUBLE_EQ(fit.values[4], 1.0);
+  EXPECT_EQ(fit.names[1], "left.edge_right");
   // Equal readings still have the rounding error.
-  EXPECT_DOUBLE_EQ(fit.estimate.covariance(0, 0), 1.0 / 12.0);
+  EXPECT_DOUBLE_EQ(fit.covariance(0, 0), 1.0 / 12.0);
 }
 
 TEST(ViewportFit, IntervalsAreHonestWhateverTheNoiseOfTheHand)
@@ -78,12 +74,12 @@ TEST(ViewportFit, IntervalsAreHonestWhateverTheNoiseOfTheHand)
       view.right += part(random);
       view.top += part(random);
       view.bottom += part(random);
-      const calibration::ViewportFit fit =
+      const calibration::Estimate fit =
           calibration::fit_viewport(readings_of(view, noise_px, 4, random), window, "left", "marks");
       Eigen::VectorXd truth(5);
       truth << view.left, view.right, view.top, view.bottom, aspect_of(view);
-      coverage.add(fit.estimate, fit.estimate.values - truth);
-      EXPECT_EQ(Eigen::LLT<Eigen::MatrixXd>(fit.estimate.covariance).info(), Eigen::Success);
+      coverage.add(fit, fit.values - truth);
+      EXPECT_EQ(Eigen::LLT<Eigen::MatrixXd>(fit.covariance).info(), Eigen::Success);
     }
     coverage.expect_honest();
   }
@@ -96,19 +92,19 @@ TEST(ViewportFit, WithoutNoiseTheIntervalStillHoldsTheBorder)
   for (int bench = 0; bench < 100; ++bench) {
     TrueView view;
     view.left += part(random);
-    const calibration::ViewportFit fit =
+    const calibration::Estimate fit =
         calibration::fit_viewport(readings_of(view, 0.0, 4, random), window, "left", "marks");
-    EXPECT_LE(std::abs(fit.estimate.values(0) - view.left), calibration::half_width_95(fit.estimate, 0));
+    EXPECT_LE(std::abs(fit.values(0) - view.left), calibration::half_width_95(fit, 0));
   }
 }
 
 TEST(ViewportFit, OneReadingAnEdgeIsKnownToItsRounding)
 {
   std::mt19937_64 random(14);
-  const calibration::ViewportFit fit =
+  const calibration::Estimate fit =
       calibration::fit_viewport(readings_of({}, 0.0, 1, random), window, "left", "marks");
-  EXPECT_TRUE(std::isinf(fit.estimate.dof));
-  EXPECT_DOUBLE_EQ(fit.estimate.covariance(0, 0), 1.0 / 12.0);
+  EXPECT_TRUE(std::isinf(fit.dof));
+  EXPECT_DOUBLE_EQ(fit.covariance(0, 0), 1.0 / 12.0);
 }
 
 TEST(ViewportFit, MovingTheWindowMovesTheEdges)
@@ -117,13 +113,13 @@ TEST(ViewportFit, MovingTheWindowMovesTheEdges)
   for (std::size_t edge = 0; edge < calibration::n_edges; ++edge) {
     for (double& reading : moved.line_px[edge]) reading -= edge < 2 ? 640 : 512;
   }
-  const calibration::ViewportFit at = calibration::fit_viewport(good_marks(), window, "left", "marks");
-  const calibration::ViewportFit there = calibration::fit_viewport(moved, {0, 0, 640, 480}, "left", "marks");
-  EXPECT_EQ(there.visible.x, at.visible.x - 640);
-  EXPECT_EQ(there.visible.height, at.visible.height);
+  const calibration::Estimate at = calibration::fit_viewport(good_marks(), window, "left", "marks");
+  const calibration::Estimate there = calibration::fit_viewport(moved, {0, 0, 640, 480}, "left", "marks");
   constexpr double rounding = 1e-12;
-  EXPECT_NEAR(there.pixel_aspect, at.pixel_aspect, rounding);
-  EXPECT_TRUE(there.estimate.covariance.isApprox(at.estimate.covariance, rounding));
+  Eigen::VectorXd expected = at.values;
+  expected.head<4>() -= Eigen::Vector4d(640, 640, 512, 512);
+  EXPECT_TRUE(there.values.isApprox(expected, rounding));
+  EXPECT_TRUE(there.covariance.isApprox(at.covariance, rounding));
 }
 
 InputError::Facts refusal(const calibration::ViewportMarks& marks)

@@ -12,6 +12,8 @@
 
 namespace vrda::plan_test {
 
+using bench_files::CalibrationPart;
+using calibration_tasks::CalibrationSession;
 using test::all_done;
 using test::bench;
 using test::restarted;
@@ -22,34 +24,30 @@ TEST(GuidePlan, APartDoneAgainOutdatesWhatRestsOnItWithItsFirstMark)
 {
   Trial trial(bench(), all_done(), restarted("distortion"));
   bench_files::Calibration outdated = all_done();
-  outdated.records.at(bench_files::CalibrationPart::distortion).is_outdated = true;
+  outdated.records.at(CalibrationPart::distortion).is_outdated = true;
   EXPECT_TRUE(bench_files::calibration_text(trial.session->calibration(), bench()) ==
               bench_files::calibration_text(outdated, bench()));
   trial.do_task();
   const bench_files::Calibration& now = trial.session->calibration();
-  for (const bench_files::CalibrationPart part :
-       {bench_files::CalibrationPart::eyepoints, bench_files::CalibrationPart::ipd,
-        bench_files::CalibrationPart::bullseye})
+  for (const CalibrationPart part :
+       {CalibrationPart::eyepoints, CalibrationPart::ipd, CalibrationPart::bullseye})
     EXPECT_TRUE(now.records.at(part).is_outdated) << bench_files::name_of(part);
-  for (const bench_files::CalibrationPart part :
-       {bench_files::CalibrationPart::viewport, bench_files::CalibrationPart::rails,
-        bench_files::CalibrationPart::stop, bench_files::CalibrationPart::probe,
-        bench_files::CalibrationPart::subject, bench_files::CalibrationPart::leg})
+  for (const CalibrationPart part : {CalibrationPart::viewport, CalibrationPart::rails, CalibrationPart::stop,
+                                     CalibrationPart::probe, CalibrationPart::subject, CalibrationPart::leg})
     EXPECT_FALSE(now.records.at(part).is_outdated) << bench_files::name_of(part);
-  EXPECT_EQ(now.records.at(bench_files::CalibrationPart::distortion).marks.size(), 1u);
-  EXPECT_FALSE(calibration_tasks::is_done(now, bench_files::CalibrationPart::distortion));
+  EXPECT_EQ(now.records.at(CalibrationPart::distortion).marks.size(), 1u);
+  EXPECT_FALSE(calibration_tasks::is_done(now, CalibrationPart::distortion));
   trial.do_all();
   // The step "all" repeats only outdated parts.
   Trial rest(bench(), trial.session->calibration(), test::options_of(bench()));
-  EXPECT_EQ(rest.session->progress().part, bench_files::CalibrationPart::eyepoints);
-  std::set<bench_files::CalibrationPart> asked;
+  EXPECT_EQ(rest.session->progress().part, CalibrationPart::eyepoints);
+  std::set<CalibrationPart> asked;
   while (rest.session->task() != nullptr) {
     asked.insert(rest.session->progress().part);
     rest.do_task();
   }
-  EXPECT_EQ(asked, (std::set<bench_files::CalibrationPart>{bench_files::CalibrationPart::eyepoints,
-                                                           bench_files::CalibrationPart::ipd,
-                                                           bench_files::CalibrationPart::bullseye}));
+  EXPECT_EQ(asked, (std::set<CalibrationPart>{CalibrationPart::eyepoints, CalibrationPart::ipd,
+                                              CalibrationPart::bullseye}));
 }
 
 /// After an interruption of --anew the command without --anew resumes: finished parts are not repeated and
@@ -57,8 +55,7 @@ TEST(GuidePlan, APartDoneAgainOutdatesWhatRestsOnItWithItsFirstMark)
 TEST(GuidePlan, WhatIsDoneAnewGoesOnWithoutSayingSoAgain)
 {
   calibration_tasks::CalibrationSessionOptions both = restarted("subject");
-  both.parts = {bench_files::CalibrationPart::stop, bench_files::CalibrationPart::probe,
-                bench_files::CalibrationPart::subject};
+  both.parts = {CalibrationPart::stop, CalibrationPart::probe, CalibrationPart::subject};
   calibration_tasks::CalibrationSessionOptions plain = both;
   plain.is_repeated = false;
   Trial trial(bench(), all_done(), both);
@@ -67,30 +64,29 @@ TEST(GuidePlan, WhatIsDoneAnewGoesOnWithoutSayingSoAgain)
   for (; trial.session->task() != nullptr; ++n_tasks) {
     trial.do_task();
     const std::string file = bench_files::calibration_text(trial.session->calibration(), bench());
-    trial.session = std::make_unique<calibration_tasks::CalibrationSession>(
+    trial.session = std::make_unique<CalibrationSession>(
         bench(), bench_files::parse_calibration(file, "c.toml", bench()), plain);
   }
   EXPECT_EQ(n_tasks, 2 + static_cast<int>(bench().calibration.landmarks.size()));
-  for (const bench_files::CalibrationPart part : both.parts)
+  for (const CalibrationPart part : both.parts)
     EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), part)) << bench_files::name_of(part);
 }
 
 TEST(GuidePlan, APartBeforeOneThatItRestsOnIsRefused)
 {
   const auto field_of = [](const bench_files::Calibration& begun, const std::string& step) {
-    return test::input_error(
-        [&] { calibration_tasks::CalibrationSession(bench(), begun, test::options_of(bench(), step)); });
+    return test::input_error([&] { CalibrationSession(bench(), begun, test::options_of(bench(), step)); });
   };
   const bench_files::Calibration nominal = bench_files::nominal_calibration(bench());
   EXPECT_THAT(field_of(nominal, "distortion"), test::refuses({.field = "distortion", .found = "viewport"}));
   EXPECT_THAT(field_of(nominal, "ipd"), test::refuses({.field = "ipd", .found = "eyepoints"}));
   EXPECT_THAT(field_of(nominal, "leg"), test::refuses({.field = "leg", .found = "probe"}));
   bench_files::Calibration old = all_done();
-  old.records.at(bench_files::CalibrationPart::rails).is_outdated = true;
-  old.records.at(bench_files::CalibrationPart::bullseye).is_outdated = true;
+  old.records.at(CalibrationPart::rails).is_outdated = true;
+  old.records.at(CalibrationPart::bullseye).is_outdated = true;
   EXPECT_THAT(field_of(old, "bullseye"),
               test::refuses({.field = "bullseye", .found = {"rails", "outdated"}}));
-  calibration_tasks::CalibrationSession(bench(), nominal, test::options_of(bench(), "viewport"));
+  CalibrationSession(bench(), nominal, test::options_of(bench(), "viewport"));
 }
 
 TEST(GuidePlan, ARecordOfAnotherPlanIsRefusedUnlessThePartIsDoneAnew)
@@ -98,39 +94,35 @@ TEST(GuidePlan, ARecordOfAnotherPlanIsRefusedUnlessThePartIsDoneAnew)
   const bench_files::BenchFile other = test::virtual_bench(bench_files::HeadKind::stage, "[calibration]\n",
                                                            "[calibration]\nedge_repeats = 3\n");
   bench_files::Calibration begun = bench_files::nominal_calibration(bench());
-  begun.records[bench_files::CalibrationPart::viewport] =
-      all_done().records.at(bench_files::CalibrationPart::viewport);
-  begun.records[bench_files::CalibrationPart::viewport].estimate.reset();
-  EXPECT_THAT(test::input_error([&] {
-                calibration_tasks::CalibrationSession(other, begun, test::options_of(other, "viewport"));
-              }),
-              test::refuses({.field = "per_bench.viewport", .found = "'left eye, left edge, 4'"}));
+  begun.records[CalibrationPart::viewport] = all_done().records.at(CalibrationPart::viewport);
+  begun.records[CalibrationPart::viewport].estimate.reset();
+  EXPECT_THAT(
+      test::input_error([&] { CalibrationSession(other, begun, test::options_of(other, "viewport")); }),
+      test::refuses({.field = "per_bench.viewport", .found = "'left eye, left edge, 4'"}));
   calibration_tasks::CalibrationSessionOptions options = test::options_of(other, "viewport");
   options.is_repeated = true;
-  EXPECT_NE(calibration_tasks::CalibrationSession(other, begun, options).task(), nullptr);
+  EXPECT_NE(CalibrationSession(other, begun, options).task(), nullptr);
   bench_files::Calibration damaged = all_done();
-  damaged.records.at(bench_files::CalibrationPart::rails).estimate.reset();
-  damaged.records.at(bench_files::CalibrationPart::rails).marks[0].rows[3].pop_back();
-  damaged.records.at(bench_files::CalibrationPart::rails).marks[0].rows[3].pop_back();
-  EXPECT_THAT(test::input_error([&] {
-                calibration_tasks::CalibrationSession(bench(), damaged, test::options_of(bench(), "rails"));
-              }),
-              test::refuses({.field = "per_bench.rails", .found = "'x rail'"}));
+  damaged.records.at(CalibrationPart::rails).estimate.reset();
+  damaged.records.at(CalibrationPart::rails).marks[0].rows[3].pop_back();
+  damaged.records.at(CalibrationPart::rails).marks[0].rows[3].pop_back();
+  EXPECT_THAT(
+      test::input_error([&] { CalibrationSession(bench(), damaged, test::options_of(bench(), "rails")); }),
+      test::refuses({.field = "per_bench.rails", .found = "'x rail'"}));
 }
 
 /// Five bull's-eyes are done, then a rectangle of the bench file changes.
 TEST(GuidePlan, NumbersOfTheBenchFileThatChangedAreToldBeforeAnythingIsAsked)
 {
   Trial trial(bench(), all_done(), restarted("bullseye"));
-  trial.go_to(bench_files::CalibrationPart::bullseye, "right eye, place 3");
+  trial.go_to(CalibrationPart::bullseye, "right eye, place 3");
   const bench_files::Calibration begun = trial.session->calibration();
-  ASSERT_EQ(begun.records.at(bench_files::CalibrationPart::bullseye).marks.size(), 5u);
+  ASSERT_EQ(begun.records.at(CalibrationPart::bullseye).marks.size(), 5u);
   bench_files::BenchFile other = bench();
   other.calibration.rectangles[1].depth_mm += 25.0;
   const auto refused = [&](const bench_files::BenchFile& file, const bench_files::Calibration& so_far,
                            const std::string& step) {
-    return test::input_error(
-        [&] { calibration_tasks::CalibrationSession(file, so_far, test::options_of(file, step)); });
+    return test::input_error([&] { CalibrationSession(file, so_far, test::options_of(file, step)); });
   };
   for (const char* step : {"bullseye", "ipd", "eyepoints", "all"}) {
     SCOPED_TRACE(step);
@@ -142,7 +134,7 @@ TEST(GuidePlan, NumbersOfTheBenchFileThatChangedAreToldBeforeAnythingIsAsked)
   }
   // A value that was wrong during the measurement and is correct now.
   bench_files::Calibration mistyped = all_done();
-  mistyped.records.at(bench_files::CalibrationPart::eyepoints).made_with[3] += 25.0;
+  mistyped.records.at(CalibrationPart::eyepoints).made_with[3] += 25.0;
   EXPECT_THAT(refused(bench(), mistyped, "bullseye"),
               test::refuses({.field = "per_person.eyepoints", .wanted = "calibrate solve"}));
   const bench_files::Calibration mended = calibration_tasks::solve_again(bench(), mistyped, "c.toml");
@@ -160,12 +152,10 @@ TEST(GuidePlan, NumbersOfTheBenchFileThatChangedAreToldBeforeAnythingIsAsked)
   // The stage samples contain the stage's scale.
   EXPECT_EQ(test::input_error([&] { calibration_tasks::solve_again(geared, all_done(), "c.toml"); }).field,
             "per_person.bullseye");
-  EXPECT_NE(
-      calibration_tasks::CalibrationSession(touched, begun, test::options_of(touched, "bullseye")).task(),
-      nullptr);
+  EXPECT_NE(CalibrationSession(touched, begun, test::options_of(touched, "bullseye")).task(), nullptr);
   // Without `made_with` the fit of the rectangles is checked before the bull's-eyes.
   bench_files::Calibration silent = begun;
-  silent.records.at(bench_files::CalibrationPart::eyepoints).made_with.clear();
+  silent.records.at(CalibrationPart::eyepoints).made_with.clear();
   for (bench_files::CalibrationRectangle& r : other.calibration.rectangles) r.depth_mm = 0.0;
   const InputError::Facts flat = refused(other, silent, "bullseye");
   EXPECT_THAT(flat, test::refuses({.field = "per_person.eyepoints: left"}));
@@ -176,23 +166,20 @@ TEST(GuidePlan, NumbersOfTheBenchFileThatChangedAreToldBeforeAnythingIsAsked)
 TEST(GuidePlan, MarksOfAnEarlierPartThatAreDamagedAreNamed)
 {
   const auto rows_of = [](bench_files::Calibration& c) -> std::vector<std::vector<double>>& {
-    return c.records.at(bench_files::CalibrationPart::eyepoints).marks[3].rows;
+    return c.records.at(CalibrationPart::eyepoints).marks[3].rows;
   };
   bench_files::Calibration shorter = all_done(), empty = all_done();
   rows_of(shorter)[0].pop_back();
   rows_of(empty).clear();
   for (bench_files::Calibration& damaged : {std::ref(shorter), std::ref(empty)}) {
-    damaged.records.at(bench_files::CalibrationPart::bullseye) = {};
-    EXPECT_THAT(test::input_error([&] {
-                  calibration_tasks::CalibrationSession(bench(), damaged,
-                                                        test::options_of(bench(), "bullseye"));
-                }),
+    damaged.records.at(CalibrationPart::bullseye) = {};
+    EXPECT_THAT(test::input_error(
+                    [&] { CalibrationSession(bench(), damaged, test::options_of(bench(), "bullseye")); }),
                 test::refuses({.field = "per_person.eyepoints", .found = "rectangle"}));
     // Solving also checks parts that it does not solve.
-    damaged.records.at(bench_files::CalibrationPart::distortion).estimate.reset();
-    damaged.records.at(bench_files::CalibrationPart::distortion).marks.pop_back();
-    damaged.records.at(bench_files::CalibrationPart::bullseye) =
-        all_done().records.at(bench_files::CalibrationPart::bullseye);
+    damaged.records.at(CalibrationPart::distortion).estimate.reset();
+    damaged.records.at(CalibrationPart::distortion).marks.pop_back();
+    damaged.records.at(CalibrationPart::bullseye) = all_done().records.at(CalibrationPart::bullseye);
     EXPECT_EQ(test::input_error([&] { calibration_tasks::solve_again(bench(), damaged, "c.toml"); }).field,
               "per_person.eyepoints");
   }
@@ -207,8 +194,7 @@ TEST(GuidePlan, ABenchFileWithoutWhatIsWantedIsNamedByKey)
     return file;
   }();
   const auto wanted = [&](const bench_files::BenchFile& file, const std::string& step) {
-    return test::input_error(
-        [&] { calibration_tasks::CalibrationSession(file, all_done(), test::options_of(file, step)); });
+    return test::input_error([&] { CalibrationSession(file, all_done(), test::options_of(file, step)); });
   };
   EXPECT_EQ(wanted(bare, "leg").field, "calibration.point");
   EXPECT_EQ(wanted(bare, "subject").field, "calibration.landmarks");

@@ -109,9 +109,8 @@ TEST(Leaks, AThousandConnectionsLostAndMadeAgainLeaveNothing)
   std::vector<devices::Sample> seen;
   const auto be_lost = [&] {
     seen.clear();
-    ASSERT_TRUE(take_until(devices, seen, [](const devices::Sample& s) {
-      return test::is_place(s, devices::ToolVisibility::seen);
-    }));
+    ASSERT_TRUE(take_until(devices, seen,
+                           [](const devices::Sample& s) { return s.is(devices::ToolVisibility::seen); }));
     server.inject_fault(devices::FaultInjection::close_connections);
     ASSERT_TRUE(take_until(devices, seen, [](const devices::Sample& s) {
       return is_link(s, devices::DeviceId::tracker, devices::LinkState::closed);

@@ -136,10 +136,10 @@ TEST(TrackerTalk, WhatIsNoPlaceAndWhatIsMissingIsNoSilence)
 {
   devices::TrackerProtocol talk(settings(), 0);
   igtl::IgtlMessage said = femur(1);
-  said.tools[0].visibility = igtl::IgtlVisibility::invalid_pose;
+  said.tools[0].visibility = igtl::ToolVisibility::invalid_pose;
   EXPECT_EQ(summary(talk.receive(said, 90 * ms)), "0 not_a_place");
   EXPECT_EQ(summary(talk.stale_samples(110 * ms)), "1 stale");
-  said.tools[0].visibility = igtl::IgtlVisibility::missing;
+  said.tools[0].visibility = igtl::ToolVisibility::missing;
   EXPECT_EQ(summary(talk.receive(said, 180 * ms)), "0 missing");
   EXPECT_EQ(summary(talk.stale_samples(200 * ms)), "");
   EXPECT_EQ(summary(talk.stale_samples(280 * ms)), "0 stale 1 stale");

@@ -11,7 +11,6 @@
 namespace vrda::tracker_test {
 
 using test::is_link;
-using test::is_place;
 using test::take_until;
 using test::wait_until;
 
@@ -38,7 +37,7 @@ std::vector<igtl::IgtlMessage> femur(std::uint64_t tick)
 
 bool is_seen(const devices::Sample& sample)
 {
-  return is_place(sample, devices::ToolVisibility::seen);
+  return sample.is(devices::ToolVisibility::seen);
 }
 bool is_up(const devices::Sample& sample)
 {
@@ -114,9 +113,8 @@ TEST_F(Recovery, FromAServerThatIsKilledAndReturns)
   const std::uint16_t port = server_->port();
   server_.reset();
   ASSERT_TRUE(take_until(*devices_, seen_, is_closed));
-  EXPECT_TRUE(take_until(*devices_, seen_, [](const devices::Sample& s) {
-    return is_place(s, devices::ToolVisibility::stale);
-  }));
+  EXPECT_TRUE(take_until(*devices_, seen_,
+                         [](const devices::Sample& s) { return s.is(devices::ToolVisibility::stale); }));
   EXPECT_TRUE(wait_until(
       [&] { return devices_->report(devices::DeviceId::tracker).trouble == "Connection refused"; }));
   devices::TrackerServerOptions options;
@@ -165,8 +163,7 @@ class Scripted : public testing::Test {
  protected:
   void await(devices::ToolVisibility state)
   {
-    EXPECT_TRUE(
-        take_until(devices_, seen_, [state](const devices::Sample& s) { return is_place(s, state); }));
+    EXPECT_TRUE(take_until(devices_, seen_, [state](const devices::Sample& s) { return s.is(state); }));
   }
 
   Script script_;
@@ -175,13 +172,18 @@ class Scripted : public testing::Test {
   std::vector<devices::Sample> seen_;
 };
 
-TEST_F(Scripted, ABodyThatIsHiddenIsMissingUntilItIsSeen)
+TEST_F(Scripted, WhatIsAmissIsSaidUntilItIsOver)
 {
   await(devices::ToolVisibility::seen);
-  script_.is_hidden = true;
-  await(devices::ToolVisibility::missing);
-  script_.is_hidden = false;
-  await(devices::ToolVisibility::seen);
+  for (const auto& [is_amiss, state] : {std::pair{&script_.is_hidden, devices::ToolVisibility::missing},
+                                        std::pair{&script_.stands_still, devices::ToolVisibility::stale},
+                                        std::pair{&script_.is_silent, devices::ToolVisibility::stale}}) {
+    *is_amiss = true;
+    await(state);
+    EXPECT_EQ(devices_.report(devices::DeviceId::tracker).link, devices::LinkState::up);
+    *is_amiss = false;
+    await(devices::ToolVisibility::seen);
+  }
 }
 
 TEST_F(Scripted, AClockThatStepsBackIsStaleUntilItIsBelieved)
@@ -193,25 +195,6 @@ TEST_F(Scripted, AClockThatStepsBackIsStaleUntilItIsBelieved)
   await(devices::ToolVisibility::stale);
   await(devices::ToolVisibility::seen);
   EXPECT_LT(seen_.back().device_ns, 3'600'000 * ms);
-}
-
-TEST_F(Scripted, AClockThatStandsStillIsStaleUntilItGoesOn)
-{
-  await(devices::ToolVisibility::seen);
-  script_.stands_still = true;
-  await(devices::ToolVisibility::stale);
-  script_.stands_still = false;
-  await(devices::ToolVisibility::seen);
-}
-
-TEST_F(Scripted, ATrackerThatSaysNothingIsStaleUntilItSpeaks)
-{
-  await(devices::ToolVisibility::seen);
-  script_.is_silent = true;
-  await(devices::ToolVisibility::stale);
-  EXPECT_EQ(devices_.report(devices::DeviceId::tracker).link, devices::LinkState::up);
-  script_.is_silent = false;
-  await(devices::ToolVisibility::seen);
 }
 
 TEST(Tracker, AsksForTdataWhereItIsTold)
@@ -242,7 +225,7 @@ TEST(Tracker, AServerThatWaitsSaysNothingUnasked)
   std::vector<devices::Sample> seen;
   int n_stale = 0;
   ASSERT_TRUE(take_until(devices, seen, [&n_stale](const devices::Sample& s) {
-    return (n_stale += is_place(s, devices::ToolVisibility::stale) ? 1 : 0) == 5;
+    return (n_stale += s.is(devices::ToolVisibility::stale) ? 1 : 0) == 5;
   }));
   for (const devices::Sample& sample : seen) EXPECT_FALSE(is_seen(sample));
 }

@@ -43,9 +43,4 @@ inline bool is_link(const devices::Sample& sample, devices::DeviceId device, dev
          sample.state == static_cast<std::uint8_t>(state);
 }
 
-inline bool is_place(const devices::Sample& sample, devices::ToolVisibility state)
-{
-  return sample.kind == devices::SampleKind::tool_pose && sample.state == static_cast<std::uint8_t>(state);
-}
-
 }  // namespace vrda::test

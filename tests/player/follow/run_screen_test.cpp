@@ -41,36 +41,31 @@ follow::RunStep step(int flexion, int varus, StepStatus status, int n_contacts)
   return seen;
 }
 
-/// Pixels of exactly this colour within the area.
-int count(const render::Image& image, const optics::Viewport& area, const scene::VertexColour& colour)
+/// Number of pixels of the area for whose index in the image `is_counted`.
+template <typename Predicate>
+int n_pixels(const render::Image& image, const optics::Viewport& area, const Predicate& is_counted)
 {
   int n = 0;
   for (int y = area.y; y < area.y + area.height; ++y) {
-    for (int x = area.x; x < area.x + area.width; ++x) {
-      const std::size_t at = 4 * static_cast<std::size_t>(y * image.width + x);
-      n += image.rgba[at] == colour[0] && image.rgba[at + 1] == colour[1] && image.rgba[at + 2] == colour[2]
-               ? 1
-               : 0;
-    }
+    for (int x = area.x; x < area.x + area.width; ++x) n += is_counted(4 * (y * image.width + x)) ? 1 : 0;
   }
   return n;
+}
+
+/// Pixels of exactly this colour within the area.
+int count(const render::Image& image, const optics::Viewport& area, const scene::VertexColour& colour)
+{
+  return n_pixels(image, area, [&](int at) {
+    return std::equal(colour.begin(), colour.begin() + 3, image.rgba.begin() + at);
+  });
 }
 
 /// Number of pixels that differ between two images within the area.
 int differing(const render::Image& a, const render::Image& b, const optics::Viewport& area)
 {
-  int n = 0;
-  for (int y = area.y; y < area.y + area.height; ++y) {
-    for (int x = area.x; x < area.x + area.width; ++x) {
-      const std::size_t at = 4 * static_cast<std::size_t>(y * a.width + x);
-      n += std::equal(a.rgba.begin() + static_cast<std::ptrdiff_t>(at),
-                      a.rgba.begin() + static_cast<std::ptrdiff_t>(at + 3),
-                      b.rgba.begin() + static_cast<std::ptrdiff_t>(at))
-               ? 0
-               : 1;
-    }
-  }
-  return n;
+  return n_pixels(a, area, [&](int at) {
+    return !std::equal(a.rgba.begin() + at, a.rgba.begin() + at + 3, b.rgba.begin() + at);
+  });
 }
 
 class Screen : public testing::Test {

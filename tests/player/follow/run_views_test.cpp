@@ -104,7 +104,8 @@ TEST(JobViews, WhatIsNotOfTheFormStaysAtItsDefault)
 {
   for (const char* text :
        {"", "[player]", "[player]\nzoom = -1\nrender = \n", "[player]\ndisplay_px = [nan, inf]\nzoom = nan",
-        "[player]\ndisplay_px = [1280]\nzoom = \"x\"\nrender = \"", "[[player.view", "zoom = 3"}) {
+        "[player]\ndisplay_px = [1280]\nzoom = \"x\"\nrender = 1", "[[player.view", "zoom = 3", "player = 3",
+        "[player]\nview = 3\ndisplay_px = [1, \"2\"]"}) {
     SCOPED_TRACE(text);
     const follow::JobViews job = follow::job_views(text);
     EXPECT_EQ(job.zoom, 1.0);
@@ -113,7 +114,7 @@ TEST(JobViews, WhatIsNotOfTheFormStaysAtItsDefault)
     EXPECT_TRUE(job.views.empty());
   }
   const follow::JobViews job =
-      follow::job_views("[[player.view]]\nshift_mm = [1, 2\norientation_deg = nothing\nnumber");
+      follow::job_views("[[player.view]]\nshift_mm = [1, 2]\norientation_deg = \"nothing\"\n");
   ASSERT_EQ(job.views.size(), 1u);
   EXPECT_EQ(job.views[0].shift_mm, Eigen::Vector3d::Zero());
   EXPECT_EQ(job.views[0].orientation_deg, Eigen::Vector3d::Zero());

@@ -359,18 +359,8 @@ TEST_F(Watch, RefusesWhatIsNoStartFile)
 
 constexpr std::chrono::milliseconds pause{1};
 
-class ThreadedWatch : public testing::Test {
+class ThreadedWatch : public Watch {
  protected:
-  ThreadedWatch()
-  {
-    test::ModelPlan plan;
-    plan.flexion_deg = {0, 10};
-    plan.varus_deg = {-1, 0, 1};
-    model_ = test::model_of(plan);
-    test::add_bodies(model_);
-    store::write_motion_model(start_, store::with_pending_cells(model_));
-  }
-
   /// Collects arrivals until `is_enough`, for at most ten seconds.
   template <typename IsEnough>
   static follow::RunArrivals taken_until(follow::WatchThread& thread, const IsEnough& is_enough)
@@ -389,31 +379,20 @@ class ThreadedWatch : public testing::Test {
     ADD_FAILURE() << "timeout";
     return all;
   }
-
-  test::Scratch scratch_;
-  store::MotionModel model_;
-  std::string output_ = (scratch_.path() / "knee.h5").string();
-  std::string start_ = journal::start_file_of(output_);
 };
 
 TEST_F(ThreadedWatch, EveryStepArrivesOnceAndTheResultWithItsEnd)
 {
-  journal::JournalWriter writer =
-      journal::JournalWriter::create(journal::journal_of(output_), std::string(64, 'a'));
+  journal::JournalWriter writer = journal();
   follow::WatchThread thread(follow::RunWatch(start_), pause);
-  for (int j = 0; j < 3; ++j) {
-    StepRecord r;
-    r.key = {StepKind::row, 1, j};
-    r.status = StepStatus::stable;
-    writer.append(r);
-  }
+  for (int j = 0; j < 3; ++j) writer.append(step(StepKind::row, 1, j));
   const follow::RunArrivals steps =
       taken_until(thread, [](const follow::RunArrivals& a) { return a.steps.size() >= 3; });
   EXPECT_EQ(steps.steps.size(), 3u);
   EXPECT_EQ(steps.n_done, 3);
   EXPECT_EQ(steps.phase, follow::RunPhase::running);
   EXPECT_FALSE(steps.model);
-  store::write_motion_model(output_, model_);
+  store::write_motion_model(output_, plan());
   const follow::RunArrivals end =
       taken_until(thread, [](const follow::RunArrivals& a) { return a.model != nullptr; });
   EXPECT_EQ(end.phase, follow::RunPhase::finished);
@@ -424,15 +403,11 @@ TEST_F(ThreadedWatch, EveryStepArrivesOnceAndTheResultWithItsEnd)
 TEST_F(ThreadedWatch, ARunBegunAnewComesWithItsPlan)
 {
   follow::WatchThread thread(follow::RunWatch(start_), pause);
-  test::ModelPlan plan;
-  plan.flexion_deg = {0, 10, 20};
-  store::MotionModel other = test::model_of(plan);
-  test::add_bodies(other);
-  store::write_motion_model(start_, store::with_pending_cells(other));
+  write_start(plan(40));
   const follow::RunArrivals repeated =
       taken_until(thread, [](const follow::RunArrivals& a) { return a.is_restarted; });
   ASSERT_TRUE(repeated.model);
-  EXPECT_EQ(repeated.model->flexion_deg.size(), 3u);
+  EXPECT_EQ(repeated.model->flexion_deg.back(), 40);
 }
 
 TEST_F(ThreadedWatch, WhatEndsTheThreadIsThrownToWhomAsks)

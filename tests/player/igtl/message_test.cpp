@@ -181,7 +181,7 @@ TEST(IgtlMessage, ReadsBackWhatWasWritten)
       ASSERT_EQ(back[0].tools.size(), message.tools.size());
       for (std::size_t k = 0; k < message.tools.size(); ++k) {
         EXPECT_EQ(back[0].tools[k].name, message.tools[k].name);
-        EXPECT_EQ(back[0].tools[k].visibility, igtl::IgtlVisibility::seen);
+        EXPECT_EQ(back[0].tools[k].visibility, igtl::ToolVisibility::seen);
         const Pose &X = back[0].tools[k].X_tracker_tool, &wanted = message.tools[k].X_tracker_tool;
         EXPECT_EQ(Eigen::Vector3d(X.translation()), Eigen::Vector3d(wanted.translation()));
         EXPECT_LT((X.linear() - wanted.linear()).cwiseAbs().maxCoeff(), storage);
@@ -203,16 +203,16 @@ TEST(IgtlMessage, TimeStampsComeBackToTheNanosecond)
 TEST(IgtlMessage, AToolThatIsMissingIsLeftOutOfListsAndSaidByMetaData)
 {
   igtl::IgtlMessage list = message_with(igtl::IgtlKind::tdata, {"Femur", "Tibia"});
-  list.tools[0].visibility = igtl::IgtlVisibility::missing;
+  list.tools[0].visibility = igtl::ToolVisibility::missing;
   const std::vector<igtl::IgtlMessage> back = read(igtl::bytes_of(list));
   ASSERT_EQ(back.at(0).tools.size(), 1U);
   EXPECT_EQ(back[0].tools[0].name, "Tibia");
 
   igtl::IgtlMessage one = message_with(igtl::IgtlKind::transform, {"Femur"});
-  one.tools[0].visibility = igtl::IgtlVisibility::missing;
+  one.tools[0].visibility = igtl::ToolVisibility::missing;
   EXPECT_THROW(igtl::bytes_of(one), InternalError);
   one.header_version = 2;
-  EXPECT_EQ(read(igtl::bytes_of(one)).at(0).tools.at(0).visibility, igtl::IgtlVisibility::missing);
+  EXPECT_EQ(read(igtl::bytes_of(one)).at(0).tools.at(0).visibility, igtl::ToolVisibility::missing);
 }
 
 TEST(IgtlMessage, ANumberThatIsNoneIsNotAPlace)
@@ -220,11 +220,11 @@ TEST(IgtlMessage, ANumberThatIsNoneIsNotAPlace)
   for (const igtl::IgtlKind kind :
        {igtl::IgtlKind::transform, igtl::IgtlKind::position, igtl::IgtlKind::tdata, igtl::IgtlKind::qtdata}) {
     igtl::IgtlMessage message = message_with(kind, {"Femur"});
-    message.tools[0].visibility = igtl::IgtlVisibility::invalid_pose;
-    EXPECT_EQ(read(igtl::bytes_of(message)).at(0).tools.at(0).visibility, igtl::IgtlVisibility::invalid_pose);
-    message.tools[0].visibility = igtl::IgtlVisibility::seen;
+    message.tools[0].visibility = igtl::ToolVisibility::invalid_pose;
+    EXPECT_EQ(read(igtl::bytes_of(message)).at(0).tools.at(0).visibility, igtl::ToolVisibility::invalid_pose);
+    message.tools[0].visibility = igtl::ToolVisibility::seen;
     message.tools[0].X_tracker_tool.translation().y() = std::numeric_limits<double>::infinity();
-    EXPECT_EQ(read(igtl::bytes_of(message)).at(0).tools.at(0).visibility, igtl::IgtlVisibility::invalid_pose);
+    EXPECT_EQ(read(igtl::bytes_of(message)).at(0).tools.at(0).visibility, igtl::ToolVisibility::invalid_pose);
   }
 }
 

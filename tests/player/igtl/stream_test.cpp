@@ -169,7 +169,7 @@ TEST(IgtlStream, PositionsMayLeaveOutTheQuaternionOrItsLastNumber)
     const auto body = whole.begin() + static_cast<std::ptrdiff_t>(igtl::igtl_header_bytes);
     stream.add(message_of_type("POSITION", {body, body + static_cast<std::ptrdiff_t>(size)}));
     const igtl::IgtlTool tool = stream.next().value().tools.at(0);
-    EXPECT_EQ(tool.visibility, igtl::IgtlVisibility::seen);
+    EXPECT_EQ(tool.visibility, igtl::ToolVisibility::seen);
     EXPECT_EQ(Eigen::Vector3d(tool.X_tracker_tool.translation()), Eigen::Vector3d(1.0, 2.0, 3.0));
     const Eigen::Quaterniond wanted = size == 12 ? Eigen::Quaterniond::Identity() : turn;
     constexpr double storage = 4.0 / (1 << 24);  // float32, in products of up to four
@@ -214,15 +214,15 @@ TEST(IgtlStream, MetaDataSayWhetherAToolWasSeen)
 {
   struct Row {
     const char *key, *value;
-    igtl::IgtlVisibility sight;
+    igtl::ToolVisibility sight;
   };
-  for (const Row& row : {Row{"TransformStatus", "OK", igtl::IgtlVisibility::seen},
-                         Row{"TransformStatus", "SWITCH1_IS_ON", igtl::IgtlVisibility::seen},
-                         Row{"TransformStatus", "OUT_OF_VIEW", igtl::IgtlVisibility::missing},
-                         Row{"TransformStatus", "MISSING", igtl::IgtlVisibility::missing},
-                         Row{"TransformValid", "true", igtl::IgtlVisibility::seen},
-                         Row{"TransformValid", "false", igtl::IgtlVisibility::missing},
-                         Row{"Anything", "MISSING", igtl::IgtlVisibility::seen}}) {
+  for (const Row& row : {Row{"TransformStatus", "OK", igtl::ToolVisibility::seen},
+                         Row{"TransformStatus", "SWITCH1_IS_ON", igtl::ToolVisibility::seen},
+                         Row{"TransformStatus", "OUT_OF_VIEW", igtl::ToolVisibility::missing},
+                         Row{"TransformStatus", "MISSING", igtl::ToolVisibility::missing},
+                         Row{"TransformValid", "true", igtl::ToolVisibility::seen},
+                         Row{"TransformValid", "false", igtl::ToolVisibility::missing},
+                         Row{"Anything", "MISSING", igtl::ToolVisibility::seen}}) {
     SCOPED_TRACE(std::string(row.key) + " " + row.value);
     igtl::IgtlStream stream;
     stream.add(message_of_type("TRANSFORM", with_pair(row.key, row.value), 2));
@@ -236,7 +236,7 @@ TEST(IgtlStream, AnExtendedHeaderMayBeLongerAndWithoutMetaData)
   rest += identity_body();
   igtl::IgtlStream stream;
   stream.add(message_of_type("TRANSFORM", extended(16, 0, 0, rest), 2));
-  EXPECT_EQ(stream.next().value().tools.at(0).visibility, igtl::IgtlVisibility::seen);
+  EXPECT_EQ(stream.next().value().tools.at(0).visibility, igtl::ToolVisibility::seen);
 }
 
 TEST(IgtlStream, ExtendedHeadersThatDoNotFitCostThatMessageOnly)

@@ -6,6 +6,8 @@
 
 namespace vrda::player_state_test {
 
+using navigation::Action;
+
 navigation::PlayerState sample_state()
 {
   navigation::PlayerState state;
@@ -31,11 +33,9 @@ TEST(PlayerState, AnotherSetKeepsAttitudeAndPlay)
   navigation::PlayerState state = sample_state();
   state.varus_rad = rad_from_deg(2.0);
   for (const std::size_t expected : {1u, 2u, 0u}) {
-    const navigation::PlayerState next =
-        navigation::apply_action(state, navigation::Action::next_set, sample_range());
+    const navigation::PlayerState next = navigation::apply_action(state, Action::next_set, sample_range());
     EXPECT_EQ(next.set, expected);
-    EXPECT_EQ(navigation::apply_action(next, navigation::Action::previous_set, sample_range()).set,
-              state.set);
+    EXPECT_EQ(navigation::apply_action(next, Action::previous_set, sample_range()).set, state.set);
     EXPECT_TRUE(next.timeline.is_playing);
     EXPECT_EQ(next.timeline.flexion_rad, state.timeline.flexion_rad);
     EXPECT_EQ(next.varus_rad, state.varus_rad);
@@ -45,13 +45,11 @@ TEST(PlayerState, AnotherSetKeepsAttitudeAndPlay)
 
 TEST(PlayerState, VarusStepsFromTheBalancedOneAndBack)
 {
-  navigation::PlayerState state =
-      navigation::apply_action(sample_state(), navigation::Action::varus_up, sample_range());
+  navigation::PlayerState state = navigation::apply_action(sample_state(), Action::varus_up, sample_range());
   EXPECT_NEAR(deg_from_rad(navigation::wanted_attitude(state, sample_range()).varus_rad), 2.25, 1e-12);
-  for (int i = 0; i < 30; ++i)
-    state = navigation::apply_action(state, navigation::Action::varus_down, sample_range());
+  for (int i = 0; i < 30; ++i) state = navigation::apply_action(state, Action::varus_down, sample_range());
   EXPECT_EQ(navigation::wanted_attitude(state, sample_range()).varus_rad, rad_from_deg(-5.0));
-  state = navigation::apply_action(state, navigation::Action::varus_balanced, sample_range());
+  state = navigation::apply_action(state, Action::varus_balanced, sample_range());
   EXPECT_EQ(navigation::wanted_attitude(state, sample_range()).varus_rad, rad_from_deg(1.25));
 }
 
@@ -62,19 +60,18 @@ TEST(PlayerState, WhereVarusIsFreeItIsTheSetsOwn)
   navigation::PlayerState state = sample_state();
   state.varus_rad = rad_from_deg(-3.0);
   EXPECT_EQ(navigation::wanted_attitude(state, range).varus_rad, range.balanced_varus_rad);
-  EXPECT_EQ(navigation::apply_action(state, navigation::Action::varus_up, range).varus_rad, state.varus_rad);
+  EXPECT_EQ(navigation::apply_action(state, Action::varus_up, range).varus_rad, state.varus_rad);
 }
 
 TEST(PlayerState, CyclesComeRound)
 {
   const navigation::PlayerState state = sample_state();
   struct Row {
-    navigation::Action action;
+    Action action;
     int n;
   };
-  for (const Row row :
-       {Row{navigation::Action::next_mode, 5}, Row{navigation::Action::next_loop, 3},
-        Row{navigation::Action::next_backdrop, 3}, Row{navigation::Action::next_fixed_object, 2}}) {
+  for (const Row row : {Row{Action::next_mode, 5}, Row{Action::next_loop, 3}, Row{Action::next_backdrop, 3},
+                        Row{Action::next_fixed_object, 2}}) {
     navigation::PlayerState turned = state;
     for (int i = 0; i < row.n; ++i) {
       turned = navigation::apply_action(turned, row.action, sample_range());
@@ -90,16 +87,16 @@ TEST(PlayerState, LayersComeAndGoWhereTheJointHasThem)
   navigation::PlayerRange range = sample_range();
   range.available.set(scene::Layer::ligaments, false);
   struct Row {
-    navigation::Action action;
+    Action action;
     scene::Layer layer;
     bool is_there;
   };
-  for (const Row row : {Row{navigation::Action::show_contacts, scene::Layer::contacts, true},
-                        Row{navigation::Action::show_normals, scene::Layer::normals, true},
-                        Row{navigation::Action::show_axes, scene::Layer::axes, true},
-                        Row{navigation::Action::show_helical_axis, scene::Layer::helical_axis, true},
-                        Row{navigation::Action::show_gap_map, scene::Layer::gap_map, true},
-                        Row{navigation::Action::show_ligaments, scene::Layer::ligaments, false}}) {
+  for (const Row row : {Row{Action::show_contacts, scene::Layer::contacts, true},
+                        Row{Action::show_normals, scene::Layer::normals, true},
+                        Row{Action::show_axes, scene::Layer::axes, true},
+                        Row{Action::show_helical_axis, scene::Layer::helical_axis, true},
+                        Row{Action::show_gap_map, scene::Layer::gap_map, true},
+                        Row{Action::show_ligaments, scene::Layer::ligaments, false}}) {
     SCOPED_TRACE(scene::name_of(row.layer));
     const navigation::PlayerState shown = navigation::apply_action(sample_state(), row.action, range);
     EXPECT_EQ(shown.layers.has(row.layer), row.is_there);
@@ -110,14 +107,13 @@ TEST(PlayerState, LayersComeAndGoWhereTheJointHasThem)
 TEST(PlayerState, EscapeClosesTheHelpFirst)
 {
   const navigation::PlayerState helped =
-      navigation::apply_action(sample_state(), navigation::Action::show_help, sample_range());
+      navigation::apply_action(sample_state(), Action::show_help, sample_range());
   EXPECT_TRUE(helped.shows_help);
-  const navigation::PlayerState closed =
-      navigation::apply_action(helped, navigation::Action::leave, sample_range());
+  const navigation::PlayerState closed = navigation::apply_action(helped, Action::leave, sample_range());
   EXPECT_FALSE(closed.shows_help);
   EXPECT_FALSE(closed.is_done);
-  EXPECT_TRUE(navigation::apply_action(closed, navigation::Action::leave, sample_range()).is_done);
-  EXPECT_TRUE(navigation::apply_action(helped, navigation::Action::quit, sample_range()).is_done);
+  EXPECT_TRUE(navigation::apply_action(closed, Action::leave, sample_range()).is_done);
+  EXPECT_TRUE(navigation::apply_action(helped, Action::quit, sample_range()).is_done);
 }
 
 TEST(PlayerState, KeysOfViewsNameThem)
@@ -125,11 +121,11 @@ TEST(PlayerState, KeysOfViewsNameThem)
   const std::array wanted{scene::View::front,   scene::View::back, scene::View::medial,
                           scene::View::lateral, scene::View::top,  scene::View::oblique};
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const navigation::Action action =
+    const Action action =
         navigation::action_of({navigation::key_of(static_cast<char>('1' + static_cast<int>(i)))});
     EXPECT_EQ(navigation::view_of(action), wanted[i]);
   }
-  EXPECT_EQ(navigation::view_of(navigation::Action::quit), std::nullopt);
+  EXPECT_EQ(navigation::view_of(Action::quit), std::nullopt);
 }
 
 constexpr double rounding_rad = 1e-9;

@@ -185,7 +185,7 @@ TEST(Translucency, WallsOfOneDrawableCountOnceEachInTheirPlace)
     for (const scene::VertexColour& colour :
          {scene::VertexColour{255, 0, 0, 255}, scene::VertexColour{0, 255, 0, 255}})
       scene.drawables[0].colours.insert(scene.drawables[0].colours.end(), n_vertices, colour);
-    scene.drawables[0].box_mm = {{-100, -100, -35}, {100, 100, 35}};
+    scene.drawables[0].box_mm = {Eigen::Vector3d(-100, -100, -35), Eigen::Vector3d(100, 100, 35)};
     const test::Codes found =
         test::at(test::drawn(scene, test::camera_at(distance_mm)), width / 2, height / 2);
     const double near_part = 0.75, far_part = 0.25 * 0.75;

@@ -17,15 +17,20 @@ using test::Stage;
 constexpr double single_rounding_mm = 1e-4;  // single precision at 100 mm, mean of about a hundred values
 constexpr double rounding = 1e-12;
 
+void expect_bodies_alone(const scene::Scene& scene)
+{
+  for (const scene::Drawable& drawable : scene.drawables)
+    EXPECT_EQ(drawable.is_shown, drawable.layer == scene::Layer::bodies) << drawable.name;
+}
+
 TEST(Layers, NothingIsShownUntilItIsWanted)
 {
   Stage stage(layered_model("right"));
   stage.show({30, 0}, scene::LayerSet{});
   int n_layers_drawn = 0;
-  for (const scene::Drawable& drawable : stage.scene.drawables) {
+  for (const scene::Drawable& drawable : stage.scene.drawables)
     n_layers_drawn += drawable.layer == scene::Layer::bodies ? 0 : 1;
-    EXPECT_EQ(drawable.is_shown, drawable.layer == scene::Layer::bodies) << drawable.name;
-  }
+  expect_bodies_alone(stage.scene);
   EXPECT_GT(n_layers_drawn, 8);
   for (const std::string& name : scene::layer_names())
     EXPECT_TRUE(stage.layers.available().has(*scene::layer_named(name)));
@@ -45,8 +50,7 @@ TEST(Layers, AModelWithoutContactsAndFibresSaysSo)
   EXPECT_TRUE(available.has(scene::Layer::gap_map));
   // Requesting them shows nothing and does not fail.
   stage.show({30, 0}, {scene::Layer::contacts, scene::Layer::normals, scene::Layer::ligaments});
-  for (const scene::Drawable& drawable : stage.scene.drawables)
-    EXPECT_EQ(drawable.is_shown, drawable.layer == scene::Layer::bodies) << drawable.name;
+  expect_bodies_alone(stage.scene);
 }
 
 TEST(Layers, NothingIsShownWithoutAPose)
@@ -55,8 +59,7 @@ TEST(Layers, NothingIsShownWithoutAPose)
   motion::JointPose pose = stage.motion.at({});
   pose.status = motion::PoseStatus::unsolved_cell;
   stage.show(pose, test::every_layer());
-  for (const scene::Drawable& drawable : stage.scene.drawables)
-    EXPECT_EQ(drawable.is_shown, drawable.layer == scene::Layer::bodies) << drawable.name;
+  expect_bodies_alone(stage.scene);
 }
 
 TEST(Layers, ContactsLieWhereTheCellSays)
@@ -311,15 +314,6 @@ TEST(Layers, AMirroredJointShowsTheMirrorImage)
     }
   }
   EXPECT_GT(n_compared, 20);
-}
-
-TEST(Layers, LookingThroughAnObjectLeavesTheOtherAndTheLayers)
-{
-  Stage stage(layered_model("right"));
-  scene::scale_opacity(stage.scene, scene::Owner::reference, 0.5F);
-  EXPECT_EQ(drawable_of(stage.scene, "ball").material.opacity, 0.5F);
-  EXPECT_EQ(drawable_of(stage.scene, "block").material.opacity, 1.0F);
-  EXPECT_EQ(drawable_of(stage.scene, "ligaments").material.opacity, 1.0F);
 }
 
 TEST(Layers, LayersTakeNoPartInFraming)

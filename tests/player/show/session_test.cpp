@@ -56,7 +56,7 @@ class AtWindow : public testing::Test {
     for (const render::InputEvent& event : events) session_.take(event);
     session_.advance(frame_s);
   }
-  void key(int code, bool has_shift = false)
+  void key(render::Key code, bool has_shift = false)
   {
     render::InputEvent event;
     event.kind = render::InputKind::key_press;
@@ -66,6 +66,7 @@ class AtWindow : public testing::Test {
     release.kind = render::InputKind::key_release;
     take({event, release});
   }
+  void key(char character, bool has_shift = false) { key(render::key_of(character), has_shift); }
   void drag(render::MouseButton button, const Eigen::Vector2d& from, const Eigen::Vector2d& to)
   {
     take({pointer_event(render::InputKind::press, from.x(), from.y(), button),
@@ -99,13 +100,13 @@ TEST_F(AtWindow, AStoppedProgramGoesOnWhereItWas)
 
 TEST_F(AtWindow, ArrowsStepWithinTheRange)
 {
-  key(render::key_right);
+  key(render::Key::right);
   EXPECT_NEAR(flexion_deg(), 1.0, 1e-9);
-  key(render::key_right, true);
+  key(render::Key::right, true);
   EXPECT_NEAR(flexion_deg(), 11.0, 1e-9);
-  key(render::key_end);
+  key(render::Key::end);
   EXPECT_NEAR(flexion_deg(), 30.0, 1e-9);
-  key(render::key_up);
+  key(render::Key::up);
   EXPECT_NEAR(deg_from_rad(session_.pose().attitude.varus_rad), 1.0, 1e-9);
 }
 
@@ -121,10 +122,10 @@ TEST_F(AtWindow, AHeldKeyStepsOnAndSwitchesOnce)
 {
   render::InputEvent held;
   held.kind = render::InputKind::key_press;
-  held.key = render::key_right;
+  held.key = render::Key::right;
   take({held, held, held});
   EXPECT_NEAR(flexion_deg(), 3.0, 1e-9);
-  held.key = ' ';
+  held.key = render::key_of(' ');
   take({held, held});
   EXPECT_TRUE(session_.state().timeline.is_playing);
   render::InputEvent release = held;
@@ -161,13 +162,13 @@ TEST_F(AtWindow, PosesAreThoseOfTheChosenSet)
 
 TEST_F(AtWindow, WhereNothingIsSolvedTheJointStaysAsItStood)
 {
-  key(render::key_up);
-  key(render::key_right, true);
+  key(render::Key::up);
+  key(render::Key::right, true);
   const Pose moving = session_.scene().drawables[1].X_world_mesh;
-  key(render::key_right, true);
+  key(render::Key::right, true);
   EXPECT_EQ(session_.pose().status, motion::PoseStatus::unsolved_cell);
   EXPECT_EQ(session_.scene().drawables[1].X_world_mesh.matrix(), moving.matrix());
-  key(render::key_down);
+  key(render::Key::down);
   EXPECT_EQ(session_.pose().status, motion::PoseStatus::solved);
 }
 
@@ -203,7 +204,7 @@ TEST_F(AtWindow, TheWheelMovesInDepthOverThePictureAlone)
 {
   const double before_mm = navigation::depth_mm(session_.orbit_camera());
   render::InputEvent wheel = pointer_event(render::InputKind::wheel, 700, 300);
-  wheel.wheel_y = 2.0;
+  wheel.wheel = 2.0;
   take({wheel});
   EXPECT_EQ(navigation::depth_mm(session_.orbit_camera()), before_mm);
   wheel.x_px = 300;
@@ -264,17 +265,17 @@ TEST_F(AtWindow, PictureFullScreenAndTheEndAreAskedForOnce)
   key('P');
   EXPECT_TRUE(session_.consume_screenshot_request());
   EXPECT_FALSE(session_.consume_screenshot_request());
-  key(render::key_f1 + 10);
+  key(render::Key::f11);
   EXPECT_TRUE(session_.consume_full_screen_request());
   EXPECT_FALSE(session_.consume_full_screen_request());
   EXPECT_FALSE(session_.state().is_done);
-  key(render::key_escape);
+  key(render::Key::escape);
   EXPECT_TRUE(session_.state().is_done);
 }
 
 TEST_F(AtWindow, ItIsIdleOnceTheInterfaceStandsStill)
 {
-  key(render::key_right);
+  key(render::Key::right);
   EXPECT_FALSE(session_.is_idle());
   for (int i = 0; i < 4; ++i) session_.advance(frame_s);
   EXPECT_TRUE(session_.is_idle());

@@ -80,16 +80,6 @@ TEST_F(Show, WritesAStillForEachViewAndFlexion)
   EXPECT_THAT(talk_.str(), HasSubstr("set degree_1, 3 attitudes, 6 "));
 }
 
-TEST_F(Show, IsSilentWhenQuietAndAllIsWell)
-{
-  show::ShowOptions given = options();
-  given.flexion = "20";
-  given.is_quiet = true;
-  run(given);
-  EXPECT_EQ(talk_.str(), "");
-  EXPECT_THAT(stills(), ElementsAre("front_flexion_020.png"));
-}
-
 TEST_F(Show, DrawsTheMeasuredRangeInSixStepsByDefault)
 {
   show::ShowOptions given = options();
@@ -176,17 +166,6 @@ TEST_F(Show, HoldingTheReferenceShowsTheSameAttitudeFromAnotherSide)
   EXPECT_NE(test::read_bytes(folder_ + "/front_flexion_030.png"), held_moving);
 }
 
-TEST_F(Show, TheSamePicturesHaveTheSameBytes)
-{
-  show::ShowOptions given = options();
-  given.flexion = "15";
-  run(given);
-  const std::string first = test::read_bytes(folder_ + "/front_flexion_015.png");
-  run(given);
-  EXPECT_EQ(test::read_bytes(folder_ + "/front_flexion_015.png"), first);
-  EXPECT_GT(first.size(), 100U);
-}
-
 TEST_F(Show, LayersAndLooksChangeThePictureAndNothingElse)
 {
   show::ShowOptions given = options();
@@ -196,7 +175,8 @@ TEST_F(Show, LayersAndLooksChangeThePictureAndNothingElse)
     return test::read_bytes(std::filesystem::path(folder_) / "front_flexion_020.png");
   };
   const std::string plain = picture();
-  EXPECT_EQ(picture(), plain);
+  EXPECT_GT(plain.size(), 100U);
+  EXPECT_EQ(picture(), plain) << "the same pictures have the same bytes";
   std::vector<std::string> pictures{plain};
   const std::vector<std::function<void(navigation::AppearanceOptions&)>> looks{
       [](navigation::AppearanceOptions& look) { look.layers = "axes"; },

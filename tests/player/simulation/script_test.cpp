@@ -20,7 +20,7 @@ TEST(Script, NamesBodiesAndMarkersInOrder)
 {
   simulation::SimulationScript script;
   script.femur.markers_mm.resize(2);
-  script.head = simulation::SimulatedBody{"head", Pose::Identity(), {Eigen::Vector3d::Zero()}};
+  script.head = simulation::SimulatedBody{"head", {Eigen::Vector3d::Zero()}};
   EXPECT_EQ(simulation::tool_names(script),
             (std::vector<std::string>{"femur", "femur-1", "femur-2", "tibia", "head", "head-1"}));
 }

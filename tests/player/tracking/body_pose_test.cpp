@@ -108,9 +108,8 @@ TEST(FitPose, DropsOutliersWhileTheRestAgrees)
     const Pose X = test::random_pose(random);
     tracking::MarkerRow seen = seen_at(body, X);
     const int n_wrong = 1 + i % 2;
-    for (int k = 0; k < n_wrong; ++k) {
+    for (int k = 0; k < n_wrong; ++k)
       *seen[static_cast<std::size_t>(i + 2 * k) % 6] += 25.0 * test::random_vector(random, 1.0).normalized();
-    }
     const tracking::PoseFit fit = tracking::fit_pose(body, seen);
     ASSERT_EQ(fit.status, tracking::FitStatus::fitted);
     EXPECT_EQ(fit.n_outliers, n_wrong);
@@ -228,9 +227,8 @@ TEST(ExpectedError, IsWhatNoiseDoes)
     const tracking::PoseFit fit = tracking::fit_pose(body, seen);
     cloud = fit.cloud;
     const Eigen::Vector3d turn_body = tracking::turn_of(X.linear().transpose() * fit.X_tracker_body.linear());
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < 3; ++axis)
       turn_sq[axis] += std::pow(turn_body.dot(cloud.axes.col(axis)), 2) / m;
-    }
     target_sq += std::pow(distance_mm(fit.X_tracker_body, X, target_mm), 2) / m;
     noise_sq += std::pow(tracking::noise_mm(fit), 2) / m;
   }

@@ -140,12 +140,10 @@ TEST(ErrorsOf, AnEstimateOfTheTruthHasNone)
       c.eyes.right.position_head_mm.x() - c.eyes.left.position_head_mm.x(), c.X_tracker_table.shift_mm,
       turn_deg, c.eyes.left.position_head_mm.z() - c.eyes.right.position_head_mm.z();
   constexpr double rounding = 1e-9;
-  EXPECT_NEAR(virtual_bench::errors_of(estimate, bench_files::CalibrationPart::rails, bench(), truth).norm(),
-              0.0, rounding);
+  EXPECT_NEAR(virtual_bench::errors_of(estimate, truth).norm(), 0.0, rounding);
   estimate.values[1] += 0.25;
   estimate.values[4] -= 2.0;
-  const Eigen::VectorXd errors =
-      virtual_bench::errors_of(estimate, bench_files::CalibrationPart::rails, bench(), truth);
+  const Eigen::VectorXd errors = virtual_bench::errors_of(estimate, truth);
   EXPECT_NEAR(errors[1], 0.25, rounding);
   EXPECT_NEAR(errors[4], -2.0, rounding);
 }
@@ -163,8 +161,7 @@ TEST(ErrorsOf, ATurnOfAPlaceIsAboutTheFixedAxesFoundLessTrue)
                     "table.turn_x",  "table.turn_y",  "table.turn_z"};
   estimate.values.resize(6);
   estimate.values << six.shift_mm, six.turn_rad / deg;
-  const Eigen::VectorXd errors =
-      virtual_bench::errors_of(estimate, bench_files::CalibrationPart::rails, bench(), truth);
+  const Eigen::VectorXd errors = virtual_bench::errors_of(estimate, truth);
   EXPECT_NEAR((errors.tail<3>() - Eigen::Vector3d(0.0, off_deg, 0.0)).norm(), 0.0, 1e-9);
 }
 

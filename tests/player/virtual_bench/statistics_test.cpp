@@ -90,11 +90,7 @@ bench_files::BenchFile bench_with(bench_files::HeadKind head,
 std::string tibia_points()
 {
   const std::string& text = virtual_bench::virtual_bench_text();
-  std::string points = text.substr(text.find("[[calibration.point]]"));
-  const std::string from = "[[calibration.point]]";
-  for (std::size_t at = points.find(from); at != std::string::npos; at = points.find(from, at + 1))
-    points.replace(at, from.size(), "[[calibration.tibia_point]]");
-  return points;
+  return "tibia_" + text.substr(text.find("point = ["));
 }
 
 /// Other variants of the procedure: grids and poses adjusted by eye; two bodies, without a pupillometer.
@@ -117,7 +113,7 @@ const std::vector<OtherWay>& other_ways()
                   {{"\"rigid\"", "\"two-bodies\""},
                    {body, "[body.femur]\ntool = \"femur\"\n\n[body.tibia]\ntool = \"tibia\"\n"},
                    {table, table + "pupillometer = false\n"},
-                   {"[[calibration.point]]", tibia_points() + "\n[[calibration.point]]"}}),
+                   {"point = [", tibia_points() + "point = ["}}),
        {"ipd ipd", "femur femur.shift_x", "tibia tibia.turn_y"}}};
   return ways;
 }

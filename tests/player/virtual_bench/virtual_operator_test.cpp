@@ -46,10 +46,10 @@ bench_files::Calibration calibrated(const bench_files::BenchFile& bench,
 
 /// Largest error of a part's parameters.
 double largest_error(const bench_files::Calibration& found, bench_files::CalibrationPart part,
-                     const bench_files::BenchFile& bench, const virtual_bench::VirtualTruth& truth)
+                     const virtual_bench::VirtualTruth& truth)
 {
   const std::optional<calibration::Estimate>& estimate = found.records.at(part).estimate;
-  return virtual_bench::errors_of(estimate.value(), part, bench, truth).lpNorm<Eigen::Infinity>();
+  return virtual_bench::errors_of(estimate.value(), truth).lpNorm<Eigen::Infinity>();
 }
 
 TEST(VirtualOperator, WithoutNoiseEveryPartIsFoundToTheStepOfItsDials)
@@ -60,7 +60,7 @@ TEST(VirtualOperator, WithoutNoiseEveryPartIsFoundToTheStepOfItsDials)
       const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(bench, seed);
       const bench_files::Calibration found = calibrated(bench, truth, no_noise);
       // Whole columns and rows.
-      EXPECT_LT(largest_error(found, bench_files::CalibrationPart::viewport, bench, truth), 0.5 + 1e-9);
+      EXPECT_LT(largest_error(found, bench_files::CalibrationPart::viewport, truth), 0.5 + 1e-9);
       // Steps of a quarter of a pixel cause errors of up to an eighth, and a smaller median.
       std::vector<virtual_bench::TargetError> errors =
           virtual_bench::target_errors(found, bench, truth, no_noise);
@@ -71,10 +71,10 @@ TEST(VirtualOperator, WithoutNoiseEveryPartIsFoundToTheStepOfItsDials)
       // Quantities from the tracker alone have no step; their rows are stored to 1e-5 mm and 1e-8 of a
       // quaternion, which is 1e-6 mm at the tip. Scales have the step of the distances, 0.05 mm of 50.
       constexpr double rounding = 1e-5;
-      EXPECT_LT(largest_error(found, bench_files::CalibrationPart::probe, bench, truth), rounding);
-      EXPECT_LT(largest_error(found, bench_files::CalibrationPart::subject, bench, truth), 1e-3);
+      EXPECT_LT(largest_error(found, bench_files::CalibrationPart::probe, truth), rounding);
+      EXPECT_LT(largest_error(found, bench_files::CalibrationPart::subject, truth), 1e-3);
       if (head == bench_files::HeadKind::stage) {
-        EXPECT_LT(largest_error(found, bench_files::CalibrationPart::rails, bench, truth), rounding);
+        EXPECT_LT(largest_error(found, bench_files::CalibrationPart::rails, truth), rounding);
       }
     }
   }
