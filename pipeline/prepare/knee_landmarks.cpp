@@ -342,7 +342,8 @@ LandmarkScales landmark_scales(const KneeLandmarks& landmarks, const TemplateJoi
   set(scales.tibia, of_tibia, "tibia");
   const auto take = [&](Scaling& scaling, const Scaling& other, const std::string& bone) {
     scaling.factor.setConstant(other.factor.mean());
-    scales.warnings.push_back(bone + ": no distance given; its size is taken from the other bone");
+    scales.warnings.push_back(
+        bone + ": no distance between landmarks that the template has; its size is that of the other bone");
   };
   if (of_femur.empty()) take(scales.femur, scales.tibia, "femur");
   if (of_tibia.empty()) take(scales.tibia, scales.femur, "tibia");

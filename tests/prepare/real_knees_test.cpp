@@ -84,4 +84,28 @@ TEST(PrepareRealKnees, AMovedKneeGivesTheMovedFrames)
   expect_near(X * fit.X_scan_tibia, other.X_scan_tibia, 0.1, 0.1);
 }
 
+// As one, the bones of these knees are refused at 90 degrees.
+TEST(PrepareRealKnees, AFlexedScanGivesTheFramesOfTheOther)
+{
+  VRDA_REQUIRE_REAL_KNEES();
+  const registration::TemplateKnee reference =
+      prepare::template_of(load_knee("jam-smith2019-ligaments")).knee;
+  for (const char* name : {"vhf-left", "vhf-right"}) {
+    SCOPED_TRACE(name);
+    const load::Case knee = load_knee(name);
+    KneeSurfaces surfaces{prepare::surfaces_of(knee.reference), prepare::surfaces_of(knee.moving)};
+    const KneeFit straight = fit_knee(surfaces, reference);
+    Pose X_femur_flexed = Pose::Identity();
+    X_femur_flexed.linear() = rotation_z(rad_from_deg(90.0));
+    const Pose X = straight.X_scan_femur * X_femur_flexed * straight.X_scan_femur.inverse();
+    surfaces.femur.cartilage = transformed(surfaces.femur.cartilage, X);
+    const KneeFit fit = fit_knee(surfaces, reference);
+    EXPECT_THAT(registration::objections(fit, surfaces), testing::IsEmpty());
+    expect_near(X * straight.X_scan_femur, fit.X_scan_femur, 0.5, 0.5);
+    expect_near(straight.X_scan_tibia, fit.X_scan_tibia, 0.5, 0.5);
+    EXPECT_NEAR(fit.scanned.flexion_rad, straight.scanned.flexion_rad + rad_from_deg(90.0),
+                rad_from_deg(2.0));
+  }
+}
+
 }  // namespace vrda::prepare_real_knees_test
