@@ -1,4 +1,6 @@
-/// The commands that work on a motion model or a trace.
+/// The commands that work on a motion model or a trace. Each reads a file, prints to standard output and
+/// returns the exit code; those that change a model replace the file atomically. Throw InputError for a file
+/// that is refused.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

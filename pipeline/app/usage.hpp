@@ -1,4 +1,5 @@
-/// Validators of option values, and the messages of usage errors.
+/// Validators of option values, and the messages of usage errors. A validator returns "" for a valid value,
+/// otherwise the text "found X, wanted Y", which the program prints with the option's name and exit code 2.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-/// Other programs run as child processes.
+/// Other programs run as child processes: Slurm's commands, and `vrda` itself as a local worker.
 #pragma once
 
 #include <sys/types.h>

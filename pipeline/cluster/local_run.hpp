@@ -1,4 +1,5 @@
-/// Runs the jobs of a submission as local processes, without a cluster.
+/// Runs the tasks of a submission as local processes, without a cluster: in the order of their dependencies,
+/// as many at a time as workers are given.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,6 @@
-/// Status of a submission from journals, Slurm's queue and state files of tasks; and its remaining work.
+/// Status of a submission: counts solved attitudes in journals, and joins Slurm's queue with the state files
+/// of tasks. In: the submission's folder. Out: a status and a reason per task, and the tasks that remain. A
+/// missing journal counts as no solved attitude.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
-/// State file of each task of a submission: tasks/<case>.<kind>.json.
+/// State file of each task of a submission, tasks/<case>.<kind>.json: phase, host, UTC times, reason of a
+/// failure. It is replaced atomically, so that `vrda status` reads it at any time.
 #pragma once
 
 #include <chrono>

@@ -1,4 +1,6 @@
-/// Properties of the raw motion that bound what a polynomial can reach.
+/// Properties of the raw motion that bound what a polynomial can reach: steps between neighbouring flexions,
+/// variance, correlation of residuals. Lengths count in perceptible errors of 0.145 mm, angles in those of
+/// 0.27 degrees.
 #pragma once
 
 #include "core/perceptible.hpp"

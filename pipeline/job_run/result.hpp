@@ -1,4 +1,6 @@
-/// From a finished sweep to the motion model file, and the record of the run's resources.
+/// From a finished sweep to the motion model file: smooths, measures, writes atomically, and reports warnings
+/// and the exit code; and the record of the run's seconds, threads and host (<output>.run.json). Throws
+/// InputError naming the file if the disk refuses it.
 #pragma once
 
 #include <chrono>

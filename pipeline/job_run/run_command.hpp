@@ -1,4 +1,6 @@
-/// `vrda run`: solves a job and writes its motion model.
+/// `vrda run`: solves a job and writes its motion model. In: job and mesh files. Out: <output>,
+/// <output>.run.json, while running a start file and a journal, from which a repeated command resumes. Throws
+/// InputError for input that is refused; unsolved attitudes are counted and give exit code 3.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,6 @@
-/// The steps of earlier runs, and the journals of steps and traces for new ones.
+/// The journal of one run: the steps of earlier runs of the same job, and the writers for new steps and
+/// traces. In: path and job key (SHA-256). Out: known steps by key. A damaged tail is dropped with a warning;
+/// another job's journal, or one that another process is writing, throws InputError.
 #pragma once
 
 #include <chrono>

@@ -1,4 +1,5 @@
-/// Byte layout of one journal record.
+/// Byte layout of one journal record: little-endian, mm and rad, frame S. Bytes that are not a valid record
+/// give an empty value; the journal's checksum is checked elsewhere.
 #pragma once
 
 #include <optional>

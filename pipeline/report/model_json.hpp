@@ -1,4 +1,5 @@
-/// One motion model as the page's data.
+/// One motion model as the data of the report's page: JSON with rounded numbers, mm and degrees, null where a
+/// cell has no value.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,6 @@
-/// Input data of a report, its warnings, and the page.
+/// The input data of a report (one or more motion models with their comparison of degrees and images), its
+/// warnings, and the page: one HTML file without references to others. Lengths are in mm, angles on the page
+/// in degrees.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,6 @@
-/// Ligament bundles between level sets.
+/// Ligament bundles of a generated knee between its bones, given as level sets. In: attachments in mm,
+/// canonical axes of the right knee, before projection. Out: fibres with slack lengths for the stated
+/// reference strain.
 #pragma once
 
 #include "shapes/shapes.hpp"

@@ -1,4 +1,6 @@
-/// Registry of shapes for shapes.hpp: name, parameters and builder of each.
+/// Registry of the generated shapes for shapes.hpp: name, parameters with units and limits, and builder of
+/// each. Meshes and fibres are in mm, canonical axes; values were checked against the limits before a builder
+/// is called.
 #pragma once
 
 #include <cmath>

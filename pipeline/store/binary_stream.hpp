@@ -1,4 +1,6 @@
-/// Binary stream of values in memory layout.
+/// A motion model as a stream of its values in memory layout, for the pipe from the process that reads HDF5
+/// to its parent, which is the same program: no byte order, no version. A stream that ends early throws
+/// InputError.
 #pragma once
 
 #include <Eigen/Core>

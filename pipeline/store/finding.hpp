@@ -1,4 +1,5 @@
-/// One departure of a file from its specification.
+/// One departure of an HDF5 file from its specification (schemas/motion-model.md, trace.md): the result of a
+/// validation, which lists all of them instead of throwing at the first.
 #pragma once
 
 #include <string>

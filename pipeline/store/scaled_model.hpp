@@ -1,4 +1,4 @@
-/// Uniform scaling of a motion model.
+/// Uniform scaling of a motion model to a subject's size, without a new run.
 #pragma once
 
 #include "store/motion_model.hpp"

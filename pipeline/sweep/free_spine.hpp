@@ -1,4 +1,6 @@
-/// One flexion of a spine with free varus: selects one of its equilibria.
+/// One flexion of a spine with free varus: solves it from several starts and selects one of its equilibria,
+/// that of the lowest energy. Poses are in the solver frame S: mm, rad; energies in N mm. A flexion of which
+/// no start is solved keeps the status of its first result.
 #pragma once
 
 #include <vector>

@@ -1,4 +1,5 @@
-/// Declares the modes on the command line and helpers for named option values.
+/// Declares each mode of `vrda-player` with its options on the command line. The options structs are filled
+/// while CLI11 parses; a wrong value is a usage error "found X, wanted Y" with exit code 2.
 #pragma once
 
 #include <span>

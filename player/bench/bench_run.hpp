@@ -1,4 +1,6 @@
-/// Commands `vrda-player bench`, `devices` and `simulate`.
+/// Commands `vrda-player bench`, `devices` and `simulate`: show a joint on the tracked leg, list the devices,
+/// simulate them. In: motion model, bench file, calibration. Out: the displayed frames, recordings, pictures.
+/// Throw InputError before anything is shown if a file or device setting cannot be used.
 #pragma once
 
 #include <functional>

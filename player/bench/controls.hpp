@@ -1,4 +1,6 @@
-/// Keys of the bench (thesis 7.2), which select and change parameters.
+/// Keys of the bench (thesis 7.2), which select and change parameters of the displayed joint and of the
+/// calibration. In: a key press. Out: the changed BenchState and a request to the loop. Texts show degrees
+/// and mm.
 #pragma once
 
 #include <span>

@@ -1,4 +1,6 @@
-/// Command `vrda-player body`: measures a body of markers with the bench's tracker.
+/// Command `vrda-player body`: measures a rigid body of markers with the bench's tracker. In: positions of
+/// the markers in the tracker's frame, mm. Out: their positions in the body's own frame, for the bench file.
+/// Throws InputError if too few markers are seen together.
 #pragma once
 
 #include <string>

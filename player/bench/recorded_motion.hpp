@@ -1,4 +1,6 @@
-/// Motion of the tracked bodies in a recording, and the prediction error.
+/// Motion of the tracked bodies in a recording, and the error that prediction would have had on it. Poses
+/// take points of the tool to the tracker's frame, mm; times are ns of the local clock. An unseen body gives
+/// an empty list.
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
-/// Latency and sample statistics of the bench.
+/// Statistics of the bench's latency and of its tools' samples. In: times in ms, time stamps in ns. Out:
+/// counts, mean, percentiles in ms. Adding a value allocates nothing.
 #pragma once
 
 #include <array>

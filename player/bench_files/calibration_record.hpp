@@ -1,4 +1,5 @@
-/// Stored calibration data of each part: measurements, estimate and date.
+/// The stored data of each part of a calibration: marks as measured, estimate with covariance, date. Units
+/// are those of schemas/calibration.md: px, mm, degrees.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,7 @@
-/// Command `vrda-player calibrate`.
+/// Command `vrda-player calibrate`: calibrates a bench and a person in steps, with real devices or with
+/// simulated ones of which the truth is known. In: bench file, calibration file, for adjustment by eye a
+/// motion model. Out: the calibration file (schemas/calibration.md; lengths in mm, angles in degrees),
+/// pictures, statistics. Throws InputError for a file or value that cannot be used.
 #pragma once
 
 #include <cstdint>

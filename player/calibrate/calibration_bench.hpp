@@ -1,4 +1,6 @@
-/// Bench of a calibration session (real devices or virtual), and the model that is adjusted by eye.
+/// The bench of a calibration session (real devices or simulated ones), and the motion model whose pose is
+/// adjusted by eye. Poses take points of the second-named body to the first, mm; dial values have the units
+/// of their task.
 #pragma once
 
 #include <memory>

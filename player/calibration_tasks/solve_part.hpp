@@ -1,4 +1,5 @@
-/// Solves a part from its marks.
+/// Estimates the numbers of one part of a calibration from its marks, with residuals and 95 % intervals;
+/// units of schemas/calibration.md. A fit that fails throws PartRefusal, which names part and reason.
 #pragma once
 
 #include <string>

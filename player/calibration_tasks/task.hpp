@@ -1,4 +1,6 @@
-/// Tasks of the operator for each part.
+/// The tasks of the operator for each part of a calibration: what is drawn, which values a mark has, and the
+/// checks of marks. Positions on the screen are in pixels of the frame buffer (x right, y down) before or
+/// after pre-distortion as stated; tracker poses are in the tracker's frame, mm and unit quaternions.
 #pragma once
 
 #include <string>

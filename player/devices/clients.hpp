@@ -1,4 +1,6 @@
-/// Connections to the board and to an OpenIGTLink server, with automatic reconnection.
+/// Connections to the board (serial) and to an OpenIGTLink server, with automatic reconnection. In: bytes.
+/// Out: samples with their time of arrival, ns of the local clock. A lost or wrong peer is a status of the
+/// link, not an exception.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-/// The scene of a followed run, and its screen with views and panel.
+/// The scene of a run in progress and its screen with views and panel. In: the meshes of a start file or
+/// result (mm, canonical), poses of finished steps. Out: drawn frames.
 #pragma once
 
 #include <cstdint>

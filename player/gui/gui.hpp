@@ -1,4 +1,6 @@
-/// The user interface over the scene: readouts, timeline, controls, help.
+/// The user interface over the scene: readouts, timeline, controls, help. In: the player's state (rad, mm)
+/// and pointer events (px from the upper left). Out: the user's changes of that state; displayed angles are
+/// in degrees.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,6 @@
-/// OpenIGTLink messages of a tracker, and their encoding.
+/// OpenIGTLink messages of a tracker as plain data, and their encoding. Positions are in mm, rotations are
+/// unit quaternions or rotation matrices, times in ns of the device. A body that does not fit its type gives
+/// nullopt, a pose that is not a rotation a tool with `invalid_pose`.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,6 @@
-/// The main loop of every interactive mode, and its stop signals.
+/// The main loop of every interactive mode: waits for input events, a due frame or a stop signal, and calls
+/// the mode. In: a Mode, the sink of its frames. It returns when the mode is over, the window is closed or a
+/// signal arrives; an InputError of the mode passes through.
 #pragma once
 
 #include <signal.h>

@@ -1,4 +1,5 @@
-/// Key bindings: one table for the window, its help page and the help of the command line.
+/// Key bindings: one table for the window, its help page and the help of the command line. In: key presses by
+/// their unshifted character. Out: an action, or nothing for an unused key.
 #pragma once
 
 #include <span>

@@ -1,4 +1,5 @@
-/// The state that the user of a window can change, and the effect of each action.
+/// The state of a window that the user can change (angles in rad, speeds in rad/s), and the effect of each
+/// action on it. Values are clamped to the range of the motion model.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,6 @@
-/// Order-independent transparency.
+/// Order-independent transparency on the graphics card, by depth peeling or by lists of fragments per pixel.
+/// In: a scene (mm) and the target with its opaque surfaces. Out: translucent surfaces blended into that
+/// target.
 #pragma once
 
 #include <array>

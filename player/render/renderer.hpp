@@ -1,4 +1,5 @@
-/// The interface of renderers.
+/// The interface of renderers: draws views of a scene (mm) with a graphics card or in software. Sizes are in
+/// pixels.
 #pragma once
 
 #include <array>

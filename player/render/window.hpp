@@ -1,4 +1,6 @@
-/// A window with its input events and renderer.
+/// A window with its input events and its renderer. Positions are in screen coordinates, sizes of images in
+/// pixels, both from the upper left. Throws InputError naming the alternative if there is no screen or no
+/// OpenGL.
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
-/// The implementations of the layers of joint_layers.hpp.
+/// The layers of joint_layers.hpp: each adds its meshes to the scene once and then updates poses or vertices
+/// per frame without allocating. Meshes are in mm; poses take canonical vertices to the scene's frame.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-/// Formatting of TOML values.
+/// Formatting of TOML values for files that the player writes: the text reads back as the same value.
 #pragma once
 
 #include <span>

@@ -1,4 +1,5 @@
-/// Off-screen images of a joint at a series of poses.
+/// Off-screen images of a joint at a series of poses: one fixed camera per view, so that frames are
+/// comparable. In: motion model and poses (mm, rad). Out: RGB images of the size in the options.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,6 @@
-/// The interactive state of mode `show`, independent of the window.
+/// The interactive state of mode `show`, independent of the window: a motion model's sets, the displayed
+/// attitude and appearance. In: elapsed seconds, input events (pixels from the upper left). Out: a scene in
+/// mm, the state of the user interface. Angles are in rad.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,6 @@
-/// Simulated operator that does the guide's tasks with the noise of a hand and an eye.
+/// Simulated operator: does the tasks of a calibration by key presses and tracker samples, with the noise of
+/// a hand and an eye (VirtualNoise: px, mm, degrees). In: the session's current task and the truth. Out:
+/// input to the session only. Equal seeds give equal input.
 #pragma once
 
 #include <map>

@@ -1,4 +1,6 @@
-/// Ground truth of a simulated bench and person.
+/// Ground truth of a simulated bench and person, drawn from a seed: eyes, screens, rails, poses and scale,
+/// and the noise with which they are measured. Units are in the names; poses take points of the second-named
+/// body to the first, mm.
 #pragma once
 
 #include <cstdint>

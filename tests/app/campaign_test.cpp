@@ -8,13 +8,13 @@
 
 #include "app/scenes.hpp"
 #include "core/open_file.hpp"
+#include "support/messages.hpp"
 #include "support/real_knees.hpp"
 
 namespace vrda::campaign_test {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -78,8 +78,9 @@ TEST(Plan, ListsTheCasesOfACampaign)
   // The same as a table.
   const test::Ended text = test::run_vrda({"plan", file});
   EXPECT_EQ(text.exit_code, 0);
-  EXPECT_THAT(text.out, AllOf(HasSubstr("Balls"), HasSubstr("ball_search_fine"), HasSubstr("3 x 5"),
-                              HasSubstr("4 cases: 50 attitudes"), HasSubstr("between half and twice")));
+  for (const test::Values& values :
+       {test::Values{"Balls"}, {"ball_search_fine", "3 x 5"}, {"4 cases", "50 attitudes"}, {"half", "twice"}})
+    EXPECT_THAT(text.out, test::reports("", values));
 }
 
 TEST(Plan, OfAPlainJobTellsWhatEachShardGets)
@@ -92,8 +93,7 @@ TEST(Plan, OfAPlainJobTellsWhatEachShardGets)
   ASSERT_EQ(shards.size(), 2U);
   EXPECT_EQ(shards.at(0).at("rows"), 2);
   EXPECT_EQ(shards.at(1).at("attitudes"), 5);
-  EXPECT_THAT(test::run_vrda({"plan", file, "--shards", "5"}).out,
-              HasSubstr("2 of 5 shards have no flexion"));
+  EXPECT_THAT(test::run_vrda({"plan", file, "--shards", "5"}).out, test::reports("", "2 of 5 shards"));
 }
 
 TEST(Plan, SaysWhereShardsDoNotHelp)
@@ -103,7 +103,7 @@ TEST(Plan, SaysWhereShardsDoNotHelp)
   const test::Ended freely = test::run_vrda(
       {"plan", file, "--shards", "2", "--set", "solver.method=equilibrium", "--set", "grid.varus=free"});
   EXPECT_EQ(freely.exit_code, 0);
-  EXPECT_THAT(freely.err, HasSubstr("--shards: most of the work is the spine"));
+  EXPECT_THAT(freely.err, test::warns("--shards", "spine"));
 }
 
 TEST(Plan, ABadCaseIsNamed)
@@ -116,19 +116,18 @@ TEST(Plan, ABadCaseIsNamed)
           .string();
   const test::Ended ended = test::run_vrda({"plan", file});
   EXPECT_EQ(ended.exit_code, 2);
-  EXPECT_THAT(ended.err, AllOf(HasSubstr("case ball_search_coarse_free: "),
-                               HasSubstr("small.toml with " + file +
-                                         ": campaign.ligaments.1.set.grid.varus: grid.varus: "),
-                               Not(HasSubstr("--set"))));
+  EXPECT_THAT(ended.err, test::reports("campaign.ligaments.1.set.grid.varus"));
+  EXPECT_TRUE(test::names_value(ended.err, "case ball_search_coarse_free") &&
+              test::names_value(ended.err, file));
+  EXPECT_FALSE(test::names_value(ended.err, "--set"));
   EXPECT_EQ(test::n_lines(ended.err), 1);
   EXPECT_THAT(ended.out, IsEmpty());
   // Meshes are checked too.
   const std::string sound = small_campaign(scratch).string();
   fs::remove(scratch.path() / "dish.stl");
-  EXPECT_THAT(test::run_vrda({"plan", sound}).err,
-              AllOf(HasSubstr("case ball_rest_coarse"), HasSubstr("dish.stl")));
-  EXPECT_THAT(test::run_vrda({"plan", sound}),
-              test::refuses({"small.toml", "reference.component.0.file", "dish.stl"}));
+  const test::Ended without = test::run_vrda({"plan", sound});
+  EXPECT_THAT(without.err, test::reports("case ball_rest_coarse"));
+  EXPECT_THAT(without, test::refuses({"small.toml", "reference.component.0.file", "dish.stl"}));
 }
 
 TEST(Plan, AWrongValueOfALevelIsToldAsTheCampaigns)
@@ -148,7 +147,7 @@ TEST(Plan, AWrongValueOfALevelIsToldAsTheCampaigns)
     EXPECT_EQ(test::n_lines(ended.err), 1);
     EXPECT_THAT(ended, test::refuses({"case ball_rest_coarse_small: " + file,
                                       "campaign.scaling.1.set.scaling.factor", "93"}));
-    EXPECT_THAT(ended.err, Not(HasSubstr("--set")));
+    EXPECT_FALSE(test::names_value(ended.err, "--set"));
   }
   // Options of the command line are still allowed.
   const test::Ended typed =
@@ -164,7 +163,7 @@ TEST(Plan, CasesThatAreTheSameAreTold)
           .string();
   const test::Ended ended = test::run_vrda({"plan", file});
   EXPECT_EQ(ended.exit_code, 0);
-  EXPECT_THAT(ended.err, HasSubstr("case ball_rest_coarse_b gives the same motion as ball_rest_coarse_a"));
+  EXPECT_THAT(ended.err, test::warns("", {"ball_rest_coarse_b", "ball_rest_coarse_a"}));
 }
 
 TEST(Plan, CasesThatScalingAloneTellsApartShareTheirSteps)
@@ -183,8 +182,7 @@ TEST(Plan, CasesThatScalingAloneTellsApartShareTheirSteps)
   EXPECT_EQ(plan.at("cases").at(0).at("same_steps_as"), "");
   EXPECT_EQ(plan.at("cases").at(2).at("same_steps_as"), "") << "another shape";
   for (const json& one : plan.at("cases")) EXPECT_EQ(one.at("same_as"), "");
-  EXPECT_THAT(test::run_vrda({"plan", file}).err,
-              HasSubstr("4 of 12 cases differ from another case only in scaling"));
+  EXPECT_THAT(test::run_vrda({"plan", file}).err, test::reports("", {"4 of 12", "scaling"}));
 }
 
 TEST(Plan, ACampaignIsNotRunOrChecked)
@@ -194,7 +192,7 @@ TEST(Plan, ACampaignIsNotRunOrChecked)
   for (const char* command : {"run", "check"}) {
     const test::Ended ended = test::run_vrda({command, file});
     EXPECT_EQ(ended.exit_code, 2);
-    EXPECT_THAT(ended.err, AllOf(HasSubstr("vrda plan"), HasSubstr("vrda submit")));
+    EXPECT_THAT(ended.err, test::reports(file, {"vrda plan", "vrda submit"}));
   }
 }
 
@@ -294,8 +292,7 @@ TEST(Index, AFolderWithoutASubmissionIsNamed)
 {
   const test::Scratch scratch;
   const test::Ended ended = test::run_vrda({"index", scratch.path().string()});
-  EXPECT_EQ(ended.exit_code, 2);
-  EXPECT_THAT(ended.err, HasSubstr("submission.json"));
+  EXPECT_THAT(ended, test::refuses({.file = "submission.json"}));
 }
 
 }  // namespace vrda::campaign_test

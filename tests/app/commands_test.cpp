@@ -6,11 +6,13 @@
 #include "app/scenes.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"
+#include "support/messages.hpp"
 #include "support/real_knees.hpp"
 
 namespace vrda::commands_test {
 
 using testing::AllOf;
+using testing::AnyOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -69,9 +71,8 @@ TEST(Commands, CheckSaysWhatItUnderstood)
   const std::string job = test::small_job(scratch).string();
   const test::Ended text = test::run_vrda({"check", job});
   EXPECT_EQ(text.exit_code, 0);
-  EXPECT_THAT(text.out, HasSubstr("Ball in a dish"));
-  EXPECT_THAT(text.out, HasSubstr("15 attitudes"));
-  EXPECT_THAT(text.out, HasSubstr("closed"));
+  for (const char* value : {"Ball in a dish", "15 attitudes", "closed"})
+    EXPECT_THAT(text.out, test::reports("", value));
   const auto json = nlohmann::json::parse(test::run_vrda({"check", job, "--json"}).out);
   EXPECT_EQ(json.at("components").size(), 2u);
   EXPECT_EQ(json.at("components").at(1).at("triangles"), 168);
@@ -92,10 +93,14 @@ TEST(Commands, CheckSaysWhatHoldsAndLoadsTheJoint)
   words.insert(words.end(), more.begin(), more.end());
   const test::Ended text = test::run_vrda(words);
   EXPECT_EQ(text.exit_code, 0) << text.err;
-  EXPECT_THAT(text.out, AllOf(HasSubstr("varus    free\n"), Not(HasSubstr("0 to 0")),
-                              HasSubstr("20 N along delta at 0 degrees of flexion to 40 N along delta at 90"),
-                              HasSubstr("-300 N mm\n"), HasSubstr("tolerance 0.0002 mm"),
-                              HasSubstr("contact resolution 0.01 mm"), Not(HasSubstr("translation 1 mm"))));
+  for (const test::Values& values : {test::Values{"varus", "free"},
+                                     {"20 N", "0", "40 N", "90"},
+                                     {"-300 N mm"},
+                                     {"0.0002 mm"},
+                                     {"0.01 mm"}})
+    EXPECT_THAT(text.out, test::reports("", values));
+  for (const test::Values& values : {test::Values{"0 to 0"}, {"translation", "1 mm"}})
+    EXPECT_THAT(text.out, Not(test::reports("", values)));
   words.emplace_back("--json");
   const auto json = nlohmann::json::parse(test::run_vrda(words).out);
   const nlohmann::json& ligaments = json.at("ligaments");
@@ -106,9 +111,9 @@ TEST(Commands, CheckSaysWhatHoldsAndLoadsTheJoint)
   }
   EXPECT_GT(n_fibres, 0);
   EXPECT_EQ(ligaments.at("fibres"), n_fibres);
-  EXPECT_THAT(text.out, HasSubstr("ligaments: " + std::to_string(n_fibres) + " fibres in " +
-                                  std::to_string(ligaments.at("bundles").size()) + " bundles, " +
-                                  std::to_string(ligaments.at("wraps").size()) + " wraps\n"));
+  EXPECT_THAT(text.out, test::reports("ligaments", {std::to_string(n_fibres),
+                                                    std::to_string(ligaments.at("bundles").size()),
+                                                    std::to_string(ligaments.at("wraps").size())}));
   EXPECT_TRUE(json.at("grid").at("varus").is_null());
   EXPECT_EQ(json.at("grid").at("varus_is_free"), true);
   EXPECT_EQ(json.at("push").at("force_n").at("value"), nlohmann::json({20.0, 40.0}));
@@ -126,8 +131,9 @@ TEST(Commands, CheckOfASearchHasItsStepsAndNoLoads)
   const std::vector<std::string> words{"check", job, "--set", "solver.method=stability-search"};
   const test::Ended text = test::run_vrda(words);
   EXPECT_EQ(text.exit_code, 0) << text.err;
-  EXPECT_THAT(text.out, AllOf(HasSubstr("ligaments: none\n"), HasSubstr("translation 1 mm to "),
-                              Not(HasSubstr("tolerance")), Not(HasSubstr(" N along delta"))));
+  EXPECT_THAT(text.out,
+              AllOf(test::reports("ligaments", "none"), test::reports("", {"translation", "1 mm"})));
+  EXPECT_THAT(text.out, Not(AnyOf(test::reports("", "tolerance"), test::reports("", {"N", "delta"}))));
   std::vector<std::string> as_json = words;
   as_json.emplace_back("--json");
   const auto json = nlohmann::json::parse(test::run_vrda(as_json).out);
@@ -146,8 +152,7 @@ TEST(Commands, SetMayStandBeforeTheJob)
   const std::string job = test::small_job(scratch).string();
   const test::Ended ended = test::run_vrda({"check", "--set", "title=Other", "--set", "side=left", job});
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_THAT(ended.out, HasSubstr("Other"));
-  EXPECT_THAT(ended.out, HasSubstr("left"));
+  for (const char* value : {"Other", "left"}) EXPECT_THAT(ended.out, test::reports("", value));
 }
 
 TEST(Commands, InfoOfNothingSolvedMeasuresNothing)
@@ -170,7 +175,7 @@ TEST(Commands, CheckWarnsOfAnOverlapAtTheStart)
   const std::string job = test::small_job(scratch).string();
   const test::Ended ended = test::run_vrda({"check", job, "--set", "moving.initial.translation_mm=[0,-3,0]"});
   EXPECT_EQ(ended.exit_code, 0);
-  EXPECT_THAT(ended.out, HasSubstr("overlap"));
+  EXPECT_THAT(ended.out, test::warns("moving.initial.translation_mm"));
 }
 
 TEST(Commands, InfoTellsHowAnEquilibriumHolds)
@@ -180,9 +185,9 @@ TEST(Commands, InfoTellsHowAnEquilibriumHolds)
   store::write_motion_model(file, test::sample_model({4, 3, true, false, true, true, 5, 2}));
   const test::Ended info = test::run_vrda({"info", file});
   EXPECT_EQ(info.exit_code, 0);
-  EXPECT_THAT(info.out, HasSubstr("worst gap -1.1e-05 mm, largest balance residual 0.0012 N, 5 fibres\n"));
-  EXPECT_THAT(info.out, HasSubstr("along Delta: medial 0.75, lateral 0.25\n"));
-  EXPECT_THAT(info.out, HasSubstr("flexions with several optima: 1\n"));
+  for (const test::Values& values :
+       {test::Values{"-1.1e-05 mm", "0.0012 N", "5"}, {"medial 0.75", "lateral 0.25"}, {"optima", "1"}})
+    EXPECT_THAT(info.out, test::reports("", values));
   const auto json = nlohmann::json::parse(test::run_vrda({"info", file, "--json"}).out);
   EXPECT_EQ(json.at("fibres"), 5);
   EXPECT_EQ(json.at("equilibrium").at("largest_share").at("medial"), 0.75);
@@ -210,7 +215,7 @@ TEST(Commands, InfoMeasuresAgainAndValidateIsContent)
             0);
   const test::Ended info = test::run_vrda({"info", output});
   EXPECT_EQ(info.exit_code, 0);
-  EXPECT_THAT(info.out, HasSubstr("35 attitudes: 35 stable"));
+  EXPECT_THAT(info.out, test::reports("", {"35 attitudes", "35 stable"}));
   const auto json = nlohmann::json::parse(test::run_vrda({"info", output, "--json"}).out);
   EXPECT_EQ(json.at("remeasured").at("overlapping_attitudes"), 0);
   EXPECT_EQ(json.at("remeasured").at("largest_penetration_mm"), 0.0);
@@ -222,7 +227,7 @@ TEST(Commands, InfoMeasuresAgainAndValidateIsContent)
   const test::Ended validate = test::run_vrda({"validate", output});
   EXPECT_EQ(validate.exit_code, 0);
   EXPECT_THAT(validate.out, IsEmpty());
-  EXPECT_THAT(validate.err, HasSubstr(output + ": valid"));
+  EXPECT_THAT(validate.err, test::reports(output, "valid"));
 }
 
 TEST(Commands, InfoOfFreeVarusTellsWhatWasFound)
@@ -235,7 +240,7 @@ TEST(Commands, InfoOfFreeVarusTellsWhatWasFound)
             0);
   const test::Ended info = test::run_vrda({"info", output});
   EXPECT_EQ(info.exit_code, 0);
-  EXPECT_THAT(info.out, AllOf(HasSubstr("  varus    free, found from "), Not(HasSubstr("0 to 0 degrees"))));
+  EXPECT_THAT(info.out, AllOf(test::reports("", {"varus", "free"}), Not(test::reports("", "0 to 0"))));
   const auto grid = nlohmann::json::parse(test::run_vrda({"info", output, "--json"}).out).at("grid");
   EXPECT_TRUE(grid.at("varus_deg").is_null());
   EXPECT_EQ(grid.at("varus_is_free"), true);
@@ -254,8 +259,7 @@ TEST(Commands, ValidateListsWhatIsWrongWhere)
   store::write_motion_model(output, model);
   const test::Ended ended = test::run_vrda({"validate", output});
   EXPECT_EQ(ended.exit_code, 2);
-  EXPECT_THAT(ended.out, HasSubstr("/tx"));
-  EXPECT_THAT(ended.out, HasSubstr("wanted"));
+  EXPECT_THAT(ended.out, test::reports("", {"/tx", "wanted"}));
 }
 
 TEST(Commands, ShapeWritesItsParts)
@@ -264,8 +268,7 @@ TEST(Commands, ShapeWritesItsParts)
   const std::string folder = (scratch.path() / "hip").string();
   const test::Ended ended = test::run_vrda({"shape", "hip", "-o", folder});
   EXPECT_EQ(ended.exit_code, 0);
-  EXPECT_THAT(ended.out, HasSubstr("socket.stl"));
-  EXPECT_THAT(ended.out, HasSubstr("head.stl"));
+  for (const char* value : {"socket.stl", "head.stl"}) EXPECT_THAT(ended.out, test::reports("", value));
   const std::string bytes = test::read_bytes(folder + "/head.stl");
   std::uint32_t n = 0;
   std::memcpy(&n, bytes.data() + 80, 4);
@@ -280,7 +283,7 @@ TEST(Commands, ShapeWritesLigamentsThatAJobCanRead)
   const std::string folder = (scratch.path() / "knee").string();
   const test::Ended ended = test::run_vrda({"shape", "knee", "--ligaments", "-o", folder, "side=left"});
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_THAT(ended.out, HasSubstr("ligaments.csv"));
+  EXPECT_THAT(ended.out, test::reports("", "ligaments.csv"));
   const std::string job = (test::source_directory() / "jobs/knee-generic-contact.toml").string();
   const std::string fibres = "ligaments.fibres=\"" + folder + "/ligaments.csv\"";
   const test::Ended check = test::run_vrda({"check", job, "--set", "side=left", "--set", fibres});

@@ -13,6 +13,7 @@
 #include "app/scenes.hpp"
 #include "core/open_file.hpp"
 #include "store/motion_model_file.hpp"
+#include "support/messages.hpp"
 
 namespace vrda::two_writers_test {
 
@@ -138,7 +139,7 @@ TEST(TwoWriters, TheSecondSaysWhomItWaitsFor)
   std::optional<OutputLock> lock = OutputLock::acquire(file.string(), "vrda run", {});
   test::Process waiting(command_of(changes[0], file));
   while (waiting.is_running() && waiting.said().find("waiting for") == std::string::npos) usleep(5000);
-  EXPECT_THAT(waiting.said(), HasSubstr("waiting for vrda run, process " + std::to_string(getpid())));
+  EXPECT_THAT(waiting.said(), test::reports(file.string(), {"vrda run", std::to_string(getpid())}));
   EXPECT_TRUE(waiting.is_running());
   lock.reset();
   EXPECT_EQ(waiting.wait().exit_code, 0);
@@ -211,7 +212,7 @@ TEST(ExistingResult, TheSameJobIsFinishedAndKeepsWhatWasAdded)
   const std::string before = test::read_bytes(file);
   const test::Ended again = run_small(scratch, {});
   EXPECT_EQ(again.exit_code, 0);
-  EXPECT_THAT(again.err, HasSubstr("finished"));
+  EXPECT_THAT(again.err, test::reports(file.string(), "--fresh"));
   EXPECT_EQ(test::read_bytes(file), before);
   EXPECT_EQ(run_small(scratch, {"--fresh"}).exit_code, 0);
   EXPECT_EQ(test::read_bytes(file), raw);

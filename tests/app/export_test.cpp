@@ -7,6 +7,7 @@
 #include "app/scenes.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"
+#include "support/messages.hpp"
 
 namespace vrda::export_test {
 
@@ -68,7 +69,7 @@ TEST_F(Export, SaysWhatItLeftOut)
   const test::Ended ended =
       run("csv", "knee.csv", {"--set", "raw", "--varus", "1", "--flexion", "0:4:1", "--json"});
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_THAT(ended.err, HasSubstr("2 flexions omitted: 1 (unsolved_cell), 4 (beyond the measured range)"));
+  EXPECT_THAT(ended.err, test::warns("", {"2", "1 (unsolved_cell)", "4"}));
   const auto json = nlohmann::json::parse(ended.out);
   EXPECT_EQ(json.at("set"), "raw");
   EXPECT_EQ(json.at("attitudes"), 3);
@@ -166,8 +167,7 @@ TEST_F(Export, AnOutputThatCannotBeWrittenIsRefused)
 {
   fs::create_directories(path("folder/knee.csv"));
   const test::Ended folder = run("csv", "folder/knee.csv");
-  EXPECT_EQ(folder.exit_code, 2);
-  EXPECT_THAT(folder.err, HasSubstr("knee.csv: output: found not a regular file"));
+  EXPECT_THAT(folder, test::refuses({"folder/knee.csv", "output", "regular file"}));
   const test::Ended inside = run("csv", "knee.h5/a/knee.csv");
   EXPECT_EQ(inside.exit_code, 2);
   EXPECT_EQ(test::n_lines(inside.err), 1) << inside.err;

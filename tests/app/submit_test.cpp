@@ -9,6 +9,7 @@
 
 #include "app/fake_slurm.hpp"
 #include "core/open_file.hpp"
+#include "support/messages.hpp"
 
 namespace vrda::submit_test {
 
@@ -78,12 +79,12 @@ TEST(SubmitLocal, KilledItGoesOnAndGivesTheSameBytes)
     EXPECT_FALSE(fs::exists(folder / "knee_right.h5"));
     const test::Ended ended = test::run_vrda({"resume", folder.string(), "--local"});
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
-    EXPECT_THAT(ended.err, HasSubstr("shard 1 of 3: "));
-    EXPECT_THAT(ended.err, HasSubstr("merge: waiting"));
+    EXPECT_THAT(ended.err, test::reports("shard 1 of 3"));
+    EXPECT_THAT(ended.err, test::reports("merge"));
     EXPECT_EQ(test::sha256_of_file(folder / "knee_right.h5"), whole);
     const test::Ended again = test::run_vrda({"resume", folder.string(), "--local"});
     EXPECT_EQ(again.exit_code, 0);
-    EXPECT_THAT(again.err, HasSubstr("nothing is missing"));
+    EXPECT_THAT(again.err, Not(test::reports("merge")));
   }
 }
 
@@ -97,15 +98,14 @@ TEST(SubmitLocal, AFailureSaysWhyAndIsMendedByResume)
   const test::Ended ended =
       test::run_vrda({"submit", job.string(), "--shards", "3", "--local", "-o", folder.string()});
   EXPECT_EQ(ended.exit_code, 2);
-  EXPECT_THAT(ended.err, HasSubstr("shard 2 of 3: failed: "));
-  EXPECT_THAT(ended.err, HasSubstr("1 tasks failed; 1 tasks that depend on them did not start"));
+  EXPECT_THAT(ended.err, test::reports("shard 2 of 3", "failed"));
   EXPECT_THAT(states_of(folder), testing::ElementsAre("done", "done", "failed", "done", "waiting"));
   const nlohmann::json failed = status_of(folder)["cases"][0]["tasks"][2];
-  EXPECT_THAT(failed["reason"].get<std::string>(), HasSubstr("knee_right.h5.shard-2-of-3.journal"));
+  EXPECT_THAT(failed["reason"].get<std::string>(), test::reports("knee_right.h5.shard-2-of-3.journal"));
   fs::remove(folder / "knee_right.h5.shard-2-of-3.journal");
   const test::Ended resumed = test::run_vrda({"resume", folder.string(), "--local"});
   EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
-  EXPECT_THAT(resumed.err, Not(HasSubstr("shard 1 of 3: ")));
+  EXPECT_THAT(resumed.err, Not(test::reports("shard 1 of 3")));
   EXPECT_EQ(test::sha256_of_file(folder / "knee_right.h5"), whole_run(scratch, job));
 }
 
@@ -127,7 +127,7 @@ TEST(SubmitLocal, TasksOfAMachineThatIsGoneAreBegunAgain)
   // While it runs, a repeated task waits.
   auto lock = OutputLock::acquire(file.string(), "vrda task", {});
   EXPECT_THAT(test::run_vrda({"status", folder.string()}).out,
-              testing::ContainsRegex("shard 2 of 3      running      2 of 10        node17"));
+              test::reports("", {"shard 2 of 3", "running", "2 of 10", "node17"}));
   test::Process waiting(
       test::vrda({"task", folder.string(), "--kind", "shard", "--first", "1", "--shard", "2"}));
   while (waiting.is_running() && waiting.said().find("waiting for vrda task, process") == std::string::npos)
@@ -137,10 +137,10 @@ TEST(SubmitLocal, TasksOfAMachineThatIsGoneAreBegunAgain)
   EXPECT_EQ(waiting.wait().exit_code, 4);
   EXPECT_EQ(nlohmann::json::parse(test::text_of(file)), state);
   lock.reset();
-  EXPECT_THAT(test::run_vrda({"status", folder.string()}).out, HasSubstr("its process no longer exists"));
+  EXPECT_THAT(test::run_vrda({"status", folder.string()}).out, test::reports("", {"shard 2 of 3", "lost"}));
   const test::Ended resumed = test::run_vrda({"resume", folder.string(), "--local"});
   EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
-  EXPECT_THAT(resumed.err, HasSubstr("shard 2 of 3: lost: its process no longer exists\n"));
+  EXPECT_THAT(resumed.err, test::reports("shard 2 of 3", "lost"));
   EXPECT_EQ(test::sha256_of_file(folder / "knee_right.h5"), whole_run(scratch, job));
 }
 
@@ -182,11 +182,8 @@ TEST(Submit, TheSameSubmissionIsToldToResume)
   };
   ASSERT_EQ(submit("2").exit_code, 0);
   const test::Ended same = submit("2"), other = submit("3");
-  EXPECT_EQ(same.exit_code, 2);
-  EXPECT_THAT(same.err, HasSubstr("the same submission"));
-  EXPECT_THAT(same.err, HasSubstr("vrda resume"));
-  EXPECT_EQ(other.exit_code, 2);
-  EXPECT_THAT(other.err, HasSubstr("another submission"));
+  EXPECT_THAT(same, test::refuses({folder, "", "same", "vrda resume"}));
+  EXPECT_THAT(other, test::refuses({folder, "", "another"}));
 }
 
 TEST(Submit, AModelOfAnotherRunIsNotReplaced)
@@ -197,8 +194,7 @@ TEST(Submit, AModelOfAnotherRunIsNotReplaced)
       test::run_vrda({"run", job, "-o", (scratch.path() / "sub/small.h5").string(), "--quiet"}).exit_code, 0);
   const test::Ended ended =
       test::run_vrda({"submit", job, "--local", "-o", (scratch.path() / "sub").string()});
-  EXPECT_EQ(ended.exit_code, 2);
-  EXPECT_THAT(ended.err, HasSubstr("small.h5"));
+  EXPECT_THAT(ended, test::refuses({.file = "small.h5"}));
   EXPECT_FALSE(fs::exists(scratch.path() / "sub/submission.json"));
 }
 
@@ -211,7 +207,7 @@ TEST(Task, RefusesWhatIsNoneOfTheSubmission)
     all.insert(all.end(), words.begin(), words.end());
     return test::run_vrda(all);
   };
-  EXPECT_THAT(task({"--kind", "run"}).err, HasSubstr("submission.json"));
+  EXPECT_THAT(task({"--kind", "run"}), test::refuses({.file = "submission.json"}));
   ASSERT_EQ(
       test::run_vrda({"submit", test::small_job(scratch).string(), "--shards", "2", "--local", "-o", folder})
           .exit_code,
@@ -247,12 +243,12 @@ TEST_F(FakeSlurm, SubmitPrintsTheIdsOfJobsThatWaitForEachOther)
       "101|N/A|RUNNING|n1|None\n102|1|PENDING||Dependency\n102|2|PENDING||Dependency\n"
       "102|3|PENDING||Dependency\n103|N/A|PENDING||Dependency\n");
   const test::Ended status = run({"status", folder_.string()});
-  EXPECT_THAT(status.out, HasSubstr("0 of 3 shards done, 3 queued; 0 of 35 attitudes\n"));
-  EXPECT_THAT(status.out, HasSubstr("102_3  Dependency\n"));
+  EXPECT_THAT(status.out, test::reports("", {"0 of 3", "3 queued", "0 of 35"}));
+  EXPECT_THAT(status.out, test::reports("", {"102_3", "Dependency"}));
   forget_calls();
   const test::Ended resumed = run({"resume", folder_.string()});
   EXPECT_EQ(resumed.exit_code, 0);
-  EXPECT_THAT(resumed.err, HasSubstr("nothing is missing: 5 tasks are queued or running"));
+  EXPECT_THAT(resumed.err, test::reports("", "5"));
   EXPECT_EQ(this->calls(), "");
 }
 
@@ -261,8 +257,8 @@ TEST_F(FakeSlurm, ScriptsMakeTheModelOfAPlainRun)
   ASSERT_EQ(submit({"--shards", "3"}, {{"runs", "yes"}}).exit_code, 0);
   EXPECT_EQ(test::sha256_of_file(folder_ / "knee_right.h5"), whole_run(scratch_, job_));
   const test::Ended status = run({"status", folder_.string()});
-  EXPECT_THAT(status.out, HasSubstr("3 of 3 shards done; 35 of 35 attitudes\n"));
-  EXPECT_THAT(run({"resume", folder_.string()}).err, HasSubstr("all results are complete"));
+  EXPECT_THAT(status.out, test::reports("", {"3 of 3", "35 of 35"}));
+  EXPECT_EQ(run({"resume", folder_.string()}).exit_code, 0);
 }
 
 TEST_F(FakeSlurm, ResumeSubmitsOnlyWhatIsMissing)
@@ -278,13 +274,13 @@ TEST_F(FakeSlurm, ResumeSubmitsOnlyWhatIsMissing)
   }
   queue("102|2|TIMEOUT|n2|TimeLimit\n103|N/A|PENDING||DependencyNeverSatisfied\n");
   const test::Ended status = run({"status", folder_.string()});
-  EXPECT_THAT(status.out, HasSubstr("2 of 3 shards done, 1 failed"));
-  EXPECT_THAT(status.out, HasSubstr("TIMEOUT (TimeLimit)"));
+  EXPECT_THAT(status.out, test::reports("", {"2 of 3", "1 failed"}));
+  EXPECT_THAT(status.out, test::reports("", {"TIMEOUT", "TimeLimit"}));
   forget_calls();
   const test::Ended resumed = run({"resume", folder_.string(), "--time", "20"}, {{"runs", "yes"}});
   EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
   EXPECT_EQ(resumed.out, "shards 104_[2], merge 105\n");
-  EXPECT_THAT(resumed.err, HasSubstr("shard 2 of 3: failed: TIMEOUT (TimeLimit)\n"));
+  EXPECT_THAT(resumed.err, test::reports("shard 2 of 3", {"TIMEOUT", "TimeLimit"}));
   EXPECT_THAT(calls(), testing::StartsWith("scancel 103\nsbatch"));
   EXPECT_THAT(test::text_of(folder_ / "scripts/shard.sbatch"), HasSubstr("#SBATCH --time=20\n"));
   EXPECT_EQ(test::sha256_of_file(folder_ / "knee_right.h5"), whole_run(scratch_, job_));
@@ -317,9 +313,8 @@ TEST_F(FakeSlurm, ResumeKeepsTheCasesOfATaskWhileTasksAreUnderWay)
   queue("101|1|FAILED|n1|NonZeroExitCode\n101|2|RUNNING|n1|None\n101|3|PENDING||Priority\n");
   forget_calls();
   const test::Ended refused = run({"resume", folder_.string(), "--cases-per-task", "2"});
-  EXPECT_EQ(refused.exit_code, 2);
   EXPECT_EQ(test::n_lines(refused.err), 1) << refused.err;
-  EXPECT_THAT(refused.err, HasSubstr("--cases-per-task: found 2, while tasks of 1 are queued or running"));
+  EXPECT_THAT(refused, test::refuses({"--cases-per-task", "", {"2", "1"}}));
   EXPECT_EQ(calls(), "");
   EXPECT_EQ(run({"resume", folder_.string(), "--cases-per-task", "1"}).out, "cases 103_[1], index 104\n");
 }
@@ -360,16 +355,16 @@ TEST_F(FakeSlurm, WithoutSlurmOneLineNamesTheOtherWay)
       {"submit", job_.string(), "-o", (scratch_.path() / "none").string(), "--time", "10", "--mem", "1G"});
   command.environment["PATH"] = (scratch_.path() / "bin").string();
   const test::Ended without = test::run(command);
-  EXPECT_EQ(without.exit_code, 2);
   EXPECT_EQ(test::n_lines(without.err), 1) << without.err;
-  EXPECT_THAT(without.err, HasSubstr("--local"));
+  EXPECT_EQ(without.exit_code, 2);
+  EXPECT_THAT(without.err, test::reports("", "--local"));
   EXPECT_FALSE(fs::exists(scratch_.path() / "none"));
 }
 
 TEST_F(FakeSlurm, ATimeLimitAndMemoryAreAskedFor)
 {
-  EXPECT_THAT(run({"submit", job_.string(), "--mem", "1G"}).err, HasSubstr("--time"));
-  EXPECT_THAT(run({"submit", job_.string(), "--time", "10"}).err, HasSubstr("--mem"));
+  EXPECT_THAT(run({"submit", job_.string(), "--mem", "1G"}), test::refuses({.file = "--time"}));
+  EXPECT_THAT(run({"submit", job_.string(), "--time", "10"}), test::refuses({.file = "--mem"}));
 }
 
 // A spine journal that another process holds: its task waits, and can be interrupted there.
@@ -410,8 +405,7 @@ TEST_F(HeldSpine, ItIsWaitedForSaidSoAndBegunAgain)
   }
   ASSERT_TRUE(process.is_running());
   queue("101|N/A|RUNNING|n1|None\n");
-  EXPECT_THAT(run({"status", folder_.string()}).out,
-              HasSubstr("n1  waiting for another process that writes the journal\n"));
+  EXPECT_THAT(run({"status", folder_.string()}).out, test::reports("", {"n1", "waiting", "journal"}));
   process.send(SIGTERM);
   process.send(SIGTERM);
   EXPECT_EQ(process.wait().exit_code, 4);
@@ -450,7 +444,7 @@ TEST_F(HeldSpine, AKilledTaskIsNotedDownByItsScript)
   note.environment["SLURM_RESTART_COUNT"] = "0";
   EXPECT_EQ(test::run(note).exit_code, 0);
   queue("101|N/A|FAILED|n1|NonZeroExitCode\n");
-  EXPECT_THAT(run({"status", folder_.string()}).out, HasSubstr("ended by signal 9"));
+  EXPECT_THAT(run({"status", folder_.string()}).out, test::reports("", "signal 9"));
 }
 
 }  // namespace vrda::submit_test

@@ -13,11 +13,11 @@
 #include "journal/journal.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"
+#include "support/messages.hpp"
 
 namespace vrda::trace_test {
 
 namespace fs = std::filesystem;
-using testing::HasSubstr;
 using testing::IsEmpty;
 
 /// A traced run of a small joint.
@@ -42,7 +42,7 @@ TEST(Trace, StandsBesideTheModelAndNothingElseStays)
 {
   const Traced run("knee");
   ASSERT_EQ(run.ended.exit_code, 0) << run.ended.err;
-  EXPECT_THAT(run.ended.err, HasSubstr(run.trace_file()));
+  EXPECT_THAT(run.ended.err, test::reports("", run.trace_file()));
   EXPECT_FALSE(fs::exists(run.file.string() + ".trace.journal"));
   EXPECT_THAT(store::validate_hdf5(run.trace_file()), IsEmpty());
   EXPECT_EQ(test::run_vrda({"validate", run.trace_file()}).exit_code, 0);
@@ -132,7 +132,7 @@ TEST(Trace, KilledThreeTimesItGoesOnAndGivesTheSameBytes)
   }
   const test::Ended last = test::run_vrda({"run", job, "-o", killed.string(), "--trace"});
   EXPECT_EQ(last.exit_code, 0) << last.err;
-  EXPECT_THAT(last.err, HasSubstr("resuming: "));
+  EXPECT_THAT(last.err, test::reports("resuming", journal.string()));
   EXPECT_EQ(test::sha256_of_file(store::trace_name(killed.string())),
             test::sha256_of_file(store::trace_name(whole.string())));
   EXPECT_EQ(test::sha256_of_file(killed), test::sha256_of_file(whole));
@@ -208,9 +208,9 @@ TEST(TraceCommand, CountsTheMovesOfEachSearch)
   EXPECT_EQ(first.at("iterations"), first.at("in_contact"));
   const test::Ended text = test::run_vrda({"trace", run.trace_file()});
   EXPECT_EQ(text.exit_code, 0);
-  EXPECT_THAT(text.out, HasSubstr(std::to_string(trace.searches.node.size()) + " searches, " +
-                                  std::to_string(trace.moves.kind.size()) + " moves"));
-  EXPECT_THAT(text.out, HasSubstr("spine_probe"));
+  EXPECT_THAT(text.out, test::reports("", {std::to_string(trace.searches.node.size()),
+                                           std::to_string(trace.moves.kind.size())}));
+  EXPECT_THAT(text.out, test::reports("", "spine_probe"));
 }
 
 std::vector<std::string> lines_of(const std::string& text)

@@ -1,4 +1,4 @@
-#include "support/refusal.hpp"
+#include "support/messages.hpp"
 
 #include <gtest/gtest.h>
 
@@ -46,6 +46,22 @@ TEST(Refusal, OfAProgramIsReadFromItsLastLine)
   ended = {2, "", "vrda: --shard: found \"3\" (see vrda run --help)\n"};
   EXPECT_THAT(ended, refuses({.file = "--shard", .found = "\"3\""}));
   EXPECT_THAT((test::Ended{2, "", ""}), Not(refuses({.found = "3"})));
+}
+
+TEST(Messages, AreComparedByTheirValues)
+{
+  const std::string said =
+      "vrda: 15 attitudes\nwarning: push.force_n: found 50, no effect\n/a/knee.h5: 35 of 40 stable\n"
+      "a.toml: line 8, grid.varus: 3; use vrda plan\n";
+  for (const auto& same : {test::reports("", {"15", "attitudes"}), test::reports("push.force_n"),
+                           test::warns("push.force_n", "50"), test::reports("knee.h5", {"40", "35"}),
+                           test::reports("/a/knee.h5"), test::reports("grid.varus", "vrda plan"),
+                           test::reports("a.toml", {"grid.varus", "3"}), test::warns("", "50")})
+    EXPECT_THAT(said, same);
+  for (const auto& other :
+       {test::reports("", {"15", "stable"}), test::reports("force_n"), test::warns("push.force_n", "5"),
+        test::warns("knee.h5"), test::reports("h5"), test::reports("knee.h5", "15"), test::warns("", "35")})
+    EXPECT_THAT(said, Not(other));
 }
 
 }  // namespace vrda::refusal_test

@@ -7,12 +7,12 @@
 
 #include "app/scenes.hpp"
 #include "faults/faulty_run.hpp"
+#include "support/messages.hpp"
 
 namespace vrda::test::model_faults_test {
 
 namespace fs = std::filesystem;
 using testing::AnyOf;
-using testing::HasSubstr;
 
 /// A command and the file that it writes; empty if it prints.
 struct Job {
@@ -51,8 +51,11 @@ class ModelFaults : public FaultyRun {
     }
     EXPECT_LE(n_lines(ended.err), n_lines(whole.err) + (ended.exit_code == 2 ? 1 : 0)) << ended.err;
     if (ended.exit_code == 2 && fault.what != "kill") {
-      EXPECT_THAT(ended.err, HasSubstr(folder_.string()));
-      EXPECT_THAT(ended.err, AnyOf(HasSubstr("Input/output error"), HasSubstr("No space left on device")));
+      EXPECT_THAT(printed_facts(ended.err).file, testing::StartsWith(folder_.string()));
+      EXPECT_THAT(
+          ended,
+          AnyOf(refuses({.field = printed_facts(ended.err).field, .found = "Input/output error"}),
+                refuses({.field = printed_facts(ended.err).field, .found = "No space left on device"})));
     }
     if (ended.exit_code == 0) {
       EXPECT_EQ(ended.out, whole.out);

@@ -58,12 +58,12 @@ class BenchPage(unittest.TestCase):
     def test_an_error_is_named(self):
         done = self.table(run("a/b/c", 1.0), run("a/b/d", 0.0, error_occurred=True, error_message="no such knee"))
         self.assertEqual((done.returncode, done.stdout), (1, ""))
-        self.assertIn("a/b/d failed: no such knee", done.stderr)
+        self.assertRegex(done.stderr, r"\ba/b/d\b.*\bno such knee\b")
 
     def test_no_benchmark_is_an_error(self):
         done = self.table()
         self.assertEqual((done.returncode, done.stdout), (1, ""))
-        self.assertIn("wanted at least one", done.stderr)
+        self.assertEqual(len(done.stderr.splitlines()), 1)
 
 
 if __name__ == "__main__":

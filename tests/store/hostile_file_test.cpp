@@ -172,8 +172,8 @@ TEST(HostileFile, MoreValuesThanTheLimitAreRefusedHoweverTheyAreStored)
     H5Pclose(creation);
   });
   EXPECT_EQ(findings.back().where, "/");
-  EXPECT_THAT(findings.back().found, HasSubstr("bytes of values"));
-  EXPECT_THAT(findings.back().wanted, HasSubstr("536870912"));
+  EXPECT_TRUE(test::names_value(findings.back().found, "bytes")) << findings.back().found;
+  EXPECT_TRUE(test::names_value(findings.back().wanted, "536870912")) << findings.back().wanted;
 }
 
 TEST(HostileFile, TextsThatAreAllTheSameBytesOfTheFileAreBounded)
@@ -227,7 +227,7 @@ TEST(HostileFile, ThatCrashesHdf5IsOneMessage)
     changed[at] = '\xff';
     const InputError::Facts facts = told_of_bytes(scratch, changed + store::seal_of(changed));
     EXPECT_EQ(facts.file, path);
-    n_ended += facts.found.find("its process ended with") != std::string::npos ? 1 : 0;
+    n_ended += test::names_value(facts.found, "process") ? 1 : 0;
   }
   // HDF5 1.10.8 crashes on some. If a later version rejects all, the separate process is no longer needed.
   EXPECT_GT(n_ended, 0);
@@ -258,7 +258,7 @@ TEST(HostileFile, ManyMembersAreRefused)
       H5Lcreate_soft("/tx", file, ("/link" + std::to_string(k)).c_str(), H5P_DEFAULT, H5P_DEFAULT);
   });
   EXPECT_LT(links.size(), 110u);  // limit of reported links
-  EXPECT_THAT(links[0].found, HasSubstr("symbolic link"));
+  EXPECT_TRUE(test::names_value(links[0].found, "symbolic link")) << links[0].found;
 }
 
 TEST(HostileFile, AVirtualDatasetIsRefusedAndItsFilesAreNotOpened)

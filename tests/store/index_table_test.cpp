@@ -15,7 +15,6 @@
 namespace vrda::index_table_test {
 
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 template <typename Value>
 std::vector<Value> read_back(const store::H5Reader& reader, const std::string& path, std::size_t n)
@@ -70,8 +69,7 @@ TEST(IndexTable, AFolderThatIsNotThereIsNamed)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "nowhere" / "index.h5";
-  EXPECT_THAT(test::input_error([&] { store::write_index_file(path, test::sample_index()); }).file,
-              HasSubstr(path));
+  EXPECT_EQ(test::input_error([&] { store::write_index_file(path, test::sample_index()); }).file, path);
 }
 
 }  // namespace vrda::index_table_test
