@@ -35,7 +35,8 @@ def draw_curves(numbers, path):
     """Internal rotation of each knee over flexion, with the template's, a panel a template."""
     figure, axes = pyplot.subplots(1, 2, figsize=(11, 4.2), layout="constrained", sharey=True)
     for ax, group, title in zip(axes, ("solved", "generic"), ("by the jam-smith2019 template", "by the generic template")):
-        lines = {name: found["motion"] for name, found in numbers[group].items() if "motion" in found}
+        by_knee = numbers[group]
+        lines = {name: found["motion"] for name, found in by_knee.items() if "motion" in found}
         for name, rows in {"jam-smith2019, its own job": numbers["template"], **lines}.items():
             is_own = rows is numbers["template"]
             flexions = sorted(map(int, rows))

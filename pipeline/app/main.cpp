@@ -340,7 +340,7 @@ struct Commands {
         ->check(vrda::app::one_of({"mm", "cm", "m"}));
     c.add_option("--cartilage", prepare.cartilage,
                  "auto, none, or mm: thickness added to a bone without cartilage")
-        ->check(CLI::Validator(vrda::app::one_of({"auto", "none"})) | vrda::app::number(0.0, 10.0))
+        ->check(vrda::app::number(0.0, 10.0, {"auto", "none"}))
         ->capture_default_str();
     c.add_option("--template", prepare.template_job,
                  "Job of a knee with ligaments; default: the generic knee");

@@ -67,10 +67,14 @@ CLI::Validator whole_number(int least, int most)
                       "a whole number from " + std::to_string(least) + " to " + std::to_string(most));
 }
 
-CLI::Validator number(double least, double most)
+CLI::Validator number(double least, double most, const std::vector<std::string>& words)
 {
-  return with_message(CLI::Range(least, most),
-                      "a number from " + shortest_decimal(least) + " to " + shortest_decimal(most));
+  const std::string range = "a number from " + shortest_decimal(least) + " to " + shortest_decimal(most);
+  if (words.empty()) return with_message(CLI::Range(least, most), range);
+  std::vector<std::string> alternatives = words;
+  alternatives.push_back(range);
+  return with_message(CLI::Validator(CLI::IsMember(words)) | CLI::Range(least, most),
+                      join_alternatives(alternatives));
 }
 
 CLI::Validator any_number()

@@ -15,7 +15,7 @@ namespace vrda::app {
 
 /// Both limits are inclusive. Message: "found "13", wanted a whole number from 1 to 12".
 CLI::Validator whole_number(int least, int most);
-CLI::Validator number(double least, double most);
+CLI::Validator number(double least, double most, const std::vector<std::string>& words = {});  ///< or a word
 CLI::Validator any_number();
 
 /// Message: "found "stl", wanted sto, mot or csv".
