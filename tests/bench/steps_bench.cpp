@@ -18,12 +18,18 @@ struct Knee {
   std::vector<std::string> settings;  // in addition to the equilibrium and its grid
 };
 
+// The results that a task refers to live as long as its sweep.
+struct Step {
+  sweep::StepTask task;
+  std::vector<StepRecord> known;
+};
+
 // The tasks of a run in their order. Neighbours along varus are a degree apart, as in a full grid.
-std::vector<sweep::StepTask> tasks_of(const load::Case& job_case, model_build::CaseSolver& solver)
+std::vector<Step> tasks_of(const load::Case& job_case, model_build::CaseSolver& solver)
 {
-  std::vector<sweep::StepTask> tasks;
+  std::vector<Step> tasks;
   const sweep::SolveStep solve = [&](const sweep::StepTask& task) {
-    tasks.push_back(task);
+    tasks.push_back({task, task.known == nullptr ? std::vector<StepRecord>{} : *task.known});
     return solver(task);
   };
   sweep::sweep(model_build::plan_of(job_case), solve, {}, 1);
@@ -37,11 +43,13 @@ struct Pass {
   double n_stable = 0.0;
 };
 
-Pass pass_over(const std::vector<sweep::StepTask>& tasks, model_build::CaseSolver& solver)
+Pass pass_over(const std::vector<Step>& tasks, model_build::CaseSolver& solver)
 {
   Pass pass;
   const double start_s = thread_s();
-  for (const sweep::StepTask& task : tasks) {
+  for (const Step& step : tasks) {
+    sweep::StepTask task = step.task;
+    task.known = &step.known;
     const StepRecord record = solver(task);
     pass.n_queries += record.queries;
     pass.n_iterations += record.iterations;
@@ -52,7 +60,7 @@ Pass pass_over(const std::vector<sweep::StepTask>& tasks, model_build::CaseSolve
 }
 
 // The median of several passes.
-Pass timed(const std::vector<sweep::StepTask>& tasks, model_build::CaseSolver& solver)
+Pass timed(const std::vector<Step>& tasks, model_build::CaseSolver& solver)
 {
   std::array<Pass, n_passes> passes;
   for (Pass& pass : passes) pass = pass_over(tasks, solver);
@@ -65,7 +73,7 @@ void steps(benchmark::State& state, const Knee& knee)
 {
   const load::Case job_case = case_of(knee.name, knee.settings);
   model_build::CaseSolver solver(job_case, 1);
-  const std::vector<sweep::StepTask> tasks = tasks_of(job_case, solver);
+  const std::vector<Step> tasks = tasks_of(job_case, solver);
   const auto n = static_cast<double>(tasks.size());
   for (auto _ : state) {
     const Pass pass = timed(tasks, solver);
