@@ -6,6 +6,8 @@
 
 #include "contact/features.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
+#include "proximity/gap_query.hpp"
 #include "solve/stability_search.hpp"
 
 namespace vrda::solve {
@@ -82,6 +84,20 @@ void measure_contacts(const Joint& joint, const std::vector<contact::Contact>& c
     n_resisting += std::abs(moment_about_mm(c, middle)) > resolution_mm ? 1 : 0;
   }
   record.theta_determined = n_resisting >= 2;
+}
+
+void measure_gaps(const Joint& joint, const Attitude& attitude, const MovingPose& pose, StepRecord& record)
+{
+  if (joint.compartment_of_triangle.empty()) return;
+  const auto gap_mm = [&](const proximity::GapTree& compartment) {
+    proximity::GapQuery query(joint.reference_gap, compartment);
+    query.set_attitude(attitude);
+    ++record.queries;
+    const double travel_mm = query.next_contact(pose).travel_mm;
+    return std::isfinite(travel_mm) ? travel_mm : nan;
+  };
+  record.gap_medial_mm = gap_mm(joint.medial_gap);
+  record.gap_lateral_mm = gap_mm(joint.lateral_gap);
 }
 
 }  // namespace vrda::solve

@@ -50,4 +50,8 @@ ContactRecord contact_record(const Joint& joint, const contact::Contact& contact
 void measure_contacts(const Joint& joint, const std::vector<contact::Contact>& contacts, double resolution_mm,
                       StepRecord& record);
 
+/// Fills the gap that each compartment has left along Delta at the pose; nothing without compartments. Adds
+/// its queries to the record.
+void measure_gaps(const Joint& joint, const Attitude& attitude, const MovingPose& pose, StepRecord& record);
+
 }  // namespace vrda::solve

@@ -6,7 +6,6 @@
 #include <iterator>
 #include <optional>
 
-#include "core/units.hpp"
 #include "proximity/gap_query.hpp"
 #include "solve/joint.hpp"
 
@@ -72,7 +71,7 @@ class Search {
     record.iterations = iteration_;
     record.residual_mm = residual_mm_;
     if (record.status == StepStatus::stable) measure(record);
-    record.queries = queries_;
+    record.queries += queries_;
     return record;
   }
 
@@ -393,18 +392,7 @@ class Search {
   {
     measure_contacts(joint_, contacts_of(ContactPoints::exact), options_.translation_resolution_mm, record);
     ++queries_;
-    if (joint_.compartment_of_triangle.empty()) return;
-    record.gap_medial_mm = gap_left_mm(joint_.medial_gap);
-    record.gap_lateral_mm = gap_left_mm(joint_.lateral_gap);
-  }
-
-  double gap_left_mm(const proximity::GapTree& compartment)
-  {
-    proximity::GapQuery query(joint_.reference_gap, compartment);
-    query.set_attitude(attitude_);
-    const double travel_mm = query.next_contact(pose_).travel_mm;
-    ++queries_;
-    return std::isfinite(travel_mm) ? travel_mm : nan;
+    measure_gaps(joint_, attitude_, pose_, record);
   }
 
   SearchMove move_of(MoveKind kind, const MovingPose& pose) const

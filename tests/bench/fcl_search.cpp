@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/units.hpp"
 #include "processor_time.hpp"
 #include "solve/joint.hpp"
 #include "solve/stability_search.hpp"
@@ -38,30 +37,15 @@ class Search {
     StepRecord& record = step_.record;
     record.status = search();
     record.pose = pose_;
-    if (record.status == StepStatus::stable) measure(record);
+    if (record.status == StepStatus::stable) {
+      solve::measure_contacts(joint_, touching(), resolution_mm(), record);
+      solve::measure_gaps(joint_, attitude_, pose_, record);
+    }
     record.queries += step_.n_collisions;
     return step_;
   }
 
  private:
-  // Contacts and gaps of the record, as in the product.
-  void measure(StepRecord& record)
-  {
-    solve::measure_contacts(joint_, touching(), resolution_mm(), record);
-    if (joint_.compartment_of_triangle.empty()) return;
-    record.gap_medial_mm = gap_left_mm(joint_.medial_gap);
-    record.gap_lateral_mm = gap_left_mm(joint_.lateral_gap);
-  }
-
-  double gap_left_mm(const proximity::GapTree& compartment)
-  {
-    proximity::GapQuery query(joint_.reference_gap, compartment);
-    query.set_attitude(attitude_);
-    ++step_.record.queries;
-    const double travel_mm = query.next_contact(pose_).travel_mm;
-    return std::isfinite(travel_mm) ? travel_mm : nan;
-  }
-
   double resolution_mm() const { return options_.translation_resolution_mm; }
 
   StepStatus search()
