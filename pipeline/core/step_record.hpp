@@ -3,13 +3,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <compare>
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "core/frames.hpp"
+#include "core/joint_coordinates.hpp"
 
 namespace vrda::inline core {
 
@@ -99,6 +102,15 @@ struct Balance {
   std::vector<ContactForce> forces;
 };
 
+/// Results of a step whose coordinates have roles of their own (core/joint_coordinates.hpp).
+struct CoordinateForces {
+  /// Generalised force on the moving object that holds the coordinate, positive along it; N or N mm. NaN
+  /// where the coordinate is free.
+  std::array<double, n_joint_coordinates> holding{};
+  /// Of a free coordinate: 1 if loads, fibres or contacts determine it, 0 if nothing does; else -1.
+  std::array<std::int8_t, n_joint_coordinates> determined{-1, -1, -1, -1, -1, -1};
+};
+
 struct StepRecord {
   StepKey key;
   MovingPose pose;  ///< in S; the best pose so far where `status` is not stable
@@ -113,8 +125,10 @@ struct StepRecord {
   bool contact_lateral = false;
   bool theta_determined = false;
   std::vector<ContactRecord> contacts;
-  double varus_rad = 0.0;  ///< solved where varus is free, else the attitude's
-  Balance balance;         ///< of the equilibrium only
+  double varus_rad = 0.0;    ///< solved where varus is free, else the attitude's
+  Balance balance;           ///< of the equilibrium only
+  double flexion_rad = 0.0;  ///< with `coordinates`: of the pose, about the axis of S
+  std::optional<CoordinateForces> coordinates = std::nullopt;
 };
 
 /// The record for a joint `factor` times as large: lengths, energies and moments are scaled; angles, forces,

@@ -104,7 +104,7 @@ ContactForceBalance balance_contact_forces(const Potential& potential, const std
     rows.push_back({normal / length.back(), 0.0});
   }
   const QpSolution qp =
-      solve_quadratic_program(QpMatrix::Identity(), s.cwiseProduct(potential.gradient), rows);
+      solve_quadratic_program<5>(QpMatrix::Identity(), s.cwiseProduct(potential.gradient), rows);
   ContactForceBalance held;
   held.unbalanced_n = qp.d;
   held.residual_n = qp.d.norm();

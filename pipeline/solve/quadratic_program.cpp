@@ -8,7 +8,6 @@
 namespace vrda::solve {
 namespace {
 
-constexpr Eigen::Index n_unknowns = 5;
 // A normal whose component orthogonal to the active ones is below this share depends linearly on them.
 constexpr double dependent_share = 1e-11;
 // Every change of the active set raises the dual value, so some tens suffice; the limit stops cycles by
@@ -16,15 +15,16 @@ constexpr double dependent_share = 1e-11;
 constexpr int max_changes = 400;
 
 // L with L L^T = H.
-QpMatrix cholesky(const QpMatrix& H)
+template <int N>
+QpMatrixOf<N> cholesky(const QpMatrixOf<N>& H)
 {
-  QpMatrix L = QpMatrix::Zero();
-  for (Eigen::Index j = 0; j < n_unknowns; ++j) {
+  QpMatrixOf<N> L = QpMatrixOf<N>::Zero();
+  for (Eigen::Index j = 0; j < N; ++j) {
     double pivot = H(j, j);
     for (Eigen::Index k = 0; k < j; ++k) pivot -= L(j, k) * L(j, k);
     check(pivot > 0.0, "quadratic programme: H is not positive definite");
     L(j, j) = std::sqrt(pivot);
-    for (Eigen::Index i = j + 1; i < n_unknowns; ++i) {
+    for (Eigen::Index i = j + 1; i < N; ++i) {
       double sum = H(i, j);
       for (Eigen::Index k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
       L(i, j) = sum / L(j, j);
@@ -34,10 +34,11 @@ QpMatrix cholesky(const QpMatrix& H)
 }
 
 // Inverse of L^T.
-QpMatrix inverse_transposed(const QpMatrix& L)
+template <int N>
+QpMatrixOf<N> inverse_transposed(const QpMatrixOf<N>& L)
 {
-  QpMatrix J = QpMatrix::Zero();  // upper triangular
-  for (Eigen::Index j = 0; j < n_unknowns; ++j) {
+  QpMatrixOf<N> J = QpMatrixOf<N>::Zero();  // upper triangular
+  for (Eigen::Index j = 0; j < N; ++j) {
     J(j, j) = 1.0 / L(j, j);
     for (Eigen::Index i = j - 1; i >= 0; --i) {
       double sum = 0.0;
@@ -48,16 +49,17 @@ QpMatrix inverse_transposed(const QpMatrix& L)
   return J;
 }
 
+template <int N>
 class DualMethod {
  public:
-  DualMethod(const QpMatrix& H, const QpVector& g, const std::vector<HalfSpace>& half_spaces)
+  DualMethod(const QpMatrixOf<N>& H, const QpVectorOf<N>& g, const std::vector<HalfSpaceOf<N>>& half_spaces)
       : half_spaces_(half_spaces), J_(inverse_transposed(cholesky(H))), x_(-(J_ * (J_.transpose() * g)))
   {
   }
 
-  QpSolution run()
+  QpSolutionOf<N> run()
   {
-    QpSolution solution;
+    QpSolutionOf<N> solution;
     while (n_left_ > 0) {
       const std::size_t worst = most_violated();
       if (worst == half_spaces_.size()) {
@@ -93,14 +95,14 @@ class DualMethod {
   // Activates half-space `row`, dropping constraints with a zero multiplier. False if it is infeasible.
   bool take(std::size_t row)
   {
-    const QpVector normal = half_spaces_[row].normal;
+    const QpVectorOf<N> normal = half_spaces_[row].normal;
     double multiplier = 0.0;
     while (n_left_-- > 0) {
-      const QpVector d = J_.transpose() * normal;
-      const QpVector r = dual_direction(d);
-      const double across = d.tail(n_unknowns - n_active_).squaredNorm();
+      const QpVectorOf<N> d = J_.transpose() * normal;
+      const QpVectorOf<N> r = dual_direction(d);
+      const double across = d.tail(N - n_active_).squaredNorm();
       const bool is_dependent =
-          n_active_ == n_unknowns || across <= dependent_share * dependent_share * d.squaredNorm();
+          n_active_ == N || across <= dependent_share * dependent_share * d.squaredNorm();
       const Eigen::Index leaving = first_to_leave(r);
       const double t_dual = leaving < 0 ? std::numeric_limits<double>::infinity() : u_(leaving) / r(leaving);
       const double t_primal =
@@ -109,7 +111,7 @@ class DualMethod {
       if (!std::isfinite(t)) return false;
       u_.head(n_active_) -= t * r.head(n_active_);
       multiplier += t;
-      if (!is_dependent) x_ += t * (J_.rightCols(n_unknowns - n_active_) * d.tail(n_unknowns - n_active_));
+      if (!is_dependent) x_ += t * (J_.rightCols(N - n_active_) * d.tail(N - n_active_));
       if (t_primal <= t_dual) {
         add(row, multiplier, d);
         return true;
@@ -120,9 +122,9 @@ class DualMethod {
   }
 
   // R r = first n_active_ of d.
-  QpVector dual_direction(const QpVector& d) const
+  QpVectorOf<N> dual_direction(const QpVectorOf<N>& d) const
   {
-    QpVector r = QpVector::Zero();
+    QpVectorOf<N> r = QpVectorOf<N>::Zero();
     for (Eigen::Index i = n_active_ - 1; i >= 0; --i) {
       double sum = d(i);
       for (Eigen::Index k = i + 1; k < n_active_; ++k) sum -= R_(i, k) * r(k);
@@ -131,7 +133,7 @@ class DualMethod {
     return r;
   }
 
-  Eigen::Index first_to_leave(const QpVector& r) const
+  Eigen::Index first_to_leave(const QpVectorOf<N>& r) const
   {
     Eigen::Index leaving = -1;
     for (Eigen::Index k = 0; k < n_active_; ++k) {
@@ -140,9 +142,9 @@ class DualMethod {
     return leaving;
   }
 
-  void add(std::size_t row, double multiplier, QpVector d)
+  void add(std::size_t row, double multiplier, QpVectorOf<N> d)
   {
-    for (Eigen::Index k = n_unknowns - 1; k > n_active_; --k) turn_columns(k - 1, d(k - 1), d(k), d);
+    for (Eigen::Index k = N - 1; k > n_active_; --k) turn_columns(k - 1, d(k - 1), d(k), d);
     R_.col(n_active_).head(n_active_ + 1) = d.head(n_active_ + 1);
     active_[static_cast<std::size_t>(n_active_)] = row;
     u_(n_active_) = multiplier;
@@ -150,7 +152,7 @@ class DualMethod {
   }
 
   // Givens rotation of columns k and k + 1 of J that makes entry k + 1 of `d` zero.
-  void turn_columns(Eigen::Index k, double a, double b, QpVector& d)
+  void turn_columns(Eigen::Index k, double a, double b, QpVectorOf<N>& d)
   {
     const double length = std::sqrt(a * a + b * b);
     if (b == 0.0 || length == 0.0) return;
@@ -162,7 +164,7 @@ class DualMethod {
 
   void rotate(Eigen::Index k, double c, double s)
   {
-    const QpVector left = J_.col(k), right = J_.col(k + 1);
+    const QpVectorOf<N> left = J_.col(k), right = J_.col(k + 1);
     J_.col(k) = c * left + s * right;
     J_.col(k + 1) = c * right - s * left;
   }
@@ -180,29 +182,35 @@ class DualMethod {
       const double a = R_(k, k), b = R_(k + 1, k), length = std::sqrt(a * a + b * b);
       if (b == 0.0) continue;
       const double c = a / length, s = b / length;
-      const QpVector upper = R_.row(k), lower = R_.row(k + 1);
+      const QpVectorOf<N> upper = R_.row(k), lower = R_.row(k + 1);
       R_.row(k) = (c * upper + s * lower).transpose();
       R_.row(k + 1) = (c * lower - s * upper).transpose();
       rotate(k, c, s);
     }
   }
 
-  const std::vector<HalfSpace>& half_spaces_;
-  QpMatrix J_;                     // L^-T Q: its first n_active_ columns span the active normals
-  QpMatrix R_ = QpMatrix::Zero();  // upper triangular: J^T N = [R; 0]
-  QpVector x_;
-  QpVector u_ = QpVector::Zero();
-  std::array<std::size_t, n_unknowns> active_{};
+  const std::vector<HalfSpaceOf<N>>& half_spaces_;
+  QpMatrixOf<N> J_;                          // L^-T Q: its first n_active_ columns span the active normals
+  QpMatrixOf<N> R_ = QpMatrixOf<N>::Zero();  // upper triangular: J^T N = [R; 0]
+  QpVectorOf<N> x_;
+  QpVectorOf<N> u_ = QpVectorOf<N>::Zero();
+  std::array<std::size_t, N> active_{};
   Eigen::Index n_active_ = 0;
   int n_left_ = max_changes;
 };
 
 }  // namespace
 
-QpSolution solve_quadratic_program(const QpMatrix& H, const QpVector& g,
-                                   const std::vector<HalfSpace>& half_spaces)
+template <int N>
+QpSolutionOf<N> solve_quadratic_program(const QpMatrixOf<N>& H, const QpVectorOf<N>& g,
+                                        const std::vector<HalfSpaceOf<N>>& half_spaces)
 {
-  return DualMethod(H, g, half_spaces).run();
+  return DualMethod<N>(H, g, half_spaces).run();
 }
+
+template QpSolutionOf<5> solve_quadratic_program(const QpMatrixOf<5>&, const QpVectorOf<5>&,
+                                                 const std::vector<HalfSpaceOf<5>>&);
+template QpSolutionOf<6> solve_quadratic_program(const QpMatrixOf<6>&, const QpVectorOf<6>&,
+                                                 const std::vector<HalfSpaceOf<6>>&);
 
 }  // namespace vrda::solve

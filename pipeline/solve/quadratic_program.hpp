@@ -8,25 +8,29 @@
 
 namespace vrda::solve {
 
-using QpVector = Eigen::Matrix<double, 5, 1>;
-using QpMatrix = Eigen::Matrix<double, 5, 5>;
+template <int N>
+using QpVectorOf = Eigen::Matrix<double, N, 1>;
+template <int N>
+using QpMatrixOf = Eigen::Matrix<double, N, N>;
 
 /// normal . d >= offset. Rows of about unit length make `qp_tolerance` a distance.
-struct HalfSpace {
-  QpVector normal = QpVector::Zero();
+template <int N>
+struct HalfSpaceOf {
+  QpVectorOf<N> normal = QpVectorOf<N>::Zero();
   double offset = 0.0;
 };
 
 /// Largest violation of a half-space that counts as satisfied.
 inline constexpr double qp_tolerance = 1e-11;
 
-struct QpSolution {
+template <int N>
+struct QpSolutionOf {
   struct ActiveConstraint {
     std::size_t row = 0;      ///< of the half-spaces
     double multiplier = 0.0;  ///< above 0: H d + g = sum of multiplier * normal
   };
-  QpVector d = QpVector::Zero();
-  std::array<ActiveConstraint, 5> active{};  ///< the active set: the first n_active entries, unordered
+  QpVectorOf<N> d = QpVectorOf<N>::Zero();
+  std::array<ActiveConstraint, N> active{};  ///< the active set: the first n_active entries, unordered
   std::size_t n_active = 0;
   bool is_solved = false;  ///< false: infeasible, to rounding
 };
@@ -36,7 +40,17 @@ struct QpSolution {
 /// g and the normals to zero. Allocates nothing; ties select the first row. Source: Goldfarb and Idnani
 /// (1983), Math. Programming 27:1-33, the dual algorithm; it starts from the unconstrained minimum, so
 /// redundant and degenerate half-spaces are allowed.
-QpSolution solve_quadratic_program(const QpMatrix& H, const QpVector& g,
-                                   const std::vector<HalfSpace>& half_spaces);
+template <int N>
+QpSolutionOf<N> solve_quadratic_program(const QpMatrixOf<N>& H, const QpVectorOf<N>& g,
+                                        const std::vector<HalfSpaceOf<N>>& half_spaces);
+extern template QpSolutionOf<5> solve_quadratic_program(const QpMatrixOf<5>&, const QpVectorOf<5>&,
+                                                        const std::vector<HalfSpaceOf<5>>&);
+extern template QpSolutionOf<6> solve_quadratic_program(const QpMatrixOf<6>&, const QpVectorOf<6>&,
+                                                        const std::vector<HalfSpaceOf<6>>&);
+
+using QpVector = QpVectorOf<5>;
+using QpMatrix = QpMatrixOf<5>;
+using HalfSpace = HalfSpaceOf<5>;
+using QpSolution = QpSolutionOf<5>;
 
 }  // namespace vrda::solve

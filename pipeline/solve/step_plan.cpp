@@ -145,7 +145,7 @@ QpSolution StepPlanner::solve_linearised(const EquilibriumCandidate& at, const V
   from_seed(along_y) = 0.0;
   QpVector g = s.cwiseProduct(at.potential.gradient) + spring_.stiffness_n_mm * from_seed;
   for (Eigen::Index k = 0; k < n_coordinates; ++k) g(k) = is_free(k) ? g(k) : 0.0;
-  return solve_quadratic_program(curvature(at, constraints, options), g, half_spaces_);
+  return solve_quadratic_program<5>(curvature(at, constraints, options), g, half_spaces_);
 }
 
 EquilibriumCandidate StepPlanner::candidate_after(const EquilibriumCandidate& at, const QpVector& d,

@@ -65,7 +65,7 @@ TEST(QuadraticProgram, WithoutHalfSpacesIsNewtonsStep)
   std::mt19937_64 random(1);
   const solve::QpMatrix H = random_hessian(random, 0.1);
   const solve::QpVector g = solve::QpVector::LinSpaced(-2, 3);
-  const solve::QpSolution s = solve::solve_quadratic_program(H, g, {});
+  const solve::QpSolution s = solve::solve_quadratic_program<5>(H, g, {});
   EXPECT_TRUE(s.is_solved);
   EXPECT_EQ(s.n_active, 0u);
   EXPECT_LT((H * s.d + g).norm(), 1e-12 * g.norm() * H.norm());
@@ -74,7 +74,7 @@ TEST(QuadraticProgram, WithoutHalfSpacesIsNewtonsStep)
 TEST(QuadraticProgram, ACornerIsHeldByItsWalls)
 {
   // Nearest point to the origin with x >= 1, y >= 2: multipliers are the coordinates.
-  const solve::QpSolution s = solve::solve_quadratic_program(
+  const solve::QpSolution s = solve::solve_quadratic_program<5>(
       solve::QpMatrix::Identity(), solve::QpVector::Zero(), {half_space({1}, 1), half_space({0, 1}, 2)});
   ASSERT_TRUE(s.is_solved);
   ASSERT_EQ(s.n_active, 2u);
@@ -85,7 +85,7 @@ TEST(QuadraticProgram, ACornerIsHeldByItsWalls)
 
 TEST(QuadraticProgram, InfeasibleIsReported)
 {
-  const solve::QpSolution s = solve::solve_quadratic_program(
+  const solve::QpSolution s = solve::solve_quadratic_program<5>(
       solve::QpMatrix::Identity(), solve::QpVector::Zero(), {half_space({1}, 1), half_space({-1}, 0)});
   EXPECT_FALSE(s.is_solved);
 }
@@ -95,7 +95,7 @@ TEST(QuadraticProgram, CopiesOfAHalfSpaceChangeNothing)
   std::vector<solve::HalfSpace> rows(20, half_space({1, 1}, 1));
   for (int k = 0; k < 20; ++k) rows.push_back(half_space({1, 1 + 1e-13 * k}, 1));
   const solve::QpSolution s =
-      solve::solve_quadratic_program(solve::QpMatrix::Identity(), solve::QpVector::Zero(), rows);
+      solve::solve_quadratic_program<5>(solve::QpMatrix::Identity(), solve::QpVector::Zero(), rows);
   ASSERT_TRUE(s.is_solved);
   EXPECT_NEAR(s.d(0), 0.5, 1e-10);
   EXPECT_NEAR(s.d(1), 0.5, 1e-10);
@@ -109,7 +109,7 @@ struct Sweep {
 void expect_optimal(const solve::QpMatrix& H, const solve::QpVector& g,
                     const std::vector<solve::HalfSpace>& rows, Sweep& sweep)
 {
-  const solve::QpSolution s = solve::solve_quadratic_program(H, g, rows);
+  const solve::QpSolution s = solve::solve_quadratic_program<5>(H, g, rows);
   const double best = brute_force(H, g, rows);
   ASSERT_EQ(s.is_solved, std::isfinite(best));
   if (!s.is_solved) {
@@ -155,7 +155,7 @@ TEST(QuadraticProgram, AHeldCoordinateStays)
   H.row(4).setZero();
   H.col(4).setZero();
   H(4, 4) = 1.0;
-  const solve::QpSolution s = solve::solve_quadratic_program(
+  const solve::QpSolution s = solve::solve_quadratic_program<5>(
       H, solve::QpVector(1, 2, 3, 4, 0), {half_space({1, 0, 0, 1}, 5), half_space({0, 1, 1}, 0)});
   ASSERT_TRUE(s.is_solved);
   EXPECT_EQ(s.d(4), 0.0);
@@ -181,7 +181,7 @@ TEST(QuadraticProgram, DegenerateCornersOfAContactAreFound)
     }
     solve::QpMatrix H = 2e-5 * solve::QpMatrix::Identity();
     H(4, 4) = 1.0;
-    const solve::QpSolution s = solve::solve_quadratic_program(H, solve::QpVector(0, -20, 0, 0, 0), rows);
+    const solve::QpSolution s = solve::solve_quadratic_program<5>(H, solve::QpVector(0, -20, 0, 0, 0), rows);
     ASSERT_TRUE(s.is_solved);
     // With 60 random slopes about it, the corner itself is the highest point.
     EXPECT_LT(s.d.norm(), 1e-9);

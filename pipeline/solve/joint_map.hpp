@@ -1,0 +1,51 @@
+/// The joint's six coordinates in the solver frame S: positions, velocities and the work of the loads.
+#pragma once
+
+#include "core/frames.hpp"
+#include "core/joint_coordinates.hpp"
+#include "core/solver_options.hpp"
+
+namespace vrda::solve {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// Attitude of the reference and pose of the moving object in S.
+struct SolverPosition {
+  Attitude attitude;
+  MovingPose pose;
+};
+
+/// A twist of the moving object relative to the reference, in S: angular velocity (rad), then the velocity of
+/// the moving object's origin (mm). A point at `p` moves by u + omega x (p - pose.translation_mm). Forces
+/// are moments about that origin (N mm), then forces (N), so that their product is work.
+inline Eigen::Vector3d velocity_at(const Vector6d& twist, const SolverPosition& at, const Eigen::Vector3d& p)
+{
+  return twist.tail<3>() + twist.head<3>().cross(p - at.pose.translation_mm);
+}
+
+/// Moment and force of `force_n` acting at the point `p`.
+Vector6d wrench_of(const Eigen::Vector3d& force_n, const Eigen::Vector3d& p, const SolverPosition& at);
+
+class JointMap {
+ public:
+  explicit JointMap(const SolverFrame& frame);
+
+  SolverPosition position_at(const JointCoordinates& coordinates) const;
+  JointCoordinates coordinates_at(const SolverPosition& position) const;
+
+  /// Twists in S by each coordinate, columns; `position` is that of the coordinates.
+  Matrix6d twists(const JointCoordinates& coordinates, const SolverPosition& position) const;
+
+ private:
+  Eigen::Matrix3d R_solver_joint_;
+};
+
+/// Work of the loads from zero coordinates of S (core/solver_options.hpp), N mm, and their wrench.
+struct Work {
+  double work_nmm = 0.0;
+  Vector6d wrench = Vector6d::Zero();
+};
+Work work_of(const Loads& loads, const SolverPosition& at);
+
+}  // namespace vrda::solve
