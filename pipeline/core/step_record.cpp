@@ -79,6 +79,9 @@ StepRecord scaled(const StepRecord& record, double factor)
   r.balance.worst_gap_mm *= factor;
   r.balance.flexion_moment_nmm *= factor;
   r.balance.varus_moment_nmm *= factor;
+  for (std::size_t k = 0; r.coordinates && k < n_joint_coordinates; ++k) {
+    if (is_rotation(k)) r.coordinates->holding[k] *= factor;
+  }
   // residual_n is unchanged: its moments are divided by a lever that scales by the same factor.
   for (ContactForce& force : r.balance.forces) force.point_solver_mm *= factor;
   return r;

@@ -46,6 +46,14 @@ const Node* schema_of_key(const Node& table, const std::string& key)
   return others->table() != nullptr ? others : nullptr;
 }
 
+std::ptrdiff_t n_known_keys(const Node& schema, const DocumentValue& value)
+{
+  if (value.table() == nullptr) return 0;
+  return std::count_if(value.table()->begin(), value.table()->end(), [&](const DocumentEntry& entry) {
+    return schema_of_key(schema, entry.key) != nullptr;
+  });
+}
+
 // `items` is one schema for all items, or a list with one for each position.
 const Node& schema_of_item(const Node& list, std::size_t index)
 {
@@ -173,15 +181,22 @@ const Node& DocumentSchema::Compiled::dereferenced(const Node& node) const
   return value_at(root, path);
 }
 
-// The schema that applies to this value: $ref resolved, and the anyOf alternative of its type.
+// The schema that applies to this value: $ref resolved, and the anyOf alternative of its type; of several
+// tables the one that knows the most of the value's keys.
 const Node& DocumentSchema::Compiled::schema_for(const Node& node, const DocumentValue& value) const
 {
   const Node& target = dereferenced(node);
+  const Node* best = nullptr;
+  std::ptrdiff_t most_known = -1;
   for (const Node& shape : list_or_empty(target, "anyOf")) {
     const Node& candidate = dereferenced(shape);
-    if (has_type(candidate, value)) return candidate;
+    if (!has_type(candidate, value)) continue;
+    const std::ptrdiff_t known = n_known_keys(candidate, value);
+    if (known <= most_known) continue;
+    most_known = known;
+    best = &candidate;
   }
-  return target;
+  return best == nullptr ? target : *best;
 }
 
 std::string DocumentSchema::Compiled::wanted_at(const Node& node) const

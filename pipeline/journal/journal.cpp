@@ -13,7 +13,7 @@ namespace vrda::journal {
 namespace {
 
 /// A record of a hundred contacts takes 7 kB; a length above 16 MiB means a damaged frame.
-constexpr FrameFormat step_format{"VRDAJRNL", 1, std::uint32_t{1} << 24, "record"};
+constexpr FrameFormat step_format{"VRDAJRNL", 2, std::uint32_t{1} << 24, "record"};
 
 }  // namespace
 

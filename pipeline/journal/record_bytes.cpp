@@ -119,6 +119,28 @@ Balance take_balance(ByteReader& cursor)
   return balance;
 }
 
+void append_coordinates(std::string& bytes, const StepRecord& record)
+{
+  bytes.push_back(record.coordinates ? 1 : 0);
+  if (!record.coordinates) return;
+  append_double(bytes, record.flexion_rad);
+  for (const double force : record.coordinates->holding) append_double(bytes, force);
+  for (const std::int8_t determined : record.coordinates->determined) append_i8(bytes, determined);
+}
+
+void take_coordinates(ByteReader& cursor, StepRecord& record)
+{
+  if (!cursor.take_bool()) return;
+  record.coordinates.emplace();
+  record.flexion_rad = cursor.take_double();
+  if (!(std::abs(record.flexion_rad) <= largest_pose_number)) cursor.mark_invalid();
+  for (double& force : record.coordinates->holding) force = cursor.take_double();
+  for (std::int8_t& determined : record.coordinates->determined) {
+    determined = cursor.take_i8();
+    if (determined < -1 || determined > 1) cursor.mark_invalid();
+  }
+}
+
 }  // namespace
 
 std::string bytes_of(const StepRecord& record)
@@ -137,6 +159,7 @@ std::string bytes_of(const StepRecord& record)
   }
   append_double(bytes, record.varus_rad);
   append_balance(bytes, record.balance);
+  append_coordinates(bytes, record);
   append_u32(bytes, static_cast<std::uint32_t>(record.contacts.size()));
   for (const ContactRecord& contact : record.contacts) append_contact(bytes, contact);
   return bytes;
@@ -163,6 +186,7 @@ std::optional<StepRecord> record_of(std::string_view bytes)
         std::abs(record.varus_rad) <= largest_pose_number))
     cursor.mark_invalid();
   record.balance = take_balance(cursor);
+  take_coordinates(cursor, record);
   const std::uint64_t n_contacts = cursor.take(4);
   if (!cursor.is_valid() || cursor.n_bytes_left() != n_contacts * contact_bytes) return std::nullopt;
   for (std::uint64_t i = 0; i < n_contacts; ++i) record.contacts.push_back(take_contact(cursor));

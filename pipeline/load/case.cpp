@@ -9,6 +9,7 @@
 #include "load/case_warnings.hpp"
 #include "load/compartments.hpp"
 #include "load/component_loader.hpp"
+#include "load/coordinates.hpp"
 #include "load/fibre_warnings.hpp"
 #include "load/job.hpp"
 #include "load/scaling.hpp"
@@ -25,20 +26,6 @@ void check_method(const Job& job)
   if (job.method == SolverMethod::equilibrium || !job.is_varus_free) return;
   throw InputError({job.document.source_of_conflict({"grid.varus", "solver.method"}), "grid.varus",
                     "\"free\"", "a table { from, to, step }: \"stability-search\" cannot leave varus free"});
-}
-
-constexpr double largest_path_step_deg = 1.0;
-
-std::vector<double> path_of(const std::vector<double>& flexion_deg)
-{
-  std::vector<double> path_deg;
-  for (std::size_t i = 0; i + 1 < flexion_deg.size(); ++i) {
-    const double step_deg = flexion_deg[i + 1] - flexion_deg[i];
-    const double n = std::ceil(step_deg / largest_path_step_deg);
-    for (double k = 0.0; k < n; k += 1.0) path_deg.push_back(flexion_deg[i] + step_deg * k / n);
-  }
-  path_deg.push_back(flexion_deg.back());
-  return path_deg;
 }
 
 std::vector<Push> push_rows(const Job& job, const std::vector<double>& flexions_deg)
@@ -89,8 +76,14 @@ Body loaded_body(const Job& job, const BodyJob& body_job, ComponentLoader& sourc
   return body;
 }
 
-// The part of the case that depends on the job file only.
-Case settings_of(const Job& job)
+std::optional<LoadedCoordinates> coordinates_of(const Job& job, const std::string& data_directory)
+{
+  if (!job.coordinates) return std::nullopt;
+  return load_coordinates(job, *job.coordinates, data_directory);
+}
+
+// The part of the case that depends on the job file and the tables of its coordinates.
+Case settings_of(const Job& job, const std::optional<LoadedCoordinates>& coordinates)
 {
   check_method(job);
   Case loaded;
@@ -98,15 +91,23 @@ Case settings_of(const Job& job)
   loaded.joint = job.joint;
   loaded.frame.side = job.side;
   loaded.frame.rotation_centre_mm = axis_map(job)(job.frame.origin_native);
-  loaded.push = push_rows(job, job.grid.flexion_deg);
-  loaded.path_flexion_deg =
-      job.method == SolverMethod::equilibrium ? path_of(job.grid.flexion_deg) : job.grid.flexion_deg;
+  loaded.grid = coordinates ? coordinates->grid : job.grid;
+  loaded.is_varus_free = job.is_varus_free;
+  if (coordinates) {
+    loaded.coordinates = coordinates->rows;
+    loaded.path_flexion_deg = coordinates->path_flexion_deg;
+    // Its varus then belongs to the cell instead of the axis.
+    loaded.is_varus_free =
+        coordinates->rows.role[1] != CoordinateRole::driven || coordinates->rows.is_sequence();
+  } else {
+    loaded.path_flexion_deg =
+        job.method == SolverMethod::equilibrium ? path_of(job.grid.flexion_deg) : job.grid.flexion_deg;
+  }
+  loaded.push = push_rows(job, loaded.grid.flexion_deg);
   loaded.path_push = push_rows(job, loaded.path_flexion_deg);
   loaded.push_point_mm = job.push.point_mm;
   loaded.frame.delta = loaded.push.front().delta;
   loaded.initial = job.initial;
-  loaded.grid = job.grid;
-  loaded.is_varus_free = job.is_varus_free;
   loaded.method = job.method == SolverMethod::equilibrium ? "equilibrium" : "stability-search";
   loaded.search = job.search;
   loaded.equilibrium = job.equilibrium;
@@ -125,7 +126,7 @@ Case settings_of(const Job& job)
 Case case_with_joint(const Job& given, const std::string& data_directory, const Case& joint)
 {
   const Job job = joint.found_frames ? with_found_frames(given, *joint.found_frames) : given;
-  Case loaded = settings_of(job);
+  Case loaded = settings_of(job, coordinates_of(job, data_directory));
   loaded.found_frames = joint.found_frames;
   loaded.ligaments = joint.ligaments;
   loaded.inputs = joint.inputs;
@@ -145,7 +146,9 @@ Case load_case(const Job& given, const std::string& data_directory)
   ComponentLoader source(given, data_directory);
   const std::optional<AutoFrames> found = auto_frames(given, source);
   const Job job = found ? with_found_frames(given, found->frames) : given;
-  Case loaded = settings_of(job);
+  const std::optional<LoadedCoordinates> coordinates = coordinates_of(job, data_directory);
+  Case loaded = settings_of(job, coordinates);
+  if (coordinates) loaded.inputs = coordinates->inputs;
   if (found) loaded.found_frames = found->frames;
   const LoadedLigaments ligaments = load_ligaments(job, data_directory, body_maps(job));
   const RequestedScaling scaling = load_scaling(job, data_directory, axis_map(job));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/frames.hpp"
+#include "core/joint_coordinates.hpp"
 #include "core/mesh.hpp"
 #include "core/scaling.hpp"
 #include "core/solver_options.hpp"
@@ -26,6 +27,17 @@ struct InitialPose {
 struct GridAxes {
   std::vector<double> flexion_deg;  ///< [n_flexion], at least one
   std::vector<double> varus_deg;    ///< [n_varus], at least one
+};
+
+/// Roles of the joint's six coordinates, and their values where they are driven or given.
+struct CoordinateRows {
+  std::array<CoordinateRole, n_joint_coordinates> role{};
+  /// [n_path] NaN where free, and in varus where a grid drives it.
+  std::vector<JointCoordinates> rows;
+  std::string key_name;     ///< of a sequence of frames ("time_s"); empty for a grid over flexion
+  std::vector<double> key;  ///< [n_rows] of a sequence, ascending
+
+  bool is_sequence() const { return !key_name.empty(); }
 };
 
 /// The load at one flexion, in canonical axes of the joint's own side.
@@ -82,7 +94,10 @@ struct Case {
   InitialPose initial;
   GridAxes grid;
   bool is_varus_free = false;  ///< the grid then has the single varus 0
-  std::vector<Push> push;      ///< [n_flexion]
+  /// Set if a coordinate has a role that a grid cannot express. Of a sequence of frames, `grid` has the
+  /// flexion of each frame (0 where free).
+  std::optional<CoordinateRows> coordinates;
+  std::vector<Push> push;  ///< [n_flexion]
   /// With the equilibrium, the flexions along which its spine continues: the grid's, with as many between
   /// them as keep steps of at most 1 degree. Otherwise the grid's.
   std::vector<double> path_flexion_deg;

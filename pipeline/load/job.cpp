@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "load/coordinates.hpp"
 #include "load/file_bytes.hpp"
 #include "load/job_frames.hpp"
 #include "load/job_schema.hpp"
@@ -98,48 +99,10 @@ std::optional<ScalingJob> scaling_of(const Job& job, const documents::DocumentVa
   return scaling;
 }
 
-std::vector<double> row_of(const documents::DocumentValue& value)
-{
-  return value.list() != nullptr ? documents::numbers_of(value)
-                                 : std::vector<double>{documents::number_at(value, "")};
-}
-
-FlexionTable over_flexion_at(const Job& job, const documents::DocumentValue& root, const std::string& key)
-{
-  const documents::DocumentValue& value = documents::value_at(root, key);
-  FlexionTable out;
-  std::vector<std::vector<double>> rows;
-  if (value.table() == nullptr) {
-    out.flexion_rad = {0.0};
-    rows = {row_of(value)};
-  } else {
-    for (const double angle_deg : documents::numbers_at(value, "flexion_deg")) {
-      if (!out.flexion_rad.empty() && rad_from_deg(angle_deg) <= out.flexion_rad.back()) {
-        job.document.refuse(key + ".flexion_deg", documents::shown(documents::value_at(value, "flexion_deg")),
-                            "increasing angles");
-      }
-      out.flexion_rad.push_back(rad_from_deg(angle_deg));
-    }
-    for (const documents::DocumentValue& row : *documents::value_at(value, "value").list())
-      rows.push_back(row_of(row));
-    if (rows.size() != out.flexion_rad.size()) {
-      job.document.refuse(key + ".value", std::to_string(rows.size()) + " values",
-                          "one for each angle of flexion_deg, " + std::to_string(out.flexion_rad.size()));
-    }
-  }
-  out.value.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.front().size()));
-  for (Eigen::Index i = 0; i < out.value.rows(); ++i) {
-    for (Eigen::Index j = 0; j < out.value.cols(); ++j) {
-      out.value(i, j) = rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
-    }
-  }
-  return out;
-}
-
 PushJob push_of(const Job& job, const documents::DocumentValue& root)
 {
   PushJob push;
-  push.delta = over_flexion_at(job, root, "push.delta");
+  push.delta = over_flexion_at(job.document, "push.delta");
   for (Eigen::Index i = 0; i < push.delta.value.rows(); ++i) {
     const Eigen::Vector3d given = push.delta.value.row(i);
     // Scaled first: squares of huge or tiny components would leave the range of doubles.
@@ -149,42 +112,30 @@ PushJob push_of(const Job& job, const documents::DocumentValue& root)
                           "a direction: not all zero");
     push.delta.value.row(i) = (given / largest).normalized().transpose();
   }
-  push.force_n = over_flexion_at(job, root, "push.force_n");
-  push.lateral_force_n = over_flexion_at(job, root, "push.lateral_force_n");
-  push.moment_nmm = over_flexion_at(job, root, "push.moment_nmm");
-  push.varus_moment_nmm = over_flexion_at(job, root, "push.varus_moment_nmm");
+  push.force_n = over_flexion_at(job.document, "push.force_n");
+  push.lateral_force_n = over_flexion_at(job.document, "push.lateral_force_n");
+  push.moment_nmm = over_flexion_at(job.document, "push.moment_nmm");
+  push.varus_moment_nmm = over_flexion_at(job.document, "push.varus_moment_nmm");
   push.point_mm = documents::vector3_at(root, "push.point_mm");
   return push;
 }
 
-// from, from + step, ... up to `to`, which is included if a whole number of steps reaches it.
-std::vector<double> range_at(const Job& job, const documents::DocumentValue& root, const std::string& key)
-{
-  constexpr double rounding = 1e-9;  // of (to - from) / step
-  const double from_deg = documents::number_at(root, key + ".from");
-  const double to_deg = documents::number_at(root, key + ".to");
-  const double step_deg = documents::number_at(root, key + ".step");
-  if (step_deg == 0.0) job.document.refuse(key + ".step", "0", "a step that is not zero");
-  const double n_steps = (to_deg - from_deg) / step_deg;
-  if (n_steps < 0.0) {
-    job.document.refuse(key,
-                        "from " + shortest_decimal(from_deg) + " to " + shortest_decimal(to_deg) + " by " +
-                            shortest_decimal(step_deg),
-                        "a step with the sign of to - from");
-  }
-  if (!(n_steps < largest_grid_cells))
-    job.document.refuse(key + ".step", shortest_decimal(step_deg), "at most 1000000 attitudes");
-  std::vector<double> angles_deg;
-  const auto n = static_cast<int>(std::floor(n_steps + rounding));
-  for (int i = 0; i <= n; ++i) angles_deg.push_back(from_deg + i * step_deg + 0.0);
-  return angles_deg;
-}
-
 void read_grid(Job& job, const documents::DocumentValue& root)
 {
-  job.grid.flexion_deg = range_at(job, root, "grid.flexion");
-  job.is_varus_free = documents::value_at(root, "grid.varus").text() != nullptr;
-  job.grid.varus_deg = job.is_varus_free ? std::vector<double>{0.0} : range_at(job, root, "grid.varus");
+  job.coordinates = coordinates_of(job);
+  if (job.coordinates) {
+    // The short form of the same job.
+    if (!is_plain_grid(*job.coordinates)) return;
+    const auto& coordinate = job.coordinates->coordinate;
+    job.grid.flexion_deg = coordinate[0].driven;
+    job.is_varus_free = coordinate[1].role == CoordinateRole::free;
+    job.grid.varus_deg = job.is_varus_free ? std::vector<double>{0.0} : coordinate[1].driven;
+    job.coordinates.reset();
+  } else {
+    job.grid.flexion_deg = range_at(job.document, "grid.flexion");
+    job.is_varus_free = documents::value_at(root, "grid.varus").text() != nullptr;
+    job.grid.varus_deg = job.is_varus_free ? std::vector<double>{0.0} : range_at(job.document, "grid.varus");
+  }
   const double n_cells =
       static_cast<double>(job.grid.flexion_deg.size()) * static_cast<double>(job.grid.varus_deg.size());
   if (n_cells > largest_grid_cells) {
@@ -385,9 +336,9 @@ void read_settings(Job& job)
   job.initial = {documents::vector3_at(root, "moving.initial.translation_mm"),
                  rad_from_deg(documents::number_at(root, "moving.initial.theta_deg"))};
   job.push = push_of(job, root);
-  read_grid(job, root);
   job.method = documents::text_at(root, "solver.method") == "equilibrium" ? SolverMethod::equilibrium
                                                                           : SolverMethod::stability_search;
+  read_grid(job, root);
   job.search = search_of(root);
   check_step(job, "translation", "mm");
   check_step(job, "rotation", "deg");
@@ -418,6 +369,70 @@ void set_texts(Job& job)
 
 }  // namespace
 
+namespace {
+
+std::vector<double> row_of(const documents::DocumentValue& value)
+{
+  return value.list() != nullptr ? documents::numbers_of(value)
+                                 : std::vector<double>{documents::number_at(value, "")};
+}
+
+}  // namespace
+
+FlexionTable over_flexion_at(const documents::Document& document, const std::string& key)
+{
+  const documents::DocumentValue& value = documents::value_at(document.root, key);
+  FlexionTable out;
+  std::vector<std::vector<double>> rows;
+  if (value.table() == nullptr) {
+    out.flexion_rad = {0.0};
+    rows = {row_of(value)};
+  } else {
+    for (const double angle_deg : documents::numbers_at(value, "flexion_deg")) {
+      if (!out.flexion_rad.empty() && rad_from_deg(angle_deg) <= out.flexion_rad.back()) {
+        document.refuse(key + ".flexion_deg", documents::shown(documents::value_at(value, "flexion_deg")),
+                        "increasing angles");
+      }
+      out.flexion_rad.push_back(rad_from_deg(angle_deg));
+    }
+    for (const documents::DocumentValue& row : *documents::value_at(value, "value").list())
+      rows.push_back(row_of(row));
+    if (rows.size() != out.flexion_rad.size()) {
+      document.refuse(key + ".value", std::to_string(rows.size()) + " values",
+                      "one for each angle of flexion_deg, " + std::to_string(out.flexion_rad.size()));
+    }
+  }
+  out.value.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.front().size()));
+  for (Eigen::Index i = 0; i < out.value.rows(); ++i) {
+    for (Eigen::Index j = 0; j < out.value.cols(); ++j) {
+      out.value(i, j) = rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
+    }
+  }
+  return out;
+}
+
+std::vector<double> range_at(const documents::Document& document, const std::string& key)
+{
+  constexpr double rounding = 1e-9;  // of (to - from) / step
+  const double from_deg = documents::number_at(document.root, key + ".from");
+  const double to_deg = documents::number_at(document.root, key + ".to");
+  const double step_deg = documents::number_at(document.root, key + ".step");
+  if (step_deg == 0.0) document.refuse(key + ".step", "0", "a step that is not zero");
+  const double n_steps = (to_deg - from_deg) / step_deg;
+  if (n_steps < 0.0) {
+    document.refuse(key,
+                    "from " + shortest_decimal(from_deg) + " to " + shortest_decimal(to_deg) + " by " +
+                        shortest_decimal(step_deg),
+                    "a step with the sign of to - from");
+  }
+  if (!(n_steps < largest_grid_cells))
+    document.refuse(key + ".step", shortest_decimal(step_deg), "at most 1000000 attitudes");
+  std::vector<double> angles_deg;
+  const auto n = static_cast<int>(std::floor(n_steps + rounding));
+  for (int i = 0; i <= n; ++i) angles_deg.push_back(from_deg + i * step_deg + 0.0);
+  return angles_deg;
+}
+
 Eigen::VectorXd value_at_flexion(const FlexionTable& setting, double flexion_rad)
 {
   const std::vector<double>& angles = setting.flexion_rad;
@@ -440,11 +455,17 @@ Job parse_job(const std::string& file, std::string text, const std::vector<std::
   for (const std::string& override_text : overrides) documents::apply_override(job.document, override_text);
   job.has_campaign = job.document.root.find("campaign") != nullptr;
   const bool is_start_given = has_start(job.document.root);
+  const bool has_grid = job.document.root.find("grid") != nullptr;
   job.document.root = checked_job(job.document);
   complete(job.document.root);
   if (!is_start_given && documents::text_at(job.document.root, "joint") != "knee")
     complete_start(job.document.root);
   job.document.root = checked_job(job.document);  // again, to restore the order of keys
+  for (const char* key : {"coordinates", "frames"}) {
+    if (job.document.root.find(key) == nullptr) continue;
+    if (has_grid) job.document.refuse("grid", std::string("both [grid] and [") + key + "]", "one of them");
+    job.document.root = without(job.document.root, "grid");
+  }
   set_texts(job);
   read_settings(job);
   return job;

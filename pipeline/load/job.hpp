@@ -71,6 +71,12 @@ struct FlexionTable {
   Eigen::MatrixXd value;            ///< [n, components]
 };
 
+/// A constant, or a table { flexion_deg, value } (load/job.cpp).
+FlexionTable over_flexion_at(const documents::Document& document, const std::string& key);
+
+/// from, from + step, ... up to `to`, which is included if a whole number of steps reaches it.
+std::vector<double> range_at(const documents::Document& document, const std::string& key);
+
 /// The interpolated row of values at a flexion.
 Eigen::VectorXd value_at_flexion(const FlexionTable& setting, double flexion_rad);
 
@@ -81,6 +87,22 @@ struct PushJob {
   FlexionTable moment_nmm;        ///< [n, 1] about Delta
   FlexionTable varus_moment_nmm;  ///< [n, 1] on varus, adduction positive
   Eigen::Vector3d point_mm{0.0, 0.0, 0.0};
+};
+
+/// One coordinate of [coordinates], in degrees or mm. Values over flexion are linear between rows.
+struct CoordinateJob {
+  CoordinateRole role = CoordinateRole::free;
+  std::vector<double> driven;         ///< of a range
+  std::optional<FlexionTable> given;  ///< [n, 1] a number or a table
+  std::string column;                 ///< of `file`, or of the file of the frames
+  std::string file;
+  std::string over;  ///< column of the driving coordinate in `file`; empty: its name and unit
+};
+
+struct CoordinatesJob {
+  std::array<CoordinateJob, n_joint_coordinates> coordinate;
+  std::string frames_file;  ///< empty without [frames]
+  std::string frames_key;   ///< column; empty: the first
 };
 
 enum class SolverMethod { stability_search, equilibrium };
@@ -133,7 +155,8 @@ struct Job {
   InitialPose initial;
   PushJob push;
   GridAxes grid;
-  bool is_varus_free = false;  ///< then grid.varus_deg is {0}
+  bool is_varus_free = false;                 ///< then grid.varus_deg is {0}
+  std::optional<CoordinatesJob> coordinates;  ///< then the grid is empty
   SolverMethod method = SolverMethod::stability_search;
   SearchOptions search;
   EquilibriumOptions equilibrium;

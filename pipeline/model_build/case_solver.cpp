@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <numeric>
 
 #include "core/error.hpp"
 #include "load/file_bytes.hpp"
@@ -13,6 +14,13 @@ namespace {
 // Must change when the same job may give other bytes: journals of an older solver are then refused.
 constexpr const char* search_version = "stability-search 6";
 constexpr const char* equilibrium_version = "equilibrium 5";
+
+std::vector<double> row_numbers(std::size_t n)
+{
+  std::vector<double> rows(n);
+  std::iota(rows.begin(), rows.end(), 0.0);
+  return rows;
+}
 
 solve::SolverBody solver_body(const Body& body, const SolverFrame& frame)
 {
@@ -38,16 +46,21 @@ solve::Joint joint_of(const load::Case& job_case, const SolverFrame& frame)
 sweep::SweepPlan plan_of(const load::Case& job_case)
 {
   sweep::SweepPlan plan;
-  plan.flexion_rad = radians(job_case.grid.flexion_deg);
+  const bool is_sequence = job_case.coordinates && job_case.coordinates->is_sequence();
+  plan.flexion_rad =
+      is_sequence ? row_numbers(job_case.grid.flexion_deg.size()) : radians(job_case.grid.flexion_deg);
   plan.varus_rad = radians(job_case.grid.varus_deg);
   plan.initial = {solver_translation_mm(job_case.frame, job_case.initial.translation_mm),
                   job_case.initial.theta_rad};
   if (job_case.method == "equilibrium") {
     plan.spine = sweep::SpineRule::free_varus;
-    plan.path_flexion_rad = radians(job_case.path_flexion_deg);
+    if (!is_sequence) plan.path_flexion_rad = radians(job_case.path_flexion_deg);
     plan.is_varus_free = job_case.is_varus_free;
     // Contact alone hardly resists a moment about Delta: without ligaments a band is meaningless.
-    plan.has_band = job_case.spine.band_moment_nmm > 0.0 && !job_case.ligaments.fibres.empty();
+    const bool is_internal_free =
+        !job_case.coordinates || job_case.coordinates->role[2] == CoordinateRole::free;
+    plan.has_band =
+        job_case.spine.band_moment_nmm > 0.0 && !job_case.ligaments.fibres.empty() && is_internal_free;
     plan.n_restarts = job_case.spine.n_restarts;
     return plan;
   }
@@ -175,11 +188,38 @@ CaseSolver::Worker& CaseSolver::worker_at(int number, const SolverFrame& frame)
   if (worker.push_frame && worker.push_frame->delta == frame.delta) return worker;
   worker.solver.reset();  // it refers to the push frame
   worker.push_frame = push_frame_of(frame);
-  if (case_.method == "equilibrium") {
+  worker.coordinates.reset();
+  if (case_.method == "equilibrium" && case_.coordinates) {
+    worker.coordinates = std::make_unique<solve::CoordinateEquilibrium>(
+        worker.push_frame->joint, worker.push_frame->ligaments, frame, case_.equilibrium);
+  } else if (case_.method == "equilibrium") {
     worker.solver = std::make_unique<solve::EquilibriumSolver>(
         worker.push_frame->joint, worker.push_frame->ligaments, case_.equilibrium);
   }
   return worker;
+}
+
+StepRecord CaseSolver::solve_coordinates(const sweep::StepTask& task, const MovingPose& seed,
+                                         const SolverFrame& frame, const Loads& loads,
+                                         solve::CoordinateEquilibrium& solver) const
+{
+  const load::CoordinateRows& coordinates = *case_.coordinates;
+  const JointCoordinates& row = coordinates.rows.at(static_cast<std::size_t>(task.path_row));
+  const solve::JointMap map(frame);
+  solve::CoordinateEquilibrium::Task solve;
+  // The start pose of the job lies in the world frame at the row's attitude.
+  const Attitude start{std::isnan(row(0)) ? 0.0 : row(0), std::isnan(row(1)) ? 0.0 : row(1)};
+  solve.seed = map.coordinates_at({task.seed_attitude.value_or(start), seed});
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
+    const auto at = static_cast<Eigen::Index>(k);
+    solve.is_free[k] = coordinates.role[k] == CoordinateRole::free;
+    if (!solve.is_free[k] && !std::isnan(row(at))) solve.seed(at) = row(at);
+  }
+  if (!task.is_varus_free && coordinates.role[1] == CoordinateRole::driven && std::isnan(row(1)))
+    solve.seed(1) = task.attitude.varus_rad;
+  solve.loads = loads;
+  solve.is_measured = task.is_measured;
+  return solver.solve(solve);
 }
 
 StepRecord CaseSolver::operator()(const sweep::StepTask& task, const SearchObserver& observer)
@@ -189,6 +229,11 @@ StepRecord CaseSolver::operator()(const sweep::StepTask& task, const SearchObser
   Worker& worker = worker_at(task.worker, frame);
   const MovingPose seed = in_frame_of(
       task.seed, frame_of(case_, case_.path_push.at(static_cast<std::size_t>(task.seed_path_row))), frame);
+  if (worker.coordinates) {
+    Loads loads = loads_of(case_, push);
+    loads.moment_nmm += task.band * case_.spine.band_moment_nmm;
+    return solve_coordinates(task, seed, frame, loads, *worker.coordinates);
+  }
   if (!worker.solver) {
     check(!task.is_varus_free && task.band == 0, "the stability search has fixed varus and no loads");
     return solve::find_stable_pose(worker.push_frame->joint, task.attitude, seed, case_.search, observer);

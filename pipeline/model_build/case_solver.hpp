@@ -6,6 +6,7 @@
 
 #include "core/joint_bounds.hpp"
 #include "load/case.hpp"
+#include "solve/coordinate_equilibrium.hpp"
 #include "solve/equilibrium.hpp"
 #include "solve/joint.hpp"
 #include "solve/stability_search.hpp"
@@ -56,10 +57,13 @@ class CaseSolver {
   struct Worker {
     std::shared_ptr<const PushFrame> push_frame;
     std::unique_ptr<solve::EquilibriumSolver> solver;
+    std::unique_ptr<solve::CoordinateEquilibrium> coordinates;  ///< instead, if the job has roles of its own
   };
 
   std::shared_ptr<const PushFrame> push_frame_of(const SolverFrame& frame);
   Worker& worker_at(int number, const SolverFrame& frame);
+  StepRecord solve_coordinates(const sweep::StepTask& task, const MovingPose& seed, const SolverFrame& frame,
+                               const Loads& loads, solve::CoordinateEquilibrium& solver) const;
 
   const load::Case& case_;
   std::shared_ptr<const PushFrame> first_;  // of the first flexion, usually the only one

@@ -64,7 +64,12 @@ store::MotionModel pending_model_at_size(const load::Case& job_case)
 store::MotionModel motion_model_at_size(const load::Case& job_case, const sweep::SweepResult& result)
 {
   store::MotionModel model = pending_model_at_size(job_case);
-  for (const StepRecord& r : result.cells) store::set_cell(model, r);
+  for (const StepRecord& r : result.cells) {
+    // The flexion of a frame belongs to its pose.
+    if (r.coordinates && job_case.coordinates->is_sequence())
+      model.flexion_deg[static_cast<std::size_t>(r.key.flexion)] = deg_from_rad(r.flexion_rad);
+    store::set_cell(model, r);
+  }
   for (std::size_t i = 0; i < result.spine_column.size(); ++i) {
     if (result.spine_column[i] >= 0) model.is_spine(static_cast<Eigen::Index>(i), result.spine_column[i]) = 1;
   }

@@ -56,6 +56,7 @@ StepRecord solve_from_seeds(StepTask task, const std::vector<Seed>& seeds, doubl
   for (const Seed& seed : seeds) {
     if (seed.is_last_resort && std::any_of(attempts.begin(), attempts.end(), is_stable)) continue;
     task.seed = seed.pose;
+    task.seed_attitude = seed.attitude;
     task.seed_path_row = seed.path_row;
     if (is_solved() || max_seed_step_rad <= 0.0) return attempts.back().record;
     if (!seed.attitude) continue;
@@ -68,11 +69,13 @@ StepRecord solve_from_seeds(StepTask task, const std::vector<Seed>& seeds, doubl
       const StepRecord record = solve(part);
       if (!is_usable(record)) break;
       part.seed = record.pose;
+      part.seed_attitude = part.attitude;
       part.seed_path_row = part.path_row;
       is_nearer = true;
     }
     if (!is_nearer) continue;
     task.seed = part.seed;
+    task.seed_attitude = part.seed_attitude;
     task.seed_path_row = part.seed_path_row;
     if (is_solved()) return attempts.back().record;
   }

@@ -250,7 +250,9 @@ class Sweep {
   Seed seed_of(const StepRecord& record) const
   {
     const std::int32_t row = path_row_of(record.key);
-    return {record.pose, Attitude{path_rad_[static_cast<std::size_t>(row)], record.varus_rad}, row};
+    const double flexion_rad =
+        record.coordinates ? record.flexion_rad : path_rad_[static_cast<std::size_t>(row)];
+    return {record.pose, Attitude{flexion_rad, record.varus_rad}, row};
   }
 
   StepRecord free_step(const StepKey& key, const Seed& seed, int worker, int band = 0)
@@ -260,6 +262,7 @@ class Sweep {
     task.path_row = path_row_of(key);
     task.attitude = {path_rad_[static_cast<std::size_t>(task.path_row)], varus_of(seed)};
     task.seed = seed.pose;
+    task.seed_attitude = seed.attitude;
     task.seed_path_row = seed.path_row;
     task.is_varus_free = true;
     task.band = band;

@@ -21,7 +21,7 @@ enum class SpineRule {
 };
 
 struct SweepPlan {
-  std::vector<double> flexion_rad;  ///< [n_flexion]
+  std::vector<double> flexion_rad;  ///< [n_flexion]; of a sequence of frames, the numbers of the rows
   std::vector<double> varus_rad;    ///< [n_varus]
   /// Flexions of the spine with free varus; they contain the grid's. Empty: the grid's.
   std::vector<double> path_flexion_rad;
@@ -54,8 +54,9 @@ struct StepTask {
   StepKey key;
   Attitude attitude;  ///< with free varus, its varus is the seed
   MovingPose seed;
-  std::int32_t path_row = 0;       ///< row of the path flexions, or of the grid's if there is no path
-  std::int32_t seed_path_row = 0;  ///< of the seed: its Delta may differ
+  std::optional<Attitude> seed_attitude;  ///< at which the seed was solved; empty: the start pose of the plan
+  std::int32_t path_row = 0;              ///< row of the path flexions, or of the grid's if there is no path
+  std::int32_t seed_path_row = 0;         ///< of the seed: its Delta may differ
   bool is_varus_free = false;
   const std::vector<StepRecord>* known = nullptr;  ///< results of other starts of the same step
   int band = 0;             ///< -1 or +1: with the extra moment against theta or with it
