@@ -10,6 +10,15 @@ namespace vrda::inline core {
 enum class ContactPoints { exact, triangle_centre };
 enum class ContactNormals { least_curvature, reference, moving };
 
+/// Motions across and about Delta that a search does not make.
+struct HeldMotions {
+  bool x = false;
+  bool z = false;
+  bool theta = false;
+
+  bool any_translation() const { return x || z; }
+};
+
 struct SearchOptions {
   double approach_step_mm = 5.0;
   double translation_step_mm = 1.0;
@@ -19,6 +28,7 @@ struct SearchOptions {
   ContactPoints points = ContactPoints::exact;
   ContactNormals normals = ContactNormals::least_curvature;
   int max_steps = 10000;
+  HeldMotions held;
 };
 
 /// Settings of one equilibrium solve.

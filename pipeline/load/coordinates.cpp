@@ -113,6 +113,17 @@ class NumberTable {
 
   const std::string& first_column() const { return names_.front(); }
 
+  // The key's name becomes a name of the motion model.
+  void check_key_name(const std::string& name) const
+  {
+    const auto is_word = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
+    const bool is_valid = !name.empty() && name.size() <= 40 && name[0] >= 'a' && name[0] <= 'z' &&
+                          std::all_of(name.begin(), name.end(), is_word);
+    if (!is_valid)
+      table_.refuse(table_.header(), name, "a key column of this name",
+                    "at most 40 lower-case letters, digits and underscores, as time_s");
+  }
+
   std::vector<double> column(const std::string& name) const
   {
     const auto found = std::find(names_.begin(), names_.end(), name);
@@ -166,9 +177,10 @@ class Loader {
 
   LoadedCoordinates load()
   {
+    const bool is_proximal = is_push_proximal();
     if (!coordinates_.frames_file.empty()) {
       load_frames();
-    } else if (out_.rows.role[flexion_row] == CoordinateRole::driven && is_grid_frame()) {
+    } else if (out_.rows.role[flexion_row] == CoordinateRole::driven && is_proximal) {
       load_grid();
     } else {
       load_driven();
@@ -178,10 +190,14 @@ class Loader {
 
  private:
   // An attitude of the grid has its flexion and varus about the joint's own axes only if Delta is proximal.
-  bool is_grid_frame() const
+  bool is_push_proximal() const
   {
     for (Eigen::Index i = 0; i < job_.push.delta.value.rows(); ++i) {
       if (Eigen::Vector3d(job_.push.delta.value.row(i)) == Eigen::Vector3d::UnitY()) continue;
+      if (job_.method == SolverMethod::stability_search)
+        throw InputError({job_.document.source_of_conflict({"push.delta", "solver.method"}), "push.delta",
+                          "a direction other than proximal with [coordinates] and \"stability-search\"",
+                          "[0, 1, 0], \"equilibrium\", or [grid]"});
       if (out_.rows.role[varus_row] == CoordinateRole::driven)
         throw InputError({job_.document.source_of_conflict({"push.delta", key_of(varus_row)}), "push.delta",
                           "a direction other than proximal with driven flexion and varus",
@@ -205,6 +221,7 @@ class Loader {
   {
     const NumberTable table = table_of("frames.file", coordinates_.frames_file);
     const std::string key = coordinates_.frames_key.empty() ? table.first_column() : coordinates_.frames_key;
+    table.check_key_name(key);
     out_.rows.key_name = key;
     out_.rows.key = table.ascending_column(key);
     std::array<std::vector<double>, n_joint_coordinates> columns;

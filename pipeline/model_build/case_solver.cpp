@@ -15,6 +15,8 @@ namespace {
 constexpr const char* search_version = "stability-search 6";
 constexpr const char* equilibrium_version = "equilibrium 5";
 
+constexpr double lateral_share = 0.01;  // of the search's resolution: error of a given lateral translation
+
 std::vector<double> row_numbers(std::size_t n)
 {
   std::vector<double> rows(n);
@@ -65,7 +67,7 @@ sweep::SweepPlan plan_of(const load::Case& job_case)
     return plan;
   }
   if (job_case.compartment_of_triangle.empty()) plan.spine = sweep::SpineRule::nearest_zero;
-  plan.max_seed_step_rad = rad_from_deg(2.0);
+  if (!is_sequence) plan.max_seed_step_rad = rad_from_deg(2.0);
   plan.last_resort_thetas_rad = {rad_from_deg(-30.0), rad_from_deg(30.0), rad_from_deg(-60.0),
                                  rad_from_deg(60.0)};
   // Not every command that needs a plan solves steps.
@@ -199,27 +201,66 @@ CaseSolver::Worker& CaseSolver::worker_at(int number, const SolverFrame& frame)
   return worker;
 }
 
+JointCoordinates CaseSolver::seed_coordinates(const sweep::StepTask& task, const MovingPose& seed,
+                                              const solve::JointMap& map) const
+{
+  const JointCoordinates& row = case_.coordinates->rows.at(static_cast<std::size_t>(task.path_row));
+  // The start pose of the job is in the world frame at the attitude of the row.
+  const Attitude start{std::isnan(row(0)) ? 0.0 : row(0), std::isnan(row(1)) ? 0.0 : row(1)};
+  JointCoordinates coordinates = map.coordinates_at({task.seed_attitude.value_or(start), seed});
+  if (case_.coordinates->role[1] == CoordinateRole::driven) coordinates(1) = task.attitude.varus_rad;
+  for (Eigen::Index k = 0; k < coordinates.size(); ++k) {
+    if (!std::isnan(row(k))) coordinates(k) = row(k);
+  }
+  return coordinates;
+}
+
 StepRecord CaseSolver::solve_coordinates(const sweep::StepTask& task, const MovingPose& seed,
                                          const SolverFrame& frame, const Loads& loads,
                                          solve::CoordinateEquilibrium& solver) const
 {
-  const load::CoordinateRows& coordinates = *case_.coordinates;
-  const JointCoordinates& row = coordinates.rows.at(static_cast<std::size_t>(task.path_row));
-  const solve::JointMap map(frame);
   solve::CoordinateEquilibrium::Task solve;
-  // The start pose of the job lies in the world frame at the row's attitude.
-  const Attitude start{std::isnan(row(0)) ? 0.0 : row(0), std::isnan(row(1)) ? 0.0 : row(1)};
-  solve.seed = map.coordinates_at({task.seed_attitude.value_or(start), seed});
-  for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
-    const auto at = static_cast<Eigen::Index>(k);
-    solve.is_free[k] = coordinates.role[k] == CoordinateRole::free;
-    if (!solve.is_free[k] && !std::isnan(row(at))) solve.seed(at) = row(at);
-  }
-  if (!task.is_varus_free && coordinates.role[1] == CoordinateRole::driven && std::isnan(row(1)))
-    solve.seed(1) = task.attitude.varus_rad;
+  solve.seed = seed_coordinates(task, seed, solve::JointMap(frame));
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+    solve.is_free[k] = case_.coordinates->role[k] == CoordinateRole::free;
   solve.loads = loads;
   solve.is_measured = task.is_measured;
   return solver.solve(solve);
+}
+
+// Delta is proximal (load/coordinates), so the search's theta is the internal rotation, its x the anterior
+// translation. The lateral translation is along the flexion axis, so with varus it follows the height.
+StepRecord CaseSolver::search_coordinates(const sweep::StepTask& task, const MovingPose& seed,
+                                          const SolverFrame& frame, const solve::Joint& joint,
+                                          const SearchObserver& observer) const
+{
+  constexpr int most_corrections = 8;
+  const std::array<CoordinateRole, n_joint_coordinates>& role = case_.coordinates->role;
+  const auto is_given = [&](JointCoordinate k) {
+    return role[static_cast<std::size_t>(k)] != CoordinateRole::free;
+  };
+  const solve::JointMap map(frame);
+  SearchOptions options = case_.search;
+  options.held = {is_given(JointCoordinate::anterior), is_given(JointCoordinate::lateral),
+                  is_given(JointCoordinate::internal)};
+  JointCoordinates start = seed_coordinates(task, seed, map);
+  const double lateral_mm = start(row_of(JointCoordinate::lateral));
+  StepRecord record;
+  for (int k = 0; k < most_corrections; ++k) {
+    const solve::SolverPosition at = map.position_at(start);
+    record = solve::find_stable_pose(joint, at.attitude, at.pose, options, observer);
+    record.flexion_rad = at.attitude.flexion_rad;
+    record.coordinates = CoordinateForces{};
+    record.coordinates->holding.fill(nan);
+    if (!options.held.theta) record.coordinates->determined[2] = record.theta_determined ? 1 : 0;
+    start = map.coordinates_at({at.attitude, record.pose});
+    const double error_mm = start(row_of(JointCoordinate::lateral)) - lateral_mm;
+    if (!options.held.z || record.status != StepStatus::stable ||
+        std::abs(error_mm) <= lateral_share * options.translation_resolution_mm)
+      break;
+    start(row_of(JointCoordinate::lateral)) = lateral_mm;
+  }
+  return record;
 }
 
 StepRecord CaseSolver::operator()(const sweep::StepTask& task, const SearchObserver& observer)
@@ -234,6 +275,7 @@ StepRecord CaseSolver::operator()(const sweep::StepTask& task, const SearchObser
     loads.moment_nmm += task.band * case_.spine.band_moment_nmm;
     return solve_coordinates(task, seed, frame, loads, *worker.coordinates);
   }
+  if (case_.coordinates) return search_coordinates(task, seed, frame, worker.push_frame->joint, observer);
   if (!worker.solver) {
     check(!task.is_varus_free && task.band == 0, "the stability search has fixed varus and no loads");
     return solve::find_stable_pose(worker.push_frame->joint, task.attitude, seed, case_.search, observer);

@@ -62,6 +62,10 @@ class CaseSolver {
 
   std::shared_ptr<const PushFrame> push_frame_of(const SolverFrame& frame);
   Worker& worker_at(int number, const SolverFrame& frame);
+  StepRecord search_coordinates(const sweep::StepTask& task, const MovingPose& seed, const SolverFrame& frame,
+                                const solve::Joint& joint, const SearchObserver& observer) const;
+  JointCoordinates seed_coordinates(const sweep::StepTask& task, const MovingPose& seed,
+                                    const solve::JointMap& map) const;
   StepRecord solve_coordinates(const sweep::StepTask& task, const MovingPose& seed, const SolverFrame& frame,
                                const Loads& loads, solve::CoordinateEquilibrium& solver) const;
 

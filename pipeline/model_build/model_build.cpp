@@ -56,6 +56,11 @@ store::MotionModel pending_model_at_size(const load::Case& job_case)
     model.equilibrium.emplace();
     model.equilibrium->band_moment_nmm = plan_of(job_case).has_band ? job_case.spine.band_moment_nmm : 0.0;
   }
+  if (job_case.coordinates) {
+    model.coordinates.emplace();
+    for (const CoordinateRole role : job_case.coordinates->role)
+      model.coordinates->role.push_back(static_cast<std::int8_t>(role));
+  }
   if (!job_case.ligaments.fibres.empty()) model.ligaments = ligament_rows(job_case.ligaments);
   if (model.has_compartments) model.contact_paths.emplace();
   return store::with_pending_cells(std::move(model));
@@ -119,6 +124,7 @@ class BalanceAssembly {
     const auto cell = static_cast<std::size_t>(r.key.flexion) * model_.varus_deg.size() +
                       static_cast<std::size_t>(r.key.varus);
     if (model_.equilibrium) add_certificate(r, cell);
+    if (r.coordinates) add_coordinates(*r.coordinates, cell);
     if (model_.ligaments) add_fibres(r, cell);
   }
 
@@ -155,6 +161,16 @@ class BalanceAssembly {
     }
     set_row(surfaces.force_medial_n, cell, world_from_solver(frame_, medial_n));
     set_row(surfaces.force_lateral_n, cell, world_from_solver(frame_, lateral_n));
+  }
+
+  void add_coordinates(const CoordinateForces& forces, std::size_t cell)
+  {
+    store::CoordinateSurfaces& surfaces = *model_.coordinates;
+    for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
+      surfaces.determined[n_joint_coordinates * cell + k] = forces.determined[k];
+      (is_rotation(k) ? surfaces.holding_moment_nmm : surfaces.holding_force_n)[3 * cell + k % 3] =
+          forces.holding[k];
+    }
   }
 
   void add_fibres(const StepRecord& r, std::size_t cell)

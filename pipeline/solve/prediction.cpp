@@ -153,6 +153,12 @@ RotationPrediction predict_rotation(const std::vector<contact::Contact>& contact
   return {common_sign(contacts, centre, none_skipped), centre};
 }
 
+RotationPrediction predict_rotation_about(const std::vector<contact::Contact>& contacts,
+                                          const Eigen::Vector3d& centre_mm)
+{
+  return {contacts.empty() ? 0 : common_sign(contacts, centre_mm, contacts.size()), centre_mm};
+}
+
 Eigen::Vector3d predict_translation(const std::vector<contact::Contact>& contacts)
 {
   HalfAxis plus_x, minus_x, plus_z, minus_z;
@@ -168,21 +174,24 @@ Eigen::Vector3d predict_translation(const std::vector<contact::Contact>& contact
   return {plus_x.mean() - minus_x.mean(), 0.0, plus_z.mean() - minus_z.mean()};
 }
 
-Ascent predict_ascent(const std::vector<contact::Contact>& contacts, std::optional<double> lever_mm)
+Ascent predict_ascent(const std::vector<contact::Contact>& contacts, std::optional<double> lever_mm,
+                      const HeldMotions& held, const Eigen::Vector3d& origin_mm)
 {
   if (contacts.empty()) return {};
+  const bool turns = lever_mm.has_value() && !held.theta;
   Ascent climb;
-  climb.centre_mm = mean_point(contacts);
+  climb.centre_mm = held.any_translation() ? origin_mm : mean_point(contacts);
   std::vector<Eigen::Vector3d> slopes;
   for (const contact::Contact& c : contacts) {
-    const double moment = lever_mm ? moment_about_mm(c, climb.centre_mm) / *lever_mm : 0.0;
-    slopes.push_back(Eigen::Vector3d(c.normal.x(), moment, c.normal.z()) / -c.normal.y());
+    const double moment = turns ? moment_about_mm(c, climb.centre_mm) / *lever_mm : 0.0;
+    const double x = held.x ? 0.0 : c.normal.x(), z = held.z ? 0.0 : c.normal.z();
+    slopes.push_back(Eigen::Vector3d(x, moment, z) / -c.normal.y());
   }
   const Eigen::Vector3d nearest = nearest_of_hull(slopes);
   climb.rise = nearest.norm();
   if (climb.rise <= negligible) return {};
   climb.direction = Eigen::Vector3d(nearest.x(), 0.0, nearest.z()) / climb.rise;
-  if (lever_mm) climb.turn_rad_per_mm = nearest.y() / climb.rise / *lever_mm;
+  if (turns) climb.turn_rad_per_mm = nearest.y() / climb.rise / *lever_mm;
   return climb;
 }
 

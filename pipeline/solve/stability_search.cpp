@@ -84,7 +84,7 @@ class Search {
       const bool is_cycle = adapt_steps();
       const std::vector<contact::Contact> contacts = contacts_here();
       report_contact(contacts, is_cycle);
-      const RotationPrediction rotation = predict_rotation(contacts);
+      const RotationPrediction rotation = rotation_of(contacts);
       if (rotation.sign != 0 && rotation_step_rad_ >= options_.rotation_resolution_rad) {
         rotate(rotation);
         continue;
@@ -94,6 +94,13 @@ class Search {
     }
     iteration_ = options_.max_steps;
     return StepStatus::iteration_limit;
+  }
+
+  RotationPrediction rotation_of(const std::vector<contact::Contact>& contacts) const
+  {
+    if (options_.held.theta) return {};
+    return options_.held.any_translation() ? predict_rotation_about(contacts, pose_.translation_mm)
+                                           : predict_rotation(contacts);
   }
 
   bool collides(const MovingPose& pose)
@@ -189,6 +196,8 @@ class Search {
   bool try_translate(const std::vector<contact::Contact>& contacts)
   {
     Eigen::Vector3d by_mm = translation_step_mm_ * predict_translation(contacts);
+    if (options_.held.x) by_mm.x() = 0.0;
+    if (options_.held.z) by_mm.z() = 0.0;
     residual_mm_ = by_mm.norm();
     if (residual_mm_ < options_.translation_resolution_mm) return false;
     const MovingPose start = pose_;
@@ -215,7 +224,9 @@ class Search {
     const double lever_mm = options_.translation_resolution_mm / options_.rotation_resolution_rad;
     for (const double band : ascent_bands) {
       const std::vector<contact::Contact> near = within(contacts, band);
-      if (try_ascend(predict_ascent(near)) || try_ascend(predict_ascent(near, lever_mm))) return true;
+      for (const std::optional<double>& lever : {std::optional<double>(), std::optional<double>(lever_mm)}) {
+        if (try_ascend(predict_ascent(near, lever, options_.held, pose_.translation_mm))) return true;
+      }
     }
     return false;
   }

@@ -24,6 +24,10 @@ struct RotationPrediction {
 /// Source: thesis 3.4.
 RotationPrediction predict_rotation(const std::vector<contact::Contact>& contacts);
 
+/// The same about a given axis, for an object that may not translate.
+RotationPrediction predict_rotation_about(const std::vector<contact::Contact>& contacts,
+                                          const Eigen::Vector3d& centre_mm);
+
 /// Moment of a contact's normal about the axis through `centre`, mm (unit normal).
 double moment_about_mm(const contact::Contact& contact, const Eigen::Vector3d& centre);
 
@@ -46,14 +50,16 @@ struct Ascent {
 /// allows a rise of n . v / (-n . Delta). The length of a motion is the norm of its translation and of its
 /// rotation times `lever_mm`; without a lever there is no rotation. The rise is the distance from the origin
 /// to the convex hull of these slopes: if the hull contains the origin, forces and, with a lever, moments
-/// balance and no motion rises. Exact; a few iterations over the contacts.
+/// balance and no motion rises. Exact; a few iterations over the contacts. Held motions are not used; if a
+/// translation is held, the rotation is about `origin_mm`.
 Ascent predict_ascent(const std::vector<contact::Contact>& contacts,
-                      std::optional<double> lever_mm = std::nullopt);
+                      std::optional<double> lever_mm = std::nullopt, const HeldMotions& held = {},
+                      const Eigen::Vector3d& origin_mm = Eigen::Vector3d::Zero());
 
 /// Solves one motion step from `seed`. Does not set the key of the result. A `stable` pose never overlaps and
-/// is in contact within the translation resolution. Pure: same input, same bits. Source: thesis 3.2 to 3.7.
-/// Differs: travel along Delta is exact instead of stepped, normals are those of the side of least curvature,
-/// and a step size is restored only by a motion to a new pose.
+/// is in contact within the translation resolution. Held motions keep the seed's value. Pure: same input,
+/// same bits. Source: thesis 3.2 to 3.7. Differs: travel along Delta is exact instead of stepped, normals are
+/// those of the side of least curvature, and a step size is restored only by a motion to a new pose.
 StepRecord find_stable_pose(const Joint& joint, const Attitude& attitude, const MovingPose& seed,
                             const SearchOptions& options, const SearchObserver& observer = {});
 

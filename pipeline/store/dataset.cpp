@@ -123,6 +123,8 @@ FlagTable flag_table(FlagSet set)
       return {{-1, 0, 1, 2}, "none both_touch interpolated free"};
     case FlagSet::two_sided_contact:
       return {{-1, 0, 1, 2}, "no_pose both medial lateral"};
+    case FlagSet::coordinate_role:
+      return {{0, 1, 2}, "driven given free"};
     case FlagSet::case_status:
       return {{0, 1, 2, 3}, "done partial failed missing"};
   }

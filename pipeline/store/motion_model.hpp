@@ -111,6 +111,14 @@ struct EquilibriumSurfaces {
   FreeSpine spine;
 };
 
+/// Roles of the joint's six coordinates (core/joint_coordinates.hpp), and what holds or determines them.
+struct CoordinateSurfaces {
+  std::vector<std::int8_t> role;           ///< [6] CoordinateRole
+  std::vector<std::int8_t> determined;     ///< [n_cells, 6] of free coordinates; else -1
+  std::vector<double> holding_moment_nmm;  ///< [n_cells, 3] of held rotations, NaN where free
+  std::vector<double> holding_force_n;     ///< [n_cells, 3] of held translations
+};
+
 struct LigamentRows {
   std::vector<std::string> name, bundle;  ///< [n_fibres]
   Points reference_mm;                    ///< [n_fibres, 3] attachment, canonical axes of its body
@@ -157,6 +165,7 @@ struct MotionModel {
 
   PushRows push;                                   ///< of a file of version 1.0: constant_push(delta)
   std::optional<EquilibriumSurfaces> equilibrium;  ///< if and only if method is "equilibrium"
+  std::optional<CoordinateSurfaces> coordinates;   ///< if the job has roles that a grid cannot express
   std::optional<LigamentRows> ligaments;           ///< if the job has fibres
   std::optional<ContactPaths> contact_paths;       ///< if the joint has compartments
 

@@ -178,6 +178,7 @@ void visit_motion_model(Model& model, Visitor&& visit)
     }
     visit_equilibrium(model, visit);
   }
+  if (has_optional(visit, "/coordinates", model.coordinates)) visit_coordinates(model, visit);
   if (has_optional(visit, "/ligaments", model.ligaments)) visit_ligaments(model, visit);
   if (has_optional(visit, "/two_sided", model.two_sided)) visit_two_sided(*model.two_sided, visit);
   if (has_optional(visit, "/zero_varus", model.zero_varus))

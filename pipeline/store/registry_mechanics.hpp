@@ -100,6 +100,22 @@ void visit_equilibrium(Model& model, Visitor& visit)
   visit_free_spine(found.spine, visit);
 }
 
+template <typename Model, typename Visitor>
+void visit_coordinates(Model& model, Visitor& visit)
+{
+  auto& found = *model.coordinates;
+  const std::string group = "/coordinates", coordinate = group + "/coordinate";
+  const ValueCondition stable = where_stable(model.status);
+  visit.group(group);
+  visit.dimension(coordinate, DimensionSize::fixed(n_joint_coordinates));
+  visit.dimension(group + "/rotation", DimensionSize::fixed(3));
+  visit.dimension(group + "/translation", DimensionSize::fixed(3));
+  visit({group + "/role", {coordinate}, unit::none, codes(FlagSet::coordinate_role), "source of flexion, varus, internal rotation, anterior, proximal and lateral translation"}, found.role);
+  visit({group + "/determined", {"/flexion", "/varus", coordinate}, unit::none, codes(FlagSet::optional_yes_no), "whether contacts, fibres and loads determine the free coordinate"}, found.determined);
+  visit({group + "/holding_moment", {"/flexion", "/varus", group + "/rotation"}, unit::nmm, number_or_nan(stable), "moment on the moving object that holds the flexion, varus and internal rotation, along the coordinate; NaN where it is free"}, found.holding_moment_nmm);
+  visit({group + "/holding_force", {"/flexion", "/varus", group + "/translation"}, unit::n, number_or_nan(stable), "force on the moving object that holds the anterior, proximal and lateral translation, along the coordinate; NaN where it is free"}, found.holding_force_n);
+}
+
 template <typename Ligaments, typename Visitor>
 void visit_wraps(Ligaments& ligaments, Visitor& visit)
 {
