@@ -9,6 +9,7 @@
 #include "solve/coordinate_equilibrium.hpp"
 #include "solve/feature_distance.hpp"
 #include "solve/pins.hpp"
+#include "solve/stability_search.hpp"
 
 namespace vrda::coordinate_equilibrium_test {
 
@@ -299,6 +300,31 @@ TEST(CoordinateEquilibrium, AgreesWithTheOtherSolver)
     EXPECT_NEAR(r.balance.varus_moment_nmm, other.balance.varus_moment_nmm,
                 1e-3 * std::abs(other.balance.varus_moment_nmm) + 0.5);
   }
+}
+
+TEST(HeldSearch, KeepsWhatIsHeldAndFindsTheRest)
+{
+  const solve::Joint joint = joint_of(ceiling(80, 4, groove), pins({{20, 0, 0}, {-20, 0, 0}}));
+  const double turn = rad_from_deg(5.0);
+  SearchOptions search;
+  search.held.theta = true;
+  const StepRecord turned = solve::find_stable_pose(joint, {}, {{1, -10, 1.3}, turn}, search);
+  ASSERT_EQ(turned.status, StepStatus::stable);
+  EXPECT_EQ(turned.pose.theta_rad, turn);
+  // Within the resolution of 0.1 mm across, half of it in height.
+  EXPECT_NEAR(turned.pose.translation_mm.z(), 0.0, 0.1);
+  EXPECT_NEAR(turned.pose.translation_mm.y(), -0.5 * 20.0 * std::sin(turn), 0.1);
+  search.held = {false, true, false};
+  const StepRecord aside = solve::find_stable_pose(joint, {}, {{1, -10, 1.3}, turn}, search);
+  ASSERT_EQ(aside.status, StepStatus::stable);
+  EXPECT_EQ(aside.pose.translation_mm.z(), 1.3);
+  // Turning about its own axis lets the nearer tip rise until both are 1.3 mm off the bottom.
+  EXPECT_NEAR(aside.pose.theta_rad, 0.0, rad_from_deg(0.5));
+  EXPECT_NEAR(aside.pose.translation_mm.y(), -0.65, 0.1);
+  search.held = {true, true, true};
+  const StepRecord only_up = solve::find_stable_pose(joint, {}, {{1, -10, 1.3}, turn}, search);
+  ASSERT_EQ(only_up.status, StepStatus::stable);
+  EXPECT_NEAR(only_up.pose.translation_mm.y(), -0.5 * (20.0 * std::sin(turn) + 1.3), 2e-3);
 }
 
 }  // namespace vrda::coordinate_equilibrium_test
