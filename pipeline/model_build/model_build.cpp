@@ -47,6 +47,8 @@ store::MotionModel pending_model_at_size(const load::Case& job_case)
     model.compartment_of_triangle.push_back(static_cast<std::int8_t>(compartment));
   model.flexion_deg = job_case.grid.flexion_deg;
   model.varus_deg = job_case.grid.varus_deg;
+  if (job_case.coordinates && job_case.coordinates->is_sequence())
+    model.frames = {job_case.coordinates->key_name, job_case.coordinates->key};
   model.reference = job_case.reference;
   model.moving = job_case.moving;
   model.job = {job_case.job_text, job_case.resolved_job, {}, job_case.scaling};

@@ -3,18 +3,13 @@
 
 #include "core/frames.hpp"
 #include "core/joint_coordinates.hpp"
+#include "core/solver_position.hpp"
 #include "core/solver_options.hpp"
 
 namespace vrda::solve {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
-
-/// Attitude of the reference and pose of the moving object in S.
-struct SolverPosition {
-  Attitude attitude;
-  MovingPose pose;
-};
 
 /// A twist of the moving object relative to the reference, in S: angular velocity (rad), then the velocity of
 /// the moving object's origin (mm). A point at `p` moves by u + omega x (p - pose.translation_mm). Forces

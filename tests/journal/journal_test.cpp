@@ -47,6 +47,14 @@ StepRecord record(int n, int n_contacts = 2)
     step.balance.forces.push_back(
         {{1.5 * c, -2.0, 3.0}, {0, -1, 0}, 0.1 + c, 3 + c, 5 - c, static_cast<std::int8_t>(c % 3)});
   }
+  if (n % 3 == 1) {
+    step.flexion_rad = 0.3 * n;
+    step.coordinates.emplace();
+    for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
+      step.coordinates->holding[k] = k == 2 ? nan : 0.5 * n - static_cast<double>(k);
+      step.coordinates->determined[k] = static_cast<std::int8_t>(k % 3 - 1);
+    }
+  }
   for (int c = 0; c < n_contacts; ++c) {
     step.contacts.push_back(
         {{1.0 * c, 2.0, 3.0}, {0, -1, 0}, 0.01 * c, 7 + c, 9 - c, static_cast<std::int8_t>(c % 3)});
@@ -78,6 +86,11 @@ std::vector<std::uint64_t> bits(const StepRecord& step)
        {step.balance.energy_nmm, step.balance.residual_n, step.balance.complementarity_mm,
         step.balance.worst_gap_mm, step.balance.flexion_moment_nmm, step.balance.varus_moment_nmm})
     add(value);
+  add(step.flexion_rad);
+  if (step.coordinates) {
+    for (const double force : step.coordinates->holding) add(force);
+    for (const std::int8_t determined : step.coordinates->determined) add_integer(determined);
+  }
   for (const ContactForce& force : step.balance.forces) {
     for (int i = 0; i < 3; ++i) add(force.point_solver_mm[i]);
     for (int i = 0; i < 3; ++i) add(force.normal_solver[i]);
