@@ -154,6 +154,23 @@ Json grid_json(const load::Case& job_case, const sweep::SweepPlan& plan)
           {"attitudes", plan.flexion_rad.size() * plan.varus_rad.size()}};
 }
 
+// Roles of the coordinates where a grid cannot express them, and the frames of a sequence.
+Json coordinates_json(const load::Case& job_case)
+{
+  if (!job_case.coordinates) return {};
+  Json roles;
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+    roles[joint_coordinate_names[k]] = name_of(job_case.coordinates->role[k]);
+  Json out{{"roles", roles}};
+  if (!job_case.coordinates->is_sequence()) return out;
+  const std::vector<double>& key = job_case.coordinates->key;
+  out["frames"] = {{"key", job_case.coordinates->key_name},
+                   {"from", key.front()},
+                   {"to", key.back()},
+                   {"count", key.size()}};
+  return out;
+}
+
 bool is_search(const load::Case& job_case)
 {
   return job_case.method == "stability-search";
@@ -252,6 +269,7 @@ Json job_json(const load::Case& job_case, const load::PushJob& push)
           {"ligaments", ligaments_json(job_case.ligaments)},
           {"push", push_json(push, job_case)},
           {"grid", grid_json(job_case, plan)},
+          {"coordinates", coordinates_json(job_case)},
           {"steps", steps_json(job_case)},
           {"equilibrium", equilibrium_json(job_case)},
           {"smooth_degrees", job_case.smooth_degrees},
@@ -277,6 +295,20 @@ void print_component(const Json& c)
   }
   if (c["turned_outward"].get<bool>()) std::printf(", turned outward");
   std::printf("\n");
+}
+
+void print_coordinates(const Json& coordinates)
+{
+  if (coordinates.is_null()) return;
+  if (coordinates.contains("frames")) {
+    const Json& frames = coordinates["frames"];
+    std::printf("  %ld frames, %s %g to %g\n", frames["count"].get<long>(),
+                frames["key"].get<std::string>().c_str(), frames["from"].get<double>(),
+                frames["to"].get<double>());
+  }
+  for (const char* name : joint_coordinate_names) {
+    std::printf("  %-9s  %s\n", name, coordinates["roles"][name].get<std::string>().c_str());
+  }
 }
 
 void print_axis(const char* name, const Json& axis)
@@ -395,8 +427,11 @@ void print(const Json& u)
   print_ligaments(u["ligaments"]);
   print_push(u);
   std::printf("plan: %ld attitudes\n", u["grid"]["attitudes"].get<long>());
-  print_axis("flexion", u["grid"]["flexion"]);
-  print_axis("varus", u["grid"]["varus"]);
+  print_coordinates(u["coordinates"]);
+  if (!u["coordinates"].contains("frames")) {
+    print_axis("flexion", u["grid"]["flexion"]);
+    print_axis("varus", u["grid"]["varus"]);
+  }
   print_method(u);
   for (const Json& w : u["warnings"]) std::printf("warning: %s\n", w.get<std::string>().c_str());
 }

@@ -6,6 +6,11 @@
 
 namespace vrda::inline core {
 
+const char* name_of(CoordinateRole role)
+{
+  return role == CoordinateRole::driven ? "driven" : role == CoordinateRole::given ? "given" : "free";
+}
+
 Eigen::Matrix3d floating_axes(const JointCoordinates& coordinates)
 {
   return rotation_z(-coordinates(0)) * rotation_x(coordinates(1));

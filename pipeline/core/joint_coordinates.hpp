@@ -29,6 +29,7 @@ using JointCoordinates = Eigen::Matrix<double, 6, 1>;
 
 /// Where a coordinate comes from: a grid's axis, an input, or the equilibrium.
 enum class CoordinateRole : std::int8_t { driven = 0, given = 1, free = 2 };
+const char* name_of(CoordinateRole role);
 
 /// Axes that belong to the coordinates, columns in the reference's frame (right side): anterior (floating),
 /// proximal (of the moving object) and across both.

@@ -202,6 +202,8 @@ std::optional<store::MotionModel> build_result(const load::Case& job_case, const
   check(result.is_complete, "result_of: the sweep is complete");
   store::MotionModel model = audited_model_of(job_case, result, n_threads);
   record.end_phase("plausibility");
+  // Frames are points in time, not surfaces over flexion.
+  if (model.frames) return is_stopped() ? std::nullopt : std::optional(std::move(model));
   add_smoothed(model, job_case, output, n_threads, is_stopped);
   record.end_phase("smoothing, recontact");
   if (is_stopped()) return std::nullopt;

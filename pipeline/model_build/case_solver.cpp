@@ -247,7 +247,7 @@ StepRecord CaseSolver::search_coordinates(const sweep::StepTask& task, const Mov
   const double lateral_mm = start(row_of(JointCoordinate::lateral));
   StepRecord record;
   for (int k = 0; k < most_corrections; ++k) {
-    const solve::SolverPosition at = map.position_at(start);
+    const SolverPosition at = map.position_at(start);
     record = solve::find_stable_pose(joint, at.attitude, at.pose, options, observer);
     record.flexion_rad = at.attitude.flexion_rad;
     record.coordinates = CoordinateForces{};

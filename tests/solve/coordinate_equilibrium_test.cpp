@@ -54,11 +54,11 @@ TEST(JointMap, TwistsMatchDifferences)
   for (const SolverFrame& frame : {SolverFrame{}, tilted(Side::right), tilted(Side::left)}) {
     const solve::JointMap map(frame);
     const JointCoordinates q = at(40, 7, -12, 3, -25, 5);
-    const solve::SolverPosition here = map.position_at(q);
+    const SolverPosition here = map.position_at(q);
     const solve::Matrix6d twists = map.twists(q, here);
     const Eigen::Vector3d p_moving(11, -4, 6);
     const auto in_reference = [&](const JointCoordinates& c) {
-      const solve::SolverPosition s = map.position_at(c);
+      const SolverPosition s = map.position_at(c);
       return Eigen::Vector3d(reference_rotation(s.attitude).transpose() * (pose_of(s.pose) * p_moving));
     };
     const Eigen::Vector3d p = pose_of(here.pose) * p_moving;
@@ -85,7 +85,7 @@ TEST(JointMap, WorkOfLoadsMatchesDifferences)
   loads.varus_moment_nmm = -80;
   loads.point_mm = {7, 2, -9};
   const JointCoordinates q = at(40, 7, -12, 3, -25, 5);
-  const solve::SolverPosition here = map.position_at(q);
+  const SolverPosition here = map.position_at(q);
   const solve::Vector6d by_twist = map.twists(q, here).transpose() * solve::work_of(loads, here).wrench;
   for (Eigen::Index k = 0; k < 6; ++k) {
     constexpr double h = 1e-5;
@@ -118,7 +118,7 @@ TEST(FeatureDistance, MatchesDifferences)
       c.reference_direction = vector(1).normalized();
       c.moving_direction = vector(1).normalized();
       const JointCoordinates q = at(30, 5, 10, 2, -20, 3);
-      const solve::SolverPosition here = map.position_at(q);
+      const SolverPosition here = map.position_at(q);
       const solve::FeatureDistance d = solve::feature_distance(c, here, pivot);
       const solve::Vector6d slope = map.twists(q, here).transpose() * d.wrench;
       for (Eigen::Index k = 0; k < 6; ++k) {
