@@ -71,6 +71,7 @@ void warn_of_unused(const Job& job, Warnings& warnings)
 {
   const documents::DocumentValue root = documents::parse_toml(job.text, job.file);
   warn_of_other_method(job, root, warnings);
+  if (job.coordinates) return;  // their number of attitudes is known after loading
   const std::size_t n_flexion = job.grid.flexion_deg.size(), n_varus = job.grid.varus_deg.size();
   for (const std::int32_t degree : job.smooth_degrees) {
     // An axis with one angle is not fitted: only its constant term is used.
@@ -195,6 +196,9 @@ void warn_of_grid(const Job& job, Warnings& warnings)
 void warn_of_free_rotation(const Job& job, Warnings& warnings)
 {
   if (job.method != SolverMethod::equilibrium || job.ligaments || job.is_varus_free) return;
+  if (job.coordinates && (job.coordinates->coordinate[1].role == CoordinateRole::free ||
+                          job.coordinates->coordinate[2].role != CoordinateRole::free))
+    return;
   warnings.emplace_back(
       "ligaments: found none; with given varus the rotation about push.delta is nearly free; give "
       "[ligaments] with fibres = \"ligaments.csv\" (theta_determined marks where it is determined)");

@@ -15,6 +15,15 @@ namespace {
 constexpr const char* search_version = "stability-search 6";
 constexpr const char* equilibrium_version = "equilibrium 5";
 
+// Flexion held, varus held or free, the rest free, Delta proximal: what the faster solver solves.
+bool is_plain(const load::CoordinateRows& coordinates, const SolverFrame& frame)
+{
+  const auto& role = coordinates.role;
+  return frame.delta == Eigen::Vector3d::UnitY() && role[0] != CoordinateRole::free &&
+         std::all_of(role.begin() + 2, role.end(),
+                     [](CoordinateRole r) { return r == CoordinateRole::free; });
+}
+
 constexpr double lateral_share = 0.01;  // of the search's resolution: error of a given lateral translation
 
 std::vector<double> row_numbers(std::size_t n)
@@ -58,6 +67,7 @@ sweep::SweepPlan plan_of(const load::Case& job_case)
     plan.spine = sweep::SpineRule::free_varus;
     if (!is_sequence) plan.path_flexion_rad = radians(job_case.path_flexion_deg);
     plan.is_varus_free = job_case.is_varus_free;
+    plan.measures_chosen = job_case.coordinates.has_value();
     // Contact alone hardly resists a moment about Delta: without ligaments a band is meaningless.
     const bool is_internal_free =
         !job_case.coordinates || job_case.coordinates->role[2] == CoordinateRole::free;
@@ -191,13 +201,13 @@ CaseSolver::Worker& CaseSolver::worker_at(int number, const SolverFrame& frame)
   worker.solver.reset();  // it refers to the push frame
   worker.push_frame = push_frame_of(frame);
   worker.coordinates.reset();
-  if (case_.method == "equilibrium" && case_.coordinates) {
+  if (case_.method != "equilibrium") return worker;
+  if (case_.coordinates) {
     worker.coordinates = std::make_unique<solve::CoordinateEquilibrium>(
         worker.push_frame->joint, worker.push_frame->ligaments, frame, case_.equilibrium);
-  } else if (case_.method == "equilibrium") {
-    worker.solver = std::make_unique<solve::EquilibriumSolver>(
-        worker.push_frame->joint, worker.push_frame->ligaments, case_.equilibrium);
   }
+  worker.solver = std::make_unique<solve::EquilibriumSolver>(worker.push_frame->joint,
+                                                             worker.push_frame->ligaments, case_.equilibrium);
   return worker;
 }
 
@@ -226,6 +236,25 @@ StepRecord CaseSolver::solve_coordinates(const sweep::StepTask& task, const Movi
   solve.loads = loads;
   solve.is_measured = task.is_measured;
   return solver.solve(solve);
+}
+
+StepRecord CaseSolver::solve_plain(const sweep::StepTask& task, const MovingPose& seed,
+                                   const SolverFrame& frame, const Loads& loads,
+                                   solve::EquilibriumSolver& solver) const
+{
+  const SolverPosition start =
+      solve::JointMap(frame).position_at(seed_coordinates(task, seed, solve::JointMap(frame)));
+  solve::EquilibriumSolver::Task solve;
+  solve.attitude = start.attitude;
+  solve.seed = start.pose;
+  solve.loads = loads;
+  solve.is_varus_free = case_.coordinates->role[1] == CoordinateRole::free;
+  solve.is_measured = false;
+  solve.known = task.known;
+  StepRecord record = solver.solve(solve);
+  record.flexion_rad = start.attitude.flexion_rad;
+  record.coordinates = CoordinateForces{};
+  return record;
 }
 
 // Delta is proximal (load/coordinates), so the search's theta is the internal rotation, its x the anterior
@@ -270,10 +299,12 @@ StepRecord CaseSolver::operator()(const sweep::StepTask& task, const SearchObser
   Worker& worker = worker_at(task.worker, frame);
   const MovingPose seed = in_frame_of(
       task.seed, frame_of(case_, case_.path_push.at(static_cast<std::size_t>(task.seed_path_row))), frame);
+  Loads loads = loads_of(case_, push);
+  loads.moment_nmm += task.band * case_.spine.band_moment_nmm;
   if (worker.coordinates) {
-    Loads loads = loads_of(case_, push);
-    loads.moment_nmm += task.band * case_.spine.band_moment_nmm;
-    return solve_coordinates(task, seed, frame, loads, *worker.coordinates);
+    return task.is_measured || !is_plain(*case_.coordinates, frame)
+               ? solve_coordinates(task, seed, frame, loads, *worker.coordinates)
+               : solve_plain(task, seed, frame, loads, *worker.solver);
   }
   if (case_.coordinates) return search_coordinates(task, seed, frame, worker.push_frame->joint, observer);
   if (!worker.solver) {
@@ -283,8 +314,7 @@ StepRecord CaseSolver::operator()(const sweep::StepTask& task, const SearchObser
   solve::EquilibriumSolver::Task solve;
   solve.attitude = task.attitude;
   solve.seed = seed;
-  solve.loads = loads_of(case_, push);
-  solve.loads.moment_nmm += task.band * case_.spine.band_moment_nmm;
+  solve.loads = loads;
   solve.is_varus_free = task.is_varus_free;
   solve.is_measured = task.is_measured;
   solve.known = task.known;

@@ -57,13 +57,15 @@ class CaseSolver {
   struct Worker {
     std::shared_ptr<const PushFrame> push_frame;
     std::unique_ptr<solve::EquilibriumSolver> solver;
-    std::unique_ptr<solve::CoordinateEquilibrium> coordinates;  ///< instead, if the job has roles of its own
+    std::unique_ptr<solve::CoordinateEquilibrium> coordinates;  ///< if the job has roles of its own
   };
 
   std::shared_ptr<const PushFrame> push_frame_of(const SolverFrame& frame);
   Worker& worker_at(int number, const SolverFrame& frame);
   StepRecord search_coordinates(const sweep::StepTask& task, const MovingPose& seed, const SolverFrame& frame,
                                 const solve::Joint& joint, const SearchObserver& observer) const;
+  StepRecord solve_plain(const sweep::StepTask& task, const MovingPose& seed, const SolverFrame& frame,
+                         const Loads& loads, solve::EquilibriumSolver& solver) const;
   JointCoordinates seed_coordinates(const sweep::StepTask& task, const MovingPose& seed,
                                     const solve::JointMap& map) const;
   StepRecord solve_coordinates(const sweep::StepTask& task, const MovingPose& seed, const SolverFrame& frame,

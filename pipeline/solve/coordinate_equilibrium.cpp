@@ -39,8 +39,8 @@ constexpr double infeasible_mm = 1e-7;
 constexpr double trial_rotation_rad = rad_from_deg(1.0), trial_translation_mm = 1.0;
 constexpr double determined_tolerances = 10.0;
 constexpr int most_trials = 8;
-
-using FreeVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
+// Of the fibres' gradient: truncation of 1e-4 of its change per mm, rounding of 1e-11 N.
+constexpr double difference_mm = 1e-4;
 
 struct Sampled {
   double travel_mm = 0.0;
@@ -112,11 +112,19 @@ class CoordinateEquilibrium::Run {
     double length_mm = 0.0;
     double violation_mm = 0.0;  // of the worst constraint
   };
+  // Fibres' energy over the push to second order about the start of a plan, over the free coordinates in mm.
+  struct FibreExpansion {
+    bool is_used = false;
+    double energy_mm = 0.0;
+    Vector6d gradient = Vector6d::Zero();
+    Matrix6d hessian = Matrix6d::Zero();
+  };
   struct Minimisation {
     Run* run = nullptr;
     const JointCoordinates* from = nullptr;
     const std::vector<ContactConstraint>* features = nullptr;
     bool has_slack = false;  // minimises the largest violation instead of the energy
+    FibreExpansion fibres = {};
   };
 
   SolverPosition position(const JointCoordinates& q) const { return state_.map.position_at(q); }
@@ -145,11 +153,11 @@ class CoordinateEquilibrium::Run {
     }
   }
 
-  double energy_nmm(const SolverPosition& at, Vector6d& wrench) const
+  // Energy of the fibres and its derivative, a wrench.
+  double fibre_energy_nmm(const SolverPosition& at, Vector6d& wrench) const
   {
-    const Work work = work_of(task_.loads, at);
-    double energy = -work.work_nmm;
-    wrench = -work.wrench;
+    double energy = 0.0;
+    wrench.setZero();
     if (state_.ligaments.fibres.empty()) return energy;
     const ligament::JointPlacement placement = ligament::joint_placement(at.attitude, at.pose);
     for (const ligament::Fibre& fibre : state_.ligaments.fibres) {
@@ -163,27 +171,76 @@ class CoordinateEquilibrium::Run {
     return energy;
   }
 
-  // Energy over the push, with the term that selects the point nearest the seed of a continuum; derivatives
-  // over the free coordinates, per mm.
-  double merit_mm(const JointCoordinates& q, double* gradient) const
+  double energy_nmm(const SolverPosition& at, Vector6d& wrench) const
+  {
+    const Work work = work_of(task_.loads, at);
+    const double energy = fibre_energy_nmm(at, wrench) - work.work_nmm;
+    wrench -= work.wrench;
+    return energy;
+  }
+
+  // Work of the loads and the term that selects the point nearest the seed of a continuum, over the push;
+  // derivatives over the free coordinates, per mm.
+  double load_merit_mm(const JointCoordinates& q, double* gradient) const
   {
     const SolverPosition at = position(q);
-    Vector6d wrench;
-    const double energy_mm = energy_nmm(at, wrench) / push_n_;
+    const Work work = work_of(task_.loads, at);
     Vector6d away_mm = (q - task_.seed).cwiseQuotient(unit_);
     away_mm(row_of(JointCoordinate::proximal)) = 0.0;
     if (gradient != nullptr) {
-      Vector6d slope = state_.map.twists(q, at).transpose() * wrench / push_n_;
+      Vector6d slope = state_.map.twists(q, at).transpose() * work.wrench / -push_n_;
       slope += proximal_share_per_mm * away_mm.cwiseQuotient(unit_);
       pick_free(slope, gradient);
     }
-    return energy_mm + 0.5 * proximal_share_per_mm * away_mm.squaredNorm();
+    return 0.5 * proximal_share_per_mm * away_mm.squaredNorm() - work.work_nmm / push_n_;
+  }
+
+  double merit_mm(const JointCoordinates& q) const
+  {
+    Vector6d wrench;
+    return load_merit_mm(q, nullptr) + fibre_energy_nmm(position(q), wrench) / push_n_;
+  }
+
+  // The Hessian by differences of the gradient: six evaluations instead of one per trial of a plan.
+  FibreExpansion fibre_expansion(const JointCoordinates& q) const
+  {
+    FibreExpansion out;
+    if (state_.ligaments.fibres.empty()) return out;
+    const auto over_free = [&](const JointCoordinates& c, Vector6d& gradient) {
+      const SolverPosition at = position(c);
+      Vector6d wrench;
+      const double energy_mm = fibre_energy_nmm(at, wrench) / push_n_;
+      gradient.setZero();
+      pick_free(state_.map.twists(c, at).transpose() * wrench / push_n_, gradient.data());
+      return energy_mm;
+    };
+    out.is_used = true;
+    out.energy_mm = over_free(q, out.gradient);
+    std::array<double, 6> step{};
+    const auto n = static_cast<Eigen::Index>(n_free());
+    for (Eigen::Index k = 0; k < n; ++k) {
+      step[static_cast<std::size_t>(k)] = difference_mm;
+      Vector6d ahead;
+      over_free(moved_from(q, step.data()), ahead);
+      out.hessian.col(k) = (ahead - out.gradient) / difference_mm;
+      step[static_cast<std::size_t>(k)] = 0.0;
+    }
+    out.hessian = 0.5 * (out.hessian + Matrix6d(out.hessian.transpose()));
+    return out;
   }
 
   static double objective(unsigned n, const double* z, double* gradient, void* data)
   {
     const auto& m = *static_cast<Minimisation*>(data);
-    if (!m.has_slack) return m.run->merit_mm(m.run->moved_from(*m.from, z), gradient);
+    if (!m.has_slack) {
+      const double loads_mm = m.run->load_merit_mm(m.run->moved_from(*m.from, z), gradient);
+      if (!m.fibres.is_used) return loads_mm;
+      Vector6d step = Vector6d::Zero();
+      std::copy(z, z + n, step.data());
+      const Vector6d change = m.fibres.hessian * step;
+      for (unsigned k = 0; gradient != nullptr && k < n; ++k) gradient[k] += m.fibres.gradient(k) + change(k);
+      return loads_mm + m.fibres.energy_mm + m.fibres.gradient.dot(step) + 0.5 * step.dot(change);
+    }
     if (gradient != nullptr) {
       std::fill(gradient, gradient + n, 0.0);
       gradient[n - 1] = 1.0;
@@ -213,7 +270,8 @@ class CoordinateEquilibrium::Run {
   Plan minimise(const JointCoordinates& from, const std::vector<ContactConstraint>& features,
                 double radius_mm, bool has_slack = false)
   {
-    Minimisation m{this, &from, &features, has_slack};
+    Minimisation m{this, &from, &features, has_slack, {}};
+    if (!has_slack) m.fibres = fibre_expansion(from);
     const std::size_t n = n_free() + (has_slack ? 1 : 0);
     std::vector<double> z(n, 0.0), low(n, -radius_mm), high(n, radius_mm);
     std::vector<double> tolerance(features.size(), 1e-12);
@@ -236,14 +294,13 @@ class CoordinateEquilibrium::Run {
       nlopt_set_upper_bounds(opt, high.data());
       nlopt_set_xtol_abs1(opt, 1e-10);
       nlopt_set_maxeval(opt, 200);
-      double least = 0.0;
       // Its result stays in z where it stops by rounding.
-      nlopt_optimize(opt, z.data(), &least);
+      nlopt_optimize(opt, z.data(), &plan.energy_mm);
       nlopt_destroy(opt);
     }
     plan.end = moved_from(from, z.data());
     for (std::size_t k = 0; k < n_free(); ++k) plan.length_mm = std::max(plan.length_mm, std::abs(z[k]));
-    plan.energy_mm = merit_mm(plan.end, nullptr);
+    if (!has_slack) plan.energy_mm = objective(static_cast<unsigned>(n), z.data(), nullptr, &m);
     plan.violation_mm = worst_violation_mm(plan.end, features);
     return plan;
   }
@@ -353,7 +410,7 @@ class CoordinateEquilibrium::Run {
     for (iteration_ = 1; iteration_ <= state_.options.max_iterations; ++iteration_) {
       std::vector<ContactConstraint> features = sampled_.features;
       features.insert(features.end(), cuts.begin(), cuts.end());
-      const double merit = merit_mm(current_, nullptr);
+      const double merit = merit_mm(current_);
       Plan plan = minimise(current_, features, radius_mm);
       const double predicted_mm = merit - plan.energy_mm;
       residual_mm_ = plan.length_mm;
@@ -377,7 +434,7 @@ class CoordinateEquilibrium::Run {
         if (radius_mm < tolerance_mm_) return StepStatus::unbounded;
         continue;
       }
-      const double gain_mm = is_clear ? merit - merit_mm(end, nullptr) : 0.0;
+      const double gain_mm = is_clear ? merit - merit_mm(end) : 0.0;
       if (gain_mm < enough_of_predicted * predicted_mm) {
         if (!is_clear || gain_mm < 0.0) sample(plan.end, trial, state_.band_mm);
         if (!add_cuts(trial.features, cuts) || ++n_rejections >= most_rejections) {
@@ -502,14 +559,14 @@ class CoordinateEquilibrium::Run {
 
   bool accept_if_lower(const std::vector<ContactConstraint>& features)
   {
-    const double merit = merit_mm(current_, nullptr);
+    const double merit = merit_mm(current_);
     const Plan plan = minimise(current_, features, crossing_step_mm);
     const double predicted_mm = merit - plan.energy_mm;
     if (plan.violation_mm > infeasible_mm || predicted_mm <= tolerance_mm_) return false;
     JointCoordinates end = plan.end;
     Sampled trial;
     if (!bring_to_contact(end, trial, true)) return false;
-    if (merit - merit_mm(end, nullptr) < 0.5 * predicted_mm) return false;
+    if (merit - merit_mm(end) < 0.5 * predicted_mm) return false;
     current_ = end;
     sampled_ = std::move(trial);
     return true;
@@ -519,7 +576,7 @@ class CoordinateEquilibrium::Run {
   bool resists(std::size_t coordinate, double shift)
   {
     const auto row = static_cast<Eigen::Index>(coordinate);
-    const double limit_mm = merit_mm(current_, nullptr) + determined_tolerances * tolerance_mm_;
+    const double limit_mm = merit_mm(current_) + determined_tolerances * tolerance_mm_;
     JointCoordinates from = current_;
     from(row) += shift;
     is_free_[coordinate] = false;
@@ -528,7 +585,7 @@ class CoordinateEquilibrium::Run {
     bool result = true;
     for (int k = 0; k < most_trials; ++k) {
       const Plan plan = minimise(from, features, 4.0 * state_.scale.lever_mm * trial_rotation_rad);
-      if (plan.violation_mm > infeasible_mm || plan.energy_mm > limit_mm) break;
+      if (plan.violation_mm > infeasible_mm || merit_mm(plan.end) > limit_mm) break;
       sample(plan.end, trial, state_.band_mm);
       if (!std::isfinite(trial.travel_mm) || trial.travel_mm >= -tolerance_mm_) {
         result = false;

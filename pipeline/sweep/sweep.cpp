@@ -267,7 +267,7 @@ class Sweep {
     task.is_varus_free = true;
     task.band = band;
     if (key.kind == StepKind::free_spine) task.known = &ends_[static_cast<std::size_t>(key.flexion)];
-    task.is_measured = plan_.is_varus_free && band == 0;  // it may become a cell
+    task.is_measured = plan_.is_varus_free && !plan_.measures_chosen && band == 0;  // it may become a cell
     task.worker = worker;
     return step(task);
   }
@@ -433,7 +433,7 @@ class Sweep {
     }
     if (is_stable) row_seeds_[row] = seed_of(free.chosen);
     const std::int32_t column = column_nearest(plan_.varus_rad, varus_of(row_seeds_[row]));
-    cell(i, column) = plan_.is_varus_free
+    cell(i, column) = plan_.is_varus_free && !plan_.measures_chosen
                           ? spine_cell_of(free.chosen, i)
                           : grid_step({StepKind::spine, i, column}, {row_seeds_[row]}, worker);
     if (cell(i, column).status == StepStatus::stable) row_seeds_[row] = seed_of(cell(i, column));

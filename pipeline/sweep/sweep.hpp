@@ -37,8 +37,11 @@ struct SweepPlan {
   std::vector<double> last_resort_thetas_rad;
   // The next three apply to `free_varus` only.
   bool is_varus_free = false;  ///< the grid has one column, which takes the spine's own poses
-  bool has_band = false;       ///< each flexion is also solved with extra moments
-  int n_restarts = 0;          ///< starts besides the two chains along flexion (sweep/free_spine.hpp)
+  /// With a free varus: the chosen equilibrium of each flexion is solved again and measured, so the starts
+  /// need not be.
+  bool measures_chosen = false;
+  bool has_band = false;  ///< each flexion is also solved with extra moments
+  int n_restarts = 0;     ///< starts besides the two chains along flexion (sweep/free_spine.hpp)
   /// The flexions whose rows are solved, each once; absent: all, empty: the spine only. The spine is always
   /// needed, solved or recalled.
   std::optional<std::vector<std::int32_t>> rows;
