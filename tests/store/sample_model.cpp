@@ -291,6 +291,29 @@ void set_frames(store::MotionModel& model)
   }
 }
 
+/// Internal rotation and anterior translation given with flexion, the rest free.
+void set_roles(store::MotionModel& model)
+{
+  model.coordinates.emplace().role = {1, 2, 1, 1, 2, 2};
+}
+
+void fill_coordinates(store::MotionModel& model)
+{
+  store::CoordinateSurfaces& coordinates = *model.coordinates;
+  for (std::size_t cell = 0; cell < static_cast<std::size_t>(model.status.size()); ++cell) {
+    if (model.status.data()[cell] != status_stable) continue;
+    for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
+      const bool is_free = coordinates.role[k] == static_cast<std::int8_t>(CoordinateRole::free);
+      if (is_free) {
+        coordinates.determined[n_joint_coordinates * cell + k] = k == 5 ? 0 : 1;
+      } else {
+        (is_rotation(k) ? coordinates.holding_moment_nmm : coordinates.holding_force_n)[3 * cell + k % 3] =
+            3.5 * static_cast<double>(k) - 2.0;
+      }
+    }
+  }
+}
+
 }  // namespace
 
 store::MotionModel sample_model(const SampleOptions& options)
@@ -305,7 +328,10 @@ store::MotionModel sample_model(const SampleOptions& options)
   model.has_compartments = options.has_compartments;
   for (std::int32_t i = 0; i < options.n_flexion; ++i) model.flexion_deg.push_back(1.0 * i);
   for (std::int32_t j = 0; j < options.n_varus; ++j) model.varus_deg.push_back(-1.0 + j);
-  if (options.has_frames) set_frames(model);
+  if (options.has_frames) {
+    set_frames(model);
+    set_roles(model);
+  }
   model.reference = sample_body("femur", options.has_visual);
   model.moving = sample_body("tibmen", options.has_visual);
   model.job = {"title = \"Sample joint\"\n",
@@ -328,6 +354,7 @@ store::MotionModel sample_model(const SampleOptions& options)
   }
   model.contacts = sample_contacts(model);
   if (model.equilibrium) fill_equilibrium(model);
+  if (model.coordinates) fill_coordinates(model);
   if (model.ligaments) fill_fibre_states(model);
   if (model.has_compartments) model.contact_paths = store::contact_paths_of(model);
   if (!model.frames) model.smoothed = {sample_smoothed(model)};
