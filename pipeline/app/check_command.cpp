@@ -236,7 +236,41 @@ Json over_flexion_json(const load::FlexionTable& setting)
   return {{"flexion_deg", angles_deg}, {"value", rows}};
 }
 
-// The job's values; only the point is scaled with the subject.
+Json points_json(const std::vector<Eigen::Vector3d>& points_mm)
+{
+  Json rows = Json::array();
+  for (const Eigen::Vector3d& p_mm : points_mm) rows.push_back(numbers(p_mm));
+  return rows;
+}
+
+Json loads_json(const load::PushJob& push, const load::Case& job_case)
+{
+  Json loads = Json::array();
+  for (std::size_t k = 0; k < push.loads.size(); ++k) {
+    const load::LoadPoint& at = job_case.loads.at(k);
+    loads.push_back({{"name", at.name},
+                     {"frame", name_of(at.frame)},
+                     {"force_n", over_flexion_json(push.loads[k].force_n)},
+                     {"moment_nmm", over_flexion_json(push.loads[k].moment_nmm)},
+                     {"point_mm", numbers(at.point_mm)}});
+  }
+  return loads;
+}
+
+Json lines_json(const load::PushJob& push, const load::Case& job_case)
+{
+  Json lines = Json::array();
+  for (std::size_t k = 0; k < push.lines.size(); ++k) {
+    const load::LinePath& path = job_case.lines.at(k);
+    lines.push_back({{"name", path.name},
+                     {"tension_n", over_flexion_json(push.lines[k].tension_n)},
+                     {"reference_mm", points_json(path.reference_mm)},
+                     {"moving_mm", points_json(path.moving_mm)}});
+  }
+  return lines;
+}
+
+// The job's values; only points are scaled with the subject.
 Json push_json(const load::PushJob& push, const load::Case& job_case)
 {
   return {{"delta", over_flexion_json(push.delta)},
@@ -244,7 +278,9 @@ Json push_json(const load::PushJob& push, const load::Case& job_case)
           {"lateral_force_n", over_flexion_json(push.lateral_force_n)},
           {"moment_nmm", over_flexion_json(push.moment_nmm)},
           {"varus_moment_nmm", over_flexion_json(push.varus_moment_nmm)},
-          {"point_mm", numbers(job_case.push_point_mm)}};
+          {"point_mm", numbers(job_case.push_point_mm)},
+          {"loads", loads_json(push, job_case)},
+          {"lines", lines_json(push, job_case)}};
 }
 
 Json job_json(const load::Case& job_case, const load::PushJob& push)
@@ -373,10 +409,23 @@ void print_push(const Json& u)
   print_load("delta", p["delta"], "");
   if (u["equilibrium"].is_null()) return;  // the search moves along Delta without a force
   print_load("force", p["force_n"], " N along delta");
-  print_load("lateral force", p["lateral_force_n"], " N anterior and right");
+  print_load("lateral force", p["lateral_force_n"], " N across delta");
   print_load("moment", p["moment_nmm"], " N mm about delta");
   print_load("varus moment", p["varus_moment_nmm"], " N mm");
   print_load("point", p["point_mm"], " mm from the rotation centre");
+  for (const Json& load : p["loads"]) {
+    const std::string frame = load["frame"];
+    std::printf("  load %s, in axes of the %s\n", load["name"].get<std::string>().c_str(), frame.c_str());
+    print_load("  force", load["force_n"], " N");
+    print_load("  moment", load["moment_nmm"], " N mm");
+    print_load("  point", load["point_mm"], " mm from the rotation centre");
+  }
+  for (const Json& line : p["lines"]) {
+    std::printf("  line %s\n", line["name"].get<std::string>().c_str());
+    print_load("  tension", line["tension_n"], " N");
+    print_load("  from", line["reference_mm"].back(), " mm on the reference");
+    print_load("  to", line["moving_mm"].front(), " mm on the moving object");
+  }
 }
 
 void print_method(const Json& u)

@@ -197,6 +197,11 @@ Json summary_of(const store::MotionModel& model, const audit::AuditFigures& meas
             {"ty_mm", range_json(model.ty_mm)},
             {"tz_mm", range_json(model.tz_mm)},
             {"theta_deg", range_json(model.theta_deg)}}},
+          {"axes_are_turned", store::has_turned_axes(model)},
+          {"clinical",
+           {{"flexion_deg", range_json(model.clinical.flexion_deg)},
+            {"varus_deg", range_json(model.clinical.varus_deg)},
+            {"internal_rotation_deg", range_json(model.clinical.internal_rotation_deg)}}},
           {"screw_home", screw_home(model)},
           {"remeasured",
            {{"overlapping_attitudes", measured.n_overlapping},
@@ -238,6 +243,17 @@ void print_varus(const Json& grid)
               short_text(found["max"]).c_str());
 }
 
+// Where they differ from those of the attitude.
+void print_own_angles(const Json& s)
+{
+  if (!s["axes_are_turned"].get<bool>()) return;
+  std::printf("  Delta is not proximal: these and theta are about axes turned with it\n");
+  std::printf("joint's own angles (Grood-Suntay, /clinical), degrees\n");
+  for (const auto& [name, range] : s["clinical"].items())
+    std::printf("  %-22s %s to %s\n", name.c_str(), short_text(range["min"]).c_str(),
+                short_text(range["max"]).c_str());
+}
+
 void print_equilibrium(const store::MotionModel& model, const Json& s)
 {
   if (!model.equilibrium) return;
@@ -274,6 +290,7 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
   }
   print_extent("flexion", s["grid"]["flexion_deg"]);
   print_varus(s["grid"]);
+  print_own_angles(s);
   std::printf("%s\n", job_run::status_line(model).c_str());
   for (const StepStatus status : all_step_statuses) {
     const auto n = (model.status == static_cast<std::int8_t>(status)).count();

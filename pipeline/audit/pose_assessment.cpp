@@ -22,6 +22,37 @@ constexpr double band_resolutions = 2.0;
 // 1e-3 in the search (solve/stability_search.cpp).
 constexpr double level_slope = 1e-3;
 
+Eigen::Vector3d vector_at(const std::vector<double>& rows, std::size_t row)
+{
+  return {rows[3 * row], rows[3 * row + 1], rows[3 * row + 2]};
+}
+
+void add_applied(const store::LoadRows& rows, std::size_t flexion, const SolverFrame& frame, Loads& loads)
+{
+  for (std::size_t k = 0; k < rows.name.size(); ++k) {
+    const std::size_t at = flexion * rows.name.size() + k;
+    loads.applied.push_back(
+        {static_cast<LoadFrame>(rows.frame[k]), solver_translation_mm(frame, vector_at(rows.force_n, at)),
+         solver_moment_nmm(frame, vector_at(rows.moment_nmm, at)),
+         solver_translation_mm(frame, rows.point_mm.row(static_cast<Eigen::Index>(k)).transpose())});
+  }
+}
+
+// Between the last point on the reference and the first on the moving object.
+void add_lines(const store::LineRows& rows, std::size_t flexion, const SolverFrame& frame, Loads& loads)
+{
+  const std::size_t n_lines = rows.name.size();
+  for (std::size_t p = 0; p + 1 < rows.point_line.size(); ++p) {
+    const bool is_free_segment = rows.point_line[p] == rows.point_line[p + 1] && rows.point_body[p] == 0 &&
+                                 rows.point_body[p + 1] == 1;
+    if (!is_free_segment) continue;
+    const auto row = static_cast<Eigen::Index>(p);
+    loads.lines.push_back({rows.tension_n[flexion * n_lines + static_cast<std::size_t>(rows.point_line[p])],
+                           solver_translation_mm(frame, rows.point_mm.row(row).transpose()),
+                           solver_translation_mm(frame, rows.point_mm.row(row + 1).transpose())});
+  }
+}
+
 Loads loads_of(const store::MotionModel& model, Eigen::Index flexion, const SolverFrame& frame)
 {
   Loads loads;
@@ -32,6 +63,8 @@ Loads loads_of(const store::MotionModel& model, Eigen::Index flexion, const Solv
   loads.point_mm = solver_translation_mm(frame, model.push.point_mm);
   loads.moment_nmm = model.push.moment_nmm[row];
   loads.varus_moment_nmm = model.push.varus_moment_nmm[row];
+  if (model.push.loads) add_applied(*model.push.loads, row, frame, loads);
+  if (model.push.lines) add_lines(*model.push.lines, row, frame, loads);
   return loads;
 }
 
@@ -146,6 +179,7 @@ class RowAssessor {
         forces_{ligaments_, loads_, rotation_scale_,
                 rad_from_deg(model.flexion_deg[static_cast<std::size_t>(flexion)])}
   {
+    if (!loads_.applied.empty() || !loads_.lines.empty()) forces_.applied = &applied_;
   }
 
   void assess(Eigen::Index varus, bool is_varus_free, PoseAssessment& verdicts)
@@ -204,6 +238,8 @@ class RowAssessor {
     if (!pose) return Plausibility::nothing_found;
     const solve::Configuration here = solve::configuration_at(*pose, attitude.varus_rad, rotation_scale_);
     const ContactTravel start{here, gap_mm};
+    // About this pose, of whose neighbours the energies are compared.
+    applied_ = solve::potential_near(loads_, attitude, *pose);
     meter_.note_features(band_resolutions * resolution_mm_);
     for (const Vector5d& direction : free_directions(is_varus_free)) {
       if (is_clearly_held(start, direction)) continue;
@@ -271,6 +307,7 @@ class RowAssessor {
   solve::RotationScale rotation_scale_;
   ligament::Ligaments ligaments_;
   Loads loads_;
+  solve::LoadPotential applied_;
   solve::NonContactForces forces_;
 };
 

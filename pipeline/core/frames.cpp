@@ -134,6 +134,13 @@ Eigen::Vector3d solver_translation_mm(const SolverFrame& frame, const Eigen::Vec
   return rotation_solver_world(frame) * of_right_side(frame, p_world_mm);
 }
 
+Eigen::Vector3d solver_moment_nmm(const SolverFrame& frame, const Eigen::Vector3d& moment_world_nmm)
+{
+  const Eigen::Vector3d& m = moment_world_nmm;
+  return rotation_solver_world(frame) *
+         (frame.side == Side::left ? Eigen::Vector3d(-m.x(), -m.y(), m.z()) : m);
+}
+
 Eigen::Vector3d world_from_solver(const SolverFrame& frame, const Eigen::Vector3d& v_solver)
 {
   return of_right_side(frame, rotation_solver_world(frame).transpose() * v_solver);

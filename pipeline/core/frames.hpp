@@ -61,6 +61,10 @@ Eigen::Vector3d world_translation_mm(const SolverFrame& frame, const MovingPose&
 /// Inverse of world_translation_mm.
 Eigen::Vector3d solver_translation_mm(const SolverFrame& frame, const Eigen::Vector3d& p_world_mm);
 
+/// A moment in canonical axes of the joint's own side (right-handed), in S: mirroring reverses its components
+/// in the sagittal plane.
+Eigen::Vector3d solver_moment_nmm(const SolverFrame& frame, const Eigen::Vector3d& moment_world_nmm);
+
 /// A point or direction of S, in W of the joint's own side; both frames have the same origin.
 Eigen::Vector3d world_from_solver(const SolverFrame& frame, const Eigen::Vector3d& v_solver);
 

@@ -98,11 +98,22 @@ std::string words_field(const std::string& name, const std::vector<std::string>&
   return text + "</Array>\n";
 }
 
-std::string attitude_fields(const FlexionFrame& frame)
+// With turned axes, flexion and varus are the joint's own, like internal rotation, next to the attitude's.
+std::string angle_fields(const store::MotionModel& model, const FlexionFrame& frame)
+{
+  const double varus_deg = deg_from_rad(frame.pose.attitude.varus_rad);
+  if (!store::has_turned_axes(model))
+    return number_field("flexion_deg", frame.flexion_deg) + number_field("varus_deg", varus_deg);
+  return number_field("flexion_deg", deg_from_rad(frame.clinical.flexion_rad)) +
+         number_field("varus_deg", deg_from_rad(frame.clinical.varus_rad)) +
+         number_field("attitude_flexion_deg", frame.flexion_deg) +
+         number_field("attitude_varus_deg", varus_deg);
+}
+
+std::string attitude_fields(const store::MotionModel& model, const FlexionFrame& frame)
 {
   const ClinicalCoordinates& c = frame.clinical;
-  return number_field("TimeValue", frame.flexion_deg) + number_field("flexion_deg", frame.flexion_deg) +
-         number_field("varus_deg", deg_from_rad(frame.pose.attitude.varus_rad)) +
+  return number_field("TimeValue", frame.flexion_deg) + angle_fields(model, frame) +
          number_field("internal_rotation_deg", deg_from_rad(c.internal_rotation_rad)) +
          number_field("anterior_mm", c.anterior_mm) + number_field("proximal_mm", c.proximal_mm) +
          number_field("lateral_mm", c.lateral_mm);
@@ -172,8 +183,9 @@ std::string posed_vtp(const store::MotionModel& model, const FlexionFrame& frame
   add_body(all, model.reference, 0, frame.pose.X_world_reference);
   add_body(all, model.moving, 1, frame.pose.X_world_moving);
   Appended appended;
-  std::string text = opening(attitude_fields(frame) + words_field("component_name", all.component_names) +
-                             words_field("material_name", all.material_names));
+  std::string text =
+      opening(attitude_fields(model, frame) + words_field("component_name", all.component_names) +
+              words_field("material_name", all.material_names));
   text += piece(all.n_points, 0, all.n_cells);
   text += "<Points>\n" + appended.array("Float32", "Points", 3, all.points) + "</Points>\n<Polys>\n";
   text += appended.array("Int32", "connectivity", 1, all.connectivity);
@@ -202,7 +214,7 @@ std::string contacts_vtp(const store::MotionModel& model, const FlexionFrame& fr
     append_value(offsets, ++n);
   }
   Appended appended;
-  std::string text = opening(attitude_fields(frame)) + piece(n, n, 0);
+  std::string text = opening(attitude_fields(model, frame)) + piece(n, n, 0);
   text += "<Points>\n" + appended.array("Float32", "Points", 3, points) + "</Points>\n<Verts>\n";
   text += appended.array("Int32", "connectivity", 1, connectivity);
   text += appended.array("Int32", "offsets", 1, offsets) + "</Verts>\n<PointData Normals=\"normal\">\n";

@@ -74,18 +74,31 @@ Matrix5d turning_of_reference_end(const FibrePath& path, const MovingPose& pose)
   return H.selfadjointView<Eigen::Upper>();
 }
 
-void add_fibre(const Fibre& fibre, const FibrePath& path, const Tension& tension, const MovingPose& pose,
-               Potential& sum)
+// The energy of a path as a function of its length.
+struct PathEnergy {
+  double energy_nmm = 0.0;
+  double force_n = 0.0;         // first derivative
+  double stiffness_n_mm = 0.0;  // second derivative
+};
+
+void add_path(const FibrePath& path, const PathEnergy& of_length, const MovingPose& pose, Potential& sum)
 {
   const Eigen::Matrix<double, 3, 5> J = point_jacobian(path.end_mm, pose);
   const Vector5d slope = J.transpose() * path.direction;
   const Matrix5d turning = path.end_body == WrapBody::moving ? turning_of_moving_end(path, pose)
                                                              : turning_of_reference_end(path, pose);
   const Matrix5d bending = J.transpose() * path.bending * J;
-  sum.energy_nmm += tension.energy_n * fibre.slack_length_mm;
-  sum.gradient += tension.force_n * slope;
-  sum.hessian += (tension.stiffness_n / fibre.slack_length_mm) * (slope * slope.transpose()) +
-                 tension.force_n * (bending + turning);
+  sum.energy_nmm += of_length.energy_nmm;
+  sum.gradient += of_length.force_n * slope;
+  sum.hessian +=
+      of_length.stiffness_n_mm * (slope * slope.transpose()) + of_length.force_n * (bending + turning);
+}
+
+// J^T B J is symmetric up to rounding only.
+Potential symmetric(Potential sum)
+{
+  sum.hessian.triangularView<Eigen::StrictlyLower>() = sum.hessian.transpose();
+  return sum;
 }
 
 }  // namespace
@@ -144,11 +157,14 @@ Potential ligament_energy(const Ligaments& ligaments, const Attitude& attitude, 
     const FibrePath path = fibre_path(fibre, ligaments.wraps, placement);
     const Tension tension =
         tension_of(strain_of(fibre, path), fibre.stiffness_n, ligaments.transition_strain);
-    if (tension.force_n > 0.0) add_fibre(fibre, path, tension, pose, sum);
+    if (tension.force_n > 0.0) {
+      add_path(path,
+               {tension.energy_n * fibre.slack_length_mm, tension.force_n,
+                tension.stiffness_n / fibre.slack_length_mm},
+               pose, sum);
+    }
   }
-  // J^T B J is symmetric up to rounding only.
-  sum.hessian.triangularView<Eigen::StrictlyLower>() = sum.hessian.transpose();
-  return sum;
+  return symmetric(sum);
 }
 
 namespace {
@@ -193,6 +209,31 @@ WrapPath wrapped_path(const Fibre& fibre, const Wrap& wrap, const JointPlacement
 }
 
 }  // namespace
+
+Potential line_energy(std::span<const TensionLine> lines, const Attitude& attitude, const MovingPose& pose)
+{
+  const JointPlacement placement = joint_placement(attitude, pose);
+  Potential sum;
+  for (const TensionLine& line : lines) {
+    const FibrePath path = straight_path(placement.R_S_reference * line.reference_mm,
+                                         placement.t_S_moving_mm + placement.R_S_moving * line.moving_mm);
+    add_path(path, {line.tension_n * path.length_mm, line.tension_n, 0.0}, pose, sum);
+  }
+  return symmetric(sum);
+}
+
+Potential point_force_energy(const Eigen::Vector3d& force_reference_n, const Eigen::Vector3d& point_moving_mm,
+                             const Attitude& attitude, const MovingPose& pose)
+{
+  const JointPlacement placement = joint_placement(attitude, pose);
+  // Minus the position along the force is a path's length without bending.
+  FibrePath path;
+  path.direction = -(placement.R_S_reference * force_reference_n);
+  path.end_mm = placement.t_S_moving_mm + placement.R_S_moving * point_moving_mm;
+  Potential sum;
+  add_path(path, {path.direction.dot(path.end_mm), 1.0, 0.0}, pose, sum);
+  return sum;
+}
 
 JointPlacement joint_placement(const Attitude& attitude, const MovingPose& pose)
 {

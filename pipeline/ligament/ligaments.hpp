@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/coordinates.hpp"
+#include "core/solver_options.hpp"
 
 namespace vrda::ligament {
 
@@ -68,6 +69,15 @@ std::vector<FibreState> fibre_states(const Ligaments& ligaments, const Attitude&
 /// Energy of all fibres with exact gradient and second derivatives. The latter are discontinuous where a
 /// fibre becomes slack or lifts off its wrap. No allocation.
 Potential ligament_energy(const Ligaments& ligaments, const Attitude& attitude, const MovingPose& pose);
+
+/// Tension times length of all lines, with gradient and second derivatives. A line of length 0 has neither.
+Potential line_energy(std::span<const TensionLine> lines, const Attitude& attitude, const MovingPose& pose);
+
+/// Potential of a force that keeps its direction in the reference's frame, at a material point of the moving
+/// object: minus the force times the position of the point in the reference's frame. `force_reference_n` and
+/// `point_moving_mm` are in the objects' frames.
+Potential point_force_energy(const Eigen::Vector3d& force_reference_n, const Eigen::Vector3d& point_moving_mm,
+                             const Attitude& attitude, const MovingPose& pose);
 
 /// Both objects in S at one attitude and pose.
 struct JointPlacement {

@@ -12,6 +12,7 @@
 #include "load/coordinates.hpp"
 #include "load/fibre_warnings.hpp"
 #include "load/job.hpp"
+#include "load/push_job.hpp"
 #include "load/scaling.hpp"
 #include "load/unit_check.hpp"
 
@@ -33,7 +34,6 @@ std::vector<Push> push_rows(const Job& job, const std::vector<double>& flexions_
   std::vector<Push> rows;
   for (const double flexion_deg : flexions_deg) {
     const double flexion_rad = rad_from_deg(flexion_deg);
-    Push push;
     const Eigen::Vector3d direction = value_at_flexion(job.push.delta, flexion_rad);
     if (!(direction.norm() > smallest_direction)) {
       throw InputError(
@@ -41,13 +41,7 @@ std::vector<Push> push_rows(const Job& job, const std::vector<double>& flexions_
            "directions that cancel out at " + shortest_decimal(flexion_deg) + " degrees of flexion",
            "directions of neighbouring rows less than 180 degrees apart"});
     }
-    push.delta = direction.normalized();
-    const Eigen::Vector2d across_n = value_at_flexion(job.push.lateral_force_n, flexion_rad);
-    push.force_n = value_at_flexion(job.push.force_n, flexion_rad)[0] * push.delta +
-                   Eigen::Vector3d(across_n[0], 0.0, across_n[1]);
-    push.moment_nmm = value_at_flexion(job.push.moment_nmm, flexion_rad)[0];
-    push.varus_moment_nmm = value_at_flexion(job.push.varus_moment_nmm, flexion_rad)[0];
-    rows.push_back(push);
+    rows.push_back(push_at(job.push, direction.normalized(), flexion_rad));
   }
   return rows;
 }
@@ -106,6 +100,8 @@ Case settings_of(const Job& job, const std::optional<LoadedCoordinates>& coordin
   loaded.push = push_rows(job, loaded.grid.flexion_deg);
   loaded.path_push = push_rows(job, loaded.path_flexion_deg);
   loaded.push_point_mm = job.push.point_mm;
+  for (const LoadJob& load : job.push.loads) loaded.loads.push_back(load.at);
+  for (const LineJob& line : job.push.lines) loaded.lines.push_back(line.path);
   loaded.frame.delta = loaded.push.front().delta;
   loaded.initial = job.initial;
   loaded.method = job.method == SolverMethod::equilibrium ? "equilibrium" : "stability-search";

@@ -40,12 +40,31 @@ struct CoordinateRows {
   bool is_sequence() const { return !key_name.empty(); }
 };
 
-/// The load at one flexion, in canonical axes of the joint's own side.
+/// Point of application and axes of an applied load ([[push.load]]).
+struct LoadPoint {
+  std::string name;
+  LoadFrame frame = LoadFrame::world;
+  Eigen::Vector3d point_mm{0.0, 0.0,
+                           0.0};  ///< of the moving object, from the rotation centre, canonical axes
+};
+
+/// A line of constant tension ([[push.line]]): points from its origin on the reference to its insertion on
+/// the moving object, from the rotation centre at the pose of the meshes, canonical axes.
+struct LinePath {
+  std::string name;
+  std::vector<Eigen::Vector3d> reference_mm;  ///< at least one
+  std::vector<Eigen::Vector3d> moving_mm;     ///< at least one
+};
+
+/// The loads at one flexion, in canonical axes of the joint's own side.
 struct Push {
   Eigen::Vector3d delta = Eigen::Vector3d::UnitY();  ///< unit
   Eigen::Vector3d force_n{0.0, 20.0, 0.0};           ///< along Delta and across it
   double moment_nmm = 0.0;                           ///< about Delta, right-knee sign of theta
   double varus_moment_nmm = 0.0;                     ///< adduction positive
+  std::vector<Eigen::Vector3d> load_force_n;         ///< [n_loads]
+  std::vector<Eigen::Vector3d> load_moment_nmm;      ///< [n_loads] right-handed on both sides
+  std::vector<double> line_tension_n;                ///< [n_lines] at least 0
 };
 
 struct LoadedInput {
@@ -103,7 +122,9 @@ struct Case {
   std::vector<double> path_flexion_deg;
   std::vector<Push> path_push;                              ///< [n_path]
   Eigen::Vector3d push_point_mm = Eigen::Vector3d::Zero();  ///< from the rotation centre, canonical axes
-  std::string method;                                       ///< "stability-search" or "equilibrium"
+  std::vector<LoadPoint> loads;
+  std::vector<LinePath> lines;
+  std::string method;  ///< "stability-search" or "equilibrium"
   SearchOptions search;
   EquilibriumOptions equilibrium;
   SpineOptions spine;

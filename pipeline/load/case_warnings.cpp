@@ -62,9 +62,28 @@ void warn_of_other_method(const Job& job, const documents::DocumentValue& root, 
     warnings.push_back("ligaments: they have no effect on the stability search, which uses contact only");
   }
   for (const char* key : {"push.force_n", "push.lateral_force_n", "push.moment_nmm", "push.varus_moment_nmm",
-                          "push.point_mm", "solver.equilibrium"}) {
+                          "push.point_mm", "push.load", "push.line", "solver.equilibrium"}) {
     warn(key, "the stability search, which uses directions of forces only");
   }
+}
+
+// The two axes of the lateral force are anterior and right for a proximal Delta only.
+void warn_of_lateral_force(const Job& job, Warnings& warnings)
+{
+  if (job.method != SolverMethod::equilibrium || job.push.lateral_force_n.value.isZero(0.0)) return;
+  const Eigen::Vector3d delta = job.push.delta.value.row(0);
+  if (delta == Eigen::Vector3d::UnitY() && job.push.delta.value.rows() == 1) return;
+  const Eigen::Matrix3d R = shortest_rotation(Eigen::Vector3d::UnitY(), delta);
+  const auto shown = [](const Eigen::Vector3d& v) {
+    std::string text;
+    for (const double x : v)
+      text += (text.empty() ? "[" : ", ") + shortest_decimal(std::round(1000.0 * x) / 1000.0 + 0.0);
+    return text + "]";
+  };
+  warnings.push_back("push.lateral_force_n: it acts across push.delta, whose first direction is " +
+                     shown(delta) + ": its two forces are along " + shown(R.col(0)) + " and " +
+                     shown(R.col(2)) +
+                     " there (anterior, proximal, right); [[push.load]] gives a force along any axes");
 }
 
 void warn_of_unused(const Job& job, Warnings& warnings)
@@ -264,6 +283,7 @@ std::vector<std::string> case_warnings(const Job& job, const Case& loaded)
   }
   if (job.method == SolverMethod::stability_search) warn_of_steps(job, warnings);
   warn_of_unused(job, warnings);
+  warn_of_lateral_force(job, warnings);
   warn_of_grid(job, warnings);
   warn_of_free_rotation(job, warnings);
   warn_of_generated_parts(job, warnings);

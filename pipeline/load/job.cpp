@@ -10,6 +10,7 @@
 #include "load/file_bytes.hpp"
 #include "load/job_frames.hpp"
 #include "load/job_schema.hpp"
+#include "load/push_job.hpp"
 
 namespace vrda::load {
 namespace {
@@ -97,27 +98,6 @@ std::optional<ScalingJob> scaling_of(const Job& job, const documents::DocumentVa
   scaling.factor = factor->list() != nullptr ? documents::vector3_at(*factor, "")
                                              : Eigen::Vector3d::Constant(documents::number_at(*factor, ""));
   return scaling;
-}
-
-PushJob push_of(const Job& job, const documents::DocumentValue& root)
-{
-  PushJob push;
-  push.delta = over_flexion_at(job.document, "push.delta");
-  for (Eigen::Index i = 0; i < push.delta.value.rows(); ++i) {
-    const Eigen::Vector3d given = push.delta.value.row(i);
-    // Scaled first: squares of huge or tiny components would leave the range of doubles.
-    const double largest = given.cwiseAbs().maxCoeff();
-    if (!(largest > 0.0))
-      job.document.refuse("push.delta", documents::shown(documents::value_at(root, "push.delta")),
-                          "a direction: not all zero");
-    push.delta.value.row(i) = (given / largest).normalized().transpose();
-  }
-  push.force_n = over_flexion_at(job.document, "push.force_n");
-  push.lateral_force_n = over_flexion_at(job.document, "push.lateral_force_n");
-  push.moment_nmm = over_flexion_at(job.document, "push.moment_nmm");
-  push.varus_moment_nmm = over_flexion_at(job.document, "push.varus_moment_nmm");
-  push.point_mm = documents::vector3_at(root, "push.point_mm");
-  return push;
 }
 
 void read_grid(Job& job, const documents::DocumentValue& root)
@@ -335,7 +315,7 @@ void read_settings(Job& job)
   job.moving = body_of(job, root, "moving");
   job.initial = {documents::vector3_at(root, "moving.initial.translation_mm"),
                  rad_from_deg(documents::number_at(root, "moving.initial.theta_deg"))};
-  job.push = push_of(job, root);
+  job.push = push_of(job.document);
   job.method = documents::text_at(root, "solver.method") == "equilibrium" ? SolverMethod::equilibrium
                                                                           : SolverMethod::stability_search;
   read_grid(job, root);
@@ -369,48 +349,6 @@ void set_texts(Job& job)
 
 }  // namespace
 
-namespace {
-
-std::vector<double> row_of(const documents::DocumentValue& value)
-{
-  return value.list() != nullptr ? documents::numbers_of(value)
-                                 : std::vector<double>{documents::number_at(value, "")};
-}
-
-}  // namespace
-
-FlexionTable over_flexion_at(const documents::Document& document, const std::string& key)
-{
-  const documents::DocumentValue& value = documents::value_at(document.root, key);
-  FlexionTable out;
-  std::vector<std::vector<double>> rows;
-  if (value.table() == nullptr) {
-    out.flexion_rad = {0.0};
-    rows = {row_of(value)};
-  } else {
-    for (const double angle_deg : documents::numbers_at(value, "flexion_deg")) {
-      if (!out.flexion_rad.empty() && rad_from_deg(angle_deg) <= out.flexion_rad.back()) {
-        document.refuse(key + ".flexion_deg", documents::shown(documents::value_at(value, "flexion_deg")),
-                        "increasing angles");
-      }
-      out.flexion_rad.push_back(rad_from_deg(angle_deg));
-    }
-    for (const documents::DocumentValue& row : *documents::value_at(value, "value").list())
-      rows.push_back(row_of(row));
-    if (rows.size() != out.flexion_rad.size()) {
-      document.refuse(key + ".value", std::to_string(rows.size()) + " values",
-                      "one for each angle of flexion_deg, " + std::to_string(out.flexion_rad.size()));
-    }
-  }
-  out.value.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.front().size()));
-  for (Eigen::Index i = 0; i < out.value.rows(); ++i) {
-    for (Eigen::Index j = 0; j < out.value.cols(); ++j) {
-      out.value(i, j) = rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
-    }
-  }
-  return out;
-}
-
 std::vector<double> range_at(const documents::Document& document, const std::string& key)
 {
   constexpr double rounding = 1e-9;  // of (to - from) / step
@@ -431,18 +369,6 @@ std::vector<double> range_at(const documents::Document& document, const std::str
   const auto n = static_cast<int>(std::floor(n_steps + rounding));
   for (int i = 0; i <= n; ++i) angles_deg.push_back(from_deg + i * step_deg + 0.0);
   return angles_deg;
-}
-
-Eigen::VectorXd value_at_flexion(const FlexionTable& setting, double flexion_rad)
-{
-  const std::vector<double>& angles = setting.flexion_rad;
-  const auto above =
-      static_cast<Eigen::Index>(std::upper_bound(angles.begin(), angles.end(), flexion_rad) - angles.begin());
-  if (above == 0) return setting.value.row(0).transpose();
-  if (above == setting.value.rows()) return setting.value.row(above - 1).transpose();
-  const double from_rad = angles[static_cast<std::size_t>(above - 1)];
-  const double share = (flexion_rad - from_rad) / (angles[static_cast<std::size_t>(above)] - from_rad);
-  return ((1.0 - share) * setting.value.row(above - 1) + share * setting.value.row(above)).transpose();
 }
 
 Job parse_job(const std::string& file, std::string text, const std::vector<std::string>& overrides)

@@ -71,7 +71,7 @@ struct FlexionTable {
   Eigen::MatrixXd value;            ///< [n, components]
 };
 
-/// A constant, or a table { flexion_deg, value } (load/job.cpp).
+/// A constant, or a table { flexion_deg, value } (load/push_job.cpp).
 FlexionTable over_flexion_at(const documents::Document& document, const std::string& key);
 
 /// from, from + step, ... up to `to`, which is included if a whole number of steps reaches it.
@@ -80,13 +80,28 @@ std::vector<double> range_at(const documents::Document& document, const std::str
 /// The interpolated row of values at a flexion.
 Eigen::VectorXd value_at_flexion(const FlexionTable& setting, double flexion_rad);
 
+/// One [[push.load]].
+struct LoadJob {
+  LoadPoint at;
+  FlexionTable force_n;     ///< [n, 3] anterior, proximal, right
+  FlexionTable moment_nmm;  ///< [n, 3] about the same axes, right-handed
+};
+
+/// One [[push.line]].
+struct LineJob {
+  LinePath path;
+  FlexionTable tension_n;  ///< [n, 1] at least 0
+};
+
 struct PushJob {
   FlexionTable delta;             ///< [n, 3] unit vectors, canonical
   FlexionTable force_n;           ///< [n, 1]
-  FlexionTable lateral_force_n;   ///< [n, 2] anterior, right
+  FlexionTable lateral_force_n;   ///< [n, 2] across Delta: along X and Z rotated from +Y to Delta
   FlexionTable moment_nmm;        ///< [n, 1] about Delta
   FlexionTable varus_moment_nmm;  ///< [n, 1] on varus, adduction positive
   Eigen::Vector3d point_mm{0.0, 0.0, 0.0};
+  std::vector<LoadJob> loads;
+  std::vector<LineJob> lines;
 };
 
 /// One coordinate of [coordinates], in degrees or mm. Values over flexion are linear between rows.

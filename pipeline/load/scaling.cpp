@@ -116,6 +116,12 @@ void scale_lengths(Case& loaded, const Eigen::Vector3d& factor)
   scale(loaded.ligaments, centre_mm, factor);
   loaded.initial.translation_mm = factor.cwiseProduct(loaded.initial.translation_mm);
   loaded.push_point_mm = factor.cwiseProduct(loaded.push_point_mm);
+  for (LoadPoint& load : loaded.loads) load.point_mm = factor.cwiseProduct(load.point_mm);
+  for (LinePath& line : loaded.lines) {
+    for (std::vector<Eigen::Vector3d>* points : {&line.reference_mm, &line.moving_mm}) {
+      for (Eigen::Vector3d& p_mm : *points) p_mm = factor.cwiseProduct(p_mm);
+    }
+  }
   update_survey(loaded, factor);
 }
 
@@ -129,7 +135,9 @@ std::string reason_for_rerun(const Case& loaded, const Eigen::Vector3d& factor)
   if (factor.x() == 1.0 || loaded.method != "equilibrium") return "";
   if (!loaded.ligaments.fibres.empty()) return "ligaments constrain the joint";
   const bool has_moment = std::any_of(loaded.push.begin(), loaded.push.end(), [](const Push& push) {
-    return push.moment_nmm != 0.0 || push.varus_moment_nmm != 0.0;
+    const auto is_moment = [](const Eigen::Vector3d& moment_nmm) { return !moment_nmm.isZero(0.0); };
+    return push.moment_nmm != 0.0 || push.varus_moment_nmm != 0.0 ||
+           std::any_of(push.load_moment_nmm.begin(), push.load_moment_nmm.end(), is_moment);
   });
   return has_moment ? "a moment acts, which does not scale with the joint" : "";
 }

@@ -1,5 +1,6 @@
 #include "model_build/case_solver.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <mutex>
@@ -140,9 +141,25 @@ std::string solver_version_of(const load::Case& job_case)
   return job_case.method == "equilibrium" ? equilibrium_version : search_version;
 }
 
+namespace {
+
+// Until lateral forces acted across Delta, such jobs gave other steps.
+bool has_lateral_force_across(const load::Case& job_case)
+{
+  if (job_case.method != "equilibrium") return false;
+  return std::any_of(job_case.path_push.begin(), job_case.path_push.end(), [](const load::Push& push) {
+    constexpr double rounding = 1e-12;
+    return push.delta != Eigen::Vector3d::UnitY() &&
+           push.force_n.cross(push.delta).norm() > rounding * push.force_n.norm();
+  });
+}
+
+}  // namespace
+
 std::string fingerprint_of(const load::Case& job_case)
 {
   std::string all = solver_version_of(job_case) + '\n' + job_case.steps_job_text;
+  if (has_lateral_force_across(job_case)) all += "\nlateral force across Delta";
   for (const load::LoadedInput& input : job_case.inputs) {
     if (input.affects_steps) all += '\n' + input.name + ' ' + input.sha256;
   }
@@ -175,6 +192,17 @@ Loads loads_of(const load::Case& job_case, const load::Push& push)
   loads.point_mm = solver_translation_mm(frame, job_case.push_point_mm);
   loads.moment_nmm = push.moment_nmm;
   loads.varus_moment_nmm = push.varus_moment_nmm;
+  for (std::size_t k = 0; k < job_case.loads.size(); ++k) {
+    const load::LoadPoint& load = job_case.loads[k];
+    loads.applied.push_back({load.frame, solver_translation_mm(frame, push.load_force_n.at(k)),
+                             solver_moment_nmm(frame, push.load_moment_nmm.at(k)),
+                             solver_translation_mm(frame, load.point_mm)});
+  }
+  for (std::size_t k = 0; k < job_case.lines.size(); ++k) {
+    const load::LinePath& line = job_case.lines[k];
+    loads.lines.push_back({push.line_tension_n.at(k), solver_translation_mm(frame, line.reference_mm.back()),
+                           solver_translation_mm(frame, line.moving_mm.front())});
+  }
   return loads;
 }
 

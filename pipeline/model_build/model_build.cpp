@@ -13,6 +13,47 @@
 namespace vrda::model_build {
 namespace {
 
+void append_row(std::vector<double>& rows, const Eigen::Vector3d& v)
+{
+  rows.insert(rows.end(), v.begin(), v.end());
+}
+
+store::LoadRows load_rows(const load::Case& job_case)
+{
+  store::LoadRows rows;
+  rows.point_mm.resize(static_cast<Eigen::Index>(job_case.loads.size()), 3);
+  for (const load::LoadPoint& load : job_case.loads) {
+    rows.point_mm.row(static_cast<Eigen::Index>(rows.name.size())) = load.point_mm.transpose();
+    rows.name.push_back(load.name);
+    rows.frame.push_back(static_cast<std::int8_t>(load.frame));
+  }
+  for (const load::Push& push : job_case.push) {
+    for (const Eigen::Vector3d& force_n : push.load_force_n) append_row(rows.force_n, force_n);
+    for (const Eigen::Vector3d& moment_nmm : push.load_moment_nmm) append_row(rows.moment_nmm, moment_nmm);
+  }
+  return rows;
+}
+
+store::LineRows line_rows(const load::Case& job_case)
+{
+  store::LineRows rows;
+  std::vector<Eigen::Vector3d> points;
+  for (const load::LinePath& line : job_case.lines) {
+    for (const auto* of_body : {&line.reference_mm, &line.moving_mm}) {
+      points.insert(points.end(), of_body->begin(), of_body->end());
+      rows.point_line.resize(points.size(), static_cast<std::int32_t>(rows.name.size()));
+      rows.point_body.resize(points.size(), of_body == &line.moving_mm ? 1 : 0);
+    }
+    rows.name.push_back(line.name);
+  }
+  rows.point_mm.resize(static_cast<Eigen::Index>(points.size()), 3);
+  for (std::size_t k = 0; k < points.size(); ++k)
+    rows.point_mm.row(static_cast<Eigen::Index>(k)) = points[k].transpose();
+  for (const load::Push& push : job_case.push)
+    rows.tension_n.insert(rows.tension_n.end(), push.line_tension_n.begin(), push.line_tension_n.end());
+  return rows;
+}
+
 store::PushRows push_rows(const load::Case& job_case)
 {
   store::PushRows rows;
@@ -27,6 +68,8 @@ store::PushRows push_rows(const load::Case& job_case)
     rows.varus_moment_nmm.push_back(push.varus_moment_nmm);
   }
   rows.point_mm = job_case.push_point_mm;
+  if (!job_case.loads.empty()) rows.loads = load_rows(job_case);
+  if (!job_case.lines.empty()) rows.lines = line_rows(job_case);
   return rows;
 }
 

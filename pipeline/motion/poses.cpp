@@ -281,6 +281,13 @@ Motion::Evaluation Motion::evaluation_at(const Attitude& wanted) const
   return {attitude, here.values, here.is_solved};
 }
 
+std::optional<ClinicalCoordinates> Motion::own_coordinates(const JointPose& pose) const
+{
+  const bool is_proximal = deltas_.empty() && frame_.delta == Eigen::Vector3d::UnitY();
+  if (is_proximal || pose.status != PoseStatus::solved) return std::nullopt;
+  return clinical_coordinates(pose.X_reference_moving, frame_.side, frame_.rotation_centre_mm);
+}
+
 Eigen::Vector3d Motion::delta(double flexion_rad) const
 {
   if (deltas_.empty()) return frame_.delta;

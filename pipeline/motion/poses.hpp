@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/clinical.hpp"
 #include "core/frames.hpp"
 #include "motion/surfaces.hpp"
 #include "store/motion_model.hpp"
@@ -59,6 +60,10 @@ class Motion {
   bool has_spine() const { return !spine_.empty(); }
   /// True if each flexion has its own varus: varus was free, or the set is "two_sided" or "zero_varus".
   bool is_varus_free() const { return !free_varus_.empty(); }
+
+  /// The joint's own coordinates (Grood-Suntay) of a solved pose, if Delta differs from +Y at some flexion
+  /// and so the attitude's angles and theta from the joint's.
+  std::optional<ClinicalCoordinates> own_coordinates(const JointPose& pose) const;
 
   /// Unit vector, world W: linear between the rows of the push, constant beyond the ends, then normalised.
   Eigen::Vector3d delta(double flexion_rad) const;

@@ -18,7 +18,8 @@ constexpr double shown_above_mm = 80.0, shown_below_mm = 110.0;
 const Colour black(0.1F, 0.1F, 0.1F), grey(0.45F, 0.45F, 0.45F);
 const Colour reference_colour(0.93F, 0.80F, 0.56F), moving_colour(0.55F, 0.74F, 0.93F);
 const Colour inside_colour(0.55F, 0.16F, 0.20F);
-const Colour fibre_colour(0.0F, 0.47F, 0.16F), push_colour(0.76F, 0.0F, 0.62F);
+const Colour fibre_colour(0.0F, 0.47F, 0.16F), line_colour(0.75F, 0.32F, 0.0F),
+    push_colour(0.76F, 0.0F, 0.62F);
 const std::array<Colour, 3> axis_colours{Colour(0.82F, 0.10F, 0.08F), Colour(0.10F, 0.20F, 0.85F),
                                          Colour(0.80F, 0.42F, 0.0F)};
 const std::array<const char*, 3> axis_names{"anterior", "proximal", "right"};
@@ -218,6 +219,25 @@ void draw_scale(Canvas& canvas, const Projection& projected)
                    shortest_decimal(std::round(1e3 * length_mm) / 1e3) + " mm", TextAlign::left, black);
 }
 
+std::vector<Eigen::Vector3d> canonical_points_mm(const load::Case& job_case, const load::LinePath& line)
+{
+  std::vector<Eigen::Vector3d> points = line.reference_mm;
+  points.insert(points.end(), line.moving_mm.begin(), line.moving_mm.end());
+  for (Eigen::Vector3d& p_mm : points) p_mm += job_case.frame.rotation_centre_mm;
+  return points;
+}
+
+void draw_path(Canvas& canvas, const Projection& projected, const load::Case& job_case,
+               const load::LinePath& line)
+{
+  const std::vector<Eigen::Vector3d> points = canonical_points_mm(job_case, line);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const Eigen::Vector3d at = projected(points[k]);
+    if (k > 0) canvas.draw_line(projected(points[k - 1]), at, 5.0, line_colour);
+    canvas.draw_disc(at.head<2>(), 6.0, line_colour);
+  }
+}
+
 void draw_view(Canvas& canvas, const Projection& projected, const load::Case& job_case, const Arrow& push,
                const PictureNotes& notes)
 {
@@ -232,6 +252,7 @@ void draw_view(Canvas& canvas, const Projection& projected, const load::Case& jo
     canvas.draw_disc(a.head<2>(), 4.0, fibre_colour);
     canvas.draw_disc(b.head<2>(), 4.0, fibre_colour);
   }
+  for (const load::LinePath& line : job_case.lines) draw_path(canvas, projected, job_case, line);
   draw_arrow(canvas, projected(push.from_mm), projected(push.to_mm), 8.0, push_colour);
   draw_label(canvas, projected(push.to_mm), projected(push.from_mm), push_text(job_case), push_colour);
   draw_axes(canvas, projected, job_case, notes);
@@ -254,12 +275,13 @@ void draw_legend(Canvas& canvas, const load::Case& job_case, const PictureNotes&
     std::string text;
     Colour colour;
   };
-  const std::vector<Entry> entries{
-      {job_case.reference.name + " (reference)", reference_colour},
-      {job_case.moving.name + " (moving)", moving_colour},
-      {"not in contact: paler", Colour(0.85F, 0.85F, 0.85F)},
-      {"back face", inside_colour},
-      {std::to_string(job_case.ligaments.fibres.size()) + " fibres", fibre_colour}};
+  std::vector<Entry> entries{{job_case.reference.name + " (reference)", reference_colour},
+                             {job_case.moving.name + " (moving)", moving_colour},
+                             {"not in contact: paler", Colour(0.85F, 0.85F, 0.85F)},
+                             {"back face", inside_colour},
+                             {std::to_string(job_case.ligaments.fibres.size()) + " fibres", fibre_colour}};
+  if (!job_case.lines.empty())
+    entries.push_back({std::to_string(job_case.lines.size()) + " lines of tension", line_colour});
   double x = 30.0;
   for (const Entry& entry : entries) {
     canvas.draw_line({x, 938.0, 0.0}, {x + 24.0, 938.0, 0.0}, 16.0, entry.colour);
@@ -281,7 +303,7 @@ double px_per_mm_of(const Box& box)
                   (panel_bottom_px - panel_top_px - margin_px) / std::max(size_mm.y(), 1e-9));
 }
 
-// What the views show: bones, push, fibres, and the axes, whose length is one in pixels.
+// What the views show: bones, push, fibres, lines, and the axes, whose length is one in pixels.
 Box box_of_view(const load::Case& job_case, Box box, const Arrow& push)
 {
   const Eigen::Vector3d& centre_mm = job_case.frame.rotation_centre_mm;
@@ -289,6 +311,9 @@ Box box_of_view(const load::Case& job_case, Box box, const Arrow& push)
   for (const ligament::Fibre& fibre : job_case.ligaments.fibres) {
     include(box, fibre.reference_mm);
     include(box, fibre.moving_mm);
+  }
+  for (const load::LinePath& line : job_case.lines) {
+    for (const Eigen::Vector3d& p_mm : canonical_points_mm(job_case, line)) include(box, p_mm);
   }
   include(box, centre_mm + Eigen::Vector3d::Constant(axis_px / px_per_mm_of(box)));
   return box;

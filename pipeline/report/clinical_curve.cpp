@@ -41,6 +41,7 @@ void set_row(ClinicalCurve& curve, std::size_t row, const Pose& X_reference_movi
   const ClinicalCoordinates c =
       clinical_coordinates(X_reference_moving, side_of(model), model.rotation_centre_mm);
   const Eigen::Vector3d origin_mm = X_reference_moving.translation();
+  if (store::has_turned_axes(model)) curve.flexion_deg[row] = deg_from_rad(c.flexion_rad);
   curve.of(Quantity::internal)[row] = deg_from_rad(c.internal_rotation_rad);
   curve.of(Quantity::varus)[row] = deg_from_rad(c.varus_rad);
   curve.of(Quantity::anterior)[row] = c.anterior_mm;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/clinical.hpp"
 #include "core/mesh.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
@@ -310,6 +311,25 @@ Json branches_json(const store::MotionModel& model)
           {"is_chosen", branches.is_chosen}};
 }
 
+// The band is of theta about Delta. For Delta = +Y internal rotation differs from it by the same offset
+// within the band; otherwise it is that of the pose turned by theta at the attitude of the spine.
+double internal_in_band_deg(const store::MotionModel& model, std::size_t flexion, Eigen::Index cell,
+                            double theta_deg)
+{
+  if (cell < 0) return nan;
+  const double internal_deg = model.clinical.internal_rotation_deg.data()[cell];
+  const store::FreeSpine& spine = model.equilibrium->spine;
+  if (!store::has_turned_axes(model)) return theta_deg + (internal_deg - spine.theta_deg[flexion]);
+  const SolverFrame frame{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm,
+                          model.push.delta.row(static_cast<Eigen::Index>(flexion)).transpose()};
+  const Attitude attitude{rad_from_deg(model.flexion_deg[flexion]), rad_from_deg(spine.varus_deg[flexion])};
+  const auto internal_at_deg = [&](double at_deg) {
+    const Pose X = X_reference_moving(frame, attitude, {Eigen::Vector3d::Zero(), rad_from_deg(at_deg)});
+    return deg_from_rad(clinical_coordinates(X, frame.side, frame.rotation_centre_mm).internal_rotation_rad);
+  };
+  return internal_deg + internal_at_deg(theta_deg) - internal_at_deg(spine.theta_deg[flexion]);
+}
+
 }  // namespace
 
 Json spine_json(const store::MotionModel& model)
@@ -319,11 +339,8 @@ Json spine_json(const store::MotionModel& model)
   const std::vector<Eigen::Index> cells = solved_spine(model);
   std::vector<double> low_deg, high_deg;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    // The band is of theta; internal rotation differs from it by the same offset within the band.
-    const double shift_deg =
-        cells[i] < 0 ? nan : model.clinical.internal_rotation_deg.data()[cells[i]] - spine.theta_deg[i];
-    low_deg.push_back(spine.theta_low_deg[i] + shift_deg);
-    high_deg.push_back(spine.theta_high_deg[i] + shift_deg);
+    low_deg.push_back(internal_in_band_deg(model, i, cells[i], spine.theta_low_deg[i]));
+    high_deg.push_back(internal_in_band_deg(model, i, cells[i], spine.theta_high_deg[i]));
   }
   return {{"band_moment_nmm", short_number(model.equilibrium->band_moment_nmm)},
           {"internal_low", short_numbers(low_deg)},

@@ -346,6 +346,7 @@ Json model_json(const ReportModel& entry, const ModelJsonOptions& options)
 {
   const store::MotionModel& model = entry.model;
   Json json = head_json(entry);
+  if (store::has_turned_axes(model)) json["axes_are_turned"] = true;
   json["curves"] = curves_json(model);
   json["provenance"] = provenance_json(model);
   json["spine"] = spine_json(model);

@@ -39,6 +39,8 @@ constexpr double infeasible_mm = 1e-7;
 constexpr double trial_rotation_rad = rad_from_deg(1.0), trial_translation_mm = 1.0;
 constexpr double determined_tolerances = 10.0;
 constexpr int most_trials = 8;
+constexpr double turned_share = 1e-6;  // as in the other equilibrium, of the push
+constexpr int most_turns = 50;
 // Of the fibres' gradient: truncation of 1e-4 of its change per mm, rounding of 1e-11 N.
 constexpr double difference_mm = 1e-4;
 
@@ -89,7 +91,7 @@ class CoordinateEquilibrium::Run {
   {
     n_queries_before_ = state_.gap.n_queries();
     StepRecord record;
-    record.status = find_equilibrium();
+    record.status = find_with_turned_loads();
     const SolverPosition at = position(current_);
     record.pose = at.pose;
     record.flexion_rad = at.attitude.flexion_rad;
@@ -173,7 +175,7 @@ class CoordinateEquilibrium::Run {
 
   double energy_nmm(const SolverPosition& at, Vector6d& wrench) const
   {
-    const Work work = work_of(task_.loads, at);
+    const Work work = work_of(task_.loads, applied(), at);
     const double energy = fibre_energy_nmm(at, wrench) - work.work_nmm;
     wrench -= work.wrench;
     return energy;
@@ -184,7 +186,7 @@ class CoordinateEquilibrium::Run {
   double load_merit_mm(const JointCoordinates& q, double* gradient) const
   {
     const SolverPosition at = position(q);
-    const Work work = work_of(task_.loads, at);
+    const Work work = work_of(task_.loads, applied(), at);
     Vector6d away_mm = (q - task_.seed).cwiseQuotient(unit_);
     away_mm(row_of(JointCoordinate::proximal)) = 0.0;
     if (gradient != nullptr) {
@@ -396,9 +398,37 @@ class CoordinateEquilibrium::Run {
     return false;
   }
 
-  StepStatus find_equilibrium()
+  const LoadPotential* applied() const { return has_applied_ ? &applied_ : nullptr; }
+
+  // Loads that turn with an object are turned again at each position found until they no longer change.
+  StepStatus find_with_turned_loads()
   {
     current_ = task_.seed;
+    has_applied_ = !task_.loads.applied.empty() || !task_.loads.lines.empty();
+    if (!has_applied_) return find_equilibrium();
+    const auto at_position = [&] {
+      const SolverPosition at = position(current_);
+      return potential_near(task_.loads, at.attitude, at.pose);
+    };
+    applied_ = at_position();
+    for (int k = 0; k < most_turns; ++k) {
+      const StepStatus status = find_equilibrium();
+      if (status != StepStatus::stable) return status;
+      const SolverPosition at = position(current_);
+      const LoadPotential before = applied_;
+      const Vector6d wrench = work_of(task_.loads, &before, at).wrench;
+      applied_ = at_position();
+      const Vector6d change =
+          unit_.cwiseProduct(state_.map.twists(current_, at).transpose() *
+                             Vector6d(work_of(task_.loads, &applied_, at).wrench - wrench));
+      update_balance();  // of the forces at this position
+      if (change.norm() <= turned_share * push_n_) return status;
+    }
+    return StepStatus::iteration_limit;
+  }
+
+  StepStatus find_equilibrium()
+  {
     if (!bring_to_contact(current_, sampled_, false)) {
       if (!std::isfinite(sampled_.travel_mm)) return StepStatus::no_contact;
       if (n_free() == 0 || !leave_overlap()) return StepStatus::no_clearance;
@@ -657,6 +687,8 @@ class CoordinateEquilibrium::Run {
   const Task& task_;
   std::array<bool, n_joint_coordinates> is_free_;
   double push_n_, tolerance_mm_, standoff_mm_;
+  bool has_applied_ = false;
+  LoadPotential applied_;             // of the applied loads and lines near a position
   Vector6d unit_ = Vector6d::Ones();  // of each coordinate per mm of a step
   JointCoordinates current_ = JointCoordinates::Zero();
   Sampled sampled_;

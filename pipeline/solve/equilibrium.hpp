@@ -31,16 +31,21 @@ class EquilibriumSolver {
     const std::vector<StepRecord>* known = nullptr;
   };
 
-  /// Pure: the same task gives the same bits, independent of earlier steps and of the seed's height.
+  /// Pure: the same task gives the same bits, independent of earlier steps and, without applied loads, of the
+  /// seed's height.
   /// Statuses: `stable` is certified, with `balance`, contacts and gaps filled; `no_contact` if no triangles
   /// face each other at the seed; `unbounded` if the loads move it off the reference; else `iteration_limit`.
   /// Cost on thesis-sized knees: about ten gap queries per step from a seed one degree away.
-  /// `observer` gets every iterate and rejected trial: the last iterate is the result.
+  /// Applied loads that turn with an object are turned to the pose found and the step is solved again from
+  /// there, until generalised forces change by less than 1e-6 of the push: the certificate holds for the
+  /// final directions. `iteration_limit` after 50 times. `observer` gets every iterate and rejected trial:
+  /// the last iterate is the result.
   StepRecord solve(const Task& task, const SearchObserver& observer = {});
 
  private:
   struct State;
   class Run;
+  StepRecord solve_with_turned_loads(const Task& task, const SearchObserver& observer);
   std::unique_ptr<State> state_;
 };
 

@@ -280,6 +280,11 @@ double EquilibriumSolver::Run::flexion_moment_nmm(const std::vector<ContactForce
   const Eigen::Vector3d axis = rotation_x(-current_.configuration.varus_rad) * Eigen::Vector3d::UnitZ();
   const Loads& loads = task_.loads;
   double sum_nmm = axis.dot(loads.point_mm.cross(loads.force_n)) + loads.moment_nmm * axis.y();
+  if (forces_.applied != nullptr) {
+    const Wrench applied =
+        wrench_of(loads, attitude_at(current_.configuration), pose_at(current_.configuration, state_.scale));
+    sum_nmm += axis.dot(applied.moment_nmm);
+  }
   for (const ContactForce& f : forces) {
     const Eigen::Vector3d force_n = f.normal_solver * (f.along_delta_n / -f.normal_solver.y());
     sum_nmm += axis.dot(f.point_solver_mm.cross(force_n));

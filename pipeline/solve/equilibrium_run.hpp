@@ -70,7 +70,8 @@ struct GapSample {
 
 class EquilibriumSolver::Run {
  public:
-  Run(State& state, const Task& task, const SearchObserver& observer);
+  /// `applied` is null without applied loads and lines.
+  Run(State& state, const Task& task, const LoadPotential* applied, const SearchObserver& observer);
   StepRecord run();
 
  private:

@@ -2,7 +2,9 @@
 
 #include <Eigen/Geometry>
 
+#include "core/coordinates.hpp"
 #include "core/trig.hpp"
+#include "ligament/ligaments.hpp"
 
 namespace vrda::solve {
 
@@ -72,21 +74,37 @@ Matrix6d JointMap::twists(const JointCoordinates& coordinates, const SolverPosit
   return twists;
 }
 
-Work work_of(const Loads& loads, const SolverPosition& at)
+Work work_of(const Loads& loads, const LoadPotential* applied, const SolverPosition& at)
 {
-  const Eigen::Vector3d force_n = loads.force_n, t = at.pose.translation_mm;
-  const Eigen::Vector3d turning_nmm = loads.point_mm.cross(force_n);
-  const double on_theta = loads.moment_nmm + turning_nmm.y(),
-               on_varus = loads.varus_moment_nmm + turning_nmm.x();
+  const Eigen::Vector3d t = at.pose.translation_mm, turning_nmm = loads.point_mm.cross(loads.force_n);
+  Vector5d constant;
+  constant << loads.force_n, loads.moment_nmm + turning_nmm.y(), loads.varus_moment_nmm + turning_nmm.x();
+  if (applied != nullptr) constant += applied->constant;
+  Vector5d coordinates;
+  coordinates << t, at.pose.theta_rad, at.attitude.varus_rad;
   Work work;
-  work.work_nmm = force_n.dot(t) + on_theta * at.pose.theta_rad + on_varus * at.attitude.varus_rad;
+  work.work_nmm = constant.dot(coordinates);
   // The wrench whose work is that on theta, on varus and none on flexion: about Y, X and -(0, sin, cos).
   const SinCos varus = sin_cos(at.attitude.varus_rad);
-  const Eigen::Vector3d flexion_axis(0.0, varus.sin, varus.cos);
-  const double mx = on_varus - force_n.dot(Eigen::Vector3d::UnitX().cross(t));
-  const double my = on_theta;
+  const Eigen::Vector3d flexion_axis(0.0, varus.sin, varus.cos), force_n = constant.head<3>();
+  const double mx = constant(about_varus) - force_n.dot(Eigen::Vector3d::UnitX().cross(t));
+  const double my = constant(about_y);
   const double mz = -(varus.sin * my + force_n.dot(flexion_axis.cross(t))) / varus.cos;
   work.wrench << mx, my, mz, force_n;
+  if (applied == nullptr) return work;
+  const ligament::JointPlacement placement = ligament::joint_placement(at.attitude, at.pose);
+  for (const LoadPotential::PointForce& force : applied->forces) {
+    const Eigen::Vector3d force_S_n = placement.R_S_reference * force.force_reference_n;
+    const Eigen::Vector3d p = t + placement.R_S_moving * force.point_moving_mm;
+    work.work_nmm += force_S_n.dot(p);
+    work.wrench += wrench_of(force_S_n, p, at);
+  }
+  for (const TensionLine& line : applied->lines) {
+    const Eigen::Vector3d p = t + placement.R_S_moving * line.moving_mm;
+    const Eigen::Vector3d span_mm = placement.R_S_reference * line.reference_mm - p;
+    work.work_nmm -= line.tension_n * span_mm.norm();
+    work.wrench += wrench_of(line.tension_n * span_mm.normalized(), p, at);
+  }
   return work;
 }
 

@@ -3,8 +3,9 @@
 
 #include "core/frames.hpp"
 #include "core/joint_coordinates.hpp"
-#include "core/solver_position.hpp"
 #include "core/solver_options.hpp"
+#include "core/solver_position.hpp"
+#include "solve/applied_loads.hpp"
 
 namespace vrda::solve {
 
@@ -36,11 +37,12 @@ class JointMap {
   Eigen::Matrix3d R_solver_joint_;
 };
 
-/// Work of the loads from zero coordinates of S (core/solver_options.hpp), N mm, and their wrench.
+/// Work of the loads from zero coordinates of S (core/solver_options.hpp), N mm, and their wrench. Applied
+/// loads and lines count with `applied`, which stands for them near one pose; null: there are none.
 struct Work {
   double work_nmm = 0.0;
   Vector6d wrench = Vector6d::Zero();
 };
-Work work_of(const Loads& loads, const SolverPosition& at);
+Work work_of(const Loads& loads, const LoadPotential* applied, const SolverPosition& at);
 
 }  // namespace vrda::solve

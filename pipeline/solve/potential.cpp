@@ -53,6 +53,12 @@ Potential potential_at(const NonContactForces& forces, const Configuration& conf
   Potential u;
   if (!forces.ligaments.fibres.empty())
     u = ligament::ligament_energy(forces.ligaments, {forces.flexion_rad, configuration.varus_rad}, pose);
+  if (forces.applied != nullptr) {
+    const Potential applied = energy_of(*forces.applied, {forces.flexion_rad, configuration.varus_rad}, pose);
+    u.energy_nmm += applied.energy_nmm;
+    u.gradient += applied.gradient;
+    u.hessian += applied.hessian;
+  }
   const Loads& loads = forces.loads;
   const Eigen::Vector3d turning_nmm = loads.point_mm.cross(loads.force_n);
   Vector5d push;

@@ -7,6 +7,7 @@
 #include "core/solver_options.hpp"
 #include "core/step_record.hpp"
 #include "ligament/ligaments.hpp"
+#include "solve/applied_loads.hpp"
 #include "solve/contact_constraint.hpp"
 
 namespace vrda::solve {
@@ -21,6 +22,11 @@ struct NonContactForces {
   double flexion_rad = 0.0;
   /// If set, the potential is expanded to second order about it, which saves the path of every fibre.
   const EquilibriumCandidate* expansion_point = nullptr;
+  /// The applied loads and lines of `loads`; null if there are none.
+  const LoadPotential* applied = nullptr;
+
+  /// Whether the potential is linear in the coordinates, so that a plan needs no expansion.
+  bool is_linear() const { return ligaments.fibres.empty() && applied == nullptr; }
 };
 
 /// Ligament energy minus work of the loads, N mm, with derivatives over the configuration (angles in rad).

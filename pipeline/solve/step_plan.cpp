@@ -186,7 +186,7 @@ StepPlan StepPlanner::plan(const EquilibriumCandidate& from,
 {
   StepPlan plan{from};
   base_.reset();
-  forces_.expansion_point = forces_.ligaments.fibres.empty() ? nullptr : &from;
+  forces_.expansion_point = forces_.is_linear() ? nullptr : &from;
   multipliers_.assign(constraints.size(), 0.0);
   sample_constraints(constraints, from.configuration);
   clearances_.swap(trial_);

@@ -119,6 +119,8 @@ FlagTable flag_table(FlagSet set)
       return {{0, 1}, "cylinder ellipsoid"};
     case FlagSet::body:
       return {{0, 1}, "reference moving"};
+    case FlagSet::load_frame:
+      return {{0, 1, 2}, "world reference moving"};
     case FlagSet::audit_state:
       return {{-1, 0, 1, 2}, "no_pose free overlapping nothing_ahead"};
     case FlagSet::zero_varus_source:

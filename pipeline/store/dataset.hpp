@@ -50,6 +50,7 @@ enum class FlagSet {
   node,
   wrap_shape,
   body,
+  load_frame,
   audit_state,
   zero_varus_source,
   two_sided_contact,

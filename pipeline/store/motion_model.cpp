@@ -109,6 +109,12 @@ MotionModel with_pending_cells(MotionModel model)
   return model;
 }
 
+bool has_turned_axes(const MotionModel& model)
+{
+  const Points& delta = model.push.delta;
+  return delta.rows() > 0 && delta != Eigen::RowVector3d::UnitY().replicate(delta.rows(), 1);
+}
+
 Pose pose_in(const std::vector<double>& poses, std::size_t k)
 {
   using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;

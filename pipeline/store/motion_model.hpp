@@ -48,6 +48,24 @@ struct JobRecord {
   std::optional<Scaling> scaling = std::nullopt;  ///< if the job scales
 };
 
+/// Forces at material points of the moving object, and moments. Their opposites act on the reference.
+struct LoadRows {
+  std::vector<std::string> name;   ///< [n_loads]
+  std::vector<std::int8_t> frame;  ///< [n_loads] LoadFrame: the axes in which a load keeps its direction
+  Points point_mm;                 ///< [n_loads, 3] at the pose of the meshes, W
+  std::vector<double> force_n;     ///< [n_flexion, n_loads, 3] axes of the frame
+  std::vector<double> moment_nmm;  ///< [n_flexion, n_loads, 3] right-handed, axes of the frame
+};
+
+/// Lines of constant tension, with the points of all lines one after the other.
+struct LineRows {
+  std::vector<std::string> name;         ///< [n_lines]
+  std::vector<double> tension_n;         ///< [n_flexion, n_lines]
+  Points point_mm;                       ///< [n_points, 3] from the origin, at the pose of the meshes, W
+  std::vector<std::int32_t> point_line;  ///< [n_points] row of `name`
+  std::vector<std::int8_t> point_body;   ///< [n_points] 0 reference, 1 moving
+};
+
 /// Loads on the moving object at each flexion.
 struct PushRows {
   Points delta;                                        ///< [n_flexion, 3] unit vectors, world W
@@ -55,6 +73,8 @@ struct PushRows {
   std::vector<double> moment_nmm;                      ///< [n_flexion] about Delta, right-knee sign of theta
   std::vector<double> varus_moment_nmm;                ///< [n_flexion]
   Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();  ///< point of application of the force, world W
+  std::optional<LoadRows> loads = std::nullopt;
+  std::optional<LineRows> lines = std::nullopt;
 };
 
 /// Centre of contact of each cell and compartment: mean of its contacts, weighted by force if the model has
@@ -193,6 +213,10 @@ struct MotionModel {
   std::vector<AuditSet> audits;         ///< by name
   JobRecord job;
 };
+
+/// Whether Delta differs from +Y at some flexion. Flexion and varus of the attitude and theta are then about
+/// axes turned with Delta, and differ from the joint's own angles (/clinical).
+bool has_turned_axes(const MotionModel& model);
 
 /// Row `k` of [n, 4, 4] row-major, as X_reference_moving. All NaN for a cell that is not solved.
 Pose pose_in(const std::vector<double>& poses, std::size_t k);

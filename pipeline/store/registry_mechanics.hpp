@@ -8,6 +8,35 @@ namespace vrda::store::registry {
 // One line per dataset.
 // clang-format off
 
+template <typename Loads, typename Visitor>
+void visit_loads(Loads& loads, Visitor& visit)
+{
+  const std::string group = "/push/loads";
+  const std::vector<std::string> load{group + "/load"}, vectors{"/flexion", group + "/load", "/xyz"};
+  visit.group(group);
+  visit.dimension(group + "/load", DimensionSize::counted(loads.name.size()));
+  visit({group + "/name", load, unit::none, rule(Rule::unique_names), "names of the loads"}, loads.name);
+  visit({group + "/frame", load, unit::none, codes(FlagSet::load_frame), "axes in which the load keeps its direction"}, loads.frame);
+  visit({group + "/point", {group + "/load", "/xyz"}, unit::mm, number(), "point of application on the moving object at the pose of the meshes, world W"}, loads.point_mm);
+  visit({group + "/force", vectors, unit::n, number(), "force on the moving object, axes of its frame"}, loads.force_n);
+  visit({group + "/moment", vectors, unit::nmm, number(), "moment on the moving object, right-handed, axes of its frame"}, loads.moment_nmm);
+}
+
+template <typename Lines, typename Visitor>
+void visit_lines(Lines& lines, Visitor& visit)
+{
+  const std::string group = "/push/lines";
+  const std::vector<std::string> line{group + "/line"}, point{group + "/waypoint"};
+  visit.group(group);
+  visit.dimension(group + "/line", DimensionSize::counted(lines.name.size()));
+  visit.dimension(group + "/waypoint", DimensionSize::counted(lines.point_line.size()));
+  visit({group + "/name", line, unit::none, rule(Rule::unique_names), "names of the lines of constant tension"}, lines.name);
+  visit({group + "/tension", {"/flexion", group + "/line"}, unit::n, at_least_0({}), "tension of the line"}, lines.tension_n);
+  visit({group + "/point", {group + "/waypoint", "/xyz"}, unit::mm, number(), "points along the lines, from the reference to the moving object, at the pose of the meshes, world W"}, lines.point_mm);
+  visit({group + "/point_line", point, unit::one, row_of(static_cast<Eigen::Index>(lines.name.size())), "row of name"}, lines.point_line);
+  visit({group + "/point_body", point, unit::none, codes(FlagSet::body), "body to which the point is fixed"}, lines.point_body);
+}
+
 template <typename Push, typename Visitor>
 void visit_push(Push& push, Visitor& visit)
 {
@@ -17,6 +46,8 @@ void visit_push(Push& push, Visitor& visit)
   visit({"/push/force", {"/flexion", "/xyz"}, unit::n, number(), "force on the moving object, along Delta and across it, world W"}, push.force_n);
   visit({"/push/moment", {"/flexion"}, unit::nmm, number(), "moment on the moving object about Delta, right-knee sign"}, push.moment_nmm);
   visit({"/push/varus_moment", {"/flexion"}, unit::nmm, number(), "moment on the moving object in varus"}, push.varus_moment_nmm);
+  if (has_optional(visit, "/push/loads", push.loads)) visit_loads(*push.loads, visit);
+  if (has_optional(visit, "/push/lines", push.lines)) visit_lines(*push.lines, visit);
 }
 
 template <typename Model, typename Visitor>

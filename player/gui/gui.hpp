@@ -5,10 +5,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "core/clinical.hpp"
 #include "navigation/gap_reading.hpp"
 #include "navigation/player_state.hpp"
 #include "render/renderer.hpp"
@@ -34,6 +36,8 @@ struct GuiPointer {
 struct Readout {
   motion::JointPose pose;
   bool is_varus_balanced = false;
+  /// The joint's own angles, if those of the attitude are about turned axes and the pose is solved.
+  std::optional<ClinicalCoordinates> clinical = std::nullopt;
   navigation::GapReading gap;
   const char* message = nullptr;  ///< temporary message, or null
 };

@@ -298,6 +298,16 @@ const char* varus_remark(const PanelView& view)
   return view.readout.is_varus_balanced ? "balanced" : nullptr;
 }
 
+/// Above those of the attitude, with a heading for both.
+void draw_own_angles(const PanelView& view, const ClinicalCoordinates& clinical)
+{
+  ImGui::TextColored(quiet_colour, "joint (Grood-Suntay)");
+  draw_angle(view, "flexion", clinical.flexion_rad, nullptr);
+  draw_angle(view, "varus", clinical.varus_rad, nullptr);
+  draw_angle(view, "internal", clinical.internal_rotation_rad, nullptr);
+  ImGui::TextColored(quiet_colour, "attitude, about axes turned with Delta");
+}
+
 const char* name_of(navigation::GapSource source)
 {
   return std::array{"no audit of this set",     "measured with the motion",    "solver, at the cells",
@@ -402,6 +412,7 @@ void draw_numbers(const PanelView& view, const navigation::PlayerState& state)
   ImGui::SetNextWindowBgAlpha(backing);
   ImGui::Begin("numbers", nullptr, text_only | ImGuiWindowFlags_AlwaysAutoResize);
   if (!view.title.empty()) ImGui::Text("%s", view.title.c_str());
+  if (view.readout.clinical) draw_own_angles(view, *view.readout.clinical);
   draw_angle(view, "flexion", pose.attitude.flexion_rad,
              pose.is_flexion_clamped ? "end of the range" : nullptr);
   draw_angle(view, "varus", pose.attitude.varus_rad, varus_remark(view));

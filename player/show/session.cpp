@@ -199,6 +199,7 @@ void Session::place_joint()
   const Attitude wanted = navigation::wanted_attitude(state_, range_);
   readout_.pose = sets_[state_.set].motion.at(wanted);
   readout_.is_varus_balanced = !state_.varus_rad.has_value();
+  readout_.clinical = sets_[state_.set].motion.own_coordinates(readout_.pose);
   readout_.gap = sets_[state_.set].gaps.at(readout_.pose.attitude);
   // At an unsolved attitude the joint keeps its last pose; the readout reports it.
   const scene::JointFrames frames = scene::frames_of(readout_.pose, state_.fixed_object);

@@ -303,7 +303,8 @@ TEST(Case, APushOverFlexionIsLinearBetweenItsRowsAndHeldBeyond)
   for (const std::size_t i : {2U, 3U})
     EXPECT_LT((loaded.push[i].delta - Eigen::Vector3d(half, half, 0)).norm(), 1e-15);
   EXPECT_LT((loaded.push[1].force_n - Eigen::Vector3d(3, 20, -4)).norm(), 1e-12);
-  EXPECT_LT((loaded.push[3].force_n - Eigen::Vector3d(40 * half + 3, 40 * half, -4)).norm(), 1e-12);
+  // The lateral force is across Delta: half-way to anterior its first axis points half-way down.
+  EXPECT_LT((loaded.push[3].force_n - Eigen::Vector3d(43 * half, 37 * half, -4)).norm(), 1e-12);
   EXPECT_EQ(loaded.push[0].moment_nmm, -7.0);
   EXPECT_EQ(loaded.push[2].moment_nmm, -7.0);
   EXPECT_EQ(loaded.push[3].moment_nmm, 8.0);

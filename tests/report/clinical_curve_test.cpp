@@ -105,6 +105,18 @@ TEST(ClinicalCurves, TheRawOneIsTheClinicalNumbersOfTheSpine)
   }
 }
 
+TEST(ClinicalCurves, AreOverTheJointsOwnFlexionWhereDeltaIsNotProximal)
+{
+  test::SampleOptions options;
+  options.is_equilibrium = true;  // its Delta turns over flexion
+  const store::MotionModel model = test::sample_model(options);
+  ASSERT_TRUE(store::has_turned_axes(model));
+  const report::ClinicalCurve raw = named(report::clinical_curves(model), "raw");
+  for (std::size_t i = 0; i < raw.flexion_deg.size(); ++i)
+    EXPECT_NEAR(raw.flexion_deg[i], model.clinical.flexion_deg(static_cast<Eigen::Index>(i), 1), rounding);
+  EXPECT_GT(std::abs(raw.flexion_deg.back() - model.flexion_deg.back()), 1e-6);
+}
+
 TEST(ClinicalCurves, HaveHolesWhereTheSpineHas)
 {
   store::MotionModel model = test::sample_model();

@@ -84,16 +84,21 @@ TEST(JointMap, WorkOfLoadsMatchesDifferences)
   loads.moment_nmm = 150;
   loads.varus_moment_nmm = -80;
   loads.point_mm = {7, 2, -9};
+  loads.applied = {{LoadFrame::reference, {2, -3, 4}, {}, {5, -6, 7}},
+                   {LoadFrame::moving, {1, 2, 3}, {50, 0, -20}, {4, 4, -4}}};
+  loads.lines = {{35, {10, 20, 5}, {-3, -8, 6}}};
   const JointCoordinates q = at(40, 7, -12, 3, -25, 5);
   const SolverPosition here = map.position_at(q);
-  const solve::Vector6d by_twist = map.twists(q, here).transpose() * solve::work_of(loads, here).wrench;
+  const solve::LoadPotential applied = solve::potential_near(loads, here.attitude, here.pose);
+  const solve::Vector6d by_twist =
+      map.twists(q, here).transpose() * solve::work_of(loads, &applied, here).wrench;
   for (Eigen::Index k = 0; k < 6; ++k) {
     constexpr double h = 1e-5;
     JointCoordinates up = q, down = q;
     up(k) += h;
     down(k) -= h;
-    const double by_difference = (solve::work_of(loads, map.position_at(up)).work_nmm -
-                                  solve::work_of(loads, map.position_at(down)).work_nmm) /
+    const double by_difference = (solve::work_of(loads, &applied, map.position_at(up)).work_nmm -
+                                  solve::work_of(loads, &applied, map.position_at(down)).work_nmm) /
                                  (2.0 * h);
     EXPECT_NEAR(by_difference, by_twist(k), 1e-5) << k;  // rounding of 1e-13 x 500 N mm / 1e-5
   }
@@ -218,9 +223,9 @@ TEST(CoordinateEquilibrium, AppliedAndHoldingForcesAreEqual)
       solved(joint, at(0, 0, 3, 0.5, -3, -0.2), {false, false, false, false, true, false}, loads);
   ASSERT_EQ(r.status, StepStatus::stable);
   EXPECT_NEAR(coordinates_of(r)(4), -standoff_mm, 1e-8);
-  EXPECT_NEAR(r.coordinates->holding[2], -55.0, 1e-6);
+  EXPECT_NEAR(r.coordinates->holding[2], -55.0 + 72.0, 1e-6);
   EXPECT_NEAR(r.coordinates->holding[3], -4.0, 1e-6);
-  EXPECT_NEAR(r.coordinates->holding[5], 7.0, 1e-6);
+  EXPECT_NEAR(r.coordinates->holding[5], 1.0, 1e-6);
 }
 
 TEST(CoordinateEquilibrium, ABallInASocketWithAllRotationsGiven)
@@ -282,6 +287,8 @@ TEST(CoordinateEquilibrium, AgreesWithTheOtherSolver)
                       test::fibre({5, 25, -20}, {8, -12, -22}, 36)};
   Loads loads;
   loads.moment_nmm = 30;
+  loads.applied = {{LoadFrame::moving, {0.5, 1, -0.4}, {5, 20, -6}, {6, -5, 3}}};
+  loads.lines = {{4, {15, 20, 3}, {12, -10, -2}}};
   for (const bool is_varus_free : {false, true}) {
     const StepRecord other = solve::EquilibriumSolver(joint, ligaments, options)
                                  .solve({{0.1, 0.02}, {{0.4, -8, 0.3}, 0.1}, loads, is_varus_free});

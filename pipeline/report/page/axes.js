@@ -1,7 +1,7 @@
 // Finite helical axes, instant centres, rolling and sliding.
 import { absent, el, section } from "./dom.js";
 import { axis, compartmentColor, figure, lineStyle, scene, theme } from "./plot.js";
-import { extent } from "./format.js";
+import { extent, gridTitle } from "./format.js";
 
 const HALF_LENGTH_MM = 50;
 
@@ -36,7 +36,7 @@ function helicalFigure(model) {
     caption: "The rotation axis of the moving body from one flexion to the next, as segments of 100 mm in the axes of the reference body, mm. Colour is flexion.",
     make: () => {
       const s = axisSegments(model);
-      const line = { color: s.color, colorscale: "Cividis", width: 4, showscale: true, colorbar: { thickness: 10, len: 0.7, outlinewidth: 0, title: { text: "flexion, °", side: "right" } } };
+      const line = { color: s.color, colorscale: "Cividis", width: 4, showscale: true, colorbar: { thickness: 10, len: 0.7, outlinewidth: 0, title: { text: gridTitle(model, "flexion", "°"), side: "right" } } };
       // A cube around the rotation centre keeps lengths and directions true and every title visible.
       const half = 1.05 * Math.max(...extent([...s.x, ...s.y, ...s.z]).map(Math.abs));
       const axes = scene("right, mm", "anterior, mm", "proximal, mm", { aspectmode: "cube", camera: { eye: { x: 1.6, y: 1.6, z: 0.9 }, center: { x: 0.14, y: -0.14, z: -0.1 } } });
@@ -58,7 +58,7 @@ function centreFigure(model) {
       data: [{ type: "scatter", mode: "lines+markers", x: centres.map((p) => p[0]), y: centres.map((p) => p[1]), customdata: midFlexion(model),
         line: { color: theme().rule, width: 1.2 }, marker: { size: 7, color: midFlexion(model), coloraxis: "coloraxis" },
         hovertemplate: "flexion %{customdata}°: anterior %{x:.1f}, proximal %{y:.1f} mm<extra></extra>" }],
-      layout: { xaxis: axis("anterior, mm"), yaxis: axis("proximal, mm", { scaleanchor: "x" }), coloraxis: { colorscale: "Cividis", colorbar: { thickness: 10, len: 0.7, outlinewidth: 0, title: { text: "flexion, °", side: "right" } } } },
+      layout: { xaxis: axis("anterior, mm"), yaxis: axis("proximal, mm", { scaleanchor: "x" }), coloraxis: { colorscale: "Cividis", colorbar: { thickness: 10, len: 0.7, outlinewidth: 0, title: { text: gridTitle(model, "flexion", "°"), side: "right" } } } },
     }),
   });
 }
@@ -71,7 +71,7 @@ function rollingFigure(model) {
   return figure({
     title: "Rolling and sliding",
     caption: "Contact travel from one flexion to the next: the part common to both surfaces (rolling) and their difference (sliding), mm per step. In a flexing knee the reference rolls backwards (−) and slides forwards (+); schemas/clinical.md has the formulas.",
-    make: () => ({ data: series, layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis("mm per step") } }),
+    make: () => ({ data: series, layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis("mm per step") } }),
   });
 }
 
@@ -84,7 +84,7 @@ function screwFigure(model) {
         { type: "scatter", mode: "lines", name: "rotation, degrees", x: midFlexion(model), y: model.axes.rotation_deg, line: { ...lineStyle(0), width: 2 } },
         { type: "scatter", mode: "lines", name: "translation, mm", x: midFlexion(model), y: model.axes.translation_mm, yaxis: "y2", line: { ...lineStyle(1), width: 2 } },
       ],
-      layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis("degrees per step", { rangemode: "tozero" }), yaxis2: axis("mm per step", { overlaying: "y", side: "right", showgrid: false }) },
+      layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis("degrees per step", { rangemode: "tozero" }), yaxis2: axis("mm per step", { overlaying: "y", side: "right", showgrid: false }) },
     }),
   });
 }

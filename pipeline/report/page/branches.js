@@ -1,7 +1,7 @@
 // The distinct equilibria of the free spine at each flexion, and which of them the motion uses.
 import { absent, el, section } from "./dom.js";
 import { axis, figure, lineStyle } from "./plot.js";
-import { decimal } from "./format.js";
+import { decimal, gridTitle } from "./format.js";
 
 const NAMES = { true: "chosen: lowest energy, the spine of the motion", false: "other equilibrium found" };
 
@@ -20,10 +20,11 @@ function trace(branches, values, isChosen, unit) {
     customdata: rows.map((k) => decimal(above[k], 3)), hovertemplate: `flexion %{x}°: %{y:.2f} ${unit}, energy %{customdata} N mm above the chosen<extra></extra>` };
 }
 
-function branchFigure(branches, { key, title, caption, label, unit }) {
+function branchFigure(model, { key, title, caption, label, unit }) {
+  const { branches } = model.spine;
   return figure({ title, caption, make: () => ({
     data: [trace(branches, branches[key], true, unit), trace(branches, branches[key], false, unit)],
-    layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis(label) } }) });
+    layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(label) } }) });
 }
 
 export function branchesSection(model) {
@@ -34,6 +35,6 @@ export function branchesSection(model) {
   const nFlexions = model.spine.n_optima.filter((n) => n > 1).length;
   const text = `From different starts the joint comes to rest in different poses. The motion uses the one of lowest energy. ${nOther} other equilibria were found, at ${nFlexions} of ${model.flexion.length} flexions. Equilibria are distinct if they differ by more than 0.1 mm, or 0.1 degrees of rotation or varus.`;
   return section("branches", title, el("p", {}, text), el("div", { class: "columns" },
-    branchFigure(branches, { key: "energy", title: "Energy", label: "N mm", unit: "N mm", caption: "Energy of the ligaments minus the work of the loads, N mm." }),
-    branchFigure(branches, { key: "theta", title: "Rotation θ about Δ", label: "degrees", unit: "degrees", caption: "Rotation of each equilibrium, internal +, degrees." })));
+    branchFigure(model, { key: "energy", title: "Energy", label: "N mm", unit: "N mm", caption: "Energy of the ligaments minus the work of the loads, N mm." }),
+    branchFigure(model, { key: "theta", title: "Rotation θ about Δ", label: "degrees", unit: "degrees", caption: "Rotation of each equilibrium, internal +, degrees." })));
 }

@@ -1,6 +1,7 @@
 // Contact points of each compartment on both bodies.
 import { absent, el, section } from "./dom.js";
 import { axis, compartmentColor, figure, theme } from "./plot.js";
+import { gridTitle } from "./format.js";
 
 // View along the long axis from above: the subject's right to the right (canonical Z), anterior up (canonical X).
 function pathTrace(model, compartment, body) {
@@ -39,7 +40,7 @@ function bodyFigure(model, body) {
       layout: {
         xaxis: axis("right, mm"), yaxis: axis("anterior, mm", { scaleanchor: "x", scaleratio: 1 }),
         annotations: paths.compartments.flatMap((c) => endLabels(model, c, body)),
-        coloraxis: { colorscale: "Cividis", colorbar: { thickness: 10, len: 0.8, outlinewidth: 0, title: { text: "flexion, °", side: "right" } } },
+        coloraxis: { colorscale: "Cividis", colorbar: { thickness: 10, len: 0.8, outlinewidth: 0, title: { text: gridTitle(model, "flexion", "°"), side: "right" } } },
       },
     }),
   });

@@ -50,6 +50,11 @@ export function parameterTitle(key) {
   return `${PARAMETERS[key].name}, ${PARAMETERS[key].unit}`;
 }
 
+/** Title of an axis of the grid. If Delta is not proximal, its angles are about turned axes and not those of the joint. */
+export function gridTitle(model, angle, unit = "degrees") {
+  return `${angle}${model.axes_are_turned ? " of the attitude" : ""}, ${unit}`;
+}
+
 /** Minimum and maximum of numbers, ignoring null. */
 export function extent(values) {
   let least = Infinity, most = -Infinity;

@@ -1,6 +1,7 @@
 // Contact forces by compartment and fibre strain and tension by bundle.
 import { absent, el, section } from "./dom.js";
 import { axis, compartmentColor, figure, lineStyle, theme } from "./plot.js";
+import { gridTitle } from "./format.js";
 
 function share(part, forces, k) {
   const sum = forces.medial_n[k] + forces.lateral_n[k] + forces.none_n[k];
@@ -21,7 +22,7 @@ function shareFigure(model) {
     make: () => ({
       data: [area(model, forces, "medial_n", "medial", compartmentColor("medial")), area(model, forces, "lateral_n", "lateral", compartmentColor("lateral")),
         ...(hasOther ? [area(model, forces, "none_n", "neither", theme().quiet)] : [])],
-      layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis("per cent", { range: [0, 100] }) },
+      layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis("per cent", { range: [0, 100] }) },
     }),
   });
 }
@@ -30,7 +31,7 @@ function forceFigure(model) {
   const line = (key, name) => ({ type: "scatter", mode: "lines", name, x: model.flexion, y: model.forces[key], line: { color: compartmentColor(name), width: 2 }, hovertemplate: `${name}: %{y:.1f} N at %{x}°<extra></extra>` });
   return figure({
     title: "Contact force", caption: "Force along Δ in each compartment, N; with fibres it exceeds the push, since their tension adds to it.",
-    make: () => ({ data: [line("medial_n", "medial"), line("lateral_n", "lateral")], layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis("N", { rangemode: "tozero" }) } }),
+    make: () => ({ data: [line("medial_n", "medial"), line("lateral_n", "lateral")], layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis("N", { rangemode: "tozero" }) } }),
   });
 }
 
@@ -40,7 +41,7 @@ function bundleFigure(model, { key, scale, title, caption, unit }) {
     make: () => ({
       data: model.fibres.map((bundle, k) => ({ type: "scatter", mode: "lines", name: `${bundle.name} (${bundle.n_fibres})`, x: model.flexion, y: bundle[key].map((v) => (v === null ? null : scale * v)), line: { ...lineStyle(k), width: 2 },
         hovertemplate: `${bundle.name}: %{y:.2f} ${unit} at %{x}°<extra></extra>` })),
-      layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis(unit), margin: { l: 58, r: 16, t: 12, b: 90 } },
+      layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(unit), margin: { l: 58, r: 16, t: 12, b: 90 } },
     }),
   });
 }

@@ -1,6 +1,7 @@
 // Maps of status, plausibility and contacts of each attitude.
 import { choice, el, section } from "./dom.js";
 import { axis, figure } from "./plot.js";
+import { gridTitle } from "./format.js";
 
 const STATUS_COLORS = { "-1": "#9aa3ad", 0: "#3f8f72", 1: "#d98a1f", 2: "#b23a48", 3: "#7b4fa3", 4: "#274690", 5: "#8a5a2b" };
 const PLAUSIBILITY_COLORS = { "-1": "#9aa3ad", 0: "#3f8f72", 1: "#b23a48", 2: "#d98a1f" };
@@ -45,7 +46,7 @@ export function statusSection(model) {
   const plot = figure({
     title: "The grid", size: model.varus.length > 1 ? "" : "low",
     caption: "One cell per attitude: flexion to the right, varus (adduction +) upwards. The table in the summary has the counts.",
-    make: () => ({ data: [mapTrace(model, state.map)], layout: { xaxis: axis("flexion, degrees"), yaxis: axis("varus, degrees", model.is_varus_free ? { showticklabels: false, title: { text: "" } } : {}) } }),
+    make: () => ({ data: [mapTrace(model, state.map)], layout: { xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(gridTitle(model, "varus"), model.is_varus_free ? { showticklabels: false, title: { text: "" } } : {}) } }),
   });
   const pick = choice("Show", all.map(([key, name]) => [key, name]), all[0][0], (value) => { state.map = all.find(([key]) => key === value)[2]; plot.redraw(); });
   return section("grid", "Map of the grid", el("div", { class: "controls" }, pick), plot);

@@ -23,9 +23,15 @@ export function methodName(model) {
   return METHODS[model.method] ?? model.method;
 }
 
+// Where attitude and joint have different angles.
+function axesText(model) {
+  if (!model.axes_are_turned) return "";
+  return " Δ is not proximal: flexion and varus of the attitude and θ are about axes turned with Δ; the clinical curves have the joint’s own angles (Grood-Suntay), over its own flexion.";
+}
+
 /** The line below the title. */
 export function leadText(model) {
-  return `${model.side} ${model.joint === "knee" ? "knee" : "joint"}, ${model.moving.name} on ${model.reference.name}, by ${methodName(model)}; ${gridText(model)}.`;
+  return `${model.side} ${model.joint === "knee" ? "knee" : "joint"}, ${model.moving.name} on ${model.reference.name}, by ${methodName(model)}; ${gridText(model)}.${axesText(model)}`;
 }
 
 /** A box with the warnings, or with "No warnings". */

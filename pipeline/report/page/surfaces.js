@@ -2,7 +2,7 @@
 import { curvePlots } from "./curves.js";
 import { absent, choice, el, section } from "./dom.js";
 import { axis, figure, scene } from "./plot.js";
-import { extent, parameterTitle, PARAMETERS, setName } from "./format.js";
+import { extent, gridTitle, parameterTitle, PARAMETERS, setName } from "./format.js";
 
 const SCALE = "Viridis";
 const AROUND_ZERO = [[0, "#0b6aa8"], [0.5, "#f1f0ec"], [1, "#c2500a"]];
@@ -34,14 +34,14 @@ function heatTrace(model, grid, range, colorscale = SCALE) {
     colorbar: { thickness: 12, outlinewidth: 0, len: 0.95 }, hovertemplate: "flexion %{x}°, varus %{y}°: %{z:.3f}<extra></extra>" };
 }
 
-function surfaceLayout(state, range) {
-  const axes = scene("varus, °", "flexion, °", PARAMETERS[state.parameter].unit, { camera: state.camera, aspectmode: "manual", aspectratio: { x: 1.1, y: 1.25, z: 0.75 } });
+function surfaceLayout(model, state, range) {
+  const axes = scene(gridTitle(model, "varus", "°"), gridTitle(model, "flexion", "°"), PARAMETERS[state.parameter].unit, { camera: state.camera, aspectmode: "manual", aspectratio: { x: 1.1, y: 1.25, z: 0.75 } });
   axes.zaxis.range = range;
   return { scene: axes, margin: { l: 0, r: 0, t: 0, b: 0 } };
 }
 
-function heatLayout() {
-  return { xaxis: axis("flexion, degrees"), yaxis: axis("varus, degrees (adduction +)") };
+function heatLayout(model) {
+  return { xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(`${gridTitle(model, "varus")} (adduction +)`) };
 }
 
 function panel(model, state, isRaw) {
@@ -50,8 +50,8 @@ function panel(model, state, isRaw) {
   const make = () => {
     const range = rangeOf([raw(), smoothed()]);
     const grid = isRaw ? raw() : smoothed();
-    if (state.view === "surface") return { data: [surfaceTrace(model, grid, range)], layout: surfaceLayout(state, range) };
-    return { data: [heatTrace(model, grid, range)], layout: heatLayout() };
+    if (state.view === "surface") return { data: [surfaceTrace(model, grid, range)], layout: surfaceLayout(model, state, range) };
+    return { data: [heatTrace(model, grid, range)], layout: heatLayout(model) };
   };
   return figure({ title: isRaw ? "Raw" : "Smoothed", size: "tall", make,
     caption: isRaw ? "The solver's result at each attitude; holes are attitudes without a pose."
@@ -65,7 +65,7 @@ function residualPanel(model, state) {
     make: () => {
       const grid = difference(state.set[state.parameter], model.surfaces[0][state.parameter]);
       const most = Math.max(...extent(grid.flat()).map(Math.abs), 1e-9);
-      return { data: [heatTrace(model, grid, [-most, most], AROUND_ZERO)], layout: heatLayout() };
+      return { data: [heatTrace(model, grid, [-most, most], AROUND_ZERO)], layout: heatLayout(model) };
     },
   });
 }
@@ -119,7 +119,7 @@ function overOneAxis(model) {
     label: setName(set.name), flexion: isFlexion ? model.flexion : model.varus, isPoints: set.name === "raw", isOff: !["raw", shown, `${shown}_recontacted`].includes(set.name),
     ...Object.fromEntries(keys.filter((key) => set[key]).map((key) => [key, values(set, key)])) }));
   const caption = (key) => `Raw as points, smoothed as lines; ${PARAMETERS[key].unit}, in world axes (θ and varus with right-knee signs).`;
-  return [curvePlots(curves, keys.map((key) => ({ key, ...PARAMETERS[key], caption: caption(key) })), { over: isFlexion ? "flexion, degrees" : "varus, degrees" })];
+  return [curvePlots(curves, keys.map((key) => ({ key, ...PARAMETERS[key], caption: caption(key) })), { over: gridTitle(model, isFlexion ? "flexion" : "varus") })];
 }
 
 export function surfacesSection(model) {

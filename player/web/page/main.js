@@ -76,7 +76,7 @@ function rowsOf(pose) {
 
 function writeNumbers(pose) {
   const shown = { flexion: pose.attitude.flexion / degree, varus: pose.attitude.varus / degree };
-  byId("shown").textContent = `flexion ${formatNumber(shown.flexion, 1)}°   varus ${formatNumber(shown.varus, 1)}°   ${player.set}`;
+  byId("shown").textContent = `${player.model.hasTurnedAxes ? "attitude, about axes turned with Delta: " : ""}flexion ${formatNumber(shown.flexion, 1)}°   varus ${formatNumber(shown.varus, 1)}°   ${player.set}`;
   byId("note").textContent = noteOf(pose);
   byId("numbers").tBodies[0].replaceChildren(...rowsOf(pose).map(([label, value], k) => {
     const row = document.createElement("tr"), name = document.createElement("th"), number = document.createElement("td");

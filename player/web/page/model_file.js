@@ -64,9 +64,11 @@ function readSurfaces(file, model) {
 
 function readPush(file, model) {
   model.delta = unit(threeNumbers(file, "delta"), "delta");
+  model.hasTurnedAxes = model.delta[1] !== 1;
   if (!file.hasDataset("/push/delta")) return;
   model.pushDelta = file.numbers("/push/delta", [model.flexion.length, 3]);
   for (let i = 0; i < model.flexion.length; ++i) unit(model.pushDelta.subarray(3 * i, 3 * i + 3), "/push/delta");
+  model.hasTurnedAxes = model.flexion.some((_, i) => model.pushDelta[3 * i + 1] !== 1);
 }
 
 function coefficients(file, group, nTerms) {

@@ -1,0 +1,183 @@
+#include "load/push_job.hpp"
+
+#include <algorithm>
+
+#include "core/units.hpp"
+
+namespace vrda::load {
+namespace {
+
+std::vector<double> row_of(const documents::DocumentValue& value)
+{
+  return value.list() != nullptr ? documents::numbers_of(value)
+                                 : std::vector<double>{documents::number_at(value, "")};
+}
+
+// `key` is that of the value, for messages.
+FlexionTable over_flexion_of(const documents::Document& document, const documents::DocumentValue& value,
+                             const std::string& key)
+{
+  FlexionTable out;
+  std::vector<std::vector<double>> rows;
+  if (value.table() == nullptr) {
+    out.flexion_rad = {0.0};
+    rows = {row_of(value)};
+  } else {
+    for (const double angle_deg : documents::numbers_at(value, "flexion_deg")) {
+      if (!out.flexion_rad.empty() && rad_from_deg(angle_deg) <= out.flexion_rad.back()) {
+        document.refuse(key + ".flexion_deg", documents::shown(documents::value_at(value, "flexion_deg")),
+                        "increasing angles");
+      }
+      out.flexion_rad.push_back(rad_from_deg(angle_deg));
+    }
+    for (const documents::DocumentValue& row : *documents::value_at(value, "value").list())
+      rows.push_back(row_of(row));
+    if (rows.size() != out.flexion_rad.size()) {
+      document.refuse(key + ".value", std::to_string(rows.size()) + " values",
+                      "one for each angle of flexion_deg, " + std::to_string(out.flexion_rad.size()));
+    }
+  }
+  out.value.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.front().size()));
+  for (Eigen::Index i = 0; i < out.value.rows(); ++i) {
+    for (Eigen::Index j = 0; j < out.value.cols(); ++j) {
+      out.value(i, j) = rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+FlexionTable over_flexion_at(const documents::Document& document, const std::string& key)
+{
+  return over_flexion_of(document, documents::value_at(document.root, key), key);
+}
+
+namespace {
+
+FlexionTable delta_at(const documents::Document& document)
+{
+  FlexionTable delta = over_flexion_at(document, "push.delta");
+  for (Eigen::Index i = 0; i < delta.value.rows(); ++i) {
+    const Eigen::Vector3d given = delta.value.row(i);
+    // Scaled first: squares of huge or tiny components would leave the range of doubles.
+    const double largest = given.cwiseAbs().maxCoeff();
+    if (!(largest > 0.0))
+      document.refuse("push.delta", documents::shown(documents::value_at(document.root, "push.delta")),
+                      "a direction: not all zero");
+    delta.value.row(i) = (given / largest).normalized().transpose();
+  }
+  return delta;
+}
+
+// Adds a name; refuses one that an earlier entry of the list has.
+void add_name(const documents::Document& document, const std::string& key, const std::string& name,
+              std::vector<std::string>& names)
+{
+  if (std::find(names.begin(), names.end(), name) != names.end())
+    document.refuse(key + ".name", "\"" + name + "\" a second time", "a unique name");
+  names.push_back(name);
+}
+
+LoadFrame load_frame_of(const std::string& name)
+{
+  return name == "world" ? LoadFrame::world : name == "reference" ? LoadFrame::reference : LoadFrame::moving;
+}
+
+LoadJob load_of(const documents::Document& document, const documents::DocumentValue& value,
+                const std::string& key)
+{
+  LoadJob load;
+  load.at = {documents::text_at(value, "name"), load_frame_of(documents::text_at(value, "frame")),
+             documents::vector3_at(value, "point_mm")};
+  load.force_n = over_flexion_of(document, *value.find("force_n"), key + ".force_n");
+  load.moment_nmm = over_flexion_of(document, *value.find("moment_nmm"), key + ".moment_nmm");
+  if (load.force_n.value.isZero(0.0) && load.moment_nmm.value.isZero(0.0)) {
+    document.refuse(key + ".force_n", documents::shown(*value.find("force_n")) + " without a moment",
+                    "a force or a moment that is not zero");
+  }
+  return load;
+}
+
+std::vector<Eigen::Vector3d> points_of(const documents::DocumentValue& value, const std::string& key)
+{
+  std::vector<Eigen::Vector3d> points;
+  for (const std::vector<double>& row : documents::rows_at(value, key))
+    points.emplace_back(row[0], row[1], row[2]);
+  return points;
+}
+
+LineJob line_of(const documents::Document& document, const documents::DocumentValue& value,
+                const std::string& key)
+{
+  LineJob line;
+  line.path = {documents::text_at(value, "name"), points_of(value, "reference_mm"),
+               points_of(value, "moving_mm")};
+  line.tension_n = over_flexion_of(document, *value.find("tension_n"), key + ".tension_n");
+  if (line.tension_n.value.isZero(0.0))
+    document.refuse(key + ".tension_n", documents::shown(*value.find("tension_n")),
+                    "a tension above 0 N at some flexion");
+  if (line.path.reference_mm.back() == line.path.moving_mm.front())
+    document.refuse(key + ".moving_mm", "a first point that is the last of reference_mm",
+                    "another point: the line has no direction between the objects");
+  return line;
+}
+
+}  // namespace
+
+Eigen::VectorXd value_at_flexion(const FlexionTable& setting, double flexion_rad)
+{
+  const std::vector<double>& angles = setting.flexion_rad;
+  const auto above =
+      static_cast<Eigen::Index>(std::upper_bound(angles.begin(), angles.end(), flexion_rad) - angles.begin());
+  if (above == 0) return setting.value.row(0).transpose();
+  if (above == setting.value.rows()) return setting.value.row(above - 1).transpose();
+  const double from_rad = angles[static_cast<std::size_t>(above - 1)];
+  const double share = (flexion_rad - from_rad) / (angles[static_cast<std::size_t>(above)] - from_rad);
+  return ((1.0 - share) * setting.value.row(above - 1) + share * setting.value.row(above)).transpose();
+}
+
+PushJob push_of(const documents::Document& document)
+{
+  const documents::DocumentValue& root = document.root;
+  PushJob push;
+  push.delta = delta_at(document);
+  push.force_n = over_flexion_at(document, "push.force_n");
+  push.lateral_force_n = over_flexion_at(document, "push.lateral_force_n");
+  push.moment_nmm = over_flexion_at(document, "push.moment_nmm");
+  push.varus_moment_nmm = over_flexion_at(document, "push.varus_moment_nmm");
+  push.point_mm = documents::vector3_at(root, "push.point_mm");
+  std::vector<std::string> load_names, line_names;
+  for (const documents::DocumentValue& value : documents::list_or_empty(root, "push.load")) {
+    const std::string key = "push.load." + std::to_string(push.loads.size());
+    push.loads.push_back(load_of(document, value, key));
+    add_name(document, key, push.loads.back().at.name, load_names);
+  }
+  for (const documents::DocumentValue& value : documents::list_or_empty(root, "push.line")) {
+    const std::string key = "push.line." + std::to_string(push.lines.size());
+    push.lines.push_back(line_of(document, value, key));
+    add_name(document, key, push.lines.back().path.name, line_names);
+  }
+  return push;
+}
+
+Push push_at(const PushJob& job, const Eigen::Vector3d& delta, double flexion_rad)
+{
+  Push push;
+  push.delta = delta;
+  const Eigen::Vector2d across_n = value_at_flexion(job.lateral_force_n, flexion_rad);
+  push.force_n =
+      value_at_flexion(job.force_n, flexion_rad)[0] * delta +
+      shortest_rotation(Eigen::Vector3d::UnitY(), delta) * Eigen::Vector3d(across_n[0], 0.0, across_n[1]);
+  push.moment_nmm = value_at_flexion(job.moment_nmm, flexion_rad)[0];
+  push.varus_moment_nmm = value_at_flexion(job.varus_moment_nmm, flexion_rad)[0];
+  for (const LoadJob& load : job.loads) {
+    push.load_force_n.emplace_back(value_at_flexion(load.force_n, flexion_rad));
+    push.load_moment_nmm.emplace_back(value_at_flexion(load.moment_nmm, flexion_rad));
+  }
+  for (const LineJob& line : job.lines)
+    push.line_tension_n.push_back(value_at_flexion(line.tension_n, flexion_rad)[0]);
+  return push;
+}
+
+}  // namespace vrda::load
