@@ -39,7 +39,7 @@ constexpr double infeasible_mm = 1e-7;
 constexpr double trial_rotation_rad = rad_from_deg(1.0), trial_translation_mm = 1.0;
 constexpr double determined_tolerances = 10.0;
 constexpr int most_trials = 8;
-constexpr double turned_share = 1e-6;  // as in the other equilibrium, of the push
+constexpr double turned_load_share = 1e-6;  // as in the other equilibrium, of the push
 constexpr int most_turns = 50;
 // Of the fibres' gradient: truncation of 1e-4 of its change per mm, rounding of 1e-11 N.
 constexpr double difference_mm = 1e-4;
@@ -422,7 +422,7 @@ class CoordinateEquilibrium::Run {
           unit_.cwiseProduct(state_.map.twists(current_, at).transpose() *
                              Vector6d(work_of(task_.loads, &applied_, at).wrench - wrench));
       update_balance();  // of the forces at this position
-      if (change.norm() <= turned_share * push_n_) return status;
+      if (change.norm() <= turned_load_share * push_n_) return status;
     }
     return StepStatus::iteration_limit;
   }
