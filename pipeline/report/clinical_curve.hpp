@@ -43,8 +43,8 @@ inline constexpr QuantityName quantity_names[n_quantities] = {
 
 struct ClinicalCurve {
   std::string name;  ///< "raw", "zero_varus", "degree_6", ... or the file's
-  std::vector<double>
-      flexion_deg;  ///< [n] in source order; of the joint, or of the grid where there is no pose
+  /// [n] in source order; of the joint, or of the grid where there is no pose; of a sequence the frames' keys
+  std::vector<double> flexion_deg;
   std::array<std::vector<double>, n_quantities> values;  ///< [n]; empty: unknown; NaN: no value
 
   const std::vector<double>& of(Quantity quantity) const

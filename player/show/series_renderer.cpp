@@ -127,7 +127,7 @@ const render::Overlay* SeriesRenderer::overlay_for(const motion::JointPose& pose
   readout.pose = pose;
   readout.is_varus_balanced = !options_.varus_deg.has_value();
   readout.clinical = motion_.own_coordinates(pose);
-  if (has_gaps_) readout.gap = gaps_.at(pose.attitude);
+  if (has_gaps_) readout.gap = gaps_.at(pose);
   return &gui_->static_overlay(frame, {}, range, readout);
 }
 
