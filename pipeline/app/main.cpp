@@ -11,6 +11,7 @@
 #include "app/cluster_options.hpp"
 #include "app/file_commands.hpp"
 #include "app/model_commands.hpp"
+#include "app/score_command.hpp"
 #include "app/usage.hpp"
 #include "console/console.hpp"
 #include "core/error.hpp"
@@ -49,6 +50,7 @@ struct Commands {
   vrda::app::SmoothCommandOptions smooth;
   vrda::app::AuditOptions audit;
   vrda::app::ExportOptions exported;
+  vrda::app::ScoreCommandOptions score;
   vrda::app::PrepareOptions prepare;
   vrda::app::ConvertObjectOptions object;
   vrda::app::ConvertMeshOptions mesh;
@@ -303,6 +305,14 @@ struct Commands {
     c.callback([this] { chosen = [this] { return export_command(exported); }; });
   }
 
+  void add_score()
+  {
+    CLI::App& c = add_reading("score", "Compare a motion with a measured one, coordinate by coordinate.",
+                              "vrda score knee.h5 --against measured.csv --align constant");
+    score.add_to(c);
+    c.callback([this] { chosen = [this] { return score_command(score); }; });
+  }
+
   void add_shape()
   {
     CLI::App& c = add("shape", "Write a generated joint as STL files.",
@@ -403,6 +413,7 @@ struct Commands {
     add_report();
     add_compare();
     add_export();
+    add_score();
     add_prepare();
     add_shape();
     add_convert();

@@ -3,8 +3,8 @@
 #include <Eigen/Dense>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 
 #include "core/error.hpp"
 
@@ -21,8 +21,10 @@ constexpr int max_steps = 100;
 constexpr double converged_step_mm = 1e-10;
 // Directions in which a unit step moves the points by less than this, of the largest, count as undetermined.
 constexpr double undetermined_sq = 1e-12;
-// A start is preferred to earlier ones if it ends this much nearer.
-constexpr double better_mm = 1e-6;
+// Frames that differ by a large rotation leave far more than the noise from the start at the identity. Less
+// than this factor apart, the noise of a short motion decides, and no large rotation is claimed.
+constexpr double clearly_better = 2.0;
+constexpr double same_mm = 1e-6;  ///< of distances that are rounding
 
 struct Problem {
   const std::vector<Pose>& found;
@@ -188,13 +190,14 @@ RigidAlignment rigid_alignment(const std::vector<Pose>& found, const std::vector
 {
   check(found.size() == measured.size() && !found.empty(), "an alignment has pairs of poses");
   const Problem problem{found, measured, rotation_centre_mm, around(rotation_centre_mm)};
-  RigidAlignment best;
-  best.rms_mm = std::numeric_limits<double>::infinity();
-  for (const Eigen::Matrix3d& R_start : cube_rotations()) {
+  const std::vector<Eigen::Matrix3d> starts = cube_rotations();
+  const RigidAlignment near = from_start(problem, starts.front());
+  RigidAlignment best = near;
+  for (const Eigen::Matrix3d& R_start : starts) {
     const RigidAlignment here = from_start(problem, R_start);
-    if (here.rms_mm < best.rms_mm - better_mm) best = here;
+    if (here.rms_mm < best.rms_mm - same_mm) best = here;
   }
-  return best;
+  return near.rms_mm <= clearly_better * best.rms_mm + same_mm ? near : best;
 }
 
 }  // namespace vrda::score

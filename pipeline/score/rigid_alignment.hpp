@@ -22,9 +22,10 @@ struct RigidAlignment {
 inline constexpr double alignment_radius_mm = 30.0;
 
 /// Least squares over both transforms, for all frames together. Both lists have the same length, at least 1.
-/// Of equally good solutions (a hinge leaves its axis undetermined) that nearest to the start at the identity
-/// is taken. Method: from the 24 rotations of a cube for X_reference, alternating closed-form fits (Umeyama
-/// (1991) IEEE PAMI 13:376-380, without scale), then Gauss-Newton on both.
+/// The solution next to the identity is taken unless another leaves less than half its distance: a short or
+/// noisy motion has several, a hinge leaves its axis undetermined. Method: from the 24 rotations of a cube
+/// for X_reference, alternating closed-form fits (Umeyama (1991) IEEE PAMI 13:376-380, without scale), then
+/// Gauss-Newton on both.
 RigidAlignment rigid_alignment(const std::vector<Pose>& found, const std::vector<Pose>& measured,
                                const Eigen::Vector3d& rotation_centre_mm);
 

@@ -187,19 +187,25 @@ bool is_sequence(const store::MotionModel& model, const std::string& set)
 Sequence sequence_of(const std::string& file, const store::MotionModel& model, const std::string& set,
                      const Convention& convention)
 {
-  Sequence sequence{file, is_sequence(model, set) ? "flexion_deg" : "cell", {}, {}};
-  const bool has_cells = sequence.key_name == "cell";
-  const motion::Motion motion(model, set);
-  const Eigen::Index n_columns = has_cells ? model.status.cols() : 1;
+  Sequence sequence{file, "flexion_deg", model.flexion_deg, {}};
+  if (model.frames) {
+    sequence.key_name = model.frames->key_name;
+    sequence.key = model.frames->key;
+  }
+  const bool has_cells = !is_sequence(model, set);
+  if (has_cells) {
+    sequence.key_name = "cell";
+    sequence.key.clear();
+    for (Eigen::Index c = 0; c < model.status.size(); ++c) sequence.key.push_back(static_cast<double>(c));
+  }
+  std::optional<motion::Motion> motion;
+  if (set != "raw") motion.emplace(model, set);
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
-    const double flexion_deg = model.flexion_deg[static_cast<std::size_t>(i)];
-    for (Eigen::Index j = 0; j < n_columns; ++j) {
-      sequence.key.push_back(has_cells ? static_cast<double>(sequence.key.size()) : flexion_deg);
-      const Attitude attitude{rad_from_deg(flexion_deg),
+    for (Eigen::Index j = 0; j < (has_cells ? model.status.cols() : 1); ++j) {
+      const Attitude attitude{rad_from_deg(model.flexion_deg[static_cast<std::size_t>(i)]),
                               rad_from_deg(model.varus_deg[static_cast<std::size_t>(j)])};
-      const bool is_determined = is_theta_determined(model, i, j);
-      sequence.rows.push_back(set == "raw" ? raw_row(model, i, j, convention)
-                                           : row_at(motion, attitude, is_determined, convention));
+      sequence.rows.push_back(motion ? row_at(*motion, attitude, is_theta_determined(model, i, j), convention)
+                                     : raw_row(model, i, j, convention));
     }
   }
   return sequence;

@@ -74,6 +74,24 @@ TEST(RigidAlignment, OfOnePoseIsThatPose)
   EXPECT_LT(a.rms_mm, exact);
 }
 
+TEST(RigidAlignment, OfAShortNoisyMotionClaimsNoLargeRotation)
+{
+  // seven degrees of flexion with half a millimetre of noise: half turns of both frames, or others, may fit a
+  // little better than the small transform that was applied
+  std::vector<Pose> found, measured;
+  const Pose X_reference = test::rigid_transform(0.03, -0.02, 0.01, {1, 2, -1});
+  for (int k = 0; k < 30; ++k) {
+    const double flexion_rad = 0.12 * sine(0.2 * k);
+    found.push_back(test::rigid_transform(0.005 * sine(1.3 * k), 0, -flexion_rad, {0, 0, 0}));
+    measured.push_back(X_reference * found.back());
+    measured.back().translation() += 0.5 * Eigen::Vector3d(sine(2.1 * k), sine(3.7 * k), sine(5.3 * k));
+  }
+  const score::RigidAlignment a = score::rigid_alignment(found, measured, centre_mm);
+  EXPECT_TRUE(a.is_converged);
+  EXPECT_GT(a.X_reference.linear().trace(), 2.0);  // below 60 degrees
+  EXPECT_GT(a.X_moving.linear().trace(), 2.0);
+}
+
 TEST(RigidAlignment, LeavesWhatNoTransformExplains)
 {
   // noise of known size: the distance left is at most that without alignment, and no small change of either

@@ -138,6 +138,24 @@ TEST(ScoreSequence, OfAModelWithFreeVarusAreItsStoredPoses)
   }
 }
 
+TEST(ScoreSequence, OfFramesAreMatchedByTheirKeys)
+{
+  // frames may repeat a flexion in any order; each row is one frame
+  store::MotionModel model = free_model();
+  const std::vector<double> ascending = model.flexion_deg;
+  model.frames = store::FrameSequence{"time_s", {0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6}};
+  model.flexion_deg = {0, 15, 30, 45, 30, 15, 0};
+  const score::Sequence s = score::sequence_of("m.h5", model, "raw", convention_of(model));
+  EXPECT_EQ(s.key_name, "time_s");
+  EXPECT_EQ(s.key, model.frames->key);
+  score::Sequence measured = s;
+  measured.key = {0.5, 0.15, 0.0, 0.1, 0.2, 0.3, 0.4};
+  const std::vector<score::Row> rows = score::rows_by_key(s, measured);
+  EXPECT_NEAR(deg_from_rad(rows[0].value[0]), ascending[5], rounding);
+  EXPECT_EQ(rows[1].missing, score::no_such_key);
+  EXPECT_NEAR(deg_from_rad(rows[2].value[0]), ascending[0], rounding);
+}
+
 TEST(ScoreSequence, AHoleIsCrossedOnlyIfAsked)
 {
   store::MotionModel model = free_model();
