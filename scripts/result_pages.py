@@ -69,6 +69,8 @@ PAGES = {
                         (Run(LIVING), Run(LIVING, MENISCI), Run(LIVING,
                         (*MENISCI, "moving.component.2.inset_mm=0.5", "moving.component.3.inset_mm=0.5"))),
                         ("data:kinematics",)),
+    "truth": Page("results/truth.md", ("scripts/truth",), "truth", (Run(LIVING),),
+                  ("data:knees/tka-dm", "data:subtalar", "data:kinematics", "scripts/truth_cases", "scripts/truth_scores"), is_long=True),
     "prepare": Page("results/prepare.md", ("scripts/prepare_trials",), "prepare", (Run(LIVING),),
                     ("data:knees", "pipeline/registration", "pipeline/prepare", "pipeline/shapes/template_knee.cpp"), is_long=True),
     "player": Page("results/player.md", ("scripts/pictures",), "player", (Run(LIGAMENTS), Run(LIVING)), ("jobs/bench-desk.toml",), is_long=True),

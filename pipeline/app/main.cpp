@@ -12,6 +12,7 @@
 #include "app/file_commands.hpp"
 #include "app/import_command.hpp"
 #include "app/model_commands.hpp"
+#include "app/score_command.hpp"
 #include "app/usage.hpp"
 #include "console/console.hpp"
 #include "core/error.hpp"
@@ -51,6 +52,7 @@ struct Commands {
   vrda::app::AuditOptions audit;
   vrda::app::ExportOptions exported;
   vrda::app::ImportOptions imported;
+  vrda::app::ScoreCommandOptions score;
   vrda::app::PrepareOptions prepare;
   vrda::app::ConvertObjectOptions object;
   vrda::app::ConvertMeshOptions mesh;
@@ -316,6 +318,14 @@ struct Commands {
     c.callback([this] { chosen = [this] { return import_command(imported); }; });
   }
 
+  void add_score()
+  {
+    CLI::App& c = add_reading("score", "Compare a motion with a measured one, coordinate by coordinate.",
+                              "vrda score knee.h5 --against measured.csv --align constant");
+    score.add_to(c);
+    c.callback([this] { chosen = [this] { return score_command(score); }; });
+  }
+
   void add_shape()
   {
     CLI::App& c = add("shape", "Write a generated joint as STL files.",
@@ -417,6 +427,7 @@ struct Commands {
     add_compare();
     add_export();
     add_import();
+    add_score();
     add_prepare();
     add_shape();
     add_convert();

@@ -14,6 +14,7 @@
 #include "load/file_bytes.hpp"
 #include "load/words.hpp"
 #include "motion/poses.hpp"
+#include "score/statistics.hpp"
 
 namespace vrda::report {
 namespace {
@@ -151,25 +152,15 @@ std::vector<ClinicalCurve> clinical_curves(const store::MotionModel& model)
 CurveDifference difference(const ClinicalCurve& curve, const ClinicalCurve& other, Quantity quantity)
 {
   const auto points = points_of(curve, quantity);
-  CurveDifference result;
-  std::vector<double> deltas;
+  std::vector<double> found, measured;
   for (const auto& [flexion_deg, value] : points_of(other, quantity)) {
-    const double delta = value_at(points, flexion_deg) - value;
-    if (std::isfinite(delta)) deltas.push_back(delta);
+    const double here = value_at(points, flexion_deg);
+    if (!std::isfinite(here)) continue;
+    found.push_back(here);
+    measured.push_back(value);
   }
-  result.n = deltas.size();
-  if (deltas.empty()) return {0, nan, nan, nan, nan};
-  const double n = static_cast<double>(deltas.size());
-  for (const double delta : deltas) result.mean += delta / n;
-  double sum_sq = 0.0, sum_about_mean_sq = 0.0;
-  for (const double delta : deltas) {
-    sum_sq += delta * delta;
-    sum_about_mean_sq += (delta - result.mean) * (delta - result.mean);
-    result.largest = std::max(result.largest, std::fabs(delta));
-  }
-  result.rms = std::sqrt(sum_sq / n);
-  result.rms_about_mean = std::sqrt(sum_about_mean_sq / n);
-  return result;
+  const score::Statistics s = score::statistics(found, measured);
+  return {s.n, s.rms, s.largest, s.bias, s.shape};
 }
 
 namespace {

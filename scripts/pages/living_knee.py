@@ -54,7 +54,8 @@ def page(n, stamp):
     parts = ["# The living knee\n",
              "Written by `scripts/living-knee`. The knee of `jobs/knee-jam-smith2019-ligaments.toml` (cartilage, 55 fibres, only 20 N along the tibia,\n"
              "varus free) compared with the motion of the same person's knee in dynamic MRI, and with two simulations of it. Nothing is\n"
-             "fitted to the measurement. RMS difference, in brackets the largest, over the flexions of each trial that both cover.\n",
+             "fitted to the measurement. RMS difference, in brackets the largest, over the flexions of each trial that both cover, by `vrda score`\n"
+             "(`--match flexion --translations mesh-origin --bridge`).\n",
              stamp + "\n", "![All curves over flexion](pictures/living-knee.svg)\n"]
     for name, trial in n["trials"].items():
         parts += [f"## Against the {name} trial ({trial['from_deg']:.0f} to {trial['to_deg']:.0f} degrees, {trial['frames']} frames)\n", comparison(trial["differences"])]

@@ -34,6 +34,7 @@ ELSEWHERE = {
     "scripts/reports": "results/knee-generic/README.md",
     "scripts/pictures": "results/player.md",
     "scripts/living-knee": "results/living-knee.md",
+    "scripts/truth": "results/truth.md",
     "scripts/prepare_trials": "results/prepare.md",
     "scripts/package": "tests/package/packages_test.py",
     "scripts/trial-packages": "tests/package/bare_root_test.py",

@@ -1,0 +1,396 @@
+#include "app/score_command.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "job_run/summary.hpp"
+#include "measured/motion_poses.hpp"
+#include "motion/poses.hpp"
+#include "score/score.hpp"
+
+namespace vrda::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// One of the two motions: a model, or a table to be read.
+struct Source {
+  std::string file;
+  std::optional<store::MotionModel> model;
+};
+
+[[noreturn]] void refuse_score(const std::string& option, const std::string& found, const std::string& wanted)
+{
+  throw InputError({"vrda score", option, found, wanted});
+}
+
+Source source_of(const std::string& file)
+{
+  if (!file.ends_with(".h5")) return {file, {}};
+  return {file, job_run::read_solved_model(file)};
+}
+
+Side side_of(const store::MotionModel& model)
+{
+  return model.side == "left" ? Side::left : Side::right;
+}
+
+/// Three numbers with commas between them, a unit vector.
+Eigen::Vector3d direction_of(const std::string& text)
+{
+  Eigen::Vector3d v = Eigen::Vector3d::Constant(nan);
+  std::size_t from = 0;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const std::size_t end = k < 2 ? text.find(',', from) : text.size();
+    if (end == std::string::npos) break;
+    const auto [rest, error] = std::from_chars(text.data() + from, text.data() + end, v[k]);
+    if (error != std::errc() || rest != text.data() + end) v[k] = nan;
+    from = end + 1;
+  }
+  if (!v.allFinite() || !(v.norm() > 1e-6)) refuse_score("--long-axis", "\"" + text + "\"", "push, or X,Y,Z");
+  return v.normalized();
+}
+
+std::optional<Eigen::Vector3d> long_axis_of(const Source& found, const std::string& text)
+{
+  if (text.empty()) return {};
+  if (text != "push") return direction_of(text);
+  if (!found.model) refuse_score("--long-axis", "push with the table " + found.file, "X,Y,Z");
+  const Points& delta = found.model->push.delta;
+  if ((delta.rowwise() - delta.row(0)).cwiseAbs().maxCoeff() > 0.0)
+    throw InputError({found.file, "--long-axis", "push with a Delta that depends on flexion", "X,Y,Z"});
+  return found.model->delta;
+}
+
+score::Convention convention_of(const Source& found, const Source& against,
+                                const ScoreCommandOptions& options)
+{
+  if (found.model && against.model && found.model->side != against.model->side)
+    throw InputError({against.file, "side", against.model->side, found.model->side + ", as " + found.file});
+  const Source& known = found.model ? found : against;
+  score::Convention convention;
+  if (known.model) {
+    if (!options.side.empty())
+      refuse_score("--side", options.side, "none: the side is that of " + known.file);
+    convention.side = side_of(*known.model);
+    convention.rotation_centre_mm = known.model->rotation_centre_mm;
+  } else if (options.side == "left") {
+    convention.side = Side::left;
+  }
+  if (!options.centre_mm.empty())
+    convention.rotation_centre_mm = Eigen::Map<const Eigen::Vector3d>(options.centre_mm.data());
+  convention.long_axis = long_axis_of(found, options.long_axis);
+  if (options.translations == "mesh-origin") convention.translations = score::Translations::mesh_origin;
+  return convention;
+}
+
+void require_set(const Source& found, const std::string& set)
+{
+  if (!found.model) {
+    if (set != "raw") refuse_score("--set", set, "none: " + found.file + " is a table");
+    return;
+  }
+  const std::vector<std::string> names = motion::set_names(*found.model);
+  if (std::find(names.begin(), names.end(), set) != names.end()) return;
+  throw InputError(
+      {found.file, "--set", "\"" + set + "\"", "a set of this file: " + join_alternatives(names)});
+}
+
+score::Sequence sequence_of(const Source& source, const std::string& set, const score::Convention& convention)
+{
+  if (source.model) return score::sequence_of(source.file, *source.model, set, convention);
+  measured::MotionConvention of_table;
+  of_table.joint.side = convention.side;
+  of_table.joint.rotation_centre_mm = convention.rotation_centre_mm;
+  const measured::MotionSequence table = measured::read_motion(source.file, of_table);
+  return score::sequence_of(source.file, table.key_name, table.key, table.X_reference_moving, convention);
+}
+
+std::string match_of(const Source& found, const ScoreCommandOptions& options)
+{
+  const bool is_grid = found.model && !found.model->frames;
+  if (options.match.empty()) return is_grid ? "flexion" : "key";
+  if (is_grid && options.match == "key")
+    throw InputError({found.file, "--match", "key", "flexion: a grid has no frames"});
+  return options.match;
+}
+
+std::vector<score::Row> matched_rows(const Source& found, const score::Sequence& measured,
+                                     const std::string& match, const ScoreCommandOptions& options,
+                                     const score::Convention& convention)
+{
+  const bool is_given_varus = found.model && !score::is_sequence(*found.model, options.set);
+  if (is_given_varus) {
+    if (options.bridges)
+      throw InputError({found.file, "--bridge", "a grid with given varus", "a motion over flexion"});
+    return score::rows_at_attitudes(*found.model, options.set, measured, convention);
+  }
+  const score::Sequence rows = sequence_of(found, options.set, convention);
+  if (match == "flexion") return score::rows_over_flexion(rows, measured, options.bridges);
+  if (options.bridges) refuse_score("--bridge", "--match key", "--match flexion");
+  if (rows.key_name != measured.key_name)
+    throw InputError({found.file, "key", rows.key_name,
+                      measured.key_name + ", as " + measured.file + "; or --match flexion"});
+  return score::rows_by_key(rows, measured);
+}
+
+std::optional<std::size_t> row_number(std::string_view text, std::size_t if_empty)
+{
+  if (text.empty()) return if_empty;
+  std::size_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size() || number == 0) return {};
+  return number;
+}
+
+/// Rows from 1 on the command line, from 0 inside.
+score::RowRange rows_of(const std::string& option, const std::string& text, std::size_t n)
+{
+  if (text.empty()) return {};
+  if (text == "first-half") return {0, n / 2};
+  if (text == "second-half") return {n / 2, n};
+  const std::size_t colon = text.find(':');
+  const std::string wanted =
+      "A:B with A at most B, of rows 1 to " + std::to_string(n) + "; or first-half or second-half";
+  if (colon == std::string::npos) refuse_score(option, "\"" + text + "\"", wanted);
+  const std::optional<std::size_t> first = row_number(std::string_view(text).substr(0, colon), 1);
+  const std::optional<std::size_t> last = row_number(std::string_view(text).substr(colon + 1), n);
+  if (!first || !last || *first > *last || *last > n) refuse_score(option, "\"" + text + "\"", wanted);
+  return {*first - 1, *last};
+}
+
+score::ScoreOptions score_options(const ScoreCommandOptions& options, const score::Convention& convention,
+                                  const std::string& match, std::size_t n)
+{
+  score::ScoreOptions with;
+  with.convention = convention;
+  if (options.align == "constant") with.align = score::Alignment::constant;
+  if (options.align == "rigid") with.align = score::Alignment::rigid;
+  const std::string over = options.line.empty() ? match : options.line;
+  with.line_over = over == "flexion" ? score::LineOver::flexion : score::LineOver::key;
+  with.scored = rows_of("--rows", options.rows, n);
+  if (!options.fit_rows.empty()) with.fit = rows_of("--fit-rows", options.fit_rows, n);
+  return with;
+}
+
+/// Everything that is printed.
+struct Outcome {
+  const ScoreCommandOptions& options;
+  score::Convention convention;
+  std::string match, line;
+  score::Sequence measured;
+  score::Score score;
+};
+
+double in_file_unit(double value, std::size_t c)
+{
+  return c < score::n_angles ? deg_from_rad(value) : value;
+}
+
+/// "3-5, 12", counted from 1.
+std::string row_list(const std::vector<std::size_t>& rows)
+{
+  std::string text;
+  for (std::size_t k = 0; k < rows.size();) {
+    std::size_t end = k;
+    while (end + 1 < rows.size() && rows[end + 1] == rows[end] + 1) ++end;
+    text += (text.empty() ? "" : ", ") + std::to_string(rows[k] + 1);
+    if (end > k) text += "-" + std::to_string(rows[end] + 1);
+    k = end + 1;
+  }
+  return text;
+}
+
+std::vector<std::size_t> from_one(std::vector<std::size_t> rows)
+{
+  for (std::size_t& row : rows) ++row;
+  return rows;
+}
+
+/// A transform as rotation about an axis through the rotation centre and a shift of that point.
+struct ShownTransform {
+  double rotation_deg = 0.0;
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+  Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
+};
+
+ShownTransform shown_transform(const Pose& X, const Eigen::Vector3d& centre_mm)
+{
+  ShownTransform shown;
+  shown.shift_mm = X * centre_mm - centre_mm;
+  const std::optional<HelicalAxis> axis = helical_axis(Pose::Identity(), X, centre_mm);
+  if (!axis) return shown;
+  shown.rotation_deg = deg_from_rad(axis->rotation_rad);
+  shown.axis = axis->direction;
+  return shown;
+}
+
+Json json_of(const Eigen::Vector3d& v)
+{
+  return {v.x(), v.y(), v.z()};
+}
+
+Json json_of(const Pose& X, const Eigen::Vector3d& centre_mm)
+{
+  const ShownTransform shown = shown_transform(X, centre_mm);
+  Json matrix = Json::array();
+  for (Eigen::Index row = 0; row < 4; ++row)
+    matrix.push_back({X.matrix()(row, 0), X.matrix()(row, 1), X.matrix()(row, 2), X.matrix()(row, 3)});
+  return {{"rotation_deg", shown.rotation_deg},
+          {"axis", json_of(shown.axis)},
+          {"shift_of_rotation_centre_mm", json_of(shown.shift_mm)},
+          {"matrix_mm", matrix}};
+}
+
+Json json_of(const score::CoordinateScore& s, std::size_t c, const score::Sequence& measured)
+{
+  const score::Statistics& of = s.statistics;
+  Json json = {
+      {"unit", score::coordinate_names[c].unit},
+      {"frames", of.n},
+      {"rms", in_file_unit(of.rms, c)},
+      {"bias", in_file_unit(of.bias, c)},
+      {"shape", in_file_unit(of.shape, c)},
+      {"correlation", of.correlation},
+      {"largest", in_file_unit(of.largest, c)},
+      {"largest_row", Json()},
+      {"largest_key", Json()},
+      {"offset", in_file_unit(s.offset, c)},
+      {"baselines",
+       {{"constant_rms", in_file_unit(s.constant_rms, c)}, {"line_rms", in_file_unit(s.line_rms, c)}}},
+      {"undetermined_rows", from_one(s.undetermined)}};
+  if (of.n == 0) return json;
+  json["largest_row"] = s.largest_row + 1;
+  json["largest_key"] = measured.key[s.largest_row];
+  return json;
+}
+
+Json json_of(const Outcome& o)
+{
+  Json align = {{"kind", o.options.align}, {"fit_frames", o.score.n_fit_rows}};
+  if (o.score.rigid) {
+    const score::RigidAlignment& rigid = *o.score.rigid;
+    align["status"] = rigid.is_converged ? "converged" : "iteration_limit";
+    align["rms_mm"] = rigid.rms_mm;
+    align["determined_directions"] = rigid.n_determined;
+    align["reference"] = json_of(rigid.X_reference, o.convention.rotation_centre_mm);
+    align["moving"] = json_of(rigid.X_moving, o.convention.rotation_centre_mm);
+  }
+  Json missing = Json::object(), coordinates = Json::object();
+  for (const auto& [reason, rows] : o.score.missing) missing[reason] = from_one(rows);
+  for (std::size_t c = 0; c < score::n_scored; ++c)
+    coordinates[score::coordinate_names[c].name] = json_of(o.score.coordinates[c], c, o.measured);
+  return {{"file", o.options.model},
+          {"set", o.options.set},
+          {"against", o.options.against},
+          {"side", o.convention.side == Side::left ? "left" : "right"},
+          {"rotation_centre_mm", json_of(o.convention.rotation_centre_mm)},
+          {"translations", o.options.translations},
+          {"long_axis", o.convention.long_axis ? json_of(*o.convention.long_axis) : Json()},
+          {"match", o.match},
+          {"key", o.measured.key_name},
+          {"line_over", o.line},
+          {"bridged", o.options.bridges},
+          {"frames", {{"measured", o.measured.rows.size()}, {"scored", o.score.n_scored_rows}}},
+          {"not_scored_rows", missing},
+          {"align", align},
+          {"coordinates", coordinates}};
+}
+
+std::string three_decimals(double value)
+{
+  if (std::isnan(value)) return "-";
+  char text[48];
+  std::snprintf(text, sizeof text, "%.3f", value);
+  return text;
+}
+
+void print_transform(const char* body, const Pose& X, const Eigen::Vector3d& centre_mm)
+{
+  const ShownTransform s = shown_transform(X, centre_mm);
+  std::printf(
+      "  %s: %.3f degrees about (%.3f, %.3f, %.3f), rotation centre shifted by (%.3f, %.3f, %.3f) mm\n", body,
+      s.rotation_deg, s.axis.x(), s.axis.y(), s.axis.z(), s.shift_mm.x(), s.shift_mm.y(), s.shift_mm.z());
+}
+
+void print_alignment(const Outcome& o)
+{
+  std::printf("aligned: %s", o.options.align.c_str());
+  if (!o.options.fit_rows.empty()) std::printf(", fitted to %zu frames", o.score.n_fit_rows);
+  std::printf("\n");
+  if (!o.score.rigid) return;
+  const score::RigidAlignment& rigid = *o.score.rigid;
+  print_transform("reference", rigid.X_reference, o.convention.rotation_centre_mm);
+  print_transform("moving", rigid.X_moving, o.convention.rotation_centre_mm);
+  std::printf("  %.3f mm left, %d of 12 directions determined\n", rigid.rms_mm, rigid.n_determined);
+}
+
+void print_table(const Outcome& o)
+{
+  std::printf("  %-18s %6s %8s %8s %8s %8s %8s %8s %11s %9s %9s\n", "", "frames", "RMS", "bias", "shape",
+              "offset", "largest", "in row", "correlation", "constant", "line");
+  for (std::size_t c = 0; c < score::n_scored; ++c) {
+    const score::CoordinateScore& s = o.score.coordinates[c];
+    const score::Statistics& of = s.statistics;
+    const auto cell = [&](double value) { return three_decimals(in_file_unit(value, c)); };
+    const std::string name =
+        std::string(score::coordinate_names[c].name) + ", " + score::coordinate_names[c].unit;
+    const std::string row = of.n == 0 ? "-" : std::to_string(s.largest_row + 1);
+    std::printf("  %-18s %6zu %8s %8s %8s %8s %8s %8s %11s %9s %9s\n", name.c_str(), of.n,
+                cell(of.rms).c_str(), cell(of.bias).c_str(), cell(of.shape).c_str(), cell(s.offset).c_str(),
+                cell(of.largest).c_str(), row.c_str(), three_decimals(of.correlation).c_str(),
+                cell(s.constant_rms).c_str(), cell(s.line_rms).c_str());
+  }
+}
+
+void print(const Outcome& o)
+{
+  std::printf("%s (%s) against %s\n", o.options.model.c_str(), o.options.set.c_str(),
+              o.options.against.c_str());
+  std::printf("%zu of %zu frames scored, matched by %s; line over %s\n", o.score.n_scored_rows,
+              o.measured.rows.size(), o.match == "key" ? o.measured.key_name.c_str() : "flexion",
+              o.line == "key" ? o.measured.key_name.c_str() : "flexion");
+  for (const auto& [reason, rows] : o.score.missing)
+    std::printf("not scored: %zu %s, rows %s\n", rows.size(), reason.c_str(), row_list(rows).c_str());
+  print_alignment(o);
+  print_table(o);
+  for (std::size_t c = 0; c < score::n_scored; ++c) {
+    const std::vector<std::size_t>& rows = o.score.coordinates[c].undetermined;
+    if (rows.empty()) continue;
+    std::printf("%s: %zu undetermined, rows %s\n", score::coordinate_names[c].name, rows.size(),
+                row_list(rows).c_str());
+  }
+}
+
+}  // namespace
+
+console::ExitCode score_command(const ScoreCommandOptions& options)
+{
+  const Source found = source_of(options.model), against = source_of(options.against);
+  require_set(found, options.set);
+  const score::Convention convention = convention_of(found, against, options);
+  const score::Sequence measured = sequence_of(against, "raw", convention);
+  const std::string match = match_of(found, options);
+  const std::vector<score::Row> rows = matched_rows(found, measured, match, options, convention);
+  const score::ScoreOptions with = score_options(options, convention, match, measured.rows.size());
+  const Outcome outcome{options,  convention,
+                        match,    options.line.empty() ? match : options.line,
+                        measured, score::score(rows, measured, with)};
+  if (outcome.score.rigid && !outcome.score.rigid->is_converged)
+    console::log_warning("the rigid alignment did not converge within its iteration limit");
+  if (options.as_json) {
+    std::printf("%s\n", json_of(outcome).dump(2).c_str());
+  } else {
+    print(outcome);
+  }
+  return console::ExitCode::done;
+}
+
+}  // namespace vrda::app

@@ -1,0 +1,116 @@
+"""results/truth.md from the scores of scripts/truth_scores."""
+import math
+
+from pages.tables import table
+
+COORDINATES = (("flexion", "flexion, deg"), ("varus", "varus, deg"), ("internal", "internal, deg"), ("anterior", "anterior, mm"),
+               ("proximal", "proximal, mm"), ("lateral", "lateral, mm"))
+# The largest that each case may have: case, measure, coordinate, limit, what to aim at.
+LIMITS = (("tka-contact", "rms", "varus", 0.5, None), ("tka-contact", "rms", "internal", 2.1, None), ("tka-contact", "rms", "anterior", 0.7, None),
+          ("tka-contact", "rms", "proximal", 0.35, None), ("tka-given", "rms", "varus", 0.5, None), ("tka-given", "rms", "proximal", 0.4, None),
+          ("subtalar", "shape", "varus", 1.13, 1.10), ("subtalar", "shape", "internal", 1.48, 1.36))
+CASES = ("tka-contact", "tka-fibres", "tka-given", "subtalar", "subtalar-axis", "living-knee")
+UNITS = {name: label.split(", ")[1] for name, label in COORDINATES}
+
+
+def mean(values):
+    """Of the joints of a case; None if one has no value."""
+    return None if any(value is None for value in values) else math.fsum(values) / len(values)
+
+
+def cell(case, name, text):
+    """A coordinate that was given or is not scored has no number."""
+    return "given" if name in case["not_scored"] else text
+
+
+def fixed(value, digits=2):
+    """Without a negative zero."""
+    return "-" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
+
+
+def of_case(case, part, measure, name):
+    """Mean over the joints of a case."""
+    return mean([joint["coordinates"][name][measure] for joint in case[part]])
+
+
+def frames(case):
+    """Frames scored and measured."""
+    return f"{sum(joint['frames']['scored'] for joint in case['all'])} of {sum(joint['frames']['measured'] for joint in case['all'])}"
+
+
+def found_rows(n):
+    """RMS, in brackets bias and shape."""
+    for name in (name for name in CASES if name in n):
+        case = n[name]
+        numbers = [cell(case, c, f"{fixed(of_case(case, 'all', 'rms', c))} ({fixed(of_case(case, 'all', 'bias', c))}; {fixed(of_case(case, 'all', 'shape', c))})")
+                   for c, _ in COORDINATES]
+        yield [case["title"], case["given"], frames(case), *numbers]
+
+
+def baseline_rows(n):
+    """RMS of the measurement's mean and of its straight line."""
+    for name in (name for name in CASES if name in n):
+        case = n[name]
+        yield [case["title"], *(cell(case, c, f"{fixed(of_case(case, 'all', 'constant_rms', c))}; {fixed(of_case(case, 'all', 'line_rms', c))}")
+                                for c, _ in COORDINATES)]
+
+
+def half_rows(n):
+    """With an offset from the first half: RMS and shape in the second, in brackets the constant's RMS."""
+    for name in (name for name in CASES if name in n):
+        case = n[name]
+        yield [case["title"], *(cell(case, c, f"{fixed(of_case(case, 'second_half', 'rms', c))}; {fixed(of_case(case, 'second_half', 'shape', c))} "
+                                              f"({fixed(of_case(case, 'second_half', 'constant_rms', c))})") for c, _ in COORDINATES)]
+
+
+def joint_rows(case):
+    """Bias; shape of each joint."""
+    for joint in case["all"]:
+        yield [joint["name"], joint["frames"]["scored"],
+               *(cell(case, c, f"{fixed(joint['coordinates'][c]['bias'])}; {fixed(joint['coordinates'][c]['shape'])}") for c, _ in COORDINATES)]
+
+
+def limit_rows(n):
+    """What was wanted and what came out."""
+    for name, measure, coordinate, limit, aim in LIMITS:
+        if name not in n:
+            continue
+        value = of_case(n[name], "all", measure, coordinate)
+        wanted = f"{limit:.2f}" + ("" if aim is None else f", aim {aim:.2f}")
+        yield [n[name]["title"] + f" ({', '.join(n[name]['not_scored'])} given)", f"{'RMS' if measure == 'rms' else measure} of {coordinate}, {UNITS[coordinate]}",
+               wanted, fixed(value, 3), "yes" if value is not None and value <= limit else "no"]
+
+
+def not_scored(n):
+    """Frames without a pose, by reason."""
+    lines = [f"- {case['title']}, {joint['name']}: {count} {reason}" for case in n.values() for joint in case["all"]
+             for reason, count in joint["not_scored"].items()]
+    return "\n".join(lines) or "None."
+
+
+def page(n, stamp):
+    """The page."""
+    labels = [label for _, label in COORDINATES]
+    missing = [name for name in CASES if name not in n]
+    parts = ["# Measured joints\n",
+             "Written by `scripts/truth`: joints whose motion was measured, solved by the equilibrium and scored by `vrda score`. Nothing is fitted to a\n"
+             "measurement, except the offset of the third table. The data and their noise are described in their folders' READMEs.\n",
+             stamp + "\n"]
+    if missing:
+        parts.append(f"Cases without a record: {', '.join(f'`{name}`' for name in missing)}.\n")
+    parts += ["## Found\n", "RMS difference from the measurement (bias; shape, the RMS without the bias). Several joints: the mean of theirs.\n",
+              table(["case", "given", "frames"] + labels, found_rows(n), len(labels)),
+              "Subtalar joints: coordinates about the axes of the push, the direction in which calcaneus and talus face each other\n"
+              "(`--long-axis push`); the meshes are bone, and half of the cartilage is added to each. Living knee: tibial rotation is nearly free\n"
+              "([living-knee.md](living-knee.md) compares loads and menisci).\n",
+              "## Wanted\n", table(["case", "measure", "at most", "found", "met"], limit_rows(n), 2),
+              "## Baselines\n", "RMS of the measurement about its mean; about its straight line over flexion (over frames where frames were solved).\n",
+              table(["case"] + labels, baseline_rows(n), len(labels)),
+              "## Offset from the first half\n",
+              "An offset of each coordinate is fitted to the first half of the frames. In the second half: RMS; shape (RMS of the first half's mean).\n",
+              table(["case"] + labels, half_rows(n), len(labels))]
+    for name in ("subtalar", "subtalar-axis"):
+        if name in n:
+            parts += [f"## {n[name]['title']}: each foot\n", "Bias; shape.\n", table(["joint", "frames"] + labels, joint_rows(n[name]), len(labels))]
+    parts += ["## Frames not scored\n", not_scored(n)]
+    return "\n".join(parts) + "\n"

@@ -1,0 +1,185 @@
+// `vrda score`: grids, tables and models against each other, and what is refused.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "app/scenes.hpp"
+#include "support/messages.hpp"
+
+namespace vrda::score_command_test {
+
+using nlohmann::json;
+
+// Digits of an exported table.
+constexpr double table_digits = 1e-5;
+
+class ScoreCommand : public testing::Test {
+ protected:
+  std::string solved_knee(const std::string& side)
+  {
+    const std::string file = path(side + ".h5");
+    const test::Ended run = test::run_vrda(
+        {"run", test::small_knee_job(scratch_, side).string(), "-o", file, "--progress", "none"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return file;
+  }
+
+  std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
+
+  /// The model's motion over flexion as a table, the measurement of these tests.
+  std::string exported(const std::string& model, const std::string& varus)
+  {
+    const std::string file = path("motion-" + varus + ".csv");
+    const test::Ended ended = test::run_vrda(
+        {"export", model, "--to", "csv", "-o", file, "--set", "raw", "--varus", varus, "--quiet"});
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return file;
+  }
+
+  std::string written(const std::string& name, const std::string& text)
+  {
+    std::ofstream(path(name)) << text;
+    return path(name);
+  }
+
+  static json scored(std::vector<std::string> words)
+  {
+    words.insert(words.begin(), "score");
+    words.emplace_back("--json");
+    const test::Ended ended = test::run_vrda(words);
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return json::parse(ended.out);
+  }
+
+  static void expect_refused(std::vector<std::string> words, const test::Refusal& refusal)
+  {
+    words.insert(words.begin(), "score");
+    test::expect_refused(words, refusal);
+  }
+
+  test::Scratch scratch_;
+};
+
+TEST_F(ScoreCommand, AModelAgainstItsOwnExportHasNoError)
+{
+  for (const std::string side : {"right", "left"}) {
+    const std::string model = solved_knee(side);
+    const json found = scored({model, "--against", exported(model, "1")});
+    EXPECT_EQ(found.at("side"), side);
+    EXPECT_EQ(found.at("match"), "flexion");
+    EXPECT_EQ(found.at("frames").at("scored"), found.at("frames").at("measured"));
+    ASSERT_EQ(found.at("coordinates").size(), 6u);
+    for (const auto& [name, of] : found.at("coordinates").items()) {
+      EXPECT_LT(of.at("rms").get<double>(), table_digits) << name;
+      EXPECT_EQ(of.at("frames"), 7) << name;
+    }
+  }
+}
+
+TEST_F(ScoreCommand, AMirroredKneeHasEqualScores)
+{
+  std::array<json, 2> found;
+  for (const std::string side : {"right", "left"}) {
+    const std::string model = solved_knee(side);
+    json& of = found[side == "left"];
+    of = scored({model, "--against", model, "--rows", "3:30", "--align", "rigid", "--fit-rows", "1:20"});
+    EXPECT_EQ(of.at("align").at("status"), "converged");
+  }
+  EXPECT_EQ(found[0].at("coordinates"), found[1].at("coordinates"));
+  EXPECT_EQ(found[0].at("frames"), found[1].at("frames"));
+}
+
+TEST_F(ScoreCommand, AnOffsetOfTheFirstHalfIsTakenFromTheSecond)
+{
+  // clinical numbers of ten frames; the second table is 1 mm further forward, from frame 6 on 3 mm
+  std::string measured = "frame,flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n", found = measured;
+  for (int k = 1; k <= 10; ++k) {
+    const std::string angles =
+        std::to_string(k) + "," + std::to_string(5 * k) + ",1," + std::to_string(k % 3);
+    measured += angles + "," + std::to_string(k * k) + ",2,3\n";
+    found += angles + "," + std::to_string(k * k + (k > 5 ? 3 : 1)) + ",2,3\n";
+  }
+  const json of = scored({written("found.csv", found), "--against", written("measured.csv", measured),
+                          "--align", "constant", "--fit-rows", "first-half", "--rows", "second-half",
+                          "--translations", "mesh-origin"});
+  const json& anterior = of.at("coordinates").at("anterior");
+  EXPECT_EQ(of.at("match"), "key");
+  EXPECT_EQ(of.at("key"), "frame");
+  EXPECT_EQ(anterior.at("frames"), 5);
+  EXPECT_NEAR(anterior.at("offset").get<double>(), 1.0, 1e-9);
+  EXPECT_NEAR(anterior.at("rms").get<double>(), 2.0, 1e-9);
+  EXPECT_NEAR(anterior.at("shape").get<double>(), 0.0, 1e-9);
+  EXPECT_NEAR(of.at("coordinates").at("internal").at("rms").get<double>(), 0.0, 1e-9);
+}
+
+TEST_F(ScoreCommand, FramesThatCannotBeScoredAreNamed)
+{
+  const std::string model = solved_knee("right");
+  const std::string table = written("few.csv",
+                                    "frame,flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n"
+                                    "1,10,0,0,0,0,0\n2,150,0,0,0,0,0\n3,20,0,0,0,0,0\n4,20,60,0,0,0,0\n");
+  const json found = scored({model, "--against", table});
+  EXPECT_EQ(found.at("frames").at("scored"), 2);
+  EXPECT_EQ(found.at("not_scored_rows"), (json{{"outside_range", {2, 4}}}));
+  const test::Ended shown = test::run_vrda({"score", model, "--against", table});
+  EXPECT_EQ(shown.exit_code, 0);
+  EXPECT_THAT(shown.out, test::reports("not scored", {"2", "outside_range", "4"}));
+  for (const char* name : {"flexion, degree", "varus, degree", "internal, degree", "anterior, mm"})
+    EXPECT_NE(shown.out.find(name), std::string::npos) << name;
+}
+
+TEST_F(ScoreCommand, WhatDoesNotFitIsRefused)
+{
+  const std::string model = solved_knee("right"), left = solved_knee("left"), table = exported(model, "1");
+  expect_refused({path("none.h5"), "--against", table}, {.file = "none.h5"});
+  expect_refused({model, "--against", path("none.csv")}, {.file = "none.csv"});
+  expect_refused({model, "--against", left}, {.file = "left.h5", .field = "side", .wanted = "right"});
+  expect_refused({model, "--against", table, "--set", "degree_9"},
+                 {.file = "right.h5", .field = "--set", .found = "degree_9", .wanted = "raw"});
+  expect_refused({table, "--against", model, "--set", "degree_9"}, {.file = "vrda score", .field = "--set"});
+  expect_refused({model, "--against", table, "--match", "key"}, {.file = "right.h5", .field = "--match"});
+  expect_refused({model, "--against", table, "--bridge"}, {.file = "right.h5", .field = "--bridge"});
+  expect_refused({model, "--against", table, "--side", "left"}, {.file = "vrda score", .field = "--side"});
+  for (const char* rows : {"0:3", "3:2", "1:99", "3", "a:b", "-1:2", ":0"}) {
+    SCOPED_TRACE(rows);
+    expect_refused({model, "--against", table, "--fit-rows=" + std::string(rows)},
+                   {.file = "vrda score", .field = "--fit-rows", .wanted = "7"});
+  }
+  for (const char* axis : {"0,0,0", "1,2", "1,2,3,4", "nan,0,1", "up"}) {
+    SCOPED_TRACE(axis);
+    expect_refused({model, "--against", table, "--long-axis", axis},
+                   {.file = "vrda score", .field = "--long-axis"});
+  }
+  expect_refused({table, "--against", table, "--long-axis", "push"},
+                 {.file = "vrda score", .field = "--long-axis"});
+}
+
+TEST_F(ScoreCommand, ATableWithoutUsableNumbersIsRefused)
+{
+  const std::string model = solved_knee("right");
+  const std::string header = "frame,flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n";
+  for (const char* rows : {"", "1,nan,0,0,0,0,0\n", "1,10,0,0,0,0\n", "2,10,0,0,0,0,0\n1,10,0,0,0,0,0\n"}) {
+    SCOPED_TRACE(rows);
+    const test::Ended ended =
+        test::run_vrda({"score", model, "--against", written("bad.csv", header + rows)});
+    EXPECT_EQ(ended.exit_code, 2);
+    EXPECT_NE(ended.err.find("bad.csv"), std::string::npos);
+    EXPECT_EQ(ended.out, "");
+  }
+  expect_refused({model, "--against", written("far.csv", header + "1,170,0,0,0,0,0\n")},
+                 {.file = "far.csv", .field = "rows to score", .found = {"1", "outside_range"}});
+}
+
+TEST_F(ScoreCommand, MotionsOfDifferentKeysAreNotMatchedInSilence)
+{
+  const std::string columns = ",flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n1,10,0,0,0,0,0\n";
+  const std::string by_frame = written("a.csv", "frame" + columns),
+                    by_time = written("b.csv", "time_s" + columns);
+  expect_refused({by_frame, "--against", by_time},
+                 {.file = "a.csv", .field = "key", .found = "frame", .wanted = "time_s"});
+  EXPECT_EQ(scored({by_frame, "--against", by_time, "--match", "flexion"}).at("frames").at("scored"), 1);
+}
+
+}  // namespace vrda::score_command_test
