@@ -51,6 +51,8 @@ std::string value_text(const ValueRule& valid)
       return "unit vectors, or zero";
     case Rule::axis:
       return "finite, strictly increasing degrees, at least 1e-6 apart";
+    case Rule::ascending:
+      return "finite, strictly increasing, at least 1e-9 apart";
     case Rule::integer:
       return "a value from " + text_of(valid.least) + " to " + text_of(valid.largest);
     case Rule::row_starts:

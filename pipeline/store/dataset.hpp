@@ -90,6 +90,7 @@ enum class Rule {
   unit_or_zero_rows,
   exact_unit_rows,
   axis,        ///< degrees, strictly increasing
+  ascending,   ///< keys of frames, strictly increasing
   integer,     ///< from `least` to `largest`
   row_starts,  ///< of compressed rows: non-decreasing from 0 to `largest`
   codes,       ///< of `flags`; with a condition: 0 or 1 there, -1 elsewhere

@@ -74,9 +74,10 @@ struct AuditSet {
   std::string name;                            ///< "raw", "degree_6", "degree_6_recontacted", "zero_varus"
   std::int32_t refine = 1;                     ///< subdivisions of each cell of the model, along each axis
   std::vector<double> flexion_deg, varus_deg;  ///< axes; varus is {0} for zero_varus and where varus was free
-  GridB state;                                 ///< AuditState
-  GridD gap_mm;                                ///< travel along Delta to the next contact; NaN unless free
-  GridD gap_medial_mm, gap_lateral_mm;         ///< signed, of each compartment; sized only with compartments
+  std::vector<double> frame_key;  ///< [n_flexion] in a sequence of frames, and flexion then in any order
+  GridB state;                    ///< AuditState
+  GridD gap_mm;                   ///< travel along Delta to the next contact; NaN unless free
+  GridD gap_medial_mm, gap_lateral_mm;  ///< signed, of each compartment; sized only with compartments
   GridD penetration_mm;  ///< travel opposite to Delta out of the overlap; 0 when free, NaN without a pose
 };
 

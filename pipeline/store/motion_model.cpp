@@ -59,6 +59,14 @@ bool have_equal_recontact(const SmoothedSet& a, const SmoothedSet& b)
 
 }  // namespace
 
+bool is_key_name(const std::string& name)
+{
+  const auto is_letter = [](char c) { return c >= 'a' && c <= 'z'; };
+  return !name.empty() && name.size() <= 40 && is_letter(name[0]) &&
+         std::all_of(name.begin(), name.end(),
+                     [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '_'; });
+}
+
 PushRows constant_push(const Eigen::Vector3d& delta, std::size_t n_flexion)
 {
   PushRows push;

@@ -128,11 +128,23 @@ struct LigamentRows {
   std::vector<std::int8_t> is_wrapped;                           ///< [n_cells, n_fibres] -1 where not stable
 };
 
+/// The key of each frame of a model that is a sequence of frames: time, percentage of gait, number.
+struct FrameSequence {
+  std::string key_name;     ///< "time_s": see is_key_name
+  std::vector<double> key;  ///< [n_flexion] strictly ascending, at least min_key_step apart
+};
+
+/// At least this far apart, so that rates over neighbouring keys cannot overflow.
+inline constexpr double min_key_step = 1e-9;
+
+/// A lower-case letter, then at most 39 lower-case letters, digits and underscores.
+bool is_key_name(const std::string& name);
+
 struct MotionModel {
   std::string title;
-  std::string joint;                                             ///< "knee" or "other"
-  std::string side;                                              ///< "right" or "left"
-  std::string method;                                            ///< "stability-search" or "equilibrium"
+  std::string joint;   ///< "knee" or "other"
+  std::string side;    ///< "right" or "left"
+  std::string method;  ///< "stability-search", "equilibrium" or "import"
   Eigen::Vector3d rotation_centre_mm = Eigen::Vector3d::Zero();  ///< canonical
   Eigen::Vector3d delta = Eigen::Vector3d::UnitY();              ///< world W; of the first flexion
   double contact_resolution_mm = 0.1;
@@ -140,8 +152,11 @@ struct MotionModel {
   std::vector<std::int8_t>
       compartment_of_triangle;  ///< [n triangles of moving.contact] Compartment; empty without compartments
 
-  std::vector<double> flexion_deg;  ///< [n_flexion]
-  std::vector<double> varus_deg;    ///< [n_varus]
+  /// If set, the model is a sequence of frames: row i of every table over flexion is frame i.
+  std::optional<FrameSequence> frames;
+  std::vector<double>
+      flexion_deg;  ///< [n_flexion] ascending; of each frame's attitude, in any order, with frames
+  std::vector<double> varus_deg;  ///< [n_varus]; {0} with frames
 
   GridD tx_mm, ty_mm, tz_mm, theta_deg;
   std::vector<double> X_reference_moving;  ///< [n_flexion, n_varus, 4, 4] row-major

@@ -10,9 +10,10 @@
 namespace vrda::store {
 
 inline constexpr const char* format_name = "vrda motion model";
-inline constexpr const char* format_version = "1.7";
+inline constexpr const char* format_version = "1.8";
+inline constexpr int format_minor_version = 8;
 /// Smallest minor version that readers accept; later ones add objects, which are ignored.
-inline constexpr int format_minor_version = 7;
+inline constexpr int least_minor_version = 7;
 
 /// Writes `model` to `path`: under a temporary name in the same folder, flushed to the disk, then renamed,
 /// so `path` is always a complete old or new file. Equal models give equal bytes.

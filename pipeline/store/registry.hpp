@@ -38,7 +38,8 @@ void visit_root(Model& model, Visitor& visit)
 
   const std::vector<std::string> grid{"/flexion", "/varus"};
   const ValueCondition stable = where_stable(model.status);
-  visit({"/flexion", {"/flexion"}, unit::degree, rule(Rule::axis), "flexion of the attitude"}, model.flexion_deg);
+  const bool has_frames = has_optional(visit, "/frame", model.frames);
+  visit({"/flexion", {"/flexion"}, unit::degree, has_frames ? number() : rule(Rule::axis), "flexion of the attitude"}, model.flexion_deg);
   visit({"/varus", {"/varus"}, unit::degree, rule(Rule::axis), "varus of the attitude, adduction positive"}, model.varus_deg);
   visit({"/tx", grid, unit::mm, number(stable), "translation along X of the world frame W"}, model.tx_mm);
   visit({"/ty", grid, unit::mm, number(stable), "translation along Y of the world frame W"}, model.ty_mm);
@@ -53,6 +54,10 @@ void visit_root(Model& model, Visitor& visit)
   visit({"/theta_determined", grid, unit::none, codes(FlagSet::optional_yes_no, stable), "whether the contacts determine the rotation about Delta"}, model.theta_determined);
   visit({"/is_spine", grid, unit::none, codes(FlagSet::yes_no), "whether the cell is on the spine, the continuation path along flexion"}, model.is_spine);
   visit({"/varus_solved", grid, unit::degree, number(stable), "varus of the pose, adduction positive"}, model.varus_solved_deg);
+  if (has_frames) {
+    visit.attribute("/frame", "key_name", model.frames->key_name);
+    visit({"/frame", {"/flexion"}, unit::one, rule(Rule::ascending), "key of the frame: time, percentage of gait, number"}, model.frames->key);
+  }
   if (!model.has_compartments) return;
   visit({"/gap_medial_mm", grid, unit::mm, number_or_nan(stable), "remaining gap along Delta in the medial compartment"}, model.gap_medial_mm);
   visit({"/gap_lateral_mm", grid, unit::mm, number_or_nan(stable), "remaining gap along Delta in the lateral compartment"}, model.gap_lateral_mm);
@@ -184,7 +189,8 @@ void visit_motion_model(Model& model, Visitor&& visit)
     visit_zero_varus(*model.zero_varus, model.has_compartments, visit);
   visit.list("/audit", model.audits);
   if (!model.audits.empty()) visit.group("/audit");
-  for (auto& audit : model.audits) visit_audit(audit, model.has_compartments, visit);
+  for (auto& audit : model.audits)
+    visit_audit(audit, {model.has_compartments, model.frames.has_value()}, visit);
   visit.group("/bodies");
   visit_body(model.reference, "/bodies/reference", visit);
   visit_body(model.moving, "/bodies/moving", visit);

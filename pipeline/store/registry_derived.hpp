@@ -118,8 +118,12 @@ void visit_zero_varus(Motion& motion, bool has_compartments, Visitor& visit)
   visit({group + "/lateral_sliding", interval, unit::mm, between, "sliding in the lateral compartment"}, motion.lateral_sliding_mm);
 }
 
+struct AuditedModel {
+  bool has_compartments, has_frames;
+};
+
 template <typename Audit, typename Visitor>
-void visit_audit(Audit& audit, bool has_compartments, Visitor& visit)
+void visit_audit(Audit& audit, const AuditedModel& model, Visitor& visit)
 {
   using When = ValueCondition::When;
   const std::string group = audit_group(audit.name), flexion = group + "/flexion", varus = group + "/varus";
@@ -135,12 +139,13 @@ void visit_audit(Audit& audit, bool has_compartments, Visitor& visit)
   visit.derived_attribute(group, "largest_gap", summary.largest_gap_mm);
   visit.dimension(flexion, DimensionSize::axis(audit.flexion_deg.size()));
   visit.dimension(varus, DimensionSize::axis(audit.varus_deg.size()));
-  visit({flexion, {flexion}, unit::degree, rule(Rule::axis), "flexion of the attitude"}, audit.flexion_deg);
+  visit({flexion, {flexion}, unit::degree, model.has_frames ? number() : rule(Rule::axis), "flexion of the attitude"}, audit.flexion_deg);
+  if (model.has_frames) visit({group + "/frame", {flexion}, unit::one, rule(Rule::ascending), "key of the frame, of the model or between two"}, audit.frame_key);
   visit({varus, {varus}, unit::degree, rule(Rule::axis), "varus of the attitude, adduction positive"}, audit.varus_deg);
   visit({group + "/state", grid, unit::none, codes(FlagSet::audit_state), "result of the audit"}, audit.state);
   visit({group + "/gap", grid, unit::mm, at_least_0(free), "travel along Delta to the next contact"}, audit.gap_mm);
   visit({group + "/penetration", grid, unit::mm, at_least_0(posed), "travel opposite to Delta to the first contact of an approach from far away"}, audit.penetration_mm);
-  if (!has_compartments) return;
+  if (!model.has_compartments) return;
   visit({group + "/gap_medial", grid, unit::mm, number_or_nan(posed), "travel along Delta to the first contact of the medial compartment, negative: overlap"}, audit.gap_medial_mm);
   visit({group + "/gap_lateral", grid, unit::mm, number_or_nan(posed), "travel along Delta to the first contact of the lateral compartment, negative: overlap"}, audit.gap_lateral_mm);
 }

@@ -86,7 +86,10 @@ class RowCheck : public RegistryVisitor {
       case Rule::any:
         return;
       case Rule::axis:
-        check_axis(dataset, values);
+        check_axis(dataset, values, min_axis_step_deg);
+        return;
+      case Rule::ascending:
+        check_axis(dataset, values, min_key_step);
         return;
       case Rule::number:
       case Rule::number_or_nan:
@@ -104,11 +107,11 @@ class RowCheck : public RegistryVisitor {
   }
 
   template <typename Scalar>
-  void check_axis(const Dataset& dataset, std::span<const Scalar> values)
+  void check_axis(const Dataset& dataset, std::span<const Scalar> values, double min_step)
   {
     findings_.report_numbers(
         dataset.path, values.data(), values.size(), rule_text(dataset.valid), [&](std::size_t i) {
-          return !is_number(values[i]) || (i > 0 && !(values[i] - values[i - 1] >= min_axis_step_deg));
+          return !is_number(values[i]) || (i > 0 && !(values[i] - values[i - 1] >= min_step));
         });
   }
 

@@ -32,7 +32,7 @@ std::string kind_text(const std::optional<ValueKind>& kind)
 
 struct Format {
   const char* name;
-  std::int32_t least_minor_version;
+  std::int32_t least_minor_version, minor_version;
 };
 
 std::uint64_t bytes_of(ValueKind kind)
@@ -151,7 +151,7 @@ class StructureCheck : public RegistryVisitor {
     const std::from_chars_result minor =
         has_minor ? std::from_chars(major.ptr + 1, end, minor_version) : major;
     const bool is_whole = has_minor && minor.ec == std::errc() && minor.ptr == end;
-    is_later_ = minor_version > wanted.least_minor_version;
+    is_later_ = minor_version > wanted.minor_version;
     if (is_whole && major_version == 1 && minor_version >= wanted.least_minor_version) return true;
     const std::string least = "1." + std::to_string(wanted.least_minor_version);
     if (major.ec == std::errc() && major_version > 1) {
@@ -320,14 +320,14 @@ class StructureCheck : public RegistryVisitor {
 Structure<MotionModel> structure_of_model(const H5Reader& reader)
 {
   return StructureCheck(reader).run<MotionModel>(
-      {format_name, format_minor_version},
+      {format_name, least_minor_version, format_minor_version},
       [](MotionModel& model, StructureCheck& check) { visit_motion_model(model, check); });
 }
 
 Structure<Trace> structure_of_trace(const H5Reader& reader)
 {
   return StructureCheck(reader).run<Trace>(
-      {trace_format_name, trace_format_minor_version},
+      {trace_format_name, trace_format_minor_version, trace_format_minor_version},
       [](Trace& trace, StructureCheck& check) { visit_trace(trace, check); });
 }
 

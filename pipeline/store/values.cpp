@@ -37,7 +37,7 @@ class ModelRules {
   {
     one_of("/@joint", model_.joint, {"knee", "other"});
     one_of("/@side", model_.side, {"right", "left"});
-    one_of("/@method", model_.method, {"stability-search", "equilibrium"});
+    one_of("/@method", model_.method, {"stability-search", "equilibrium", "import"});
     findings_.report_not_finite("/@rotation_centre_mm", model_.rotation_centre_mm.data(), 3);
     const double length = model_.delta.norm();
     if (!(std::abs(length - 1.0) <= exact_tolerance)) {
@@ -53,6 +53,7 @@ class ModelRules {
   void run()
   {
     check_cells();
+    if (model_.frames) check_frames(*model_.frames);
     findings_.report_not_finite("/push@point_mm", model_.push.point_mm.data(), 3);
     if (model_.equilibrium) check_equilibrium(*model_.equilibrium);
     if (model_.ligaments &&
@@ -101,6 +102,23 @@ class ModelRules {
                                return is_stable(cell) && is_number(wanted_deg) &&
                                       std::abs(solved_deg[cell] - wanted_deg) > exact_tolerance;
                              });
+  }
+
+  /// A motion derived over flexion has no meaning where flexion may repeat.
+  void check_frames(const FrameSequence& frames)
+  {
+    if (!is_key_name(frames.key_name)) {
+      findings_.add("/frame@key_name", "\"" + frames.key_name + "\"",
+                    "a lower-case letter, then at most 39 lower-case letters, digits and underscores");
+    }
+    if (n_varus_ != 1 || model_.varus_deg[0] != 0.0)
+      findings_.add("/varus", "other values", "the single value 0 in a sequence of frames");
+    const char* wanted = "nothing in a sequence of frames";
+    if (!model_.smoothed.empty()) findings_.add("/smoothed", "a smoothed motion", wanted);
+    if (model_.two_sided) findings_.add("/two_sided", "a two-sided motion", wanted);
+    if (model_.zero_varus) findings_.add("/zero_varus", "a zero-varus motion", wanted);
+    for (const AuditSet& audit : model_.audits)
+      if (audit.name != "raw") findings_.add(audit_group(audit.name), "an audit", wanted);
   }
 
   void check_equilibrium(const EquilibriumSurfaces& equilibrium)
@@ -201,7 +219,7 @@ class ModelRules {
       findings_.add(smoothed_path(set.degree, "varus"), "a surface",
                     "no such surface where /varus has several values");
     }
-    if (!has_right_terms(set, group)) return;
+    if (model_.frames || !has_right_terms(set, group)) return;
     const AxisRanges ranges = axis_ranges(model_.flexion_deg, model_.varus_deg);
     for (const SmoothedSurface& surface : set.surfaces) {
       const double* values = surface.values.data();

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/clinical.hpp"
+#include "core/joint_coordinates.hpp"
 #include "core/units.hpp"
 #include "support/meshes.hpp"
 
@@ -95,6 +96,25 @@ TEST(Frames, AStoredPoseIsThatOfTheSolverAgain)
       const Pose expected = pose_of(pose);
       EXPECT_LT((R * X.linear() - expected.linear()).cwiseAbs().maxCoeff(), rounding);
       EXPECT_LT((R * X.translation() - expected.translation()).norm(), rounding);
+    }
+  }
+}
+
+TEST(Frames, JointCoordinatesAreThoseOfThePose)
+{
+  for (const Side side : {Side::right, Side::left}) {
+    for (const Eigen::Vector3d& delta : {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(-1, 0, 0),
+                                         Eigen::Vector3d(Eigen::Vector3d(0.3, 1, -0.2).normalized())}) {
+      for (const double flexion_rad : {-2.9, 0.0, 1.1, 3.0}) {
+        const SolverFrame frame = far_frame(side, delta);
+        const Attitude attitude{flexion_rad, 0.07};
+        const MovingPose pose{{1.25, -3.5, 0.75}, -0.21};
+        const JointCoordinates found = joint_coordinates(frame, X_reference_moving(frame, attitude, pose));
+        EXPECT_NEAR(found.attitude.flexion_rad, flexion_rad, rounding);
+        EXPECT_NEAR(found.attitude.varus_rad, 0.07, rounding);
+        EXPECT_NEAR(found.pose.theta_rad, -0.21, rounding);
+        EXPECT_LT((found.pose.translation_mm - pose.translation_mm).norm(), rounding);
+      }
     }
   }
 }

@@ -141,6 +141,43 @@ TEST(ModelRules, Audits)
                            [](store::MotionModel& m) { m.audits[2].penetration_mm(0, 1) = 0.25; }});
 }
 
+TEST(ModelRules, Frames)
+{
+  const auto expect = [](const test::Damage& damage) { test::expect_finding(test::frames_model(), damage); };
+  expect({"/frame", "0.25 at entry 2", "strictly increasing",
+          [](store::MotionModel& m) { m.frames->key[2] = m.frames->key[1]; }});
+  expect({"/frame", "nan at entry 3", "finite", [](store::MotionModel& m) { m.frames->key[3] = nan; }});
+  expect({"/audit/raw/frame", "at entry 1", "strictly increasing",
+          [](store::MotionModel& m) { m.audits[0].frame_key[1] = -1.0; }});
+  expect({"/flexion", "nan at entry 1", "finite", [](store::MotionModel& m) { m.flexion_deg[1] = nan; }});
+  expect({"/varus", "other values", "value 0", [](store::MotionModel& m) { m.varus_deg[0] = 1.0; }});
+  for (const std::string& name :
+       {std::string(), std::string("Time"), std::string("a,b"), std::string(41, 'a')})
+    expect({"/frame@key_name", name.c_str(), "lower-case",
+            [&](store::MotionModel& m) { m.frames->key_name = name; }});
+  expect({"/zero_varus", "a zero-varus motion", "nothing in a sequence of frames", [](store::MotionModel& m) {
+            m.zero_varus = test::with_derived(test::sample_model({6, 1, true, true, false})).zero_varus;
+          }});
+  expect({"/two_sided", "a two-sided motion", "nothing in a sequence of frames", [](store::MotionModel& m) {
+            m.two_sided = test::with_derived(test::sample_model({6, 1, true, true, false})).two_sided;
+          }});
+  expect({"/smoothed", "a smoothed motion", "nothing in a sequence of frames", [](store::MotionModel& m) {
+            m.smoothed = test::sample_model({6, 1, true, true, false}).smoothed;
+          }});
+  expect({"/audit/zero_varus", "an audit", "nothing in a sequence of frames", [](store::MotionModel& m) {
+            m.audits.push_back(m.audits[0]);
+            m.audits[1].name = "zero_varus";
+          }});
+}
+
+TEST(ModelRules, WithoutFramesFlexionIsAnAxis)
+{
+  expect_finding({"/flexion", "1 at entry 3", "strictly increasing", [](store::MotionModel& m) {
+                    m.flexion_deg[3] = 1.0;
+                    m.smoothed.clear();
+                  }});
+}
+
 TEST(ModelRules, EveryBrokenRuleIsListed)
 {
   const test::Scratch scratch;

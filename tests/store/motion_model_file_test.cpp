@@ -47,6 +47,25 @@ TEST(MotionModelFile, GivesBackWhatWasWritten)
   }
 }
 
+TEST(MotionModelFile, ASequenceOfFramesComesBackWithItsKeys)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "walk.h5";
+  const store::MotionModel wanted = test::frames_model();
+  EXPECT_EQ(wanted.flexion_deg, (std::vector<double>{0, 1, 2, 1, 0, 1}));
+  store::write_motion_model(path, wanted);
+  EXPECT_TRUE(store::validate_hdf5(path).empty());
+  const store::MotionModel read = store::read_motion_model(path);
+  expect_equal(read, wanted);
+  EXPECT_EQ(read.frames->key_name, "time_s");
+  EXPECT_EQ(read.frames->key, (std::vector<double>{-0.25, 0.25, 0.75, 1.25, 1.75, 2.25}));
+  EXPECT_EQ(read.audits[0].frame_key, wanted.audits[0].frame_key);
+  const store::MotionModel start = store::with_pending_cells(wanted);
+  store::write_motion_model(path, start);
+  expect_equal(store::read_motion_model(path), start);
+  EXPECT_EQ(start.frames->key, wanted.frames->key);
+}
+
 TEST(MotionModelFile, StartFileIsAValidModelWithEveryCellPending)
 {
   const test::Scratch scratch;

@@ -85,9 +85,9 @@ std::string with_tables(const std::string& page, bool is_trace)
     store::visit_trace(trace, table);
   } else {
     const store::MotionModel whole = whole_model(),
-                             free = with_derived(sample_model({4, 1, true, true, false}));
-    store::visit_motion_model(whole, table);
-    store::visit_motion_model(free, table);
+                             free = with_derived(sample_model({4, 1, true, true, false})),
+                             frames = frames_model();
+    for (const store::MotionModel* model : {&whole, &free, &frames}) store::visit_motion_model(*model, table);
   }
   const std::string mark = "<!-- table ";
   std::istringstream lines(page);

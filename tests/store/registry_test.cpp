@@ -82,6 +82,7 @@ TEST(Registry, ThePagesNameEveryDimensionAndAttribute)
   EXPECT_THAT(page_of("motion-model.md"), HasSubstr(std::string("format version ") + store::format_version));
   EXPECT_THAT(page_of("trace.md"), HasSubstr(std::string("format version ") + store::trace_format_version));
   EXPECT_EQ(store::format_version, "1." + std::to_string(store::format_minor_version));
+  EXPECT_LE(store::least_minor_version, store::format_minor_version);
   EXPECT_EQ(store::trace_format_version, "1." + std::to_string(store::trace_format_minor_version));
 }
 

@@ -205,4 +205,16 @@ store::MotionModel whole_model()
   return model;
 }
 
+store::MotionModel frames_model()
+{
+  SampleOptions options{6, 1, true, true, false};
+  options.has_frames = true;
+  store::MotionModel model = sample_model(options);
+  store::AuditSet audit = sample_audit("raw", model);
+  for (std::size_t i = 0; i < audit.flexion_deg.size(); ++i)
+    audit.frame_key.push_back(0.125 * static_cast<double>(i));
+  model.audits = store::with_audit(model.audits, audit);
+  return model;
+}
+
 }  // namespace vrda::test

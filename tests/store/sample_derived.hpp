@@ -16,4 +16,7 @@ store::MotionModel with_derived(store::MotionModel model);
 /// wraps, scaled by landmarks, with derived data.
 store::MotionModel whole_model();
 
+/// A sequence of frames with its audit.
+store::MotionModel frames_model();
+
 }  // namespace vrda::test

@@ -279,6 +279,18 @@ void fill_fibre_states(store::MotionModel& model)
   }
 }
 
+/// Flexion 0, 1, 2, 1, 0, ...: neither ascending nor without repetition.
+void set_frames(store::MotionModel& model)
+{
+  model.method = model.method == "equilibrium" ? model.method : "import";
+  model.varus_deg = {0.0};
+  model.frames.emplace().key_name = "time_s";
+  for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
+    model.frames->key.push_back(0.5 * static_cast<double>(i) - 0.25);
+    model.flexion_deg[i] = static_cast<double>(i % 4 == 3 ? 1 : i % 4);
+  }
+}
+
 }  // namespace
 
 store::MotionModel sample_model(const SampleOptions& options)
@@ -293,6 +305,7 @@ store::MotionModel sample_model(const SampleOptions& options)
   model.has_compartments = options.has_compartments;
   for (std::int32_t i = 0; i < options.n_flexion; ++i) model.flexion_deg.push_back(1.0 * i);
   for (std::int32_t j = 0; j < options.n_varus; ++j) model.varus_deg.push_back(-1.0 + j);
+  if (options.has_frames) set_frames(model);
   model.reference = sample_body("femur", options.has_visual);
   model.moving = sample_body("tibmen", options.has_visual);
   model.job = {"title = \"Sample joint\"\n",
@@ -317,7 +330,7 @@ store::MotionModel sample_model(const SampleOptions& options)
   if (model.equilibrium) fill_equilibrium(model);
   if (model.ligaments) fill_fibre_states(model);
   if (model.has_compartments) model.contact_paths = store::contact_paths_of(model);
-  model.smoothed = {sample_smoothed(model)};
+  if (!model.frames) model.smoothed = {sample_smoothed(model)};
   return model;
 }
 

@@ -16,6 +16,7 @@ struct SampleOptions {
   bool is_equilibrium = false;  ///< method equilibrium, with a Delta that rotates over flexion
   std::int32_t n_fibres = 0;    ///< 0: no ligaments
   std::int32_t n_wraps = 0;     ///< only with fibres
+  bool has_frames = false;      ///< a sequence of frames: flexion rises and falls; n_varus is 1
 };
 
 /// Balls for bodies, two contacts per solved cell, one smoothed set of degree 1. As an equilibrium, a medial

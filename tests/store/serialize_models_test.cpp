@@ -25,7 +25,7 @@ std::vector<store::MotionModel> samples()
   store::MotionModel single = test::sample_model(one_cell);
   single.smoothed.clear();  // one cell has no terms for a degree
   return {test::with_derived(test::sample_model()), test::sample_model(bare),
-          test::with_derived(test::sample_model(mechanics)), single};
+          test::with_derived(test::sample_model(mechanics)), single, test::frames_model()};
 }
 
 TEST(PlainBytes, AModelComesBackToTheLastBit)

@@ -1,5 +1,5 @@
 // Writes sample motion models, a trace and an index, for checks with other programs:
-// write_sample FILE [rich|plain|free|pending|trace|index], and the tables of a page in schemas/:
+// write_sample FILE [rich|plain|free|frames|pending|trace|index], and the tables of a page in schemas/:
 // write_sample PAGE page
 #include <cstdio>
 #include <exception>
@@ -39,6 +39,7 @@ int main(int argc, char** argv)
     if (which == "free") options.n_varus = 1, options.has_failed_cell = false;
     vrda::store::MotionModel model = vrda::test::sample_model(options);
     if (which == "rich" || which == "free") model = vrda::test::with_derived(model);
+    if (which == "frames") model = vrda::test::frames_model();
     if (which == "pending") model = vrda::store::with_pending_cells(model);
     if (which == "trace") {
       vrda::store::write_trace(argv[1], vrda::test::trace_beside(model));

@@ -1,0 +1,27 @@
+/// From a table to the poses of a joint.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "measured/motion_convention.hpp"
+#include "measured/motion_table.hpp"
+
+namespace vrda::measured {
+
+/// A measured motion: one pose per frame.
+struct MotionSequence {
+  std::string key_name;                  ///< as store::FrameSequence
+  std::vector<double> key;               ///< [n] strictly ascending
+  std::vector<Pose> X_reference_moving;  ///< [n] canonical, stored vertices, as in a motion model
+};
+
+/// The poses of the table's frames under `convention`. Throws InputError naming file and line for a matrix
+/// that is not a rotation within 0.01 per element of R^T R, or mirrors.
+std::vector<Pose> poses_of(const MotionTable& table, const Convention& convention, const JointFrame& joint);
+
+/// Reads a motion. What neither `convention` nor the file states has the default of Convention. Throws
+/// InputError as read_motion_table() and poses_of().
+MotionSequence read_motion(const std::string& file, const MotionConvention& convention = {});
+
+}  // namespace vrda::measured

@@ -1,0 +1,181 @@
+// What a table states, and the tables that are refused.
+#include "measured/motion_table.hpp"
+
+#include <gtest/gtest.h>
+
+#include "store/motion_model.hpp"
+#include "support/refusal.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda::motion_table_test {
+
+using measured::AngleOrder;
+using measured::AngleUnit;
+using measured::LengthPoint;
+using measured::MotionTable;
+using measured::TableColumns;
+
+MotionTable table_of(const std::string& text, const std::string& file = "m.csv",
+                     const TableColumns& columns = {})
+{
+  return measured::motion_table_from_text(file, text, columns);
+}
+
+InputError::Facts refusal(const std::string& text, const std::string& file = "m.csv",
+                          const TableColumns& columns = {})
+{
+  return test::input_error([&] { table_of(text, file, columns); });
+}
+
+TEST(MotionTable, NamesStateUnitsAndConvention)
+{
+  const MotionTable clinical =
+      table_of("flexion_rad,varus_rad,internal_rad,ant_cm,prox_cm,lat_cm\n1,2,3,4,5,6\n");
+  EXPECT_EQ(clinical.stated.angles, AngleUnit::radians);
+  EXPECT_EQ(clinical.stated.length_mm, 10.0);
+  EXPECT_EQ(clinical.stated.order, AngleOrder::zxy);
+  EXPECT_EQ(clinical.stated.lengths, LengthPoint::origin);
+  EXPECT_TRUE(clinical.are_angles_clinical && clinical.are_lengths_clinical);
+  EXPECT_EQ(clinical.coordinates.at(0).angle, (std::array<double, 3>{2, 3, -1}));
+  EXPECT_EQ(clinical.coordinates.at(0).length, (std::array<double, 3>{4, 5, 6}));
+
+  const MotionTable bare = table_of("rx,ry,rz,x,y,z\n1,2,3,4,5,6\n");
+  EXPECT_FALSE(bare.stated.angles || bare.stated.length_mm || bare.stated.order || bare.stated.direction ||
+               bare.stated.lengths || bare.stated.side || bare.stated.axes);
+  EXPECT_FALSE(bare.are_angles_clinical || bare.are_lengths_clinical);
+  EXPECT_EQ(bare.coordinates.at(0).angle, (std::array<double, 3>{1, 2, 3}));
+  EXPECT_EQ(bare.key_name, "frame");
+  EXPECT_EQ(bare.key, std::vector<double>{1});
+}
+
+TEST(MotionTable, AnExportIsReadByItsPoseNotByItsWorldTranslation)
+{
+  const MotionTable table = table_of(
+      "gait_percent,flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm,attitude_flexion_deg,attitude_"
+      "varus_deg,"
+      "tx_mm,ty_mm,tz_mm,theta_deg,anterior_mm,proximal_mm,lateral_mm\n0.5,1,2,3,4,5,6,7,8,9,10,11,12,13,14,"
+      "15\n");
+  EXPECT_EQ(table.coordinates.at(0).length, (std::array<double, 3>{4, 5, 6}));
+  EXPECT_EQ(table.key_name, "gait_percent");
+  // The key of an export is its first column whatever its name.
+  const MotionTable own = table_of(
+      "cycle,flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm,attitude_flexion_deg\n0.5,1,2,3,4,5,6,"
+      "7\n");
+  EXPECT_EQ(own.key_name, "cycle");
+  EXPECT_EQ(own.key, std::vector<double>{0.5});
+}
+
+TEST(MotionTable, OpenSimHeadersStateTheUnits)
+{
+  const std::string names = "time\tknee_flex_l\tknee_add_l\tknee_rot_l\tknee_tx_l\tknee_ty_l\tknee_tz_l\n";
+  const std::string row = "0.25\t30\t2\t3\t0.01\t0.02\t0.03\n";
+  const MotionTable degrees =
+      table_of("a walk\nversion=1\nnRows=1\ninDegrees=yes\n\nendheader\n" + names + row, "m.mot");
+  EXPECT_EQ(degrees.stated.angles, AngleUnit::degrees);
+  EXPECT_EQ(degrees.stated.length_mm, 1000.0);
+  EXPECT_TRUE(degrees.are_angles_clinical);
+  EXPECT_FALSE(degrees.are_lengths_clinical);  // knee_tz_l is along Z, medial
+  EXPECT_EQ(degrees.key_name, "time_s");
+  const MotionTable radians = table_of("inDegrees=no\nkey=gait_percent\nendheader\n" + names + row, "m.sto");
+  EXPECT_EQ(radians.stated.angles, AngleUnit::radians);
+  EXPECT_EQ(radians.key_name, "gait_percent");
+  const std::string state = "/jointset/knee_r/knee_";
+  const MotionTable states =
+      table_of("inDegrees=no\nendheader\ntime\t" + state + "flex_r/value\t" + state + "flex_r/speed\t" +
+                   state + "add_r/value\t" + state + "rot_r/value\t" + state + "tx_r/value\t" + state +
+                   "ty_r/value\t" + state + "tz_r/value\n0 1 9 2 3 4 5 6\n",
+               "m.sto");
+  EXPECT_EQ(states.coordinates.at(0).angle, (std::array<double, 3>{2, 3, -1}));
+}
+
+TEST(MotionTable, ColumnsAreNamedByTheUser)
+{
+  TableColumns columns;
+  columns.of_coordinate = {{"flexion", "a"}, {"varus", "b"}, {"internal", "c"},
+                           {"tx", "d"},      {"ty", "e"},    {"tz", "f"}};
+  columns.key = "Cycle %";
+  const MotionTable table = table_of("Cycle %,a,b,c,d,e,f\n1,10,20,30,40,50,60\n", "m.csv", columns);
+  EXPECT_EQ(table.key_name, "cycle__");
+  EXPECT_TRUE(store::is_key_name(table.key_name));
+  EXPECT_EQ(table.coordinates.at(0).angle, (std::array<double, 3>{20, 30, -10}));
+  EXPECT_EQ(table.coordinates.at(0).length, (std::array<double, 3>{40, 50, 60}));
+  columns.of_coordinate["flexion"] = "g";
+  EXPECT_THAT(refusal("Cycle %,a,b,c,d,e,f\n1,10,20,30,40,50,60\n", "m.csv", columns),
+              test::refuses({"m.csv", "line 1", "column g", "a"}));
+  columns.of_coordinate = {{"bend", "a"}};
+  EXPECT_THAT(refusal("Cycle %,a\n1,10\n", "m.csv", columns),
+              test::refuses({"m.csv", "--column", "bend", {"flexion", "varus", "rx", "tx", "lateral"}}));
+}
+
+constexpr const char* names = "frame,flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n";
+
+TEST(MotionTable, BadNumbersNameLineAndColumn)
+{
+  const auto refused = [](const std::string& rows) { return refusal("# a comment\n" + (names + rows)); };
+  EXPECT_THAT(refused("1,1,1,1,1,1,1\n2,1,nan,1,1,1,1\n"),
+              test::refuses({"m.csv", "line 4, column varus_deg", "NaN", "1e9"}));
+  EXPECT_THAT(refused("1,1,1,1,1,,1\n"),
+              test::refuses({"m.csv", "line 3, column prox_mm", "nothing", "1e9"}));
+  EXPECT_THAT(refused("1,1,1,1,1,1,inf\n"), test::refuses({"m.csv", "line 3, column lat_mm", "inf", "1e9"}));
+  EXPECT_THAT(refused("1,1,1,1,1,1,-2e9\n"),
+              test::refuses({"m.csv", "line 3, column lat_mm", "-2e9", "1e9"}));
+  EXPECT_THAT(refused("1,1,1,1,1,1,0x10\n"),
+              test::refuses({"m.csv", "line 3, column lat_mm", "0x10", "1e9"}));
+  EXPECT_THAT(refused("nan,1,1,1,1,1,1\n"), test::refuses({"m.csv", "line 3, column frame", "NaN", "1e9"}));
+  EXPECT_THAT(refused("1,1,1,1,1,1\n"), test::refuses({"m.csv", "line 3", "6 fields", "7"}));
+  EXPECT_THAT(refused(""), test::refuses({"m.csv", "", "no row", "one row"}));
+}
+
+TEST(MotionTable, KeysMustIncrease)
+{
+  for (const char* second : {"1", "0.5", "1.0000000001"}) {
+    SCOPED_TRACE(second);
+    EXPECT_THAT(refusal(std::string(names) + "1,1,1,1,1,1,1\n" + second + ",1,1,1,1,1,1\n"),
+                test::refuses({"m.csv", "line 3, column frame", second, "--key"}));
+  }
+}
+
+TEST(MotionTable, MissingAndRepeatedColumns)
+{
+  EXPECT_THAT(refusal("a,b\n1,2\n"), test::refuses({"m.csv", "line 1", "rotations", {"T11", "--column"}}));
+  EXPECT_THAT(refusal("flexion_deg,varus_deg,ant_mm,prox_mm,lat_mm\n1,2,3,4,5\n"),
+              test::refuses({"m.csv", "line 1", "internal_rotation", "--column"}));
+  EXPECT_THAT(refusal("flexion_deg,varus_deg,internal_deg,ant_mm\n1,2,3,4\n"),
+              test::refuses({"m.csv", "line 1", "prox", "--column"}));
+  EXPECT_THAT(refusal("flexion_deg,varus_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n1,2,3,4,5,6,7\n"),
+              test::refuses({"m.csv", "line 1, column varus_deg", "twice", "once"}));
+  EXPECT_THAT(refusal("flexion_deg,varus_rad,internal_deg,ant_mm,prox_mm,lat_mm\n1,2,3,4,5,6\n"),
+              test::refuses({"m.csv", "line 1, column internal_deg", "varus_rad", "one unit"}));
+  EXPECT_THAT(refusal("T11,T12,T13\n1,2,3\n"), test::refuses({"m.csv", "line 1", "T14", "T11"}));
+  TableColumns columns;
+  columns.key = "time";
+  EXPECT_THAT(refusal(std::string(names) + "1,1,1,1,1,1,1\n", "m.csv", columns),
+              test::refuses({"m.csv", "line 1", "time", "the nearest"}));
+}
+
+TEST(MotionTable, FilesOfOtherKindsAreRefused)
+{
+  EXPECT_THAT(refusal(""), test::refuses({"m.csv", "", "no line", "column names"}));
+  EXPECT_THAT(refusal("time a\n1 2\n", "m.sto"), test::refuses({"m.sto", "", "endheader", "header"}));
+  EXPECT_THAT(refusal("endheader\n", "m.mot"), test::refuses({"m.mot", "", "endheader", "column names"}));
+  EXPECT_THAT(refusal("1,2,3,4,5,6\n", "m.tra"), test::refuses({"m.tra", "line 1", "6", {"16", "12"}}));
+  EXPECT_THAT(refusal("1,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1\n1,0,0\n", "m.tra"),
+              test::refuses({"m.tra", "line 2", "3 fields", "16"}));
+  // Column by column.
+  EXPECT_THAT(refusal("1,0,0,0,0,1,0,0,0,0,1,0,5,6,7,1\n", "m.tra"),
+              test::refuses({"m.tra", "line 1, column 13", "5", "row by row"}));
+  EXPECT_THAT(refusal("NaN,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1\n", "m.tra"),
+              test::refuses({"m.tra", "line 1, column 1", "NaN", "1e9"}));
+  EXPECT_THAT(test::input_error([] { measured::read_motion_table("/absent/m.csv", {}); }),
+              test::refuses({"/absent/m.csv", "", {}, "one pose per frame"}));
+}
+
+TEST(MotionTable, AutoscoperRowsMayHaveCommasOrBlanks)
+{
+  const MotionTable commas = table_of("1,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1\n", "m.tra");
+  const MotionTable blanks = table_of("1 0 0 5 0 1 0 6 0 0 1 7\n", "m.tra");
+  EXPECT_EQ(commas.matrices, blanks.matrices);
+  EXPECT_EQ(commas.matrices.at(0)[7], 6.0);
+}
+
+}  // namespace vrda::motion_table_test
