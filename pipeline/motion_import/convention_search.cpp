@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/joint_coordinates.hpp"
+#include "core/solver_position.hpp"
 #include "proximity/gap_query.hpp"
 
 namespace vrda::motion_import {
@@ -106,7 +106,7 @@ class GapMeter {
   {
     std::vector<std::vector<double>> gaps_mm(queries_.size());
     for (const Pose& X : poses) {
-      const JointCoordinates coordinates = joint_coordinates(frame_, X);
+      const SolverPosition coordinates = solver_position(frame_, X);
       for (std::size_t k = 0; k < queries_.size(); ++k) {
         queries_[k].set_attitude(coordinates.attitude);
         const double gap_mm = queries_[k].travel_mm(coordinates.pose);

@@ -6,7 +6,7 @@
 #include "audit/audit.hpp"
 #include "contact/contacts.hpp"
 #include "core/error.hpp"
-#include "core/joint_coordinates.hpp"
+#include "core/solver_position.hpp"
 #include "core/units.hpp"
 #include "load/axis_map.hpp"
 #include "model_build/case_solver.hpp"
@@ -31,7 +31,7 @@ class FrameMeter {
   {
   }
 
-  StepRecord record(std::int32_t frame, const JointCoordinates& found)
+  StepRecord record(std::int32_t frame, const SolverPosition& found)
   {
     StepRecord r;
     r.key = {StepKind::row, frame, 0};
@@ -56,7 +56,7 @@ class FrameMeter {
   }
 
  private:
-  static double gap_mm(proximity::GapQuery& query, const JointCoordinates& found)
+  static double gap_mm(proximity::GapQuery& query, const SolverPosition& found)
   {
     query.set_attitude(found.attitude);
     const double travel_mm = query.travel_mm(found.pose);
@@ -99,7 +99,7 @@ load::Case import_case(const load::Case& job_case, const std::string& job_file,
   result.is_varus_free = true;
   result.grid = {{}, {0.0}};
   for (const Pose& X : motion.X_reference_moving)
-    result.grid.flexion_deg.push_back(deg_from_rad(joint_coordinates(result.frame, X).attitude.flexion_rad));
+    result.grid.flexion_deg.push_back(deg_from_rad(solver_position(result.frame, X).attitude.flexion_rad));
   result.push.assign(motion.key.size(), push);
   result.path_flexion_deg.clear();
   result.path_push.clear();
@@ -119,7 +119,7 @@ store::MotionModel imported_model(const load::Case& job_case, const measured::Mo
   std::vector<StepRecord>& records = result.cells;
   for (std::size_t i = 0; i < motion.key.size(); ++i) {
     records.push_back(meter.record(static_cast<std::int32_t>(i),
-                                   joint_coordinates(job_case.frame, motion.X_reference_moving[i])));
+                                   solver_position(job_case.frame, motion.X_reference_moving[i])));
     store::set_cell(model, records.back());
     model.is_spine(static_cast<Eigen::Index>(i), 0) = 1;
   }
