@@ -308,7 +308,17 @@ TEST(HostileFile, FiltersThatWouldHaveToBeLoadedAreRefused)
   });
   H5Zunregister(foreign);
   expect_first(findings, "/tx", "filter number 32000", "gzip");
-  unsigned state = 1;
+}
+
+TEST(HostileFile, AReaderTurnsTheLoadingOfFiltersOff)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  store::write_motion_model(path, test::sample_model());
+  // In this process; whatever another test left.
+  ASSERT_GE(H5PLset_loading_state(H5PL_ALL_PLUGIN), 0);
+  store::parse_motion_model(store::read_hdf5(path));
+  unsigned state = H5PL_ALL_PLUGIN;
   EXPECT_GE(H5PLget_loading_state(&state), 0);
   EXPECT_EQ(state, 0u);
 }
