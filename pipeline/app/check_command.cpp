@@ -1,3 +1,5 @@
+// `vrda check`: reads a job with its meshes, measures start pose, sizes and overlaps; prints findings and
+// warnings.
 #include "app/file_commands.hpp"
 
 #include <algorithm>
@@ -6,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.hpp"
+#include "core/side.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job_run/summary.hpp"
@@ -290,7 +293,7 @@ Json job_json(const load::Case& job_case, const load::PushJob& push)
   for (const load::ComponentSurvey& c : job_case.survey) components.push_back(component_json(c));
   return {{"title", job_case.title},
           {"joint", job_case.joint},
-          {"side", job_case.frame.side == Side::left ? "left" : "right"},
+          {"side", side_name(job_case.frame.side)},
           {"method", job_case.method},
           {"solver_version", model_build::solver_version_of(job_case)},
           {"job_key", model_build::fingerprint_of(job_case)},
@@ -515,7 +518,8 @@ console::ExitCode check_command(const CheckOptions& options)
   warn_of_self_overlaps(job_case.reference, result["warnings"]);
   warn_of_self_overlaps(job_case.moving, result["warnings"]);
   if (has_mesh_file(job)) {
-    for (const std::string& warning : prepare::frame_warnings(job_case))
+    const prepare::FrameKeys keys{frame_of(job, job.reference).key, frame_of(job, job.moving).key};
+    for (const std::string& warning : prepare::frame_warnings(job_case, keys))
       result["warnings"].push_back(warning);
   }
   if (!options.picture.empty()) write_picture(options.picture, job_case, job, result["warnings"].size());

@@ -1,3 +1,4 @@
+// `vrda compare`: polynomial degrees side by side and a recommendation, as a table or JSON.
 #include <algorithm>
 #include <charconv>
 #include <cmath>

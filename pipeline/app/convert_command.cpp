@@ -1,3 +1,5 @@
+// `vrda convert` and `vrda shape`: files of the thesis into meshes and jobs; generated shapes into mesh
+// files.
 #include <algorithm>
 #include <charconv>
 #include <cstdio>

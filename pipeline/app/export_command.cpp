@@ -1,3 +1,4 @@
+// `vrda export`: a motion over flexion as CSV, VTK series, animated glTF or OpenSim table.
 #include "app/file_commands.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// The cases of a campaign with their costs, from jobs and meshes; nothing is solved. For plan_command.cpp.
 #include "app/cluster_commands.hpp"
 
 #include <filesystem>

@@ -1,3 +1,4 @@
+// `vrda plan`: cases, shards, processor time, memory and disk of a campaign, as a table or JSON.
 #include "app/cluster_commands.hpp"
 
 #include <algorithm>

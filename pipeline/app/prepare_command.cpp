@@ -1,3 +1,4 @@
+// `vrda prepare`: a job from the meshes of two bones, or from landmarks alone, by a template knee.
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -11,6 +12,7 @@
 #include "convert/mesh_writer.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/side.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job_run/run_output.hpp"
@@ -219,7 +221,7 @@ class Preparation {
     subject_ = subject_of(options_);
     const KneeSurfaces surfaces{surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
     registration::KneeFitOptions known;
-    if (!options_.side.empty()) known.side = options_.side == "left" ? Side::left : Side::right;
+    if (!options_.side.empty()) known.side = side_named(options_.side);
     if (!options_.unit.empty()) known.unit_mm = load::mm_per_unit(options_.unit);
     refuse_thickness(surfaces);
     known.femur_points = prepare::known_points(landmarks_, reference_, prepare::Bone::femur);
@@ -227,9 +229,8 @@ class Preparation {
     console::log_info("registering \"" + reference_.joint.title + "\" onto the bones");
     fit_ = registration::fit_knee(surfaces, reference_.knee, known);
     report_ = fit_json(fit_);
-    console::log_info("side " + std::string(side_name(fit_.side)) + ", unit " +
-                      load::unit_of_mm(fit_.unit_mm) + ", scanned at " +
-                      shortest_decimal(std::round(deg_from_rad(fit_.scanned.flexion_rad))) +
+    console::log_info("side " + side_name(fit_.side) + ", unit " + load::unit_of_mm(fit_.unit_mm) +
+                      ", scanned at " + shortest_decimal(std::round(deg_from_rad(fit_.scanned.flexion_rad))) +
                       " degrees of flexion");
     move_to_frame(subject_.reference, fit_.unit_mm, fit_.X_scan_femur);
     move_to_frame(subject_.moving, fit_.unit_mm, fit_.X_scan_tibia);
@@ -255,7 +256,7 @@ class Preparation {
       throw InputError({"--cartilage", "", options_.cartilage,
                         "no thickness: without meshes the bones are the "
                         "template's with their cartilage"});
-    fit_.side = options_.side == "left" ? Side::left : Side::right;
+    fit_.side = side_named(options_.side);
     if (reference_.joint.frame.side != fit_.side) reference_ = prepare::mirrored(reference_);
     const double unit_mm = options_.unit.empty() ? 1.0 : load::mm_per_unit(options_.unit);
     const prepare::LandmarkScales scales = prepare::landmark_scales(landmarks_, reference_, unit_mm);

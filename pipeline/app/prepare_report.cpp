@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/side.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "load/axis_map.hpp"
@@ -56,11 +57,6 @@ Json bone_scale_json(const Scaling& scaling)
 }
 
 }  // namespace
-
-const char* side_name(Side side)
-{
-  return side == Side::right ? "right" : "left";
-}
 
 Json fit_json(const KneeFit& fit)
 {

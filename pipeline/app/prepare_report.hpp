@@ -8,8 +8,6 @@
 
 namespace vrda::app {
 
-const char* side_name(Side side);
-
 /// Unit, side, residuals, maps and scales of both bones, the pose of the scan.
 nlohmann::ordered_json fit_json(const registration::KneeFit& fit);
 

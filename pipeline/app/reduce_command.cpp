@@ -1,3 +1,4 @@
+// `vrda reduce`: the motion over flexion alone, as CSV or JSON; writes /zero_varus.
 #include "app/model_commands.hpp"
 
 #include <algorithm>

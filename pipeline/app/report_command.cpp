@@ -1,3 +1,4 @@
+// `vrda report`: figures of one or several models on one page, with images that vrda-player renders.
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>

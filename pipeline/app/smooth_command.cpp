@@ -1,3 +1,4 @@
+// `vrda smooth` and `vrda audit`: both add to the motion model that they read.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -1,3 +1,4 @@
+// Starts the tasks of a submission that have no result: as Slurm jobs, as local processes, or a plan only.
 #include "app/cluster_commands.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// `vrda status` and `vrda index`: progress of a submission, and a table of its results.
 #include <algorithm>
 #include <cstdio>
 #include <map>

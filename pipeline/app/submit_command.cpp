@@ -1,3 +1,4 @@
+// `vrda submit` and `vrda resume`: write a submission and start its tasks.
 #include <unistd.h>
 
 #include <cstdio>

@@ -1,3 +1,4 @@
+// `vrda task`: one task of a submission, started by its Slurm script or by a local worker.
 #include "app/cluster_commands.hpp"
 
 #include <algorithm>

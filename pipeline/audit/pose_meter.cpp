@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "core/error.hpp"
+#include "core/side.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
 
@@ -240,7 +241,7 @@ namespace {
 
 std::shared_ptr<const AuditScene> scene_along(const store::MotionModel& model, const Eigen::Vector3d& delta)
 {
-  const Side side = model.side == "left" ? Side::left : Side::right;
+  const Side side = side_named(model.side);
   return std::make_shared<const AuditScene>(
       make_audit_scene(model.reference.contact.mesh, model.moving.contact.mesh,
                        {side, model.rotation_centre_mm, delta}, model.compartment_of_triangle));

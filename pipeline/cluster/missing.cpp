@@ -1,3 +1,4 @@
+// Which tasks of a submission have no result yet, from journals and outputs (status.hpp).
 #include "cluster/status.hpp"
 
 #include <algorithm>

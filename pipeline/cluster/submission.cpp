@@ -29,6 +29,7 @@ bool is_valid(const Submission& s)
 
 }  // namespace
 
+// The keys of submission.json (schemas/submission.md), for both directions (json_fields.hpp).
 template <typename Fields>
 void name_fields(const Fields& fields, SubmittedCase& c)
 {

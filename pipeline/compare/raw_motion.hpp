@@ -28,8 +28,9 @@ struct RawJump {
 /// the generic knee cause steps of 6 perceptible errors in half of the varus columns, a single outlier none.
 inline constexpr double largest_raw_jump = 10.0;
 
-/// Poses count as in degree_errors(). The excess of a flexion is the median over the varus columns solved at
-/// its four neighbouring flexions, so that steps of single cells do not count. `fit` gives the raw values.
+/// Poses as in left_out_errors() (compare/recommend.hpp), in perceptible errors. The excess of a flexion is
+/// the median over the varus columns solved at its four neighbouring flexions, so that steps of single cells
+/// do not count. `fit` gives the raw values.
 RawJump largest_jump(const std::vector<double>& flexion_deg, const smooth::SmoothFit& fit);
 
 /// Mean square of the raw pose about its mean, in squared perceptible errors, over the cells that are fitted.

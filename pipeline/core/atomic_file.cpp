@@ -76,8 +76,10 @@ class Temporary {
   static void remove_abandoned(const std::string& path)
   {
     const OpenFile file(open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
-    if (file.is_open() && flock(file.get(), LOCK_EX | LOCK_NB) == 0 && is_open_file_at(file.get(), path))
-      std::remove(path.c_str());
+    if (!file.is_open() || flock(file.get(), LOCK_EX | LOCK_NB) != 0 || !is_open_file_at(file.get(), path))
+      return;
+    // Repeated after an error, since this target may never be written again.
+    if (std::remove(path.c_str()) != 0) std::remove(path.c_str());
   }
 
   std::string path_;

@@ -1,3 +1,4 @@
+// JSON text to DocumentValue.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <vector>

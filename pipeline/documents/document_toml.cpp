@@ -1,3 +1,4 @@
+// TOML text to DocumentValue, and the overrides of --set.
 #include <toml++/toml.h>
 
 #include <algorithm>

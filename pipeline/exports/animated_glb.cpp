@@ -1,3 +1,4 @@
+// The motion over flexion as binary glTF: one node a component, one key a frame.
 #include "exports/formats.hpp"
 
 #include <algorithm>

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/error.hpp"
+#include "core/side.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 
@@ -137,7 +138,7 @@ FlexionMotion flexion_motion(const store::MotionModel& model, const std::string&
   FlexionMotion result;
   result.title = model.title;
   result.set = chosen_set(model, file, plan.set);
-  result.side = model.side == "left" ? Side::left : Side::right;
+  result.side = side_named(model.side);
   result.rotation_centre_mm = model.rotation_centre_mm;
   const motion::Motion motion(model, result.set);
   if (motion.is_sequence()) {

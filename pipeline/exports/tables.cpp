@@ -1,3 +1,4 @@
+// Tables of a motion: CSV over flexion and of all attitudes, OpenSim's .sto.
 #include <algorithm>
 #include <array>
 #include <cmath>

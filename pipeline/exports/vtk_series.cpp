@@ -1,3 +1,4 @@
+// Objects and contacts of a frame as VTK PolyData (.vtp), the series as .pvd.
 #include "exports/formats.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// The numbers and the curve of a model in an index: one row of a table each, with name, unit and formula.
 #include <algorithm>
 #include <cmath>
 

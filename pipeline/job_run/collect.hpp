@@ -19,8 +19,9 @@ struct CollectedSteps {
   std::vector<std::string> warnings;         ///< one message for each journal with a damaged end
 };
 
-/// Reads all journals. Throws InputError with the file for a journal of another job, and with both files if a
-/// step has two different results.
+/// Reads all journals. `key`: the job's (model_build::fingerprint_of), which each journal must have. Throws
+/// InputError with the file for a journal of another job, and with both files if a step has two different
+/// results.
 CollectedSteps collect_steps(const std::vector<std::string>& journals, const std::string& key);
 
 /// The missing cells of a row that has some results, for example of an interrupted shard.

@@ -1,3 +1,4 @@
+// Shortest path around a cylinder along Z, its tangent points and points on it; lengths in mm.
 #include <algorithm>
 #include <cmath>
 

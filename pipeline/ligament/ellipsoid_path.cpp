@@ -1,3 +1,5 @@
+// Shortest path around an ellipsoid: a geodesic between two tangent points; axes along X, Y, Z, lengths in
+// mm.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/side.hpp"
 #include "core/text.hpp"
 #include "load/condyles.hpp"
 #include "load/unit_check.hpp"
@@ -137,8 +138,8 @@ void warn_of_side(const Job& job, const Case& loaded, std::vector<std::string>& 
   if (!medial_mm && !lateral_mm) return;
   const double centre_mm = loaded.frame.rotation_centre_mm.z();
   const double to_the_right_mm = lateral_mm.value_or(centre_mm) - medial_mm.value_or(centre_mm);
-  const std::string found = to_the_right_mm > 0.0 ? "right" : "left";
-  const std::string given = job.side == Side::right ? "right" : "left";
+  const std::string found = side_name(to_the_right_mm > 0.0 ? Side::right : Side::left);
+  const std::string given = side_name(job.side);
   if (to_the_right_mm == 0.0 || found == given) return;
   warnings.push_back("side: the job has \"" + given + "\", but the components named lateral are to the " +
                      found + " of those named medial, as in a " + found + " knee; side = \"" + found +

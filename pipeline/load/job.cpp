@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/side.hpp"
 #include "core/text.hpp"
 #include "load/coordinates.hpp"
 #include "load/file_bytes.hpp"
@@ -308,7 +309,7 @@ void read_settings(Job& job)
   const documents::DocumentValue& root = job.document.root;
   job.title = documents::text_at(root, "title");
   job.joint = documents::text_at(root, "joint");
-  job.side = documents::text_at(root, "side") == "left" ? Side::left : Side::right;
+  job.side = side_named(documents::text_at(root, "side"));
   job.frame = frame_at(root, "frame");
   job.scaling = scaling_of(job, root);
   job.reference = body_of(job, root, "reference");

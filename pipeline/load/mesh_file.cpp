@@ -1,3 +1,4 @@
+// Bytes of a mesh file to vertices and triangles, by assimp; checks of what assimp accepts silently.
 #include <assimp/BaseImporter.h>
 #include <assimp/scene.h>
 

@@ -1,3 +1,4 @@
+// STL files that assimp would read wrongly or partly: refused with line or size, before it reads them.
 #include <algorithm>
 #include <cctype>
 #include <string_view>

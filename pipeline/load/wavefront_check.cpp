@@ -1,3 +1,4 @@
+// OBJ files that assimp would read wrongly: refused with the line, before it reads them.
 #include <algorithm>
 #include <array>
 

@@ -4,6 +4,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/side.hpp"
 #include "core/units.hpp"
 #include "model_build/case_solver.hpp"
 #include "store/compressed_rows.hpp"
@@ -78,7 +79,7 @@ store::MotionModel pending_model_at_size(const load::Case& job_case)
   store::MotionModel model;
   model.title = job_case.title;
   model.joint = job_case.joint;
-  model.side = job_case.frame.side == Side::left ? "left" : "right";
+  model.side = side_name(job_case.frame.side);
   model.method = job_case.method;
   model.rotation_centre_mm = job_case.frame.rotation_centre_mm;
   model.delta = job_case.frame.delta;
@@ -449,7 +450,7 @@ store::Trace trace_of(const load::Case& job_case, const std::string& job_key,
 {
   store::Trace trace;
   trace.title = job_case.title;
-  trace.side = job_case.frame.side == Side::left ? "left" : "right";
+  trace.side = side_name(job_case.frame.side);
   trace.job_key = job_key;
   trace.approach_step_mm = job_case.steps_scale * job_case.search.approach_step_mm;
   trace.translation_resolution_mm =

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/side.hpp"
 #include "core/units.hpp"
 
 namespace vrda::motion {
@@ -135,7 +136,7 @@ std::vector<std::string> set_names(const store::MotionModel& model)
 }
 
 Motion::Motion(const store::MotionModel& model)
-    : frame_{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm, model.delta},
+    : frame_{side_named(model.side), model.rotation_centre_mm, model.delta},
       R_world_solver_(rotation_world_solver(frame_)),
       deltas_(deltas_by_flexion(model)),
       raw_(model.frames ? RawSurfaces{} : raw_surfaces(model))

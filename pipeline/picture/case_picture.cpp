@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/side.hpp"
 #include "core/text.hpp"
 #include "picture/canvas.hpp"
 
@@ -343,7 +344,7 @@ std::string case_picture(const load::Case& job_case, const PictureNotes& notes)
   canvas.set_clip({0.0, 0.0}, {static_cast<double>(width_px), static_cast<double>(height_px)});
   for (double x_px = panel_width_px; x_px < width_px; x_px += panel_width_px)
     canvas.draw_line({x_px, 60.0, 0.0}, {x_px, 905.0, 0.0}, 1.5, grey);
-  const std::string side = job_case.frame.side == Side::right ? "right" : "left";
+  const std::string side = side_name(job_case.frame.side);
   const std::string joint =
       job_case.joint == "knee" ? side + " knee" : "joint \"" + job_case.joint + "\", " + side + " side";
   canvas.draw_text({0.5 * width_px, 42.0}, title_px, job_case.title + ": " + joint, TextAlign::centre, black);

@@ -8,9 +8,15 @@
 
 namespace vrda::prepare {
 
+/// The job's keys of the frames of both bodies.
+struct FrameKeys {
+  std::string reference = "frame";
+  std::string moving = "frame";
+};
+
 /// Compares a knee's frame, side and unit with those of the generic template registered onto its bones. Empty
 /// if they agree, or if the bones are too unlike the template to tell (in flexion, say), or not both are
-/// there.
-std::vector<std::string> frame_warnings(const load::Case& knee);
+/// there. Each warning begins with the keys that it is about.
+std::vector<std::string> frame_warnings(const load::Case& knee, const FrameKeys& keys = {});
 
 }  // namespace vrda::prepare

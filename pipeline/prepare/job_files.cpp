@@ -1,5 +1,6 @@
 #include "prepare/job_files.hpp"
 
+#include "core/side.hpp"
 #include "core/text.hpp"
 #include "core/trig.hpp"
 
@@ -46,7 +47,7 @@ std::string job_text(const JobDescription& job)
       "# Written by vrda prepare; prepare.json says how. Each bone is in its own anatomical frame, so zero "
       "is the\n"
       "# neutral pose whatever the pose in the scan.\ntitle = " +
-      quoted(job.title) + "\njoint = \"knee\"\nside = \"" + (job.side == Side::right ? "right" : "left") +
+      quoted(job.title) + "\njoint = \"knee\"\nside = \"" + side_name(job.side) +
       "\"\n\n[frame]                               # origin: the rotation centre\nunit = \"mm\"\n"
       "anterior = \"+X\"\nproximal = \"+Y\"\nright = \"+Z\"\n\n[reference]\nname = \"femur\"\n";
   for (const JobComponent& component : job.reference) text += component_text("reference", component);

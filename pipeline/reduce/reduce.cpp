@@ -6,6 +6,7 @@
 
 #include "core/clinical.hpp"
 #include "core/error.hpp"
+#include "core/side.hpp"
 #include "core/units.hpp"
 #include "motion/poses.hpp"
 
@@ -262,8 +263,8 @@ void put_pose(store::ZeroVarus& z, const store::MotionModel& model, std::size_t 
   z.tz_mm[i] = pose.t_mm.z();
   z.theta_deg[i] = pose.theta_deg;
   Eigen::Map<Matrix4>(&z.X_reference_moving[16 * i]) = pose.X_reference_moving.matrix();
-  const ClinicalCoordinates clinical = clinical_coordinates(
-      pose.X_reference_moving, model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm);
+  const ClinicalCoordinates clinical =
+      clinical_coordinates(pose.X_reference_moving, side_named(model.side), model.rotation_centre_mm);
   z.clinical_flexion_deg[i] = deg_from_rad(clinical.flexion_rad);
   z.clinical_varus_deg[i] = deg_from_rad(clinical.varus_rad);
   z.internal_rotation_deg[i] = deg_from_rad(clinical.internal_rotation_rad);

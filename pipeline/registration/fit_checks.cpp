@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/side.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 
@@ -143,8 +144,8 @@ std::vector<std::string> doubts(const KneeFit& fit, const KneeSurfaces& subject,
   short_bone("femur", subject.femur, lengths.femur_mm);
   short_bone("tibia", subject.tibia, lengths.tibia_mm);
   if (!is_side_given && fit.side_margin < least_margin)
-    found.push_back("side: found " + std::string(fit.side == Side::right ? "right" : "left") +
-                    " with a margin of only " + hundredths(fit.side_margin) + "; give --side");
+    found.push_back("side: found " + side_name(fit.side) + " with a margin of only " +
+                    hundredths(fit.side_margin) + "; give --side");
   if (is_side_given && fit.side_margin < 1.0 / least_margin)
     found.push_back("side: the bones look like the other side (" + hundredths(fit.side_margin) + ")");
   return found;

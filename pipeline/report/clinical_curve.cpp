@@ -9,6 +9,7 @@
 
 #include "core/clinical.hpp"
 #include "core/error.hpp"
+#include "core/side.hpp"
 #include "core/units.hpp"
 #include "exports/formats.hpp"
 #include "load/file_bytes.hpp"
@@ -24,7 +25,7 @@ constexpr double same_flexion_deg = 1e-9;
 
 Side side_of(const store::MotionModel& model)
 {
-  return model.side == "left" ? Side::left : Side::right;
+  return side_named(model.side);
 }
 
 ClinicalCurve empty_curve(const store::MotionModel& model, std::string name)

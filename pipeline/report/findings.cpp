@@ -1,3 +1,4 @@
+// What a report says in words: summary of a motion, warnings of a model.
 #include "report/report.hpp"
 
 #include <algorithm>

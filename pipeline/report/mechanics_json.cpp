@@ -1,3 +1,4 @@
+// The report's data about contacts, loads, fibres and outlines as JSON, rounded for the page.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,3 +1,4 @@
+// The report as one HTML page: data as JSON, scripts, style and images embedded.
 #include "report/report.hpp"
 
 #include <map>

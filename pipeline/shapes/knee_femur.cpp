@@ -1,3 +1,4 @@
+// The generic femur, two condyles on a shaft, as a signed distance field and its mesh; canonical axes, mm.
 #include <algorithm>
 #include <array>
 #include <cmath>

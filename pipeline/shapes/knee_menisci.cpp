@@ -1,3 +1,4 @@
+// The generic menisci: wedges between femur and plateau; canonical axes, mm.
 #include <algorithm>
 #include <array>
 #include <cmath>

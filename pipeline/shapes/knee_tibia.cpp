@@ -1,3 +1,4 @@
+// The generic tibia with plateaus and fibula, as signed distance fields and their meshes; canonical axes, mm.
 #include <algorithm>
 #include <cmath>
 #include <utility>

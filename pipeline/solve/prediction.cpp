@@ -1,3 +1,5 @@
+// Directions in which the stability search rotates and translates next, from the contacts (thesis 3.4 and
+// 3.5).
 #include "solve/stability_search.hpp"
 
 #include <algorithm>

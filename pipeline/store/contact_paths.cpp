@@ -2,6 +2,7 @@
 
 #include "core/frames.hpp"
 #include "core/mesh.hpp"
+#include "core/side.hpp"
 #include "core/units.hpp"
 
 namespace vrda::store {
@@ -59,7 +60,7 @@ ContactPaths contact_paths_of(const MotionModel& model)
   const std::size_t n_varus = model.varus_deg.size(), n_cells = model.flexion_deg.size() * n_varus;
   const std::vector<double> no_points(3 * n_cells, nan);
   ContactPaths paths{no_points, no_points, no_points, no_points};
-  SolverFrame frame{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm, {}};
+  SolverFrame frame{side_named(model.side), model.rotation_centre_mm, {}};
   for (std::size_t cell = 0; cell < n_cells; ++cell) {
     if (model.status.data()[cell] != status_stable) continue;
     const std::size_t flexion = cell / n_varus;

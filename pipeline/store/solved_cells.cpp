@@ -3,6 +3,7 @@
 #include <span>
 
 #include "core/clinical.hpp"
+#include "core/side.hpp"
 #include "core/units.hpp"
 #include "store/compressed_rows.hpp"
 
@@ -53,8 +54,7 @@ void set_pose(MotionModel& model, const StepRecord& r)
 
 SolverFrame solver_frame(const MotionModel& model, std::int32_t flexion)
 {
-  return {model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm,
-          model.push.delta.row(flexion).transpose()};
+  return {side_named(model.side), model.rotation_centre_mm, model.push.delta.row(flexion).transpose()};
 }
 
 void set_cell(MotionModel& model, const StepRecord& r)

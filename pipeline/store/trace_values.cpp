@@ -1,3 +1,4 @@
+// Rules for the values of a trace, and between a trace and its motion model.
 #include "store/values.hpp"
 
 #include <algorithm>

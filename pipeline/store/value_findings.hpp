@@ -19,8 +19,9 @@ namespace vrda::store {
 /// Unit vectors may be stored in single precision.
 inline constexpr double normal_tolerance = 1e-5;
 
-/// Products of three rotations in double are orthonormal to a few 1e-16; after conversion through text or
-/// float they are not, which would appear as penetration: 1e-9 of 500 mm is half a nanometre.
+/// Deviation of R R^T from the identity, an entry. Products of three rotations in double reach a few 1e-16;
+/// rotations rounded to text or float exceed 1e-9, and would displace points so far that contacts overlap. At
+/// 500 mm from the origin 1e-9 is half a nanometre.
 inline constexpr double exact_tolerance = 1e-9;
 
 /// In mm, degrees, N or N mm: larger than in any joint, and small enough that values computed from a model
@@ -28,7 +29,7 @@ inline constexpr double exact_tolerance = 1e-9;
 inline constexpr double max_magnitude = 1e9;
 inline constexpr double min_axis_step_deg = 1e-6;
 
-/// Whether `value` is finite and of magnitude up to largest_number.
+/// Whether `value` is finite and of magnitude up to max_magnitude.
 inline bool is_number(double value)
 {
   return std::abs(value) <= max_magnitude;
@@ -54,6 +55,7 @@ inline std::string text_of(double value)
   return text;
 }
 
+/// Collects findings in the order in which they are added.
 class ValueFindings {
  public:
   bool empty() const { return findings_.empty(); }
@@ -81,6 +83,7 @@ class ValueFindings {
     add(where, std::string(show(first)) + " at entry " + std::to_string(first) + more, wanted);
   }
 
+  /// The same for numbers, the first of which is shown.
   template <typename Real, typename IsWrong>
   void report_numbers(const std::string& where, const Real* values, std::size_t size,
                       const std::string& wanted, IsWrong is_wrong)
@@ -88,6 +91,7 @@ class ValueFindings {
     report_each(where, size, wanted, is_wrong, [&](std::size_t i) { return text_of(values[i]); });
   }
 
+  /// Integers outside [low, high].
   template <typename Integer>
   void report_out_of_range(const std::string& where, const Integer* values, std::size_t size,
                            std::int64_t low, std::int64_t high)
@@ -98,6 +102,7 @@ class ValueFindings {
         [&](std::size_t i) { return std::to_string(values[i]); });
   }
 
+  /// Numbers for which is_number() is false.
   template <typename Real>
   void report_not_finite(const std::string& where, const Real* values, std::size_t size)
   {

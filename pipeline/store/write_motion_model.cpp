@@ -1,3 +1,4 @@
+// A motion model to HDF5: attributes, then the datasets of the layout, sealed and written atomically.
 #include <algorithm>
 #include <filesystem>
 

@@ -1,3 +1,4 @@
+// `vrda-player simulate`: sends tracker and board data of a simulated bench.
 #include "bench/bench_run.hpp"
 
 #include <chrono>

@@ -5,7 +5,7 @@
 namespace vrda::bench {
 namespace {
 
-/// Below the resolution of the eye.
+/// Error of surfaces by levels of detail (render::RenderOptions), below the resolution of the eye.
 constexpr double coarseness_px = 0.5;
 
 }  // namespace

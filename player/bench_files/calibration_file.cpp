@@ -1,3 +1,4 @@
+// Reads and writes calibration files (TOML, schemas/calibration.schema.json); angles in degrees in the file.
 #include <cmath>
 #include <sstream>
 

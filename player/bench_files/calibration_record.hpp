@@ -35,7 +35,7 @@ std::string record_key(CalibrationPart part);
 /// Names of the estimated numbers that other parts use; may be empty.
 std::vector<std::string> shared_estimate_names(CalibrationPart part);
 
-/// Measurement of one finished task; the task kind (guide/task.hpp) defines the rows.
+/// Measurement of one finished task; the task kind (calibration_tasks/task.hpp) defines the rows.
 struct CalibrationMark {
   std::string task;  ///< task name, unique within its part
   std::vector<std::vector<double>> rows;
@@ -45,7 +45,7 @@ struct CalibrationRecord {
   std::string date;  ///< "2026-11-22", of the last mark
   /// In the order of the part's tasks; the first task without a mark is the next one.
   std::vector<CalibrationMark> marks;
-  /// Values of the bench file to which the marks belong (guide/parts.hpp); may be empty.
+  /// Values of the bench file to which the marks belong (calibration_tasks/parts.hpp); may be empty.
   std::vector<double> made_with;
   std::optional<calibration::Estimate> estimate;  ///< once solved
   /// The part must be repeated: by --anew, or because a part that it depends on was repeated.

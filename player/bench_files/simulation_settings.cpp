@@ -1,9 +1,11 @@
+// The table [simulation] of a bench file: motion, noise and faults of the simulated tracker and board.
 #include <arpa/inet.h>
 
 #include <array>
 
 #include "bench_files/calibration.hpp"
 #include "bench_files/document_parts.hpp"
+#include "core/side.hpp"
 #include "core/units.hpp"
 
 namespace vrda::bench_files {
@@ -105,7 +107,7 @@ simulation::SimulationScript simulation_of(const documents::Document& document, 
   if (bench.leg == LegKind::rigid) script.occlusions.clear();
   script.X_tracker_head = tracking::pose_of(nominal_calibration(bench).X_table_eyes);
   script.seed = static_cast<std::uint64_t>(documents::integer_at(table, "seed"));
-  script.side = documents::text_at(table, "side") == "right" ? Side::right : Side::left;
+  script.side = side_named(documents::text_at(table, "side"));
   if (table.find("femur") != nullptr) script.X_tracker_femur = tracking::pose_of(six_at(table, "femur"));
   add_noise(table, script);
   add_paths(table, script);

@@ -1,3 +1,4 @@
+// An image of the drawn model over the real leg as one eye sees them, for calibrations of a virtual bench.
 #include "calibrate/calibration_pictures.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// A first pose of the eyes in the head's frame, from bullseye marks: the start of the fit.
 #include "calibration/eyes_fit.hpp"
 
 #include <Eigen/LU>

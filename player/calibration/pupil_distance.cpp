@@ -1,3 +1,4 @@
+// Inter-pupillary distance from the rectangles that each eye aligned.
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>

@@ -19,7 +19,7 @@ class Dials {
   std::span<const double> values() const { return values_; }
   std::size_t selected() const { return selected_; }
 
-  /// Handles arrow keys (guide/session.hpp); ignores others.
+  /// Handles arrow keys (calibration_tasks/session.hpp); ignores others.
   void press(const navigation::KeyPress& press);
   /// Handles a potentiometer value: 200 steps a turn, relative to its position when the dial was selected.
   void turn(int count, double time_s);

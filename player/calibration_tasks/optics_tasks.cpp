@@ -1,3 +1,4 @@
+// Calibration tasks of the display: visible edges, distortion, eye point, inter-pupillary distance, subject.
 #include "calibration_tasks/task.hpp"
 
 #include "calibration/viewport_fit.hpp"

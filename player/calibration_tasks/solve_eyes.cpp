@@ -1,3 +1,4 @@
+// Solves the calibration's parts of the display: edges, distortion, eye point.
 #include "calibration_tasks/solve_part.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Solves the calibration's parts of places: table, probe's tip, eyes in the head, model on the leg.
 #include "calibration_tasks/solve_part.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Calibration tasks with the tracker: rails, stop, probe, marker positions, points of the model.
 #include "calibration_tasks/task.hpp"
 
 #include <array>

@@ -1,9 +1,11 @@
+// Appearance and options of the screen that follows a running job.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/side.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "follow/follow.hpp"
@@ -129,7 +131,7 @@ RunScreenOptions screen_options(const FollowOptions& options, const store::Motio
   screen.width = size.width;
   screen.height = size.height;
   screen.scene = scene_options(options, job);
-  screen.views = views_of(options, job, model.side == "left" ? Side::left : Side::right);
+  screen.views = views_of(options, job, side_named(model.side));
   screen.zoom = job.zoom;
   if (screen.views.size() > most_views) {
     throw InputError(

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "core/side.hpp"
 #include "core/units.hpp"
 #include "scene/scene.hpp"
 
@@ -17,7 +18,7 @@ RunScene::RunScene(const store::MotionModel& model, const RunSceneOptions& optio
     : options_(options),
       scene_(scene::scene_of(model.reference, model.moving, model.rotation_centre_mm)),
       raw_(model, "raw"),
-      frame_{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm, model.delta},
+      frame_{side_named(model.side), model.rotation_centre_mm, model.delta},
       scale_(scene::marker_scale(model))
 {
   for (Eigen::Index i = 0; i < model.push.delta.rows(); ++i)

@@ -1,3 +1,4 @@
+// Bytes of an OpenIGTLink message to poses and commands; checks lengths and checksum.
 #include <igtl_header.h>
 #include <igtl_position.h>
 #include <igtl_qtdata.h>

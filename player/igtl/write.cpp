@@ -1,3 +1,4 @@
+// OpenIGTLink messages to bytes, for the simulated tracker and for tests.
 #include <igtl_header.h>
 #include <igtl_position.h>
 #include <igtl_qtdata.h>

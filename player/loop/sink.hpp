@@ -29,7 +29,7 @@ class Sink {
   bool has_output() const { return window_ || memory_; }
   /// Null without a window.
   render::Window* window() const { return window_.get(); }
-  /// Requires is_anywhere().
+  /// Requires has_output().
   render::Renderer& renderer() const { return window_ ? window_->renderer() : *memory_; }
   bool is_closed() const { return window_ && window_->should_close(); }
   /// The window is minimised: nothing needs drawing.

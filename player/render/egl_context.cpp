@@ -1,3 +1,4 @@
+// An OpenGL context without a screen, by EGL.
 #include "render/gl_context.hpp"
 
 // Excludes the types of window systems.

@@ -1,3 +1,5 @@
+// Draws scenes by OpenGL into a frame buffer: background, opaque and translucent surfaces, overlay,
+// distortion.
 #include "render/gl_context.hpp"
 
 #include <GL/glcorearb.h>

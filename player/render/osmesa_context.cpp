@@ -1,3 +1,4 @@
+// An OpenGL context in memory on the processor, by OSMesa.
 #include "render/gl_context.hpp"
 
 #include <GL/osmesa.h>

@@ -1,3 +1,5 @@
+// Layers of the joint's axes and of the helical axis.
+#include "core/side.hpp"
 #include "scene/layers.hpp"
 
 #include <algorithm>
@@ -77,7 +79,7 @@ const std::vector<Label>& JointLayers::axis_labels()
 }
 
 AxesLayer::AxesLayer(const store::MotionModel& model, Scene& scene)
-    : side_(model.side == "left" ? Side::left : Side::right), rotation_centre_mm_(model.rotation_centre_mm)
+    : side_(side_named(model.side)), rotation_centre_mm_(model.rotation_centre_mm)
 {
   first_drawable_ = scene.drawables.size();
   for (const AxisRow row : {anterior, proximal, right, flexion, varus, push}) add_axis(model, scene, row);

@@ -1,3 +1,4 @@
+// Layer of the contact points, with forces as lengths of arrows.
 #include "scene/layers.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Layer of the gap along Delta, as colours on the moving object's upward surface.
 #include "scene/layers.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Layer of the ligament fibres, coloured by strain.
 #include "scene/layers.hpp"
 
 #include <algorithm>

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/side.hpp"
 #include "scene/camera.hpp"
 
 namespace vrda::show {
@@ -73,7 +74,7 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
     : options_(options),
       views_(navigation::parsed_views(options.views)),
       size_(navigation::parsed_size(options.size)),
-      side_(model.side == "left" ? Side::left : Side::right),
+      side_(side_named(model.side)),
       motion_(model, set.name),
       gaps_(model, set.name),
       has_gaps_(set.has_gaps),

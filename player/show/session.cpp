@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/side.hpp"
 #include "loop/loop.hpp"
 #include "store/motion_model_file.hpp"
 
@@ -65,7 +66,7 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
       sets_(played_sets(model_)),
       scene_(scene::scene_of(model_.reference, model_.moving, model_.rotation_centre_mm)),
       layers_(model_, scene_),
-      side_(model_.side == "left" ? Side::left : Side::right),
+      side_(side_named(model_.side)),
       gui_({options.title, motion::set_names(model_), options.scale}),
       view_(options.view),
       width_(options.width),

@@ -1,3 +1,4 @@
+// A tracked body's marker positions from frames in which the markers were seen.
 #include <algorithm>
 #include <cmath>
 #include <limits>

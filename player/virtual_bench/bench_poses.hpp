@@ -26,8 +26,8 @@ BenchPoses z_rail_poses(const VirtualTruth& truth, double way);
 /// The probe's tip rests on a point of the table while the probe turns by 40 degrees about two axes.
 BenchPoses pivot_poses(const VirtualTruth& truth, double way);
 
-/// Position `index` of the marker (guide/task.hpp: marker_place), visible to both eyes; the head moves
-/// between positions.
+/// Position `index` of the marker (requested_marker_position in calibration_tasks/task.hpp), visible to both
+/// eyes; the head moves between positions.
 BenchPoses bullseye_poses(const BenchFile& bench, const VirtualTruth& truth, int index);
 
 /// The probe's tip on `p_model_mm` of the leg's model, in a different orientation for each `index`, offset

@@ -31,7 +31,7 @@ class VirtualOperator {
   void do_task(CalibrationSession& session);
   int n_refusals() const { return n_refusals_; }
   /// For interactive training, once per frame: sends a tracker frame and the stage for the current task,
-  /// and handles zeroes_stage(). Does nothing if no samples are required.
+  /// and handles take_zero_request(). Does nothing if no samples are required.
   void send_samples(CalibrationSession& session);
   /// Reading of ruler, tape or pupillometer for a task that requires a number; nullopt otherwise.
   std::optional<double> reading(const CalibrationSession& session) const;

@@ -25,11 +25,6 @@ namespace {
 
 constexpr int width = 640, height = 480;
 
-double seconds_since(std::chrono::steady_clock::time_point start)
-{
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 /// A joint moved by a degree per frame, with the camera of `vrda-player show`.
 class Film {
  public:

@@ -1,7 +1,9 @@
-/// Processor time, s: independent of other load on the machine.
+/// Processor time, s, independent of other load on the machine, and wall-clock time.
 #pragma once
 
 #include <time.h>
+
+#include <chrono>
 
 namespace vrda::benchmarks {
 
@@ -21,6 +23,11 @@ inline double thread_s()
 inline double process_s()
 {
   return seconds_of(CLOCK_PROCESS_CPUTIME_ID);
+}
+
+inline double seconds_since(std::chrono::steady_clock::time_point start)
+{
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 }  // namespace vrda::benchmarks

@@ -6,6 +6,7 @@
 
 #include "model_build/case_solver.hpp"
 #include "model_build/model_build.hpp"
+#include "processor_time.hpp"
 #include "scene.hpp"
 #include "shares.hpp"
 #include "smooth/smooth.hpp"
@@ -14,11 +15,6 @@
 
 namespace vrda::benchmarks {
 namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point start)
-{
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 void motion_step(benchmark::State& state, const std::string& knee)
 {
@@ -43,6 +39,7 @@ void motion_step(benchmark::State& state, const std::string& knee)
   state.counters["gap share"] = spent.gap_s / total_s;
   state.counters["collision share"] = spent.collision_s / total_s;
   state.counters["contacts share"] = spent.contacts_s / total_s;
+  state.counters["Bullet share"] = spent.bullet_s / total_s;
   state.counters["turning share"] = spent.turn_s / total_s;
 }
 

@@ -1,5 +1,8 @@
 #include "shares.hpp"
 
+#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
+
+#include <atomic>
 #include <chrono>
 
 #include "contact/contacts.hpp"
@@ -8,17 +11,19 @@
 namespace vrda::benchmarks {
 namespace {
 
-thread_local Shares spent;
+using Seconds = std::atomic<double>;
+
+Seconds gap, turn, collision, contacts, bullet;
 
 class Clock {
  public:
-  explicit Clock(double& total) : total_(total), start_(std::chrono::steady_clock::now()) {}
+  explicit Clock(Seconds& total) : total_(total), start_(std::chrono::steady_clock::now()) {}
   ~Clock() { total_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
   Clock(const Clock&) = delete;
   Clock& operator=(const Clock&) = delete;
 
  private:
-  double& total_;
+  Seconds& total_;
   std::chrono::steady_clock::time_point start_;
 };
 
@@ -26,82 +31,122 @@ class Clock {
 
 void reset_shares()
 {
-  spent = {};
+  for (Seconds* total : {&gap, &turn, &collision, &contacts, &bullet}) *total = 0.0;
 }
 Shares shares()
 {
-  return spent;
+  return {gap, turn, collision, contacts, bullet};
 }
 
-#define VRDA_GAP                                                                              \
-  "_ZN4vrda9proximity15directional_gapERKNS0_8TreeMeshERKNS_4core4MeshERKNS0_7BoxTreeERKNS4_" \
-  "10MovingPoseERKNS0_10GapOptionsE"
-#define VRDA_TOUCH "_ZN4vrda9proximity8GapQuery12next_contactERKNS_4core10MovingPoseE"
-#define VRDA_COLLISION                                                                        \
-  "_ZN4vrda7contact14find_collisionERKNS_9proximity8TreeMeshES4_RKNS_4core10MovingPoseERNS0_" \
-  "11NarrowPhaseERKNS1_12TrianglePairE"
-#define VRDA_CONTACTS                                                                                       \
-  "_ZN4vrda7contact13find_contactsERKNS0_14ContactObjectsERKNS_4core10MovingPoseERNS0_11NarrowPhaseERKNS0_" \
-  "14ContactOptionsE"
-#define VRDA_TURNED "_ZN4vrda9proximity17rotated_referenceERKNS0_8TreeMeshERKNS_4core8AttitudeE"
+// The symbols of CMakeLists.txt. VRDA_REDIRECT declares the function and its replacement: RESULT, name,
+// symbol, parameters, of a member function the object first.
+#define VRDA_REDIRECT(RESULT, NAME, SYMBOL, ...)             \
+  RESULT real_##NAME(__VA_ARGS__) __asm__("__real_" SYMBOL); \
+  RESULT timed_##NAME(__VA_ARGS__) __asm__("__wrap_" SYMBOL);
 
-proximity::Gap real_gap(const proximity::TreeMesh&, const Mesh&, const proximity::BoxTree&, const MovingPose&,
-                        const proximity::GapOptions&) __asm__("__real_" VRDA_GAP);
-proximity::Gap timed_gap(const proximity::TreeMesh&, const Mesh&, const proximity::BoxTree&,
-                         const MovingPose&, const proximity::GapOptions&) __asm__("__wrap_" VRDA_GAP);
-proximity::Gap real_touch(proximity::GapQuery*, const MovingPose&) __asm__("__real_" VRDA_TOUCH);
-proximity::Gap timed_touch(proximity::GapQuery*, const MovingPose&) __asm__("__wrap_" VRDA_TOUCH);
-std::optional<proximity::TrianglePair> real_collision(
-    const proximity::TreeMesh&, const proximity::TreeMesh&, const MovingPose&, contact::NarrowPhase&,
-    const proximity::TrianglePair&) __asm__("__real_" VRDA_COLLISION);
-std::optional<proximity::TrianglePair> timed_collision(
-    const proximity::TreeMesh&, const proximity::TreeMesh&, const MovingPose&, contact::NarrowPhase&,
-    const proximity::TrianglePair&) __asm__("__wrap_" VRDA_COLLISION);
-std::vector<contact::Contact> real_contacts(const contact::ContactObjects&, const MovingPose&,
-                                            contact::NarrowPhase&,
-                                            const contact::ContactOptions&) __asm__("__real_" VRDA_CONTACTS);
-std::vector<contact::Contact> timed_contacts(const contact::ContactObjects&, const MovingPose&,
-                                             contact::NarrowPhase&,
-                                             const contact::ContactOptions&) __asm__("__wrap_" VRDA_CONTACTS);
-proximity::TreeMesh real_turned(const proximity::TreeMesh&, const Attitude&) __asm__("__real_" VRDA_TURNED);
-proximity::TreeMesh timed_turned(const proximity::TreeMesh&, const Attitude&) __asm__("__wrap_" VRDA_TURNED);
-
-proximity::Gap timed_gap(const proximity::TreeMesh& reference, const Mesh& mesh,
-                         const proximity::BoxTree& moving, const MovingPose& pose,
-                         const proximity::GapOptions& options)
+VRDA_REDIRECT(proximity::Gap, next_contact,
+              "_ZN4vrda9proximity8GapQuery12next_contactERKNS_4core10MovingPoseE", proximity::GapQuery*,
+              const MovingPose&)
+proximity::Gap timed_next_contact(proximity::GapQuery* query, const MovingPose& pose)
 {
-  const Clock clock(spent.gap_s);
-  return real_gap(reference, mesh, moving, pose, options);
+  const Clock clock(gap);
+  return real_next_contact(query, pose);
 }
 
-proximity::Gap timed_touch(proximity::GapQuery* query, const MovingPose& pose)
+VRDA_REDIRECT(double, travel, "_ZN4vrda9proximity8GapQuery9travel_mmERKNS_4core10MovingPoseE",
+              proximity::GapQuery*, const MovingPose&)
+double timed_travel(proximity::GapQuery* query, const MovingPose& pose)
 {
-  const Clock clock(spent.gap_s);
-  return real_touch(query, pose);
+  const Clock clock(gap);
+  return real_travel(query, pose);
 }
 
-std::optional<proximity::TrianglePair> timed_collision(const proximity::TreeMesh& reference,
-                                                       const proximity::TreeMesh& moving,
+VRDA_REDIRECT(const proximity::GapResult&, features,
+              "_ZN4vrda9proximity8GapQuery8featuresERKNS_4core10MovingPoseEd", proximity::GapQuery*,
+              const MovingPose&, double)
+const proximity::GapResult& timed_features(proximity::GapQuery* query, const MovingPose& pose, double band_mm)
+{
+  const Clock clock(gap);
+  return real_features(query, pose, band_mm);
+}
+
+VRDA_REDIRECT(const std::vector<proximity::TrianglePair>&, close_pairs,
+              "_ZN4vrda9proximity8GapQuery11close_pairsERKNS_4core10MovingPoseEd", proximity::GapQuery*,
+              const MovingPose&, double)
+const std::vector<proximity::TrianglePair>& timed_close_pairs(proximity::GapQuery* query,
+                                                              const MovingPose& pose, double band_mm)
+{
+  const Clock clock(gap);
+  return real_close_pairs(query, pose, band_mm);
+}
+
+VRDA_REDIRECT(proximity::TreeMesh, turned,
+              "_ZN4vrda9proximity17rotated_referenceERKNS0_8TreeMeshERKNS_4core8AttitudeE",
+              const proximity::TreeMesh&, const Attitude&)
+proximity::TreeMesh timed_turned(const proximity::TreeMesh& reference, const Attitude& attitude)
+{
+  const Clock clock(turn);
+  return real_turned(reference, attitude);
+}
+
+using Hit = std::optional<proximity::TrianglePair>;
+VRDA_REDIRECT(
+    Hit, collision,
+    "_ZN4vrda7contact14find_collisionERKNS_4core4MeshES4_RKNS1_10MovingPoseERNS_9proximity8GapQueryE"
+    "RNS0_11NarrowPhaseERKNS8_12TrianglePairE",
+    const Mesh&, const Mesh&, const MovingPose&, proximity::GapQuery&, contact::NarrowPhase&,
+    const proximity::TrianglePair&)
+Hit timed_collision(const Mesh& reference, const Mesh& moving, const MovingPose& pose,
+                    proximity::GapQuery& pairs, contact::NarrowPhase& narrow_phase,
+                    const proximity::TrianglePair& hint)
+{
+  const Clock clock(collision);
+  return real_collision(reference, moving, pose, pairs, narrow_phase, hint);
+}
+
+// Of the search.
+VRDA_REDIRECT(
+    std::vector<contact::Contact>, contacts_of_turned,
+    "_ZN4vrda7contact13find_contactsERKNS0_14ContactObjectsERKNS_4core10MovingPoseERNS0_11NarrowPhaseE"
+    "RKNS0_14ContactOptionsE",
+    const contact::ContactObjects&, const MovingPose&, contact::NarrowPhase&, const contact::ContactOptions&)
+std::vector<contact::Contact> timed_contacts_of_turned(const contact::ContactObjects& objects,
                                                        const MovingPose& pose,
                                                        contact::NarrowPhase& narrow_phase,
-                                                       const proximity::TrianglePair& hint)
+                                                       const contact::ContactOptions& options)
 {
-  const Clock clock(spent.collision_s);
-  return real_collision(reference, moving, pose, narrow_phase, hint);
+  const Clock clock(contacts);
+  return real_contacts_of_turned(objects, pose, narrow_phase, options);
 }
 
-std::vector<contact::Contact> timed_contacts(const contact::ContactObjects& objects, const MovingPose& pose,
+// Of the equilibrium.
+using Pairs = std::vector<proximity::TrianglePair>;
+VRDA_REDIRECT(
+    std::vector<contact::Contact>, contacts,
+    "_ZN4vrda7contact13find_contactsERKNS0_8ColliderES3_RKNS0_11ObjectPosesERKSt6vectorINS_9proximity"
+    "12TrianglePairESaIS9_EERNS0_11NarrowPhaseERKNS0_14ContactOptionsE",
+    const contact::Collider&, const contact::Collider&, const contact::ObjectPoses&, const Pairs&,
+    contact::NarrowPhase&, const contact::ContactOptions&)
+std::vector<contact::Contact> timed_contacts(const contact::Collider& reference,
+                                             const contact::Collider& moving,
+                                             const contact::ObjectPoses& poses, const Pairs& candidates,
                                              contact::NarrowPhase& narrow_phase,
                                              const contact::ContactOptions& options)
 {
-  const Clock clock(spent.contacts_s);
-  return real_contacts(objects, pose, narrow_phase, options);
+  const Clock clock(contacts);
+  return real_contacts(reference, moving, poses, candidates, narrow_phase, options);
 }
 
-proximity::TreeMesh timed_turned(const proximity::TreeMesh& reference, const Attitude& attitude)
+using Detector = btDiscreteCollisionDetectorInterface;
+VRDA_REDIRECT(void, detector,
+              "_ZN17btGjkPairDetector16getClosestPointsERKN36btDiscreteCollisionDetectorInterface"
+              "17ClosestPointInputERNS0_6ResultEP12btIDebugDrawb",
+              btGjkPairDetector*, const Detector::ClosestPointInput&, Detector::Result&, btIDebugDraw*, bool)
+void timed_detector(btGjkPairDetector* detector, const Detector::ClosestPointInput& input,
+                    Detector::Result& result, btIDebugDraw* drawer, bool is_swapped)
 {
-  const Clock clock(spent.turn_s);
-  return real_turned(reference, attitude);
+  const Clock clock(bullet);
+  real_detector(detector, input, result, drawer, is_swapped);
 }
 
 }  // namespace vrda::benchmarks

@@ -10,6 +10,7 @@
 #include "model_build/case_solver.hpp"
 #include "processor_time.hpp"
 #include "scene.hpp"
+#include "shares.hpp"
 
 namespace vrda::benchmarks {
 namespace {
@@ -20,7 +21,8 @@ enum class Method { equilibrium, stability_search, search_by_fcl };
 struct Spent {
   std::atomic<int> n_steps = 0;
   std::atomic<long> n_queries = 0;
-  std::atomic<double> in_fcl_s = 0.0;  // of all threads
+  std::atomic<double> in_steps_s = 0.0;  // wall-clock, of all threads
+  std::atomic<double> in_fcl_s = 0.0;    // of all threads
 };
 
 struct Swept {
@@ -29,6 +31,8 @@ struct Swept {
   double processor_s = 0.0;  // of all threads
   double n_steps = 0.0;
   double n_queries = 0.0;
+  double in_steps_s = 0.0;
+  Shares parts;  // of in_steps_s
   double in_fcl_s = 0.0;
 };
 
@@ -51,24 +55,29 @@ load::Case grid_case(Method method, const std::string& grid)
 // Only the sweep is timed; meshes and trees are built before.
 Swept swept_by(const sweep::SolveStep& solve, const sweep::SweepPlan& plan, Spent& spent)
 {
+  reset_shares();
   const double processor_start_s = process_s();
   const auto start = std::chrono::steady_clock::now();
   sweep::SweepResult result = sweep::sweep(
       plan,
       [&](const sweep::StepTask& task) {
+        const auto step_start = std::chrono::steady_clock::now();
         StepRecord record = solve(task);
+        spent.in_steps_s += seconds_since(step_start);
         ++spent.n_steps;
         spent.n_queries += record.queries;
         return record;
       },
       {}, n_threads());
-  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double wall_s = seconds_since(start);
   const double processor_s = process_s() - processor_start_s;
   return {std::move(result),
           wall_s,
           processor_s,
           static_cast<double>(spent.n_steps),
           static_cast<double>(spent.n_queries),
+          spent.in_steps_s,
+          shares(),
           spent.in_fcl_s};
 }
 
@@ -138,6 +147,15 @@ void compare(benchmark::State& state, const Swept& run, const Swept& equilibrium
   state.counters["median mm behind"] = behind[behind.size() / 2];
 }
 
+// Of the product's methods: parts of a step by wall-clock time, which other load prolongs alike.
+void count_parts(benchmark::State& state, const Swept& run)
+{
+  state.counters["gap share"] = run.parts.gap_s / run.in_steps_s;
+  state.counters["collision share"] = run.parts.collision_s / run.in_steps_s;
+  state.counters["contacts share"] = run.parts.contacts_s / run.in_steps_s;
+  state.counters["Bullet share"] = run.parts.bullet_s / run.in_steps_s;
+}
+
 void sweep_by(benchmark::State& state, Method method, const std::string& grid)
 {
   for (auto _ : state) {
@@ -145,13 +163,18 @@ void sweep_by(benchmark::State& state, Method method, const std::string& grid)
     if (method == Method::equilibrium) {
       state.SetIterationTime(equilibrium.wall_s);
       count_steps(state, equilibrium);
+      count_parts(state, equilibrium);
       continue;
     }
     const Swept run = swept(method, grid);
     state.SetIterationTime(run.wall_s);
     count_steps(state, run);
     compare(state, run, equilibrium);
-    if (method == Method::search_by_fcl) state.counters["FCL share"] = run.in_fcl_s / run.processor_s;
+    if (method == Method::search_by_fcl) {
+      state.counters["FCL share"] = run.in_fcl_s / run.processor_s;
+    } else {
+      count_parts(state, run);
+    }
   }
 }
 

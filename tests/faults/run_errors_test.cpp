@@ -1,6 +1,8 @@
 // Injects an error or a short write into every call of `vrda run` in turn, after counting the calls.
 #include <gmock/gmock.h>
 
+#include <fstream>
+
 #include "app/scenes.hpp"
 #include "faults/faulty_run.hpp"
 #include "support/messages.hpp"
@@ -117,6 +119,17 @@ TEST_P(RunErrorsOneWay, AFileThatCannotBeRemovedIsReportedAndRemovedByTheNextRun
     SCOPED_TRACE(k);
     EXPECT_EQ(run_from_empty({"eio", "unlink", std::to_string(k)}).exit_code, 0);
     expect_finishes();
+  }
+}
+
+TEST_P(RunErrorsOneWay, TheTemporaryOfAKilledRunIsRemovedDespiteAnError)
+{
+  for (const std::string what : {"eio", "enospc"}) {
+    SCOPED_TRACE(what);
+    clear();
+    std::ofstream(folder_ / "a.h5.start.h5.partial") << "half";
+    EXPECT_EQ(run({what, "unlink", "1", "a.h5.start.h5.partial"}).exit_code, 0);
+    expect_finished();
   }
 }
 

@@ -1,4 +1,4 @@
-"""Names, messages and pages use standard terms: none of the idioms that the glossary replaced.
+"""Names, messages and pages use standard terms: none of the idioms that the glossary replaced. Sources begin with their purpose.
 
 A new idiom is added to IDIOMS; a legitimate use of a listed word to ALLOWED, with its reason.
 """
@@ -58,7 +58,38 @@ def findings(path, text):
                 yield f"{path}:{number}: {idiom}: {line.strip()[:120]}"
 
 
+SOURCE = re.compile(r"^(pipeline|player)/\w+/(page/)?\w+\.(hpp|cpp|js)$")
+COMMENT = re.compile(r"//.*")
+FILE = re.compile(r"(?<![\w/.<-])\w+/\w+\.[ch]pp\b")
+
+
+def without_purpose(sources):
+    """Headers, scripts and sources without a header of their own that do not begin with a comment. `sources`: path to text."""
+    return [path for path, text in sources.items()
+            if not (text.startswith("//") or (path.endswith(".cpp") and path[:-4] + ".hpp" in sources))]
+
+
+def missing_files(sources):
+    """(path, name) of each room/file.hpp or .cpp in a comment that no program has."""
+    return [(path, name) for path, text in sources.items() for comment in COMMENT.findall(text) for name in FILE.findall(comment)
+            if not {f"{program}/{name}" for program in ("pipeline", "player")} & sources.keys()]
+
+
 class Wording(unittest.TestCase):
+    def test_sources_begin_with_their_purpose_and_name_existing_files(self):
+        listed = subprocess.run(["git", "ls-files", "-z", "pipeline", "player"], cwd=ROOT, check=True, capture_output=True, text=True)
+        paths = [path for path in listed.stdout.split("\0") if SOURCE.match(path) and (ROOT / path).is_file()]
+        self.assertGreater(len(paths), 500)
+        sources = {path: (ROOT / path).read_text() for path in paths}
+        self.assertEqual(without_purpose(sources), [])
+        self.assertEqual(missing_files(sources), [])
+
+    def test_a_source_without_purpose_and_a_missing_file_are_found(self):
+        sources = {"pipeline/core/a.hpp": "/// A.\n", "pipeline/core/a.cpp": '#include "core/a.hpp"\n',
+                   "pipeline/core/b.cpp": '#include "core/a.hpp"\n// As core/a.hpp, unlike guide/task.hpp.\n'}
+        self.assertEqual(without_purpose(sources), ["pipeline/core/b.cpp"])
+        self.assertEqual(missing_files(sources), [("pipeline/core/b.cpp", "guide/task.hpp")])
+
     def test_an_idiom_is_found_and_an_allowed_use_is_not(self):
         self.assertEqual(len(list(findings("a.md", "a tracker that is none\nThe run is begun again, once more."))), 3)
         self.assertEqual(list(findings("a.py", 'as_user("nobody")')), [])

@@ -35,7 +35,7 @@ using ::testing::HasSubstr;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// The error of reading a file, changed by `action`, in a separate process.
-InputError::Facts told_of(const test::Scratch& scratch, const std::function<void(hid_t)>& action)
+InputError::Facts refusal_of(const test::Scratch& scratch, const std::function<void(hid_t)>& action)
 {
   const std::string path = scratch.path() / "knee.h5";
   store::write_motion_model(path, test::sample_model());
@@ -43,7 +43,7 @@ InputError::Facts told_of(const test::Scratch& scratch, const std::function<void
   return test::input_error([&] { store::read_motion_model(path); });
 }
 
-InputError::Facts told_of_bytes(const test::Scratch& scratch, const std::string& bytes)
+InputError::Facts refusal_of_bytes(const test::Scratch& scratch, const std::string& bytes)
 {
   const std::string path = scratch.write("knee.h5", bytes);
   return test::input_error([&] { store::read_motion_model(path); });
@@ -81,7 +81,7 @@ TEST(HostileFile, TenGigabytesThatAreNeverWrittenAreRefused)
   // A thousand million vertices, contiguous and in chunks.
   for (const bool is_chunked : {false, true}) {
     const test::Scratch scratch;
-    const InputError::Facts facts = told_of(scratch, [&](hid_t file) {
+    const InputError::Facts facts = refusal_of(scratch, [&](hid_t file) {
       constexpr hsize_t n = 1'000'000'000;
       const hsize_t chunk[] = {1000, 3};
       const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
@@ -126,7 +126,7 @@ TEST(HostileFile, TenGigabytesOfZerosPackedIntoTenMegabytesAreRefusedBeforeTheyA
 {
   const test::Scratch scratch;
   const long before_kb = peak_kb_of_children();
-  const InputError::Facts facts = told_of(scratch, [](hid_t file) {
+  const InputError::Facts facts = refusal_of(scratch, [](hid_t file) {
     constexpr hsize_t rows = 43'690, n_chunks = 10'240;  // chunks of 1 MiB
     const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
     const hsize_t chunk[] = {rows, 3};
@@ -199,14 +199,14 @@ TEST(HostileFile, TextsThatAreAllTheSameBytesOfTheFileAreBounded)
   for (std::size_t k = 1; k < 2000; ++k) bytes.replace(address + k * element_bytes, element_bytes, first);
   bytes.resize(bytes.size() - store::seal_of("").size());
   bytes += store::seal_of(bytes);
-  EXPECT_THAT(told_of_bytes(scratch, bytes), test::refuses({.field = "/job/input_name", .found = "HDF5"}));
+  EXPECT_THAT(refusal_of_bytes(scratch, bytes), test::refuses({.field = "/job/input_name", .found = "HDF5"}));
 }
 
 TEST(HostileFile, TextThatSteersATerminalIsRefused)
 {
   const test::Scratch scratch;
   const InputError::Facts facts =
-      told_of(scratch, [](hid_t file) { test::set_text(file, "/", "title", "a \x1b[31mred knee"); });
+      refusal_of(scratch, [](hid_t file) { test::set_text(file, "/", "title", "a \x1b[31mred knee"); });
   EXPECT_EQ(facts.field, "/@title");
   EXPECT_EQ(facts.found, "control characters in a text");
 }
@@ -225,7 +225,7 @@ TEST(HostileFile, ThatCrashesHdf5IsOneMessage)
   for (std::size_t at = heap + 24; at < heap + 32; ++at) {
     std::string changed = bytes;
     changed[at] = '\xff';
-    const InputError::Facts facts = told_of_bytes(scratch, changed + store::seal_of(changed));
+    const InputError::Facts facts = refusal_of_bytes(scratch, changed + store::seal_of(changed));
     EXPECT_EQ(facts.file, path);
     n_ended += test::names_value(facts.found, "process") ? 1 : 0;
   }
@@ -236,7 +236,7 @@ TEST(HostileFile, ThatCrashesHdf5IsOneMessage)
 TEST(HostileFile, CyclesOfGroupsEnd)
 {
   const test::Scratch scratch;
-  const InputError::Facts facts = told_of(scratch, [](hid_t file) {
+  const InputError::Facts facts = refusal_of(scratch, [](hid_t file) {
     test::make_group(file, "/loop");
     for (int k = 0; k < 50; ++k) {
       H5Lcreate_hard(file, k % 2 == 0 ? "/loop" : "/", file, ("/loop/" + std::to_string(k)).c_str(),
@@ -267,7 +267,7 @@ TEST(HostileFile, AVirtualDatasetIsRefusedAndItsFilesAreNotOpened)
   // Opening this one would block forever.
   const std::string pipe = scratch.path() / "elsewhere.h5";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  const InputError::Facts facts = told_of(scratch, [&](hid_t file) {
+  const InputError::Facts facts = refusal_of(scratch, [&](hid_t file) {
     const hsize_t size[] = {4, 3}, largest[] = {H5S_UNLIMITED, 3}, start[] = {0, 0};
     const hsize_t count[] = {H5S_UNLIMITED, 1}, block[] = {1, 3};
     const hid_t space = H5Screate_simple(2, size, largest);
@@ -308,7 +308,17 @@ TEST(HostileFile, FiltersThatWouldHaveToBeLoadedAreRefused)
   });
   H5Zunregister(foreign);
   expect_first(findings, "/tx", "filter number 32000", "gzip");
-  unsigned state = 1;
+}
+
+TEST(HostileFile, AReaderTurnsTheLoadingOfFiltersOff)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  store::write_motion_model(path, test::sample_model());
+  // In this process; whatever another test left.
+  ASSERT_GE(H5PLset_loading_state(H5PL_ALL_PLUGIN), 0);
+  store::parse_motion_model(store::read_hdf5(path));
+  unsigned state = H5PL_ALL_PLUGIN;
   EXPECT_GE(H5PLget_loading_state(&state), 0);
   EXPECT_EQ(state, 0u);
 }
@@ -357,7 +367,7 @@ TEST(HostileFile, TextMustBeUtf8)
 {
   const test::Scratch scratch;
   const InputError::Facts title =
-      told_of(scratch, [](hid_t file) { test::set_text(file, "/", "title", "genou \xE9tal\xF3n"); });
+      refusal_of(scratch, [](hid_t file) { test::set_text(file, "/", "title", "genou \xE9tal\xF3n"); });
   EXPECT_EQ(title.field, "/@title");
   EXPECT_EQ(title.wanted, "text in UTF-8");
   const std::string path = scratch.path() / "names.h5";
@@ -374,7 +384,7 @@ TEST(HostileFile, NothingMayStandBeforeTheHdf5Content)
   const std::string path = scratch.path() / "knee.h5";
   store::write_motion_model(path, test::sample_model());
   const std::string whole = test::read_bytes(path);
-  EXPECT_THAT(told_of_bytes(scratch, std::string(512, '\0') + whole), test::refuses({.found = "HDF5"}));
+  EXPECT_THAT(refusal_of_bytes(scratch, std::string(512, '\0') + whole), test::refuses({.found = "HDF5"}));
 }
 
 TEST(HostileFile, ValuesThatWouldBeIndexedOrDrawnAreChecked)
