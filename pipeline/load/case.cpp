@@ -29,19 +29,19 @@ void check_method(const Job& job)
                     "\"free\"", "a table { from, to, step }: \"stability-search\" cannot leave varus free"});
 }
 
-std::vector<Push> push_rows(const Job& job, const std::vector<double>& flexions_deg)
+std::vector<Push> push_rows(const Job& job, const PushJob& push, const std::vector<double>& flexions_deg)
 {
   std::vector<Push> rows;
   for (const double flexion_deg : flexions_deg) {
     const double flexion_rad = rad_from_deg(flexion_deg);
-    const Eigen::Vector3d direction = value_at_flexion(job.push.delta, flexion_rad);
+    const Eigen::Vector3d direction = value_at_flexion(push.delta, flexion_rad);
     if (!(direction.norm() > smallest_direction)) {
       throw InputError(
           {job.document.source_of("push.delta"), "push.delta",
            "directions that cancel out at " + shortest_decimal(flexion_deg) + " degrees of flexion",
            "directions of neighbouring rows less than 180 degrees apart"});
     }
-    rows.push_back(push_at(job.push, direction.normalized(), flexion_rad));
+    rows.push_back(push_at(push, direction.normalized(), flexion_rad, rows.size()));
   }
   return rows;
 }
@@ -97,8 +97,9 @@ Case settings_of(const Job& job, const std::optional<LoadedCoordinates>& coordin
     loaded.path_flexion_deg =
         job.method == SolverMethod::equilibrium ? path_of(job.grid.flexion_deg) : job.grid.flexion_deg;
   }
-  loaded.push = push_rows(job, loaded.grid.flexion_deg);
-  loaded.path_push = push_rows(job, loaded.path_flexion_deg);
+  const PushJob& push = coordinates ? coordinates->push : job.push;
+  loaded.push = push_rows(job, push, loaded.grid.flexion_deg);
+  loaded.path_push = push_rows(job, push, loaded.path_flexion_deg);
   loaded.push_point_mm = job.push.point_mm;
   for (const LoadJob& load : job.push.loads) loaded.loads.push_back(load.at);
   for (const LineJob& line : job.push.lines) loaded.lines.push_back(line.path);

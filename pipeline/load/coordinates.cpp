@@ -10,6 +10,7 @@
 #include "load/csv_table.hpp"
 #include "load/file_bytes.hpp"
 #include "load/input_file.hpp"
+#include "load/push_job.hpp"
 
 namespace vrda::load {
 namespace {
@@ -40,7 +41,7 @@ CoordinateJob coordinate_of(const Job& job, const documents::DocumentValue& valu
   const std::string key = key_of(k);
   coordinate.role = CoordinateRole::given;
   if (value.table() == nullptr || value.find("flexion_deg") != nullptr) {
-    coordinate.given = over_flexion_at(job.document, key);
+    coordinate.given = over_flexion_at(job.document, key, 1);
   } else if (value.find("column") != nullptr) {
     coordinate.column = documents::text_at(value, "column");
     coordinate.file = documents::text_or_empty(value, "file");
@@ -141,6 +142,12 @@ class NumberTable {
     return values;
   }
 
+  [[noreturn]] void refuse(std::size_t row, const std::string& column, const std::string& found,
+                           const std::string& wanted) const
+  {
+    table_.refuse(table_.row(row), column, found, wanted);
+  }
+
   std::vector<double> ascending_column(const std::string& name) const
   {
     std::vector<double> values = column(name);
@@ -172,6 +179,7 @@ class Loader {
   Loader(const Job& job, const CoordinatesJob& coordinates, std::string data_directory)
       : job_(job), coordinates_(coordinates), data_directory_(std::move(data_directory))
   {
+    out_.push = job.push;
     for (std::size_t k = 0; k < n_joint_coordinates; ++k) out_.rows.role[k] = coordinates.coordinate[k].role;
   }
 
@@ -229,10 +237,31 @@ class Loader {
       const std::string& column = coordinates_.coordinate[k].column;
       if (!column.empty()) columns[k] = table.column(column);
     }
+    read_loads(table);
     for (std::size_t i = 0; i < out_.rows.key.size(); ++i) {
       add_row([&](std::size_t k, double) { return columns[k][i]; }, nan);
     }
     finish_sequence();
+  }
+
+  void read_loads(const NumberTable& table)
+  {
+    for (const PushTable& setting : tables_of(out_.push)) {
+      FlexionTable& loads = *setting.table;
+      if (loads.columns.empty()) continue;
+      loads.value.resize(static_cast<Eigen::Index>(out_.rows.key.size()),
+                         static_cast<Eigen::Index>(loads.columns.size()));
+      for (std::size_t c = 0; c < loads.columns.size(); ++c) {
+        const std::vector<double> values = table.column(loads.columns[c]);
+        for (std::size_t i = 0; i < values.size(); ++i) {
+          if (values[i] < setting.least || (setting.excludes_least && values[i] == setting.least))
+            table.refuse(i, loads.columns[c], shortest_decimal(values[i]),
+                         (setting.excludes_least ? "above " : "at least ") + shortest_decimal(setting.least) +
+                             " (" + loads.key + ")");
+          loads.value(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(c)) = values[i];
+        }
+      }
+    }
   }
 
   void load_grid()

@@ -23,6 +23,7 @@ struct LoadedCoordinates {
   GridAxes grid;        ///< flexion of each frame (0 where free), or the job's grid
   std::vector<double> path_flexion_deg;
   std::vector<LoadedInput> inputs;
+  PushJob push;  ///< of the job, with the columns of the frames
 };
 
 /// Reads the tables. Throws InputError naming file, line and column; for a combination that the method or the

@@ -65,14 +65,17 @@ struct ScalingJob {
   std::string landmarks_file;             ///< empty if the factor is given
 };
 
-/// A setting over flexion: linear between rows, constant beyond the ends. A constant has one row.
+/// A setting over flexion: linear between rows, constant beyond the ends. A constant has one row. Or one
+/// value per frame, from columns of the frames' table, which load_coordinates() reads.
 struct FlexionTable {
-  std::vector<double> flexion_rad;  ///< [n] increasing
-  Eigen::MatrixXd value;            ///< [n, components]
+  std::vector<double> flexion_rad;        ///< [n] increasing; empty with columns
+  Eigen::MatrixXd value;                  ///< [n, components]; [n_frames, components] with columns
+  std::vector<std::string> columns = {};  ///< [components]
+  std::string key = {};                   ///< of the columns, for messages
 };
 
-/// A constant, or a table { flexion_deg, value } (load/push_job.cpp).
-FlexionTable over_flexion_at(const documents::Document& document, const std::string& key);
+/// `n` components: constants, a table { flexion_deg, value }, or { columns } (load/push_job.cpp).
+FlexionTable over_flexion_at(const documents::Document& document, const std::string& key, std::size_t n);
 
 /// from, from + step, ... up to `to`, which is included if a whole number of steps reaches it.
 std::vector<double> range_at(const documents::Document& document, const std::string& key);

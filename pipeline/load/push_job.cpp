@@ -1,6 +1,7 @@
 #include "load/push_job.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "core/units.hpp"
 
@@ -13,11 +14,20 @@ std::vector<double> row_of(const documents::DocumentValue& value)
                                  : std::vector<double>{documents::number_at(value, "")};
 }
 
-// `key` is that of the value, for messages.
+// `key` is that of the value, for messages; `n` its number of components.
 FlexionTable over_flexion_of(const documents::Document& document, const documents::DocumentValue& value,
-                             const std::string& key)
+                             const std::string& key, std::size_t n)
 {
   FlexionTable out;
+  if (value.find("columns") != nullptr) {
+    out.columns = documents::texts_at(value, "columns");
+    out.key = key + ".columns";
+    if (out.columns.size() != n)
+      document.refuse(out.key, std::to_string(out.columns.size()) + " columns", std::to_string(n));
+    if (document.root.find("frames") == nullptr)
+      document.refuse(out.key, "columns without [frames]", "[frames] with file = \"motion.csv\", or numbers");
+    return out;
+  }
   std::vector<std::vector<double>> rows;
   if (value.table() == nullptr) {
     out.flexion_rad = {0.0};
@@ -48,16 +58,16 @@ FlexionTable over_flexion_of(const documents::Document& document, const document
 
 }  // namespace
 
-FlexionTable over_flexion_at(const documents::Document& document, const std::string& key)
+FlexionTable over_flexion_at(const documents::Document& document, const std::string& key, std::size_t n)
 {
-  return over_flexion_of(document, documents::value_at(document.root, key), key);
+  return over_flexion_of(document, documents::value_at(document.root, key), key, n);
 }
 
 namespace {
 
 FlexionTable delta_at(const documents::Document& document)
 {
-  FlexionTable delta = over_flexion_at(document, "push.delta");
+  FlexionTable delta = over_flexion_at(document, "push.delta", 3);
   for (Eigen::Index i = 0; i < delta.value.rows(); ++i) {
     const Eigen::Vector3d given = delta.value.row(i);
     // Scaled first: squares of huge or tiny components would leave the range of doubles.
@@ -84,15 +94,21 @@ LoadFrame load_frame_of(const std::string& name)
   return name == "world" ? LoadFrame::world : name == "reference" ? LoadFrame::reference : LoadFrame::moving;
 }
 
+// Everywhere, as far as the job file says.
+bool is_zero(const FlexionTable& setting)
+{
+  return setting.columns.empty() && setting.value.isZero(0.0);
+}
+
 LoadJob load_of(const documents::Document& document, const documents::DocumentValue& value,
                 const std::string& key)
 {
   LoadJob load;
   load.at = {documents::text_at(value, "name"), load_frame_of(documents::text_at(value, "frame")),
              documents::vector3_at(value, "point_mm")};
-  load.force_n = over_flexion_of(document, *value.find("force_n"), key + ".force_n");
-  load.moment_nmm = over_flexion_of(document, *value.find("moment_nmm"), key + ".moment_nmm");
-  if (load.force_n.value.isZero(0.0) && load.moment_nmm.value.isZero(0.0)) {
+  load.force_n = over_flexion_of(document, *value.find("force_n"), key + ".force_n", 3);
+  load.moment_nmm = over_flexion_of(document, *value.find("moment_nmm"), key + ".moment_nmm", 3);
+  if (is_zero(load.force_n) && is_zero(load.moment_nmm)) {
     document.refuse(key + ".force_n", documents::shown(*value.find("force_n")) + " without a moment",
                     "a force or a moment that is not zero");
   }
@@ -113,8 +129,8 @@ LineJob line_of(const documents::Document& document, const documents::DocumentVa
   LineJob line;
   line.path = {documents::text_at(value, "name"), points_of(value, "reference_mm"),
                points_of(value, "moving_mm")};
-  line.tension_n = over_flexion_of(document, *value.find("tension_n"), key + ".tension_n");
-  if (line.tension_n.value.isZero(0.0))
+  line.tension_n = over_flexion_of(document, *value.find("tension_n"), key + ".tension_n", 1);
+  if (is_zero(line.tension_n))
     document.refuse(key + ".tension_n", documents::shown(*value.find("tension_n")),
                     "a tension above 0 N at some flexion");
   if (line.path.reference_mm.back() == line.path.moving_mm.front())
@@ -142,10 +158,10 @@ PushJob push_of(const documents::Document& document)
   const documents::DocumentValue& root = document.root;
   PushJob push;
   push.delta = delta_at(document);
-  push.force_n = over_flexion_at(document, "push.force_n");
-  push.lateral_force_n = over_flexion_at(document, "push.lateral_force_n");
-  push.moment_nmm = over_flexion_at(document, "push.moment_nmm");
-  push.varus_moment_nmm = over_flexion_at(document, "push.varus_moment_nmm");
+  push.force_n = over_flexion_at(document, "push.force_n", 1);
+  push.lateral_force_n = over_flexion_at(document, "push.lateral_force_n", 2);
+  push.moment_nmm = over_flexion_at(document, "push.moment_nmm", 1);
+  push.varus_moment_nmm = over_flexion_at(document, "push.varus_moment_nmm", 1);
   push.point_mm = documents::vector3_at(root, "push.point_mm");
   std::vector<std::string> load_names, line_names;
   for (const documents::DocumentValue& value : documents::list_or_empty(root, "push.load")) {
@@ -161,22 +177,39 @@ PushJob push_of(const documents::Document& document)
   return push;
 }
 
-Push push_at(const PushJob& job, const Eigen::Vector3d& delta, double flexion_rad)
+std::vector<PushTable> tables_of(PushJob& push)
 {
+  const double any = std::numeric_limits<double>::quiet_NaN();
+  std::vector<PushTable> tables{{&push.force_n, 0.0, true},
+                                {&push.lateral_force_n, any},
+                                {&push.moment_nmm, any},
+                                {&push.varus_moment_nmm, any}};
+  for (LoadJob& load : push.loads) {
+    tables.push_back({&load.force_n, any});
+    tables.push_back({&load.moment_nmm, any});
+  }
+  for (LineJob& line : push.lines) tables.push_back({&line.tension_n, 0.0});
+  return tables;
+}
+
+Push push_at(const PushJob& job, const Eigen::Vector3d& delta, double flexion_rad, std::size_t frame)
+{
+  const auto value_of = [&](const FlexionTable& setting) -> Eigen::VectorXd {
+    if (setting.columns.empty()) return value_at_flexion(setting, flexion_rad);
+    return setting.value.row(static_cast<Eigen::Index>(frame)).transpose();
+  };
   Push push;
   push.delta = delta;
-  const Eigen::Vector2d across_n = value_at_flexion(job.lateral_force_n, flexion_rad);
-  push.force_n =
-      value_at_flexion(job.force_n, flexion_rad)[0] * delta +
-      shortest_rotation(Eigen::Vector3d::UnitY(), delta) * Eigen::Vector3d(across_n[0], 0.0, across_n[1]);
-  push.moment_nmm = value_at_flexion(job.moment_nmm, flexion_rad)[0];
-  push.varus_moment_nmm = value_at_flexion(job.varus_moment_nmm, flexion_rad)[0];
+  const Eigen::Vector2d across_n = value_of(job.lateral_force_n);
+  push.force_n = value_of(job.force_n)[0] * delta + shortest_rotation(Eigen::Vector3d::UnitY(), delta) *
+                                                        Eigen::Vector3d(across_n[0], 0.0, across_n[1]);
+  push.moment_nmm = value_of(job.moment_nmm)[0];
+  push.varus_moment_nmm = value_of(job.varus_moment_nmm)[0];
   for (const LoadJob& load : job.loads) {
-    push.load_force_n.emplace_back(value_at_flexion(load.force_n, flexion_rad));
-    push.load_moment_nmm.emplace_back(value_at_flexion(load.moment_nmm, flexion_rad));
+    push.load_force_n.emplace_back(value_of(load.force_n));
+    push.load_moment_nmm.emplace_back(value_of(load.moment_nmm));
   }
-  for (const LineJob& line : job.lines)
-    push.line_tension_n.push_back(value_at_flexion(line.tension_n, flexion_rad)[0]);
+  for (const LineJob& line : job.lines) push.line_tension_n.push_back(value_of(line.tension_n)[0]);
   return push;
 }
 

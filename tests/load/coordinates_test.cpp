@@ -83,6 +83,27 @@ TEST(Coordinates, FramesAreRowsOfATable)
   EXPECT_EQ(c.inputs[0].name, "motion.csv");
 }
 
+TEST(Coordinates, LoadsMayComeFromColumnsOfTheFrames)
+{
+  const std::string push =
+      "[push]\nforce_n = { columns = [\"push_n\"] }\n[[push.load]]\nname = \"implant\"\nframe = \"moving\"\n"
+      "force_n = { columns = [\"fx\", \"push_n\", \"fz\"] }\n";
+  const std::string roles = std::string(frames) + "flexion = { column = \"flexion_deg\" }\n";
+  const std::string table = "frame,flexion_deg,push_n,fx,fz\n1,0,20,1,2\n2,5,30,3,4\n";
+  const load::LoadedCoordinates c = loaded(push + roles, table);
+  EXPECT_EQ(c.push.force_n.value(1, 0), 30.0);
+  EXPECT_EQ(c.push.loads.at(0).force_n.value(1, 2), 4.0);
+  EXPECT_EQ(c.push.loads.at(0).force_n.value(0, 1), 20.0);
+  EXPECT_THAT(facts_of_job(push + "[coordinates]\nflexion = 3\n"),
+              refuses({.field = "push.force_n.columns"}));
+  EXPECT_THAT(facts_of_job("[push]\nforce_n = { columns = [\"a\", \"b\"] }\n" + roles),
+              refuses({.field = "push.force_n.columns", .found = "2", .wanted = "1"}));
+  EXPECT_THAT(facts_of_table(push + roles, "frame,flexion_deg,push_n,fx,fz\n1,0,0,1,2\n"),
+              refuses({.field = "line 2, push_n", .found = "0"}));
+  EXPECT_THAT(facts_of_table(push + roles, "frame,flexion_deg,push_n,fx\n1,0,5,1\n"),
+              refuses({.field = "line 1, fz"}));
+}
+
 TEST(Coordinates, ATableOverTheDrivingCoordinateIsLinearBetweenItsRows)
 {
   const load::LoadedCoordinates c = loaded(
