@@ -180,7 +180,7 @@ TEST(LoadedRun, ForcesAndLinesKeepTheStepsOfAScaledJoint)
 TEST(LoadedRun, CheckListsLoadsAndASearchSaysThatItIgnoresThem)
 {
   const test::Scratch scratch;
-  const fs::path job = test::small_knee_job(scratch, "right");
+  const fs::path job = test::small_job(scratch);
   const auto check = [&](const std::vector<std::string>& sets, const std::vector<std::string>& more) {
     std::vector<std::string> words{"check", job.string()};
     words.insert(words.end(), more.begin(), more.end());
