@@ -417,8 +417,8 @@ void print_push(const Json& u)
   print_load("varus moment", p["varus_moment_nmm"], " N mm");
   print_load("point", p["point_mm"], " mm from the rotation centre");
   for (const Json& load : p["loads"]) {
-    const std::string frame = load["frame"];
-    std::printf("  load %s, in axes of the %s\n", load["name"].get<std::string>().c_str(), frame.c_str());
+    std::printf("  load %s, frame %s\n", load["name"].get<std::string>().c_str(),
+                load["frame"].get<std::string>().c_str());
     print_load("  force", load["force_n"], " N");
     print_load("  moment", load["moment_nmm"], " N mm");
     print_load("  point", load["point_mm"], " mm from the rotation centre");

@@ -282,7 +282,7 @@ void draw_legend(Canvas& canvas, const load::Case& job_case, const PictureNotes&
                              {"back face", inside_colour},
                              {std::to_string(job_case.ligaments.fibres.size()) + " fibres", fibre_colour}};
   if (!job_case.lines.empty())
-    entries.push_back({std::to_string(job_case.lines.size()) + " lines of tension", line_colour});
+    entries.push_back({"lines of tension: " + std::to_string(job_case.lines.size()), line_colour});
   double x = 30.0;
   for (const Entry& entry : entries) {
     canvas.draw_line({x, 938.0, 0.0}, {x + 24.0, 938.0, 0.0}, 16.0, entry.colour);

@@ -39,7 +39,7 @@ constexpr double entered_mm = 0.01;
 // Until then rejected trials add cutting planes; then the trust region shrinks.
 constexpr int max_rejections = 3;
 // Loads that turn with an object are turned again at each pose found until they change by less than this
-// share of the push: a hundredth of the smallest residual of a certificate. Three to six times are usual.
+// share of the push: a hundredth of the smallest residual that a certificate demands.
 constexpr double turned_share = 1e-6;
 constexpr int max_turns = 50;
 

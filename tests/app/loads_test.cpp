@@ -39,7 +39,7 @@ std::vector<std::string> settings(const Placement& at, const std::string& varus)
   const std::string loads =
       "push.load=[{ name = \"drawer\", frame = \"moving\", force_n = " + at.vector({3, 1, -2}) +
       ", point_mm = " + at.vector({2, -15, 4}) +
-      " }, { name = \"twist\", frame = \"reference\", moment_nmm = " + at.axial({5, 20, -10}) +
+      " }, { name = \"twist\", frame = \"reference\", moment_nmm = " + at.axial({5, 4, -10}) +
       " }, { name = \"weight\", force_n = { flexion_deg = [0, 4], value = [" + at.vector({0, 2, 1}) + ", " +
       at.vector({1, 4, 0}) + "] }, point_mm = " + at.vector({0, -20, 0}) + " }]";
   const std::string lines = "push.line=[{ name = \"muscle\", tension_n = 6, reference_mm = [" +
@@ -142,7 +142,7 @@ TEST(LoadedRun, ItsLoadsAreInTheFileAndMatter)
   // The row of 2 degrees, half-way in the table of the third load.
   EXPECT_THAT(std::vector<double>(loads.force_n.begin() + 15, loads.force_n.begin() + 18),
               testing::Pointwise(testing::DoubleNear(1e-12), {0.5, 3.0, 0.5}));
-  EXPECT_EQ(loads.moment_nmm[4], 20.0);
+  EXPECT_EQ(loads.moment_nmm[4], 4.0);
   const store::LineRows& lines = *model.push.lines;
   EXPECT_THAT(lines.tension_n, testing::ElementsAre(6, 6, 6));
   EXPECT_THAT(lines.point_line, testing::ElementsAre(0, 0, 0));
@@ -180,7 +180,7 @@ TEST(LoadedRun, ForcesAndLinesKeepTheStepsOfAScaledJoint)
 TEST(LoadedRun, CheckListsLoadsAndASearchSaysThatItIgnoresThem)
 {
   const test::Scratch scratch;
-  const fs::path job = test::small_knee_job(scratch, "right");
+  const fs::path job = test::small_job(scratch);
   const auto check = [&](const std::vector<std::string>& sets, const std::vector<std::string>& more) {
     std::vector<std::string> words{"check", job.string()};
     words.insert(words.end(), more.begin(), more.end());
@@ -231,6 +231,12 @@ TEST(LoadedRun, InfoHasTheJointsOwnAnglesWhereAxesAreTurned)
   EXPECT_EQ(json.at("clinical").at("varus_deg").at("max").get<double>(), most_deg);
   EXPECT_GT(std::abs(most_deg - model.varus_deg.back()), 0.1);
   EXPECT_THAT(text.out, test::reports("", "internal_rotation_deg"));
+  const fs::path series = scratch.path() / "series.pvd";
+  const test::Ended ended =
+      test::run_vrda({"export", file.string(), "--to", "vtk", "--set", "raw", "-o", series.string()});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_THAT(test::read_bytes(scratch.path() / "series" / "series_0000.vtp"),
+              testing::HasSubstr("attitude_flexion_deg"));
 }
 
 }  // namespace vrda::loads_test

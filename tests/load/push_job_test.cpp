@@ -80,8 +80,8 @@ TEST(PushJobErrors, LoadsAndLines)
             "push.load.0.force_n"},
            {load + "force_n = [1, 2]", "push.load.0.force_n", "[1, 2]"},
            {load + "force_n = 5", "push.load.0.force_n", "5"},
-           {load + "force_n = [1, 2, nan]", ""},
-           {load + "force_n = [1, 2, inf]", "push.load.0.force_n"},
+           {load + "force_n = [1, 2, nan]", "push.load.0.force_n.2", "nan"},
+           {load + "force_n = [1, 2, inf]", "push.load.0.force_n.2", "inf"},
            {load + "force_n = [1, 0, 0]\nframe = \"femur\"", "push.load.0.frame", "\"femur\"", "\"moving\""},
            {load + "force_n = [1, 0, 0]\npoint_mm = [1]", "push.load.0.point_mm"},
            {load + "force_n = { flexion_deg = [0, 9], value = [[1, 0, 0]] }", "push.load.0.force_n.value",
@@ -94,7 +94,8 @@ TEST(PushJobErrors, LoadsAndLines)
            {line + ends, "push.line.0.tension_n"},
            {line + ends + "tension_n = 0", "push.line.0.tension_n", "0"},
            {line + ends + "tension_n = -3", "push.line.0.tension_n", "-3"},
-           {line + ends + "tension_n = { flexion_deg = [0, 9], value = [1, -1] }", "push.line.0.tension_n"},
+           {line + ends + "tension_n = { flexion_deg = [0, 9], value = [1, -1] }",
+            "push.line.0.tension_n.value.1", "-1"},
            {line + "tension_n = 3\nreference_mm = [[0, 0, 0]]", "push.line.0.moving_mm"},
            {line + "tension_n = 3\nreference_mm = []\nmoving_mm = [[1, 1, 1]]", "push.line.0.reference_mm",
             "[]"},
@@ -115,7 +116,8 @@ TEST(PushJobErrors, LoadsAndLines)
 
 load::Push pushed(const Eigen::Vector3d& delta)
 {
-  return load::push_at(job_of("[push]\nforce_n = 10\nlateral_force_n = [3, -4]\n").push, delta, 0.0);
+  static const load::PushJob push = job_of("[push]\nforce_n = 10\nlateral_force_n = [3, -4]\n").push;
+  return load::push_at(push, delta, 0.0);
 }
 
 TEST(PushJob, TheLateralForceIsAcrossDelta)

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/clinical.hpp"
 #include "core/error.hpp"
 #include "core/trig.hpp"
@@ -90,6 +92,29 @@ TEST(Motion, RawPosesAreThoseOfTheModelWhereDeltaTurnsOverFlexion)
     ModelPlan plan = plan_of(side, {0, 1, 0});
     plan.turning_delta = turning_delta;
     expect_stored_poses(model_of(plan));
+  }
+}
+
+// The attitude and theta are the joint's own angles for Delta = +Y only.
+TEST(Motion, TheJointsOwnAnglesAreThoseOfThePoseWhereDeltaIsNotProximal)
+{
+  for (const std::string side : {"right", "left"}) {
+    const Eigen::Vector3d oblique = Eigen::Vector3d(0.3, 0.9, 0.1).normalized();
+    const store::MotionModel turned = model_of(plan_of(side, oblique));
+    const store::MotionModel proximal = model_of(plan_of(side, Eigen::Vector3d::UnitY()));
+    const motion::Motion motion(turned, "raw"), plain(proximal, "raw");
+    const motion::JointPose pose = motion.at(attitude_deg(40, 1)), other = plain.at(attitude_deg(40, 1));
+    EXPECT_FALSE(plain.own_coordinates(other).has_value());
+    ASSERT_TRUE(motion.own_coordinates(pose).has_value());
+    const ClinicalCoordinates own = *motion.own_coordinates(pose);
+    const ClinicalCoordinates expected = clinical_coordinates(
+        pose.X_reference_moving, side == "left" ? Side::left : Side::right, turned.rotation_centre_mm);
+    EXPECT_EQ(own.flexion_rad, expected.flexion_rad);
+    EXPECT_EQ(own.lateral_mm, expected.lateral_mm);
+    EXPECT_GT(std::abs(own.flexion_rad - pose.attitude.flexion_rad), rad_from_deg(0.1));
+    motion::JointPose unsolved = pose;
+    unsolved.status = motion::PoseStatus::unsolved_cell;
+    EXPECT_FALSE(motion.own_coordinates(unsolved).has_value());
   }
 }
 

@@ -191,7 +191,7 @@ store::MotionModel with_derived(store::MotionModel model)
 
 namespace {
 
-// Two loads and a line of three points at each flexion.
+// Two loads and two lines, of three and two points, at each flexion.
 void add_loads(store::MotionModel& model)
 {
   store::LoadRows& loads = model.push.loads.emplace();
@@ -200,16 +200,16 @@ void add_loads(store::MotionModel& model)
   loads.point_mm = Points(2, 3);
   loads.point_mm << 1, -20, 3, 0, -40, 0;
   store::LineRows& lines = model.push.lines.emplace();
-  lines.name = {"quadriceps"};
-  lines.point_mm = Points(3, 3);
-  lines.point_mm << 5, 60, 0, 10, 20, 1, 15, -30, 2;
-  lines.point_line = {0, 0, 0};
-  lines.point_body = {0, 0, 1};
+  lines.name = {"quadriceps", "hamstrings"};
+  lines.point_mm = Points(5, 3);
+  lines.point_mm << 5, 60, 0, 10, 20, 1, 15, -30, 2, -30, 50, 0, -20, -40, 0;
+  lines.point_line = {0, 0, 0, 1, 1};
+  lines.point_body = {0, 0, 1, 0, 1};
   for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
     const double x = static_cast<double>(i);
     loads.force_n.insert(loads.force_n.end(), {10.0 + x, 0.5, 0, 0, -x, 1});
     loads.moment_nmm.insert(loads.moment_nmm.end(), {0, 0, 0, 100, x, -20});
-    lines.tension_n.push_back(30.0 + x);
+    lines.tension_n.insert(lines.tension_n.end(), {30.0 + x, 5.0});
   }
 }
 
