@@ -38,6 +38,8 @@ class BenchRun final : public loop::Mode {
         watches_(setup.bench.tracker ? setup.bench.tracker->tools.size() : 0)
   {
     samples_.reserve(samples_at_once);
+    // Written at the end: a wrong name must not cost the times of a whole session.
+    if (!options.timing.empty()) require_same_file_type(options.timing, "{");
     if (!options.record.empty())
       recorder_ = std::make_unique<recording::Recorder>(options.record, setup.facts);
     show_.panel().timing = &timing_;

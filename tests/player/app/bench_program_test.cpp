@@ -150,6 +150,13 @@ TEST_F(BenchProgram, AReplayShowsTheSamePictures)
   const test::Ended taken =
       run({"bench", model_, "--bench", bench_, "--headless", "--seconds", "1", "--record", log});
   EXPECT_THAT(taken, test::refuses({.file = log, .found = "existing"}));
+  // Before anything is recorded, not after the session.
+  const std::string before = test::read_bytes(model_), unused = in_scratch("unused.log");
+  const test::Ended onto_model = run({"bench", model_, "--bench", bench_, "--headless", "--seconds", "1",
+                                      "--record", unused, "--timing", model_});
+  EXPECT_THAT(onto_model, test::refuses({.file = model_, .found = "HDF5"}));
+  EXPECT_TRUE(test::read_bytes(model_) == before);
+  EXPECT_FALSE(std::filesystem::exists(unused));
   const std::string other = in_scratch("other.h5");
   test::ModelPlan plan;
   plan.flexion_deg = {0, 45, 90};
