@@ -175,7 +175,7 @@ TEST_F(Import, AnotherResultIsReplacedOnlyOnRequest)
                        {grid, "output", {"another job", "import.order"}, {"--replace"}});
 }
 
-TEST_F(Import, WhatCannotBeToldApartMustBeStated)
+TEST_F(Import, WhatCannotBeDistinguishedMustBeStated)
 {
   // Bare names, and 12 degrees of flexion with little else: orders and sides leave the same gaps.
   std::string text = test::text_of(walk("right"));
