@@ -169,7 +169,7 @@ void print(const ConventionSearch& search)
     std::printf(row, words[0].c_str(), words[1].c_str(), words[2].c_str(), words[3].c_str(), words[4].c_str(),
                 words[5].c_str(), words[6].c_str(), share, gap_text(c.gaps).c_str());
   }
-  std::printf("%zu conventions tried, %zu of them cannot be told apart\n", search.candidates.size(),
+  std::printf("%zu conventions tried, %zu of them cannot be distinguished\n", search.candidates.size(),
               search.n_best == 1 ? 0 : search.n_best);
 }
 

@@ -30,7 +30,7 @@ struct ImportOptions {
 };
 
 /// Prints the conventions tried with the gaps that they leave, and the path of the model. Throws InputError
-/// with the options to add where conventions cannot be told apart; nothing is then written.
+/// with the options to add where conventions cannot be distinguished; nothing is then written.
 console::ExitCode import_command(const ImportOptions& options);
 
 /// Adds the options to a command.

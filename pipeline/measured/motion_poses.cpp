@@ -15,6 +15,9 @@ namespace {
 /// Tables with three decimals are off by at most a few thousandths.
 constexpr double rotation_tolerance = 1e-2;
 
+/// As of a motion model.
+constexpr double largest_length_mm = 1e9;
+
 Eigen::Matrix3d mirrored(const Eigen::Matrix3d& R)
 {
   const Eigen::Vector3d m(1.0, 1.0, -1.0);
@@ -140,6 +143,11 @@ std::vector<Pose> poses_of(const MotionTable& table, const Convention& conventio
                        ? matrix_in_roles(table, frame, convention, roles, joint.side)
                        : coordinate_pose(numbers_of(table, table.coordinates[frame], convention, joint.side),
                                          convention, roles, joint.rotation_centre_mm);
+    if (!(X.matrix().array().abs() <= largest_length_mm).all()) {
+      throw InputError({table.file, "",
+                        "a position beyond 1e9 mm, or a varus of 90 degrees with Grood-Suntay lengths",
+                        "poses within 1e9 mm", table.line[frame]});
+    }
     poses.push_back(convention.direction == Direction::moving_in_reference ? X : X.inverse(Eigen::Isometry));
   }
   return poses;

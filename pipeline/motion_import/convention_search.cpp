@@ -24,7 +24,7 @@ constexpr std::size_t most_frames = 31;
 constexpr double largest_mean_gap_mm = 10.0;
 /// Below it poses are the same: coordinates of some 100 mm have rounding of 1e-13 mm.
 constexpr double same_pose = 1e-9;
-/// Conventions within this factor of the best, or this much gap, cannot be told apart (README).
+/// Conventions within this factor of the best, or this much gap, cannot be distinguished (README).
 constexpr double same_factor = 1.5, same_gap_mm = 0.02;
 /// An object that moves less gives no information.
 constexpr double least_motion_mm = 1e-9;

@@ -149,7 +149,7 @@ int steps_per_interval(const std::vector<double>& flexion_deg, double spacing_de
 std::optional<store::TwoSided> two_sided(const store::MotionModel& model, const TwoSidedOptions& options,
                                          int n_threads)
 {
-  if (!model.has_compartments) return std::nullopt;
+  if (!model.has_compartments || model.frames) return std::nullopt;
   const smooth::SmoothInput course = raw_course(model);
   const int degree = smooth::largest_degree(course, options.degree);
   if (degree < 0) return std::nullopt;

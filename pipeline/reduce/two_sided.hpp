@@ -25,8 +25,8 @@ struct TwoSidedOptions {
 ///  - A flexion has no pose beyond the raw course, and where no varus within 8 degrees of the smooth one
 ///  closes both
 ///    gaps.
-/// Empty if the joint has no compartments or the raw course has no pose. Bitwise equal for any number of
-/// threads.
+/// Empty for a sequence of frames, if the joint has no compartments or the raw course has no pose. Bitwise
+/// equal for any number of threads.
 std::optional<store::TwoSided> two_sided(const store::MotionModel& model, const TwoSidedOptions& options,
                                          int n_threads);
 

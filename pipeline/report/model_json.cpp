@@ -105,7 +105,7 @@ Json raw_surfaces_json(const store::MotionModel& model)
   if (is_varus_free(model)) raw["varus"] = short_grid(model.varus_solved_deg);
   if (model.frames) {
     const auto n = static_cast<Eigen::Index>(model.flexion_deg.size());
-    raw["flexion"] = short_grid(Eigen::Map<const store::GridD>(model.flexion_deg.data(), n, 1));
+    raw["frame_flexion"] = short_grid(Eigen::Map<const store::GridD>(model.flexion_deg.data(), n, 1));
   }
   return raw;
 }

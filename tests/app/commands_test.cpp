@@ -23,7 +23,7 @@ TEST(Commands, HelpNamesEveryCommandWithAnExample)
   EXPECT_EQ(help.exit_code, 0);
   for (const std::string name :
        {"run", "check", "plan", "index", "info", "validate", "smooth", "audit", "trace", "compare", "reduce",
-        "export", "report", "prepare", "shape", "convert"}) {
+        "export", "import", "report", "prepare", "shape", "convert"}) {
     EXPECT_THAT(help.out, HasSubstr(name));
     const test::Ended own = test::run_vrda({name, "--help"});
     EXPECT_EQ(own.exit_code, 0);

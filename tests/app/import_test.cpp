@@ -175,7 +175,7 @@ TEST_F(Import, AnotherResultIsReplacedOnlyOnRequest)
                        {grid, "output", {"another job", "import.order"}, {"--replace"}});
 }
 
-TEST_F(Import, WhatCannotBeToldApartMustBeStated)
+TEST_F(Import, WhatCannotBeDistinguishedMustBeStated)
 {
   // Bare names, and 12 degrees of flexion with little else: orders and sides leave the same gaps.
   std::string text = test::text_of(walk("right"));
@@ -262,7 +262,11 @@ TEST_F(Import, EveryCommandTakesOrRefusesASequence)
 
   const json report = json::parse(succeed({"report", file, "-o", path("report"), "--quick", "--json"}).out);
   EXPECT_EQ(report["models"][0]["key_name"], "time_s");
-  EXPECT_EQ(report["models"][0]["flexion"].size(), 8u);
+  EXPECT_EQ(report["models"][0]["flexion"], json({0, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75}));
+  // The last frame has the flexion of the first.
+  const json& flexion = report["models"][0]["surfaces"][0]["frame_flexion"];
+  EXPECT_EQ(flexion.front(), flexion.back());
+  EXPECT_EQ(report["models"][0]["curves"][0]["flexion"], report["models"][0]["flexion"]);
   test::expect_refused({"report", file, path("right.h5"), "-o", path("report")},
                        {file, "/frame", {"a sequence of frames"}, {"grid"}});
 }

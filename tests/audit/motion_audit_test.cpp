@@ -13,6 +13,7 @@
 namespace vrda::motion_audit_test {
 
 constexpr double rounding_mm = 1e-10;  // coordinates of hundreds of mm
+const std::vector<std::size_t> frame_order{3, 0, 4, 1, 2};
 
 test::SampleOptions equilibrium_options()
 {
@@ -68,6 +69,60 @@ TEST(Audit, AFreeVarusAtWhatWasFound)
   store::MotionModel free = given;
   free.varus_deg = {0.0};
   expect_same(audit::audit(free, "raw", 1, 2), audit::audit(given, "raw", 1, 1));
+}
+
+/// The column of a grid, and its rows in another order as frames.
+struct ColumnAndFrames {
+  store::MotionModel column, frames;
+};
+
+ColumnAndFrames column_and_frames(bool has_turning_delta)
+{
+  test::SampleOptions options = equilibrium_options();
+  options.is_equilibrium = has_turning_delta;
+  options.n_varus = 1;
+  options.n_flexion = 5;
+  options.has_failed_cell = false;
+  store::MotionModel column = test::sample_model(options);
+  column.varus_deg = {0.0};
+  column.smoothed.clear();
+  return {column, test::frames_of(column, frame_order, {0.0, 1.0, 1.5, 4.0, 5.0})};
+}
+
+TEST(Audit, AFrameHasTheGapOfItsAttitude)
+{
+  for (const bool has_turning_delta : {false, true}) {
+    const auto [column, frames] = column_and_frames(has_turning_delta);
+    const store::AuditSet grid = audit::audit(column, "raw", 1, 1), found = audit::audit(frames, "raw", 2, 2);
+    ASSERT_EQ(found.frame_key, (std::vector<double>{0, 0.5, 1, 1.25, 1.5, 2.75, 4, 4.5, 5}));
+    for (std::size_t i = 0; i < frame_order.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(2 * i), cell = static_cast<Eigen::Index>(frame_order[i]);
+      EXPECT_EQ(found.flexion_deg[2 * i], column.flexion_deg[frame_order[i]]);
+      EXPECT_EQ(found.state(at, 0), grid.state(cell, 0));
+      EXPECT_TRUE(is_same(found.gap_mm(at, 0), grid.gap_mm(cell, 0))) << i;
+    }
+    // Between two frames the joint has another gap than at either.
+    EXPECT_NE(found.state(1, 0), static_cast<std::int8_t>(store::AuditState::no_pose));
+  }
+}
+
+TEST(Audit, TravelIsFromOneFrameToTheNext)
+{
+  test::ModelPlan plan;
+  plan.flexion_deg = {0, 10, 40};
+  plan.varus_deg = {0};
+  plan.rotation_centre_mm = {20, 50, -30};
+  // The reference turns about the rotation centre, so the moving point there only turns with it.
+  store::MotionModel model = test::frames_of(test::model_of(plan), {2, 0, 1}, {1.0, 2.0, 3.0});
+  const audit::FrameTravel travel = audit::frame_travel(model);
+  EXPECT_EQ(travel.n_steps, 2);
+  EXPECT_NEAR(travel.largest_deg, 40.0, 1e-9);
+  EXPECT_NEAR(travel.mean_deg, 25.0, 1e-9);
+  EXPECT_EQ(travel.key_of_deg, 2.0);
+  EXPECT_NEAR(travel.largest_mm, 0.0, rounding_mm);
+  test::unsolve(model, 1, 0);
+  EXPECT_EQ(audit::frame_travel(model).n_steps, 1);
+  EXPECT_NEAR(audit::frame_travel(model).largest_deg, 30.0, 1e-9);
 }
 
 // A wide block with its lower face 10 mm above the rotation centre, rotated by each attitude; below it a box

@@ -26,7 +26,8 @@ std::vector<store::MotionModel> small_models()
           sample_model(small),
           with_derived(sample_model(free)),
           store::with_pending_cells(sample_model(smallest)),
-          least};
+          least,
+          frames_model()};
 }
 
 store::Trace small_trace()

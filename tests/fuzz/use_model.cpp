@@ -1,5 +1,7 @@
 #include "fuzz/use_model.hpp"
 
+#include <vector>
+
 #include "fuzz/outcome.hpp"
 #include "motion/poses.hpp"
 #include "navigation/gap_reading.hpp"
@@ -28,6 +30,24 @@ void look_at(const scene::Scene& scene, Side side)
   }
 }
 
+/// Poses at and beyond the ends of the motion and between.
+std::vector<motion::JointPose> some_poses(const motion::Motion& motion)
+{
+  std::vector<motion::JointPose> poses;
+  const double n = motion.is_sequence() ? static_cast<double>(motion.keys().size() - 1) : 0.0;
+  for (const double part : {0.37, -0.1, 0.0, 1.0}) {
+    if (motion.is_sequence()) {
+      poses.push_back(motion.at_frame(motion.key_at(part * n)));
+      continue;
+    }
+    const double first = motion.first_flexion_rad(), last = motion.last_flexion_rad();
+    const double flexion_rad = first + part * (last - first);
+    for (const double varus_rad : {motion.balanced_varus_rad(flexion_rad), 1.0})
+      poses.push_back(motion.at({flexion_rad, varus_rad}));
+  }
+  return poses;
+}
+
 }  // namespace
 
 void use_motion(const store::MotionModel& model)
@@ -35,14 +55,9 @@ void use_motion(const store::MotionModel& model)
   for (const std::string& set : motion::set_names(model)) {
     const motion::Motion motion(model, set);
     const navigation::GapReader gaps(model, set);
-    const double first = motion.first_flexion_rad(), last = motion.last_flexion_rad();
-    for (const double part : {-0.1, 0.0, 0.37, 1.0}) {
-      const double flexion_rad = first + part * (last - first);
-      for (const double varus_rad : {motion.balanced_varus_rad(flexion_rad), 1.0}) {
-        const motion::JointPose pose = motion.at({flexion_rad, varus_rad});
-        require(pose.X_reference_moving.matrix().allFinite(), "a pose that is no number");
-        gaps.at(pose.attitude);
-      }
+    for (const motion::JointPose& pose : some_poses(motion)) {
+      require(pose.X_reference_moving.matrix().allFinite(), "a pose that is no number");
+      gaps.at(pose);
     }
   }
 }
@@ -55,9 +70,7 @@ void use_as_player(const store::MotionModel& model)
   const scene::LayerSet shown = all_layers();
   for (const std::string& set : motion::set_names(model)) {
     const motion::Motion motion(model, set);
-    const double first = motion.first_flexion_rad(), last = motion.last_flexion_rad();
-    const motion::JointPose pose =
-        motion.at({first + 0.37 * (last - first), motion.balanced_varus_rad(first)});
+    const motion::JointPose pose = some_poses(motion).front();
     const scene::JointFrames frames = scene::frames_of(pose);
     scene::place(scene, frames);
     layers.update(scene, motion, {pose, frames, shown});

@@ -186,6 +186,22 @@ TEST(MotionPoses, WhatIsNoRotationIsRefused)
   EXPECT_THAT(refusal("2,0,0,0,0,0,0,0,0,0,0,0,0\n"), test::refuses({"m.csv", "line 3", "1", "0.01"}));
 }
 
+TEST(MotionPoses, PositionsWithoutANumberAreRefused)
+{
+  measured::Convention far;
+  far.length_mm = 1000.0;
+  for (const auto& [text, convention] :
+       {std::pair(std::string("rx,ry,rz,tx,ty,tz\n1,2,3,1e8,0,0\n"), far),
+        std::pair(
+            std::string(
+                "flexion_deg,varus_deg,internal_deg,anterior_mm,proximal_mm,lateral_mm\n0,90,0,1,2,3\n"),
+            measured::Convention{.lengths = LengthPoint::grood_suntay})}) {
+    const measured::MotionTable table = table_of(text);
+    EXPECT_THAT(test::input_error([&] { measured::poses_of(table, convention, {}); }),
+                test::refuses({"m.csv", "line 2", "1e9 mm", "1e9 mm"}));
+  }
+}
+
 TEST(MotionPoses, TwoBodiesInACommonFrameGiveTheirRelativePose)
 {
   const Pose reference = posed(turn('x', 1.0), {100, 200, 300}), relative = posed(turn('z', -0.5), {1, 2, 3});

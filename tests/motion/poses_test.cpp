@@ -401,23 +401,7 @@ store::MotionModel sequence(const std::string& side, bool has_turning_delta)
     plan.turning_delta = [](double flexion_deg) {
       return Eigen::Vector3d(0.001 * flexion_deg, 1, 0).normalized();
     };
-  store::MotionModel model = model_of(plan);
-  // The same poses in another order: row i of the grid is frame order[i].
-  const std::size_t order[] = {2, 4, 5, 3, 1, 0};
-  const store::MotionModel grid = model;
-  model.frames.emplace().key_name = "time_s";
-  for (std::size_t i = 0; i < 6; ++i) {
-    const auto to = static_cast<Eigen::Index>(i), from = static_cast<Eigen::Index>(order[i]);
-    model.frames->key.push_back(0.1 * static_cast<double>(i * i));
-    model.flexion_deg[i] = grid.flexion_deg[order[i]];
-    for (auto member : {&store::MotionModel::tx_mm, &store::MotionModel::ty_mm, &store::MotionModel::tz_mm,
-                        &store::MotionModel::theta_deg, &store::MotionModel::varus_solved_deg})
-      (model.*member)(to, 0) = (grid.*member)(from, 0);
-    model.push.delta.row(to) = grid.push.delta.row(from);
-    std::copy_n(&grid.X_reference_moving[16 * order[i]], 16, &model.X_reference_moving[16 * i]);
-  }
-  model.delta = model.push.delta.row(0).transpose();
-  return model;
+  return test::frames_of(model_of(plan), {2, 4, 5, 3, 1, 0}, {0.0, 0.1, 0.4, 0.9, 1.6, 2.5});
 }
 
 TEST(Sequence, PosesAreThoseOfTheFrames)

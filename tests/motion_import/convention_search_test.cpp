@@ -168,7 +168,7 @@ std::vector<Convention> twenty()
   return all;
 }
 
-TEST(ConventionSearch, FindsTwentyMotionsOrNamesWhatCannotBeToldApart)
+TEST(ConventionSearch, FindsTwentyMotionsOrNamesWhatCannotBeDistinguished)
 {
   int n_found = 0;
   for (const Convention& truth : twenty()) {
@@ -259,7 +259,7 @@ TEST(ConventionSearch, OrdersThatCoincideAtSmallAnglesAreUndecided)
   EXPECT_EQ(close.undecided.front(), Term::order);
 }
 
-TEST(ConventionSearch, TriesWhatNobodyStates)
+TEST(ConventionSearch, TriesWhatIsNotStated)
 {
   const measured::JointFrame joint = knee().joint_frame();
   const measured::MotionTable bare = table_under(knee().poses, {});

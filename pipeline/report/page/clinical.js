@@ -48,6 +48,6 @@ export function rotationSection(model) {
 export function translationsSection(model) {
   const of = { anterior: "forward +", proximal: "towards the reference +, distraction −", lateral: "away from the body’s midline + on both sides" };
   const quantities = Object.entries(of).map(([key, sign]) => ({ key, name: key, unit: "mm", caption: `${key[0].toUpperCase()}${key.slice(1)}: ${sign}.` }));
-  const text = `Translations of the ${model.moving.name} along the Grood-Suntay axes, of its point that is at the rotation centre in the zero pose; mm over degrees of flexion.`;
+  const text = `Translations of the ${model.moving.name} along the Grood-Suntay axes, of its point that is at the rotation centre in the zero pose; mm over ${model.key_name ?? "degrees of flexion"}.`;
   return section("translations", "Translations", el("p", {}, text), curvePlots(shownCurves(model), quantities), numbersTable(model));
 }

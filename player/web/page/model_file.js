@@ -124,6 +124,8 @@ function readContactPaths(file, model) {
 
 function readAll(file) {
   checkFormat(file);
+  // Flexion may repeat in a sequence of frames: it is no axis.
+  if (file.hasDataset("/frame")) throw new ModelError("This motion model is a sequence of frames; this page shows motions over a grid of attitudes. Use vrda-player show.");
   const side = text(file, "side");
   if (side !== "right" && side !== "left") refuse("side", `"${side}"`, "right or left");
   const model = { title: text(file, "title"), joint: text(file, "joint"), method: text(file, "method"), version: text(file, "format_version"), side };

@@ -110,6 +110,24 @@ store::MotionModel model_of(const ModelPlan& plan)
   return model;
 }
 
+store::MotionModel frames_of(const store::MotionModel& column, const std::vector<std::size_t>& order,
+                             const std::vector<double>& keys)
+{
+  store::MotionModel model = column;
+  model.frames = store::FrameSequence{"time_s", keys};
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const auto to = static_cast<Eigen::Index>(i), from = static_cast<Eigen::Index>(order[i]);
+    model.flexion_deg[i] = column.flexion_deg[order[i]];
+    for (auto member : {&store::MotionModel::tx_mm, &store::MotionModel::ty_mm, &store::MotionModel::tz_mm,
+                        &store::MotionModel::theta_deg, &store::MotionModel::varus_solved_deg})
+      (model.*member)(to, 0) = (column.*member)(from, 0);
+    model.push.delta.row(to) = column.push.delta.row(from);
+    std::copy_n(&column.X_reference_moving[16 * order[i]], 16, &model.X_reference_moving[16 * i]);
+  }
+  model.delta = model.push.delta.row(0).transpose();
+  return model;
+}
+
 void unsolve(store::MotionModel& model, Eigen::Index flexion, Eigen::Index varus)
 {
   const auto column = static_cast<std::size_t>(varus), row = static_cast<std::size_t>(flexion);

@@ -27,6 +27,10 @@ struct ModelPlan {
 /// Every cell solved and the spine on the middle varus; with bodies it can be written and read back.
 store::MotionModel model_of(const ModelPlan& plan);
 
+/// A sequence of frames over time_s: frame i is row order[i] of a grid with the single varus 0.
+store::MotionModel frames_of(const store::MotionModel& column, const std::vector<std::size_t>& order,
+                             const std::vector<double>& keys);
+
 /// Marks one cell as ended with no_contact, its numbers NaN.
 void unsolve(store::MotionModel& model, Eigen::Index flexion, Eigen::Index varus);
 

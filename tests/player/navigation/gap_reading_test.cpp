@@ -127,4 +127,23 @@ TEST(GapReading, WhatTheFileDoesNotSayIsNotSaid)
   EXPECT_EQ(navigation::GapReader(other, "raw").at(at_deg(5, 0)).source, navigation::GapSource::none);
 }
 
+TEST(GapReading, OfASequenceIsThatOfTheFrames)
+{
+  store::MotionModel model = sample_model();
+  model.smoothed.clear();
+  model.varus_deg = {0};
+  model.flexion_deg = {20, 0, 20};
+  model.frames = store::FrameSequence{"time_s", {0.0, 1.0, 3.0}};
+  model.gap_medial_mm = model.gap_medial_mm.leftCols(1).eval();
+  model.gap_lateral_mm = model.gap_lateral_mm.leftCols(1).eval();
+  const navigation::GapReader reader(model, "raw");
+  motion::JointPose pose;
+  pose.attitude = at_deg(20, 0);
+  for (const auto& [key, medial_mm] :
+       {std::pair(0.0, 0.0), std::pair(1.0, 2.0), std::pair(2.0, 3.0), std::pair(3.0, 4.0)}) {
+    pose.key = key;
+    EXPECT_NEAR(reader.at(pose).medial_mm, medial_mm, rounding_mm);
+  }
+}
+
 }  // namespace vrda::gap_reading_test

@@ -388,4 +388,36 @@ TEST(ShownAttitude, WhatLiesOutsideTheRangeIsTold)
   }
 }
 
+TEST(SessionOfFrames, TheTimelineCountsFrames)
+{
+  test::ModelPlan plan;
+  plan.flexion_deg = {0, 10, 20, 30};
+  plan.varus_deg = {0};
+  store::MotionModel model = test::frames_of(test::model_of(plan), {2, 0, 3, 1}, {0.0, 0.5, 1.0, 2.0});
+  test::add_bodies(model);
+  show::SessionOptions options = small_options();
+  options.key = 0.5;
+  show::Session session(model, options);
+  const auto flexion_deg = [&] { return deg_from_rad(session.pose().attitude.flexion_rad); };
+  EXPECT_EQ(session.pose().key, 0.5);
+  EXPECT_NEAR(flexion_deg(), 0.0, 1e-9);
+  const auto press = [&](render::Key key) {
+    render::InputEvent event;
+    event.kind = render::InputKind::key_press;
+    event.key = key;
+    session.take(event);
+    event.kind = render::InputKind::key_release;
+    session.take(event);
+    session.advance(frame_s);
+  };
+  press(render::Key::right);
+  EXPECT_EQ(session.pose().key, 1.0);
+  EXPECT_NEAR(flexion_deg(), 30.0, 1e-9);
+  press(render::Key::right);
+  press(render::Key::right);
+  EXPECT_EQ(session.pose().key, 2.0);
+  EXPECT_NEAR(flexion_deg(), 10.0, 1e-9);
+  EXPECT_NEAR(session.state().timeline.last_rad, rad_from_deg(3.0), 1e-12);
+}
+
 }  // namespace vrda::session_test

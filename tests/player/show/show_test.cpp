@@ -376,4 +376,52 @@ INSTANTIATE_TEST_SUITE_P(
               "", "folder"}),
     [](const testing::TestParamInfo<Wrong>& row) { return row.param.name; });
 
+/// Flexion 20, 0, 30, 10 at 0, 0.5, 1 and 2 s.
+store::MotionModel walk()
+{
+  test::ModelPlan plan;
+  plan.flexion_deg = {0, 10, 20, 30};
+  plan.varus_deg = {0};
+  store::MotionModel model = test::frames_of(test::model_of(plan), {2, 0, 3, 1}, {0.0, 0.5, 1.0, 2.0});
+  test::add_bodies(model);
+  return model;
+}
+
+class ShowFrames : public Show {
+ protected:
+  ShowFrames() { store::write_motion_model(file_, walk()); }
+};
+
+TEST_F(ShowFrames, DrawsFramesByTheirKeys)
+{
+  EXPECT_EQ(run(options()).n_images, 4);
+  EXPECT_THAT(stills(), ElementsAre("front_frame_000.0.png", "front_frame_000.5.png", "front_frame_001.0.png",
+                                    "front_frame_002.0.png"));
+  EXPECT_EQ(talk_.str().find("flexion"), std::string::npos);
+}
+
+TEST_F(ShowFrames, DrawsChosenKeysAlsoBetweenFrames)
+{
+  show::ShowOptions given = options();
+  given.frame = "0.25:3:1.25";
+  EXPECT_EQ(run(given).n_images, 3);
+  EXPECT_THAT(stills(),
+              ElementsAre("front_frame_000.25.png", "front_frame_001.50.png", "front_frame_002.00.png"));
+  EXPECT_THAT(talk_.str(), HasSubstr("--frame: found 2.75, wanted 0 to 2"));
+}
+
+TEST_F(ShowFrames, ChoosesByKeysOnly)
+{
+  for (const auto& set : std::vector<std::function<void(show::ShowOptions&)>>{
+           [](auto& o) { o.flexion = "0:30:10"; }, [](auto& o) { o.varus_deg = 1.0; }}) {
+    show::ShowOptions given = options();
+    set(given);
+    EXPECT_THAT(test::input_error([&] { run(given); }).wanted, HasSubstr("--frame"));
+  }
+  store::write_motion_model(file_, small_model());
+  show::ShowOptions given = options();
+  given.frame = "1";
+  EXPECT_EQ(test::input_error([&] { run(given); }).field, "--frame");
+}
+
 }  // namespace vrda::show_test

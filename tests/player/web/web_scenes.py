@@ -90,6 +90,7 @@ def bad_files(model, folder):
         ("other", attribute("format", ["something else"]), "is not a motion model"),
         ("unsolved", lambda file: file["status"].write_direct(numpy.full((10, 5), 3, dtype="i1")), "No attitude of this motion model is solved"),
         ("nan", assigned("smoothed/degree_2/coefficients_tx", 0, float("nan")), "coefficients_tx"),
+        ("frames", lambda file: file.create_dataset("frame", data=numpy.arange(10.0)), "sequence of frames"),
         ("falling", assigned("flexion", 1, -5.0), "/flexion"),
         ("triangles", assigned("bodies/moving/triangles", (0, 0), 1 << 30), "/bodies/moving/triangles"),
         ("kind", replaced("ty", **{**huge, "dtype": "f4"}), "/ty"),
