@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/error.hpp"
 
@@ -21,8 +22,7 @@ constexpr int max_steps = 100;
 constexpr double converged_step_mm = 1e-10;
 // Directions in which a unit step moves the points by less than this, of the largest, count as undetermined.
 constexpr double undetermined_sq = 1e-12;
-// Frames that differ by a large rotation leave far more than the noise from the start at the identity. Less
-// than this factor apart, the noise of a short motion decides, and no large rotation is claimed.
+// Frames that differ by a large rotation leave far more than the noise from the start at the identity.
 constexpr double clearly_better = 2.0;
 constexpr double same_mm = 1e-6;  ///< of distances that are rounding
 
@@ -31,6 +31,7 @@ struct Problem {
   const std::vector<Pose>& measured;
   Eigen::Vector3d centre_mm;
   Cloud points_mm;
+  double noise_mm = 0.0;  ///< distance that no transform removes; 0: unknown
 };
 
 Cloud around(const Eigen::Vector3d& centre_mm)
@@ -118,7 +119,12 @@ Step newton_step(const Problem& problem, RigidAlignment& at)
     }
   }
   const Eigen::SelfAdjointEigenSolver<Normal> modes(H);
-  const double smallest = undetermined_sq * modes.eigenvalues().maxCoeff();
+  // The noise of a short motion decides along a direction in which a radian, or the radius, changes less than
+  // it: the transforms stay there.
+  const double relative_noise = problem.noise_mm / alignment_radius_mm;
+  const double n_points = 6.0 * static_cast<double>(problem.found.size());
+  const double smallest =
+      std::max(undetermined_sq * modes.eigenvalues().maxCoeff(), n_points * relative_noise * relative_noise);
   Step step = Step::Zero();
   at.n_determined = 0;
   for (Eigen::Index m = 0; m < 12; ++m) {
@@ -154,7 +160,7 @@ void refine(const Problem& problem, RigidAlignment& at)
   }
 }
 
-RigidAlignment from_start(const Problem& problem, const Eigen::Matrix3d& R_start)
+RigidAlignment from_rotation(const Problem& problem, const Eigen::Matrix3d& R_start)
 {
   RigidAlignment at;
   at.X_reference.linear() = R_start;
@@ -189,15 +195,19 @@ RigidAlignment rigid_alignment(const std::vector<Pose>& found, const std::vector
                                const Eigen::Vector3d& rotation_centre_mm)
 {
   check(found.size() == measured.size() && !found.empty(), "an alignment has pairs of poses");
-  const Problem problem{found, measured, rotation_centre_mm, around(rotation_centre_mm)};
-  const std::vector<Eigen::Matrix3d> starts = cube_rotations();
-  const RigidAlignment near = from_start(problem, starts.front());
-  RigidAlignment best = near;
-  for (const Eigen::Matrix3d& R_start : starts) {
-    const RigidAlignment here = from_start(problem, R_start);
+  Problem problem{found, measured, rotation_centre_mm, around(rotation_centre_mm)};
+  RigidAlignment best;
+  best.rms_mm = std::numeric_limits<double>::infinity();
+  for (const Eigen::Matrix3d& R_start : cube_rotations()) {
+    const RigidAlignment here = from_rotation(problem, R_start);
     if (here.rms_mm < best.rms_mm - same_mm) best = here;
   }
-  return near.rms_mm <= clearly_better * best.rms_mm + same_mm ? near : best;
+  problem.noise_mm = best.rms_mm;
+  RigidAlignment near;
+  refine(problem, near);
+  if (near.rms_mm <= clearly_better * best.rms_mm + same_mm) return near;
+  newton_step(problem, best);  // counts the determined directions
+  return best;
 }
 
 }  // namespace vrda::score
