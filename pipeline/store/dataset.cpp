@@ -125,6 +125,8 @@ FlagTable flag_table(FlagSet set)
       return {{-1, 0, 1, 2}, "none both_touch interpolated free"};
     case FlagSet::two_sided_contact:
       return {{-1, 0, 1, 2}, "no_pose both medial lateral"};
+    case FlagSet::repair_status:
+      return {{0, 1, 2, 3}, "unchanged repaired not_converged nothing_ahead"};
     case FlagSet::case_status:
       return {{0, 1, 2, 3}, "done partial failed missing"};
   }

@@ -53,6 +53,7 @@ enum class FlagSet {
   audit_state,
   zero_varus_source,
   two_sided_contact,
+  repair_status,
   case_status,  ///< of an index: schemas/campaign.md
 };
 
