@@ -317,8 +317,9 @@ std::vector<int> parse_degrees(const std::string& text)
 console::ExitCode compare_command(const CompareCommandOptions& options)
 {
   const compare::CompareOptions compare_with = compare_options(options);
-  const compare::Comparison comparison =
-      compare::compare(job_run::read_solved_model(options.file), compare_with);
+  const store::MotionModel model = job_run::read_solved_model(options.file);
+  store::require_grid(model, options.file, "vrda compare");
+  const compare::Comparison comparison = compare::compare(model, compare_with);
   report_skipped_degrees(options.file, comparison);
   if (!options.as_json) {
     std::printf("%s%s\n", comparison_table(comparison).c_str(),

@@ -167,7 +167,7 @@ std::vector<std::string> write_series(const store::MotionModel& model, const exp
     const std::string path = (output.parent_path() / name).string();
     write_atomically(path, {bytes});
     files.push_back(path);
-    entries.push_back({frame.flexion_deg, part, name});
+    entries.push_back({exports::abscissa(motion, frame), part, name});
   };
   job_run::make_folder((output.parent_path() / output.stem()).string());
   for (std::size_t k = 0; k < motion.frames.size(); ++k) {
@@ -195,11 +195,13 @@ void warn_of_left_out(const exports::FlexionMotion& motion)
   std::string list;
   constexpr std::size_t most_shown = 10;
   for (std::size_t k = 0; k < std::min(most_shown, motion.omitted.size()); ++k) {
-    list += (k > 0 ? ", " : "") + shortest_decimal(motion.omitted[k].flexion_deg) + " (" +
-            motion.omitted[k].reason + ")";
+    const exports::OmittedFlexion& out = motion.omitted[k];
+    list += (k > 0 ? ", " : "") + shortest_decimal(motion.key_name.empty() ? out.flexion_deg : out.key) +
+            " (" + out.reason + ")";
   }
   if (motion.omitted.size() > most_shown) list += ", ...";
-  console::log_warning(std::to_string(motion.omitted.size()) + " flexions omitted: " + list);
+  console::log_warning(std::to_string(motion.omitted.size()) +
+                       (motion.key_name.empty() ? " flexions" : " frames") + " omitted: " + list);
 }
 
 void print(const ExportOptions& options, const exports::FlexionMotion* motion,
@@ -215,7 +217,9 @@ void print(const ExportOptions& options, const exports::FlexionMotion* motion,
     json["attitudes"] = motion->frames.size();
     json["left_out"] = nlohmann::ordered_json::array();
     for (const exports::OmittedFlexion& out : motion->omitted) {
-      json["left_out"].push_back({{"flexion_deg", out.flexion_deg}, {"why", out.reason}});
+      nlohmann::ordered_json& entry = json["left_out"].emplace_back();
+      if (!motion->key_name.empty()) entry[motion->key_name] = out.key;
+      entry.update({{"flexion_deg", out.flexion_deg}, {"why", out.reason}});
     }
   }
   std::printf("%s\n", json.dump(2).c_str());

@@ -10,6 +10,7 @@
 
 #include "app/cluster_options.hpp"
 #include "app/file_commands.hpp"
+#include "app/import_command.hpp"
 #include "app/model_commands.hpp"
 #include "app/repair_command.hpp"
 #include "app/usage.hpp"
@@ -51,6 +52,7 @@ struct Commands {
   vrda::app::SmoothCommandOptions smooth;
   vrda::app::AuditOptions audit;
   vrda::app::ExportOptions exported;
+  vrda::app::ImportOptions imported;
   vrda::app::PrepareOptions prepare;
   vrda::app::ConvertObjectOptions object;
   vrda::app::ConvertMeshOptions mesh;
@@ -315,6 +317,17 @@ struct Commands {
     c.callback([this] { chosen = [this] { return export_command(exported); }; });
   }
 
+  void add_import()
+  {
+    CLI::App& c =
+        add("import",
+            "Make a motion model of a measured motion; finds what the table does not state of units, "
+            "order, direction, axes and side.",
+            "vrda import knee.toml --motion fluoroscopy.csv --order zxy -o measured.h5");
+    vrda::app::add_import_options(c, imported);
+    c.callback([this] { chosen = [this] { return import_command(imported); }; });
+  }
+
   void add_shape()
   {
     CLI::App& c = add("shape", "Write a generated joint as STL files.",
@@ -416,6 +429,7 @@ struct Commands {
     add_report();
     add_compare();
     add_export();
+    add_import();
     add_prepare();
     add_shape();
     add_convert();

@@ -141,10 +141,18 @@ Json grid_json(const store::MotionModel& model)
   const auto axis = [](const std::vector<double>& values) {
     return Json{values.front(), values.back(), values.size()};
   };
-  return {{"flexion_deg", axis(model.flexion_deg)},
+  const auto flexion = std::minmax_element(model.flexion_deg.begin(), model.flexion_deg.end());
+  return {{"flexion_deg", Json{*flexion.first, *flexion.second, model.flexion_deg.size()}},
           {"varus_deg", is_varus_free ? Json() : axis(model.varus_deg)},
           {"varus_is_free", is_varus_free},
           {"varus_found_deg", is_varus_free ? range_json(model.varus_solved_deg) : Json()}};
+}
+
+Json frames_json(const store::MotionModel& model)
+{
+  if (!model.frames) return {};
+  const std::vector<double>& key = model.frames->key;
+  return {{"key_name", model.frames->key_name}, {"key", {key.front(), key.back(), key.size()}}};
 }
 
 using TwoSidedByMotion = std::vector<std::pair<std::string, store::TwoSidedFigures>>;
@@ -184,6 +192,7 @@ Json summary_of(const store::MotionModel& model, const audit::AuditFigures& meas
           {"side", model.side},
           {"method", model.method},
           {"grid", grid_json(model)},
+          {"frames", frames_json(model)},
           {"scaling", job_run::scaling_json(model.job.scaling)},
           {"status", statuses},
           {"triangles",
@@ -271,6 +280,11 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
   if (!s["scaling"].is_null()) {
     std::printf("  steps solved %s\n",
                 s["scaling"]["keeps_steps"].get<bool>() ? "at factor 1, then scaled" : "at this size");
+  }
+  if (model.frames) {
+    const std::vector<double>& key = model.frames->key;
+    std::printf("  %-8s %zu over %s, %g to %g\n", "frames", key.size(), model.frames->key_name.c_str(),
+                key.front(), key.back());
   }
   print_extent("flexion", s["grid"]["flexion_deg"]);
   print_varus(s["grid"]);

@@ -209,6 +209,7 @@ console::ExitCode reduce_command(const ReduceOptions& options)
   const std::optional<OutputLock> lock = job_run::lock_output(options.file, "vrda reduce");
   if (!lock) return console::ExitCode::interrupted;
   store::MotionModel model = store::read_motion_model(options.file);
+  store::require_grid(model, options.file, "vrda reduce");
   require_set(model, options);
   require_reducible(model, options.file);
   store::ZeroVarus z = reduce::reduce(model, options.set);

@@ -85,8 +85,17 @@ std::optional<int> exit_code_of(std::vector<std::string> command)
   return WEXITSTATUS(status);
 }
 
-std::string flexion_range(const store::MotionModel& model)
+// Of a sequence of frames, some of all frames.
+std::string shown_range(const store::MotionModel& model)
 {
+  if (model.frames) {
+    const std::vector<double>& keys = model.frames->key;
+    const double span = keys.back() - keys.front();
+    std::array<char, 96> range{};
+    std::snprintf(range.data(), range.size(), "--frame=%.9g:%.9g:%.9g", keys.front(), keys.back(),
+                  span > 0.0 ? span / n_steps : 1.0);
+    return range.data();
+  }
   const double first = model.flexion_deg.front(), last = model.flexion_deg.back();
   const double step = last > first ? (last - first) / n_steps : 1.0;
   std::array<char, 96> text{};
@@ -94,11 +103,13 @@ std::string flexion_range(const store::MotionModel& model)
   return text.data();
 }
 
-// Splits "front_flexion_030.png" into view and label; an unparsed name becomes the label.
+// Splits "front_flexion_030.png" or "front_frame_0.5.png" into view and label; an unparsed name becomes the
+// label.
 report::RenderedImage still_of(const fs::path& file)
 {
-  constexpr std::string_view between = "_flexion_";
   const std::string name = file.stem().string();
+  const bool is_frame = name.find("_frame_") != std::string::npos;
+  const std::string_view between = is_frame ? "_frame_" : "_flexion_";
   report::RenderedImage still;
   const std::size_t at = name.find(between);
   still.view = name.substr(0, at);
@@ -107,7 +118,7 @@ report::RenderedImage still_of(const fs::path& file)
   const auto [end, error] = std::from_chars(angle.data(), angle.data() + angle.size(), degrees);
   const bool is_number = error == std::errc() && end == angle.data() + angle.size();
   std::array<char, 48> text{};
-  std::snprintf(text.data(), text.size(), "flexion %.4g°", degrees);
+  std::snprintf(text.data(), text.size(), is_frame ? "frame %.4g" : "flexion %.4g°", degrees);
   still.label = is_number ? text.data() : name;
   still.png = load::file_bytes(file.string(), {file.string(), "", "", "a picture"}, largest_png_bytes);
   return still;
@@ -148,7 +159,7 @@ report::RenderedImages render_images(const std::string& player, const std::strin
   const TemporaryFolder folder;
   if (folder.path().empty()) return {{}, "No pictures: no temporary folder could be created."};
   const std::optional<int> code =
-      exit_code_of({player, "show", file, "--offscreen", folder.path().string(), flexion_range(model),
+      exit_code_of({player, "show", file, "--offscreen", folder.path().string(), shown_range(model),
                     "--views", "front,lateral", "--size", "440x440", "--quiet"});
   if (!code || (*code != player_done && *code != player_unsolved))
     return {{},
@@ -185,6 +196,7 @@ report::RawExtremes raw_extremes(const store::MotionModel& model)
 std::optional<compare::Comparison> comparison_of(const store::MotionModel& model,
                                                  const ReportOptions& options)
 {
+  if (model.frames) return std::nullopt;
   if (smooth::largest_degree(smooth::smooth_input(model, options.files.front())) < 1) return std::nullopt;
   compare::CompareOptions compare_with;
   compare_with.name = options.files.front();
@@ -239,11 +251,20 @@ std::vector<report::ReportModel> models_of(const ReportOptions& options)
   return models;
 }
 
+// Curves over flexion and over a key have no common axis.
+void require_alone(const report::Report& report, const ReportOptions& options)
+{
+  const bool is_compared = report.models.size() > 1 || !options.against.empty();
+  for (std::size_t i = 0; is_compared && i < report.models.size(); ++i)
+    store::require_grid(report.models[i].model, options.files[i], "a comparison over flexion");
+}
+
 report::Report gathered(const ReportOptions& options)
 {
   report::Report report;
   report.program = "vrda " VRDA_VERSION;
   report.models = models_of(options);
+  require_alone(report, options);
   for (const std::string& file : options.against) report.against.push_back(report::read_curve_file(file));
   const std::string player = find_player(options.player);
   for (report::ReportModel& entry : report.models) entry.raw = raw_extremes(entry.model);

@@ -102,6 +102,7 @@ console::ExitCode smooth_command(const SmoothCommandOptions& options)
   const std::optional<OutputLock> lock = job_run::lock_output(options.file, "vrda smooth");
   if (!lock) return console::ExitCode::interrupted;
   store::MotionModel model = job_run::read_solved_model(options.file);
+  store::require_grid(model, options.file, "vrda smooth");
   smooth::SmoothFit fit =
       smooth::smooth_fit(smooth::smooth_input(model, options.file), options.degree, {options.is_robust});
   if (std::find(fit.is_converged.begin(), fit.is_converged.end(), false) != fit.is_converged.end())
@@ -174,7 +175,10 @@ std::vector<std::string> chosen_sets(const store::MotionModel& model, const Audi
 Json json_of(const audit::AuditExtreme& extreme, int n)
 {
   if (n == 0) return {};
-  return {{"mm", extreme.value_mm}, {"flexion_deg", extreme.flexion_deg}, {"varus_deg", extreme.varus_deg}};
+  Json json = {
+      {"mm", extreme.value_mm}, {"flexion_deg", extreme.flexion_deg}, {"varus_deg", extreme.varus_deg}};
+  if (!std::isnan(extreme.key)) json["key"] = extreme.key;
+  return json;
 }
 
 Json json_of(const store::AuditSet& set)
@@ -199,8 +203,12 @@ std::string text_of(const audit::AuditExtreme& extreme, int n)
 {
   if (n == 0) return "-";
   char text[96];
-  std::snprintf(text, sizeof text, "%.3g at %g, %g", extreme.value_mm, extreme.flexion_deg,
-                extreme.varus_deg);
+  if (std::isnan(extreme.key)) {
+    std::snprintf(text, sizeof text, "%.3g at %g, %g", extreme.value_mm, extreme.flexion_deg,
+                  extreme.varus_deg);
+  } else {
+    std::snprintf(text, sizeof text, "%.3g at %g", extreme.value_mm, extreme.key);
+  }
   return text;
 }
 
@@ -212,10 +220,35 @@ std::string mean_text(double mean_mm, int n)
   return text;
 }
 
+Json travel_json(const store::MotionModel& model)
+{
+  if (!model.frames) return {};
+  const audit::FrameTravel t = audit::frame_travel(model);
+  return {{"steps", t.n_steps},
+          {"largest_mm", t.largest_mm},
+          {"at_key_mm", std::isnan(t.key_of_mm) ? Json() : Json(t.key_of_mm)},
+          {"mean_mm", t.mean_mm},
+          {"largest_deg", t.largest_deg},
+          {"at_key_deg", std::isnan(t.key_of_deg) ? Json() : Json(t.key_of_deg)},
+          {"mean_deg", t.mean_deg}};
+}
+
+void print_travel(const store::MotionModel& model)
+{
+  if (!model.frames) return;
+  const audit::FrameTravel t = audit::frame_travel(model);
+  std::printf(
+      "from frame to frame: at most %.3g mm (mean %.3g) and %.3g degrees (mean %.3g), of the point at the "
+      "rotation centre\n",
+      t.largest_mm, t.mean_mm, t.largest_deg, t.mean_deg);
+}
+
 void print(const std::vector<store::AuditSet>& sets)
 {
   constexpr const char* row = "%-22s %6s %8s %11s  %-24s %-10s %-24s %-10s %s\n";
-  std::printf("lengths in mm along Delta, attitudes as flexion, varus in degrees\n");
+  const bool has_frames = !sets.empty() && !sets.front().frame_key.empty();
+  std::printf("lengths in mm along Delta, %s\n",
+              has_frames ? "frames by their key" : "attitudes as flexion, varus in degrees");
   std::printf(row, "set", "refine", "poses", "overlapping", "largest penetration", "mean", "largest gap",
               "mean", "nothing ahead");
   for (const store::AuditSet& set : sets) {
@@ -248,10 +281,12 @@ console::ExitCode audit_command(const AuditOptions& options)
   store::write_motion_model(options.file, model);
   if (!options.as_json) {
     print(measured);
+    print_travel(model);
     return console::ExitCode::done;
   }
   Json list = Json::array();
   for (const store::AuditSet& set : measured) list.push_back(json_of(set));
+  if (model.frames) list.front()["travel"] = travel_json(model);
   std::printf("%s\n", list.dump(2).c_str());
   return console::ExitCode::done;
 }

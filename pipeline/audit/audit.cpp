@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "audit/pose_meter.hpp"
+#include "core/clinical.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 
@@ -22,9 +24,8 @@ bool is_node(const store::AuditSet& out, Eigen::Index i, Eigen::Index j)
   return i % out.refine == 0 && j % out.refine == 0;
 }
 
-AuditPose pose_of(const motion::Motion& motion, const Attitude& attitude)
+AuditPose pose_of(const motion::JointPose& pose)
 {
-  const motion::JointPose pose = motion.at(attitude);
   return {pose.attitude, pose.X_reference_moving, pose.status == motion::PoseStatus::solved};
 }
 
@@ -44,8 +45,9 @@ AuditPose pose_at(const store::MotionModel& model, const motion::Motion& motion,
                   Eigen::Index i, Eigen::Index j)
 {
   if (out.name == "raw" && is_node(out, i, j)) return stored_pose(model, i / out.refine, j / out.refine);
-  return pose_of(motion, {rad_from_deg(out.flexion_deg[static_cast<std::size_t>(i)]),
-                          rad_from_deg(out.varus_deg[static_cast<std::size_t>(j)])});
+  if (motion.is_sequence()) return pose_of(motion.at_frame(out.frame_key[static_cast<std::size_t>(i)]));
+  return pose_of(motion.at({rad_from_deg(out.flexion_deg[static_cast<std::size_t>(i)]),
+                            rad_from_deg(out.varus_deg[static_cast<std::size_t>(j)])}));
 }
 
 void set_state(store::AuditSet& out, Eigen::Index i, Eigen::Index j, const PoseAudit& found)
@@ -62,13 +64,49 @@ void set_state(store::AuditSet& out, Eigen::Index i, Eigen::Index j, const PoseA
   out.state(i, j) = static_cast<std::int8_t>(state);
 }
 
-store::AuditSet unmeasured(const store::MotionModel& model, const std::string& set, int refine)
+/// Flexion of each audited frame; between two frames without a pose there, the mean weighted by the key.
+std::vector<double> flexion_of_frames(const store::MotionModel& model, const motion::Motion& motion,
+                                      const store::AuditSet& out)
+{
+  std::vector<double> flexion_deg;
+  for (std::size_t i = 0; i < out.frame_key.size(); ++i) {
+    const auto refine = static_cast<std::size_t>(out.refine);
+    const std::size_t frame = i / refine;
+    const double part = static_cast<double>(i % refine) / static_cast<double>(refine);
+    const motion::JointPose pose = motion.at_frame(out.frame_key[i]);
+    if (part == 0.0) {
+      flexion_deg.push_back(model.flexion_deg[frame]);
+    } else if (pose.status == motion::PoseStatus::solved) {
+      flexion_deg.push_back(deg_from_rad(pose.attitude.flexion_rad));
+    } else {
+      flexion_deg.push_back((1.0 - part) * model.flexion_deg[frame] + part * model.flexion_deg[frame + 1]);
+    }
+  }
+  return flexion_deg;
+}
+
+std::vector<Eigen::Vector3d> deltas_of(const motion::Motion& motion, const store::AuditSet& out)
+{
+  std::vector<Eigen::Vector3d> deltas;
+  for (const double key : out.frame_key) deltas.push_back(motion.delta_of(motion.at_frame(key)));
+  if (motion.is_sequence()) return deltas;
+  for (const double angle_deg : out.flexion_deg) deltas.push_back(motion.delta(rad_from_deg(angle_deg)));
+  return deltas;
+}
+
+store::AuditSet unmeasured(const store::MotionModel& model, const motion::Motion& motion,
+                           const std::string& set, int refine)
 {
   store::AuditSet out;
   out.name = set;
   out.refine = refine;
   const bool is_two_sided = set == "two_sided";
-  out.flexion_deg = refined(is_two_sided ? model.two_sided->flexion_deg : model.flexion_deg, refine);
+  if (motion.is_sequence()) {
+    out.frame_key = refined(motion.keys(), refine);
+    out.flexion_deg = flexion_of_frames(model, motion, out);
+  } else {
+    out.flexion_deg = refined(is_two_sided ? model.two_sided->flexion_deg : model.flexion_deg, refine);
+  }
   out.varus_deg =
       is_two_sided || set == "zero_varus" ? std::vector<double>{0.0} : refined(model.varus_deg, refine);
   const auto rows = static_cast<Eigen::Index>(out.flexion_deg.size());
@@ -91,8 +129,8 @@ store::AuditSet audit(const store::MotionModel& model, const std::string& set, i
 {
   check(refine >= 1, "an audit divides a cell into at least one part");
   const motion::Motion motion(model, set);
-  store::AuditSet out = unmeasured(model, set, refine);
-  for_each_row(model, motion, out.flexion_deg, n_threads, [&](std::size_t row, PoseMeter& meter) {
+  store::AuditSet out = unmeasured(model, motion, set, refine);
+  for_each_delta(model, deltas_of(motion, out), n_threads, [&](std::size_t row, PoseMeter& meter) {
     const auto i = static_cast<Eigen::Index>(row);
     for (Eigen::Index j = 0; j < out.state.cols(); ++j) {
       const AuditPose pose = pose_at(model, motion, out, i, j);
@@ -120,22 +158,52 @@ AuditFigures figures_of(const store::AuditSet& audit)
       ++figures.n_poses;
       const double flexion_deg = audit.flexion_deg[static_cast<std::size_t>(i)];
       const double varus_deg = audit.varus_deg[static_cast<std::size_t>(j)];
+      const double key = audit.frame_key.empty() ? nan : audit.frame_key[static_cast<std::size_t>(i)];
       if (state == store::AuditState::overlapping) {
         ++figures.n_overlapping;
         figures.mean_penetration_mm += audit.penetration_mm(i, j);
-        take_larger(figures.largest_penetration, {audit.penetration_mm(i, j), flexion_deg, varus_deg});
+        take_larger(figures.largest_penetration, {audit.penetration_mm(i, j), flexion_deg, varus_deg, key});
       } else if (state == store::AuditState::nothing_ahead) {
         ++figures.n_nothing_ahead;
       } else {
         ++n_free;
         figures.mean_gap_mm += audit.gap_mm(i, j);
-        take_larger(figures.largest_gap, {audit.gap_mm(i, j), flexion_deg, varus_deg});
+        take_larger(figures.largest_gap, {audit.gap_mm(i, j), flexion_deg, varus_deg, key});
       }
     }
   }
   if (n_free > 0) figures.mean_gap_mm /= n_free;
   if (figures.n_overlapping > 0) figures.mean_penetration_mm /= figures.n_overlapping;
   return figures;
+}
+
+FrameTravel frame_travel(const store::MotionModel& model)
+{
+  check(model.frames.has_value(), "only a sequence of frames has steps");
+  FrameTravel travel;
+  std::optional<Pose> before;
+  for (std::size_t i = 0; i < model.frames->key.size(); ++i) {
+    if (model.status.data()[i] != status_stable) continue;
+    const Pose X = store::pose_in(model.X_reference_moving, i);
+    if (before) {
+      const Eigen::Vector3d& centre_mm = model.rotation_centre_mm;
+      const double way_mm = (X * centre_mm - *before * centre_mm).norm();
+      const std::optional<HelicalAxis> axis = helical_axis(*before, X, centre_mm);
+      const double angle_deg = axis ? deg_from_rad(axis->rotation_rad) : 0.0;
+      if (way_mm > travel.largest_mm) travel.key_of_mm = model.frames->key[i];
+      if (angle_deg > travel.largest_deg) travel.key_of_deg = model.frames->key[i];
+      travel.largest_mm = std::max(travel.largest_mm, way_mm);
+      travel.largest_deg = std::max(travel.largest_deg, angle_deg);
+      travel.mean_mm += way_mm;
+      travel.mean_deg += angle_deg;
+      ++travel.n_steps;
+    }
+    before = X;
+  }
+  if (travel.n_steps == 0) return travel;
+  travel.mean_mm /= travel.n_steps;
+  travel.mean_deg /= travel.n_steps;
+  return travel;
 }
 
 store::GridD recontact(const store::MotionModel& model, const store::SmoothedSet& set, int n_threads)

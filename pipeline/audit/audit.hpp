@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "core/units.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::audit {
@@ -11,6 +12,7 @@ namespace vrda::audit {
 /// Measures the motion `set` (one of set_names of motion/poses.hpp) at the attitudes of the model's grid,
 /// with each cell subdivided into `refine` (at least 1) parts per axis; for "two_sided", on its own axis, and
 /// "zero_varus" only along flexion.
+/// A sequence of frames is measured over its key.
 /// Poses: the stored X_reference_moving for "raw" at the model's own attitudes, otherwise from Motion. At the
 /// model's own attitudes the narrow phase tests every pose, between them the sweep if possible
 /// (audit/pose_meter.hpp). Same bits for any number of threads.
@@ -20,6 +22,7 @@ store::AuditSet audit(const store::MotionModel& model, const std::string& set, i
 struct AuditExtreme {
   double value_mm = 0.0;  ///< 0 (attitude meaningless) without any
   double flexion_deg = 0.0, varus_deg = 0.0;
+  double key = nan;  ///< of a sequence of frames
 };
 
 struct AuditFigures {
@@ -34,6 +37,17 @@ struct AuditFigures {
 };
 
 AuditFigures figures_of(const store::AuditSet& audit);
+
+/// How far the moving object goes from one frame of a sequence to the next; frames without a pose are
+/// omitted.
+struct FrameTravel {
+  int n_steps = 0;
+  double largest_mm = 0.0,
+         mean_mm = 0.0;  ///< of the moving point that is at the rotation centre in the zero pose
+  double largest_deg = 0.0, mean_deg = 0.0;  ///< about the helical axis
+  double key_of_mm = nan, key_of_deg = nan;  ///< at which the largest steps end
+};
+FrameTravel frame_travel(const store::MotionModel& model);
 
 /// Travel along Delta (mm, negative: retreat) from the smoothed pose of `set` into contact at every attitude
 /// of the model's grid, also without a raw pose, since polynomials are defined everywhere. A free pose

@@ -286,7 +286,10 @@ PoseAssessment assess_poses(const store::MotionModel& model, const ligament::Lig
       store::GridB::Constant(model.status.rows(), model.status.cols(), plausibility_not_judged);
   const Borders borders{boundary_edges(model.reference.contact.mesh),
                         boundary_edges(model.moving.contact.mesh)};
-  for_each_row(model, motion, model.flexion_deg, n_threads, [&](std::size_t row, PoseMeter& meter) {
+  std::vector<Eigen::Vector3d> deltas;
+  for (Eigen::Index i = 0; i < model.push.delta.rows(); ++i)
+    deltas.emplace_back(model.push.delta.row(i).transpose());
+  for_each_delta(model, deltas, n_threads, [&](std::size_t row, PoseMeter& meter) {
     const auto i = static_cast<Eigen::Index>(row);
     RowAssessor assessor(model, i, ligaments, bounds, borders, meter);
     for (Eigen::Index j = 0; j < model.status.cols(); ++j) {

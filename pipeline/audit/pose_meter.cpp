@@ -289,22 +289,29 @@ void for_each_row(const store::MotionModel& model, const motion::Motion& motion,
                   const std::vector<double>& flexion_deg, int n_threads,
                   const std::function<void(std::size_t, PoseMeter&)>& measure)
 {
-  const auto delta_at = [&](std::size_t row) { return motion.delta(rad_from_deg(flexion_deg[row])); };
-  const std::shared_ptr<const AuditScene> first = scene_along(model, delta_at(0));
+  std::vector<Eigen::Vector3d> deltas;
+  for (const double angle_deg : flexion_deg) deltas.push_back(motion.delta(rad_from_deg(angle_deg)));
+  for_each_delta(model, deltas, n_threads, measure);
+}
+
+void for_each_delta(const store::MotionModel& model, const std::vector<Eigen::Vector3d>& deltas,
+                    int n_threads, const std::function<void(std::size_t, PoseMeter&)>& measure)
+{
+  const std::shared_ptr<const AuditScene> first = scene_along(model, deltas.front());
   std::atomic<std::size_t> next = 0;
   std::exception_ptr failure;
   std::mutex failure_mutex;
   const auto work = [&] {
     try {
       CachedMeter meters(model, first);
-      for (std::size_t row = next++; row < flexion_deg.size(); row = next++)
-        measure(row, meters.along(delta_at(row)));
+      for (std::size_t row = next++; row < deltas.size(); row = next++)
+        measure(row, meters.along(deltas[row]));
     } catch (...) {
       const std::lock_guard lock(failure_mutex);
       if (!failure) failure = std::current_exception();
     }
   };
-  const int n_useful = std::min(n_threads, static_cast<int>(flexion_deg.size()));
+  const int n_useful = std::min(n_threads, static_cast<int>(deltas.size()));
   std::vector<std::jthread> workers;
   for (int k = 1; k < n_useful; ++k) workers.emplace_back(work);
   work();

@@ -113,6 +113,11 @@ inline constexpr double contact_margin_mm = 1e-7;
 /// `axis_deg` with each step divided into `refine` parts; its own values stay bitwise equal.
 std::vector<double> refined(const std::vector<double>& axis_deg, int refine);
 
+/// Calls `measure(row, meter)` once for every row of `deltas` (world W), from `n_threads` threads, with a
+/// meter for the row's Delta. `measure` must write to its row only. Rethrows its first exception.
+void for_each_delta(const store::MotionModel& model, const std::vector<Eigen::Vector3d>& deltas,
+                    int n_threads, const std::function<void(std::size_t, PoseMeter&)>& measure);
+
 /// Calls `measure(row, meter)` once for every row of `flexion_deg`, from `n_threads` threads, with a meter
 /// for the row's Delta. `measure` must write to its row only. Rethrows its first exception.
 void for_each_row(const store::MotionModel& model, const motion::Motion& motion,

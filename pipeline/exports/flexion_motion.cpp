@@ -79,21 +79,36 @@ void add_frame(FlexionMotion& result, const motion::Motion& motion, double flexi
 {
   const double flexion_rad = rad_from_deg(flexion_deg);
   if (flexion_rad < motion.first_flexion_rad() || flexion_rad > motion.last_flexion_rad()) {
-    result.omitted.push_back({flexion_deg, "beyond the measured range"});
+    result.omitted.push_back({flexion_deg, nan, "beyond the measured range"});
     return;
   }
   if (!varus_deg) {
-    result.omitted.push_back({flexion_deg, "no zero-varus pose"});
+    result.omitted.push_back({flexion_deg, nan, "no zero-varus pose"});
     return;
   }
   FlexionFrame frame{flexion_deg, motion.at({flexion_rad, rad_from_deg(*varus_deg)}), {}};
   if (frame.pose.status != motion::PoseStatus::solved) {
-    result.omitted.push_back({flexion_deg, motion::name_of(frame.pose.status)});
+    result.omitted.push_back({flexion_deg, nan, motion::name_of(frame.pose.status)});
     return;
   }
   frame.clinical =
       clinical_coordinates(frame.pose.X_reference_moving, result.side, result.rotation_centre_mm);
   result.frames.push_back(frame);
+}
+
+void add_frames(FlexionMotion& result, const store::MotionModel& model, const motion::Motion& motion)
+{
+  result.key_name = motion.key_name();
+  for (std::size_t i = 0; i < motion.keys().size(); ++i) {
+    FlexionFrame frame{model.flexion_deg[i], motion.at_frame(motion.keys()[i]), {}};
+    if (frame.pose.status != motion::PoseStatus::solved) {
+      result.omitted.push_back({frame.flexion_deg, frame.pose.key, "no pose"});
+      continue;
+    }
+    frame.clinical =
+        clinical_coordinates(frame.pose.X_reference_moving, result.side, result.rotation_centre_mm);
+    result.frames.push_back(frame);
+  }
 }
 
 }  // namespace
@@ -125,9 +140,14 @@ FlexionMotion flexion_motion(const store::MotionModel& model, const std::string&
   result.side = model.side == "left" ? Side::left : Side::right;
   result.rotation_centre_mm = model.rotation_centre_mm;
   const motion::Motion motion(model, result.set);
-  require_varus(model, motion, file, plan);
-  for (const double flexion_deg : plan.flexion_deg.empty() ? model.flexion_deg : plan.flexion_deg) {
-    add_frame(result, motion, flexion_deg, varus_deg_at(model, motion, plan, flexion_deg));
+  if (motion.is_sequence()) {
+    if (!plan.flexion_deg.empty() || plan.varus != VarusRule::spine)
+      store::require_grid(model, file, plan.flexion_deg.empty() ? "--varus" : "--flexion");
+    add_frames(result, model, motion);
+  } else {
+    require_varus(model, motion, file, plan);
+    for (const double flexion_deg : plan.flexion_deg.empty() ? model.flexion_deg : plan.flexion_deg)
+      add_frame(result, motion, flexion_deg, varus_deg_at(model, motion, plan, flexion_deg));
   }
   if (result.frames.empty()) {
     throw InputError({file, result.set, "no attitude with a pose", "at least one to export"});
@@ -135,9 +155,15 @@ FlexionMotion flexion_motion(const store::MotionModel& model, const std::string&
   return result;
 }
 
-double time_s(const FlexionMotion& motion, const FlexionFrame& frame, double degrees_per_second)
+double abscissa(const FlexionMotion& motion, const FlexionFrame& frame)
 {
-  return (frame.flexion_deg - motion.frames.front().flexion_deg) / degrees_per_second;
+  return motion.key_name.empty() ? frame.flexion_deg : frame.pose.key;
+}
+
+double time_s(const FlexionMotion& motion, const FlexionFrame& frame, double rate)
+{
+  const double since_first = abscissa(motion, frame) - abscissa(motion, motion.frames.front());
+  return motion.key_name == "time_s" ? since_first : since_first / rate;
 }
 
 }  // namespace vrda::exports

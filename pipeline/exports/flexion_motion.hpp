@@ -1,4 +1,4 @@
-/// The exported motion: poses of one set of a motion model along flexion.
+/// The exported motion: poses of one set of a motion model along flexion, or the frames of a sequence.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,13 +28,14 @@ struct FlexionPlan {
 };
 
 struct FlexionFrame {
-  double flexion_deg = 0.0;      ///< as requested
-  motion::JointPose pose;        ///< solved
+  double flexion_deg = 0.0;      ///< as requested; of a sequence that of the frame
+  motion::JointPose pose;        ///< solved; with the key in a sequence
   ClinicalCoordinates clinical;  ///< of pose.X_reference_moving
 };
 
 struct OmittedFlexion {
   double flexion_deg = 0.0;
+  double key = nan;  ///< of a sequence
   std::string reason;
 };
 
@@ -43,7 +44,8 @@ struct FlexionMotion {
   std::string set;
   Side side = Side::right;
   Eigen::Vector3d rotation_centre_mm = Eigen::Vector3d::Zero();  ///< canonical
-  std::vector<FlexionFrame> frames;                              ///< in ascending flexion
+  std::string key_name;                                          ///< of a sequence; else empty
+  std::vector<FlexionFrame> frames;                              ///< in ascending flexion or key
   std::vector<OmittedFlexion> omitted;                           ///< flexions without a pose
 };
 
@@ -53,10 +55,15 @@ VarusRule default_varus(const store::MotionModel& model);
 /// The poses of `plan`. Flexions without a pose are omitted and listed: poses are not clamped to the measured
 /// range or interpolated across a hole. Throws InputError naming `file` if the model does not have the set,
 /// the varus rule is not available (given although varus was free, zero without a table), or no pose remains.
+/// A sequence of frames is exported whole: throws InputError if the plan chooses flexions or varus.
 FlexionMotion flexion_motion(const store::MotionModel& model, const std::string& file,
                              const FlexionPlan& plan);
 
-/// Time of a frame in s, 0 at the first frame, for flexion at `degrees_per_second`.
-double time_s(const FlexionMotion& motion, const FlexionFrame& frame, double degrees_per_second);
+/// Flexion in degrees, or the key in a sequence.
+double abscissa(const FlexionMotion& motion, const FlexionFrame& frame);
+
+/// Time of a frame in s, 0 at the first frame, for flexion (degrees) or key at `rate` a second; of a sequence
+/// over time_s its own time, 0 at the first frame.
+double time_s(const FlexionMotion& motion, const FlexionFrame& frame, double rate);
 
 }  // namespace vrda::exports

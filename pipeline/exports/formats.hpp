@@ -18,8 +18,8 @@ namespace vrda::exports {
 std::string animated_glb(const store::MotionModel& model, const FlexionMotion& motion,
                          double degrees_per_second);
 
-/// One row per flexion: the six numbers of data/kinematics, then the attitude, the surfaces in world W
-/// and the clinical translations. mm and degrees.
+/// One row per flexion, or per frame with its key first: the six numbers of data/kinematics, then the
+/// attitude, the surfaces in world W and the clinical translations. mm and degrees.
 std::string flexion_csv(const FlexionMotion& motion);
 
 /// Column names of flexion_csv.
@@ -36,7 +36,7 @@ inline constexpr std::array<const char*, 6> opensim_coordinates{"flexion", "varu
 struct OpenSimOptions {
   std::array<std::string, 6> columns;  ///< column name of each of opensim_coordinates
   bool in_degrees = false;             ///< angles in degrees; otherwise radians
-  double degrees_per_second = 30.0;    ///< flexion rate that defines time
+  double degrees_per_second = 30.0;    ///< flexion rate that defines time; not used for a sequence
 };
 
 /// knee_flex_r, knee_add_r, knee_rot_r, knee_tx_r, knee_ty_r, knee_tz_r: the knee of Lenhart (2015) and Smith
@@ -58,12 +58,12 @@ std::string posed_vtp(const store::MotionModel& model, const FlexionFrame& frame
 std::string contacts_vtp(const store::MotionModel& model, const FlexionFrame& frame);
 
 struct SeriesEntry {
-  double flexion_deg = 0.0;
-  int part = 0;      ///< 0 bodies, 1 contacts
-  std::string file;  ///< relative to the .pvd file
+  double time = 0.0;  ///< flexion in degrees, or the key of a frame
+  int part = 0;       ///< 0 bodies, 1 contacts
+  std::string file;   ///< relative to the .pvd file
 };
 
-/// The .pvd collection file, with the flexion in degrees as time.
+/// The .pvd collection file, with the flexion in degrees or the key as time.
 std::string series_pvd(const std::vector<SeriesEntry>& entries);
 
 /// Numbers are written to binary files in little-endian byte order.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -44,6 +45,13 @@ void add_points(Columns& columns, const std::string& name, const std::vector<dou
                          return field(points[3 * static_cast<std::size_t>(cell) + axis]);
                        }});
   }
+}
+
+/// A key named as another column gets a prefix, since names are unique.
+std::string key_column(const std::string& key_name, const std::vector<std::string>& others)
+{
+  const bool is_taken = std::find(others.begin(), others.end(), key_name) != others.end();
+  return (is_taken ? "key_" : "") + key_name;
 }
 
 void add_attitude(Columns& columns, const store::MotionModel& model)
@@ -164,11 +172,15 @@ std::vector<std::string> flexion_csv_columns()
 
 std::string flexion_csv(const FlexionMotion& motion)
 {
+  std::vector<std::string> names = flexion_csv_columns();
+  const bool has_key = !motion.key_name.empty();
+  if (has_key) names.insert(names.begin(), key_column(motion.key_name, names));
   std::string text;
-  for (const std::string& name : flexion_csv_columns()) text += (text.empty() ? "" : ",") + name;
+  for (const std::string& name : names) text += (text.empty() ? "" : ",") + name;
   text += "\n";
   for (const FlexionFrame& frame : motion.frames) {
-    const char* comma = "";
+    const char* comma = has_key ? "," : "";
+    if (has_key) text += field(frame.pose.key);
     for (const auto& [name, value] : values_of(motion, frame)) {
       text += comma + field(value);
       comma = ",";
@@ -185,6 +197,14 @@ std::string cells_csv(const store::MotionModel& model)
   add_raw(columns, model);
   add_mechanics(columns, model);
   add_smoothed(columns, model);
+  if (model.frames) {
+    std::vector<std::string> names;
+    for (const Column& column : columns) names.push_back(column.name);
+    const std::vector<double>& keys = model.frames->key;
+    columns.insert(columns.begin(), {key_column(model.frames->key_name, names), [&keys](Eigen::Index cell) {
+                                       return field(keys[static_cast<std::size_t>(cell)]);
+                                     }});
+  }
   std::string text;
   for (std::size_t k = 0; k < columns.size(); ++k) text += (k > 0 ? "," : "") + columns[k].name;
   text += "\n";
@@ -219,7 +239,11 @@ std::string header(const FlexionMotion& motion, const OpenSimOptions& options)
   text += "nColumns=" + std::to_string(1 + options.columns.size()) + "\n";
   text += std::string("inDegrees=") + (options.in_degrees ? "yes" : "no") + "\n\n";
   text += "Units are S.I. units (second, meters, Newtons, ...)\n";
-  text += "Flexion grows by " + shortest_decimal(options.degrees_per_second) + " degrees a second.\n\n";
+  if (motion.key_name.empty()) {
+    text += "Flexion grows by " + shortest_decimal(options.degrees_per_second) + " degrees a second.\n\n";
+  } else {
+    text += "Time is the key of each frame.\nkey=" + motion.key_name + "\n\n";
+  }
   text += "endheader\ntime";
   for (const std::string& column : options.columns) text += "\t" + column;
   return text + "\n";
@@ -248,7 +272,8 @@ std::string opensim_table(const FlexionMotion& motion, const OpenSimOptions& opt
 {
   std::string text = header(motion, options);
   for (const FlexionFrame& frame : motion.frames) {
-    text += shortest_decimal(time_s(motion, frame, options.degrees_per_second));
+    text += shortest_decimal(motion.key_name.empty() ? time_s(motion, frame, options.degrees_per_second)
+                                                     : frame.pose.key);
     for (const double number : numbers_of(frame, options.in_degrees)) text += "\t" + shortest_decimal(number);
     text += "\n";
   }

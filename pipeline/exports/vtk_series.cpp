@@ -101,7 +101,8 @@ std::string words_field(const std::string& name, const std::vector<std::string>&
 std::string attitude_fields(const FlexionFrame& frame)
 {
   const ClinicalCoordinates& c = frame.clinical;
-  return number_field("TimeValue", frame.flexion_deg) + number_field("flexion_deg", frame.flexion_deg) +
+  return number_field("TimeValue", std::isnan(frame.pose.key) ? frame.flexion_deg : frame.pose.key) +
+         number_field("flexion_deg", frame.flexion_deg) +
          number_field("varus_deg", deg_from_rad(frame.pose.attitude.varus_rad)) +
          number_field("internal_rotation_deg", deg_from_rad(c.internal_rotation_rad)) +
          number_field("anterior_mm", c.anterior_mm) + number_field("proximal_mm", c.proximal_mm) +
@@ -157,6 +158,8 @@ Eigen::Index cell_of(const store::MotionModel& model, const FlexionFrame& frame)
   for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {
     const Eigen::Index i = cell / model.status.cols();
     if (model.status.data()[cell] != status_stable) continue;
+    if (model.frames && model.frames->key[static_cast<std::size_t>(i)] != frame.pose.key) continue;
+    if (model.frames) return cell;
     if (std::abs(model.flexion_deg[static_cast<std::size_t>(i)] - frame.flexion_deg) > same_deg) continue;
     const double varus_deg = deg_from_rad(frame.pose.attitude.varus_rad);
     if (std::abs(model.varus_solved_deg.data()[cell] - varus_deg) <= same_deg) return cell;
@@ -216,7 +219,7 @@ std::string series_pvd(const std::vector<SeriesEntry>& entries)
 {
   std::string text = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n";
   for (const SeriesEntry& entry : entries) {
-    text += "<DataSet timestep=\"" + shortest_decimal(entry.flexion_deg) + "\" part=\"" +
+    text += "<DataSet timestep=\"" + shortest_decimal(entry.time) + "\" part=\"" +
             std::to_string(entry.part) + "\" file=\"" + escaped(entry.file) + "\"/>\n";
   }
   return text + "</Collection>\n</VTKFile>\n";

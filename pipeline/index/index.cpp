@@ -175,7 +175,9 @@ IndexRow row_of(const IndexedCase& one, store::SeparateModelRead* reading)
   }
   row.times = times_beside(row.file);
   try {
-    add_model(row, reading->model());
+    const store::MotionModel model = reading->model();
+    store::require_grid(model, row.file, "an index");
+    add_model(row, model);
   } catch (const InputError& error) {
     row.status = CaseStatus::failed;
     // Without the folder, so that the index does not depend on its location.

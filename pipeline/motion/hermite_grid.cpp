@@ -170,8 +170,10 @@ HermiteSample<N> sample(const HermiteGrid<N>& grid, const Attitude& attitude)
 template void set_slopes(HermiteGrid<1>&);
 template void set_slopes(HermiteGrid<4>&);
 template void set_slopes(HermiteGrid<5>&);
+template void set_slopes(HermiteGrid<6>&);
 template HermiteSample<1> sample(const HermiteGrid<1>&, const Attitude&);
 template HermiteSample<4> sample(const HermiteGrid<4>&, const Attitude&);
 template HermiteSample<5> sample(const HermiteGrid<5>&, const Attitude&);
+template HermiteSample<6> sample(const HermiteGrid<6>&, const Attitude&);
 
 }  // namespace vrda::motion

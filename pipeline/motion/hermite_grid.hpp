@@ -19,7 +19,7 @@ struct HermiteNode {
   bool is_solved = false;
 };
 
-/// N surfaces over one grid: 4 (pose), 1 (travel) or 5 (pose and varus).
+/// N surfaces over one grid: 4 (pose), 1 (travel), 5 (pose and varus) or 6 (and flexion).
 template <std::size_t N>
 struct HermiteGrid {
   std::vector<double> flexion_rad;    ///< [n_flexion] ascending

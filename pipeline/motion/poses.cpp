@@ -138,9 +138,13 @@ Motion::Motion(const store::MotionModel& model)
     : frame_{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm, model.delta},
       R_world_solver_(rotation_world_solver(frame_)),
       deltas_(deltas_by_flexion(model)),
-      raw_(raw_surfaces(model))
+      raw_(model.frames ? RawSurfaces{} : raw_surfaces(model))
 {
   check(model.side == "right" || model.side == "left", "the side of a motion model is right or left");
+  if (model.frames) {
+    use_frames(model);
+    return;
+  }
   spine_ = solved_spine(model, raw_);
   free_varus_ = free_varus(model, raw_);
 }
@@ -176,6 +180,7 @@ Motion::Motion(const store::MotionModel& model, const std::string& set) : Motion
 
 void Motion::set_varus_range()
 {
+  if (track_) return;
   first_varus_rad_ = raw_.varus_rad.front();
   last_varus_rad_ = raw_.varus_rad.back();
   if (!free_varus_.empty()) first_varus_rad_ = last_varus_rad_ = free_varus_.front().varus_rad;
@@ -243,6 +248,80 @@ void Motion::use_flexion_table(const std::vector<double>& flexion_rad, const std
   set_slopes(*by_flexion_);
 }
 
+/// Adds full turns to each angle so that it is nearest to the one before.
+void Motion::use_frames(const store::MotionModel& model)
+{
+  key_name_ = model.frames->key_name;
+  keys_ = model.frames->key;
+  track_ = HermiteGrid<6>{keys_, {0.0}, {}};
+  const HermiteNode<6>* before = nullptr;
+  track_->nodes.resize(keys_.size());
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    if (model.status(row, 0) != status_stable) continue;
+    HermiteNode<6>& node = track_->nodes[i];
+    node.is_solved = true;
+    node.value = {model.tx_mm(row, 0),
+                  model.ty_mm(row, 0),
+                  model.tz_mm(row, 0),
+                  rad_from_deg(model.theta_deg(row, 0)),
+                  rad_from_deg(model.varus_solved_deg(row, 0)),
+                  rad_from_deg(model.flexion_deg[i])};
+    for (const std::size_t angle : {3u, 5u}) {
+      if (before == nullptr) continue;
+      node.value[angle] -= 2.0 * pi * std::round((node.value[angle] - before->value[angle]) / (2.0 * pi));
+    }
+    const double varus_rad = node.value[4];
+    first_varus_rad_ = before == nullptr ? varus_rad : std::min(first_varus_rad_, varus_rad);
+    last_varus_rad_ = before == nullptr ? varus_rad : std::max(last_varus_rad_, varus_rad);
+    before = &node;
+  }
+  set_slopes(*track_);
+}
+
+JointPose Motion::at_frame(double key) const
+{
+  check(track_.has_value(), "only a sequence of frames is evaluated by its key");
+  const double used = std::clamp(key, keys_.front(), keys_.back());
+  const HermiteSample<6> here = sample(*track_, {used, 0.0});
+  JointPose pose;
+  if (here.is_solved) {
+    const auto& [tx, ty, tz, theta, varus, flexion] = here.values;
+    const auto within_turn = [](double angle_rad) {
+      return angle_rad - 2.0 * pi * std::round(angle_rad / (2.0 * pi));
+    };
+    pose = pose_along(delta_on(keys_, used), {within_turn(flexion), varus}, {tx, ty, tz, within_turn(theta)});
+  }
+  pose.key = used;
+  pose.is_flexion_clamped = used != key;
+  return pose;
+}
+
+double Motion::key_at(double position) const
+{
+  check(track_.has_value(), "only a sequence of frames has keys");
+  const double last = static_cast<double>(keys_.size() - 1);
+  const double at = std::clamp(position, 0.0, last), below = std::floor(at);
+  const auto i = static_cast<std::size_t>(below);
+  // Exact at the frames.
+  return at == below ? keys_[i] : keys_[i] + (at - below) * (keys_[i + 1] - keys_[i]);
+}
+
+double Motion::position_of(double key) const
+{
+  check(track_.has_value(), "only a sequence of frames has keys");
+  const auto above = std::upper_bound(keys_.begin(), keys_.end(), key);
+  if (above == keys_.begin()) return 0.0;
+  const double i = static_cast<double>(above - keys_.begin() - 1);
+  if (above == keys_.end()) return i;
+  return i + (key - *(above - 1)) / (*above - *(above - 1));
+}
+
+Eigen::Vector3d Motion::delta_of(const JointPose& pose) const
+{
+  return track_ ? delta_on(keys_, pose.key) : delta(pose.attitude.flexion_rad);
+}
+
 Motion::Evaluation Motion::smoothed_at(const Attitude& attitude) const
 {
   const PoseAndVarus here = evaluate(*smoothed_, attitude);
@@ -283,22 +362,27 @@ Motion::Evaluation Motion::evaluation_at(const Attitude& wanted) const
 
 Eigen::Vector3d Motion::delta(double flexion_rad) const
 {
+  check(!track_ || deltas_.empty(), "Delta of a sequence of frames is that of a pose");
+  return delta_on(raw_.flexion_rad, flexion_rad);
+}
+
+Eigen::Vector3d Motion::delta_on(const std::vector<double>& at, double x) const
+{
   if (deltas_.empty()) return frame_.delta;
-  const std::vector<double>& at = raw_.flexion_rad;
-  if (flexion_rad <= at.front()) return deltas_.front();
-  if (flexion_rad >= at.back()) return deltas_.back();
-  const auto after = std::upper_bound(at.begin(), at.end(), flexion_rad);
+  if (x <= at.front()) return deltas_.front();
+  if (x >= at.back()) return deltas_.back();
+  const auto after = std::upper_bound(at.begin(), at.end(), x);
   const auto i = static_cast<std::size_t>(after - at.begin());
-  if (at[i - 1] == flexion_rad) return deltas_[i - 1];
-  const double s = (flexion_rad - at[i - 1]) / (at[i] - at[i - 1]);
+  if (at[i - 1] == x) return deltas_[i - 1];
+  const double s = (x - at[i - 1]) / (at[i] - at[i - 1]);
   return (deltas_[i - 1] + s * (deltas_[i] - deltas_[i - 1])).normalized();
 }
 
-Eigen::Matrix3d Motion::R_world_solver(double flexion_rad) const
+Eigen::Matrix3d Motion::R_world_solver(const Eigen::Vector3d& delta) const
 {
   if (deltas_.empty()) return R_world_solver_;
   SolverFrame frame = frame_;
-  frame.delta = delta(flexion_rad);
+  frame.delta = delta;
   return rotation_world_solver(frame);
 }
 
@@ -310,6 +394,7 @@ Attitude Motion::clamped(const Attitude& wanted) const
 
 JointPose Motion::at(const Attitude& wanted) const
 {
+  check(!track_, "a sequence of frames is evaluated by its key");
   return posed(evaluation_at(clamped(wanted)), wanted);
 }
 
@@ -325,13 +410,19 @@ JointPose Motion::posed(const Evaluation& found, const Attitude& wanted) const
 
 JointPose Motion::joint_pose(const Attitude& attitude, const PoseCoordinates& numbers) const
 {
+  return pose_along(delta(attitude.flexion_rad), attitude, numbers);
+}
+
+JointPose Motion::pose_along(const Eigen::Vector3d& delta, const Attitude& attitude,
+                             const PoseCoordinates& numbers) const
+{
   JointPose pose;
   pose.attitude = attitude;
   pose.status = PoseStatus::solved;
   pose.theta_rad = numbers[3];
 
   // Attitude and theta rotate in the solver's frame; conjugation maps them to W of the joint's own side.
-  const Eigen::Matrix3d R = R_world_solver(attitude.flexion_rad);
+  const Eigen::Matrix3d R = R_world_solver(delta);
   const Eigen::Matrix3d R_solver_world = R.transpose();
   const Eigen::Matrix3d R_attitude = R * reference_rotation(pose.attitude) * R_solver_world;
   const Eigen::Matrix3d R_theta = R * rotation_y(pose.theta_rad) * R_solver_world;
@@ -344,6 +435,7 @@ JointPose Motion::joint_pose(const Attitude& attitude, const PoseCoordinates& nu
 
 double Motion::balanced_varus_rad(double flexion_rad) const
 {
+  check(!track_, "varus of a sequence of frames is that of a pose");
   if (!free_varus_.empty()) {
     return evaluation_at({std::clamp(flexion_rad, first_flexion_rad(), last_flexion_rad()), 0.0})
         .attitude.varus_rad;

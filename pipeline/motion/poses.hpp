@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/frames.hpp"
+#include "core/units.hpp"
 #include "motion/surfaces.hpp"
 #include "store/motion_model.hpp"
 
@@ -24,10 +25,11 @@ struct JointPose {
   Pose X_world_reference = Pose::Identity();
   Pose X_world_moving = Pose::Identity();
   Pose X_reference_moving = Pose::Identity();
-  double theta_rad = 0.0;  ///< about Delta, right-knee sign
-  Attitude attitude;       ///< evaluated attitude: the requested one, clamped
-  bool is_flexion_clamped = false;
-  bool is_varus_clamped = false;  ///< also if the set has its own varus and another was requested
+  double theta_rad = 0.0;           ///< about Delta, right-knee sign
+  Attitude attitude;                ///< evaluated attitude: the requested one, clamped
+  double key = nan;                 ///< evaluated key; NaN unless the model is a sequence of frames
+  bool is_flexion_clamped = false;  ///< or the key
+  bool is_varus_clamped = false;    ///< also if the set has its own varus and another was requested
   PoseStatus status = PoseStatus::unsolved_cell;
 };
 
@@ -46,8 +48,27 @@ class Motion {
   Motion(const store::MotionModel& model, const store::SmoothedSet& set);
 
   /// The poses at `wanted` or at the nearest attitude of the measured range. Takes under a microsecond and
-  /// allocates nothing.
+  /// allocates nothing. Not for a sequence of frames, nor are the functions of flexion below.
   JointPose at(const Attitude& wanted) const;
+
+  /// Whether the model is a sequence of frames, whose poses depend on the key alone.
+  bool is_sequence() const { return track_.has_value(); }
+  /// Ascending keys of the frames and their name; empty unless it is a sequence.
+  const std::vector<double>& keys() const { return keys_; }
+  const std::string& key_name() const { return key_name_; }
+
+  /// The poses of a sequence at `key` or at the nearest end. Between frames the six coordinates are cubic
+  /// Hermite polynomials of the key, with slopes as those of the raw cells; at a frame they are its own.
+  /// Allocates nothing.
+  JointPose at_frame(double key) const;
+
+  /// The key at a position counted in frames from 0, linear between two frames, clamped to the sequence.
+  double key_at(double position) const;
+  /// Its inverse.
+  double position_of(double key) const;
+
+  /// Delta at an evaluated pose, of a grid or a sequence. Unit vector, world W.
+  Eigen::Vector3d delta_of(const JointPose& pose) const;
 
   /// The poses for `numbers` of the moving object at `attitude`, independent of the set.
   JointPose joint_pose(const Attitude& attitude, const PoseCoordinates& numbers) const;
@@ -57,14 +78,15 @@ class Motion {
   /// set has its own varus, that varus.
   double balanced_varus_rad(double flexion_rad) const;
   bool has_spine() const { return !spine_.empty(); }
-  /// True if each flexion has its own varus: varus was free, or the set is "two_sided" or "zero_varus".
-  bool is_varus_free() const { return !free_varus_.empty(); }
+  /// True if each flexion or frame has its own varus: varus was free, the set is "two_sided" or "zero_varus",
+  /// or the model is a sequence of frames.
+  bool is_varus_free() const { return track_ || !free_varus_.empty(); }
 
   /// Unit vector, world W: linear between the rows of the push, constant beyond the ends, then normalised.
   Eigen::Vector3d delta(double flexion_rad) const;
 
-  double first_flexion_rad() const { return raw_.flexion_rad.front(); }
-  double last_flexion_rad() const { return raw_.flexion_rad.back(); }
+  double first_flexion_rad() const { return raw_.flexion_rad.at(0); }
+  double last_flexion_rad() const { return raw_.flexion_rad.at(raw_.flexion_rad.size() - 1); }
   double first_varus_rad() const { return first_varus_rad_; }
   double last_varus_rad() const { return last_varus_rad_; }
 
@@ -80,6 +102,7 @@ class Motion {
   void use_travel(const store::GridD& travel_mm);
   void use_two_sided(const store::TwoSided& table);
   void use_zero_varus(const store::ZeroVarus& table);
+  void use_frames(const store::MotionModel& model);
   template <typename Table>
   void use_flexion_table(const std::vector<double>& flexion_rad, const std::vector<std::int8_t>& state,
                          const Table& table);
@@ -89,7 +112,10 @@ class Motion {
   JointPose posed(const Evaluation& found, const Attitude& wanted) const;
   Evaluation smoothed_at(const Attitude& attitude) const;
   Evaluation flexion_table_at(const Attitude& attitude) const;
-  Eigen::Matrix3d R_world_solver(double flexion_rad) const;
+  Eigen::Vector3d delta_on(const std::vector<double>& axis, double x) const;
+  Eigen::Matrix3d R_world_solver(const Eigen::Vector3d& delta) const;
+  JointPose pose_along(const Eigen::Vector3d& delta, const Attitude& attitude,
+                       const PoseCoordinates& numbers) const;
 
   SolverFrame frame_;                    ///< at the first flexion
   Eigen::Matrix3d R_world_solver_;       ///< for frame_; orthogonal, a reflection for a left joint
@@ -101,6 +127,10 @@ class Motion {
   std::optional<HermiteGrid<1>> travel_;      ///< along Delta, mm; for "degree_N_recontacted"
   std::optional<HermiteGrid<5>> by_flexion_;  ///< for "two_sided" and "zero_varus"
   std::vector<Attitude> spine_;               ///< solved spine cells by ascending flexion
+  std::string key_name_;
+  std::vector<double> keys_;
+  /// Of a sequence: x, y, z, theta, varus, flexion over the key, on the axis that grids use for flexion.
+  std::optional<HermiteGrid<6>> track_;
 };
 
 }  // namespace vrda::motion

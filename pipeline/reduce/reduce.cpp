@@ -353,7 +353,7 @@ bool has_pose(const store::ZeroVarus& z, std::size_t i)
 
 bool is_reducible(const store::MotionModel& model)
 {
-  return model.has_compartments || motion::Motion(model, "raw").is_varus_free();
+  return !model.frames && (model.has_compartments || motion::Motion(model, "raw").is_varus_free());
 }
 
 store::ZeroVarus reduce(const store::MotionModel& model, const std::string& set)

@@ -30,7 +30,7 @@ ClinicalCurve empty_curve(const store::MotionModel& model, std::string name)
 {
   ClinicalCurve curve;
   curve.name = std::move(name);
-  curve.flexion_deg = model.flexion_deg;
+  curve.flexion_deg = model.frames ? model.frames->key : model.flexion_deg;
   curve.values.fill(std::vector<double>(model.flexion_deg.size(), nan));
   return curve;
 }

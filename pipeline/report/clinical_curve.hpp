@@ -43,7 +43,7 @@ inline constexpr QuantityName quantity_names[n_quantities] = {
 
 struct ClinicalCurve {
   std::string name;                 ///< "raw", "zero_varus", "degree_6", ... or the file's
-  std::vector<double> flexion_deg;  ///< [n] in source order
+  std::vector<double> flexion_deg;  ///< [n] in source order; of a sequence of frames their keys
   std::array<std::vector<double>, n_quantities> values;  ///< [n]; empty: unknown; NaN: no value
 
   const std::vector<double>& of(Quantity quantity) const

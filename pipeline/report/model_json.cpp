@@ -80,7 +80,8 @@ Json head_json(const ReportModel& entry)
           {"has_compartments", model.has_compartments},
           {"reference", body_json(model.reference)},
           {"moving", body_json(model.moving)},
-          {"flexion", short_numbers(model.flexion_deg)},
+          {"key_name", model.frames ? Json(model.frames->key_name) : Json()},
+          {"flexion", short_numbers(model.frames ? model.frames->key : model.flexion_deg)},
           {"varus", short_numbers(model.varus_deg)},
           {"statuses", statuses_json(model)},
           {"numbers", numbers_json(entry)},
@@ -102,6 +103,10 @@ Json raw_surfaces_json(const store::MotionModel& model)
               {"tz", short_grid(model.tz_mm)},
               {"theta", short_grid(model.theta_deg)}};
   if (is_varus_free(model)) raw["varus"] = short_grid(model.varus_solved_deg);
+  if (model.frames) {
+    const auto n = static_cast<Eigen::Index>(model.flexion_deg.size());
+    raw["flexion"] = short_grid(Eigen::Map<const store::GridD>(model.flexion_deg.data(), n, 1));
+  }
   return raw;
 }
 

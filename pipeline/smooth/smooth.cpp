@@ -175,6 +175,7 @@ bool is_varus_free(const store::MotionModel& model)
 
 SmoothInput smooth_input(const store::MotionModel& model, const std::string& name)
 {
+  store::require_grid(model, name, "smoothing");
   return {name,
           model.flexion_deg,
           model.varus_deg,

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/error.hpp"
 #include "core/units.hpp"
 #include "store/registry.hpp"
 
@@ -65,6 +66,12 @@ bool is_key_name(const std::string& name)
   return !name.empty() && name.size() <= 40 && is_letter(name[0]) &&
          std::all_of(name.begin(), name.end(),
                      [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '_'; });
+}
+
+void require_grid(const MotionModel& model, const std::string& file, const std::string& what)
+{
+  if (!model.frames) return;
+  throw InputError({file, "/frame", "a sequence of frames", "a grid of attitudes, which " + what + " needs"});
 }
 
 PushRows constant_push(const Eigen::Vector3d& delta, std::size_t n_flexion)

@@ -186,6 +186,10 @@ struct MotionModel {
   JobRecord job;
 };
 
+/// Throws InputError naming `file` if the model is a sequence of frames: `what` ("smoothing") needs a grid of
+/// attitudes.
+void require_grid(const MotionModel& model, const std::string& file, const std::string& what);
+
 /// Row `k` of [n, 4, 4] row-major, as X_reference_moving. All NaN for a cell that is not solved.
 Pose pose_in(const std::vector<double>& poses, std::size_t k);
 

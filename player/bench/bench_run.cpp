@@ -265,6 +265,7 @@ BenchSetup build_setup(const Texts& texts, const std::string& model_path, const 
           : bench_files::parse_calibration(texts.calibration, texts.calibration_path, bench);
   store::MotionModel model =
       store::scaled_model(store::read_motion_model(model_path), calibration.subject_scale);
+  store::require_grid(model, model_path, "the bench");
   const std::string chosen = navigation::chosen_set(model, model_path, set);
   motion::Motion motion(model, chosen);
   const SolverFrame frame = store::solver_frame(model, 0);

@@ -17,6 +17,13 @@
 namespace vrda::calibrate {
 namespace {
 
+store::MotionModel grid_model(const std::string& file)
+{
+  store::MotionModel model = store::read_motion_model(file);
+  store::require_grid(model, file, "a calibration");
+  return model;
+}
+
 constexpr int most_presses = 10000;
 constexpr double longest_s = 3600.0;
 
@@ -165,8 +172,7 @@ CalibrationMode::CalibrationMode(const CalibrateOptions& options, const BenchFil
       script_(script_of(options))
 {
   nothing_.background = scene::background_of(scene::Backdrop::black);
-  if (!options.model.empty())
-    model_.emplace(bench, store::read_motion_model(options.model), options.model, options.set);
+  if (!options.model.empty()) model_.emplace(bench, grid_model(options.model), options.model, options.set);
   if (!sink_.has_output()) return;
   if (!options.pictures.empty()) sink_.record_images(options.pictures, "--pictures");
   sink_.renderer().load(panel_.font());

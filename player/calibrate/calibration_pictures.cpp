@@ -313,6 +313,7 @@ void copy_into(render::Image& all, const render::Image& part, int x, int y)
 std::string write_overlay(const PictureRequest& request, const CalibrateOptions& options)
 {
   const store::MotionModel model = store::read_motion_model(options.model);
+  store::require_grid(model, options.model, "a calibration");
   const OverlayPictureOptions plan{navigation::chosen_set(model, options.model, options.set), 560};
   const render::Image before = overlay_picture(
       request.bench, request.truth, virtual_bench::uncalibrated(request.bench, request.truth), model, plan);

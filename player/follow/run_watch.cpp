@@ -98,6 +98,7 @@ void RunWatch::begin(store::MotionModel model, RunUpdate& news)
   if ((model.status != status_pending).any()) {
     throw InputError({start_file_, "/status", "solved attitudes", "a start file: every attitude pending"});
   }
+  store::require_grid(model, start_file_, "vrda-player follow");
   model_ = std::move(model);
   scale_ = model_.job.scaling && model_.job.scaling->keeps_steps ? model_.job.scaling->factor.x() : 1.0;
   start_over(news);

@@ -164,11 +164,15 @@ void draw_help_lines(const PanelView& view, const char* title, std::span<const n
   }
 }
 
-navigation::Timeline with_flexion_slider(navigation::Timeline timeline, float em)
+navigation::Timeline with_timeline_slider(const PanelView& view, navigation::Timeline timeline, float em)
 {
   float flexion_deg = as_deg(timeline.flexion_rad);
   ImGui::AlignTextToFramePadding();
-  ImGui::Text("flexion %.1f°", static_cast<double>(flexion_deg));
+  if (view.range.key_name != nullptr) {
+    ImGui::Text("%s %.4g", view.range.key_name, view.readout.pose.key);
+  } else {
+    ImGui::Text("flexion %.1f°", static_cast<double>(flexion_deg));
+  }
   ImGui::SameLine(8.0F * em);
   ImGui::SetNextItemWidth(-1.0F);
   const bool is_moved = ImGui::SliderFloat("##flexion", &flexion_deg, as_deg(timeline.first_rad),
@@ -186,7 +190,7 @@ GuiResult with_bar(const PanelView& view, GuiResult answer)
   ImGui::SetNextWindowSize(ImVec2(width, view.layout.bar_height_px));
   ImGui::Begin("timeline", nullptr, fixed | ImGuiWindowFlags_NoScrollbar);
   navigation::Timeline& timeline = answer.state.timeline;
-  timeline = with_flexion_slider(timeline, em);
+  timeline = with_timeline_slider(view, timeline, em);
   constexpr std::array before{Press{"|<", navigation::Action::go_to_first},
                               Press{"<", navigation::Action::step_back}};
   constexpr std::array behind{Press{">", navigation::Action::step_forward},

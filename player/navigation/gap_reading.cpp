@@ -15,14 +15,18 @@ struct AxisPosition {
   double part = 0.0;
 };
 
+AxisPosition position_among(const std::vector<double>& axis, double value)
+{
+  const auto above = std::upper_bound(axis.begin(), axis.end(), value);
+  if (above == axis.begin()) return {};
+  const Eigen::Index row = above - axis.begin() - 1;
+  if (above == axis.end()) return {row, 0.0};
+  return {row, (value - *(above - 1)) / (*above - *(above - 1))};
+}
+
 AxisPosition position_on(const std::vector<double>& axis_deg, double angle_rad)
 {
-  const double angle_deg = deg_from_rad(angle_rad);
-  const auto above = std::upper_bound(axis_deg.begin(), axis_deg.end(), angle_deg);
-  if (above == axis_deg.begin()) return {};
-  const Eigen::Index row = above - axis_deg.begin() - 1;
-  if (above == axis_deg.end()) return {row, 0.0};
-  return {row, (angle_deg - *(above - 1)) / (*above - *(above - 1))};
+  return position_among(axis_deg, deg_from_rad(angle_rad));
 }
 
 /// Bilinear interpolation. Corners of weight 0 are skipped, so that a NaN next to a cell does not affect it.
@@ -46,16 +50,13 @@ double interpolated(const std::vector<double>& values, const AxisPosition& flexi
   return (1.0 - flexion.part) * first + flexion.part * values[static_cast<std::size_t>(flexion.row + 1)];
 }
 
-Eigen::Index nearest_row(const std::vector<double>& axis_deg, double angle_rad)
+Eigen::Index nearest_row(const AxisPosition& position)
 {
-  const AxisPosition position = position_on(axis_deg, angle_rad);
   return position.row + (position.part >= 0.5 ? 1 : 0);
 }
 
-GapReading of_audit(const store::AuditSet& audit, const Attitude& attitude)
+GapReading of_audit(const store::AuditSet& audit, Eigen::Index i, Eigen::Index j)
 {
-  const Eigen::Index i = nearest_row(audit.flexion_deg, attitude.flexion_rad);
-  const Eigen::Index j = nearest_row(audit.varus_deg, attitude.varus_rad);
   GapReading reading{GapSource::audit, nan, nan, nan, nan};
   const auto state = static_cast<store::AuditState>(audit.state(i, j));
   if (state == store::AuditState::no_pose || state == store::AuditState::nothing_ahead) return reading;
@@ -81,6 +82,22 @@ GapReader::GapReader(const store::MotionModel& model, const std::string& set)
   }
 }
 
+GapReading GapReader::at(const motion::JointPose& pose) const
+{
+  return model_.frames ? at_frame(pose.key) : at(pose.attitude);
+}
+
+GapReading GapReader::at_frame(double key) const
+{
+  if (has_cells_) {
+    const AxisPosition frame = position_among(model_.frames->key, key);
+    return {GapSource::cells, interpolated(model_.gap_medial_mm, frame, {}),
+            interpolated(model_.gap_lateral_mm, frame, {}), nan, nan};
+  }
+  if (audit_ != nullptr) return of_audit(*audit_, nearest_row(position_among(audit_->frame_key, key)), 0);
+  return {GapSource::none, nan, nan, nan, nan};
+}
+
 GapReading GapReader::at(const Attitude& attitude) const
 {
   if (two_sided_ != nullptr) {
@@ -88,7 +105,9 @@ GapReading GapReader::at(const Attitude& attitude) const
     return {GapSource::two_sided, interpolated(two_sided_->gap_medial_mm, flexion),
             interpolated(two_sided_->gap_lateral_mm, flexion), nan, nan};
   }
-  if (!has_cells_ && audit_ != nullptr) return of_audit(*audit_, attitude);
+  if (!has_cells_ && audit_ != nullptr)
+    return of_audit(*audit_, nearest_row(position_on(audit_->flexion_deg, attitude.flexion_rad)),
+                    nearest_row(position_on(audit_->varus_deg, attitude.varus_rad)));
   const AxisPosition flexion = position_on(model_.flexion_deg, attitude.flexion_rad);
   const AxisPosition varus =
       model_.varus_deg.size() > 1 ? position_on(model_.varus_deg, attitude.varus_rad) : AxisPosition{};

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/frames.hpp"
+#include "motion/poses.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::navigation {
@@ -28,10 +29,14 @@ struct GapReading {
 class GapReader {
  public:
   GapReader(const store::MotionModel& model, const std::string& set);
-  /// `attitude` must be within the grid's range. Allocates nothing.
+  /// The pose must be of the set. Allocates nothing.
+  GapReading at(const motion::JointPose& pose) const;
+  /// Of a grid; `attitude` must be within its range. Allocates nothing.
   GapReading at(const Attitude& attitude) const;
 
  private:
+  GapReading at_frame(double key) const;
+
   bool has_cells_ = false;
   const store::TwoSided* two_sided_ = nullptr;
   const store::AuditSet* audit_ = nullptr;

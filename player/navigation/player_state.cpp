@@ -235,6 +235,21 @@ Attitude wanted_attitude(const PlayerState& state, const PlayerRange& range)
   return {state.timeline.flexion_rad, std::clamp(varus_rad, range.first_varus_rad, range.last_varus_rad)};
 }
 
+Timeline timeline_over(const motion::Motion& motion)
+{
+  if (!motion.is_sequence()) return with_range({}, motion.first_flexion_rad(), motion.last_flexion_rad());
+  return with_range({}, 0.0, rad_from_deg(static_cast<double>(motion.keys().size() - 1)));
+}
+
+motion::JointPose pose_at(const motion::Motion& motion, const Attitude& wanted)
+{
+  if (!motion.is_sequence()) return motion.at(wanted);
+  // A whole number of degrees through radians is off by its last bit.
+  const double position = deg_from_rad(wanted.flexion_rad), whole = std::round(position);
+  constexpr double rounding = 1e-9;
+  return motion.at_frame(motion.key_at(std::abs(position - whole) < rounding ? whole : position));
+}
+
 std::optional<scene::View> view_of(Action action)
 {
   constexpr std::array views{scene::View::front,   scene::View::back, scene::View::medial,

@@ -25,6 +25,7 @@ const char* name_of(LoopMode mode);
 
 inline constexpr double slowest_rad_s = rad_from_deg(1.0), fastest_rad_s = rad_from_deg(360.0);
 
+/// Over flexion; over a sequence of frames one frame counts as one degree, from 0.
 struct Timeline {
   double first_rad = 0.0, last_rad = 0.0;   ///< first <= last
   double flexion_rad = 0.0;                 ///< within first and last
@@ -74,6 +75,8 @@ struct PlayerRange {
   double first_varus_rad = 0.0, last_varus_rad = 0.0;  ///< of the set
   bool is_varus_free = false;                          ///< the set determines the varus
   double balanced_varus_rad = 0.0;                     ///< at the current flexion
+  const char* key_name =
+      nullptr;  ///< of a sequence of frames, over whose numbers the timeline runs; else null
   scene::LayerSet available;
 };
 
@@ -83,6 +86,12 @@ PlayerState apply_action(PlayerState state, Action action, const PlayerRange& ra
 
 /// The attitude to show, with varus clamped to the range.
 Attitude wanted_attitude(const PlayerState& state, const PlayerRange& range);
+
+/// The timeline's range for a motion.
+Timeline timeline_over(const motion::Motion& motion);
+
+/// The pose at a place of the timeline: at the flexion and varus, or at the frame.
+motion::JointPose pose_at(const motion::Motion& motion, const Attitude& wanted);
 
 /// The view selected by an action; empty for other actions.
 std::optional<scene::View> view_of(Action action);

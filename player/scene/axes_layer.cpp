@@ -87,7 +87,7 @@ void AxesLayer::update(Scene& scene, const motion::Motion& motion, const Display
 {
   const Pose& X_world_reference = shown.frames.X_world_reference;
   const Eigen::Vector3d centre_mm = X_world_reference * rotation_centre_mm_;
-  const Eigen::Vector3d delta = motion.delta(shown.pose.attitude.flexion_rad);
+  const Eigen::Vector3d delta = motion.delta_of(shown.pose);
   // Flexion axis: Z of the solver frame rotated by the varus; varus axis: X of the solver frame.
   const SolverFrame frame{side_, rotation_centre_mm_, delta};
   const Eigen::Matrix3d R_world_delta = shown.frames.X_world_delta.linear();
@@ -119,6 +119,16 @@ std::optional<HelicalAxis> helical_axis_at(const motion::Motion& motion, const A
   return helical_axis(before.X_reference_moving, after.X_reference_moving, near_mm);
 }
 
+std::optional<HelicalAxis> helical_axis_at_frame(const motion::Motion& motion, double key,
+                                                 const Eigen::Vector3d& near_mm)
+{
+  const double position = motion.position_of(key);
+  const motion::JointPose before = motion.at_frame(motion.key_at(position - 1.0));
+  const motion::JointPose after = motion.at_frame(motion.key_at(position + 1.0));
+  if (before.status != motion::PoseStatus::solved || after.status != motion::PoseStatus::solved) return {};
+  return helical_axis(before.X_reference_moving, after.X_reference_moving, near_mm);
+}
+
 HelicalAxisLayer::HelicalAxisLayer(const store::MotionModel& model, Scene& scene)
     : rotation_centre_mm_(model.rotation_centre_mm), drawable_(add_axis(model, scene, helical))
 {
@@ -126,7 +136,9 @@ HelicalAxisLayer::HelicalAxisLayer(const store::MotionModel& model, Scene& scene
 
 void HelicalAxisLayer::update(Scene& scene, const motion::Motion& motion, const DisplayedPose& shown) const
 {
-  const std::optional<HelicalAxis> axis = helical_axis_at(motion, shown.pose.attitude, rotation_centre_mm_);
+  const std::optional<HelicalAxis> axis =
+      motion.is_sequence() ? helical_axis_at_frame(motion, shown.pose.key, rotation_centre_mm_)
+                           : helical_axis_at(motion, shown.pose.attitude, rotation_centre_mm_);
   Drawable& drawable = scene.drawables[drawable_];
   drawable.is_shown = axis.has_value();
   if (!axis) return;

@@ -74,10 +74,13 @@ ContactLayer::Markers ContactLayer::markers_of(const store::MotionModel& model, 
     const auto first = static_cast<std::size_t>(rows.row_start[cell]),
                last = static_cast<std::size_t>(rows.row_start[cell + 1]);
     if (is_solved && first < last) {
-      const motion::JointPose pose = raw.joint_pose(
-          {rad_from_deg(model.flexion_deg[i]), rad_from_deg(model.varus_solved_deg.data()[cell])},
-          {model.tx_mm.data()[cell], model.ty_mm.data()[cell], model.tz_mm.data()[cell],
-           rad_from_deg(model.theta_deg.data()[cell])});
+      const motion::JointPose pose =
+          raw.is_sequence()
+              ? raw.at_frame(raw.keys()[i])
+              : raw.joint_pose(
+                    {rad_from_deg(model.flexion_deg[i]), rad_from_deg(model.varus_solved_deg.data()[cell])},
+                    {model.tx_mm.data()[cell], model.ty_mm.data()[cell], model.tz_mm.data()[cell],
+                     rad_from_deg(model.theta_deg.data()[cell])});
       const Pose X_moving_world = pose.X_world_moving.inverse();
       for (std::size_t row = first; row < last; ++row) {
         const auto k = static_cast<Eigen::Index>(row);
@@ -99,6 +102,7 @@ ContactLayer::ContactLayer(const store::MotionModel& model, Scene& scene)
       scale_(marker_scale(model)),
       points_(markers_of(model, model.contacts, [&](std::size_t) { return scale_ * plain_arrow_mm; }))
 {
+  if (model.frames) keys_ = model.frames->key;
   if (model.equilibrium) {
     const double highest_n = highest_force_n(model);
     arrows_ = markers_of(model, model.equilibrium->forces, [&](std::size_t row) {
@@ -114,15 +118,17 @@ ContactLayer::ContactLayer(const store::MotionModel& model, Scene& scene)
   for (Markers* markers : {&points_, &arrows_}) markers->drawn->reserve(scene, most_rows(markers->start));
 }
 
-std::size_t ContactLayer::nearest_cell(const Attitude& attitude) const
+std::size_t ContactLayer::nearest_cell(const motion::JointPose& pose) const
 {
+  if (!keys_.empty()) return nearest(keys_, pose.key);
+  const Attitude& attitude = pose.attitude;
   return nearest(flexion_rad_, attitude.flexion_rad) * varus_rad_.size() +
          nearest(varus_rad_, attitude.varus_rad);
 }
 
 void ContactLayer::update(Scene& scene, const motion::JointPose& pose, const LayerSet& wanted)
 {
-  const std::size_t cell = nearest_cell(pose.attitude);
+  const std::size_t cell = nearest_cell(pose);
   for (Markers* markers : {&points_, &arrows_}) {
     if (!wanted.has(markers == &points_ ? Layer::contacts : Layer::normals)) continue;
     const bool is_row = cell + 1 < markers->start.size();

@@ -126,7 +126,7 @@ void GapLayer::update(Scene& scene, const motion::Motion& motion, const motion::
   X_reference_moving_ = pose.X_reference_moving;
   is_made_ = true;
   // Theta rotates about Delta, so Delta has the same coordinates in the moving object.
-  const Eigen::Vector3d delta_moving = motion.delta(pose.attitude.flexion_rad);
+  const Eigen::Vector3d delta_moving = motion.delta_of(pose);
   for (Sheet& sheet : sheets_) {
     Drawable& drawable = scene.drawables[sheet.drawable];
     if (!is_same) {

@@ -32,7 +32,8 @@ class AxesLayer {
 };
 
 /// The helical axis of the moving body relative to the reference from 1 degree of flexion before to 1 degree
-/// after, at constant varus: a rod through the axis point nearest to the rotation centre.
+/// after, at constant varus, or of a sequence from one frame before to one after: a rod through the axis
+/// point nearest to the rotation centre.
 class HelicalAxisLayer {
  public:
   HelicalAxisLayer(const store::MotionModel& model, Scene& scene);
@@ -47,6 +48,9 @@ class HelicalAxisLayer {
 /// rotation.
 std::optional<HelicalAxis> helical_axis_at(const motion::Motion& motion, const Attitude& attitude,
                                            const Eigen::Vector3d& near_mm);
+/// The same around a frame of a sequence.
+std::optional<HelicalAxis> helical_axis_at_frame(const motion::Motion& motion, double key,
+                                                 const Eigen::Vector3d& near_mm);
 
 /// Length of the arrow of a contact without force, for a knee.
 inline constexpr double plain_arrow_mm = 9.0;
@@ -93,9 +97,10 @@ class ContactLayer {
   };
   template <typename Rows, typename Length>
   static Markers markers_of(const store::MotionModel& model, const Rows& rows, const Length& length_mm);
-  std::size_t nearest_cell(const Attitude& attitude) const;
+  std::size_t nearest_cell(const motion::JointPose& pose) const;
 
   std::vector<double> flexion_rad_, varus_rad_;
+  std::vector<double> keys_;  ///< of a sequence of frames
   double scale_ = 1.0;
   Markers points_, arrows_;
 };

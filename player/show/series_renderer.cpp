@@ -126,7 +126,7 @@ const render::Overlay* SeriesRenderer::overlay_for(const motion::JointPose& pose
   gui::Readout readout;
   readout.pose = pose;
   readout.is_varus_balanced = !options_.varus_deg.has_value();
-  if (has_gaps_) readout.gap = gaps_.at(pose.attitude);
+  if (has_gaps_) readout.gap = gaps_.at(pose);
   return &gui_->static_overlay(frame, {}, range, readout);
 }
 

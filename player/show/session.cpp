@@ -36,11 +36,12 @@ std::vector<Eigen::Vector3d> points_over(scene::Scene& scene, const motion::Moti
                                          const SessionOptions& options)
 {
   std::vector<Eigen::Vector3d> all;
+  const navigation::Timeline range = navigation::timeline_over(motion);
   for (int i = 0; i < n_framed_poses; ++i) {
     const double part = static_cast<double>(i) / (n_framed_poses - 1);
-    const double flexion_rad =
-        motion.first_flexion_rad() + part * (motion.last_flexion_rad() - motion.first_flexion_rad());
-    const motion::JointPose pose = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
+    const double flexion_rad = range.first_rad + part * (range.last_rad - range.first_rad);
+    const double varus_rad = motion.is_sequence() ? 0.0 : motion.balanced_varus_rad(flexion_rad);
+    const motion::JointPose pose = navigation::pose_at(motion, {flexion_rad, varus_rad});
     if (pose.status != motion::PoseStatus::solved) continue;
     scene::place(scene, scene::frames_of(pose, options.fixed_object));
     const std::vector<Eigen::Vector3d> points = navigation::framed_points(scene, options.framing);
@@ -51,8 +52,9 @@ std::vector<Eigen::Vector3d> points_over(scene::Scene& scene, const motion::Moti
 
 navigation::Timeline timeline_of(const motion::Motion& motion, const SessionOptions& options)
 {
-  const navigation::Timeline timeline =
-      navigation::with_range({}, motion.first_flexion_rad(), motion.last_flexion_rad());
+  const navigation::Timeline timeline = navigation::timeline_over(motion);
+  if (motion.is_sequence() && options.key)
+    return navigation::moved_to(timeline, rad_from_deg(motion.position_of(*options.key)));
   return navigation::moved_to(timeline, options.flexion_rad.value_or(timeline.first_rad));
 }
 
@@ -100,7 +102,11 @@ navigation::PlayerRange Session::range_now() const
   range.first_varus_rad = motion.first_varus_rad();
   range.last_varus_rad = motion.last_varus_rad();
   range.is_varus_free = motion.is_varus_free();
-  range.balanced_varus_rad = motion.balanced_varus_rad(state_.timeline.flexion_rad);
+  if (motion.is_sequence()) {
+    range.key_name = motion.key_name().c_str();
+  } else {
+    range.balanced_varus_rad = motion.balanced_varus_rad(state_.timeline.flexion_rad);
+  }
   range.available = layers_.available();
   return range;
 }
@@ -197,9 +203,9 @@ void Session::place_joint()
 {
   range_ = range_now();
   const Attitude wanted = navigation::wanted_attitude(state_, range_);
-  readout_.pose = sets_[state_.set].motion.at(wanted);
+  readout_.pose = navigation::pose_at(sets_[state_.set].motion, wanted);
   readout_.is_varus_balanced = !state_.varus_rad.has_value();
-  readout_.gap = sets_[state_.set].gaps.at(readout_.pose.attitude);
+  readout_.gap = sets_[state_.set].gaps.at(readout_.pose);
   // At an unsolved attitude the joint keeps its last pose; the readout reports it.
   const scene::JointFrames frames = scene::frames_of(readout_.pose, state_.fixed_object);
   if (readout_.pose.status == motion::PoseStatus::solved) scene::place(scene_, frames);

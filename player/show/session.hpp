@@ -28,6 +28,7 @@ struct SessionOptions {
   scene::View view = scene::View::oblique;
   std::optional<double> flexion_rad;  ///< default: the first of the set
   std::optional<double> varus_rad;    ///< default: the balanced varus
+  std::optional<double> key;          ///< of a sequence of frames; default: the first
   scene::Backdrop backdrop = scene::Backdrop::studio;
   scene::FixedObject fixed_object = scene::FixedObject::moving;
   navigation::AppearanceOptions appearance;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "loop/video_file.hpp"
 #include "motion/film.hpp"
 #include "motion/poses.hpp"
@@ -21,6 +22,7 @@
 namespace vrda::show {
 namespace {
 
+constexpr std::size_t n_default_images = 7;   // of a sequence of frames
 constexpr double default_steps = 6.0;         // seven images, 15 degrees apart over 0 to 90
 constexpr double default_speed_deg_s = 30.0;  // an examiner's slow bending of a knee
 constexpr int default_frames_per_s = 25, most_frames_per_s = 120;  // usual limit of screens
@@ -122,8 +124,89 @@ Plan plan_of(const motion::Motion& motion, const ShowOptions& options, bool repo
   return plan;
 }
 
+int frames_per_s(const ShowOptions& options)
+{
+  return options.frames_per_s.value_or(default_frames_per_s);
+}
+
+/// Options of a grid with a sequence of frames, and the reverse.
+void require_own_options(const motion::Motion& motion, const ShowOptions& options)
+{
+  if (!motion.is_sequence()) {
+    if (options.frame)
+      throw InputError({options.file, "--frame", *options.frame, "--flexion: the model is a grid"});
+    return;
+  }
+  const std::pair<const char*, bool> grid_options[] = {{"--flexion", options.flexion.has_value()},
+                                                       {"--varus", options.varus_deg.has_value()},
+                                                       {"--speed", options.speed_deg_s.has_value()}};
+  for (const auto& [option, is_given] : grid_options)
+    if (is_given)
+      throw InputError(
+          {options.file, option, "a sequence of frames", "--frame A:B:STEP of " + motion.key_name()});
+}
+
+/// The keys asked for; by default `n` frames evenly over the sequence.
+std::vector<double> wanted_keys(const motion::Motion& motion, const ShowOptions& options, std::size_t n)
+{
+  if (options.frame) return navigation::angles_deg(navigation::parsed_angles("--frame", *options.frame));
+  const std::vector<double>& keys = motion.keys();
+  std::vector<double> wanted;
+  const std::size_t n_wanted = std::min(n, keys.size());
+  for (std::size_t k = 0; k < n_wanted; ++k)
+    wanted.push_back(keys[n_wanted == 1 ? 0 : k * (keys.size() - 1) / (n_wanted - 1)]);
+  return wanted;
+}
+
+/// The solved poses of a sequence. Reports keys beyond its ends and frames without a pose.
+Plan plan_of_frames(const motion::Motion& motion, const std::vector<double>& keys, std::ostream& talk)
+{
+  Plan plan;
+  for (const double key : keys) {
+    const motion::JointPose pose = motion.at_frame(key);
+    if (pose.is_flexion_clamped) {
+      talk << "--frame: found " << shortest_decimal(key) << ", wanted "
+           << shortest_decimal(motion.keys().front()) << " to " << shortest_decimal(motion.keys().back())
+           << ": drawn at " << shortest_decimal(pose.key) << "\n";
+    }
+    if (!plan.poses.empty() && plan.poses.back().key == pose.key) continue;
+    if (pose.status == motion::PoseStatus::solved) {
+      plan.poses.push_back(pose);
+    } else {
+      ++plan.n_unsolved;
+      talk << motion.key_name() << " " << shortest_decimal(pose.key)
+           << ": no image, a neighbouring frame has no pose\n";
+    }
+  }
+  return plan;
+}
+
+/// Keys of a video of all frames: in real time over time_s, else one frame each.
+std::vector<double> video_keys(const motion::Motion& motion, const ShowOptions& options)
+{
+  const std::vector<double>& keys = motion.keys();
+  if (options.frame || motion.key_name() != "time_s") return wanted_keys(motion, options, keys.size());
+  const double n_frames = std::floor((keys.back() - keys.front()) * frames_per_s(options) + 1e-9);
+  if (!(n_frames < 100000.0)) return keys;
+  std::vector<double> wanted;
+  for (int k = 0; k <= static_cast<int>(n_frames); ++k)
+    wanted.push_back(std::min(keys.front() + static_cast<double>(k) / frames_per_s(options), keys.back()));
+  return wanted;
+}
+
+std::vector<LabelledPose> labelled_frames(const std::vector<motion::JointPose>& poses)
+{
+  std::vector<double> keys;
+  for (const motion::JointPose& pose : poses) keys.push_back(pose.key);
+  std::vector<LabelledPose> images;
+  for (const motion::JointPose& pose : poses)
+    images.push_back({pose, "frame_" + navigation::angle_label(pose.key, keys)});
+  return images;
+}
+
 std::vector<LabelledPose> labelled_poses(const std::vector<motion::JointPose>& poses)
 {
+  if (!poses.empty() && !std::isnan(poses.front().key)) return labelled_frames(poses);
   std::vector<double> all_flexion_deg;
   all_flexion_deg.reserve(poses.size());
   for (const motion::JointPose& pose : poses)
@@ -164,11 +247,6 @@ motion::FilmOptions film_options(const ShowOptions& options)
     throw InputError({"--flexion", "", *options.flexion, "one angle: --trace shows one cell"});
   film.cell.flexion_deg = range.first_deg;
   return film;
-}
-
-int frames_per_s(const ShowOptions& options)
-{
-  return options.frames_per_s.value_or(default_frames_per_s);
 }
 
 struct PlayedMotion {
@@ -270,6 +348,7 @@ void require_video_options(const ShowOptions& options)
 ShowSummary show_trace(const ShowOptions& options, const store::MotionModel& model,
                        std::unique_ptr<render::Renderer> renderer, const loop::Streams& streams)
 {
+  store::require_grid(model, options.file, "a trace");
   const motion::FilmOptions chosen = film_options(options);
   const store::Trace trace = store::read_trace(options.trace);
   store::require_trace_matches_model(trace, options.trace, model, options.file);
@@ -301,14 +380,23 @@ ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& mod
   const motion::Motion motion(model, set);
   const bool has_images = !options.folder.empty(), has_video = !options.video.empty();
   const bool is_played = has_video && (options.speed_deg_s || !options.flexion);
-  const Plan plan = plan_of(motion, options, has_images || !is_played, streams.messages);
+  require_own_options(motion, options);
+  const Plan plan =
+      motion.is_sequence()
+          ? plan_of_frames(motion, wanted_keys(motion, options, n_default_images), streams.messages)
+          : plan_of(motion, options, has_images || !is_played, streams.messages);
   PlayedMotion film;
-  if (is_played) film = played_motion(motion, options, streams.messages);
+  if (motion.is_sequence() && has_video) {
+    Plan frames = plan_of_frames(motion, video_keys(motion, options), streams.messages);
+    film = {std::move(frames.poses), frames.n_unsolved};
+  } else if (is_played) {
+    film = played_motion(motion, options, streams.messages);
+  }
   // One frame per angle; also the fallback if no attitude of the played motion is solved.
   if (film.poses.empty()) film.poses = plan.poses;
   const std::size_t n_views = has_images ? navigation::parsed_views(options.views).size() : 0;
   const ShowSummary summary{static_cast<int>(plan.poses.size() * n_views), plan.n_unsolved + film.n_unsolved};
-  if (!options.varus_deg && !motion.has_spine()) {
+  if (!motion.is_sequence() && !options.varus_deg && !motion.has_spine()) {
     streams.messages << "no spine cell is solved: varus " << plain(motion.balanced_varus_rad(0.0))
                      << " is used for every flexion\n";
   }
@@ -341,6 +429,7 @@ ShowSummary show(const ShowOptions& options, const loop::Streams& streams)
   store::MotionModel model = reading.model();
   if (has_window) {
     const std::string set = navigation::chosen_set(model, options.file, options.set);
+    require_own_options(motion::Motion(model, set), options);
     show_in_window(options, std::move(model), set);
     return {};
   }

@@ -17,6 +17,7 @@ struct ShowOptions {
   std::string file;
   std::string folder;                  ///< output folder of images; if it and `video` are empty: a window
   std::optional<std::string> flexion;  ///< A:B:STEP; default: the grid's range in six steps
+  std::optional<std::string> frame;    ///< A:B:STEP of keys, of a sequence of frames; default: all of them
   std::optional<double> varus_deg;     ///< default: the balanced varus of each flexion
   std::string set;                     ///< default: the first of set_names()
   std::string views = "oblique";

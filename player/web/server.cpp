@@ -333,7 +333,7 @@ class Server {
 void serve_web(const WebOptions& options, std::ostream& data, std::ostream& talk)
 {
   // Reports an invalid file before the page is opened.
-  store::read_motion_model(options.file);
+  store::require_grid(store::read_motion_model(options.file), options.file, "vrda-player web");
   Server server(options);
   const std::string address = server.address();
   data << address << std::endl;

@@ -362,4 +362,117 @@ TEST(ScaledPoses, AreThoseOfAJointMadeAtThatSize)
   }
 }
 
+/// Frames whose flexion rises and falls, through a full turn of theta.
+store::MotionModel sequence(const std::string& side, bool has_turning_delta)
+{
+  ModelPlan plan = plan_of(side, Eigen::Vector3d(0.1, 1.0, -0.3).normalized());
+  plan.flexion_deg = {0, 15, 30, 45, 60, 75};
+  plan.varus_deg = {0};
+  plan.motion = [](double flexion_deg, double) -> motion::PoseCoordinates {
+    return {1.0, -20.0 + 0.01 * flexion_deg, 0.5,
+            flexion_deg > 40 ? 178.0 - 360.0 + flexion_deg / 10.0 : 178.0 + flexion_deg / 100.0};
+  };
+  if (has_turning_delta)
+    plan.turning_delta = [](double flexion_deg) {
+      return Eigen::Vector3d(0.001 * flexion_deg, 1, 0).normalized();
+    };
+  store::MotionModel model = model_of(plan);
+  // The same poses in another order: row i of the grid is frame order[i].
+  const std::size_t order[] = {2, 4, 5, 3, 1, 0};
+  const store::MotionModel grid = model;
+  model.frames.emplace().key_name = "time_s";
+  for (std::size_t i = 0; i < 6; ++i) {
+    const auto to = static_cast<Eigen::Index>(i), from = static_cast<Eigen::Index>(order[i]);
+    model.frames->key.push_back(0.1 * static_cast<double>(i * i));
+    model.flexion_deg[i] = grid.flexion_deg[order[i]];
+    for (auto member : {&store::MotionModel::tx_mm, &store::MotionModel::ty_mm, &store::MotionModel::tz_mm,
+                        &store::MotionModel::theta_deg, &store::MotionModel::varus_solved_deg})
+      (model.*member)(to, 0) = (grid.*member)(from, 0);
+    model.push.delta.row(to) = grid.push.delta.row(from);
+    std::copy_n(&grid.X_reference_moving[16 * order[i]], 16, &model.X_reference_moving[16 * i]);
+  }
+  model.delta = model.push.delta.row(0).transpose();
+  return model;
+}
+
+TEST(Sequence, PosesAreThoseOfTheFrames)
+{
+  for (const std::string side : {"right", "left"}) {
+    for (const bool has_turning_delta : {false, true}) {
+      const store::MotionModel model = sequence(side, has_turning_delta);
+      const motion::Motion motion(model, "raw");
+      EXPECT_TRUE(motion.is_sequence());
+      EXPECT_EQ(motion.key_name(), "time_s");
+      EXPECT_EQ(motion.keys(), model.frames->key);
+      for (std::size_t i = 0; i < motion.keys().size(); ++i) {
+        const motion::JointPose pose = motion.at_frame(motion.keys()[i]);
+        ASSERT_EQ(pose.status, motion::PoseStatus::solved);
+        EXPECT_EQ(pose.key, motion.keys()[i]);
+        EXPECT_LT(difference(pose.X_reference_moving, stored_pose(model, i)), rounding);
+        EXPECT_LT(difference(pose.X_world_reference * pose.X_reference_moving, pose.X_world_moving),
+                  rounding);
+        const Eigen::Vector3d delta = model.push.delta.row(static_cast<Eigen::Index>(i)).transpose();
+        EXPECT_LT((motion.delta_of(pose) - delta).norm(), 1e-15);
+      }
+    }
+  }
+}
+
+TEST(Sequence, BetweenFramesAPoseFollowsItsNeighbours)
+{
+  const motion::Motion motion(sequence("right", false), "raw");
+  // Theta goes from 178.3 through 180 to -176 degrees by the short way.
+  const motion::JointPose half = motion.at_frame(0.05);
+  EXPECT_GT(std::abs(deg_from_rad(half.theta_rad)), 176.0);
+  // A thousandth of the first step.
+  const motion::JointPose start = motion.at_frame(0.0), near = motion.at_frame(1e-4);
+  const double step = difference(start.X_reference_moving, motion.at_frame(0.1).X_reference_moving);
+  EXPECT_LT(difference(start.X_reference_moving, near.X_reference_moving), 0.01 * step);
+  EXPECT_GT(difference(start.X_reference_moving, near.X_reference_moving), 1e-4 * step);
+  const motion::JointPose before = motion.at_frame(-1.0), after = motion.at_frame(9.0);
+  EXPECT_TRUE(before.is_flexion_clamped && after.is_flexion_clamped);
+  EXPECT_EQ(before.key, 0.0);
+  EXPECT_LT(difference(before.X_reference_moving, start.X_reference_moving), rounding);
+}
+
+TEST(Sequence, AFrameWithoutAPoseIsAHole)
+{
+  store::MotionModel model = sequence("right", false);
+  test::unsolve(model, 2, 0);
+  const motion::Motion motion(model, "raw");
+  EXPECT_EQ(motion.at_frame(0.4).status, motion::PoseStatus::unsolved_cell);
+  EXPECT_EQ(motion.at_frame(0.3).status, motion::PoseStatus::unsolved_cell);
+  EXPECT_EQ(motion.at_frame(0.1).status, motion::PoseStatus::solved);
+}
+
+TEST(Sequence, IsNotEvaluatedByFlexion)
+{
+  const motion::Motion motion(sequence("right", true), "raw"),
+      grid(model_of(plan_of("right", {0, 1, 0})), "raw");
+  EXPECT_THROW(motion.at({0.0, 0.0}), InternalError);
+  EXPECT_THROW(motion.balanced_varus_rad(0.0), InternalError);
+  EXPECT_THROW(motion.delta(0.0), InternalError);
+  EXPECT_THROW(grid.at_frame(0.0), InternalError);
+  EXPECT_THROW(grid.key_at(0.0), InternalError);
+}
+
+TEST(Sequence, PositionsCountFrames)
+{
+  const motion::Motion motion(sequence("right", false), "raw");
+  for (std::size_t i = 0; i < motion.keys().size(); ++i) {
+    EXPECT_EQ(motion.key_at(static_cast<double>(i)), motion.keys()[i]);
+    EXPECT_EQ(motion.position_of(motion.keys()[i]), static_cast<double>(i));
+  }
+  EXPECT_NEAR(motion.key_at(1.5), 0.25, 1e-15);
+  EXPECT_NEAR(motion.position_of(0.25), 1.5, 1e-15);
+  EXPECT_EQ(motion.key_at(-1.0), 0.0);
+  EXPECT_EQ(motion.key_at(99.0), 2.5);
+}
+
+TEST(Sequence, NeedsAGridElsewhere)
+{
+  EXPECT_THROW(store::require_grid(sequence("right", false), "walk.h5", "smoothing"), InputError);
+  EXPECT_NO_THROW(store::require_grid(model_of(plan_of("right", {0, 1, 0})), "knee.h5", "smoothing"));
+}
+
 }  // namespace vrda::poses_test

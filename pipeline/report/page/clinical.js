@@ -2,6 +2,7 @@
 import { el, folded, section, table } from "./dom.js";
 import { curvePlots } from "./curves.js";
 import { decimal, motionName } from "./format.js";
+import { abscissaName } from "./plot.js";
 
 // Of the smoothed sets only the recommended or the first (highest) one is visible initially.
 function shownCurves(model) {
@@ -24,8 +25,8 @@ function bandOf(model) {
 function numbersTable(model) {
   const curve = model.curves[0];
   const keys = ["internal", "varus", "anterior", "proximal", "lateral"];
-  const rows = curve.flexion.map((flexion, k) => [decimal(flexion, 1), ...keys.map((key) => decimal(curve[key][k], 2))]);
-  const headings = ["flexion, °", "internal rotation, °", "varus, °", "anterior, mm", "proximal, mm", "lateral, mm"];
+  const rows = curve.flexion.map((flexion, k) => [decimal(flexion, model.key_name ? 3 : 1), ...keys.map((key) => decimal(curve[key][k], 2))]);
+  const headings = [model.key_name ? abscissaName() : "flexion, °", "internal rotation, °", "varus, °", "anterior, mm", "proximal, mm", "lateral, mm"];
   return folded("Values of these curves", table(`Clinical numbers, ${motionName(curve.name)}`, headings, rows));
 }
 

@@ -1,6 +1,6 @@
 // Contact points of each compartment on both bodies.
 import { absent, el, section } from "./dom.js";
-import { axis, compartmentColor, figure, theme } from "./plot.js";
+import { abscissaName, abscissaText, axis, compartmentColor, figure, theme } from "./plot.js";
 
 // View along the long axis from above: the subject's right to the right (canonical Z), anterior up (canonical X).
 function pathTrace(model, compartment, body) {
@@ -11,7 +11,7 @@ function pathTrace(model, compartment, body) {
     x: points.map((p) => p[2]), y: points.map((p) => p[0]), customdata: model.flexion,
     line: { color, width: 3 },
     marker: { size: 6, color: model.flexion, coloraxis: "coloraxis", line: { color, width: 0.8 } },
-    hovertemplate: `${compartment.name}, flexion %{customdata}°: right %{x:.1f}, anterior %{y:.1f} mm<extra></extra>`,
+    hovertemplate: `${compartment.name}, ${abscissaName()} ${abscissaText("%{customdata}")}: right %{x:.1f}, anterior %{y:.1f} mm<extra></extra>`,
   };
 }
 
@@ -24,7 +24,7 @@ function outlineTrace(points) {
 function endLabels(model, compartment, body) {
   const known = compartment[body].map((p, k) => [p, model.flexion[k]]).filter(([p]) => p[0] !== null);
   const ends = known.length > 1 ? [known[0], known.at(-1)] : known;
-  return ends.map(([p, flexion]) => ({ x: p[2], y: p[0], text: `${flexion}°`, showarrow: true, arrowhead: 0, arrowwidth: 0.8, arrowcolor: theme().quiet, ax: compartment.name === "medial" ? -26 : 26, ay: -16, font: { size: 11 } }));
+  return ends.map(([p, flexion]) => ({ x: p[2], y: p[0], text: abscissaText(flexion), showarrow: true, arrowhead: 0, arrowwidth: 0.8, arrowcolor: theme().quiet, ax: compartment.name === "medial" ? -26 : 26, ay: -16, font: { size: 11 } }));
 }
 
 function bodyFigure(model, body) {
@@ -33,13 +33,13 @@ function bodyFigure(model, body) {
   const name = model[body].name;
   return figure({
     title: `On the ${name}`, size: "tall",
-    caption: `Contact points of each compartment, viewed along the ${name}’s long axis from above${outline.length > 0 ? ", with its outline" : ""}; mm, anterior upwards, the subject’s right to the right. Colour is flexion.`,
+    caption: `Contact points of each compartment, viewed along the ${name}’s long axis from above${outline.length > 0 ? ", with its outline" : ""}; mm, anterior upwards, the subject’s right to the right. Colour is ${abscissaName()}.`,
     make: () => ({
       data: [...(outline.length > 0 ? [outlineTrace(outline)] : []), ...paths.compartments.map((c) => pathTrace(model, c, body))],
       layout: {
         xaxis: axis("right, mm"), yaxis: axis("anterior, mm", { scaleanchor: "x", scaleratio: 1 }),
         annotations: paths.compartments.flatMap((c) => endLabels(model, c, body)),
-        coloraxis: { colorscale: "Cividis", colorbar: { thickness: 10, len: 0.8, outlinewidth: 0, title: { text: "flexion, °", side: "right" } } },
+        coloraxis: { colorscale: "Cividis", colorbar: { thickness: 10, len: 0.8, outlinewidth: 0, title: { text: abscissaName(), side: "right" } } },
       },
     }),
   });

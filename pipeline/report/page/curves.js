@@ -1,6 +1,6 @@
 // Curves of several quantities over flexion, with a common legend that switches them on and off.
 import { el } from "./dom.js";
-import { axis, cssColor, figure, lineStyle } from "./plot.js";
+import { abscissaText, axis, cssColor, figure, lineStyle } from "./plot.js";
 
 const FLEXION = "flexion, degrees";
 
@@ -29,7 +29,7 @@ function trace(curve, key, style, unit, offset) {
   const y = curve[key].map((value) => (value === null ? null : value - offset));
   const appearance = curve.isPoints ? { mode: "markers", marker: { color: style.color, size: 5, opacity: 0.65 } }
     : { mode: "lines", line: { color: style.color, dash: style.dash, width: curve.width ?? 2 } };
-  return { type: "scatter", x: curve.flexion, y, name: curve.label, ...appearance, hovertemplate: `%{y:.2f} ${unit} at %{x:.1f}°<extra>${curve.hover}</extra>` };
+  return { type: "scatter", x: curve.flexion, y, name: curve.label, ...appearance, hovertemplate: `%{y:.2f} ${unit} at ${abscissaText("%{x:.1f}")}<extra>${curve.hover}</extra>` };
 }
 
 // Fills the area between the low and the high end of a band.

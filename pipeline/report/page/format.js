@@ -44,6 +44,7 @@ export const PARAMETERS = {
   tz: { name: "z, to the subject’s right", unit: "mm" },
   theta: { name: "θ about Δ, internal +", unit: "degrees" },
   varus: { name: "solved varus, adduction +", unit: "degrees" },
+  flexion: { name: "flexion of the frame", unit: "degrees" },
 };
 
 export function parameterTitle(key) {

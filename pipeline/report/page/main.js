@@ -7,15 +7,25 @@ import { contactPathsSection } from "./contact_paths.js";
 import { degreesSection } from "./degrees.js";
 import { el } from "./dom.js";
 import { fibresSection, forcesSection } from "./loads.js";
-import { drawAll, followTheme } from "./plot.js";
+import { drawAll, drawOver, followTheme } from "./plot.js";
 import { provenanceSection } from "./provenance.js";
+import { repairSection } from "./repair.js";
 import { statusSection } from "./status_map.js";
 import { stillsSection } from "./stills.js";
 import { leadText, summariesSection, summarySection } from "./summary.js";
 import { surfacesSection } from "./surfaces.js";
 
+// A sequence of frames has no smoothed set, no flexion-only motion and no map over a grid.
+function sectionsOfFrames(data) {
+  const model = data.models[0];
+  drawOver(model.key_name);
+  const repair = model.repair ? [repairSection] : [];
+  return [summarySection, stillsSection, ...repair, surfacesSection, rotationSection, translationsSection, contactPathsSection, fibresSection].map((make) => make(model)).concat(provenanceSection(data));
+}
+
 function sectionsOfOne(data) {
   const model = data.models[0];
+  if (model.key_name) return sectionsOfFrames(data);
   const of = [summarySection, stillsSection, surfacesSection, degreesSection, rotationSection, translationsSection, contactPathsSection, axesSection, branchesSection, forcesSection, fibresSection, statusSection];
   const sections = of.map((make) => make(model));
   const comparison = data.against.length > 0 ? [comparisonSection(data)] : [];

@@ -35,10 +35,28 @@ function axisBase() {
   return { gridcolor: rule, zerolinecolor: rule, linecolor: rule, tickcolor: rule, color: quiet, automargin: true };
 }
 
-/** An axis with its title. */
+const FLEXION = "flexion, degrees";
+let key = null;
+
+/** The name of the key over which everything is drawn; null: flexion. */
+export function drawOver(keyName) {
+  key = keyName ?? null;
+}
+
+/** A value of flexion or of the key, for labels. */
+export function abscissaText(value) {
+  return key === null ? `${value}°` : `${value}`;
+}
+
+/** "flexion", or the name of the key. */
+export function abscissaName() {
+  return key ?? "flexion";
+}
+
+/** An axis with its title; that of flexion is renamed to the key. */
 export function axis(title, more = {}) {
   const { ink } = theme();
-  return { ...axisBase(), title: { text: title, font: { size: 13, color: ink }, standoff: 8 }, ...more };
+  return { ...axisBase(), title: { text: title === FLEXION && key !== null ? key : title, font: { size: 13, color: ink }, standoff: 8 }, ...more };
 }
 
 /** Three axes of a 3-D scene. */

@@ -13,11 +13,12 @@ function axisText(values, name) {
 
 /** Describes the grid. */
 export function gridText(model) {
+  if (model.key_name) return `${model.flexion.length} frames over ${model.key_name} from ${number(model.flexion[0])} to ${number(model.flexion.at(-1))}`;
   const varus = model.is_varus_free ? "varus solved by the equilibrium" : axisText(model.varus, "varus");
   return `${axisText(model.flexion, "flexion")}, ${varus}`;
 }
 
-const METHODS = { "stability-search": "stability search", equilibrium: "equilibrium" };
+const METHODS = { "stability-search": "stability search", equilibrium: "equilibrium", import: "measurement" };
 
 export function methodName(model) {
   return METHODS[model.method] ?? model.method;

@@ -126,6 +126,6 @@ export function surfacesSection(model) {
   const isGrid = model.flexion.length > 1 && model.varus.length > 1;
   const intro = isGrid ? "Each parameter of the pose over flexion and varus, solved and smoothed by polynomials. Drag to rotate both views."
     : "Each parameter of the pose over the only axis of this model.";
-  const missing = model.surfaces.length > 1 ? null : absent("The file has no smoothed set; vrda smooth FILE --degree 6 adds one.");
+  const missing = model.surfaces.length > 1 || model.key_name ? null : absent("The file has no smoothed set; vrda smooth FILE --degree 6 adds one.");
   return section("surfaces", "Raw and smoothed motion", el("p", {}, intro), missing, ...(isGrid ? gridParts(model) : overOneAxis(model)));
 }

@@ -1,0 +1,132 @@
+#include "motion_import/imported_model.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "audit/audit.hpp"
+#include "contact/contacts.hpp"
+#include "core/error.hpp"
+#include "core/joint_coordinates.hpp"
+#include "core/units.hpp"
+#include "load/axis_map.hpp"
+#include "model_build/case_solver.hpp"
+#include "model_build/model_build.hpp"
+#include "proximity/gap_query.hpp"
+#include "solve/joint.hpp"
+#include "store/solved_cells.hpp"
+#include "sweep/sweep.hpp"
+
+namespace vrda::motion_import {
+namespace {
+
+/// Measures the frames of a model with one Delta.
+class FrameMeter {
+ public:
+  FrameMeter(const solve::Joint& joint, double contact_resolution_mm)
+      : joint_(joint),
+        resolution_mm_(contact_resolution_mm),
+        whole_(joint.reference_gap, joint.moving_gap),
+        medial_(joint.reference_gap, joint.medial_gap),
+        lateral_(joint.reference_gap, joint.lateral_gap)
+  {
+  }
+
+  StepRecord record(std::int32_t frame, const JointCoordinates& found)
+  {
+    StepRecord r;
+    r.key = {StepKind::row, frame, 0};
+    r.pose = found.pose;
+    r.varus_rad = found.attitude.varus_rad;
+    r.status = StepStatus::stable;
+    whole_.set_attitude(found.attitude);
+    contact::ContactOptions options;
+    options.band_mm = resolution_mm_;
+    const std::vector<contact::Contact> contacts =
+        contact::find_contacts(joint_.reference, joint_.moving, {found.attitude, found.pose},
+                               whole_.close_pairs(found.pose, resolution_mm_), narrow_phase_, options);
+    for (const contact::Contact& contact : contacts)
+      r.contacts.push_back(solve::contact_record(joint_, contact));
+    r.theta_determined = true;  // measured
+    if (joint_.compartment_of_triangle.empty()) return r;
+    r.gap_medial_mm = gap_mm(medial_, found);
+    r.gap_lateral_mm = gap_mm(lateral_, found);
+    r.contact_medial = r.gap_medial_mm <= resolution_mm_;
+    r.contact_lateral = r.gap_lateral_mm <= resolution_mm_;
+    return r;
+  }
+
+ private:
+  static double gap_mm(proximity::GapQuery& query, const JointCoordinates& found)
+  {
+    query.set_attitude(found.attitude);
+    const double travel_mm = query.travel_mm(found.pose);
+    return std::isfinite(travel_mm) ? travel_mm : nan;
+  }
+
+  const solve::Joint& joint_;
+  double resolution_mm_;
+  proximity::GapQuery whole_, medial_, lateral_;
+  contact::NarrowPhase narrow_phase_;
+};
+
+}  // namespace
+
+ImportFrame import_frame(const load::Job& job, const load::Case& job_case)
+{
+  const load::Job found = job_case.found_frames ? load::with_found_frames(job, *job_case.found_frames) : job;
+  const load::BodyMaps maps = load::body_maps(found);
+  const load::Case subject = load::scaled_to_subject(job_case);
+  ImportFrame frame;
+  frame.joint = {subject.frame.side, subject.frame.rotation_centre_mm, maps.reference.X_canonical_native,
+                 maps.moving.X_canonical_native};
+  frame.has_file_axes = !job_case.scaling;
+  return frame;
+}
+
+load::Case import_case(const load::Case& job_case, const std::string& job_file,
+                       const measured::MotionSequence& motion, const std::string& record)
+{
+  load::Case result = load::scaled_to_subject(job_case);
+  const load::Push push = result.push.front();
+  for (const load::Push& other : result.push) {
+    if (other.delta != push.delta)
+      throw InputError(
+          {job_file, "push.delta", "directions that differ over flexion", "one direction for an import"});
+  }
+  if (result.method == "equilibrium")
+    result.search.translation_resolution_mm = result.equilibrium.contact_resolution_mm;
+  result.method = "import";
+  result.is_varus_free = true;
+  result.grid = {{}, {0.0}};
+  for (const Pose& X : motion.X_reference_moving)
+    result.grid.flexion_deg.push_back(deg_from_rad(joint_coordinates(result.frame, X).attitude.flexion_rad));
+  result.push.assign(motion.key.size(), push);
+  result.path_flexion_deg.clear();
+  result.path_push.clear();
+  result.smooth_degrees.clear();
+  result.resolved_job += record;
+  return result;
+}
+
+store::MotionModel imported_model(const load::Case& job_case, const measured::MotionSequence& motion,
+                                  int n_threads)
+{
+  store::MotionModel model = model_build::pending_model_of(job_case);
+  model.frames = store::FrameSequence{motion.key_name, motion.key};
+  const solve::Joint joint = model_build::joint_of(job_case, job_case.frame);
+  FrameMeter meter(joint, model.contact_resolution_mm);
+  sweep::SweepResult result;
+  std::vector<StepRecord>& records = result.cells;
+  for (std::size_t i = 0; i < motion.key.size(); ++i) {
+    records.push_back(meter.record(static_cast<std::int32_t>(i),
+                                   joint_coordinates(job_case.frame, motion.X_reference_moving[i])));
+    store::set_cell(model, records.back());
+    model.is_spine(static_cast<Eigen::Index>(i), 0) = 1;
+  }
+  model.contacts = store::contact_rows(model, records);
+  model_build::add_balance(model, job_case, result);  // contact paths and fibres
+  model.audits = {audit::audit(model, "raw", 1, n_threads)};
+  return model;
+}
+
+}  // namespace vrda::motion_import

@@ -1,0 +1,34 @@
+/// The motion model of a measured motion.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "load/case.hpp"
+#include "load/job.hpp"
+#include "measured/motion_poses.hpp"
+#include "store/motion_model.hpp"
+
+namespace vrda::motion_import {
+
+struct ImportFrame {
+  measured::JointFrame joint;
+  bool has_file_axes = true;  ///< false for a scaled job, whose bodies are not those of the files
+};
+
+/// Side, rotation centre and frames of the mesh files of `job`, whose case is `job_case`.
+ImportFrame import_frame(const load::Job& job, const load::Case& job_case);
+
+/// `job_case` at the subject's size as the case of an import: method "import", a row of the grid for each
+/// frame, `record` appended to the resolved job. Throws InputError naming `job_file` where Delta differs over
+/// flexion: the frames have no order in flexion.
+load::Case import_case(const load::Case& job_case, const std::string& job_file,
+                       const measured::MotionSequence& motion, const std::string& record);
+
+/// The model of import_case(): each frame is a stable cell with attitude, theta and translation about Delta,
+/// signed gaps of the compartments, contact flags (gap at most the contact resolution) and contacts within
+/// it; and the audit of all frames. Same bits for any number of threads.
+store::MotionModel imported_model(const load::Case& import_case, const measured::MotionSequence& motion,
+                                  int n_threads);
+
+}  // namespace vrda::motion_import

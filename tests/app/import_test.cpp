@@ -1,0 +1,270 @@
+// `vrda import`: exports come back, and what the other commands do with a sequence of frames.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/scenes.hpp"
+#include "core/clinical.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "store/motion_model_file.hpp"
+#include "support/messages.hpp"
+
+namespace vrda::import_test {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+// An export writes the fewest digits that read back as the same double: rounding of rotation products
+// remains.
+constexpr double same_pose = 1e-9;
+
+class Import : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
+
+  /// A solved grid of the two-ball knee; its job in `job_`.
+  std::string solved_knee(const std::string& side)
+  {
+    job_ = test::small_knee_job(scratch_, side).string();
+    const std::string file = path(side + ".h5");
+    succeed({"run", job_, "-o", file, "--progress", "none"});
+    return file;
+  }
+
+  static test::Ended succeed(const std::vector<std::string>& words)
+  {
+    test::Ended ended = test::run_vrda(words);
+    EXPECT_EQ(ended.exit_code, 0) << testing::PrintToString(words) << ended.err;
+    return ended;
+  }
+
+  /// The frames of a walk: those of the solved grid, to and fro over time.
+  std::string walk(const std::string& side)
+  {
+    const store::MotionModel grid = store::read_motion_model(solved_knee(side));
+    std::string text = "time,flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n";
+    int frame = 0;
+    for (const Eigen::Index i : {0, 2, 4, 6, 5, 3, 1, 0}) {
+      const Pose X = store::pose_in(grid.X_reference_moving, static_cast<std::size_t>(5 * i + 2));
+      const ClinicalCoordinates c =
+          clinical_coordinates(X, side == "left" ? Side::left : Side::right, grid.rotation_centre_mm);
+      const double to_lateral = side == "left" ? -1.0 : 1.0;
+      const Eigen::Vector3d t = X.translation();
+      text += shortest_decimal(0.25 * frame++);
+      for (const double number : {deg_from_rad(c.flexion_rad), deg_from_rad(c.varus_rad),
+                                  deg_from_rad(c.internal_rotation_rad), t.x(), t.y(), to_lateral * t.z()})
+        text += "," + shortest_decimal(number);
+      text += "\n";
+    }
+    return scratch_.write("walk_" + side + ".csv", text).string();
+  }
+
+  std::string imported_walk(const std::string& side)
+  {
+    const std::string table = walk(side), file = path("walk_" + side + ".h5");
+    succeed({"import", job_, "--motion", table, "-o", file});
+    return file;
+  }
+
+  static void expect_equal_poses(const store::MotionModel& a, const store::MotionModel& b)
+  {
+    ASSERT_EQ(a.X_reference_moving.size(), b.X_reference_moving.size());
+    for (std::size_t k = 0; k < a.X_reference_moving.size(); ++k)
+      ASSERT_NEAR(a.X_reference_moving[k], b.X_reference_moving[k], same_pose) << k;
+  }
+
+  test::Scratch scratch_;
+  std::string job_;
+};
+
+TEST_F(Import, MakesAValidSequenceOfFrames)
+{
+  for (const std::string side : {"right", "left"}) {
+    SCOPED_TRACE(side);
+    const std::string file = imported_walk(side);
+    const store::MotionModel grid = store::read_motion_model(path(side + ".h5")),
+                             model = store::read_motion_model(file);
+    succeed({"validate", file});
+    EXPECT_EQ(model.method, "import");
+    ASSERT_TRUE(model.frames);
+    EXPECT_EQ(model.frames->key_name, "time_s");
+    EXPECT_EQ(model.frames->key, (std::vector<double>{0, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75}));
+    std::size_t row = 0;
+    for (const std::size_t i : {0u, 2u, 4u, 6u, 5u, 3u, 1u, 0u}) {
+      const std::size_t cell = 5 * i + 2;
+      for (std::size_t k = 0; k < 16; ++k)
+        EXPECT_NEAR(model.X_reference_moving[16 * row + k], grid.X_reference_moving[16 * cell + k],
+                    same_pose);
+      EXPECT_NEAR(model.flexion_deg[row], grid.flexion_deg[i], same_pose);
+      EXPECT_NEAR(model.varus_solved_deg.data()[row], grid.varus_solved_deg.data()[cell], same_pose);
+      EXPECT_NEAR(model.theta_deg.data()[row], grid.theta_deg.data()[cell], 1e3 * same_pose);
+      EXPECT_NEAR(model.ty_mm.data()[row], grid.ty_mm.data()[cell], same_pose);
+      // Gaps and contacts as after the run.
+      EXPECT_NEAR(model.gap_medial_mm.data()[row], grid.gap_medial_mm.data()[cell], 1e-6);
+      EXPECT_NEAR(model.gap_lateral_mm.data()[row], grid.gap_lateral_mm.data()[cell], 1e-6);
+      EXPECT_EQ(model.contact_medial.data()[row], grid.contact_medial.data()[cell]);
+      EXPECT_EQ(model.contact_lateral.data()[row], grid.contact_lateral.data()[cell]);
+      EXPECT_EQ(model.status.data()[row], 0);
+      ++row;
+    }
+    EXPECT_GT(model.contacts.distance_mm.size(), 0u);
+    ASSERT_EQ(model.audits.size(), 1u);
+    EXPECT_EQ(model.audits[0].frame_key, model.frames->key);
+    EXPECT_EQ(model.job.inputs.back().name, "walk_" + side + ".csv");
+  }
+}
+
+TEST_F(Import, ReversesAnExport)
+{
+  for (const std::string side : {"right", "left"}) {
+    const std::string file = imported_walk(side);
+    const store::MotionModel model = store::read_motion_model(file);
+    const std::vector<std::vector<std::string>> exports{{"csv", ".csv"},
+                                                        {"mot", ".mot"},
+                                                        {"sto", ".sto"},
+                                                        {"mot", ".mot", "--degrees"},
+                                                        {"csv", ".csv", "--full"}};
+    for (const std::vector<std::string>& how : exports) {
+      SCOPED_TRACE(side + testing::PrintToString(how));
+      const std::string table = path("exported_" + side + how[1]), again = path("again_" + side + ".h5");
+      std::vector<std::string> words{"export", file, "--to", how[0], "-o", table};
+      words.insert(words.end(), how.begin() + 2, how.end());
+      succeed(words);
+      succeed({"import", job_, "--motion", table, "-o", again, "--replace"});
+      const store::MotionModel back = store::read_motion_model(again);
+      expect_equal_poses(model, back);
+      EXPECT_EQ(back.frames->key, model.frames->key);
+      EXPECT_EQ(back.frames->key_name, "time_s");
+    }
+  }
+}
+
+TEST_F(Import, AGridIsImportedFromItsExport)
+{
+  const std::string file = solved_knee("left"), table = path("grid.csv"), back = path("back.h5");
+  succeed({"export", file, "--to", "csv", "--set", "raw", "--varus", "1", "-o", table});
+  succeed({"import", job_, "--motion", table, "-o", back});
+  const store::MotionModel grid = store::read_motion_model(file), model = store::read_motion_model(back);
+  ASSERT_EQ(model.frames->key.size(), 7u);
+  EXPECT_EQ(model.frames->key_name, "frame");
+  for (std::size_t i = 0; i < 7; ++i)
+    for (std::size_t k = 0; k < 16; ++k)
+      EXPECT_NEAR(model.X_reference_moving[16 * i + k], grid.X_reference_moving[16 * (5 * i + 3) + k],
+                  same_pose);
+}
+
+TEST_F(Import, AnImportOfTheSameTableHasTheSameBytes)
+{
+  const std::string file = imported_walk("right"), bytes = test::text_of(file);
+  succeed({"import", job_, "--motion", path("walk_right.csv"), "-o", file, "--threads", "2"});
+  EXPECT_EQ(test::text_of(file), bytes);
+}
+
+TEST_F(Import, AnotherResultIsReplacedOnlyOnRequest)
+{
+  const std::string grid = solved_knee("right"), table = walk("right"), bytes = test::text_of(grid);
+  test::expect_refused({"import", job_, "--motion", table, "-o", grid},
+                       {grid, "output", {"another job"}, {"--replace"}});
+  EXPECT_EQ(test::text_of(grid), bytes);
+  succeed({"import", job_, "--motion", table, "-o", grid, "--replace"});
+  EXPECT_TRUE(store::read_motion_model(grid).frames);
+  // Another convention is another result.
+  test::expect_refused({"import", job_, "--motion", table, "-o", grid, "--order", "xyz"},
+                       {grid, "output", {"another job", "import.order"}, {"--replace"}});
+}
+
+TEST_F(Import, WhatCannotBeToldApartMustBeStated)
+{
+  // Bare names, and 12 degrees of flexion with little else: orders and sides leave the same gaps.
+  std::string text = test::text_of(walk("right"));
+  text.replace(0, text.find('\n'), "time,rz,rx,ry,tx,ty,tz");
+  const std::string table = scratch_.write("bare.csv", text).string(), file = path("bare.h5");
+  const test::Ended ended = test::run_vrda({"import", job_, "--motion", table, "-o", file, "--json"});
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_FALSE(std::filesystem::exists(file));
+  const json search = json::parse(ended.out);
+  EXPECT_GT(search["equally_good"].get<int>(), 1);
+  ASSERT_FALSE(search["undecided"].empty());
+  for (const json& term : search["undecided"])
+    EXPECT_THAT(ended.err, HasSubstr("--" + term.get<std::string>() + " "));
+  succeed({"import", job_,        "--motion", table,     "-o",        file,          "--unit",
+           "mm",     "--angles",  "deg",      "--order", "zxy",       "--direction", "moving-in-reference",
+           "--axes", "canonical", "--side",   "right",   "--lengths", "origin"});
+}
+
+TEST_F(Import, BadTablesAndOptionsAreRefused)
+{
+  const std::string table = walk("right"), file = path("bad.h5");
+  const auto refused = [&](const std::string& text, const test::Refusal& refusal) {
+    const std::string bad = scratch_.write("bad.csv", text).string();
+    test::expect_refused({"import", job_, "--motion", bad, "-o", file}, refusal);
+    EXPECT_FALSE(std::filesystem::exists(file));
+  };
+  const std::string names = "time,flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n";
+  refused(names + "0,1,2,3,4,5,6\n1,1,nan,3,4,5,6\n", {"bad.csv", "line 3, column varus_deg", "NaN", "1e9"});
+  refused(names + "0,1,2,3,4,5,6\n0,1,2,3,4,5,6\n", {"bad.csv", "line 3, column time", "0", "--key"});
+  refused("time,flexion_deg\n0,1\n", {"bad.csv", "line 1", "rotations", {"T11", "--column"}});
+  refused("", {"bad.csv", "", "no line", "column names"});
+  test::expect_refused({"import", job_, "--motion", path("absent.csv"), "-o", file},
+                       {"absent.csv", "", {}, "one pose per frame"});
+  test::expect_refused({"import", job_, "--motion", table, "-o", file, "--column", "flexion"},
+                       {"vrda import", "--column", "flexion", "COORDINATE=COLUMN"});
+  test::expect_refused({"import", job_, "--motion", table, "-o", file, "--key", "cycle"},
+                       {"walk_right.csv", "line 1", "cycle", {}});
+}
+
+TEST_F(Import, DeltaMustBeOneDirection)
+{
+  const std::string table = walk("right");
+  const std::string job = scratch_
+                              .write("turning.toml", test::text_of(job_) + R"([push]
+delta = { flexion_deg = [0, 12], value = [[0, 1, 0], [0.1, 1, 0]] }
+)")
+                              .string();
+  const test::Ended ended = test::run_vrda({"import", job, "--motion", table, "-o", path("turning.h5")});
+  EXPECT_EQ(ended.exit_code, 2) << ended.err;
+  EXPECT_THAT(ended.err, HasSubstr("push.delta"));
+}
+
+TEST_F(Import, EveryCommandTakesOrRefusesASequence)
+{
+  const std::string file = imported_walk("right"), bytes = test::text_of(file);
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {"smooth", file, "--degree", "2"}, {"compare", file}, {"reduce", file}})
+    test::expect_refused(words, {file, "/frame", {"a sequence of frames"}, {"grid"}});
+  for (const std::vector<std::string>& option :
+       std::vector<std::vector<std::string>>{{"--flexion", "0:10:5"}, {"--varus", "0"}}) {
+    test::expect_refused({"export", file, "--to", "csv", "-o", path("no.csv"), option[0], option[1]},
+                         {file, "/frame", {"a sequence of frames"}, {"grid"}});
+  }
+  EXPECT_EQ(test::text_of(file), bytes);
+
+  const json info = json::parse(succeed({"info", file, "--json"}).out);
+  EXPECT_EQ(info["frames"]["key_name"], "time_s");
+  EXPECT_EQ(info["frames"]["key"], json({0.0, 1.75, 8}));
+  EXPECT_THAT(succeed({"info", file}).out, HasSubstr("time_s"));
+
+  const json audit = json::parse(succeed({"audit", file, "--refine", "2", "--json"}).out);
+  EXPECT_EQ(audit[0]["attitudes"], 15);
+  EXPECT_TRUE(audit[0]["largest_gap"].contains("key"));
+  EXPECT_EQ(audit[0]["travel"]["steps"], 7);
+  EXPECT_GT(audit[0]["travel"]["largest_deg"].get<double>(), 1.0);
+  succeed({"audit", file});
+  succeed({"validate", file});
+
+  succeed({"export", file, "--to", "gltf", "-o", path("walk.glb")});
+  succeed({"export", file, "--to", "vtk", "-o", path("walk.pvd")});
+  const std::string series = test::text_of(path("walk.pvd"));
+  for (const char* time : {"timestep=\"0\"", "timestep=\"0.25\"", "timestep=\"1.75\""})
+    EXPECT_THAT(series, HasSubstr(time));
+
+  const json report = json::parse(succeed({"report", file, "-o", path("report"), "--quick", "--json"}).out);
+  EXPECT_EQ(report["models"][0]["key_name"], "time_s");
+  EXPECT_EQ(report["models"][0]["flexion"].size(), 8u);
+  test::expect_refused({"report", file, path("right.h5"), "-o", path("report")},
+                       {file, "/frame", {"a sequence of frames"}, {"grid"}});
+}
+
+}  // namespace vrda::import_test

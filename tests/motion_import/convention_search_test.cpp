@@ -1,0 +1,300 @@
+// The convention of synthetic motions: both compartments of the generic knee stay in contact.
+#include "motion_import/convention_search.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "core/trig.hpp"
+#include "core/units.hpp"
+#include "proximity/gap_query.hpp"
+#include "shapes/knee.hpp"
+#include "support/refusal.hpp"
+
+namespace vrda::convention_search_test {
+
+using measured::AngleOrder;
+using measured::AngleUnit;
+using measured::Convention;
+using measured::Direction;
+using measured::LengthPoint;
+using measured::TableAxes;
+using motion_import::Term;
+
+constexpr int n_frames = 13;
+const Eigen::Vector3d centre_mm(2.0, -5.0, 1.0);
+
+/// The generic knee, coarse, and the gaps of its compartments.
+struct Knee {
+  SolverFrame frame;
+  solve::Joint joint;
+  Box moving_box;
+  std::vector<Pose> poses;
+
+  motion_import::SearchScene scene() const { return {frame, joint, moving_box}; }
+  measured::JointFrame joint_frame() const
+  {
+    return {frame.side, centre_mm, Pose::Identity(), Pose::Identity()};
+  }
+};
+
+std::vector<Compartment> halves(const Mesh& mesh)
+{
+  std::vector<Compartment> halves;
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    double z_mm = 0.0;
+    for (const Eigen::Vector3d& corner : corners(mesh, t)) z_mm += corner.z();
+    halves.push_back(z_mm < 0.0 ? Compartment::medial : Compartment::lateral);
+  }
+  return halves;
+}
+
+/// The pose with both gaps zero at the flexion, theta and place across Delta: regula falsi on varus.
+MovingPose two_sided(const solve::Joint& joint, Attitude& attitude, MovingPose pose)
+{
+  proximity::GapQuery medial(joint.reference_gap, joint.medial_gap),
+      lateral(joint.reference_gap, joint.lateral_gap);
+  const auto gaps_mm = [&](double varus_rad) {
+    attitude.varus_rad = varus_rad;
+    medial.set_attitude(attitude);
+    lateral.set_attitude(attitude);
+    return std::pair(medial.travel_mm(pose), lateral.travel_mm(pose));
+  };
+  double low = rad_from_deg(-15), high = rad_from_deg(15);
+  const auto imbalance = [&](double varus_rad) {
+    const auto [m, l] = gaps_mm(varus_rad);
+    return m - l;
+  };
+  const double at_low = imbalance(low);
+  for (int k = 0; k < 50; ++k) {
+    const double middle = 0.5 * (low + high);
+    (imbalance(middle) * at_low > 0.0 ? low : high) = middle;
+  }
+  pose.translation_mm.y() += gaps_mm(0.5 * (low + high)).first;
+  return pose;
+}
+
+Knee knee_of(Side side)
+{
+  const Mesh right_femur = shapes::femur_meshes(0.35, 0.1).contact,
+             right_tibia = shapes::tibia_meshes(0.35, 0.1).contact;
+  Knee knee;
+  const Eigen::Vector3d centre = side == Side::left ? Eigen::Vector3d(2, -5, -1) : centre_mm;
+  knee.frame = {side, centre, Eigen::Vector3d::UnitY()};
+  const auto own = [&](const Mesh& mesh) { return side == Side::left ? mirrored_z(mesh) : mesh; };
+  knee.joint = solve::make_joint({solver_mesh(own(right_femur), knee.frame), {}},
+                                 {solver_mesh(own(right_tibia), knee.frame), {}}, halves(right_tibia));
+  knee.moving_box = bounding_box(own(right_tibia));
+  for (int i = 0; i < n_frames; ++i) {
+    const double s = 2.0 * pi * i / n_frames;
+    Attitude attitude{rad_from_deg(40.0 - 38.0 * cosine(s)), 0.0};
+    const MovingPose start{{1.5 * sine(s), -10.0, 0.8 * cosine(2 * s)}, rad_from_deg(14.0 * sine(s) + 4.0)};
+    const MovingPose pose = two_sided(knee.joint, attitude, start);
+    knee.poses.push_back(X_reference_moving(knee.frame, attitude, pose));
+  }
+  return knee;
+}
+
+const Knee& knee()
+{
+  static const Knee made = knee_of(Side::right);
+  return made;
+}
+
+/// Angles of R = Ra Rb Rc for the order abc.
+Eigen::Vector3d angles_rad(const Eigen::Matrix3d& R, AngleOrder order)
+{
+  const char* name = measured::name_of(order);
+  const int a = name[0] - 'x', b = name[1] - 'x', c = name[2] - 'x';
+  const double sign = (b - a + 3) % 3 == 1 ? 1.0 : -1.0;
+  Eigen::Vector3d angles;
+  angles[a] = arc_tangent2(-sign * R(b, c), R(c, c));
+  angles[b] = arc_sine(sign * R(a, c));
+  angles[c] = arc_tangent2(-sign * R(a, b), R(a, a));
+  return angles;
+}
+
+/// The poses as a table under a convention.
+measured::MotionTable table_under(const std::vector<Pose>& poses, const Convention& c)
+{
+  const Eigen::Vector3d m(1.0, 1.0, -1.0);
+  std::string text = "rx,ry,rz,tx,ty,tz\n";
+  for (const Pose& X_reference_moving : poses) {
+    const Pose X =
+        c.direction == Direction::moving_in_reference ? X_reference_moving : X_reference_moving.inverse();
+    Eigen::Matrix3d R = X.linear();
+    Eigen::Vector3d t = c.lengths == LengthPoint::centre ? Eigen::Vector3d(X * centre_mm - centre_mm)
+                                                         : Eigen::Vector3d(X.translation());
+    if (c.side == Side::left) {
+      R = m.asDiagonal() * R * m.asDiagonal();
+      t = m.cwiseProduct(t);
+    }
+    const Eigen::Vector3d a = angles_rad(R, c.order) * (c.angles == AngleUnit::degrees ? 180.0 / pi : 1.0);
+    char row[300];
+    std::snprintf(row, sizeof row, "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", a.x(), a.y(), a.z(),
+                  t.x() / c.length_mm, t.y() / c.length_mm, t.z() / c.length_mm);
+    text += row;
+  }
+  return measured::motion_table_from_text("m.csv", text, {});
+}
+
+std::string text_of(const Convention& c)
+{
+  std::string text;
+  for (const Term term : motion_import::all_terms) text += motion_import::value_of(c, term) + " ";
+  return text;
+}
+
+double largest_difference(const std::vector<Pose>& a, const std::vector<Pose>& b)
+{
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    largest = std::max(largest, (a[i].matrix() - b[i].matrix()).cwiseAbs().maxCoeff());
+  return largest;
+}
+
+/// Every second of the combinations, 20 of them, each value of each term several times.
+std::vector<Convention> twenty()
+{
+  std::vector<Convention> all;
+  const double units[] = {1.0, 10.0, 1000.0};
+  for (std::size_t k = 0; k < 20; ++k) {
+    all.push_back(
+        {units[k % 3], k % 4 < 2 ? AngleUnit::degrees : AngleUnit::radians, measured::all_orders[k % 6],
+         k % 2 == 0 ? Direction::moving_in_reference : Direction::reference_in_moving, TableAxes::canonical,
+         k % 5 < 3 ? Side::right : Side::left, k % 7 < 4 ? LengthPoint::origin : LengthPoint::centre});
+  }
+  return all;
+}
+
+TEST(ConventionSearch, FindsTwentyMotionsOrNamesWhatCannotBeToldApart)
+{
+  int n_found = 0;
+  for (const Convention& truth : twenty()) {
+    SCOPED_TRACE(text_of(truth));
+    const measured::MotionTable table = table_under(knee().poses, truth);
+    const motion_import::ConventionSearch search =
+        motion_import::find_convention(table, {}, knee().joint_frame(), knee().scene(), 2);
+    bool is_among_best = false;
+    for (std::size_t i = 0; i < search.n_best; ++i) {
+      const std::vector<Pose> poses =
+          measured::poses_of(table, search.candidates[i].convention, knee().joint_frame());
+      is_among_best = is_among_best || largest_difference(poses, knee().poses) < 1e-9;
+    }
+    EXPECT_TRUE(is_among_best) << text_of(search.candidates.front().convention);
+    EXPECT_EQ(search.n_best == 1, search.undecided.empty());
+    // The knee's varus is small, so orders that differ in its place only may leave the same gaps.
+    for (const Term term : search.undecided)
+      EXPECT_TRUE(term == Term::side || term == Term::order) << motion_import::name_of(term);
+    n_found += search.n_best == 1 ? 1 : 0;
+    // With the undecided terms stated the right one remains.
+    motion_import::SearchRequest request;
+    request.stated.side = truth.side;
+    request.stated.order = truth.order;
+    const motion_import::ConventionSearch stated =
+        motion_import::find_convention(table, request, knee().joint_frame(), knee().scene(), 2);
+    EXPECT_EQ(stated.n_best, 1u);
+    EXPECT_LT(
+        largest_difference(measured::poses_of(table, stated.candidates[0].convention, knee().joint_frame()),
+                           knee().poses),
+        1e-9);
+  }
+  EXPECT_GE(n_found, 15);
+}
+
+TEST(ConventionSearch, DoesNotDependOnTheNumberOfThreads)
+{
+  const measured::MotionTable table = table_under(knee().poses, twenty()[5]);
+  std::vector<std::string> texts;
+  for (const int n_threads : {1, 3}) {
+    const motion_import::ConventionSearch search =
+        motion_import::find_convention(table, {}, knee().joint_frame(), knee().scene(), n_threads);
+    std::string text;
+    for (const motion_import::Candidate& c : search.candidates) {
+      char share[40];
+      std::snprintf(share, sizeof share, "%a", c.share);
+      text += text_of(c.convention) + share + "\n";
+    }
+    texts.push_back(text);
+  }
+  EXPECT_EQ(texts[0], texts[1]);
+}
+
+TEST(ConventionSearch, OrdersThatCoincideAtSmallAnglesAreUndecided)
+{
+  // Flexion alone: every order gives the same poses, which count once.
+  const std::vector<Pose> hinge = [] {
+    std::vector<Pose> poses;
+    for (int i = 0; i < n_frames; ++i) {
+      Pose X = Pose::Identity();
+      X.linear() = rotation_z(-0.05 * i);
+      poses.push_back(X);
+    }
+    return poses;
+  }();
+  Convention plain;
+  const measured::MotionTable table = table_under(hinge, plain);
+  motion_import::SearchRequest request;
+  request.stated.length_mm = 1.0;
+  request.stated.angles = AngleUnit::degrees;
+  request.stated.direction = Direction::moving_in_reference;
+  request.stated.lengths = LengthPoint::origin;
+  const motion_import::ConventionSearch same =
+      motion_import::find_convention(table, request, knee().joint_frame(), knee().scene(), 1);
+  EXPECT_EQ(same.n_best, 1u);
+  EXPECT_TRUE(same.undecided.empty());
+
+  // With 0.02 degrees of varus and rotation the orders differ by less than the gaps can tell.
+  std::vector<Pose> nearly = knee().poses;
+  for (std::size_t i = 0; i < nearly.size(); ++i) {
+    const double s = 2.0 * pi * static_cast<double>(i) / n_frames;
+    nearly[i] = hinge[i];
+    nearly[i].linear() = nearly[i].linear() * rotation_x(rad_from_deg(0.02 * sine(s))) *
+                         rotation_y(rad_from_deg(0.02 * cosine(s)));
+  }
+  const motion_import::ConventionSearch close = motion_import::find_convention(
+      table_under(nearly, plain), request, knee().joint_frame(), knee().scene(), 1);
+  EXPECT_GE(close.n_best, 6u);
+  EXPECT_EQ(close.undecided.front(), Term::order);
+}
+
+TEST(ConventionSearch, TriesWhatNobodyStates)
+{
+  const measured::JointFrame joint = knee().joint_frame();
+  const measured::MotionTable bare = table_under(knee().poses, {});
+  EXPECT_EQ(motion_import::open_conventions(bare, {}, joint).size(), 3u * 2 * 6 * 2 * 2 * 2 * 2);
+  motion_import::SearchRequest request;
+  request.stated.order = AngleOrder::zyx;
+  EXPECT_EQ(motion_import::open_conventions(bare, request, joint).size(), 3u * 2 * 2 * 2 * 2 * 2);
+  const measured::MotionTable clinical = measured::motion_table_from_text(
+      "m.csv", "flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n1,2,3,4,5,6\n", {});
+  EXPECT_EQ(motion_import::open_conventions(clinical, {}, joint).size(), 1u);
+  request = {};
+  request.automatic = {Term::order, Term::side};
+  EXPECT_EQ(motion_import::open_conventions(clinical, request, joint).size(), 6u * 2);
+  const measured::MotionTable matrices =
+      measured::motion_table_from_text("m.tra", "1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1\n", {});
+  EXPECT_EQ(motion_import::open_conventions(matrices, {}, joint).size(), 3u * 2 * 2);
+}
+
+TEST(ConventionSearch, PosesOfOtherBodiesAreRefused)
+{
+  std::vector<Pose> far = knee().poses;
+  for (Pose& X : far) X.translation() += Eigen::Vector3d(0, -500, 0);
+  EXPECT_THAT(test::input_error([&] {
+                motion_import::find_convention(table_under(far, {}), {}, knee().joint_frame(), knee().scene(),
+                                               2);
+              }),
+              test::refuses({"m.csv", "", {"10 mm"}, {"--unit", "--order", "frames"}}));
+}
+
+TEST(ConventionSearch, OneFrameDecidesNothing)
+{
+  const motion_import::ConventionSearch search = motion_import::find_convention(
+      table_under({knee().poses[0]}, {}), {}, knee().joint_frame(), knee().scene(), 1);
+  EXPECT_GT(search.n_best, 1u);
+  EXPECT_FALSE(search.undecided.empty());
+}
+
+}  // namespace vrda::convention_search_test
