@@ -14,10 +14,12 @@ void add_repair_options(CLI::App& c, RepairCommandOptions& o)
                "Standard deviation of the measured position of the rotation centre: one number, or X,Y,Z; 0: "
                "exact")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(number(0.0, largest));
   c.add_option("--noise-deg", o.noise_deg,
                "Standard deviation of the measured rotation: one number, or about X,Y,Z; 0: exact")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(number(0.0, largest));
   c.add_option("--smooth", o.smooth,
                "Period in frames whose amplitude smoothing halves; auto: as the noise asks for; none")
