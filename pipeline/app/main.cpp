@@ -12,6 +12,7 @@
 #include "app/file_commands.hpp"
 #include "app/import_command.hpp"
 #include "app/model_commands.hpp"
+#include "app/repair_command.hpp"
 #include "app/score_command.hpp"
 #include "app/usage.hpp"
 #include "console/console.hpp"
@@ -47,6 +48,7 @@ struct Commands {
   vrda::app::ShapeOptions shape;
   vrda::app::TraceOptions trace;
   vrda::app::ReduceOptions reduce;
+  vrda::app::RepairCommandOptions repair;
   vrda::app::ReportOptions report;
   vrda::app::SmoothCommandOptions smooth;
   vrda::app::AuditOptions audit;
@@ -239,6 +241,16 @@ struct Commands {
     c.callback([this] { chosen = [this] { return reduce_command(reduce); }; });
   }
 
+  void add_repair()
+  {
+    CLI::App& c = add_reading("repair",
+                              "Find the motion nearest to a measured one, in units of its noise, that "
+                              "neither overlaps nor comes apart.",
+                              "vrda repair measured.h5 -o repaired.h5 --noise-mm 0.5 --noise-deg 1");
+    vrda::app::add_repair_options(c, repair);
+    c.callback([this] { chosen = [this] { return repair_command(repair); }; });
+  }
+
   void add_report()
   {
     CLI::App& c = add_reading("report", "Write motion models as one HTML page with plots, DIR/index.html.",
@@ -423,6 +435,7 @@ struct Commands {
     add_audit();
     add_trace();
     add_reduce();
+    add_repair();
     add_report();
     add_compare();
     add_export();

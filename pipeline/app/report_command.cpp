@@ -93,7 +93,7 @@ std::string shown_range(const store::MotionModel& model)
     const std::vector<double>& keys = model.frames->key;
     const double span = keys.back() - keys.front();
     std::array<char, 96> range{};
-    std::snprintf(range.data(), range.size(), "--frame=%.9g:%.9g:%.9g", keys.front(), keys.back(),
+    std::snprintf(range.data(), range.size(), "--key=%.9g:%.9g:%.9g", keys.front(), keys.back(),
                   span > 0.0 ? span / n_steps : 1.0);
     return range.data();
   }

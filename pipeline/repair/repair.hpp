@@ -8,6 +8,7 @@
 
 #include "audit/pose_meter.hpp"
 #include "repair/pose_path.hpp"
+#include "store/derived.hpp"
 
 namespace vrda::repair {
 
@@ -43,12 +44,10 @@ struct RepairOptions {
   int n_threads = 1;
 };
 
-enum class FrameStatus : std::int8_t {
-  unchanged = 0,      ///< the measured pose
-  repaired = 1,       ///< displaced; meets all limits
-  not_converged = 2,  ///< overlaps or has a gap beyond the limit by more than repair_tolerance_mm
-  nothing_ahead = 3,  ///< no surface faces the moving object along Delta: contact limits nothing
-};
+/// `repaired` and `unchanged` frames meet all limits; a `not_converged` one overlaps or has a gap beyond the
+/// limit by more than repair_tolerance_mm; where nothing faces the moving object along Delta, contact limits
+/// nothing.
+using FrameStatus = store::RepairStatus;
 const char* name_of(FrameStatus status);
 
 /// Overlap, and gap beyond the limit, of a repaired frame.
@@ -64,7 +63,7 @@ struct RepairedFrame {
   Attitude attitude;  ///< at which the pose is a rotation about Delta alone
   MovingPose pose;    ///< in S, at that attitude
   /// Repaired from measured in units of the noise: rotations, then translations, about and along the
-  /// canonical axes (Z to the right also on a left joint). Its norm is the Mahalanobis distance; that of pure
+  /// canonical axes (of a left joint: of its mirror image). Its norm is the Mahalanobis distance; that of pure
   /// noise has a mean square of the number of coordinates with noise.
   Vector6d displacement = Vector6d::Zero();
   FrameStatus status = FrameStatus::unchanged;

@@ -48,6 +48,9 @@ Json forces_json(const store::MotionModel& model);
 /// By bundle over flexion: largest fibre strain and total tension; null without fibres.
 Json fibres_json(const store::MotionModel& model);
 
+/// The measured and the repaired motion over the frames: gap, overlap, six coordinates; null unless repaired.
+Json repair_json(const store::MotionModel& model);
+
 /// Spine data of the equilibrium: internal rotation under an extra moment, distinct equilibria; else null.
 Json spine_json(const store::MotionModel& model);
 

@@ -129,6 +129,8 @@ FlagTable flag_table(FlagSet set)
       return {{-1, 0, 1, 2}, "no_pose both medial lateral"};
     case FlagSet::coordinate_role:
       return {{0, 1, 2}, "driven given free"};
+    case FlagSet::repair_status:
+      return {{0, 1, 2, 3}, "unchanged repaired not_converged nothing_ahead"};
     case FlagSet::case_status:
       return {{0, 1, 2, 3}, "done partial failed missing"};
   }

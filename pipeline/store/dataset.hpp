@@ -55,6 +55,7 @@ enum class FlagSet {
   zero_varus_source,
   two_sided_contact,
   coordinate_role,
+  repair_status,
   case_status,  ///< of an index: schemas/campaign.md
 };
 

@@ -209,6 +209,7 @@ struct MotionModel {
   Body reference, moving;               ///< canonical, own side
   std::vector<SmoothedSet> smoothed;    ///< by increasing degree
   std::optional<TwoSided> two_sided;    ///< only with compartments
+  std::optional<RepairedFrames> repair;  ///< of a repaired measurement; only with frames
   std::optional<ZeroVarus> zero_varus;  ///< after `reduce`
   std::vector<AuditSet> audits;         ///< by name
   JobRecord job;

@@ -186,6 +186,7 @@ void visit_motion_model(Model& model, Visitor&& visit)
   if (has_optional(visit, "/coordinates", model.coordinates)) visit_coordinates(model, visit);
   if (has_optional(visit, "/ligaments", model.ligaments)) visit_ligaments(model, visit);
   if (has_optional(visit, "/two_sided", model.two_sided)) visit_two_sided(*model.two_sided, visit);
+  if (has_optional(visit, "/repair", model.repair)) visit_repair(*model.repair, visit);
   if (has_optional(visit, "/zero_varus", model.zero_varus))
     visit_zero_varus(*model.zero_varus, model.has_compartments, visit);
   visit.list("/audit", model.audits);

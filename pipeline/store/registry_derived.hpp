@@ -62,6 +62,30 @@ void visit_two_sided(Motion& motion, Visitor& visit)
   visit({group + "/gap_lateral", flexion, unit::mm, number(posed), "gap along Delta of the lateral compartment"}, motion.gap_lateral_mm);
 }
 
+template <typename Repair, typename Visitor>
+void visit_repair(Repair& repair, Visitor& visit)
+{
+  const std::string group = "/repair";
+  const std::vector<std::string> frame{"/flexion"}, vectors{"/flexion", "/xyz"}, axes{"/xyz"};
+  visit.group(group);
+  visit.attribute(group, "is_converged", repair.is_converged);
+  visit({group + "/X_measured", {"/flexion", "/row", "/column"}, unit::mm, rule(Rule::rigid), "measured pose taking stored moving vertices to stored reference vertices; the rotation in columns 0 to 2 has no unit"}, repair.X_measured);
+  visit({group + "/status", frame, unit::none, codes(FlagSet::repair_status), "how the repair of the frame ended"}, repair.status);
+  visit({group + "/distance", frame, unit::one, at_least_0({}), "Mahalanobis distance of the repaired from the measured pose"}, repair.distance);
+  visit({group + "/rotation_shift", vectors, unit::one, number(), "rotation of the repaired from the measured pose about the canonical axes of the reference, in standard deviations"}, repair.rotation_shift);
+  visit({group + "/translation_shift", vectors, unit::one, number(), "displacement of the rotation centre along these axes, in standard deviations"}, repair.translation_shift);
+  visit({group + "/gap_before", frame, unit::mm, number_or_nan(), "travel along Delta to the next contact in the measured pose; NaN where it overlaps or nothing is ahead"}, repair.gap_before_mm);
+  visit({group + "/gap_after", frame, unit::mm, number_or_nan(), "the same in the repaired pose"}, repair.gap_after_mm);
+  visit({group + "/penetration_before", frame, unit::mm, at_least_0({}), "travel opposite to Delta out of the overlap of the measured pose"}, repair.penetration_before_mm);
+  visit({group + "/penetration_after", frame, unit::mm, at_least_0({}), "the same in the repaired pose"}, repair.penetration_after_mm);
+  visit({group + "/noise_rotation", axes, unit::degree, at_least_0({}), "standard deviation of the measured rotation about each axis"}, repair.noise_deg);
+  visit({group + "/noise_translation", axes, unit::mm, at_least_0({}), "standard deviation of the measured displacement along each axis"}, repair.noise_mm);
+  visit({group + "/rotation_period", axes, unit::one, at_least_0({}), "period in frames whose amplitude smoothing halves; 2: not smoothed"}, repair.rotation_period);
+  visit({group + "/translation_period", axes, unit::one, at_least_0({}), "the same of the displacements"}, repair.translation_period);
+  visit.dimension(group + "/side", DimensionSize::counted(repair.gap_limit_mm.size()));
+  visit({group + "/gap_limit", {group + "/side"}, unit::mm, number_or_nan(), "largest permitted gap along Delta: of the pair, or medial and lateral; NaN: none"}, repair.gap_limit_mm);
+}
+
 template <typename Motion, typename Visitor>
 void visit_zero_varus_poses(Motion& motion, Visitor& visit)
 {

@@ -54,6 +54,7 @@ class ModelRules {
   {
     check_cells();
     if (model_.frames) check_frames(*model_.frames);
+    if (model_.repair && !model_.frames) findings_.add("/repair", "a repair", "nothing without /frame");
     findings_.report_not_finite("/push@point_mm", model_.push.point_mm.data(), 3);
     if (model_.equilibrium) check_equilibrium(*model_.equilibrium);
     if (model_.ligaments &&

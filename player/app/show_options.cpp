@@ -91,7 +91,7 @@ CLI::App* add_show(CLI::App& app, show::ShowOptions& options)
       ->check(empty_value_error);
   add(show, "--flexion", "A:B:STEP", options.flexion,
       "Angles in degrees (default: the grid's range in six steps); a window starts at A");
-  add(show, "--frame", "A:B:STEP", options.frame,
+  add(show, "--key", "A:B:STEP", options.frame,
       "Of a sequence of frames: keys instead of angles (default: seven frames, a video: all); a window starts at A");
   add(show, "--varus", "ANGLE", options.varus_deg,
       "Angle in degrees, adduction positive (default: the varus that balances both compartments "

@@ -134,7 +134,7 @@ void require_own_options(const motion::Motion& motion, const ShowOptions& option
 {
   if (!motion.is_sequence()) {
     if (options.frame)
-      throw InputError({options.file, "--frame", *options.frame, "--flexion: the model is a grid"});
+      throw InputError({options.file, "--key", *options.frame, "--flexion: the model is a grid"});
     return;
   }
   const std::pair<const char*, bool> grid_options[] = {{"--flexion", options.flexion.has_value()},
@@ -143,13 +143,13 @@ void require_own_options(const motion::Motion& motion, const ShowOptions& option
   for (const auto& [option, is_given] : grid_options)
     if (is_given)
       throw InputError(
-          {options.file, option, "a sequence of frames", "--frame A:B:STEP of " + motion.key_name()});
+          {options.file, option, "a sequence of frames", "--key A:B:STEP of " + motion.key_name()});
 }
 
 /// The keys asked for; by default `n` frames evenly over the sequence.
 std::vector<double> wanted_keys(const motion::Motion& motion, const ShowOptions& options, std::size_t n)
 {
-  if (options.frame) return navigation::angles_deg(navigation::parsed_angles("--frame", *options.frame));
+  if (options.frame) return navigation::angles_deg(navigation::parsed_angles("--key", *options.frame));
   const std::vector<double>& keys = motion.keys();
   std::vector<double> wanted;
   const std::size_t n_wanted = std::min(n, keys.size());
@@ -165,7 +165,7 @@ Plan plan_of_frames(const motion::Motion& motion, const std::vector<double>& key
   for (const double key : keys) {
     const motion::JointPose pose = motion.at_frame(key);
     if (pose.is_flexion_clamped) {
-      talk << "--frame: found " << shortest_decimal(key) << ", wanted "
+      talk << "--key: found " << shortest_decimal(key) << ", wanted "
            << shortest_decimal(motion.keys().front()) << " to " << shortest_decimal(motion.keys().back())
            << ": drawn at " << shortest_decimal(pose.key) << "\n";
     }

@@ -36,7 +36,7 @@ SessionOptions session_options(const ShowOptions& options, const std::string& se
   session.view = *scene::view_named(navigation::parsed_views(options.views).front());
   if (options.flexion)
     session.flexion_rad = rad_from_deg(navigation::parsed_angles("--flexion", *options.flexion).first_deg);
-  if (options.frame) session.key = navigation::parsed_angles("--frame", *options.frame).first_deg;
+  if (options.frame) session.key = navigation::parsed_angles("--key", *options.frame).first_deg;
   if (options.varus_deg) session.varus_rad = rad_from_deg(*options.varus_deg);
   session.backdrop = options.backdrop;
   session.fixed_object = options.fixed_object;

@@ -232,6 +232,33 @@ store::MotionModel whole_model()
   return model;
 }
 
+// Each status in turn; the first frame is the measured one.
+store::RepairedFrames sample_repair(const store::MotionModel& model)
+{
+  const std::size_t n = model.flexion_deg.size();
+  store::RepairedFrames repair;
+  repair.is_converged = true;
+  repair.X_measured = model.X_reference_moving;
+  repair.rotation_shift.assign(3 * n, 0.0);
+  repair.translation_shift.assign(3 * n, 0.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    repair.status.push_back(static_cast<std::int8_t>(i % 4));
+    repair.rotation_shift[3 * i] = 0.3 * static_cast<double>(i);
+    repair.translation_shift[3 * i + 1] = -0.4 * static_cast<double>(i);
+    repair.distance.push_back(0.5 * static_cast<double>(i));
+    repair.gap_before_mm.push_back(i % 2 == 1 ? nan : 0.25);
+    repair.gap_after_mm.push_back(0.125);
+    repair.penetration_before_mm.push_back(i % 2 == 1 ? 1.5 : 0.0);
+    repair.penetration_after_mm.push_back(0.0);
+  }
+  repair.noise_deg = {0.5, 1.0, 0.25};
+  repair.noise_mm = {0.5, 0.0, 0.75};
+  repair.rotation_period = {12.0, 2.0, 30.0};
+  repair.translation_period = {8.0, 2.0, 10.0};
+  repair.gap_limit_mm = {0.5, nan};
+  return repair;
+}
+
 store::MotionModel frames_model()
 {
   SampleOptions options{6, 1, true, true, false};
@@ -241,6 +268,7 @@ store::MotionModel frames_model()
   for (std::size_t i = 0; i < audit.flexion_deg.size(); ++i)
     audit.frame_key.push_back(0.125 * static_cast<double>(i));
   model.audits = store::with_audit(model.audits, audit);
+  model.repair = sample_repair(model);
   return model;
 }
 

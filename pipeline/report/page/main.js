@@ -9,6 +9,7 @@ import { el } from "./dom.js";
 import { fibresSection, forcesSection } from "./loads.js";
 import { drawAll, drawOver, followTheme } from "./plot.js";
 import { provenanceSection } from "./provenance.js";
+import { repairSection } from "./repair.js";
 import { statusSection } from "./status_map.js";
 import { stillsSection } from "./stills.js";
 import { leadText, summariesSection, summarySection } from "./summary.js";
@@ -18,7 +19,8 @@ import { surfacesSection } from "./surfaces.js";
 function sectionsOfFrames(data) {
   const model = data.models[0];
   drawOver(model.key_name);
-  return [summarySection, stillsSection, surfacesSection, rotationSection, translationsSection, contactPathsSection, fibresSection].map((make) => make(model)).concat(provenanceSection(data));
+  const repair = model.repair ? [repairSection] : [];
+  return [summarySection, stillsSection, ...repair, surfacesSection, rotationSection, translationsSection, contactPathsSection, fibresSection].map((make) => make(model)).concat(provenanceSection(data));
 }
 
 function sectionsOfOne(data) {

@@ -407,7 +407,7 @@ TEST_F(ShowFrames, DrawsChosenKeysAlsoBetweenFrames)
   EXPECT_EQ(run(given).n_images, 3);
   EXPECT_THAT(stills(),
               ElementsAre("front_frame_000.25.png", "front_frame_001.50.png", "front_frame_002.00.png"));
-  EXPECT_THAT(talk_.str(), HasSubstr("--frame: found 2.75, wanted 0 to 2"));
+  EXPECT_THAT(talk_.str(), HasSubstr("--key: found 2.75, wanted 0 to 2"));
 }
 
 TEST_F(ShowFrames, ChoosesByKeysOnly)
@@ -416,12 +416,12 @@ TEST_F(ShowFrames, ChoosesByKeysOnly)
            [](auto& o) { o.flexion = "0:30:10"; }, [](auto& o) { o.varus_deg = 1.0; }}) {
     show::ShowOptions given = options();
     set(given);
-    EXPECT_THAT(test::input_error([&] { run(given); }).wanted, HasSubstr("--frame"));
+    EXPECT_THAT(test::input_error([&] { run(given); }).wanted, HasSubstr("--key"));
   }
   store::write_motion_model(file_, small_model());
   show::ShowOptions given = options();
   given.frame = "1";
-  EXPECT_EQ(test::input_error([&] { run(given); }).field, "--frame");
+  EXPECT_EQ(test::input_error([&] { run(given); }).field, "--key");
 }
 
 }  // namespace vrda::show_test

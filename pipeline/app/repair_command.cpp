@@ -1,0 +1,224 @@
+#include "app/repair_command.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "core/error.hpp"
+#include "core/open_file.hpp"
+#include "core/units.hpp"
+#include "job_run/run_output.hpp"
+#include "job_run/summary.hpp"
+#include "load/words.hpp"
+#include "repair/repaired_model.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* coordinate_names[] = {"rotation_x",    "rotation_y",    "rotation_z",
+                                            "translation_x", "translation_y", "translation_z"};
+
+Eigen::Vector3d deviations(const RepairCommandOptions& o, const char* option,
+                           const std::vector<double>& values)
+{
+  if (values.size() == 1) return Eigen::Vector3d::Constant(values.front());
+  if (values.size() == 3) return {values[0], values[1], values[2]};
+  throw InputError({o.file, option, values.empty() ? "nothing" : std::to_string(values.size()) + " numbers",
+                    "the standard deviation of the measurement: one number, or three for X,Y,Z"});
+}
+
+double length_of(const std::string& word)
+{
+  return load::parse_real(word).value_or(nan);  // checked by the command line; NaN is refused
+}
+
+repair::RepairOptions repair_options(const RepairCommandOptions& o)
+{
+  repair::RepairOptions options;
+  options.noise.translation_mm = deviations(o, "--noise-mm", o.noise_mm);
+  options.noise.rotation_rad = deviations(o, "--noise-deg", o.noise_deg) * rad_from_deg(1.0);
+  if (o.smooth == "none") {
+    options.smoothing = repair::Smoothing::none;
+  } else if (o.smooth != "auto") {
+    options.smoothing = repair::Smoothing::of_period;
+    options.period_frames = length_of(o.smooth);
+  }
+  if (o.gap_mm == "none") {
+    options.gap_limit = repair::GapLimit::none;
+  } else if (o.gap_mm != "auto") {
+    options.gap_limit = repair::GapLimit::of_length;
+    options.gap_limit_mm = length_of(o.gap_mm);
+  }
+  options.n_threads = job_run::thread_count_or_all(o.n_threads);
+  return options;
+}
+
+/// Largest over the frames.
+struct Extremes {
+  double penetration_mm = 0.0, gap_mm = 0.0;
+  int n_overlapping = 0;
+
+  void include(const audit::PoseAudit& audit)
+  {
+    n_overlapping += audit.is_overlapping ? 1 : 0;
+    penetration_mm = std::max(penetration_mm, audit.penetration_mm);
+    if (std::isfinite(audit.gap_mm)) gap_mm = std::max(gap_mm, audit.gap_mm);
+  }
+};
+
+struct RepairFigures {
+  Extremes before, after;
+  int n_of_status[4] = {};
+  double rms_distance = 0.0, largest_distance = 0.0;
+  double expected_distance = 0.0;  ///< root mean square of noise alone
+};
+
+RepairFigures figures_of(const repair::RepairedMotion& motion, const repair::MeasurementNoise& noise)
+{
+  RepairFigures figures;
+  for (const repair::RepairedFrame& frame : motion.frames) {
+    figures.before.include(frame.before.audit);
+    figures.after.include(frame.after.audit);
+    ++figures.n_of_status[static_cast<int>(frame.status)];
+    figures.rms_distance += frame.displacement.squaredNorm() / static_cast<double>(motion.frames.size());
+    figures.largest_distance = std::max(figures.largest_distance, frame.displacement.norm());
+  }
+  figures.rms_distance = std::sqrt(figures.rms_distance);
+  const auto n_noisy =
+      (noise.rotation_rad.array() > 0.0).count() + (noise.translation_mm.array() > 0.0).count();
+  figures.expected_distance = std::sqrt(static_cast<double>(n_noisy));
+  return figures;
+}
+
+constexpr store::RepairStatus all_statuses[] = {store::RepairStatus::unchanged, store::RepairStatus::repaired,
+                                                store::RepairStatus::not_converged,
+                                                store::RepairStatus::nothing_ahead};
+
+std::string counts_text(const RepairFigures& figures)
+{
+  std::string text;
+  for (const store::RepairStatus status : all_statuses) {
+    const int n = figures.n_of_status[static_cast<int>(status)];
+    if (n > 0) text += (text.empty() ? "" : ", ") + std::to_string(n) + ' ' + repair::name_of(status);
+  }
+  return text;
+}
+
+std::string limits_text(const std::vector<double>& limits_mm)
+{
+  std::string text;
+  for (const double limit_mm : limits_mm) {
+    char number[32];
+    std::snprintf(number, sizeof number, "%.3g", limit_mm);
+    text += (text.empty() ? "" : " and ") + std::string(std::isinf(limit_mm) ? "none" : number);
+  }
+  return limits_mm.size() == 2 ? text + " (medial and lateral)" : text;
+}
+
+void print(const repair::RepairedMotion& motion, const RepairFigures& figures)
+{
+  std::printf("%zu frames: %s; %d iterations%s\n", motion.frames.size(), counts_text(figures).c_str(),
+              motion.n_iterations, motion.is_converged ? "" : ", limit reached");
+  constexpr const char* row = "%-10s %12s %19s %14s\n";
+  const auto number = [](double mm) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", mm);
+    return std::string(text);
+  };
+  std::printf(row, "mm", "overlapping", "largest overlap", "largest gap");
+  for (const auto& [name, e] :
+       {std::pair("measured", figures.before), std::pair("repaired", figures.after)}) {
+    std::printf(row, name, std::to_string(e.n_overlapping).c_str(), number(e.penetration_mm).c_str(),
+                number(e.gap_mm).c_str());
+  }
+  std::printf("gap limit along Delta, mm: %s\n", limits_text(motion.gap_limit_mm).c_str());
+  std::printf(
+      "distance from the measurement in standard deviations: RMS %.3g, largest %.3g; noise alone: %.3g\n",
+      figures.rms_distance, figures.largest_distance, figures.expected_distance);
+  std::printf("period of half amplitude, frames: rotations %.3g, %.3g, %.3g; translations %.3g, %.3g, %.3g\n",
+              motion.period_frames(0), motion.period_frames(1), motion.period_frames(2),
+              motion.period_frames(3), motion.period_frames(4), motion.period_frames(5));
+}
+
+Json json_of(const Extremes& e)
+{
+  return {{"overlapping", e.n_overlapping},
+          {"largest_penetration_mm", e.penetration_mm},
+          {"largest_gap_mm", e.gap_mm}};
+}
+
+Json number_or_null(double value)
+{
+  return std::isfinite(value) ? Json(value) : Json();
+}
+
+Json json_of(const repair::RepairedMotion& motion, const repair::MeasuredMotion& measured,
+             const RepairFigures& figures)
+{
+  Json statuses = Json::object(), periods = Json::object(), limits = Json::array(), frames = Json::array();
+  for (const store::RepairStatus status : all_statuses)
+    statuses[repair::name_of(status)] = figures.n_of_status[static_cast<int>(status)];
+  for (Eigen::Index c = 0; c < 6; ++c) periods[coordinate_names[c]] = motion.period_frames(c);
+  for (const double limit_mm : motion.gap_limit_mm) limits.push_back(number_or_null(limit_mm));
+  for (std::size_t k = 0; k < motion.frames.size(); ++k) {
+    const repair::RepairedFrame& frame = motion.frames[k];
+    frames.push_back({{"key", measured.key[k]},
+                      {"status", repair::name_of(frame.status)},
+                      {"distance", frame.displacement.norm()},
+                      {"penetration_before_mm", frame.before.audit.penetration_mm},
+                      {"penetration_after_mm", frame.after.audit.penetration_mm},
+                      {"gap_before_mm", number_or_null(frame.before.audit.gap_mm)},
+                      {"gap_after_mm", number_or_null(frame.after.audit.gap_mm)}});
+  }
+  return {{"converged", motion.is_converged},
+          {"iterations", motion.n_iterations},
+          {"statuses", statuses},
+          {"before", json_of(figures.before)},
+          {"after", json_of(figures.after)},
+          {"gap_limit_mm", limits},
+          {"rms_distance", figures.rms_distance},
+          {"largest_distance", figures.largest_distance},
+          {"distance_of_noise", figures.expected_distance},
+          {"period_frames", periods},
+          {"frames", frames}};
+}
+
+}  // namespace
+
+console::ExitCode repair_command(const RepairCommandOptions& o)
+{
+  const repair::RepairOptions options = repair_options(o);
+  const store::MotionModel model = store::read_motion_model(o.file);
+  const repair::MeasuredMotion measured = repair::measured_motion(model, o.file);
+  job_run::make_parent_folder(o.output);
+  job_run::require_replaceable(o.output, "a motion model");
+  if (!o.may_replace && std::filesystem::exists(o.output))
+    throw InputError({o.output, "", "an existing file", "another --output, or --replace"});
+  const std::optional<OutputLock> lock = job_run::lock_output(o.output, "vrda repair");
+  if (!lock) return console::ExitCode::interrupted;
+  const repair::RepairedMotion motion = repair::repair(repair::scene_of(model), measured, options);
+  store::write_motion_model(o.output, repair::repaired_model(model, measured, motion, options.noise));
+  if (model.ligaments)
+    console::log_info(o.output + ": without the fibres of " + o.file +
+                      ", which belong to the measured poses");
+  const RepairFigures figures = figures_of(motion, options.noise);
+  if (o.as_json) {
+    std::printf("%s\n", json_of(motion, measured, figures).dump(2).c_str());
+  } else {
+    print(motion, figures);
+  }
+  const int n_failed = figures.n_of_status[static_cast<int>(store::RepairStatus::not_converged)];
+  if (n_failed == 0) return console::ExitCode::done;
+  console::log_warning(o.output + ": " + std::to_string(n_failed) +
+                       " frames still overlap or have a gap beyond the limit; more noise or a larger gap "
+                       "gives them room");
+  return console::ExitCode::too_many_unsolved;
+}
+
+}  // namespace vrda::app
