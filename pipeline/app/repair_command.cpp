@@ -153,7 +153,7 @@ Json json_of(const Extremes& e)
           {"largest_gap_mm", e.gap_mm}};
 }
 
-Json number_or_null(double value)
+Json measure_json(double value)
 {
   return std::isfinite(value) ? Json(value) : Json();
 }
@@ -165,7 +165,7 @@ Json json_of(const repair::RepairedMotion& motion, const repair::MeasuredMotion&
   for (const store::RepairStatus status : all_statuses)
     statuses[repair::name_of(status)] = figures.n_of_status[static_cast<int>(status)];
   for (Eigen::Index c = 0; c < 6; ++c) periods[coordinate_names[c]] = motion.period_frames(c);
-  for (const double limit_mm : motion.gap_limit_mm) limits.push_back(number_or_null(limit_mm));
+  for (const double limit_mm : motion.gap_limit_mm) limits.push_back(measure_json(limit_mm));
   for (std::size_t k = 0; k < motion.frames.size(); ++k) {
     const repair::RepairedFrame& frame = motion.frames[k];
     frames.push_back({{"key", measured.key[k]},
@@ -173,8 +173,8 @@ Json json_of(const repair::RepairedMotion& motion, const repair::MeasuredMotion&
                       {"distance", frame.displacement.norm()},
                       {"penetration_before_mm", frame.before.audit.penetration_mm},
                       {"penetration_after_mm", frame.after.audit.penetration_mm},
-                      {"gap_before_mm", number_or_null(frame.before.audit.gap_mm)},
-                      {"gap_after_mm", number_or_null(frame.after.audit.gap_mm)}});
+                      {"gap_before_mm", measure_json(frame.before.audit.gap_mm)},
+                      {"gap_after_mm", measure_json(frame.after.audit.gap_mm)}});
   }
   return {{"converged", motion.is_converged},
           {"iterations", motion.n_iterations},
