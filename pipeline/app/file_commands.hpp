@@ -7,6 +7,10 @@
 #include "console/console.hpp"
 #include "report/report.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace vrda::app {
 
 struct CheckOptions {
@@ -96,6 +100,9 @@ struct ExportOptions {
 /// Prints the written files. Omits attitudes without a pose and reports them. Throws InputError, with nothing
 /// written, for options that do not apply to the format and if no attitude can be exported.
 console::ExitCode export_command(const ExportOptions& options);
+
+/// Adds the options to a command.
+void add_export_options(CLI::App& command, ExportOptions& options);
 
 /// `vrda report`: writes motion models as one HTML page.
 struct ReportOptions {

@@ -289,33 +289,10 @@ struct Commands {
 
   void add_export()
   {
-    vrda::app::ExportOptions& e = exported;
     CLI::App& c = add_reading(
         "export", "Write the motion of a motion model for OpenSim, ParaView, spreadsheets or glTF viewers.",
         "vrda export results/knee-generic/knee-generic.h5 --to gltf -o knee.glb");
-    c.add_option("file", e.file, "Motion model (HDF5)")->required();
-    c.add_option("--to", e.format, "sto or mot (OpenSim), csv, gltf (.glb) or vtk (.pvd, ParaView)")
-        ->required()
-        ->check(vrda::app::one_of({"sto", "mot", "csv", "gltf", "vtk"}));
-    c.add_option("-o,--output", e.output, "Output file, with the extension of the format")->required();
-    c.add_option("--set", e.set, "two_sided, raw, degree_N, ...; default: the default set of vrda-player");
-    c.add_option("--flexion", e.flexion, "FROM:TO:STEP, degrees; default: the flexions of the model");
-    c.add_option(
-        "--varus", e.varus,
-        "Degrees, spine (balanced) or zero (the zero-varus table); default: zero if the table exists, "
-        "else spine");
-    c.add_option("--coordinate", e.coordinates,
-                 "COORDINATE=NAME: column name of flexion, varus, internal, tx, ty or tz in sto and mot; may "
-                 "be repeated")
-        ->allow_extra_args(false)
-        ->take_all();
-    c.add_flag("--degrees", e.in_degrees, "Angles of sto and mot in degrees; default: radians");
-    c.add_option("--rate", e.degrees_per_second,
-                 "Flexion rate that sets time in sto, mot and gltf, degrees per second")
-        ->check(vrda::app::number(1e-3, 1e6))
-        ->capture_default_str();
-    c.add_flag("--full", e.every_cell, "csv: one row per grid cell, with all of its values");
-    c.add_flag("--json", e.as_json, "Print JSON");
+    vrda::app::add_export_options(c, exported);
     c.callback([this] { chosen = [this] { return export_command(exported); }; });
   }
 

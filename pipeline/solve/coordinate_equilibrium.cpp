@@ -1,707 +1,262 @@
 #include "solve/coordinate_equilibrium.hpp"
 
-#include <nlopt.h>
-
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <optional>
-#include <vector>
+#include <iterator>
 
-#include "core/error.hpp"
-#include "core/units.hpp"
-#include "solve/equilibrium_run.hpp"
-#include "solve/feature_distance.hpp"
-#include "solve/quadratic_program.hpp"
+#include "solve/coordinate_run.hpp"
 
 namespace vrda::solve {
 
-namespace {
+using namespace coordinate_rules;
 
-// As in the other equilibrium: of the tolerance, of the push per mm, of the push.
-constexpr double standoff_share_of_tolerance = 0.1;
-constexpr double proximal_share_per_mm = 1e-6;
-constexpr double residual_share = 1e-2;
-constexpr double touching_within_tolerances = 10.0;
-constexpr double first_step_mm = 0.9, longest_step_mm = 16.0, crossing_step_mm = 0.02;
-constexpr double enough_of_predicted = 0.1, good_of_predicted = 0.7;
-constexpr std::size_t most_features = 60;
-constexpr int most_rejections = 3;
-constexpr int most_lifts = 40;
-// Positions closer to contact than this have rounding errors of the same size.
-constexpr double overlap_rounding_mm = 1e-9;
-// Violation of a constraint at which SLSQP's result is infeasible.
-constexpr double infeasible_mm = 1e-7;
-// A free coordinate is determined if moving it by this much either way, the others adapted, costs the push
-// ten tolerances of height.
-constexpr double trial_rotation_rad = rad_from_deg(1.0), trial_translation_mm = 1.0;
-constexpr double determined_tolerances = 10.0;
-constexpr int most_trials = 8;
-constexpr double turned_load_share = 1e-6;  // as in the other equilibrium, of the push
-constexpr int most_turns = 50;
-// Of the fibres' gradient: truncation of 1e-4 of its change per mm, rounding of 1e-11 N.
-constexpr double difference_mm = 1e-4;
+CoordinateEquilibrium::Run::Run(State& state, const Task& task)
+    : state_(state),
+      task_(task),
+      is_free_(task.is_free),
+      push_n_(task.loads.force_n.norm() > 0.0 ? task.loads.force_n.norm() : 1.0),
+      tolerance_mm_(state.options.tolerance_mm),
+      standoff_mm_(standoff_share_of_tolerance * tolerance_mm_)
+{
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+    unit_(static_cast<Eigen::Index>(k)) = is_rotation(k) ? 1.0 / state.scale.lever_mm : 1.0;
+}
 
-struct Sampled {
-  double travel_mm = 0.0;
-  std::vector<ContactConstraint> features;
-};
-
-}  // namespace
-
-struct CoordinateEquilibrium::State {
-  State(const Joint& j, const ligament::Ligaments& l, const SolverFrame& frame, const EquilibriumOptions& o)
-      : joint(j),
-        ligaments(l),
-        map(frame),
-        options(o),
-        scale(rotation_scale_of(j.moving.tree_mesh.mesh)),
-        band_mm(feature_band_mm(j.reference.tree_mesh.mesh, j.moving.tree_mesh.mesh)),
-        gap(j.reference_gap, j.moving_gap)
-  {
+StepRecord CoordinateEquilibrium::Run::run()
+{
+  n_queries_before_ = state_.gap.n_queries();
+  StepRecord record;
+  record.status = find_with_turned_loads();
+  const SolverPosition at = position(current_);
+  record.pose = at.pose;
+  record.flexion_rad = at.attitude.flexion_rad;
+  record.varus_rad = at.attitude.varus_rad;
+  record.iterations = iteration_;
+  record.residual_mm = residual_mm_;
+  if (record.status == StepStatus::stable) {
+    fill_balance(record);
+    if (task_.is_measured) measure(record);
   }
+  record.queries += state_.gap.n_queries() - n_queries_before_;
+  return record;
+}
 
-  const Joint& joint;
-  const ligament::Ligaments& ligaments;
-  JointMap map;
-  EquilibriumOptions options;
-  RotationScale scale;
-  double band_mm;
-  proximity::GapQuery gap;
-  contact::NarrowPhase narrow_phase;
-};
-
-class CoordinateEquilibrium::Run {
- public:
-  Run(State& state, const Task& task)
-      : state_(state),
-        task_(task),
-        is_free_(task.is_free),
-        push_n_(task.loads.force_n.norm() > 0.0 ? task.loads.force_n.norm() : 1.0),
-        tolerance_mm_(state.options.tolerance_mm),
-        standoff_mm_(standoff_share_of_tolerance * tolerance_mm_)
-  {
-    for (std::size_t k = 0; k < n_joint_coordinates; ++k)
-      unit_(static_cast<Eigen::Index>(k)) = is_rotation(k) ? 1.0 / state.scale.lever_mm : 1.0;
+void CoordinateEquilibrium::Run::sample(const JointCoordinates& q, Sampled& out, double band_mm)
+{
+  const SolverPosition at = position(q);
+  state_.gap.set_attitude(at.attitude);
+  const proximity::GapResult& found = state_.gap.features(at.pose, band_mm);
+  out.travel_mm = found.travel_mm;
+  out.features.clear();
+  const Configuration configuration = configuration_at(at.pose, at.attitude.varus_rad, state_.scale);
+  const Rotations rotations(configuration, at.attitude.flexion_rad);
+  const ConstraintMeshes meshes{state_.joint.reference.tree_mesh.mesh, state_.joint.moving.tree_mesh.mesh,
+                                state_.scale};
+  for (const proximity::GapFeature& feature : found.features) {
+    if (out.features.size() == most_features) break;
+    const ContactConstraint constraint = contact_constraint_of(feature, meshes, configuration, rotations);
+    if (can_carry_load(constraint)) out.features.push_back(constraint);
   }
+}
 
-  StepRecord run()
-  {
-    n_queries_before_ = state_.gap.n_queries();
-    StepRecord record;
-    record.status = find_with_turned_loads();
+bool CoordinateEquilibrium::Run::can_carry_load(const ContactConstraint& constraint) const
+{
+  if (constraint.vertex < 0) return true;
+  const std::vector<bool>& protrudes = constraint.kind == ContactConstraint::Kind::face_of_reference
+                                           ? state_.joint.moving_protrudes
+                                           : state_.joint.reference_protrudes;
+  return protrudes[static_cast<std::size_t>(constraint.vertex)];
+}
+
+std::optional<Vector6d> CoordinateEquilibrium::Run::lift_at(const JointCoordinates& q) const
+{
+  const Matrix6d twists = state_.map.twists(q, position(q));
+  Vector6d lift = Vector6d::Zero();
+  Eigen::Matrix3d JJ = Eigen::Matrix3d::Zero();
+  for (std::size_t k = 3; k < n_joint_coordinates; ++k) {
+    const Eigen::Vector3d v = twists.col(static_cast<Eigen::Index>(k)).tail<3>();
+    if (is_free_[k]) JJ += v * v.transpose();
+  }
+  // Least squares with a small ridge: a held coordinate leaves a direction without an answer.
+  const Eigen::Vector3d y = (JJ + 1e-9 * Eigen::Matrix3d::Identity()).inverse() * Eigen::Vector3d::UnitY();
+  Eigen::Vector3d motion = Eigen::Vector3d::Zero();
+  for (std::size_t k = 3; k < n_joint_coordinates; ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    if (!is_free_[k]) continue;
+    lift(row) = twists.col(row).tail<3>().dot(y);
+    motion += lift(row) * twists.col(row).tail<3>();
+  }
+  if (motion.y() < 0.5) return std::nullopt;
+  return Vector6d(lift / motion.y());
+}
+
+bool CoordinateEquilibrium::Run::bring_to_contact(JointCoordinates& q, Sampled& sampled, bool only_down)
+{
+  for (int k = 0; k < most_lifts; ++k) {
+    sample(q, sampled, state_.band_mm);
+    if (!std::isfinite(sampled.travel_mm)) return false;
+    const double way_mm = sampled.travel_mm - standoff_mm_;
+    const bool is_there =
+        only_down ? sampled.travel_mm >= -overlap_rounding_mm : std::abs(way_mm) <= standoff_mm_;
+    if (is_there) return true;
+    const std::optional<Vector6d> lift = lift_at(q);
+    if (!lift) return only_down ? false : sampled.travel_mm >= -overlap_rounding_mm;
+    q += way_mm * *lift;
+  }
+  return sampled.travel_mm >= -overlap_rounding_mm;
+}
+
+bool CoordinateEquilibrium::Run::leave_overlap()
+{
+  for (int k = 0; k < most_lifts; ++k) {
+    const Plan plan = minimise(current_, sampled_.features, first_step_mm, true);
+    if (plan.length_mm <= 1e-9) return false;
+    current_ = plan.end;
+    sample(current_, sampled_, state_.band_mm);
+    if (!std::isfinite(sampled_.travel_mm)) return false;
+    if (sampled_.travel_mm >= -overlap_rounding_mm) return true;
+  }
+  return false;
+}
+
+StepStatus CoordinateEquilibrium::Run::find_with_turned_loads()
+{
+  current_ = task_.seed;
+  has_applied_ = !task_.loads.applied.empty() || !task_.loads.lines.empty();
+  if (!has_applied_) return find_equilibrium();
+  const auto at_position = [&] {
     const SolverPosition at = position(current_);
-    record.pose = at.pose;
-    record.flexion_rad = at.attitude.flexion_rad;
-    record.varus_rad = at.attitude.varus_rad;
-    record.iterations = iteration_;
-    record.residual_mm = residual_mm_;
-    if (record.status == StepStatus::stable) {
-      fill_balance(record);
-      if (task_.is_measured) measure(record);
-    }
-    record.queries += state_.gap.n_queries() - n_queries_before_;
-    return record;
-  }
-
- private:
-  // Step in mm from `current_` along the free coordinates; rotations are multiplied by the lever.
-  struct Plan {
-    JointCoordinates end = JointCoordinates::Zero();
-    double energy_mm = 0.0;  // energy over the push
-    double length_mm = 0.0;
-    double violation_mm = 0.0;  // of the worst constraint
+    return potential_near(task_.loads, at.attitude, at.pose);
   };
-  // Fibres' energy over the push to second order about the start of a plan, over the free coordinates in mm.
-  struct FibreExpansion {
-    bool is_used = false;
-    double energy_mm = 0.0;
-    Vector6d gradient = Vector6d::Zero();
-    Matrix6d hessian = Matrix6d::Zero();
-  };
-  struct Minimisation {
-    Run* run = nullptr;
-    const JointCoordinates* from = nullptr;
-    const std::vector<ContactConstraint>* features = nullptr;
-    bool has_slack = false;  // minimises the largest violation instead of the energy
-    FibreExpansion fibres = {};
-  };
-
-  SolverPosition position(const JointCoordinates& q) const { return state_.map.position_at(q); }
-
-  std::size_t n_free() const
-  {
-    return static_cast<std::size_t>(std::count(is_free_.begin(), is_free_.end(), true));
-  }
-
-  JointCoordinates moved_from(const JointCoordinates& from, const double* step_mm) const
-  {
-    JointCoordinates q = from;
-    for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
-      const auto row = static_cast<Eigen::Index>(k);
-      if (is_free_[k]) q(row) += unit_(row) * *step_mm++;
-    }
-    return q;
-  }
-
-  // The entries of the free coordinates, per mm of the step.
-  void pick_free(const Vector6d& gradient, double* out) const
-  {
-    for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
-      const auto row = static_cast<Eigen::Index>(k);
-      if (is_free_[k]) *out++ = gradient(row) * unit_(row);
-    }
-  }
-
-  // Energy of the fibres and its derivative, a wrench.
-  double fibre_energy_nmm(const SolverPosition& at, Vector6d& wrench) const
-  {
-    double energy = 0.0;
-    wrench.setZero();
-    if (state_.ligaments.fibres.empty()) return energy;
-    const ligament::JointPlacement placement = ligament::joint_placement(at.attitude, at.pose);
-    for (const ligament::Fibre& fibre : state_.ligaments.fibres) {
-      const ligament::FibrePath path = ligament::fibre_path(fibre, state_.ligaments.wraps, placement);
-      const double strain = path.length_mm / fibre.slack_length_mm - 1.0;
-      const ligament::Tension tension =
-          ligament::tension_of(strain, fibre.stiffness_n, state_.ligaments.transition_strain);
-      energy += tension.energy_n * fibre.slack_length_mm;
-      wrench += wrench_of(tension.force_n * path.direction, path.end_mm, at);
-    }
-    return energy;
-  }
-
-  double energy_nmm(const SolverPosition& at, Vector6d& wrench) const
-  {
-    const Work work = work_of(task_.loads, applied(), at);
-    const double energy = fibre_energy_nmm(at, wrench) - work.work_nmm;
-    wrench -= work.wrench;
-    return energy;
-  }
-
-  // Work of the loads and the term that selects the point nearest the seed of a continuum, over the push;
-  // derivatives over the free coordinates, per mm.
-  double load_merit_mm(const JointCoordinates& q, double* gradient) const
-  {
-    const SolverPosition at = position(q);
-    const Work work = work_of(task_.loads, applied(), at);
-    Vector6d away_mm = (q - task_.seed).cwiseQuotient(unit_);
-    away_mm(row_of(JointCoordinate::proximal)) = 0.0;
-    if (gradient != nullptr) {
-      Vector6d slope = state_.map.twists(q, at).transpose() * work.wrench / -push_n_;
-      slope += proximal_share_per_mm * away_mm.cwiseQuotient(unit_);
-      pick_free(slope, gradient);
-    }
-    return 0.5 * proximal_share_per_mm * away_mm.squaredNorm() - work.work_nmm / push_n_;
-  }
-
-  double merit_mm(const JointCoordinates& q) const
-  {
-    Vector6d wrench;
-    return load_merit_mm(q, nullptr) + fibre_energy_nmm(position(q), wrench) / push_n_;
-  }
-
-  // The Hessian by differences of the gradient: six evaluations instead of one per trial of a plan.
-  FibreExpansion fibre_expansion(const JointCoordinates& q) const
-  {
-    FibreExpansion out;
-    if (state_.ligaments.fibres.empty()) return out;
-    const auto over_free = [&](const JointCoordinates& c, Vector6d& gradient) {
-      const SolverPosition at = position(c);
-      Vector6d wrench;
-      const double energy_mm = fibre_energy_nmm(at, wrench) / push_n_;
-      gradient.setZero();
-      pick_free(state_.map.twists(c, at).transpose() * wrench / push_n_, gradient.data());
-      return energy_mm;
-    };
-    out.is_used = true;
-    out.energy_mm = over_free(q, out.gradient);
-    std::array<double, 6> step{};
-    const auto n = static_cast<Eigen::Index>(n_free());
-    for (Eigen::Index k = 0; k < n; ++k) {
-      step[static_cast<std::size_t>(k)] = difference_mm;
-      Vector6d ahead;
-      over_free(moved_from(q, step.data()), ahead);
-      out.hessian.col(k) = (ahead - out.gradient) / difference_mm;
-      step[static_cast<std::size_t>(k)] = 0.0;
-    }
-    out.hessian = 0.5 * (out.hessian + Matrix6d(out.hessian.transpose()));
-    return out;
-  }
-
-  static double objective(unsigned n, const double* z, double* gradient, void* data)
-  {
-    const auto& m = *static_cast<Minimisation*>(data);
-    if (!m.has_slack) {
-      const double loads_mm = m.run->load_merit_mm(m.run->moved_from(*m.from, z), gradient);
-      if (!m.fibres.is_used) return loads_mm;
-      Vector6d step = Vector6d::Zero();
-      std::copy(z, z + n, step.data());
-      const Vector6d change = m.fibres.hessian * step;
-      for (unsigned k = 0; gradient != nullptr && k < n; ++k) gradient[k] += m.fibres.gradient(k) + change(k);
-      return loads_mm + m.fibres.energy_mm + m.fibres.gradient.dot(step) + 0.5 * step.dot(change);
-    }
-    if (gradient != nullptr) {
-      std::fill(gradient, gradient + n, 0.0);
-      gradient[n - 1] = 1.0;
-    }
-    return z[n - 1];
-  }
-
-  // Standoff minus the distance of each feature: at most 0.
-  static void constraints(unsigned m_rows, double* result, unsigned n, const double* z, double* gradient,
-                          void* data)
-  {
-    const auto& m = *static_cast<Minimisation*>(data);
-    const JointCoordinates q = m.run->moved_from(*m.from, z);
-    const SolverPosition at = m.run->position(q);
-    const Matrix6d twists = m.run->state_.map.twists(q, at);
-    for (unsigned i = 0; i < m_rows; ++i) {
-      const FeatureDistance d = feature_distance((*m.features)[i], at, m.run->state_.scale.pivot_mm);
-      result[i] = m.run->standoff_mm_ - std::min(d.distance_mm, 1e3);
-      if (m.has_slack) result[i] -= z[n - 1];
-      if (gradient == nullptr) continue;
-      double* row = gradient + static_cast<std::size_t>(i) * n;
-      m.run->pick_free(-(twists.transpose() * d.wrench), row);
-      if (m.has_slack) row[n - 1] = -1.0;
-    }
-  }
-
-  Plan minimise(const JointCoordinates& from, const std::vector<ContactConstraint>& features,
-                double radius_mm, bool has_slack = false)
-  {
-    Minimisation m{this, &from, &features, has_slack, {}};
-    if (!has_slack) m.fibres = fibre_expansion(from);
-    const std::size_t n = n_free() + (has_slack ? 1 : 0);
-    std::vector<double> z(n, 0.0), low(n, -radius_mm), high(n, radius_mm);
-    std::vector<double> tolerance(features.size(), 1e-12);
-    Plan plan;
-    plan.end = from;
-    if (has_slack) {
-      low.back() = -1e-3;
-      high.back() = 1e3;
-      z.back() = worst_violation_mm(from, features);
-    }
-    if (n > 0) {
-      const nlopt_opt opt = nlopt_create(NLOPT_LD_SLSQP, static_cast<unsigned>(n));
-      check(opt != nullptr, "nlopt_create failed");
-      nlopt_set_min_objective(opt, objective, &m);
-      if (!features.empty()) {
-        nlopt_add_inequality_mconstraint(opt, static_cast<unsigned>(features.size()), constraints, &m,
-                                         tolerance.data());
-      }
-      nlopt_set_lower_bounds(opt, low.data());
-      nlopt_set_upper_bounds(opt, high.data());
-      nlopt_set_xtol_abs1(opt, 1e-10);
-      nlopt_set_maxeval(opt, 200);
-      // Its result stays in z where it stops by rounding.
-      nlopt_optimize(opt, z.data(), &plan.energy_mm);
-      nlopt_destroy(opt);
-    }
-    plan.end = moved_from(from, z.data());
-    for (std::size_t k = 0; k < n_free(); ++k) plan.length_mm = std::max(plan.length_mm, std::abs(z[k]));
-    if (!has_slack) plan.energy_mm = objective(static_cast<unsigned>(n), z.data(), nullptr, &m);
-    plan.violation_mm = worst_violation_mm(plan.end, features);
-    return plan;
-  }
-
-  double worst_violation_mm(const JointCoordinates& q, const std::vector<ContactConstraint>& features) const
-  {
-    const SolverPosition at = position(q);
-    double worst = 0.0;
-    for (const ContactConstraint& feature : features)
-      worst =
-          std::max(worst, standoff_mm_ - feature_distance(feature, at, state_.scale.pivot_mm).distance_mm);
-    return worst;
-  }
-
-  void sample(const JointCoordinates& q, Sampled& out, double band_mm)
-  {
-    const SolverPosition at = position(q);
-    state_.gap.set_attitude(at.attitude);
-    const proximity::GapResult& found = state_.gap.features(at.pose, band_mm);
-    out.travel_mm = found.travel_mm;
-    out.features.clear();
-    const Configuration configuration = configuration_at(at.pose, at.attitude.varus_rad, state_.scale);
-    const Rotations rotations(configuration, at.attitude.flexion_rad);
-    const ConstraintMeshes meshes{state_.joint.reference.tree_mesh.mesh, state_.joint.moving.tree_mesh.mesh,
-                                  state_.scale};
-    for (const proximity::GapFeature& feature : found.features) {
-      if (out.features.size() == most_features) break;
-      const ContactConstraint constraint = contact_constraint_of(feature, meshes, configuration, rotations);
-      if (can_carry_load(constraint)) out.features.push_back(constraint);
-    }
-  }
-
-  bool can_carry_load(const ContactConstraint& constraint) const
-  {
-    if (constraint.vertex < 0) return true;
-    const std::vector<bool>& protrudes = constraint.kind == ContactConstraint::Kind::face_of_reference
-                                             ? state_.joint.moving_protrudes
-                                             : state_.joint.reference_protrudes;
-    return protrudes[static_cast<std::size_t>(constraint.vertex)];
-  }
-
-  // Step of the free translations that moves the object by 1 mm along Delta; empty if they cannot.
-  std::optional<Vector6d> lift_at(const JointCoordinates& q) const
-  {
-    const Matrix6d twists = state_.map.twists(q, position(q));
-    Vector6d lift = Vector6d::Zero();
-    Eigen::Matrix3d JJ = Eigen::Matrix3d::Zero();
-    for (std::size_t k = 3; k < n_joint_coordinates; ++k) {
-      const Eigen::Vector3d v = twists.col(static_cast<Eigen::Index>(k)).tail<3>();
-      if (is_free_[k]) JJ += v * v.transpose();
-    }
-    // Least squares with a small ridge: a held coordinate leaves a direction without an answer.
-    const Eigen::Vector3d y = (JJ + 1e-9 * Eigen::Matrix3d::Identity()).inverse() * Eigen::Vector3d::UnitY();
-    Eigen::Vector3d motion = Eigen::Vector3d::Zero();
-    for (std::size_t k = 3; k < n_joint_coordinates; ++k) {
-      const auto row = static_cast<Eigen::Index>(k);
-      if (!is_free_[k]) continue;
-      lift(row) = twists.col(row).tail<3>().dot(y);
-      motion += lift(row) * twists.col(row).tail<3>();
-    }
-    if (motion.y() < 0.5) return std::nullopt;
-    return Vector6d(lift / motion.y());
-  }
-
-  // Moves along Delta to the standoff from first contact; `only_down`: out of an overlap only.
-  bool bring_to_contact(JointCoordinates& q, Sampled& sampled, bool only_down)
-  {
-    for (int k = 0; k < most_lifts; ++k) {
-      sample(q, sampled, state_.band_mm);
-      if (!std::isfinite(sampled.travel_mm)) return false;
-      const double way_mm = sampled.travel_mm - standoff_mm_;
-      const bool is_there =
-          only_down ? sampled.travel_mm >= -overlap_rounding_mm : std::abs(way_mm) <= standoff_mm_;
-      if (is_there) return true;
-      const std::optional<Vector6d> lift = lift_at(q);
-      if (!lift) return only_down ? false : sampled.travel_mm >= -overlap_rounding_mm;
-      q += way_mm * *lift;
-    }
-    return sampled.travel_mm >= -overlap_rounding_mm;
-  }
-
-  // From a seed that overlaps while the position along Delta is held.
-  bool leave_overlap()
-  {
-    for (int k = 0; k < most_lifts; ++k) {
-      const Plan plan = minimise(current_, sampled_.features, first_step_mm, true);
-      if (plan.length_mm <= 1e-9) return false;
-      current_ = plan.end;
-      sample(current_, sampled_, state_.band_mm);
-      if (!std::isfinite(sampled_.travel_mm)) return false;
-      if (sampled_.travel_mm >= -overlap_rounding_mm) return true;
-    }
-    return false;
-  }
-
-  const LoadPotential* applied() const { return has_applied_ ? &applied_ : nullptr; }
-
-  // Loads that turn with an object are turned again at each position found until they no longer change.
-  StepStatus find_with_turned_loads()
-  {
-    current_ = task_.seed;
-    has_applied_ = !task_.loads.applied.empty() || !task_.loads.lines.empty();
-    if (!has_applied_) return find_equilibrium();
-    const auto at_position = [&] {
-      const SolverPosition at = position(current_);
-      return potential_near(task_.loads, at.attitude, at.pose);
-    };
+  applied_ = at_position();
+  for (int k = 0; k < most_turns; ++k) {
+    const StepStatus status = find_equilibrium();
+    if (status != StepStatus::stable) return status;
+    const SolverPosition at = position(current_);
+    const LoadPotential before = applied_;
+    const Vector6d wrench = work_of(task_.loads, &before, at).wrench;
     applied_ = at_position();
-    for (int k = 0; k < most_turns; ++k) {
-      const StepStatus status = find_equilibrium();
-      if (status != StepStatus::stable) return status;
-      const SolverPosition at = position(current_);
-      const LoadPotential before = applied_;
-      const Vector6d wrench = work_of(task_.loads, &before, at).wrench;
-      applied_ = at_position();
-      const Vector6d change =
-          unit_.cwiseProduct(state_.map.twists(current_, at).transpose() *
-                             Vector6d(work_of(task_.loads, &applied_, at).wrench - wrench));
-      update_balance();  // of the forces at this position
-      if (change.norm() <= turned_load_share * push_n_) return status;
-    }
-    return StepStatus::iteration_limit;
+    const Vector6d change = unit_.cwiseProduct(state_.map.twists(current_, at).transpose() *
+                                               Vector6d(work_of(task_.loads, &applied_, at).wrench - wrench));
+    update_balance();  // of the forces at this position
+    if (change.norm() <= turned_load_share * push_n_) return status;
   }
+  return StepStatus::iteration_limit;
+}
 
-  StepStatus find_equilibrium()
-  {
-    if (!bring_to_contact(current_, sampled_, false)) {
-      if (!std::isfinite(sampled_.travel_mm)) return StepStatus::no_contact;
-      if (n_free() == 0 || !leave_overlap()) return StepStatus::no_clearance;
-    }
-    double radius_mm = first_step_mm;
-    int n_rejections = 0;
-    std::vector<ContactConstraint> cuts;
-    Sampled trial;
-    for (iteration_ = 1; iteration_ <= state_.options.max_iterations; ++iteration_) {
-      std::vector<ContactConstraint> features = sampled_.features;
-      features.insert(features.end(), cuts.begin(), cuts.end());
-      const double merit = merit_mm(current_);
-      Plan plan = minimise(current_, features, radius_mm);
-      const double predicted_mm = merit - plan.energy_mm;
-      residual_mm_ = plan.length_mm;
-      const bool is_small = plan.length_mm <= tolerance_mm_ || predicted_mm <= 1e-6 * tolerance_mm_;
-      if (is_small || plan.violation_mm > infeasible_mm) {
-        if (is_small && is_certified()) {
-          if (!crosses_ridge()) return StepStatus::stable;
-          radius_mm = first_step_mm;
-        } else {
-          radius_mm *= 0.25;
-          if (radius_mm < 0.1 * tolerance_mm_) break;
-        }
-        cuts.clear();
-        n_rejections = 0;
-        continue;
+StepStatus CoordinateEquilibrium::Run::find_equilibrium()
+{
+  if (!bring_to_contact(current_, sampled_, false)) {
+    if (!std::isfinite(sampled_.travel_mm)) return StepStatus::no_contact;
+    if (n_free() == 0 || !leave_overlap()) return StepStatus::no_clearance;
+  }
+  double radius_mm = first_step_mm;
+  int n_rejections = 0;
+  std::vector<ContactConstraint> cuts;
+  Sampled trial;
+  for (iteration_ = 1; iteration_ <= state_.options.max_iterations; ++iteration_) {
+    std::vector<ContactConstraint> features = sampled_.features;
+    features.insert(features.end(), cuts.begin(), cuts.end());
+    const double merit = merit_mm(current_);
+    Plan plan = minimise(current_, features, radius_mm);
+    const double predicted_mm = merit - plan.energy_mm;
+    residual_mm_ = plan.length_mm;
+    const bool is_small = plan.length_mm <= tolerance_mm_ || predicted_mm <= 1e-6 * tolerance_mm_;
+    if (is_small || plan.violation_mm > infeasible_mm) {
+      if (is_small && is_certified()) {
+        if (!crosses_ridge()) return StepStatus::stable;
+        radius_mm = first_step_mm;
+      } else {
+        radius_mm *= 0.25;
+        if (radius_mm < 0.1 * tolerance_mm_) break;
       }
-      JointCoordinates end = plan.end;
-      const bool is_clear = bring_to_contact(end, trial, true);
-      if (!std::isfinite(trial.travel_mm)) {
-        radius_mm = 0.25 * std::min(radius_mm, plan.length_mm);
-        if (radius_mm < tolerance_mm_) return StepStatus::unbounded;
-        continue;
-      }
-      const double gain_mm = is_clear ? merit - merit_mm(end) : 0.0;
-      if (gain_mm < enough_of_predicted * predicted_mm) {
-        if (!is_clear || gain_mm < 0.0) sample(plan.end, trial, state_.band_mm);
-        if (!add_cuts(trial.features, cuts) || ++n_rejections >= most_rejections) {
-          radius_mm = 0.25 * plan.length_mm;
-          n_rejections = 0;
-        }
-        continue;
-      }
-      current_ = end;
-      std::swap(sampled_, trial);
       cuts.clear();
       n_rejections = 0;
-      if (gain_mm > good_of_predicted * predicted_mm && plan.length_mm > 0.8 * radius_mm)
-        radius_mm = std::min(2.0 * radius_mm, longest_step_mm);
+      continue;
     }
-    iteration_ = std::min(iteration_, state_.options.max_iterations);
-    return StepStatus::iteration_limit;
-  }
-
-  // Features that the current position satisfies; others were extended too far.
-  bool add_cuts(const std::vector<ContactConstraint>& found, std::vector<ContactConstraint>& cuts) const
-  {
-    const SolverPosition at = position(current_);
-    const std::size_t before = cuts.size();
-    for (const ContactConstraint& feature : found) {
-      if (feature_distance(feature, at, state_.scale.pivot_mm).distance_mm >= 0.5 * standoff_mm_)
-        cuts.push_back(feature);
-    }
-    return cuts.size() > before;
-  }
-
-  void add_touching(const std::vector<ContactConstraint>& features)
-  {
-    const SolverPosition at = position(current_);
-    for (const ContactConstraint& feature : features) {
-      const FeatureDistance d = feature_distance(feature, at, state_.scale.pivot_mm);
-      if (d.distance_mm < -overlap_rounding_mm || d.distance_mm > touching_within_tolerances * tolerance_mm_)
-        continue;
-      touching_.push_back(feature);
-      distances_.push_back(d);
-    }
-  }
-
-  // Contact forces that come nearest to balancing the free coordinates: the projection of the gradient on
-  // their cone, by its dual.
-  void update_balance()
-  {
-    const SolverPosition at = position(current_);
-    const Matrix6d twists = state_.map.twists(current_, at);
-    Vector6d wrench;
-    energy_nmm_ = energy_nmm(at, wrench);
-    gradient_ = twists.transpose() * wrench;
-    Vector6d mask = unit_;
-    for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
-      if (!is_free_[k]) mask(static_cast<Eigen::Index>(k)) = 0.0;
-    }
-    std::vector<HalfSpaceOf<6>> rows;
-    std::vector<double> length;
-    over_coordinates_.clear();
-    for (const FeatureDistance& d : distances_) {
-      over_coordinates_.push_back(twists.transpose() * d.wrench);
-      const Vector6d normal = mask.cwiseProduct(over_coordinates_.back());
-      length.push_back(std::max(normal.norm(), std::numeric_limits<double>::min()));
-      rows.push_back({normal / length.back(), 0.0});
-    }
-    const QpSolutionOf<6> qp =
-        solve_quadratic_program<6>(Matrix6d::Identity(), mask.cwiseProduct(gradient_), rows);
-    unbalanced_n_ = qp.d;
-    force_n_.assign(distances_.size(), 0.0);
-    for (std::size_t k = 0; k < qp.n_active; ++k)
-      force_n_[qp.active[k].row] = std::max(qp.active[k].multiplier, 0.0) / length[qp.active[k].row];
-  }
-
-  bool is_certified()
-  {
-    touching_.clear();
-    distances_.clear();
-    add_touching(sampled_.features);
-    update_balance();
-    // A constraint that is missing is a small step away, along the residual force.
-    double probe_mm = tolerance_mm_;
-    for (int k = 0; k < 4 && unbalanced_n_.norm() > 1e-4 * push_n_; ++k) {
-      Sampled probe;
-      const Vector6d step = unit_.cwiseProduct(unbalanced_n_) * (probe_mm / unbalanced_n_.norm());
-      sample(current_ + step, probe, touching_within_tolerances * tolerance_mm_);
-      const double before_n = unbalanced_n_.norm();
-      add_touching(probe.features);
-      update_balance();
-      if (unbalanced_n_.norm() > 0.99 * before_n) probe_mm *= 3.0;
-    }
-    return unbalanced_n_.norm() <= residual_share * push_n_;
-  }
-
-  // Constraints through one point may be alternatives (a tip crosses a ridge): tries each alone.
-  bool crosses_ridge()
-  {
-    const std::vector<ContactConstraint> touching = touching_;
-    const std::vector<FeatureDistance> distances = distances_;
-    const double near_mm = touching_within_tolerances * tolerance_mm_;
-    const SolverPosition at = position(current_);
-    const auto point = [&](const ContactConstraint& c) {
-      return feature_distance(c, at, state_.scale.pivot_mm).point_mm;
-    };
-    for (std::size_t a = 0; a < touching.size(); ++a) {
-      if (force_n_[a] <= 0.0) continue;
-      const auto is_at_point = [&](const ContactConstraint& c) {
-        return (point(c) - distances[a].point_mm).cwiseAbs().maxCoeff() <= near_mm;
-      };
-      if (std::count_if(touching.begin(), touching.end(), is_at_point) < 2) continue;
-      std::vector<ContactConstraint> features;
-      std::remove_copy_if(sampled_.features.begin(), sampled_.features.end(), std::back_inserter(features),
-                          is_at_point);
-      for (const ContactConstraint& single : touching) {
-        if (!is_at_point(single)) continue;
-        features.push_back(single);
-        if (accept_if_lower(features)) return true;
-        features.pop_back();
-      }
-    }
-    return false;
-  }
-
-  bool accept_if_lower(const std::vector<ContactConstraint>& features)
-  {
-    const double merit = merit_mm(current_);
-    const Plan plan = minimise(current_, features, crossing_step_mm);
-    const double predicted_mm = merit - plan.energy_mm;
-    if (plan.violation_mm > infeasible_mm || predicted_mm <= tolerance_mm_) return false;
     JointCoordinates end = plan.end;
-    Sampled trial;
-    if (!bring_to_contact(end, trial, true)) return false;
-    if (merit - merit_mm(end) < 0.5 * predicted_mm) return false;
+    const bool is_clear = bring_to_contact(end, trial, true);
+    if (!std::isfinite(trial.travel_mm)) {
+      radius_mm = 0.25 * std::min(radius_mm, plan.length_mm);
+      if (radius_mm < tolerance_mm_) return StepStatus::unbounded;
+      continue;
+    }
+    const double gain_mm = is_clear ? merit - merit_mm(end) : 0.0;
+    if (gain_mm < enough_of_predicted * predicted_mm) {
+      if (!is_clear || gain_mm < 0.0) sample(plan.end, trial, state_.band_mm);
+      if (!add_cuts(trial.features, cuts) || ++n_rejections >= most_rejections) {
+        radius_mm = 0.25 * plan.length_mm;
+        n_rejections = 0;
+      }
+      continue;
+    }
     current_ = end;
-    sampled_ = std::move(trial);
-    return true;
+    std::swap(sampled_, trial);
+    cuts.clear();
+    n_rejections = 0;
+    if (gain_mm > good_of_predicted * predicted_mm && plan.length_mm > 0.8 * radius_mm)
+      radius_mm = std::min(2.0 * radius_mm, longest_step_mm);
   }
+  iteration_ = std::min(iteration_, state_.options.max_iterations);
+  return StepStatus::iteration_limit;
+}
 
-  // Whether moving one coordinate by `shift` costs energy however the others adapt.
-  bool resists(std::size_t coordinate, double shift)
-  {
-    const auto row = static_cast<Eigen::Index>(coordinate);
-    const double limit_mm = merit_mm(current_) + determined_tolerances * tolerance_mm_;
-    JointCoordinates from = current_;
-    from(row) += shift;
-    is_free_[coordinate] = false;
-    std::vector<ContactConstraint> features = sampled_.features;
-    Sampled trial;
-    bool result = true;
-    for (int k = 0; k < most_trials; ++k) {
-      const Plan plan = minimise(from, features, 4.0 * state_.scale.lever_mm * trial_rotation_rad);
-      if (plan.violation_mm > infeasible_mm || merit_mm(plan.end) > limit_mm) break;
-      sample(plan.end, trial, state_.band_mm);
-      if (!std::isfinite(trial.travel_mm) || trial.travel_mm >= -tolerance_mm_) {
-        result = false;
-        break;
-      }
-      const std::size_t before = features.size();
-      features.insert(features.end(), trial.features.begin(), trial.features.end());
-      if (features.size() == before) break;
+bool CoordinateEquilibrium::Run::add_cuts(const std::vector<ContactConstraint>& found,
+                                          std::vector<ContactConstraint>& cuts) const
+{
+  const SolverPosition at = position(current_);
+  const std::size_t before = cuts.size();
+  for (const ContactConstraint& feature : found) {
+    if (feature_distance(feature, at, state_.scale.pivot_mm).distance_mm >= 0.5 * standoff_mm_)
+      cuts.push_back(feature);
+  }
+  return cuts.size() > before;
+}
+
+bool CoordinateEquilibrium::Run::crosses_ridge()
+{
+  const std::vector<ContactConstraint> touching = touching_;
+  const std::vector<FeatureDistance> distances = distances_;
+  const double near_mm = touching_within_tolerances * tolerance_mm_;
+  const SolverPosition at = position(current_);
+  const auto point = [&](const ContactConstraint& c) {
+    return feature_distance(c, at, state_.scale.pivot_mm).point_mm;
+  };
+  for (std::size_t a = 0; a < touching.size(); ++a) {
+    if (force_n_[a] <= 0.0) continue;
+    const auto is_at_point = [&](const ContactConstraint& c) {
+      return (point(c) - distances[a].point_mm).cwiseAbs().maxCoeff() <= near_mm;
+    };
+    if (std::count_if(touching.begin(), touching.end(), is_at_point) < 2) continue;
+    std::vector<ContactConstraint> features;
+    std::remove_copy_if(sampled_.features.begin(), sampled_.features.end(), std::back_inserter(features),
+                        is_at_point);
+    for (const ContactConstraint& single : touching) {
+      if (!is_at_point(single)) continue;
+      features.push_back(single);
+      if (accept_if_lower(features)) return true;
+      features.pop_back();
     }
-    is_free_[coordinate] = true;
-    return result;
   }
+  return false;
+}
 
-  void fill_balance(StepRecord& record)
-  {
-    Balance& out = record.balance;
-    out.energy_nmm = energy_nmm_;
-    out.residual_n = unbalanced_n_.norm();
-    out.worst_gap_mm = sampled_.travel_mm;
-    CoordinateForces held;
-    Vector6d force = gradient_;
-    double sum_n = 0.0, weighted = 0.0;
-    for (std::size_t i = 0; i < touching_.size(); ++i) {
-      if (force_n_[i] <= 0.0) continue;
-      const FeatureDistance& d = distances_[i];
-      ContactForce f;
-      f.point_solver_mm = d.point_mm;
-      f.normal_solver = d.normal;
-      f.along_delta_n = force_n_[i] * -d.normal.y();
-      f.triangle_reference = touching_[i].triangles.reference;
-      f.triangle_moving = touching_[i].triangles.moving;
-      if (!state_.joint.compartment_of_triangle.empty()) {
-        f.compartment = static_cast<std::int8_t>(
-            state_.joint.compartment_of_triangle[static_cast<std::size_t>(f.triangle_moving)]);
-      }
-      out.forces.push_back(f);
-      sum_n += force_n_[i];
-      weighted += force_n_[i] * std::max(d.distance_mm, 0.0);
-      force -= force_n_[i] * over_coordinates_[i];
-    }
-    out.complementarity_mm = sum_n > 0.0 ? weighted / sum_n : 0.0;
-    for (std::size_t k = 0; k < n_joint_coordinates; ++k)
-      held.holding[k] = is_free_[k] ? nan : force(static_cast<Eigen::Index>(k));
-    out.flexion_moment_nmm = is_free_[0] ? 0.0 : held.holding[0];
-    out.varus_moment_nmm = is_free_[1] ? 0.0 : held.holding[1];
-    record.coordinates = held;
-  }
-
-  void measure(StepRecord& record)
-  {
-    const SolverPosition at = position(current_);
-    contact::ContactOptions exact;
-    exact.band_mm = state_.options.contact_resolution_mm;
-    state_.gap.set_attitude(at.attitude);
-    measure_contacts(
-        state_.joint,
-        contact::find_contacts(state_.joint.reference, state_.joint.moving, {at.attitude, at.pose},
-                               state_.gap.close_pairs(at.pose, exact.band_mm), state_.narrow_phase, exact),
-        exact.band_mm, record);
-    measure_gaps(state_.joint, at.attitude, at.pose, record);
-    for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
-      const double shift = is_rotation(k) ? trial_rotation_rad : trial_translation_mm;
-      if (is_free_[k]) record.coordinates->determined[k] = resists(k, -shift) && resists(k, shift) ? 1 : 0;
-    }
-    record.theta_determined = record.coordinates->determined[2] != 0;
-  }
-
-  State& state_;
-  const Task& task_;
-  std::array<bool, n_joint_coordinates> is_free_;
-  double push_n_, tolerance_mm_, standoff_mm_;
-  bool has_applied_ = false;
-  LoadPotential applied_;             // of the applied loads and lines near a position
-  Vector6d unit_ = Vector6d::Ones();  // of each coordinate per mm of a step
-  JointCoordinates current_ = JointCoordinates::Zero();
-  Sampled sampled_;
-  std::vector<ContactConstraint> touching_;
-  std::vector<FeatureDistance> distances_;  // [n_touching], like the next two
-  std::vector<Vector6d> over_coordinates_;
-  std::vector<double> force_n_;
-  Vector6d gradient_ = Vector6d::Zero(), unbalanced_n_ = Vector6d::Zero();
-  double energy_nmm_ = 0.0;
-  double residual_mm_ = 0.0;
-  int iteration_ = 0;
-  int n_queries_before_ = 0;
-};
+bool CoordinateEquilibrium::Run::accept_if_lower(const std::vector<ContactConstraint>& features)
+{
+  const double merit = merit_mm(current_);
+  const Plan plan = minimise(current_, features, crossing_step_mm);
+  const double predicted_mm = merit - plan.energy_mm;
+  if (plan.violation_mm > infeasible_mm || predicted_mm <= tolerance_mm_) return false;
+  JointCoordinates end = plan.end;
+  Sampled trial;
+  if (!bring_to_contact(end, trial, true)) return false;
+  if (merit - merit_mm(end) < 0.5 * predicted_mm) return false;
+  current_ = end;
+  sampled_ = std::move(trial);
+  return true;
+}
 
 CoordinateEquilibrium::CoordinateEquilibrium(const Joint& joint, const ligament::Ligaments& ligaments,
                                              const SolverFrame& frame, const EquilibriumOptions& options)

@@ -1,0 +1,17 @@
+/// The loads of a job in the output of `vrda check`.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "load/job.hpp"
+
+namespace vrda::app {
+
+/// The job's values; only points are scaled with the subject. A setting over flexion is a table with one row
+/// per angle, one from columns of the frames has their names.
+nlohmann::ordered_json push_json(const load::PushJob& push, const load::Case& job_case);
+
+/// Prints such loads; without forces only the direction.
+void print_push(const nlohmann::ordered_json& push, bool has_forces);
+
+}  // namespace vrda::app
