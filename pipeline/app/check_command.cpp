@@ -348,7 +348,7 @@ void print(const Json& u)
     if (u["found_frames"].is_null()) break;
     const Json& frame = u["found_frames"][body];
     std::printf("%s.frame found: origin %s, align rotation %s degrees\n", body,
-                text_of(frame["origin"]).c_str(), text_of(frame["rotation_deg"]).c_str());
+                number_text(frame["origin"]).c_str(), number_text(frame["rotation_deg"]).c_str());
   }
   job_run::print_scaling(u["scaling"]);
   if (const auto note = u["scaling_note"].get<std::string>(); !note.empty())

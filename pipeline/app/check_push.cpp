@@ -77,9 +77,7 @@ Json push_json(const load::PushJob& push, const load::Case& job_case)
           {"lines", lines_json(push, job_case)}};
 }
 
-namespace {
-
-std::string text_of(const Json& number_or_list)
+std::string number_text(const Json& number_or_list)
 {
   if (!number_or_list.is_array()) return shortest_decimal(number_or_list.get<double>());
   std::string text;
@@ -88,20 +86,22 @@ std::string text_of(const Json& number_or_list)
   return text + "]";
 }
 
+namespace {
+
 // "20 N", or the first and last row of a table over flexion.
 void print_load(const char* name, const Json& load, const char* unit)
 {
   std::string text;
   if (!load.is_object()) {
-    text = text_of(load) + unit;
+    text = number_text(load) + unit;
   } else if (load.contains("columns")) {
     text = "from columns of the frames";
     for (const Json& column : load["columns"]) text += " " + column.get<std::string>();
   } else {
     const Json& angles_deg = load["flexion_deg"];
     const Json& rows = load["value"];
-    text = text_of(rows.front()) + unit + " at " + shortest_decimal(angles_deg.front().get<double>()) +
-           " degrees of flexion to " + text_of(rows.back()) + unit + " at " +
+    text = number_text(rows.front()) + unit + " at " + shortest_decimal(angles_deg.front().get<double>()) +
+           " degrees of flexion to " + number_text(rows.back()) + unit + " at " +
            shortest_decimal(angles_deg.back().get<double>()) + ", in " + std::to_string(rows.size()) +
            " rows";
   }

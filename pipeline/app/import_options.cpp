@@ -1,3 +1,4 @@
+// The options of `vrda import`.
 #include <CLI/CLI.hpp>
 
 #include "app/import_command.hpp"

@@ -1,3 +1,4 @@
+// The options of `vrda repair`.
 #include <CLI/CLI.hpp>
 
 #include "app/repair_command.hpp"

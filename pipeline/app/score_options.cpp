@@ -1,3 +1,4 @@
+// The options of `vrda score`.
 #include <CLI/CLI.hpp>
 
 #include "app/score_command.hpp"

@@ -206,7 +206,7 @@ void warn_of_radians(const Job& job, Warnings& warnings)
 
 void warn_of_grid(const Job& job, Warnings& warnings)
 {
-  if (job.coordinates) return;
+  if (job.document.root.find("grid") == nullptr) return;
   warn_of_last_angle(job, "grid.flexion", job.grid.flexion_deg, warnings);
   if (!job.is_varus_free) warn_of_last_angle(job, "grid.varus", job.grid.varus_deg, warnings);
   warn_of_radians(job, warnings);

@@ -1,3 +1,4 @@
+// Measured and repaired motion of a repaired model, for the page.
 #include "core/clinical.hpp"
 #include "core/units.hpp"
 #include "report/model_json.hpp"

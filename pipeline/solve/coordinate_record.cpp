@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/trig.hpp"
 #include "solve/coordinate_run.hpp"
 #include "solve/quadratic_program.hpp"
 
@@ -96,6 +97,31 @@ bool CoordinateEquilibrium::Run::resists(std::size_t coordinate, double shift)
   return result;
 }
 
+// The loads that count as constant along the coordinates do no work on flexion, about the axis of which they
+// have a moment all the same: over the coordinates, for what is held.
+Vector6d CoordinateEquilibrium::Run::flexing_force() const
+{
+  const SolverPosition at = position(current_);
+  const Loads& loads = task_.loads;
+  const Eigen::Vector3d t = at.pose.translation_mm;
+  Eigen::Vector3d moment_nmm =
+      loads.point_mm.cross(loads.force_n) + loads.moment_nmm * Eigen::Vector3d::UnitY();
+  if (has_applied_) {
+    Loads none;
+    none.force_n.setZero();
+    LoadPotential exact = applied_;
+    exact.constant.setZero();
+    const Vector6d counted = work_of(none, &exact, at).wrench;
+    moment_nmm +=
+        wrench_of(loads, at.attitude, at.pose).moment_nmm - (counted.head<3>() + t.cross(counted.tail<3>()));
+  }
+  const SinCos varus = sin_cos(at.attitude.varus_rad);
+  const double about_axis = varus.sin * moment_nmm.y() + varus.cos * moment_nmm.z();
+  Vector6d wrench = Vector6d::Zero();
+  wrench(2) = about_axis / varus.cos;
+  return state_.map.twists(current_, at).transpose() * wrench;
+}
+
 void CoordinateEquilibrium::Run::fill_balance(StepRecord& record)
 {
   Balance& out = record.balance;
@@ -124,6 +150,7 @@ void CoordinateEquilibrium::Run::fill_balance(StepRecord& record)
     force -= force_n_[i] * over_coordinates_[i];
   }
   out.complementarity_mm = sum_n > 0.0 ? weighted / sum_n : 0.0;
+  force -= flexing_force();
   for (std::size_t k = 0; k < n_joint_coordinates; ++k)
     held.holding[k] = is_free_[k] ? nan : force(static_cast<Eigen::Index>(k));
   out.flexion_moment_nmm = is_free_[0] ? 0.0 : held.holding[0];

@@ -167,6 +167,8 @@ class CoordinateEquilibrium::Run {
   // Whether moving one coordinate by `shift` costs energy however the others adapt.
   bool resists(std::size_t coordinate, double shift);
 
+  Vector6d flexing_force() const;
+
   void fill_balance(StepRecord& record);
 
   void measure(StepRecord& record);

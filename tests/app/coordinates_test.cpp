@@ -156,7 +156,7 @@ TEST_F(CoordinateRun, WhatNeedsAGridRefusesFrames)
   const std::string model = scratch_.path() / "out.h5";
   for (const std::vector<std::string>& words :
        {std::vector<std::string>{"smooth", model, "--degree", "2"}, {"compare", model}, {"reduce", model}})
-    test::expect_refused(words, {.file = model});
+    test::expect_refused(words, {.file = model, .field = "/frame"});
   for (const std::vector<std::string>& words :
        {std::vector<std::string>{"info", model}, {"audit", model}, {"validate", model}})
     EXPECT_EQ(test::run_vrda(words).exit_code, 0);

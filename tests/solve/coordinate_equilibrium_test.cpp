@@ -84,7 +84,7 @@ TEST(JointMap, WorkOfLoadsMatchesDifferences)
   loads.moment_nmm = 150;
   loads.varus_moment_nmm = -80;
   loads.point_mm = {7, 2, -9};
-  loads.applied = {{LoadFrame::reference, {2, -3, 4}, {}, {5, -6, 7}},
+  loads.applied = {{LoadFrame::reference, {2, -3, 4}, {0, 0, 0}, {5, -6, 7}},
                    {LoadFrame::moving, {1, 2, 3}, {50, 0, -20}, {4, 4, -4}}};
   loads.lines = {{35, {10, 20, 5}, {-3, -8, 6}}};
   const JointCoordinates q = at(40, 7, -12, 3, -25, 5);
@@ -219,6 +219,9 @@ TEST(CoordinateEquilibrium, AppliedAndHoldingForcesAreEqual)
   Loads loads;
   loads.force_n = {4, 30, -7};
   loads.moment_nmm = 55;
+  // In world axes, at a point of the moving object 12 mm forwards: 6 N to the right turn it by -72 N mm.
+  loads.applied = {
+      {LoadFrame::world, {0, 0, 6}, {0, 0, 0}, rotation_y(rad_from_deg(-3)) * Eigen::Vector3d(12, 0, 0)}};
   const StepRecord r =
       solved(joint, at(0, 0, 3, 0.5, -3, -0.2), {false, false, false, false, true, false}, loads);
   ASSERT_EQ(r.status, StepStatus::stable);
