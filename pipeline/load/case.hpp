@@ -63,7 +63,7 @@ struct Push {
   double moment_nmm = 0.0;                           ///< about Delta, right-knee sign of theta
   double varus_moment_nmm = 0.0;                     ///< adduction positive
   std::vector<Eigen::Vector3d> load_force_n;         ///< [n_loads]
-  std::vector<Eigen::Vector3d> load_moment_nmm;      ///< [n_loads] right-handed on both sides
+  std::vector<Eigen::Vector3d> load_moment_nmm;      ///< [n_loads] by the right-hand rule on both sides
   std::vector<double> line_tension_n;                ///< [n_lines] at least 0
 };
 

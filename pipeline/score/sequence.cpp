@@ -121,7 +121,7 @@ class OverFlexion {
   std::vector<bool> is_after_hole_;
 };
 
-/// Index of the interval of the axis that contains the value; the nearest one if there is none.
+/// Index of the interval of the axis that contains the value; the nearest one for a value outside.
 std::size_t interval_of(const std::vector<double>& axis, double value)
 {
   const auto after = std::upper_bound(axis.begin(), axis.end(), value);

@@ -46,7 +46,7 @@ Sequence sequence_of(const std::string& file, const store::MotionModel& model, c
 std::vector<Row> rows_by_key(const Sequence& found, const Sequence& measured);
 
 /// For each row of `measured` the coordinates of `found` at the measured flexion, linear between its rows.
-/// Across a row without a pose there are none, unless `bridges`. Throws InputError if the flexions of `found`
+/// Empty across a row without a pose, unless `bridges`. Throws InputError if the flexions of `found`
 /// do not ascend.
 std::vector<Row> rows_over_flexion(const Sequence& found, const Sequence& measured, bool bridges);
 

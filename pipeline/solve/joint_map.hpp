@@ -38,7 +38,7 @@ class JointMap {
 };
 
 /// Work of the loads from zero coordinates of S (core/solver_options.hpp), N mm, and their wrench. Applied
-/// loads and lines count with `applied`, which stands for them near one pose; null: there are none.
+/// loads and lines count with `applied`, which stands for them near one pose; null without any.
 struct Work {
   double work_nmm = 0.0;
   Vector6d wrench = Vector6d::Zero();

@@ -22,7 +22,7 @@ struct NonContactForces {
   double flexion_rad = 0.0;
   /// If set, the potential is expanded to second order about it, which saves the path of every fibre.
   const EquilibriumCandidate* expansion_point = nullptr;
-  /// The applied loads and lines of `loads`; null if there are none.
+  /// The applied loads and lines of `loads`; null without any.
   const LoadPotential* applied = nullptr;
 
   /// Whether the potential is linear in the coordinates, so that a plan needs no expansion.
