@@ -287,11 +287,12 @@ JointPose Motion::at_frame(double key) const
   const HermiteSample<6> here = sample(*track_, {used, 0.0});
   JointPose pose;
   if (here.is_solved) {
-    const auto& [tx, ty, tz, theta, varus, flexion] = here.values;
+    const auto& [tx, ty, tz, theta_rad, varus_rad, flexion_rad] = here.values;
     const auto within_turn = [](double angle_rad) {
       return angle_rad - 2.0 * pi * std::round(angle_rad / (2.0 * pi));
     };
-    pose = pose_along(delta_on(keys_, used), {within_turn(flexion), varus}, {tx, ty, tz, within_turn(theta)});
+    pose = pose_along(delta_on(keys_, used), {within_turn(flexion_rad), varus_rad},
+                      {tx, ty, tz, within_turn(theta_rad)});
   }
   pose.key = used;
   pose.is_flexion_clamped = used != key;

@@ -5,10 +5,10 @@ from pages.tables import table
 
 COORDINATES = (("flexion", "flexion, deg"), ("varus", "varus, deg"), ("internal", "internal, deg"), ("anterior", "anterior, mm"),
                ("proximal", "proximal, mm"), ("lateral", "lateral, mm"))
-# The largest that each case may have: case, measure, coordinate, limit, what to aim at.
-LIMITS = (("tka-contact", "rms", "varus", 0.5, None), ("tka-contact", "rms", "internal", 2.1, None), ("tka-contact", "rms", "anterior", 0.7, None),
-          ("tka-contact", "rms", "proximal", 0.35, None), ("tka-given", "rms", "varus", 0.5, None), ("tka-given", "rms", "proximal", 0.4, None),
-          ("subtalar", "shape", "varus", 1.13, 1.10), ("subtalar", "shape", "internal", 1.48, 1.36))
+# The largest that each case may have: case, frames, measure, coordinate, limit, what to aim at.
+LIMITS = (("tka-contact", "all", "rms", "varus", 0.5, None), ("tka-contact", "all", "rms", "internal", 2.1, None), ("tka-contact", "all", "rms", "anterior", 0.7, None),
+          ("tka-contact", "all", "rms", "proximal", 0.35, None), ("tka-given", "all", "rms", "varus", 0.5, None), ("tka-given", "all", "rms", "proximal", 0.4, None),
+          ("subtalar", "second_half", "shape", "varus", 1.13, 1.10), ("subtalar", "second_half", "shape", "internal", 1.48, 1.36))
 CASES = ("tka-contact", "tka-fibres", "tka-given", "subtalar", "subtalar-axis", "living-knee")
 UNITS = {name: label.split(", ")[1] for name, label in COORDINATES}
 
@@ -72,12 +72,12 @@ def joint_rows(case):
 
 def limit_rows(n):
     """What was wanted and what came out."""
-    for name, measure, coordinate, limit, aim in LIMITS:
+    for name, part, measure, coordinate, limit, aim in LIMITS:
         if name not in n:
             continue
-        value = of_case(n[name], "all", measure, coordinate)
+        value = of_case(n[name], part, measure, coordinate)
         wanted = f"{limit:.2f}" + ("" if aim is None else f", aim {aim:.2f}")
-        yield [n[name]["title"] + f" ({', '.join(n[name]['not_scored'])} given)", f"{'RMS' if measure == 'rms' else measure} of {coordinate}, {UNITS[coordinate]}",
+        yield [n[name]["title"] + f" ({', '.join(n[name]['not_scored'])} given{'; second half of the frames' if part == 'second_half' else ''})", f"{'RMS' if measure == 'rms' else measure} of {coordinate}, {UNITS[coordinate]}",
                wanted, fixed(value, 3), "yes" if value is not None and value <= limit else "no"]
 
 
@@ -105,6 +105,8 @@ def page(n, stamp):
               "([living-knee.md](living-knee.md) compares loads and menisci).\n",
               "In stance the measured components overlap by 0.66 mm medially and 0.40 mm laterally on average (knees/tka-dm/README.md): with four coordinates given,\n"
               "contact leaves a proximal bias of about half a millimetre whatever the solver.\n",
+              "The millimetre of cartilage is not fitted: between 0 and 2 mm the mean shapes of the first half change by less than 0.15 degrees, so the motion does not\n"
+              "determine it. Subtalar joints are wanted in the second half of the frames.\n",
               "## Wanted\n", table(["case", "measure", "at most", "found", "met"], limit_rows(n), 2),
               "## Baselines\n", "RMS of the measurement about its mean; about its straight line over flexion, or over the frames where they were matched by frame.\n",
               table(["case"] + labels, baseline_rows(n), len(labels)),
