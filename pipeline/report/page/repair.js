@@ -12,7 +12,7 @@ const QUANTITIES = [
   { key: "anterior", name: "anterior", unit: "mm", caption: "Grood-Suntay translation, forward +." },
   { key: "proximal", name: "proximal", unit: "mm", caption: "Grood-Suntay translation, towards the reference +." },
   { key: "lateral", name: "lateral", unit: "mm", caption: "Grood-Suntay translation, lateral +." },
-  { key: "flexion", name: "flexion", unit: "degrees", caption: "Grood-Suntay flexion." },
+  { key: "joint_flexion", name: "joint flexion", unit: "degrees", caption: "Grood-Suntay flexion." },
   { key: "varus", name: "varus", unit: "degrees", caption: "Grood-Suntay varus, adduction +." },
   { key: "internal", name: "internal rotation", unit: "degrees", caption: "Grood-Suntay internal rotation +." },
 ];
@@ -36,7 +36,7 @@ function noiseText(repair) {
 
 /** Before and after of a repaired measurement. */
 export function repairSection({ repair }) {
-  const curves = [["measured", repair.before], ["repaired", repair.after]].map(([label, motion]) => ({ ...motion, label, flexion: repair.key }));
+  const curves = [["measured", repair.before], ["repaired", repair.after]].map(([label, motion]) => ({ ...motion, label, joint_flexion: motion.flexion, flexion: repair.key })); // flexion: the abscissa
   const distance = figure({
     title: "distance from the measurement", caption: "Mahalanobis distance of each frame, in standard deviations of the measurement.",
     make: () => ({ data: [{ x: repair.key, y: repair.distance, mode: "lines", line: { ...lineStyle(0), width: 2 } }], layout: { xaxis: axis(repair.key_name), yaxis: axis("standard deviations") } }),
