@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/key_name.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "load/csv_table.hpp"
@@ -117,10 +118,7 @@ class NumberTable {
   // The key's name becomes a name of the motion model.
   void check_key_name(const std::string& name) const
   {
-    const auto is_word = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
-    const bool is_valid = !name.empty() && name.size() <= 40 && name[0] >= 'a' && name[0] <= 'z' &&
-                          std::all_of(name.begin(), name.end(), is_word);
-    if (!is_valid)
+    if (!is_key_name(name))
       table_.refuse(table_.header(), name, "a key column of this name",
                     "at most 40 lower-case letters, digits and underscores, as time_s");
   }

@@ -270,8 +270,8 @@ StepRecord CaseSolver::solve_plain(const sweep::StepTask& task, const MovingPose
                                    const SolverFrame& frame, const Loads& loads,
                                    solve::EquilibriumSolver& solver) const
 {
-  const SolverPosition start =
-      solve::JointMap(frame).position_at(seed_coordinates(task, seed, solve::JointMap(frame)));
+  const solve::JointMap map(frame);
+  const SolverPosition start = map.position_at(seed_coordinates(task, seed, map));
   solve::EquilibriumSolver::Task solve;
   solve.attitude = start.attitude;
   solve.seed = start.pose;

@@ -57,17 +57,8 @@ void CoordinateEquilibrium::Run::sample(const JointCoordinates& q, Sampled& out,
   for (const proximity::GapFeature& feature : found.features) {
     if (out.features.size() == most_features) break;
     const ContactConstraint constraint = contact_constraint_of(feature, meshes, configuration, rotations);
-    if (can_carry_load(constraint)) out.features.push_back(constraint);
+    if (can_carry_load(constraint, state_.joint)) out.features.push_back(constraint);
   }
-}
-
-bool CoordinateEquilibrium::Run::can_carry_load(const ContactConstraint& constraint) const
-{
-  if (constraint.vertex < 0) return true;
-  const std::vector<bool>& protrudes = constraint.kind == ContactConstraint::Kind::face_of_reference
-                                           ? state_.joint.moving_protrudes
-                                           : state_.joint.reference_protrudes;
-  return protrudes[static_cast<std::size_t>(constraint.vertex)];
 }
 
 std::optional<Vector6d> CoordinateEquilibrium::Run::lift_at(const JointCoordinates& q) const

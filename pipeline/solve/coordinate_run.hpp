@@ -130,8 +130,6 @@ class CoordinateEquilibrium::Run {
 
   void sample(const JointCoordinates& q, Sampled& out, double band_mm);
 
-  bool can_carry_load(const ContactConstraint& constraint) const;
-
   // Step of the free translations that moves the object by 1 mm along Delta; empty if they cannot.
   std::optional<Vector6d> lift_at(const JointCoordinates& q) const;
 

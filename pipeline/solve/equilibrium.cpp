@@ -172,17 +172,17 @@ void EquilibriumSolver::Run::sample_gap(const Configuration& configuration, doub
   for (std::size_t k = 0; k < answer.features.size() && sample.constraints.size() < max_constraints; ++k) {
     const ContactConstraint constraint =
         contact_constraint_of(answer.features[k], meshes, configuration, rotations);
-    if (can_carry_load(constraint)) sample.constraints.push_back(constraint);
+    if (can_carry_load(constraint, state_.joint)) sample.constraints.push_back(constraint);
   }
 }
 
-bool EquilibriumSolver::Run::can_carry_load(const ContactConstraint& constraint) const
+bool can_carry_load(const ContactConstraint& constraint, const Joint& joint)
 {
   if (constraint.vertex < 0) return true;
-  const std::vector<bool>& sticks_out = constraint.kind == ContactConstraint::Kind::face_of_reference
-                                            ? state_.joint.moving_protrudes
-                                            : state_.joint.reference_protrudes;
-  return sticks_out[static_cast<std::size_t>(constraint.vertex)];
+  const std::vector<bool>& protrudes = constraint.kind == ContactConstraint::Kind::face_of_reference
+                                           ? joint.moving_protrudes
+                                           : joint.reference_protrudes;
+  return protrudes[static_cast<std::size_t>(constraint.vertex)];
 }
 
 EquilibriumCandidate EquilibriumSolver::Run::candidate_at(const Configuration& configuration,

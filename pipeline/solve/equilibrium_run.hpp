@@ -22,6 +22,9 @@ inline constexpr double rounding_mm = 1e-9;
 /// of rejected steps. Measured: twice the features save an iteration in eight and cost more.
 double feature_band_mm(const Mesh& reference, const Mesh& moving);
 
+/// False for a vertex in a flat or concave region, whose constraint would not exist.
+bool can_carry_load(const ContactConstraint& constraint, const Joint& joint);
+
 struct EquilibriumSolver::State {
   State(const Joint& j, const ligament::Ligaments& l, const EquilibriumOptions& o)
       : joint(j),
@@ -83,8 +86,6 @@ class EquilibriumSolver::Run {
   void sample_gap(const Configuration& configuration, double band, GapSample& sample);
   // With the current band, which is then adapted to the number of features.
   void sample_gap(const Configuration& configuration, GapSample& sample);
-  // False for a vertex in a flat or concave region, whose constraint would not exist.
-  bool can_carry_load(const ContactConstraint& constraint) const;
   EquilibriumCandidate candidate_at(const Configuration& configuration, double travel_mm) const;
   // At the height that the constraints allow.
   EquilibriumCandidate candidate_under(const std::vector<ContactConstraint>& constraints,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/key_name.hpp"
 #include "core/units.hpp"
 #include "store/registry.hpp"
 
@@ -62,10 +63,7 @@ bool have_equal_recontact(const SmoothedSet& a, const SmoothedSet& b)
 
 bool is_key_name(const std::string& name)
 {
-  const auto is_letter = [](char c) { return c >= 'a' && c <= 'z'; };
-  return !name.empty() && name.size() <= 40 && is_letter(name[0]) &&
-         std::all_of(name.begin(), name.end(),
-                     [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '_'; });
+  return core::is_key_name(name);
 }
 
 void require_grid(const MotionModel& model, const std::string& file, const std::string& what)
