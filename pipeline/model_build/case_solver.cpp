@@ -14,7 +14,7 @@ namespace {
 
 // Must change when the same job may give other bytes: journals of an older solver are then refused.
 constexpr const char* search_version = "stability-search 6";
-constexpr const char* equilibrium_version = "equilibrium 5";
+constexpr const char* equilibrium_version = "equilibrium 6";
 
 // Flexion held, varus held or free, the rest free, Delta proximal: what the faster solver solves.
 bool is_plain(const load::CoordinateRows& coordinates, const SolverFrame& frame)

@@ -365,6 +365,7 @@ Json model_json(const ReportModel& entry, const ModelJsonOptions& options)
   json["degrees"] = degrees_json(model);
   json["comparison"] = comparison_json(entry.comparison);
   json["audits"] = audits_json(model);
+  json["coordinates"] = coordinates_json(model);
   json["repair"] = repair_json(model);
   json["contact_paths"] = contact_paths_json(model);
   json["axes"] = axes_json(model);

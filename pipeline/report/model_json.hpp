@@ -48,6 +48,10 @@ Json forces_json(const store::MotionModel& model);
 /// By bundle over flexion: largest fibre strain and total tension; null without fibres.
 Json fibres_json(const store::MotionModel& model);
 
+/// Role of each joint coordinate, the load that holds it (N mm or N) and the number of solved flexions at which
+/// it is determined, along the spine; null unless the job gives roles.
+Json coordinates_json(const store::MotionModel& model);
+
 /// The measured and the repaired motion over the frames: gap, overlap, six coordinates; null unless repaired.
 Json repair_json(const store::MotionModel& model);
 

@@ -38,9 +38,17 @@ std::vector<SpineOffset> spine_offsets(int n)
 
 std::vector<SpineOffset> polish_offsets()
 {
+  // The smaller ones reach equilibria on neighbouring facets, which the larger ones pass over.
   constexpr double rotation_rad = rad_from_deg(0.5), shift_mm = 0.3;
-  return {{rotation_rad, 0, 0}, {-rotation_rad, 0, 0}, {0, shift_mm, 0},
-          {0, -shift_mm, 0},    {0, 0, shift_mm},      {0, 0, -shift_mm}};
+  std::vector<SpineOffset> offsets;
+  for (const double size : {1.0, 0.25}) {
+    for (const double signed_size : {size, -size}) {
+      offsets.push_back({signed_size * rotation_rad, 0, 0});
+      offsets.push_back({0, signed_size * shift_mm, 0});
+      offsets.push_back({0, 0, signed_size * shift_mm});
+    }
+  }
+  return offsets;
 }
 
 FreeSpineStep select_lowest(const std::vector<StepRecord>& ends)

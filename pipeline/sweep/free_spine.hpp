@@ -19,7 +19,7 @@ struct SpineOffset {
 /// The first `n` (at most 8) of a fixed list of rotations and shifts, small ones first.
 std::vector<SpineOffset> spine_offsets(int n);
 
-/// Small offsets to either side, in theta, x and z.
+/// Small offsets to either side, in theta, x and z, of two sizes.
 std::vector<SpineOffset> polish_offsets();
 
 /// One of the distinct equilibria of a flexion: no other one is within 0.1 mm and 0.1 degrees.

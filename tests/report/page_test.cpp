@@ -147,6 +147,27 @@ TEST(PageData, AddsForcesByCompartmentAndFibresByBundle)
   EXPECT_EQ(branches.at("energy").at(2).get<double>() - branches.at("energy").at(1).get<double>(), 1.75);
 }
 
+TEST(PageData, HeldCoordinatesHaveLoadsAndFreeOnesTellWhetherTheyAreDetermined)
+{
+  test::SampleOptions options;
+  options.is_equilibrium = true;
+  options.has_frames = true;
+  options.n_varus = 1;
+  const store::MotionModel model = sample_report(options).models[0].model;
+  const report::Json list = data_of(sample_report(options)).at("models")[0].at("coordinates");
+  ASSERT_EQ(list.size(), 6u);
+  EXPECT_EQ(list[0].at("name"), "flexion");
+  EXPECT_EQ(list[0].at("role"), "given");
+  EXPECT_EQ(list[1].at("role"), "free");
+  EXPECT_DOUBLE_EQ(list[2].at("holding_load")[1].get<double>(), model.coordinates->holding_moment_nmm[3 * 1 + 2]);
+  EXPECT_DOUBLE_EQ(list[3].at("holding_load")[2].get<double>(), model.coordinates->holding_force_n[3 * 2 + 0]);
+  EXPECT_NE(list[2].at("holding_load")[1], list[3].at("holding_load")[1]);
+  EXPECT_TRUE(list[1].at("holding_load")[1].is_null());
+  EXPECT_EQ(list[1].at("determined"), list[1].at("solved"));
+  EXPECT_EQ(list[5].at("determined"), 0);
+  EXPECT_TRUE(data_of(sample_report()).at("models")[0].at("coordinates").is_null());
+}
+
 TEST(PageData, PicturesAreBase64)
 {
   report::Report report = sample_report();

@@ -54,7 +54,7 @@ void solve_cell(store::MotionModel& model, Eigen::Index i, Eigen::Index j)
   model.queries(i, j) = static_cast<std::int32_t>(30 + j);
   model.residual_mm(i, j) = 0.01;
   model.theta_determined(i, j) = 1;
-  model.is_spine(i, j) = j == 1 ? 1 : 0;
+  model.is_spine(i, j) = j == (model.varus_deg.size() > 1 ? 1 : 0) ? 1 : 0;
   model.varus_solved_deg(i, j) = varus_deg;
   if (!model.has_compartments) return;
   model.gap_medial_mm(i, j) = 0.02;  // the lateral one faces nothing and remains NaN

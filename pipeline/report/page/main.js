@@ -4,6 +4,7 @@ import { branchesSection } from "./branches.js";
 import { rotationSection, translationsSection } from "./clinical.js";
 import { comparisonSection } from "./comparison.js";
 import { contactPathsSection } from "./contact_paths.js";
+import { coordinatesSection } from "./coordinates.js";
 import { degreesSection } from "./degrees.js";
 import { el } from "./dom.js";
 import { fibresSection, forcesSection } from "./loads.js";
@@ -15,18 +16,22 @@ import { stillsSection } from "./stills.js";
 import { leadText, summariesSection, summarySection } from "./summary.js";
 import { surfacesSection } from "./surfaces.js";
 
+function coordinates(model) {
+  return model.coordinates ? [coordinatesSection] : [];
+}
+
 // A sequence of frames has no smoothed set, no flexion-only motion and no map over a grid.
 function sectionsOfFrames(data) {
   const model = data.models[0];
   drawOver(model.key_name);
   const repair = model.repair ? [repairSection] : [];
-  return [summarySection, stillsSection, ...repair, surfacesSection, rotationSection, translationsSection, contactPathsSection, fibresSection].map((make) => make(model)).concat(provenanceSection(data));
+  return [summarySection, stillsSection, ...repair, surfacesSection, rotationSection, translationsSection, ...coordinates(model), contactPathsSection, fibresSection].map((make) => make(model)).concat(provenanceSection(data));
 }
 
 function sectionsOfOne(data) {
   const model = data.models[0];
   if (model.key_name) return sectionsOfFrames(data);
-  const of = [summarySection, stillsSection, surfacesSection, degreesSection, rotationSection, translationsSection, contactPathsSection, axesSection, branchesSection, forcesSection, fibresSection, statusSection];
+  const of = [summarySection, stillsSection, surfacesSection, degreesSection, rotationSection, translationsSection, contactPathsSection, axesSection, branchesSection, forcesSection, fibresSection, ...coordinates(model), statusSection];
   const sections = of.map((make) => make(model));
   const comparison = data.against.length > 0 ? [comparisonSection(data)] : [];
   return [...sections.slice(0, 6), ...comparison, ...sections.slice(6), provenanceSection(data)];
