@@ -1,4 +1,4 @@
-// `vrda export`: a motion over flexion as CSV, VTK series, animated glTF or OpenSim table.
+// `vrda export`: a motion over flexion as CSV, VTK series, animated glTF, OpenSim table or OpenSim joint.
 #include "app/file_commands.hpp"
 
 #include <algorithm>
@@ -13,7 +13,9 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "convert/mesh_writer.hpp"
 #include "exports/formats.hpp"
+#include "exports/osim_model.hpp"
 #include "job_run/run_output.hpp"
 #include "store/motion_model_file.hpp"
 
@@ -26,8 +28,12 @@ struct Format {
   const char* name;
   const char* extension;
 };
-constexpr std::array<Format, 5> formats{
-    {{"sto", ".sto"}, {"mot", ".mot"}, {"csv", ".csv"}, {"gltf", ".glb"}, {"vtk", ".pvd"}}};
+constexpr std::array<Format, 6> formats{{{"sto", ".sto"},
+                                         {"mot", ".mot"},
+                                         {"osim", ".osim"},
+                                         {"csv", ".csv"},
+                                         {"gltf", ".glb"},
+                                         {"vtk", ".pvd"}}};
 
 constexpr double most_attitudes = 100000.0;
 
@@ -43,10 +49,12 @@ void refuse(const std::string& option, const std::string& found, const std::stri
 
 void require_useful(const ExportOptions& options)
 {
-  if (!is_opensim(options) && (!options.coordinates.empty() || options.in_degrees)) {
-    refuse(options.in_degrees ? "--degrees" : "--coordinate", "--to " + options.format,
-           "--to sto or --to mot");
-  }
+  const bool is_osim = options.format == "osim";
+  if (!is_opensim(options) && options.in_degrees)
+    refuse("--degrees", "--to " + options.format, "--to sto or --to mot");
+  if (!is_opensim(options) && !is_osim && !options.coordinates.empty())
+    refuse("--coordinate", "--to " + options.format, "--to sto, --to mot or --to osim");
+  if (!is_osim && options.only_joint) refuse("--joint-only", "--to " + options.format, "--to osim");
   if (!options.every_cell) return;
   if (options.format != "csv") refuse("--full", "--to " + options.format, "--to csv");
   if (options.set.empty() && options.flexion.empty() && options.varus.empty()) return;
@@ -58,7 +66,7 @@ void require_output(const ExportOptions& options)
 {
   const auto format =
       std::find_if(formats.begin(), formats.end(), [&](const Format& f) { return options.format == f.name; });
-  if (format == formats.end()) refuse("--to", options.format, "sto, mot, csv, gltf or vtk");
+  if (format == formats.end()) refuse("--to", options.format, "sto, mot, osim, csv, gltf or vtk");
   const fs::path output = options.output;
   if (output.extension() != format->extension) {
     refuse("--output", options.output, std::string("a name that ends in ") + format->extension);
@@ -109,6 +117,8 @@ exports::FlexionPlan plan_of(const ExportOptions& options, const store::MotionMo
   exports::FlexionPlan plan;
   plan.set = options.set;
   plan.flexion_deg = flexions_of(options.flexion);
+  if (options.format == "osim" && options.flexion.empty() && !model.frames)
+    plan.flexion_deg = exports::osim_flexions_deg(model);
   plan.varus = exports::default_varus(model);
   if (options.varus == exports::name_of(exports::VarusRule::spine)) plan.varus = exports::VarusRule::spine;
   if (options.varus == exports::name_of(exports::VarusRule::zero)) plan.varus = exports::VarusRule::zero;
@@ -182,6 +192,29 @@ std::vector<std::string> write_series(const store::MotionModel& model, const exp
   return files;
 }
 
+std::vector<std::string> write_osim(const ExportOptions& options, const store::MotionModel& model,
+                                    const exports::FlexionMotion& motion)
+{
+  const fs::path output = options.output, folder = output.parent_path() / "Geometry";
+  const exports::OsimOptions osim{options.file, opensim_options(options, motion.side).columns[0],
+                                  output.stem().string()};
+  if (options.only_joint) {
+    const std::string joint = exports::osim_joint(model, motion, osim);
+    if (output.has_parent_path()) job_run::make_folder(output.parent_path().string());
+    write_atomically(options.output, {joint});
+    return {options.output};
+  }
+  const exports::OsimModel exported = exports::osim_model(model, motion, osim);
+  job_run::make_folder(folder.string());
+  std::vector<std::string> files{options.output};
+  for (const exports::OsimMesh& mesh : exported.meshes) {
+    files.push_back((folder / mesh.file).string());
+    write_atomically(files.back(), {convert::stl_bytes(mesh.mesh_m, "vrda export, metres")});
+  }
+  write_atomically(options.output, {exported.xml});
+  return files;
+}
+
 std::string file_of(const ExportOptions& options, const store::MotionModel& model,
                     const exports::FlexionMotion& motion)
 {
@@ -248,6 +281,8 @@ console::ExitCode export_command(const ExportOptions& options)
   std::vector<std::string> files{options.output};
   if (options.format == "vtk") {
     files = write_series(model, motion, output);
+  } else if (options.format == "osim") {
+    files = write_osim(options, model, motion);
   } else {
     const std::string bytes = file_of(options, model, motion);
     if (!folder.empty()) job_run::make_folder(folder.string());

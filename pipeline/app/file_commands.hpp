@@ -85,13 +85,14 @@ console::ExitCode convert_config_command(const ConvertConfigOptions& options);
 /// `vrda export`: writes a motion model in formats of other programs (schemas/exports.md).
 struct ExportOptions {
   std::string file;     ///< motion model
-  std::string format;   ///< sto, mot, csv, gltf or vtk
-  std::string output;   ///< with the format's extension: .sto, .mot, .csv, .glb or .pvd
+  std::string format;   ///< sto, mot, osim, csv, gltf or vtk
+  std::string output;   ///< with the format's extension: .sto, .mot, .osim, .csv, .glb or .pvd
   std::string set;      ///< empty: the player's default set
   std::string flexion;  ///< FROM:TO:STEP, degrees; empty: the model's
   std::string varus;    ///< degrees, "spine" or "zero"; empty: zero if the model is reduced, else spine
-  std::vector<std::string> coordinates;  ///< COORDINATE=NAME of sto and mot
+  std::vector<std::string> coordinates;  ///< COORDINATE=NAME of sto, mot and osim
   bool in_degrees = false;               ///< angles of sto and mot in degrees
+  bool only_joint = false;               ///< osim: write the joint's element alone
   bool every_cell = false;               ///< csv: write the whole grid
   double degrees_per_second = 30.0;      ///< flexion rate that sets time in sto, mot and gltf
   bool as_json = false;

@@ -1,0 +1,40 @@
+/// The motion over flexion as an OpenSim joint: a CustomJoint whose functions are splines of flexion, alone or
+/// in a model with both bodies, meshes and fibres (schemas/exports.md).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "exports/flexion_motion.hpp"
+
+namespace vrda::exports {
+
+struct OsimOptions {
+  std::string file;        ///< of the motion model, for messages
+  std::string coordinate;  ///< name of the joint's coordinate, flexion in rad
+  std::string mesh_stem;   ///< prefix of the mesh files
+};
+
+struct OsimMesh {
+  std::string file;  ///< name within the folder Geometry
+  Mesh mesh_m;       ///< one component, canonical axes, metres
+};
+
+struct OsimModel {
+  std::string xml;
+  std::vector<OsimMesh> meshes;
+};
+
+/// The joint element alone. Its frames' parents are /bodyset/REFERENCE and /bodyset/MOVING. Throws InputError
+/// naming options.file for a sequence of frames, or unless the joint's own flexion rises from pose to pose.
+std::string osim_joint(const store::MotionModel& model, const FlexionMotion& motion,
+                       const OsimOptions& options);
+
+/// A complete model, the reference welded to ground. Throws like osim_joint().
+OsimModel osim_model(const store::MotionModel& model, const FlexionMotion& motion,
+                     const OsimOptions& options);
+
+/// The flexions of the model with three more between neighbours, degrees: knots of the splines.
+std::vector<double> osim_flexions_deg(const store::MotionModel& model);
+
+}  // namespace vrda::exports
