@@ -74,7 +74,7 @@ PAGES = {
     "prepare": Page("results/prepare.md", ("scripts/prepare_trials",), "prepare", (Run(LIVING),),
                     ("data:knees", "pipeline/registration", "pipeline/prepare", "pipeline/shapes/template_knee.cpp"), is_long=True),
     "player": Page("results/player.md", ("scripts/pictures",), "player", (Run(LIGAMENTS), Run(LIVING)), ("jobs/bench-desk.toml",), is_long=True),
-    "fuzz": Page("results/fuzz.md", ("scripts/fuzz", "--record"), "fuzz", (), ("tests/fuzz/corpus",), is_long=True),
+    "fuzz": Page("results/fuzz.md", ("scripts/fuzz", "--record"), "fuzz", (), ("tests/fuzz/corpus",)),
     "benchmarks": Page("results/benchmarks.md", ("scripts/bench",), "benchmarks", (Run(CONTACT), Run(LIGAMENTS),
     Run("jobs/knee-jam-smith2019.toml")), is_long=True),
     "real-knees": Page("results/real-knees.md", ("scripts/real-knees",), "real_knees", tuple(map(Run, REAL_KNEES)), is_long=True),
