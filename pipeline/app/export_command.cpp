@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "app/angle_range.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
@@ -34,8 +34,6 @@ constexpr std::array<Format, 6> formats{{{"sto", ".sto"},
                                          {"csv", ".csv"},
                                          {"gltf", ".glb"},
                                          {"vtk", ".pvd"}}};
-
-constexpr double most_attitudes = 100000.0;
 
 bool is_opensim(const ExportOptions& options)
 {
@@ -81,49 +79,19 @@ void require_output(const ExportOptions& options)
   }
 }
 
-std::optional<double> number_in(const std::string& text)
-{
-  double number = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(number)) return {};
-  return number;
-}
-
-std::vector<double> flexions_of(const std::string& range)
-{
-  if (range.empty()) return {};
-  const std::string wanted = "FROM:TO:STEP in degrees, FROM at most TO, STEP above 0, such as 0:90:5";
-  std::vector<double> parts;
-  for (std::size_t begin = 0; begin <= range.size();) {
-    const std::size_t end = std::min(range.find(':', begin), range.size());
-    const std::optional<double> part = number_in(range.substr(begin, end - begin));
-    if (!part) refuse("--flexion", range, wanted);
-    parts.push_back(*part);
-    begin = end + 1;
-  }
-  if (parts.size() != 3 || parts[0] > parts[1] || !(parts[2] > 0.0)) refuse("--flexion", range, wanted);
-  // Rounding may put the last step just beyond the end; it counts.
-  const double n_steps = std::floor((parts[1] - parts[0]) / parts[2] + 1e-9);
-  if (!(n_steps < most_attitudes)) refuse("--flexion", range, "at most 100000 attitudes");
-  std::vector<double> flexions;
-  for (int k = 0; k <= static_cast<int>(n_steps); ++k) {
-    flexions.push_back(std::min(parts[0] + k * parts[2], parts[1]));
-  }
-  return flexions;
-}
-
 exports::FlexionPlan plan_of(const ExportOptions& options, const store::MotionModel& model)
 {
   exports::FlexionPlan plan;
   plan.set = options.set;
-  plan.flexion_deg = flexions_of(options.flexion);
+  if (!options.flexion.empty())
+    plan.flexion_deg = angle_range({"vrda export", "--flexion", options.flexion});
   if (options.format == "osim" && options.flexion.empty() && !model.frames)
     plan.flexion_deg = exports::osim_flexions_deg(model);
   plan.varus = exports::default_varus(model);
   if (options.varus == exports::name_of(exports::VarusRule::spine)) plan.varus = exports::VarusRule::spine;
   if (options.varus == exports::name_of(exports::VarusRule::zero)) plan.varus = exports::VarusRule::zero;
   if (options.varus.empty() || options.varus == exports::name_of(plan.varus)) return plan;
-  const std::optional<double> varus_deg = number_in(options.varus);
+  const std::optional<double> varus_deg = finite_number(options.varus);
   if (!varus_deg) refuse("--varus", options.varus, "degrees, spine or zero");
   plan.varus = exports::VarusRule::given;
   plan.varus_deg = *varus_deg;

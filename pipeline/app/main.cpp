@@ -13,6 +13,7 @@
 #include "app/import_command.hpp"
 #include "app/model_commands.hpp"
 #include "app/repair_command.hpp"
+#include "app/rom_command.hpp"
 #include "app/score_command.hpp"
 #include "app/usage.hpp"
 #include "console/console.hpp"
@@ -49,6 +50,7 @@ struct Commands {
   vrda::app::TraceOptions trace;
   vrda::app::ReduceOptions reduce;
   vrda::app::RepairCommandOptions repair;
+  vrda::app::RomOptions rom;
   vrda::app::ReportOptions report;
   vrda::app::SmoothCommandOptions smooth;
   vrda::app::AuditOptions audit;
@@ -251,6 +253,16 @@ struct Commands {
     c.callback([this] { chosen = [this] { return repair_command(repair); }; });
   }
 
+  void add_rom()
+  {
+    CLI::App& c =
+        add("rom", "Find the rotations that the joint can reach within limits, and what prevents the others.",
+            "vrda rom jobs/hip-generic.toml -o rom/hip --delta-of reference --flexion -20:120:5 --varus "
+            "-45:45:5");
+    vrda::app::add_rom_options(c, rom);
+    c.callback([this] { chosen = [this] { return rom_command(rom); }; });
+  }
+
   void add_report()
   {
     CLI::App& c = add_reading("report", "Write motion models as one HTML page with plots, DIR/index.html.",
@@ -413,6 +425,7 @@ struct Commands {
     add_trace();
     add_reduce();
     add_repair();
+    add_rom();
     add_report();
     add_compare();
     add_export();

@@ -1,0 +1,242 @@
+#include "app/rom_command.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "app/angle_range.hpp"
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "core/open_file.hpp"
+#include "core/units.hpp"
+#include "job_run/run_output.hpp"
+#include "job_run/summary.hpp"
+#include "load/file_bytes.hpp"
+#include "rom/rom_files.hpp"
+
+namespace vrda::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t most_cells = 1'000'000;
+constexpr std::uintmax_t largest_file_bytes = 1U << 30U;
+
+std::vector<double> radians_of(const std::string& option, const std::string& text)
+{
+  if (text.empty()) return {0.0};
+  std::vector<double> values;
+  for (const double deg : angle_range({"vrda rom", option, text})) {
+    // Beyond, the varus angle is not one of the three.
+    const double largest_deg = option == "--varus" ? 89.0 : 180.0;
+    if (std::abs(deg) > largest_deg) {
+      throw InputError({"vrda rom", option, text,
+                        "angles from -" + std::to_string(static_cast<int>(largest_deg)) + " to " +
+                            std::to_string(static_cast<int>(largest_deg)) + " degrees"});
+    }
+    values.push_back(rad_from_deg(deg));
+  }
+  return values;
+}
+
+rom::RomPlan plan_of(const RomOptions& o)
+{
+  rom::RomPlan plan;
+  plan.axes.rad = {radians_of("--flexion", o.flexion), radians_of("--varus", o.varus),
+                   radians_of("--internal", o.internal)};
+  const auto n_driven = std::count_if(plan.axes.rad.begin(), plan.axes.rad.end(),
+                                      [](const std::vector<double>& rad) { return rad.size() > 1; });
+  if (n_driven < 2) {
+    throw InputError({"vrda rom", "--flexion, --varus, --internal",
+                      std::to_string(n_driven) + " driven rotations",
+                      "two or three ranges such as --flexion -20:120:5 --varus -45:45:5"});
+  }
+  if (plan.axes.n_cells() > most_cells)
+    throw InputError({"vrda rom", "--flexion, --varus, --internal",
+                      std::to_string(plan.axes.n_cells()) + " attitudes", "at most 1000000"});
+  plan.limits.translation_mm = o.translation_mm == "free" ? std::numeric_limits<double>::infinity()
+                                                          : finite_number(o.translation_mm).value_or(nan);
+  plan.limits.opening_mm = o.opening_mm;
+  plan.limits.strain = o.strain;
+  plan.delta_body = o.delta_of == "reference" ? rom::DeltaBody::reference : rom::DeltaBody::moving;
+  plan.n_threads = job_run::thread_count_or_all(o.n_threads);
+  plan.is_stopped = console::is_interrupted;
+  return plan;
+}
+
+rom::RomDocument read_rom(const std::string& file)
+{
+  return rom::parse_rom(
+      file, load::file_bytes(file, {file, "", "no such file", "rom.json of vrda rom"}, largest_file_bytes));
+}
+
+// Refuses the result of another job or of other limits.
+void require_same_or_absent(const std::string& file, const load::Case& job_case, const rom::RomPlan& plan)
+{
+  std::error_code error;
+  if (!fs::exists(file, error)) return;
+  const rom::RomDocument found = read_rom(file);
+  const auto refuse = [&](const std::string& what, const std::string& found_text) {
+    throw InputError({file, what, found_text, "this one's, another --output, or --replace"});
+  };
+  if (found.job != job_case.resolved_job) refuse("job", "the result of another job, \"" + found.title + "\"");
+  const rom::RangeOfMotion& range = found.range;
+  if (range.axes.rad != plan.axes.rad) refuse("axes", "other rotations");
+  if (range.limits.translation_mm != plan.limits.translation_mm ||
+      range.limits.opening_mm != plan.limits.opening_mm || range.limits.strain != plan.limits.strain ||
+      range.delta_body != plan.delta_body)
+    refuse("limits", "other limits");
+}
+
+Json volume_json(const rom::RomVolume& volume)
+{
+  return {{"attitudes", volume.n_cells},
+          {"volume_deg", volume.volume},
+          {"share", volume.volume / volume.driven_volume}};
+}
+
+std::string name_or_dash(const std::vector<std::string>& names, std::int32_t row)
+{
+  return row < 0 ? "-" : names[static_cast<std::size_t>(row)];
+}
+
+Json end_json(const rom::RomDocument& document, const rom::RangeEnd& end)
+{
+  Json json = {{"deg", end.deg}, {"ended_by", end.is_of_axis ? "not_tried" : rom::name_of(end.beyond)}};
+  if (!end.is_of_axis) {
+    json["reference"] = name_or_dash(document.reference_names, end.component_reference);
+    json["moving"] = name_or_dash(document.moving_names, end.component_moving);
+  }
+  return json;
+}
+
+std::string end_text(const rom::RomDocument& document, const rom::RangeEnd& end)
+{
+  char number[32];
+  std::snprintf(number, sizeof number, "%g", end.deg);
+  if (end.is_of_axis) return std::string(number) + " (end of the driven values)";
+  return std::string(number) + " (" + rom::name_of(end.beyond) + ": " +
+         name_or_dash(document.reference_names, end.component_reference) + ", " +
+         name_or_dash(document.moving_names, end.component_moving) + ")";
+}
+
+Json ends_json(const rom::RomDocument& document)
+{
+  Json ends = Json::object();
+  for (const rom::RangeAlong& along : rom::boundaries_of(document.range)) {
+    if (along.at != document.range.neutral) continue;
+    ends[rom::rotation_names[along.axis]] =
+        along.is_empty
+            ? Json()
+            : Json({{"from", end_json(document, along.low)}, {"to", end_json(document, along.high)}});
+  }
+  return ends;
+}
+
+std::map<std::string, int> statuses_of(const rom::RangeOfMotion& range)
+{
+  std::map<std::string, int> counts;
+  for (const rom::RomCell& cell : range.cells) ++counts[rom::name_of(cell.status)];
+  return counts;
+}
+
+void print(const rom::RomDocument& document, const std::vector<std::string>& files, bool as_json)
+{
+  const rom::RomVolume volume = rom::volume_of(document.range);
+  if (as_json) {
+    const Json json = {{"statuses", statuses_of(document.range)},
+                       {"in_range", volume_json(volume)},
+                       {"neutral_ends", ends_json(document)},
+                       {"files", files}};
+    std::printf("%s\n", json.dump(2).c_str());
+    return;
+  }
+  std::string counts;
+  for (const auto& [name, n] : statuses_of(document.range))
+    counts += (counts.empty() ? "" : ", ") + std::to_string(n) + ' ' + name;
+  std::printf("%zu attitudes: %s\n", document.range.cells.size(), counts.c_str());
+  std::printf("in range: %.6g degrees^%d, %.3g %% of the driven box\n", volume.volume, volume.n_driven,
+              100.0 * volume.volume / volume.driven_volume);
+  for (const rom::RangeAlong& along : rom::boundaries_of(document.range)) {
+    if (along.at != document.range.neutral) continue;
+    const std::string ends = along.is_empty
+                                 ? "not in range at the neutral attitude"
+                                 : end_text(document, along.low) + " to " + end_text(document, along.high);
+    std::printf("  %-9s %s\n", rom::rotation_names[along.axis], ends.c_str());
+  }
+  for (const std::string& file : files) std::printf("%s\n", file.c_str());
+}
+
+console::ExitCode compare(const RomOptions& o)
+{
+  const rom::RomDocument a = read_rom(o.compare[0]), b = read_rom(o.compare[1]);
+  const rom::RomComparison found = rom::compare_ranges(a.range, b.range, o.compare[1]);
+  const std::pair<const char*, const rom::RomVolume&> rows[] = {{"first", found.a},
+                                                                {"second", found.b},
+                                                                {"both", found.both},
+                                                                {"only_first", found.only_a},
+                                                                {"only_second", found.only_b}};
+  if (o.as_json) {
+    Json json = Json::object();
+    for (const auto& [name, volume] : rows) json[name] = volume_json(volume);
+    std::printf("%s\n", json.dump(2).c_str());
+    return console::ExitCode::done;
+  }
+  std::printf("%-12s %10s %16s %10s\n", "", "attitudes",
+              ("degrees^" + std::to_string(found.a.n_driven)).c_str(), "% of box");
+  for (const auto& [name, volume] : rows) {
+    std::printf("%-12s %10zu %16.6g %10.3g\n", name, volume.n_cells, volume.volume,
+                100.0 * volume.volume / volume.driven_volume);
+  }
+  return console::ExitCode::done;
+}
+
+}  // namespace
+
+console::ExitCode rom_command(const RomOptions& o)
+{
+  if (!o.compare.empty()) {
+    if (!o.job_file.empty() || !o.folder.empty())
+      throw InputError({"vrda rom", "--compare", "a job or --output", "the two files alone"});
+    return compare(o);
+  }
+  if (o.job_file.empty() || o.folder.empty())
+    throw InputError({"vrda rom", o.job_file.empty() ? "job" : "--output", "nothing",
+                      "vrda rom JOB -o FOLDER, or --compare A B"});
+  rom::RomPlan plan = plan_of(o);
+  const load::Case job_case =
+      load::scaled_to_subject(job_run::load_and_report_case(o.job_file, {o.data_directory, o.overrides}));
+  const fs::path folder = o.folder;
+  const std::string file = (folder / "rom.json").string();
+  job_run::make_folder(folder.string());
+  const std::optional<OutputLock> lock = job_run::lock_output(file, "vrda rom");
+  if (!lock) return console::ExitCode::interrupted;
+  if (!o.may_replace) require_same_or_absent(file, job_case, plan);
+  const int n_cells = static_cast<int>(plan.axes.n_cells());
+  rom::RangeOfMotion range;
+  {
+    console::Progress progress(console::progress_style_of(o.progress), "attitudes", n_cells, 0);
+    plan.on_progress = [&](std::size_t) { progress.advance(); };
+    range = rom::range_of_motion(job_case, plan);
+  }
+  if (range.cells.empty()) return console::ExitCode::interrupted;
+  const rom::RomDocument document = rom::rom_document(job_case, range, "vrda " VRDA_VERSION);
+  const std::pair<const char*, std::string> outputs[] = {{"index.html", rom::rom_page(document)},
+                                                         {"rom.csv", rom::rom_csv(document)},
+                                                         {"boundary.csv", rom::boundary_csv(document)},
+                                                         {"rom.json", rom::rom_json(document)}};
+  std::vector<std::string> files;
+  for (const auto& [name, text] : outputs) {
+    files.push_back((folder / name).string());
+    write_atomically(files.back(), {text});
+  }
+  print(document, files, o.as_json);
+  return console::ExitCode::done;
+}
+
+}  // namespace vrda::app

@@ -1,0 +1,47 @@
+// The options of `vrda rom`.
+#include <CLI/CLI.hpp>
+
+#include "app/rom_command.hpp"
+#include "app/usage.hpp"
+
+namespace vrda::app {
+
+void add_rom_options(CLI::App& c, RomOptions& o)
+{
+  constexpr double largest = 1e6;
+  c.add_option("job", o.job_file, "Job file (TOML); its grid is not used");
+  c.add_option("-o,--output", o.folder, "Output folder: rom.json, rom.csv, boundary.csv, index.html");
+  c.add_option("--data", o.data_directory, "Base folder of relative mesh file names");
+  c.add_option("--set", o.overrides, "key=value, overrides the job file; may be repeated")
+      ->allow_extra_args(false)
+      ->take_all();
+  c.add_option("--flexion", o.flexion, "FROM:TO:STEP, degrees; default: 0, not driven");
+  c.add_option("--varus", o.varus, "FROM:TO:STEP, degrees (adduction +); default: 0, not driven");
+  c.add_option("--internal", o.internal, "FROM:TO:STEP, degrees; default: 0, not driven");
+  c.add_option("--translation-mm", o.translation_mm,
+               "Largest translation of the rotation centre from the neutral seat along each axis across "
+               "Delta, or free")
+      ->check(number(0.0, largest, {"free"}))
+      ->capture_default_str();
+  c.add_option("--opening-mm", o.opening_mm,
+               "Largest translation of the rotation centre from the neutral seat against Delta")
+      ->check(number(0.0, largest))
+      ->capture_default_str();
+  c.add_option("--strain", o.strain, "Largest strain of a fibre")
+      ->check(number(0.0, largest))
+      ->capture_default_str();
+  c.add_option("--delta-of", o.delta_of,
+               "The object to which Delta is fixed: moving, as in vrda run, or reference (a hip)")
+      ->check(one_of({"moving", "reference"}))
+      ->capture_default_str();
+  c.add_option("--compare", o.compare, "Two rom.json: volume of each, common, only in one")->expected(2);
+  c.add_flag("--replace", o.may_replace, "Replace the result of another job or of other limits");
+  c.add_option("--threads", o.n_threads, "Worker threads; default: one per processor")
+      ->check(whole_number(1, 1024));
+  c.add_option("--progress", o.progress, "auto, bar, plain or none")
+      ->check(one_of({"auto", "bar", "plain", "none"}))
+      ->capture_default_str();
+  c.add_flag("--json", o.as_json, "Print JSON");
+}
+
+}  // namespace vrda::app

@@ -1,0 +1,386 @@
+#include "rom/rom_files.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+
+namespace vrda::rom {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* format_name = "vrda range of motion";
+constexpr int rom_version = 1;
+constexpr std::size_t most_cells = 10'000'000;
+
+std::vector<std::string> component_names(const Body& body)
+{
+  std::vector<std::string> names;
+  for (const Component& component : body.components) names.push_back(component.name);
+  return names;
+}
+
+Json number_or_null(double value)
+{
+  return std::isfinite(value) ? Json(value) : Json();
+}
+
+std::vector<double> degrees(const std::vector<double>& rad)
+{
+  std::vector<double> values;
+  for (const double value : rad) values.push_back(deg_from_rad(value));
+  return values;
+}
+
+const char* delta_name(DeltaBody body)
+{
+  return body == DeltaBody::reference ? "reference" : "moving";
+}
+
+std::string field(double value)
+{
+  return std::isfinite(value) ? shortest_decimal(value) : "";
+}
+
+std::string name_at(const std::vector<std::string>& names, std::int32_t row)
+{
+  return row >= 0 && static_cast<std::size_t>(row) < names.size() ? names[static_cast<std::size_t>(row)] : "";
+}
+
+/// Reads the values of one document; every failure names file and key.
+class RomReader {
+ public:
+  RomReader(std::string file, const Json& root) : file_(std::move(file)), root_(root) {}
+
+  const Json& at(const std::string& pointer) const
+  {
+    const Json::json_pointer path("/" + pointer);
+    if (!root_.contains(path)) fail(pointer, "nothing", "a value");
+    return root_.at(path);
+  }
+
+  double number(const std::string& pointer) const
+  {
+    const Json& value = at(pointer);
+    if (!value.is_number()) fail(pointer, value.dump(), "a number");
+    return value.get<double>();
+  }
+
+  std::string text(const std::string& pointer) const
+  {
+    const Json& value = at(pointer);
+    if (!value.is_string()) fail(pointer, value.type_name(), "text");
+    return value.get<std::string>();
+  }
+
+  std::vector<double> numbers(const std::string& pointer, std::size_t n, double if_null) const
+  {
+    std::vector<double> values;
+    for (const Json& value : list(pointer, n)) {
+      if (!value.is_number() && !(value.is_null() && std::isnan(if_null)))
+        fail(pointer, value.dump(), "numbers");
+      values.push_back(value.is_null() ? if_null : value.get<double>());
+    }
+    return values;
+  }
+
+  std::vector<std::string> texts(const std::string& pointer) const
+  {
+    std::vector<std::string> values;
+    for (const Json& value : list(pointer, 0)) {
+      if (!value.is_string()) fail(pointer, value.dump(), "a list of texts");
+      values.push_back(value.get<std::string>());
+    }
+    return values;
+  }
+
+  /// `n`: number of entries; 0: any.
+  const Json& list(const std::string& pointer, std::size_t n) const
+  {
+    const Json& value = at(pointer);
+    if (!value.is_array()) fail(pointer, value.type_name(), "a list");
+    if (n > 0 && value.size() != n)
+      fail(pointer, std::to_string(value.size()) + " entries", std::to_string(n));
+    return value;
+  }
+
+  [[noreturn]] void fail(const std::string& key, const std::string& found, const std::string& wanted) const
+  {
+    throw InputError({file_, key, found, wanted});
+  }
+
+ private:
+  std::string file_;
+  const Json& root_;
+};
+
+RomAxes axes_of(const RomReader& reader)
+{
+  RomAxes axes;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const std::string key = std::string("axes/") + rotation_names[a];
+    for (const double deg : reader.numbers(key, 0, 0.0)) {
+      const double rad = rad_from_deg(deg);
+      if (!axes.rad[a].empty() && !(rad > axes.rad[a].back()))
+        reader.fail(key, "not ascending", "ascending angles");
+      axes.rad[a].push_back(rad);
+    }
+    if (axes.rad[a].empty()) reader.fail(key, "an empty list", "at least one angle");
+  }
+  if (axes.n_cells() > most_cells) reader.fail("axes", "more cells", std::to_string(most_cells) + " at most");
+  return axes;
+}
+
+std::int32_t row_in(const RomReader& reader, const std::string& key, double value, std::size_t n)
+{
+  if (!(value >= -1.0 && value < static_cast<double>(n)) || value != std::floor(value))
+    reader.fail(key, shortest_decimal(value), "a row below " + std::to_string(n) + ", or -1");
+  return static_cast<std::int32_t>(value);
+}
+
+std::vector<RomCell> cells_of(const RomReader& reader, const RomDocument& document, std::size_t n)
+{
+  const std::vector<double> status = reader.numbers("cells/status", n, 0.0);
+  const std::vector<double> opening = reader.numbers("cells/opening_mm", n, nan);
+  const std::vector<double> strain = reader.numbers("cells/largest_strain", n, nan);
+  const std::vector<double> translation = reader.numbers("cells/translation_mm", 3 * n, 0.0);
+  const std::vector<double> reference = reader.numbers("cells/component_reference", n, 0.0);
+  const std::vector<double> moving = reader.numbers("cells/component_moving", n, 0.0);
+  const std::vector<double> connected = reader.numbers("cells/connected", n, 0.0);
+  std::vector<RomCell> cells(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    RomCell& cell = cells[k];
+    const std::int32_t code = row_in(reader, "cells/status", status[k], std::size(all_rom_statuses));
+    if (code < 0) reader.fail("cells/status", "-1", "0 to 5");
+    cell.status = static_cast<RomStatus>(code);
+    cell.opening_mm = opening[k];
+    cell.largest_strain = strain[k];
+    cell.translation_mm = Eigen::Vector3d(translation[3 * k], translation[3 * k + 1], translation[3 * k + 2]);
+    cell.component_reference =
+        row_in(reader, "cells/component_reference", reference[k], document.reference_names.size());
+    cell.component_moving = row_in(reader, "cells/component_moving", moving[k], document.moving_names.size());
+    cell.is_connected = connected[k] == 1.0;
+  }
+  return cells;
+}
+
+RangeEnd end_at(const RangeOfMotion& range, const std::array<std::size_t, 3>& from, std::size_t axis,
+                int direction)
+{
+  std::array<std::size_t, 3> at = from;
+  const auto n = static_cast<std::ptrdiff_t>(range.axes.rad[axis].size());
+  RangeEnd end;
+  for (std::ptrdiff_t k = static_cast<std::ptrdiff_t>(from[axis]);; k += direction) {
+    if (k < 0 || k >= n) {
+      end.is_of_axis = true;
+      return end;
+    }
+    at[axis] = static_cast<std::size_t>(k);
+    const RomCell& cell = range.cells[cell_at(range.axes, at[0], at[1], at[2])];
+    if (cell.status != RomStatus::in_range) {
+      end.beyond = cell.status;
+      end.component_reference = cell.component_reference;
+      end.component_moving = cell.component_moving;
+      return end;
+    }
+    end.deg = deg_from_rad(range.axes.rad[axis][at[axis]]);
+  }
+}
+
+std::string beyond_text(const RangeEnd& end)
+{
+  return end.is_of_axis ? "not_tried" : name_of(end.beyond);
+}
+
+}  // namespace
+
+RomDocument rom_document(const load::Case& job_case, const RangeOfMotion& range, const std::string& program)
+{
+  return {program,
+          job_case.title,
+          job_case.frame.side == Side::left ? "left" : "right",
+          job_case.resolved_job,
+          job_case.inputs,
+          component_names(job_case.reference),
+          component_names(job_case.moving),
+          range};
+}
+
+std::string rom_json(const RomDocument& document)
+{
+  const RangeOfMotion& range = document.range;
+  Json axes, inputs = Json::array(), status = Json::array(), opening = Json::array(), strain = Json::array();
+  Json translation = Json::array(), reference = Json::array(), moving = Json::array(),
+       connected = Json::array();
+  for (std::size_t a = 0; a < 3; ++a) axes[rotation_names[a]] = degrees(range.axes.rad[a]);
+  for (const load::LoadedInput& input : document.inputs)
+    inputs.push_back({{"name", input.name}, {"sha256", input.sha256}});
+  for (const RomCell& cell : range.cells) {
+    status.push_back(static_cast<int>(cell.status));
+    opening.push_back(number_or_null(cell.opening_mm));
+    strain.push_back(number_or_null(cell.largest_strain));
+    for (Eigen::Index k = 0; k < 3; ++k) translation.push_back(cell.translation_mm[k]);
+    reference.push_back(cell.component_reference);
+    moving.push_back(cell.component_moving);
+    connected.push_back(cell.is_connected ? 1 : 0);
+  }
+  Json pose = Json::array();
+  for (Eigen::Index r = 0; r < 4; ++r) {
+    for (Eigen::Index c = 0; c < 4; ++c) pose.push_back(range.X_neutral.matrix()(r, c));
+  }
+  Json names = Json::array();
+  for (const RomStatus code : all_rom_statuses) names.push_back(name_of(code));
+  const Json json = {
+      {"format", format_name},
+      {"version", rom_version},
+      {"program", document.program},
+      {"title", document.title},
+      {"side", document.side},
+      {"job", document.job},
+      {"inputs", inputs},
+      {"axes", axes},
+      {"limits",
+       {{"translation_mm", number_or_null(range.limits.translation_mm)},
+        {"opening_mm", range.limits.opening_mm},
+        {"strain", range.limits.strain}}},
+      {"delta_of", delta_name(range.delta_body)},
+      {"neutral", {{"cell", range.neutral}, {"X_reference_moving", pose}}},
+      {"statuses", names},
+      {"components", {{"reference", document.reference_names}, {"moving", document.moving_names}}},
+      {"cells",
+       {{"status", status},
+        {"connected", connected},
+        {"opening_mm", opening},
+        {"translation_mm", translation},
+        {"largest_strain", strain},
+        {"component_reference", reference},
+        {"component_moving", moving}}}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+RomDocument parse_rom(const std::string& file, const std::string& text)
+{
+  const Json root = Json::parse(text, nullptr, false);
+  if (!root.is_object() || !root.contains("format") || root["format"] != format_name)
+    throw InputError({file, "", "another kind of file", "rom.json of vrda rom"});
+  const RomReader reader(file, root);
+  if (reader.number("version") != rom_version)
+    reader.fail("version", root["version"].dump(), std::to_string(rom_version));
+  RomDocument document;
+  document.program = reader.text("program");
+  document.title = reader.text("title");
+  document.side = reader.text("side");
+  document.job = reader.text("job");
+  document.reference_names = reader.texts("components/reference");
+  document.moving_names = reader.texts("components/moving");
+  RangeOfMotion& range = document.range;
+  range.axes = axes_of(reader);
+  const bool is_free = reader.at("limits/translation_mm").is_null();
+  range.limits.translation_mm =
+      is_free ? std::numeric_limits<double>::infinity() : reader.number("limits/translation_mm");
+  range.limits.opening_mm = reader.number("limits/opening_mm");
+  range.limits.strain = reader.number("limits/strain");
+  range.delta_body = reader.text("delta_of") == "reference" ? DeltaBody::reference : DeltaBody::moving;
+  const std::vector<double> neutral = reader.numbers("neutral/cell", 3, 0.0);
+  for (std::size_t a = 0; a < 3; ++a) {
+    const std::int32_t row = row_in(reader, "neutral/cell", neutral[a], range.axes.rad[a].size());
+    if (row < 0) reader.fail("neutral/cell", "-1", "a row");
+    range.neutral[a] = static_cast<std::size_t>(row);
+  }
+  const std::vector<double> pose = reader.numbers("neutral/X_reference_moving", 16, 0.0);
+  for (Eigen::Index k = 0; k < 16; ++k)
+    range.X_neutral.matrix()(k / 4, k % 4) = pose[static_cast<std::size_t>(k)];
+  range.cells = cells_of(reader, document, range.axes.n_cells());
+  return document;
+}
+
+std::string rom_csv(const RomDocument& document)
+{
+  const RangeOfMotion& range = document.range;
+  std::string text =
+      "flexion_deg,varus_deg,internal_deg,status,connected,opening_mm,translation_x_mm,translation_y_mm,"
+      "translation_z_mm,largest_strain,reference_component,moving_component\n";
+  for (std::size_t i = 0; i < range.axes.rad[0].size(); ++i) {
+    for (std::size_t j = 0; j < range.axes.rad[1].size(); ++j) {
+      for (std::size_t k = 0; k < range.axes.rad[2].size(); ++k) {
+        const RomCell& cell = range.cells[cell_at(range.axes, i, j, k)];
+        text += field(deg_from_rad(range.axes.rad[0][i])) + ',' + field(deg_from_rad(range.axes.rad[1][j])) +
+                ',' + field(deg_from_rad(range.axes.rad[2][k])) + ',' + name_of(cell.status) + ',' +
+                (cell.is_connected ? "1," : "0,") + field(cell.opening_mm);
+        for (Eigen::Index c = 0; c < 3; ++c) text += ',' + field(cell.translation_mm[c]);
+        text += ',' + field(cell.largest_strain) + ',' +
+                name_at(document.reference_names, cell.component_reference) + ',' +
+                name_at(document.moving_names, cell.component_moving) + '\n';
+      }
+    }
+  }
+  return text;
+}
+
+std::vector<RangeAlong> boundaries_of(const RangeOfMotion& range)
+{
+  std::vector<RangeAlong> list;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (range.axes.rad[axis].size() == 1) continue;
+    const std::size_t b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;
+    for (std::size_t i = 0; i < range.axes.rad[b].size(); ++i) {
+      for (std::size_t k = 0; k < range.axes.rad[c].size(); ++k) {
+        RangeAlong along;
+        along.axis = axis;
+        along.at[axis] = range.neutral[axis];
+        along.at[b] = i;
+        along.at[c] = k;
+        along.is_empty = range.cells[cell_at(range.axes, along.at[0], along.at[1], along.at[2])].status !=
+                         RomStatus::in_range;
+        if (!along.is_empty) {
+          along.low = end_at(range, along.at, axis, -1);
+          along.high = end_at(range, along.at, axis, 1);
+        }
+        list.push_back(along);
+      }
+    }
+  }
+  return list;
+}
+
+std::string boundary_csv(const RomDocument& document)
+{
+  const RangeOfMotion& range = document.range;
+  std::string text =
+      "along,flexion_deg,varus_deg,internal_deg,from_deg,from_ended_by,from_reference,from_moving,to_deg,"
+      "to_ended_by,to_reference,to_moving\n";
+  for (const RangeAlong& along : boundaries_of(range)) {
+    text += rotation_names[along.axis];
+    for (std::size_t a = 0; a < 3; ++a)
+      text += ',' + (a == along.axis ? "" : field(deg_from_rad(range.axes.rad[a][along.at[a]])));
+    for (const RangeEnd& end : {along.low, along.high}) {
+      text += along.is_empty ? std::string(",,,,")
+                             : ',' + field(end.deg) + ',' + beyond_text(end) + ',' +
+                                   name_at(document.reference_names, end.component_reference) + ',' +
+                                   name_at(document.moving_names, end.component_moving);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+RomComparison compare_ranges(const RangeOfMotion& a, const RangeOfMotion& b, const std::string& file_b)
+{
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (a.axes.rad[axis] == b.axes.rad[axis]) continue;
+    throw InputError({file_b, std::string("axes.") + rotation_names[axis], "other angles than the first file",
+                      "two ranges over the same rotations"});
+  }
+  const auto in = [](const RangeOfMotion& range, std::size_t cell) {
+    return range.cells[cell].status == RomStatus::in_range;
+  };
+  return {volume_of(a), volume_of(b), volume_of(a, [&](std::size_t k) { return in(a, k) && in(b, k); }),
+          volume_of(a, [&](std::size_t k) { return in(a, k) && !in(b, k); }),
+          volume_of(a, [&](std::size_t k) { return !in(a, k) && in(b, k); })};
+}
+
+}  // namespace vrda::rom

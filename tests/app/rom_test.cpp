@@ -1,0 +1,91 @@
+// `vrda rom`: files of a coarse range of the generic hip, refusals, comparison.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/scenes.hpp"
+#include "support/messages.hpp"
+
+namespace vrda::rom_command_test {
+
+using nlohmann::json;
+
+class RomCommand : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
+
+  std::vector<std::string> words(const std::string& folder, const std::vector<std::string>& more = {}) const
+  {
+    std::vector<std::string> all{"rom",        hip_,        "-o",         path(folder),
+                                 "--flexion",  "-20:80:20", "--varus",    "-40:40:20",
+                                 "--delta-of", "reference", "--progress", "none"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+
+  test::Ended succeed(const std::vector<std::string>& command) const
+  {
+    test::Ended ended = test::run_vrda(command);
+    EXPECT_EQ(ended.exit_code, 0) << testing::PrintToString(command) << ended.err;
+    return ended;
+  }
+
+  test::Scratch scratch_;
+  std::string hip_ = VRDA_SOURCE_DIR "/jobs/hip-generic.toml";
+};
+
+TEST_F(RomCommand, WritesTheRangeAndWhatEndsIt)
+{
+  const json found = json::parse(succeed(words("hip", {"--json", "--threads", "1"})).out);
+  EXPECT_EQ(found.at("statuses").at("in_range").get<int>() + found.at("statuses").at("contact").get<int>(),
+            30);
+  // The neck leans 45 degrees to the right: between 20 and 40 degrees of flexion it reaches the rim.
+  const json flexion = found.at("neutral_ends").at("flexion");
+  EXPECT_EQ(flexion.at("from").at("ended_by"), "not_tried");
+  EXPECT_NEAR(flexion.at("to").at("deg").get<double>(), 20.0, 1e-9);
+  EXPECT_EQ(flexion.at("to").at("ended_by"), "contact");
+  EXPECT_EQ(flexion.at("to").at("moving"), "head");
+  const std::string first = test::text_of(path("hip/rom.json"));
+  // The same command again gives the same bytes, with other threads too.
+  succeed(words("hip", {"--threads", "2"}));
+  EXPECT_EQ(test::text_of(path("hip/rom.json")), first);
+  for (const char* name : {"hip/rom.csv", "hip/boundary.csv", "hip/index.html"})
+    EXPECT_FALSE(test::text_of(path(name)).empty()) << name;
+}
+
+TEST_F(RomCommand, TheResultOfOtherLimitsIsKept)
+{
+  succeed(words("hip"));
+  const std::string before = test::text_of(path("hip/rom.json"));
+  test::expect_refused(words("hip", {"--opening-mm", "3"}), {.file = "hip/rom.json", .field = "limits"});
+  test::expect_refused(words("hip", {"--set", "title=\"Another\""}),
+                       {.file = "hip/rom.json", .field = "job", .found = "Generic hip"});
+  EXPECT_EQ(test::text_of(path("hip/rom.json")), before);
+  succeed(words("hip", {"--opening-mm", "3", "--replace"}));
+  EXPECT_NE(test::text_of(path("hip/rom.json")), before);
+}
+
+TEST_F(RomCommand, ComparesTwoRanges)
+{
+  succeed(words("narrow"));
+  succeed(words("wide", {"--opening-mm", "5", "--translation-mm", "free"}));
+  const json found = json::parse(
+      succeed({"rom", "--compare", path("narrow/rom.json"), path("wide/rom.json"), "--json"}).out);
+  EXPECT_EQ(found.at("only_first").at("attitudes"), 0);
+  EXPECT_GT(found.at("only_second").at("attitudes").get<int>(), 0);
+  EXPECT_EQ(found.at("both"), found.at("first"));
+}
+
+TEST_F(RomCommand, RefusesWhatIsNoRange)
+{
+  test::expect_refused({"rom", hip_, "-o", path("hip"), "--flexion", "0:90:10"}, {.field = "--flexion, --varus, --internal", .found = "1"});
+  test::expect_refused(words("hip", {"--internal", "0:200:10"}),
+                       {.field = "--internal", .found = "0:200:10"});
+  test::expect_refused(words("hip", {"--internal", "5:0:1"}), {.field = "--internal", .found = "5:0:1"});
+  test::expect_refused({"rom", hip_}, {.field = "--output"});
+  test::expect_refused({"rom", "--compare", path("a.json"), path("b.json")}, {.file = "a.json"});
+  test::expect_refused({"rom", "--compare", hip_, hip_}, {.file = "hip-generic.toml", .wanted = "rom.json"});
+}
+
+}  // namespace vrda::rom_command_test

@@ -1,0 +1,320 @@
+// Range of motion of a ball with a neck in a cup, whose boundary has a closed form.
+#include "rom/range_of_motion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "rom/rom_files.hpp"
+
+namespace vrda::range_of_motion_test {
+
+constexpr double ball_mm = 24.0, cup_mm = 24.5, wall_mm = 6.0, neck_mm = 8.0, depth_mm = 2.0;
+constexpr double step_rad = rad_from_deg(4.0);
+
+using Profile = std::vector<Eigen::Vector2d>;  ///< (radius, y) from the axis to the axis
+
+void add_arc(Profile& profile, double radius_mm, double from_rad, double to_rad)
+{
+  constexpr int n = 32;
+  for (int k = 0; k <= n; ++k) {
+    const double a = from_rad + (to_rad - from_rad) * k / n;
+    profile.emplace_back(std::abs(radius_mm * std::sin(a)), radius_mm * std::cos(a));
+  }
+}
+
+/// The surface of revolution about Y, with outward normals if it is closed.
+Mesh revolved(const Profile& profile)
+{
+  constexpr int n_around = 64;
+  const auto n = static_cast<int>(profile.size());
+  Mesh mesh;
+  mesh.vertices_mm.resize(n * n_around, 3);
+  std::vector<std::array<int, 3>> faces;
+  for (int k = 0; k < n_around; ++k) {
+    const double turn = 2.0 * pi * k / n_around;
+    for (int i = 0; i < n; ++i) {
+      const auto& p = profile[static_cast<std::size_t>(i)];
+      mesh.vertices_mm.row(k * n + i) << p.x() * std::cos(turn), p.y(), p.x() * std::sin(turn);
+      if (i + 1 == n) continue;
+      // One vertex at a pole.
+      const auto is_pole = [&](int row) { return profile[static_cast<std::size_t>(row)].x() < 1e-9; };
+      const auto vertex = [&](int around, int row) {
+        return is_pole(row) ? row : around % n_around * n + row;
+      };
+      const int a = vertex(k, i), b = vertex(k, i + 1), c = vertex(k + 1, i), d = vertex(k + 1, i + 1);
+      if (!is_pole(i)) faces.push_back({a, c, b});
+      if (!is_pole(i + 1)) faces.push_back({b, c, d});
+    }
+  }
+  mesh.triangles.resize(static_cast<Eigen::Index>(faces.size()), 3);
+  for (std::size_t k = 0; k < faces.size(); ++k)
+    mesh.triangles.row(static_cast<Eigen::Index>(k)) << faces[k][0], faces[k][1], faces[k][2];
+  if (signed_volume_mm3(mesh) < 0.0) mesh.triangles.col(0).swap(mesh.triangles.col(1));
+  return mesh;
+}
+
+Mesh cup()
+{
+  Profile profile;
+  add_arc(profile, cup_mm, 0.0, std::acos(-depth_mm / cup_mm));
+  add_arc(profile, cup_mm + wall_mm, std::acos(-depth_mm / (cup_mm + wall_mm)), 0.0);
+  return revolved(profile);
+}
+
+/// The inside of a cup alone: a sheet whose border is above the centre, where it still faces down.
+constexpr double sheet_depth_mm = -3.0;
+Mesh cup_sheet()
+{
+  Profile profile;
+  add_arc(profile, cup_mm, 0.0, std::acos(-sheet_depth_mm / cup_mm));
+  Mesh mesh = revolved(profile);
+  // Towards the centre: the sheet faces down.
+  const Eigen::Vector3d a = mesh.vertices_mm.row(mesh.triangles(0, 0)).transpose();
+  const Eigen::Vector3d b = mesh.vertices_mm.row(mesh.triangles(0, 1)).transpose();
+  const Eigen::Vector3d c = mesh.vertices_mm.row(mesh.triangles(0, 2)).transpose();
+  if ((b - a).cross(c - a).y() > 0.0) mesh.triangles.col(0).swap(mesh.triangles.col(1));
+  return mesh;
+}
+
+Mesh head()
+{
+  Profile profile;
+  add_arc(profile, ball_mm, 0.0, pi - std::asin(neck_mm / ball_mm));
+  profile.emplace_back(neck_mm, -60.0);
+  profile.emplace_back(0.0, -60.0);
+  return revolved(profile);
+}
+
+void set_body(Body& body, const std::string& name, const Mesh& mesh)
+{
+  body.name = name;
+  body.components = {{name, "bone"}};
+  body.contact.mesh = mesh;
+  body.contact.component.assign(static_cast<std::size_t>(mesh.triangles.rows()), 0);
+}
+
+load::Case ball_in_cup()
+{
+  load::Case joint;
+  joint.title = "Ball in a cup";
+  joint.joint = "other";
+  joint.push = {load::Push{}};
+  joint.initial.translation_mm = Eigen::Vector3d::Zero();
+  set_body(joint.reference, "cup", cup());
+  set_body(joint.moving, "head", head());
+  return joint;
+}
+
+std::vector<double> angles_rad(double to_deg, double spacing_rad = step_rad)
+{
+  std::vector<double> rad;
+  for (double a = -rad_from_deg(to_deg); a <= rad_from_deg(to_deg) + 1e-9; a += spacing_rad)
+    rad.push_back(a);
+  return rad;
+}
+
+rom::RomPlan plan_of(int n_threads = 2, double spacing_rad = 3.0 * step_rad)
+{
+  rom::RomPlan plan;
+  plan.axes.rad = {angles_rad(72, spacing_rad), angles_rad(72, spacing_rad), {0.0}};
+  // Little more than the facets' height, so that the neck cannot lift the ball.
+  plan.limits = {0.4, 0.1, 0.1};
+  plan.delta_body = rom::DeltaBody::reference;
+  plan.n_threads = n_threads;
+  return plan;
+}
+
+/// Angle of the neck from -Y of the cup.
+double tilt_rad(double flexion_rad, double varus_rad, double internal_rad)
+{
+  JointCoordinates q = JointCoordinates::Zero();
+  q.head<3>() << flexion_rad, varus_rad, internal_rad;
+  return std::acos(std::clamp(joint_pose(q).linear()(1, 1), -1.0, 1.0));
+}
+
+// The neck's cylinder touches the rim, a circle around Y, as seen from the ball's centre in its seat.
+double largest_tilt_rad(double depth = depth_mm)
+{
+  const double rim_mm = std::sqrt(cup_mm * cup_mm - depth * depth);
+  const double below_mm = depth + (cup_mm - ball_mm);
+  return std::atan2(rim_mm, below_mm) - std::asin(neck_mm / std::hypot(rim_mm, below_mm));
+}
+
+template <typename Check>
+void for_each_cell(const rom::RangeOfMotion& range, const Check& check)
+{
+  for (std::size_t i = 0; i < range.axes.rad[0].size(); ++i) {
+    for (std::size_t j = 0; j < range.axes.rad[1].size(); ++j) {
+      for (std::size_t k = 0; k < range.axes.rad[2].size(); ++k) {
+        check(range.cells[rom::cell_at(range.axes, i, j, k)],
+              Eigen::Vector3d(range.axes.rad[0][i], range.axes.rad[1][j], range.axes.rad[2][k]));
+      }
+    }
+  }
+}
+
+void expect_boundary(const rom::RangeOfMotion& range)
+{
+  int n_inside = 0, n_outside = 0;
+  for_each_cell(range, [&](const rom::RomCell& cell, const Eigen::Vector3d& q) {
+    const double tilt = tilt_rad(q[0], q[1], q[2]);
+    SCOPED_TRACE(testing::Message() << "flexion " << deg_from_rad(q[0]) << ", varus " << deg_from_rad(q[1])
+                                    << ", internal " << deg_from_rad(q[2]));
+    if (tilt < largest_tilt_rad() - step_rad) {
+      ++n_inside;
+      EXPECT_EQ(cell.status, rom::RomStatus::in_range);
+      EXPECT_TRUE(cell.is_connected);
+    } else if (tilt > largest_tilt_rad() + step_rad) {
+      ++n_outside;
+      EXPECT_EQ(cell.status, rom::RomStatus::contact);
+      EXPECT_FALSE(cell.is_connected);
+      EXPECT_GT(cell.opening_mm, range.limits.opening_mm);
+    }
+  });
+  EXPECT_GT(n_inside, 300);
+  EXPECT_GT(n_outside, 100);
+}
+
+TEST(RangeOfMotion, EndsWhereTheNeckMeetsTheRim)
+{
+  const rom::RangeOfMotion range = rom::range_of_motion(ball_in_cup(), plan_of(2, step_rad));
+  expect_boundary(range);
+  // The ball's centre rises by the clearance, to the height of the facets.
+  EXPECT_NEAR((range.X_neutral * Eigen::Vector3d::Zero()).y(), cup_mm - ball_mm, 0.05);
+}
+
+TEST(RangeOfMotion, ThreeRotations)
+{
+  rom::RomPlan plan = plan_of();
+  plan.axes.rad = {angles_rad(68), {-step_rad, 0.0, step_rad}, {-8.0 * step_rad, 0.0, 8.0 * step_rad}};
+  const rom::RangeOfMotion range = rom::range_of_motion(ball_in_cup(), plan);
+  for_each_cell(range, [&](const rom::RomCell& cell, const Eigen::Vector3d& q) {
+    const double tilt = tilt_rad(q[0], q[1], q[2]);
+    const bool is_inside = tilt < largest_tilt_rad() - step_rad;
+    const bool is_outside = tilt > largest_tilt_rad() + step_rad;
+    EXPECT_TRUE(!is_inside || cell.status == rom::RomStatus::in_range);
+    EXPECT_TRUE(!is_outside || cell.status == rom::RomStatus::contact);
+  });
+}
+
+TEST(RangeOfMotion, TheSameBytesForAnyNumberOfThreads)
+{
+  const load::Case joint = ball_in_cup();
+  const auto json = [&](int n_threads) {
+    return rom::rom_json(rom::rom_document(joint, rom::range_of_motion(joint, plan_of(n_threads)), "vrda"));
+  };
+  const std::string one = json(1);
+  EXPECT_EQ(one, json(2));
+  EXPECT_EQ(one, json(5));
+}
+
+TEST(RangeOfMotion, ALeftJointHasTheRangeOfItsMirrorImage)
+{
+  load::Case right = ball_in_cup();
+  // Without the symmetry of the cup.
+  right.reference.contact.mesh.vertices_mm.col(2).array() += 0.1;
+  load::Case left = right;
+  left.frame.side = Side::left;
+  left.reference = mirrored_z(right.reference);
+  left.moving = mirrored_z(right.moving);
+  rom::RomPlan plan = plan_of();
+  plan.axes.rad[1] = {-0.6, -0.2, 0.0, 0.3, 0.7};
+  plan.axes.rad[2] = {-0.4, 0.0, 0.5};
+  const rom::RangeOfMotion a = rom::range_of_motion(right, plan), b = rom::range_of_motion(left, plan);
+  for (std::size_t k = 0; k < a.cells.size(); ++k) {
+    EXPECT_EQ(a.cells[k].status, b.cells[k].status);
+    EXPECT_NEAR(a.cells[k].opening_mm, b.cells[k].opening_mm, 1e-4) << "the seat is found to 1e-5 mm";
+  }
+}
+
+TEST(RangeOfMotion, ABallAloneHasNoEndUnderADeltaOfEitherBody)
+{
+  load::Case joint = ball_in_cup();
+  Profile ball;
+  add_arc(ball, ball_mm, 0.0, pi);
+  set_body(joint.moving, "head", revolved(ball));
+  rom::RomPlan plan = plan_of();
+  for (const rom::DeltaBody body : {rom::DeltaBody::moving, rom::DeltaBody::reference}) {
+    plan.delta_body = body;
+    // Fixed to the ball, Delta leans by the rotation; the ball must enter the cup along it, past the rim.
+    const double largest = body == rom::DeltaBody::moving ? 0.08 : 1.2;
+    plan.axes.rad[0] = plan.axes.rad[1] = {-largest, 0.0, largest};
+    plan.axes.rad[2] = {-1.0, 0.0, 1.0};
+    plan.limits.translation_mm = 2.0;
+    const rom::RangeOfMotion range = rom::range_of_motion(joint, plan);
+    EXPECT_EQ(rom::volume_of(range).n_cells, range.cells.size());
+  }
+}
+
+// A fibre along Y from the cup's top to the head's: its length changes with the tilt alone.
+TEST(RangeOfMotion, AFibreEndsItAtItsStrain)
+{
+  load::Case joint = ball_in_cup();
+  const double clearance_mm = cup_mm - ball_mm;
+  ligament::Fibre fibre;
+  fibre.name = fibre.bundle = "round ligament";
+  fibre.reference_mm = {0, 40, 0};
+  fibre.moving_mm = {0, 10, 0};  // turns aside about the ball's centre
+  fibre.stiffness_n = 1000.0;
+  fibre.slack_length_mm = 30.0 - clearance_mm;  // in the neutral seat
+  joint.ligaments.fibres = {fibre};
+  rom::RomPlan plan = plan_of();
+  plan.limits.strain = 0.03;
+  const rom::RangeOfMotion range = rom::range_of_motion(joint, plan);
+  const auto strain_at = [&](double tilt) {
+    const double up_mm = 40.0 - clearance_mm - 10.0 * std::cos(tilt), aside_mm = 10.0 * std::sin(tilt);
+    return std::hypot(up_mm, aside_mm) / fibre.slack_length_mm - 1.0;
+  };
+  int n_fibre = 0;
+  for_each_cell(range, [&](const rom::RomCell& cell, const Eigen::Vector3d& q) {
+    const double tilt = tilt_rad(q[0], q[1], q[2]);
+    if (tilt > largest_tilt_rad() - step_rad) return;
+    // The seat moves by the height of the facets.
+    EXPECT_NEAR(cell.largest_strain, strain_at(tilt), 0.1 / fibre.slack_length_mm);
+    if (strain_at(tilt) > 0.035) {
+      ++n_fibre;
+      EXPECT_EQ(cell.status, rom::RomStatus::fibre);
+    } else if (strain_at(tilt) < 0.025) {
+      EXPECT_EQ(cell.status, rom::RomStatus::in_range);
+    }
+  });
+  EXPECT_GT(n_fibre, 5);
+}
+
+TEST(RangeOfMotion, ContactWhereASheetEndsIsNamed)
+{
+  load::Case joint = ball_in_cup();
+  set_body(joint.reference, "cup", cup_sheet());
+  rom::RomPlan plan = plan_of();
+  // The neck lifts the ball a little while it is at the rim.
+  plan.limits = {3.0, 1.5, 0.1};
+  const rom::RangeOfMotion range = rom::range_of_motion(joint, plan);
+  int n_border = 0;
+  for_each_cell(range, [&](const rom::RomCell& cell, const Eigen::Vector3d& q) {
+    const double tilt = tilt_rad(q[0], q[1], q[2]);
+    n_border += cell.status == rom::RomStatus::border ? 1 : 0;
+    EXPECT_TRUE(cell.status != rom::RomStatus::border || tilt > largest_tilt_rad(sheet_depth_mm) - step_rad);
+    EXPECT_TRUE(tilt > largest_tilt_rad(sheet_depth_mm) - step_rad ||
+                cell.status == rom::RomStatus::in_range);
+  });
+  EXPECT_GT(n_border, 3);
+}
+
+TEST(RangeOfMotion, ABallBesideTheCupHasNoSeat)
+{
+  load::Case joint = ball_in_cup();
+  joint.reference.contact.mesh.vertices_mm.col(0).array() += 200.0;
+  EXPECT_THROW(rom::range_of_motion(joint, plan_of()), InputError);
+}
+
+TEST(RangeOfMotion, StoppedItHasNoCells)
+{
+  rom::RomPlan plan = plan_of();
+  plan.is_stopped = [] { return true; };
+  EXPECT_TRUE(rom::range_of_motion(ball_in_cup(), plan).cells.empty());
+}
+
+}  // namespace vrda::range_of_motion_test

@@ -1,0 +1,155 @@
+#include "rom/rom_files.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/units.hpp"
+#include "support/input_error.hpp"
+#include "support/refusal.hpp"
+
+namespace vrda::rom_files_test {
+
+using rom::RomStatus;
+
+/// Three by four cells; row of flexion 0: contact, in, in, fibre.
+rom::RomDocument sample()
+{
+  rom::RomDocument document;
+  document.program = "vrda 1";
+  document.title = "Hip </title><script>";
+  document.side = "left";
+  document.job = "title = \"Hip\"\n";
+  document.inputs = {{"a.stl", std::string(64, 'a'), true}};
+  document.reference_names = {"socket"};
+  document.moving_names = {"head", "neck"};
+  rom::RangeOfMotion& range = document.range;
+  range.axes.rad[0] = {rad_from_deg(-10.0), 0.0, rad_from_deg(10.0)};
+  range.axes.rad[1] = {rad_from_deg(-20.0), rad_from_deg(-5.0), rad_from_deg(5.0), rad_from_deg(30.0)};
+  range.axes.rad[2] = {0.0};
+  range.neutral = {1, 1, 0};
+  range.X_neutral.translation() = Eigen::Vector3d(0.1, -2.0 / 3.0, 1e-7);
+  range.cells.resize(12);
+  for (std::size_t k = 0; k < 12; ++k) {
+    rom::RomCell& cell = range.cells[k];
+    cell.status = RomStatus::contact;
+    cell.opening_mm = 0.1 * static_cast<double>(k) + 1.0 / 3.0;
+    cell.translation_mm = Eigen::Vector3d(1.0 / 7.0, -static_cast<double>(k), 0.0);
+    cell.component_reference = 0;
+    cell.component_moving = static_cast<std::int32_t>(k % 2);
+  }
+  range.cells[5].status = range.cells[6].status = RomStatus::in_range;
+  range.cells[5].is_connected = range.cells[6].is_connected = true;
+  range.cells[7].status = RomStatus::fibre;
+  range.cells[7].largest_strain = 0.12;
+  return document;
+}
+
+TEST(RomFiles, TheDocumentReadsBackToTheLastBit)
+{
+  const rom::RomDocument before = sample();
+  const std::string text = rom::rom_json(before);
+  const rom::RomDocument after = rom::parse_rom("rom.json", text);
+  EXPECT_EQ(after.title, before.title);
+  EXPECT_EQ(after.moving_names, before.moving_names);
+  EXPECT_EQ(after.range.neutral, before.range.neutral);
+  EXPECT_EQ(after.range.X_neutral.matrix(), before.range.X_neutral.matrix());
+  for (std::size_t k = 0; k < before.range.cells.size(); ++k) {
+    const rom::RomCell &a = before.range.cells[k], &b = after.range.cells[k];
+    EXPECT_EQ(a.status, b.status);
+    EXPECT_EQ(a.opening_mm, b.opening_mm);
+    EXPECT_EQ(a.translation_mm, b.translation_mm);
+    EXPECT_EQ(std::isnan(a.largest_strain), std::isnan(b.largest_strain));
+    EXPECT_EQ(a.component_moving, b.component_moving);
+    EXPECT_EQ(a.is_connected, b.is_connected);
+  }
+}
+
+struct Damage {
+  const char* pointer;
+  nlohmann::json value;
+  const char* field;
+};
+
+TEST(RomFiles, ADamagedDocumentIsRefusedByKey)
+{
+  for (const Damage& damage :
+       std::vector<Damage>{{"/version", 2, "version"},
+                           {"/axes/flexion", nlohmann::json::array({0, 0, 1}), "axes/flexion"},
+                           {"/axes/varus", nlohmann::json::array(), "axes/varus"},
+                           {"/axes/internal", nlohmann::json::array({0, 1}), "cells/status"},
+                           {"/cells/status/3", 9, "cells/status"},
+                           {"/cells/component_moving/0", 2, "cells/component_moving"},
+                           {"/cells/opening_mm/0", "x", "cells/opening_mm"},
+                           {"/neutral/cell/0", 3, "neutral/cell"}}) {
+    nlohmann::json json = nlohmann::json::parse(rom::rom_json(sample()));
+    json[nlohmann::json::json_pointer(damage.pointer)] = damage.value;
+    EXPECT_THAT(test::input_error([&] { rom::parse_rom("a/rom.json", json.dump()); }),
+                test::refuses({.file = "a/rom.json", .field = damage.field}))
+        << damage.pointer;
+  }
+  EXPECT_THAT(test::input_error([] { rom::parse_rom("a/rom.json", "{}"); }),
+              test::refuses({.file = "a/rom.json"}));
+}
+
+// Trapezoidal weights of 5, 10, 5 and 7.5, 12.5, 17.5, 12.5 degrees.
+TEST(RomFiles, TheVolumeIsTheTrapezoidalRule)
+{
+  const rom::RomVolume volume = rom::volume_of(sample().range);
+  EXPECT_EQ(volume.n_cells, 2u);
+  EXPECT_EQ(volume.n_driven, 2);
+  EXPECT_NEAR(volume.volume, 10.0 * (12.5 + 17.5), 1e-9) << "rounding of angles";
+  EXPECT_NEAR(volume.driven_volume, 20.0 * 50.0, 1e-9);
+}
+
+TEST(RomFiles, BoundariesSayWhatEndsTheRange)
+{
+  const rom::RomDocument document = sample();
+  std::vector<rom::RangeAlong> through_neutral;
+  for (const rom::RangeAlong& along : rom::boundaries_of(document.range)) {
+    if (along.at == document.range.neutral) through_neutral.push_back(along);
+  }
+  ASSERT_EQ(through_neutral.size(), 2u);  // the third rotation is not driven
+  EXPECT_EQ(through_neutral[0].low.beyond, RomStatus::contact);
+  EXPECT_NEAR(through_neutral[0].high.deg, 0.0, 1e-12);
+  EXPECT_NEAR(through_neutral[1].low.deg, -5.0, 1e-12);
+  EXPECT_NEAR(through_neutral[1].high.deg, 5.0, 1e-12);
+  EXPECT_EQ(through_neutral[1].high.beyond, RomStatus::fibre);
+  EXPECT_EQ(through_neutral[1].high.component_moving, 1);
+}
+
+TEST(RomFiles, TablesHaveOneRowPerAttitudeAndPerLine)
+{
+  const auto n_lines = [](const std::string& text) { return std::count(text.begin(), text.end(), '\n'); };
+  EXPECT_EQ(n_lines(rom::rom_csv(sample())), 1 + 12);
+  EXPECT_EQ(n_lines(rom::boundary_csv(sample())), 1 + 4 + 3);
+  const std::string csv = rom::rom_csv(sample());
+  EXPECT_THAT(csv, testing::HasSubstr(",0,fibre,0,"));
+}
+
+TEST(RomFiles, ComparisonCountsCellsOfEachAndOfBoth)
+{
+  const rom::RangeOfMotion a = sample().range;
+  rom::RangeOfMotion b = a;
+  b.cells[6].status = RomStatus::contact;
+  b.cells[9].status = RomStatus::in_range;
+  const rom::RomComparison found = rom::compare_ranges(a, b, "b.json");
+  EXPECT_EQ(found.both.n_cells, 1u);
+  EXPECT_EQ(found.only_a.n_cells, 1u);
+  EXPECT_EQ(found.only_b.n_cells, 1u);
+  EXPECT_NEAR(found.both.volume + found.only_a.volume, found.a.volume, 1e-9);
+  EXPECT_NEAR(found.both.volume + found.only_b.volume, found.b.volume, 1e-9);
+  b.axes.rad[0][0] *= 2.0;
+  EXPECT_THAT(test::input_error([&] { rom::compare_ranges(a, b, "b.json"); }),
+              test::refuses({.file = "b.json", .field = "axes.flexion"}));
+}
+
+TEST(RomFiles, TextOfAJobCannotLeaveItsPlaceInThePage)
+{
+  const std::string page = rom::rom_page(sample());
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+  EXPECT_NE(page.find("Hip &lt;/title&gt;"), std::string::npos);
+}
+
+}  // namespace vrda::rom_files_test
