@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "app/angle_range.hpp"
+#include "cluster/jobs.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/open_file.hpp"
@@ -17,6 +18,7 @@
 #include "job_run/summary.hpp"
 #include "load/file_bytes.hpp"
 #include "rom/rom_files.hpp"
+#include "rom/rom_journal.hpp"
 
 namespace vrda::app {
 namespace {
@@ -172,6 +174,46 @@ void print(const rom::RomDocument& document, const std::vector<std::string>& fil
   for (const std::string& file : files) std::printf("%s\n", file.c_str());
 }
 
+std::vector<std::string> journals_of(const std::string& file)
+{
+  std::vector<std::string> list = journal::list_shard_journals_if_readable(file);
+  std::error_code error;
+  if (fs::exists(journal::journal_of(file), error)) list.push_back(journal::journal_of(file));
+  return list;
+}
+
+/// The range, or that of a shard, which has no cells; empty when interrupted.
+std::optional<rom::RangeOfMotion> solved(const RomOptions& o, const std::string& file,
+                                         const load::Case& job_case, rom::RomPlan& plan)
+{
+  const std::string key = rom::rom_key(job_case, plan);
+  rom::RomLines lines;
+  if (o.is_fresh && !plan.shard) job_run::remove_obsolete_files(journals_of(file));
+  if (!plan.shard) {
+    for (const std::string& shard : journal::list_shard_journals_if_readable(file))
+      rom::read_lines(shard, key, lines);
+  }
+  const std::string path =
+      plan.shard ? journal::shard_journal_of(file, *plan.shard) : journal::journal_of(file);
+  journal::FrameWriter journal = rom::open_lines(path, key, o.is_fresh, lines);
+  console::Progress progress(console::progress_style_of(o.progress), "attitudes",
+                             static_cast<int>(plan.axes.n_cells()), 0);
+  plan.on_progress = [&](std::size_t) { progress.advance(); };
+  plan.recall = [&](std::int8_t axis, const std::array<std::int32_t, 3>& at) {
+    const auto found = lines.find({axis, at});
+    return found == lines.end() ? std::nullopt : std::optional(found->second);
+  };
+  plan.keep = [&](const rom::RomLine& line) { journal.append(rom::line_bytes(line)); };
+  rom::RangeOfMotion range = rom::range_of_motion(job_case, plan);
+  journal.close();
+  if (console::is_interrupted()) {
+    console::log_info(path + ": repeat the command to go on");
+    return std::nullopt;
+  }
+  if (plan.shard) std::printf("%s\n", path.c_str());
+  return range;
+}
+
 console::ExitCode compare(const RomOptions& o)
 {
   const rom::RomDocument a = read_rom(o.compare[0]), b = read_rom(o.compare[1]);
@@ -214,18 +256,16 @@ console::ExitCode rom_command(const RomOptions& o)
   const fs::path folder = o.folder;
   const std::string file = (folder / "rom.json").string();
   job_run::make_folder(folder.string());
-  const std::optional<OutputLock> lock = job_run::lock_output(file, "vrda rom");
+  if (!o.shard.empty()) plan.shard = cluster::shard_of(o.shard);
+  // Shards write beside each other, each its own journal.
+  const std::optional<OutputLock> lock =
+      job_run::lock_output(plan.shard ? journal::shard_journal_of(file, *plan.shard) : file, "vrda rom");
   if (!lock) return console::ExitCode::interrupted;
   if (!o.may_replace) require_same_or_absent(file, job_case, plan);
-  const int n_cells = static_cast<int>(plan.axes.n_cells());
-  rom::RangeOfMotion range;
-  {
-    console::Progress progress(console::progress_style_of(o.progress), "attitudes", n_cells, 0);
-    plan.on_progress = [&](std::size_t) { progress.advance(); };
-    range = rom::range_of_motion(job_case, plan);
-  }
-  if (range.cells.empty()) return console::ExitCode::interrupted;
-  const rom::RomDocument document = rom::rom_document(job_case, range, "vrda " VRDA_VERSION);
+  const std::optional<rom::RangeOfMotion> range = solved(o, file, job_case, plan);
+  if (!range) return console::ExitCode::interrupted;
+  if (plan.shard) return console::ExitCode::done;
+  const rom::RomDocument document = rom::rom_document(job_case, *range, "vrda " VRDA_VERSION);
   const std::pair<const char*, std::string> outputs[] = {{"index.html", rom::rom_page(document)},
                                                          {"rom.csv", rom::rom_csv(document)},
                                                          {"boundary.csv", rom::boundary_csv(document)},
@@ -235,6 +275,7 @@ console::ExitCode rom_command(const RomOptions& o)
     files.push_back((folder / name).string());
     write_atomically(files.back(), {text});
   }
+  job_run::remove_obsolete_files(journals_of(file));
   print(document, files, o.as_json);
   return console::ExitCode::done;
 }

@@ -21,13 +21,16 @@ struct RomOptions {
   double strain = 0.1;
   std::string delta_of = "moving";   ///< or "reference"
   std::vector<std::string> compare;  ///< two rom.json, instead of a job
+  std::string shard;                 ///< "I/N", or empty
+  bool is_fresh = false;
   bool may_replace = false;
   int n_threads = 0;  ///< 0: one per processor
   std::string progress = "auto";
   bool as_json = false;
 };
 
-/// Writes rom.json, rom.csv, boundary.csv and index.html into the folder and prints volume and ends; or
+/// Resumes from its journal and those of shards in the folder, which it removes at the end. With `shard` writes
+/// only a journal. Writes rom.json, rom.csv, boundary.csv and index.html into the folder and prints volume and ends; or
 /// compares two rom.json. Throws InputError before solving if less than two rotations are driven, or if the
 /// folder has the result of another job or of other limits.
 console::ExitCode rom_command(const RomOptions& options);

@@ -35,6 +35,10 @@ void add_rom_options(CLI::App& c, RomOptions& o)
       ->check(one_of({"moving", "reference"}))
       ->capture_default_str();
   c.add_option("--compare", o.compare, "Two rom.json: volume of each, common, only in one")->expected(2);
+  c.add_option("--shard", o.shard,
+               "I/N: solve every Nth flexion from the Ith on, into a journal in the folder; the same command "
+               "without --shard joins them");
+  c.add_flag("--fresh", o.is_fresh, "Discard the journals in the folder");
   c.add_flag("--replace", o.may_replace, "Replace the result of another job or of other limits");
   c.add_option("--threads", o.n_threads, "Worker threads; default: one per processor")
       ->check(whole_number(1, 1024));

@@ -112,12 +112,10 @@ class RomScene {
   std::vector<std::int8_t> first_border_, second_border_;
 };
 
-/// A cell and the place of its seat from the neutral one, across Delta in the query's frame.
-struct SolvedCell {
-  RomCell cell;
-  Eigen::Vector2d across_mm = Eigen::Vector2d::Zero();
-  bool seeds() const { return cell.status == RomStatus::in_range; }
-};
+bool is_seed(const SolvedCell* cell)
+{
+  return cell != nullptr && cell->cell.status == RomStatus::in_range;
+}
 
 class CellSolver {
  public:
@@ -158,9 +156,9 @@ class CellSolver {
   std::vector<Eigen::Vector2d> starts(const SolvedCell* inward) const
   {
     std::vector<Eigen::Vector2d> list;
-    if (inward != nullptr && inward->seeds()) list.push_back(inward->across_mm);
+    if (is_seed(inward)) list.push_back(inward->across_mm);
     list.emplace_back(Eigen::Vector2d::Zero());
-    if (inward == nullptr || !inward->seeds() || !std::isfinite(limits_.translation_mm)) return list;
+    if (!is_seed(inward) || !std::isfinite(limits_.translation_mm)) return list;
     const double half = 0.5 * limits_.translation_mm;
     for (const Eigen::Vector2d& place : {Eigen::Vector2d(half, 0), Eigen::Vector2d(-half, 0),
                                          Eigen::Vector2d(0, half), Eigen::Vector2d(0, -half)})
@@ -253,10 +251,16 @@ class RomSweep {
         }
         lines = std::move(more);
       }
+      if (axis > 0 && plan_.shard) {
+        const auto is_other = [&](const Index& line) {
+          return static_cast<std::int32_t>(line[0]) % plan_.shard->count != plan_.shard->number - 1;
+        };
+        lines.erase(std::remove_if(lines.begin(), lines.end(), is_other), lines.end());
+      }
       solve_lines(lines, axis);
       if (is_stopped()) return {};
     }
-    return result();
+    return plan_.shard ? RangeOfMotion{} : result();
   }
 
  private:
@@ -292,8 +296,9 @@ class RomSweep {
   // Outward from the neutral value, which an earlier round has solved except for the neutral cell itself.
   void solve_line(CellSolver& solver, Index at, std::size_t axis)
   {
-    if (axis == 0) solve_cell(solver, at, nullptr);
     const auto n = static_cast<std::ptrdiff_t>(plan_.axes.rad[axis].size());
+    if (recall_line(at, axis)) return;
+    if (axis == 0) solve_cell(solver, at, nullptr);
     const auto middle = static_cast<std::ptrdiff_t>(neutral_[axis]);
     for (const std::ptrdiff_t direction : {-1, 1}) {
       at[axis] = neutral_[axis];
@@ -304,6 +309,38 @@ class RomSweep {
         inward = &solved_[row_of(at)];
       }
     }
+    keep_line(at, axis);
+  }
+
+  static RomLine line_at(const Index& at, std::size_t axis)
+  {
+    RomLine line;
+    line.axis = static_cast<std::int8_t>(axis);
+    for (std::size_t a = 0; a < 3; ++a) line.at[a] = a == axis ? 0 : static_cast<std::int32_t>(at[a]);
+    return line;
+  }
+
+  bool recall_line(Index at, std::size_t axis)
+  {
+    if (!plan_.recall) return false;
+    const RomLine wanted = line_at(at, axis);
+    const std::optional<RomLine> line = plan_.recall(wanted.axis, wanted.at);
+    if (!line || line->cells.size() != plan_.axes.rad[axis].size()) return false;
+    for (at[axis] = 0; at[axis] < line->cells.size(); ++at[axis]) {
+      const bool is_new = axis == 0 || at[axis] != neutral_[axis];
+      solved_[row_of(at)] = line->cells[at[axis]];
+      if (is_new && plan_.on_progress) plan_.on_progress(++n_done_);
+    }
+    return true;
+  }
+
+  void keep_line(Index at, std::size_t axis) const
+  {
+    if (!plan_.keep) return;
+    RomLine line = line_at(at, axis);
+    for (at[axis] = 0; at[axis] < plan_.axes.rad[axis].size(); ++at[axis])
+      line.cells.push_back(solved_[row_of(at)]);
+    plan_.keep(line);
   }
 
   void solve_cell(CellSolver& solver, const Index& at, const SolvedCell* inward)

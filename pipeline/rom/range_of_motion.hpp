@@ -3,10 +3,12 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/joint_coordinates.hpp"
+#include "journal/run_files.hpp"
 #include "load/case.hpp"
 
 namespace vrda::rom {
@@ -56,6 +58,20 @@ struct RomCell {
   bool is_connected = false;  ///< in range, and so are all cells of a path of neighbours from the neutral one
 };
 
+/// A cell as it was solved.
+struct SolvedCell {
+  RomCell cell;
+  /// Place of its seat from the neutral one, across Delta in the query's frame: the next cell's start.
+  Eigen::Vector2d across_mm = Eigen::Vector2d::Zero();
+};
+
+/// Cells along one axis, solved outward from the neutral one by one thread.
+struct RomLine {
+  std::int8_t axis = 0;
+  std::array<std::int32_t, 3> at{};  ///< rows of the other axes; 0 of its own
+  std::vector<SolvedCell> cells;     ///< all of the axis
+};
+
 struct RangeOfMotion {
   RomAxes axes;
   RomLimits limits;
@@ -72,6 +88,12 @@ struct RomPlan {
   int n_threads = 1;
   std::function<void(std::size_t n_done)> on_progress = {};  ///< called from any worker
   std::function<bool()> is_stopped = {};                     ///< true: returns with no cells
+  /// A line of an earlier run, or nothing; and what to do with a new one. Called from any worker.
+  std::function<std::optional<RomLine>(std::int8_t axis, const std::array<std::int32_t, 3>& at)> recall = {};
+  std::function<void(const RomLine&)> keep = {};
+  /// Solves, besides the line along flexion, only every count-th flexion from the number-th on, and returns
+  /// with no cells: the lines are what it is for.
+  std::optional<journal::Shard> shard = {};
 };
 
 /// The neutral seat is searched from the job's start pose, at the cell nearest to zero. A cell's seat is

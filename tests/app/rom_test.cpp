@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
@@ -66,6 +67,20 @@ TEST_F(RomCommand, TheResultOfOtherLimitsIsKept)
   EXPECT_NE(test::text_of(path("hip/rom.json")), before);
 }
 
+TEST_F(RomCommand, ShardsAndAResumedRunGiveTheBytesOfAWholeOne)
+{
+  succeed(words("whole"));
+  for (const char* shard : {"1/2", "2/2"}) succeed(words("parts", {"--shard", shard}));
+  EXPECT_FALSE(std::filesystem::exists(path("parts/rom.json")));
+  // A line that a kill has torn.
+  const std::string journal = path("parts/rom.json.shard-2-of-2.journal");
+  std::filesystem::resize_file(journal, std::filesystem::file_size(journal) - 5);
+  test::expect_refused(words("parts", {"--strain", "0.2"}), {.file = "rom.json.shard-1-of-2.journal", .field = "key"});
+  succeed(words("parts"));
+  EXPECT_EQ(test::text_of(path("parts/rom.json")), test::text_of(path("whole/rom.json")));
+  EXPECT_FALSE(std::filesystem::exists(journal));
+}
+
 TEST_F(RomCommand, ComparesTwoRanges)
 {
   succeed(words("narrow"));
@@ -79,7 +94,8 @@ TEST_F(RomCommand, ComparesTwoRanges)
 
 TEST_F(RomCommand, RefusesWhatIsNoRange)
 {
-  test::expect_refused({"rom", hip_, "-o", path("hip"), "--flexion", "0:90:10"}, {.field = "--flexion, --varus, --internal", .found = "1"});
+  test::expect_refused({"rom", hip_, "-o", path("hip"), "--flexion", "0:90:10"},
+                       {.field = "--flexion, --varus, --internal", .found = "1"});
   test::expect_refused(words("hip", {"--internal", "0:200:10"}),
                        {.field = "--internal", .found = "0:200:10"});
   test::expect_refused(words("hip", {"--internal", "5:0:1"}), {.field = "--internal", .found = "5:0:1"});

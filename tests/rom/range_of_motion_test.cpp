@@ -7,125 +7,12 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "rom/ball_in_cup.hpp"
 #include "rom/rom_files.hpp"
 
 namespace vrda::range_of_motion_test {
 
-constexpr double ball_mm = 24.0, cup_mm = 24.5, wall_mm = 6.0, neck_mm = 8.0, depth_mm = 2.0;
-constexpr double step_rad = rad_from_deg(4.0);
-
-using Profile = std::vector<Eigen::Vector2d>;  ///< (radius, y) from the axis to the axis
-
-void add_arc(Profile& profile, double radius_mm, double from_rad, double to_rad)
-{
-  constexpr int n = 32;
-  for (int k = 0; k <= n; ++k) {
-    const double a = from_rad + (to_rad - from_rad) * k / n;
-    profile.emplace_back(std::abs(radius_mm * std::sin(a)), radius_mm * std::cos(a));
-  }
-}
-
-/// The surface of revolution about Y, with outward normals if it is closed.
-Mesh revolved(const Profile& profile)
-{
-  constexpr int n_around = 64;
-  const auto n = static_cast<int>(profile.size());
-  Mesh mesh;
-  mesh.vertices_mm.resize(n * n_around, 3);
-  std::vector<std::array<int, 3>> faces;
-  for (int k = 0; k < n_around; ++k) {
-    const double turn = 2.0 * pi * k / n_around;
-    for (int i = 0; i < n; ++i) {
-      const auto& p = profile[static_cast<std::size_t>(i)];
-      mesh.vertices_mm.row(k * n + i) << p.x() * std::cos(turn), p.y(), p.x() * std::sin(turn);
-      if (i + 1 == n) continue;
-      // One vertex at a pole.
-      const auto is_pole = [&](int row) { return profile[static_cast<std::size_t>(row)].x() < 1e-9; };
-      const auto vertex = [&](int around, int row) {
-        return is_pole(row) ? row : around % n_around * n + row;
-      };
-      const int a = vertex(k, i), b = vertex(k, i + 1), c = vertex(k + 1, i), d = vertex(k + 1, i + 1);
-      if (!is_pole(i)) faces.push_back({a, c, b});
-      if (!is_pole(i + 1)) faces.push_back({b, c, d});
-    }
-  }
-  mesh.triangles.resize(static_cast<Eigen::Index>(faces.size()), 3);
-  for (std::size_t k = 0; k < faces.size(); ++k)
-    mesh.triangles.row(static_cast<Eigen::Index>(k)) << faces[k][0], faces[k][1], faces[k][2];
-  if (signed_volume_mm3(mesh) < 0.0) mesh.triangles.col(0).swap(mesh.triangles.col(1));
-  return mesh;
-}
-
-Mesh cup()
-{
-  Profile profile;
-  add_arc(profile, cup_mm, 0.0, std::acos(-depth_mm / cup_mm));
-  add_arc(profile, cup_mm + wall_mm, std::acos(-depth_mm / (cup_mm + wall_mm)), 0.0);
-  return revolved(profile);
-}
-
-/// The inside of a cup alone: a sheet whose border is above the centre, where it still faces down.
-constexpr double sheet_depth_mm = -3.0;
-Mesh cup_sheet()
-{
-  Profile profile;
-  add_arc(profile, cup_mm, 0.0, std::acos(-sheet_depth_mm / cup_mm));
-  Mesh mesh = revolved(profile);
-  // Towards the centre: the sheet faces down.
-  const Eigen::Vector3d a = mesh.vertices_mm.row(mesh.triangles(0, 0)).transpose();
-  const Eigen::Vector3d b = mesh.vertices_mm.row(mesh.triangles(0, 1)).transpose();
-  const Eigen::Vector3d c = mesh.vertices_mm.row(mesh.triangles(0, 2)).transpose();
-  if ((b - a).cross(c - a).y() > 0.0) mesh.triangles.col(0).swap(mesh.triangles.col(1));
-  return mesh;
-}
-
-Mesh head()
-{
-  Profile profile;
-  add_arc(profile, ball_mm, 0.0, pi - std::asin(neck_mm / ball_mm));
-  profile.emplace_back(neck_mm, -60.0);
-  profile.emplace_back(0.0, -60.0);
-  return revolved(profile);
-}
-
-void set_body(Body& body, const std::string& name, const Mesh& mesh)
-{
-  body.name = name;
-  body.components = {{name, "bone"}};
-  body.contact.mesh = mesh;
-  body.contact.component.assign(static_cast<std::size_t>(mesh.triangles.rows()), 0);
-}
-
-load::Case ball_in_cup()
-{
-  load::Case joint;
-  joint.title = "Ball in a cup";
-  joint.joint = "other";
-  joint.push = {load::Push{}};
-  joint.initial.translation_mm = Eigen::Vector3d::Zero();
-  set_body(joint.reference, "cup", cup());
-  set_body(joint.moving, "head", head());
-  return joint;
-}
-
-std::vector<double> angles_rad(double to_deg, double spacing_rad = step_rad)
-{
-  std::vector<double> rad;
-  for (double a = -rad_from_deg(to_deg); a <= rad_from_deg(to_deg) + 1e-9; a += spacing_rad)
-    rad.push_back(a);
-  return rad;
-}
-
-rom::RomPlan plan_of(int n_threads = 2, double spacing_rad = 3.0 * step_rad)
-{
-  rom::RomPlan plan;
-  plan.axes.rad = {angles_rad(72, spacing_rad), angles_rad(72, spacing_rad), {0.0}};
-  // Little more than the facets' height, so that the neck cannot lift the ball.
-  plan.limits = {0.4, 0.1, 0.1};
-  plan.delta_body = rom::DeltaBody::reference;
-  plan.n_threads = n_threads;
-  return plan;
-}
+using namespace test::cup;
 
 /// Angle of the neck from -Y of the cup.
 double tilt_rad(double flexion_rad, double varus_rad, double internal_rad)
@@ -180,7 +67,7 @@ void expect_boundary(const rom::RangeOfMotion& range)
 
 TEST(RangeOfMotion, EndsWhereTheNeckMeetsTheRim)
 {
-  const rom::RangeOfMotion range = rom::range_of_motion(ball_in_cup(), plan_of(2, step_rad));
+  const rom::RangeOfMotion range = rom::range_of_motion(ball_in_cup(), cup_plan(2, step_rad));
   expect_boundary(range);
   // The ball's centre rises by the clearance, to the height of the facets.
   EXPECT_NEAR((range.X_neutral * Eigen::Vector3d::Zero()).y(), cup_mm - ball_mm, 0.05);
@@ -188,7 +75,7 @@ TEST(RangeOfMotion, EndsWhereTheNeckMeetsTheRim)
 
 TEST(RangeOfMotion, ThreeRotations)
 {
-  rom::RomPlan plan = plan_of();
+  rom::RomPlan plan = cup_plan(2, 3.0 * step_rad);
   plan.axes.rad = {angles_rad(68), {-step_rad, 0.0, step_rad}, {-8.0 * step_rad, 0.0, 8.0 * step_rad}};
   const rom::RangeOfMotion range = rom::range_of_motion(ball_in_cup(), plan);
   for_each_cell(range, [&](const rom::RomCell& cell, const Eigen::Vector3d& q) {
@@ -204,7 +91,8 @@ TEST(RangeOfMotion, TheSameBytesForAnyNumberOfThreads)
 {
   const load::Case joint = ball_in_cup();
   const auto json = [&](int n_threads) {
-    return rom::rom_json(rom::rom_document(joint, rom::range_of_motion(joint, plan_of(n_threads)), "vrda"));
+    return rom::rom_json(
+        rom::rom_document(joint, rom::range_of_motion(joint, cup_plan(n_threads, 3.0 * step_rad)), "vrda"));
   };
   const std::string one = json(1);
   EXPECT_EQ(one, json(2));
@@ -220,7 +108,7 @@ TEST(RangeOfMotion, ALeftJointHasTheRangeOfItsMirrorImage)
   left.frame.side = Side::left;
   left.reference = mirrored_z(right.reference);
   left.moving = mirrored_z(right.moving);
-  rom::RomPlan plan = plan_of();
+  rom::RomPlan plan = cup_plan(2, 3.0 * step_rad);
   plan.axes.rad[1] = {-0.6, -0.2, 0.0, 0.3, 0.7};
   plan.axes.rad[2] = {-0.4, 0.0, 0.5};
   const rom::RangeOfMotion a = rom::range_of_motion(right, plan), b = rom::range_of_motion(left, plan);
@@ -236,7 +124,7 @@ TEST(RangeOfMotion, ABallAloneHasNoEndUnderADeltaOfEitherBody)
   Profile ball;
   add_arc(ball, ball_mm, 0.0, pi);
   set_body(joint.moving, "head", revolved(ball));
-  rom::RomPlan plan = plan_of();
+  rom::RomPlan plan = cup_plan(2, 3.0 * step_rad);
   for (const rom::DeltaBody body : {rom::DeltaBody::moving, rom::DeltaBody::reference}) {
     plan.delta_body = body;
     // Fixed to the ball, Delta leans by the rotation; the ball must enter the cup along it, past the rim.
@@ -261,7 +149,7 @@ TEST(RangeOfMotion, AFibreEndsItAtItsStrain)
   fibre.stiffness_n = 1000.0;
   fibre.slack_length_mm = 30.0 - clearance_mm;  // in the neutral seat
   joint.ligaments.fibres = {fibre};
-  rom::RomPlan plan = plan_of();
+  rom::RomPlan plan = cup_plan(2, 3.0 * step_rad);
   plan.limits.strain = 0.03;
   const rom::RangeOfMotion range = rom::range_of_motion(joint, plan);
   const auto strain_at = [&](double tilt) {
@@ -288,7 +176,7 @@ TEST(RangeOfMotion, ContactWhereASheetEndsIsNamed)
 {
   load::Case joint = ball_in_cup();
   set_body(joint.reference, "cup", cup_sheet());
-  rom::RomPlan plan = plan_of();
+  rom::RomPlan plan = cup_plan(2, 3.0 * step_rad);
   // The neck lifts the ball a little while it is at the rim.
   plan.limits = {3.0, 1.5, 0.1};
   const rom::RangeOfMotion range = rom::range_of_motion(joint, plan);
@@ -307,12 +195,12 @@ TEST(RangeOfMotion, ABallBesideTheCupHasNoSeat)
 {
   load::Case joint = ball_in_cup();
   joint.reference.contact.mesh.vertices_mm.col(0).array() += 200.0;
-  EXPECT_THROW(rom::range_of_motion(joint, plan_of()), InputError);
+  EXPECT_THROW(rom::range_of_motion(joint, cup_plan(2, 3.0 * step_rad)), InputError);
 }
 
 TEST(RangeOfMotion, StoppedItHasNoCells)
 {
-  rom::RomPlan plan = plan_of();
+  rom::RomPlan plan = cup_plan(2, 3.0 * step_rad);
   plan.is_stopped = [] { return true; };
   EXPECT_TRUE(rom::range_of_motion(ball_in_cup(), plan).cells.empty());
 }

@@ -1,0 +1,121 @@
+#include "rom/rom_journal.hpp"
+
+#include <cmath>
+#include <filesystem>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "journal/little_endian.hpp"
+#include "load/file_bytes.hpp"
+#include "model_build/case_solver.hpp"
+
+namespace vrda::rom {
+namespace {
+
+constexpr journal::FrameFormat line_format{"VRDAROMJ", 1, std::uint32_t{1} << 28, "line"};
+// Changes when the same job may give other cells.
+constexpr const char* rom_solver = "highest seat 1";
+
+void append_cell(std::string& bytes, const SolvedCell& solved)
+{
+  const RomCell& cell = solved.cell;
+  journal::append_i8(bytes, static_cast<std::int8_t>(cell.status));
+  journal::append_vector(bytes, cell.translation_mm);
+  journal::append_double(bytes, cell.opening_mm);
+  journal::append_double(bytes, cell.largest_strain);
+  journal::append_i32(bytes, cell.component_reference);
+  journal::append_i32(bytes, cell.component_moving);
+  journal::append_double(bytes, solved.across_mm.x());
+  journal::append_double(bytes, solved.across_mm.y());
+}
+
+SolvedCell take_cell(journal::ByteReader& reader)
+{
+  SolvedCell solved;
+  const std::int8_t status = reader.take_i8();
+  if (status < 0 || status >= static_cast<std::int8_t>(std::size(all_rom_statuses))) reader.mark_invalid();
+  solved.cell.status = static_cast<RomStatus>(status);
+  solved.cell.translation_mm = reader.take_vector();
+  solved.cell.opening_mm = reader.take_double();
+  solved.cell.largest_strain = reader.take_double();
+  solved.cell.component_reference = reader.take_i32();
+  solved.cell.component_moving = reader.take_i32();
+  solved.across_mm.x() = reader.take_double();
+  solved.across_mm.y() = reader.take_double();
+  return solved;
+}
+
+/// The valid part of a journal.
+journal::FrameFileSummary parse_lines(const std::string& path, const std::string& key, RomLines& lines)
+{
+  const auto take = [&](std::string_view frame) -> std::string {
+    std::optional<RomLine> line = line_of(frame);
+    if (!line) return "a frame that is not a line of cells";
+    const std::pair at{line->axis, line->at};
+    lines.insert_or_assign(at, std::move(*line));
+    return {};
+  };
+  const journal::FrameFileSummary summary =
+      journal::parse_frames(path, journal::read_frame_file(path), line_format, take);
+  if (summary.key != key)
+    throw InputError({path, "key", "the journal of another job, other rotations or other limits",
+                      "--fresh, or another --output"});
+  return summary;
+}
+
+}  // namespace
+
+std::string rom_key(const load::Case& job_case, const RomPlan& plan)
+{
+  std::string text = std::string(rom_solver) + '\n' + model_build::fingerprint_of(job_case);
+  for (const std::vector<double>& axis : plan.axes.rad) {
+    text += '\n';
+    for (const double rad : axis) text += shortest_decimal(rad) + ' ';
+  }
+  for (const double limit : {plan.limits.translation_mm, plan.limits.opening_mm, plan.limits.strain})
+    text += '\n' + (std::isfinite(limit) ? shortest_decimal(limit) : "free");
+  return load::sha256_of(text + '\n' + std::to_string(static_cast<int>(plan.delta_body)));
+}
+
+void read_lines(const std::string& path, const std::string& key, RomLines& lines)
+{
+  parse_lines(path, key, lines);
+}
+
+journal::FrameWriter open_lines(const std::string& path, const std::string& key, bool is_fresh,
+                                RomLines& lines)
+{
+  std::error_code error;
+  if (is_fresh || !std::filesystem::exists(path, error))
+    return journal::FrameWriter::create(path, key, line_format);
+  std::optional<journal::FrameWriter> writer = journal::FrameWriter::try_lock(path, line_format);
+  const journal::FrameFileSummary summary = parse_lines(path, key, lines);
+  if (!writer) journal::refuse_locked(path);
+  writer->cut(summary.valid_bytes);
+  return std::move(*writer);
+}
+
+std::string line_bytes(const RomLine& line)
+{
+  std::string bytes;
+  journal::append_i8(bytes, line.axis);
+  for (const std::int32_t row : line.at) journal::append_i32(bytes, row);
+  journal::append_i32(bytes, static_cast<std::int32_t>(line.cells.size()));
+  for (const SolvedCell& cell : line.cells) append_cell(bytes, cell);
+  return bytes;
+}
+
+std::optional<RomLine> line_of(std::string_view bytes)
+{
+  journal::ByteReader reader(bytes);
+  RomLine line;
+  line.axis = reader.take_i8();
+  for (std::int32_t& row : line.at) row = reader.take_i32();
+  const std::int32_t n = reader.take_i32();
+  for (std::int32_t k = 0; k < n && reader.is_valid(); ++k) line.cells.push_back(take_cell(reader));
+  const bool is_whole = reader.is_valid() && reader.n_bytes_left() == 0 && line.axis >= 0 && line.axis < 3;
+  if (!is_whole) return std::nullopt;
+  return line;
+}
+
+}  // namespace vrda::rom
