@@ -88,7 +88,7 @@ TEST(ContactConstraint, DerivativesMatchDifferences)
       // The Hessian is exact at contact.
       const solve::Configuration touching = displaced(configuration, along_y, c.travel_mm);
       const Matrix5d hessian =
-          solve::clearance_hessian(constraint, solve::Rotations(touching, scene.flexion_rad));
+          solve::clearance_hessian(constraint, touching, solve::Rotations(touching, scene.flexion_rad));
       for (Eigen::Index i = 0; i < n_coordinates; ++i) {
         const auto at = [&](const solve::Configuration& p, double by) {
           return clearance_at(scene, constraint, displaced(p, i, by));
@@ -132,7 +132,7 @@ TEST(ContactConstraint, ParallelToDeltaHasInfiniteTravel)
   constraint.reference_direction = Eigen::Vector3d::UnitX();
   constraint.moving_direction = Eigen::Vector3d::UnitY();
   EXPECT_TRUE(std::isinf(solve::clearance(constraint, {}, solve::Rotations({}, 0.0)).travel_mm));
-  EXPECT_EQ(solve::clearance_hessian(constraint, solve::Rotations({}, 0.0)).norm(), 0.0);
+  EXPECT_EQ(solve::clearance_hessian(constraint, {}, solve::Rotations({}, 0.0)).norm(), 0.0);
 }
 
 }  // namespace vrda::contact_constraint_test
