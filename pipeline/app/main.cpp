@@ -10,6 +10,7 @@
 
 #include "app/cluster_options.hpp"
 #include "app/file_commands.hpp"
+#include "app/fit_command.hpp"
 #include "app/import_command.hpp"
 #include "app/model_commands.hpp"
 #include "app/repair_command.hpp"
@@ -54,6 +55,7 @@ struct Commands {
   vrda::app::AuditOptions audit;
   vrda::app::ExportOptions exported;
   vrda::app::ImportOptions imported;
+  vrda::app::FitCommandOptions fit;
   vrda::app::ScoreCommandOptions score;
   vrda::app::PrepareOptions prepare;
   vrda::app::ConvertObjectOptions object;
@@ -307,6 +309,14 @@ struct Commands {
     c.callback([this] { chosen = [this] { return import_command(imported); }; });
   }
 
+  void add_fit()
+  {
+    CLI::App& c = add_reading("fit", "Find offset_mm = \"fit\" of a job from a measured motion in contact.",
+                              "vrda fit knee.toml --motion measured.csv --rows first-half -o fitted.toml");
+    fit.add_to(c);
+    c.callback([this] { chosen = [this] { return fit_command(fit); }; });
+  }
+
   void add_score()
   {
     CLI::App& c = add_reading("score", "Compare a motion with a measured one, coordinate by coordinate.",
@@ -417,6 +427,7 @@ struct Commands {
     add_compare();
     add_export();
     add_import();
+    add_fit();
     add_score();
     add_prepare();
     add_shape();
