@@ -30,7 +30,7 @@ double pair_travel_mm(const Corners& reference, const Corners& moving, GapKind k
   if (offset_mm > 0.0) {
     const RoundedPassage passage = rounded_passage(reference, moving, offset_mm);
     if (kind == GapKind::signed_facing) return passage.enter_mm;
-    return passage.leave_mm < 0.0 ? infinity : std::max(passage.enter_mm, 0.0);
+    return passage.ahead_mm();
   }
   Least least{kind};
   visit_contact_candidates(r, m, [&least](const ContactCandidate& at) { least.offer(at.travel_mm); });

@@ -323,8 +323,9 @@ void GapQuery::State::try_touch(const TrianglePair& pair, const Placement& place
   };
   const double offset_mm = offset_of_mm(pair);
   if (offset_mm > 0.0) {
-    if (touches_later(r, m, offset_mm, best.travel_mm + bound_slack_mm)) return;
-    take(pair_travel_mm(r.corner, m.corner, GapKind::non_negative, offset_mm));
+    const double limit_mm = best.travel_mm + bound_slack_mm;
+    if (!touches_later(r, m, offset_mm, limit_mm))
+      take(rounded_passage(r.corner, m.corner, offset_mm, limit_mm).ahead_mm());
   } else {
     visit_contact_candidates(r, m, [&take](const ContactCandidate& at) { take(at.travel_mm); });
   }

@@ -240,14 +240,18 @@ class RoundedPair {
 struct RoundedPassage {
   double enter_mm = gap_rules::infinity;
   double leave_mm = -gap_rules::infinity;
+  /// Until it has passed, a pair within the offset has no travel left; infinite after that.
+  double ahead_mm() const { return leave_mm < 0.0 ? gap_rules::infinity : std::max(enter_mm, 0.0); }
 };
 
-inline RoundedPassage rounded_passage(const Corners& reference, const Corners& moving, double offset_mm)
+/// A pair that enters after `limit_mm` may count as one that never does.
+inline RoundedPassage rounded_passage(const Corners& reference, const Corners& moving, double offset_mm,
+                                      double limit_mm = gap_rules::infinity)
 {
-  const auto first_mm = [offset_mm](const Corners& r, const Corners& m) {
+  const auto first_mm = [offset_mm](const Corners& r, const Corners& m, double limit) {
     const GapFace of_r = gap_face(r), of_m = gap_face(m);
     double least = gap_rules::infinity;
-    RoundedPair(of_r, of_m, offset_mm).visit([&least](const ContactCandidate& at) {
+    RoundedPair(of_r, of_m, offset_mm, limit).visit([&least](const ContactCandidate& at) {
       least = std::min(least, at.travel_mm);
     });
     return least;
@@ -256,9 +260,9 @@ inline RoundedPassage rounded_passage(const Corners& reference, const Corners& m
     for (Eigen::Vector3d& p : t) p.y() = -p.y();
     return t;
   };
-  const double enter_mm = first_mm(reference, moving);
+  const double enter_mm = first_mm(reference, moving, limit_mm);
   if (enter_mm >= 0.0) return {enter_mm, enter_mm};
-  return {enter_mm, -first_mm(upside_down(reference), upside_down(moving))};
+  return {enter_mm, -first_mm(upside_down(reference), upside_down(moving), gap_rules::infinity)};
 }
 
 }  // namespace vrda::proximity
