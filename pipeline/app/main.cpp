@@ -10,10 +10,12 @@
 
 #include "app/cluster_options.hpp"
 #include "app/file_commands.hpp"
+#include "app/fit_command.hpp"
 #include "app/import_command.hpp"
 #include "app/model_commands.hpp"
 #include "app/repair_command.hpp"
 #include "app/rom_command.hpp"
+#include "app/run_options.hpp"
 #include "app/score_command.hpp"
 #include "app/usage.hpp"
 #include "console/console.hpp"
@@ -56,6 +58,7 @@ struct Commands {
   vrda::app::AuditOptions audit;
   vrda::app::ExportOptions exported;
   vrda::app::ImportOptions imported;
+  vrda::app::FitCommandOptions fit;
   vrda::app::ScoreCommandOptions score;
   vrda::app::PrepareOptions prepare;
   vrda::app::ConvertObjectOptions object;
@@ -94,28 +97,7 @@ struct Commands {
     CLI::App& c =
         add("run", "Solve every attitude of a job and write its motion model; resumes from a journal.",
             "vrda run jobs/knee-generic.toml --threads 2");
-    c.add_option("job", run.job_file, "Job file (TOML)")->required();
-    c.add_option("-o,--output", run.output, "Motion model; default: results/<job name>/<job name>.h5");
-    c.add_option("--data", run.data_directory, "Base folder of relative mesh file names");
-    c.add_option("--set", run.overrides, "key=value, overrides the job file; may be repeated")
-        ->allow_extra_args(false)
-        ->take_all();
-    c.add_option("--threads", run.n_threads, "Worker threads; default: one per processor")
-        ->check(vrda::app::whole_number(1, 1024));
-    c.add_flag("--fresh", run.is_fresh, "Discard the journal and solve again, also when the job is finished");
-    c.add_flag("--replace", run.may_replace, "Replace the result of another job");
-    CLI::Option* spine = c.add_flag("--spine", run.only_spine,
-                                    "Solve only the spine (the path along flexion from which each row "
-                                    "starts), into NAME.h5.spine.journal");
-    c.add_option_function<std::string>(
-         "--shard", [this](const std::string& text) { run.shard = vrda::cluster::shard_of(text); },
-         "I/N: solve every Nth flexion from the Ith on, into a separate journal for vrda merge")
-        ->type_name("I/N")
-        ->excludes(spine);
-    c.add_flag("--trace", run.writes_trace,
-               "Write every move of every search, or every iterate of every equilibrium, to NAME.trace.h5");
-    c.add_flag("--profile", run.has_profile, "Print the seconds and processor time of each phase");
-    c.add_option("--progress", run.progress, "auto, bar, plain or none")->capture_default_str();
+    vrda::app::add_run_options(c, run);
     c.callback([this] {
       chosen = [this] {
         if (is_quiet) run.progress = "none";
@@ -319,6 +301,14 @@ struct Commands {
     c.callback([this] { chosen = [this] { return import_command(imported); }; });
   }
 
+  void add_fit()
+  {
+    CLI::App& c = add_reading("fit", "Find offset_mm = \"fit\" of a job from a measured motion in contact.",
+                              "vrda fit knee.toml --motion measured.csv --rows first-half -o fitted.toml");
+    fit.add_to(c);
+    c.callback([this] { chosen = [this] { return fit_command(fit); }; });
+  }
+
   void add_score()
   {
     CLI::App& c = add_reading("score", "Compare a motion with a measured one, coordinate by coordinate.",
@@ -430,6 +420,7 @@ struct Commands {
     add_compare();
     add_export();
     add_import();
+    add_fit();
     add_score();
     add_prepare();
     add_shape();

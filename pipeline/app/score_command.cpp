@@ -150,21 +150,25 @@ std::optional<std::size_t> row_number(std::string_view text, std::size_t if_empt
   return number;
 }
 
-/// Rows from 1 on the command line, from 0 inside.
-score::RowRange rows_of(const std::string& option, const std::string& text, std::size_t n)
+}  // namespace
+
+score::RowRange rows_of(const CommandOption& option, const std::string& text, std::size_t n)
 {
   if (text.empty()) return {};
   if (text == "first-half") return {0, n / 2};
   if (text == "second-half") return {n / 2, n};
   const std::size_t colon = text.find(':');
-  const std::string wanted =
-      "A:B with A at most B, of rows 1 to " + std::to_string(n) + "; or first-half or second-half";
-  if (colon == std::string::npos) refuse_score(option, "\"" + text + "\"", wanted);
+  const InputError refused(
+      {option.command, option.name, "\"" + text + "\"",
+       "A:B with A at most B, of rows 1 to " + std::to_string(n) + "; or first-half or second-half"});
+  if (colon == std::string::npos) throw refused;
   const std::optional<std::size_t> first = row_number(std::string_view(text).substr(0, colon), 1);
   const std::optional<std::size_t> last = row_number(std::string_view(text).substr(colon + 1), n);
-  if (!first || !last || *first > *last || *last > n) refuse_score(option, "\"" + text + "\"", wanted);
+  if (!first || !last || *first > *last || *last > n) throw refused;
   return {*first - 1, *last};
 }
+
+namespace {
 
 score::ScoreOptions score_options(const ScoreCommandOptions& options, const score::Convention& convention,
                                   const std::string& match, std::size_t n)
@@ -175,8 +179,8 @@ score::ScoreOptions score_options(const ScoreCommandOptions& options, const scor
   if (options.align == "rigid") with.align = score::Alignment::rigid;
   const std::string over = options.line.empty() ? match : options.line;
   with.line_over = over == "flexion" ? score::LineOver::flexion : score::LineOver::key;
-  with.scored = rows_of("--rows", options.rows, n);
-  if (!options.fit_rows.empty()) with.fit = rows_of("--fit-rows", options.fit_rows, n);
+  with.scored = rows_of({"vrda score", "--rows"}, options.rows, n);
+  if (!options.fit_rows.empty()) with.fit = rows_of({"vrda score", "--fit-rows"}, options.fit_rows, n);
   return with;
 }
 

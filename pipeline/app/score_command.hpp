@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "console/console.hpp"
+#include "score/score.hpp"
 
 namespace CLI {
 class App;
@@ -31,6 +32,13 @@ struct ScoreCommandOptions {
   /// Declares the options of the command.
   void add_to(CLI::App& command);
 };
+
+struct CommandOption {
+  std::string command, name;  ///< for messages: "vrda score", "--rows"
+};
+
+/// Rows from 1 on the command line, from 0 inside: A:B, first-half, second-half, or all of `n` if empty.
+score::RowRange rows_of(const CommandOption& option, const std::string& text, std::size_t n);
 
 /// Prints a table or JSON. Throws InputError for files that are refused, for options that do not fit them,
 /// and if no frame can be scored.

@@ -48,6 +48,8 @@ std::vector<Candidate> polygon_corners(const Scene& scene, const Candidate& pair
     corner.p_reference_mm = on_reference;
     corner.p_moving_mm = on_moving;
     corner.distance_mm = (on_moving - on_reference).norm();
+    if (const double offset_mm = scene.offset_mm(pair.pair); offset_mm > 0.0)
+      corner.distance_mm = std::max(0.0, corner.distance_mm - offset_mm);
     result.push_back(with_features(scene, corner));
   };
   for (const Eigen::Vector3d& p : m) {
@@ -151,18 +153,21 @@ std::vector<Candidate> close_pairs(const Scene& scene)
   const double band_mm = scene.options.band_mm;
   const auto visit = [&](const proximity::TrianglePair& pair) {
     const proximity::Corners r = scene.reference_corners(pair), m = scene.moving_corners(pair);
-    if (is_certainly_separated(r, m, band_mm)) return false;
+    const double offset_mm = scene.offset_mm(pair);
+    if (is_certainly_separated(r, m, band_mm + offset_mm)) return false;
     const TriangleDistance found = scene.narrow_phase.measure(r, m);
-    if (found.distance_mm < -touching_mm || found.distance_mm > band_mm) return false;
-    result.push_back(
-        {pair, std::max(0.0, found.distance_mm), found.p_reference_mm, found.p_moving_mm, {}, {}});
+    const double distance_mm = found.distance_mm - offset_mm;
+    if (distance_mm < (offset_mm > 0.0 ? -rounded_touching_mm : -touching_mm) || distance_mm > band_mm)
+      return false;
+    result.push_back({pair, std::max(0.0, distance_mm), found.p_reference_mm, found.p_moving_mm, {}, {}});
     return false;
   };
   if (scene.candidates != nullptr) {
     std::for_each(scene.candidates->begin(), scene.candidates->end(), visit);
   } else {
-    proximity::visit_close_pairs(scene.reference.tree, scene.moving.tree_mesh.tree, scene.place, band_mm,
-                                 visit);
+    proximity::visit_close_pairs(
+        scene.reference.tree, scene.moving.tree_mesh.tree, scene.place,
+        band_mm + proximity::rounding_mm(scene.reference.mesh, scene.moving.tree_mesh.mesh), visit);
   }
   std::sort(result.begin(), result.end(),
             [](const Candidate& l, const Candidate& r) { return l.pair < r.pair; });

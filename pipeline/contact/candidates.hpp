@@ -12,10 +12,10 @@ namespace vrda::contact {
 /// Sine below which two edges are parallel and their cross product has no direction.
 constexpr double parallel_edges = 1e-6;
 
-/// Closest points of a pair of triangles and the features that they lie on, in the reference's frame.
+/// Closest points of a pair of bare triangles and the features that they lie on, in the reference's frame.
 struct Candidate {
   proximity::TrianglePair pair;
-  double distance_mm = 0.0;
+  double distance_mm = 0.0;  ///< less both offsets
   Eigen::Vector3d p_reference_mm;
   Eigen::Vector3d p_moving_mm;
   Feature reference;
@@ -32,6 +32,11 @@ struct Scene {
   const ContactOptions& options;
   const std::vector<proximity::TrianglePair>* candidates;  // null: pairs from the trees
 
+  double offset_mm(const proximity::TrianglePair& pair) const
+  {
+    return vrda::offset_mm(reference.mesh, pair.reference) +
+           vrda::offset_mm(moving.tree_mesh.mesh, pair.moving);
+  }
   proximity::Corners reference_corners(const proximity::TrianglePair& pair) const
   {
     return corners(reference.mesh, pair.reference);

@@ -23,7 +23,8 @@ std::optional<proximity::TrianglePair> first_collision(const Mesh& reference, co
   std::optional<proximity::TrianglePair> found;
   const auto overlaps = [&](const proximity::TrianglePair& pair) {
     const proximity::Corners r = corners(reference, pair.reference), m = place(corners(moving, pair.moving));
-    if (is_certainly_separated(r, m, 0.0) || !narrow_phase.overlap(r, m)) return false;
+    const double offset = offset_mm(reference, pair.reference) + offset_mm(moving, pair.moving);
+    if (is_certainly_separated(r, m, offset) || !narrow_phase.overlap(r, m, offset)) return false;
     found = pair;
     return true;
   };
@@ -38,7 +39,8 @@ std::optional<proximity::TrianglePair> collision_of_trees(const proximity::TreeM
                                                           const proximity::TrianglePair& hint)
 {
   return first_collision(reference.mesh, moving.mesh, place, narrow_phase, hint, [&](const auto& overlaps) {
-    proximity::visit_close_pairs(reference.tree, moving.tree, place, 0.0, overlaps);
+    proximity::visit_close_pairs(reference.tree, moving.tree, place,
+                                 proximity::rounding_mm(reference.mesh, moving.mesh), overlaps);
   });
 }
 
@@ -143,6 +145,12 @@ Reaction reaction(const Scene& scene, const Candidate& c)
 
 Contact exact_contact(const Scene& scene, const Candidate& c)
 {
+  if (scene.offset_mm(c.pair) > 0.0) {  // the bare surfaces are apart: one normal for both
+    const Eigen::Vector3d normal = (c.p_moving_mm - c.p_reference_mm).normalized();
+    const Eigen::Vector3d point =
+        c.p_reference_mm + offset_mm(scene.reference.mesh, c.pair.reference) * normal;
+    return {point, point, normal, c.distance_mm, c.pair};
+  }
   const Reaction found = reaction(scene, c);
   return {c.p_reference_mm, found.is_of_reference ? c.p_reference_mm : c.p_moving_mm, found.normal,
           c.distance_mm, c.pair};
@@ -167,8 +175,10 @@ Contact centre_contact(const Scene& scene, const Candidate& c)
   const std::int32_t t = takes_reference ? c.pair.reference : c.pair.moving;
   const Eigen::Vector3d centre = (corner[0] + corner[1] + corner[2]) / 3.0;
   const Eigen::Vector3d normal = interpolated_normal(mesh, t, centre, corner);
-  return {centre, centre, takes_reference ? normal : Eigen::Vector3d(-scene.place.direction(normal)),
-          c.distance_mm, c.pair};
+  const Eigen::Vector3d reaction = takes_reference ? normal : Eigen::Vector3d(-scene.place.direction(normal));
+  const double outward_mm = takes_reference ? offset_mm(scene.reference.mesh, t) : -offset_mm(mesh, t);
+  const Eigen::Vector3d point = outward_mm == 0.0 ? centre : Eigen::Vector3d(centre + outward_mm * reaction);
+  return {point, point, reaction, c.distance_mm, c.pair};
 }
 
 // All contacts that oppose Delta, nearest first, in the reference's frame.

@@ -152,8 +152,11 @@ TriangleDistance NarrowPhase::measure(const proximity::Corners& reference, const
   return measured(reference, moving, Wanted::distance);
 }
 
-bool NarrowPhase::overlap(const proximity::Corners& reference, const proximity::Corners& moving)
+bool NarrowPhase::overlap(const proximity::Corners& reference, const proximity::Corners& moving,
+                          double offset_mm)
 {
+  if (offset_mm > 0.0)
+    return measured(reference, moving, Wanted::distance).distance_mm < offset_mm - rounded_touching_mm;
   return measured(reference, moving, Wanted::overlap).is_overlapping;
 }
 

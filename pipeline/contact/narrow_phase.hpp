@@ -19,6 +19,10 @@ struct TriangleDistance {
 /// By the order of the corners, counterclockwise seen from outside; zero for a triangle without area.
 Eigen::Vector3d unit_normal(const proximity::Corners& t);
 
+/// Overlap of rounded triangles up to which they count as touching: the accuracy of Bullet's distance of the
+/// bare triangles, which are apart by the offset.
+constexpr double rounded_touching_mm = 1e-6;
+
 /// Owns Bullet's solver state; use one object per thread.
 class NarrowPhase {
  public:
@@ -31,8 +35,9 @@ class NarrowPhase {
   /// backed off by 0.05 mm, measured and brought back; to 1e-6 mm above (README.md).
   TriangleDistance measure(const proximity::Corners& reference, const proximity::Corners& moving);
 
-  /// Whether the triangles intersect, with the same accuracy in less time.
-  bool overlap(const proximity::Corners& reference, const proximity::Corners& moving);
+  /// Whether the triangles intersect, with the same accuracy in less time. With an offset: whether they are
+  /// nearer than it by more than `rounded_touching_mm`.
+  bool overlap(const proximity::Corners& reference, const proximity::Corners& moving, double offset_mm = 0.0);
 
   long long n_measured() const { return n_measured_; }
 

@@ -117,6 +117,11 @@ EdgeCounts edge_counts(const Mesh& mesh)
   return counts;
 }
 
+double largest_offset_mm(const Mesh& mesh)
+{
+  return mesh.offset_mm.empty() ? 0.0 : *std::max_element(mesh.offset_mm.begin(), mesh.offset_mm.end());
+}
+
 Box bounding_box(const Mesh& mesh)
 {
   if (mesh.vertices_mm.rows() == 0) return {};
@@ -157,6 +162,11 @@ void append(Mesh& mesh, const Mesh& extra)
   mesh.triangles.conservativeResize(n_triangles + extra.triangles.rows(), 3);
   mesh.triangles.bottomRows(extra.triangles.rows()) =
       extra.triangles.array() + static_cast<std::int32_t>(n_vertices);
+  if (!mesh.offset_mm.empty() || !extra.offset_mm.empty()) {
+    mesh.offset_mm.resize(static_cast<std::size_t>(n_triangles), 0.0);
+    for (Eigen::Index t = 0; t < extra.triangles.rows(); ++t)
+      mesh.offset_mm.push_back(vrda::offset_mm(extra, t));
+  }
   if (!keeps_normals) {
     mesh.normals.resize(0, 3);
     return;
@@ -173,6 +183,9 @@ Mesh select_triangles(const Mesh& mesh, const std::vector<Eigen::Index>& kept)
     check(kept[k] >= 0 && kept[k] < mesh.triangles.rows(), "with_triangles: index out of range");
     result.triangles.row(static_cast<Eigen::Index>(k)) = mesh.triangles.row(kept[k]);
   }
+  if (mesh.offset_mm.empty()) return result;
+  result.offset_mm.clear();
+  for (const Eigen::Index t : kept) result.offset_mm.push_back(offset_mm(mesh, t));
   return result;
 }
 

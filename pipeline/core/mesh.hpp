@@ -19,7 +19,17 @@ struct Mesh {
   Points vertices_mm;   ///< [n_vertices, 3]
   Triangles triangles;  ///< [n_triangles, 3] row indices of vertices_mm
   Points normals;       ///< [n_vertices, 3] unit, outward; may be empty
+  /// [n_triangles] radius by which the surface is rounded outward (spheres at vertices, cylinders at edges,
+  /// shifted faces) wherever gaps, contacts and overlaps are measured; empty: none.
+  std::vector<double> offset_mm;
 };
+
+/// Offset of triangle `t`, and the largest one.
+inline double offset_mm(const Mesh& mesh, Eigen::Index t)
+{
+  return mesh.offset_mm.empty() ? 0.0 : mesh.offset_mm[static_cast<std::size_t>(t)];
+}
+double largest_offset_mm(const Mesh& mesh);
 
 struct Box {
   Eigen::Vector3d min_mm = Eigen::Vector3d::Zero();

@@ -76,10 +76,23 @@ std::optional<LoadedCoordinates> coordinates_of(const Job& job, const std::strin
   return load_coordinates(job, *job.coordinates, data_directory);
 }
 
+// The offset changes every step, so a job is loaded with a number only.
+void require_offsets(const Job& job)
+{
+  for (const BodyJob* body : {&job.reference, &job.moving}) {
+    for (const ComponentJob& component : body->components) {
+      if (!component.is_offset_asked) continue;
+      job.document.refuse(component.key + ".offset_mm", "\"fit\"",
+                          "a number; vrda fit JOB --motion FILE finds it from a measured motion");
+    }
+  }
+}
+
 // The part of the case that depends on the job file and the tables of its coordinates.
 Case settings_of(const Job& job, const std::optional<LoadedCoordinates>& coordinates)
 {
   check_method(job);
+  require_offsets(job);
   Case loaded;
   loaded.title = job.title;
   loaded.joint = job.joint;

@@ -115,6 +115,10 @@ LoadedComponent ComponentLoader::load(const ComponentJob& component, const AxisM
                       "a mesh with faces"});
   }
   move_surface(out.clean.mesh, component);
+  if (component.has_contact && component.offset_mm > 0.0) {
+    out.clean.mesh.offset_mm.assign(static_cast<std::size_t>(out.clean.mesh.triangles.rows()),
+                                    component.offset_mm);
+  }
   out.survey = survey_of(component, out.clean, out.input.name);
   return out;
 }

@@ -52,6 +52,10 @@ ComponentJob component_of(const Job& job, const documents::DocumentValue& value,
   component.material = documents::text_at(value, "material");
   component.has_contact = documents::flag_at(value, "contact");
   component.winding = documents::text_at(value, "winding") == "inward" ? Winding::inward : Winding::outward;
+  if (const documents::DocumentValue* offset = value.find("offset_mm")) {
+    component.is_offset_asked = offset->text() != nullptr;
+    if (!component.is_offset_asked) component.offset_mm = documents::number_at(*offset, "");
+  }
   component.inset_mm = documents::number_at(value, "inset_mm");
   component.shift_mm = documents::vector3_at(value, "shift_mm");
   return component;
@@ -342,6 +346,21 @@ void read_settings(Job& job)
   job.unsolved_fraction = documents::number_at(root, "limits.unsolved_fraction");
 }
 
+// An offset of 0 is no offset: the job is that without the key.
+void remove_zero_offsets(documents::DocumentValue& root)
+{
+  for (const char* body : {"reference", "moving"}) {
+    for (documents::DocumentValue& component :
+         std::get<documents::DocumentValue::List>(root.find(body)->find("component")->data)) {
+      auto& entries = std::get<documents::DocumentValue::Table>(component.data);
+      std::erase_if(entries, [](const documents::DocumentEntry& entry) {
+        return entry.key == "offset_mm" && entry.value.is_number() &&
+               documents::number_at(entry.value, "") == 0.0;
+      });
+    }
+  }
+}
+
 void set_texts(Job& job)
 {
   job.resolved_text = documents::toml_text(job.document.root);
@@ -393,6 +412,7 @@ Job parse_job(const std::string& file, std::string text, const std::vector<std::
     if (has_grid) job.document.refuse("grid", std::string("both [grid] and [") + key + "]", "one of them");
     job.document.root = without(job.document.root, "grid");
   }
+  remove_zero_offsets(job.document.root);
   set_texts(job);
   read_settings(job);
   return job;

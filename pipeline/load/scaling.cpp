@@ -57,6 +57,7 @@ Mesh scaled(const Mesh& mesh, const Eigen::Vector3d& centre_mm, const Eigen::Vec
     const Eigen::Vector3d p_mm = mesh.vertices_mm.row(v);
     out.vertices_mm.row(v) = (centre_mm + factor.cwiseProduct(p_mm - centre_mm)).transpose();
   }
+  for (double& offset_mm : out.offset_mm) offset_mm *= factor.x();
   if (is_uniform(factor)) return out;
   // Normals are covectors. Zero normals stay zero.
   for (Eigen::Index v = 0; v < out.normals.rows(); ++v) {
@@ -149,6 +150,10 @@ void check_uneven(const Case& loaded, const Job& job, const Eigen::Vector3d& fac
   const auto refuse = [&](const std::string& with, const std::string& wanted) {
     throw InputError({job.document.source_of(key), key, shown_factor(factor) + " with " + with, wanted});
   };
+  for (const Body* body : {&loaded.reference, &loaded.moving}) {
+    if (!body->contact.mesh.offset_mm.empty())
+      refuse("offset_mm of a component", "one factor: an unevenly scaled sphere is not a sphere");
+  }
   if (!loaded.ligaments.wraps.empty()) {
     refuse("the wrapping surface \"" + loaded.ligaments.wraps.front().name + "\"",
            "one factor: a non-uniformly scaled cylinder is not a cylinder");

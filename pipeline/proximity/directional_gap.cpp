@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "proximity/gap_kernel.hpp"
+#include "proximity/rounded_kernel.hpp"
 
 namespace vrda::proximity {
 namespace {
@@ -22,11 +22,16 @@ struct Least {
 
 }  // namespace
 
-double pair_travel_mm(const Corners& reference, const Corners& moving, GapKind kind)
+double pair_travel_mm(const Corners& reference, const Corners& moving, GapKind kind, double offset_mm)
 {
   const GapFace r = gap_face(reference), m = gap_face(moving);
   // Only a moving face directed up can be the first to touch a reference face directed down.
   if (kind == GapKind::signed_facing && !(r.faces_down() && m.faces_up())) return infinity;
+  if (offset_mm > 0.0) {
+    const RoundedPassage passage = rounded_passage(reference, moving, offset_mm);
+    if (kind == GapKind::signed_facing) return passage.enter_mm;
+    return passage.ahead_mm();
+  }
   Least least{kind};
   visit_contact_candidates(r, m, [&least](const ContactCandidate& at) { least.offer(at.travel_mm); });
   return least.travel_mm;
@@ -34,18 +39,17 @@ double pair_travel_mm(const Corners& reference, const Corners& moving, GapKind k
 
 namespace {
 
-bool projections_overlap(const BoxTree::Node& r, const BoxTree::Node& m)
-{
-  return r.min_mm[0] <= m.max_mm[0] && m.min_mm[0] <= r.max_mm[0] && r.min_mm[2] <= m.max_mm[2] &&
-         m.min_mm[2] <= r.max_mm[2];
-}
-
 // Dual-tree branch and bound.
 class Query {
  public:
   Query(const TreeMesh& reference, const Mesh& moving_mesh, const BoxTree& moving, const MovingPose& pose,
         GapKind kind)
-      : reference_(reference), moving_mesh_(moving_mesh), moving_(moving), place_(pose), kind_(kind)
+      : reference_(reference),
+        moving_mesh_(moving_mesh),
+        moving_(moving),
+        place_(pose),
+        kind_(kind),
+        offset_mm_(rounding_mm(reference.mesh, moving_mesh))
   {
   }
 
@@ -79,10 +83,13 @@ class Query {
   {
     const BoxTree::Node& r = reference_.tree.nodes()[static_cast<std::size_t>(task.reference)];
     const BoxTree::Node m = place_(moving_.nodes()[static_cast<std::size_t>(task.moving)]);
-    if (!projections_overlap(r, m)) return;
-    task.bound = r.min_mm[1] - m.max_mm[1];
+    for (const std::size_t across : {0U, 2U}) {
+      if (r.min_mm[across] - m.max_mm[across] > offset_mm_) return;
+      if (m.min_mm[across] - r.max_mm[across] > offset_mm_) return;
+    }
+    task.bound = r.min_mm[1] - m.max_mm[1] - offset_mm_;
     if (kind_ == GapKind::non_negative) {
-      if (r.max_mm[1] < m.min_mm[1]) return;
+      if (m.min_mm[1] - r.max_mm[1] > offset_mm_) return;
       task.bound = std::max(task.bound, 0.0);
     }
     if (task.bound <= best_.travel_mm) tasks_.push_back(task);
@@ -119,21 +126,12 @@ class Query {
 
   void offer(const TrianglePair& pair)
   {
-    const double travel = pair_travel_mm(corners(reference_.mesh, pair.reference),
-                                         place_(corners(moving_mesh_, pair.moving)), kind_);
+    const double travel = pair_travel_mm(
+        corners(reference_.mesh, pair.reference), place_(corners(moving_mesh_, pair.moving)), kind_,
+        offset_mm(reference_.mesh, pair.reference) + offset_mm(moving_mesh_, pair.moving));
     if (travel < best_.travel_mm || (travel == best_.travel_mm && travel < infinity && pair < best_.pair)) {
       best_ = {travel, pair};
     }
-  }
-
-  // The bounds of descend() for two triangles: avoids the exact kernel for most pairs of a leaf.
-  bool can_improve(const Corners& r, const Corners& m) const
-  {
-    const Extent rx = extent(r, 0), mx = extent(m, 0), rz = extent(r, 2), mz = extent(m, 2);
-    if (rx.least > mx.most || mx.least > rx.most || rz.least > mz.most || mz.least > rz.most) return false;
-    const Extent ry = extent(r, 1), my = extent(m, 1);
-    if (kind_ == GapKind::non_negative && ry.most < my.least) return false;
-    return ry.least - my.most <= best_.travel_mm;
   }
 
   const TreeMesh& reference_;
@@ -141,6 +139,7 @@ class Query {
   const BoxTree& moving_;
   Placement place_;
   GapKind kind_;
+  double offset_mm_;  // largest sum of a pair
   Gap best_;
   std::vector<Task> tasks_;
 };

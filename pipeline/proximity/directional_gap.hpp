@@ -29,12 +29,14 @@ struct GapOptions {
 /// projections is at a vertex of one over a face of the other or where two projected edges cross.
 /// `reference` is rotated to its attitude, `moving` a tree over (some of) the triangles of `moving_mesh`.
 /// The hint affects the run time but not the result.
+/// Offsets of the meshes (Mesh::offset_mm) round both surfaces: a pair touches where its distance is the sum.
+/// With offsets a pair within that sum has the non-negative travel 0 until it has passed.
 /// Faces whose unit normal has |n_y| < 1e-6 contribute only their edges. Ties: the smallest pair.
 /// Source: DESIGN.md 5.2.
 Gap directional_gap(const TreeMesh& reference, const Mesh& moving_mesh, const BoxTree& moving,
                     const MovingPose& pose, const GapOptions& options = {});
 
-/// The travel of one pair of triangles; infinite when their projections do not overlap.
-double pair_travel_mm(const Corners& reference, const Corners& moving, GapKind kind);
+/// The travel of one pair of triangles, rounded by the sum of their offsets; infinite when they pass.
+double pair_travel_mm(const Corners& reference, const Corners& moving, GapKind kind, double offset_mm = 0.0);
 
 }  // namespace vrda::proximity

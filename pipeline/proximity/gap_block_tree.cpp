@@ -196,13 +196,15 @@ void set(BlockRow rows[3], std::size_t lane, const Eigen::Vector3d& value)
   for (int k = 0; k < 3; ++k) set(rows[k], lane, value[k]);
 }
 
+// Of the rounded triangles, as all bounds of heights.
 Box box_of(const GapSurface& surface, Rows rows)
 {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(gap_rules::infinity), high = -low;
   for (const std::int32_t t : rows) {
+    const Eigen::Vector3d offset = Eigen::Vector3d::Constant(offset_mm(surface.mesh, t));
     for (const Eigen::Vector3d& p : corners(surface.mesh, t)) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
+      low = low.cwiseMin(p - offset);
+      high = high.cwiseMax(p + offset);
     }
   }
   return {low, high};
@@ -227,8 +229,10 @@ Eigen::Vector3d mean_normal(const GapSurface& surface, Rows rows)
 double least_along(const GapSurface& surface, Rows rows, const Eigen::Vector3d& n)
 {
   double least = gap_rules::infinity;
+  const double length = surface.mesh.offset_mm.empty() ? 0.0 : n.norm();
   for (const std::int32_t t : rows) {
-    for (const Eigen::Vector3d& p : corners(surface.mesh, t)) least = std::min(least, n.dot(p));
+    const double offset = length * offset_mm(surface.mesh, t);
+    for (const Eigen::Vector3d& p : corners(surface.mesh, t)) least = std::min(least, n.dot(p) - offset);
   }
   return least;
 }
@@ -269,6 +273,7 @@ void fill_leaf(const GapSurface& surface, std::int32_t t, std::size_t lane, Refe
   const Eigen::Vector3d inward = -outward.cast<float>().cast<double>();
   set(leaf.normal, lane, inward);
   set(leaf.offset, lane, least_along(surface, row, inward));
+  set(leaf.rounding, lane, offset_mm(surface.mesh, t));
 }
 
 // The plane above every vertex with the slope of the faces' mean normal; horizontal where that is steep.
@@ -304,8 +309,10 @@ void fill_leaf(const GapSurface& surface, std::int32_t t, std::size_t lane, Movi
     set(leaf.x[k], lane, c[static_cast<std::size_t>(k)].x());
     set(leaf.z[k], lane, c[static_cast<std::size_t>(k)].z());
   }
-  set(leaf.top, lane, extent(c, 1).most);
-  set(leaf.bottom, lane, extent(c, 1).least);
+  set(leaf.top, lane, extent(c, 1).most + offset_mm(surface.mesh, t));
+  set(leaf.bottom, lane, extent(c, 1).least - offset_mm(surface.mesh, t));
+  set(leaf.shift_x, lane, offset_mm(surface.mesh, t) * surface.face_normals(t, 0));
+  set(leaf.shift_z, lane, offset_mm(surface.mesh, t) * surface.face_normals(t, 2));
   std::array<std::int32_t, 1> row{t};
   BlockRow* const abc[3] = {&leaf.a, &leaf.b, &leaf.c};
   fill_plane(surface, row, lane, abc);

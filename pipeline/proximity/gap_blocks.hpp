@@ -23,9 +23,10 @@ struct ReferenceInner {
 };
 
 /// Reference, own frame: eight triangles; x, y, z of each corner, the plane of each with its normal inward.
-/// `absent` is 1e30 for an unused lane, else 0.
+/// `absent` is 1e30 for an unused lane, else 0. `rounding` is the triangle's offset, by which its heights
+/// grow.
 struct ReferenceLeaf {
-  BlockRow x[3], y[3], z[3], normal[3], offset, absent;
+  BlockRow x[3], y[3], z[3], normal[3], offset, absent, rounding;
 };
 
 /// Moving, own frame: boxes across Delta, highest and lowest point, a plane above every vertex.
@@ -33,8 +34,9 @@ struct MovingInner {
   BlockRow centre_x, half_x, centre_z, half_z, top, bottom, a, b, c;
 };
 
+/// `shift`: offset times the normal, across Delta.
 struct MovingLeaf {
-  BlockRow x[3], z[3], top, bottom, a, b, c, absent;
+  BlockRow x[3], z[3], top, bottom, a, b, c, absent, shift_x, shift_z;
 };
 
 /// Either object's bounds in S. Near side (`flat` and plane): lower bound of the reference's height, upper
@@ -55,12 +57,14 @@ struct PlacedCorners {
 
 struct BlockRotation {
   float R[3][3];
-  float cull;  ///< faces with a normal further up than this are omitted
+  float cull;   ///< faces with a normal further up than this are omitted
+  float shift;  ///< 1: corners are shifted by the offset along the normal; 0 for faces in any orientation
 };
 
 struct BlockPlacement {
   float cos, sin, x, y, z;
   float slack;  ///< margin added to boxes, mm
+  float shift;  ///< as of BlockRotation
 };
 
 /// The 8 x 8 pairs that may be within a limit, and a lower bound of each travel.
@@ -78,7 +82,9 @@ struct LeafPair {
   const PlacedBlock &reference, &moving;
   const PlacedCorners &reference_corners, &moving_corners;
   float limit;
-  float slack;  ///< error bound of a coordinate, mm
+  float slack;     ///< error bound of a coordinate, mm
+  float rounding;  ///< largest sum of the offsets of a pair, mm
+  float shift;     ///< as of BlockRotation
 };
 
 /// Eight pairs of triangles in double: coordinates of corner k in rows 3 k to 3 k + 2, each before its object

@@ -26,12 +26,20 @@ bool is_same(const GapFeature& a, const GapFeature& b)
 }  // namespace
 
 GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const ContactCandidate& candidate,
-                       const TrianglePair& pair)
+                       const TrianglePair& pair, double offset_mm)
 {
   GapFeature feature;
   feature.travel_mm = candidate.travel_mm;
   feature.triangles = pair;
+  feature.kind = candidate.kind;
+  feature.offset_mm = offset_mm;
   const Corners &r = reference.corner, &m = moving.corner;
+  // From the reference's point to the moving object's at the end of the travel, across `edge`.
+  const auto direction = [&feature, &r, &candidate] {
+    const Eigen::Vector3d w =
+        feature.point_mm + candidate.travel_mm * Eigen::Vector3d::UnitY() - r[candidate.reference];
+    return (w - feature.edge.dot(w) * feature.edge).normalized();
+  };
   switch (candidate.kind) {
     case ContactCandidate::Kind::moving_vertex:
       feature.point_mm = m[candidate.moving];
@@ -40,6 +48,7 @@ GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const Co
     case ContactCandidate::Kind::reference_vertex:
       feature.point_mm = r[candidate.reference] - candidate.travel_mm * Eigen::Vector3d::UnitY();
       feature.normal = -unit_normal(m);
+      if (offset_mm > 0.0) feature.point_mm += offset_mm * feature.normal;
       break;
     case ContactCandidate::Kind::edges: {
       const Eigen::Vector3d d = r[(candidate.reference + 1) % 3] - r[candidate.reference];
@@ -49,6 +58,22 @@ GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const Co
       feature.normal = n.y() < 0.0 ? n : Eigen::Vector3d(-n);
       break;
     }
+    case ContactKind::reference_edge:
+      feature.point_mm = m[candidate.moving];
+      feature.edge = (r[(candidate.reference + 1) % 3] - r[candidate.reference]).normalized();
+      feature.normal = direction();
+      break;
+    case ContactKind::moving_edge: {
+      const Eigen::Vector3d e = m[(candidate.moving + 1) % 3] - m[candidate.moving];
+      feature.point_mm = m[candidate.moving] + candidate.along_moving * e;
+      feature.edge = e.normalized();
+      feature.normal = direction();
+      break;
+    }
+    case ContactKind::vertices:
+      feature.point_mm = m[candidate.moving];
+      feature.normal = direction();
+      break;
   }
   return feature;
 }

@@ -88,11 +88,11 @@ inline bool height_over(const GapFace& face, const Eigen::Vector3d& p, double& h
 
 /// A point where the pair can touch.
 struct ContactCandidate {
-  enum class Kind { moving_vertex, reference_vertex, edges };
+  using Kind = ContactKind;
   Kind kind = Kind::moving_vertex;
   unsigned reference = 0;     ///< corner, or first corner of the edge
   unsigned moving = 0;        ///< likewise
-  double along_moving = 0.0;  ///< edges: parameter 0 to 1 on the moving edge
+  double along_moving = 0.0;  ///< edges, moving_edge: parameter 0 to 1 on the moving edge
   double travel_mm = 0.0;     ///< signed
 };
 

@@ -17,6 +17,7 @@ struct Float4 {
   {
     return {_mm_or_ps(_mm_and_ps(mask.v, yes.v), _mm_andnot_ps(mask.v, no.v))};
   }
+  static Float4 root(Float4 a) { return {_mm_sqrt_ps(a.v)}; }
   static float absolute(float value) { return value < 0.0F ? -value : value; }
   static unsigned bits(Float4 mask) { return static_cast<unsigned>(_mm_movemask_ps(mask.v)); }
   void store(float* to) const { _mm_store_ps(to, v); }

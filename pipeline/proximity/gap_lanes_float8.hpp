@@ -17,6 +17,7 @@ struct Float8 {
   static Float8 least(Float8 a, Float8 b) { return {_mm256_min_ps(a.v, b.v)}; }
   static Float8 most(Float8 a, Float8 b) { return {_mm256_max_ps(a.v, b.v)}; }
   static Float8 choose(Float8 mask, Float8 yes, Float8 no) { return {_mm256_blendv_ps(no.v, yes.v, mask.v)}; }
+  static Float8 root(Float8 a) { return {_mm256_sqrt_ps(a.v)}; }
   static float absolute(float value) { return value < 0.0F ? -value : value; }
   static unsigned bits(Float8 mask) { return static_cast<unsigned>(_mm256_movemask_ps(mask.v)); }
   void store(float* to) const { _mm256_store_ps(to, v); }

@@ -68,23 +68,24 @@ struct PlaceLanes {
                           PlacedCorners& corners)
   {
     for (int at = 0; at < block_lanes; at += F::width) {
+      const F own[3] = {row(in.normal[0], at), row(in.normal[1], at), row(in.normal[2], at)};
+      const F n[3] = {turned(turn.R[0], own), turned(turn.R[1], own), turned(turn.R[2], own)};
+      const F shift = F::all(turn.shift) * row(in.rounding, at);
       F low[3], high[3];
       for (int corner = 0; corner < 3; ++corner) {
         const F v[3] = {row(in.x[corner], at), row(in.y[corner], at), row(in.z[corner], at)};
         for (int k = 0; k < 3; ++k) {
           const F p = turned(turn.R[k], v);
-          if (k == 0) p.store(corners.x[corner].lane + at);
-          if (k == 2) p.store(corners.z[corner].lane + at);
+          if (k == 0) (p - shift * n[0]).store(corners.x[corner].lane + at);
+          if (k == 2) (p - shift * n[2]).store(corners.z[corner].lane + at);
           low[k] = corner == 0 ? p : F::least(low[k], p);
           high[k] = corner == 0 ? p : F::most(high[k], p);
         }
       }
-      const F own[3] = {row(in.normal[0], at), row(in.normal[1], at), row(in.normal[2], at)};
-      const F n[3] = {turned(turn.R[0], own), turned(turn.R[1], own), turned(turn.R[2], own)};
       const F absent = row(in.absent, at);
       write_box({low[0] + absent, high[0] - absent, low[2], high[2]}, n[1] >= F::all(-turn.cull), out, at);
-      low[1].store(out.flat.lane + at);
-      high[1].store(out.far.lane + at);
+      (low[1] - row(in.rounding, at)).store(out.flat.lane + at);
+      (high[1] + row(in.rounding, at)).store(out.far.lane + at);
       write_plane(n, row(in.offset, at), out, at);
     }
   }
@@ -125,12 +126,15 @@ struct PlaceLanes {
   {
     const F cos = F::all(to.cos), sin = F::all(to.sin), slack = F::all(to.slack);
     for (int at = 0; at < block_lanes; at += F::width) {
+      const F shift = F::all(to.shift);
+      const F shift_x = shift * (cos * row(in.shift_x, at) + sin * row(in.shift_z, at));
+      const F shift_z = shift * (cos * row(in.shift_z, at) - sin * row(in.shift_x, at));
       F x_low{}, x_high{}, z_low{}, z_high{};
       for (int corner = 0; corner < 3; ++corner) {
         const F vx = row(in.x[corner], at), vz = row(in.z[corner], at);
         const F x = cos * vx + sin * vz + F::all(to.x), z = cos * vz - sin * vx + F::all(to.z);
-        x.store(corners.x[corner].lane + at);
-        z.store(corners.z[corner].lane + at);
+        (x + shift_x).store(corners.x[corner].lane + at);
+        (z + shift_z).store(corners.z[corner].lane + at);
         x_low = corner == 0 ? x : F::least(x_low, x);
         x_high = corner == 0 ? x : F::most(x_high, x);
         z_low = corner == 0 ? z : F::least(z_low, z);

@@ -3,102 +3,25 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <mutex>
-#include <numeric>
 #include <optional>
 #include <tuple>
 #include <utility>
 
 #include "proximity/gap_features.hpp"
+#include "proximity/gap_tree.hpp"
 #include "proximity/gap_walk.hpp"
+#include "proximity/rounded_kernel.hpp"
 
 namespace vrda::proximity {
 namespace {
 
-std::vector<std::int32_t> all_rows(const Mesh& mesh)
-{
-  std::vector<std::int32_t> rows(static_cast<std::size_t>(mesh.triangles.rows()));
-  std::iota(rows.begin(), rows.end(), 0);
-  return rows;
-}
-
 // Number of hints: after a small change of pose the result is often one of the last few pairs.
 constexpr std::size_t n_hints = 8;
 
-// Input of the exact kernel for one triangle.
-struct ExactFace {
-  Corners corner;
-  double doubled_area = 0.0;
-  double least_projected = 0.0;  // of PairBatch
-};
-
-std::vector<ExactFace> exact_faces(const Mesh& mesh)
-{
-  std::vector<ExactFace> faces(static_cast<std::size_t>(mesh.triangles.rows()));
-  for (std::size_t t = 0; t < faces.size(); ++t) {
-    const Corners c = corners(mesh, static_cast<Eigen::Index>(t));
-    faces[t] = {c, doubled_area(c), least_screened_area(c)};
-  }
-  return faces;
-}
+// Above the rounding of touches_later(), so that ties are visited.
+constexpr double bound_slack_mm = 1e-6;
 
 }  // namespace
-
-// Trees are built on first use of a role, because most meshes have one role only.
-struct GapTree::Data {
-  GapSurface surface;
-  std::vector<ExactFace> faces;
-  std::vector<std::int32_t> up;    // rows of the faces directed up
-  std::vector<unsigned> up_edges;  // [n_triangles] edges that can touch first, of faces directed up
-  double radius_mm = 0.0;          // largest distance of a vertex from the origin
-
-  const ReferenceTree& as_reference() const
-  {
-    std::call_once(reference_once_, [this] { reference_ = reference_tree(surface); });
-    return reference_;
-  }
-  const MovingTree& as_moving(GapKind kind) const
-  {
-    if (kind == GapKind::signed_facing) {
-      std::call_once(up_once_, [this] { up_tree_ = moving_tree(surface, up); });
-      return up_tree_;
-    }
-    std::call_once(all_once_, [this] { all_tree_ = moving_tree(surface, surface.triangles); });
-    return all_tree_;
-  }
-
- private:
-  mutable std::once_flag reference_once_, up_once_, all_once_;
-  mutable ReferenceTree reference_;
-  mutable MovingTree up_tree_, all_tree_;
-};
-
-GapTree::GapTree(const Mesh& mesh) : GapTree(mesh, all_rows(mesh)) {}
-
-GapTree::GapTree(const Mesh& mesh, const std::vector<std::int32_t>& triangles)
-{
-  auto data = std::make_shared<Data>();
-  data->surface = gap_surface(mesh, triangles);
-  data->faces = exact_faces(mesh);
-  std::vector<bool> looks_up(data->faces.size());
-  for (const std::int32_t t : data->surface.triangles) {
-    const ExactFace& face = data->faces[static_cast<std::size_t>(t)];
-    if (!gap_face(face.corner, face.doubled_area).faces_up()) continue;
-    looks_up[static_cast<std::size_t>(t)] = true;
-    data->up.push_back(t);
-  }
-  data->up_edges.assign(data->faces.size(), 0);
-  for (const std::int32_t t : data->up) {
-    data->up_edges[static_cast<std::size_t>(t)] = first_contact_edges(data->surface, t, looks_up);
-  }
-  if (mesh.vertices_mm.rows() > 0) data->radius_mm = mesh.vertices_mm.rowwise().norm().maxCoeff();
-  data_ = std::move(data);
-}
-
-bool GapTree::is_empty() const
-{
-  return data_ == nullptr || data_->surface.triangles.empty();
-}
 
 namespace {
 
@@ -143,14 +66,20 @@ struct GapQuery::State {
 
   double reach_mm(const MovingPose& pose) const
   {
-    return std::max(reference->radius_mm, moving->radius_mm + pose.translation_mm.norm());
+    return std::max(reference->radius_mm, moving->radius_mm + pose.translation_mm.norm()) + rounding_mm();
+  }
+  double rounding_mm() const { return reference->offset_mm + moving->offset_mm; }
+  double offset_of_mm(const TrianglePair& pair) const
+  {
+    return reference->faces[static_cast<std::size_t>(pair.reference)].offset_mm +
+           moving->faces[static_cast<std::size_t>(pair.moving)].offset_mm;
   }
   GapFace reference_face(std::int32_t row) const;
   unsigned reference_edges(std::int32_t row) const;
   GapFace moving_face(std::int32_t row, const Placement& place) const;
   bool looks_down(std::int32_t row) const;
   template <typename Offer>
-  void visit_pair(const TrianglePair& pair, const Placement& place, const Offer& offer);
+  void visit_pair(const TrianglePair& pair, const Placement& place, double limit_mm, const Offer& offer);
   void try_pair(const TrianglePair& pair, const Placement& place);
   void try_touch(const TrianglePair& pair, const Placement& place, Gap& best) const;
   void reset_answer();
@@ -202,25 +131,33 @@ GapFace GapQuery::State::moving_face(std::int32_t row, const Placement& place) c
 }
 
 template <typename Offer>
-void GapQuery::State::visit_pair(const TrianglePair& pair, const Placement& place, const Offer& offer)
+void GapQuery::State::visit_pair(const TrianglePair& pair, const Placement& place, double limit_mm,
+                                 const Offer& offer)
 {
   GapFace r = reference_face(pair.reference);
   if (!r.faces_down()) return;
   r.edges = reference_edges(pair.reference);
   GapFace m = moving_face(pair.moving, place);
   m.edges = moving->up_edges[static_cast<std::size_t>(pair.moving)];
-  visit_contact_candidates(r, m, [&](const ContactCandidate& at) {
+  const auto take = [&](const ContactCandidate& at) {
     if (at.travel_mm < answer.travel_mm || (at.travel_mm == answer.travel_mm && pair < answer.pair)) {
       answer.travel_mm = at.travel_mm;
       answer.pair = pair;
     }
     offer(r, m, at);
-  });
+  };
+  const double offset_mm = offset_of_mm(pair);
+  if (offset_mm > 0.0) {
+    if (!touches_later(r, m, offset_mm, limit_mm)) RoundedPair(r, m, offset_mm, limit_mm).visit(take);
+  } else {
+    visit_contact_candidates(r, m, take);
+  }
 }
 
 void GapQuery::State::try_pair(const TrianglePair& pair, const Placement& place)
 {
-  visit_pair(pair, place, [](const GapFace&, const GapFace&, const ContactCandidate&) {});
+  visit_pair(pair, place, answer.travel_mm + bound_slack_mm,
+             [](const GapFace&, const GapFace&, const ContactCandidate&) {});
 }
 
 void GapQuery::State::reset_answer()
@@ -243,7 +180,7 @@ void GapQuery::State::start(const MovingPose& pose, const Placement& place)
 {
   ++n_queries;
   reset_answer();
-  traversal(GapKind::signed_facing).place(pose, reach_mm(pose));
+  traversal(GapKind::signed_facing).place(pose, reach_mm(pose), {0.0, rounding_mm()});
   for (const TrianglePair& hint : signed_hints) try_pair(hint, place);
 }
 
@@ -276,6 +213,10 @@ void GapQuery::State::run_signed(const MovingPose& pose, const Limit& limit, con
 {
   DualTreeTraversal& pairs = traversal(GapKind::signed_facing);
   const PairPlacement at = pair_placement(pose);
+  if (rounding_mm() > 0.0) {  // touches_later() takes the place of `screen_pairs`
+    pairs.run(limit, visit);
+    return;
+  }
   const auto decide = [&] {
     unsigned kept = pairs.screen_pairs(batch, at, limit()) & ((1U << n_waiting) - 1U);
     n_waiting = 0;
@@ -304,16 +245,17 @@ void GapQuery::State::find_features(const MovingPose& pose, const Placement& pla
   run_signed(
       pose, [this, band_mm] { return answer.travel_mm + band_mm; },
       [&](const TrianglePair& pair) {
-        visit_pair(pair, place, [&](const GapFace&, const GapFace&, const ContactCandidate& at) {
-          if (at.travel_mm <= answer.travel_mm + band_mm) near.push_back({pair, at});
-        });
+        visit_pair(pair, place, answer.travel_mm + band_mm + bound_slack_mm,
+                   [&](const GapFace&, const GapFace&, const ContactCandidate& at) {
+                     if (at.travel_mm <= answer.travel_mm + band_mm) near.push_back({pair, at});
+                   });
       });
   std::erase_if(
       near, [this, band_mm](const NearCandidate& n) { return n.at.travel_mm > answer.travel_mm + band_mm; });
   keep_one_candidate_per_feature();
   for (const NearCandidate& n : near) {
-    answer.features.push_back(
-        gap_feature(reference_face(n.pair.reference), moving_face(n.pair.moving, place), n.at, n.pair));
+    answer.features.push_back(gap_feature(reference_face(n.pair.reference), moving_face(n.pair.moving, place),
+                                          n.at, n.pair, offset_of_mm(n.pair)));
   }
   merge_features(answer.features);
 }
@@ -326,18 +268,29 @@ GapQuery::State::FeatureKey GapQuery::State::key_of(const NearCandidate& candida
   };
   const auto& [pair, at] = candidate;
   const Mesh &r = reference->surface.mesh, &m = moving->surface.mesh;
+  const auto edge = [&vertex](const Mesh& mesh, std::int32_t row, unsigned corner) {
+    return std::minmax({vertex(mesh, row, corner), vertex(mesh, row, corner + 1)});
+  };
   switch (at.kind) {
     case ContactCandidate::Kind::moving_vertex:
       return {pair.reference, -1, vertex(m, pair.moving, at.moving), -1};
     case ContactCandidate::Kind::reference_vertex:
       return {vertex(r, pair.reference, at.reference), -2, pair.moving, -2};
+    case ContactKind::reference_edge: {
+      const auto [low, high] = edge(r, pair.reference, at.reference);
+      return {low, high, vertex(m, pair.moving, at.moving), -3};
+    }
+    case ContactKind::moving_edge: {
+      const auto [low, high] = edge(m, pair.moving, at.moving);
+      return {vertex(r, pair.reference, at.reference), -4, low, high};
+    }
+    case ContactKind::vertices:
+      return {vertex(r, pair.reference, at.reference), -5, vertex(m, pair.moving, at.moving), -5};
     case ContactCandidate::Kind::edges:
       break;
   }
-  const auto [r_low, r_high] =
-      std::minmax({vertex(r, pair.reference, at.reference), vertex(r, pair.reference, at.reference + 1)});
-  const auto [m_low, m_high] =
-      std::minmax({vertex(m, pair.moving, at.moving), vertex(m, pair.moving, at.moving + 1)});
+  const auto [r_low, r_high] = edge(r, pair.reference, at.reference);
+  const auto [m_low, m_high] = edge(m, pair.moving, at.moving);
   return {r_low, r_high, m_low, m_high};
 }
 
@@ -364,10 +317,18 @@ void GapQuery::State::keep_one_candidate_per_feature()
 void GapQuery::State::try_touch(const TrianglePair& pair, const Placement& place, Gap& best) const
 {
   const GapFace r = reference_face(pair.reference), m = moving_face(pair.moving, place);
-  visit_contact_candidates(r, m, [&](const ContactCandidate& at) {
-    if (at.travel_mm < 0.0 || at.travel_mm > best.travel_mm) return;
-    if (at.travel_mm < best.travel_mm || pair < best.pair) best = {at.travel_mm, pair};
-  });
+  const auto take = [&](double travel_mm) {
+    if (travel_mm < 0.0 || travel_mm > best.travel_mm) return;
+    if (travel_mm < best.travel_mm || pair < best.pair) best = {travel_mm, pair};
+  };
+  const double offset_mm = offset_of_mm(pair);
+  if (offset_mm > 0.0) {
+    const double limit_mm = best.travel_mm + bound_slack_mm;
+    if (!touches_later(r, m, offset_mm, limit_mm))
+      take(rounded_passage(r.corner, m.corner, offset_mm, limit_mm).ahead_mm());
+  } else {
+    visit_contact_candidates(r, m, [&take](const ContactCandidate& at) { take(at.travel_mm); });
+  }
 }
 
 DualTreeTraversal& GapQuery::State::traversal(GapKind kind)
@@ -437,7 +398,7 @@ Gap GapQuery::next_contact(const MovingPose& pose)
   ++state.n_queries;
   const Placement place(pose);
   DualTreeTraversal& traversal = state.traversal(GapKind::non_negative);
-  traversal.place(pose, state.reach_mm(pose));
+  traversal.place(pose, state.reach_mm(pose), {0.0, state.rounding_mm()});
   Gap best;
   for (const TrianglePair& hint : state.forward_hints) state.try_touch(hint, place, best);
   traversal.run([&best] { return best.travel_mm; },
@@ -460,7 +421,7 @@ bool GapQuery::any_close_pair(const MovingPose& pose, double band_mm,
   // bound, the offset across Delta adds at most 1.74 bands.
   const double limit_mm = 3.0 * band_mm;
   DualTreeTraversal& traversal = state_->traversal(GapKind::non_negative);
-  traversal.place(pose, state_->reach_mm(pose), band_mm);
+  traversal.place(pose, state_->reach_mm(pose), {band_mm, state_->rounding_mm()});
   ++state_->n_queries;
   bool is_found = false;
   traversal.run([&] { return is_found ? -gap_rules::infinity : limit_mm; },

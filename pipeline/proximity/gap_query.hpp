@@ -23,11 +23,16 @@ namespace vrda::proximity {
 ///    one-sided linearisation. The same point found through several triangles is one feature.
 ///  - pairs of edges with a sine below 1e-12 are ignored; their vertices cover them.
 ///  - projections that share only a point or a line count as overlapping.
+///  - with offsets (Mesh::offset_mm) faces and pairs of edges touch shifted by the sum of both offsets along
+///    their normal, and vertices are spheres and edges cylinders where nothing else of their pair is nearer.
 struct GapFeature {
   double travel_mm = 0.0;    ///< along Delta until this feature touches; negative: overlap
-  Eigen::Vector3d point_mm;  ///< on the moving object at its current pose, S
+  Eigen::Vector3d point_mm;  ///< on the moving mesh, without offset, at its current pose, S
   Eigen::Vector3d normal;    ///< unit, reaction on the moving object: y < 0
   TrianglePair triangles;
+  ContactKind kind = ContactKind::moving_vertex;
+  double offset_mm = 0.0;  ///< sum of both offsets: distance of the meshes' points along the normal
+  Eigen::Vector3d edge = Eigen::Vector3d::Zero();  ///< unit, axis of the cylinder, S; otherwise zero
 };
 
 struct GapResult {
@@ -86,7 +91,7 @@ class GapQuery {
   double travel_of_mm(const MovingPose& pose, const TrianglePair& pair) const;
 
   /// A superset of the pairs of triangles within `band_mm` of each other at the pose, in any direction;
-  /// unordered. Valid until the next call.
+  /// both rounded by their offsets; unordered. Valid until the next call.
   const std::vector<TrianglePair>& close_pairs(const MovingPose& pose, double band_mm);
   /// Calls `visit` for such pairs until it returns true; returns whether it did.
   bool any_close_pair(const MovingPose& pose, double band_mm,

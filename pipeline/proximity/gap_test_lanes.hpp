@@ -156,12 +156,29 @@ struct TestLanes {
     const F c = row(r.c, at) - F::all(m.c.lane[lane]);
     const Triangle tr = reference_triangle(pair.reference_corners, at);
     const Triangle tm = moving_triangle(pair.moving_corners, lane);
-    // The overlap is within both triangles, so the minimum over either's corners is a lower bound.
-    const F bound = F::most(row(bounds, at), F::most(least_over(tr, a, b, c), least_over(tm, a, b, c)));
+    // The overlap is within both triangles, so the minimum over either's corners is a lower bound. Rounded
+    // ones touch beyond it by at most `beyond`.
+    F bound = row(bounds, at), beyond = beyond_mm(pair, bound);
+    const F zero = F::all(0.0F);
+    const F slopes = F::most(b, zero - b) + F::most(c, zero - c);
+    const F least = F::most(least_over(tr, a, b, c), least_over(tm, a, b, c));
+    bound = F::most(bound, least - slopes * beyond);
     bound.store(bounds.lane + at);
-    const F slack = F::all(pair.slack);
-    const F overlap = may_overlap(tr, tm, slack) & may_overlap(tm, tr, slack);
+    beyond = F::all(pair.slack) + beyond_mm(pair, bound);
+    const F overlap = may_overlap(tr, tm, beyond) & may_overlap(tm, tr, beyond);
     return F::bits(overlap & (bound <= F::all(pair.limit)));
+  }
+
+  // How far beyond its triangles, across Delta, a rounded pair with a lower bound of its travel may touch.
+  // Where the corners are shifted: with the contact's normal at an angle of alpha from the face's, the
+  // contact is r sqrt(2 (1 - cos alpha)) from the shifted face and at least r (1 - cos alpha) above its
+  // plane, which `limit` - `bound` limits for both triangles together. Otherwise the offset.
+  static F beyond_mm(const LeafPair& pair, F bound)
+  {
+    if (pair.shift == 0.0F || pair.rounding == 0.0F) return F::all(pair.rounding);
+    const F room = F::most(F::all(pair.limit) - bound, F::all(0.0F));
+    // At most 2 r: an infinite limit has no product with a slope of 0.
+    return F::least(F::root(F::all(2.0F * pair.rounding) * room), F::all(2.0F * pair.rounding));
   }
 
   static void screen(const LeafPair& pair, BlockPairs& pairs)

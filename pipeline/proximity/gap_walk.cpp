@@ -65,19 +65,22 @@ void DualTreeTraversal::turn(const Eigen::Matrix3d& R)
     for (int k = 0; k < 3; ++k) turn_.R[i][k] = static_cast<float>(R(i, k));
   }
   turn_.cull = kind_ == GapKind::signed_facing ? facing_slack : 2.0F;  // beyond any normal
+  turn_.shift = shift();
   advance_stamp(turn_stamp_, reference_stamps_);
 }
 
-void DualTreeTraversal::place(const MovingPose& pose, double reach_mm, double margin_mm)
+void DualTreeTraversal::place(const MovingPose& pose, double reach_mm, const Margins& margins)
 {
   const SinCos turn = sin_cos(pose.theta_rad);
-  slack_mm_ = gap_slack_mm(reach_mm) + margin_mm;
+  slack_mm_ = gap_slack_mm(reach_mm) + margins.any_mm;
+  rounding_mm_ = static_cast<float>(margins.rounding_mm);
   placement_.cos = static_cast<float>(turn.cos);
   placement_.sin = static_cast<float>(turn.sin);
   placement_.x = static_cast<float>(pose.translation_mm.x());
   placement_.y = static_cast<float>(pose.translation_mm.y());
   placement_.z = static_cast<float>(pose.translation_mm.z());
-  placement_.slack = static_cast<float>(slack_mm_);
+  placement_.slack = static_cast<float>(slack_mm_ + margins.rounding_mm);
+  placement_.shift = shift();
   advance_stamp(place_stamp_, moving_stamps_);
 }
 
@@ -126,7 +129,8 @@ void DualTreeTraversal::screen(const Block& r, const Block& m, float limit)
   const auto m_index = static_cast<std::size_t>(&m - moving_.blocks.data());
   functions_->screen({reference_placed_[r_index], moving_placed_[m_index],
                       reference_corners_[static_cast<std::size_t>(r.slot)],
-                      moving_corners_[static_cast<std::size_t>(m.slot)], limit, placement_.slack},
+                      moving_corners_[static_cast<std::size_t>(m.slot)], limit, static_cast<float>(slack_mm_),
+                      rounding_mm_, shift()},
                      pairs_);
 }
 

@@ -21,8 +21,12 @@ class DualTreeTraversal {
   DualTreeTraversal(const ReferenceTree& reference, const MovingTree& moving, GapKind kind);
 
   void turn(const Eigen::Matrix3d& R);
-  /// With a margin, pairs of triangles within it of each other count as touching.
-  void place(const MovingPose& pose, double reach_mm, double margin_mm = 0.0);
+  /// Margins by which pairs may be apart: `any_mm` in any direction, `rounding_mm` (largest sum of the
+  /// offsets of a pair) across Delta only, because the trees' heights include the offsets.
+  struct Margins {
+    double any_mm = 0.0, rounding_mm = 0.0;
+  };
+  void place(const MovingPose& pose, double reach_mm, const Margins& margins);
 
   /// BlockFunctions::screen_pairs of the instruction set.
   unsigned screen_pairs(const PairBatch& batch, const PairPlacement& at, double limit_mm) const
@@ -59,6 +63,7 @@ class DualTreeTraversal {
     float bound = -1e30F;
   };
 
+  float shift() const { return kind_ == GapKind::signed_facing ? 1.0F : 0.0F; }
   float float_limit(double limit_mm) const { return static_cast<float>(limit_mm + slack_mm_); }
   bool test(const Task& task, float limit);
   void screen(const Block& r, const Block& m, float limit);
@@ -82,6 +87,7 @@ class DualTreeTraversal {
   BlockRotation turn_{};
   BlockPlacement placement_{};
   double slack_mm_ = 0.0;
+  float rounding_mm_ = 0.0F;
   std::uint32_t turn_stamp_ = 1, place_stamp_ = 1;
   std::vector<PlacedBlock> reference_placed_, moving_placed_;
   std::vector<PlacedCorners> reference_corners_, moving_corners_;  // by leaf

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "core/frames.hpp"
 #include "core/trig.hpp"
@@ -19,6 +20,12 @@ struct TreeMesh {
 };
 
 TreeMesh make_tree_mesh(Mesh mesh);
+
+/// Largest sum of the offsets of a pair of triangles.
+inline double rounding_mm(const Mesh& reference, const Mesh& moving)
+{
+  return largest_offset_mm(reference) + largest_offset_mm(moving);
+}
 
 /// `reference` rotated to an attitude: vertices, normals and boxes; same triangles.
 TreeMesh rotated_reference(const TreeMesh& reference, const Attitude& attitude);
@@ -127,6 +134,17 @@ struct TrianglePair {
   std::int32_t reference = -1;
   std::int32_t moving = -1;
   auto operator<=>(const TrianglePair&) const = default;
+};
+
+/// What touches: a vertex and a face, or two edges; only with an offset also a moving vertex and an edge of
+/// the reference, an edge of the moving object and a vertex of the reference, two vertices.
+enum class ContactKind : std::uint8_t {
+  moving_vertex,
+  reference_vertex,
+  edges,
+  reference_edge,
+  moving_edge,
+  vertices
 };
 
 /// Calls `visit(pair)` for every pair of two leaves, until it returns true; returns whether it did.

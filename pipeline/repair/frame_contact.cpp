@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/clinical.hpp"
+#include "solve/rounded_contact.hpp"
 
 namespace vrda::repair {
 namespace {
@@ -36,7 +37,7 @@ Normal normal_of(const FeatureConstraint& feature, const Eigen::Matrix3d& R)
       return {of_reference, Eigen::Matrix3d::Zero()};
     case solve::ContactConstraint::Kind::face_of_moving:
       return {of_moving, -cross_matrix(of_moving)};
-    case solve::ContactConstraint::Kind::edges:
+    default:
       break;
   }
   const Eigen::Vector3d across = feature.sign * of_reference.cross(of_moving);
@@ -46,10 +47,33 @@ Normal normal_of(const FeatureConstraint& feature, const Eigen::Matrix3d& R)
   return {n, (raw - n * (n.transpose() * raw)) / length};
 }
 
+// The force acts at the nearest points; Delta turns with the moving object.
+FeatureMeasure measured_rounded(const solve::ContactConstraint& contact, const Pose& X)
+{
+  const Eigen::Matrix3d R = X.linear();
+  const Eigen::Vector3d delta = R.col(1);
+  const solve::PlacedConstraint placed{
+      contact.kind,          contact.offset_mm,           contact.reference_mm,
+      X * contact.moving_mm, contact.reference_direction, R * contact.moving_direction};
+  const solve::RoundedContact near = solve::rounded_distance(placed, delta);
+  const solve::RoundedContact touch = solve::rounded_travel(placed, delta);
+  FeatureMeasure out;
+  out.separation = {near.mm, Vector6d::Zero()};
+  out.travel = {touch.mm, Vector6d::Zero()};
+  if (std::isfinite(near.mm))
+    out.separation.gradient << (near.moving_mm - X.translation()).cross(near.normal), near.normal;
+  if (!std::isfinite(touch.mm)) return out;
+  const Eigen::Vector3d arm = touch.moving_mm - X.translation() + touch.mm * delta;
+  out.travel.gradient << arm.cross(touch.normal), touch.normal;
+  out.travel.gradient /= -touch.normal.dot(delta);
+  return out;
+}
+
 }  // namespace
 
 FeatureMeasure measured(const FeatureConstraint& feature, const Pose& X)
 {
+  if (feature.contact.offset_mm > 0.0) return measured_rounded(feature.contact, X);
   const Eigen::Matrix3d R = X.linear();
   const Normal normal = normal_of(feature, R);
   const Eigen::Vector3d arm = R * feature.contact.moving_mm;

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <limits>
 
+#include "solve/rounded_contact.hpp"
+
 namespace vrda::solve {
 namespace {
 
@@ -67,7 +69,7 @@ Normal common_normal(const ContactConstraint& constraint, const Rotations& at)
       const Eigen::Vector3d n = at.of_moving * constraint.moving_direction;
       return {n, about_delta(n), Eigen::Vector3d::Zero()};
     }
-    case ContactConstraint::Kind::edges:
+    default:
       break;
   }
   const Eigen::Vector3d u = at.of_reference * constraint.reference_direction,
@@ -81,14 +83,82 @@ Eigen::Vector3d slope_change(const Normal& n, const Eigen::Vector3d& change)
   return (change - n.n * (change.y() / n.n.y())) / n.n.y();
 }
 
-// Jacobian of reference point minus moving point.
-Eigen::Matrix<double, 3, 5> distance_jacobian(const ContactConstraint& constraint, const Rotations& at)
+// Jacobian of reference point minus moving point, the latter relative to the pivot.
+Eigen::Matrix<double, 3, 5> distance_jacobian(const Eigen::Vector3d& reference_mm,
+                                              const Eigen::Vector3d& moving_mm)
 {
   Eigen::Matrix<double, 3, 5> J;
   J.leftCols<3>() = -Eigen::Matrix3d::Identity();
-  J.col(about_y) = -about_delta(at.of_moving * constraint.moving_mm);
-  J.col(about_varus) = -about_x(at.of_reference * constraint.reference_mm);
+  J.col(about_y) = -about_delta(moving_mm);
+  J.col(about_varus) = -about_x(reference_mm);
   return J;
+}
+
+Eigen::Matrix<double, 3, 5> distance_jacobian(const ContactConstraint& constraint, const Rotations& at)
+{
+  return distance_jacobian(at.of_reference * constraint.reference_mm, at.of_moving * constraint.moving_mm);
+}
+
+RoundedContact rounded_travel_of(const ContactConstraint& c, const Configuration& configuration,
+                                 const Rotations& at)
+{
+  return rounded_travel({c.kind, c.offset_mm, at.of_reference * c.reference_mm,
+                         configuration.pivot_mm + at.of_moving * c.moving_mm,
+                         at.of_reference * c.reference_direction, at.of_moving * c.moving_direction},
+                        Eigen::Vector3d::UnitY());
+}
+
+Clearance rounded_clearance(const ContactConstraint& constraint, const Configuration& configuration,
+                            const Rotations& at)
+{
+  const RoundedContact touch = rounded_travel_of(constraint, configuration, at);
+  Clearance result;
+  result.travel_mm = touch.mm;
+  if (!std::isfinite(touch.mm)) return result;
+  result.gradient =
+      distance_jacobian(touch.reference_mm, touch.moving_mm - configuration.pivot_mm).transpose() *
+      (touch.normal / touch.normal.y());
+  return result;
+}
+
+// Central differences of the exact gradient.
+Matrix5d rounded_hessian(const ContactConstraint& constraint, const Configuration& configuration,
+                         const Rotations& at)
+{
+  constexpr double step = 1e-5;  // mm and rad: errors of 1e-10 / offset^2 by curvature, 1e-8 by rounding
+  const auto gradient = [&](Eigen::Index k, double change) {
+    Configuration other = configuration;
+    Rotations turned = at;
+    if (k < 3) other.pivot_mm(k) += change;
+    if (k == about_y) turned.of_moving = rotation_y(change) * at.of_moving;
+    if (k == about_varus) turned.of_reference = rotation_x(-change) * at.of_reference;
+    return rounded_clearance(constraint, other, turned).gradient;
+  };
+  Matrix5d hessian;
+  for (Eigen::Index k = 0; k < hessian.cols(); ++k)
+    hessian.col(k) = (gradient(k, step) - gradient(k, -step)) / (2.0 * step);
+  return 0.5 * (hessian + hessian.transpose());
+}
+
+// The bare features of a feature found with an offset, whose kind is known but for flat contacts.
+bool set_rounded(const proximity::GapFeature& feature, const Rotations& rotations, ContactConstraint& out)
+{
+  switch (feature.kind) {
+    case proximity::ContactKind::reference_edge:
+      out.kind = ContactConstraint::Kind::reference_edge;
+      break;
+    case proximity::ContactKind::moving_edge:
+      out.kind = ContactConstraint::Kind::moving_edge;
+      break;
+    case proximity::ContactKind::vertices:
+      out.kind = ContactConstraint::Kind::vertices;
+      break;
+    default:
+      return false;
+  }
+  out.reference_direction = rotations.of_reference.transpose() * feature.edge;
+  out.moving_direction = rotations.of_moving.transpose() * feature.edge;
+  return true;
 }
 
 }  // namespace
@@ -107,6 +177,12 @@ ContactConstraint contact_constraint_of(const proximity::GapFeature& feature, co
   out.reference_mm =
       rotations.of_reference.transpose() * (feature.point_mm + feature.travel_mm * Eigen::Vector3d::UnitY());
   out.moving_mm = rotations.of_moving.transpose() * (feature.point_mm - configuration.pivot_mm);
+  if (feature.offset_mm > 0.0) {
+    out.offset_mm = feature.offset_mm;
+    out.reference_offset_mm = offset_mm(meshes.reference, feature.triangles.reference);
+    out.reference_mm -= rotations.of_reference.transpose() * (feature.offset_mm * feature.normal);
+    if (set_rounded(feature, rotations, out)) return out;
+  }
   const Eigen::Vector3d in_reference = rotations.of_reference.transpose() * feature.normal;
   const Eigen::Vector3d in_moving = rotations.of_moving.transpose() * feature.normal;
   const Eigen::Vector3d n_reference = face_normal(meshes.reference, feature.triangles.reference);
@@ -135,6 +211,7 @@ ContactConstraint contact_constraint_of(const proximity::GapFeature& feature, co
 Clearance clearance(const ContactConstraint& constraint, const Configuration& configuration,
                     const Rotations& at)
 {
+  if (constraint.offset_mm > 0.0) return rounded_clearance(constraint, configuration, at);
   const Normal n = common_normal(constraint, at);
   Clearance result;
   if (std::abs(n.n.y()) < parallel_to_delta * n.n.norm()) {
@@ -151,8 +228,10 @@ Clearance clearance(const ContactConstraint& constraint, const Configuration& co
   return result;
 }
 
-Matrix5d clearance_hessian(const ContactConstraint& constraint, const Rotations& at)
+Matrix5d clearance_hessian(const ContactConstraint& constraint, const Configuration& configuration,
+                           const Rotations& at)
 {
+  if (constraint.offset_mm > 0.0) return rounded_hessian(constraint, configuration, at);
   const Normal n = common_normal(constraint, at);
   if (std::abs(n.n.y()) < parallel_to_delta * n.n.norm()) return Matrix5d::Zero();
   const Eigen::Vector3d slope = n.n / n.n.y();
@@ -165,6 +244,14 @@ Matrix5d clearance_hessian(const ContactConstraint& constraint, const Rotations&
   hessian(about_y, about_y) -= slope.dot(about_delta(about_delta(at.of_moving * constraint.moving_mm)));
   hessian(about_varus, about_varus) += slope.dot(about_x(about_x(at.of_reference * constraint.reference_mm)));
   return hessian;
+}
+
+Eigen::Vector3d contact_point_mm(const ContactConstraint& constraint, const Configuration& configuration,
+                                 const Rotations& at)
+{
+  if (!(constraint.offset_mm > 0.0)) return at.of_reference * constraint.reference_mm;
+  const RoundedContact touch = rounded_travel_of(constraint, configuration, at);
+  return touch.reference_mm + constraint.reference_offset_mm * touch.normal;
 }
 
 }  // namespace vrda::solve

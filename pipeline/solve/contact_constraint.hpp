@@ -60,16 +60,26 @@ inline Configuration configuration_at(const MovingPose& pose, double varus_rad, 
 }
 
 /// A contact constraint made from a gap feature: its face or edges are extended to infinite planes or lines,
-/// so that the travel left along Delta and its derivatives are exact at every configuration.
+/// so that the travel left along Delta and its derivatives are exact at every configuration. The last three
+/// kinds need an offset: a cylinder about an edge that meets a vertex, and two spheres.
 struct ContactConstraint {
-  enum class Kind : std::uint8_t { face_of_reference, face_of_moving, edges };
+  enum class Kind : std::uint8_t {
+    face_of_reference,
+    face_of_moving,
+    edges,
+    reference_edge,
+    moving_edge,
+    vertices
+  };
   Kind kind = Kind::face_of_reference;
   Eigen::Vector3d reference_mm;         ///< point of the reference, S at zero attitude
   Eigen::Vector3d moving_mm;            ///< point of the moving object, relative to its pivot
   Eigen::Vector3d reference_direction;  ///< face normal or edge of the reference, S at zero attitude
   Eigen::Vector3d moving_direction;     ///< face normal or edge of the moving object, moving frame
   proximity::TrianglePair triangles;
-  std::int32_t vertex = -1;  ///< touches the face, and belongs to the other object; -1 for edges
+  double offset_mm = 0.0;            ///< sum of both offsets (rounded_contact.hpp)
+  double reference_offset_mm = 0.0;  ///< that of the reference
+  std::int32_t vertex = -1;          ///< touches the face, and belongs to the other object; -1 for edges
 };
 
 /// Rotations of both objects at a configuration.
@@ -100,6 +110,11 @@ Clearance clearance(const ContactConstraint& constraint, const Configuration& co
                     const Rotations& rotations);
 
 /// Hessian of the travel, exact where the travel is zero.
-Matrix5d clearance_hessian(const ContactConstraint& constraint, const Rotations& rotations);
+Matrix5d clearance_hessian(const ContactConstraint& constraint, const Configuration& configuration,
+                           const Rotations& rotations);
+
+/// Where the constraint acts, S: on the reference's surface, with its offset.
+Eigen::Vector3d contact_point_mm(const ContactConstraint& constraint, const Configuration& configuration,
+                                 const Rotations& rotations);
 
 }  // namespace vrda::solve

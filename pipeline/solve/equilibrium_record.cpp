@@ -255,7 +255,7 @@ ContactForce EquilibriumSolver::Run::contact_force(const ContactConstraint& cons
 {
   const Rotations rotations(current_.configuration, task_.attitude.flexion_rad);
   ContactForce force;
-  force.point_solver_mm = rotations.of_reference * constraint.reference_mm;
+  force.point_solver_mm = contact_point_mm(constraint, current_.configuration, rotations);
   force.normal_solver = c.gradient.head<3>().normalized();  // -n / n.y
   force.along_delta_n = along_delta_n;
   force.triangle_reference = constraint.triangles.reference;

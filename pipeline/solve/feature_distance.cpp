@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <limits>
 
+#include "solve/rounded_contact.hpp"
+
 namespace vrda::solve {
 namespace {
 
@@ -20,6 +22,18 @@ FeatureDistance feature_distance(const ContactConstraint& constraint, const Solv
       at.pose.translation_mm + R_moving * Eigen::Vector3d(pivot_mm + constraint.moving_mm);
   const Eigen::Vector3d apart_mm = moving_mm - reference_mm;
   FeatureDistance out;
+  if (constraint.offset_mm > 0.0) {
+    const RoundedContact near = rounded_distance(
+        {constraint.kind, constraint.offset_mm, reference_mm, moving_mm,
+         R_reference * constraint.reference_direction, R_moving * constraint.moving_direction},
+        Eigen::Vector3d::UnitY());
+    out.distance_mm = near.mm;
+    if (!std::isfinite(near.mm)) return out;
+    out.normal = near.normal;
+    out.wrench = wrench_of(near.normal, near.moving_mm, at);
+    out.point_mm = near.reference_mm + constraint.reference_offset_mm * near.normal;
+    return out;
+  }
   out.point_mm = reference_mm;
   switch (constraint.kind) {
     case ContactConstraint::Kind::face_of_reference:
@@ -30,7 +44,7 @@ FeatureDistance feature_distance(const ContactConstraint& constraint, const Solv
       out.normal = R_moving * constraint.moving_direction;
       out.wrench = wrench_of(out.normal, reference_mm, at);
       break;
-    case ContactConstraint::Kind::edges: {
+    default: {
       const Eigen::Vector3d u = R_reference * constraint.reference_direction,
                             v = R_moving * constraint.moving_direction;
       Eigen::Vector3d across = u.cross(v);

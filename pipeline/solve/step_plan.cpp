@@ -85,7 +85,7 @@ QpMatrix StepPlanner::curvature(const EquilibriumCandidate& at,
   QpMatrix null_space = QpMatrix::Identity();  // projector on the null space of the active constraints
   for (std::size_t k = 0; k < constraints.size(); ++k) {
     if (!(multipliers_[k] > 0.0)) continue;
-    lagrangian -= multipliers_[k] * clearance_hessian(constraints[k], rotations);
+    lagrangian -= multipliers_[k] * clearance_hessian(constraints[k], at.configuration, rotations);
     const QpVector across = null_space * half_spaces_[k].normal;
     const double length_sq = across.squaredNorm();
     if (length_sq > dependent_sq) null_space -= across * across.transpose() / length_sq;

@@ -124,6 +124,10 @@ void visit_body(ABody& body, const std::string& group, Visitor& visit)
   visit_column(visit, {group + "/component_name", member, unit::none, rule(Rule::unique_names), "names of the body's components"}, body.components, &Component::name);
   visit_column(visit, {group + "/component_material", member, unit::none, rule(Rule::any), "materials of the body's components"}, body.components, &Component::material);
   visit_part(body.contact, group, group, body.components.size(), visit);
+  auto& offset_mm = body.contact.mesh.offset_mm;
+  if (visit.has(group + "/offset", !offset_mm.empty())) {
+    visit({group + "/offset", {group + "/triangle"}, unit::mm, at_least_0({}), "radius by which the surface of each triangle is rounded outward for gaps, contacts and overlap: a layer that the mesh lacks"}, offset_mm);
+  }
   const Mesh& drawn = body.visual.mesh;
   if (!visit.has(group + "/visual", drawn.vertices_mm.rows() > 0 || drawn.triangles.rows() > 0)) return;
   visit.group(group + "/visual");

@@ -5,6 +5,7 @@
 #include <map>
 #include <random>
 
+#include "solve/feature_distance.hpp"
 #include "solve/pins.hpp"
 #include "support/meshes.hpp"
 
@@ -51,11 +52,22 @@ solve::Clearance clearance_at(const Scene& scene, const solve::ContactConstraint
   return solve::clearance(constraint, configuration, solve::Rotations(configuration, scene.flexion_rad));
 }
 
-TEST(ContactConstraint, EqualsItsFeature)
+// Both surfaces rounded: every kind of constraint occurs.
+Scene rounded_scene()
 {
-  const Scene scene;
+  Scene scene;
+  scene.reference.offset_mm.assign(static_cast<std::size_t>(scene.reference.triangles.rows()), 2.0);
+  scene.moving.offset_mm.assign(static_cast<std::size_t>(scene.moving.triangles.rows()), 1.0);
+  return scene;
+}
+
+using Kind = solve::ContactConstraint::Kind;
+using KindCounts = std::map<Kind, int>;
+
+KindCounts expect_features(const Scene& scene)
+{
   std::mt19937_64 random(1);
-  std::map<solve::ContactConstraint::Kind, int> n;
+  KindCounts n;
   for (int k = 0; k < 60; ++k) {
     const solve::Configuration configuration = random_configuration(random);
     const solve::Rotations rotations(configuration, scene.flexion_rad);
@@ -68,15 +80,55 @@ TEST(ContactConstraint, EqualsItsFeature)
       ++n[constraint.kind];
     }
   }
-  for (const auto kind :
-       {solve::ContactConstraint::Kind::face_of_reference, solve::ContactConstraint::Kind::face_of_moving,
-        solve::ContactConstraint::Kind::edges})
-    EXPECT_GT(n[kind], 20);
+  return n;
 }
 
-TEST(ContactConstraint, DerivativesMatchDifferences)
+TEST(ContactConstraint, EqualsItsFeature)
 {
-  const Scene scene;
+  KindCounts n = expect_features(Scene());
+  for (const Kind kind : {Kind::face_of_reference, Kind::face_of_moving, Kind::edges}) EXPECT_GT(n[kind], 20);
+}
+
+TEST(ContactConstraint, EqualsItsRoundedFeature)
+{
+  KindCounts n = expect_features(rounded_scene());
+  for (const Kind kind : {Kind::face_of_reference, Kind::face_of_moving, Kind::edges, Kind::reference_edge,
+                          Kind::moving_edge, Kind::vertices})
+    EXPECT_GT(n[kind], 0);
+}
+
+// Where the force acts, both rounded surfaces meet: the distance along the normal is 0 and its derivative
+// over a twist is that of the travel, times the slope.
+TEST(ContactConstraint, ADistanceIsZeroAtTheEndOfTheTravel)
+{
+  const Scene scene = rounded_scene();
+  std::mt19937_64 random(3);
+  int n = 0;
+  for (int k = 0; k < 20; ++k) {
+    const solve::Configuration configuration = random_configuration(random);
+    const solve::Rotations rotations(configuration, scene.flexion_rad);
+    for (const proximity::GapFeature& f : features_at(scene, configuration)) {
+      const solve::ContactConstraint constraint = solve::contact_constraint_of(
+          f, {scene.reference, scene.moving, scene.scale}, configuration, rotations);
+      const solve::Configuration touching = displaced(configuration, along_y, f.travel_mm);
+      const SolverPosition at{{scene.flexion_rad, touching.varus_rad}, solve::pose_at(touching, scene.scale)};
+      const solve::FeatureDistance d = solve::feature_distance(constraint, at, scene.scale.pivot_mm);
+      EXPECT_NEAR(d.distance_mm, 0.0, 1e-9);
+      EXPECT_LT((d.normal - f.normal).norm(), 1e-9);
+      const solve::Clearance c = clearance_at(scene, constraint, touching);
+      EXPECT_LT((d.wrench.tail<3>() / d.normal.y() + c.gradient.head<3>()).norm(), 1e-6);
+      EXPECT_LT((d.point_mm -
+                 solve::contact_point_mm(constraint, touching, solve::Rotations(touching, scene.flexion_rad)))
+                    .norm(),
+                1e-9);
+      ++n;
+    }
+  }
+  EXPECT_GT(n, 50);
+}
+
+void expect_derivatives(const Scene& scene)
+{
   std::mt19937_64 random(2);
   for (int k = 0; k < 40; ++k) {
     const solve::Configuration configuration = random_configuration(random);
@@ -88,7 +140,7 @@ TEST(ContactConstraint, DerivativesMatchDifferences)
       // The Hessian is exact at contact.
       const solve::Configuration touching = displaced(configuration, along_y, c.travel_mm);
       const Matrix5d hessian =
-          solve::clearance_hessian(constraint, solve::Rotations(touching, scene.flexion_rad));
+          solve::clearance_hessian(constraint, touching, solve::Rotations(touching, scene.flexion_rad));
       for (Eigen::Index i = 0; i < n_coordinates; ++i) {
         const auto at = [&](const solve::Configuration& p, double by) {
           return clearance_at(scene, constraint, displaced(p, i, by));
@@ -101,6 +153,12 @@ TEST(ContactConstraint, DerivativesMatchDifferences)
       }
     }
   }
+}
+
+TEST(ContactConstraint, DerivativesMatchDifferences)
+{
+  expect_derivatives(Scene());
+  expect_derivatives(rounded_scene());
 }
 
 TEST(ContactConstraint, IsExactUnderItsFace)
@@ -132,7 +190,7 @@ TEST(ContactConstraint, ParallelToDeltaHasInfiniteTravel)
   constraint.reference_direction = Eigen::Vector3d::UnitX();
   constraint.moving_direction = Eigen::Vector3d::UnitY();
   EXPECT_TRUE(std::isinf(solve::clearance(constraint, {}, solve::Rotations({}, 0.0)).travel_mm));
-  EXPECT_EQ(solve::clearance_hessian(constraint, solve::Rotations({}, 0.0)).norm(), 0.0);
+  EXPECT_EQ(solve::clearance_hessian(constraint, {}, solve::Rotations({}, 0.0)).norm(), 0.0);
 }
 
 }  // namespace vrda::contact_constraint_test

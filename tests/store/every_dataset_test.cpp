@@ -76,7 +76,7 @@ class WholeFile {
 
 bool is_optional(const std::string& path)
 {
-  return path.ends_with("/normals") || path.ends_with("/recontact");
+  return path.ends_with("/normals") || path.ends_with("/offset") || path.ends_with("/recontact");
 }
 
 TEST(EveryDataset, IsNeeded)

@@ -219,6 +219,8 @@ store::MotionModel whole_model()
 {
   store::MotionModel model = with_derived(sample_model({4, 3, true, true, true, true, 5, 2}));
   add_loads(model);
+  for (Mesh* mesh : {&model.reference.contact.mesh, &model.moving.contact.mesh})
+    mesh->offset_mm.assign(static_cast<std::size_t>(mesh->triangles.rows()), 0.5);
   Scaling& scaling = model.job.scaling.emplace();
   // 3 and 4 mm of model, 3.3 and 4 mm of subject.
   scaling.factor.setConstant(1.036);

@@ -1,0 +1,169 @@
+#include "app/fit_command.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "app/score_command.hpp"
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "core/side.hpp"
+#include "core/text.hpp"
+#include "job_run/summary.hpp"
+#include "load/job.hpp"
+#include "measured/motion_poses.hpp"
+#include "motion_import/imported_model.hpp"
+#include "motion_import/offset_fit.hpp"
+
+namespace vrda::app {
+namespace {
+
+using FitJson = nlohmann::ordered_json;
+using motion_import::FitStatus;
+using motion_import::OffsetFit;
+using motion_import::OffsetQuestion;
+
+// Both sides of a normal distribution: 95 %.
+constexpr double interval_95 = 1.96;
+
+// Keys with "fit", and the components in `question`.
+std::vector<std::string> asked_keys(const load::Job& job, OffsetQuestion& question)
+{
+  std::vector<std::string> keys;
+  const auto add = [&keys](const load::BodyJob& body, std::vector<std::int32_t>& rows) {
+    for (std::size_t k = 0; k < body.components.size(); ++k) {
+      if (!body.components[k].is_offset_asked) continue;
+      keys.push_back(body.components[k].key + ".offset_mm");
+      rows.push_back(static_cast<std::int32_t>(k));
+    }
+  };
+  add(job.reference, question.reference);
+  add(job.moving, question.moving);
+  if (keys.empty())
+    job.document.refuse("reference.component.0.offset_mm", "no component with \"fit\"",
+                        "offset_mm = \"fit\" of one component or more");
+  return keys;
+}
+
+std::vector<std::string> with_offset_of(const FitCommandOptions& o, const std::vector<std::string>& keys,
+                                        double offset_mm)
+{
+  std::vector<std::string> overrides = o.overrides;
+  for (const std::string& key : keys) overrides.push_back(key + "=" + shortest_decimal(offset_mm));
+  return overrides;
+}
+
+std::vector<Pose> poses_at(const FitCommandOptions& o, const load::Job& job, const load::Case& job_case)
+{
+  std::vector<Pose> poses;
+  if (!o.motion.ends_with(".h5")) {
+    measured::MotionConvention of_table;
+    of_table.joint = motion_import::import_frame(job, job_case).joint;
+    poses = measured::read_motion(o.motion, of_table).X_reference_moving;
+  } else {
+    const store::MotionModel model = job_run::read_solved_model(o.motion);
+    if (side_named(model.side) != job.side)
+      throw InputError({o.motion, "side", model.side, "the side of " + o.job_file});
+    for (std::size_t k = 0; 16 * k < model.X_reference_moving.size(); ++k) {
+      const Pose X = store::pose_in(model.X_reference_moving, k);
+      if (!std::isnan(X.matrix()(0, 0))) poses.push_back(X);
+    }
+  }
+  return poses;
+}
+
+struct Report {
+  OffsetFit fit;
+  std::vector<std::string> keys;
+  std::size_t n_frames = 0, n_training = 0;
+  double other_gap_rms_mm = nan;
+};
+
+FitJson number_json(double value)
+{
+  return std::isnan(value) ? FitJson() : FitJson(value);
+}
+
+void print(const Report& r, const FitCommandOptions& o)
+{
+  const OffsetFit& fit = r.fit;
+  if (o.as_json) {
+    const FitJson json = {{"keys", r.keys},
+                          {"status", motion_import::name_of(fit.status)},
+                          {"offset_mm", number_json(fit.offset_mm)},
+                          {"standard_error_mm", number_json(fit.standard_error_mm)},
+                          {"gap_rms_mm", number_json(fit.gap_rms_mm)},
+                          {"bare_gap_rms_mm", number_json(fit.bare_gap_rms_mm)},
+                          {"other_gap_rms_mm", number_json(r.other_gap_rms_mm)},
+                          {"travel_per_mm", number_json(fit.travel_per_mm)},
+                          {"training_frames", r.n_training},
+                          {"frames_with_gap", fit.n_frames}};
+    std::printf("%s\n", json.dump(2).c_str());
+    return;
+  }
+  for (const std::string& key : r.keys) std::printf("%s\n", key.c_str());
+  if (fit.status == FitStatus::undetermined) {
+    std::printf("undetermined: %d of %zu training frames have a gap, and it hardly depends on the offset\n",
+                fit.n_frames, r.n_training);
+    return;
+  }
+  std::printf("%s: %.4f mm, 95 %% within %.4f mm (remaining gaps of %d frames taken as independent)\n",
+              motion_import::name_of(fit.status), fit.offset_mm, interval_95 * fit.standard_error_mm,
+              fit.n_frames);
+  std::printf("gaps along Delta, root mean square: %.4f mm; without offset %.4f mm\n", fit.gap_rms_mm,
+              fit.bare_gap_rms_mm);
+  std::printf("1 mm of offset changes a gap by %.3f mm\n", fit.travel_per_mm);
+  if (!std::isnan(r.other_gap_rms_mm))
+    std::printf("the %zu other frames: %.4f mm\n", r.n_frames - r.n_training, r.other_gap_rms_mm);
+}
+
+double rms_over(const std::vector<double>& gaps)
+{
+  double sum = 0.0;
+  int n = 0;
+  for (const double gap : gaps) {
+    sum += std::isnan(gap) ? 0.0 : gap * gap;
+    n += std::isnan(gap) ? 0 : 1;
+  }
+  return n > 0 ? std::sqrt(sum / n) : nan;
+}
+
+}  // namespace
+
+console::ExitCode fit_command(const FitCommandOptions& o)
+{
+  Report report;
+  OffsetQuestion question;
+  report.keys = asked_keys(load::read_job(o.job_file, o.overrides), question);
+  const load::Job bare_job = load::read_job(o.job_file, with_offset_of(o, report.keys, 0.0));
+  const load::Case job_case = load::load_case(bare_job, o.data_directory);
+  const load::Case subject = load::scaled_to_subject(job_case);
+  for (const load::Push& push : subject.push) {
+    if (push.delta != subject.frame.delta)
+      throw InputError({o.job_file, "push.delta", "directions that differ over flexion", "one direction"});
+  }
+  if (job_case.scaling)
+    throw InputError({o.job_file, "scaling", "a scaled job with offset_mm = \"fit\"",
+                      "the subject's own meshes: offset_mm is a length before scaling"});
+  const std::vector<Pose> poses = poses_at(o, bare_job, job_case);
+  const score::RowRange training = rows_of({"vrda fit", "--rows"}, o.rows, poses.size());
+  OffsetQuestion others = question;
+  for (std::size_t k = 0; k < poses.size(); ++k)
+    (training.contains(k) ? question : others).X_reference_moving.push_back(poses[k]);
+  report.n_frames = poses.size();
+  report.n_training = question.X_reference_moving.size();
+  report.fit = motion_import::fit_offset(subject, question);
+  if (report.fit.status != FitStatus::undetermined)
+    report.other_gap_rms_mm = rms_over(motion_import::gaps_at_offset(subject, others, report.fit.offset_mm));
+  print(report, o);
+  if (report.fit.status != FitStatus::converged) return console::ExitCode::too_many_unsolved;
+  if (o.output.empty()) return console::ExitCode::done;
+  const load::Job found = load::read_job(o.job_file, with_offset_of(o, report.keys, report.fit.offset_mm));
+  write_atomically(
+      o.output, {job_case.found_frames ? load::with_found_frames(found, *job_case.found_frames).resolved_text
+                                       : found.resolved_text});
+  return console::ExitCode::done;
+}
+
+}  // namespace vrda::app

@@ -1,0 +1,45 @@
+/// The one offset of some components that brings a measured motion into contact.
+#pragma once
+
+#include <vector>
+
+#include "load/case.hpp"
+
+namespace vrda::motion_import {
+
+/// The components whose offset is unknown, and the frames that determine it.
+struct OffsetQuestion {
+  std::vector<std::int32_t> reference, moving;  ///< indices into Body::components
+  std::vector<Pose> X_reference_moving;         ///< measured, as in a motion model
+};
+
+enum class FitStatus {
+  converged,
+  at_limit,      ///< the best offset is 0 or the largest that a job may have
+  undetermined,  ///< the gaps hardly depend on the offset, or fewer than two frames have one
+  iteration_limit,
+};
+
+const char* name_of(FitStatus status);
+
+struct OffsetFit {
+  FitStatus status = FitStatus::undetermined;
+  double offset_mm = 0.0;
+  /// Of the offset, from the curvature of the misfit and the remaining gaps, taken as independent.
+  double standard_error_mm = nan;
+  double gap_rms_mm = nan;       ///< misfit: gaps along Delta of the frames at `offset_mm`
+  double bare_gap_rms_mm = nan;  ///< without offset, over the frames that have a gap then
+  double travel_per_mm = nan;    ///< mean change of a gap for 1 mm of offset
+  int n_frames = 0;              ///< that have a gap
+};
+
+/// Minimises the sum over the frames of the squared signed gaps along Delta: 0 where both objects touch,
+/// above 0 apart, below 0 overlapping. Gauss-Newton with differences of the exact gap. `job_case` at the
+/// subject's size with one Delta.
+OffsetFit fit_offset(const load::Case& job_case, const OffsetQuestion& question);
+
+/// Signed gaps of frames at an offset, mm; NaN where no facing surfaces are ahead.
+std::vector<double> gaps_at_offset(const load::Case& job_case, const OffsetQuestion& question,
+                                   double offset_mm);
+
+}  // namespace vrda::motion_import
