@@ -191,6 +191,42 @@ TEST(RangeOfMotion, ContactWhereASheetEndsIsNamed)
   EXPECT_GT(n_border, 3);
 }
 
+// An offset of the neck alone: the ball keeps its seat, and the boundary moves by the angle of the closed
+// form.
+TEST(RangeOfMotion, AnOffsetMovesTheBoundary)
+{
+  constexpr double offset_mm = 1.0, fine_rad = rad_from_deg(0.5);
+  rom::RomPlan plan = cup_plan(2, step_rad);
+  plan.axes.rad[0].clear();
+  for (double a = 0.0; a < rad_from_deg(75.0); a += fine_rad) plan.axes.rad[0].push_back(a);
+  plan.axes.rad[1] = {0.0, 1e-3};
+  const auto end_rad = [&](const load::Case& joint) {
+    const rom::RangeOfMotion range = rom::range_of_motion(joint, plan);
+    double end = 0.0;
+    for_each_cell(range, [&](const rom::RomCell& cell, const Eigen::Vector3d& q) {
+      if (cell.status == rom::RomStatus::in_range && q[1] == 0.0) end = std::max(end, q[0]);
+    });
+    return end;
+  };
+  load::Case joint = ball_in_cup();
+  const double bare_rad = end_rad(joint);
+  Mesh& mesh = joint.moving.contact.mesh;
+  for (Eigen::Index k = 0; k < mesh.triangles.rows(); ++k) {
+    const Eigen::RowVector3d centroid =
+        (mesh.vertices_mm.row(mesh.triangles(k, 0)) + mesh.vertices_mm.row(mesh.triangles(k, 1)) +
+         mesh.vertices_mm.row(mesh.triangles(k, 2))) /
+        3.0;
+    mesh.offset_mm.push_back(centroid.norm() > ball_mm ? offset_mm : 0.0);
+  }
+  const double rim_mm = std::sqrt(cup_mm * cup_mm - depth_mm * depth_mm);
+  const double from_centre_mm = std::hypot(rim_mm, depth_mm + cup_mm - ball_mm);
+  const double shift_rad =
+      std::asin(neck_mm / from_centre_mm) - std::asin((neck_mm + offset_mm) / from_centre_mm);
+  EXPECT_NEAR(end_rad(joint) - bare_rad, shift_rad, 1.5 * fine_rad)
+      << "each end is known to a step, less what the limits give way";
+  EXPECT_LT(end_rad(joint), bare_rad);
+}
+
 TEST(RangeOfMotion, ABallBesideTheCupHasNoSeat)
 {
   load::Case joint = ball_in_cup();
