@@ -45,6 +45,8 @@ ELSEWHERE = {
     "vrda status study": "tests/slurm/README.md",
     "vrda resume study": "tests/slurm/README.md",
     "vrda convert": "tests/app/convert_test.cpp",
+    "vrda fit knee.toml": "tests/app/offset_test.cpp",
+    "vrda run fitted.toml": "tests/app/offset_test.cpp",
     "vrda prepare": "tests/app/prepare_test.cpp",
     "vrda run my-knee/knee.toml": "tests/app/prepare_test.cpp",
     "vrda check knee.toml": "tests/app/convert_test.cpp",
