@@ -1,4 +1,4 @@
-# Writes keys.json, which the page also reads, as the tables of keys.cpp.
+# Writes keys.json, which the page also reads, as the tables of keys.cpp. A third text "window" in a line of help: not in the page.
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/keys.json)
 file(READ ${CMAKE_CURRENT_SOURCE_DIR}/keys.json table)
 
