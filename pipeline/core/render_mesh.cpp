@@ -91,11 +91,17 @@ RenderMesh make_render_mesh(const Mesh& mesh, const std::vector<Eigen::Index>& t
   return result;
 }
 
+double crease_rad_of(const std::string& material)
+{
+  constexpr double tissue_crease_rad = rad_from_deg(150.0);
+  return material == "meniscus" ? tissue_crease_rad : default_crease_rad;
+}
+
 Material material_of(const std::string& name)
 {
   if (name == "bone") return {Eigen::Vector3f(0.839F, 0.745F, 0.591F), 1.0F, 0.10F, 24.0F, 0.13F};
   if (name == "cartilage") return {Eigen::Vector3f(0.617F, 0.730F, 0.776F), 1.0F, 0.30F, 60.0F, 0.03F};
-  if (name == "meniscus") return {Eigen::Vector3f(0.552F, 0.138F, 0.107F), 0.6F, 0.25F, 50.0F, 0.04F};
+  if (name == "meniscus") return {Eigen::Vector3f(0.617F, 0.231F, 0.168F), 1.0F, 0.22F, 24.0F, 0.09F};
   return {Eigen::Vector3f(0.402F, 0.456F, 0.503F), 1.0F, 0.12F, 30.0F, 0.0F};
 }
 

@@ -42,6 +42,9 @@ struct Material {
   float mottling = 0.0F;    ///< relative amplitude of the colour variation over the surface
 };
 
+/// The crease angle of a material's parts: a meniscus is soft tissue without sharp edges.
+double crease_rad_of(const std::string& material);
+
 /// Known names: "bone", "cartilage", "meniscus"; any other gives a neutral material.
 Material material_of(const std::string& name);
 

@@ -129,7 +129,8 @@ std::size_t add_body(Scene& scene, const Body& body, const Eigen::Vector3d& cent
   for (const Part* part : {&body.contact, &body.visual}) {
     const std::vector<std::vector<Eigen::Index>> triangles = triangles_by_component(body, *part);
     for (std::size_t c = 0; c < triangles.size(); ++c) {
-      const RenderMesh mesh = make_render_mesh(part->mesh, triangles[c], centre_mm);
+      const RenderMesh mesh = make_render_mesh(part->mesh, triangles[c], centre_mm,
+                                               crease_rad_of(body.components[c].material));
       if (mesh.triangles.empty()) continue;
       children.push_back(add_component(scene, body.components[c], mesh));
     }

@@ -28,6 +28,7 @@ BenchView::BenchView(const store::MotionModel& model, const bench_files::BenchFi
       plan_(stereo::stereo_plan(calibration.eyes, bench.display.width, bench.display.height, bench.path)),
       panel_(bench)
 {
+  scene_.occlusion_radius_mm = 0.0;  // leaves the time of a frame to both eyes
   scene_.background = scene::background_of(scene::Backdrop::black);  // black is transparent on the display
   navigation::apply_appearance(scene_, look);
 }

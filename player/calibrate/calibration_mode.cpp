@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <optional>
 #include <ostream>
 #include <sstream>
@@ -189,6 +190,10 @@ loop::RoundTime CalibrationMode::round_time() const
 void CalibrationMode::take(const render::InputEvent& event)
 {
   if (const std::optional<navigation::KeyPress> pressed = loop::key_press_of(event)) press(*pressed);
+  if (event.kind != render::InputKind::wheel) return;
+  // Touchpads send parts of a notch.
+  for (wheel_ += event.wheel; std::abs(wheel_) >= 1.0; wheel_ -= std::copysign(1.0, wheel_))
+    press(calibration_tasks::press_of_wheel(wheel_ > 0.0, event.has_shift, event.has_control));
 }
 
 void CalibrationMode::press(const navigation::KeyPress& press)

@@ -93,6 +93,7 @@ class CalibrationMode final : public loop::Mode {
   bench::WindowCheck watch_;
   KeyScript script_;
   std::uint64_t n_rounds_ = 0, printed_revision_ = 0;
+  double wheel_ = 0.0;  ///< notches that are not yet presses
   std::string pictured_;  ///< task of the last picture
   std::size_t n_pictures_ = 0;
   bool is_over_ = false;

@@ -122,7 +122,9 @@ void CalibrationPanel::add_task(std::vector<Words>& words, const CalibrationSess
   const Task& task = *session.task();
   const CalibrationProgress& progress = session.progress();
   add_wrapped(words,
-              std::string(bench_files::name_of(progress.part)) + ": " + std::to_string(progress.n_done + 1) +
+              "Part " + std::to_string(progress.number) + " of " + std::to_string(progress.n_parts) + " (" +
+                  std::to_string(std::lround(100.0 * calibration_tasks::overall_progress(progress))) + " % of all): " +
+                  bench_files::name_of(progress.part) + ", " + std::to_string(progress.n_done + 1) +
                   " of " + std::to_string(progress.n_tasks) + ", " + task.name,
               faint, width_px);
   add_wrapped(words, task.instruction, ink, width_px);

@@ -59,6 +59,8 @@ CalibrationRecord CalibrationSession::record_so_far() const
 void CalibrationSession::begin_part(CalibrationPart part)
 {
   progress_.part = part;
+  progress_.n_parts = static_cast<int>(options_.parts.size());
+  progress_.number = static_cast<int>(n_begun_);
   const CalibrationRecord* begun = find_record(calibration_, part);
   is_fresh_ = begun != nullptr && (begun->estimate || begun->is_outdated);
   tasks_ = tasks_of(part, bench_, calibration_);
@@ -293,12 +295,27 @@ void CalibrationSession::take(const devices::Sample& sample)
   if (collector_.take(sample) && task() != nullptr) take_row();
 }
 
+navigation::KeyPress press_of_wheel(bool is_away, bool has_shift, bool has_control)
+{
+  const navigation::Key away = has_shift ? navigation::Key::up : navigation::Key::right;
+  const navigation::Key back = has_shift ? navigation::Key::down : navigation::Key::left;
+  return {is_away ? away : back, false, has_control};
+}
+
+double overall_progress(const CalibrationProgress& progress)
+{
+  if (progress.n_parts == 0 || progress.n_tasks == 0) return 0.0;
+  const double part = static_cast<double>(progress.n_done) / progress.n_tasks;
+  return (progress.number - 1 + part) / progress.n_parts;
+}
+
 std::span<const navigation::HelpLine> session_key_lines()
 {
-  static constexpr std::array<navigation::HelpLine, 8> lines{
+  static constexpr std::array<navigation::HelpLine, 9> lines{
       {{"Left, Right", "decrease, increase the first (or the selected) number"},
        {"Up, Down", "increase, decrease the second number (cross: up, down), or select a number"},
        {"Shift, Control", "10, 100 steps at once"},
+       {"Wheel", "as Right and Left; with Shift as Up and Down"},
        {"Enter", "confirm, or start sampling"},
        {"Backspace", "repeat the previous task; during sampling: stop it"},
        {"R", "repeat this part from its first task"},

@@ -25,12 +25,16 @@ struct CalibrationSessionOptions {
 struct CalibrationProgress {
   CalibrationPart part = CalibrationPart::viewport;
   int n_tasks = 0, n_done = 0;  ///< tasks of the part
+  int n_parts = 0, number = 0;  ///< requested parts; number of the current one, from 1
   int n_samples = 0;            ///< samples of the current task
   bool is_sampling = false;     ///< samples are being collected
   /// Messages for the operator: an error, the result of a part, the expected accuracy.
   std::vector<std::string> messages;
   bool has_error = false;  ///< the messages are an error; the rejected marks have been removed
 };
+
+/// Done so far of all requested parts, each counted the same; 0 to 1.
+double overall_progress(const CalibrationProgress& progress);
 
 class CalibrationSession {
  public:
@@ -105,6 +109,9 @@ class CalibrationSession {
 
 /// Solves all complete parts again, from the marks and the current bench file. Throws InputError.
 Calibration solve_again(const BenchFile& bench, const Calibration& calibration, const std::string& path);
+
+/// The key press of one notch of the wheel: Right and Left, with Shift Up and Down; Control as for keys.
+navigation::KeyPress press_of_wheel(bool is_away, bool has_shift, bool has_control);
 
 /// Help lines of the keys.
 std::span<const navigation::HelpLine> session_key_lines();

@@ -3,6 +3,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
@@ -78,6 +79,7 @@ struct Gui::Inner {
   ImGuiContext* context = nullptr;
   std::string title;
   std::vector<std::string> set_labels;
+  std::array<std::string, 2> held_labels;  ///< in the order of scene::FixedObject
   GuiLayout layout;
   render::OverlayFont font;
   render::Overlay overlay;
@@ -93,6 +95,7 @@ Gui::Gui(const GuiOptions& options) : inner_(std::make_unique<Inner>())
   io.LogFilename = nullptr;
   io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
   inner_->title = options.title;
+  inner_->held_labels = {options.moving + " fixed", options.reference + " fixed"};
   for (const std::string& set : options.sets) inner_->set_labels.push_back(set_label(set));
   inner_->layout.em_px = static_cast<float>(std::round(text_px * options.scale));
   inner_->layout.panel_width_px = panel_width_em * inner_->layout.em_px;
@@ -122,9 +125,11 @@ GuiResult Gui::frame(const GuiFrame& frame, const navigation::PlayerState& state
   io.MouseDown[0] = frame.pointer.is_left_down;
   io.MouseWheel = static_cast<float>(frame.pointer.wheel);
   ImGui::NewFrame();
-  const PanelView view{frame, inner_->layout, range, readout, inner_->title, inner_->set_labels};
+  const PanelView view{frame, inner_->layout, range, readout, inner_->title, inner_->set_labels,
+                       inner_->held_labels};
   GuiResult answer{state, navigation::Action::none};
-  if (state.shows_numbers || !frame.has_controls) draw_numbers(view, state);
+  draw_labels(view);
+  if (state.shows_numbers) draw_numbers(view, state);
   draw_legends(view, state);
   if (frame.has_controls) {
     if (state.shows_panel) answer = with_panel(view, with_bar(view, answer));

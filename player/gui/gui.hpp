@@ -13,6 +13,7 @@
 #include "core/clinical.hpp"
 #include "navigation/gap_reading.hpp"
 #include "navigation/player_state.hpp"
+#include "navigation/screen_labels.hpp"
 #include "render/renderer.hpp"
 #include "scene/joint_layers.hpp"
 
@@ -23,6 +24,7 @@ struct GuiOptions {
   std::string title;
   std::vector<std::string> sets;  ///< from set_names(); PlayerState::set is an index into them
   double scale = 1.0;             ///< of text and controls: the monitor's content scale
+  std::string reference = "femur", moving = "tibia";  ///< names of the bodies on screen
 };
 
 /// The pointer, in pixels from the top left corner of the window.
@@ -36,6 +38,7 @@ struct GuiPointer {
 struct Readout {
   motion::JointPose pose;
   bool is_varus_balanced = false;
+  std::optional<ClinicalCoordinates> joint = std::nullopt;  ///< of a solved pose
   /// The joint's own angles, if those of the attitude are about turned axes and the pose is solved.
   std::optional<ClinicalCoordinates> clinical = std::nullopt;
   navigation::GapReading gap;
@@ -57,6 +60,7 @@ struct GuiFrame {
   double elapsed_s = 0.0;     ///< since the last frame
   GuiPointer pointer;
   ColourKey key;
+  std::span<const navigation::ScreenLabel> labels;  ///< of the joint
   bool has_controls = true;  ///< false: only readouts and legends, as for a video
 };
 

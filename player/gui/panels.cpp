@@ -56,16 +56,11 @@ void heading(const char* text)
 
 using navigation::name_of;
 
-const char* name_of(scene::FixedObject held)
-{
-  return held == scene::FixedObject::moving ? "moving object fixed" : "reference fixed";
-}
-
 /// Combo box over the enum values 0 ... last; returns the chosen value.
 template <typename Enum>
-Enum choice(const char* id, Enum value, Enum last)
+Enum choice(const char* id, Enum value, Enum last, float width = -1.0F)
 {
-  ImGui::SetNextItemWidth(-1.0F);
+  ImGui::SetNextItemWidth(width);
   if (!ImGui::BeginCombo(id, name_of(value))) return value;
   for (int i = 0; i <= static_cast<int>(last); ++i) {
     if (ImGui::Selectable(name_of(static_cast<Enum>(i)), static_cast<int>(value) == i))
@@ -84,6 +79,20 @@ std::size_t chosen_set(const PanelView& view, std::size_t set)
   }
   ImGui::EndCombo();
   return set;
+}
+
+scene::FixedObject chosen_held(const PanelView& view, scene::FixedObject held)
+{
+  const auto label = [&](scene::FixedObject one) {
+    return view.held_labels[static_cast<std::size_t>(one)].c_str();
+  };
+  ImGui::SetNextItemWidth(-1.0F);
+  if (!ImGui::BeginCombo("##held", label(held))) return held;
+  for (const scene::FixedObject one : {scene::FixedObject::moving, scene::FixedObject::reference}) {
+    if (ImGui::Selectable(label(one), one == held)) held = one;
+  }
+  ImGui::EndCombo();
+  return held;
 }
 
 navigation::PlayerState with_varus(const PanelView& view, navigation::PlayerState state)
@@ -118,7 +127,9 @@ navigation::PlayerState with_layers(const PanelView& view, navigation::PlayerSta
   for (const Row row :
        {Row{"contacts (F1)", scene::Layer::contacts}, Row{"normals (F2)", scene::Layer::normals},
         Row{"axes (F3)", scene::Layer::axes}, Row{"helical axis (F4)", scene::Layer::helical_axis},
-        Row{"gap map (F5)", scene::Layer::gap_map}, Row{"ligaments (F6)", scene::Layer::ligaments}}) {
+        Row{"gap map (F5)", scene::Layer::gap_map}, Row{"ligaments (F6)", scene::Layer::ligaments},
+        Row{"paths (F7)", scene::Layer::contact_paths}, Row{"labels (F8)", scene::Layer::labels}}) {
+    if (row.layer == scene::Layer::labels) ImGui::SameLine(8.0F * view.layout.em_px);
     bool is_shown = state.layers.has(row.layer);
     ImGui::BeginDisabled(!view.range.available.has(row.layer));
     if (ImGui::Checkbox(row.label, &is_shown)) state.layers.set(row.layer, is_shown);
@@ -234,8 +245,9 @@ GuiResult with_panel(const PanelView& view, GuiResult answer)
   state.mode = choice("##mode", state.mode, scene::DrawMode::textured);
   state = with_layers(view, state);
   heading("background (K), fixed (O)");
-  state.backdrop = choice("##backdrop", state.backdrop, scene::Backdrop::black);
-  state.fixed_object = choice("##held", state.fixed_object, scene::FixedObject::reference);
+  state.backdrop = choice("##backdrop", state.backdrop, scene::Backdrop::black, 6.0F * view.layout.em_px);
+  ImGui::SameLine();
+  state.fixed_object = chosen_held(view, state.fixed_object);
   for (const navigation::Action action : {pressed_view(), pressed_tool()}) {
     if (action != navigation::Action::none) answer.action = action;
   }
@@ -308,8 +320,15 @@ void draw_own_angles(const PanelView& view, const ClinicalCoordinates& clinical)
   ImGui::TextColored(quiet_colour, "joint (Grood-Suntay)");
   draw_angle(view, "flexion", clinical.flexion_rad, nullptr);
   draw_angle(view, "varus", clinical.varus_rad, nullptr);
-  draw_angle(view, "internal", clinical.internal_rotation_rad, nullptr);
   ImGui::TextColored(quiet_colour, "attitude, about axes turned with Delta");
+}
+
+/// What the attitude does not say, in words of the direction.
+void draw_joint(const ClinicalCoordinates& joint)
+{
+  ImGui::Text("%s rotation %.1f°", joint.internal_rotation_rad < 0.0 ? "external" : "internal",
+              std::abs(shown_deg(joint.internal_rotation_rad)));
+  ImGui::Text("%s %.1f mm", joint.anterior_mm < 0.0 ? "posterior" : "anterior", std::abs(joint.anterior_mm));
 }
 
 const char* name_of(navigation::GapSource source)
@@ -421,7 +440,7 @@ void draw_numbers(const PanelView& view, const navigation::PlayerState& state)
              pose.is_flexion_clamped ? "end of the range" : nullptr);
   draw_angle(view, "varus", pose.attitude.varus_rad, varus_remark(view));
   if (pose.status == motion::PoseStatus::solved) {
-    draw_angle(view, "theta", pose.theta_rad, nullptr);
+    if (view.readout.joint) draw_joint(*view.readout.joint);
     draw_gap(view);
   } else {
     ImGui::TextColored(warning_colour, "unsolved: a neighbouring cell has no pose");

@@ -1,6 +1,8 @@
 /// The parts of the interface; each adds to the current frame of the interface library.
 #pragma once
 
+#include <array>
+
 #include "gui/gui.hpp"
 
 namespace vrda::gui {
@@ -18,9 +20,11 @@ struct PanelView {
   const Readout& readout;
   const std::string& title;
   const std::vector<std::string>& set_labels;
+  const std::array<std::string, 2>& held_labels;  ///< in the order of scene::FixedObject
 };
 
 void draw_numbers(const PanelView& view, const navigation::PlayerState& state);
+void draw_labels(const PanelView& view);
 void draw_legends(const PanelView& view, const navigation::PlayerState& state);
 GuiResult with_bar(const PanelView& view, GuiResult answer);
 GuiResult with_panel(const PanelView& view, GuiResult answer);

@@ -65,7 +65,11 @@ std::vector<Eigen::Vector3d> framed_points(const scene::Scene& scene, Framing fr
 scene::LayerSet parsed_layers(const std::string& text)
 {
   scene::LayerSet layers;
-  if (text.empty()) return layers;
+  if (text.empty() || text == "none") return layers;
+  if (text == AppearanceOptions{}.layers) {
+    layers.set(scene::Layer::ligaments, true);
+    return layers;
+  }
   std::string known;
   for (const std::string& name : scene::layer_names()) known += (known.empty() ? "" : ", ") + name;
   for (const std::string& name : split(text, ',')) {

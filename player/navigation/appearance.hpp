@@ -11,7 +11,8 @@ namespace vrda::navigation {
 
 /// The options of the command line.
 struct AppearanceOptions {
-  std::string layers;  ///< names separated by commas; empty for none
+  /// Names separated by commas; "none" or empty for none; "default": ligaments, if the model has them.
+  std::string layers = "default";
   scene::DrawMode mode = scene::DrawMode::textured;
   std::string texture;             ///< PNG file for bone; empty: mottled
   double texture_scale_mm = 40.0;  ///< width of one tile
@@ -28,7 +29,7 @@ enum class Framing {
 /// The points to be framed at the present placement, world.
 std::vector<Eigen::Vector3d> framed_points(const scene::Scene& scene, Framing framed);
 
-/// Parses layer names separated by commas. Throws InputError for an unknown or repeated one.
+/// Parses AppearanceOptions::layers. Throws InputError for an unknown or repeated one.
 scene::LayerSet parsed_layers(const std::string& text);
 
 /// Applies draw mode, texture, lights, transparency and visibility to `scene`; must precede Renderer::load.

@@ -1,4 +1,4 @@
-/// Key bindings: one table for the window, its help page and the help of the command line. In: key presses by
+/// Key bindings: one table (keys.json) for the window, the page, their help and that of the command line. In: key presses by
 /// their unshifted character. Out: an action, or nothing for an unused key.
 #pragma once
 
@@ -44,6 +44,8 @@ enum class Action {
   show_helical_axis,
   show_gap_map,
   show_ligaments,
+  show_contact_paths,
+  show_labels,
   view_front,
   view_back,
   view_medial,

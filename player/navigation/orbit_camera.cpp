@@ -197,14 +197,13 @@ DragKind drag_of(render::MouseButton button, bool has_shift, bool has_control)
 {
   switch (button) {
     case render::MouseButton::left:
-      if (has_control) return DragKind::rotate;
-      return has_shift ? DragKind::depth : DragKind::translate;
+      return has_shift || has_control ? DragKind::translate : DragKind::rotate;
     case render::MouseButton::middle:
-      return DragKind::rotate;
-    case render::MouseButton::right:
       return DragKind::depth;
+    case render::MouseButton::right:
+      return DragKind::translate;
   }
-  return DragKind::translate;
+  return DragKind::rotate;
 }
 
 }  // namespace vrda::navigation

@@ -56,8 +56,8 @@ std::optional<Eigen::Vector3d> point_under(const scene::Scene& scene, const scen
                                            const optics::Viewport& viewport,
                                            const Eigen::Vector2d& pointer_px);
 
-/// Left translates in the image plane, middle rotates, right moves in depth (thesis 6.2.1). For mice with two
-/// buttons and touchpads: left with control rotates, left with shift moves in depth.
+/// Left rotates, right (or left with shift or control) translates in the image plane, middle moves in depth:
+/// the same in the page. Differs from thesis 6.2.1, where left translates and middle rotates.
 DragKind drag_of(render::MouseButton button, bool has_shift, bool has_control);
 
 }  // namespace vrda::navigation

@@ -207,6 +207,8 @@ PlayerState apply_action(PlayerState state, Action action, const PlayerRange& ra
     case Action::show_helical_axis:
     case Action::show_gap_map:
     case Action::show_ligaments:
+    case Action::show_contact_paths:
+    case Action::show_labels:
       return with_layer_toggled(state, action, range);
     case Action::show_panel:
       state.shows_panel = !state.shows_panel;

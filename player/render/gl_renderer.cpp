@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "render/gl_occlusion.hpp"
 #include "render/gl_picture.hpp"
 #include "render/gl_surfaces.hpp"
 #include "render/gl_table.hpp"
@@ -44,12 +45,17 @@ class GlRenderer final : public Renderer {
   void close_targets();
   void size_picture(int width, int height);
   void draw_background(const scene::Background& background);
+  void draw_occlusion(const scene::Scene& scene, const scene::Camera& camera, const PixelBox& box);
   void draw_shot(const scene::Scene& scene, const Shot& shot);
   void draw_frame(const scene::Scene& scene, std::span<const Shot> shots, const Overlay* overlay);
   void blit(unsigned from, unsigned to, int w, int h);
   void read_pixels();
 
   bool is_multisampled() const { return options_.samples > 1; }
+  TargetPlan plan() const
+  {
+    return {options_.width, options_.height, is_multisampled() ? options_.samples : 0};
+  }
   /// The complete frame: drawn directly, or resolved from samples.
   const Target& finished() const { return is_multisampled() ? resolved_ : drawn_; }
   /// The output after warping, and its size.
@@ -68,6 +74,7 @@ class GlRenderer final : public Renderer {
   std::optional<OverlayPainter> overlays_;
   std::optional<LayerPeeler> peeler_;
   std::optional<WarpPainter> warper_;
+  std::optional<OcclusionPainter> occlusion_;  ///< from its first use on
   std::optional<FragmentLists> lists_;
   Target drawn_, resolved_;
   std::vector<std::uint8_t> upside_down_;
@@ -124,9 +131,8 @@ void GlRenderer::check_size(const RenderOptions& options) const
 void GlRenderer::open_targets()
 {
   const int w = options_.width, h = options_.height;
-  const TargetPlan plan{w, h, is_multisampled() ? options_.samples : 0};
-  drawn_ = create_target(gl_, plan);
-  peeler_.emplace(gl_, plan, drawn_);
+  drawn_ = create_target(gl_, plan());
+  peeler_.emplace(gl_, plan(), drawn_);
   if (lists_) lists_->resize(w, h);
   if (is_multisampled()) resolved_ = create_target(gl_, {w, h, 0, false});
   size_image();
@@ -143,6 +149,7 @@ void GlRenderer::size_image()
 void GlRenderer::close_targets()
 {
   peeler_.reset();
+  occlusion_.reset();
   destroy_target(gl_, drawn_);
   destroy_target(gl_, resolved_);
 }
@@ -205,6 +212,16 @@ void GlRenderer::draw_background(const scene::Background& background)
   gl_.DrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+void GlRenderer::draw_occlusion(const scene::Scene& scene, const scene::Camera& camera, const PixelBox& box)
+{
+  const bool is_shaded =
+      scene.mode != scene::DrawMode::wire && scene.mode != scene::DrawMode::hidden_line;
+  if (!is_shaded || !(scene.occlusion_radius_mm > 0.0)) return;
+  if (!occlusion_) occlusion_.emplace(gl_, plan(), drawn_);
+  const Eigen::Matrix4f projection = scene::projection(camera).cast<float>();
+  occlusion_->draw({box, projection, static_cast<float>(scene.occlusion_radius_mm)}, drawn_, empty_array_);
+}
+
 void GlRenderer::draw_shot(const scene::Scene& scene, const Shot& shot)
 {
   const optics::Viewport& view = shot.viewport;
@@ -218,6 +235,7 @@ void GlRenderer::draw_shot(const scene::Scene& scene, const Shot& shot)
   gl_.Enable(GL_DEPTH_TEST);
   surfaces_->begin(scene, shot.camera, box);
   surfaces_->draw(scene, SurfacePass::opaque);
+  draw_occlusion(scene, shot.camera, box);
   const bool is_blended = lists_ && lists_->draw(*surfaces_, scene, empty_array_);
   if (!is_blended) peeler_->draw(*surfaces_, scene, drawn_);
   gl_.Disable(GL_SCISSOR_TEST);

@@ -24,7 +24,9 @@ enum class Key : int {
   f4,
   f5,
   f6,
-  f11
+  f11,
+  f7,  // after f11: recordings contain the numbers
+  f8
 };
 
 constexpr Key key_of(char character)

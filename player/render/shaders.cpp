@@ -233,6 +233,98 @@ out vec4 pixel;
 void main() { pixel = vec4(mix(bottom, top, height), 1.0); }
 )";
 
+// The part of the light that arrives, and the depth in mm, at every second pixel. Lengths in units of the radius.
+const char* const occlusion_fragment_shader = R"(
+uniform sampler2D source;  // depth
+uniform mat4 projection;
+uniform vec2 corner_px;
+uniform vec2 size_px;
+uniform float radius_mm;
+out vec4 pixel;
+const int N_TAPS = 14;
+const float TURNS = 5.0;
+vec3 point(vec2 px)
+{
+  vec2 at = clamp(floor(px), corner_px, corner_px + size_px - 1.0);
+  float z_device = 2.0 * texelFetch(source, ivec2(at), 0).r - 1.0;
+  float depth = projection[3][2] / (z_device + projection[2][2]);
+  vec2 device = (at + 0.5 - corner_px) / size_px * 2.0 - 1.0;
+  vec2 tangent = (device + projection[2].xy) / vec2(projection[0][0], projection[1][1]);
+  return vec3(tangent * depth, -depth);
+}
+vec3 nearer(vec3 a, vec3 b) { return abs(a.z) < abs(b.z) ? a : b; }
+void main()
+{
+  vec2 px = 2.0 * floor(gl_FragCoord.xy) + 0.5;
+  vec3 p = point(px);
+  float depth = -p.z;
+  if (texelFetch(source, ivec2(clamp(px, corner_px, corner_px + size_px - 1.0)), 0).r == 1.0) {
+    pixel = vec4(1.0, 60000.0, 0.0, 1.0);
+    return;
+  }
+  vec3 right = nearer(point(px + vec2(1, 0)) - p, p - point(px - vec2(1, 0)));
+  vec3 up = nearer(point(px + vec2(0, 1)) - p, p - point(px - vec2(0, 1)));
+  vec3 n = normalize(cross(right, up));
+  float radius_px = 0.5 * radius_mm * projection[1][1] * size_px.y / depth;
+  // A pattern of 4 by 4 directions, which the smoothing averages.
+  ivec2 cell = ivec2(gl_FragCoord.xy) & 3;
+  float turn = float((5 * cell.x + 7 * cell.y + 2 * cell.x * cell.y) & 15) * (6.2831853 / 16.0);
+  float sum = 0.0;
+  for (int i = 0; i < N_TAPS; ++i) {
+    float part = (float(i) + 0.5) / float(N_TAPS);
+    float angle = part * TURNS * 6.2831853 + turn;
+    vec3 v = (point(px + part * radius_px * vec2(cos(angle), sin(angle))) - p) / radius_mm;
+    float distance_sq = dot(v, v);
+    float near = max(1.0 - distance_sq, 0.0);
+    sum += near * near * near * max((dot(v, n) - 0.02) / (distance_sq + 0.01), 0.0);
+  }
+  pixel = vec4(max(0.0, 1.0 - sum * 3.0 / float(N_TAPS)), depth, 0.0, 1.0);
+}
+)";
+
+const char* const smoothing_fragment_shader = R"(
+uniform sampler2D source;
+uniform float radius_mm;
+out vec4 pixel;
+void main()
+{
+  ivec2 at = ivec2(gl_FragCoord.xy), last = textureSize(source, 0) - 1;
+  vec2 own = texelFetch(source, at, 0).rg;
+  float sum = 0.0, weights = 0.0;
+  for (int y = -2; y < 2; ++y) {
+    for (int x = -2; x < 2; ++x) {
+      vec2 other = texelFetch(source, clamp(at + ivec2(x, y), ivec2(0), last), 0).rg;
+      float weight = max(1.0 - 4.0 * abs(other.g - own.g) / radius_mm, 0.0);
+      sum += weight * other.r;
+      weights += weight;
+    }
+  }
+  pixel = vec4(sum / weights, own.g, 0.0, 1.0);
+}
+)";
+
+// Multiplied into the picture.
+const char* const darkening_fragment_shader = R"(
+uniform sampler2D source;
+uniform float radius_mm;
+out vec4 pixel;
+void main()
+{
+  // Pixel 2 k has the value k, pixel 2 k + 1 is between two values: of the nearer surface, if they differ.
+  ivec2 a = ivec2(gl_FragCoord.xy) / 2, b = min((ivec2(gl_FragCoord.xy) + 1) / 2, textureSize(source, 0) - 1);
+  vec2 four[4] = vec2[](texelFetch(source, a, 0).rg, texelFetch(source, ivec2(b.x, a.y), 0).rg,
+                        texelFetch(source, ivec2(a.x, b.y), 0).rg, texelFetch(source, b, 0).rg);
+  float nearest = min(min(four[0].g, four[1].g), min(four[2].g, four[3].g));
+  float sum = 0.0, weights = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    float weight = max(1.0 - abs(four[i].g - nearest) / radius_mm, 0.0);
+    sum += weight * four[i].r;
+    weights += weight;
+  }
+  pixel = vec4(vec3(sum / weights), 1.0);
+}
+)";
+
 const char* const overlay_vertex_shader = R"(
 layout(location = 0) in vec2 p_px;
 layout(location = 1) in vec2 p_font;

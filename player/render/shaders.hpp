@@ -17,6 +17,7 @@ extern const char* const blend_fragment_shader;
 extern const char* const background_vertex_shader;
 extern const char* const background_fragment_shader;
 
+extern const char* const occlusion_fragment_shader, *const smoothing_fragment_shader, *const darkening_fragment_shader;
 extern const char* const overlay_vertex_shader;
 extern const char* const overlay_fragment_shader;
 extern const char* const warp_vertex_shader;

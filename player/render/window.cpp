@@ -32,6 +32,7 @@ Key key_of_code(int code)
                              Named{GLFW_KEY_F1, Key::f1},           Named{GLFW_KEY_F2, Key::f2},
                              Named{GLFW_KEY_F3, Key::f3},           Named{GLFW_KEY_F4, Key::f4},
                              Named{GLFW_KEY_F5, Key::f5},           Named{GLFW_KEY_F6, Key::f6},
+                             Named{GLFW_KEY_F7, Key::f7},           Named{GLFW_KEY_F8, Key::f8},
                              Named{GLFW_KEY_F11, Key::f11},         Named{GLFW_KEY_KP_SUBTRACT, key_of('-')},
                              Named{GLFW_KEY_KP_ADD, key_of('+')}};
   const auto found = std::ranges::find(named, code, &Named::code);

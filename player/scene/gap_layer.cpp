@@ -71,7 +71,8 @@ void GapLayer::add_sheet(const store::MotionModel& model, Scene& scene, std::siz
 {
   const Part& contact = model.moving.contact;
   const RenderMesh whole = make_render_mesh(
-      contact.mesh, triangles_by_component(model.moving, contact)[component], model.rotation_centre_mm);
+      contact.mesh, triangles_by_component(model.moving, contact)[component], model.rotation_centre_mm,
+      crease_rad_of(model.moving.components[component].material));
   RenderMesh upward = upward_part(whole, model.delta);
   if (upward.triangles.empty()) return;
   const Component& part = model.moving.components[component];

@@ -86,8 +86,8 @@ const Palette& strain_palette()
 
 const std::vector<std::string>& layer_names()
 {
-  static const std::vector<std::string> names{"contacts",     "normals", "axes",
-                                              "helical-axis", "gaps",    "ligaments"};
+  static const std::vector<std::string> names{"contacts",     "normals", "axes",      "helical-axis",
+                                              "gaps", "ligaments", "contact-paths", "labels"};
   return names;
 }
 
@@ -110,7 +110,8 @@ struct JointLayers::Parts {
         axes(model, scene),
         helical_axis(model, scene),
         gaps(model, scene),
-        ligaments(model, scene)
+        ligaments(model, scene),
+        contact_paths(model, scene)
   {
   }
 
@@ -119,6 +120,7 @@ struct JointLayers::Parts {
   HelicalAxisLayer helical_axis;
   GapLayer gaps;
   LigamentLayer ligaments;
+  ContactPathLayer contact_paths;
 };
 
 JointLayers::JointLayers(const store::MotionModel& model, Scene& scene)
@@ -130,6 +132,8 @@ JointLayers::JointLayers(const store::MotionModel& model, Scene& scene)
   available_.set(Layer::helical_axis, model.flexion_deg.size() > 1);
   available_.set(Layer::gap_map, !parts_->gaps.is_empty());
   available_.set(Layer::ligaments, !parts_->ligaments.is_empty());
+  available_.set(Layer::contact_paths, !parts_->contact_paths.is_empty());
+  available_.set(Layer::labels, true);
 }
 
 JointLayers::~JointLayers() = default;
@@ -148,6 +152,7 @@ void JointLayers::update(Scene& scene, const motion::Motion& motion, const Displ
   if (wanted.has(Layer::helical_axis)) parts_->helical_axis.update(scene, motion, shown);
   if (wanted.has(Layer::gap_map)) parts_->gaps.update(scene, motion, shown.pose);
   if (wanted.has(Layer::ligaments)) parts_->ligaments.update(scene, shown.pose);
+  if (wanted.has(Layer::contact_paths)) parts_->contact_paths.show(scene);
 }
 
 const Legend& JointLayers::gap_legend() const

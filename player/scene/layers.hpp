@@ -13,6 +13,7 @@
 #include "proximity/box_tree.hpp"
 #include "scene/joint_layers.hpp"
 #include "scene/scene.hpp"
+#include "scene/solids.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::scene {
@@ -105,6 +106,18 @@ class ContactLayer {
   Markers points_, arrows_;
 };
 
+/// The centres of contact of both compartments over flexion, as lines on the surfaces of both bodies: of the
+/// spine's cells, or of the cells with the least varus.
+class ContactPathLayer {
+ public:
+  ContactPathLayer(const store::MotionModel& model, Scene& scene);
+  bool is_empty() const { return drawables_.empty(); }
+  void show(Scene& scene) const;
+
+ private:
+  std::vector<std::size_t> drawables_;
+};
+
 /// Sheets slightly above the contact surfaces of the moving object oriented along Delta, coloured by the
 /// directional gap from each vertex to the reference; hidden where the gap exceeds the range.
 class GapLayer {
@@ -137,6 +150,8 @@ class GapLayer {
 /// The model's fibres in canonical axes of their bodies; may be empty.
 ligament::Ligaments ligaments_of(const store::MotionModel& model);
 
+/// A flat band along each fibre's path, over its wrap; the width is in the direction in which the bundle's
+/// fibres lie side by side.
 class LigamentLayer {
  public:
   LigamentLayer(const store::MotionModel& model, Scene& scene);
@@ -152,6 +167,7 @@ class LigamentLayer {
   Eigen::Vector3d origin_mm_;
   double scale_ = 1.0;
   std::size_t drawable_ = 0;
+  std::vector<BandSection> bands_;  ///< [n_fibres] of taut fibres; each end in its body's frame
   std::vector<double> strain_;
   Pose X_reference_moving_ = Pose::Identity();  ///< at the last update
   bool is_made_ = false;

@@ -8,13 +8,15 @@
 namespace vrda::scene {
 namespace {
 
+/// Chosen visually: the notch and the clefts at the menisci darken, the condyles do not.
+constexpr double occlusion_radius_of_knee_mm = 12.0;
+
 Eigen::Vector3d as_vector(const std::array<float, 3>& v)
 {
   return {v[0], v[1], v[2]};
 }
 
-void add_part(Scene& scene, const Body& body, Owner owner, const Drawable& model, const Part& part,
-              double crease_rad)
+void add_part(Scene& scene, const Body& body, Owner owner, const Drawable& model, const Part& part)
 {
   const std::vector<std::vector<Eigen::Index>> triangles = triangles_by_component(body, part);
   for (std::size_t c = 0; c < triangles.size(); ++c) {
@@ -22,11 +24,22 @@ void add_part(Scene& scene, const Body& body, Owner owner, const Drawable& model
     Drawable drawable = model;
     drawable.name = body.components[c].name;
     drawable.owner = owner;
-    drawable.mesh = make_render_mesh(part.mesh, triangles[c], drawable.origin_mm, crease_rad);
+    drawable.mesh = make_render_mesh(part.mesh, triangles[c], drawable.origin_mm,
+                                     crease_rad_of(body.components[c].material));
     update_box(drawable);
     drawable.material = material_of(body.components[c].material);
     scene.drawables.push_back(std::move(drawable));
   }
+}
+
+/// Of the object's contact parts to the plateau of a knee.
+double width_ratio(const Body& moving)
+{
+  constexpr double width_of_knee_mm = 80.0;
+  const Box box = bounding_box(moving.contact.mesh);
+  const Eigen::Vector3d size_mm = box.max_mm - box.min_mm;
+  const double width_mm = std::max(size_mm.x(), size_mm.z());
+  return width_mm > 0.0 ? width_mm / width_of_knee_mm : 1.0;
 }
 
 /// World bounding box of the contact parts of one object at the present placement.
@@ -53,18 +66,17 @@ JointFrames frames_of(const motion::JointPose& pose, FixedObject held)
   return frames;
 }
 
-Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d& rotation_centre_mm,
-               double crease_rad)
+Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d& rotation_centre_mm)
 {
   Scene scene;
   Drawable model;
   model.origin_mm = rotation_centre_mm;
   for (const bool has_contact : {true, false}) {
     model.has_contact = has_contact;
-    add_part(scene, reference, Owner::reference, model, has_contact ? reference.contact : reference.visual,
-             crease_rad);
-    add_part(scene, moving, Owner::moving, model, has_contact ? moving.contact : moving.visual, crease_rad);
+    add_part(scene, reference, Owner::reference, model, has_contact ? reference.contact : reference.visual);
+    add_part(scene, moving, Owner::moving, model, has_contact ? moving.contact : moving.visual);
   }
+  scene.occlusion_radius_mm = occlusion_radius_of_knee_mm * width_ratio(moving);
   return scene;
 }
 
@@ -111,11 +123,7 @@ std::vector<Eigen::Vector3d> points_within(const Scene& scene, const Sphere& sph
 
 double marker_scale(const store::MotionModel& model)
 {
-  constexpr double width_of_knee_mm = 80.0;
-  const Box box = bounding_box(model.moving.contact.mesh);
-  const Eigen::Vector3d size_mm = box.max_mm - box.min_mm;
-  const double width_mm = std::max(size_mm.x(), size_mm.z());
-  return width_mm > 0.0 ? width_mm / width_of_knee_mm : 1.0;
+  return width_ratio(model.moving);
 }
 
 std::vector<std::size_t> informative_cells(const store::MotionModel& model)

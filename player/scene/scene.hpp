@@ -29,8 +29,8 @@ struct Texture {
 /// The object to whose frame a drawable is attached.
 enum class Owner { reference, moving, world };
 
-/// The layer of a drawable; all except the bodies are optional.
-enum class Layer { bodies, contacts, normals, axes, helical_axis, gap_map, ligaments };
+/// The layer of a drawable; all except the bodies are optional. Labels are drawn as text, without a drawable.
+enum class Layer { bodies, contacts, normals, axes, helical_axis, gap_map, ligaments, contact_paths, labels };
 
 /// sRGB with straight alpha.
 using VertexColour = std::array<std::uint8_t, 4>;
@@ -64,6 +64,8 @@ struct Scene {
   Texture texture;  ///< for bone in DrawMode::textured; if empty, bone is mottled
   DrawMode mode = DrawMode::textured;
   Lighting lighting = studio_lighting();
+  /// Opaque surfaces are darkened where others within this distance cover the sky; 0: no ambient occlusion.
+  double occlusion_radius_mm = 0.0;
   Background background = background_of(Backdrop::studio);
 };
 
@@ -82,8 +84,7 @@ JointFrames frames_of(const motion::JointPose& pose, FixedObject held = FixedObj
 
 /// One drawable per component of each part that has triangles, placed in the meshes' frame with the rotation
 /// centre at the origin.
-Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d& rotation_centre_mm,
-               double crease_rad = default_crease_rad);
+Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d& rotation_centre_mm);
 
 /// Places every drawable in its owner's frame; those of the world are unchanged. Allocates nothing.
 void place(Scene& scene, const JointFrames& frames);

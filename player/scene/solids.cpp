@@ -172,26 +172,53 @@ void set_arrow(RenderMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d
 void set_tube(RenderMesh& mesh, std::size_t first_vertex, std::span<const Eigen::Vector3d> points_mm,
               double radius_mm)
 {
+  set_band(mesh, first_vertex, points_mm, {radius_mm, radius_mm});
+}
+
+void set_band(RenderMesh& mesh, std::size_t first_vertex, std::span<const Eigen::Vector3d> points_mm,
+              const BandSection& section)
+{
   constexpr double coincident_mm = 1e-9;
   check(points_mm.size() >= 2, "a tube has at least two points");
   const std::size_t last = points_mm.size() - 1;
   Frame frame = frame_along(Eigen::Vector3d::UnitY());
   bool has_frame = false;
   std::size_t vertex = first_vertex;
+  const auto set_section = [&](const Eigen::Vector3d& centre_mm, double width_mm, double forward) {
+    for (std::size_t k = 0; k < n_sides; ++k) {
+      const SinCos& angle = circle()[k];
+      const double scale = width_mm / section.half_width_mm;
+      RenderVertex& made = mesh.vertices[vertex + k];
+      made.position_mm = single(centre_mm + scale * (section.half_width_mm * angle.cos * frame.u +
+                                                     section.half_thickness_mm * angle.sin * frame.v));
+      // The gradient of the ellipse.
+      const Eigen::Vector3d outward = section.half_thickness_mm * angle.cos * frame.u +
+                                      section.half_width_mm * angle.sin * frame.v;
+      made.normal = single(forward == 0.0 ? outward.normalized() : Eigen::Vector3d(forward * frame.along));
+    }
+    vertex += n_sides;
+  };
   for (std::size_t i = 0; i <= last; ++i) {
     const Eigen::Vector3d tangent_mm = points_mm[std::min(i + 1, last)] - points_mm[i > 0 ? i - 1 : 0];
     const double length_mm = tangent_mm.norm();
     if (length_mm > coincident_mm) {
-      // Minimal rotation from the previous ring's frame.
+      // The width's direction, or else the minimal rotation from the previous ring's frame.
       const Eigen::Vector3d along = tangent_mm / length_mm;
+      const double part = static_cast<double>(i) / static_cast<double>(last);
+      const Eigen::Vector3d across = (1.0 - part) * section.across_first + part * section.across_last;
+      const Eigen::Vector3d wanted = across - along.dot(across) * along;
       const Eigen::Vector3d u = frame.u - along.dot(frame.u) * along;
-      frame = has_frame && u.norm() > 0.1 ? Frame{u.normalized(), along.cross(u.normalized()), along}
-                                          : frame_along(along);
+      if (wanted.norm() > 0.1 * across.norm()) {
+        frame = {wanted.normalized(), along.cross(wanted.normalized()), along};
+      } else {
+        frame = has_frame && u.norm() > 0.1 ? Frame{u.normalized(), along.cross(u.normalized()), along}
+                                            : frame_along(along);
+      }
       has_frame = true;
     }
-    if (i == 0) vertex = set_ring(mesh, vertex, frame, {points_mm[0], 0.0, 0.0, -1.0});
-    vertex = set_ring(mesh, vertex, frame, {points_mm[i], radius_mm});
-    if (i == last) set_ring(mesh, vertex, frame, {points_mm[last], 0.0, 0.0, 1.0});
+    if (i == 0) set_section(points_mm[0], 0.0, -1.0);
+    set_section(points_mm[i], section.half_width_mm, 0.0);
+    if (i == last) set_section(points_mm[last], 0.0, 1.0);
   }
 }
 

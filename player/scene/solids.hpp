@@ -38,4 +38,15 @@ void set_arrow(RenderMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d
 void set_tube(RenderMesh& mesh, std::size_t first_vertex, std::span<const Eigen::Vector3d> points_mm,
               double radius_mm);
 
+/// The elliptic cross section of a band.
+struct BandSection {
+  double half_width_mm = 1.0, half_thickness_mm = 1.0;
+  /// Directions of the width at both ends, of any length; between the ends they are interpolated. Zero or
+  /// along the band: any direction.
+  Eigen::Vector3d across_first{0, 0, 0}, across_last{0, 0, 0};
+};
+/// A tube with an elliptic cross section, in the vertices of a tube.
+void set_band(RenderMesh& mesh, std::size_t first_vertex, std::span<const Eigen::Vector3d> points_mm,
+              const BandSection& section);
+
 }  // namespace vrda::scene

@@ -77,6 +77,7 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
       side_(side_named(model.side)),
       motion_(model, set.name),
       gaps_(model, set.name),
+      rotation_centre_mm_(model.rotation_centre_mm),
       has_gaps_(set.has_gaps),
       scene_(scene::scene_of(model.reference, model.moving, model.rotation_centre_mm)),
       layers_(model, scene_),
@@ -86,12 +87,14 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
   scene_.background = scene::background_of(options.backdrop);
   navigation::apply_appearance(scene_, options.appearance);
   wanted_ = navigation::parsed_layers(options.appearance.layers);
-  require_layers(options.file, wanted_, layers_.available());
+  labels_ = scene::joint_labels(model);
+  if (options.appearance.layers != navigation::AppearanceOptions{}.layers)
+    require_layers(options.file, wanted_, layers_.available());
   const optics::Viewport whole{0, 0, size_.width, size_.height};
   single_ = cameras_for(poses, aspect_of(whole));
   tiled_ = cameras_for(poses, aspect_of(column(size_, 0, views_.size())));
   renderer_->load(scene_);
-  if (!options.has_numbers) return;
+  if (!options.has_numbers && !wanted_.has(scene::Layer::labels)) return;
   gui_.emplace(gui::GuiOptions{model.title, {set.name}, 1.0});
   renderer_->load(gui_->font());
 }
@@ -115,21 +118,39 @@ std::vector<scene::Camera> SeriesRenderer::cameras_for(const std::vector<motion:
   return cameras;
 }
 
-const render::Overlay* SeriesRenderer::overlay_for(const motion::JointPose& pose)
+/// Those of all shots.
+std::span<const navigation::ScreenLabel> SeriesRenderer::labels_of(const scene::JointFrames& frames)
+{
+  screen_labels_.clear();
+  for (const render::Shot& shot : shots_) {
+    std::vector<navigation::ScreenLabel> own = navigation::screen_labels(labels_);
+    navigation::place(own, labels_, frames, shot);
+    screen_labels_.insert(screen_labels_.end(), own.begin(), own.end());
+  }
+  return screen_labels_;
+}
+
+const render::Overlay* SeriesRenderer::overlay_for(const motion::JointPose& pose,
+                                                    const scene::JointFrames& frames)
 {
   if (!gui_) return nullptr;
   gui::GuiFrame frame;
   frame.width = size_.width;
   frame.height = size_.height;
-  frame.key = gui::colour_key(layers_, wanted_);
+  if (options_.has_numbers) frame.key = gui::colour_key(layers_, wanted_);
   navigation::PlayerRange range;
   range.is_varus_free = motion_.is_varus_free();
   gui::Readout readout;
   readout.pose = pose;
   readout.is_varus_balanced = !options_.varus_deg.has_value();
   readout.clinical = motion_.own_coordinates(pose);
+  if (pose.status == motion::PoseStatus::solved)
+    readout.joint = clinical_coordinates(pose.X_reference_moving, side_, rotation_centre_mm_);
   if (has_gaps_) readout.gap = gaps_.at(pose);
-  return &gui_->static_overlay(frame, {}, range, readout);
+  if (wanted_.has(scene::Layer::labels)) frame.labels = labels_of(frames);
+  navigation::PlayerState state;
+  state.shows_numbers = options_.has_numbers;
+  return &gui_->static_overlay(frame, state, range, readout);
 }
 
 const render::Image& SeriesRenderer::drawn(const motion::JointPose& pose)
@@ -138,7 +159,7 @@ const render::Image& SeriesRenderer::drawn(const motion::JointPose& pose)
   scene::place(scene_, frames);
   layers_.update(scene_, motion_, {pose, frames, wanted_});
   for (render::Shot& shot : shots_) shot.camera = scene::with_depth_range(shot.camera, scene_);
-  return renderer_->draw(scene_, shots_, overlay_for(pose));
+  return renderer_->draw(scene_, shots_, overlay_for(pose, frames));
 }
 
 const render::Image& SeriesRenderer::draw_single(std::size_t view, const motion::JointPose& pose)

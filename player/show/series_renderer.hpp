@@ -44,7 +44,8 @@ class SeriesRenderer {
 
  private:
   std::vector<scene::Camera> cameras_for(const std::vector<motion::JointPose>& poses, double aspect);
-  const render::Overlay* overlay_for(const motion::JointPose& pose);
+  const render::Overlay* overlay_for(const motion::JointPose& pose, const scene::JointFrames& frames);
+  std::span<const navigation::ScreenLabel> labels_of(const scene::JointFrames& frames);
   const render::Image& drawn(const motion::JointPose& pose);
 
   const ShowOptions& options_;
@@ -53,12 +54,15 @@ class SeriesRenderer {
   Side side_ = Side::right;
   motion::Motion motion_;
   navigation::GapReader gaps_;
+  Eigen::Vector3d rotation_centre_mm_;
   bool has_gaps_ = true;
   scene::Scene scene_;
   scene::JointLayers layers_;
   scene::LayerSet wanted_;
+  std::vector<scene::JointLabel> labels_;
+  std::vector<navigation::ScreenLabel> screen_labels_;
   std::unique_ptr<render::Renderer> renderer_;
-  std::optional<gui::Gui> gui_;  ///< with --numbers
+  std::optional<gui::Gui> gui_;  ///< with --numbers or labels
   std::vector<scene::Camera> single_, tiled_;
   std::vector<render::Shot> shots_;
 };

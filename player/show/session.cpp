@@ -66,8 +66,11 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
       sets_(played_sets(model_)),
       scene_(scene::scene_of(model_.reference, model_.moving, model_.rotation_centre_mm)),
       layers_(model_, scene_),
+      labels_(scene::joint_labels(model_)),
       side_(side_named(model_.side)),
-      gui_({options.title, motion::set_names(model_), options.scale}),
+      gui_({options.title, motion::set_names(model_), options.scale,
+            scene::displayed_name(model_, scene::Owner::reference),
+            scene::displayed_name(model_, scene::Owner::moving)}),
       view_(options.view),
       width_(options.width),
       height_(options.height)
@@ -80,6 +83,7 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
   state_.fixed_object = options.fixed_object;
   state_.mode = options.appearance.mode;
   state_.layers = navigation::parsed_layers(options.appearance.layers);
+  screen_labels_ = navigation::screen_labels(labels_);
   backdrop_ = options.backdrop;
   scene_.background = scene::background_of(options.backdrop);
   navigation::apply_appearance(scene_, options.appearance);
@@ -207,14 +211,27 @@ void Session::place_joint()
   readout_.pose = navigation::pose_at(sets_[state_.set].motion, wanted);
   readout_.is_varus_balanced = !state_.varus_rad.has_value();
   readout_.clinical = sets_[state_.set].motion.own_coordinates(readout_.pose);
+  readout_.joint.reset();
+  if (readout_.pose.status == motion::PoseStatus::solved)
+    readout_.joint = clinical_coordinates(readout_.pose.X_reference_moving, side_, model_.rotation_centre_mm);
   readout_.gap = sets_[state_.set].gaps.at(readout_.pose);
   // At an unsolved attitude the joint keeps its last pose; the readout reports it.
   const scene::JointFrames frames = scene::frames_of(readout_.pose, state_.fixed_object);
-  if (readout_.pose.status == motion::PoseStatus::solved) scene::place(scene_, frames);
+  if (readout_.pose.status == motion::PoseStatus::solved) {
+    scene::place(scene_, frames);
+    frames_ = frames;
+  }
   layers_.update(scene_, sets_[state_.set].motion, {readout_.pose, frames, state_.layers});
   scene_.mode = state_.mode;
   if (state_.backdrop != backdrop_) scene_.background = scene::background_of(state_.backdrop);
   backdrop_ = state_.backdrop;
+}
+
+std::span<const navigation::ScreenLabel> Session::placed_labels()
+{
+  if (!state_.layers.has(scene::Layer::labels)) return {};
+  navigation::place(screen_labels_, labels_, frames_, shot_);
+  return screen_labels_;
 }
 
 void Session::draw_interface(double elapsed_s)
@@ -227,6 +244,7 @@ void Session::draw_interface(double elapsed_s)
   frame.pointer.is_left_down |= was_left_pressed_;
   if (drag_) frame.pointer.is_left_down = false;
   frame.key = gui::colour_key(layers_, state_.layers);
+  frame.labels = placed_labels();
   message_left_s_ -= elapsed_s;
   readout_.message = message_left_s_ > 0.0 ? message_.c_str() : nullptr;
   const gui::GuiResult answer = gui_.frame(frame, state_, range_, readout_);
@@ -270,11 +288,13 @@ bool Session::consume_full_screen_request()
 const render::Image& Session::draw_screenshot(render::Renderer& renderer)
 {
   aim({0, 0, renderer.width(), renderer.height()});
-  if (!state_.shows_numbers) return renderer.draw(scene_, shots(), nullptr);
+  if (!state_.shows_numbers && !state_.layers.has(scene::Layer::labels))
+    return renderer.draw(scene_, shots(), nullptr);
   gui::GuiFrame frame;
   frame.width = renderer.width();
   frame.height = renderer.height();
   frame.key = gui::colour_key(layers_, state_.layers);
+  frame.labels = placed_labels();
   gui::Readout readout = readout_;
   readout.message = nullptr;
   return renderer.draw(scene_, shots(), &gui_.static_overlay(frame, state_, range_, readout));

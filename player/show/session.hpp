@@ -14,6 +14,7 @@
 #include "navigation/gap_reading.hpp"
 #include "navigation/orbit_camera.hpp"
 #include "navigation/player_state.hpp"
+#include "navigation/screen_labels.hpp"
 #include "render/renderer.hpp"
 #include "render/window.hpp"
 #include "scene/joint_layers.hpp"
@@ -94,6 +95,7 @@ class Session {
   optics::Viewport area() const { return gui_.free_area(width_, height_, state_); }
   navigation::PlayerRange range_now() const;
   void place_joint();
+  std::span<const navigation::ScreenLabel> placed_labels();
   void draw_interface(double elapsed_s);
   void aim(const optics::Viewport& viewport);
 
@@ -101,8 +103,11 @@ class Session {
   std::vector<PlayedSet> sets_;
   scene::Scene scene_;
   scene::JointLayers layers_;
+  std::vector<scene::JointLabel> labels_;
+  std::vector<navigation::ScreenLabel> screen_labels_;
   std::vector<Eigen::Vector3d> framed_points_;  ///< over the whole motion, world
   Side side_ = Side::right;
+  scene::JointFrames frames_;  ///< of the drawn pose
   gui::Gui gui_;
   navigation::PlayerState state_;
   navigation::PlayerRange range_;

@@ -24,5 +24,5 @@ export function readBodies(file, name) {
   if (names.length !== materials.length) refuse(`${group}/component_material`, `${materials.length} materials`, `${names.length}`);
   const parts = [part(file, group, names.length)];
   if (file.hasGroup(`${group}/visual`)) parts.push(part(file, `${group}/visual`, names.length));
-  return { components: names.map((own, k) => ({ name: own, material: materials[k] })), parts };
+  return { name: file.attribute("name", group)?.[0] ?? name, components: names.map((own, k) => ({ name: own, material: materials[k] })), parts };
 }

@@ -21,7 +21,7 @@ function upwardCorners(positions, delta) {
 }
 
 function sheetOf(part, component, { material }, model, scale) {
-  const { positions, normals, vertices } = drawMesh(part, component, model.rotationCentre);
+  const { positions, normals, vertices } = drawMesh(part, component, model.rotationCentre, model.bodies.moving.components[component].material);
   const corners = upwardCorners(positions, model.delta);
   if (corners.length === 0) return null;
   const geometry = new BufferGeometry(), lifted = new Float32Array(3 * corners.length), own = new Float32Array(3 * corners.length);

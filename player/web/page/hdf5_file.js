@@ -91,10 +91,10 @@ export class Hdf5File {
     }
   }
 
-  /// The elements of a root attribute; undefined if missing.
-  attribute(name) {
+  /// The elements of an attribute of a group; undefined if missing.
+  attribute(name, group = "/") {
     try {
-      const attribute = this.#file.attrs[name];
+      const attribute = this.#file.get(group).attrs[name];
       if (!attribute || attribute.shape.reduce((a, b) => a * Number(b), 1) > mostTexts) return undefined;
       const { value } = attribute;
       return typeof value === "string" ? [value] : Array.from(value);

@@ -6,14 +6,15 @@ import { drawMesh } from "./draw_mesh.js";
 import { product, rows, sum, transposed, turned } from "./frames.js";
 import { GapLayer } from "./gap_layer.js";
 import { LigamentLayer } from "./ligament_layer.js";
+import { labelsOf } from "./labels.js";
 import { materialOf } from "./material.js";
 
-const tubeRadiusMm = 0.5, dotRadiusMm = 1.6;
+const tubeRadiusMm = 0.7, dotRadiusMm = 1.6;
 
 function meshesOf(body, origin) {
   const meshes = [];
   body.parts.forEach((part, k) => body.components.forEach(({ name, material }, component) => {
-    const { positions, normals } = drawMesh(part, component, origin);
+    const { positions, normals } = drawMesh(part, component, origin, material);
     if (positions.length === 0) return;
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(positions, 3));
@@ -39,6 +40,7 @@ export class Joint {
       group.add(...meshesOf(model.bodies[name], model.rotationCentre));
       this.group.add(group);
     }
+    this.labels = labelsOf(model, this.#scale());
     this.paths = new Group();
     this.bodies.moving.add(this.paths);
     this.gapGroup = new Group();
@@ -105,7 +107,7 @@ export class Joint {
     this.paths.clear();
     this.compartments = ["medial", "lateral"].map((compartment) => {
       const path = pathAlong(this.model, `${compartment}_moving`, columns);
-      const material = new MeshBasicMaterial({ color: compartmentColours[compartment], depthTest: false, transparent: true });
+      const material = new MeshBasicMaterial({ color: compartmentColours[compartment] });
       for (const piece of unbroken(path)) {
         if (piece.length < 2) continue;
         const curve = new CatmullRomCurve3(piece.map((cell) => this.#drawn(cell)));
@@ -117,7 +119,6 @@ export class Joint {
 
   #add(geometry, material) {
     const mesh = new Mesh(geometry, material);
-    mesh.renderOrder = 10;  // drawn over bones and menisci
     this.paths.add(mesh);
     return mesh;
   }

@@ -1,11 +1,13 @@
-// Ligaments as tubes: thin and grey if slack, otherwise coloured by strain. Constants as in player/scene/ligament_layer.
+// Ligaments as flat bands: narrow and grey if slack, otherwise coloured by strain. Constants as in player/scene/ligament_layer.
 import { BufferAttribute, BufferGeometry, Mesh } from "three";
-import { crossSections, Fibres } from "./ligaments.js";
+import { turned } from "./frames.js";
+import { arrangementOf, crossSections, Fibres } from "./ligaments.js";
 import { markerMaterial } from "./material.js";
 import { stable } from "./motion.js";
 import { colourAt, setLinear, strainPalette } from "./palettes.js";
 
-const thicknessMm = 0.9, slackThicknessMm = 0.55, nSides = 10;
+// Half sizes; neighbouring bands overlap a little.
+const thicknessMm = 0.45, narrowestMm = 1, widestMm = 2.4, overlap = 1.2, slackPart = 0.7, nSides = 10;
 export const slackColour = [205, 203, 196];
 
 /// Strain at the end of the scale: the 95 % quantile of positive strains, rounded up to steps of 2 %.
@@ -48,6 +50,10 @@ export class LigamentLayer {
     this.origin = model.rotationCentre;
     this.scale = scale;
     this.fibres = new Fibres(model.ligaments);
+    this.bands = this.fibres.fibres.map(({ bundle }) => {
+      const { reference, moving, spacing } = arrangementOf(this.fibres.fibres, bundle);
+      return { reference, moving, halfWidth: Math.min(Math.max(0.5 * overlap * spacing, scale * narrowestMm), scale * widestMm) };
+    });
     this.highest = highestStrain(model);
     this.mesh = new Mesh(new BufferGeometry(), markerMaterial());
     this.mesh.frustumCulled = false;
@@ -66,21 +72,21 @@ export class LigamentLayer {
       this.sizes = sizes;
     }
     let ring = 0;
-    for (const path of paths) ring = this.#setTube(ring, path);
+    paths.forEach((path, k) => { ring = this.#setBand(ring, path, { ...this.bands[k], moving: turned(X.R, this.bands[k].moving) }); });
     for (const name of ["position", "normal", "color"]) this.mesh.geometry.getAttribute(name).needsUpdate = true;
   }
 
-  #setTube(firstRing, { points, strain }) {
+  #setBand(firstRing, { points, strain }, { reference, moving, halfWidth }) {
     const [position, normal, color] = ["position", "normal", "color"].map((name) => this.mesh.geometry.getAttribute(name).array);
-    const radius = this.scale * (strain < 0 ? slackThicknessMm : thicknessMm);
+    const part = strain < 0 ? slackPart : 1, wide = part * halfWidth, thick = part * this.scale * thicknessMm;
     const rgb = strain < 0 ? slackColour : colourAt(strainPalette, strain / this.highest);
-    crossSections(points).forEach(([u, v], k) => {
+    crossSections(points, reference, moving).forEach(([u, v], k) => {
       for (let side = 0; side < nSides; ++side) {
-        const angle = (2 * Math.PI * side) / nSides, at = 3 * ((firstRing + k) * nSides + side);
+        const angle = (2 * Math.PI * side) / nSides, at = 3 * ((firstRing + k) * nSides + side), [c, s] = [Math.cos(angle), Math.sin(angle)];
+        const length = Math.hypot(thick * c, wide * s);  // of the ellipse's gradient
         for (let axis = 0; axis < 3; ++axis) {
-          const across = Math.cos(angle) * u[axis] + Math.sin(angle) * v[axis];
-          position[at + axis] = points[k][axis] - this.origin[axis] + radius * across;
-          normal[at + axis] = across;
+          position[at + axis] = points[k][axis] - this.origin[axis] + wide * c * u[axis] + thick * s * v[axis];
+          normal[at + axis] = (thick * c * u[axis] + wide * s * v[axis]) / length;
         }
         setLinear(color, at, rgb);
       }

@@ -7,6 +7,7 @@ const cylinder = 0;
 const nLinks = 24;
 /// Relaxation sweeps from a straight line, and from the path at the previous pose.
 const coldSweeps = 400, warmSweeps = 30;
+const powers = 60;  // directions need no more
 const overRelaxation = 1.5;  // between 1 and 2
 
 function wrapsOf(file) {
@@ -25,7 +26,7 @@ function wrapsOf(file) {
 /// { fibres, wraps, strain: [flexion, varus, fibre] }, or undefined if the model has no ligaments. mm.
 export function readLigaments(file, nCells) {
   if (!file.hasGroup("/ligaments")) return undefined;
-  const names = file.texts("/ligaments/name"), n = names.length;
+  const names = file.texts("/ligaments/name"), bundles = file.texts("/ligaments/bundle"), n = names.length;
   const reference = file.numbers("/ligaments/reference", [n, 3]), moving = file.numbers("/ligaments/moving", [n, 3]);
   const slackLengths = file.numbers("/ligaments/slack_length", [n]), wrap = file.numbers("/ligaments/wrap", [n], "int32");
   const strain = file.numbers("/ligaments/strain", [...nCells, n]);
@@ -35,7 +36,7 @@ export function readLigaments(file, nCells) {
   if (!wrap.every((row) => row >= -1 && row < wraps.length)) refuse("/ligaments/wrap", "an invalid row", `-1 to ${wraps.length - 1}`);
   const point = (table, k) => Array.from(table.subarray(3 * k, 3 * k + 3));
   const fibres = names.map((name, k) => ({
-    name, reference: point(reference, k), moving: point(moving, k), slackLength: slackLengths[k], wrap: wraps[wrap[k]],
+    name, bundle: bundles[k] ?? "", reference: point(reference, k), moving: point(moving, k), slackLength: slackLengths[k], wrap: wraps[wrap[k]],
   }));
   return { fibres, wraps, strain };
 }
@@ -115,17 +116,40 @@ export class Fibres {
   }
 }
 
-/// Two directions normal to a path at each of its points, for a tube around it.
-export function crossSections(points) {
+/// Two directions normal to a path at each of its points: of the width of a band, which is interpolated between both ends,
+/// and of its thickness. Where a width is zero or along the path, the cross section turns as little as possible.
+export function crossSections(points, acrossFirst, acrossLast) {
   let u = null;
   return points.map((_, k) => {
     const along = normalised(difference(points[Math.min(k + 1, points.length - 1)], points[Math.max(k - 1, 0)]));
+    const part = k / (points.length - 1), across = sum(scaled(acrossFirst, 1 - part), scaled(acrossLast, part));
+    const wanted = difference(across, scaled(along, dot(across, along)));
+    if (dot(wanted, wanted) > 0.01 * dot(across, across)) u = wanted;
     if (u === null) {
       const least = along.map(Math.abs).indexOf(Math.min(...along.map(Math.abs)));
       u = [0, 1, 2].map((axis) => (axis === least ? 1 : 0));
     }
-    // Minimal rotation of the previous one, so that the tube does not twist.
     u = normalised(difference(u, scaled(along, dot(u, along))));
     return [u, cross(along, u)];
   });
+}
+
+/// The direction in which the fibres of a bundle lie side by side at both ends, and the distance of neighbours; as in
+/// player/scene/ligament_layer: the first principal component of both attachments together.
+export function arrangementOf(fibres, bundle) {
+  const ends = fibres.filter((fibre) => fibre.bundle === bundle).map(({ reference, moving }) => [...reference, ...moving]), n = ends.length;
+  const none = { reference: [0, 0, 0], moving: [0, 0, 0], spacing: 0 };
+  if (n < 2) return none;
+  const mean = ends[0].map((_, k) => ends.reduce((total, row) => total + row[k], 0) / n);
+  const rows = ends.map((row) => row.map((x, k) => x - mean[k]));
+  const inner = (a, b) => a.reduce((total, x, k) => total + x * b[k], 0);
+  // Powers of the covariance, from its longest row.
+  let first = rows.reduce((a, b) => (inner(a, a) >= inner(b, b) ? a : b));
+  for (let step = 0; step < powers; ++step) {
+    const next = mean.map((_, k) => rows.reduce((total, row) => total + row[k] * inner(row, first), 0)), length = Math.sqrt(inner(next, next));
+    if (!(length > 0)) return none;
+    first = next.map((x) => x / length);
+  }
+  const along = rows.map((row) => inner(row, first));
+  return { reference: first.slice(0, 3), moving: first.slice(3), spacing: (Math.max(...along) - Math.min(...along)) / Math.SQRT2 / (n - 1) };
 }

@@ -10,7 +10,8 @@ import { stable } from "./motion.js";
 import { Player } from "./player.js";
 import { quantitiesOf, formatNumber } from "./quantities.js";
 import { watchFiles } from "./files.js";
-import { watchKeys } from "./keys.js";
+import { helpLines, watchKeys } from "./keys.js";
+import { bodyNames, Labels } from "./labels.js";
 import { gapPalette, gradientOf, strainPalette } from "./palettes.js";
 import { Viewer, views } from "./viewer.js";
 
@@ -19,6 +20,7 @@ const framedPoses = 5;  // over flexion, to which the camera is fitted
 
 let player = null, joint = null, view = "oblique", quantities = [], lastFrame = null;
 const viewer = new Viewer(byId("joint"));
+const labels = new Labels(byId("labels"));
 const plateau = new PlateauPlot(byId("plateau"));
 const maps = new Maps(byId("maps"), (flexion, varus) => goTo({ flexion, varus }));
 const curve = new CurvePlot(byId("curve"), (flexion) => goTo({ flexion }));
@@ -74,9 +76,21 @@ function rowsOf(pose) {
   return [...clinical, ["x, world", `${formatNumber(x)} mm`], ["y, world", `${formatNumber(y)} mm`], ["z, world", `${formatNumber(z)} mm`], ["theta about Delta", `${formatNumber(pose.theta / degree)} °`], ...gaps];
 }
 
+/// What the attitude does not say, in words of the direction.
+function wordsOf(pose) {
+  if (!pose.isSolved) return "";
+  const { internal, anterior } = clinicalOf(pose.referenceMoving, player.model.rotationCentre, player.model.side);
+  return `, ${internal < 0 ? "external" : "internal"} rotation ${formatNumber(Math.abs(internal), 1)}°, ${anterior < 0 ? "posterior" : "anterior"} ${formatNumber(Math.abs(anterior), 1)} mm`;
+}
+
+/// As in the window: "degree_6_recontacted" is "degree 6, recontacted".
+function setLabel(set) {
+  return set === "raw" ? "raw cells" : set.replace("_recontacted", ", recontacted").replaceAll("_", " ");
+}
+
 function writeNumbers(pose) {
   const shown = { flexion: pose.attitude.flexion / degree, varus: pose.attitude.varus / degree };
-  byId("shown").textContent = `${player.model.hasTurnedAxes ? "attitude, about axes turned with Delta: " : ""}flexion ${formatNumber(shown.flexion, 1)}°   varus ${formatNumber(shown.varus, 1)}°   ${player.set}`;
+  byId("shown").textContent = `${player.model.hasTurnedAxes ? "attitude, about axes turned with Delta: " : ""}flexion ${formatNumber(shown.flexion, 1)}°, varus ${formatNumber(shown.varus, 1)}°${wordsOf(pose)}; ${setLabel(player.set)}`;
   byId("note").textContent = noteOf(pose);
   byId("numbers").tBodies[0].replaceChildren(...rowsOf(pose).map(([label, value], k) => {
     const row = document.createElement("tr"), name = document.createElement("th"), number = document.createElement("td");
@@ -99,6 +113,7 @@ function draw() {
   const columns = columnsAlong(player.model, (f) => player.varusAt(f * degree) / degree);
   if (pose.isSolved) joint.place(pose, byId("held").value);
   if (pose.isSolved) joint.showLayers(pose, player.motion(), { hasLigaments: byId("ligaments").checked, hasGaps: byId("gaps").checked });
+  byId("labels").hidden = !byId("named").checked;
   byId("strain-scale").hidden = !(joint.ligaments && byId("ligaments").checked);
   byId("gap-scale").hidden = !byId("gaps").checked;
   joint.paths.visible = byId("paths").checked;
@@ -115,7 +130,7 @@ const quantity = () => quantities.find(({ name }) => name === byId("quantity").v
 
 function drawCurves() {
   const raw = { label: "raw", motion: player.raw, colour: "#c2500a", dash: player.set === "raw" ? undefined : [5, 3] };
-  const own = { label: player.set, motion: player.motion(), colour: "#0b6aa8" };
+  const own = { label: setLabel(player.set), motion: player.motion(), colour: "#0b6aa8" };
   curve.setCurves(player.model, player.set === "raw" ? [raw] : [own, raw], (flexion) => player.varusAt(flexion), quantity());
 }
 
@@ -155,7 +170,10 @@ function show(model, name) {
   setRange("flexion", model.flexion[0], model.flexion.at(-1));
   const own = [player.raw.firstVarus / degree, player.raw.lastVarus / degree];
   setRange("varus", Math.min(own[0], model.varus[0]), Math.max(own[1], model.varus.at(-1)));
-  options(byId("set"), player.sets);
+  options(byId("set"), player.sets, player.sets.map(setLabel));
+  const names = bodyNames(model);
+  options(byId("held"), ["moving", "reference"], [names.moving, names.reference]);
+  labels.show(joint);
   quantities = quantitiesOf(model, player.raw.isVarusFree);
   options(byId("quantity"), quantities.map((q) => q.name), quantities.map((q) => `${q.label}, ${q.unit}`));
   byId("plateau-figure").hidden = !model.contactPaths;
@@ -233,7 +251,7 @@ function watchControls() {
   byId("set").addEventListener("change", () => useSet(byId("set").value));
   byId("quantity").addEventListener("change", drawPlots);
   byId("play").addEventListener("click", togglePlay);
-  for (const id of ["paths", "ligaments", "gaps"]) byId(id).addEventListener("change", draw);
+  for (const id of ["paths", "ligaments", "gaps", "named"]) byId(id).addEventListener("change", draw);
   for (const [id, palette] of [["strain-scale", strainPalette], ["gap-scale", gapPalette]]) byId(id).querySelector("i").style.background = gradientOf(palette);
   for (const id of ["whole", "held"]) byId(id).addEventListener("change", () => useView(view));
   byId("views").append(...Object.keys(views).map((name) => {
@@ -249,14 +267,50 @@ function fitPlateau() {
   if (player) draw();
 }
 
+/// Fills the window; with the browser's full screen where it has one.
+function toggleFull(isFull = !byId("picture").classList.contains("full")) {
+  const wasFull = byId("picture").classList.contains("full");
+  byId("picture").classList.toggle("full", isFull);
+  byId("full").setAttribute("aria-pressed", String(isFull));
+  if (isFull) document.documentElement.requestFullscreen?.().catch(() => {});
+  else if (document.fullscreenElement) document.exitFullscreen();
+  // Fitted again when the picture has its new shape.
+  if (wasFull !== isFull && player) requestAnimationFrame(() => requestAnimationFrame(() => useView(view)));
+}
+
+const stepVarus = (by) => goTo({ varus: player.varusAt(player.flexion * degree) / degree + by });
+const stepSet = (by) => useSet(player.sets.at((player.sets.indexOf(player.set) + by) % player.sets.length));
+const stepFlexion = (by) => goTo({ flexion: player.flexion + by });
+function stepSpeed(by) {
+  byId("speed").selectedIndex = Math.min(Math.max(byId("speed").selectedIndex + by, 0), byId("speed").length - 1);
+}
+function nextHeld() {
+  byId("held").value = byId("held").value === "moving" ? "reference" : "moving";
+  useView(view);
+}
+
+const actions = {
+  play_pause: togglePlay,
+  step_forward: () => stepFlexion(1), step_back: () => stepFlexion(-1), leap_forward: () => stepFlexion(10), leap_back: () => stepFlexion(-10),
+  go_to_first: () => goTo({ flexion: -Infinity }), go_to_last: () => goTo({ flexion: Infinity }),
+  varus_up: () => stepVarus(1), varus_down: () => stepVarus(-1), varus_balanced: () => byId("balanced").click(),
+  faster: () => stepSpeed(1), slower: () => stepSpeed(-1),
+  next_set: () => stepSet(1), previous_set: () => stepSet(-1), next_fixed_object: nextHeld,
+  show_gap_map: () => byId("gaps").click(), show_ligaments: () => byId("ligaments").click(),
+  show_contact_paths: () => byId("paths").click(), show_labels: () => byId("named").click(),
+  ...Object.fromEntries(Object.keys(views).map((name) => [`view_${name}`, () => useView(name)])),
+  reset_view: () => useView(view), full_screen: () => toggleFull(),
+  show_help: () => { byId("help").open = !byId("help").open; },
+  leave: () => toggleFull(false),
+};
+
 watchControls();
-watchKeys({
-  isReady: () => player !== null,
-  play: togglePlay,
-  view: (k) => useView(Object.keys(views)[k]),
-  step: (flexion, varus) => goTo(varus ? { varus: player.varusAt(player.flexion * degree) / degree + varus } : { flexion: player.flexion + flexion }),
-  set: (by) => useSet(player.sets.at((player.sets.indexOf(player.set) + by) % player.sets.length)),
-});
+watchKeys(actions, () => player !== null, () => byId("picture").matches(":hover") || document.activeElement === byId("joint"));
+byId("help-lines").append(...helpLines.flatMap((texts) => texts.slice(0, 2).map((text, k) => Object.assign(document.createElement(k === 0 ? "dt" : "dd"), { textContent: text }))));
+byId("full").addEventListener("click", () => toggleFull());
+addEventListener("fullscreenchange", () => { if (!document.fullscreenElement) toggleFull(false); });
+viewer.onDrawn = (camera) => labels.place(camera);
+byId("no-webgl").hidden = viewer.renderer !== null;
 new ResizeObserver(fitPlateau).observe(byId("plateau"));
 window.vrda = {
   pose: (set, flexion, varus) => player.poseOf(set, flexion, varus),

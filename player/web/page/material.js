@@ -5,7 +5,7 @@ import { Color, DoubleSide, FrontSide, ShaderMaterial, Vector3 } from "three";
 const materials = {
   bone: { colour: [0.839, 0.745, 0.591], opacity: 1, specular: 0.1, shininess: 24, mottling: 0.13 },
   cartilage: { colour: [0.617, 0.73, 0.776], opacity: 1, specular: 0.3, shininess: 60, mottling: 0.03 },
-  meniscus: { colour: [0.552, 0.138, 0.107], opacity: 0.6, specular: 0.25, shininess: 50, mottling: 0.04 },
+  meniscus: { colour: [0.617, 0.231, 0.168], opacity: 1, specular: 0.22, shininess: 24, mottling: 0.09 },
   other: { colour: [0.402, 0.456, 0.503], opacity: 1, specular: 0.12, shininess: 30, mottling: 0 },
 };
 // Markers, as marker_material of player/scene.

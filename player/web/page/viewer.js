@@ -1,5 +1,5 @@
 // The 3-D view: camera, trackball, named views. Renders only after changes.
-import { Box3, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
+import { Box3, MOUSE, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 const fieldOfViewDeg = 22;  // as in vrda-player
@@ -19,10 +19,15 @@ export const views = {
 export class Viewer {
   constructor(canvas) {
     this.canvas = canvas;
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
+    // Without WebGL the page still has numbers and plots.
+    const hasWebGl = Boolean(document.createElement("canvas").getContext("webgl2"));
+    this.renderer = hasWebGl ? new WebGLRenderer({ canvas, antialias: true, alpha: true }) : null;
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(fieldOfViewDeg, 1, 1, 10000);
     this.controls = new OrbitControls(this.camera, canvas);
+    // As in the window: left turns, right moves in the image plane, middle and wheel move in depth.
+    this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN };
+    this.onDrawn = () => {};
     this.controls.addEventListener("change", () => this.redraw());
     new ResizeObserver(() => this.#resize()).observe(canvas.parentElement);
     this.#resize();
@@ -39,8 +44,8 @@ export class Viewer {
   #resize() {
     const { clientWidth, clientHeight } = this.canvas.parentElement;
     if (clientWidth === 0 || clientHeight === 0) return;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
-    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.renderer?.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer?.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / clientHeight;
     this.camera.updateProjectionMatrix();
     this.redraw();
@@ -104,7 +109,8 @@ export class Viewer {
     this.isAsked = true;
     requestAnimationFrame(() => {
       this.isAsked = false;
-      this.renderer.render(this.scene, this.camera);
+      this.renderer?.render(this.scene, this.camera);
+      this.onDrawn(this.camera);
     });
   }
 }

@@ -26,6 +26,49 @@ TEST(GuideSession, BeginsWithTheFirstTaskAndCountsThem)
   EXPECT_FALSE(progress.has_error);
 }
 
+TEST(GuideSession, TheWheelTurnsTheDials)
+{
+  for (const bool has_shift : {false, true}) {
+    Trial turned(bench()), pressed(bench());
+    for (const bool is_away : {true, true, false}) {
+      const navigation::KeyPress press = calibration_tasks::press_of_wheel(is_away, has_shift, false);
+      turned.session->take(press);
+      const navigation::Key away = has_shift ? navigation::Key::up : navigation::Key::right;
+      const navigation::Key back = has_shift ? navigation::Key::down : navigation::Key::left;
+      pressed.press(is_away ? away : back);
+    }
+    EXPECT_EQ(turned.session->values()[0], pressed.session->values()[0]);
+  }
+  Trial trial(bench());
+  const double before = trial.session->values()[0];
+  trial.session->take(calibration_tasks::press_of_wheel(true, false, false));
+  EXPECT_GT(trial.session->values()[0], before);
+  trial.session->take(calibration_tasks::press_of_wheel(false, false, false));
+  EXPECT_EQ(trial.session->values()[0], before);
+}
+
+TEST(GuideSession, OverallProgressCountsPartsAndTasks)
+{
+  calibration_tasks::CalibrationProgress progress;
+  EXPECT_EQ(calibration_tasks::overall_progress(progress), 0.0);
+  progress.n_parts = 4;
+  progress.number = 3;
+  progress.n_tasks = 10;
+  progress.n_done = 5;
+  EXPECT_DOUBLE_EQ(calibration_tasks::overall_progress(progress), 0.625);
+  Trial trial(bench());
+  EXPECT_EQ(trial.session->progress().number, 1);
+  double before = calibration_tasks::overall_progress(trial.session->progress());
+  EXPECT_EQ(before, 0.0);
+  for (int k = 0; k < 5; ++k) {
+    trial.do_task();
+    const double now = calibration_tasks::overall_progress(trial.session->progress());
+    EXPECT_GT(now, before);
+    before = now;
+  }
+  EXPECT_LT(before, 1.0 / trial.session->progress().n_parts);
+}
+
 TEST(GuideSession, EveryMarkMakesARevisionAndBackspaceAsksAgain)
 {
   Trial trial(bench());

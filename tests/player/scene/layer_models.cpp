@@ -77,6 +77,24 @@ void set_ligaments(store::MotionModel& model, std::size_t n_cells, double z_sign
   model.ligaments = rows;
 }
 
+/// Centres that move by a quarter of a millimetre a flexion, with a jump in the middle of the medial ones.
+void set_contact_paths(store::MotionModel& model, std::size_t n_cells, double z_sign)
+{
+  store::ContactPaths paths;
+  const std::size_t n_varus = model.varus_deg.size();
+  for (std::size_t cell = 0; cell < n_cells; ++cell) {
+    const double x = 0.25 * static_cast<double>(cell / n_varus);
+    const double jump_mm = 2 * cell < n_cells ? 0.0 : 9.0;
+    const Eigen::Vector3d medial = model.rotation_centre_mm + Eigen::Vector3d(x + jump_mm, -20, -8.0 * z_sign);
+    const Eigen::Vector3d lateral = model.rotation_centre_mm + Eigen::Vector3d(x, -20, 8.0 * z_sign);
+    for (std::vector<double>* own : {&paths.medial_reference_mm, &paths.medial_moving_mm})
+      own->insert(own->end(), medial.begin(), medial.end());
+    for (std::vector<double>* own : {&paths.lateral_reference_mm, &paths.lateral_moving_mm})
+      own->insert(own->end(), lateral.begin(), lateral.end());
+  }
+  model.contact_paths = paths;
+}
+
 }  // namespace
 
 store::MotionModel layered_model(const std::string& side)
@@ -105,6 +123,7 @@ store::MotionModel layered_model(const std::string& side)
   model.contacts.distance_mm.assign(2 * n_cells, 0.0);
   set_forces(model, n_cells, z_sign);
   set_ligaments(model, n_cells, z_sign);
+  set_contact_paths(model, n_cells, z_sign);
   return model;
 }
 

@@ -4,6 +4,7 @@
 #include "core/units.hpp"
 #include "player/scene/layer_models.hpp"
 #include "scene/joint_layers.hpp"
+#include "scene/labels.hpp"
 #include "scene/layers.hpp"
 #include "scene/solids.hpp"
 
@@ -204,6 +205,90 @@ TEST(Layers, FibresRunFromAttachmentToAttachmentAndAreColouredByTheirStrain)
     }
     EXPECT_GT(n_slack, 0);
     EXPECT_GT(n_taut, 0);
+  }
+}
+
+TEST(Layers, BandsOfABundleAreWideTowardsTheirNeighbours)
+{
+  // Three straight fibres side by side along X, 3 mm apart.
+  store::MotionModel model = layered_model("right");
+  store::LigamentRows& rows = *model.ligaments;
+  const Eigen::RowVector3d from_mm = rows.reference_mm.row(0), to_mm = rows.moving_mm.row(0);
+  const std::size_t n_cells = rows.strain.size() / rows.name.size();
+  rows.name = {"a", "b", "c"};
+  rows.bundle = {"sheet", "sheet", "sheet"};
+  rows.reference_mm.resize(3, 3);
+  rows.moving_mm.resize(3, 3);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    rows.reference_mm.row(i) = from_mm + Eigen::RowVector3d(3.0 * static_cast<double>(i), 0, 0);
+    rows.moving_mm.row(i) = to_mm + Eigen::RowVector3d(3.0 * static_cast<double>(i), 0, 0);
+  }
+  rows.stiffness_n.assign(3, 1000.0);
+  rows.slack_length_mm.assign(3, 1.0);  // taut
+  rows.wrap.assign(3, -1);
+  rows.strain.assign(3 * n_cells, 0.01);
+  Stage stage(model);
+  stage.show({0.0, 0.0}, {scene::Layer::ligaments});
+  const scene::Drawable& bands = drawable_of(stage.scene, "ligaments");
+  Eigen::AlignedBox3d box;
+  for (std::size_t k = 12; k < 24; ++k) {
+    const std::array<float, 3>& p = bands.mesh.vertices[k].position_mm;
+    box.extend(Eigen::Vector3d(p[0], p[1], p[2]));
+  }
+  // Neighbouring bands overlap by a fifth of their distance, and are flat.
+  EXPECT_NEAR(box.sizes().x(), 1.2 * 3.0, 0.05 * 3.0);  // fibres are tilted by up to 18 degrees
+  EXPECT_LT(box.sizes().z(), 0.5 * box.sizes().x());
+}
+
+TEST(Layers, ContactPathsLieOnBothBodiesAndBreakAtJumps)
+{
+  for (const std::string side : {"right", "left"}) {
+    SCOPED_TRACE(side);
+    Stage stage(layered_model(side));
+    stage.show({30.0, 1.0}, {scene::Layer::contact_paths});
+    const std::size_t n_flexion = stage.model.flexion_deg.size();
+    for (const char* const body : {"reference", "moving"}) {
+      const scene::Drawable& medial = drawable_of(stage.scene, "medial path, " + std::string(body));
+      const scene::Drawable& lateral = drawable_of(stage.scene, "lateral path, " + std::string(body));
+      EXPECT_TRUE(medial.is_shown && lateral.is_shown);
+      EXPECT_EQ(medial.owner, body == std::string("moving") ? scene::Owner::moving : scene::Owner::reference);
+      // One ring a point and two for the ends of each piece; the medial path has two pieces.
+      EXPECT_EQ(lateral.mesh.vertices.size(), 12 * (n_flexion + 2));
+      EXPECT_EQ(medial.mesh.vertices.size(), 12 * (n_flexion + 4));
+      const auto first = Eigen::RowVector3d::Map(&stage.model.contact_paths->lateral_moving_mm[0]);
+      const Eigen::Vector3d start_mm = first.transpose() - stage.model.rotation_centre_mm;
+      Eigen::Vector3d mean_mm = Eigen::Vector3d::Zero();
+      for (std::size_t k = 12; k < 24; ++k) {
+        const std::array<float, 3>& p = lateral.mesh.vertices[k].position_mm;
+        mean_mm += Eigen::Vector3d(p[0], p[1], p[2]) / 12.0;
+      }
+      EXPECT_LT((mean_mm - start_mm).norm(), single_rounding_mm);
+    }
+  }
+}
+
+TEST(Labels, NameBonesLigamentsAndSides)
+{
+  for (const std::string side : {"right", "left"}) {
+    SCOPED_TRACE(side);
+    store::MotionModel model = layered_model(side);
+    model.joint = "knee";
+    model.ligaments->bundle = {"ACLam", "MCLs"};
+    const std::vector<scene::JointLabel> labels = scene::joint_labels(model);
+    std::vector<std::string> texts;
+    for (const scene::JointLabel& label : labels) texts.push_back(label.text);
+    EXPECT_EQ(texts, (std::vector<std::string>{"femur", "tibia", "ACL", "MCL", "medial", "lateral"}));
+    // The subject's right is +Z.
+    const double medial_z_mm = labels[4].first_mm.z() - labels[5].first_mm.z();
+    EXPECT_EQ(medial_z_mm < 0.0, side == "right");
+    // A ligament's label is midway between its attachments at every pose.
+    const motion::JointPose pose = motion::Motion(model, "raw").at({rad_from_deg(40.0), 0.0});
+    const Eigen::Vector3d wanted_mm =
+        0.5 * (pose.X_world_reference * model.ligaments->reference_mm.row(0).transpose() +
+               pose.X_world_moving * model.ligaments->moving_mm.row(0).transpose());
+    EXPECT_LT((scene::place_of(labels[2], scene::frames_of(pose)) - wanted_mm).norm(), 1e-9);
+    model.joint = "other";
+    EXPECT_EQ(scene::joint_labels(model)[0].text, model.reference.name);
   }
 }
 

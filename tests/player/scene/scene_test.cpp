@@ -46,7 +46,7 @@ TEST(Scene, ThereIsADrawableForEachComponentWithItsMaterial)
   EXPECT_EQ(scene.drawables[2].owner, scene::Owner::moving);
   EXPECT_TRUE(scene.drawables[2].has_contact);
   EXPECT_FALSE(scene.drawables[4].has_contact);
-  EXPECT_EQ(scene.drawables[2].material.opacity, 0.6F);
+  EXPECT_EQ(scene.drawables[2].material.opacity, 1.0F);  // tissue, not glass
   EXPECT_EQ(scene.drawables[0].material.opacity, 1.0F);
 }
 

@@ -113,6 +113,38 @@ TEST(Solids, ABentTubeKeepsItsRadius)
   }
 }
 
+TEST(Solids, ABandIsWideInItsDirectionAndThinAcross)
+{
+  // A twisted band along Y: its width turns from X to Z.
+  std::array<Eigen::Vector3d, 5> way;
+  for (std::size_t k = 0; k < way.size(); ++k) way[k] = {0.0, 10.0 * static_cast<double>(k), 0.0};
+  RenderMesh mesh;
+  scene::add_tube(mesh, way.size());
+  scene::set_band(mesh, 0, way, {3.0, 0.5, {2.0, 1.0, 0.0}, {0.0, 1.0, 2.0}});
+  expect_sound(mesh);
+  for (std::size_t k = 0; k < way.size(); ++k) {
+    SCOPED_TRACE(k);
+    const double part = static_cast<double>(k) / 4.0;
+    const Eigen::Vector3d wide = Eigen::Vector3d(1.0 - part, 0.0, part).normalized();
+    const Eigen::Vector3d thin = Eigen::Vector3d(-part, 0.0, 1.0 - part).normalized();
+    double width_mm = 0.0, thickness_mm = 0.0;
+    for (std::size_t side = 0; side < 12; ++side) {
+      const RenderVertex& vertex = mesh.vertices[12 * (k + 1) + side];
+      const Eigen::Vector3d from_axis = position(vertex) - way[k];
+      EXPECT_NEAR(from_axis.y(), 0.0, single_rounding_mm);
+      // The normal of the ellipse (x / 3)^2 + (z / 0.5)^2 = 1.
+      const double x = from_axis.dot(wide), z = from_axis.dot(thin);
+      EXPECT_NEAR(x * x / 9.0 + z * z / 0.25, 1.0, single_rounding_mm);
+      const Eigen::Vector3d gradient = (x / 9.0 * wide + z / 0.25 * thin).normalized();
+      EXPECT_NEAR(gradient.dot(normal(vertex)), 1.0, single_rounding_mm);
+      width_mm = std::max(width_mm, x);
+      thickness_mm = std::max(thickness_mm, z);
+    }
+    EXPECT_NEAR(width_mm, 3.0, single_rounding_mm);
+    EXPECT_NEAR(thickness_mm, 0.5, single_rounding_mm);
+  }
+}
+
 TEST(Solids, AnArrowEndsWhereItPoints)
 {
   std::mt19937 random(3);
