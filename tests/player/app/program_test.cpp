@@ -71,7 +71,7 @@ TEST_F(Program, HelpShowsAnExampleAndVersionIsTheProjects)
   EXPECT_EQ(show_help.code, 0);
   EXPECT_THAT(show_help.data, HasSubstr("vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15"));
   EXPECT_THAT(show_help.data, HasSubstr("Space         play or pause"));
-  EXPECT_THAT(show_help.data, HasSubstr("Middle drag   turn"));
+  EXPECT_THAT(show_help.data, HasSubstr("Left drag     turn"));
   const Outcome version = run("--version");
   EXPECT_EQ(version.code, 0);
   EXPECT_EQ(version.data, "vrda-player " VRDA_VERSION "\n");

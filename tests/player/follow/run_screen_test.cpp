@@ -25,6 +25,10 @@ follow::RunScreenOptions options()
   asked.height = 480;
   asked.scene.layers.set(scene::Layer::contacts, true);
   asked.scene.layers.set(scene::Layer::normals, true);
+  // Bodies that let the contacts inside them through.
+  asked.scene.apply_appearance = [](scene::Scene& bare) {
+    for (scene::Drawable& drawable : bare.drawables) drawable.material.opacity = 0.3F;
+  };
   asked.views = {follow::named_view("front", scene::View::front, Side::right),
                  follow::named_view("lateral", scene::View::lateral, Side::right)};
   return asked;
