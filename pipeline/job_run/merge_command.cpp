@@ -146,11 +146,12 @@ void finish_merge(const std::string& output, const std::vector<std::string>& jou
 console::ExitCode merge_command(const MergeOptions& options)
 {
   const std::string& output = options.output;
-  const std::vector<std::string> journals =
-      options.journals.empty() ? journals_beside(output, options.n_shards) : options.journals;
   make_parent_folder(output);
   const std::optional<OutputLock> lock = lock_output(output, "vrda merge");
   if (!lock) return console::ExitCode::interrupted;
+  // Listed under the lock: a merge that this one waited for has removed them.
+  const std::vector<std::string> journals =
+      options.journals.empty() ? journals_beside(output, options.n_shards) : options.journals;
   require_replaceable(output, "a motion model");
   if (!options.keeps_journals && cluster::is_cleanup_pending(output)) {
     remove_shard_files(output, journals);

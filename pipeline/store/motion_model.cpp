@@ -8,16 +8,15 @@
 #include "core/error.hpp"
 #include "core/key_name.hpp"
 #include "core/units.hpp"
-#include "store/registry.hpp"
+#include "store/member_visitor.hpp"
 
 namespace vrda::store {
 namespace {
 
 /// Resizes every dataset of the cells and of the free spine and fills it with empty values.
-class EmptyCells : public RegistryVisitor {
- public:
-  template <typename Member>
-  void operator()(const Dataset& dataset, Member& member)
+class EmptyCells : public MemberVisitor {
+ protected:
+  void change(const Dataset& dataset, const Values&, const Resize& resized) override
   {
     const std::vector<std::string>& dimensions = dataset.dimensions;
     const bool is_of_cells =
@@ -26,16 +25,19 @@ class EmptyCells : public RegistryVisitor {
     const bool is_of_rows = dimensions == std::vector<std::string>{"/contacts/cell_bound"} ||
                             dimensions == std::vector<std::string>{"/equilibrium/forces/cell_bound"};
     if (!is_of_cells && !is_of_spine && !is_of_rows) return;
-    constexpr ValueKind kind = member_kind<Member>();
-    if constexpr (kind != ValueKind::text) {
-      resize(member, shape_of(dataset));
-      using Scalar = typename decltype(values_of(member))::value_type;
-      Scalar empty = 0;
-      if constexpr (kind == ValueKind::float64) empty = nan;
-      const std::vector<std::int8_t> codes = flag_table(dataset.flags()).values;
-      if (std::find(codes.begin(), codes.end(), -1) != codes.end()) empty = static_cast<Scalar>(-1);
-      std::ranges::fill(values_of(member), empty);
-    }
+    const std::vector<std::int8_t> codes = flag_table(dataset.flags()).values;
+    const bool has_unknown = std::find(codes.begin(), codes.end(), -1) != codes.end();
+    std::visit([&](const auto values) { std::ranges::fill(values, empty_value(values, has_unknown)); },
+               resized(shape_of(dataset)));
+  }
+
+ private:
+  template <typename Scalar>
+  static Scalar empty_value(std::span<Scalar>, bool has_unknown)
+  {
+    if (has_unknown) return static_cast<Scalar>(-1);
+    if constexpr (std::is_same_v<Scalar, double>) return nan;
+    return Scalar(0);
   }
 };
 
@@ -109,7 +111,8 @@ MotionModel with_pending_cells(MotionModel model)
   model.repair.reset();
   model.zero_varus.reset();
   model.audits.clear();
-  visit_motion_model(model, EmptyCells());
+  EmptyCells empty;
+  visit_members(model, empty);
   if (model.equilibrium) model.equilibrium->band_moment_nmm = band_moment_nmm;
   if (!model.has_compartments) set_no_compartments(model);
   return model;

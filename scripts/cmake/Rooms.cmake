@@ -46,6 +46,13 @@ function(add_room name)
   endif()
 endfunction()
 
+# Addresses of tables as a bitmap: a hundredth of the player's size. Needs glibc 2.36 and GNU ld 2.38.
+include(CheckLinkerFlag)
+check_linker_flag(CXX LINKER:-z,pack-relative-relocs,--fatal-warnings vrda_has_short_relocations)
+if(vrda_has_short_relocations)
+  set(vrda_short_relocations LINKER:-z,pack-relative-relocs)
+endif()
+
 # add_schema(scene lights): embeds schemas/lights.schema.json in the room, as lights_schema().
 function(add_schema room kind)
   set(file ${CMAKE_SOURCE_DIR}/schemas/${kind}.schema.json)
@@ -91,7 +98,7 @@ function(add_program name)
   add_executable(${name} ${PROGRAM_SOURCES})
   target_compile_definitions(${name} PRIVATE VRDA_VERSION="${PROJECT_VERSION}")
   target_link_libraries(${name} PRIVATE ${PROGRAM_USES} vrda_flags)
-  target_link_options(${name} PRIVATE LINKER:--gc-sections)
+  target_link_options(${name} PRIVATE LINKER:--gc-sections ${vrda_short_relocations})
   if(PROGRAM_SMALL)
     vrda_small(${name})
   endif()

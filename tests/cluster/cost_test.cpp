@@ -90,7 +90,7 @@ TEST(StepCounts, OfVarusLeftFreeOnlyTheBandsAreInTheRows)
   expect_counted(plan);
   const cluster::StepCounts counts = cluster::step_counts(plan);
   EXPECT_EQ(counts.chain, 2 * 91 + 2 * 90);
-  EXPECT_EQ(counts.restarts, 91 * (4 + 6));
+  EXPECT_EQ(counts.restarts, 91 * (4 + 12));
   EXPECT_EQ(counts.bands, 182);
   EXPECT_EQ(counts.cells, 0);
 }
