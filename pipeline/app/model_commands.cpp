@@ -8,6 +8,7 @@
 
 #include "audit/audit.hpp"
 #include "core/error.hpp"
+#include "core/joint_kind.hpp"
 #include "core/mesh.hpp"
 #include "job_run/summary.hpp"
 #include "motion/poses.hpp"
@@ -241,26 +242,29 @@ void print_extent(const char* name, const Json& axis)
               axis[2].get<int>());
 }
 
-void print_varus(const Json& grid)
+void print_varus(const char* name, const Json& grid)
 {
   if (!grid["varus_is_free"].get<bool>()) {
-    print_extent("varus", grid["varus_deg"]);
+    print_extent(name, grid["varus_deg"]);
     return;
   }
   const Json& found = grid["varus_found_deg"];
-  std::printf("  %-8s free, found from %s to %s degrees\n", "varus", short_text(found["min"]).c_str(),
+  std::printf("  %-8s free, found from %s to %s degrees\n", name, short_text(found["min"]).c_str(),
               short_text(found["max"]).c_str());
 }
 
 // Where they differ from those of the attitude.
-void print_own_angles(const Json& s)
+void print_own_angles(const Json& s, const JointKind& kind)
 {
+  std::size_t coordinate = 0;
   if (!s["axes_are_turned"].get<bool>()) return;
   std::printf("  Delta is not proximal: these and theta are about axes turned with it\n");
   std::printf("joint's own angles (Grood-Suntay, /clinical), degrees\n");
-  for (const auto& [name, range] : s["clinical"].items())
-    std::printf("  %-22s %s to %s\n", name.c_str(), short_text(range["min"]).c_str(),
-                short_text(range["max"]).c_str());
+  for (const auto& [name, range] : s["clinical"].items()) {
+    const std::string label = label_of(kind, static_cast<JointCoordinate>(coordinate++));
+    std::printf("  %-22s %s to %s\n", has_own_words(kind) ? label.c_str() : name.c_str(),
+                short_text(range["min"]).c_str(), short_text(range["max"]).c_str());
+  }
 }
 
 void print_equilibrium(const store::MotionModel& model, const Json& s)
@@ -302,9 +306,10 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
     std::printf("  %-8s %zu over %s, %g to %g\n", "frames", key.size(), model.frames->key_name.c_str(),
                 key.front(), key.back());
   }
-  print_extent("flexion", s["grid"]["flexion_deg"]);
-  print_varus(s["grid"]);
-  print_own_angles(s);
+  const JointKind& kind = joint_kind(model.joint);
+  print_extent(label_of(kind, JointCoordinate::flexion).c_str(), s["grid"]["flexion_deg"]);
+  print_varus(label_of(kind, JointCoordinate::varus).c_str(), s["grid"]);
+  print_own_angles(s, kind);
   std::printf("%s\n", job_run::status_line(model).c_str());
   for (const StepStatus status : all_step_statuses) {
     const auto n = (model.status == static_cast<std::int8_t>(status)).count();

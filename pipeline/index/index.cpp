@@ -90,7 +90,7 @@ struct TextColumn {
 constexpr TextColumn texts[] = {
     {"remark", "reason of the failure", &IndexRow::remark},
     {"title", "title of the job", &IndexRow::title},
-    {"joint", "knee or other", &IndexRow::joint},
+    {"joint", "knee, hip, ankle, subtalar or other", &IndexRow::joint},
     {"side", "right or left", &IndexRow::side},
     {"solver", "method that solved the case", &IndexRow::solver},
     {"curve", "motion over flexion used for the curve columns", &IndexRow::curve},

@@ -6,6 +6,7 @@
 #include "core/side.hpp"
 #include "core/text.hpp"
 #include "load/condyles.hpp"
+#include "load/joint_shape.hpp"
 #include "load/unit_check.hpp"
 
 namespace vrda::load {
@@ -43,7 +44,8 @@ void warn_of_joint(const Job& job, const Case& loaded, std::vector<std::string>&
   if (job.joint == "knee" &&
       (mentions(loaded.reference, bones_elsewhere) || mentions(loaded.moving, bones_elsewhere))) {
     warnings.push_back("joint: \"knee\", but the objects " + names +
-                       " have names of other bones; for another joint write joint = \"other\"");
+                       " have names of other bones; for another joint write joint = \"hip\", \"ankle\", "
+                       "\"subtalar\" or \"other\"");
   }
   if (job.joint != "knee" && mentions(loaded.reference, {"femur", "femoral"}) &&
       mentions(loaded.moving, {"tibia"})) {
@@ -108,7 +110,7 @@ void warn_of_exchange(const Case& loaded, std::vector<std::string>& warnings)
 {
   const Box reference = bounding_box(loaded.reference.contact.mesh);
   const Box moving = bounding_box(loaded.moving.contact.mesh);
-  const double ahead_mm = (middle_of(reference) - middle_of(moving)).dot(loaded.frame.delta);
+  const double ahead_mm = (middle_of(reference) - middle_of(moving)).dot(loaded.delta_at_meshes);
   constexpr double min_share = 0.2;  // of the smaller object: a shorter distance gives no clear direction
   if (ahead_mm >= -min_share * std::min(diagonal_mm(reference), diagonal_mm(moving))) return;
   warnings.push_back("push.delta: it points away from the reference \"" + loaded.reference.name + "\", " +
@@ -207,6 +209,8 @@ std::vector<std::string> anatomy_warnings(const Job& job, const Case& loaded)
 {
   std::vector<std::string> warnings;
   warn_of_joint(job, loaded, warnings);
+  const std::string shape = joint_shape_warning(job.joint, loaded);
+  if (!shape.empty()) warnings.push_back(shape);
   // With wrong axes the checks of side and condyles are meaningless.
   if (job.joint == "knee" && warn_of_axes(job, loaded, warnings)) return warnings;
   if (job.joint == "knee") warn_of_side(job, loaded, warnings);

@@ -14,6 +14,7 @@
 #include "load/job.hpp"
 #include "load/push_job.hpp"
 #include "load/scaling.hpp"
+#include "load/start_pose.hpp"
 #include "load/unit_check.hpp"
 
 namespace vrda::load {
@@ -44,6 +45,30 @@ std::vector<Push> push_rows(const Job& job, const PushJob& push, const std::vect
     rows.push_back(push_at(push, direction.normalized(), flexion_rad, rows.size()));
   }
   return rows;
+}
+
+void check_fixed_push(const Job& job, const std::optional<LoadedCoordinates>& coordinates)
+{
+  const auto is_free = [&](std::size_t k) { return coordinates->rows.role[k] == CoordinateRole::free; };
+  if (job.method == SolverMethod::equilibrium && coordinates && coordinates->rows.is_sequence() &&
+      !is_free(0) && !is_free(1) && !is_free(2))
+    return;
+  throw InputError({job.document.source_of_conflict({"push.frame", "coordinates"}), "push.frame",
+                    "\"reference\" (the default of joint = \"hip\") without three known rotations",
+                    "[coordinates] with one rotation driven and the other two given, or frame = \"world\""});
+}
+
+// Delta and forces from axes of the reference to axes of the moving object.
+void turn_with_reference(const Case& loaded, std::vector<Push>& pushes)
+{
+  const Eigen::Vector3d mirror(1.0, 1.0, loaded.frame.side == Side::left ? -1.0 : 1.0);
+  for (std::size_t i = 0; i < pushes.size(); ++i) {
+    JointCoordinates rotations = JointCoordinates::Zero();
+    rotations.head<3>() = loaded.coordinates->rows.at(i).head<3>();
+    const Eigen::Matrix3d R = mirror.asDiagonal() * joint_pose(rotations).linear() * mirror.asDiagonal();
+    pushes[i].delta = (R.transpose() * pushes[i].delta).normalized();
+    pushes[i].force_n = R.transpose() * pushes[i].force_n;
+  }
 }
 
 void append_part(Part& part, const Mesh& mesh, std::int32_t component)
@@ -113,6 +138,13 @@ Case settings_of(const Job& job, const std::optional<LoadedCoordinates>& coordin
   const PushJob& push = coordinates ? coordinates->push : job.push;
   loaded.push = push_rows(job, push, loaded.grid.flexion_deg);
   loaded.path_push = push_rows(job, push, loaded.path_flexion_deg);
+  loaded.delta_at_meshes = loaded.push.front().delta;
+  if (push.is_fixed_in_reference) {
+    check_fixed_push(job, coordinates);
+    loaded.delta_at_meshes = value_at_flexion(push.delta, 0.0).normalized();
+    turn_with_reference(loaded, loaded.push);
+    turn_with_reference(loaded, loaded.path_push);
+  }
   loaded.push_point_mm = job.push.point_mm;
   for (const LoadJob& load : job.push.loads) loaded.loads.push_back(load.at);
   for (const LineJob& line : job.push.lines) loaded.lines.push_back(line.path);
@@ -141,6 +173,7 @@ Case case_with_joint(const Job& given, const std::string& data_directory, const 
   loaded.ligaments = joint.ligaments;
   loaded.inputs = joint.inputs;
   loaded.compartment_of_triangle = joint.compartment_of_triangle;
+  if (job.is_start_auto) loaded.initial.translation_mm = joint.initial.translation_mm;
   apply_scaling(loaded, job, load_scaling(job, data_directory, axis_map(job)));
   return loaded;
 }
@@ -169,6 +202,7 @@ Case load_case(const Job& given, const std::string& data_directory)
   loaded.ligaments = ligaments.ligaments;
   loaded.inputs.insert(loaded.inputs.end(), ligaments.inputs.begin(), ligaments.inputs.end());
   loaded.compartment_of_triangle = compartments_of(job, loaded.moving, loaded.frame.rotation_centre_mm.z());
+  if (job.is_start_auto) loaded.initial.translation_mm = start_travel_mm(loaded) * loaded.frame.delta;
   const Warnings anatomy = anatomy_warnings(job, loaded);
   const Warnings fibres = fibre_warnings(ligaments, loaded.reference, loaded.moving);
   apply_scaling(loaded, job, scaling);

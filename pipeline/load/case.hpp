@@ -105,7 +105,7 @@ struct FoundFrames {
 /// subject's.
 struct Case {
   std::string title;
-  std::string joint = "knee";  ///< "knee" or "other"
+  std::string joint = "knee";  ///< one of joint_kind_names
   SolverFrame frame;           ///< side, rotation centre (canonical), Delta of the first flexion
   Body reference;              ///< canonical, own side
   Body moving;
@@ -117,6 +117,7 @@ struct Case {
   /// flexion of each frame (0 where free).
   std::optional<CoordinateRows> coordinates;
   std::vector<Push> push;  ///< [n_flexion]
+  Eigen::Vector3d delta_at_meshes = Eigen::Vector3d::UnitY();  ///< Delta at the pose of the meshes
   /// With the equilibrium, the flexions along which its spine continues: the grid's, with as many between
   /// them as keep steps of at most 1 degree. Otherwise the grid's.
   std::vector<double> path_flexion_deg;

@@ -198,6 +198,7 @@ class Loader {
   // An attitude of the grid has its flexion and varus about the joint's own axes only if Delta is proximal.
   bool is_push_proximal() const
   {
+    if (job_.push.is_fixed_in_reference) return false;
     for (Eigen::Index i = 0; i < job_.push.delta.value.rows(); ++i) {
       if (Eigen::Vector3d(job_.push.delta.value.row(i)) == Eigen::Vector3d::UnitY()) continue;
       if (job_.method == SolverMethod::stability_search)

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/joint_kind.hpp"
 #include "core/side.hpp"
 #include "core/text.hpp"
 #include "load/coordinates.hpp"
@@ -226,11 +227,12 @@ documents::DocumentValue half_space(const std::string& side)
   return {documents::DocumentValue::Table{{"half_space", {side}}}};
 }
 
-void complete_side(documents::DocumentValue* generate, const std::string& side)
+// Of a shape that is made for a side.
+void complete_side(documents::DocumentValue* generate, const std::string& joint, const std::string& side)
 {
-  if (generate == nullptr || documents::text_at(*generate, "shape") != "knee" ||
-      generate->find("side") != nullptr)
-    return;
+  if (generate == nullptr || generate->find("side") != nullptr) return;
+  const std::string shape = documents::text_at(*generate, "shape");
+  if (shape != "knee" && shape != joint) return;
   std::get<documents::DocumentValue::Table>(generate->data).push_back({"side", {side}});
 }
 
@@ -252,19 +254,21 @@ bool has_start(const documents::DocumentValue& root)
   return initial != nullptr && initial->find("translation_mm") != nullptr;
 }
 
-// Joints other than a knee start 20 mm back, against the direction of the push.
-void complete_start(documents::DocumentValue& root)
+// Defaults of joints other than a knee. The start of a knee, 20 mm distal, suits no other joint.
+void complete_kind(documents::DocumentValue& root, bool is_start_given, bool is_push_given)
 {
-  constexpr double back_mm = 20.0;
-  const documents::DocumentValue& delta = documents::value_at(root, "push.delta");
-  const std::vector<double> push = documents::numbers_of(
-      delta.table() == nullptr ? delta : documents::value_at(delta, "value").list()->front());
-  const double length = Eigen::Vector3d(push[0], push[1], push[2]).stableNorm();
-  // push_of() reports a zero direction. For a proximal push the default of the schema is already this start.
-  if (!(length > 0.0) || push[1] == length) return;
-  documents::DocumentValue* shift = root.find("moving")->find("initial")->find("translation_mm");
-  for (std::size_t k = 0; k < push.size(); ++k)
-    std::get<documents::DocumentValue::List>(shift->data)[k].data = 0.0 - back_mm * (push[k] / length);
+  const JointKind& kind = joint_kind(documents::text_at(root, "joint"));
+  if (!is_start_given && kind.name != std::string("knee"))
+    root.find("moving")->find("initial")->find("translation_mm")->data = "auto";
+  if (kind.name != std::string("hip")) return;
+  documents::DocumentValue* push = root.find("push");
+  if (push->find("frame") == nullptr)
+    std::get<documents::DocumentValue::Table>(push->data).push_back({"frame", {"reference"}});
+  if (is_push_given) return;
+  // Into an acetabulum that opens 45 degrees to the side and then 20 degrees forwards (the middle of what
+  // Murray (1993), J Bone Joint Surg Br 75:228-232, reports of healthy hips).
+  const double to_left = documents::text_at(root, "side") == "right" ? -1.0 : 1.0;
+  push->find("delta")->data = documents::DocumentValue::List{{-0.342}, {0.6645}, {0.6645 * to_left}};
 }
 
 // Defaults that depend on other keys: compartments of a knee, side of a generated knee, and factor 1 for an
@@ -272,7 +276,7 @@ void complete_start(documents::DocumentValue& root)
 void complete(documents::DocumentValue& root)
 {
   const std::string side = documents::text_at(root, "side");
-  if (root.find("compartments") == nullptr && documents::text_at(root, "joint") == "knee") {
+  if (root.find("compartments") == nullptr && joint_kind(documents::text_at(root, "joint")).has_compartments) {
     const std::string medial = side == "right" ? "left" : "right";
     const documents::DocumentValue::Table both{{"medial", half_space(medial)}, {"lateral", half_space(side)}};
     std::get<documents::DocumentValue::Table>(root.data).push_back({"compartments", {both}});
@@ -280,7 +284,7 @@ void complete(documents::DocumentValue& root)
   for (const char* body : {"reference", "moving"}) {
     for (documents::DocumentValue& component :
          std::get<documents::DocumentValue::List>(root.find(body)->find("component")->data)) {
-      complete_side(component.find("generate"), side);
+      complete_side(component.find("generate"), documents::text_at(root, "joint"), side);
     }
   }
   if (documents::DocumentValue* scaling = root.find("scaling");
@@ -288,7 +292,7 @@ void complete(documents::DocumentValue& root)
     std::get<documents::DocumentValue::Table>(scaling->data).push_back({"factor", {1.0}});
   }
   if (documents::DocumentValue* ligaments = root.find("ligaments"))
-    complete_side(ligaments->find("generate"), side);
+    complete_side(ligaments->find("generate"), "knee", side);
 }
 
 // [player] is kept as given. Checks what the schema cannot express: unique view numbers.
@@ -318,8 +322,10 @@ void read_settings(Job& job)
   job.scaling = scaling_of(job, root);
   job.reference = body_of(job, root, "reference");
   job.moving = body_of(job, root, "moving");
-  job.initial = {documents::vector3_at(root, "moving.initial.translation_mm"),
-                 rad_from_deg(documents::number_at(root, "moving.initial.theta_deg"))};
+  job.is_start_auto = documents::value_at(root, "moving.initial.translation_mm").text() != nullptr;
+  if (!job.is_start_auto)
+    job.initial.translation_mm = documents::vector3_at(root, "moving.initial.translation_mm");
+  job.initial.theta_rad = rad_from_deg(documents::number_at(root, "moving.initial.theta_deg"));
   job.push = push_of(job.document);
   job.method = documents::text_at(root, "solver.method") == "equilibrium" ? SolverMethod::equilibrium
                                                                           : SolverMethod::stability_search;
@@ -401,11 +407,11 @@ Job parse_job(const std::string& file, std::string text, const std::vector<std::
   for (const std::string& override_text : overrides) documents::apply_override(job.document, override_text);
   job.has_campaign = job.document.root.find("campaign") != nullptr;
   const bool is_start_given = has_start(job.document.root);
+  const bool is_push_given = documents::find_at(job.document.root, "push.delta") != nullptr;
   const bool has_grid = job.document.root.find("grid") != nullptr;
   job.document.root = checked_job(job.document);
   complete(job.document.root);
-  if (!is_start_given && documents::text_at(job.document.root, "joint") != "knee")
-    complete_start(job.document.root);
+  complete_kind(job.document.root, is_start_given, is_push_given);
   job.document.root = checked_job(job.document);  // again, to restore the order of keys
   for (const char* key : {"coordinates", "frames"}) {
     if (job.document.root.find(key) == nullptr) continue;

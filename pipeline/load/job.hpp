@@ -99,6 +99,7 @@ struct LineJob {
 };
 
 struct PushJob {
+  bool is_fixed_in_reference = false;  ///< Delta and the forces turn with it instead of the moving object
   FlexionTable delta;             ///< [n, 3] unit vectors, canonical
   FlexionTable force_n;           ///< [n, 1]
   FlexionTable lateral_force_n;   ///< [n, 2] across Delta: along X and Z rotated from +Y to Delta
@@ -173,6 +174,7 @@ struct Job {
   BodyJob reference;
   BodyJob moving;
   InitialPose initial;
+  bool is_start_auto = false;  ///< its translation is found from the meshes
   PushJob push;
   GridAxes grid;
   bool is_varus_free = false;                 ///< then grid.varus_deg is {0}

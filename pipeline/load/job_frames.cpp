@@ -20,7 +20,7 @@ void check_automatic(const documents::Document& document, const FrameJob& frame)
 {
   if (!frame.is_origin_auto && !frame.is_align_auto) return;
   if (documents::text_at(document.root, "joint") != "knee")
-    document.refuse(frame.key, "\"auto\" with joint = \"other\"",
+    document.refuse(frame.key, "\"auto\" with joint = \"" + documents::text_at(document.root, "joint") + "\"",
                     "numbers: only the frames of a knee are found");
   if (!frame.is_align_auto) return;
   for (const auto& [key, word, preset] :

@@ -158,6 +158,7 @@ PushJob push_of(const documents::Document& document)
   const documents::DocumentValue& root = document.root;
   PushJob push;
   push.delta = delta_at(document);
+  push.is_fixed_in_reference = documents::text_or_empty(*root.find("push"), "frame") == "reference";
   push.force_n = over_flexion_at(document, "push.force_n", 1);
   push.lateral_force_n = over_flexion_at(document, "push.lateral_force_n", 2);
   push.moment_nmm = over_flexion_at(document, "push.moment_nmm", 1);

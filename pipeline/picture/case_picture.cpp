@@ -117,7 +117,7 @@ Box near_joint(Box box, const Eigen::Vector3d& centre_mm)
 // Ends behind the moving object, along the push, or at the end of what is shown of it.
 Arrow push_arrow(const load::Case& job_case, const Box& shown, double length_mm)
 {
-  const Eigen::Vector3d& delta = job_case.frame.delta;
+  const Eigen::Vector3d& delta = job_case.delta_at_meshes;
   const Eigen::Vector3d at_mm = job_case.frame.rotation_centre_mm + job_case.push_point_mm;
   Box moving = bounding_box(job_case.moving.contact.mesh);
   if (job_case.moving.visual.mesh.vertices_mm.rows() > 0) {
@@ -266,8 +266,8 @@ void draw_view(Canvas& canvas, const Projection& projected, const load::Case& jo
 
 std::string shift_text(const Eigen::Vector3d& v_mm)
 {
-  return "[" + shortest_decimal(v_mm.x()) + ", " + shortest_decimal(v_mm.y()) + ", " +
-         shortest_decimal(v_mm.z()) + "]";
+  const auto rounded = [](double mm) { return shortest_decimal(std::round(100.0 * mm) / 100.0 + 0.0); };
+  return "[" + rounded(v_mm.x()) + ", " + rounded(v_mm.y()) + ", " + rounded(v_mm.z()) + "]";
 }
 
 void draw_legend(Canvas& canvas, const load::Case& job_case, const PictureNotes& notes)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/joint_kind.hpp"
 #include "motion/poses.hpp"
 #include "report/report.hpp"
 #include "store/motion_model_file.hpp"
@@ -68,10 +69,18 @@ Json numbers_json(const ReportModel& entry)
           {"largest_tension_n", short_number(n.largest_tension_n)}};
 }
 
+// What the kind calls the rotations; nothing where it uses their keys.
+Json words_json(const JointKind& kind)
+{
+  if (!has_own_words(kind)) return {};
+  return {{"flexion", label_of(kind, JointCoordinate::flexion)},
+          {"varus", label_of(kind, JointCoordinate::varus)}};
+}
+
 Json head_json(const ReportModel& entry)
 {
   const store::MotionModel& model = entry.model;
-  return {{"name", entry.name},
+  Json head = {{"name", entry.name},
           {"title", model.title},
           {"joint", model.joint},
           {"side", model.side},
@@ -86,6 +95,8 @@ Json head_json(const ReportModel& entry)
           {"statuses", statuses_json(model)},
           {"numbers", numbers_json(entry)},
           {"warnings", warnings_of(entry)}};
+  if (const Json words = words_json(joint_kind(model.joint)); !words.is_null()) head["words"] = words;
+  return head;
 }
 
 Json curves_json(const store::MotionModel& model)

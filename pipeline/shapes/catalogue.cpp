@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "shapes/ankle.hpp"
 #include "shapes/hip.hpp"
 #include "shapes/knee.hpp"
 #include "shapes/scenes.hpp"
@@ -90,8 +91,14 @@ Entry hip_entry()
        number("clearance", "inner radius of the socket minus radius of the head", "mm", plan.clearance_mm,
               {0.0, 20.0}),
        number("wall", "thickness of the socket", "mm", plan.wall_mm, {2.0, 50.0}),
-       number("depth", "distance of the socket's rim below its centre", "mm", plan.depth_mm, {-20.0, 20.0}),
-       number("neck", "angle of the neck from -Y", "deg", plan.neck_deg, {0.0, 80.0})},
+       number("depth", "distance of the socket's rim beyond its centre", "mm", plan.depth_mm, {-20.0, 20.0}),
+       number("neck", "angle of the neck from -Y, to the right", "deg", plan.neck_deg, {0.0, 80.0}),
+       number("neck_ratio", "radius of the head over that of the neck", "", plan.neck_ratio, {1.2, 5.0}),
+       number("inclination", "angle of the socket's opening from -Y, to the right", "deg",
+              plan.inclination_deg, {0.0, 80.0}),
+       number("anteversion", "angle of the opening towards anterior", "deg", plan.anteversion_deg,
+              {-45.0, 45.0}),
+       word("side", "which hip", {"right", "left"})},
       [](const Values& values) {
         HipParameters chosen;
         chosen.resolution = values.number("resolution");
@@ -100,10 +107,35 @@ Entry hip_entry()
         chosen.wall_mm = values.number("wall");
         chosen.depth_mm = values.number("depth");
         chosen.neck_deg = values.number("neck");
-        return hip(chosen);
+        chosen.neck_ratio = values.number("neck_ratio");
+        chosen.inclination_deg = values.number("inclination");
+        chosen.anteversion_deg = values.number("anteversion");
+        return of_side(hip(chosen), values);
       },
       nullptr,
       {}};
+}
+
+Entry ankle_entry()
+{
+  const AnkleParameters plan;
+  return {"ankle",
+          "a grooved talar trochlea in the mortise of a tibia",
+          {number("resolution", "factor on the number of edges along a line", "", plan.resolution, {0.5, 12.0}),
+           number("radius", "of the trochlea in the bottom of its groove", "mm", plan.radius_mm, {10.0, 50.0}),
+           number("groove", "radius of the groove from side to side", "mm", plan.groove_mm, {20.0, 1000.0}),
+           number("width", "of the trochlea", "mm", plan.width_mm, {10.0, 39.0}),
+           number("clearance", "radius of the tibia's surface minus that of the trochlea", "mm",
+                  plan.clearance_mm, {0.05, 5.0}),
+           word("side", "which foot", {"right", "left"})},
+          [](const Values& values) {
+            return of_side(ankle({values.number("resolution"), values.number("radius"),
+                                  values.number("groove"), values.number("width"),
+                                  values.number("clearance")}),
+                           values);
+          },
+          nullptr,
+          {}};
 }
 
 Entry ball_in_dish_entry()
@@ -222,7 +254,7 @@ Entry cap_in_sink_entry()
 
 const std::vector<CatalogueEntry>& shape_catalogue()
 {
-  static const std::vector<Entry> all = {knee_entry(),         template_knee_entry(),   hip_entry(),
+  static const std::vector<Entry> all = {knee_entry(),         template_knee_entry(),   hip_entry(), ankle_entry(),
                                          ball_in_dish_entry(), bar_on_pyramids_entry(), cap_in_sink_entry()};
   return all;
 }

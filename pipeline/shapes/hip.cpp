@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "core/frames.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
 #include "shapes/level_set.hpp"
@@ -24,6 +25,7 @@ LevelSetOptions options_for(const HipParameters& plan)
   return options;
 }
 
+// Meshed with its opening at -Y: not every direction gives a manifold net.
 Mesh socket(const HipParameters& plan)
 {
   const double inner_mm = plan.radius_mm + plan.clearance_mm;
@@ -33,8 +35,12 @@ Mesh socket(const HipParameters& plan)
     return smooth_max(wall, -plan.depth_mm - p.y(), rim_rounding_mm);
   };
   const double reach_mm = inner_mm + 2.0 * plan.wall_mm;
-  return level_set_mesh(field, {Eigen::Vector3d::Constant(-reach_mm), Eigen::Vector3d::Constant(reach_mm)},
-                        options_for(plan));
+  const Mesh mesh = level_set_mesh(
+      field, {Eigen::Vector3d::Constant(-reach_mm), Eigen::Vector3d::Constant(reach_mm)}, options_for(plan));
+  Pose X_canonical_socket = Pose::Identity();
+  X_canonical_socket.linear() =
+      rotation_x(-rad_from_deg(plan.inclination_deg)) * rotation_z(rad_from_deg(plan.anteversion_deg));
+  return transformed(mesh, X_canonical_socket);
 }
 
 Mesh head(const HipParameters& plan)
@@ -42,7 +48,7 @@ Mesh head(const HipParameters& plan)
   const SinCos lean = sin_cos(rad_from_deg(plan.neck_deg));
   const Eigen::Vector3d axis(0.0, -lean.cos, lean.sin);
   const double length_mm = 2.0 * plan.radius_mm;
-  const double neck_mm = 0.5 * plan.radius_mm;
+  const double neck_mm = plan.radius_mm / plan.neck_ratio;
   const Field field = [=](const Eigen::Vector3d& p) {
     const double along = std::clamp(p.dot(axis), 0.0, length_mm);
     const double neck = (p - along * axis).norm() - neck_mm;

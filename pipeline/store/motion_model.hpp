@@ -170,7 +170,7 @@ bool is_key_name(const std::string& name);
 
 struct MotionModel {
   std::string title;
-  std::string joint;   ///< "knee" or "other"
+  std::string joint;   ///< one of joint_kind_names
   std::string side;    ///< "right" or "left"
   std::string method;  ///< "stability-search", "equilibrium" or "import"
   Eigen::Vector3d rotation_centre_mm = Eigen::Vector3d::Zero();  ///< canonical

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/joint_kind.hpp"
 #include "store/evaluate_smoothed.hpp"
 #include "store/registry.hpp"
 #include "store/row_check.hpp"
@@ -35,7 +36,7 @@ class ModelRules {
 
   void check_root_attributes()
   {
-    one_of("/@joint", model_.joint, {"knee", "other"});
+    one_of("/@joint", model_.joint, {joint_kind_names.begin(), joint_kind_names.end()});
     one_of("/@side", model_.side, {"right", "left"});
     one_of("/@method", model_.method, {"stability-search", "equilibrium", "import"});
     findings_.report_not_finite("/@rotation_centre_mm", model_.rotation_centre_mm.data(), 3);

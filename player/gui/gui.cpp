@@ -78,6 +78,7 @@ void append(render::Overlay& overlay, const ImDrawList& list)
 struct Gui::Inner {
   ImGuiContext* context = nullptr;
   std::string title;
+  std::string joint;
   std::vector<std::string> set_labels;
   std::array<std::string, 2> held_labels;  ///< in the order of scene::FixedObject
   GuiLayout layout;
@@ -96,6 +97,7 @@ Gui::Gui(const GuiOptions& options) : inner_(std::make_unique<Inner>())
   io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
   inner_->title = options.title;
   inner_->held_labels = {options.moving + " fixed", options.reference + " fixed"};
+  inner_->joint = options.joint;
   for (const std::string& set : options.sets) inner_->set_labels.push_back(set_label(set));
   inner_->layout.em_px = static_cast<float>(std::round(text_px * options.scale));
   inner_->layout.panel_width_px = panel_width_em * inner_->layout.em_px;
@@ -126,7 +128,7 @@ GuiResult Gui::frame(const GuiFrame& frame, const navigation::PlayerState& state
   io.MouseWheel = static_cast<float>(frame.pointer.wheel);
   ImGui::NewFrame();
   const PanelView view{frame, inner_->layout, range, readout, inner_->title, inner_->set_labels,
-                       inner_->held_labels};
+                       inner_->held_labels, joint_kind(inner_->joint)};
   GuiResult answer{state, navigation::Action::none};
   draw_labels(view);
   if (state.shows_numbers) draw_numbers(view, state);

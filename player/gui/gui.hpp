@@ -25,6 +25,7 @@ struct GuiOptions {
   std::vector<std::string> sets;  ///< from set_names(); PlayerState::set is an index into them
   double scale = 1.0;             ///< of text and controls: the monitor's content scale
   std::string reference = "femur", moving = "tibia";  ///< names of the bodies on screen
+  std::string joint = "knee";     ///< kind, whose words the numbers have
 };
 
 /// The pointer, in pixels from the top left corner of the window.

@@ -100,7 +100,7 @@ navigation::PlayerState with_varus(const PanelView& view, navigation::PlayerStat
   const navigation::PlayerRange& range = view.range;
   float varus_deg = as_deg(navigation::wanted_attitude(state, range).varus_rad);
   ImGui::Spacing();
-  ImGui::TextDisabled("varus (Up, Down)");
+  ImGui::TextDisabled("%s (Up, Down)", view.kind.words[1].positive);
   ImGui::SameLine(10.0F * view.layout.em_px);
   ImGui::Text("%.1f°", static_cast<double>(varus_deg));
   if (range.is_varus_free || range.first_varus_rad >= range.last_varus_rad) {
@@ -182,7 +182,7 @@ navigation::Timeline with_timeline_slider(const PanelView& view, navigation::Tim
   if (view.range.key_name != nullptr) {
     ImGui::Text("%s %.4g", view.range.key_name, view.readout.pose.key);
   } else {
-    ImGui::Text("flexion %.1f°", static_cast<double>(flexion_deg));
+    ImGui::Text("%s %.1f°", view.kind.words[0].positive, static_cast<double>(flexion_deg));
   }
   ImGui::SameLine(8.0F * em);
   ImGui::SetNextItemWidth(-1.0F);
@@ -286,10 +286,16 @@ constexpr float column_em = 5.0F, legend_width_em = 10.0F, message_width_em = 22
 constexpr int labels_a_row = 3;
 const ImVec4 warning_colour(1.0F, 0.72F, 0.30F, 1.0F), quiet_colour(0.72F, 0.76F, 0.80F, 1.0F);
 
+// "plantarflexion" is twice as long as "flexion".
+float column_em_of(const PanelView& view)
+{
+  return has_own_words(view.kind) ? 1.7F * column_em : column_em;
+}
+
 void label(const PanelView& view, const char* text)
 {
   ImGui::TextColored(quiet_colour, "%s", text);
-  ImGui::SameLine(column_em * view.layout.em_px);
+  ImGui::SameLine(column_em_of(view) * view.layout.em_px);
 }
 
 /// Degrees rounded to 0.1, without negative zero.
@@ -303,8 +309,17 @@ void draw_angle(const PanelView& view, const char* name, double angle_rad, const
   label(view, name);
   ImGui::Text("%.1f°", shown_deg(angle_rad));
   if (remark == nullptr) return;
-  ImGui::SameLine(2.0F * column_em * view.layout.em_px);
+  ImGui::SameLine(2.0F * column_em_of(view) * view.layout.em_px);
   ImGui::TextColored(quiet_colour, "%s", remark);
+}
+
+/// Flexion (0) or varus (1) in the words of the joint's kind; with words of its own by direction: "abduction 5".
+void draw_rotation(const PanelView& view, std::size_t k, double angle_rad, const char* remark)
+{
+  const bool is_other_way = has_own_words(view.kind) && shown_deg(angle_rad) < 0.0;
+  const CoordinateWords& words = view.kind.words[k];
+  draw_angle(view, is_other_way ? words.negative : words.positive, is_other_way ? -angle_rad : angle_rad,
+             remark);
 }
 
 const char* varus_remark(const PanelView& view)
@@ -318,8 +333,8 @@ const char* varus_remark(const PanelView& view)
 void draw_own_angles(const PanelView& view, const ClinicalCoordinates& clinical)
 {
   ImGui::TextColored(quiet_colour, "joint (Grood-Suntay)");
-  draw_angle(view, "flexion", clinical.flexion_rad, nullptr);
-  draw_angle(view, "varus", clinical.varus_rad, nullptr);
+  draw_rotation(view, 0, clinical.flexion_rad, nullptr);
+  draw_rotation(view, 1, clinical.varus_rad, nullptr);
   ImGui::TextColored(quiet_colour, "attitude, about axes turned with Delta");
 }
 
@@ -436,9 +451,8 @@ void draw_numbers(const PanelView& view, const navigation::PlayerState& state)
   ImGui::Begin("numbers", nullptr, text_only | ImGuiWindowFlags_AlwaysAutoResize);
   if (!view.title.empty()) ImGui::Text("%s", view.title.c_str());
   if (view.readout.clinical) draw_own_angles(view, *view.readout.clinical);
-  draw_angle(view, "flexion", pose.attitude.flexion_rad,
-             pose.is_flexion_clamped ? "end of the range" : nullptr);
-  draw_angle(view, "varus", pose.attitude.varus_rad, varus_remark(view));
+  draw_rotation(view, 0, pose.attitude.flexion_rad, pose.is_flexion_clamped ? "end of the range" : nullptr);
+  draw_rotation(view, 1, pose.attitude.varus_rad, varus_remark(view));
   if (pose.status == motion::PoseStatus::solved) {
     if (view.readout.joint) draw_joint(*view.readout.joint);
     draw_gap(view);

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "core/joint_kind.hpp"
 #include "gui/gui.hpp"
 
 namespace vrda::gui {
@@ -21,6 +22,7 @@ struct PanelView {
   const std::string& title;
   const std::vector<std::string>& set_labels;
   const std::array<std::string, 2>& held_labels;  ///< in the order of scene::FixedObject
+  const JointKind& kind;
 };
 
 void draw_numbers(const PanelView& view, const navigation::PlayerState& state);

@@ -95,7 +95,7 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
   tiled_ = cameras_for(poses, aspect_of(column(size_, 0, views_.size())));
   renderer_->load(scene_);
   if (!options.has_numbers && !wanted_.has(scene::Layer::labels)) return;
-  gui_.emplace(gui::GuiOptions{model.title, {set.name}, 1.0});
+  gui_.emplace(gui::GuiOptions{.title = model.title, .sets = {set.name}, .joint = model.joint});
   renderer_->load(gui_->font());
 }
 

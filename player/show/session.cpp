@@ -70,7 +70,7 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
       side_(side_named(model_.side)),
       gui_({options.title, motion::set_names(model_), options.scale,
             scene::displayed_name(model_, scene::Owner::reference),
-            scene::displayed_name(model_, scene::Owner::moving)}),
+            scene::displayed_name(model_, scene::Owner::moving), model_.joint}),
       view_(options.view),
       width_(options.width),
       height_(options.height)

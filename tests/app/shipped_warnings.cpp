@@ -46,7 +46,8 @@ const Warning warnings[] = {
 
 std::vector<std::string> shipped_jobs()
 {
-  return {"hip-generic",
+  return {"ankle-generic",
+          "hip-generic",
           "knee-generic",
           "knee-generic-contact",
           "knee-jam-smith2019",
@@ -54,6 +55,7 @@ std::vector<std::string> shipped_jobs()
           "knee-pymskt-dess",
           "knee-vhf-left",
           "knee-vhf-right",
+          "subtalar-01",
           "validation/ball-in-dish",
           "validation/ball-on-non-monotone-slope",
           "validation/bar-on-pyramids",

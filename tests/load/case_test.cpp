@@ -66,21 +66,70 @@ TEST(Case, TwoBoxesArriveWhole)
   EXPECT_THAT(loaded.warnings, ElementsAre(testing::HasSubstr("nearly free")));
 }
 
-TEST(Case, AnotherJointStartsBackAgainstThePush)
+TEST(Case, AnotherJointStartsFromTheMeshesJustBeforeContact)
 {
   const Folder folder;
   const auto start = [&](const std::vector<std::string>& overrides) {
     return load::load_case(folder.job, {"", overrides}).initial.translation_mm;
   };
-  EXPECT_EQ(start({}), Eigen::Vector3d(0, -20, 0));
-  EXPECT_EQ(start({"push.delta=[0, 0, -2]"}), Eigen::Vector3d(0, 0, 20));
-  EXPECT_EQ(start({"push.delta={flexion_deg=[0, 90], value=[[3, 4, 0], [0, 1, 0]]}"}),
-            Eigen::Vector3d(-12, -16, 0));
+  const auto is_near = [](const Eigen::Vector3d& found_mm, const Eigen::Vector3d& wanted_mm) {
+    return (found_mm - wanted_mm).norm() < 1e-12;  // rounding of lengths of 20 mm
+  };
+  // The boxes are 20 mm apart along Y, 25 mm along (3, 4, 0); 0.1 mm remain.
+  EXPECT_TRUE(is_near(start({}), {0, 19.9, 0}));
+  EXPECT_TRUE(is_near(start({"joint=ankle"}), {0, 19.9, 0}));
+  EXPECT_TRUE(is_near(start({"push.delta={flexion_deg=[0, 90], value=[[3, 4, 0], [0, 1, 0]]}"}),
+                      24.9 * Eigen::Vector3d(0.6, 0.8, 0)));
+  EXPECT_TRUE(is_near(start({"moving.component.0.shift_mm=[0, 25, 0]"}), {0, -5.1, 0})) << "overlap";
+  EXPECT_EQ(start({"push.delta=[0, -1, 0]"}).norm(), 0.0) << "nothing ahead";
   EXPECT_EQ(start({"push.delta=[0, 0, -2]", "moving.initial.translation_mm=[1, 2, 3]"}),
             Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(start({"joint=knee", "push.delta=[0, 0, -2]"}), Eigen::Vector3d(0, -20, 0));
-  // For the proximal axis the resolved text is unchanged, so motion models keep their bytes.
-  EXPECT_THAT(load::load_case(folder.job).resolved_job, testing::HasSubstr("translation_mm = [0, -20, 0]"));
+  EXPECT_EQ(start({"joint=knee", "moving.initial.translation_mm=auto"}), start({}));
+  EXPECT_THAT(load::load_case(folder.job).resolved_job, testing::HasSubstr("translation_mm = \"auto\""));
+}
+
+TEST(Case, APushFixedInTheReferenceTurnsWithIt)
+{
+  const Folder folder;
+  const auto pushed = [&](const std::string& side, const std::string& coordinates) {
+    return load::load_case(folder.job, {"", {"joint=hip", "push.delta=[0, 0.6, 0.8]", "push.force_n=10",
+                                             "side=" + side, "coordinates={" + coordinates + "}"}})
+        .push;
+  };
+  // A quarter of a turn about Z takes the thigh backwards: its X points distally in the pelvis.
+  const std::vector<load::Push> bent = pushed("right", "flexion={from=0, to=90, step=90}, varus=0, internal=0");
+  ASSERT_EQ(bent.size(), 2U);
+  EXPECT_TRUE(bent[0].delta.isApprox(Eigen::Vector3d(0, 0.6, 0.8), 1e-15));
+  EXPECT_TRUE(bent[1].delta.isApprox(Eigen::Vector3d(-0.6, 0, 0.8), 1e-15));
+  EXPECT_TRUE(bent[1].force_n.isApprox(Eigen::Vector3d(-6, 0, 8), 1e-15));
+  // Internal rotation takes X to the left on a right side, to the right on a left one.
+  const std::string turned = "flexion={from=0, to=1, step=1}, varus=0, internal=90";
+  EXPECT_TRUE(pushed("right", turned)[0].delta.isApprox(Eigen::Vector3d(-0.8, 0.6, 0), 1e-15));
+  EXPECT_TRUE(pushed("left", turned)[0].delta.isApprox(Eigen::Vector3d(0.8, 0.6, 0), 1e-15));
+}
+
+TEST(CaseErrors, APushFixedInTheReferenceNeedsThreeKnownRotations)
+{
+  const Folder folder;
+  for (const char* coordinates : {"coordinates={flexion={from=0, to=9, step=9}, varus=0}", "title=grid"}) {
+    EXPECT_THAT(facts_with(folder, {"joint=hip", coordinates}),
+                refuses({.field = "push.frame", .wanted = "[coordinates]"}));
+  }
+}
+
+TEST(Case, AHipIsPushedIntoTheAcetabulumOfItsSide)
+{
+  const Folder folder;
+  for (const bool is_right : {true, false}) {
+    const load::Case loaded = load::load_case(
+        folder.job, {"", {"joint=hip", is_right ? "side=right" : "side=left",
+                          "coordinates={flexion={from=0, to=9, step=9}, varus=0, internal=0}"}});
+    // Opposite to an opening of 45 degrees inclination and 20 degrees anteversion.
+    const double s = std::sqrt(0.5) * std::cos(20.0 * M_PI / 180.0);
+    EXPECT_LT((loaded.frame.delta - Eigen::Vector3d(-std::sin(20.0 * M_PI / 180.0), s, is_right ? -s : s)).norm(),
+              1e-3);  // the default has three decimals
+  }
 }
 
 TEST(Case, Sha256IsTheStandards)

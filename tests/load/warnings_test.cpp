@@ -86,15 +86,15 @@ TEST(Warnings, OpenSheetsAndHolesAndBadEdges)
 {
   const Mesh sheet = test::sheet(80, 12);
   EXPECT_THAT(warnings_of(test::small_job(), {}, condyles(), sheet),
-              ElementsAre(AllOf(HasSubstr("open sheet"), HasSubstr("boundary edges: 48"))));
+              Contains(AllOf(HasSubstr("open sheet"), HasSubstr("boundary edges: 48"))));
   Mesh torn = test::ball(40, 24, 48);
   torn.triangles.conservativeResize(torn.triangles.rows() - 1, 3);
   EXPECT_THAT(warnings_of(test::small_job(), {}, condyles(), torn),
-              ElementsAre(AllOf(HasSubstr("small holes"), HasSubstr("boundary edges: 3)"))));
+              Contains(AllOf(HasSubstr("small holes"), HasSubstr("boundary edges: 3)"))));
   Mesh twisted = test::ball(40, 24, 48);
   std::swap(twisted.triangles(100, 0), twisted.triangles(100, 1));
   EXPECT_THAT(warnings_of(test::small_job(), {}, condyles(), twisted),
-              ElementsAre(AllOf(HasSubstr("more than two faces"), HasSubstr(": 3"))));
+              Contains(AllOf(HasSubstr("more than two faces"), HasSubstr(": 3"))));
 }
 
 TEST(Warnings, AWrongUnitIsRefusedOrNoticed)

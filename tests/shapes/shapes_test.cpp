@@ -20,7 +20,7 @@ double apart_mm(const shapes::Shape& shape)
 
 TEST(Shapes, EveryShapeIsClosedOutwardAndApartByDefault)
 {
-  EXPECT_THAT(shapes::shape_names(), testing::ElementsAre("knee", "knee-template", "hip", "ball-in-dish",
+  EXPECT_THAT(shapes::shape_names(), testing::ElementsAre("knee", "knee-template", "hip", "ankle", "ball-in-dish",
                                                           "bar-on-pyramids", "cap-in-sink"));
   for (const std::string& name : shapes::shape_names()) {
     SCOPED_TRACE(name);
@@ -101,6 +101,37 @@ TEST(Hip, HeadAndSocketAreBallsAboutOneCentre)
     const double r = head.vertices_mm(v, 1) > 12.0 ? head.vertices_mm.row(v).norm() : 20.0;
     EXPECT_NEAR(r, 20.0, on_surface_mm);
   }
+}
+
+TEST(Hip, TheSocketOpensByInclinationAndThenAnteversion)
+{
+  const shapes::Shape plain = shapes::generate_shape({"hip", {{"depth", -4.0}}, {}});
+  const shapes::Shape tilted = shapes::generate_shape(
+      {"hip", {{"depth", -4.0}, {"inclination", 45.0}, {"anteversion", 30.0}}, {}});
+  // cos 30 = 0.866, cos 45 = sin 45 = 0.707
+  const Eigen::Vector3d opening(0.5, -0.75 / std::sqrt(1.5), 0.75 / std::sqrt(1.5));
+  const Eigen::VectorXd along = tilted.reference.at(0).mesh.vertices_mm * opening;
+  EXPECT_NEAR(along.maxCoeff(), -plain.reference.at(0).mesh.vertices_mm.col(1).minCoeff(), 1e-12);
+  EXPECT_NEAR(along.maxCoeff(), -4.0, 0.1);  // the rim, with its rounding
+}
+
+TEST(Ankle, BothSurfacesTurnAboutZ)
+{
+  const shapes::Shape shape = shapes::generate_shape({"ankle", {{"clearance", 0.75}}, {}});
+  const auto profile_mm = [](double z_mm) { return 20.0 + 40.0 - std::sqrt(40.0 * 40.0 - z_mm * z_mm); };
+  constexpr double on_surface_mm = 1e-8;  // Newton's last step
+  const auto count_on = [&](const Mesh& mesh, double clearance_mm, double least_y_mm) {
+    int n = 0;
+    for (Eigen::Index v = 0; v < mesh.vertices_mm.rows(); ++v) {
+      const Eigen::Vector3d p = mesh.vertices_mm.row(v);
+      const double off_mm = p.head<2>().norm() - profile_mm(p.z()) - clearance_mm;
+      n += p.y() > least_y_mm && std::abs(p.z()) < 11.0 && std::abs(off_mm) < on_surface_mm ? 1 : 0;
+    }
+    return n;
+  };
+  EXPECT_GT(count_on(shape.moving.at(0).mesh, 0.0, 0.0), 300);
+  EXPECT_GT(count_on(shape.reference.at(0).mesh, 0.75, 12.0), 150);
+  EXPECT_NEAR(apart_mm(shape), 0.75, 0.05);  // two facets of 2 mm: 2 * 2^2 / (8 * 20)
 }
 
 TEST(BallInDish, VerticesLieOnTheirBallsAndTheRestingPlaceIsTheOrigin)

@@ -27,7 +27,7 @@ void expect_finding_in_whole(const test::Damage& damage)
 TEST(ModelRules, RootAttributes)
 {
   expect_finding(
-      {"/@joint", "\"elbow\"", "\"knee\", \"other\"", [](store::MotionModel& m) { m.joint = "elbow"; }});
+      {"/@joint", "\"elbow\"", "\"knee\", \"hip\"", [](store::MotionModel& m) { m.joint = "elbow"; }});
   expect_finding({"/@side", "\"\"", "\"right\", \"left\"", [](store::MotionModel& m) { m.side = ""; }});
   expect_finding(
       {"/@method", "\"magic\"", "\"stability-search\"", [](store::MotionModel& m) { m.method = "magic"; }});

@@ -1,7 +1,7 @@
 // Clinical curves of one model: screw-home and translations.
 import { el, folded, section, table } from "./dom.js";
 import { curvePlots } from "./curves.js";
-import { decimal, motionName } from "./format.js";
+import { decimal, motionName, wordOf } from "./format.js";
 import { abscissaName } from "./plot.js";
 
 // Of the smoothed sets only the recommended or the first (highest) one is visible initially.
@@ -26,7 +26,7 @@ function numbersTable(model) {
   const curve = model.curves[0];
   const keys = ["internal", "varus", "anterior", "proximal", "lateral"];
   const rows = curve.flexion.map((flexion, k) => [decimal(flexion, model.key_name ? 3 : 1), ...keys.map((key) => decimal(curve[key][k], 2))]);
-  const headings = [model.key_name ? abscissaName() : "flexion, °", "internal rotation, °", "varus, °", "anterior, mm", "proximal, mm", "lateral, mm"];
+  const headings = [model.key_name ? abscissaName() : `${wordOf(model, "flexion")}, °`, "internal rotation, °", `${wordOf(model, "varus")}, °`, "anterior, mm", "proximal, mm", "lateral, mm"];
   return folded("Values of these curves", table(`Clinical numbers, ${motionName(curve.name)}`, headings, rows));
 }
 
@@ -37,10 +37,11 @@ function bandText(model) {
 
 export function rotationSection(model) {
   const isKnee = model.joint === "knee";
+  const varus = wordOf(model, "varus"), Varus = varus[0].toUpperCase() + varus.slice(1);
   const quantities = [
     { key: "internal", name: "internal rotation", unit: "degrees", title: isKnee ? "Screw-home: internal rotation" : "Rotation about the moving body’s long axis",
       caption: `Rotation of the ${model.moving.name} about its long axis, internal +, Grood-Suntay.${bandText(model)}` },
-    { key: "varus", name: "varus", unit: "degrees", title: "Varus along the motion", caption: `Varus (adduction +) of the motion${model.is_varus_free ? "" : "; on the raw spine it changes in steps of the grid"}.` },
+    { key: "varus", name: varus, unit: "degrees", title: `${Varus} along the motion`, caption: `${model.words ? Varus : "Varus (adduction +)"} of the motion${model.is_varus_free ? "" : "; on the raw spine it changes in steps of the grid"}.` },
   ];
   return section("rotation", isKnee ? "Screw-home" : "Rotation", curvePlots(shownCurves(model), quantities));
 }

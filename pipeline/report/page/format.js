@@ -51,9 +51,14 @@ export function parameterTitle(key) {
   return `${PARAMETERS[key].name}, ${PARAMETERS[key].unit}`;
 }
 
+/** What the joint's kind calls a rotation: "varus", or "adduction (abduction -)" of a hip. */
+export function wordOf(model, rotation) {
+  return (model.words?.[rotation] ?? rotation).replace("-", "−");
+}
+
 /** Title of an axis of the grid. If Delta is not proximal, its angles are about turned axes and not those of the joint. */
 export function gridTitle(model, angle, unit = "degrees") {
-  return `${angle}${model.axes_are_turned ? " of the attitude" : ""}, ${unit}`;
+  return `${wordOf(model, angle)}${model.axes_are_turned ? " of the attitude" : ""}, ${unit}`;
 }
 
 /** Minimum and maximum of numbers, ignoring null. */

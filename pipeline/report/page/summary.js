@@ -1,6 +1,6 @@
 // Summary: warnings, key numbers, statuses.
 import { el, section, table } from "./dom.js";
-import { decimal, length, number, percent } from "./format.js";
+import { decimal, length, number, percent, wordOf } from "./format.js";
 
 function card(value, label) {
   return el("div", { class: "card" }, el("span", { class: "value" }, value), el("span", { class: "label" }, label));
@@ -14,8 +14,8 @@ function axisText(values, name) {
 /** Describes the grid. */
 export function gridText(model) {
   if (model.key_name) return `${model.flexion.length} frames over ${model.key_name} from ${number(model.flexion[0])} to ${number(model.flexion.at(-1))}`;
-  const varus = model.is_varus_free ? "varus solved by the equilibrium" : axisText(model.varus, "varus");
-  return `${axisText(model.flexion, "flexion")}, ${varus}`;
+  const varus = model.is_varus_free ? `${wordOf(model, "varus")} solved by the equilibrium` : axisText(model.varus, wordOf(model, "varus"));
+  return `${axisText(model.flexion, wordOf(model, "flexion"))}, ${varus}`;
 }
 
 const METHODS = { "stability-search": "stability search", equilibrium: "equilibrium", import: "measurement" };

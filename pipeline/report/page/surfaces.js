@@ -41,7 +41,7 @@ function surfaceLayout(model, state, range) {
 }
 
 function heatLayout(model) {
-  return { xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(`${gridTitle(model, "varus")} (adduction +)`) };
+  return { xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(`${gridTitle(model, "varus")}${model.words ? "" : " (adduction +)"}`) };
 }
 
 function panel(model, state, isRaw) {

@@ -15,6 +15,10 @@ import { bodyNames, Labels } from "./labels.js";
 import { gapPalette, gradientOf, strainPalette } from "./palettes.js";
 import { Viewer, views } from "./viewer.js";
 
+// Directions, positive and negative, of flexion and varus of the kinds whose words differ (schemas/clinical.md).
+const foot = [["plantarflexion", "dorsiflexion"], ["inversion", "eversion"]];
+const kindWords = { hip: [["extension", "flexion"], ["adduction", "abduction"]], ankle: foot, subtalar: foot };
+
 const byId = (id) => document.getElementById(id);
 const framedPoses = 5;  // over flexion, to which the camera is fitted
 
@@ -83,6 +87,13 @@ function wordsOf(pose) {
   return `, ${internal < 0 ? "external" : "internal"} rotation ${formatNumber(Math.abs(internal), 1)}°, ${anterior < 0 ? "posterior" : "anterior"} ${formatNumber(Math.abs(anterior), 1)} mm`;
 }
 
+/// "flexion 30.0°", of a hip with its directions: "abduction 5.0°".
+function angleText(k, degrees) {
+  const words = kindWords[player.model.joint]?.[k];
+  if (!words) return `${["flexion", "varus"][k]} ${formatNumber(degrees, 1)}°`;
+  return `${words[degrees < 0 ? 1 : 0]} ${formatNumber(Math.abs(degrees), 1)}°`;
+}
+
 /// As in the window: "degree_6_recontacted" is "degree 6, recontacted".
 function setLabel(set) {
   return set === "raw" ? "raw cells" : set.replace("_recontacted", ", recontacted").replaceAll("_", " ");
@@ -90,7 +101,7 @@ function setLabel(set) {
 
 function writeNumbers(pose) {
   const shown = { flexion: pose.attitude.flexion / degree, varus: pose.attitude.varus / degree };
-  byId("shown").textContent = `${player.model.hasTurnedAxes ? "attitude, about axes turned with Delta: " : ""}flexion ${formatNumber(shown.flexion, 1)}°, varus ${formatNumber(shown.varus, 1)}°${wordsOf(pose)}; ${setLabel(player.set)}`;
+  byId("shown").textContent = `${player.model.hasTurnedAxes ? "attitude, about axes turned with Delta: " : ""}${angleText(0, shown.flexion)}, ${angleText(1, shown.varus)}${wordsOf(pose)}; ${setLabel(player.set)}`;
   byId("note").textContent = noteOf(pose);
   byId("numbers").tBodies[0].replaceChildren(...rowsOf(pose).map(([label, value], k) => {
     const row = document.createElement("tr"), name = document.createElement("th"), number = document.createElement("td");
@@ -165,6 +176,10 @@ function show(model, name) {
   document.title = `${model.title || name} – VRDA player`;
   const solved = model.status.reduce((count, status) => count + (status === stable), 0);
   byId("facts").textContent = `${name}: ${model.side} ${model.joint}, ${model.method}, ${solved} of ${model.status.length} attitudes solved`;
+  ["flexion", "varus"].forEach((angle, k) => {
+    const word = kindWords[model.joint]?.[k][0] ?? angle;
+    byId(`${angle}-word`).textContent = word[0].toUpperCase() + word.slice(1);
+  });
   byId("welcome").hidden = byId("message").hidden = true;
   byId("player").hidden = false;
   setRange("flexion", model.flexion[0], model.flexion.at(-1));
