@@ -15,9 +15,7 @@ constexpr CoordinateWords plantarflexion{"plantarflexion", "dorsiflexion"};
 constexpr CoordinateWords inversion{"inversion", "eversion"};
 
 constexpr std::array<JointKind, joint_kind_names.size()> kinds{{
-    {"knee",
-     {{{"flexion", "extension"}, {"varus", "valgus"}, internal, anterior, proximal, lateral}},
-     true},
+    {"knee", {{{"flexion", "extension"}, {"varus", "valgus"}, internal, anterior, proximal, lateral}}, true},
     // The same rotation about Z that bends a knee swings a thigh backwards.
     {"hip",
      {{{"extension", "flexion"}, {"adduction", "abduction"}, internal, anterior, proximal, lateral}},

@@ -139,6 +139,7 @@ Case settings_of(const Job& job, const std::optional<LoadedCoordinates>& coordin
   loaded.push = push_rows(job, push, loaded.grid.flexion_deg);
   loaded.path_push = push_rows(job, push, loaded.path_flexion_deg);
   loaded.delta_at_meshes = loaded.push.front().delta;
+  loaded.is_push_fixed_in_reference = push.is_fixed_in_reference;
   if (push.is_fixed_in_reference) {
     check_fixed_push(job, coordinates);
     loaded.delta_at_meshes = value_at_flexion(push.delta, 0.0).normalized();
@@ -202,7 +203,7 @@ Case load_case(const Job& given, const std::string& data_directory)
   loaded.ligaments = ligaments.ligaments;
   loaded.inputs.insert(loaded.inputs.end(), ligaments.inputs.begin(), ligaments.inputs.end());
   loaded.compartment_of_triangle = compartments_of(job, loaded.moving, loaded.frame.rotation_centre_mm.z());
-  if (job.is_start_auto) loaded.initial.translation_mm = start_travel_mm(loaded) * loaded.frame.delta;
+  if (job.is_start_auto) loaded.initial.translation_mm = start_travel_mm(loaded) * loaded.delta_at_meshes;
   const Warnings anatomy = anatomy_warnings(job, loaded);
   const Warnings fibres = fibre_warnings(ligaments, loaded.reference, loaded.moving);
   apply_scaling(loaded, job, scaling);

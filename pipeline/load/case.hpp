@@ -116,8 +116,9 @@ struct Case {
   /// Set if a coordinate has a role that a grid cannot express. Of a sequence of frames, `grid` has the
   /// flexion of each frame (0 where free).
   std::optional<CoordinateRows> coordinates;
-  std::vector<Push> push;  ///< [n_flexion]
+  std::vector<Push> push;                                      ///< [n_flexion]
   Eigen::Vector3d delta_at_meshes = Eigen::Vector3d::UnitY();  ///< Delta at the pose of the meshes
+  bool is_push_fixed_in_reference = false;
   /// With the equilibrium, the flexions along which its spine continues: the grid's, with as many between
   /// them as keep steps of at most 1 degree. Otherwise the grid's.
   std::vector<double> path_flexion_deg;

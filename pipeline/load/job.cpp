@@ -276,7 +276,8 @@ void complete_kind(documents::DocumentValue& root, bool is_start_given, bool is_
 void complete(documents::DocumentValue& root)
 {
   const std::string side = documents::text_at(root, "side");
-  if (root.find("compartments") == nullptr && joint_kind(documents::text_at(root, "joint")).has_compartments) {
+  if (root.find("compartments") == nullptr &&
+      joint_kind(documents::text_at(root, "joint")).has_compartments) {
     const std::string medial = side == "right" ? "left" : "right";
     const documents::DocumentValue::Table both{{"medial", half_space(medial)}, {"lateral", half_space(side)}};
     std::get<documents::DocumentValue::Table>(root.data).push_back({"compartments", {both}});

@@ -100,11 +100,11 @@ struct LineJob {
 
 struct PushJob {
   bool is_fixed_in_reference = false;  ///< Delta and the forces turn with it instead of the moving object
-  FlexionTable delta;             ///< [n, 3] unit vectors, canonical
-  FlexionTable force_n;           ///< [n, 1]
-  FlexionTable lateral_force_n;   ///< [n, 2] across Delta: along X and Z rotated from +Y to Delta
-  FlexionTable moment_nmm;        ///< [n, 1] about Delta
-  FlexionTable varus_moment_nmm;  ///< [n, 1] on varus, adduction positive
+  FlexionTable delta;                  ///< [n, 3] unit vectors, canonical
+  FlexionTable force_n;                ///< [n, 1]
+  FlexionTable lateral_force_n;        ///< [n, 2] across Delta: along X and Z rotated from +Y to Delta
+  FlexionTable moment_nmm;             ///< [n, 1] about Delta
+  FlexionTable varus_moment_nmm;       ///< [n, 1] on varus, adduction positive
   Eigen::Vector3d point_mm{0.0, 0.0, 0.0};
   std::vector<LoadJob> loads;
   std::vector<LineJob> lines;

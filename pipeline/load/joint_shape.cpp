@@ -96,8 +96,9 @@ std::string joint_shape_warning(const std::string& joint, const Case& loaded)
     return "joint: \"" + joint + "\", but \"" + loaded.moving.name + "\" faces the reference with " + sphere +
            ", as a hip does; write joint = \"hip\", or \"other\" for another ball joint";
   return "joint: \"hip\", but where \"" + loaded.moving.name + "\" faces the reference it is not part of " +
-         sphere + "; write joint = \"knee\", \"ankle\" or \"subtalar\" if it is one, else \"other\", or check "
-                  "the meshes and frames";
+         sphere +
+         "; write joint = \"knee\", \"ankle\" or \"subtalar\" if it is one, else \"other\", or check "
+         "the meshes and frames";
 }
 
 }  // namespace vrda::load

@@ -114,9 +114,11 @@ double smallest_horizontal_extent_mm(const Mesh& mesh)
 
 JointBounds joint_bounds_of(const load::Case& job_case)
 {
-  const solve::Joint joint = joint_of(job_case, job_case.frame);
+  SolverFrame frame = job_case.frame;
+  frame.delta = job_case.delta_at_meshes;
+  const solve::Joint joint = joint_of(job_case, frame);
   JointBounds bounds;
-  MovingPose neutral{solver_translation_mm(job_case.frame, job_case.initial.translation_mm),
+  MovingPose neutral{solver_translation_mm(frame, job_case.initial.translation_mm),
                      job_case.initial.theta_rad};
   proximity::GapQuery gap(joint.reference_gap, joint.moving_gap);
   gap.set_attitude({rad_from_deg(nearest_to_zero(job_case.grid.flexion_deg)),
@@ -124,7 +126,7 @@ JointBounds joint_bounds_of(const load::Case& job_case)
   const double travel_mm = gap.next_contact(neutral).travel_mm;
   if (!std::isfinite(travel_mm)) return bounds;
   neutral.translation_mm.y() += travel_mm;
-  bounds.neutral_mm = world_translation_mm(job_case.frame, neutral);
+  bounds.neutral_mm = world_translation_mm(frame, neutral);
   bounds.neutral_theta_rad = neutral.theta_rad;
   const double reference_mm = smallest_horizontal_extent_mm(joint.reference.tree_mesh.mesh);
   const double moving_mm = smallest_horizontal_extent_mm(joint.moving.tree_mesh.mesh);

@@ -81,20 +81,20 @@ Json head_json(const ReportModel& entry)
 {
   const store::MotionModel& model = entry.model;
   Json head = {{"name", entry.name},
-          {"title", model.title},
-          {"joint", model.joint},
-          {"side", model.side},
-          {"method", model.method},
-          {"is_varus_free", is_varus_free(model)},
-          {"has_compartments", model.has_compartments},
-          {"reference", body_json(model.reference)},
-          {"moving", body_json(model.moving)},
-          {"key_name", model.frames ? Json(model.frames->key_name) : Json()},
-          {"flexion", short_numbers(model.frames ? model.frames->key : model.flexion_deg)},
-          {"varus", short_numbers(model.varus_deg)},
-          {"statuses", statuses_json(model)},
-          {"numbers", numbers_json(entry)},
-          {"warnings", warnings_of(entry)}};
+               {"title", model.title},
+               {"joint", model.joint},
+               {"side", model.side},
+               {"method", model.method},
+               {"is_varus_free", is_varus_free(model)},
+               {"has_compartments", model.has_compartments},
+               {"reference", body_json(model.reference)},
+               {"moving", body_json(model.moving)},
+               {"key_name", model.frames ? Json(model.frames->key_name) : Json()},
+               {"flexion", short_numbers(model.frames ? model.frames->key : model.flexion_deg)},
+               {"varus", short_numbers(model.varus_deg)},
+               {"statuses", statuses_json(model)},
+               {"numbers", numbers_json(entry)},
+               {"warnings", warnings_of(entry)}};
   if (const Json words = words_json(joint_kind(model.joint)); !words.is_null()) head["words"] = words;
   return head;
 }

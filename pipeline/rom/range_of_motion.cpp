@@ -30,11 +30,10 @@ using Index = std::array<std::size_t, 3>;
 class RomScene {
  public:
   RomScene(const load::Case& job_case, DeltaBody delta_body)
-      : case_(job_case),
-        frame_(model_build::frame_of(job_case, job_case.push.front())),
-        is_swapped_(delta_body == DeltaBody::reference),
-        query_frame_(frame_)
+      : case_(job_case), frame_(job_case.frame), is_swapped_(delta_body == DeltaBody::reference)
   {
+    frame_.delta = job_case.delta_at_meshes;
+    query_frame_ = frame_;
     if (is_swapped_) query_frame_.delta = -frame_.delta;
     const Body& first = is_swapped_ ? job_case.moving : job_case.reference;
     const Body& second = is_swapped_ ? job_case.reference : job_case.moving;

@@ -11,8 +11,8 @@ namespace {
 constexpr double ankle_rounding_mm = 2.0;
 // Edges of a tenth of the trochlea's radius.
 constexpr double ankle_cells_a_radius = 10.0;
-constexpr double tibia_wall_mm = 14.0;     // above the top of the trochlea
-constexpr double malleolus_mm = 8.0;       // its thickness
+constexpr double tibia_wall_mm = 14.0;      // above the top of the trochlea
+constexpr double malleolus_mm = 8.0;        // its thickness
 constexpr double malleolus_space_mm = 1.5;  // between it and the trochlea
 
 LevelSetOptions ankle_options(const AnkleParameters& plan)
@@ -45,7 +45,8 @@ Mesh talus(const AnkleParameters& plan)
 {
   const double half_mm = 0.5 * plan.width_mm;
   const Field field = [=](const Eigen::Vector3d& p) {
-    const double ends = smooth_max(std::abs(p.z()) - half_mm, -0.7 * plan.radius_mm - p.y(), ankle_rounding_mm);
+    const double ends =
+        smooth_max(std::abs(p.z()) - half_mm, -0.7 * plan.radius_mm - p.y(), ankle_rounding_mm);
     return smooth_max(from_axis_mm(p) - profile_mm(plan, p.z()), ends, ankle_rounding_mm);
   };
   const double reach_mm = 1.5 * plan.radius_mm + half_mm;

@@ -1,5 +1,5 @@
-/// A tibiotalar pair: a grooved talar trochlea pushed up into the mortise of the tibia. Origin: on the axis of
-/// the trochlea, in its middle.
+/// A tibiotalar pair: a grooved talar trochlea pushed up into the mortise of the tibia. Origin: on the axis
+/// of the trochlea, in its middle.
 #pragma once
 
 #include "shapes/shapes.hpp"

@@ -119,23 +119,23 @@ Entry hip_entry()
 Entry ankle_entry()
 {
   const AnkleParameters plan;
-  return {"ankle",
-          "a grooved talar trochlea in the mortise of a tibia",
-          {number("resolution", "factor on the number of edges along a line", "", plan.resolution, {0.5, 12.0}),
-           number("radius", "of the trochlea in the bottom of its groove", "mm", plan.radius_mm, {10.0, 50.0}),
-           number("groove", "radius of the groove from side to side", "mm", plan.groove_mm, {20.0, 1000.0}),
-           number("width", "of the trochlea", "mm", plan.width_mm, {10.0, 39.0}),
-           number("clearance", "radius of the tibia's surface minus that of the trochlea", "mm",
-                  plan.clearance_mm, {0.05, 5.0}),
-           word("side", "which foot", {"right", "left"})},
-          [](const Values& values) {
-            return of_side(ankle({values.number("resolution"), values.number("radius"),
-                                  values.number("groove"), values.number("width"),
-                                  values.number("clearance")}),
-                           values);
-          },
-          nullptr,
-          {}};
+  return {
+      "ankle",
+      "a grooved talar trochlea in the mortise of a tibia",
+      {number("resolution", "factor on the number of edges along a line", "", plan.resolution, {0.5, 12.0}),
+       number("radius", "of the trochlea in the bottom of its groove", "mm", plan.radius_mm, {10.0, 50.0}),
+       number("groove", "radius of the groove from side to side", "mm", plan.groove_mm, {20.0, 1000.0}),
+       number("width", "of the trochlea", "mm", plan.width_mm, {10.0, 39.0}),
+       number("clearance", "radius of the tibia's surface minus that of the trochlea", "mm",
+              plan.clearance_mm, {0.05, 5.0}),
+       word("side", "which foot", {"right", "left"})},
+      [](const Values& values) {
+        return of_side(ankle({values.number("resolution"), values.number("radius"), values.number("groove"),
+                              values.number("width"), values.number("clearance")}),
+                       values);
+      },
+      nullptr,
+      {}};
 }
 
 Entry ball_in_dish_entry()
@@ -254,8 +254,9 @@ Entry cap_in_sink_entry()
 
 const std::vector<CatalogueEntry>& shape_catalogue()
 {
-  static const std::vector<Entry> all = {knee_entry(),         template_knee_entry(),   hip_entry(), ankle_entry(),
-                                         ball_in_dish_entry(), bar_on_pyramids_entry(), cap_in_sink_entry()};
+  static const std::vector<Entry> all = {knee_entry(),       template_knee_entry(), hip_entry(),
+                                         ankle_entry(),      ball_in_dish_entry(),  bar_on_pyramids_entry(),
+                                         cap_in_sink_entry()};
   return all;
 }
 

@@ -206,12 +206,12 @@ struct MotionModel {
 
   ClinicalSurfaces clinical;
   ContactRows contacts;
-  Body reference, moving;               ///< canonical, own side
-  std::vector<SmoothedSet> smoothed;    ///< by increasing degree
-  std::optional<TwoSided> two_sided;    ///< only with compartments
+  Body reference, moving;                ///< canonical, own side
+  std::vector<SmoothedSet> smoothed;     ///< by increasing degree
+  std::optional<TwoSided> two_sided;     ///< only with compartments
   std::optional<RepairedFrames> repair;  ///< of a repaired measurement; only with frames
-  std::optional<ZeroVarus> zero_varus;  ///< after `reduce`
-  std::vector<AuditSet> audits;         ///< by name
+  std::optional<ZeroVarus> zero_varus;   ///< after `reduce`
+  std::vector<AuditSet> audits;          ///< by name
   JobRecord job;
 };
 

@@ -127,8 +127,14 @@ GuiResult Gui::frame(const GuiFrame& frame, const navigation::PlayerState& state
   io.MouseDown[0] = frame.pointer.is_left_down;
   io.MouseWheel = static_cast<float>(frame.pointer.wheel);
   ImGui::NewFrame();
-  const PanelView view{frame, inner_->layout, range, readout, inner_->title, inner_->set_labels,
-                       inner_->held_labels, joint_kind(inner_->joint)};
+  const PanelView view{frame,
+                       inner_->layout,
+                       range,
+                       readout,
+                       inner_->title,
+                       inner_->set_labels,
+                       inner_->held_labels,
+                       joint_kind(inner_->joint)};
   GuiResult answer{state, navigation::Action::none};
   draw_labels(view);
   if (state.shows_numbers) draw_numbers(view, state);

@@ -25,7 +25,7 @@ struct GuiOptions {
   std::vector<std::string> sets;  ///< from set_names(); PlayerState::set is an index into them
   double scale = 1.0;             ///< of text and controls: the monitor's content scale
   std::string reference = "femur", moving = "tibia";  ///< names of the bodies on screen
-  std::string joint = "knee";     ///< kind, whose words the numbers have
+  std::string joint = "knee";                         ///< kind, whose words the numbers have
 };
 
 /// The pointer, in pixels from the top left corner of the window.
@@ -62,7 +62,7 @@ struct GuiFrame {
   GuiPointer pointer;
   ColourKey key;
   std::span<const navigation::ScreenLabel> labels;  ///< of the joint
-  bool has_controls = true;  ///< false: only readouts and legends, as for a video
+  bool has_controls = true;                         ///< false: only readouts and legends, as for a video
 };
 
 /// The user's changes in this frame.

@@ -313,7 +313,8 @@ void draw_angle(const PanelView& view, const char* name, double angle_rad, const
   ImGui::TextColored(quiet_colour, "%s", remark);
 }
 
-/// Flexion (0) or varus (1) in the words of the joint's kind; with words of its own by direction: "abduction 5".
+/// Flexion (0) or varus (1) in the words of the joint's kind; with words of its own by direction: "abduction
+/// 5".
 void draw_rotation(const PanelView& view, std::size_t k, double angle_rad, const char* remark)
 {
   const bool is_other_way = has_own_words(view.kind) && shown_deg(angle_rad) < 0.0;

@@ -131,7 +131,7 @@ std::span<const navigation::ScreenLabel> SeriesRenderer::labels_of(const scene::
 }
 
 const render::Overlay* SeriesRenderer::overlay_for(const motion::JointPose& pose,
-                                                    const scene::JointFrames& frames)
+                                                   const scene::JointFrames& frames)
 {
   if (!gui_) return nullptr;
   gui::GuiFrame frame;

@@ -158,7 +158,7 @@ const std::vector<Mistake> mistakes{
      [](const Folder& f) { f.set("name = \"femur\"\n[[", "name = \"pelvis\"\n[["); },
      0,
      "joint",
-     {"\"knee\"", "joint = \"other\""}},
+     {"\"knee\"", "joint = \"hip\""}},
     {"WrongProximalAxis",
      [](const Folder& f) {
        f.set("unit = \"mm\"", "unit = \"mm\"\nanterior = \"+Y\"\nproximal = \"+Z\"\nright = \"+X\"");

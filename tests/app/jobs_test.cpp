@@ -163,9 +163,9 @@ TEST(Jobs, TheSubtalarJointStaysTogether)
 {
   VRDA_REQUIRE_REAL_KNEES();
   const test::Scratch scratch;
-  const store::MotionModel model = solved(scratch, "subtalar-01.toml",
-                                          {"--data", test::data_directory()->string(), "--set",
-                                           "coordinates.varus.step=10"});
+  const store::MotionModel model =
+      solved(scratch, "subtalar-01.toml",
+             {"--data", test::data_directory()->string(), "--set", "coordinates.varus.step=10"});
   EXPECT_EQ(job_run::unsolved_fraction(model), 0.0) << job_run::status_line(model);
   expect_clean_poses(model);
   EXPECT_TRUE((model.plausibility == static_cast<std::int8_t>(Plausibility::nothing_found)).all());

@@ -19,7 +19,7 @@ class RomCommand : public testing::Test {
   std::vector<std::string> words(const std::string& folder, const std::vector<std::string>& more = {}) const
   {
     std::vector<std::string> all{"rom",        hip_,        "-o",         path(folder),
-                                 "--flexion",  "-20:80:20", "--varus",    "-40:40:20",
+                                 "--flexion",  "-120:20:20", "--varus",    "-40:40:20",
                                  "--delta-of", "reference", "--progress", "none"};
     all.insert(all.end(), more.begin(), more.end());
     return all;
@@ -40,13 +40,14 @@ TEST_F(RomCommand, WritesTheRangeAndWhatEndsIt)
 {
   const json found = json::parse(succeed(words("hip", {"--json", "--threads", "1"})).out);
   EXPECT_EQ(found.at("statuses").at("in_range").get<int>() + found.at("statuses").at("contact").get<int>(),
-            30);
-  // The neck leans 45 degrees to the right: between 20 and 40 degrees of flexion it reaches the rim.
+            40);
+  // Neck: 50 degrees from -Y to the right, as thick as the sine of 38.7 degrees of the head. Rim: 4.8 degrees
+  // above the equator about (0.342, -0.664, 0.664). They meet at a thigh's flexion of 111 degrees.
   const json flexion = found.at("neutral_ends").at("flexion");
-  EXPECT_EQ(flexion.at("from").at("ended_by"), "not_tried");
-  EXPECT_NEAR(flexion.at("to").at("deg").get<double>(), 20.0, 1e-9);
-  EXPECT_EQ(flexion.at("to").at("ended_by"), "contact");
-  EXPECT_EQ(flexion.at("to").at("moving"), "head");
+  EXPECT_EQ(flexion.at("to").at("ended_by"), "not_tried");
+  EXPECT_NEAR(flexion.at("from").at("deg").get<double>(), -100.0, 1e-9);
+  EXPECT_EQ(flexion.at("from").at("ended_by"), "contact");
+  EXPECT_EQ(flexion.at("from").at("moving"), "head");
   const std::string first = test::text_of(path("hip/rom.json"));
   // The same command again gives the same bytes, with other threads too.
   succeed(words("hip", {"--threads", "2"}));

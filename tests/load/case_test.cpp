@@ -93,12 +93,14 @@ TEST(Case, APushFixedInTheReferenceTurnsWithIt)
 {
   const Folder folder;
   const auto pushed = [&](const std::string& side, const std::string& coordinates) {
-    return load::load_case(folder.job, {"", {"joint=hip", "push.delta=[0, 0.6, 0.8]", "push.force_n=10",
-                                             "side=" + side, "coordinates={" + coordinates + "}"}})
+    return load::load_case(folder.job, {"",
+                                        {"joint=hip", "push.delta=[0, 0.6, 0.8]", "push.force_n=10",
+                                         "side=" + side, "coordinates={" + coordinates + "}"}})
         .push;
   };
   // A quarter of a turn about Z takes the thigh backwards: its X points distally in the pelvis.
-  const std::vector<load::Push> bent = pushed("right", "flexion={from=0, to=90, step=90}, varus=0, internal=0");
+  const std::vector<load::Push> bent =
+      pushed("right", "flexion={from=0, to=90, step=90}, varus=0, internal=0");
   ASSERT_EQ(bent.size(), 2U);
   EXPECT_TRUE(bent[0].delta.isApprox(Eigen::Vector3d(0, 0.6, 0.8), 1e-15));
   EXPECT_TRUE(bent[1].delta.isApprox(Eigen::Vector3d(-0.6, 0, 0.8), 1e-15));
@@ -122,13 +124,15 @@ TEST(Case, AHipIsPushedIntoTheAcetabulumOfItsSide)
 {
   const Folder folder;
   for (const bool is_right : {true, false}) {
-    const load::Case loaded = load::load_case(
-        folder.job, {"", {"joint=hip", is_right ? "side=right" : "side=left",
-                          "coordinates={flexion={from=0, to=9, step=9}, varus=0, internal=0}"}});
+    const load::Case loaded =
+        load::load_case(folder.job, {"",
+                                     {"joint=hip", is_right ? "side=right" : "side=left",
+                                      "coordinates={flexion={from=0, to=9, step=9}, varus=0, internal=0}"}});
     // Opposite to an opening of 45 degrees inclination and 20 degrees anteversion.
     const double s = std::sqrt(0.5) * std::cos(20.0 * M_PI / 180.0);
-    EXPECT_LT((loaded.frame.delta - Eigen::Vector3d(-std::sin(20.0 * M_PI / 180.0), s, is_right ? -s : s)).norm(),
-              1e-3);  // the default has three decimals
+    EXPECT_LT(
+        (loaded.frame.delta - Eigen::Vector3d(-std::sin(20.0 * M_PI / 180.0), s, is_right ? -s : s)).norm(),
+        1e-3);  // the default has three decimals
   }
 }
 

@@ -20,8 +20,8 @@ double apart_mm(const shapes::Shape& shape)
 
 TEST(Shapes, EveryShapeIsClosedOutwardAndApartByDefault)
 {
-  EXPECT_THAT(shapes::shape_names(), testing::ElementsAre("knee", "knee-template", "hip", "ankle", "ball-in-dish",
-                                                          "bar-on-pyramids", "cap-in-sink"));
+  EXPECT_THAT(shapes::shape_names(), testing::ElementsAre("knee", "knee-template", "hip", "ankle",
+                                                          "ball-in-dish", "bar-on-pyramids", "cap-in-sink"));
   for (const std::string& name : shapes::shape_names()) {
     SCOPED_TRACE(name);
     EXPECT_FALSE(shapes::shape_summary(name).empty());
@@ -106,8 +106,8 @@ TEST(Hip, HeadAndSocketAreBallsAboutOneCentre)
 TEST(Hip, TheSocketOpensByInclinationAndThenAnteversion)
 {
   const shapes::Shape plain = shapes::generate_shape({"hip", {{"depth", -4.0}}, {}});
-  const shapes::Shape tilted = shapes::generate_shape(
-      {"hip", {{"depth", -4.0}, {"inclination", 45.0}, {"anteversion", 30.0}}, {}});
+  const shapes::Shape tilted =
+      shapes::generate_shape({"hip", {{"depth", -4.0}, {"inclination", 45.0}, {"anteversion", 30.0}}, {}});
   // cos 30 = 0.866, cos 45 = sin 45 = 0.707
   const Eigen::Vector3d opening(0.5, -0.75 / std::sqrt(1.5), 0.75 / std::sqrt(1.5));
   const Eigen::VectorXd along = tilted.reference.at(0).mesh.vertices_mm * opening;
