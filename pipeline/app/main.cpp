@@ -239,7 +239,7 @@ struct Commands {
   {
     CLI::App& c =
         add("rom", "Find the rotations that the joint can reach within limits, and what prevents the others.",
-            "vrda rom jobs/hip-generic.toml -o rom/hip --delta-of reference --flexion -20:120:5 --varus "
+            "vrda rom jobs/hip-generic.toml -o rom/hip --flexion -120:20:5 --varus "
             "-45:45:5");
     vrda::app::add_rom_options(c, rom);
     c.callback([this] { chosen = [this] { return rom_command(rom); }; });

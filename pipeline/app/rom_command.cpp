@@ -65,7 +65,6 @@ rom::RomPlan plan_of(const RomOptions& o)
                                                           : finite_number(o.translation_mm).value_or(nan);
   plan.limits.opening_mm = o.opening_mm;
   plan.limits.strain = o.strain;
-  plan.delta_body = o.delta_of == "reference" ? rom::DeltaBody::reference : rom::DeltaBody::moving;
   plan.n_threads = job_run::thread_count_or_all(o.n_threads);
   plan.is_stopped = console::is_interrupted;
   return plan;
@@ -253,6 +252,9 @@ console::ExitCode rom_command(const RomOptions& o)
   rom::RomPlan plan = plan_of(o);
   const load::Case job_case =
       load::scaled_to_subject(job_run::load_and_report_case(o.job_file, {o.data_directory, o.overrides}));
+  const bool is_of_reference =
+      o.delta_of.empty() ? job_case.is_push_fixed_in_reference : o.delta_of == "reference";
+  plan.delta_body = is_of_reference ? rom::DeltaBody::reference : rom::DeltaBody::moving;
   const fs::path folder = o.folder;
   const std::string file = (folder / "rom.json").string();
   job_run::make_folder(folder.string());
@@ -267,6 +269,7 @@ console::ExitCode rom_command(const RomOptions& o)
   if (plan.shard) return console::ExitCode::done;
   const rom::RomDocument document = rom::rom_document(job_case, *range, "vrda " VRDA_VERSION);
   const std::pair<const char*, std::string> outputs[] = {{"index.html", rom::rom_page(document)},
+                                                         {"rom.png", rom::rom_picture(document)},
                                                          {"rom.csv", rom::rom_csv(document)},
                                                          {"boundary.csv", rom::boundary_csv(document)},
                                                          {"rom.json", rom::rom_json(document)}};

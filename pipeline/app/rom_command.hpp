@@ -19,7 +19,7 @@ struct RomOptions {
   std::string translation_mm = "2";      ///< or "free"
   double opening_mm = 0.5;
   double strain = 0.1;
-  std::string delta_of = "moving";   ///< or "reference"
+  std::string delta_of;              ///< "moving" or "reference"; empty: as the job's push
   std::vector<std::string> compare;  ///< two rom.json, instead of a job
   std::string shard;                 ///< "I/N", or empty
   bool is_fresh = false;
@@ -30,7 +30,7 @@ struct RomOptions {
 };
 
 /// Resumes from its journal and those of shards in the folder, which it removes at the end. With `shard` writes
-/// only a journal. Writes rom.json, rom.csv, boundary.csv and index.html into the folder and prints volume and ends; or
+/// only a journal. Writes rom.json, rom.csv, boundary.csv, index.html and rom.png into the folder and prints volume and ends; or
 /// compares two rom.json. Throws InputError before solving if less than two rotations are driven, or if the
 /// folder has the result of another job or of other limits.
 console::ExitCode rom_command(const RomOptions& options);

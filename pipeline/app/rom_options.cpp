@@ -10,7 +10,8 @@ void add_rom_options(CLI::App& c, RomOptions& o)
 {
   constexpr double largest = 1e6;
   c.add_option("job", o.job_file, "Job file (TOML); its grid is not used");
-  c.add_option("-o,--output", o.folder, "Output folder: rom.json, rom.csv, boundary.csv, index.html");
+  c.add_option("-o,--output", o.folder,
+               "Output folder: rom.json, rom.csv, boundary.csv, index.html, rom.png");
   c.add_option("--data", o.data_directory, "Base folder of relative mesh file names");
   c.add_option("--set", o.overrides, "key=value, overrides the job file; may be repeated")
       ->allow_extra_args(false)
@@ -31,9 +32,8 @@ void add_rom_options(CLI::App& c, RomOptions& o)
       ->check(number(0.0, largest))
       ->capture_default_str();
   c.add_option("--delta-of", o.delta_of,
-               "The object to which Delta is fixed: moving, as in vrda run, or reference (a hip)")
-      ->check(one_of({"moving", "reference"}))
-      ->capture_default_str();
+               "The object to which Delta is fixed: moving or reference; default: as push.frame of the job")
+      ->check(one_of({"moving", "reference"}));
   c.add_option("--compare", o.compare, "Two rom.json: volume of each, common, only in one")->expected(2);
   c.add_option("--shard", o.shard,
                "I/N: solve every Nth flexion from the Ith on, into a journal in the folder; the same command "

@@ -166,25 +166,30 @@ bool is_certainly_separated(const proximity::Corners& a, const proximity::Corner
     const proximity::Extent ea = proximity::extent(a, axis), eb = proximity::extent(b, axis);
     if (ea.least - eb.most > band_mm || eb.least - ea.most > band_mm) return true;
   }
-  // Whether all of `other` is further than the band beyond a plane through `p`.
-  const auto is_beyond = [band_mm](const Eigen::Vector3d& n, const Eigen::Vector3d& p,
-                                   const proximity::Corners& other) {
+  struct Range {
+    double least, most;
+  };
+  const auto range_along = [](const Eigen::Vector3d& n, const Eigen::Vector3d& p,
+                              const proximity::Corners& other) {
+    const double d0 = n.dot(other[0] - p), d1 = n.dot(other[1] - p), d2 = n.dot(other[2] - p);
+    return Range{std::min({d0, d1, d2}), std::max({d0, d1, d2})};
+  };
+  // Whether distances along `n` from `least` to `most` are beyond the band. Margin for rounding: no touching
+  // pair may be rejected. Most fail at the first comparison, without a square root.
+  const auto is_beyond = [band_mm](const Eigen::Vector3d& n, double least, double most) {
+    if (!(least > 0.0)) return false;
     const double length = n.norm();
-    double least = std::numeric_limits<double>::infinity(), largest = 0.0;
-    for (const Eigen::Vector3d& q : other) {
-      const double d = n.dot(q - p);
-      least = std::min(least, d);
-      largest = std::max(largest, std::abs(d));
-    }
-    // Margin for rounding: no touching pair may be rejected.
-    return least > band_mm * length + 1e-9 * (length + largest);
+    return least > band_mm * length + 1e-9 * (length + most);
   };
   // By the plane of a face on either side, or by the planes through its edges and across it.
-  const auto separates = [&is_beyond](const proximity::Corners& face, const proximity::Corners& other) {
+  const auto separates = [&](const proximity::Corners& face, const proximity::Corners& other) {
     const Eigen::Vector3d n = (face[1] - face[0]).cross(face[2] - face[0]);
-    if (is_beyond(n, face[0], other) || is_beyond(-n, face[0], other)) return true;
+    const Range across = range_along(n, face[0], other);
+    if (is_beyond(n, across.least, across.most) || is_beyond(n, -across.most, -across.least)) return true;
     for (std::size_t k = 0; k < 3; ++k) {
-      if (is_beyond((face[(k + 1) % 3] - face[k]).cross(n), face[k], other)) return true;
+      const Eigen::Vector3d out = (face[(k + 1) % 3] - face[k]).cross(n);
+      const Range beside = range_along(out, face[k], other);
+      if (is_beyond(out, beside.least, beside.most)) return true;
     }
     return false;
   };

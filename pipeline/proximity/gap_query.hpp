@@ -16,8 +16,7 @@ namespace vrda::proximity {
 ///  - only reference faces directed down and moving faces directed up are included. A face with |n_y| below
 ///    1e-6 (unit normal) is neither; it contributes the edges that it shares with included faces.
 ///  - edges are paired only where both can touch first: each is convex, a boundary, or between an included
-///  and
-///    an excluded face. On a flat or reflex edge between two included faces the travel is never a strict
+///    and an excluded face. On a flat or reflex edge between two included faces the travel is never a strict
 ///    minimum: it is equally small along a line to another feature.
 ///  - a vertex over an edge or a vertex gives a feature for each different normal there: each is a valid
 ///    one-sided linearisation. The same point found through several triangles is one feature.

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
+#include "core/joint_kind.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 
@@ -202,6 +203,7 @@ RomDocument rom_document(const load::Case& job_case, const RangeOfMotion& range,
 {
   return {program,
           job_case.title,
+          job_case.joint,
           job_case.frame.side == Side::left ? "left" : "right",
           job_case.resolved_job,
           job_case.inputs,
@@ -239,6 +241,7 @@ std::string rom_json(const RomDocument& document)
       {"version", rom_version},
       {"program", document.program},
       {"title", document.title},
+      {"joint", document.joint},
       {"side", document.side},
       {"job", document.job},
       {"inputs", inputs},
@@ -273,6 +276,9 @@ RomDocument parse_rom(const std::string& file, const std::string& text)
   RomDocument document;
   document.program = reader.text("program");
   document.title = reader.text("title");
+  document.joint = reader.text("joint");
+  if (std::find(joint_kind_names.begin(), joint_kind_names.end(), document.joint) == joint_kind_names.end())
+    reader.fail("joint", '"' + document.joint + '"', "a kind of joint");
   document.side = reader.text("side");
   document.job = reader.text("job");
   document.reference_names = reader.texts("components/reference");

@@ -10,7 +10,7 @@ namespace vrda::rom {
 
 struct RomDocument {
   std::string program;                                     ///< that wrote it
-  std::string title, side, job;                            ///< of the job; its resolved text
+  std::string title, joint, side, job;                     ///< of the job; its kind, its resolved text
   std::vector<load::LoadedInput> inputs;                   ///< names and hashes
   std::vector<std::string> reference_names, moving_names;  ///< of the components
   RangeOfMotion range;
@@ -49,6 +49,9 @@ std::string boundary_csv(const RomDocument& document);
 
 /// A self-contained HTML page: limits, volume, a map of each slice, boundaries.
 std::string rom_page(const RomDocument& document);
+
+/// The maps of the page as an 8-bit RGB PNG, byte-identical for equal documents.
+std::string rom_picture(const RomDocument& document);
 
 /// Cells and volumes of two ranges over the same rotations.
 struct RomComparison {

@@ -3,8 +3,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/joint_kind.hpp"
 #include "core/units.hpp"
-#include "rom/rom_files.hpp"
+#include "rom/rom_maps.hpp"
 
 namespace vrda::rom {
 namespace {
@@ -41,14 +42,6 @@ std::string escaped(const std::string& text)
   return out;
 }
 
-std::string number_text(double value)
-{
-  if (!std::isfinite(value)) return "none";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
-
 std::string pixels(double value)
 {
   char text[32];
@@ -56,39 +49,9 @@ std::string pixels(double value)
   return text;
 }
 
-/// Abscissa, ordinate and slices of the maps: driven rotations first.
-struct MapAxes {
-  std::size_t x = 0, y = 1, slice = 2;
-};
-
-MapAxes map_axes(const RomAxes& axes)
+std::string map_svg(const RomDocument& document, const MapAxes& map, std::size_t slice)
 {
-  std::vector<std::size_t> order;
-  for (const bool is_driven : {true, false}) {
-    for (std::size_t a = 0; a < 3; ++a) {
-      if ((axes.rad[a].size() > 1) == is_driven) order.push_back(a);
-    }
-  }
-  return {order[0], order[1], order[2]};
-}
-
-double deg_at(const RomAxes& axes, std::size_t axis, std::size_t k)
-{
-  return deg_from_rad(axes.rad[axis][k]);
-}
-
-// Edges of the rectangle of each value: half way to its neighbours.
-double edge_deg(const RomAxes& axes, std::size_t axis, std::size_t k)
-{
-  const std::size_t n = axes.rad[axis].size();
-  if (n == 1) return deg_at(axes, axis, 0) + (k == 0 ? -0.5 : 0.5);
-  if (k == 0) return 1.5 * deg_at(axes, axis, 0) - 0.5 * deg_at(axes, axis, 1);
-  if (k == n) return 1.5 * deg_at(axes, axis, n - 1) - 0.5 * deg_at(axes, axis, n - 2);
-  return 0.5 * (deg_at(axes, axis, k - 1) + deg_at(axes, axis, k));
-}
-
-std::string map_svg(const RangeOfMotion& range, const MapAxes& map, std::size_t slice)
-{
+  const RangeOfMotion& range = document.range;
   constexpr double width = 240.0, height = 200.0, left = 46.0, bottom = 34.0, top = 6.0;
   const RomAxes& axes = range.axes;
   const std::size_t n_x = axes.rad[map.x].size(), n_y = axes.rad[map.y].size();
@@ -108,8 +71,7 @@ std::string map_svg(const RangeOfMotion& range, const MapAxes& map, std::size_t 
       const double a = px(edge_deg(axes, map.x, i)), b = px(edge_deg(axes, map.x, i + 1));
       const double c = py(edge_deg(axes, map.y, j + 1)), d = py(edge_deg(axes, map.y, j));
       svg += "<rect x=\"" + pixels(a) + "\" y=\"" + pixels(c) + "\" width=\"" + pixels(b - a + 0.3) +
-             "\" height=\"" + pixels(d - c + 0.3) + "\" fill=\"" +
-             status_colours[static_cast<std::size_t>(cell.status)] + "\"" +
+             "\" height=\"" + pixels(d - c + 0.3) + "\" fill=\"" + colour_of(cell.status) + "\"" +
              (cell.status == RomStatus::in_range && !cell.is_connected ? " fill-opacity=\"0.45\"" : "") +
              "/>\n";
     }
@@ -122,9 +84,10 @@ std::string map_svg(const RangeOfMotion& range, const MapAxes& map, std::size_t 
     label(px(deg_at(axes, map.x, k)), top + height + 13, "middle", number_text(deg_at(axes, map.x, k)));
   for (const std::size_t k : {std::size_t{0}, n_y / 2, n_y - 1})
     label(left - 4, py(deg_at(axes, map.y, k)) + 4, "end", number_text(deg_at(axes, map.y, k)));
-  label(left + width / 2, top + height + 28, "middle", std::string(rotation_names[map.x]) + ", degrees");
+  label(left + width / 2, top + height + 28, "middle", rotation_title(document, map.x) + ", degrees");
   svg += "<text transform=\"translate(11 " + pixels(top + height / 2) +
-         ") rotate(-90)\" text-anchor=\"middle\">" + rotation_names[map.y] + ", degrees</text>\n</svg>\n";
+         ") rotate(-90)\" text-anchor=\"middle\">" + rotation_title(document, map.y) +
+         ", degrees</text>\n</svg>\n";
   return svg;
 }
 
@@ -132,9 +95,8 @@ std::string legend()
 {
   std::string html = "<ul class=\"legend\">\n";
   for (const RomStatus status : all_rom_statuses) {
-    const auto k = static_cast<std::size_t>(status);
-    html += std::string("<li><span style=\"background:") + status_colours[k] + "\"></span>" +
-            status_meanings[k] + "</li>\n";
+    html += std::string("<li><span style=\"background:") + colour_of(status) + "\"></span>" +
+            meaning_of(status) + "</li>\n";
   }
   return html +
          "<li><span style=\"background:#2a7f62;opacity:0.45\"></span>in range, but not connected with the "
@@ -187,6 +149,54 @@ table{border-collapse:collapse}caption{text-align:left;font-weight:600}th,td{bor
 
 }  // namespace
 
+MapAxes map_axes(const RomAxes& axes)
+{
+  std::vector<std::size_t> order;
+  for (const bool is_driven : {true, false}) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      if ((axes.rad[a].size() > 1) == is_driven) order.push_back(a);
+    }
+  }
+  return {order[0], order[1], order[2]};
+}
+
+double deg_at(const RomAxes& axes, std::size_t axis, std::size_t k)
+{
+  return deg_from_rad(axes.rad[axis][k]);
+}
+
+double edge_deg(const RomAxes& axes, std::size_t axis, std::size_t k)
+{
+  const std::size_t n = axes.rad[axis].size();
+  if (n == 1) return deg_at(axes, axis, 0) + (k == 0 ? -0.5 : 0.5);
+  if (k == 0) return 1.5 * deg_at(axes, axis, 0) - 0.5 * deg_at(axes, axis, 1);
+  if (k == n) return 1.5 * deg_at(axes, axis, n - 1) - 0.5 * deg_at(axes, axis, n - 2);
+  return 0.5 * (deg_at(axes, axis, k - 1) + deg_at(axes, axis, k));
+}
+
+std::string rotation_title(const RomDocument& document, std::size_t axis)
+{
+  return label_of(joint_kind(document.joint), static_cast<JointCoordinate>(axis));
+}
+
+const char* colour_of(RomStatus status)
+{
+  return status_colours[static_cast<std::size_t>(status)];
+}
+
+const char* meaning_of(RomStatus status)
+{
+  return status_meanings[static_cast<std::size_t>(status)];
+}
+
+std::string number_text(double value)
+{
+  if (!std::isfinite(value)) return "none";
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
 std::string rom_page(const RomDocument& document)
 {
   const RangeOfMotion& range = document.range;
@@ -210,8 +220,8 @@ std::string rom_page(const RomDocument& document)
           (range.delta_body == DeltaBody::reference ? "reference" : "moving object") + ".</p>\n";
   html += boundary_table(document) + legend() + "<div class=\"maps\">\n";
   for (std::size_t k = 0; k < range.axes.rad[map.slice].size(); ++k) {
-    html += "<figure>" + map_svg(range, map, k) + "<figcaption>" + rotation_names[map.slice] + ' ' +
-            number_text(deg_at(range.axes, map.slice, k)) + "&deg;</figcaption></figure>\n";
+    html += "<figure>" + map_svg(document, map, k) + "<figcaption>" + rotation_title(document, map.slice) +
+            ' ' + number_text(deg_at(range.axes, map.slice, k)) + "&deg;</figcaption></figure>\n";
   }
   return html + "</div>\n<footer><p>By " + escaped(document.program) + ".</p></footer>\n</body></html>\n";
 }

@@ -38,13 +38,16 @@ if(VRDA_PIPELINE)
   find_file(PLOTLY_JS plotly.js PATHS /usr/share/python3-plotly NO_DEFAULT_PATH REQUIRED)
 endif()
 
+if(VRDA_PLAYER OR VRDA_TESTS)
+  find_package(PNG REQUIRED)
+endif()
+
 if(VRDA_PLAYER)
   pkg_check_modules(osmesa REQUIRED IMPORTED_TARGET osmesa)
   pkg_check_modules(egl REQUIRED IMPORTED_TARGET egl)
   pkg_check_modules(imgui REQUIRED IMPORTED_TARGET imgui)
   find_package(glfw3 3.3 REQUIRED)
   find_package(meshoptimizer REQUIRED)
-  find_package(PNG REQUIRED)
   # Header-only use: Boost.Asio, Boost.Beast and Boost.Math.
   find_package(Boost 1.74 REQUIRED)
   # Not find_package: its CMake files contain paths of the machine that built it.

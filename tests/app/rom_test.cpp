@@ -18,9 +18,8 @@ class RomCommand : public testing::Test {
 
   std::vector<std::string> words(const std::string& folder, const std::vector<std::string>& more = {}) const
   {
-    std::vector<std::string> all{"rom",        hip_,        "-o",         path(folder),
-                                 "--flexion",  "-120:20:20", "--varus",    "-40:40:20",
-                                 "--delta-of", "reference", "--progress", "none"};
+    std::vector<std::string> all{"rom",        hip_,      "-o",        path(folder), "--flexion",
+                                 "-120:20:20", "--varus", "-40:40:20", "--progress", "none"};
     all.insert(all.end(), more.begin(), more.end());
     return all;
   }
@@ -52,7 +51,7 @@ TEST_F(RomCommand, WritesTheRangeAndWhatEndsIt)
   // The same command again gives the same bytes, with other threads too.
   succeed(words("hip", {"--threads", "2"}));
   EXPECT_EQ(test::text_of(path("hip/rom.json")), first);
-  for (const char* name : {"hip/rom.csv", "hip/boundary.csv", "hip/index.html"})
+  for (const char* name : {"hip/rom.csv", "hip/boundary.csv", "hip/index.html", "hip/rom.png"})
     EXPECT_FALSE(test::text_of(path(name)).empty()) << name;
 }
 
@@ -76,7 +75,8 @@ TEST_F(RomCommand, ShardsAndAResumedRunGiveTheBytesOfAWholeOne)
   // A line that a kill has torn.
   const std::string journal = path("parts/rom.json.shard-2-of-2.journal");
   std::filesystem::resize_file(journal, std::filesystem::file_size(journal) - 5);
-  test::expect_refused(words("parts", {"--strain", "0.2"}), {.file = "rom.json.shard-1-of-2.journal", .field = "key"});
+  test::expect_refused(words("parts", {"--strain", "0.2"}),
+                       {.file = "rom.json.shard-1-of-2.journal", .field = "key"});
   succeed(words("parts"));
   EXPECT_EQ(test::text_of(path("parts/rom.json")), test::text_of(path("whole/rom.json")));
   EXPECT_FALSE(std::filesystem::exists(journal));

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <png.h>
 
 #include <nlohmann/json.hpp>
 
@@ -19,6 +20,7 @@ rom::RomDocument sample()
   rom::RomDocument document;
   document.program = "vrda 1";
   document.title = "Hip </title><script>";
+  document.joint = "hip";
   document.side = "left";
   document.job = "title = \"Hip\"\n";
   document.inputs = {{"a.stl", std::string(64, 'a'), true}};
@@ -52,6 +54,7 @@ TEST(RomFiles, TheDocumentReadsBackToTheLastBit)
   const std::string text = rom::rom_json(before);
   const rom::RomDocument after = rom::parse_rom("rom.json", text);
   EXPECT_EQ(after.title, before.title);
+  EXPECT_EQ(after.joint, before.joint);
   EXPECT_EQ(after.moving_names, before.moving_names);
   EXPECT_EQ(after.range.neutral, before.range.neutral);
   EXPECT_EQ(after.range.X_neutral.matrix(), before.range.X_neutral.matrix());
@@ -77,6 +80,7 @@ TEST(RomFiles, ADamagedDocumentIsRefusedByKey)
   for (const Damage& damage :
        std::vector<Damage>{{"/version", 2, "version"},
                            {"/axes/flexion", nlohmann::json::array({0, 0, 1}), "axes/flexion"},
+                           {"/joint", "elbow", "joint"},
                            {"/axes/varus", nlohmann::json::array(), "axes/varus"},
                            {"/axes/internal", nlohmann::json::array({0, 1}), "cells/status"},
                            {"/cells/status/3", 9, "cells/status"},
@@ -143,6 +147,34 @@ TEST(RomFiles, ComparisonCountsCellsOfEachAndOfBoth)
   b.axes.rad[0][0] *= 2.0;
   EXPECT_THAT(test::input_error([&] { rom::compare_ranges(a, b, "b.json"); }),
               test::refuses({.file = "b.json", .field = "axes.flexion"}));
+}
+
+TEST(RomFiles, ThePictureHasTheColourOfEachStatusAtItsAngles)
+{
+  const std::string bytes = rom::rom_picture(sample());
+  EXPECT_EQ(rom::rom_picture(sample()), bytes);
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  ASSERT_TRUE(png_image_begin_read_from_memory(&image, bytes.data(), bytes.size()));
+  image.format = PNG_FORMAT_RGB;
+  std::vector<unsigned char> pixels(PNG_IMAGE_SIZE(image));
+  ASSERT_TRUE(png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr));
+  const auto colour_at = [&](double flexion_deg, double varus_deg) {
+    // 300 x 300 pixels from (75, 125): flexion -15 to 15, varus from -27.5 up to 42.5.
+    const auto x = static_cast<std::size_t>(75.0 + 10.0 * (flexion_deg + 15.0));
+    const auto y = static_cast<std::size_t>(125.0 + 300.0 / 70.0 * (42.5 - varus_deg));
+    const unsigned char* const p = &pixels.at(3 * (y * image.width + x));
+    return std::array<int, 3>{p[0], p[1], p[2]};
+  };
+  const std::array<int, 3> in_range{0x2a, 0x7f, 0x62}, contact{0xc2, 0x50, 0x0a}, fibre{0xb5, 0x89, 0x2b};
+  // Half way between varus -20 and -5, and between 5 and 30, a cell ends.
+  EXPECT_EQ(colour_at(0.0, -12.0), in_range);
+  EXPECT_EQ(colour_at(0.0, 17.0), in_range);
+  EXPECT_EQ(colour_at(0.0, 18.0), fibre);
+  EXPECT_EQ(colour_at(0.0, -13.0), contact);
+  EXPECT_EQ(colour_at(-5.2, 0.0), contact);
+  EXPECT_EQ(colour_at(-4.8, 0.0), in_range);
+  EXPECT_EQ(colour_at(5.2, 0.0), contact);
 }
 
 TEST(RomFiles, TextOfAJobCannotLeaveItsPlaceInThePage)
