@@ -105,6 +105,7 @@ void BenchPanel::add_marks(const optics::Viewport& visible, const BenchFrame& fr
   for (std::size_t role = 0; role < bench_files::n_body_roles; ++role)
     add(input_status_text(bench_files::name_of(static_cast<bench_files::BodyRole>(role)),
                           frame.bodies[role]));
+  add(leg_check_text(frame.leg));
   add(stage_status_text(frame));
   add(input_status_text("potentiometer", frame.potentiometer));
 }

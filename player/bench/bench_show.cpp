@@ -7,6 +7,7 @@
 #include "bench/controls.hpp"
 #include "core/error.hpp"
 #include "render/image.hpp"
+#include "scene/joint_layers.hpp"
 
 namespace vrda::bench {
 namespace {
@@ -31,6 +32,7 @@ BenchView::BenchView(const store::MotionModel& model, const bench_files::BenchFi
   scene_.occlusion_radius_mm = 0.0;  // leaves the time of a frame to both eyes
   scene_.background = scene::background_of(scene::Backdrop::black);  // black is transparent on the display
   navigation::apply_appearance(scene_, look);
+  for (const scene::Drawable& drawable : scene_.drawables) materials_.push_back(drawable.material);
 }
 
 void BenchView::load_into(render::Renderer& renderer) const
@@ -46,6 +48,11 @@ void BenchView::place(const BenchFrame& frame, const bench_files::Calibration& c
   frames.X_world_reference = frame.X_tracker_reference;
   frames.X_world_delta = frame.X_tracker_moving;
   vrda::scene::place(scene_, frames);
+  for (std::size_t k = 0; k < materials_.size(); ++k) {
+    Material& material = scene_.drawables[k].material;
+    material = materials_[k];
+    if (frame.leg.is_wrong()) material.colour = scene::linear_from_srgb(gui::amber);
+  }
   shots_ = stereo::shots_of(plan_, calibration.eyes, frame.X_tracker_eyes, scene_);
 }
 

@@ -42,6 +42,7 @@ class BenchView {
   std::string file_;  ///< for errors
   bench_files::DisplaySettings display_;
   scene::Scene scene_;
+  std::vector<Material> materials_;  ///< of the drawables of a leg that is shown as it is
   optics::EyePair eyes_;
   stereo::StereoPlan plan_;
   std::array<render::Shot, 2> shots_;

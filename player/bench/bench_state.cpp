@@ -202,6 +202,8 @@ void BenchState::update_leg()
       values_.calibration.X_body_model[static_cast<std::size_t>(bench_files::BodyRole::tibia)]);
   const tracking::LegAngles raw = tracking::leg_angles(
       tracking::X_femur_tibia(bodies, femur.at(time_s), tibia.at(time_s)), frame_of_model_);
+  exchanged_ = tracking::leg_angles(tracking::X_femur_tibia(bodies, tibia.at(time_s), femur.at(time_s)),
+                                    frame_of_model_);
   // Filter and predictor restart after a long occlusion.
   constexpr double longest_gap_s = 0.25;
   if (angles_ && time_s - angles_->time_s > longest_gap_s) {
@@ -239,6 +241,8 @@ void BenchState::place_model(double time_s)
                          trackers_[bench_files::BodyRole::tibia]->is_live();
     if (angles_) attitude = tracking::attitude_of(is_live ? angles_predictor_.at(time_s) : angles_->angles);
   }
+  shown_.leg = angles_ ? check_leg(motion_, angles_->angles, exchanged_)
+                       : check_leg(motion_, {attitude.flexion_rad, attitude.varus_rad, 0.0}, {});
   const motion::JointPose pose = motion_.at(attitude);
   // At an unsolved cell the last solved pose is kept.
   if (pose.status == motion::PoseStatus::solved || shown_.pose.status != motion::PoseStatus::solved)

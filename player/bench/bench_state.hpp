@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "bench/body_tracker.hpp"
+#include "bench/leg_check.hpp"
 #include "bench_files/parameters.hpp"
 #include "motion/poses.hpp"
 #include "tracking/one_euro.hpp"
@@ -25,6 +26,7 @@ struct InputStatus {
 /// Poses and input states of one displayed frame.
 struct BenchFrame {
   motion::JointPose pose;  ///< motion model at the leg's attitude
+  LegCheck leg;            ///< whether that is the tracked leg's
   Pose X_tracker_reference = Pose::Identity();
   Pose X_tracker_moving = Pose::Identity();
   Pose X_tracker_eyes = Pose::Identity();
@@ -103,6 +105,7 @@ class BenchState {
   tracking::OneEuroAngles filter_;
   tracking::AnglesPredictor angles_predictor_;
   std::optional<tracking::TimedAngles> angles_;  ///< two bodies: filtered angles
+  tracking::LegAngles exchanged_;                ///< each body on the other bone
   std::int64_t newest_arrival_ns_ = 0;
   int n_samples_ = 0;
   BenchFrame shown_;

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "bench/bench_run.hpp"
+#include "core/units.hpp"
 #include "motion/support/models.hpp"
 #include "player/bench/bench_samples.hpp"
 #include "player/bench_files/bench_texts.hpp"
@@ -39,6 +40,29 @@ std::vector<navigation::KeyPress> to_right_k1()
 double right_k1(const bench::BenchState& state)
 {
   return state.values().calibration.eyes.right.distortion.k1;
+}
+
+TEST(BenchView, AJointThatIsNotTheLegsIsAmber)
+{
+  test::SmallBench bench(test::two_bodies_text());
+  store::MotionModel model = bench.model;
+  Part& bone = model.reference.visual;
+  bone.mesh.vertices_mm = Points::Identity(3, 3);
+  bone.mesh.triangles.resize(1, 3);
+  bone.mesh.triangles << 0, 1, 2;
+  bone.component = {0};
+  model.reference.components = {{"femur", "bone"}};
+  bench::BenchView view(model, bench.bench, bench.calibration, {});
+  ASSERT_FALSE(view.scene().drawables.empty());
+  const Eigen::Vector3f own = view.scene().drawables.front().material.colour;
+  const auto colour_at = [&](double flexion_deg, std::int64_t now_ns) {
+    bench.take_leg(test::some_pose(1), {rad_from_deg(flexion_deg), 0.0, 0.0}, now_ns, now_ns);
+    view.place(bench.state.frame(now_ns), bench.calibration);
+    return view.scene().drawables.front().material.colour;
+  };
+  EXPECT_EQ(colour_at(60.0, ms_in_ns), own);
+  EXPECT_NE(colour_at(120.0, 2 * ms_in_ns), own);
+  EXPECT_EQ(colour_at(60.0, 3 * ms_in_ns), own);
 }
 
 TEST(BenchTake, EyesThatCannotBeDrawnForArePutBackToWhatTheyWereBefore)

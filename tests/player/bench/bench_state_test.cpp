@@ -52,6 +52,37 @@ TEST(BenchState, TwoBodiesAskTheModelAtTheirGroodSuntayAngles)
   }
 }
 
+/// The mark of a leg at these angles; `tibia_first`: the bodies are exchanged.
+std::string mark_at(double flexion_deg, double varus_deg, bool is_exchanged = false, double theta_rad = 0.2)
+{
+  SmallBench bench(test::two_bodies_text());
+  const Pose X_thigh = some_pose(1);
+  const Pose X_shank =
+      bench.X_tracker_shank(X_thigh, {rad_from_deg(flexion_deg), rad_from_deg(varus_deg), theta_rad});
+  bench.state.take(test::place_sample(is_exchanged ? 1 : 0, X_thigh, 0, ms_in_ns));
+  bench.state.take(test::place_sample(is_exchanged ? 0 : 1, X_shank, 0, ms_in_ns));
+  return bench::leg_check_text(bench.state.frame(ms_in_ns).leg);
+}
+
+TEST(BenchState, ALegBeyondTheModelIsMarkedWithItsAngles)
+{
+  // The model: flexion 0 to 90, varus -4 to 4 degrees; within a degree is noise.
+  EXPECT_EQ(mark_at(45.0, 2.0), "");
+  EXPECT_EQ(mark_at(90.9, -4.9), "");
+  EXPECT_EQ(mark_at(120.0, 0.0), "flexion 120, model ends at 90");
+  EXPECT_EQ(mark_at(-8.0, 0.0), "flexion -8, model begins at 0");
+  EXPECT_EQ(mark_at(30.0, 12.0), "varus 12, model ends at 4");
+  EXPECT_EQ(mark_at(120.0, -6.0), "flexion 120, model ends at 90; varus -6, model begins at -4");
+  EXPECT_EQ(mark_at(40.0, 0.0, false, rad_from_deg(75.0)),
+            "rotation 75; implausible angles: check bodies and calibration");
+}
+
+TEST(BenchState, ExchangedBodiesAreNamed)
+{
+  const std::string mark = mark_at(60.0, 0.0, true);
+  EXPECT_NE(mark.find("femur and tibia bodies probably exchanged"), std::string::npos) << mark;
+}
+
 TEST(BenchState, ARigidLegStandsAtItsBodyWithTheAnglesOfTheParameters)
 {
   SmallBench bench(test::rigid_text());

@@ -1,0 +1,78 @@
+#include "bench/leg_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/units.hpp"
+#include "settings/settings_text.hpp"
+
+namespace vrda::bench {
+namespace {
+
+constexpr double range_slack_deg = 1.0;
+// A knee overextends by up to 15 degrees, and models end at 90 where knees bend to 160.
+constexpr double most_before_deg = 20.0, most_after_deg = 75.0, most_beside_deg = 30.0;
+constexpr double largest_rotation_deg = 60.0;
+
+BeyondRange beyond(double measured_rad, double first_rad, double last_rad)
+{
+  const double nearest_rad = std::clamp(measured_rad, first_rad, last_rad);
+  // A motion with one varus, or its own, has no range of it.
+  const bool is_range = first_rad < last_rad;
+  return {measured_rad, nearest_rad,
+          is_range && std::abs(measured_rad - nearest_rad) > rad_from_deg(range_slack_deg)};
+}
+
+bool is_plausible(const BeyondRange& flexion, const BeyondRange& varus, double rotation_rad)
+{
+  const double after_deg = deg_from_rad(flexion.measured_rad - flexion.nearest_rad);
+  const double beside_deg = deg_from_rad(varus.measured_rad - varus.nearest_rad);
+  return after_deg >= -most_before_deg && after_deg <= most_after_deg &&
+         std::abs(beside_deg) <= most_beside_deg &&
+         std::abs(deg_from_rad(rotation_rad)) <= largest_rotation_deg;
+}
+
+std::string beyond_text(const char* angle, const BeyondRange& at)
+{
+  const auto degrees = [](double rad) { return settings::rounded_text(std::round(deg_from_rad(rad)), 0); };
+  return std::string(angle) + ' ' + degrees(at.measured_rad) + ", model " +
+         (at.measured_rad > at.nearest_rad ? "ends" : "begins") + " at " + degrees(at.nearest_rad);
+}
+
+}  // namespace
+
+LegCheck check_leg(const motion::Motion& motion, const tracking::LegAngles& measured,
+                   const tracking::LegAngles& exchanged)
+{
+  const auto flexion_of = [&motion](const tracking::LegAngles& angles) {
+    return beyond(angles.flexion_rad, motion.first_flexion_rad(), motion.last_flexion_rad());
+  };
+  const auto varus_of = [&motion](const tracking::LegAngles& angles) {
+    return beyond(angles.varus_rad, motion.first_varus_rad(), motion.last_varus_rad());
+  };
+  LegCheck check{flexion_of(measured), varus_of(measured), false, false, measured.theta_rad};
+  check.is_implausible = !is_plausible(check.flexion, check.varus, measured.theta_rad);
+  const BeyondRange other = flexion_of(exchanged);
+  check.are_bodies_exchanged = check.is_implausible && !other.is_beyond &&
+                               is_plausible(other, varus_of(exchanged), exchanged.theta_rad);
+  return check;
+}
+
+std::string leg_check_text(const LegCheck& check)
+{
+  if (!check.is_wrong()) return {};
+  std::string text;
+  const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : "; ") + part; };
+  if (check.flexion.is_beyond) add(beyond_text("flexion", check.flexion));
+  if (check.varus.is_beyond) add(beyond_text("varus", check.varus));
+  if (std::abs(deg_from_rad(check.rotation_rad)) > largest_rotation_deg)
+    add("rotation " + settings::rounded_text(std::round(deg_from_rad(check.rotation_rad)), 0));
+  if (check.are_bodies_exchanged) {
+    add("femur and tibia bodies probably exchanged");
+  } else if (check.is_implausible) {
+    add("implausible angles: check bodies and calibration");
+  }
+  return text;
+}
+
+}  // namespace vrda::bench
