@@ -93,7 +93,6 @@ void simulate(const SimulateOptions& options, const loop::Streams& streams)
   const simulation::Simulation simulation(bench.simulation, motion_of(options.model), options.bench);
   const std::vector<SentTool> sent = sent_tools(bench, simulation);
   loop::StopSignals stop;
-  const std::unique_ptr<devices::PtyBoard> board = open_board(bench, simulation);
   devices::TrackerServerOptions server_options;
   server_options.address = options.address.empty() ? bench.simulation_address : options.address;
   server_options.port = bench.tracker->port;
@@ -102,6 +101,8 @@ void simulate(const SimulateOptions& options, const loop::Streams& streams)
   server_options.seed = bench.simulation.seed;
   const devices::TrackerServer server(
       server_options, [&](std::uint64_t tick) { return messages_of(simulation.frame(tick), sent); });
+  // After the port is bound: a second simulation of the same bench ends before it touches the link.
+  const std::unique_ptr<devices::PtyBoard> board = open_board(bench, simulation);
   streams.data << "tracker " << server_options.address << ":" << server.port() << std::endl;
   if (board) streams.data << "board " << board->path() << std::endl;
   if (!options.is_quiet && !options.seconds) streams.messages << "Ctrl-C ends the simulation\n";

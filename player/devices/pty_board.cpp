@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <stdlib.h>
 #include <sys/eventfd.h>
+#include <sys/file.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -55,6 +56,14 @@ InputError terminal_error(const std::string& field, const std::string& wanted)
   return InputError({"simulated board", field, std::strerror(errno), wanted});
 }
 
+/// Whether a running board holds the terminal: it keeps it locked, and a killed one's number may be
+/// another's.
+bool is_held(const std::string& terminal)
+{
+  const Handle there(open(terminal.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  return there.number() >= 0 && flock(there.number(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+}
+
 /// Replaces the link that a killed board left, atomically, so that the path always exists.
 void make_link(const std::string& link, const std::string& target)
 {
@@ -65,6 +74,10 @@ void make_link(const std::string& link, const std::string& target)
   if (fs::exists(there) && link_target.rfind("/dev/pts/", 0) != 0)
     throw InputError({"simulated board", link, link_target.empty() ? "a file" : "a link to " + link_target,
                       "a free path, or a link into /dev/pts, for the link to the terminal"});
+  // The number of a killed board's terminal may be this one's.
+  if (!link_target.empty() && link_target != target && is_held(link_target))
+    throw InputError({"simulated board", link, "the link of a running simulation",
+                      "another [board] port, or the end of that simulation"});
   const std::string temporary = link + ".new";
   fs::remove(temporary, error);
   fs::create_symlink(target, temporary, error);
@@ -113,6 +126,7 @@ struct PtyBoard::State {
     termios settings{};
     if (far_end.number() < 0 || tcgetattr(far_end.number(), &settings) != 0)
       throw terminal_error(name, "a pseudo-terminal");
+    if (flock(far_end.number(), LOCK_EX | LOCK_NB) != 0) throw terminal_error(name, "a terminal of its own");
     cfmakeraw(&settings);
     tcsetattr(far_end.number(), TCSANOW, &settings);
     path = name;
@@ -127,12 +141,12 @@ struct PtyBoard::State {
   {
     const std::scoped_lock lock(mutex);
     if (terminal.number() < 0) return;
-    far_end.close();
-    terminal.close();
-    // Another board may have replaced the link since.
+    // The user may have replaced the link. While the terminal is open, its name is no other's.
     std::error_code ignored;
     if (!options.link.empty() && std::filesystem::read_symlink(options.link, ignored) == path)
       std::filesystem::remove(options.link, ignored);
+    far_end.close();
+    terminal.close();
   }
 
   /// Quadrature signals of a count: 00, 10, 11, 01, cyclic.

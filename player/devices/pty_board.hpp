@@ -23,8 +23,8 @@ struct PtyBoardOptions {
 /// Runs player/firmware in a thread, with two quadrature signals for the encoder.
 class PtyBoard {
  public:
-  /// Throws InputError if the terminal or the link cannot be created. An existing link to a pseudo-terminal
-  /// is replaced; any other link or file is not.
+  /// Throws InputError if the terminal or the link cannot be created. The link of a board that was killed is
+  /// replaced; that of a running board, of this or another process, and any other link or file is not.
   explicit PtyBoard(const PtyBoardOptions& options);
   ~PtyBoard();
 

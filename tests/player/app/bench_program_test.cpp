@@ -280,6 +280,30 @@ TEST_F(BenchProgram, TheSimulatorListensWhereTheBenchFileOrTheOptionSays)
   EXPECT_THAT(said(other, {"--address", "127.0.0.1"}), HasSubstr("tracker 127.0.0.1" + port));
 }
 
+TEST_F(BenchProgram, ASecondSimulatorLeavesTheLinkOfTheFirst)
+{
+  simulate();
+  const std::filesystem::path target = std::filesystem::read_symlink(board_);
+  // The same bench: the port is taken.
+  EXPECT_EQ(run({"simulate", bench_, "--quiet", "--seconds", "0.1"}).exit_code, 2);
+  EXPECT_EQ(std::filesystem::read_symlink(board_), target);
+  // Another port, the same link.
+  const std::optional<std::uint16_t> other = free_port();
+  ASSERT_TRUE(other);
+  std::string text = test::read_bytes(bench_);
+  const std::string port = "[tracker]\nport = ";
+  text.replace(text.find(port) + port.size(), std::to_string(port_).size(), std::to_string(*other));
+  const test::Ended second =
+      run({"simulate", scratch_.write("second.toml", text).string(), "--quiet", "--seconds", "0.1"});
+  EXPECT_EQ(second.exit_code, 2);
+  EXPECT_THAT(second.err, test::reports(board_, {"running simulation"}));
+  EXPECT_EQ(std::filesystem::read_symlink(board_), target);
+  // A killed one's link is replaced.
+  simulator_->send(SIGKILL);
+  simulator_->wait();
+  EXPECT_EQ(run({"simulate", bench_, "--quiet", "--seconds", "0.1"}).exit_code, 0);
+}
+
 TEST_F(BenchProgram, ABodyOfMarkersIsMeasuredAndThenTracked)
 {
   const std::string head =
