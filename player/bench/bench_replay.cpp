@@ -131,7 +131,10 @@ class Replay final : public loop::Mode {
     while (n < pictures_.size() && seconds_of(pictures_, n) < s) ++n;
     return n;
   }
-  void draw(std::size_t n) { show_.show(state_.state(), state_.at(n), n); }
+  void draw(std::size_t n)
+  {
+    show_.show(state_.state(), state_.at(n), n, seconds_of(pictures_, n) / options_.speed.value_or(1.0));
+  }
 
   void rebase() { at_s_ = seconds_of(pictures_, std::min(next_, pictures_.size() - 1)); }
   void leap(double s)

@@ -68,7 +68,7 @@ class BenchRun final : public loop::Mode {
 
   void draw() override
   {
-    show_.show(state_, *frame_, timing_.n_pictures);
+    show_.show(state_, *frame_, timing_.n_pictures, now_s());
     note_times();
     warn(show_.take_warning());
     if (wishes_.zero_stage)

@@ -70,6 +70,11 @@ namespace {
 constexpr double message_s = 5.0;
 constexpr std::size_t digits_of_pictures = 6;
 
+int video_rate(const bench_files::DisplaySettings& display, int every)
+{
+  return std::max(1, static_cast<int>(std::lround(display.refresh_hz / every)));
+}
+
 loop::Sink sink_of(const BenchOptions& options, const BenchSetup& setup)
 {
   loop::Sink sink = options.is_headless
@@ -78,8 +83,7 @@ loop::Sink sink_of(const BenchOptions& options, const BenchSetup& setup)
   if (!options.pictures.empty()) sink.record_images(options.pictures, "--pictures");
   if (!options.video.empty()) {
     const bench_files::DisplaySettings& display = setup.bench.display;
-    const int frames_per_s = std::max(1, static_cast<int>(std::lround(display.refresh_hz / options.every)));
-    sink.record_video({options.video, display.width, display.height, frames_per_s});
+    sink.record_video({options.video, display.width, display.height, video_rate(display, options.every)});
   }
   return sink;
 }
@@ -122,6 +126,7 @@ BenchOutput::BenchOutput(const BenchOptions& options, const BenchSetup& setup)
     : options_(options),
       view_(setup.model, setup.bench, setup.calibration, options.look),
       sink_(sink_of(options, setup)),
+      video_per_s_(video_rate(setup.bench.display, options.every)),
       watch_(setup.bench)
 {
   view_.load_into(sink_.renderer());
@@ -134,13 +139,29 @@ loop::Frame BenchOutput::drawn(BenchState& state, const BenchFrame& frame)
   return {view_.scene(), view_.shots(), &view_.overlay(state, frame, panel_)};
 }
 
-void BenchOutput::show(BenchState& state, const BenchFrame& frame, std::uint64_t number)
+std::int64_t BenchOutput::due_video_frames(double at_s)
+{
+  if (options_.video.empty()) return 0;
+  if (!video_start_s_) video_start_s_ = at_s;
+  constexpr double rounding = 1e-6;  // of a frame
+  const double frames = (at_s - *video_start_s_) * video_per_s_;
+  const std::int64_t n_due = static_cast<std::int64_t>(std::floor(frames + rounding)) + 1 - n_video_;
+  n_video_ += std::max<std::int64_t>(0, n_due);
+  return std::max<std::int64_t>(0, n_due);
+}
+
+void BenchOutput::show(BenchState& state, const BenchFrame& frame, std::uint64_t number, double at_s)
 {
   if (view_.take(state.values().calibration.eyes)) sink_.renderer().load(view_.warp());
   view_.place(frame, state.values().calibration);
   panel_.trouble = watch_.trouble(sink_);
-  if (sink_.is_recording() && number % static_cast<std::uint64_t>(options_.every) == 0) {
-    sink_.record(drawn(state, frame), loop::padded_name("picture_", number, digits_of_pictures) + ".png");
+  const bool is_picture =
+      !options_.pictures.empty() && number % static_cast<std::uint64_t>(options_.every) == 0;
+  const std::int64_t n_video = due_video_frames(at_s);
+  if (is_picture || n_video > 0) {
+    sink_.record(drawn(state, frame),
+                 is_picture ? loop::padded_name("picture_", number, digits_of_pictures) + ".png" : "",
+                 n_video);
   } else {
     sink_.show(drawn(state, frame));
   }

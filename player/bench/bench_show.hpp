@@ -66,8 +66,9 @@ class BenchOutput {
   loop::Sink& sink() { return sink_; }
   PanelContent& panel() { return panel_; }
 
-  /// Draws frame `number` of the run, also to files if requested.
-  void show(BenchState& state, const BenchFrame& frame, std::uint64_t number);
+  /// Draws frame `number` of the run at `at_s`, also to files if requested: pictures by number, the video by
+  /// time, so that it takes as long as the run.
+  void show(BenchState& state, const BenchFrame& frame, std::uint64_t number, double at_s);
   /// Saves the last frame to a new file in the current folder.
   void save_screenshot(BenchState& state, const BenchFrame& frame);
   /// Closes the video.
@@ -81,13 +82,17 @@ class BenchOutput {
 
  private:
   loop::Frame drawn(BenchState& state, const BenchFrame& frame);
+  std::int64_t due_video_frames(double at_s);
 
   const BenchOptions& options_;
   BenchView view_;
   loop::Sink sink_;
+  double video_per_s_;
   WindowCheck watch_;
   PanelContent panel_;
   double message_until_s_ = 0.0;
+  std::optional<double> video_start_s_;
+  std::int64_t n_video_ = 0;  ///< frames of the video so far
 };
 
 }  // namespace vrda::bench

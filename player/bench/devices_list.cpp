@@ -11,6 +11,7 @@
 #include "bench/measure_body.hpp"
 #include "bench_files/bench_file.hpp"
 #include "core/units.hpp"
+#include "devices/device_output.hpp"
 #include "settings/settings_text.hpp"
 
 namespace vrda::bench {
@@ -20,17 +21,22 @@ namespace {
 struct LastValues {
   explicit LastValues(const bench_files::BenchFile& bench) : bodies(bench)
   {
-    if (bench.tracker) tools.resize(bench.tracker->tools.size());
+    if (!bench.tracker) return;
+    tools.resize(bench.tracker->tools.size());
+    rates.resize(tools.size());
   }
 
   TrackedBodies bodies;
   std::vector<std::optional<devices::Sample>> tools;
+  std::vector<devices::RateMeter> rates;  ///< of the tools' samples that are not missing
   std::optional<devices::Sample> potentiometer, stage;
 
   void take(const devices::Sample& sample)
   {
-    if (sample.kind == devices::SampleKind::tool_pose && sample.source < tools.size())
+    if (sample.kind == devices::SampleKind::tool_pose && sample.source < tools.size()) {
       tools[sample.source] = sample;
+      if (sample.is(devices::ToolVisibility::seen)) rates[sample.source].count(sample.arrival_ns);
+    }
     if (sample.kind == devices::SampleKind::tool_pose)
       bodies.take(sample, [](BodyTracker& body) { body.end_message(); });
     if (sample.kind == devices::SampleKind::potentiometer) potentiometer = sample;
@@ -80,6 +86,7 @@ void write_table(std::ostream& out, const bench_files::BenchFile& bench, const d
     out << name_of(state);
     if (state == devices::ToolVisibility::seen)
       out << "  " << place_text(values.tools[k]->tool_pose) << " mm";
+    out << "  " << settings::rounded_text(values.rates[k].rate_hz(devices.now_ns()), 1) << " a second";
     out << "\n";
   }
   for (std::size_t k = 0; k < bench_files::n_body_roles; ++k) {
@@ -133,7 +140,8 @@ void write_json(std::ostream& out, const bench_files::BenchFile& bench, const de
       continue;
     }
     out << "\"" << name_of(static_cast<devices::ToolVisibility>(values.tools[k]->state))
-        << "\", \"position_mm\": [" << place_text(values.tools[k]->tool_pose) << "]}";
+        << "\", \"rate_hz\": " << settings::rounded_text(values.rates[k].rate_hz(devices.now_ns()), 2)
+        << ", \"position_mm\": [" << place_text(values.tools[k]->tool_pose) << "]}";
   }
   out << "], \"bodies\": [";
   const char* comma = "";

@@ -38,7 +38,8 @@ DeviceOutput::DeviceOutput(DeviceId device, std::string peer, SampleQueue& queue
 void DeviceOutput::put_one(const Sample& sample)
 {
   if (!queue_.stage(sample)) ++report_.n_lost;
-  if (sample.kind == SampleKind::link || sample.is(ToolVisibility::stale)) return;
+  if (sample.kind == SampleKind::link) return;
+  if (sample.kind == SampleKind::tool_pose && !sample.is(ToolVisibility::seen)) return;
   ++report_.n_samples;
   rate_.count(sample.arrival_ns);
 }

@@ -106,11 +106,14 @@ std::optional<Stripped> stripped(int version, ByteView body)
   return Stripped{rest.first(rest.size() - n_entries), *is_seen};
 }
 
+/// Far beyond the volume of any tracker.
+constexpr double farthest_mm = 100'000.0;
+
 IgtlTool placed_tool(std::string name, const std::optional<Eigen::Matrix3d>& R,
                      const Eigen::Vector3d& position_mm)
 {
   IgtlTool tool{std::move(name)};
-  if (!R || !position_mm.allFinite()) {
+  if (!R || !position_mm.allFinite() || position_mm.cwiseAbs().maxCoeff() > farthest_mm) {
     tool.visibility = ToolVisibility::invalid_pose;
     return tool;
   }

@@ -31,11 +31,11 @@ void Sink::show(const Frame& frame)
   }
 }
 
-std::string Sink::record(const Frame& frame, const std::string& name)
+std::string Sink::record(const Frame& frame, const std::string& name, std::int64_t n_video)
 {
   const render::Image& image = renderer().draw(frame.scene, frame.shots, frame.overlay);
-  if (video_) video_->add(image);
-  if (folder_.empty()) return {};
+  for (std::int64_t k = 0; video_ && k < n_video; ++k) video_->add(image);
+  if (folder_.empty() || name.empty()) return {};
   std::string path = (std::filesystem::path(folder_) / name).string();
   render::write_png(image, path);
   return path;

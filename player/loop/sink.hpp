@@ -1,6 +1,7 @@
 /// Output of a mode's frames: a window, memory, image files and a video; or none.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -43,8 +44,9 @@ class Sink {
 
   /// Displays the frame; returns when it is complete.
   void show(const Frame& frame);
-  /// Draws the frame to the video and to file `name` in the folder; returns the path, empty without a folder.
-  std::string record(const Frame& frame, const std::string& name);
+  /// Draws the frame `n_video` times to the video and to file `name` in the folder; returns the path, empty
+  /// without a folder or name.
+  std::string record(const Frame& frame, const std::string& name, std::int64_t n_video = 1);
   /// Completes the video.
   void finish();
 

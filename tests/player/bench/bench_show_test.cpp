@@ -16,6 +16,7 @@
 #include "recording/recording.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/allocation_count.hpp"
+#include "support/process.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::bench_show_test {
@@ -143,14 +144,33 @@ class BenchReplay : public testing::Test {
                               now_ns);
   }
 
-  void record(const std::string& log) const
+  /// `pause_ns`: between the halves.
+  void record(const std::string& log, std::int64_t pause_ns = 0) const
   {
     recording::Recorder recorder(log, setup_->facts);
     for (int k = 0; k < n_pictures; ++k) {
       const devices::Sample sample = sample_of(k);
-      recorder.add(k * picture_ns, keys_of(k), {&sample, 1});
+      recorder.add(k * picture_ns + (2 * k < n_pictures ? 0 : pause_ns), keys_of(k), {&sample, 1});
     }
     recorder.close();
+  }
+
+  /// Number of frames of the video of a replay.
+  std::string video_frames(const std::string& log, std::optional<double> speed) const
+  {
+    bench::BenchOptions options = options_;
+    options.bench.clear();
+    options.replay = log;
+    options.video = in_scratch("film.mp4");
+    options.speed = speed;
+    std::ostringstream data, talk;
+    bench::replay_bench(options, {data, talk});
+    return test::run({"/usr/bin/ffprobe",
+                      {"-v", "error", "-count_packets", "-show_entries", "stream=nb_read_packets", "-of",
+                       "csv=p=0", options.video},
+                      {},
+                      {}})
+        .out;
   }
 
   std::map<std::string, std::string> replayed(const std::string& log, const std::string& folder,
@@ -206,6 +226,18 @@ TEST_F(BenchReplay, FromWithinAndAtAnySpeedShowsThePicturesOfAWholeOne)
   }
 }
 
+TEST_F(BenchReplay, AVideoTakesAsLongAsTheRecording)
+{
+  // 40 pictures in 39 x 16 ms; 63 frames a second: 0.624 s are 39.3 frames after the first.
+  const std::string log = in_scratch("a.log"), paused = in_scratch("b.log");
+  record(log);
+  EXPECT_EQ(video_frames(log, std::nullopt), "40\n");
+  EXPECT_EQ(video_frames(log, 2.0), "20\n");
+  EXPECT_EQ(video_frames(log, 0.5), "79\n");
+  record(paused, 1000 * ms_in_ns);
+  EXPECT_EQ(video_frames(paused, std::nullopt), "103\n");
+}
+
 TEST_F(BenchReplay, ABenchFrameAllocatesNothingThoughTheCalibrationKeepsItsMarks)
 {
   bench_files::CalibrationRecord& record =
@@ -217,7 +249,7 @@ TEST_F(BenchReplay, ABenchFrameAllocatesNothingThoughTheCalibrationKeepsItsMarks
   const auto round = [&](int k) {
     const devices::Sample sample = sample_of(k);
     bench::apply_input(state, show.panel(), {}, {&sample, 1});
-    show.show(state, state.frame(k * picture_ns), static_cast<std::uint64_t>(k));
+    show.show(state, state.frame(k * picture_ns), static_cast<std::uint64_t>(k), 0.016 * k);
   };
   for (int k = 1; k < 100; ++k) round(k);
   const long before = test::allocations_of_thread();

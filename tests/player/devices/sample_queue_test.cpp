@@ -85,6 +85,24 @@ TEST(Outlet, CountsWhatTheLoopDidNotTake)
   EXPECT_EQ(report.n_lost, devices::SampleQueue::n_reserved);
 }
 
+TEST(Outlet, ToolsThatAreMissingAreNoSamples)
+{
+  devices::SampleQueue queue;
+  const devices::ArrivalClock clock;
+  devices::DeviceOutput outlet(devices::DeviceId::tracker, "", queue, clock);
+  devices::Sample sample;
+  sample.kind = devices::SampleKind::tool_pose;
+  for (const devices::ToolVisibility state :
+       {devices::ToolVisibility::seen, devices::ToolVisibility::missing, devices::ToolVisibility::stale,
+        devices::ToolVisibility::invalid_pose}) {
+    sample.state = static_cast<std::uint8_t>(state);
+    sample.arrival_ns = clock.now_ns();
+    outlet.put({sample});
+  }
+  EXPECT_EQ(outlet.report().n_samples, 1U);
+  EXPECT_GT(outlet.report().rate_hz, 0.0);
+}
+
 TEST(Outlet, SaysNewsOfTheLinkOnceAndKeepsItsTrouble)
 {
   devices::SampleQueue queue;

@@ -223,8 +223,12 @@ TEST(IgtlMessage, ANumberThatIsNoneIsNotAPlace)
     message.tools[0].visibility = igtl::ToolVisibility::invalid_pose;
     EXPECT_EQ(read(igtl::bytes_of(message)).at(0).tools.at(0).visibility, igtl::ToolVisibility::invalid_pose);
     message.tools[0].visibility = igtl::ToolVisibility::seen;
-    message.tools[0].X_tracker_tool.translation().y() = std::numeric_limits<double>::infinity();
-    EXPECT_EQ(read(igtl::bytes_of(message)).at(0).tools.at(0).visibility, igtl::ToolVisibility::invalid_pose);
+    constexpr double one_km_mm = 1e6;
+    for (const double y_mm : {std::numeric_limits<double>::infinity(), one_km_mm, -one_km_mm}) {
+      message.tools[0].X_tracker_tool.translation().y() = y_mm;
+      EXPECT_EQ(read(igtl::bytes_of(message)).at(0).tools.at(0).visibility,
+                igtl::ToolVisibility::invalid_pose);
+    }
   }
 }
 
