@@ -61,10 +61,10 @@ void add_framing(CLI::App* show, show::ShowOptions& options)
   add(show, "--size", "WxH", options.size, "Size of an image or of the window, in pixels")
       ->capture_default_str();
   add(show, "--samples", "1|2|4", options.samples,
-      "Samples per pixel: 1 has jagged edges and is several times faster without a graphics card")
+      "Samples per pixel: 1 has jagged edges and is several times faster without a graphics card; default: "
+      "4, in a window without a graphics card 1")
       ->check(CLI::IsMember({1, 2, 4}))
-      ->capture_default_str()
-      ->option_text("1|2|4=4");
+      ->option_text("1|2|4");
   add_choice<scene::Backdrop>(show, "--background", "NAME", options.backdrop,
                               {{"studio", scene::Backdrop::studio},
                                {"night", scene::Backdrop::night},
@@ -92,7 +92,8 @@ CLI::App* add_show(CLI::App& app, show::ShowOptions& options)
   add(show, "--flexion", "A:B:STEP", options.flexion,
       "Angles in degrees (default: the grid's range in six steps); a window starts at A");
   add(show, "--key", "A:B:STEP", options.frame,
-      "Of a sequence of frames: keys instead of angles (default: seven frames, a video: all); a window starts at A");
+      "Of a sequence of frames: keys instead of angles (default: seven frames, a video: all); a window "
+      "starts at A");
   add(show, "--varus", "ANGLE", options.varus_deg,
       "Angle in degrees, adduction positive (default: the varus that balances both compartments "
       "at each flexion, interpolated linearly between solved flexions)");

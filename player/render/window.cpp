@@ -71,7 +71,7 @@ class Library {
 
 /// Detects software rendering by the driver name of the current context; there four samples take three times
 /// as long as one.
-bool is_software_rendered()
+bool is_software_context()
 {
   constexpr unsigned renderer_name = 0x1F01;  // GL_RENDERER
   const auto get_string =
@@ -139,8 +139,9 @@ class Window::State {
     events_.reserve(events_at_once);
     glfwMakeContextCurrent(window_.get());
     glfwSwapInterval(options.is_vsynced ? 1 : 0);
+    is_software_ = is_software_context();
     RenderOptions render;
-    render.samples = options.samples > 0 ? options.samples : is_software_rendered() ? 1 : 4;
+    render.samples = options.samples > 0 ? options.samples : is_software_ ? 1 : 4;
     render.coarseness_px = moving_coarseness_px;
     render.has_deferred_levels = true;
     glfwGetFramebufferSize(window_.get(), &render.width, &render.height);
@@ -255,6 +256,7 @@ class Window::State {
 
   Library library_;
   std::unique_ptr<GLFWwindow, CloseWindow> window_;
+  bool is_software_ = false;
   std::unique_ptr<Renderer> renderer_;
   std::vector<InputEvent> events_;
   std::vector<std::string> dropped_;
@@ -344,6 +346,11 @@ double Window::content_scale() const
   float x = 1.0F, y = 1.0F;
   glfwGetWindowContentScale(state_->window(), &x, &y);
   return std::max(x, y);
+}
+
+bool Window::is_software_rendered() const
+{
+  return state_->is_software_;
 }
 
 bool Window::is_iconified() const

@@ -53,6 +53,8 @@ class Window {
   /// The present position and size.
   WindowGeometry geometry() const;
   bool should_close() const;
+  /// Without a graphics card.
+  bool is_software_rendered() const;
   void close();  ///< sets should_close()
   void set_title(const std::string& title);
   void toggle_full_screen();

@@ -55,7 +55,7 @@ std::unique_ptr<render::Renderer> warm_renderer(const ShowOptions& options)
 {
   const navigation::PictureSize size = navigation::parsed_size(options.size);
   std::unique_ptr<render::Renderer> renderer =
-      render::make_offscreen_renderer({size.width, size.height, options.samples});
+      render::make_offscreen_renderer({size.width, size.height, options.samples > 0 ? options.samples : 4});
   scene::Scene scene = scene::scene_of(sample_body(), sample_body(), Eigen::Vector3d::Zero());
   scene::place(scene, {});
   scene::CameraFit fit(scene::view_rotation(scene::View::oblique, Side::right));

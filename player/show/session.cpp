@@ -84,6 +84,8 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
   state_.mode = options.appearance.mode;
   state_.layers = navigation::parsed_layers(options.appearance.layers);
   screen_labels_ = navigation::screen_labels(labels_);
+  occlusion_radius_mm_ = scene_.occlusion_radius_mm;
+  is_plain_while_moving_ = options.is_plain_while_moving;
   backdrop_ = options.backdrop;
   scene_.background = scene::background_of(options.backdrop);
   navigation::apply_appearance(scene_, options.appearance);
@@ -264,6 +266,10 @@ void Session::aim(const optics::Viewport& viewport)
 void Session::advance(double elapsed_s)
 {
   --n_frames_due_;
+  const bool is_moving = state_.timeline.is_playing || drag_.has_value();
+  if (was_moving_ && !is_moving) n_frames_due_ = std::max(n_frames_due_, 1);
+  was_moving_ = is_moving;
+  scene_.occlusion_radius_mm = is_moving && is_plain_while_moving_ ? 0.0 : occlusion_radius_mm_;
   state_.timeline = navigation::advanced(state_.timeline, std::min(elapsed_s, most_elapsed_s));
   place_joint();
   draw_interface(elapsed_s);

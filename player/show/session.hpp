@@ -36,6 +36,9 @@ struct SessionOptions {
   navigation::Framing framing = navigation::Framing::joint;
   int width = 1280, height = 960;
   double scale = 1.0;  ///< factor for text and controls
+  /// No ambient occlusion while the joint or the camera moves: software rendering is then several times
+  /// faster.
+  bool is_plain_while_moving = false;
 };
 
 /// One set of the model: its poses and gap readings.
@@ -124,6 +127,8 @@ class Session {
   int n_frames_due_ = 0;           ///< frames to draw until the interface settles
   bool was_left_pressed_ = false;  ///< since the last frame, so that a click shorter than a frame counts
   int width_ = 0, height_ = 0;
+  double occlusion_radius_mm_ = 0.0;  ///< at rest
+  bool is_plain_while_moving_ = false, was_moving_ = false;
   bool takes_picture_ = false, toggles_full_screen_ = false;
   std::string message_;
   double message_left_s_ = 0.0;

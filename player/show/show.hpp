@@ -22,7 +22,8 @@ struct ShowOptions {
   std::string set;                     ///< default: the first of set_names()
   std::string views = "oblique";
   std::string size = "1280x960";
-  int samples = 4;            ///< per pixel; 1 is fastest and has jagged edges
+  /// Per pixel; 1 is fastest and has jagged edges. 0: four for images; in a window as in render/window.hpp.
+  int samples = 0;
   std::string trace;          ///< trace file of the model; shows one search instead of attitudes
   bool contact_only = false;  ///< with `trace`: only steps in contact
   int every = 1;              ///< with `trace`: only every N-th frame, and the last

@@ -133,6 +133,7 @@ void show_in_window(const ShowOptions& options, store::MotionModel model, const 
   require_window_options(options);
   SessionOptions chosen = session_options(options, set);
   loop::Sink sink(window_options(options, chosen));
+  chosen.is_plain_while_moving = sink.window()->is_software_rendered();
   chosen.scale = std::clamp(sink.window()->content_scale(), 1.0, 4.0);
   ShowMode mode(options, std::move(model), chosen, sink);
   loop::StopSignals stop;
