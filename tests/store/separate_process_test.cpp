@@ -88,10 +88,10 @@ TEST(SeparateProcess, ThatEndsBadlySaysHow)
     const char* how;
   };
   for (const Row& row : {Row{[]() -> std::string {
-                               std::raise(SIGSEGV);
+                               std::raise(SIGKILL);
                                return "x";
                              },
-                             "signal 11"},
+                             "signal 9"},
                          Row{[]() -> std::string { std::abort(); }, "signal 6"},
                          Row{[]() -> std::string { _exit(3); }, "exit code 3"}}) {
     const store::ProcessResult answer = store::run_separately(row.work, "x");
