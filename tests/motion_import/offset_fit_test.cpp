@@ -1,0 +1,76 @@
+// The offset of two flat plates: its estimate and error are mean and standard error of the gaps.
+#include "motion_import/offset_fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+#include <random>
+
+namespace vrda::offset_fit_test {
+
+/// A square in the plane y = 0 of the given half width, facing up or down.
+Mesh plate(double half_mm, bool is_up)
+{
+  Mesh mesh;
+  mesh.vertices_mm.resize(4, 3);
+  mesh.vertices_mm << -half_mm, 0, -half_mm, half_mm, 0, -half_mm, half_mm, 0, half_mm, -half_mm, 0, half_mm;
+  mesh.triangles.resize(2, 3);
+  if (is_up) {
+    mesh.triangles << 0, 2, 1, 0, 3, 2;
+  } else {
+    mesh.triangles << 0, 1, 2, 0, 2, 3;
+  }
+  return mesh;
+}
+
+load::Case two_plates()
+{
+  load::Case plates;
+  plates.reference.contact = {plate(20.0, false), {0, 0}};
+  plates.moving.contact = {plate(10.0, true), {0, 0}};
+  return plates;
+}
+
+motion_import::OffsetQuestion at_gaps(const std::vector<double>& gaps_mm)
+{
+  motion_import::OffsetQuestion question;
+  question.moving = {0};
+  for (const double gap_mm : gaps_mm) {
+    Pose X = Pose::Identity();
+    X.translation().y() = -gap_mm;
+    question.X_reference_moving.push_back(X);
+  }
+  return question;
+}
+
+TEST(OffsetFit, OfPlatesIsMeanAndStandardErrorOfTheGaps)
+{
+  const motion_import::OffsetFit fit =
+      motion_import::fit_offset(two_plates(), at_gaps({1.2, 1.3, 1.5, 1.1, 1.4}));
+  EXPECT_EQ(fit.status, motion_import::FitStatus::converged);
+  EXPECT_NEAR(fit.offset_mm, 1.3, 1e-6);  // settled_mm
+  EXPECT_NEAR(fit.travel_per_mm, -1.0, 1e-9);
+  // Deviations -0.1, 0, 0.2, -0.2, 0.1: variance 0.1 / 4, of the mean 0.025 / 5.
+  EXPECT_NEAR(fit.standard_error_mm, std::sqrt(0.005), 1e-6);
+  EXPECT_NEAR(fit.gap_rms_mm, std::sqrt(0.02), 1e-6);
+}
+
+TEST(OffsetFit, ItsIntervalHoldsTheTruthAsOftenAsItSays)
+{
+  std::mt19937 random(26);
+  std::normal_distribution<double> noise(0.0, 0.1);
+  constexpr int n_trials = 200;
+  int n_held = 0;
+  for (int trial = 0; trial < n_trials; ++trial) {
+    std::vector<double> gaps_mm(40);
+    for (double& gap_mm : gaps_mm) gap_mm = 1.3 + noise(random);
+    const motion_import::OffsetFit fit = motion_import::fit_offset(two_plates(), at_gaps(gaps_mm));
+    n_held += std::abs(fit.offset_mm - 1.3) <= 1.96 * fit.standard_error_mm ? 1 : 0;
+  }
+  // 95 % of 200 with a binomial standard deviation of 3.1; three of them.
+  EXPECT_GE(n_held, 180);
+  EXPECT_LE(n_held, 199);
+}
+
+}  // namespace vrda::offset_fit_test
