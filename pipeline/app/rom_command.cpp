@@ -112,6 +112,7 @@ Json end_json(const rom::RomDocument& document, const rom::RangeEnd& end)
   if (!end.is_of_axis) {
     json["reference"] = name_or_dash(document.reference_names, end.component_reference);
     json["moving"] = name_or_dash(document.moving_names, end.component_moving);
+    if (end.beyond == rom::RomStatus::fibre) json["fibre"] = name_or_dash(document.fibre_names, end.fibre);
   }
   return json;
 }
@@ -120,10 +121,7 @@ std::string end_text(const rom::RomDocument& document, const rom::RangeEnd& end)
 {
   char number[32];
   std::snprintf(number, sizeof number, "%g", end.deg);
-  if (end.is_of_axis) return std::string(number) + " (end of the driven values)";
-  return std::string(number) + " (" + rom::name_of(end.beyond) + ": " +
-         name_or_dash(document.reference_names, end.component_reference) + ", " +
-         name_or_dash(document.moving_names, end.component_moving) + ")";
+  return std::string(number) + " (" + rom::cause_of(document, end) + ")";
 }
 
 Json ends_json(const rom::RomDocument& document)
@@ -213,10 +211,29 @@ std::optional<rom::RangeOfMotion> solved(const RomOptions& o, const std::string&
   return range;
 }
 
+// Writes the files into the folder; returns their paths.
+std::vector<std::string> written(const fs::path& folder,
+                                 const std::vector<std::pair<const char*, std::string>>& outputs)
+{
+  std::vector<std::string> files;
+  for (const auto& [name, text] : outputs) {
+    files.push_back((folder / name).string());
+    write_atomically(files.back(), {text});
+  }
+  return files;
+}
+
 console::ExitCode compare(const RomOptions& o)
 {
   const rom::RomDocument a = read_rom(o.compare[0]), b = read_rom(o.compare[1]);
   const rom::RomComparison found = rom::compare_ranges(a.range, b.range, o.compare[1]);
+  std::vector<std::string> files;
+  if (!o.folder.empty()) {
+    job_run::make_folder(o.folder);
+    files = written(o.folder, {{"comparison.html", rom::comparison_page(a, b)},
+                               {"comparison.png", rom::comparison_picture(a, b)},
+                               {"comparison.csv", rom::comparison_csv(a, b)}});
+  }
   const std::pair<const char*, const rom::RomVolume&> rows[] = {{"first", found.a},
                                                                 {"second", found.b},
                                                                 {"both", found.both},
@@ -225,6 +242,7 @@ console::ExitCode compare(const RomOptions& o)
   if (o.as_json) {
     Json json = Json::object();
     for (const auto& [name, volume] : rows) json[name] = volume_json(volume);
+    if (!files.empty()) json["files"] = files;
     std::printf("%s\n", json.dump(2).c_str());
     return console::ExitCode::done;
   }
@@ -234,6 +252,7 @@ console::ExitCode compare(const RomOptions& o)
     std::printf("%-12s %10zu %16.6g %10.3g\n", name, volume.n_cells, volume.volume,
                 100.0 * volume.volume / volume.driven_volume);
   }
+  for (const std::string& file : files) std::printf("%s\n", file.c_str());
   return console::ExitCode::done;
 }
 
@@ -242,8 +261,8 @@ console::ExitCode compare(const RomOptions& o)
 console::ExitCode rom_command(const RomOptions& o)
 {
   if (!o.compare.empty()) {
-    if (!o.job_file.empty() || !o.folder.empty())
-      throw InputError({"vrda rom", "--compare", "a job or --output", "the two files alone"});
+    if (!o.job_file.empty())
+      throw InputError({"vrda rom", "--compare", "a job", "the two files, and --output at most"});
     return compare(o);
   }
   if (o.job_file.empty() || o.folder.empty())
@@ -268,16 +287,11 @@ console::ExitCode rom_command(const RomOptions& o)
   if (!range) return console::ExitCode::interrupted;
   if (plan.shard) return console::ExitCode::done;
   const rom::RomDocument document = rom::rom_document(job_case, *range, "vrda " VRDA_VERSION);
-  const std::pair<const char*, std::string> outputs[] = {{"index.html", rom::rom_page(document)},
-                                                         {"rom.png", rom::rom_picture(document)},
-                                                         {"rom.csv", rom::rom_csv(document)},
-                                                         {"boundary.csv", rom::boundary_csv(document)},
-                                                         {"rom.json", rom::rom_json(document)}};
-  std::vector<std::string> files;
-  for (const auto& [name, text] : outputs) {
-    files.push_back((folder / name).string());
-    write_atomically(files.back(), {text});
-  }
+  const std::vector<std::string> files = written(folder, {{"index.html", rom::rom_page(document)},
+                                                          {"rom.png", rom::rom_picture(document)},
+                                                          {"rom.csv", rom::rom_csv(document)},
+                                                          {"boundary.csv", rom::boundary_csv(document)},
+                                                          {"rom.json", rom::rom_json(document)}});
   job_run::remove_obsolete_files(journals_of(file));
   print(document, files, o.as_json);
   return console::ExitCode::done;

@@ -29,10 +29,11 @@ struct RomOptions {
   bool as_json = false;
 };
 
-/// Resumes from its journal and those of shards in the folder, which it removes at the end. With `shard` writes
-/// only a journal. Writes rom.json, rom.csv, boundary.csv, index.html and rom.png into the folder and prints volume and ends; or
-/// compares two rom.json. Throws InputError before solving if less than two rotations are driven, or if the
-/// folder has the result of another job or of other limits.
+/// Resumes from its journal and those of shards in the folder, which it removes at the end. With `shard`
+/// writes only a journal. Writes rom.json, rom.csv, boundary.csv, index.html and rom.png into the folder and
+/// prints volume and ends; or compares two rom.json, into the folder if one is given. Throws InputError
+/// before solving if less than two rotations are driven, or if the folder has the result of another job or of
+/// other limits.
 console::ExitCode rom_command(const RomOptions& options);
 
 /// Adds the options to a command.

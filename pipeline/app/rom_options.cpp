@@ -34,7 +34,10 @@ void add_rom_options(CLI::App& c, RomOptions& o)
   c.add_option("--delta-of", o.delta_of,
                "The object to which Delta is fixed: moving or reference; default: as push.frame of the job")
       ->check(one_of({"moving", "reference"}));
-  c.add_option("--compare", o.compare, "Two rom.json: volume of each, common, only in one")->expected(2);
+  c.add_option("--compare", o.compare,
+               "Two rom.json: volume of each, common, only in one; with --output also maps as "
+               "comparison.html and comparison.png, and comparison.csv")
+      ->expected(2);
   c.add_option("--shard", o.shard,
                "I/N: solve every Nth flexion from the Ith on, into a journal in the folder; the same command "
                "without --shard joins them");

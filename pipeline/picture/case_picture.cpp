@@ -255,7 +255,9 @@ void draw_view(Canvas& canvas, const Projection& projected, const load::Case& jo
   }
   for (const load::LinePath& line : job_case.lines) draw_path(canvas, projected, job_case, line);
   draw_arrow(canvas, projected(push.from_mm), projected(push.to_mm), 8.0, push_colour);
-  draw_label(canvas, projected(push.to_mm), projected(push.from_mm), push_text(job_case), push_colour);
+  // Below the arrow: beside one that leans, the text would leave the panel.
+  const Eigen::Vector3d tail = projected(push.from_mm);
+  draw_label(canvas, tail - Eigen::Vector3d::UnitY() * axis_px, tail, push_text(job_case), push_colour);
   draw_axes(canvas, projected, job_case, notes);
   draw_scale(canvas, projected);
   const double x = projected.middle_px.x();

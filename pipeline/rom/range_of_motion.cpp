@@ -72,14 +72,16 @@ class RomScene {
     return is_swapped_ ? X.inverse() : X;
   }
 
-  double largest_strain(const Pose& X) const
+  void set_largest_strain(const Pose& X, RomCell& cell) const
   {
-    if (ligaments_.fibres.empty()) return nan;
+    if (ligaments_.fibres.empty()) return;
     const SolverPosition at = solver_position(frame_, X);
-    double largest = -1.0;
-    for (const ligament::FibreState& state : ligament::fibre_states(ligaments_, at.attitude, at.pose))
-      largest = std::max(largest, state.strain);
-    return largest;
+    const std::vector<ligament::FibreState> states = ligament::fibre_states(ligaments_, at.attitude, at.pose);
+    const auto largest = std::max_element(
+        states.begin(), states.end(),
+        [](const ligament::FibreState& a, const ligament::FibreState& b) { return a.strain < b.strain; });
+    cell.largest_strain = largest->strain;
+    cell.fibre = static_cast<std::int32_t>(largest - states.begin());
   }
 
   bool is_at_border(const SolverPosition& at, const proximity::GapFeature& contact) const
@@ -188,7 +190,7 @@ class CellSolver {
     solved.across_mm = {moved_mm.x(), moved_mm.z()};
     solved.cell.opening_mm = -moved_mm.y();
     solved.cell.translation_mm = scene_.displacement_mm(X) - neutral_mm;
-    solved.cell.largest_strain = scene_.largest_strain(X);
+    scene_.set_largest_strain(X, solved.cell);
     scene_.set_components(seat.contacts.front().triangles, solved.cell);
     solved.cell.status = status_of(at, seat, solved.cell);
     return solved;

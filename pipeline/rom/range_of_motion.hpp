@@ -54,6 +54,7 @@ struct RomCell {
   Eigen::Vector3d translation_mm = Eigen::Vector3d::Zero();
   double opening_mm = nan;      ///< its part against Delta; negative: deeper than the neutral seat
   double largest_strain = nan;  ///< of the fibres; NaN without any
+  std::int32_t fibre = -1;      ///< row of the fibre with that strain
   std::int32_t component_reference = -1, component_moving = -1;  ///< in contact
   bool is_connected = false;  ///< in range, and so are all cells of a path of neighbours from the neutral one
 };

@@ -15,7 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* format_name = "vrda range of motion";
-constexpr int rom_version = 1;
+constexpr int rom_version = 2;
 constexpr std::size_t most_cells = 10'000'000;
 
 std::vector<std::string> component_names(const Body& body)
@@ -151,6 +151,7 @@ std::vector<RomCell> cells_of(const RomReader& reader, const RomDocument& docume
   const std::vector<double> translation = reader.numbers("cells/translation_mm", 3 * n, 0.0);
   const std::vector<double> reference = reader.numbers("cells/component_reference", n, 0.0);
   const std::vector<double> moving = reader.numbers("cells/component_moving", n, 0.0);
+  const std::vector<double> fibre = reader.numbers("cells/fibre", n, 0.0);
   const std::vector<double> connected = reader.numbers("cells/connected", n, 0.0);
   std::vector<RomCell> cells(n);
   for (std::size_t k = 0; k < n; ++k) {
@@ -164,6 +165,7 @@ std::vector<RomCell> cells_of(const RomReader& reader, const RomDocument& docume
     cell.component_reference =
         row_in(reader, "cells/component_reference", reference[k], document.reference_names.size());
     cell.component_moving = row_in(reader, "cells/component_moving", moving[k], document.moving_names.size());
+    cell.fibre = row_in(reader, "cells/fibre", fibre[k], document.fibre_names.size());
     cell.is_connected = connected[k] == 1.0;
   }
   return cells;
@@ -186,6 +188,7 @@ RangeEnd end_at(const RangeOfMotion& range, const std::array<std::size_t, 3>& fr
       end.beyond = cell.status;
       end.component_reference = cell.component_reference;
       end.component_moving = cell.component_moving;
+      end.fibre = cell.fibre;
       return end;
     }
     end.deg = deg_from_rad(range.axes.rad[axis][at[axis]]);
@@ -201,6 +204,8 @@ std::string beyond_text(const RangeEnd& end)
 
 RomDocument rom_document(const load::Case& job_case, const RangeOfMotion& range, const std::string& program)
 {
+  std::vector<std::string> fibre_names;
+  for (const ligament::Fibre& fibre : job_case.ligaments.fibres) fibre_names.push_back(fibre.name);
   return {program,
           job_case.title,
           job_case.joint,
@@ -209,6 +214,7 @@ RomDocument rom_document(const load::Case& job_case, const RangeOfMotion& range,
           job_case.inputs,
           component_names(job_case.reference),
           component_names(job_case.moving),
+          fibre_names,
           range};
 }
 
@@ -216,7 +222,7 @@ std::string rom_json(const RomDocument& document)
 {
   const RangeOfMotion& range = document.range;
   Json axes, inputs = Json::array(), status = Json::array(), opening = Json::array(), strain = Json::array();
-  Json translation = Json::array(), reference = Json::array(), moving = Json::array(),
+  Json translation = Json::array(), reference = Json::array(), moving = Json::array(), fibre = Json::array(),
        connected = Json::array();
   for (std::size_t a = 0; a < 3; ++a) axes[rotation_names[a]] = degrees(range.axes.rad[a]);
   for (const load::LoadedInput& input : document.inputs)
@@ -228,6 +234,7 @@ std::string rom_json(const RomDocument& document)
     for (Eigen::Index k = 0; k < 3; ++k) translation.push_back(cell.translation_mm[k]);
     reference.push_back(cell.component_reference);
     moving.push_back(cell.component_moving);
+    fibre.push_back(cell.fibre);
     connected.push_back(cell.is_connected ? 1 : 0);
   }
   Json pose = Json::array();
@@ -254,6 +261,7 @@ std::string rom_json(const RomDocument& document)
       {"neutral", {{"cell", range.neutral}, {"X_reference_moving", pose}}},
       {"statuses", names},
       {"components", {{"reference", document.reference_names}, {"moving", document.moving_names}}},
+      {"fibres", document.fibre_names},
       {"cells",
        {{"status", status},
         {"connected", connected},
@@ -261,7 +269,8 @@ std::string rom_json(const RomDocument& document)
         {"translation_mm", translation},
         {"largest_strain", strain},
         {"component_reference", reference},
-        {"component_moving", moving}}}};
+        {"component_moving", moving},
+        {"fibre", fibre}}}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -283,6 +292,7 @@ RomDocument parse_rom(const std::string& file, const std::string& text)
   document.job = reader.text("job");
   document.reference_names = reader.texts("components/reference");
   document.moving_names = reader.texts("components/moving");
+  document.fibre_names = reader.texts("fibres");
   RangeOfMotion& range = document.range;
   range.axes = axes_of(reader);
   const bool is_free = reader.at("limits/translation_mm").is_null();
@@ -309,7 +319,7 @@ std::string rom_csv(const RomDocument& document)
   const RangeOfMotion& range = document.range;
   std::string text =
       "flexion_deg,varus_deg,internal_deg,status,connected,opening_mm,translation_x_mm,translation_y_mm,"
-      "translation_z_mm,largest_strain,reference_component,moving_component\n";
+      "translation_z_mm,largest_strain,fibre,reference_component,moving_component\n";
   for (std::size_t i = 0; i < range.axes.rad[0].size(); ++i) {
     for (std::size_t j = 0; j < range.axes.rad[1].size(); ++j) {
       for (std::size_t k = 0; k < range.axes.rad[2].size(); ++k) {
@@ -318,7 +328,7 @@ std::string rom_csv(const RomDocument& document)
                 ',' + field(deg_from_rad(range.axes.rad[2][k])) + ',' + name_of(cell.status) + ',' +
                 (cell.is_connected ? "1," : "0,") + field(cell.opening_mm);
         for (Eigen::Index c = 0; c < 3; ++c) text += ',' + field(cell.translation_mm[c]);
-        text += ',' + field(cell.largest_strain) + ',' +
+        text += ',' + field(cell.largest_strain) + ',' + name_at(document.fibre_names, cell.fibre) + ',' +
                 name_at(document.reference_names, cell.component_reference) + ',' +
                 name_at(document.moving_names, cell.component_moving) + '\n';
       }
@@ -353,21 +363,33 @@ std::vector<RangeAlong> boundaries_of(const RangeOfMotion& range)
   return list;
 }
 
+std::string cause_of(const RomDocument& document, const RangeEnd& end)
+{
+  if (end.is_of_axis) return "end of the driven values";
+  if (end.beyond == RomStatus::fibre)
+    return std::string(name_of(end.beyond)) + ": " + name_at(document.fibre_names, end.fibre);
+  const std::string reference = name_at(document.reference_names, end.component_reference);
+  if (reference.empty()) return name_of(end.beyond);
+  return std::string(name_of(end.beyond)) + ": " + reference + " on " +
+         name_at(document.moving_names, end.component_moving);
+}
+
 std::string boundary_csv(const RomDocument& document)
 {
   const RangeOfMotion& range = document.range;
   std::string text =
-      "along,flexion_deg,varus_deg,internal_deg,from_deg,from_ended_by,from_reference,from_moving,to_deg,"
-      "to_ended_by,to_reference,to_moving\n";
+      "along,flexion_deg,varus_deg,internal_deg,from_deg,from_ended_by,from_reference,from_moving,from_fibre,"
+      "to_deg,to_ended_by,to_reference,to_moving,to_fibre\n";
   for (const RangeAlong& along : boundaries_of(range)) {
     text += rotation_names[along.axis];
     for (std::size_t a = 0; a < 3; ++a)
       text += ',' + (a == along.axis ? "" : field(deg_from_rad(range.axes.rad[a][along.at[a]])));
     for (const RangeEnd& end : {along.low, along.high}) {
-      text += along.is_empty ? std::string(",,,,")
+      text += along.is_empty ? std::string(",,,,,")
                              : ',' + field(end.deg) + ',' + beyond_text(end) + ',' +
                                    name_at(document.reference_names, end.component_reference) + ',' +
-                                   name_at(document.moving_names, end.component_moving);
+                                   name_at(document.moving_names, end.component_moving) + ',' +
+                                   name_at(document.fibre_names, end.fibre);
     }
     text += '\n';
   }
@@ -387,6 +409,25 @@ RomComparison compare_ranges(const RangeOfMotion& a, const RangeOfMotion& b, con
   return {volume_of(a), volume_of(b), volume_of(a, [&](std::size_t k) { return in(a, k) && in(b, k); }),
           volume_of(a, [&](std::size_t k) { return in(a, k) && !in(b, k); }),
           volume_of(a, [&](std::size_t k) { return !in(a, k) && in(b, k); })};
+}
+
+std::string comparison_csv(const RomDocument& a, const RomDocument& b)
+{
+  const RomAxes& axes = a.range.axes;
+  std::string text = "flexion_deg,varus_deg,internal_deg,first,second,first_opening_mm,second_opening_mm\n";
+  std::size_t cell = 0;
+  for (const double flexion : axes.rad[0]) {
+    for (const double varus : axes.rad[1]) {
+      for (const double internal : axes.rad[2]) {
+        const RomCell &one = a.range.cells[cell], &other = b.range.cells[cell];
+        for (const double rad : {flexion, varus, internal}) text += field(deg_from_rad(rad)) + ',';
+        text += std::string(name_of(one.status)) + ',' + name_of(other.status) + ',' + field(one.opening_mm) +
+                ',' + field(other.opening_mm) + '\n';
+        ++cell;
+      }
+    }
+  }
+  return text;
 }
 
 }  // namespace vrda::rom

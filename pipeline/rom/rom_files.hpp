@@ -13,6 +13,7 @@ struct RomDocument {
   std::string title, joint, side, job;                     ///< of the job; its kind, its resolved text
   std::vector<load::LoadedInput> inputs;                   ///< names and hashes
   std::vector<std::string> reference_names, moving_names;  ///< of the components
+  std::vector<std::string> fibre_names;
   RangeOfMotion range;
 };
 
@@ -34,8 +35,10 @@ struct RangeEnd {
   double deg = 0.0;
   bool is_of_axis = false;  ///< the end of the driven values: nothing was tried beyond
   RomStatus beyond = RomStatus::in_range;
-  std::int32_t component_reference = -1, component_moving = -1;
+  std::int32_t component_reference = -1, component_moving = -1, fibre = -1;  ///< of the cell beyond
 };
+/// "contact: acetabulum on head", "fibre: ACLam", "end of the driven values".
+std::string cause_of(const RomDocument& document, const RangeEnd& end);
 struct RangeAlong {
   std::size_t axis = 0;
   std::array<std::size_t, 3> at{};  ///< row of each rotation; of `axis` the neutral one
@@ -59,5 +62,11 @@ struct RomComparison {
 };
 /// Throws InputError naming `file_b` if the rotations differ.
 RomComparison compare_ranges(const RangeOfMotion& a, const RangeOfMotion& b, const std::string& file_b);
+
+/// Of two ranges over the same rotations: one row per attitude with the status of each; the maps of both as a
+/// page and as a picture.
+std::string comparison_csv(const RomDocument& a, const RomDocument& b);
+std::string comparison_page(const RomDocument& a, const RomDocument& b);
+std::string comparison_picture(const RomDocument& a, const RomDocument& b);
 
 }  // namespace vrda::rom

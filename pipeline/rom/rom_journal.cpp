@@ -12,7 +12,7 @@
 namespace vrda::rom {
 namespace {
 
-constexpr journal::FrameFormat line_format{"VRDAROMJ", 1, std::uint32_t{1} << 28, "line"};
+constexpr journal::FrameFormat line_format{"VRDAROMJ", 2, std::uint32_t{1} << 28, "line"};
 // Changes when the same job may give other cells.
 constexpr const char* rom_solver = "highest seat 1";
 
@@ -23,6 +23,7 @@ void append_cell(std::string& bytes, const SolvedCell& solved)
   journal::append_vector(bytes, cell.translation_mm);
   journal::append_double(bytes, cell.opening_mm);
   journal::append_double(bytes, cell.largest_strain);
+  journal::append_i32(bytes, cell.fibre);
   journal::append_i32(bytes, cell.component_reference);
   journal::append_i32(bytes, cell.component_moving);
   journal::append_double(bytes, solved.across_mm.x());
@@ -38,6 +39,7 @@ SolvedCell take_cell(journal::ByteReader& reader)
   solved.cell.translation_mm = reader.take_vector();
   solved.cell.opening_mm = reader.take_double();
   solved.cell.largest_strain = reader.take_double();
+  solved.cell.fibre = reader.take_i32();
   solved.cell.component_reference = reader.take_i32();
   solved.cell.component_moving = reader.take_i32();
   solved.across_mm.x() = reader.take_double();

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -82,6 +83,26 @@ TEST_F(RomCommand, ShardsAndAResumedRunGiveTheBytesOfAWholeOne)
   EXPECT_FALSE(std::filesystem::exists(journal));
 }
 
+TEST_F(RomCommand, KilledItGoesOnAndGivesTheBytesOfAWholeOne)
+{
+  const std::vector<std::string> slow{"--internal", "-40:40:20", "--threads", "1"};
+  succeed(words("whole", slow));
+  const std::string journal = path("killed/rom.json.journal");
+  std::uintmax_t written = 0;
+  for (int k = 0; k < 2; ++k) {
+    test::Process process(test::vrda(words("killed", slow)));
+    test::wait_for_bytes(process, journal, written + 2000);
+    ASSERT_TRUE(process.is_running()) << "ended before it could be killed";
+    process.send(SIGKILL);
+    EXPECT_EQ(process.wait().exit_code, -1);
+    EXPECT_FALSE(std::filesystem::exists(path("killed/rom.json")));
+    written = std::filesystem::file_size(journal);
+  }
+  succeed(words("killed", {"--internal", "-40:40:20", "--threads", "2"}));
+  EXPECT_EQ(test::sha256_of_file(path("killed/rom.json")), test::sha256_of_file(path("whole/rom.json")));
+  EXPECT_FALSE(std::filesystem::exists(journal));
+}
+
 TEST_F(RomCommand, ComparesTwoRanges)
 {
   succeed(words("narrow"));
@@ -91,6 +112,12 @@ TEST_F(RomCommand, ComparesTwoRanges)
   EXPECT_EQ(found.at("only_first").at("attitudes"), 0);
   EXPECT_GT(found.at("only_second").at("attitudes").get<int>(), 0);
   EXPECT_EQ(found.at("both"), found.at("first"));
+  EXPECT_FALSE(found.contains("files"));
+  succeed({"rom", "--compare", path("narrow/rom.json"), path("wide/rom.json"), "-o", path("both")});
+  for (const char* name : {"both/comparison.html", "both/comparison.png", "both/comparison.csv"})
+    EXPECT_FALSE(test::text_of(path(name)).empty()) << name;
+  test::expect_refused({"rom", hip_, "--compare", path("narrow/rom.json"), path("wide/rom.json")},
+                       {.field = "--compare", .found = "a job"});
 }
 
 TEST_F(RomCommand, RefusesWhatIsNoRange)

@@ -1,4 +1,4 @@
-#include "rom/rom_files.hpp"
+#include "rom/rom_maps.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -26,6 +26,7 @@ rom::RomDocument sample()
   document.inputs = {{"a.stl", std::string(64, 'a'), true}};
   document.reference_names = {"socket"};
   document.moving_names = {"head", "neck"};
+  document.fibre_names = {"round", "iliofemoral"};
   rom::RangeOfMotion& range = document.range;
   range.axes.rad[0] = {rad_from_deg(-10.0), 0.0, rad_from_deg(10.0)};
   range.axes.rad[1] = {rad_from_deg(-20.0), rad_from_deg(-5.0), rad_from_deg(5.0), rad_from_deg(30.0)};
@@ -45,6 +46,7 @@ rom::RomDocument sample()
   range.cells[5].is_connected = range.cells[6].is_connected = true;
   range.cells[7].status = RomStatus::fibre;
   range.cells[7].largest_strain = 0.12;
+  range.cells[7].fibre = 1;
   return document;
 }
 
@@ -56,6 +58,7 @@ TEST(RomFiles, TheDocumentReadsBackToTheLastBit)
   EXPECT_EQ(after.title, before.title);
   EXPECT_EQ(after.joint, before.joint);
   EXPECT_EQ(after.moving_names, before.moving_names);
+  EXPECT_EQ(after.fibre_names, before.fibre_names);
   EXPECT_EQ(after.range.neutral, before.range.neutral);
   EXPECT_EQ(after.range.X_neutral.matrix(), before.range.X_neutral.matrix());
   for (std::size_t k = 0; k < before.range.cells.size(); ++k) {
@@ -65,6 +68,7 @@ TEST(RomFiles, TheDocumentReadsBackToTheLastBit)
     EXPECT_EQ(a.translation_mm, b.translation_mm);
     EXPECT_EQ(std::isnan(a.largest_strain), std::isnan(b.largest_strain));
     EXPECT_EQ(a.component_moving, b.component_moving);
+    EXPECT_EQ(a.fibre, b.fibre);
     EXPECT_EQ(a.is_connected, b.is_connected);
   }
 }
@@ -78,13 +82,14 @@ struct Damage {
 TEST(RomFiles, ADamagedDocumentIsRefusedByKey)
 {
   for (const Damage& damage :
-       std::vector<Damage>{{"/version", 2, "version"},
+       std::vector<Damage>{{"/version", 1, "version"},
                            {"/axes/flexion", nlohmann::json::array({0, 0, 1}), "axes/flexion"},
                            {"/joint", "elbow", "joint"},
                            {"/axes/varus", nlohmann::json::array(), "axes/varus"},
                            {"/axes/internal", nlohmann::json::array({0, 1}), "cells/status"},
                            {"/cells/status/3", 9, "cells/status"},
                            {"/cells/component_moving/0", 2, "cells/component_moving"},
+                           {"/cells/fibre/7", 2, "cells/fibre"},
                            {"/cells/opening_mm/0", "x", "cells/opening_mm"},
                            {"/neutral/cell/0", 3, "neutral/cell"}}) {
     nlohmann::json json = nlohmann::json::parse(rom::rom_json(sample()));
@@ -121,6 +126,8 @@ TEST(RomFiles, BoundariesSayWhatEndsTheRange)
   EXPECT_NEAR(through_neutral[1].high.deg, 5.0, 1e-12);
   EXPECT_EQ(through_neutral[1].high.beyond, RomStatus::fibre);
   EXPECT_EQ(through_neutral[1].high.component_moving, 1);
+  EXPECT_EQ(rom::cause_of(document, through_neutral[1].high), "fibre: iliofemoral");
+  EXPECT_EQ(rom::cause_of(document, through_neutral[0].low), "contact: socket on neck");
 }
 
 TEST(RomFiles, TablesHaveOneRowPerAttitudeAndPerLine)
@@ -130,6 +137,7 @@ TEST(RomFiles, TablesHaveOneRowPerAttitudeAndPerLine)
   EXPECT_EQ(n_lines(rom::boundary_csv(sample())), 1 + 4 + 3);
   const std::string csv = rom::rom_csv(sample());
   EXPECT_THAT(csv, testing::HasSubstr(",0,fibre,0,"));
+  EXPECT_THAT(csv, testing::HasSubstr(",0.12,iliofemoral,socket,neck\n"));
 }
 
 TEST(RomFiles, ComparisonCountsCellsOfEachAndOfBoth)
@@ -175,6 +183,53 @@ TEST(RomFiles, ThePictureHasTheColourOfEachStatusAtItsAngles)
   EXPECT_EQ(colour_at(-5.2, 0.0), contact);
   EXPECT_EQ(colour_at(-4.8, 0.0), in_range);
   EXPECT_EQ(colour_at(5.2, 0.0), contact);
+}
+
+// In range are two cells at flexion 0 and varus -5 and 5: a box with four sides, two of them of two cells.
+TEST(RomFiles, TheBoundaryCurveRunsAroundTheConnectedRange)
+{
+  const rom::RomDocument document = sample();
+  const rom::RomAxes& axes = document.range.axes;
+  const auto lines = rom::outline_of(axes, rom::map_axes(axes), 0, [&](std::size_t cell) {
+    return document.range.cells[cell].is_connected;
+  });
+  double along_flexion = 0.0, along_varus = 0.0;
+  for (const rom::MapLine& line : lines) {
+    along_flexion += line[2] - line[0];
+    along_varus += line[3] - line[1];
+    EXPECT_TRUE(std::abs(std::abs(line[0]) - 5.0) < 1e-9) << "half way to the neighbours in flexion";
+    EXPECT_TRUE(line[1] > -12.6 && line[3] < 17.6);
+  }
+  EXPECT_NEAR(along_flexion, 2.0 * 10.0, 1e-9);
+  EXPECT_NEAR(along_varus, 2.0 * 30.0, 1e-9);
+}
+
+TEST(RomFiles, AComparisonNamesBothAndCountsEachAttitudeOnce)
+{
+  const rom::RomDocument a = sample();
+  rom::RomDocument b = a;
+  b.title = "After surgery";
+  b.range.cells[6].status = RomStatus::contact;
+  b.range.cells[9].status = RomStatus::in_range;
+  const std::string csv = rom::comparison_csv(a, b);
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 12);
+  EXPECT_THAT(csv, testing::HasSubstr(",in_range,contact,"));
+  EXPECT_THAT(csv, testing::HasSubstr(",contact,in_range,"));
+  const std::string page = rom::comparison_page(a, b);
+  EXPECT_THAT(page, testing::HasSubstr("After surgery"));
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+  const auto n_with = [&page](const std::string& colour) {
+    std::size_t n = 0;
+    for (std::size_t at = page.find("fill=\"" + colour); at != std::string::npos;
+         at = page.find("fill=\"" + colour, at + 1))
+      ++n;
+    return n;
+  };
+  EXPECT_EQ(n_with("#2a7f62"), 1u) << "both";
+  EXPECT_EQ(n_with("#3a6fb0"), 1u) << "the first only";
+  EXPECT_EQ(n_with("#d98a1f"), 1u) << "the second only";
+  EXPECT_EQ(n_with("#d8d8d4"), 9u) << "neither";
+  EXPECT_FALSE(rom::comparison_picture(a, b).empty());
 }
 
 TEST(RomFiles, TextOfAJobCannotLeaveItsPlaceInThePage)
