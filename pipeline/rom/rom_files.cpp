@@ -47,6 +47,13 @@ std::string field(double value)
   return std::isfinite(value) ? shortest_decimal(value) : "";
 }
 
+// Of an angle in radians, without the rounding of its conversion.
+std::string degree_field(double rad)
+{
+  constexpr double a_degree = 1e9;
+  return field(std::round(deg_from_rad(rad) * a_degree) / a_degree + 0.0);
+}
+
 std::string name_at(const std::vector<std::string>& names, std::int32_t row)
 {
   return row >= 0 && static_cast<std::size_t>(row) < names.size() ? names[static_cast<std::size_t>(row)] : "";
@@ -324,8 +331,8 @@ std::string rom_csv(const RomDocument& document)
     for (std::size_t j = 0; j < range.axes.rad[1].size(); ++j) {
       for (std::size_t k = 0; k < range.axes.rad[2].size(); ++k) {
         const RomCell& cell = range.cells[cell_at(range.axes, i, j, k)];
-        text += field(deg_from_rad(range.axes.rad[0][i])) + ',' + field(deg_from_rad(range.axes.rad[1][j])) +
-                ',' + field(deg_from_rad(range.axes.rad[2][k])) + ',' + name_of(cell.status) + ',' +
+        text += degree_field(range.axes.rad[0][i]) + ',' + degree_field(range.axes.rad[1][j]) + ',' +
+                degree_field(range.axes.rad[2][k]) + ',' + name_of(cell.status) + ',' +
                 (cell.is_connected ? "1," : "0,") + field(cell.opening_mm);
         for (Eigen::Index c = 0; c < 3; ++c) text += ',' + field(cell.translation_mm[c]);
         text += ',' + field(cell.largest_strain) + ',' + name_at(document.fibre_names, cell.fibre) + ',' +
@@ -383,10 +390,10 @@ std::string boundary_csv(const RomDocument& document)
   for (const RangeAlong& along : boundaries_of(range)) {
     text += rotation_names[along.axis];
     for (std::size_t a = 0; a < 3; ++a)
-      text += ',' + (a == along.axis ? "" : field(deg_from_rad(range.axes.rad[a][along.at[a]])));
+      text += ',' + (a == along.axis ? "" : degree_field(range.axes.rad[a][along.at[a]]));
     for (const RangeEnd& end : {along.low, along.high}) {
       text += along.is_empty ? std::string(",,,,,")
-                             : ',' + field(end.deg) + ',' + beyond_text(end) + ',' +
+                             : ',' + degree_field(rad_from_deg(end.deg)) + ',' + beyond_text(end) + ',' +
                                    name_at(document.reference_names, end.component_reference) + ',' +
                                    name_at(document.moving_names, end.component_moving) + ',' +
                                    name_at(document.fibre_names, end.fibre);
@@ -420,7 +427,7 @@ std::string comparison_csv(const RomDocument& a, const RomDocument& b)
     for (const double varus : axes.rad[1]) {
       for (const double internal : axes.rad[2]) {
         const RomCell &one = a.range.cells[cell], &other = b.range.cells[cell];
-        for (const double rad : {flexion, varus, internal}) text += field(deg_from_rad(rad)) + ',';
+        for (const double rad : {flexion, varus, internal}) text += degree_field(rad) + ',';
         text += std::string(name_of(one.status)) + ',' + name_of(other.status) + ',' + field(one.opening_mm) +
                 ',' + field(other.opening_mm) + '\n';
         ++cell;
