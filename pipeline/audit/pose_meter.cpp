@@ -1,15 +1,12 @@
 #include "audit/pose_meter.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <exception>
 #include <limits>
 #include <memory>
-#include <mutex>
-#include <thread>
 
 #include "core/error.hpp"
+#include "core/parallel.hpp"
 #include "core/side.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
@@ -299,25 +296,11 @@ void for_each_delta(const store::MotionModel& model, const std::vector<Eigen::Ve
                     int n_threads, const std::function<void(std::size_t, PoseMeter&)>& measure)
 {
   const std::shared_ptr<const AuditScene> first = scene_along(model, deltas.front());
-  std::atomic<std::size_t> next = 0;
-  std::exception_ptr failure;
-  std::mutex failure_mutex;
-  const auto work = [&] {
-    try {
-      CachedMeter meters(model, first);
-      for (std::size_t row = next++; row < deltas.size(); row = next++)
-        measure(row, meters.along(deltas[row]));
-    } catch (...) {
-      const std::lock_guard lock(failure_mutex);
-      if (!failure) failure = std::current_exception();
-    }
-  };
-  const int n_useful = std::min(n_threads, static_cast<int>(deltas.size()));
-  std::vector<std::jthread> workers;
-  for (int k = 1; k < n_useful; ++k) workers.emplace_back(work);
-  work();
-  workers.clear();
-  if (failure) std::rethrow_exception(failure);
+  for_each_index(deltas.size(), n_threads, [&] {
+    return [&, meters = CachedMeter(model, first)](std::size_t row) mutable {
+      measure(row, meters.along(deltas[row]));
+    };
+  });
 }
 
 }  // namespace vrda::audit

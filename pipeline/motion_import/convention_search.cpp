@@ -1,16 +1,13 @@
 #include "motion_import/convention_search.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <exception>
 #include <memory>
-#include <mutex>
 #include <optional>
-#include <thread>
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/parallel.hpp"
 #include "core/solver_position.hpp"
 #include "proximity/gap_query.hpp"
 
@@ -150,29 +147,6 @@ void measure(Candidate& candidate, const std::vector<Pose>& poses, const SearchS
   candidate.share = candidate.deviation_mm / std::max(candidate.motion_mm, least_motion_mm);
 }
 
-/// Calls work(i, meter) for each index once, from several threads, each with its own meter.
-template <typename Work>
-void for_each_index(std::size_t n, const SearchScene& scene, int n_threads, const Work& work)
-{
-  std::atomic<std::size_t> next = 0;
-  std::exception_ptr failure;
-  std::mutex failure_mutex;
-  const auto run = [&] {
-    try {
-      GapMeter meter(scene);
-      for (std::size_t i = next++; i < n; i = next++) work(i, meter);
-    } catch (...) {
-      const std::lock_guard lock(failure_mutex);
-      if (!failure) failure = std::current_exception();
-    }
-  };
-  std::vector<std::jthread> workers;
-  for (int k = 1; k < std::min(n_threads, static_cast<int>(n)); ++k) workers.emplace_back(run);
-  run();
-  workers.clear();
-  if (failure) std::rethrow_exception(failure);
-}
-
 void set_undecided(ConventionSearch& search)
 {
   const Candidate& best = search.candidates.front();
@@ -288,8 +262,10 @@ ConventionSearch find_convention(const measured::MotionTable& table, const Searc
     search.candidates.push_back({convention, {}});
     poses.push_back(std::move(here));
   }
-  for_each_index(poses.size(), scene, n_threads, [&](std::size_t i, GapMeter& meter) {
-    measure(search.candidates[i], poses[i], scene, meter);
+  for_each_index(poses.size(), n_threads, [&] {
+    return [&, meter = GapMeter(scene)](std::size_t i) mutable {
+      measure(search.candidates[i], poses[i], scene, meter);
+    };
   });
   std::stable_sort(search.candidates.begin(), search.candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.share < b.share; });

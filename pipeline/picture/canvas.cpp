@@ -169,7 +169,9 @@ void Canvas::draw_text(const Eigen::Vector2d& at_px, double height_px, std::stri
   const std::vector<int> letters = latin_letters(utf8);
   const float scale = stbtt_ScaleForPixelHeight(&font(), static_cast<float>(fineness * height_px));
   const double shift = align == TextAlign::left ? 0.0 : align == TextAlign::centre ? 0.5 : 1.0;
-  double x = fineness * at_px.x() - shift * text_width(letters, static_cast<double>(scale));
+  const double width = text_width(letters, static_cast<double>(scale));
+  double x = std::min(fineness * at_px.x() - shift * width, columns_.last - width);
+  x = std::max(x, static_cast<double>(columns_.first));
   const int baseline = static_cast<int>(std::lround(fineness * at_px.y()));
   for (const int letter : letters) {
     int left = 0, top = 0, right = 0, bottom = 0, advance = 0, bearing = 0;

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/parallel.hpp"
 #include "repair/frame_contact.hpp"
-#include "repair/frame_threads.hpp"
 #include "repair/measured_motion.hpp"
 #include "repair/sequence_program.hpp"
 #include "repair/smoothness.hpp"
@@ -67,7 +67,7 @@ class Repair {
       advance(minimise(programme(Vector6d::Zero(), Origin::current)));
     for (Eigen::Index c = 0; c < 6; ++c) out_.period_frames(c) = period_of_weight(weights_(c));
     out_.frames.resize(X_.size());
-    for_each_frame(X_.size(), options_.n_threads, [this] {
+    for_each_index(X_.size(), options_.n_threads, [this] {
       return [this, meter = audit::PoseMeter(scene_)](std::size_t k) mutable { finish(k, meter); };
     });
     return std::move(out_);
@@ -91,7 +91,7 @@ class Repair {
 
   void sample()
   {
-    for_each_frame(X_.size(), options_.n_threads, [this] {
+    for_each_index(X_.size(), options_.n_threads, [this] {
       return [this, sampler = ContactSampler(scene_)](std::size_t k) mutable {
         contact_[k] = sampler.sample(X_[k], known_[k]);
       };

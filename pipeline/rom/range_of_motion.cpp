@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <exception>
 #include <memory>
-#include <mutex>
 #include <optional>
-#include <thread>
 
 #include "audit/mesh_border.hpp"
 #include "core/error.hpp"
+#include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "ligament/ligaments.hpp"
 #include "model_build/case_solver.hpp"
@@ -275,23 +273,12 @@ class RomSweep {
 
   void solve_lines(const std::vector<Index>& lines, std::size_t axis)
   {
-    std::atomic<std::size_t> next = 0;
-    std::exception_ptr failure;
-    std::mutex mutex;
-    const auto work = [&](CellSolver& solver) {
-      try {
-        for (std::size_t k = next++; k < lines.size() && !is_stopped(); k = next++)
-          solve_line(solver, lines[k], axis);
-      } catch (...) {
-        const std::scoped_lock lock(mutex);
-        failure = std::current_exception();
-      }
-    };
-    {
-      std::vector<std::jthread> threads;
-      for (const auto& solver : solvers_) threads.emplace_back([&work, &solver] { work(*solver); });
-    }
-    if (failure) std::rethrow_exception(failure);
+    std::atomic<std::size_t> next_solver = 0;
+    for_each_index(lines.size(), static_cast<int>(solvers_.size()), [&] {
+      return [&, &solver = *solvers_[next_solver++]](std::size_t k) {
+        if (!is_stopped()) solve_line(solver, lines[k], axis);
+      };
+    });
   }
 
   // Outward from the neutral value, which an earlier round has solved except for the neutral cell itself.
