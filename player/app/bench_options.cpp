@@ -77,6 +77,9 @@ void add_virtual(CLI::App* calibrate, calibrate::CalibrateOptions& options)
       "Calibrate N virtual benches, seeds from --seed on, and report how often the intervals "
       "contain the true values; nothing else is written")
       ->check(CLI::Range(1, 100000));
+  add(calibrate, "--noise", "NAME=X,...", options.noise,
+      "Standard deviations of the virtual bench: alignment_px, touch_mm, landmark_mm, tracker_mm, "
+      "tracker_deg, model_mm, model_deg, ...");
   add(calibrate, "--pictures", "DIR", options.pictures,
       "Folder for images of the calibrated virtual bench (--headless) or of each task of a "
       "script");
@@ -91,6 +94,7 @@ CLI::App* add_calibrate(CLI::App& app, calibrate::CalibrateOptions& options)
   calibrate
       ->add_option("STEP", options.step,
                    "viewport, distortion, eyepoints, ipd, tracking, head, subject, or one part of them; all; "
+                   "functional: refines femur and tibia by bending the leg (--model); "
                    "bench, person: the steps done once per bench or per person; status: report the current "
                    "results; solve: recompute all results from the marks in the file")
       ->required();
@@ -103,7 +107,7 @@ CLI::App* add_calibrate(CLI::App& app, calibrate::CalibrateOptions& options)
   calibrate->add_flag("--anew", options.is_repeated,
                       "Restart the parts of STEP from their first task; omit it to resume them");
   add(calibrate, "--model", "FILE.h5", options.model,
-      "Motion model, for visual adjustment of its placement and for images");
+      "Motion model, for functional, visual adjustment of its placement and images");
   add(calibrate, "--set", "SET", options.set, "Set of the model: raw, degree_N, ... (default: that of show)");
   calibrate->add_flag("--headless", options.is_headless, "Run without a window");
   add(calibrate, "--script", "FILE", options.script,

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::array<const char*, n_calibration_parts> part_names{
     "viewport", "distortion", "rails", "stop", "probe", "eyepoints", "ipd",
-    "subject",  "bullseye",   "head",  "leg",  "femur", "tibia"};
+    "subject",  "bullseye",   "head",  "leg",  "femur", "tibia",     "functional"};
 
 }  // namespace
 
@@ -43,6 +43,9 @@ std::vector<std::string> shared_estimate_names(CalibrationPart part)
       return {"probe.tip_x", "probe.tip_y", "probe.tip_z"};
     case CalibrationPart::subject:
       return {"subject.scale"};
+    case CalibrationPart::femur:
+    case CalibrationPart::tibia:
+      return calibration::pose_number_names(name_of(part));
     default:
       return {};
   }

@@ -24,9 +24,10 @@ enum class CalibrationPart {
   head,
   leg,
   femur,
-  tibia  // the last part per person
+  tibia,
+  functional  // the last part per person; optional
 };
-inline constexpr std::size_t n_calibration_parts = 13;
+inline constexpr std::size_t n_calibration_parts = 14;
 const char* name_of(CalibrationPart part);
 bool is_per_bench(CalibrationPart part);
 /// Key of its record in the calibration file: "per_bench.viewport".

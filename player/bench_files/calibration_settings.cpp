@@ -116,6 +116,10 @@ CalibrationSettings calibration_settings_of(const documents::Document& document)
   settings.points = points_of(document, "calibration.point");
   settings.tibia_points = points_of(document, "calibration.tibia_point");
   settings.landmarks = landmarks_of(document);
+  settings.bends = whole_at(*table, "bends");
+  settings.bend_samples = whole_at(*table, "bend_samples");
+  settings.functional = {documents::number_at(*table, "tracker_sd_mm"), documents::number_at(*table, "tracker_sd_deg"),
+                         documents::number_at(*table, "model_sd_mm"), documents::number_at(*table, "model_sd_deg")};
   return settings;
 }
 

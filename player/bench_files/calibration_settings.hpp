@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/functional_fit.hpp"
 #include "core/mesh.hpp"
 
 namespace vrda::bench_files {
@@ -53,6 +54,10 @@ struct CalibrationSettings {
   std::vector<CalibrationPoint> points;        ///< on the leg; on the femur with two bodies
   std::vector<CalibrationPoint> tibia_points;  ///< only with two bodies
   std::vector<CalibrationLandmarks> landmarks;
+
+  int bends = 4, bend_samples = 300;  ///< functional: motions of the leg, tracker samples of each
+  /// functional: noise of a tracked body, and deviation of the subject's joint from the model
+  calibration::FunctionalSettings functional;
 };
 
 }  // namespace vrda::bench_files

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include "calibrate/calibration_mode.hpp"
 #include "calibrate/calibration_pictures.hpp"
 #include "calibrate/calibration_report.hpp"
+#include "calibrate/model_joint.hpp"
 #include "calibration_tasks/parts.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
@@ -37,6 +39,8 @@ struct CalibrateSetup {
   BenchFile bench;
   Calibration begun;
   std::vector<CalibrationPart> parts;  ///< requested
+  VirtualNoise noise;
+  std::optional<calibration::JointCurve> joint;  ///< of --model, for the part functional
 };
 
 /// Whether the step only reads or solves an existing file.
@@ -49,8 +53,8 @@ bool is_file_step(const CalibrateOptions& options)
 void require_benches_options(const CalibrateOptions& options)
 {
   if (options.n_benches == 0) return;
-  if (options.step != "all")
-    navigation::refuse_option("--benches", "\"" + options.step + "\"", "the step all");
+  if (options.step != "all" && options.step != bench_files::name_of(CalibrationPart::functional))
+    navigation::refuse_option("--benches", "\"" + options.step + "\"", "the step all or functional");
   const std::pair<const char*, const std::string*> unused[] = {{"--calibration", &options.calibration},
                                                                {"--script", &options.script},
                                                                {"--pictures", &options.pictures}};
@@ -69,6 +73,7 @@ void require_options(const CalibrateOptions& options)
     if (options.bench.empty())
       navigation::refuse_option("--bench", "nothing", "a bench file (schemas/bench.md), or --virtual");
     if (options.n_benches > 0) navigation::refuse_option("--benches", "no --virtual", "--virtual");
+    if (!options.noise.empty()) navigation::refuse_option("--noise", "no --virtual", "--virtual");
     if (options.head != "stage")
       navigation::refuse_option("--head", "no --virtual", "--virtual, or `head` in the file of --bench");
     if (!options.pictures.empty() && options.script.empty())
@@ -120,7 +125,12 @@ CalibrateSetup read_setup(const CalibrateOptions& options)
                     ? bench_files::parse_bench_file(virtual_bench::virtual_bench_text(head), "virtual bench")
                     : bench_files::read_bench_file(options.bench);
   if (options.is_virtual) setup.bench.title = virtual_title(options, setup.bench.title);
-  setup.parts = calibration_tasks::parts_of_step(is_file_step(options) ? "all" : options.step, setup.bench);
+  setup.parts = is_file_step(options) ? calibration_tasks::parts_of(setup.bench)
+                                      : calibration_tasks::parts_of_step(options.step, setup.bench);
+  setup.noise = noise_of(options.noise);
+  const bool is_functional = std::ranges::find(setup.parts, CalibrationPart::functional) != setup.parts.end();
+  if (is_functional && !is_file_step(options) && !options.model.empty())
+    setup.joint = joint_curve(options.model, options.set);
   const bool is_there = !options.calibration.empty() && std::filesystem::exists(options.calibration);
   if (!is_there && is_file_step(options))
     throw InputError({options.calibration, "", "no file", "an existing calibration file"});
@@ -175,7 +185,14 @@ calibration_tasks::CalibrationSessionOptions guide_options(const CalibrateOption
                                                            const CalibrateSetup& setup)
 {
   return {setup.parts, options.is_repeated, options.is_virtual ? virtual_date : today(),
-          options.calibration.empty() ? "virtual bench" : options.calibration};
+          options.calibration.empty() ? "virtual bench" : options.calibration, setup.joint};
+}
+
+VirtualTruth truth_of(const CalibrateOptions& options, const CalibrateSetup& setup)
+{
+  VirtualTruth truth = virtual_bench::virtual_truth(setup.bench, options.seed);
+  if (setup.joint) truth.joint = virtual_bench::virtual_joint(truth, *setup.joint, setup.noise);
+  return truth;
 }
 
 CalibrateEnd end_of(const CalibrationSession& session)
@@ -192,7 +209,8 @@ CalibrateEnd run_attended(const CalibrateOptions& options, const CalibrateSetup&
   CalibrationWriter kept(setup.bench, options.calibration);
   CalibrationMode mode(options, setup.bench, session, kept, streams);
   const std::unique_ptr<CalibrationBench> guide_bench =
-      options.is_virtual ? open_virtual_bench(setup.bench, options.seed) : open_live_bench(setup.bench);
+      options.is_virtual ? open_virtual_bench(setup.bench, truth_of(options, setup), setup.noise)
+                         : open_live_bench(setup.bench);
   mode.set_bench(*guide_bench);
   loop::run_loop(mode, mode.sink(), stop);
   kept.write(session);
@@ -218,8 +236,8 @@ void operate(CalibrationSession& session, VirtualOperator& person, CalibrationWr
 CalibrateEnd run_unattended(const CalibrateOptions& options, const CalibrateSetup& setup,
                             const loop::Streams& streams)
 {
-  const VirtualNoise noise;
-  const VirtualTruth truth = virtual_bench::virtual_truth(setup.bench, options.seed);
+  const VirtualNoise& noise = setup.noise;
+  const VirtualTruth truth = truth_of(options, setup);
   CalibrationSession session(setup.bench, setup.begun, guide_options(options, setup));
   CalibrationWriter kept(setup.bench, options.calibration);
   VirtualOperator person(setup.bench, truth, noise);
@@ -239,6 +257,8 @@ CalibrateEnd run_unattended(const CalibrateOptions& options, const CalibrateSetu
   } else if (!options.is_quiet) {
     write_status(streams.data, found, setup.parts);
     write_targets(streams.data, before, after, missing);
+    if (truth.joint && calibration_tasks::is_done(found, CalibrationPart::functional))
+      write_joint(streams.data, virtual_bench::joint_error(found, truth));
   }
   if (!options.pictures.empty() && session.task() == nullptr) {
     const PictureRequest request{setup.bench, truth, found, tasks};
@@ -251,8 +271,10 @@ CalibrateEnd run_unattended(const CalibrateOptions& options, const CalibrateSetu
 void write_benches(const CalibrateOptions& options, const CalibrateSetup& setup, std::ostream& data)
 {
   const int n_threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  if (options.step != "all" && !setup.joint)
+    navigation::refuse_option("--model", "nothing", "the motion model that functional places in thigh and shank");
   const VirtualStatistics statistics = virtual_bench::virtual_statistics(
-      setup.bench, VirtualNoise{}, options.seed, options.n_benches, n_threads);
+      setup.bench, {options.seed, options.n_benches, n_threads, setup.noise, setup.joint});
   if (options.has_json) {
     write_statistics_json(data, statistics);
     data << "\n";
@@ -283,6 +305,37 @@ bool has_keys(const CalibrateOptions& options)
 }
 
 }  // namespace
+
+VirtualNoise noise_of(const std::string& list)
+{
+  VirtualNoise noise;
+  const std::pair<const char*, double*> named[] = {
+      {"alignment_px", &noise.alignment_px}, {"tracker_mm", &noise.tracker_mm},
+      {"tracker_deg", &noise.tracker_deg},   {"touch_mm", &noise.touch_mm},
+      {"ruler_mm", &noise.ruler_mm},         {"pupillometer_mm", &noise.pupillometer_mm},
+      {"landmark_mm", &noise.landmark_mm},   {"model_mm", &noise.model_mm},
+      {"model_deg", &noise.model_deg}};
+  if (list.empty()) return noise;
+  for (const std::string& item : navigation::split(list, ',')) {
+    const std::size_t at = item.find('=');
+    const auto known =
+        std::ranges::find_if(named, [&](const auto& each) { return item.substr(0, at) == each.first; });
+    double value = -1.0;
+    if (at != std::string::npos && known != std::end(named)) {
+      const char* const end = item.data() + item.size();
+      const auto [stop, error] = std::from_chars(item.data() + at + 1, end, value);
+      if (error != std::errc() || stop != end) value = -1.0;
+    }
+    constexpr double most = 1000.0;
+    if (!(value >= 0.0 && value <= most)) {
+      std::string names;
+      for (const auto& each : named) names += (names.empty() ? "" : ", ") + std::string(each.first);
+      navigation::refuse_option("--noise", "\"" + item + "\"", "NAME=VALUE, 0 to 1000, with a NAME of " + names);
+    }
+    *known->second = value;
+  }
+  return noise;
+}
 
 CalibrateEnd calibrate(const CalibrateOptions& options, const loop::Streams& streams)
 {

@@ -26,6 +26,7 @@ using calibration_tasks::Dial;
 using calibration_tasks::DrawnLine;
 using calibration_tasks::Task;
 using calibration_tasks::TaskKind;
+using virtual_bench::JointError;
 using virtual_bench::NumberStatistics;
 using virtual_bench::TargetError;
 using virtual_bench::VirtualNoise;
@@ -47,6 +48,7 @@ struct CalibrateOptions {
   std::uint64_t seed = 1;
   std::string head = "stage";  ///< or "tracker", in the built-in bench file
   int n_benches = 0;           ///< number of benches for statistics; 0: one bench with a report
+  std::string noise;           ///< of the virtual bench: "touch_mm=5,tracker_deg=0.3"
   std::string pictures;        ///< folder; empty: no pictures
   bool has_json = false;
   bool is_quiet = false;
@@ -56,6 +58,9 @@ enum class CalibrateEnd {
   finished,
   quit  ///< quit before all requested parts were done; finished tasks are saved
 };
+
+/// Default noise with the values of a list NAME=VALUE,...; throws InputError for an unknown name or value.
+VirtualNoise noise_of(const std::string& list);
 
 /// Runs the command. Throws InputError for invalid options and files before it starts.
 CalibrateEnd calibrate(const CalibrateOptions& options, const loop::Streams& streams);

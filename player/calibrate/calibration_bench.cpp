@@ -129,10 +129,8 @@ class LiveBench final : public CalibrationBench {
 
 class VirtualBench final : public CalibrationBench {
  public:
-  VirtualBench(const BenchFile& bench, std::uint64_t seed)
-      : bench_(bench),
-        truth_(virtual_bench::virtual_truth(bench, seed)),
-        operator_(bench, truth_, VirtualNoise{})
+  VirtualBench(const BenchFile& bench, const VirtualTruth& truth, const VirtualNoise& noise)
+      : bench_(bench), truth_(truth), operator_(bench, truth, noise)
   {
   }
 
@@ -182,9 +180,10 @@ std::unique_ptr<CalibrationBench> open_live_bench(const BenchFile& bench)
   return std::make_unique<LiveBench>(bench);
 }
 
-std::unique_ptr<CalibrationBench> open_virtual_bench(const BenchFile& bench, std::uint64_t seed)
+std::unique_ptr<CalibrationBench> open_virtual_bench(const BenchFile& bench, const VirtualTruth& truth,
+                                                     const VirtualNoise& noise)
 {
-  return std::make_unique<VirtualBench>(bench, seed);
+  return std::make_unique<VirtualBench>(bench, truth, noise);
 }
 
 }  // namespace vrda::calibrate

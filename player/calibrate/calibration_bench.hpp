@@ -80,7 +80,8 @@ class CalibrationBench {
 
 /// Tracker and board of the bench file.
 std::unique_ptr<CalibrationBench> open_live_bench(const BenchFile& bench);
-/// Virtual bench of a seed, drawn as its person sees it.
-std::unique_ptr<CalibrationBench> open_virtual_bench(const BenchFile& bench, std::uint64_t seed);
+/// Virtual bench, drawn as its person sees it.
+std::unique_ptr<CalibrationBench> open_virtual_bench(const BenchFile& bench, const VirtualTruth& truth,
+                                                     const VirtualNoise& noise);
 
 }  // namespace vrda::calibrate

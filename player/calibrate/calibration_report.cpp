@@ -35,7 +35,7 @@ void write_part(std::ostream& out, CalibrationPart part, const CalibrationRecord
   const std::string state = state_of(record);
   out << padded(bench_files::name_of(part), 12) << state;
   if (state == "missing") {
-    out << "\n";
+    out << (calibration_tasks::is_optional(part) ? ", optional\n" : "\n");
     return;
   }
   if (state == "begun")
@@ -127,7 +127,8 @@ std::vector<CalibrationPart> missing_parts(const Calibration& calibration,
 {
   std::vector<CalibrationPart> missing;
   for (const CalibrationPart part : parts) {
-    if (!calibration_tasks::is_done(calibration, part)) missing.push_back(part);
+    if (!calibration_tasks::is_optional(part) && !calibration_tasks::is_done(calibration, part))
+      missing.push_back(part);
   }
   return missing;
 }
@@ -188,6 +189,47 @@ void write_targets_json(std::ostream& out, std::span<const TargetError> before,
       << ", \"to_be_done\": " << json_of(missing) << "}";
 }
 
+void write_joint(std::ostream& out, const JointError& error)
+{
+  out << "error at the joint (root mean square of both bones): by landmarks "
+      << settings::rounded_text(error.by_landmarks_mm, 2) << " mm, by motion "
+      << settings::rounded_text(error.functional_mm, 2) << " mm\n";
+}
+
+namespace {
+
+struct JointSummary {
+  Quantiles by_landmarks, functional;
+  std::ptrdiff_t n_halved = 0;
+};
+
+JointSummary summary_of(std::span<const JointError> joints)
+{
+  std::vector<double> by_landmarks, functional;
+  for (const JointError& error : joints) {
+    by_landmarks.push_back(error.by_landmarks_mm);
+    functional.push_back(error.functional_mm);
+  }
+  const auto is_halved = [](const JointError& e) { return e.functional_mm <= 0.5 * e.by_landmarks_mm; };
+  return {quantiles_of(std::move(by_landmarks)), quantiles_of(std::move(functional)),
+          std::ranges::count_if(joints, is_halved)};
+}
+
+void write_joints(std::ostream& out, std::span<const JointError> joints)
+{
+  const JointSummary s = summary_of(joints);
+  const auto row = [&](const char* name, const Quantiles& of) {
+    out << "  " << padded(name, 16) << "median " << settings::rounded_text(of.median, 2) << " mm, 9 of 10 within "
+        << settings::rounded_text(of.p90, 2) << " mm, largest " << settings::rounded_text(of.largest, 2) << " mm\n";
+  };
+  out << "error at the joint of " << joints.size() << " legs (root mean square of both bones)\n";
+  row("by landmarks", s.by_landmarks);
+  row("by motion", s.functional);
+  out << "  at least halved in " << s.n_halved << " of " << joints.size() << "\n";
+}
+
+}  // namespace
+
 void write_statistics(std::ostream& out, const VirtualStatistics& statistics)
 {
   out << statistics.n_benches << " benches; a part was rejected and repeated on " << statistics.n_refused
@@ -201,6 +243,7 @@ void write_statistics(std::ostream& out, const VirtualStatistics& statistics)
         << settings::rounded_text(number.mean_half_width, calibration::decimals_for(number.mean_half_width))
         << (number.unit.empty() ? "" : " " + number.unit) << "\n";
   }
+  if (!statistics.joints.empty()) return write_joints(out, statistics.joints);
   write_targets(out, statistics.before, statistics.after, {});
 }
 
@@ -215,6 +258,12 @@ void write_statistics_json(std::ostream& out, const VirtualStatistics& statistic
         << ", \"unit\": " << settings::quoted_text(number.unit) << ", \"n\": " << number.n
         << ", \"within\": " << number.n_within << ", \"rms_error\": " << json_number(number.rms_error)
         << ", \"mean_half_width_95\": " << json_number(number.mean_half_width) << "}";
+  }
+  if (!statistics.joints.empty()) {
+    const JointSummary s = summary_of(std::span<const JointError>(statistics.joints));
+    out << "], \"joint\": {\"n\": " << statistics.joints.size() << ", \"by_landmarks_mm\": " << json_of(s.by_landmarks)
+        << ", \"by_motion_mm\": " << json_of(s.functional) << ", \"halved\": " << s.n_halved << "}}";
+    return;
   }
   out << "], \"targets\": ";
   write_targets_json(out, statistics.before, statistics.after, {});

@@ -34,6 +34,8 @@ void write_targets(std::ostream& out, std::span<const TargetError> before, std::
 void write_targets_json(std::ostream& out, std::span<const TargetError> before,
                         std::span<const TargetError> after, std::span<const CalibrationPart> missing);
 
+/// Error of the placements at the joint.
+void write_joint(std::ostream& out, const JointError& error);
 void write_statistics(std::ostream& out, const VirtualStatistics& statistics);
 void write_statistics_json(std::ostream& out, const VirtualStatistics& statistics);
 

@@ -24,6 +24,7 @@ constexpr double most_step_left = 1e-6, least_change = 1e-7;
 
 Eigen::MatrixXd jacobian(const FitProblem& problem, const Eigen::VectorXd& x, Eigen::Index m)
 {
+  if (problem.derivatives) return problem.derivatives(x);
   Eigen::MatrixXd J(m, x.size());
   Eigen::VectorXd at = x;
   for (Eigen::Index k = 0; k < x.size(); ++k) {

@@ -9,6 +9,8 @@ namespace vrda::calibration {
 struct FitProblem {
   /// Residuals [m] of x [n], in units of standard deviation. May throw; the size must be constant.
   std::function<Eigen::VectorXd(const Eigen::VectorXd&)> residuals;
+  /// Their derivatives [m, n]; empty: central differences.
+  std::function<Eigen::MatrixXd(const Eigen::VectorXd&)> derivatives = {};
   Eigen::VectorXd start;  ///< [n]
   Eigen::VectorXd scale;  ///< [n] typical magnitude; difference steps are 1e-6 of it
 };
@@ -23,7 +25,7 @@ const char* name_of(LeastSquaresStatus status);
 struct LeastSquares {
   Eigen::VectorXd x;           ///< [n]
   Eigen::VectorXd residuals;   ///< [m] at x
-  Eigen::MatrixXd J;           ///< [m, n] at x, by central differences
+  Eigen::MatrixXd J;           ///< [m, n] at x
   Eigen::MatrixXd covariance;  ///< [n, n] inverse of J^T J; zero if undetermined
   LeastSquaresStatus status = LeastSquaresStatus::iteration_limit;
 };

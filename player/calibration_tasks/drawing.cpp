@@ -201,6 +201,7 @@ std::vector<DrawnLine> task_lines(const Task& task, std::span<const double> valu
       break;
     case TaskKind::number:
     case TaskKind::sweep:
+    case TaskKind::bend:
     case TaskKind::hold:
     case TaskKind::model_pose:
     case TaskKind::stop:

@@ -25,7 +25,7 @@ const RowShape& shape_of(TaskKind kind)
   static const std::map<TaskKind, RowShape> shapes{
       {scan_line, {1, {}}},       {number, {1, {}}},  {stop, {1, {}}},         {point, {2, {}}},
       {rectangle_sides, {4, {}}}, {grid, {8, {}}},    {model_pose, {6, {}}},   {depth_check, {0, {}}},
-      {sweep, {0, {7, 8}}},       {hold, {14, {14}}}, {bullseye, {3, {3, 10}}}};
+      {sweep, {0, {7, 8}}},       {hold, {14, {14}}}, {bullseye, {3, {3, 10}}}, {bend, {14, {14}}}};
   return shapes.at(kind);
 }
 

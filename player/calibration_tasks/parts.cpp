@@ -23,7 +23,7 @@ bool is_part_of(CalibrationPart part, const BenchFile& bench)
       {stop, has_stage(bench)}, {probe, !bench.calibration.is_model_adjusted},
       {head, !is_on_stage},     {subject, !bench.calibration.landmarks.empty()},
       {leg, is_rigid},          {femur, !is_rigid},
-      {tibia, !is_rigid}};
+      {tibia, !is_rigid},       {functional, !is_rigid}};
   const auto condition = conditions.find(part);
   return condition == conditions.end() || condition->second;
 }
@@ -42,7 +42,8 @@ std::vector<CalibrationPart> possible_dependencies(CalibrationPart part, const B
       {eyepoints, {distortion}},
       {ipd, {eyepoints}},
       {bullseye, {rails, stop, eyepoints, ipd}},
-      {head, {eyepoints, ipd}}};
+      {head, {eyepoints, ipd}},
+      {functional, {femur, tibia}}};
   const auto found = below.find(part);
   return found == below.end() ? std::vector<CalibrationPart>{} : found->second;
 }
@@ -53,6 +54,7 @@ const char* bench_key(CalibrationPart part)
   if (part == CalibrationPart::eyepoints) return "calibration.rectangles";
   if (part == CalibrationPart::subject) return "calibration.landmarks";
   if (part == CalibrationPart::bullseye) return "board.stage_mm_per_count";
+  if (part == CalibrationPart::functional) return "the motion of --model";
   return part == CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point";
 }
 
@@ -70,6 +72,11 @@ std::string names_of(std::span<const CalibrationPart> parts)
   for (const CalibrationPart part : parts)
     text += (text.empty() ? "" : ", ") + std::string(bench_files::name_of(part));
   return text;
+}
+
+bool is_optional(CalibrationPart part)
+{
+  return part == CalibrationPart::functional;
 }
 
 bool is_model_part(CalibrationPart part)
@@ -118,17 +125,20 @@ void outdate_dependents(Calibration& calibration, CalibrationPart part, const Be
 
 std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchFile& bench)
 {
-  const std::vector<CalibrationPart> all = parts_of(bench);
-  if (step == "all") return all;
   std::vector<CalibrationPart> wanted;
+  if (step == "all") {
+    wanted = parts_of(bench);
+    std::erase_if(wanted, is_optional);
+    return wanted;
+  }
   for (std::size_t k = 0; k < bench_files::n_calibration_parts; ++k) {
     const auto part = static_cast<CalibrationPart>(k);
     const bool is_tracking = part == CalibrationPart::rails || part == CalibrationPart::stop ||
                              part == CalibrationPart::probe || part == CalibrationPart::bullseye ||
                              is_model_part(part);
-    const bool is_group = (step == "tracking" && is_tracking) ||
-                          (step == "bench" && bench_files::is_per_bench(part)) ||
-                          (step == "person" && !bench_files::is_per_bench(part));
+    const bool is_group = !is_optional(part) && ((step == "tracking" && is_tracking) ||
+                                                 (step == "bench" && bench_files::is_per_bench(part)) ||
+                                                 (step == "person" && !bench_files::is_per_bench(part)));
     if (step == bench_files::name_of(part) || is_group) wanted.push_back(part);
   }
   if (wanted.empty())
@@ -224,7 +234,11 @@ bool is_scaled_by_bench(CalibrationPart part)
 
 void require_numbers(const CalibrationRecord& record, CalibrationPart part, const PartInput& in)
 {
-  const std::vector<double> now = bench_numbers_of(part, in.bench);
+  const bool is_functional = part == CalibrationPart::functional;
+  // Without a model at hand its record keeps its motion.
+  if (is_functional && in.joint == nullptr) return;
+  const std::vector<double> now =
+      is_functional ? calibration::numbers_of(*in.joint) : bench_numbers_of(part, in.bench);
   const std::vector<double>& then = record.made_with;
   // Files without these values are accepted.
   if (record.marks.empty() || then.empty() || then == now) return;
@@ -234,12 +248,14 @@ void require_numbers(const CalibrationRecord& record, CalibrationPart part, cons
   };
   const std::string key = bench_key(part);
   const std::string solve_remedy =
-      is_scaled_by_bench(part) ? "" : "; if the old values were wrong, run calibrate solve";
+      is_scaled_by_bench(part) || is_functional ? "" : "; if the old values were wrong, run calibrate solve";
+  const std::string restore = is_functional
+                                  ? "the model and set with which the part was begun; use them or repeat "
+                                  : "the values of " + in.bench.path + "; restore them or repeat ";
   throw InputError({in.path, bench_files::record_key(part),
                     "marks made with " + text(then, differ.first) + " in " + key + ", which now has " +
                         text(now, differ.second),
-                    "the values of " + in.bench.path + "; restore them or repeat " +
-                        bench_files::name_of(part) + " with --anew" + solve_remedy});
+                    restore + bench_files::name_of(part) + " with --anew" + solve_remedy});
 }
 
 /// Checks a part and its dependencies. Outdated parts are repeated, so their old marks are not checked.
@@ -281,7 +297,7 @@ void require_current_record(CalibrationPart part, const PartInput& in)
 
 void update_made_with(CalibrationRecord& record, CalibrationPart part, const BenchFile& bench)
 {
-  if (!record.made_with.empty() && !is_scaled_by_bench(part))
+  if (!record.made_with.empty() && !is_scaled_by_bench(part) && part != CalibrationPart::functional)
     record.made_with = bench_numbers_of(part, bench);
 }
 
@@ -290,6 +306,10 @@ void require_ready_parts(const std::vector<CalibrationPart>& parts, const PartIn
   for (std::size_t k = 0; k < parts.size(); ++k) {
     const CalibrationPart part = parts[k];
     require_bench_data(part, in.bench);
+    if (part == CalibrationPart::functional && in.joint == nullptr) {
+      throw InputError({"calibrate", "--model", "nothing",
+                        "the motion model that functional places in thigh and shank"});
+    }
     bool is_all_done = true;
     for (const CalibrationPart below : dependencies_of(part, in.bench)) {
       if (is_done(in.begun, below)) continue;

@@ -12,6 +12,9 @@ namespace vrda::calibration_tasks {
 /// Parts that apply to a bench, in the order of execution.
 std::vector<CalibrationPart> parts_of(const BenchFile& bench);
 
+/// Whether the part only refines others and is done only when requested by name.
+bool is_optional(CalibrationPart part);
+
 /// Parts of the bench whose results `part` uses.
 std::vector<CalibrationPart> dependencies_of(CalibrationPart part, const BenchFile& bench);
 

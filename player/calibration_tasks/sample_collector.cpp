@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "tracking/screw.hpp"
 
 namespace vrda::calibration_tasks {
 namespace {
@@ -51,6 +52,9 @@ void SampleCollector::begin(const Task& task, const std::optional<BodyRole>& rol
   kind_ = task.kind;
   role_ = role;
   rows_.clear();
+  thigh_before_.reset();
+  thigh_.reset();
+  shank_.reset();
   is_taking_ = true;
 }
 
@@ -88,10 +92,51 @@ const bench::BodyTracker* SampleCollector::fresh_body(double time_s)
   return tracker.is_live() && std::abs(time_s - tracker.seen_s()) <= oldest_s ? &tracker : nullptr;
 }
 
+void SampleCollector::end_message(bench::BodyTracker& tracker)
+{
+  if (!tracker.end_message() || kind_ != TaskKind::bend) return;
+  const auto is_of = [&](BodyRole role) { return trackers_[role] && &*trackers_[role] == &tracker; };
+  const tracking::TimedPose pose{tracker.seen_s(), tracker.last()};
+  if (is_of(BodyRole::femur)) {
+    thigh_before_ = thigh_;
+    thigh_ = pose;
+  } else if (is_of(BodyRole::tibia)) {
+    shank_ = pose;
+  }
+}
+
+/// Adds the shank's pose with that of the thigh at its time: the leg moves, so poses of different messages are
+/// interpolated.
+bool SampleCollector::take_leg()
+{
+  constexpr double same_s = 1e-4;
+  if (!shank_ || !thigh_ || thigh_->time_s < shank_->time_s - same_s) return false;
+  Pose X_tracker_thigh = thigh_->X;
+  if (thigh_->time_s > shank_->time_s + same_s) {
+    const double oldest_s = bench_.tracker->stale_after_ms / 1000.0;
+    const bool is_between = thigh_before_ && thigh_before_->time_s <= shank_->time_s + same_s &&
+                            thigh_->time_s - thigh_before_->time_s <= oldest_s;
+    if (!is_between) {
+      shank_.reset();
+      return false;
+    }
+    X_tracker_thigh = tracking::between(
+        thigh_before_->X, thigh_->X,
+        (shank_->time_s - thigh_before_->time_s) / (thigh_->time_s - thigh_before_->time_s));
+  }
+  std::vector<double> row;
+  add_place(row, devices::place_of(X_tracker_thigh));
+  add_place(row, devices::place_of(shank_->X));
+  rows_.push_back(std::move(row));
+  shank_.reset();
+  return true;
+}
+
 bool SampleCollector::take_place(const devices::Sample& sample)
 {
   const bool is_seen = sample.is(devices::ToolVisibility::seen) && is_finite(sample.tool_pose);
-  const double time_s = trackers_.take(sample, [](bench::BodyTracker& tracker) { tracker.end_message(); });
+  const double time_s = trackers_.take(sample, [this](bench::BodyTracker& tracker) { end_message(tracker); });
+  if (is_taking_ && kind_ == TaskKind::bend) return take_leg();
   if (!is_taking_ || !is_seen || sample.source != tool_) return false;
   std::vector<double> row;
   if (kind_ == TaskKind::bullseye) {

@@ -32,6 +32,8 @@ class SampleCollector {
 
  private:
   bool take_place(const devices::Sample& sample);
+  void end_message(bench::BodyTracker& tracker);
+  bool take_leg();
   const bench::BodyTracker* fresh_body(double time_s);
 
   BenchFile bench_;
@@ -43,6 +45,8 @@ class SampleCollector {
   std::size_t tool_ = 0;
   std::optional<BodyRole> role_;
   std::vector<std::vector<double>> rows_;
+  /// bend: the last two poses of the thigh, and a pose of the shank without one of the thigh at its time.
+  std::optional<tracking::TimedPose> thigh_before_, thigh_, shank_;
 };
 
 /// Rounds mm to 10 nm, far below tracker noise, to keep files short.

@@ -22,7 +22,7 @@ CalibrationSession::CalibrationSession(const BenchFile& bench, const Calibration
     : bench_(bench), calibration_(begun), options_(options), collector_(bench)
 {
   if (options_.is_repeated) outdate_asked();
-  require_ready_parts(options_.parts, {bench_, calibration_, options_.path});
+  require_ready_parts(options_.parts, input());
   next_part();
 }
 
@@ -162,7 +162,10 @@ void CalibrationSession::put(CalibrationMark mark)
     is_fresh_ = false;
   }
   CalibrationRecord& now = record();
-  if (now.marks.empty()) now.made_with = bench_numbers_of(progress_.part, bench_);
+  if (now.marks.empty()) {
+    now.made_with = progress_.part == CalibrationPart::functional ? calibration::numbers_of(options_.joint.value())
+                                                                  : bench_numbers_of(progress_.part, bench_);
+  }
   now.date = options_.date;
   insert_mark(now, tasks_, std::move(mark));
 }

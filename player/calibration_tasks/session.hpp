@@ -19,6 +19,8 @@ struct CalibrationSessionOptions {
   bool is_repeated = false;  ///< repeat the parts from the first task: their records become outdated
   std::string date;          ///< today
   std::string path;          ///< calibration file, for messages
+  /// Motion of the model, unscaled; required for the part functional.
+  std::optional<calibration::JointCurve> joint = std::nullopt;
 };
 
 /// Progress of the current part.
@@ -71,7 +73,10 @@ class CalibrationSession {
  private:
   CalibrationRecord& record() { return calibration_.records[progress_.part]; }
   CalibrationRecord record_so_far() const;
-  PartInput input() const { return {bench_, calibration_, options_.path}; }
+  PartInput input() const
+  {
+    return {bench_, calibration_, options_.path, options_.joint ? &*options_.joint : nullptr};
+  }
   void outdate_asked();
   void next_part();
   void begin_part(CalibrationPart part);

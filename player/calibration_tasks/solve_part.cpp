@@ -113,6 +113,21 @@ void put_viewport(Calibration& calibration, const Estimate& found)
   }
 }
 
+void put_model(Calibration& c, BodyRole role, const Pose& X_body_model)
+{
+  c.X_body_model[static_cast<std::size_t>(role)] = tracking::pose_parameters_of(X_body_model);
+}
+
+/// After new landmarks of one bone, those of the other replace its functional placement.
+void put_landmarks(Calibration& c)
+{
+  if (find_estimate(c, CalibrationPart::functional) == nullptr) return;
+  for (const CalibrationPart part : {CalibrationPart::femur, CalibrationPart::tibia}) {
+    if (const Estimate* landmarks = find_estimate(c, part))
+      put_model(c, role_of(part), pose_in(*landmarks, bench_files::name_of(part)));
+  }
+}
+
 void put_solved(CalibrationPart part, const PartInput& in, Calibration& c)
 {
   CalibrationRecord& record = c.records.at(part);
@@ -158,8 +173,14 @@ void put_solved(CalibrationPart part, const PartInput& in, Calibration& c)
     case CalibrationPart::femur:
     case CalibrationPart::tibia: {
       const calibration::FiducialFit fit = solve_model_pose(part, in);
-      c.X_body_model[static_cast<std::size_t>(role_of(part))] =
-          tracking::pose_parameters_of(fit.X_body_model);
+      put_model(c, role_of(part), fit.X_body_model);
+      record.estimate = fit.estimate;
+      return put_landmarks(c);
+    }
+    case CalibrationPart::functional: {
+      const calibration::FunctionalFit fit = solve_functional(in);
+      put_model(c, BodyRole::femur, fit.X_thigh_femur);
+      put_model(c, BodyRole::tibia, fit.X_shank_tibia);
       record.estimate = fit.estimate;
       return;
     }
@@ -195,15 +216,29 @@ void require_earlier_fits(CalibrationPart part, const PartInput& in)
 std::vector<std::string> group_remarks(CalibrationPart part, const Task& done, const PartInput& in)
 {
   if (is_by_eye(part)) return solved_eye(part, in, done.is_right).remarks;
+  if (part == CalibrationPart::functional) return bend_remarks(done, in);
   if (part == CalibrationPart::rails) require_good_rail(done, in);
   return {};
 }
+
+namespace {
+
+/// Root mean square distance from the mean of white noise with these differences of successive positions.
+/// Source: von Neumann (1941) Ann Math Statist 12:367-395.
+double successive_noise_mm(const std::vector<Eigen::Vector3d>& places)
+{
+  double sum_sq = 0.0;
+  for (std::size_t k = 1; k < places.size(); ++k) sum_sq += (places[k] - places[k - 1]).squaredNorm();
+  return places.size() < 2 ? 0.0 : std::sqrt(0.5 * sum_sq / static_cast<double>(places.size() - 1));
+}
+
+}  // namespace
 
 void require_static(CalibrationPart part, const Task& task, const CalibrationMark& mark,
                     const std::string& path)
 {
   // Ten times the noise of an optical tracker at the tip of a probe.
-  constexpr double furthest_mm = 3.0;
+  constexpr double least_limit_mm = 3.0;
   std::vector<Eigen::Vector3d> places;
   if (task.kind == TaskKind::bullseye) places = marker_positions(mark);
   if (task.kind == TaskKind::hold) {
@@ -211,6 +246,9 @@ void require_static(CalibrationPart part, const Task& task, const CalibrationMar
       places.push_back(sampled_pose(row, 7).inverse() * sampled_position(row));
   }
   const MeanPosition mean = mean_position(places);
+  // The noise of a static tool is as large between successive samples as about their mean; a motion is not.
+  constexpr double most_deviations = 3.0;
+  const double furthest_mm = std::max(least_limit_mm, most_deviations * successive_noise_mm(places));
   if (mean.furthest_mm > furthest_mm) {
     throw PartRefusal(
         {path, std::string(bench_files::name_of(part)) + ", " + task.name,

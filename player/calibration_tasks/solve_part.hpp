@@ -8,6 +8,7 @@
 #include "calibration/eyepoint_fit.hpp"
 #include "calibration/eyes_fit.hpp"
 #include "calibration/fiducial_fit.hpp"
+#include "calibration/functional_fit.hpp"
 #include "calibration/table_fit.hpp"
 #include "calibration/viewport_fit.hpp"
 #include "calibration_tasks/task.hpp"
@@ -62,6 +63,15 @@ calibration::EyesFit solve_eye_pose(CalibrationPart part, const PartInput& in);
 
 /// `part`: leg, femur or tibia. The covariance includes the errors of probe tip and scale.
 calibration::FiducialFit solve_model_pose(CalibrationPart part, const PartInput& in);
+
+/// Touched points of a model part, in the frame of its body.
+std::vector<calibration::Fiducial> touched_points(CalibrationPart part, const PartInput& in);
+
+/// Placement of both bones from the marks of the part functional, starting from the estimates of femur and tibia.
+/// Uses the model's motion of the record. Throws PartRefusal.
+calibration::FunctionalFit solve_functional(const PartInput& in);
+/// Remarks on one bend. Throws PartRefusal if its range of flexion is too small.
+std::vector<std::string> bend_remarks(const Task& done, const PartInput& in);
 
 /// Mean and scatter of repeated positions.
 struct MeanPosition {

@@ -142,6 +142,28 @@ void add_known_errors(calibration::FiducialFit& fit, const Touched& touched,
       A * tip_covariance * A.transpose() + scale_variance * b * b.transpose();
 }
 
+/// The probe's tip and the subject's scale.
+struct Equipment {
+  Eigen::Vector3d tip_probe_mm;
+  Eigen::Matrix3d tip_covariance;
+  double scale = 1.0, scale_variance = 0.0;
+};
+
+Equipment equipment_of(const PartInput& in)
+{
+  const Estimate& probe = estimate_of(CalibrationPart::probe, in);
+  const std::vector<std::string> tip = bench_files::shared_estimate_names(CalibrationPart::probe);
+  Equipment equipment;
+  equipment.tip_probe_mm = {value_in(probe, tip[0]), value_in(probe, tip[1]), value_in(probe, tip[2])};
+  equipment.tip_covariance = prior_covariance(probe, tip);
+  equipment.scale = in.begun.subject_scale;
+  if (const Estimate* subject = find_estimate(in.begun, CalibrationPart::subject)) {
+    equipment.scale = value_in(*subject, "subject.scale");
+    equipment.scale_variance = prior_covariance(*subject, {"subject.scale"})(0, 0);
+  }
+  return equipment;
+}
+
 }  // namespace
 
 MeanPosition mean_position(const std::vector<Eigen::Vector3d>& places)
@@ -217,6 +239,14 @@ calibration::EyesFit solve_eye_pose(CalibrationPart part, const PartInput& in)
   return fit;
 }
 
+std::vector<calibration::Fiducial> touched_points(CalibrationPart part, const PartInput& in)
+{
+  const Equipment equipment = equipment_of(in);
+  return touched_of(marked_tasks(part, in), points_of(part, in.bench.calibration), equipment.tip_probe_mm,
+                    equipment.scale)
+      .points;
+}
+
 calibration::FiducialFit solve_model_pose(CalibrationPart part, const PartInput& in)
 {
   const std::vector<MarkedTask> tasks = marked_tasks(part, in);
@@ -229,22 +259,14 @@ calibration::FiducialFit solve_model_pose(CalibrationPart part, const PartInput&
     return run_fit(
         {}, [&] { return calibration::mean_adjusted_pose(places, bench_files::name_of(part), in.path); });
   }
-  const Estimate& probe = estimate_of(CalibrationPart::probe, in);
-  const std::vector<std::string> tip = bench_files::shared_estimate_names(CalibrationPart::probe);
-  const Eigen::Vector3d tip_probe_mm(value_in(probe, tip[0]), value_in(probe, tip[1]),
-                                     value_in(probe, tip[2]));
-  const Estimate* subject = find_estimate(in.begun, CalibrationPart::subject);
-  double scale = in.begun.subject_scale, scale_variance = 0.0;
-  if (subject != nullptr) {
-    scale = value_in(*subject, "subject.scale");
-    scale_variance = prior_covariance(*subject, {"subject.scale"})(0, 0);
-  }
-  const Touched touched = touched_of(tasks, points_of(part, in.bench.calibration), tip_probe_mm, scale);
+  const Equipment equipment = equipment_of(in);
+  const double scale = equipment.scale, scale_variance = equipment.scale_variance;
+  const Touched touched = touched_of(tasks, points_of(part, in.bench.calibration), equipment.tip_probe_mm, scale);
   calibration::FiducialFit fit = run_fit(names_of(tasks), [&] {
     return calibration::fit_fiducials(touched.points, bench_files::name_of(part), in.path,
                                       {scale_variance == 0.0});
   });
-  add_known_errors(fit, touched, prior_covariance(probe, tip), scale_variance, scale);
+  add_known_errors(fit, touched, equipment.tip_covariance, scale_variance, scale);
   return fit;
 }
 

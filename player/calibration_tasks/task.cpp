@@ -32,13 +32,15 @@ std::vector<Task> tasks_of(CalibrationPart part, const BenchFile& bench, const C
     case CalibrationPart::femur:
     case CalibrationPart::tibia:
       return model_tasks(part, bench, calibration);
+    case CalibrationPart::functional:
+      return bend_tasks(bench);
   }
   throw InternalError("every part has tasks");
 }
 
 TaskGroup task_group_of(CalibrationPart part, const std::vector<Task>& tasks, std::size_t task)
 {
-  if (part == CalibrationPart::rails) return {task, task + 1};
+  if (part == CalibrationPart::rails || part == CalibrationPart::functional) return {task, task + 1};
   TaskGroup round{0, tasks.size()};
   const bool is_by_eye = part == CalibrationPart::viewport || part == CalibrationPart::distortion ||
                          part == CalibrationPart::eyepoints;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bench_files/calibration.hpp"
+#include "calibration/joint_curve.hpp"
 
 namespace vrda::calibration_tasks {
 
@@ -27,6 +28,8 @@ struct PartInput {
   const BenchFile& bench;
   const Calibration& begun;  ///< marks and estimates so far
   const std::string& path;   ///< calibration file, for messages
+  /// Motion of the model as given now, unscaled; nullptr: not given, only its record may be used.
+  const calibration::JointCurve* joint = nullptr;
 };
 
 /// Kind of a task: what is drawn and which rows a mark has (schemas/calibration.md).
@@ -38,6 +41,7 @@ enum class TaskKind {
   grid,      ///< pre-distorted grid; one row {k1, k2, centre_x, centre_y, at_x, at_y, spacing, turn_rad}
   number,    ///< number to be measured; one row {value}
   sweep,     ///< poses of a moving tool; rows {x, y, z, qw, qx, qy, qz, stage_mm}
+  bend,      ///< the moving leg; a row per sample {pose of the femur's body (7), pose of the tibia's body (7)}
   hold,      ///< static tools; a row per sample {pose of probe or marker (7), pose of the body (7)}
   bullseye,  ///< pre-distorted cross on the marker, one eye; first row {x_px, y_px as drawn, stage_mm}, then
              ///< a row per sample {position of the marker (3), pose of the head (7) if tracked}
@@ -58,13 +62,13 @@ struct Task {
   std::string instruction;  ///< for the screen, up to three lines
   bool is_right = false;    ///< eye, for tasks of one eye
   bool is_column = false;   ///< scan_line: a column; else a row
-  /// Start values; empty for sweep, hold, stop, depth_check. scan_line: line; point: x, y as drawn (px);
+  /// Start values; empty for sweep, bend, hold, stop, depth_check. scan_line: line; point: x, y as drawn (px);
   /// rectangle_sides: x of left and right line, as displayed; bullseye: x, y as displayed; grid: k1, k2,
   /// centre x, y (px as drawn), at x, y, spacing (px as displayed), turn (deg); number: value; model_pose:
   /// mm, degrees.
   std::vector<Dial> dials;
-  int n_samples = 0;  ///< sweep, hold, bullseye: number of tracker samples
-  std::string tool;   ///< sweep, hold, bullseye: tracker tool
+  int n_samples = 0;  ///< sweep, bend, hold, bullseye: number of tracker samples
+  std::string tool;   ///< sweep, bend, hold, bullseye: tracker tool
   /// grid: columns and rows; point: column and row of the node relative to the grid centre.
   Eigen::Vector2d node = Eigen::Vector2d::Zero();
   int index = 0;  ///< index of the rectangle, model point or marker position
@@ -76,14 +80,14 @@ struct Task {
 /// 2" (index 0, second repeat); ipd: "pupillary distance" (0), "left arm" (1), "right arm" (2), "image
 /// distance" (3), "look"; rails: "x rail", "z rail"; stop: "stop"; probe: "sweep"; subject: name of the
 /// distance; bullseye, head: "left eye, place 1" (index 0); leg, femur, tibia: name of the point, or "place
-/// 1".
+/// 1"; functional: "bend 1".
 std::vector<Task> tasks_of(CalibrationPart part, const BenchFile& bench, const Calibration& calibration);
 
 /// Requested marker position of a bull's-eye: -1, 0 or 1 for left to right, low to high, near to far. The
 /// first six spread in all directions.
 Eigen::Vector3i requested_marker_position(int index);
 
-/// Range of tasks that are checked together: those of an eye, of a rail, or all of the part.
+/// Range of tasks that are checked together: those of an eye, of a rail, of a bend, or all of the part.
 struct TaskGroup {
   std::size_t begin = 0, end = 0;
 };
@@ -111,5 +115,6 @@ std::vector<Task> bullseye_tasks(CalibrationPart part, const BenchFile& bench,
                                  const Calibration& calibration);
 /// `part`: leg, femur or tibia.
 std::vector<Task> model_tasks(CalibrationPart part, const BenchFile& bench, const Calibration& calibration);
+std::vector<Task> bend_tasks(const BenchFile& bench);
 
 }  // namespace vrda::calibration_tasks

@@ -162,4 +162,23 @@ std::vector<Task> model_tasks(CalibrationPart part, const BenchFile& bench, cons
   return tasks;
 }
 
+std::vector<Task> bend_tasks(const BenchFile& bench)
+{
+  const std::optional<bench_files::BodySettings>& tibia = bench.bodies[static_cast<std::size_t>(BodyRole::tibia)];
+  std::vector<Task> tasks;
+  for (int bend = 0; bend < bench.calibration.bends; ++bend) {
+    Task task;
+    task.kind = TaskKind::bend;
+    task.name = "bend " + std::to_string(bend + 1);
+    task.index = bend;
+    task.tool = tibia->tool.empty() ? tibia->markers.front() : tibia->tool;
+    task.n_samples = bench.calibration.bend_samples;
+    task.instruction =
+        "Stretch the leg and press Enter. Bend it slowly as far as the model reaches and stretch it again, evenly\n"
+        "until sampling is done, without pressing it sideways. Both bodies must be visible and must not slip.";
+    tasks.push_back(task);
+  }
+  return tasks;
+}
+
 }  // namespace vrda::calibration_tasks

@@ -324,6 +324,7 @@ std::vector<DrawnLine> physical_outlines(const Task& task, const BenchFile& benc
       return leg(bench, truth);
     case TaskKind::number:
     case TaskKind::sweep:
+    case TaskKind::bend:
     case TaskKind::hold:
     case TaskKind::stop:
       break;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "calibration_tasks/task.hpp"
+#include "core/error.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
 #include "simulation/draws.hpp"
@@ -126,6 +127,24 @@ BenchPoses touch_poses(const VirtualTruth& truth, const TouchedPoint& touched)
   return standing;
 }
 
+BenchPoses bend_poses(const VirtualTruth& truth, int index, double way)
+{
+  check(truth.joint.has_value(), "a virtual leg bends by the motion of a model");
+  constexpr double least_share = 0.94;
+  RandomSequence draws = draws_of_hand(truth, 1 + bench_files::n_body_roles, index);
+  const VirtualJoint& joint = *truth.joint;
+  const double share = least_share + (1.0 - least_share) * draws.uniform();
+  const double bent = 0.5 * share * (1.0 - sin_cos(2.0 * pi * way).cos);
+  const double flexion_rad = joint.curve.first_rad + bent * (joint.curve.last_rad() - joint.curve.first_rad);
+  const auto model_of = [&](BodyRole role) {
+    return tracking::pose_of(truth.calibration.X_body_model[static_cast<std::size_t>(role)]);
+  };
+  BenchPoses standing = resting_poses(truth);
+  standing.X_tracker_shank = truth.X_tracker_leg * model_of(BodyRole::femur) * joint.X_femur_tibia(flexion_rad) *
+                             model_of(BodyRole::tibia).inverse();
+  return standing;
+}
+
 const Pose& X_tracker_body(const VirtualTruth& truth, BodyRole role)
 {
   return role == BodyRole::tibia  ? truth.X_tracker_shank
@@ -140,12 +159,14 @@ std::optional<Pose> true_tool_pose(const BenchFile& bench, const VirtualTruth& t
                                    const BenchPoses& standing, const std::string& used,
                                    const std::string& tool)
 {
-  if (tool == used) return standing.X_tracker_tool;
+  if (tool == used && !standing.X_tracker_shank) return standing.X_tracker_tool;
   for (std::size_t k = 0; k < bench_files::n_body_roles; ++k) {
     if (!bench.bodies[k]) continue;
     const bench_files::BodySettings& body = *bench.bodies[k];
     const auto role = static_cast<BodyRole>(k);
-    const Pose X = role == BodyRole::head ? standing.X_tracker_headbody : X_tracker_body(truth, role);
+    const Pose X = role == BodyRole::head    ? standing.X_tracker_headbody
+                   : role == BodyRole::tibia ? standing.X_tracker_shank.value_or(truth.X_tracker_shank)
+                                             : X_tracker_body(truth, role);
     if (tool == body.tool) return X;
     for (std::size_t m = 0; m < body.markers.size(); ++m) {
       if (tool != body.markers[m]) continue;

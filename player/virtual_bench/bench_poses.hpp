@@ -1,6 +1,8 @@
 /// Poses of everything on the bench during a task, and the samples that tracker and encoder send of them.
 #pragma once
 
+#include <optional>
+
 #include "bench_files/calibration_record.hpp"
 #include "devices/sample.hpp"
 #include "simulation/draws.hpp"
@@ -13,6 +15,7 @@ struct BenchPoses {
   Pose X_tracker_eyes = Pose::Identity();
   Pose X_tracker_headbody = Pose::Identity();
   Pose X_tracker_tool = Pose::Identity();  ///< of the task's tool
+  std::optional<Pose> X_tracker_shank;     ///< of the tibia's body, if the leg is not at rest
 };
 
 /// Resting pose: the head's stage is at its stop.
@@ -40,7 +43,11 @@ struct TouchedPoint {
 };
 BenchPoses touch_poses(const VirtualTruth& truth, const TouchedPoint& touched);
 
-/// Pose of the body that carries the model.
+/// The leg bends from the model's first flexion to about its last one and is stretched again. Requires the truth's
+/// joint.
+BenchPoses bend_poses(const VirtualTruth& truth, int index, double way);
+
+/// Pose of the body that carries the model, at rest.
 const Pose& X_tracker_body(const VirtualTruth& truth, BodyRole role);
 
 /// Adds tracker noise to a pose.

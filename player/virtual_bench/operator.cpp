@@ -231,6 +231,7 @@ std::vector<double> dial_values(const Asked& asked)
     case TaskKind::model_pose:
       return place(asked);
     case TaskKind::sweep:
+    case TaskKind::bend:
     case TaskKind::hold:
     case TaskKind::stop:
     case TaskKind::depth_check:
@@ -260,6 +261,7 @@ BenchPoses VirtualOperator::standing(const CalibrationSession& session) const
   const int n = std::max(2, task.n_samples);
   const double way = std::min(1.0, static_cast<double>(session.progress().n_samples) / (n - 1));
   if (task.kind == TaskKind::bullseye) return bullseye_poses(bench_, truth_, task.index);
+  if (task.kind == TaskKind::bend) return bend_poses(truth_, task.index, way);
   if (task.kind == TaskKind::hold) {
     const CalibrationPart part = session.progress().part;
     TouchedPoint touched;

@@ -8,6 +8,9 @@
 #include <string_view>
 #include <thread>
 
+#include "calibration/functional_fit.hpp"
+#include "calibration_tasks/marks.hpp"
+#include "calibration_tasks/parts.hpp"
 #include "core/error.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
@@ -28,6 +31,7 @@ struct BenchResult {
   bool was_refused = false;
   std::vector<NumberResult> numbers;
   std::vector<TargetError> before, after;
+  std::optional<JointError> joint;
   std::exception_ptr failure;
 };
 
@@ -53,11 +57,28 @@ void add_numbers(const Calibration& found, const VirtualTruth& truth, BenchResul
   }
 }
 
-BenchResult result_of(const BenchFile& bench, const VirtualNoise& noise, std::uint64_t seed)
+/// A part with everything that it depends on, in the order of execution.
+std::vector<CalibrationPart> with_dependencies(CalibrationPart part, const BenchFile& bench)
 {
-  const VirtualTruth truth = virtual_truth(bench, seed);
+  std::vector<CalibrationPart> parts;
+  for (const CalibrationPart below : calibration_tasks::dependencies_of(part, bench)) {
+    for (const CalibrationPart each : with_dependencies(below, bench)) {
+      if (std::ranges::find(parts, each) == parts.end()) parts.push_back(each);
+    }
+  }
+  parts.push_back(part);
+  return parts;
+}
+
+BenchResult result_of(const BenchFile& bench, const VirtualRun& run, std::uint64_t seed)
+{
+  const VirtualNoise& noise = run.noise;
+  VirtualTruth truth = virtual_truth(bench, seed);
+  if (run.joint) truth.joint = virtual_joint(truth, *run.joint, noise);
   calibration_tasks::CalibrationSessionOptions options;
-  options.parts = calibration_tasks::parts_of_step("all", bench);
+  options.joint = run.joint;
+  options.parts = run.joint ? with_dependencies(CalibrationPart::functional, bench)
+                            : calibration_tasks::parts_of_step("all", bench);
   options.date = "2000-01-01";
   options.path = "virtual bench " + std::to_string(seed);
   CalibrationSession session(bench, bench_files::nominal_calibration(bench), options);
@@ -66,6 +87,10 @@ BenchResult result_of(const BenchFile& bench, const VirtualNoise& noise, std::ui
   BenchResult result;
   result.was_refused = hand.n_refusals() > 0;
   add_numbers(session.calibration(), truth, result);
+  if (run.joint) {
+    result.joint = joint_error(session.calibration(), truth);
+    return result;
+  }
   result.before = target_errors(uncalibrated(bench, truth), bench, truth, noise);
   result.after = target_errors(session.calibration(), bench, truth, noise);
   return result;
@@ -88,6 +113,7 @@ void add_bench(const BenchResult& result, VirtualStatistics& statistics)
     at->rms_error += number.error * number.error;
     at->mean_half_width += number.half_width;
   }
+  if (result.joint) statistics.joints.push_back(*result.joint);
   statistics.before.insert(statistics.before.end(), result.before.begin(), result.before.end());
   statistics.after.insert(statistics.after.end(), result.after.begin(), result.after.end());
 }
@@ -104,22 +130,44 @@ Calibration uncalibrated(const BenchFile& bench, const VirtualTruth& truth)
   return calibration;
 }
 
-VirtualStatistics virtual_statistics(const BenchFile& bench, const VirtualNoise& noise,
-                                     std::uint64_t first_seed, int n_benches, int n_threads)
+JointError joint_error(const Calibration& found, const VirtualTruth& truth)
 {
-  std::vector<BenchResult> results(static_cast<std::size_t>(std::max(0, n_benches)));
+  check(truth.joint.has_value(), "the error at the joint needs the joint");
+  const Eigen::Vector3d& centre_mm = truth.joint->curve.centre_mm;
+  const auto pose_of = [](CalibrationPart part, const Calibration& c, const char* name) {
+    return calibration_tasks::pose_in(*c.records.at(part).estimate, name);
+  };
+  JointError error;
+  for (const CalibrationPart part : {CalibrationPart::femur, CalibrationPart::tibia}) {
+    const BodyRole role = calibration_tasks::role_of(part);
+    const char* name = bench_files::name_of(part);
+    const Pose X_true = tracking::pose_of(truth.calibration.X_body_model[static_cast<std::size_t>(role)]);
+    error.by_landmarks_mm =
+        std::hypot(error.by_landmarks_mm,
+                   std::sqrt(0.5) * calibration::joint_error_mm(pose_of(part, found, name), X_true, centre_mm));
+    error.functional_mm = std::hypot(
+        error.functional_mm,
+        std::sqrt(0.5) * calibration::joint_error_mm(pose_of(CalibrationPart::functional, found, name), X_true,
+                                                     centre_mm));
+  }
+  return error;
+}
+
+VirtualStatistics virtual_statistics(const BenchFile& bench, const VirtualRun& run)
+{
+  std::vector<BenchResult> results(static_cast<std::size_t>(std::max(0, run.n_benches)));
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     for (std::size_t k = next++; k < results.size(); k = next++) {
       try {
-        results[k] = result_of(bench, noise, first_seed + k);
+        results[k] = result_of(bench, run, run.first_seed + k);
       } catch (...) {
         results[k].failure = std::current_exception();
       }
     }
   };
   std::vector<std::thread> threads;
-  for (int k = 1; k < n_threads; ++k) threads.emplace_back(work);
+  for (int k = 1; k < run.n_threads; ++k) threads.emplace_back(work);
   work();
   for (std::thread& thread : threads) thread.join();
   VirtualStatistics statistics;

@@ -30,16 +30,31 @@ struct NumberStatistics {
   double mean_half_width = 0.0;  ///< of the intervals
 };
 
+/// Overlay error of both bones at the joint (calibration::joint_error_mm, root mean square).
+struct JointError {
+  double by_landmarks_mm = 0.0, functional_mm = 0.0;
+};
+/// Requires the truth's joint and a calibration with the part functional.
+JointError joint_error(const Calibration& found, const VirtualTruth& truth);
+
 struct VirtualStatistics {
   int n_benches = 0, n_refused = 0;  ///< n_refused: benches where some marks had to be repeated
   std::vector<NumberStatistics> numbers;
   std::vector<TargetError> before,
-      after;  ///< all target errors, by uncalibrated() and by the found calibration
+      after;  ///< all target errors, by uncalibrated() and by the found calibration; empty for a joint
+  std::vector<JointError> joints;  ///< of each bench; empty without a joint
+};
+
+struct VirtualRun {
+  std::uint64_t first_seed = 1;
+  int n_benches = 0, n_threads = 1;
+  VirtualNoise noise = {};
+  /// Motion of the model, unscaled: only the part functional and its dependencies are done.
+  std::optional<calibration::JointCurve> joint = std::nullopt;
 };
 
 /// Runs the whole procedure of `bench` on the benches first_seed, first_seed + 1, ...; the result is the
 /// same for any number of threads.
-VirtualStatistics virtual_statistics(const BenchFile& bench, const VirtualNoise& noise,
-                                     std::uint64_t first_seed, int n_benches, int n_threads);
+VirtualStatistics virtual_statistics(const BenchFile& bench, const VirtualRun& run);
 
 }  // namespace vrda::virtual_bench

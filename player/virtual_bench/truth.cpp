@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/trig.hpp"
 #include "core/units.hpp"
 #include "simulation/draws.hpp"
 #include "tracking/screw.hpp"
@@ -11,7 +12,7 @@ namespace vrda::virtual_bench {
 namespace {
 
 /// Groups of random numbers, so that a change in one does not affect the others.
-enum class Group : std::uint64_t { left_display, right_display, person, table, rails, leg, head, probe };
+enum class Group : std::uint64_t { left_display, right_display, person, table, rails, leg, head, probe, joint };
 
 RandomSequence draws_for(std::uint64_t seed, Group group)
 {
@@ -195,6 +196,32 @@ VirtualTruth virtual_truth(const BenchFile& bench, std::uint64_t seed)
   add_leg(bench, truth);
   add_tracked_things(truth);
   return truth;
+}
+
+VirtualJoint virtual_joint(const VirtualTruth& truth, const calibration::JointCurve& curve,
+                           const VirtualNoise& noise)
+{
+  // A coordinate has a third of the square; half of it in the offset, so that the variance is the same everywhere.
+  const double share = std::sqrt(1.0 / 6.0);
+  RandomSequence draws = draws_for(truth.seed, Group::joint);
+  VirtualJoint joint;
+  joint.curve = calibration::scaled(curve, truth.calibration.subject_scale);
+  for (VirtualJoint::Coordinates* part : {&joint.offset, &joint.by_cosine, &joint.by_sine})
+    *part << share * noise.model_mm * draws.normal_vector(),
+        share * rad_from_deg(noise.model_deg) * draws.normal_vector();
+  return joint;
+}
+
+Pose VirtualJoint::X_femur_tibia(double flexion_rad) const
+{
+  constexpr double waves = 2.0;  // half a wave in 90 degrees
+  const SinCos phase = sin_cos(waves * flexion_rad);
+  const Coordinates off = offset + phase.cos * by_cosine + phase.sin * by_sine;
+  Pose X_deviation = Pose::Identity();
+  X_deviation.linear() = tracking::rotation_of(off.tail<3>());
+  // About the joint's centre.
+  X_deviation.translation() = off.head<3>() + curve.centre_mm - X_deviation.linear() * curve.centre_mm;
+  return curve.at(flexion_rad) * X_deviation;
 }
 
 namespace {

@@ -4,10 +4,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "bench_files/calibration.hpp"
 #include "calibration/distortion_fit.hpp"
+#include "calibration/joint_curve.hpp"
 #include "simulation/draws.hpp"
 
 namespace vrda::virtual_bench {
@@ -29,6 +31,18 @@ struct VirtualNoise {
   double ruler_mm = 0.1;      ///< of screen sizes
   double pupillometer_mm = 0.5;
   double landmark_mm = 1.0;  ///< of a distance between landmarks
+  double model_mm = 1.0, model_deg = 2.0;  ///< root mean square deviation of the joint from the model
+};
+
+/// The subject's joint: the model's motion with a smooth deviation, of which each coordinate is a random sinusoid of
+/// flexion about a random offset.
+struct VirtualJoint {
+  using Coordinates = Eigen::Matrix<double, 6, 1>;  ///< mm, rad, at the joint's centre
+
+  calibration::JointCurve curve;  ///< of the model in the subject's size
+  Coordinates offset = Coordinates::Zero(), by_cosine = Coordinates::Zero(), by_sine = Coordinates::Zero();
+
+  Pose X_femur_tibia(double flexion_rad) const;
 };
 
 struct VirtualTruth {
@@ -49,11 +63,16 @@ struct VirtualTruth {
   Pose X_tracker_leg = Pose::Identity();    ///< of the leg's (femur's) body, at rest
   Pose X_tracker_shank = Pose::Identity();  ///< of the tibia's body
   Pose X_tracker_headbody = Pose::Identity();
+  std::optional<VirtualJoint> joint;  ///< required for bends
 };
 
 /// Equal seeds give equal benches. Quantities that the bench file gives with a standard deviation
 /// (alignment_sd_deg, sight_sd_px, eye_height_sd_mm) are drawn with it.
 VirtualTruth virtual_truth(const BenchFile& bench, std::uint64_t seed);
+
+/// The joint of the bench's subject; `curve`: of the model, unscaled.
+VirtualJoint virtual_joint(const VirtualTruth& truth, const calibration::JointCurve& curve,
+                           const VirtualNoise& noise);
 
 /// Built-in bench file for `calibrate --virtual` without --bench.
 const std::string& virtual_bench_text(HeadKind head = HeadKind::stage);

@@ -120,4 +120,31 @@ TEST(SampleTaker, ABullseyeHasTheMarkersPositionAndTheHeadsPlaceWhereItIsTracked
   EXPECT_EQ(taker.rows()[0].size(), 10u);
 }
 
+/// Thigh and shank in messages of their own: the thigh is interpolated to the time of the shank.
+TEST(SampleTaker, ABendHasBothBodiesAtTheSameTime)
+{
+  const bench_files::BenchFile bench = bench_files::read_bench_file(VRDA_JOBS "/bench-desk.toml");
+  calibration_tasks::SampleCollector taker(bench);
+  constexpr std::uint16_t femur = 0, tibia = 1;
+  taker.begin(task_with(calibration_tasks::TaskKind::bend, "tibia"), std::nullopt);
+  // The thigh moves by 1 mm in 10 ms, the shank by 10.
+  for (int k = 0; k < 5; ++k) {
+    taker.take(seen(femur, {1.0 * k, 0, 0}, 10 * k));
+    taker.take(seen(tibia, {10.0 * k, 0, 0}, 10 * k + 4));
+  }
+  const std::vector<std::vector<double>>& rows = taker.rows();
+  ASSERT_EQ(rows.size(), 3u);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    ASSERT_EQ(rows[k].size(), 14u);
+    EXPECT_NEAR(rows[k][0], static_cast<double>(k) + 0.4, kept_mm);
+    EXPECT_NEAR(rows[k][7], 10.0 * static_cast<double>(k), kept_mm);
+  }
+  // A hidden thigh gives no row, however long the shank is seen.
+  for (int k = 5; k < 40; ++k) taker.take(seen(tibia, {10.0 * k, 0, 0}, 10 * k));
+  taker.take(seen(femur, {40, 0, 0}, 400));
+  taker.take(seen(femur, {41, 0, 0}, 410));
+  taker.take(seen(tibia, {410, 0, 0}, 410));
+  EXPECT_LE(taker.rows().size(), 4u);
+}
+
 }  // namespace vrda::sample_taker_test

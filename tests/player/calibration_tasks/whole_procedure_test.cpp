@@ -56,7 +56,7 @@ TEST(WholeProcedureOfTheExample, IsDone)
   const bench_files::BenchFile desk = bench_files::read_bench_file(VRDA_JOBS "/bench-desk.toml");
   Trial trial(desk);
   trial.do_all();
-  for (const bench_files::CalibrationPart part : calibration_tasks::parts_of(desk)) {
+  for (const bench_files::CalibrationPart part : calibration_tasks::parts_of_step("all", desk)) {
     SCOPED_TRACE(bench_files::name_of(part));
     EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), part));
   }

@@ -51,8 +51,8 @@ TEST_P(HonestIntervals, HoldTheTruthInNinetyToNinetyEightOfAHundredCases)
   // For 200 benches, chance takes the coverage of a valid 95 % interval above 98 % in 2.6 % of cases, and
   // there are some fifty parameters; for 400 in 0.2 %.
   constexpr int n_benches = 400, n_threads = 2;
-  const virtual_bench::VirtualStatistics statistics = virtual_bench::virtual_statistics(
-      bench_of(GetParam()), virtual_bench::VirtualNoise{}, 1, n_benches, n_threads);
+  const virtual_bench::VirtualStatistics statistics =
+      virtual_bench::virtual_statistics(bench_of(GetParam()), {1, n_benches, n_threads});
   EXPECT_EQ(statistics.n_benches, n_benches);
   const std::map<std::string, Count> counts = counts_of(statistics);
   EXPECT_GT(counts.size(), 35u);
@@ -124,8 +124,8 @@ TEST_P(OtherWays, HoldTheTruthAsOften)
 {
   // Of 200 valid 95 % intervals 90 to 99 % contain the truth except in 0.3 %; there are some fifty.
   constexpr int n_benches = 200, n_threads = 2;
-  const virtual_bench::VirtualStatistics statistics = virtual_bench::virtual_statistics(
-      GetParam().bench, virtual_bench::VirtualNoise{}, 1, n_benches, n_threads);
+  const virtual_bench::VirtualStatistics statistics =
+      virtual_bench::virtual_statistics(GetParam().bench, {1, n_benches, n_threads});
   const std::map<std::string, Count> counts = counts_of(statistics);
   for (const std::string& name : GetParam().numbers) EXPECT_TRUE(counts.contains(name)) << name;
   for (const auto& [name, count] : counts) {
@@ -143,9 +143,9 @@ TEST(VirtualStatistics, AreTheSameForAnyNumberOfThreads)
   const bench_files::BenchFile bench = bench_of(bench_files::HeadKind::stage);
   constexpr int n_benches = 5;
   const virtual_bench::VirtualStatistics one =
-      virtual_bench::virtual_statistics(bench, virtual_bench::VirtualNoise{}, 40, n_benches, 1);
+      virtual_bench::virtual_statistics(bench, {40, n_benches, 1});
   const virtual_bench::VirtualStatistics three =
-      virtual_bench::virtual_statistics(bench, virtual_bench::VirtualNoise{}, 40, n_benches, 3);
+      virtual_bench::virtual_statistics(bench, {40, n_benches, 3});
   ASSERT_EQ(one.numbers.size(), three.numbers.size());
   for (std::size_t k = 0; k < one.numbers.size(); ++k) {
     EXPECT_EQ(one.numbers[k].name, three.numbers[k].name);
