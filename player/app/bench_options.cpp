@@ -1,4 +1,4 @@
-// Options of the modes `bench`, `devices`, `calibrate`, `body` and `simulate`.
+// Options of the modes `bench`, `serve`, `devices`, `calibrate`, `body` and `simulate`.
 #include <CLI/CLI.hpp>
 
 #include "app/options.hpp"
@@ -6,6 +6,51 @@
 #include "calibration_tasks/session.hpp"
 
 namespace vrda::app {
+
+namespace {
+
+void add_igtl(CLI::App* mode, bench::IgtlOptions& options)
+{
+  add(mode, "--igtl", "PORT", options.port,
+      "Send the joint to OpenIGTLink programs such as 3D Slicer that connect to this port; 0: any free port")
+      ->check(CLI::Range(0, 65535));
+  add(mode, "--igtl-address", "ADDRESS", options.address,
+      "Listen address of --igtl; any but 127.0.0.1 is reachable from other machines")
+      ->capture_default_str();
+}
+
+}  // namespace
+
+CLI::App* add_serve(CLI::App& app, bench::ServeOptions& options)
+{
+  CLI::App* serve = app.add_subcommand(
+      "serve", "Send a joint to other programs by OpenIGTLink: a motion, or the leg tracked by a bench");
+  serve->add_option("FILE", options.file, "Motion model (.h5)")->required();
+  add_igtl(serve, options.igtl);
+  add(serve, "--set", "SET", options.set, "raw, degree_N, ... (default: the default set of show)");
+  add(serve, "--rate", "HZ", options.rate_hz, "Frames a second")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->capture_default_str();
+  add(serve, "--flexion", "DEG", options.flexion_deg,
+      "Held flexion (default: to and fro over the model's range)");
+  add(serve, "--varus", "DEG", options.varus_deg, "Held varus (default: balanced)");
+  add(serve, "--period", "S", options.period_s, "Duration of a bend and a stretch")
+      ->check(CLI::Range(0.1, 1e6))
+      ->capture_default_str();
+  add(serve, "--bench", "BENCH.toml", options.bench,
+      "Send the leg tracked by this bench (schemas/bench.md), without a picture");
+  add(serve, "--calibration", "FILE.toml", options.calibration,
+      "Calibration file of the bench (default: nominal values)");
+  add(serve, "--seconds", "S", options.seconds, "Duration (default: until Ctrl-C)")
+      ->check(CLI::Range(0.1, 1e6));
+  serve->add_flag("--quiet", options.is_quiet, "Print only the address");
+  serve->footer(
+      "Each client receives both meshes once (POLYDATA), then per frame the poses of the bones, of the eyes\n"
+      "and of the probe (TRANSFORM, mm) and the angles (STRING). Hidden bodies are left out.\n"
+      "Examples:\n  vrda-player serve knee.h5 --igtl 18944\n"
+      "  vrda-player serve knee.h5 --igtl 18944 --bench bench.toml --calibration anna.toml");
+  return serve;
+}
 
 CLI::App* add_bench(CLI::App& app, bench::BenchOptions& options)
 {
@@ -32,6 +77,7 @@ CLI::App* add_bench(CLI::App& app, bench::BenchOptions& options)
   add(bench, "--speed", "X", options.speed,
       "Replay speed factor (default: 1 in a window, unlimited without a window)");
   add(bench, "--timing", "FILE.json", options.timing, "Write latency, jitter and counts as JSON");
+  add_igtl(bench, options.igtl);
   add(bench, "--samples", "1|2|4", options.samples, "Samples per pixel")
       ->check(CLI::IsMember({1, 2, 4}))
       ->option_text("1|2|4=1");

@@ -51,6 +51,7 @@ int run(int argc, char** argv)
   web::WebOptions web;
   follow::FollowOptions follow;
   bench::BenchOptions bench;
+  bench::ServeOptions serve;
   bench::DevicesOptions devices;
   bench::MeasureBodyOptions body;
   bench::SimulateOptions simulate;
@@ -62,6 +63,7 @@ int run(int argc, char** argv)
       {app::add_follow(app, follow),
        [&] { return follow::follow(follow, streams) == follow::FollowEnd::finished ? done : interrupted; }},
       {app::add_bench(app, bench), [&] { return bench::run_bench(bench, streams), done; }},
+      {app::add_serve(app, serve), [&] { return bench::serve(serve, streams), done; }},
       {app::add_devices(app, devices),
        [&] { return bench::list_devices(devices, streams) > 0 ? unsolved_attitudes : done; }},
       {app::add_measure_body(app, body), [&] { return bench::measure_body(body, streams), done; }},
@@ -81,8 +83,8 @@ int run(int argc, char** argv)
   for (const auto& [mode, run_mode] : modes) {
     if (mode->parsed()) return run_mode();
   }
-  std::cerr << "vrda-player: found no mode, wanted show, follow, web, bench, calibrate, body, simulate or "
-               "devices (see vrda-player --help)\n";
+  std::cerr << "vrda-player: found no mode, wanted show, follow, web, bench, serve, calibrate, body, simulate "
+               "or devices (see vrda-player --help)\n";
   return bad_input;
 }
 

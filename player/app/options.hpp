@@ -37,6 +37,7 @@ CLI::App* add_calibrate(CLI::App& app, calibrate::CalibrateOptions& options);
 CLI::App* add_devices(CLI::App& app, bench::DevicesOptions& options);
 CLI::App* add_follow(CLI::App& app, follow::FollowOptions& options);
 CLI::App* add_measure_body(CLI::App& app, bench::MeasureBodyOptions& options);
+CLI::App* add_serve(CLI::App& app, bench::ServeOptions& options);
 CLI::App* add_show(CLI::App& app, show::ShowOptions& options);
 CLI::App* add_simulate(CLI::App& app, bench::SimulateOptions& options);
 CLI::App* add_web(CLI::App& app, web::WebOptions& options);

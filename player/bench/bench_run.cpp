@@ -34,6 +34,7 @@ class BenchRun final : public loop::Mode {
         streams_(streams),
         show_(options, setup),
         state_(setup.bench, setup.calibration, setup.motion, setup.frame),
+        probe_(setup.bench, setup.calibration),
         devices_(setup.bench.tracker, setup.bench.board),
         watches_(setup.bench.tracker ? setup.bench.tracker->tools.size() : 0)
   {
@@ -43,7 +44,10 @@ class BenchRun final : public loop::Mode {
     if (!options.record.empty())
       recorder_ = std::make_unique<recording::Recorder>(options.record, setup.facts);
     show_.panel().timing = &timing_;
+    if (options.igtl.port) stream_ = std::make_unique<JointStream>(options.igtl, setup.model);
   }
+
+  const JointStream* stream() const { return stream_.get(); }
 
   loop::Sink& sink() { return show_.sink(); }
   bool is_over() const override { return is_over_; }
@@ -63,6 +67,7 @@ class BenchRun final : public loop::Mode {
     wishes_ = vrda::bench::apply_input(state_, show_.panel(), keys_, samples_);
     keys_.clear();
     frame_ = &state_.frame(now_ns_);
+    send();
     update_panel();
   }
 
@@ -98,6 +103,13 @@ class BenchRun final : public loop::Mode {
   void warn(const std::string& words) const
   {
     if (!words.empty()) streams_.messages << "vrda-player: " << words << std::endl;
+  }
+
+  void send()
+  {
+    if (!stream_) return;
+    for (const devices::Sample& sample : samples_) probe_.take(sample);
+    stream_->put({*frame_, true, probe_.X_tracker_probe(), utc_now_ns(), 0});
   }
 
   /// A write error ends the recording, not the bench.
@@ -170,7 +182,9 @@ class BenchRun final : public loop::Mode {
   loop::Streams streams_;
   BenchOutput show_;
   BenchState state_;
+  ProbeTool probe_;
   devices::Devices devices_;
+  std::unique_ptr<JointStream> stream_;
   std::unique_ptr<recording::Recorder> recorder_;
   std::vector<navigation::KeyPress> keys_;
   std::vector<devices::Sample> samples_;
@@ -196,6 +210,7 @@ void require_options(const BenchOptions& options)
                                 "a duration, because there is no window to close");
   } else {
     if (!options.record.empty()) navigation::refuse_option("--record", "--replay", "one of them");
+    if (options.igtl.port) navigation::refuse_option("--igtl", "--replay", "one of them");
   }
   if (!options.video.empty()) loop::require_video_name(options.video);
 }
@@ -217,6 +232,9 @@ void run_bench(const BenchOptions& options, const loop::Streams& streams)
   }
   loop::StopSignals stop;  // before the device threads start: they inherit the signal mask
   BenchRun bench(options, setup, streams);
+  if (bench.stream() != nullptr && !options.is_quiet)
+    streams.messages << "OpenIGTLink at " << options.igtl.address << ":" << bench.stream()->port()
+                     << std::endl;
   loop::run_loop(bench, bench.sink(), stop);
   bench.finish();
 }
@@ -244,23 +262,33 @@ std::string seal_of_file(const std::string& path)
   return text;
 }
 
-/// `bench` does not use probe and marker, so their absence must not be reported.
-void remove_calibration_tools(bench_files::BenchFile& bench)
+/// `bench` does not use the marker, nor the probe unless its pose is sent, so their absence must not be
+/// reported.
+void remove_calibration_tools(bench_files::BenchFile& bench, bool has_probe)
 {
   if (!bench.tracker) return;
   // They follow the tools of the last role.
-  bench.tracker->tools.resize(
+  std::vector<std::string>& tools = bench.tracker->tools;
+  tools.resize(
       bench_files::first_tool_index(bench, static_cast<bench_files::BodyRole>(bench_files::n_body_roles)));
+  if (has_probe && bench.calibration.is_present &&
+      std::ranges::find(tools, bench.calibration.probe) == tools.end())
+    tools.push_back(bench.calibration.probe);
 }
 
 struct Texts {
   std::string bench_path, bench, calibration_path, calibration;
 };
 
-BenchSetup build_setup(const Texts& texts, const std::string& model_path, const std::string& set)
+struct ModelChoice {
+  std::string path, set;
+};
+
+BenchSetup build_setup(const Texts& texts, const ModelChoice& choice, bool has_probe)
 {
+  const std::string& model_path = choice.path;
   bench_files::BenchFile bench = bench_files::parse_bench_file(texts.bench, texts.bench_path);
-  remove_calibration_tools(bench);
+  remove_calibration_tools(bench, has_probe);
   bench_files::Calibration calibration =
       texts.calibration.empty()
           ? bench_files::nominal_calibration(bench)
@@ -268,7 +296,7 @@ BenchSetup build_setup(const Texts& texts, const std::string& model_path, const 
   store::MotionModel model =
       store::scaled_model(store::read_motion_model(model_path), calibration.subject_scale);
   store::require_grid(model, model_path, "the bench");
-  const std::string chosen = navigation::chosen_set(model, model_path, set);
+  const std::string chosen = navigation::chosen_set(model, model_path, choice.set);
   motion::Motion motion(model, chosen);
   const SolverFrame frame = store::solver_frame(model, 0);
   recording::RecordingFacts facts{
@@ -292,7 +320,7 @@ BenchSetup read_bench_setup(const BenchOptions& options)
   if (!options.calibration.empty() && std::filesystem::exists(options.calibration))
     texts.calibration =
         documents::read_document_text(options.calibration, "a calibration file (schemas/calibration.md)");
-  return build_setup(texts, options.file, options.set);
+  return build_setup(texts, {options.file, options.set}, options.igtl.port.has_value());
 }
 
 BenchSetup recorded_setup(const recording::Recording& recording, const BenchOptions& options)
@@ -308,7 +336,7 @@ BenchSetup recorded_setup(const recording::Recording& recording, const BenchOpti
   }
   const std::string set = options.set.empty() ? facts.set : options.set;
   return build_setup({facts.bench_path, facts.bench_text, facts.calibration_path, facts.calibration_text},
-                     options.file, set);
+                     {options.file, set}, false);
 }
 
 }  // namespace vrda::bench

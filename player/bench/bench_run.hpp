@@ -1,12 +1,14 @@
-/// Commands `vrda-player bench`, `devices` and `simulate`: show a joint on the tracked leg, list the devices,
-/// simulate them. In: motion model, bench file, calibration. Out: the displayed frames, recordings, pictures.
-/// Throw InputError before anything is shown if a file or device setting cannot be used.
+/// Commands `vrda-player bench`, `serve`, `devices` and `simulate`: show a joint on the tracked leg, send it
+/// to other programs, list the devices, simulate them. In: motion model, bench file, calibration. Out: the
+/// displayed frames, recordings, pictures. Throw InputError before anything is shown if a file or device
+/// setting cannot be used.
 #pragma once
 
 #include <functional>
 #include <optional>
 #include <string>
 
+#include "bench/joint_stream.hpp"
 #include "bench_files/calibration.hpp"
 #include "devices/devices.hpp"
 #include "loop/loop.hpp"
@@ -33,6 +35,7 @@ struct BenchOptions {
   double from_s = 0.0;
   std::optional<double> speed;    ///< of a replay; default 1 in a window, else unpaced
   std::optional<bool> has_panel;  ///< operator's panel; default only in a window
+  IgtlOptions igtl;
   bool is_quiet = false;
 };
 
@@ -71,6 +74,23 @@ BenchSetup read_bench_setup(const BenchOptions& options);
 
 /// Setup of a recording. The motion model of the options must be the recorded one. Throws InputError.
 BenchSetup recorded_setup(const recording::Recording& recording, const BenchOptions& options);
+
+struct ServeOptions {
+  std::string file;         ///< motion model
+  std::string set;          ///< surface set; empty: the default one
+  std::string bench;        ///< bench file: the tracked leg; empty: the motion, bent to and fro
+  std::string calibration;  ///< of the bench; empty: nominal
+  IgtlOptions igtl;
+  double rate_hz = 60.0;
+  std::optional<double> flexion_deg;  ///< held; empty: to and fro over the whole range
+  std::optional<double> varus_deg;    ///< empty: balanced
+  double period_s = 8.0;              ///< of a bend and a stretch
+  std::optional<double> seconds;      ///< empty: until Ctrl-C
+  bool is_quiet = false;
+};
+
+/// Sends the joint by OpenIGTLink, without a picture. Throws InputError for invalid options and files.
+void serve(const ServeOptions& options, const loop::Streams& streams);
 
 struct SimulateOptions {
   std::string bench;

@@ -1,9 +1,14 @@
+// Servers of OpenIGTLink messages: the simulated tracker, and the joint for other programs.
 #include "devices/tracker_server.hpp"
+
+#include <sys/eventfd.h>
+#include <unistd.h>
 
 #include <array>
 #include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
@@ -13,6 +18,7 @@
 #include <thread>
 
 #include "core/error.hpp"
+#include "devices/igtl_server.hpp"
 #include "igtl/message.hpp"
 #include "igtl/stream.hpp"
 
@@ -40,10 +46,13 @@ std::uint64_t mixed(std::uint64_t x)
 /// pending handlers.
 class Session : public std::enable_shared_from_this<Session> {
  public:
-  explicit Session(tcp::socket socket) : socket_(std::move(socket))
+  /// `greeting` is sent first and does not count as lag.
+  explicit Session(tcp::socket socket, const Bytes& greeting = {})
+      : socket_(std::move(socket)), most_pending_(most_pending_bytes + greeting.size())
   {
     error_code ignored;
     socket_.set_option(tcp::no_delay(true), ignored);
+    pending_ = greeting;
   }
 
   bool is_done() const { return is_done_; }
@@ -57,9 +66,16 @@ class Session : public std::enable_shared_from_this<Session> {
 
   void send(const Bytes& bytes)
   {
-    if (pending_.size() + bytes.size() > most_pending_bytes) return end();
+    if (pending_.size() + bytes.size() > most_pending_) return end();
     pending_.insert(pending_.end(), bytes.begin(), bytes.end());
     if (writing_.empty()) write();
+  }
+
+  /// Starts to send the greeting, and reads and drops what the client sends.
+  void send_only()
+  {
+    write();
+    drain();
   }
 
   void listen()
@@ -86,6 +102,15 @@ class Session : public std::enable_shared_from_this<Session> {
   }
 
  private:
+  void drain()
+  {
+    socket_.async_read_some(asio::buffer(read_),
+                            [this, self = shared_from_this()](const error_code& error, std::size_t) {
+                              if (error) return end();
+                              drain();
+                            });
+  }
+
   void answer(const igtl::IgtlMessage& request)
   {
     if (request.kind != igtl::IgtlKind::start_tdata && request.kind != igtl::IgtlKind::stop_tdata) return;
@@ -115,17 +140,35 @@ class Session : public std::enable_shared_from_this<Session> {
   std::array<std::uint8_t, 1024> read_{};
   igtl::IgtlStream requests_;
   Bytes pending_, writing_;
+  std::size_t most_pending_;
   std::optional<double> interval_ms_;  ///< requested by STT_TDATA
   std::optional<double> sent_ms_;
 };
 
-tcp::endpoint endpoint_of(const TrackerServerOptions& options)
+/// Listens on a numeric address. `name` is of the server, for errors.
+void listen_on(tcp::acceptor& acceptor, const std::string& name, const std::string& address_text,
+               std::uint16_t port)
 {
   error_code error;
-  const asio::ip::address address = asio::ip::make_address(options.address, error);
+  const asio::ip::address address = asio::ip::make_address(address_text, error);
+  if (error) throw InputError({name, "address", address_text, "a numeric address of this machine"});
+  const tcp::endpoint endpoint(address, port);
+  acceptor.open(endpoint.protocol(), error);
+  // Allows the port to be reused while old connections are in TIME_WAIT.
+  if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+  if (!error) acceptor.bind(endpoint, error);
+  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
   if (error)
-    throw InputError({"tracker server", "address", options.address, "a numeric address of this machine"});
-  return {address, options.port};
+    throw InputError({name, "port", address_text + ":" + std::to_string(port) + ": " + error.message(),
+                      "an address of this machine and a free port from 1024 to 65535, or 0"});
+}
+
+using Sessions = std::vector<std::shared_ptr<Session>>;
+
+void remove_ended(Sessions& sessions, std::atomic<int>& n_clients)
+{
+  std::erase_if(sessions, [](const std::shared_ptr<Session>& session) { return session->is_done(); });
+  n_clients = static_cast<int>(sessions.size());
 }
 
 }  // namespace
@@ -136,17 +179,8 @@ struct TrackerServer::State {
   {
     check(options.rate_hz > 0.0 && options.jitter_ms >= 0.0 && options.jitter_ms <= 500.0 / options.rate_hz,
           "rate_hz must be positive and jitter_ms at most half a period");
-    const tcp::endpoint endpoint = endpoint_of(options);
+    listen_on(acceptor, "tracker server", options.address, options.port);
     error_code error;
-    acceptor.open(endpoint.protocol(), error);
-    // Allows the port to be reused while old connections are in TIME_WAIT.
-    if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
-    if (!error) acceptor.bind(endpoint, error);
-    if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
-    if (error)
-      throw InputError({"tracker server", "port",
-                        options.address + ":" + std::to_string(options.port) + ": " + error.message(),
-                        "an address of this machine and a free port from 1024 to 65535, or 0"});
     port = acceptor.local_endpoint(error).port();
     accept();
     begin = std::chrono::steady_clock::now();
@@ -202,8 +236,7 @@ struct TrackerServer::State {
         session->send(corrupted(bytes_for(messages, takes_lists), fault));
       }
     }
-    std::erase_if(sessions, [](const std::shared_ptr<Session>& session) { return session->is_done(); });
-    n_clients = static_cast<int>(sessions.size());
+    remove_ended(sessions, n_clients);
   }
 
   static Bytes bytes_for(const std::vector<igtl::IgtlMessage>& messages, bool takes_lists)
@@ -236,7 +269,7 @@ struct TrackerServer::State {
   asio::io_context io{1};
   tcp::acceptor acceptor;
   asio::steady_timer timer;
-  std::vector<std::shared_ptr<Session>> sessions;
+  Sessions sessions;
   std::optional<FaultInjection> next_fault;
   std::chrono::steady_clock::time_point begin;
   std::uint64_t tick = 0;
@@ -265,6 +298,89 @@ int TrackerServer::n_clients() const
 void TrackerServer::inject_fault(FaultInjection fault)
 {
   asio::post(state_->io, [state = state_.get(), fault] { state->next_fault = fault; });
+}
+
+struct IgtlServer::State {
+  State(const IgtlServerOptions& options, Bytes greeting_, ByteSource next_)
+      : greeting(std::move(greeting_)),
+        next(std::move(next_)),
+        acceptor(io),
+        event(io, eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK))
+  {
+    listen_on(acceptor, options.name, options.address, options.port);
+    error_code error;
+    port = acceptor.local_endpoint(error).port();
+    accept();
+    wait();
+    thread = std::thread([this] { io.run(); });
+  }
+
+  ~State()
+  {
+    io.stop();
+    thread.join();
+  }
+
+  void accept()
+  {
+    acceptor.async_accept([this](const error_code& error, tcp::socket socket) {
+      if (!error) {
+        sessions.push_back(std::make_shared<Session>(std::move(socket), greeting));
+        sessions.back()->send_only();
+        n_clients = static_cast<int>(sessions.size());
+      }
+      accept();
+    });
+  }
+
+  void wait()
+  {
+    event.async_wait(asio::posix::stream_descriptor::wait_read, [this](const error_code& error) {
+      if (error) return;
+      std::uint64_t n_woken = 0;
+      // Resets the event; a failed read leaves it set, and the source is called again.
+      if (read(event.native_handle(), &n_woken, sizeof n_woken) < 0) n_woken = 0;
+      for (Bytes bytes = next(); !bytes.empty(); bytes = next()) {
+        for (const std::shared_ptr<Session>& session : sessions) session->send(bytes);
+      }
+      remove_ended(sessions, n_clients);
+      wait();
+    });
+  }
+
+  const Bytes greeting;
+  const ByteSource next;
+  asio::io_context io{1};
+  tcp::acceptor acceptor;
+  asio::posix::stream_descriptor event;
+  Sessions sessions;
+  std::atomic<int> n_clients{0};
+  std::uint16_t port = 0;
+  std::thread thread;
+};
+
+IgtlServer::IgtlServer(const IgtlServerOptions& options, std::vector<std::uint8_t> greeting, ByteSource next)
+    : state_(std::make_unique<State>(options, std::move(greeting), std::move(next)))
+{
+}
+
+IgtlServer::~IgtlServer() = default;
+
+std::uint16_t IgtlServer::port() const
+{
+  return state_->port;
+}
+
+int IgtlServer::n_clients() const
+{
+  return state_->n_clients;
+}
+
+void IgtlServer::wake()
+{
+  const std::uint64_t one = 1;
+  // Fails only if the counter is full: the server is then awake.
+  [[maybe_unused]] const ssize_t n = write(state_->event.native_handle(), &one, sizeof one);
 }
 
 }  // namespace vrda::devices

@@ -1,16 +1,19 @@
-// OpenIGTLink messages to bytes, for the simulated tracker and for tests.
+// OpenIGTLink messages to bytes: for the simulated tracker, for programs that show the joint, for tests.
 #include <igtl_header.h>
+#include <igtl_polydata.h>
 #include <igtl_position.h>
 #include <igtl_qtdata.h>
 #include <igtl_tdata.h>
 #include <igtl_transform.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <limits>
 
 #include "core/error.hpp"
 #include "igtl/message.hpp"
+#include "igtl/scene_message.hpp"
 
 namespace vrda::igtl {
 namespace {
@@ -173,16 +176,16 @@ std::uint64_t timestamp_of(std::int64_t device_ns)
 
 }  // namespace
 
-std::vector<std::uint8_t> bytes_of(const IgtlMessage& message)
+namespace {
+
+Bytes message_bytes(int version, const char* type, const std::string& device, std::int64_t device_ns,
+                    const Bytes& body)
 {
-  check(message.header_version == 1 || message.header_version == 2, "header versions are 1 and 2");
-  const Bytes content = content_of(message);
-  const Bytes body = message.header_version == 2 ? wrapped(message, content) : content;
   igtl_header header{};
-  header.version = static_cast<igtl_uint16>(message.header_version);
-  put_text(header.name, type_of(message.kind));
-  put_text(header.device_name, message.device);
-  header.timestamp = timestamp_of(message.device_ns);
+  header.version = static_cast<igtl_uint16>(version);
+  put_text(header.name, type);
+  put_text(header.device_name, device);
+  header.timestamp = timestamp_of(device_ns);
   header.body_size = body.size();
   header.crc = igtl_crc(body);
   igtl_header_convert_byte_order(&header);
@@ -190,6 +193,53 @@ std::vector<std::uint8_t> bytes_of(const IgtlMessage& message)
   append_part(bytes, header);
   bytes.insert(bytes.end(), body.begin(), body.end());
   return bytes;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> bytes_of(const IgtlMessage& message)
+{
+  check(message.header_version == 1 || message.header_version == 2, "header versions are 1 and 2");
+  const Bytes content = content_of(message);
+  return message_bytes(message.header_version, type_of(message.kind), message.device, message.device_ns,
+                       message.header_version == 2 ? wrapped(message, content) : content);
+}
+
+std::vector<std::uint8_t> string_bytes(const std::string& device, std::int64_t device_ns,
+                                       const std::string& text)
+{
+  constexpr std::uint64_t us_ascii = 3;
+  constexpr std::size_t longest = 0xFFFF;
+  check(text.size() <= longest, "a STRING has at most 65535 bytes");
+  Bytes body;
+  append_number(body, us_ascii, 2);
+  append_number(body, text.size(), 2);
+  body.insert(body.end(), text.begin(), text.end());
+  return message_bytes(1, "STRING", device, device_ns, body);
+}
+
+std::vector<std::uint8_t> polydata_bytes(const std::string& device, std::int64_t device_ns, const Mesh& mesh)
+{
+  constexpr std::uint32_t triangle_bytes = 4 * sizeof(igtl_uint32);
+  const auto n_points = static_cast<std::uint32_t>(mesh.vertices_mm.rows());
+  const auto n_triangles = static_cast<std::uint32_t>(mesh.triangles.rows());
+  Bytes body;
+  body.reserve(sizeof(igtl_polydata_header) + 12 * n_points + triangle_bytes * n_triangles);
+  // Counts and bytes of points; vertices, lines, polygons, strips; attributes.
+  for (const std::uint32_t number :
+       {n_points, 0U, 0U, 0U, 0U, n_triangles, triangle_bytes * n_triangles, 0U, 0U, 0U})
+    append_number(body, number, sizeof number);
+  static_assert(sizeof(igtl_polydata_header) == 10 * sizeof(igtl_uint32));
+  for (std::uint32_t k = 0; k < n_points; ++k) {
+    for (int axis = 0; axis < 3; ++axis)
+      append_number(body, std::bit_cast<std::uint32_t>(static_cast<float>(mesh.vertices_mm(k, axis))), 4);
+  }
+  for (std::uint32_t t = 0; t < n_triangles; ++t) {
+    append_number(body, 3, 4);
+    for (int corner = 0; corner < 3; ++corner)
+      append_number(body, static_cast<std::uint32_t>(mesh.triangles(t, corner)), 4);
+  }
+  return message_bytes(1, "POLYDATA", device, device_ns, body);
 }
 
 }  // namespace vrda::igtl

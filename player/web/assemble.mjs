@@ -1,8 +1,7 @@
 // Assembles the page in one file: node assemble.mjs TEMPLATE STYLE CODE PACKAGES OUT.html
-// PACKAGES is the folder of the npm packages; their licences and that of the HDF5 library in h5wasm are included. Also writes OUT.html.gz for the server.
+// PACKAGES is the folder of the npm packages; their licences and that of the HDF5 library in h5wasm are included.
 import fs from "node:fs";
 import path from "node:path";
-import zlib from "node:zlib";
 
 const [template, style, code, packages, out] = process.argv.slice(2);
 const read = (file) => fs.readFileSync(file, "utf8");
@@ -13,4 +12,3 @@ const parts = { licences, style: `${read(path.join(packages, "uplot/dist/uPlot.m
 // A replacement function, since the texts contain $ signs.
 const page = read(template).replace(/\{\{(\w+)\}\}/g, (_, name) => parts[name]);
 fs.writeFileSync(out, page);
-fs.writeFileSync(`${out}.gz`, zlib.gzipSync(page, { level: 9 }));

@@ -58,6 +58,7 @@ if(VRDA_PLAYER)
   target_link_libraries(vrda_openigtlink INTERFACE ${OPENIGTLINK_LIBRARY})
   # Bundles the web page; its npm packages are installed by scripts/setup.
   find_program(NODE NAMES node nodejs REQUIRED)
+  find_program(ZOPFLI zopfli REQUIRED)
   find_file(VRDA_WEB_PACKAGES three/package.json PATHS ${CMAKE_SOURCE_DIR}/player/web/node_modules NO_DEFAULT_PATH)
   if(NOT VRDA_WEB_PACKAGES)
     message(FATAL_ERROR "player/web/node_modules: found no three, wanted the npm packages; run scripts/setup")

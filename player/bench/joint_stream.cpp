@@ -1,0 +1,198 @@
+#include "bench/joint_stream.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "bench/bench_panel.hpp"
+#include "core/clinical.hpp"
+#include "core/side.hpp"
+#include "core/units.hpp"
+#include "igtl/message.hpp"
+#include "igtl/scene_message.hpp"
+#include "settings/settings_text.hpp"
+
+namespace vrda::bench {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+void append(Bytes& bytes, const Bytes& more)
+{
+  bytes.insert(bytes.end(), more.begin(), more.end());
+}
+
+void append_transform(Bytes& bytes, const std::string& name, const Pose& X, std::int64_t utc_ns)
+{
+  igtl::IgtlMessage message;
+  message.device = name;
+  message.device_ns = utc_ns;
+  message.tools.push_back({name, igtl::ToolVisibility::seen, X});
+  append(bytes, igtl::bytes_of(message));
+}
+
+const InputStatus& status_of(const BenchFrame& frame, bench_files::BodyRole role)
+{
+  return frame.bodies[static_cast<std::size_t>(role)];
+}
+
+bool is_usable(const InputStatus& status)
+{
+  return !status.is_used || status.is_live;
+}
+
+/// The marks of the bench's screen.
+std::vector<std::string> marks_of(const BenchFrame& frame)
+{
+  std::vector<std::string> marks;
+  const auto add = [&](const std::string& mark) {
+    if (!mark.empty()) marks.push_back(mark);
+  };
+  for (std::size_t role = 0; role < bench_files::n_body_roles; ++role)
+    add(input_status_text(bench_files::name_of(static_cast<bench_files::BodyRole>(role)),
+                          frame.bodies[role]));
+  add(leg_check_text(frame.leg));
+  add(stage_status_text(frame));
+  return marks;
+}
+
+/// A mesh's device name: the suffix must fit into the field of 20 bytes.
+std::string mesh_name(const Body& body)
+{
+  constexpr std::size_t longest = 15;
+  return body.name.substr(0, longest) + "_mesh";
+}
+
+/// The parts of a bone in one mesh.
+Mesh whole_mesh(const Body& body)
+{
+  const Mesh &a = body.contact.mesh, &b = body.visual.mesh;
+  Mesh mesh;
+  mesh.vertices_mm.resize(a.vertices_mm.rows() + b.vertices_mm.rows(), 3);
+  mesh.vertices_mm << a.vertices_mm, b.vertices_mm;
+  mesh.triangles.resize(a.triangles.rows() + b.triangles.rows(), 3);
+  mesh.triangles << a.triangles,
+      (b.triangles.array() + static_cast<std::int32_t>(a.vertices_mm.rows())).matrix();
+  return mesh;
+}
+
+}  // namespace
+
+std::string angles_text(const StreamedFrame& streamed, Side side, const Eigen::Vector3d& rotation_centre_mm)
+{
+  const BenchFrame& frame = streamed.frame;
+  const ClinicalCoordinates c = clinical_coordinates(frame.pose.X_reference_moving, side, rotation_centre_mm);
+  std::string text = "{\"frame\": " + std::to_string(streamed.number);
+  const auto add = [&text](const char* name, double value) {
+    text += std::string(", \"") + name + "\": " + settings::rounded_text(value, 4);
+  };
+  add("flexion_deg", deg_from_rad(c.flexion_rad));
+  add("varus_deg", deg_from_rad(c.varus_rad));
+  add("internal_rotation_deg", deg_from_rad(c.internal_rotation_rad));
+  add("anterior_mm", c.anterior_mm);
+  add("proximal_mm", c.proximal_mm);
+  add("lateral_mm", c.lateral_mm);
+  text += std::string(", \"live\": ") + (is_live(frame) ? "true" : "false") + ", \"marks\": [";
+  const char* comma = "";
+  for (const std::string& mark : marks_of(frame)) {
+    text += comma + settings::quoted_text(mark);
+    comma = ", ";
+  }
+  return text + "]}";
+}
+
+Bytes frame_messages(const StreamedFrame& streamed, const store::MotionModel& model)
+{
+  using bench_files::BodyRole;
+  const BenchFrame& frame = streamed.frame;
+  const bool is_reference_seen =
+      is_usable(status_of(frame, BodyRole::leg)) && is_usable(status_of(frame, BodyRole::femur));
+  const bool is_moving_seen = is_reference_seen && is_usable(status_of(frame, BodyRole::tibia)) &&
+                              frame.pose.status == motion::PoseStatus::solved;
+  const bool are_eyes_seen =
+      streamed.has_eyes && is_usable(status_of(frame, BodyRole::head)) && is_usable(frame.stage);
+  Bytes bytes;
+  if (is_reference_seen)
+    append_transform(bytes, model.reference.name, frame.X_tracker_reference, streamed.utc_ns);
+  if (is_moving_seen) append_transform(bytes, model.moving.name, frame.X_tracker_moving, streamed.utc_ns);
+  if (are_eyes_seen) append_transform(bytes, "eye", frame.X_tracker_eyes, streamed.utc_ns);
+  if (streamed.X_tracker_probe) append_transform(bytes, "probe", *streamed.X_tracker_probe, streamed.utc_ns);
+  append(bytes, igtl::string_bytes("angles", streamed.utc_ns,
+                                   angles_text(streamed, side_named(model.side), model.rotation_centre_mm)));
+  return bytes;
+}
+
+Bytes mesh_messages(const store::MotionModel& model, std::int64_t utc_ns)
+{
+  Bytes bytes;
+  for (const Body* body : {&model.reference, &model.moving})
+    append(bytes, igtl::polydata_bytes(mesh_name(*body), utc_ns, whole_mesh(*body)));
+  return bytes;
+}
+
+JointStream::JointStream(const IgtlOptions& options, const store::MotionModel& model) : model_(model)
+{
+  devices::IgtlServerOptions listening;
+  listening.address = options.address;
+  listening.port = static_cast<std::uint16_t>(options.port.value());
+  server_ = std::make_unique<devices::IgtlServer>(listening, mesh_messages(model, utc_now_ns()),
+                                                  [this] { return next(); });
+}
+
+void JointStream::put(const StreamedFrame& streamed)
+{
+  {
+    const std::lock_guard lock(mutex_);
+    const std::uint64_t number = number_++;
+    if (n_put_ - n_taken_ == capacity) return;
+    StreamedFrame& slot = frames_[n_put_++ % capacity];
+    slot = streamed;
+    slot.number = number;
+  }
+  server_->wake();
+}
+
+Bytes JointStream::next()
+{
+  StreamedFrame streamed;
+  {
+    const std::lock_guard lock(mutex_);
+    if (n_put_ == n_taken_) return {};
+    streamed = frames_[n_taken_++ % capacity];
+  }
+  return frame_messages(streamed, model_);
+}
+
+std::int64_t utc_now_ns()
+{
+  return std::chrono::system_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+}
+
+ProbeTool::ProbeTool(const bench_files::BenchFile& bench, const bench_files::Calibration& calibration)
+{
+  if (!bench.tracker || !bench.calibration.is_present) return;
+  const std::vector<std::string>& tools = bench.tracker->tools;
+  const auto found = std::ranges::find(tools, bench.calibration.probe);
+  if (found == tools.end()) return;
+  tool_ = static_cast<std::size_t>(found - tools.begin());
+  const auto record = calibration.records.find(bench_files::CalibrationPart::probe);
+  if (record == calibration.records.end() || !record->second.estimate) return;
+  const calibration::Estimate& estimate = *record->second.estimate;
+  const std::vector<std::string> tip =
+      bench_files::shared_estimate_names(bench_files::CalibrationPart::probe);
+  for (std::size_t axis = 0; axis < tip.size() && axis < 3; ++axis) {
+    X_tool_tip_.translation()(static_cast<Eigen::Index>(axis)) =
+        estimate.values(calibration::index_of(estimate, tip[axis]));
+  }
+}
+
+void ProbeTool::take(const devices::Sample& sample)
+{
+  if (sample.kind == devices::SampleKind::link &&
+      sample.source == static_cast<std::uint16_t>(devices::DeviceId::tracker))
+    pose_.reset();
+  if (!tool_ || sample.kind != devices::SampleKind::tool_pose || sample.source != *tool_) return;
+  pose_.reset();
+  if (sample.is(devices::ToolVisibility::seen)) pose_ = devices::pose_of(sample.tool_pose) * X_tool_tip_;
+}
+
+}  // namespace vrda::bench
