@@ -1,4 +1,5 @@
-// The board client against the real firmware behind a pseudo-terminal.
+// The board client against the real firmware behind a pseudo-terminal: as a part of this program, and as the machine
+// code of an ATmega328P in simavr.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -9,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "devices/pty_board.hpp"
+#include "player/devices/avr_board.hpp"
 #include "player/devices/waiting.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
@@ -23,13 +25,37 @@ using test::is_link;
 using test::take_until;
 using test::wait_until;
 
-devices::BoardSettings settings_for(const devices::PtyBoard& board)
+devices::BoardSettings settings_for(const std::string& path)
 {
   devices::BoardSettings settings;
-  settings.port = board.path();
+  settings.port = path;
   settings.retry_ms = 5.0;
   return settings;
 }
+
+/// Either board.
+class AnyBoard {
+ public:
+  AnyBoard(const std::string& kind, const devices::PtyBoardOptions& options)
+  {
+    if (kind == "atmega328p") {
+      avr_.emplace(test::AvrBoardOptions{options});
+    } else {
+      simulated_.emplace(options);
+    }
+  }
+  std::string path() const { return avr_ ? avr_->path() : simulated_->path(); }
+  void unplug() { avr_ ? avr_->unplug() : simulated_->unplug(); }
+  void plug() { avr_ ? avr_->plug() : simulated_->plug(); }
+  void send_unrequested(const std::vector<std::uint8_t>& bytes)
+  {
+    avr_ ? avr_->send_unrequested(bytes) : simulated_->send_unrequested(bytes);
+  }
+
+ private:
+  std::optional<devices::PtyBoard> simulated_;
+  std::optional<test::AvrBoard> avr_;
+};
 
 bool is_up(const devices::Sample& sample)
 {
@@ -64,10 +90,10 @@ class Board : public testing::Test {
       return s.kind == devices::SampleKind::potentiometer && s.count == value;
     });
   }
-  void start()
+  void start(const std::string& kind = "simulated")
   {
-    board_.emplace(options((scratch_.path() / "board").string()));
-    devices_.emplace(std::nullopt, settings_for(*board_));
+    board_.emplace(kind, options((scratch_.path() / "board").string()));
+    devices_.emplace(std::nullopt, settings_for(board_->path()));
     ASSERT_TRUE(take_until(*devices_, seen_, is_up));
   }
   void spoil(std::vector<std::uint8_t>& bytes)
@@ -90,14 +116,19 @@ class Board : public testing::Test {
   std::atomic<bool> drops_{false}, is_silent_{false};
   std::atomic<int> n_sent_{0};
   test::Scratch scratch_;
-  std::optional<devices::PtyBoard> board_;
+  std::optional<AnyBoard> board_;
   std::optional<devices::Devices> devices_;
   std::vector<devices::Sample> seen_;
 };
 
-TEST_F(Board, ReadsKnobAndStage)
+class BothBoards : public Board, public testing::WithParamInterface<std::string> {};
+
+INSTANTIATE_TEST_SUITE_P(Kinds, BothBoards, testing::Values("simulated", "atmega328p"),
+                         [](const auto& kind) { return kind.param; });
+
+TEST_P(BothBoards, ReadKnobAndStage)
 {
-  start();
+  start(GetParam());
   EXPECT_TRUE(await_knob(512));
   knob_ = 1023;
   EXPECT_TRUE(await_knob(1023));
@@ -128,9 +159,9 @@ TEST_F(Board, LeavesLinksThatAreNotItsOwn)
   EXPECT_EQ(fs::read_symlink(link), kept);
 }
 
-TEST_F(Board, SetsTheStageToZero)
+TEST_P(BothBoards, SetTheStageToZero)
 {
-  start();
+  start(GetParam());
   stage_ = 300;
   EXPECT_TRUE(await_stage(300, 0));
   EXPECT_TRUE(devices_->zero_stage());
@@ -139,14 +170,14 @@ TEST_F(Board, SetsTheStageToZero)
   EXPECT_TRUE(await_stage(-100, devices::stage_zeroed));
 }
 
-TEST_F(Board, OnlyAStageThatIsUpIsSetToZero)
+TEST_P(BothBoards, SetOnlyAStageThatIsUpToZero)
 {
-  start();
+  start(GetParam());
   board_->unplug();
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
   EXPECT_FALSE(devices_->zero_stage());
   board_->plug();
-  devices::BoardSettings settings = settings_for(*board_);
+  devices::BoardSettings settings = settings_for(board_->path());
   settings.has_stage = false;
   devices_.emplace(std::nullopt, settings);
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
@@ -154,9 +185,9 @@ TEST_F(Board, OnlyAStageThatIsUpIsSetToZero)
   EXPECT_FALSE(devices::Devices(std::nullopt, std::nullopt).zero_stage());
 }
 
-TEST_F(Board, ReturnsAtTheSameLinkAfterTheTerminalHasGone)
+TEST_P(BothBoards, ReturnAtTheSameLinkAfterTheTerminalHasGone)
 {
-  start();
+  start(GetParam());
   stage_ = 50;
   EXPECT_TRUE(await_stage(50, 0));
   board_->unplug();
@@ -175,14 +206,14 @@ TEST_F(Board, ASecondBoardAtTheSameLinkIsFound)
   start();
   board_.reset();
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
-  board_.emplace(options((scratch_.path() / "board").string()));
+  board_.emplace("simulated", options((scratch_.path() / "board").string()));
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
   EXPECT_TRUE(await_knob(512));
 }
 
-TEST_F(Board, NoiseAndDroppedBytesCostReadingsAndNothingElse)
+TEST_P(BothBoards, LoseReadingsByNoiseAndDroppedBytesAndNothingElse)
 {
-  start();
+  start(GetParam());
   drops_ = true;
   board_->send_unrequested({'n', 'o', 'i', 's', 'e', 0xA5, 0x5A});
   for (int value = 0; value < 100; ++value) {
@@ -201,11 +232,11 @@ TEST_F(Board, NoiseAndDroppedBytesCostReadingsAndNothingElse)
   EXPECT_EQ(n_wrong, 0);
 }
 
-TEST_F(Board, SaysThatTheVersionIsAnother)
+TEST_P(BothBoards, SayThatTheVersionIsAnother)
 {
   says_version_ = 9;
-  board_.emplace(options(""));
-  devices_.emplace(std::nullopt, settings_for(*board_));
+  board_.emplace(GetParam(), options(""));
+  devices_.emplace(std::nullopt, settings_for(board_->path()));
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
   EXPECT_EQ(devices_->report(devices::DeviceId::board).trouble, "found protocol version 9, wanted 1");
   says_version_ = 1;
@@ -213,9 +244,9 @@ TEST_F(Board, SaysThatTheVersionIsAnother)
   EXPECT_EQ(devices_->report(devices::DeviceId::board).trouble, "");
 }
 
-TEST_F(Board, ABoardThatFallsSilentIsFoundAgain)
+TEST_P(BothBoards, AreFoundAgainWhenTheyFallSilent)
 {
-  start();
+  start(GetParam());
   is_silent_ = true;
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
   EXPECT_EQ(devices_->report(devices::DeviceId::board).trouble, "found no answer for 1 s, wanted readings");
