@@ -42,6 +42,9 @@ struct PrepareOptions {
 
 /// Writes meshes in anatomical frames, job, ligaments, prepare.json and prepare.png. Throws InputError, with
 /// the picture written, for objects that are not the bones of one knee.
+/// Adds the options to a command.
+void add_prepare_options(CLI::App& command, PrepareOptions& options);
+
 console::ExitCode prepare_command(const PrepareOptions& options);
 
 /// `vrda shape`: writes a generated joint as STL files and its ligaments as a CSV table.

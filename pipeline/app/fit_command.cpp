@@ -10,19 +10,19 @@
 #include "core/error.hpp"
 #include "core/side.hpp"
 #include "core/text.hpp"
+#include "fit/offset_fit.hpp"
 #include "job_run/summary.hpp"
 #include "load/job.hpp"
 #include "measured/motion_poses.hpp"
 #include "motion_import/imported_model.hpp"
-#include "motion_import/offset_fit.hpp"
 
 namespace vrda::app {
 namespace {
 
 using FitJson = nlohmann::ordered_json;
-using motion_import::FitStatus;
-using motion_import::OffsetFit;
-using motion_import::OffsetQuestion;
+using fit::FitStatus;
+using fit::OffsetFit;
+using fit::OffsetQuestion;
 
 // Both sides of a normal distribution: 95 %.
 constexpr double interval_95 = 1.96;
@@ -87,33 +87,33 @@ FitJson number_json(double value)
 
 void print(const Report& r, const FitCommandOptions& o)
 {
-  const OffsetFit& fit = r.fit;
+  const OffsetFit& found = r.fit;
   if (o.as_json) {
     const FitJson json = {{"keys", r.keys},
-                          {"status", motion_import::name_of(fit.status)},
-                          {"offset_mm", number_json(fit.offset_mm)},
-                          {"standard_error_mm", number_json(fit.standard_error_mm)},
-                          {"gap_rms_mm", number_json(fit.gap_rms_mm)},
-                          {"bare_gap_rms_mm", number_json(fit.bare_gap_rms_mm)},
+                          {"status", fit::name_of(found.status)},
+                          {"offset_mm", number_json(found.offset_mm)},
+                          {"standard_error_mm", number_json(found.standard_error_mm)},
+                          {"gap_rms_mm", number_json(found.gap_rms_mm)},
+                          {"bare_gap_rms_mm", number_json(found.bare_gap_rms_mm)},
                           {"other_gap_rms_mm", number_json(r.other_gap_rms_mm)},
-                          {"travel_per_mm", number_json(fit.travel_per_mm)},
+                          {"travel_per_mm", number_json(found.travel_per_mm)},
                           {"training_frames", r.n_training},
-                          {"frames_with_gap", fit.n_frames}};
+                          {"frames_with_gap", found.n_frames}};
     std::printf("%s\n", json.dump(2).c_str());
     return;
   }
   for (const std::string& key : r.keys) std::printf("%s\n", key.c_str());
-  if (fit.status == FitStatus::undetermined) {
+  if (found.status == FitStatus::undetermined) {
     std::printf("undetermined: %d of %zu training frames have a gap, and it hardly depends on the offset\n",
-                fit.n_frames, r.n_training);
+                found.n_frames, r.n_training);
     return;
   }
   std::printf("%s: %.4f mm, 95 %% within %.4f mm (remaining gaps of %d frames taken as independent)\n",
-              motion_import::name_of(fit.status), fit.offset_mm, interval_95 * fit.standard_error_mm,
-              fit.n_frames);
-  std::printf("gaps along Delta, root mean square: %.4f mm; without offset %.4f mm\n", fit.gap_rms_mm,
-              fit.bare_gap_rms_mm);
-  std::printf("1 mm of offset changes a gap by %.3f mm\n", fit.travel_per_mm);
+              fit::name_of(found.status), found.offset_mm, interval_95 * found.standard_error_mm,
+              found.n_frames);
+  std::printf("gaps along Delta, root mean square: %.4f mm; without offset %.4f mm\n", found.gap_rms_mm,
+              found.bare_gap_rms_mm);
+  std::printf("1 mm of offset changes a gap by %.3f mm\n", found.travel_per_mm);
   if (!std::isnan(r.other_gap_rms_mm))
     std::printf("the %zu other frames: %.4f mm\n", r.n_frames - r.n_training, r.other_gap_rms_mm);
 }
@@ -133,6 +133,8 @@ double rms_over(const std::vector<double>& gaps)
 
 console::ExitCode fit_command(const FitCommandOptions& o)
 {
+  if (!o.to_files.empty()) return identify_command(o);
+  if (o.motion.empty()) throw InputError({"vrda fit", "--to", "nothing", "--to TABLE, or --motion POSES"});
   Report report;
   OffsetQuestion question;
   report.keys = asked_keys(load::read_job(o.job_file, o.overrides), question);
@@ -153,9 +155,9 @@ console::ExitCode fit_command(const FitCommandOptions& o)
     (training.contains(k) ? question : others).X_reference_moving.push_back(poses[k]);
   report.n_frames = poses.size();
   report.n_training = question.X_reference_moving.size();
-  report.fit = motion_import::fit_offset(subject, question);
+  report.fit = fit::fit_offset(subject, question);
   if (report.fit.status != FitStatus::undetermined)
-    report.other_gap_rms_mm = rms_over(motion_import::gaps_at_offset(subject, others, report.fit.offset_mm));
+    report.other_gap_rms_mm = rms_over(fit::gaps_at_offset(subject, others, report.fit.offset_mm));
   print(report, o);
   if (report.fit.status != FitStatus::converged) return console::ExitCode::too_many_unsolved;
   if (o.output.empty()) return console::ExitCode::done;

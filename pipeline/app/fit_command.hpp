@@ -1,4 +1,4 @@
-/// `vrda fit`: the offset of components from a measured motion.
+/// `vrda fit`: inputs of a job from measurements.
 #pragma once
 
 #include <string>
@@ -13,20 +13,29 @@ class App;
 namespace vrda::app {
 
 struct FitCommandOptions {
-  std::string job_file;        ///< with offset_mm = "fit" at one component or more
-  std::string motion;          ///< table of poses, or motion model
-  std::string rows;            ///< training frames: A:B, first-half or second-half; empty: all
-  std::string output;          ///< resolved job with the number; empty: none
-  std::string data_directory;  ///< as of a run
+  std::string job_file;
+  std::vector<std::string> to_files;  ///< measured motions and laxities, for [[fit.parameter]]
+  std::string motion;                 ///< poses in contact, table or motion model, for offset_mm = "fit"
+  std::string rows;  ///< training frames of each motion: A:B, first-half or second-half; empty: all
+  std::string translations = "rotation-centre";  ///< of `to_files`, or "mesh-origin"
+  std::string output;                            ///< resolved job with the number; empty: none
+  std::string data_directory;                    ///< as of a run
   std::vector<std::string> overrides;
+  bool is_fresh = false;
+  int n_threads = 0;  ///< 0: one per processor
+  std::string progress = "auto";
   bool as_json = false;
 
   /// Declares the options of the command.
   void add_to(CLI::App& command);
 };
 
-/// Prints the offset with its standard error and the gaps of training and other frames. Exit code 3 if it is
-/// not determined.
+/// With `to_files` identify(); else prints the offset with its standard error and the gaps of training and
+/// other frames. Exit code 3 if it is not determined.
 console::ExitCode fit_command(const FitCommandOptions& options);
+
+/// Fits the unknowns of [fit] and prints them with what the measurements decide, and the misfits. Continues
+/// from the journal next to `output`. Exit code 3 unless the fit converged.
+console::ExitCode identify_command(const FitCommandOptions& options);
 
 }  // namespace vrda::app

@@ -12,6 +12,7 @@
 #include "app/file_commands.hpp"
 #include "app/fit_command.hpp"
 #include "app/import_command.hpp"
+#include "app/laxity_command.hpp"
 #include "app/model_commands.hpp"
 #include "app/repair_command.hpp"
 #include "app/rom_command.hpp"
@@ -59,6 +60,7 @@ struct Commands {
   vrda::app::ExportOptions exported;
   vrda::app::ImportOptions imported;
   vrda::app::FitCommandOptions fit;
+  vrda::app::LaxityOptions laxity;
   vrda::app::ScoreCommandOptions score;
   vrda::app::PrepareOptions prepare;
   vrda::app::ConvertObjectOptions object;
@@ -303,10 +305,23 @@ struct Commands {
 
   void add_fit()
   {
-    CLI::App& c = add_reading("fit", "Find offset_mm = \"fit\" of a job from a measured motion in contact.",
-                              "vrda fit knee.toml --motion measured.csv --rows first-half -o fitted.toml");
+    CLI::App& c = add_reading(
+        "fit",
+        "Find inputs of a job from measurements: strains, loads and attachments of "
+        "[[fit.parameter]] from motions and laxities, or offset_mm = \"fit\" from poses in contact.",
+        "vrda fit knee.toml --to measured.csv -o fitted.toml");
     fit.add_to(c);
     c.callback([this] { chosen = [this] { return fit_command(fit); }; });
+  }
+
+  void add_laxity()
+  {
+    CLI::App& c = add("laxity",
+                      "Apply the loads of [laxity] at held flexions: how far the joint gives way, and which "
+                      "fibres resist.",
+                      "vrda laxity knee.toml -o laxity --against published.csv");
+    laxity.add_to(c);
+    c.callback([this] { chosen = [this] { return laxity_command(laxity); }; });
   }
 
   void add_score()
@@ -336,35 +351,7 @@ struct Commands {
             "Make a job from meshes of femur and tibia: finds unit, side and anatomical frames, carries "
             "ligaments of a template over.",
             "vrda prepare --femur femur.stl --tibia tibia.stl -o my-knee");
-    const auto add_files = [&](const char* name, std::vector<std::string>& files, const char* what) {
-      c.add_option(name, files, what)->allow_extra_args(false)->take_all();
-    };
-    c.add_option("--femur", prepare.femur, "Mesh of the femur");
-    c.add_option("--tibia", prepare.tibia, "Mesh of the tibia");
-    add_files("--femur-cartilage", prepare.femur_cartilage, "Mesh of its cartilage; may be repeated");
-    add_files("--tibia-cartilage", prepare.tibia_cartilage, "Mesh of its cartilage; may be repeated");
-    add_files("--meniscus", prepare.menisci, "Mesh of a meniscus, drawn only; may be repeated");
-    c.add_option("--fibula", prepare.fibula, "Mesh of the fibula, for the lateral ligaments");
-    c.add_option("--landmarks", prepare.landmarks,
-                 "Points of the knee that are known (schemas/prepare.md); without meshes, they scale the "
-                 "template's bones");
-    c.add_option("--side", prepare.side, "left or right; default: found")
-        ->check(vrda::app::one_of({"left", "right"}));
-    c.add_option("--unit", prepare.unit, "mm, cm or m; default: found")
-        ->check(vrda::app::one_of({"mm", "cm", "m"}));
-    c.add_option("--cartilage", prepare.cartilage,
-                 "auto, none, or mm: thickness added to a bone without cartilage")
-        ->check(vrda::app::number(0.0, 10.0, {"auto", "none"}))
-        ->capture_default_str();
-    c.add_option("--template", prepare.template_job,
-                 "Job of a knee with ligaments; default: the generic knee");
-    c.add_option("--data", prepare.data_directory, "Base folder of the template's file names");
-    c.add_flag_callback(
-        "--no-ligaments", [this] { prepare.has_ligaments = false; }, "Carry no ligaments over");
-    c.add_option("-o,--output", prepare.folder, "Output folder")->required();
-    c.add_option("--threads", prepare.n_threads, "Worker threads; default: one per processor")
-        ->check(vrda::app::whole_number(1, 1024));
-    c.add_flag("--json", prepare.as_json, "Print prepare.json");
+    vrda::app::add_prepare_options(c, prepare);
     c.callback([this] { chosen = [this] { return prepare_command(prepare); }; });
   }
 
@@ -421,6 +408,7 @@ struct Commands {
     add_export();
     add_import();
     add_fit();
+    add_laxity();
     add_score();
     add_prepare();
     add_shape();

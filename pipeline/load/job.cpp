@@ -10,8 +10,10 @@
 #include "core/text.hpp"
 #include "load/coordinates.hpp"
 #include "load/file_bytes.hpp"
+#include "load/fit_job.hpp"
 #include "load/job_frames.hpp"
 #include "load/job_schema.hpp"
+#include "load/laxity_job.hpp"
 #include "load/push_job.hpp"
 
 namespace vrda::load {
@@ -351,6 +353,8 @@ void read_settings(Job& job)
   job.smooth_recontact = documents::flag_at(root, "smooth.recontact");
   job.smooth_robust = documents::flag_at(root, "smooth.robust");
   job.unsolved_fraction = documents::number_at(root, "limits.unsolved_fraction");
+  job.laxity = laxity_of(job.document);
+  job.fit = fit_of(job.document);
 }
 
 // An offset of 0 is no offset: the job is that without the key.
@@ -370,8 +374,10 @@ void remove_zero_offsets(documents::DocumentValue& root)
 
 void set_texts(Job& job)
 {
+  const documents::DocumentValue steps = without(without(job.document.root, "laxity"), "fit");
   job.resolved_text = documents::toml_text(job.document.root);
-  job.unscaled_text = documents::toml_text(without(job.document.root, "scaling"));
+  job.steps_text = documents::toml_text(steps);
+  job.unscaled_text = documents::toml_text(without(steps, "scaling"));
 }
 
 }  // namespace

@@ -158,11 +158,48 @@ struct CompartmentJob {
   std::vector<std::string> components;
 };
 
+/// [laxity]: loads on the joint at some flexions. Loads of 0 are not applied.
+struct LaxityJob {
+  std::vector<double> flexion_deg;   ///< ascending
+  double anterior_force_n = 0.0;     ///< forwards and backwards
+  double internal_moment_nmm = 0.0;  ///< about Delta, both ways
+  double varus_moment_nmm = 0.0;     ///< towards varus and valgus
+  int load_steps = 5;                ///< equal ones from the unloaded pose
+  /// Fibres that are removed together.
+  struct Cut {
+    std::string name;
+    std::vector<std::string> bundles;
+  };
+  std::vector<Cut> cuts;
+};
+
+enum class FitQuantity { reference_strain, attachment, load };
+
+/// One [[fit.parameter]]: changes of an input, in strain, mm, N or N mm.
+struct FitParameterJob {
+  FitQuantity quantity = FitQuantity::reference_strain;
+  std::string fibre, bundle;         ///< empty: all fibres
+  std::string shared_by = "bundle";  ///< "fibre", "bundle" or "all": which fibres share an unknown
+  std::string body, axis, load;      ///< words of the schema; empty where they do not apply
+  std::vector<double> flexion_deg;   ///< of a load: an unknown at each, linear between; empty: a constant
+  double sd = 0.0;                   ///< of the prior, whose mean is no change
+  double from = 0.0, to = 0.0;       ///< bounds of the change
+};
+
+/// [fit]: what `vrda fit --to` may change, and how well it is measured.
+struct FitJob {
+  std::vector<FitParameterJob> parameters;
+  /// [n_joint_coordinates] rad or mm; infinite: not fitted, as the flexion.
+  std::array<double, n_joint_coordinates> noise{};
+  double independent_deg = 5.0;  ///< frames closer in flexion than this count as one
+};
+
 struct Job {
   std::string file;
   std::string text;              ///< the file's bytes
   std::string resolved_text;     ///< canonical TOML: every key with its value
-  std::string unscaled_text;     ///< the same without [scaling]
+  std::string steps_text;        ///< the same without [laxity] and [fit], which affect no step
+  std::string unscaled_text;     ///< without [scaling] too
   documents::Document document;  ///< for error messages
   bool has_campaign = false;     ///< the resolved job does not contain it
 
@@ -190,6 +227,8 @@ struct Job {
   bool smooth_recontact = true;
   bool smooth_robust = false;
   double unsolved_fraction = 0.0;
+  std::optional<LaxityJob> laxity;
+  std::optional<FitJob> fit;
 };
 
 /// The frame of a body's mesh files: its own or that of the job.

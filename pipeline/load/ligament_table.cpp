@@ -21,6 +21,7 @@ enum Quantity : std::size_t {
   q_stiffness = q_moving + 3,
   q_slack_length,
   q_strain,
+  q_slack_length_sd,  // of vrda fit; not used
   n_quantities
 };
 
@@ -64,6 +65,7 @@ std::vector<ColumnName> known_columns()
   for (const Unit& unit : units)
     known.push_back({std::string("slack_length") + unit.suffix, q_slack_length, unit.mm});
   known.push_back({"reference_strain", q_strain});
+  known.push_back({"slack_length_sd_mm", q_slack_length_sd});
   return known;
 }
 
@@ -103,7 +105,8 @@ class Fibres {
       if (column.quantity == q_name) fibre.name = fields[i];
       if (column.quantity == q_bundle) fibre.bundle = fields[i];
       if (column.quantity == q_wrap) fibre.wrap = fields[i];
-      const bool may_be_empty = column.quantity == q_slack_length || column.quantity == q_strain;
+      const bool may_be_empty = column.quantity == q_slack_length || column.quantity == q_strain ||
+                                column.quantity == q_slack_length_sd;
       if (column.quantity >= q_reference && !(fields[i].empty() && may_be_empty))
         number[column.quantity] = number_in(line, column, fields[i]);
     }

@@ -193,7 +193,7 @@ RequestedScaling load_scaling(const Job& job, const std::string& data_directory,
 
 void apply_scaling(Case& loaded, const Job& job, const RequestedScaling& requested)
 {
-  loaded.steps_job_text = job.resolved_text;
+  loaded.steps_job_text = job.steps_text;
   loaded.scaling = requested.scaling;
   if (!requested.scaling) return;
   const Eigen::Vector3d& factor = requested.scaling->factor;

@@ -1,4 +1,4 @@
-#include "motion_import/offset_fit.hpp"
+#include "fit/offset_fit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include "core/solver_position.hpp"
 #include "proximity/gap_query.hpp"
 
-namespace vrda::motion_import {
+namespace vrda::fit {
 namespace {
 
 // The limits of offset_mm in schemas/job.schema.json.
@@ -78,6 +78,8 @@ const char* name_of(FitStatus status)
       return "at_limit";
     case FitStatus::undetermined:
       return "undetermined";
+    case FitStatus::not_smooth:
+      return "not_smooth";
     case FitStatus::iteration_limit:
       break;
   }
@@ -131,4 +133,4 @@ OffsetFit fit_offset(const load::Case& job_case, const OffsetQuestion& question)
   return fit;
 }
 
-}  // namespace vrda::motion_import
+}  // namespace vrda::fit

@@ -5,7 +5,7 @@
 
 #include "load/case.hpp"
 
-namespace vrda::motion_import {
+namespace vrda::fit {
 
 /// The components whose offset is unknown, and the frames that determine it.
 struct OffsetQuestion {
@@ -18,6 +18,7 @@ enum class FitStatus {
   at_limit,      ///< the best offset is 0 or the largest that a job may have
   undetermined,  ///< the gaps hardly depend on the offset, or fewer than two frames have one
   iteration_limit,
+  not_smooth,  ///< no step of the smallest size lowers the misfit: equilibria jump
 };
 
 const char* name_of(FitStatus status);
@@ -42,4 +43,4 @@ OffsetFit fit_offset(const load::Case& job_case, const OffsetQuestion& question)
 std::vector<double> gaps_at_offset(const load::Case& job_case, const OffsetQuestion& question,
                                    double offset_mm);
 
-}  // namespace vrda::motion_import
+}  // namespace vrda::fit

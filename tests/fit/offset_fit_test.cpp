@@ -1,5 +1,5 @@
 // The offset of two flat plates: its estimate and error are mean and standard error of the gaps.
-#include "motion_import/offset_fit.hpp"
+#include "fit/offset_fit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -32,9 +32,9 @@ load::Case two_plates()
   return plates;
 }
 
-motion_import::OffsetQuestion at_gaps(const std::vector<double>& gaps_mm)
+fit::OffsetQuestion at_gaps(const std::vector<double>& gaps_mm)
 {
-  motion_import::OffsetQuestion question;
+  fit::OffsetQuestion question;
   question.moving = {0};
   for (const double gap_mm : gaps_mm) {
     Pose X = Pose::Identity();
@@ -46,9 +46,9 @@ motion_import::OffsetQuestion at_gaps(const std::vector<double>& gaps_mm)
 
 TEST(OffsetFit, OfPlatesIsMeanAndStandardErrorOfTheGaps)
 {
-  const motion_import::OffsetFit fit =
-      motion_import::fit_offset(two_plates(), at_gaps({1.2, 1.3, 1.5, 1.1, 1.4}));
-  EXPECT_EQ(fit.status, motion_import::FitStatus::converged);
+  const fit::OffsetFit fit =
+      fit::fit_offset(two_plates(), at_gaps({1.2, 1.3, 1.5, 1.1, 1.4}));
+  EXPECT_EQ(fit.status, fit::FitStatus::converged);
   EXPECT_NEAR(fit.offset_mm, 1.3, 1e-6);  // settled_mm
   EXPECT_NEAR(fit.travel_per_mm, -1.0, 1e-9);
   // Deviations -0.1, 0, 0.2, -0.2, 0.1: variance 0.1 / 4, of the mean 0.025 / 5.
@@ -65,7 +65,7 @@ TEST(OffsetFit, ItsIntervalHoldsTheTruthAsOftenAsItSays)
   for (int trial = 0; trial < n_trials; ++trial) {
     std::vector<double> gaps_mm(40);
     for (double& gap_mm : gaps_mm) gap_mm = 1.3 + noise(random);
-    const motion_import::OffsetFit fit = motion_import::fit_offset(two_plates(), at_gaps(gaps_mm));
+    const fit::OffsetFit fit = fit::fit_offset(two_plates(), at_gaps(gaps_mm));
     n_held += std::abs(fit.offset_mm - 1.3) <= 1.96 * fit.standard_error_mm ? 1 : 0;
   }
   // 95 % of 200 with a binomial standard deviation of 3.1; three of them.

@@ -1,0 +1,271 @@
+// `vrda fit JOB --to TABLE`: identification of ligaments, loads and attachments.
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+#include "app/fit_command.hpp"
+#include "app/score_command.hpp"
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "core/open_file.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "fit/fit_files.hpp"
+#include "fit/fit_journal.hpp"
+#include "job_run/run_output.hpp"
+#include "job_run/summary.hpp"
+#include "load/csv_table.hpp"
+#include "load/file_bytes.hpp"
+#include "load/laxity_job.hpp"
+#include "measured/motion_poses.hpp"
+#include "model_build/case_solver.hpp"
+
+namespace vrda::app {
+namespace {
+
+constexpr std::uintmax_t largest_measurement_bytes = 64U << 20U;
+constexpr double normal_95 = 1.96;  // both sides of a normal distribution
+
+/// The measurements and the cases over their flexions; `data` refers to the cases.
+struct Measurements {
+  std::vector<score::Sequence> trials;
+  std::vector<laxity::PublishedValue> laxities;
+  std::vector<load::LoadedInput> inputs;
+};
+
+bool is_laxity_table(const std::string& file, const std::string& text)
+{
+  const load::CsvTable table(file, text, {"row", "rows", "rows"});
+  const std::vector<std::string_view> columns = load::split_fields(table.header().text);
+  return std::find(columns.begin(), columns.end(), "test") != columns.end();
+}
+
+Measurements measurements_of(const FitCommandOptions& o, const score::Convention& convention)
+{
+  Measurements all;
+  for (const std::string& file : o.to_files) {
+    const std::string text = load::file_bytes(file, {file, "", "", "a CSV file of a motion or of laxities"},
+                                              largest_measurement_bytes);
+    all.inputs.push_back({file, load::sha256_of(text)});
+    if (file.ends_with(".csv") && is_laxity_table(file, text)) {
+      const std::vector<laxity::PublishedValue> rows = laxity::published_values(file, text);
+      all.laxities.insert(all.laxities.end(), rows.begin(), rows.end());
+      continue;
+    }
+    measured::MotionConvention of_table;
+    of_table.joint.side = convention.side;
+    of_table.joint.rotation_centre_mm = convention.rotation_centre_mm;
+    const measured::MotionSequence motion = measured::read_motion(file, of_table);
+    score::Sequence trial =
+        score::sequence_of(file, motion.key_name, motion.key, motion.X_reference_moving, convention);
+    const score::RowRange rows = rows_of({"vrda fit", "--rows"}, o.rows, trial.rows.size());
+    for (std::size_t k = 0; k < trial.rows.size(); ++k) {
+      if (!rows.contains(k)) trial.rows[k].missing = "not among --rows";
+    }
+    all.trials.push_back(std::move(trial));
+  }
+  return all;
+}
+
+// Whole degrees that cover the trials.
+std::vector<double> flexions_of(const std::vector<score::Sequence>& trials)
+{
+  double low_deg = 180.0, high_deg = -180.0;
+  for (const score::Sequence& trial : trials) {
+    for (const score::Row& row : trial.rows) {
+      if (!row.missing.empty()) continue;
+      low_deg = std::min(low_deg, std::floor(deg_from_rad(row.value[score::at_flexion])));
+      high_deg = std::max(high_deg, std::ceil(deg_from_rad(row.value[score::at_flexion])));
+    }
+  }
+  std::vector<double> flexions_deg;
+  for (double deg = low_deg; deg <= high_deg; deg += 1.0) flexions_deg.push_back(deg);
+  return flexions_deg;
+}
+
+void require_question(const FitCommandOptions& o, const load::Job& job)
+{
+  if (!job.fit)
+    throw InputError({o.job_file, "fit", "nothing", "[[fit.parameter]] for --to (schemas/fit.md)"});
+  if (job.scaling)
+    throw InputError({o.job_file, "scaling", "a scaled job with --to", "the subject's own meshes"});
+}
+
+std::string fixed(double value, int digits = 2)
+{
+  if (std::isnan(value)) return "-";
+  char text[48];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+std::string as_shown(double value, std::size_t coordinate)
+{
+  return fixed(coordinate < score::n_angles ? deg_from_rad(value) : value);
+}
+
+void print_unknowns(const fit::FitDocument& document)
+{
+  std::printf("%-36s %12s %12s %10s %9s  %s\n", "", "change", "95 % within", "prior sd", "explained", "");
+  for (std::size_t k = 0; k < document.unknowns.size(); ++k) {
+    const fit::Unknown& unknown = document.unknowns[k];
+    const fit::FittedUnknown& found = document.found.unknowns[k];
+    std::string remark = fit::name_of(found.decision);
+    if (std::abs(found.correlation) > 0.9)
+      remark += ", with " + document.unknowns[found.partner].name + ' ' + fixed(found.correlation);
+    std::printf("%-36s %12.4g %12.4g %10.4g %8.0f %%  %s\n", (unknown.name + ' ' + unknown.unit()).c_str(),
+                found.change, normal_95 * found.sd, unknown.sd, 100.0 * found.explained, remark.c_str());
+  }
+}
+
+void print_misfits(const fit::Identification& found)
+{
+  std::printf("root mean square difference (degrees, mm): before, after, after a fit without it\n");
+  for (const fit::TrialMisfit& trial : found.trials) {
+    std::printf("%s, %zu rows\n", trial.name.c_str(), trial.n_rows);
+    for (std::size_t c = 1; c < score::n_scored; ++c)
+      std::printf("  %-10s %8s %8s %8s\n", score::coordinate_names[c].name,
+                  as_shown(trial.before[c], c).c_str(), as_shown(trial.after[c], c).c_str(),
+                  as_shown(trial.without[c], c).c_str());
+  }
+  for (const fit::LaxityMisfit& row : found.laxities)
+    std::printf("%-18s %6.4g degrees: measured %s, before %s, after %s\n", row.measured.test.c_str(),
+                row.measured.flexion_deg, fixed(row.measured.value).c_str(), fixed(row.before).c_str(),
+                fixed(row.after).c_str());
+}
+
+void print_found(const fit::FitDocument& document)
+{
+  const fit::Identification& found = document.found;
+  print_unknowns(document);
+  std::string undecided;
+  for (std::size_t k = 0; k < document.unknowns.size(); ++k) {
+    if (found.unknowns[k].decision == fit::Decision::undecided)
+      undecided += (undecided.empty() ? "" : ", ") + document.unknowns[k].name;
+  }
+  std::printf(
+      "%s after %d steps; %zu of %zu independent combinations decided; residuals %.2f times the noise\n",
+      fit::name_of(found.status), found.n_iterations, found.n_directions, document.unknowns.size(),
+      found.noise_scale);
+  std::printf("not decided by the measurements: %s\n", undecided.empty() ? "none" : undecided.c_str());
+  print_misfits(found);
+}
+
+// "fitted.toml" gives "fitted".
+std::string stem_of(const std::string& output)
+{
+  const std::filesystem::path path = output;
+  return (path.parent_path() / path.stem()).string();
+}
+
+void write_fitted(const FitCommandOptions& o, const load::Job& job, const load::Case& job_case,
+                  const fit::FitDocument& document)
+{
+  const std::string stem = stem_of(o.output);
+  std::string table;
+  const bool has_fibres = std::any_of(document.unknowns.begin(), document.unknowns.end(),
+                                      [](const fit::Unknown& unknown) { return !unknown.fibres.empty(); });
+  if (has_fibres) {
+    const std::string path = stem + ".ligaments.csv";
+    table = std::filesystem::path(path).filename().string();
+    write_atomically(path, {fit::fitted_ligaments_csv(job, job_case, document.unknowns, document.found)});
+  }
+  write_atomically(stem + ".fit.json", {fit::fit_json(document)});
+  write_atomically(o.output, {fit::fitted_job_text(job, table, document.unknowns, document.found.change())});
+}
+
+fit::Identification identified(const FitCommandOptions& o, const fit::FitData& data, fit::IdentifyPlan& plan,
+                               const std::vector<load::LoadedInput>& inputs)
+{
+  std::vector<std::string> hashes{o.rows, o.translations};
+  for (const load::LoadedInput& input : inputs) hashes.push_back(input.sha256);
+  for (const double noise : plan.fit.noise)
+    hashes.push_back(std::isfinite(noise) ? shortest_decimal(noise) : "inf");
+  const std::string journal_path = o.output.empty() ? "" : o.output + ".journal";
+  std::optional<journal::FrameWriter> journal;
+  if (!journal_path.empty()) {
+    journal.emplace(fit::open_evaluations(journal_path, fit::identification_key(data, plan, hashes),
+                                          o.is_fresh, plan.known));
+    plan.keep = [&](const fit::Evaluation& evaluation) {
+      journal->append(fit::evaluation_bytes(evaluation));
+    };
+  }
+  console::install_signal_handlers();
+  plan.is_stopped = console::is_interrupted;
+  fit::Identification found = fit::identify(data, plan);
+  if (!journal) return found;
+  journal->close();
+  if (found.is_stopped) {
+    console::log_info(journal_path + ": repeat the command to go on");
+  } else {
+    job_run::remove_obsolete_files({journal_path});
+  }
+  return found;
+}
+
+}  // namespace
+
+console::ExitCode identify_command(const FitCommandOptions& o)
+{
+  const load::Job given = load::read_job(o.job_file, o.overrides);
+  require_question(o, given);
+  score::Convention convention;
+  // Frames that are found need the meshes.
+  const load::Case first_case = load::load_case(load::over_flexions(given, {0.0}), o.data_directory);
+  const load::Job job =
+      first_case.found_frames ? load::with_found_frames(given, *first_case.found_frames) : given;
+  convention.side = job.side;
+  convention.rotation_centre_mm = first_case.frame.rotation_centre_mm;
+  if (o.translations == "mesh-origin") convention.translations = score::Translations::mesh_origin;
+  Measurements measured = measurements_of(o, convention);
+  if (!measured.laxities.empty() && !job.laxity)
+    throw InputError({o.job_file, "laxity", "nothing", "[laxity] with the loads of the measured laxities"});
+  fit::FitData data;
+  data.convention = convention;
+  std::optional<load::Case> motion, laxity;
+  if (!measured.trials.empty()) {
+    motion = load::load_case(load::over_flexions(job, flexions_of(measured.trials)), o.data_directory);
+    data.motion = &*motion;
+  }
+  if (!measured.laxities.empty()) {
+    data.loads = *job.laxity;
+    data.loads.cuts.clear();
+    laxity = load::load_case(load::over_flexions(job, data.loads.flexion_deg), o.data_directory);
+    data.laxity = &*laxity;
+  }
+  data.trials = std::move(measured.trials);
+  data.laxities = std::move(measured.laxities);
+  for (const std::string& warning : first_case.warnings) console::log_warning(warning);
+  fit::IdentifyPlan plan;
+  plan.fit = *job.fit;
+  plan.unknowns = fit::unknowns_of(job, first_case);
+  plan.n_threads = job_run::thread_count_or_all(o.n_threads);
+  const std::optional<OutputLock> lock =
+      o.output.empty() ? std::nullopt : job_run::lock_output(o.output, "vrda fit");
+  if (!lock && !o.output.empty()) return console::ExitCode::interrupted;
+  const bool is_shown = console::progress_style_of(o.progress) != console::ProgressStyle::none;
+  std::atomic<int> n_done = 0;
+  plan.on_progress = [&] {
+    const int n = ++n_done;
+    if (is_shown && n % 50 == 0) console::log_info(std::to_string(n) + " evaluations");
+  };
+  std::vector<load::LoadedInput> inputs = first_case.inputs;
+  inputs.insert(inputs.end(), measured.inputs.begin(), measured.inputs.end());
+  const fit::FitDocument document{
+      "vrda " VRDA_VERSION, model_build::solver_version_of(first_case), job.title, job.resolved_text, inputs,
+      plan.unknowns,        identified(o, data, plan, measured.inputs)};
+  if (document.found.is_stopped) return console::ExitCode::interrupted;
+  if (!o.output.empty()) write_fitted(o, job, first_case, document);
+  if (o.as_json) {
+    std::printf("%s", fit::fit_json(document).c_str());
+  } else {
+    print_found(document);
+  }
+  return document.found.status == fit::FitStatus::converged ? console::ExitCode::done
+                                                            : console::ExitCode::too_many_unsolved;
+}
+
+}  // namespace vrda::app

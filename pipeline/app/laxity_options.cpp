@@ -1,0 +1,28 @@
+// The options of `vrda laxity`.
+#include <CLI/CLI.hpp>
+
+#include "app/laxity_command.hpp"
+#include "app/usage.hpp"
+
+namespace vrda::app {
+
+void LaxityOptions::add_to(CLI::App& command)
+{
+  command.add_option("job", job_file, "Job file (TOML) with [laxity]; its grid is not used")->required();
+  command.add_option("-o,--output", folder, "Output folder: laxity.json, laxity.csv, share.csv, index.html")
+      ->required();
+  command.add_option("--against", against, "Published values (CSV, schemas/laxity.md) to compare with");
+  command.add_option("--data", data_directory, "Base folder of relative file names");
+  command.add_option("--set", overrides, "key=value, overrides the job file; may be repeated")
+      ->allow_extra_args(false)
+      ->take_all();
+  command.add_flag("--replace", may_replace, "Replace the result of another job");
+  command.add_option("--threads", n_threads, "Worker threads; default: one per processor")
+      ->check(whole_number(1, 1024));
+  command.add_option("--progress", progress, "auto, bar, plain or none")
+      ->check(one_of({"auto", "bar", "plain", "none"}))
+      ->capture_default_str();
+  command.add_flag("--json", as_json, "Print JSON");
+}
+
+}  // namespace vrda::app

@@ -1,0 +1,155 @@
+// `vrda laxity` and `vrda fit --to` on the generic knee: files, refusals, a fit to a measured laxity,
+// continuation.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/scenes.hpp"
+#include "support/messages.hpp"
+#include "support/refusal.hpp"
+
+namespace vrda::laxity_command_test {
+
+using nlohmann::json;
+
+constexpr const char* laxity_tables = R"(
+[laxity]
+flexion_deg = [0, 30]
+anterior_force_n = 100
+load_steps = 2
+[[laxity.cut]]
+name = "ACL"
+bundles = ["ACLam", "ACLpl"]
+)";
+constexpr const char* fit_tables = R"(
+[fit]
+noise = { anterior_mm = 0.1 }
+[[fit.parameter]]
+quantity = "reference_strain"
+bundle = "ACLpl"
+sd = 0.03
+from = -0.1
+to = 0.1
+[[fit.parameter]]
+quantity = "load"
+load = "varus_moment"
+sd = 100
+from = -200
+to = 200
+)";
+
+class LaxityCommand : public testing::Test {
+ protected:
+  void SetUp() override
+  {
+    const std::string knee = test::text_of(VRDA_SOURCE_DIR "/jobs/knee-generic.toml");
+    scratch_.write("plain.toml", knee);
+    scratch_.write("knee.toml", knee + laxity_tables + fit_tables);
+  }
+  std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
+  test::Ended run(std::vector<std::string> words) const
+  {
+    words.insert(words.end(), {"--progress", "none"});
+    return test::run_vrda(words);
+  }
+
+  test::Scratch scratch_;
+};
+
+TEST_F(LaxityCommand, WritesTablesOfTheWholeKneeAndWithoutTheAcl)
+{
+  const test::Ended ended = run({"laxity", path("knee.toml"), "-o", path("a"), "--json", "--threads", "1"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const json found = json::parse(ended.out);
+  EXPECT_EQ(found.at("states"), json({"intact", "ACL"}));
+  ASSERT_EQ(found.at("curves").size(), 8u);
+  for (std::size_t flexion = 0; flexion < 2; ++flexion) {
+    const json& whole = found.at("curves").at(2 * flexion);
+    const json& cut = found.at("curves").at(4 + 2 * flexion);
+    ASSERT_EQ(whole.at("test"), "anterior");
+    ASSERT_EQ(cut.at("state"), "ACL");
+    double share = 0.0, sum = whole.at("contact").at("share");
+    for (const json& bundle : whole.at("bundles")) {
+      const double part = bundle.at("share");
+      sum += part;
+      if (bundle.at("name").get<std::string>().starts_with("ACL")) share += part;
+    }
+    EXPECT_NEAR(sum, 1.0, 1e-3);
+    EXPECT_GT(share, 0.05);
+    EXPECT_GT(cut.at("laxity").get<double>(), whole.at("laxity").get<double>());
+    EXPECT_LT(cut.at("replaced").at("distance_mm").get<double>(), 0.01);
+  }
+  // The same bytes again, with other threads; every file.
+  const std::string first = test::text_of(path("a/laxity.json"));
+  EXPECT_EQ(run({"laxity", path("knee.toml"), "-o", path("a"), "--threads", "2"}).exit_code, 0);
+  EXPECT_EQ(test::text_of(path("a/laxity.json")), first);
+  for (const char* name : {"a/index.html", "a/laxity.csv", "a/share.csv"})
+    EXPECT_FALSE(test::text_of(path(name)).empty()) << name;
+  // Its own table is met exactly.
+  const test::Ended against =
+      run({"laxity", path("knee.toml"), "-o", path("a"), "--against", path("a/laxity.csv"), "--json"});
+  ASSERT_EQ(against.exit_code, 0) << against.err;
+  for (const json& row : json::parse(against.out).at("published"))
+    EXPECT_NEAR(row.at("difference").get<double>(), 0.0, 1e-9);
+}
+
+TEST_F(LaxityCommand, RefusesWhatIsNoLaxityTest)
+{
+  EXPECT_THAT(run({"laxity", path("plain.toml"), "-o", path("b")}),
+              test::refuses({.file = "plain.toml", .field = "laxity"}));
+  const auto with = [&](const std::string& setting) {
+    return run({"laxity", path("knee.toml"), "-o", path("b"), "--set", setting});
+  };
+  EXPECT_THAT(with("solver.method=stability-search"),
+              test::refuses({.field = "solver.method", .wanted = "equilibrium"}));
+  EXPECT_THAT(with("push.delta=[0.1,1,0]"), test::refuses({.field = "push.delta"}));
+  EXPECT_THAT(with("laxity.flexion_deg=[30,0]"), test::refuses({.field = "laxity.flexion_deg"}));
+  EXPECT_THAT(with("laxity.cut.0.bundles=[\"ACL\"]"),
+              test::refuses({.field = "laxity.cut.0.bundles", .found = "ACL"}));
+  EXPECT_EQ(run({"laxity", path("knee.toml"), "-o", path("b")}).exit_code, 0);
+  EXPECT_THAT(with("laxity.anterior_force_n=50"), test::refuses({.field = "job", .wanted = "--replace"}));
+}
+
+TEST_F(LaxityCommand, AFitToALaxityFindsTheStrainThatMadeIt)
+{
+  // The knee whose ACLpl is 0.02 tighter: the fitted job of a made-up result.
+  ASSERT_EQ(run({"laxity", path("knee.toml"), "-o", path("a")}).exit_code, 0);
+  std::string table = test::text_of(path("a/laxity.csv"));
+  scratch_.write("measured.csv", table);
+  const std::vector<std::string> fit{"fit", path("knee.toml"),   "--to",  path("measured.csv"),
+                                     "-o",  path("fitted.toml"), "--json"};
+  const test::Ended ended = run(fit);
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  // Its own laxity: nothing changes. A varus moment is not seen in the anterior laxity.
+  const json found = json::parse(ended.out);
+  EXPECT_EQ(found.at("status"), "converged");
+  EXPECT_NEAR(found.at("unknowns").at(0).at("change").get<double>(), 0.0, 1e-3);
+  EXPECT_EQ(found.at("unknowns").at(0).at("name"), "reference_strain ACLpl");
+  EXPECT_EQ(found.at("unknowns").at(0).at("decision"), "decided");
+  EXPECT_EQ(found.at("unknowns").at(1).at("name"), "varus_moment");
+  EXPECT_FALSE(test::text_of(path("fitted.ligaments.csv")).empty());
+  EXPECT_FALSE(test::text_of(path("fitted.fit.json")).empty());
+  // The fitted job is a job of its own.
+  EXPECT_EQ(run({"laxity", path("fitted.toml"), "-o", path("c")}).exit_code, 0);
+}
+
+TEST_F(LaxityCommand, AFitIsRefusedWithoutItsQuestion)
+{
+  scratch_.write("motion.csv",
+                 "flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n10,0,0,0,0,0\n20,0,0,0,0,0\n");
+  EXPECT_THAT(test::run_vrda({"fit", path("knee.toml")}), test::refuses({.field = "--to"}));
+  EXPECT_THAT(run({"fit", path("plain.toml"), "--to", path("motion.csv")}),
+              test::refuses({.file = "plain.toml", .field = "fit"}));
+  const auto with = [&](const std::string& setting) {
+    return run({"fit", path("knee.toml"), "--to", path("motion.csv"), "--set", setting});
+  };
+  EXPECT_THAT(with("fit.parameter.0.bundle=ACL"),
+              test::refuses({.field = "fit.parameter.0.bundle", .found = "ACL", .wanted = "LCL"}));
+  EXPECT_THAT(with("fit.parameter.0.load=force"), test::refuses({.field = "fit.parameter.0.load"}));
+  EXPECT_THAT(with("fit.parameter.1.flexion_deg=[30,0]"),
+              test::refuses({.field = "fit.parameter.1.flexion_deg"}));
+  EXPECT_THAT(with("fit.parameter.0.from=0.1"), test::refuses({.field = "fit.parameter.0.from"}));
+}
+
+}  // namespace vrda::laxity_command_test

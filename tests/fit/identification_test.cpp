@@ -1,0 +1,280 @@
+// Identification: a plate held by fibres in closed form, threads, continuation, the unknowns of a job and the files of
+// a result.
+#include "fit/identification.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/atomic_file.hpp"
+#include "fit/fit_files.hpp"
+#include "fit/fit_journal.hpp"
+#include "load/laxity_job.hpp"
+#include "support/refusal.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda::identification_test {
+
+Mesh plate(double half_mm, bool is_up)
+{
+  Mesh mesh;
+  mesh.vertices_mm.resize(4, 3);
+  mesh.vertices_mm << -half_mm, 0, -half_mm, half_mm, 0, -half_mm, half_mm, 0, half_mm, -half_mm, 0, half_mm;
+  mesh.triangles.resize(2, 3);
+  if (is_up) {
+    mesh.triangles << 0, 2, 1, 0, 3, 2;
+  } else {
+    mesh.triangles << 0, 1, 2, 0, 2, 3;
+  }
+  return mesh;
+}
+
+constexpr double slack_mm = 50.0, stiffness_n = 1000.0;
+
+// A plate under a plate, with two slack fibres in front and two behind.
+load::Case plates()
+{
+  load::Case plates;
+  plates.title = "two plates";
+  plates.method = "equilibrium";
+  plates.reference.contact = {plate(200.0, false), {0, 0}};
+  plates.moving.contact = {plate(20.0, true), {0, 0}};
+  plates.initial.translation_mm = {0.0, -5.0, 0.0};
+  plates.grid = {{0.0}, {0.0}};
+  plates.path_flexion_deg = {0.0};
+  plates.is_varus_free = true;
+  plates.push.resize(1);
+  plates.path_push.resize(1);
+  plates.spine.n_restarts = 0;
+  for (const double z_mm : {-10.0, 10.0}) {
+    for (const double side : {-1.0, 1.0}) {
+      const std::string bundle = side < 0.0 ? "back" : "front";
+      plates.ligaments.fibres.push_back({bundle + std::to_string(z_mm),
+                                         bundle,
+                                         {side * slack_mm, 0.0, z_mm},
+                                         {0.0, 0.0, z_mm},
+                                         stiffness_n,
+                                         slack_mm});
+    }
+  }
+  return plates;
+}
+
+fit::Unknown strain_of(const std::string& name, std::vector<std::size_t> rows)
+{
+  fit::Unknown unknown;
+  unknown.name = "reference_strain " + name;
+  unknown.fibres = std::move(rows);
+  unknown.sd = 0.03;
+  unknown.from = -0.1;
+  unknown.to = 0.1;
+  return unknown;
+}
+
+/// The strains of both bundles and a varus moment, which no laxity along the plates depends on.
+struct PlateQuestion {
+  load::Case job_case = plates();
+  fit::FitData data;
+  fit::IdentifyPlan plan;
+
+  explicit PlateQuestion(const Eigen::Vector3d& truth)
+  {
+    fit::Unknown moment;
+    moment.name = "varus_moment";
+    moment.quantity = load::FitQuantity::load;
+    moment.load = fit::FittedLoad::varus_moment;
+    moment.sd = 1.0;
+    moment.from = -2.0;
+    moment.to = 2.0;
+    plan.unknowns = {strain_of("back", {0, 2}), strain_of("front", {1, 3}), moment};
+    plan.fit.noise.fill(0.05);
+    data.laxity = &job_case;
+    data.loads.flexion_deg = {0.0};
+    data.loads.anterior_force_n = 120.0;
+    laxity::LaxityPlan measured;
+    measured.loads = data.loads;
+    const laxity::LaxityResult result =
+        laxity::laxity_of(fit::changed_case(job_case, plan.unknowns, truth), measured);
+    for (const laxity::LaxityCurve& curve : result.curves) {
+      for (const double load_n : {24.0, 72.0, 120.0})
+        data.laxities.push_back(
+            {laxity::kind_of(curve.test).name, 0.0, load_n, laxity::laxity_at_load(curve, load_n), nan, ""});
+    }
+  }
+  PlateQuestion(const PlateQuestion&) = delete;
+  PlateQuestion& operator=(const PlateQuestion&) = delete;
+};
+
+TEST(Identification, RecoversStrainsThatTheDataDecideAndNamesTheRest)
+{
+  const Eigen::Vector3d truth(0.02, -0.015, 0.5);
+  PlateQuestion question(truth);
+  const fit::Identification found = fit::identify(question.data, question.plan);
+  EXPECT_EQ(found.status, fit::FitStatus::converged);
+  EXPECT_LT(found.misfit_after, 0.01 * found.misfit_before);
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ(found.unknowns[k].decision, fit::Decision::decided) << k;
+    // The prior draws the estimate towards no change by the share that the data leave.
+    const double drawn = (1.0 - found.unknowns[k].explained) * std::abs(truth(static_cast<Eigen::Index>(k)));
+    EXPECT_NEAR(found.unknowns[k].change, truth(static_cast<Eigen::Index>(k)), drawn + 1e-3) << k;
+  }
+  const fit::FittedUnknown& moment = found.unknowns[2];
+  EXPECT_EQ(moment.decision, fit::Decision::undecided);
+  EXPECT_NEAR(moment.change, 0.0, 1e-6);
+  EXPECT_NEAR(moment.sd, 1.0, 1e-6);  // the prior's
+  EXPECT_EQ(found.n_directions, 2u);
+  for (const fit::LaxityMisfit& row : found.laxities) EXPECT_NEAR(row.after, row.measured.value, 0.05);
+}
+
+TEST(Identification, StopsAtABound)
+{
+  PlateQuestion question(Eigen::Vector3d(0.02, 0.0, 0.0));
+  question.plan.unknowns[0].to = 0.01;
+  const fit::Identification found = fit::identify(question.data, question.plan);
+  EXPECT_EQ(found.unknowns[0].decision, fit::Decision::at_bound);
+  EXPECT_NEAR(found.unknowns[0].change, 0.01, 1e-9);
+}
+
+std::string json_of(const fit::Identification& found, const fit::IdentifyPlan& plan)
+{
+  fit::FitDocument document;
+  document.unknowns = plan.unknowns;
+  document.found = found;
+  return fit::fit_json(document);
+}
+
+TEST(Identification, ContinuesWithTheSameBits)
+{
+  PlateQuestion question(Eigen::Vector3d(0.02, -0.015, 0.0));
+  const test::Scratch scratch;
+  const std::string path = (scratch.path() / "fit.journal").string();
+  const std::string key = fit::identification_key(question.data, question.plan, {"data"});
+  EXPECT_NE(fit::identification_key(question.data, question.plan, {"other data"}), key);
+  std::size_t n_all = 0;
+  std::string whole;
+  {
+    journal::FrameWriter journal = fit::open_evaluations(path, key, true, question.plan.known);
+    question.plan.keep = [&](const fit::Evaluation& evaluation) {
+      // Half of them survive the interruption.
+      if (++n_all % 2 == 0) journal.append(fit::evaluation_bytes(evaluation));
+    };
+    whole = json_of(fit::identify(question.data, question.plan), question.plan);
+    journal.close();
+  }
+  std::size_t n_new = 0;
+  question.plan.keep = [&](const fit::Evaluation&) { ++n_new; };
+  journal::FrameWriter journal = fit::open_evaluations(path, key, false, question.plan.known);
+  EXPECT_EQ(question.plan.known.size(), n_all / 2);
+  question.plan.n_threads = 3;
+  EXPECT_EQ(json_of(fit::identify(question.data, question.plan), question.plan), whole);
+  EXPECT_EQ(n_new, n_all - n_all / 2);
+  journal.close();
+  EXPECT_THAT(
+      test::input_error([&] { fit::open_evaluations(path, "another key", false, question.plan.known); }),
+      test::refuses({.file = path, .field = "key", .wanted = "--fresh"}));
+}
+
+TEST(Identification, AnInterruptedFitSaysSo)
+{
+  PlateQuestion question(Eigen::Vector3d(0.02, 0.0, 0.0));
+  question.plan.is_stopped = [] { return true; };
+  EXPECT_TRUE(fit::identify(question.data, question.plan).is_stopped);
+}
+
+load::Job generic_knee(const std::string& fit)
+{
+  return load::parse_job("knee.toml", *read_text_file(VRDA_SOURCE_DIR "/jobs/knee-generic.toml") + fit);
+}
+
+constexpr const char* many_unknowns = R"(
+[fit]
+[[fit.parameter]]
+quantity = "reference_strain"
+sd = 0.03
+from = -0.1
+to = 0.1
+[[fit.parameter]]
+quantity = "attachment"
+bundle = "LCL"
+shared_by = "fibre"
+body = "moving"
+axis = "anterior"
+sd = 2
+from = -5
+to = 5
+[[fit.parameter]]
+quantity = "load"
+load = "anterior_force"
+flexion_deg = [0, 30, 90]
+sd = 10
+from = -40
+to = 40
+)";
+
+TEST(Unknowns, OfBundlesFibresAndAngles)
+{
+  const load::Job job = generic_knee(many_unknowns);
+  const load::Case job_case = load::load_case(load::over_flexions(job, {0.0, 15.0, 60.0, 120.0}), "");
+  const std::vector<fit::Unknown> unknowns = fit::unknowns_of(job, job_case);
+  ASSERT_EQ(unknowns.size(), 8u + 4u + 3u);
+  EXPECT_EQ(unknowns[0].name, "reference_strain ACLam");
+  EXPECT_EQ(unknowns[0].fibres.size(), 3u);
+  EXPECT_EQ(unknowns[8].name, "attachment moving LCL1 anterior");
+  EXPECT_EQ(unknowns[13].name, "anterior_force at 30");
+  Eigen::VectorXd change = Eigen::VectorXd::Zero(15);
+  change(12) = 4.0;
+  change(13) = 10.0;
+  change(14) = -20.0;
+  const load::Case changed = fit::changed_case(job_case, unknowns, change);
+  const double expected_n[] = {4.0, 7.0, -5.0, -20.0};  // linear between the angles, constant beyond
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_DOUBLE_EQ(changed.push[k].force_n.x(), expected_n[k]) << k;
+  EXPECT_EQ(changed.ligaments.fibres[0].slack_length_mm, job_case.ligaments.fibres[0].slack_length_mm);
+}
+
+// Of the fibres at the pose of the meshes.
+std::vector<double> strains_of(const ligament::Ligaments& ligaments)
+{
+  std::vector<double> strains;
+  for (const ligament::FibreState& state : ligament::fibre_states(ligaments, {}, {}))
+    strains.push_back(state.strain);
+  return strains;
+}
+
+TEST(FitFiles, TheWrittenFibresHaveTheChangedStrains)
+{
+  const load::Job job = generic_knee(many_unknowns);
+  const load::Case job_case = load::load_case(load::over_flexions(job, {0.0}), "");
+  fit::Identification found;
+  const std::vector<fit::Unknown> unknowns = fit::unknowns_of(job, job_case);
+  found.unknowns.resize(unknowns.size());
+  found.unknowns[0].change = 0.02;  // ACLam
+  found.unknowns[0].sd = 0.01;
+  found.unknowns[8].change = 3.0;  // LCL1 forwards, with its strain kept
+  found.unknowns[12].change = 5.0;
+  const std::string csv = fit::fitted_ligaments_csv(job, job_case, unknowns, found);
+  const test::Scratch scratch;
+  scratch.write("fitted.ligaments.csv", csv);
+  const std::string text = fit::fitted_job_text(job, "fitted.ligaments.csv", unknowns, found.change());
+  EXPECT_THAT(text, testing::HasSubstr("fibres = \"fitted.ligaments.csv\""));
+  const std::string fitted_file = scratch.write("fitted.toml", text).string();
+  const load::Case fitted = load::load_case(load::over_flexions(load::read_job(fitted_file), {0.0}), "");
+  EXPECT_DOUBLE_EQ(fitted.push[0].force_n.x(), 5.0);
+  const std::vector<double> before = strains_of(job_case.ligaments), after = strains_of(fitted.ligaments);
+  ASSERT_EQ(before.size(), after.size());
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    const ligament::Fibre& fibre = fitted.ligaments.fibres[k];
+    // The decimals of the file read back exactly.
+    EXPECT_NEAR(after[k] - before[k], fibre.bundle == "ACLam" ? 0.02 : 0.0, 1e-12) << fibre.name;
+    const double forward_mm = fibre.moving_mm.x() - job_case.ligaments.fibres[k].moving_mm.x();
+    EXPECT_NEAR(forward_mm, fibre.name == "LCL1" ? 3.0 : 0.0, 1e-9) << fibre.name;
+  }
+  // d l0 = l0 d e / (1 + e)
+  const double l0_mm = fitted.ligaments.fibres[0].slack_length_mm;
+  const std::string row =
+      csv.substr(csv.find("ACLam1,"), csv.find('\n', csv.find("ACLam1,")) - csv.find("ACLam1,"));
+  const std::size_t at = row.find(',', row.find(std::to_string(l0_mm).substr(0, 6))) + 1;
+  EXPECT_NEAR(std::stod(row.substr(at)), 0.01 * l0_mm / (1.0 + after[0]), 1e-6);
+}
+
+}  // namespace vrda::identification_test

@@ -1,0 +1,174 @@
+// A plate on a plate, held by horizontal fibres: laxity, shares and cuts in closed form.
+#include "laxity/laxity.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "laxity/laxity_files.hpp"
+#include "support/refusal.hpp"
+
+namespace vrda::laxity_test {
+
+using laxity::LaxityTest;
+
+Mesh plate(double half_mm, bool is_up)
+{
+  Mesh mesh;
+  mesh.vertices_mm.resize(4, 3);
+  mesh.vertices_mm << -half_mm, 0, -half_mm, half_mm, 0, -half_mm, half_mm, 0, half_mm, -half_mm, 0, half_mm;
+  mesh.triangles.resize(2, 3);
+  if (is_up) {
+    mesh.triangles << 0, 2, 1, 0, 3, 2;
+  } else {
+    mesh.triangles << 0, 1, 2, 0, 2, 3;
+  }
+  return mesh;
+}
+
+constexpr double slack_mm = 50.0, transition = 0.06, half_width_mm = 10.0;
+constexpr double strong_n = 1000.0, weak_n = 500.0;  // stiffness of each of two fibres, per strain
+
+// Fibres along X, slack at the pose of the meshes, in front of the moving plate and behind it.
+load::Case plates()
+{
+  load::Case plates;
+  plates.title = "two plates";
+  plates.method = "equilibrium";
+  plates.reference.contact = {plate(200.0, false), {0, 0}};
+  plates.moving.contact = {plate(20.0, true), {0, 0}};
+  plates.initial.translation_mm = {0.0, -5.0, 0.0};
+  plates.grid = {{0.0}, {0.0}};
+  plates.path_flexion_deg = {0.0};
+  plates.is_varus_free = true;
+  plates.push.resize(1);
+  plates.path_push.resize(1);
+  plates.spine.n_restarts = 0;
+  for (const double z_mm : {-half_width_mm, half_width_mm}) {
+    for (const double side : {-1.0, 1.0}) {
+      const std::string end = side < 0.0 ? "_back" : "_front";
+      const Eigen::Vector3d moving_mm(0.0, 0.0, z_mm), reference_mm(side * slack_mm, 0.0, z_mm);
+      plates.ligaments.fibres.push_back({"strong" + std::to_string(z_mm) + end, "strong" + end, reference_mm,
+                                         moving_mm, strong_n, slack_mm});
+      plates.ligaments.fibres.push_back(
+          {"weak" + std::to_string(z_mm) + end, "weak" + end, reference_mm, moving_mm, weak_n, slack_mm});
+    }
+  }
+  return plates;
+}
+
+laxity::LaxityPlan plan_of(double force_n, double moment_nmm)
+{
+  laxity::LaxityPlan plan;
+  plan.loads.flexion_deg = {0.0};
+  plan.loads.anterior_force_n = force_n;
+  plan.loads.internal_moment_nmm = moment_nmm;
+  plan.loads.cuts = {{"weak", {"weak_back", "weak_front"}}};
+  return plan;
+}
+
+// In the linear part of the tension law the strain is force / stiffness + transition / 2.
+double travel_mm(double force_n, double stiffness_n)
+{
+  return slack_mm * (force_n / stiffness_n + 0.5 * transition);
+}
+
+// Equilibria are solved to 1e-4 mm along Delta; the fibres' forces to the residual of the certificate.
+constexpr double tolerance_mm = 1e-3;
+
+TEST(Laxity, ForceIsResistedByTheFibresBehind)
+{
+  constexpr double force_n = 150.0;
+  const laxity::LaxityResult result = laxity::laxity_of(plates(), plan_of(force_n, 0.0));
+  ASSERT_EQ(result.curves.size(), 4u);
+  const double whole_mm = travel_mm(force_n, 2.0 * (strong_n + weak_n));
+  const double cut_mm = travel_mm(force_n, 2.0 * strong_n);
+  for (const LaxityTest test : {LaxityTest::anterior, LaxityTest::posterior}) {
+    const laxity::LaxityCurve& whole = *laxity::curve_of(result, 0, 0, test);
+    const laxity::LaxityCurve& cut = *laxity::curve_of(result, 1, 0, test);
+    EXPECT_NEAR(whole.laxity(), whole_mm, tolerance_mm);
+    EXPECT_NEAR(cut.laxity(), cut_mm, tolerance_mm);
+    // The toe's curve at a fifth of the load: force = k e^2 / (2 t).
+    const double toe = std::sqrt(2.0 * transition * 0.2 * force_n / (2.0 * (strong_n + weak_n)));
+    EXPECT_NEAR(laxity::laxity_at_load(whole, 0.2 * force_n), slack_mm * toe, tolerance_mm);
+    // Forward the fibres behind are stretched, with two thirds of the load in the strong ones.
+    const std::string end = test == LaxityTest::anterior ? "_back" : "_front";
+    double sum = whole.contact.share;
+    for (const laxity::BundleResistance& bundle : whole.bundles) {
+      const double share = bundle.bundle == "strong" + end ? 2.0 / 3.0
+                           : bundle.bundle == "weak" + end ? 1.0 / 3.0
+                                                           : 0.0;
+      EXPECT_NEAR(bundle.share, share, 1e-3) << bundle.bundle;
+      EXPECT_NEAR(bundle.force, share * force_n, 1e-3 * force_n) << bundle.bundle;
+      sum += bundle.share;
+    }
+    EXPECT_NEAR(sum, 1.0, 1e-3);
+    // With the cut fibres' own forces in their place the plate stays.
+    EXPECT_LT(cut.replaced_mm, tolerance_mm);
+    EXPECT_LT(cut.replaced_rad, 1e-4);
+  }
+}
+
+TEST(Laxity, MomentTurnsBetweenTheFibres)
+{
+  constexpr double moment_nmm = 1000.0;
+  const laxity::LaxityResult result = laxity::laxity_of(plates(), plan_of(0.0, moment_nmm));
+  const laxity::LaxityCurve& inward = *laxity::curve_of(result, 0, 0, LaxityTest::internal);
+  const laxity::LaxityCurve& outward = *laxity::curve_of(result, 0, 0, LaxityTest::external);
+  // Both ways are mirror images.
+  EXPECT_NEAR(inward.laxity(), outward.laxity(), 1e-5);
+  EXPECT_GT(inward.laxity(), 0.0);
+  double sum = inward.contact.share;
+  for (const laxity::BundleResistance& bundle : inward.bundles) sum += bundle.share;
+  EXPECT_NEAR(sum, 1.0, 1e-3);
+  EXPECT_GT(laxity::curve_of(result, 1, 0, LaxityTest::internal)->laxity(), inward.laxity());
+}
+
+TEST(Laxity, SameForAnyNumberOfThreadsAndFromNearbyEquilibria)
+{
+  laxity::LaxityPlan plan = plan_of(100.0, 1000.0);
+  laxity::LaxityDocument document;
+  document.result = laxity::laxity_of(plates(), plan);
+  const std::string alone = laxity::laxity_json(document);
+  plan.n_threads = 2;
+  document.result = laxity::laxity_of(plates(), plan);
+  EXPECT_EQ(laxity::laxity_json(document), alone);
+  plan.loads.cuts.clear();
+  plan.unloaded = document.result.unloaded;
+  const laxity::LaxityResult near = laxity::laxity_of(plates(), plan);
+  EXPECT_NEAR(near.curves[0].laxity(), document.result.curves[0].laxity(), tolerance_mm);
+}
+
+TEST(Laxity, ALoadThatNothingResistsIsNamed)
+{
+  load::Case loose = plates();
+  std::erase_if(loose.ligaments.fibres,
+                [](const ligament::Fibre& fibre) { return fibre.bundle.ends_with("_back"); });
+  // So far in front that the plate leaves the other one before they are stretched.
+  for (ligament::Fibre& fibre : loose.ligaments.fibres) {
+    fibre.reference_mm.x() = 1000.0;
+    fibre.slack_length_mm = 1000.0;
+  }
+  laxity::LaxityPlan plan = plan_of(150.0, 0.0);
+  plan.loads.cuts.clear();
+  const laxity::LaxityResult result = laxity::laxity_of(loose, plan);
+  const laxity::LaxityCurve& forward = *laxity::curve_of(result, 0, 0, LaxityTest::anterior);
+  EXPECT_FALSE(forward.is_complete());
+  EXPECT_TRUE(std::isnan(forward.laxity()));
+  EXPECT_NE(forward.poses.back().status, StepStatus::stable);
+  EXPECT_TRUE(laxity::curve_of(result, 0, 0, LaxityTest::posterior)->is_complete());
+}
+
+TEST(Laxity, UnknownBundlesAreRefused)
+{
+  laxity::LaxityPlan plan = plan_of(150.0, 0.0);
+  plan.loads.cuts = {{"weak", {"weak"}}};
+  EXPECT_THAT(test::input_error([&] { laxity::laxity_of(plates(), plan); }),
+              test::refuses({.field = "laxity.cut.0.bundles", .found = "weak", .wanted = "weak_front"}));
+  load::Case bare = plates();
+  bare.ligaments.fibres.clear();
+  EXPECT_THAT(test::input_error([&] { laxity::laxity_of(bare, plan_of(1.0, 0.0)); }),
+              test::refuses({.field = "ligaments"}));
+}
+
+}  // namespace vrda::laxity_test

@@ -1,0 +1,111 @@
+// Tables of published laxities, their comparison, and the files of a result.
+#include "laxity/published_values.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/units.hpp"
+#include "laxity/laxity_files.hpp"
+#include "support/refusal.hpp"
+
+namespace vrda::published_values_test {
+
+using laxity::LaxityTest;
+
+// 10 mm forward and 4 back at 0 degrees, 20 and 8 at 30, half of it at half of the load.
+laxity::LaxityResult sample()
+{
+  laxity::LaxityResult result;
+  result.loads.flexion_deg = {0.0, 30.0};
+  result.loads.anterior_force_n = 100.0;
+  result.states = {laxity::whole_state};
+  for (std::size_t flexion = 0; flexion < 2; ++flexion) {
+    for (const LaxityTest test : {LaxityTest::anterior, LaxityTest::posterior}) {
+      laxity::LaxityCurve curve;
+      curve.flexion = flexion;
+      curve.test = test;
+      const double whole_mm = (test == LaxityTest::anterior ? 10.0 : -4.0) * (flexion == 0 ? 1.0 : 2.0);
+      for (const double load : {0.0, 50.0, 100.0}) {
+        JointCoordinates at = JointCoordinates::Zero();
+        at(row_of(JointCoordinate::anterior)) = 1.0 + whole_mm * load / 100.0;
+        curve.poses.push_back({load, StepStatus::stable, at});
+      }
+      curve.bundles = {{"<ACL>", 80.0, 0.8}};
+      curve.contact = {"contact", 20.0, 0.2};
+      result.curves.push_back(curve);
+    }
+  }
+  return result;
+}
+
+TEST(PublishedValues, AreComparedAtTheirFlexionAndLoad)
+{
+  const std::vector<laxity::Compared> rows =
+      laxity::compared(sample(), laxity::published_values("book.csv",
+                                                          "# from a book\n"
+                                                          "test,flexion_deg,load,value,sd,source\n"
+                                                          "anterior,0,100,9,2,Somebody 1990\n"
+                                                          "anterior,15,50,9,,\n"
+                                                          "anterior-posterior,30,,30,5,\n"
+                                                          "anterior,45,,9,,\n"
+                                                          "anterior,0,200,9,,\n"
+                                                          "varus,0,,9,,\n"));
+  ASSERT_EQ(rows.size(), 6u);
+  EXPECT_DOUBLE_EQ(rows[0].found, 10.0);
+  EXPECT_DOUBLE_EQ(rows[0].difference(), 1.0);
+  EXPECT_EQ(rows[0].published.source, "Somebody 1990");
+  EXPECT_DOUBLE_EQ(rows[1].found, 7.5);   // half the load, between 10 and 20
+  EXPECT_DOUBLE_EQ(rows[2].found, 28.0);  // 20 + 8
+  for (const std::size_t outside : {3u, 4u, 5u}) {
+    EXPECT_TRUE(std::isnan(rows[outside].found)) << outside;
+    EXPECT_FALSE(rows[outside].missing.empty());
+  }
+}
+
+TEST(PublishedValues, ReadsTheTableOfAResult)
+{
+  laxity::LaxityDocument document;
+  document.result = sample();
+  const std::string csv = laxity::laxity_csv(document);
+  const std::vector<laxity::PublishedValue> rows = laxity::published_values("laxity.csv", csv);
+  ASSERT_EQ(rows.size(), 6u);
+  for (const laxity::Compared& row : laxity::compared(sample(), rows))
+    EXPECT_NEAR(row.difference(), 0.0, 1e-12);
+}
+
+TEST(PublishedValues, RefusesOtherTables)
+{
+  const auto refused = [](const std::string& text) {
+    return test::input_error([&] { laxity::published_values("book.csv", text); });
+  };
+  EXPECT_THAT(refused("test,value\nanterior,1\n"), test::refuses({.field = "flexion_deg"}));
+  EXPECT_THAT(
+      refused("test,flexion_deg,value\nforward,0,1\n"),
+      test::refuses({.file = "book.csv", .field = "line 2, test", .found = "forward", .wanted = "valgus"}));
+  EXPECT_THAT(refused("test,flexion_deg,value\nanterior,0,x\n"),
+              test::refuses({.field = "line 2, value", .found = "x"}));
+  EXPECT_THAT(refused("test,flexion_deg,value,load\nanterior,0,1,-5\n"),
+              test::refuses({.field = "load", .found = "-5", .wanted = "0"}));
+  EXPECT_THAT(refused("test,flexion_deg,value,lod\nanterior,0,1,5\n"),
+              test::refuses({.field = "line 1", .found = "lod", .wanted = "load"}));
+  EXPECT_THAT(refused("test,test,flexion_deg,value\nanterior,anterior,0,1\n"),
+              test::refuses({.field = "test", .found = "twice"}));
+}
+
+TEST(LaxityPage, ShowsTablesPlotsAndEscapesNames)
+{
+  laxity::LaxityDocument document;
+  document.title = "knee & co";
+  document.result = sample();
+  document.compared = laxity::compared(sample(), {{"anterior", 0.0, nan, 9.0, 2.0, "Somebody"}});
+  const std::string page = laxity::laxity_page(document);
+  for (const char* part : {"anterior-posterior, 100 N", "knee &amp; co", "&lt;ACL&gt; 80 %", "<svg",
+                           "Somebody", "14.00", "9.00 &plusmn; 2.00"})
+    EXPECT_THAT(page, testing::HasSubstr(part));
+  EXPECT_THAT(page, testing::Not(testing::HasSubstr("internal-external,")));
+  EXPECT_THAT(laxity::share_csv(document), testing::HasSubstr("intact,anterior,0,<ACL>,80,N,0.8\n"));
+}
+
+}  // namespace vrda::published_values_test
