@@ -18,6 +18,8 @@ bool is_same_token(std::string_view given, std::string_view token);
 
 /// The embedded HTML page, gzip-compressed.
 std::string_view compressed_page();
+/// The same, compressed by xz, as embedded in the program.
+std::string_view embedded_page();
 
 struct Request {
   std::string method;

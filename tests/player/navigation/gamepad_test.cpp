@@ -1,0 +1,65 @@
+#include "navigation/gamepad.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace vrda::gamepad_test {
+
+using navigation::Key;
+
+std::size_t count_of(const std::vector<navigation::KeyPress>& keys, Key key)
+{
+  return static_cast<std::size_t>(std::ranges::count(keys, key, &navigation::KeyPress::key));
+}
+
+/// Number of presses of `key` in `seconds` at 60 rounds a second.
+std::size_t presses(const render::Gamepad& pad, Key key, double seconds, bool is_plane = true)
+{
+  navigation::GamepadKeys keys;
+  std::size_t n = 0;
+  for (int k = 0; k < static_cast<int>(60.0 * seconds); ++k) n += count_of(keys.keys(pad, 1.0 / 60.0, is_plane), key);
+  return n;
+}
+
+TEST(Gamepad, ThePadPressesArrowsAndRepeatsThem)
+{
+  render::Gamepad pad;
+  pad.has_right = true;
+  EXPECT_EQ(presses(pad, Key::right, 0.3), 1u);
+  // At 0.4 s and every 0.05 s from there, seen at the rounds up to 0.983 s after the press.
+  EXPECT_EQ(presses(pad, Key::right, 1.0), 1u + 12u);
+  pad.has_a = true;
+  EXPECT_EQ(presses(pad, Key::enter, 2.0), 1u) << "a confirmation does not repeat";
+}
+
+TEST(Gamepad, ShouldersAreShiftAndControlOfThePad)
+{
+  render::Gamepad pad;
+  pad.has_up = pad.has_b = pad.has_left_shoulder = pad.has_right_shoulder = true;
+  navigation::GamepadKeys keys;
+  const std::vector<navigation::KeyPress> first = keys.keys(pad, 0.0, true);
+  ASSERT_EQ(first.size(), 2u);
+  EXPECT_EQ(first[0].key, Key::up);
+  EXPECT_TRUE(first[0].has_shift && first[0].has_control);
+  EXPECT_EQ(first[1].key, Key::backspace);
+  EXPECT_FALSE(first[1].has_shift || first[1].has_control);
+}
+
+TEST(Gamepad, TheStickIsFineNearItsMiddle)
+{
+  render::Gamepad pad;
+  pad.stick_x = -0.1;
+  EXPECT_EQ(presses(pad, Key::left, 10.0), 0u) << "at rest";
+  pad.stick_x = -1.0;
+  EXPECT_NEAR(presses(pad, Key::left, 10.0), 600.0, 1.0);
+  // Halfway beyond the dead zone: an eighth.
+  pad.stick_x = -0.575;
+  EXPECT_NEAR(presses(pad, Key::left, 10.0), 75.0, 1.0);
+  EXPECT_EQ(presses(pad, Key::right, 10.0), 0u);
+  pad.stick_y = 1.0;
+  EXPECT_NEAR(presses(pad, Key::down, 10.0), 600.0, 1.0);
+  EXPECT_EQ(presses(pad, Key::down, 10.0, false), 0u) << "Up and Down would select";
+}
+
+}  // namespace vrda::gamepad_test
