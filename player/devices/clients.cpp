@@ -267,10 +267,8 @@ struct TrackerClient::State {
       if (error) return reconnect(error == asio::error::eof ? "closed by the peer" : error.message());
       stream.add(std::span(bytes).first(n));
       while (const std::optional<igtl::IgtlMessage> message = stream.next()) take(*message, now_ns);
-      outlet.count_rejected(stream.n_skipped() - n_skipped, "");
       outlet.count_rejected(stream.n_malformed() - n_malformed,
                             "found a message of the wrong size for its type");
-      n_skipped = stream.n_skipped();
       n_malformed = stream.n_malformed();
       if (!stream.is_broken()) return read();
       outlet.count_rejected(1, stream.trouble());
@@ -294,7 +292,7 @@ struct TrackerClient::State {
   void reconnect(const std::string& trouble)
   {
     is_connecting = false;
-    n_skipped = n_malformed = 0;
+    n_malformed = 0;
     close();
     outlet.set_link(LinkState::closed, trouble);
     timer.expires_after(std::chrono::duration_cast<asio::steady_timer::duration>(
@@ -326,7 +324,7 @@ struct TrackerClient::State {
   TrackerProtocol talk;
   Backoff backoff;
   igtl::IgtlStream stream;
-  std::uint64_t n_skipped = 0, n_malformed = 0;  ///< of the stream, already reported
+  std::uint64_t n_malformed = 0;  ///< of the stream, already reported
   std::vector<std::uint8_t> request;
   std::array<std::uint8_t, 16384> bytes{};
 };

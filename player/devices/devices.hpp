@@ -36,7 +36,7 @@ struct DeviceReport {
   std::string peer;     ///< "127.0.0.1:18944", "/dev/ttyUSB0"
   std::string trouble;  ///< why the link is not up, or the last rejected input; may be empty
   std::uint64_t n_connects = 0, n_samples = 0;
-  std::uint64_t n_refused = 0;  ///< rejected messages or frames: wrong checksum, garbage, unknown types
+  std::uint64_t n_refused = 0;  ///< rejected messages or frames: wrong checksum, garbage, wrong size
   std::uint64_t n_lost = 0;     ///< samples dropped because the queue was full
   double rate_hz = 0.0;         ///< of samples over the last 2 s
 };

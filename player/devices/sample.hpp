@@ -15,7 +15,8 @@ enum class SampleKind : std::uint8_t {
   tool_pose,      ///< pose of a tracked tool; of a single marker only the position is valid
   potentiometer,  ///< `count` from 0 to 1023
   stage,          ///< `count` of the parallax stage's encoder; `state` holds StageFlags
-  link            ///< `state` is a LinkState, `source` the device
+  link,           ///< `state` is a LinkState, `source` the device
+  offset          ///< of the drawn joint from the leg, by the pointer: a pose in the leg's axes
 };
 
 using igtl::ToolVisibility;

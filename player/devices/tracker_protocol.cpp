@@ -40,10 +40,11 @@ bool has_places(const igtl::IgtlMessage& message)
 }  // namespace
 
 TrackerProtocol::TrackerProtocol(const TrackerSettings& settings, std::int64_t now_ns)
+    : stale_after_ns_(static_cast<std::int64_t>(settings.stale_after_ms * 1e6)),
+      last_news_ns_(now_ns - stale_after_ns_)
 {
-  const auto stale_after_ns = static_cast<std::int64_t>(settings.stale_after_ms * 1e6);
   for (const std::string& name : settings.tools)
-    tools_.push_back({name, ToolMonitor(stale_after_ns, now_ns)});
+    tools_.push_back({name, ToolMonitor(stale_after_ns_, now_ns)});
 }
 
 Sample TrackerProtocol::sample_of(const Tool& tool, ToolVisibility state, std::int64_t now_ns) const
@@ -57,23 +58,17 @@ Sample TrackerProtocol::sample_of(const Tool& tool, ToolVisibility state, std::i
 }
 
 /// A repeated time stamp yields no sample: `kind` remains `link`.
-Sample TrackerProtocol::observed_sample(Tool& tool, const igtl::IgtlTool& observed,
-                                        const igtl::IgtlMessage& message, std::int64_t now_ns) const
+Sample TrackerProtocol::observed_sample(Tool& tool, const igtl::IgtlTool* observed,
+                                        const igtl::IgtlMessage& message, std::int64_t now_ns)
 {
-  tool.was_received = true;
-  tool.list = igtl::is_list(message) ? std::optional(message.device) : std::nullopt;
   Sample sample;
-  if (observed.visibility == ToolVisibility::seen) {
-    const ToolMonitor::StampCheck how = tool.watch.receive_stamp(message.device_ns, now_ns);
-    if (how == ToolMonitor::StampCheck::repeated) return sample;
-    sample = sample_of(
-        tool, how == ToolMonitor::StampCheck::accepted ? ToolVisibility::seen : ToolVisibility::stale,
-        now_ns);
-    sample.tool_pose = place_of(observed.X_tracker_tool);
-  } else {
-    tool.watch.receive_missing(now_ns);
-    sample = sample_of(tool, observed.visibility, now_ns);
-  }
+  const ToolMonitor::StampCheck how = tool.watch.receive_stamp(message.device_ns, now_ns);
+  if (how == ToolMonitor::StampCheck::repeated) return sample;
+  if (how == ToolMonitor::StampCheck::accepted) last_news_ns_ = now_ns;
+  const ToolVisibility found = observed == nullptr ? ToolVisibility::missing : observed->visibility;
+  const bool is_old = found == ToolVisibility::seen && how == ToolMonitor::StampCheck::behind;
+  sample = sample_of(tool, is_old ? ToolVisibility::stale : found, now_ns);
+  if (found == ToolVisibility::seen) sample.tool_pose = place_of(observed->X_tracker_tool);
   sample.device_ns = message.device_ns;
   return sample;
 }
@@ -87,14 +82,14 @@ std::vector<Sample> TrackerProtocol::receive(const igtl::IgtlMessage& message, s
     const bool is_left_out = igtl::is_list(message) && (!tool.was_received || tool.list == message.device);
     const bool is_called_missing = message.kind == igtl::IgtlKind::status &&
                                    message.code != igtl::igtl_status_ok && message.device == tool.name;
-    if (has_places(message) && observed != message.tools.end()) {
-      const Sample sample = observed_sample(tool, *observed, message, now_ns);
-      if (sample.kind == SampleKind::tool_pose) samples.push_back(sample);
-    } else if (is_left_out || is_called_missing) {
-      tool.watch.receive_missing(now_ns);
-      samples.push_back(sample_of(tool, ToolVisibility::missing, now_ns));
-      samples.back().device_ns = message.device_ns;
+    const bool is_observed = has_places(message) && observed != message.tools.end();
+    if (!is_observed && !is_left_out && !is_called_missing) continue;
+    if (is_observed) {
+      tool.was_received = true;
+      tool.list = igtl::is_list(message) ? std::optional(message.device) : std::nullopt;
     }
+    const Sample sample = observed_sample(tool, is_observed ? &*observed : nullptr, message, now_ns);
+    if (sample.kind == SampleKind::tool_pose) samples.push_back(sample);
   }
   return samples;
 }
@@ -102,8 +97,10 @@ std::vector<Sample> TrackerProtocol::receive(const igtl::IgtlMessage& message, s
 std::vector<Sample> TrackerProtocol::stale_samples(std::int64_t now_ns)
 {
   std::vector<Sample> samples;
+  const bool has_news = now_ns - last_news_ns_ < stale_after_ns_;
   for (Tool& tool : tools_) {
-    if (tool.watch.becomes_stale(now_ns)) samples.push_back(sample_of(tool, ToolVisibility::stale, now_ns));
+    if (tool.watch.becomes_stale(now_ns))
+      samples.push_back(sample_of(tool, has_news ? ToolVisibility::missing : ToolVisibility::stale, now_ns));
   }
   return samples;
 }

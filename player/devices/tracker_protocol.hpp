@@ -28,8 +28,6 @@ class ToolMonitor {
   }
 
   StampCheck receive_stamp(std::int64_t device_ns, std::int64_t now_ns);
-  /// The tracker reported that the tool is not visible; this resets the timeout.
-  void receive_missing(std::int64_t now_ns) { last_news_ns_ = now_ns; }
   /// True if nothing new arrived for `stale_after_ns`; true again after each further period.
   bool becomes_stale(std::int64_t now_ns);
 
@@ -43,15 +41,18 @@ class ToolMonitor {
 
 /// Pure: times are passed in.
 /// - Tools are matched by name: the device of a TRANSFORM or POSITION, or an element of TDATA and QTDATA.
-/// - A tool absent from a list is missing, unless its poses come from another device's list or separate
-///   messages.
+/// - `missing`: there is news of the tracker, but not of the tool. A tool absent from a list is missing at once,
+///   unless its poses come from another device's list or separate messages; a tool with messages of its own
+///   after `stale_after_ms`.
+/// - `stale`: no news of any tool for that time. A message of a repeated time stamp is no news, whatever its
+///   type and whether or not it contains the tool.
 /// - A STATUS other than OK from a tool marks it missing; from another device it is reported as trouble.
 class TrackerProtocol {
  public:
   TrackerProtocol(const TrackerSettings& settings, std::int64_t now_ns);
 
   std::vector<Sample> receive(const igtl::IgtlMessage& message, std::int64_t now_ns);
-  /// Samples of the tools that became stale.
+  /// Samples of the tools that became stale, or missing while others have news.
   std::vector<Sample> stale_samples(std::int64_t now_ns);
 
  private:
@@ -62,9 +63,11 @@ class TrackerProtocol {
     std::optional<std::string> list = std::nullopt;  ///< device of the list that last contained it
   };
   Sample sample_of(const Tool& tool, ToolVisibility state, std::int64_t now_ns) const;
-  Sample observed_sample(Tool& tool, const igtl::IgtlTool& observed, const igtl::IgtlMessage& message,
-                         std::int64_t now_ns) const;
+  Sample observed_sample(Tool& tool, const igtl::IgtlTool* observed, const igtl::IgtlMessage& message,
+                         std::int64_t now_ns);
 
+  std::int64_t stale_after_ns_;
+  std::int64_t last_news_ns_;  ///< of any tool
   std::vector<Tool> tools_;
 };
 

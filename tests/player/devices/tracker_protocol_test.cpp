@@ -138,7 +138,8 @@ TEST(TrackerTalk, WhatIsNoPlaceAndWhatIsMissingIsNoSilence)
   igtl::IgtlMessage said = femur(1);
   said.tools[0].visibility = igtl::ToolVisibility::invalid_pose;
   EXPECT_EQ(summary(talk.receive(said, 90 * ms)), "0 not_a_place");
-  EXPECT_EQ(summary(talk.stale_samples(110 * ms)), "1 stale");
+  EXPECT_EQ(summary(talk.stale_samples(110 * ms)), "1 missing") << "there is news of the other tool";
+  said.device_ns = 2;
   said.tools[0].visibility = igtl::ToolVisibility::missing;
   EXPECT_EQ(summary(talk.receive(said, 180 * ms)), "0 missing");
   EXPECT_EQ(summary(talk.stale_samples(200 * ms)), "");
@@ -153,6 +154,55 @@ TEST(TrackerTalk, AClockSetBackIsStaleUntilItIsBelieved)
   for (int n = 1; n < devices::ToolMonitor::n_to_accept_clock; ++n)
     EXPECT_EQ(summary(talk.receive(femur(n), n)), "0 stale");
   EXPECT_EQ(summary(talk.receive(femur(100), 9)), "0 seen");
+}
+
+/// The states at the end of three periods of 150 ms: the tibia is absent, the clock stands still, silence.
+std::string course(igtl::IgtlKind kind)
+{
+  devices::TrackerProtocol talk(settings(), 0);
+  const bool is_list = kind == igtl::IgtlKind::tdata || kind == igtl::IgtlKind::qtdata;
+  std::vector<std::string> state{"none", "none"};
+  std::string text;
+  const auto take = [&](const std::vector<devices::Sample>& samples) {
+    for (const devices::Sample& sample : samples)
+      state[sample.source] = summary({sample}).substr(2);
+  };
+  const auto send = [&](std::int64_t now_ms, const std::vector<std::string>& tools, std::int64_t stamp) {
+    if (is_list) take(talk.receive(message(kind, "Tracker", stamp, tools), now_ms * ms));
+    for (const std::string& tool : tools)
+      if (!is_list) take(talk.receive(message(kind, tool, stamp, {tool}), now_ms * ms));
+    take(talk.stale_samples(now_ms * ms));
+  };
+  for (std::int64_t now_ms = 10; now_ms <= 900; now_ms += 10) {
+    const std::int64_t phase = (now_ms - 1) / 150;
+    const bool is_whole = phase % 2 == 0;
+    if (phase < 5) {
+      send(now_ms, is_whole || phase != 1 ? std::vector<std::string>{"Femur", "Tibia"} : std::vector<std::string>{"Femur"},
+           phase == 3 ? 450 : now_ms);
+    } else {
+      take(talk.stale_samples(now_ms * ms));
+    }
+    if (now_ms % 150 == 0) text += state[0] + " " + state[1] + "; ";
+  }
+  return text;
+}
+
+TEST(TrackerTalk, AbsentAndStaleMeanTheSameForEveryType)
+{
+  for (const igtl::IgtlKind kind : {igtl::IgtlKind::transform, igtl::IgtlKind::position,
+                                    igtl::IgtlKind::tdata, igtl::IgtlKind::qtdata}) {
+    SCOPED_TRACE(static_cast<int>(kind));
+    EXPECT_EQ(course(kind), "seen seen; seen missing; seen seen; stale stale; seen seen; stale stale; ");
+  }
+}
+
+TEST(TrackerTalk, AFrozenListIsStaleForAToolThatItLacks)
+{
+  devices::TrackerProtocol talk(settings(), 0);
+  EXPECT_EQ(summary(talk.receive(message(igtl::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 0)),
+            "0 seen 1 missing");
+  EXPECT_EQ(summary(talk.receive(message(igtl::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 50 * ms)), "");
+  EXPECT_EQ(summary(talk.stale_samples(100 * ms)), "0 stale 1 stale");
 }
 
 }  // namespace vrda::tracker_talk_test

@@ -1,5 +1,8 @@
 // The tracker client against a local server.
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <optional>
@@ -138,6 +141,55 @@ TEST_F(Recovery, FromClosedConnectionsAndSpoiltMessages)
     expect_closed_and_seen_again();
     EXPECT_EQ(devices_->report(devices::DeviceId::tracker).n_refused, n_refused);
   }
+}
+
+/// Header of a message of any type with `body` and a right checksum (OpenIGTLink protocol, version 1).
+std::vector<std::uint8_t> message_of_type(const std::string& type, const std::vector<std::uint8_t>& body)
+{
+  std::vector<std::uint8_t> bytes = igtl::bytes_of(tdata_of(0, {"Femur"}));
+  bytes.resize(igtl::igtl_header_bytes);
+  std::fill(bytes.begin() + 2, bytes.begin() + 14, std::uint8_t{0});
+  std::copy(type.begin(), type.end(), bytes.begin() + 2);
+  const std::array<std::uint64_t, 2> numbers{body.size(), igtl::igtl_crc(body)};
+  for (std::size_t k = 0; k < 16; ++k)
+    bytes[42 + k] = static_cast<std::uint8_t>(numbers[k / 8] >> (56 - 8 * (k % 8)));
+  bytes.insert(bytes.end(), body.begin(), body.end());
+  return bytes;
+}
+
+/// PLUS sends images and strings between the poses.
+TEST(Tracker, IgnoresTypesThatItDoesNotUse)
+{
+  const int listener = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t n = sizeof address;
+  ASSERT_EQ(bind(listener, reinterpret_cast<const sockaddr*>(&address), n), 0);
+  ASSERT_EQ(listen(listener, 1), 0);
+  ASSERT_EQ(getsockname(listener, reinterpret_cast<sockaddr*>(&address), &n), 0);
+  devices::TrackerSettings settings;
+  settings.port = ntohs(address.sin_port);
+  settings.tools = {"Femur"};
+  devices::Devices devices(settings, std::nullopt);
+  const int client = accept(listener, nullptr, nullptr);
+  ASSERT_GE(client, 0);
+  std::vector<std::uint8_t> bytes;
+  for (const auto& part :
+       {message_of_type("STRING", {0, 3, 0, 2, 'O', 'K'}), message_of_type("IMAGE", std::vector<std::uint8_t>(70'000, 9)),
+        igtl::bytes_of(tdata_of(7, {"Femur"}))})
+    bytes.insert(bytes.end(), part.begin(), part.end());
+  for (std::size_t sent = 0; sent < bytes.size();) {
+    const ssize_t more = send(client, bytes.data() + sent, bytes.size() - sent, 0);
+    ASSERT_GT(more, 0);
+    sent += static_cast<std::size_t>(more);
+  }
+  std::vector<devices::Sample> seen;
+  EXPECT_TRUE(take_until(devices, seen, is_seen));
+  EXPECT_EQ(devices.report(devices::DeviceId::tracker).n_refused, 0U);
+  EXPECT_EQ(devices.report(devices::DeviceId::tracker).trouble, "");
+  close(client);
+  close(listener);
 }
 
 /// A tracker whose ticks a test can change.
