@@ -200,6 +200,9 @@ CLI::App* add_simulate(CLI::App& app, bench::SimulateOptions& options)
       ->required();
   add(simulate, "--model", "FILE.h5", options.model,
       "Motion model that the simulated tibia follows (default: rotation only)");
+  add(simulate, "--rehearse", "FILE.toml", options.rehearse,
+      "Rehearse a calibration: follow FILE, which calibrate --bench writes, move probe, marker and stage as its "
+      "next task requires, and print where a person would align the lines");
   add(simulate, "--address", "ADDRESS", options.address,
       "Listen address; any but 127.0.0.1 is reachable from other machines (default: the bench "
       "file's simulation.address, else 127.0.0.1)");

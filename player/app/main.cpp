@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/options.hpp"
+#include "calibrate/rehearsal.hpp"
 #include "core/error.hpp"
 #include "store/read_separately.hpp"
 #include "store/seal.hpp"
@@ -67,7 +68,10 @@ int run(int argc, char** argv)
       {app::add_devices(app, devices),
        [&] { return bench::list_devices(devices, streams) > 0 ? unsolved_attitudes : done; }},
       {app::add_measure_body(app, body), [&] { return bench::measure_body(body, streams), done; }},
-      {app::add_simulate(app, simulate), [&] { return bench::simulate(simulate, streams), done; }},
+      {app::add_simulate(app, simulate), [&] {
+         simulate.rehearse.empty() ? bench::simulate(simulate, streams) : calibrate::rehearse(simulate, streams);
+         return done;
+       }},
       {app::add_calibrate(app, calibrate), [&] {
          const calibrate::CalibrateEnd end = calibrate::calibrate(calibrate, streams);
          return end == calibrate::CalibrateEnd::finished ? done : interrupted;

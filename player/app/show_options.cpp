@@ -58,8 +58,8 @@ void add_video(CLI::App* show, show::ShowOptions& options)
 
 void add_framing(CLI::App* show, show::ShowOptions& options)
 {
-  add(show, "--size", "WxH", options.size, "Size of an image or of the window, in pixels")
-      ->capture_default_str();
+  add(show, "--size", "WxH", options.size,
+      "Size of an image or of the window, in pixels (default: the job's [player], else 1280x960)");
   add(show, "--samples", "1|2|4", options.samples,
       "Samples per pixel: 1 has jagged edges and is several times faster without a graphics card; default: "
       "4, in a window without a graphics card 1")
@@ -103,8 +103,7 @@ CLI::App* add_show(CLI::App& app, show::ShowOptions& options)
       "the highest degree, recontacted if available; otherwise raw)");
   add(show, "--views", "VIEW,...", options.views,
       "front, back, left, right, medial, lateral (or side), top, oblique, inverted (oblique and "
-      "upside down)")
-      ->capture_default_str();
+      "upside down); default: the views of the job's [player], else oblique");
   add_trace(show, options);
   add_video(show, options);
   add_framing(show, options);
@@ -114,6 +113,7 @@ CLI::App* add_show(CLI::App& app, show::ShowOptions& options)
                "Examples:\n  vrda-player show knee.h5\n"
                "  vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15 --views front,lateral\n"
                "  vrda-player show knee.h5 --video knee.mp4 --views front,lateral --to-and-fro");
+  show->callback([show, &options] { options.has_mode = show->count("--mode") > 0; });
   return show;
 }
 

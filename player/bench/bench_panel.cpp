@@ -68,7 +68,9 @@ std::string stage_status_text(const BenchFrame& frame)
 }
 
 BenchPanel::BenchPanel(const bench_files::BenchFile& bench)
-    : text_(gui::panel_text_px), display_(bench.display)
+    : text_(gui::panel_text_px),
+      display_(bench.display),
+      reflector_(bench.display.windows, bench.display.reflection)
 {
 }
 
@@ -86,28 +88,33 @@ const render::Overlay& BenchPanel::drawn(const BenchState& state, const BenchFra
       add_panel(eyes.left.visible, state, frame, content);
     }
   }
-  add_marks(eyes.left.visible, frame);
-  add_marks(eyes.right.visible, frame);
+  add_marks(eyes.left.visible, frame, content.trouble);
+  add_marks(eyes.right.visible, frame, content.trouble);
   gui::finish_overlay(overlay_);
+  reflector_.reflect(overlay_);
   return overlay_;
 }
 
-void BenchPanel::add_marks(const optics::Viewport& visible, const BenchFrame& frame)
+void BenchPanel::add_marks(const optics::Viewport& visible, const BenchFrame& frame,
+                           const std::string& trouble)
 {
   float bottom_px = static_cast<float>(visible.y + visible.height) - margin_px - text_.line_px();
   const auto add = [&](const std::string& words) {
     if (words.empty()) return;
+    const std::string fitted = text_.fitted(words, static_cast<float>(visible.width) - 2.0F * margin_px);
     const float left_px =
-        static_cast<float>(visible.x) + 0.5F * (static_cast<float>(visible.width) - text_.width_px(words));
-    text_.add_text(overlay_, left_px, bottom_px, words, amber);
+        static_cast<float>(visible.x) + 0.5F * (static_cast<float>(visible.width) - text_.width_px(fitted));
+    text_.add_text(overlay_, left_px, bottom_px, fitted, amber);
     bottom_px -= text_.line_px();
   };
   for (std::size_t role = 0; role < bench_files::n_body_roles; ++role)
     add(input_status_text(bench_files::name_of(static_cast<bench_files::BodyRole>(role)),
                           frame.bodies[role]));
   add(leg_check_text(frame.leg));
+  if (frame.is_moved_aside) add("moved off the leg by the pointer: R puts it back");
   add(stage_status_text(frame));
   add(input_status_text("potentiometer", frame.potentiometer));
+  add(trouble);
 }
 
 void BenchPanel::add_line(const optics::Viewport& area, float& top_px, const std::string& words,

@@ -29,7 +29,7 @@ class BenchPanel {
   const render::Overlay& drawn(const BenchState& state, const BenchFrame& frame, const PanelContent& content);
 
  private:
-  void add_marks(const optics::Viewport& visible, const BenchFrame& frame);
+  void add_marks(const optics::Viewport& visible, const BenchFrame& frame, const std::string& trouble);
   void add_panel(const optics::Viewport& area, const BenchState& state, const BenchFrame& frame,
                  const PanelContent& content);
   void add_histogram(const optics::Viewport& area, float top_px, const TimeHistogram& times);
@@ -39,6 +39,7 @@ class BenchPanel {
   gui::OverlayText text_;
   render::Overlay overlay_;
   bench_files::DisplaySettings display_;
+  gui::OverlayReflector reflector_;
 };
 
 /// Largest area beside the eyes' windows that is large enough for a panel.

@@ -9,12 +9,14 @@
 
 #include "bench/bench_show.hpp"
 #include "bench/timing.hpp"
+#include "bench/trackball.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "documents/document.hpp"
 #include "loop/loop.hpp"
 #include "navigation/arguments.hpp"
+#include "navigation/gamepad.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/scaled_model.hpp"
 #include "store/solved_cells.hpp"
@@ -36,6 +38,7 @@ class BenchRun final : public loop::Mode {
         state_(setup.bench, setup.calibration, setup.motion, setup.frame),
         probe_(setup.bench, setup.calibration),
         devices_(setup.bench.tracker, setup.bench.board),
+        trackball_(setup.bench.display, setup.model.rotation_centre_mm),
         watches_(setup.bench.tracker ? setup.bench.tracker->tools.size() : 0)
   {
     samples_.reserve(samples_at_once);
@@ -56,11 +59,18 @@ class BenchRun final : public loop::Mode {
   void take(const render::InputEvent& event) override
   {
     if (const std::optional<navigation::KeyPress> press = loop::key_press_of(event)) keys_.push_back(*press);
+    if (frame_ == nullptr) return;
+    if (const auto offset = trackball_.take(event, state_, *frame_, devices_.now_ns())) offset_ = *offset;
   }
 
-  void advance(double) override
+  void advance(double elapsed_s) override
   {
     samples_.clear();
+    if (const auto pad = show_.sink().window() == nullptr ? std::nullopt : show_.sink().window()->gamepad()) {
+      const std::vector<navigation::KeyPress>& pressed = gamepad_.keys(*pad, elapsed_s, false);
+      keys_.insert(keys_.end(), pressed.begin(), pressed.end());
+    }
+    if (offset_) samples_.push_back(*std::exchange(offset_, std::nullopt));
     for (devices::Sample sample; devices_.take(sample);) samples_.push_back(sample);
     now_ns_ = devices_.now_ns();
     record();
@@ -185,6 +195,9 @@ class BenchRun final : public loop::Mode {
   ProbeTool probe_;
   devices::Devices devices_;
   std::unique_ptr<JointStream> stream_;
+  Trackball trackball_;
+  std::optional<devices::Sample> offset_;  ///< the newest one since the last round
+  navigation::GamepadKeys gamepad_;
   std::unique_ptr<recording::Recorder> recorder_;
   std::vector<navigation::KeyPress> keys_;
   std::vector<devices::Sample> samples_;

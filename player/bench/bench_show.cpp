@@ -26,7 +26,8 @@ BenchView::BenchView(const store::MotionModel& model, const bench_files::BenchFi
       display_(bench.display),
       scene_(scene::scene_of(model.reference, model.moving, Eigen::Vector3d::Zero())),
       eyes_(calibration.eyes),
-      plan_(stereo::stereo_plan(calibration.eyes, bench.display.width, bench.display.height, bench.path)),
+      plan_(stereo::stereo_plan(calibration.eyes, bench.display.width, bench.display.height, bench.path,
+                                 bench.display.reflection)),
       panel_(bench)
 {
   scene_.occlusion_radius_mm = 0.0;  // leaves the time of a frame to both eyes
@@ -60,7 +61,7 @@ bool BenchView::take(const optics::EyePair& eyes)
 {
   if (eyes_ == eyes) return false;
   const bool has_new_warp = !has_same_warp(eyes_.left, eyes.left) || !has_same_warp(eyes_.right, eyes.right);
-  plan_ = stereo::stereo_plan(eyes, display_.width, display_.height, file_);
+  plan_ = stereo::stereo_plan(eyes, display_.width, display_.height, file_, display_.reflection);
   eyes_ = eyes;
   return has_new_warp;
 }

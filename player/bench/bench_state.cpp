@@ -97,6 +97,9 @@ void BenchState::take(const devices::Sample& sample)
     case devices::SampleKind::link:
       take_link(sample);
       break;
+    case devices::SampleKind::offset:
+      X_leg_joint_ = devices::pose_of(sample.tool_pose);
+      break;
   }
 }
 
@@ -250,7 +253,8 @@ void BenchState::place_model(double time_s)
   const bench_files::BodyRole role = is_rigid ? bench_files::BodyRole::leg : bench_files::BodyRole::femur;
   shown_.X_tracker_reference =
       trackers_[role]->at(time_s) *
-      tracking::pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(role)]);
+      tracking::pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(role)]) * X_leg_joint_;
+  shown_.is_moved_aside = !X_leg_joint_.isApprox(Pose::Identity(), 0.0);
   shown_.X_tracker_moving = shown_.X_tracker_reference * shown_.pose.X_reference_moving;
 }
 

@@ -34,6 +34,7 @@ struct BenchFrame {
   InputStatus stage, potentiometer;
   double stage_mm = 0.0;
   bool is_stage_zeroed = false, stage_has_lost_counts = false;
+  bool is_moved_aside = false;  ///< the pointer moved the joint relative to the leg
   std::int64_t newest_arrival_ns = 0;  ///< newest tracker sample since the previous frame; 0: none
   int n_samples = 0;                   ///< tracker samples since the previous frame
 };
@@ -61,6 +62,9 @@ class BenchState {
   void set_filter(bool is_on) { is_filtered_ = is_on; }
   bool is_filtered() const { return is_filtered_; }
   const bench_files::BenchFile& bench() const { return bench_; }
+  /// Offset of the drawn joint from the leg, by the pointer; identity until an `offset` sample.
+  const Pose& X_leg_joint() const { return X_leg_joint_; }
+  void put_back() { X_leg_joint_ = Pose::Identity(); }
   /// Last pose fit of a body of markers; nullptr for a tool.
   const tracking::PoseFit* fit(bench_files::BodyRole role) const;
 
@@ -106,6 +110,7 @@ class BenchState {
   tracking::AnglesPredictor angles_predictor_;
   std::optional<tracking::TimedAngles> angles_;  ///< two bodies: filtered angles
   tracking::LegAngles exchanged_;                ///< each body on the other bone
+  Pose X_leg_joint_ = Pose::Identity();
   std::int64_t newest_arrival_ns_ = 0;
   int n_samples_ = 0;
   BenchFrame shown_;

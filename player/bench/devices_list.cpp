@@ -12,6 +12,7 @@
 #include "bench_files/bench_file.hpp"
 #include "core/units.hpp"
 #include "devices/device_output.hpp"
+#include "render/window.hpp"
 #include "settings/settings_text.hpp"
 
 namespace vrda::bench {
@@ -70,6 +71,16 @@ void write_report(std::ostream& out, const std::string& name, const devices::Dev
   if (report.n_refused > 0) out << "  " << report.n_refused << " rejected";
   if (!report.trouble.empty()) out << "  (" << report.trouble << ")";
   out << "\n";
+}
+
+void write_monitors(std::ostream& out, const std::vector<render::Monitor>& monitors)
+{
+  if (monitors.empty()) out << "no monitor: there is no display\n";
+  for (const render::Monitor& monitor : monitors) {
+    const render::WindowGeometry& g = monitor.geometry;
+    out << "monitor  " << monitor.name << "  " << g.width << " x " << g.height << " at " << g.x << ", " << g.y
+        << ", " << monitor.refresh_hz << " Hz\n";
+  }
 }
 
 void write_table(std::ostream& out, const bench_files::BenchFile& bench, const devices::Devices& devices,
@@ -157,7 +168,16 @@ void write_json(std::ostream& out, const bench_files::BenchFile& bench, const de
         << (values.stage ? settings::rounded_text(bench.stage_mm_per_count * values.stage->count, 3) : "null")
         << "}";
   }
-  out << "}\n";
+  out << ", \"monitors\": [";
+  comma = "";
+  for (const render::Monitor& monitor : render::connected_monitors()) {
+    const render::WindowGeometry& g = monitor.geometry;
+    out << comma << "{\"name\": " << settings::quoted_text(monitor.name) << ", \"x\": " << g.x << ", \"y\": " << g.y
+        << ", \"width\": " << g.width << ", \"height\": " << g.height
+        << ", \"refresh_hz\": " << monitor.refresh_hz << "}";
+    comma = ", ";
+  }
+  out << "]}\n";
 }
 
 }  // namespace
@@ -186,6 +206,7 @@ int list_devices(const DevicesOptions& options, const loop::Streams& streams)
     write_json(streams.data, bench, devices, values);
   } else {
     write_table(streams.data, bench, devices, values);
+    write_monitors(streams.data, render::connected_monitors());
   }
   const auto is_silent = [&](devices::DeviceId device) {
     return devices.report(device).link != devices::LinkState::up;

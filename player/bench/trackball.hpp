@@ -25,18 +25,19 @@ class Trackball {
                                       const BenchFrame& frame, std::int64_t now_ns);
 
  private:
-  struct Grip {
+  struct HeldDrag {
     navigation::Drag drag;
     render::MouseButton button = render::MouseButton::left;
     optics::Viewport window;
+    double pixel_aspect = 1.0;  ///< of the eye
     Pose X_tracker_leg = Pose::Identity();  ///< of the joint without offset, at the press
     Pose X_leg_joint = Pose::Identity();    ///< offset at the press
   };
-  Eigen::Vector2d picture_px(const optics::Viewport& window, const render::InputEvent& event) const;
+  Eigen::Vector2d picture_px(const HeldDrag& held, const render::InputEvent& event) const;
 
   bench_files::DisplaySettings display_;
   Eigen::Vector3d centre_mm_;
-  std::optional<Grip> grip_;
+  std::optional<HeldDrag> held_;
 };
 
 }  // namespace vrda::bench

@@ -1,8 +1,11 @@
 /// Window or memory of the bench, and a check that the window has the calibrated position and size.
 #pragma once
 
+#include <array>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "bench_files/bench_file.hpp"
 #include "core/error.hpp"
@@ -10,14 +13,22 @@
 
 namespace vrda::bench {
 
-/// Window of the frame buffer's size, at the bench file's position if given; without vertical
-/// synchronisation, because the loop paces the frames. Throws InputError without a display.
+/// Window of the frame buffer's size, at the bench file's position or monitors if given; without vertical
+/// synchronisation, because the loop paces the frames. Throws InputError without a display, or if a monitor
+/// is missing or two monitors are not side by side.
 loop::Sink bench_window(const bench_files::BenchFile& bench, const std::string& title, int samples);
 loop::Sink bench_memory(const bench_files::BenchFile& bench, int samples);
 
-/// Differences of the window from the bench file, which invalidate the calibration; empty: none.
+/// The position of the window by `display.at` or `display.outputs`; empty: placed by the desktop. Throws
+/// InputError as bench_window().
+std::optional<std::array<int, 2>> window_position(const bench_files::BenchFile& bench,
+                                                  std::span<const render::Monitor> monitors);
+
+/// Differences of the window from the bench file, which invalidate the calibration, and parts of it that no
+/// monitor displays; empty: none.
 std::optional<InputError::Facts> window_mismatch(const bench_files::BenchFile& bench,
-                                                 const std::optional<render::WindowGeometry>& place);
+                                                 const std::optional<render::WindowGeometry>& place,
+                                                 std::span<const render::Monitor> monitors);
 
 /// Checks the window periodically.
 class WindowCheck {
@@ -33,6 +44,8 @@ class WindowCheck {
   const bench_files::BenchFile& bench_;
   int n_calls_ = 0;
   bool was_warned_ = false;
+  render::WindowGeometry place_;
+  std::vector<render::Monitor> monitors_;
   std::string trouble_, warning_;
 };
 

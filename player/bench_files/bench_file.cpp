@@ -30,6 +30,21 @@ optics::Viewport window_of(const documents::Document& document, const std::strin
   return window;
 }
 
+void add_outputs(const documents::Document& document, const documents::DocumentValue& display,
+                 DisplaySettings& settings)
+{
+  if (display.find("outputs") == nullptr) return;
+  settings.outputs = documents::texts_at(display, "outputs");
+  if (settings.at)
+    document.refuse("display.outputs", "outputs and at", "one of them, because outputs have positions");
+  const bool is_two = settings.layout == optics::Layout::two_outputs;
+  if (is_two != (settings.outputs.size() == 2)) {
+    document.refuse("display.outputs", std::to_string(settings.outputs.size()) + " names",
+                    is_two ? "two names with the layout two-outputs, of the left and the right eye"
+                           : "one name, or the layout two-outputs");
+  }
+}
+
 DisplaySettings display_of(const documents::Document& document)
 {
   const documents::DocumentValue& display = documents::value_at(document.root, "display");
@@ -52,6 +67,11 @@ DisplaySettings display_of(const documents::Document& document)
     const std::vector<double> at = documents::numbers_at(display, "at");
     settings.at = {static_cast<int>(at[0]), static_cast<int>(at[1])};
   }
+  add_outputs(document, display, settings);
+  settings.reflection = {documents::flag_at(display, "mirror"), documents::flag_at(display, "flip")};
+  settings.is_half_width = documents::flag_at(display, "half_width");
+  if (settings.is_half_width && settings.layout != optics::Layout::side_by_side)
+    document.refuse("display.half_width", "true with another layout", "the layout side-by-side");
   return settings;
 }
 

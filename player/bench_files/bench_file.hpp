@@ -20,6 +20,9 @@ struct DisplaySettings {
   double refresh_hz = 60.0;
   /// Top left corner of the frame buffer on the desktop, px; empty: an ordinary window.
   std::optional<std::array<int, 2>> at;
+  std::vector<std::string> outputs;  ///< names of the monitors that display the frame buffer; instead of `at`
+  optics::Reflection reflection;     ///< of what each window displays, for a mirror in front of the eye
+  bool is_half_width = false;        ///< the display draws each pixel twice as wide as high
 };
 
 enum class LegKind {

@@ -136,7 +136,7 @@ void add_eye(std::ostream& text, const char* name, const optics::Eye& eye)
        << "\ndistortion_unit_px = " << settings::number_text(eye.distortion.unit_px) << "\n";
 }
 
-optics::Eye nominal_eye(const optics::Viewport& window, double x_mm)
+optics::Eye nominal_eye(const DisplaySettings& display, const optics::Viewport& window, double x_mm)
 {
   constexpr double nominal_distance_px = 880.0;
   optics::Eye eye;
@@ -146,6 +146,11 @@ optics::Eye nominal_eye(const optics::Viewport& window, double x_mm)
   eye.position_head_mm = {x_mm, 0.0, 0.0};
   eye.distortion.centre_px = eye.sight_px;
   eye.distortion.unit_px = 0.5 * window.width;
+  if (display.is_half_width) {
+    // Half the columns for the same angle.
+    eye.distance_px *= 0.5;
+    eye.pixel_aspect = eye.distortion.pixel_aspect = 0.5;
+  }
   return eye;
 }
 
@@ -155,8 +160,8 @@ Calibration nominal_calibration(const BenchFile& bench)
 {
   constexpr double nominal_ipd_mm = 64.0, nominal_depth_mm = 800.0;
   Calibration calibration;
-  calibration.eyes.left = nominal_eye(bench.display.windows.left, -0.5 * nominal_ipd_mm);
-  calibration.eyes.right = nominal_eye(bench.display.windows.right, 0.5 * nominal_ipd_mm);
+  calibration.eyes.left = nominal_eye(bench.display, bench.display.windows.left, -0.5 * nominal_ipd_mm);
+  calibration.eyes.right = nominal_eye(bench.display, bench.display.windows.right, 0.5 * nominal_ipd_mm);
   calibration.image_distance_mm = nominal_depth_mm;
   calibration.X_table_eyes.shift_mm = {0.0, 0.0, nominal_depth_mm};
   return calibration;

@@ -124,7 +124,12 @@ CalibrateSetup read_setup(const CalibrateOptions& options)
   setup.bench = options.bench.empty()
                     ? bench_files::parse_bench_file(virtual_bench::virtual_bench_text(head), "virtual bench")
                     : bench_files::read_bench_file(options.bench);
-  if (options.is_virtual) setup.bench.title = virtual_title(options, setup.bench.title);
+  if (options.is_virtual) {
+    setup.bench.title = virtual_title(options, setup.bench.title);
+    // Drawn as seen by the eye, on this screen.
+    setup.bench.display.reflection = {};
+    setup.bench.display.outputs.clear();
+  }
   setup.parts = is_file_step(options) ? calibration_tasks::parts_of(setup.bench)
                                       : calibration_tasks::parts_of_step(options.step, setup.bench);
   setup.noise = noise_of(options.noise);

@@ -117,6 +117,7 @@ class LiveBench final : public CalibrationBench {
     if (wants_board && bench_.board) add("board", devices::DeviceId::board);
     return lines;
   }
+  std::string deviation_text(const CalibrationSession&) const override { return {}; }
   CalibrationView view(const CalibrationSession& session) const override
   {
     return {calibration_tasks::task_lines(session), std::nullopt, {}};
@@ -141,6 +142,13 @@ class VirtualBench final : public CalibrationBench {
   std::int64_t now_ns() const override { return 0; }
   void zero_stage() override {}
   std::vector<std::string> device_problems(const Task&) const override { return {}; }
+  std::string deviation_text(const CalibrationSession& session) const override
+  {
+    const std::optional<VirtualOperator::Deviation> off = operator_.deviation(session);
+    if (!off) return {};
+    return "You were " + settings::rounded_text(off->value, off->unit.empty() ? 3 : 1) +
+           (off->unit.empty() ? "" : " " + off->unit) + " from the truth.";
+  }
   CalibrationView view(const CalibrationSession& session) const override
   {
     const optics::EyePair& eyes = truth_.calibration.eyes;

@@ -74,6 +74,8 @@ class CalibrationBench {
   virtual void zero_stage() = 0;
   /// Problems of the devices that the task needs; empty: none.
   virtual std::vector<std::string> device_problems(const Task& task) const = 0;
+  /// How far the dials are from the truth, in words; empty if the truth is unknown or there are no dials.
+  virtual std::string deviation_text(const CalibrationSession& session) const = 0;
   /// View of the current task.
   virtual CalibrationView view(const CalibrationSession& session) const = 0;
 };

@@ -137,6 +137,13 @@ const std::vector<navigation::KeyPress>& KeyScript::keys(double now_s)
 
 namespace {
 
+/// Part and task; empty at the end.
+std::string task_name(const CalibrationSession& session)
+{
+  if (session.task() == nullptr) return {};
+  return std::string(bench_files::name_of(session.progress().part)) + " " + session.task()->name;
+}
+
 loop::Sink sink_of(const CalibrateOptions& options, const BenchFile& bench)
 {
   if (!options.is_headless) return bench::bench_window(bench, bench.title + " - calibrate", options.samples);
@@ -173,7 +180,11 @@ CalibrationMode::CalibrationMode(const CalibrateOptions& options, const BenchFil
       script_(script_of(options))
 {
   nothing_.background = scene::background_of(scene::Backdrop::black);
-  if (!options.model.empty()) model_.emplace(bench, grid_model(options.model), options.model, options.set);
+  if (!options.model.empty()) {
+    store::MotionModel model = grid_model(options.model);
+    outlines_ = {outline_of(model.reference), outline_of(model.moving)};
+    model_.emplace(bench, std::move(model), options.model, options.set);
+  }
   if (!sink_.has_output()) return;
   if (!options.pictures.empty()) sink_.record_images(options.pictures, "--pictures");
   sink_.renderer().load(panel_.font());
@@ -190,10 +201,61 @@ loop::RoundTime CalibrationMode::round_time() const
 void CalibrationMode::take(const render::InputEvent& event)
 {
   if (const std::optional<navigation::KeyPress> pressed = loop::key_press_of(event)) press(*pressed);
+  take_pointer(event);
   if (event.kind != render::InputKind::wheel) return;
   // Touchpads send parts of a notch.
   for (wheel_ += event.wheel; std::abs(wheel_) >= 1.0; wheel_ -= std::copysign(1.0, wheel_))
     press(calibration_tasks::press_of_wheel(wheel_ > 0.0, event.has_shift, event.has_control));
+}
+
+/// A drag is computed from its press: returning there restores the dials.
+void CalibrationMode::take_pointer(const render::InputEvent& event)
+{
+  if (event.kind == render::InputKind::press && event.button == render::MouseButton::middle)
+    return press({navigation::Key::enter});
+  if (event.kind == render::InputKind::press) {
+    drag_ = event;
+    session_.begin_drag();
+  } else if (event.kind == render::InputKind::motion && drag_) {
+    session_.take(calibration_tasks::DialDrag{{event.x_px - drag_->x_px, event.y_px - drag_->y_px},
+                                              drag_->button == render::MouseButton::right,
+                                              drag_->has_shift});
+  } else if (event.kind == render::InputKind::release || event.kind == render::InputKind::focus_lost) {
+    drag_.reset();
+  }
+}
+
+void CalibrationMode::take_gamepad(double elapsed_s)
+{
+  const std::optional<render::Gamepad> pad =
+      sink_.window() == nullptr ? std::nullopt : sink_.window()->gamepad();
+  if (!pad) return;
+  const bool is_plane = session_.task() != nullptr && session_.task()->dials.size() <= 2;
+  for (const navigation::KeyPress& pressed : gamepad_.keys(*pad, elapsed_s, is_plane)) press(pressed);
+}
+
+void CalibrationMode::press_in_task(const navigation::KeyPress& press)
+{
+  const bool is_confirmed = press.key == navigation::Key::enter && !session_.progress().is_sampling;
+  if (is_confirmed) {
+    content_.deviation.clear();
+    awaited_ = {task_name(session_), calibration_tasks::typical_s(*session_.task()),
+                guide_bench_->deviation_text(session_)};
+  }
+  session_.take(press);
+}
+
+/// A task ends with its confirmation or its last sample.
+void CalibrationMode::note_task_end()
+{
+  if (awaited_.name.empty() || session_.progress().is_sampling) return;
+  if (task_name(session_) != awaited_.name) {
+    pace_.typical_s += awaited_.typical_s;
+    content_.deviation = awaited_.deviation;
+    if (!options_.is_quiet && !awaited_.deviation.empty())
+      streams_.messages << awaited_.name << ": " << awaited_.deviation << "\n";
+  }
+  awaited_ = {};
 }
 
 void CalibrationMode::press(const navigation::KeyPress& press)
@@ -201,18 +263,21 @@ void CalibrationMode::press(const navigation::KeyPress& press)
   if (press.key == navigation::key_of('H')) {
     content_.has_help = !content_.has_help;
   } else if (session_.task() != nullptr) {
-    session_.take(press);
+    press_in_task(press);
   } else {
     is_over_ = is_over_ || press.key == navigation::Key::enter || press.key == navigation::Key::escape ||
                press.key == navigation::key_of('Q');
   }
 }
 
-void CalibrationMode::advance(double)
+void CalibrationMode::advance(double elapsed_s)
 {
+  pace_.used_s += elapsed_s;
+  take_gamepad(elapsed_s);
   const double now_s = static_cast<double>(n_rounds_) / bench_.display.refresh_hz;
   for (const navigation::KeyPress& pressed : script_.keys(now_s)) press(pressed);
   guide_bench_->send_samples(session_, model_ ? &*model_ : nullptr);
+  note_task_end();
   if (session_.take_zero_request()) guide_bench_->zero_stage();
   // A full disk does not end the session; the write is repeated.
   const auto refused = loop::catch_input_error([&] { kept_.write(session_); });
@@ -228,13 +293,27 @@ void CalibrationMode::print_words()
   for (const std::string& line : session_.progress().messages) streams_.messages << line << "\n";
 }
 
+/// Of the body whose points the current task touches; null without a model.
+const BodyOutline* CalibrationMode::outline() const
+{
+  if (outlines_.empty()) return nullptr;
+  return &outlines_[session_.progress().part == CalibrationPart::tibia ? 1 : 0];
+}
+
 void CalibrationMode::make_content()
 {
   const Task* task = session_.task();
   CalibrationView view = guide_bench_->view(session_);
+  content_.time_left_s = calibration_tasks::time_left_s(pace_, session_.progress().typical_left_s);
   content_.lines = std::move(view.lines);
   content_.boxes = view.boxes;
   content_.notes = std::move(view.notes);
+  if (const std::string name = task_name(session_); name != drawn_task_) {
+    drawn_task_ = name;
+    content_.diagram.reset();
+    if (task != nullptr)
+      content_.diagram = diagram_of(session_.progress().part, *task, bench_, outline());
+  }
   content_.troubles = task == nullptr ? std::vector<std::string>{} : guide_bench_->device_problems(*task);
   const std::string& trouble = watch_.trouble(sink_);
   if (!trouble.empty()) content_.troubles.push_back(trouble);
@@ -255,8 +334,7 @@ bool CalibrationMode::place_model()
 void CalibrationMode::draw()
 {
   const Task* task = session_.task();
-  const std::string name =
-      task == nullptr ? "" : std::string(bench_files::name_of(session_.progress().part)) + " " + task->name;
+  const std::string name = task_name(session_);
   const bool is_kept = sink_.is_recording() && (n_rounds_ == 0 || name != pictured_);
   ++n_rounds_;
   const bool is_unattended = options_.is_headless && (task == nullptr || script_.is_over());

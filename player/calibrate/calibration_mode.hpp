@@ -10,6 +10,7 @@
 #include "calibrate/calibration_bench.hpp"
 #include "calibrate/calibration_panel.hpp"
 #include "loop/loop.hpp"
+#include "navigation/gamepad.hpp"
 #include "navigation/keys.hpp"
 
 namespace vrda::calibrate {
@@ -74,7 +75,12 @@ class CalibrationMode final : public loop::Mode {
 
  private:
   void press(const navigation::KeyPress& press);
+  void press_in_task(const navigation::KeyPress& press);
+  void take_pointer(const render::InputEvent& event);
+  void take_gamepad(double elapsed_s);
+  void note_task_end();
   void print_words();
+  const BodyOutline* outline() const;
   void make_content();
   bool place_model();
 
@@ -88,12 +94,24 @@ class CalibrationMode final : public loop::Mode {
   scene::Scene nothing_;
   std::optional<AdjustedModel> model_;
   bool is_model_loaded_ = false;
+  std::vector<BodyOutline> outlines_;  ///< of reference and moving body, or empty
+  std::string drawn_task_;             ///< task of content_.diagram
   loop::Sink sink_;
   CalibrationBench* guide_bench_ = nullptr;
   bench::WindowCheck watch_;
   KeyScript script_;
   std::uint64_t n_rounds_ = 0, printed_revision_ = 0;
   double wheel_ = 0.0;  ///< notches that are not yet presses
+  std::optional<render::InputEvent> drag_;  ///< press of the button that is held over the picture
+  navigation::GamepadKeys gamepad_;
+  /// The task whose end is awaited, by part and name, its typical time, and what is said of it then.
+  struct AwaitedTask {
+    std::string name;
+    double typical_s = 0.0;
+    std::string deviation;
+  };
+  AwaitedTask awaited_;
+  calibration_tasks::Pace pace_;
   std::string pictured_;  ///< task of the last picture
   std::size_t n_pictures_ = 0;
   bool is_over_ = false;

@@ -48,6 +48,20 @@ gui::OverlayBox pixels_of(const DrawnLine& line)
           static_cast<float>(std::round(high.x())), static_cast<float>(std::round(high.y()))};
 }
 
+/// "12 minutes", at least one.
+std::string minutes_text(double s)
+{
+  constexpr double s_per_minute = 60.0;
+  const long n = std::max(1L, std::lround(s / s_per_minute));
+  return std::to_string(n) + (n == 1 ? " minute" : " minutes");
+}
+
+scene::VertexColour colour_of(DiagramInk drawn_with)
+{
+  constexpr std::array colours{faint, gui::amber, gui::green};
+  return colours.at(static_cast<std::size_t>(drawn_with));
+}
+
 int decimals_of_step(double step)
 {
   constexpr int most = 6;
@@ -74,7 +88,9 @@ void add_drawn_line(render::Overlay& overlay, const gui::OverlayText& text, cons
 }
 
 CalibrationPanel::CalibrationPanel(const BenchFile& bench)
-    : text_(gui::panel_text_px), display_(bench.display)
+    : text_(gui::panel_text_px),
+      display_(bench.display),
+      reflector_(bench.display.windows, bench.display.reflection)
 {
 }
 
@@ -117,15 +133,18 @@ void CalibrationPanel::add_wrapped(std::vector<Words>& words, const std::string&
 }
 
 void CalibrationPanel::add_task(std::vector<Words>& words, const CalibrationSession& session,
-                                float width_px) const
+                                const CalibrationPanelContent& content, float width_px) const
 {
   const Task& task = *session.task();
   const CalibrationProgress& progress = session.progress();
   add_wrapped(words,
-              "Part " + std::to_string(progress.number) + " of " + std::to_string(progress.n_parts) + " (" +
-                  std::to_string(std::lround(100.0 * calibration_tasks::overall_progress(progress))) + " % of all): " +
-                  bench_files::name_of(progress.part) + ", " + std::to_string(progress.n_done + 1) +
-                  " of " + std::to_string(progress.n_tasks) + ", " + task.name,
+              "Part " + std::to_string(progress.number) + " of " + std::to_string(progress.n_parts) + ": " +
+                  bench_files::name_of(progress.part) + ", " + std::to_string(progress.n_done + 1) + " of " +
+                  std::to_string(progress.n_tasks) + ", " + task.name,
+              faint, width_px);
+  add_wrapped(words,
+              std::to_string(std::lround(100.0 * calibration_tasks::overall_progress(progress))) +
+                  " % of all parts done, about " + minutes_text(content.time_left_s) + " left",
               faint, width_px);
   add_wrapped(words, task.instruction, ink, width_px);
   // One or two dials have their own keys; of more dials one is selected.
@@ -158,11 +177,12 @@ std::vector<CalibrationPanel::Words> CalibrationPanel::words_of(const Calibratio
     return words;
   }
   if (session.task() != nullptr) {
-    add_task(words, session, width_px);
+    add_task(words, session, content, width_px);
   } else {
     add_wrapped(words, "All requested parts are done. Enter: quit", gui::green, width_px);
   }
   const CalibrationProgress& progress = session.progress();
+  if (!content.deviation.empty()) add_wrapped(words, content.deviation, gui::green, width_px);
   for (const std::string& line : progress.messages)
     add_wrapped(words, line, progress.has_error ? gui::amber : gui::green, width_px);
   for (const std::string& note : content.notes) add_wrapped(words, note, ink, width_px);
@@ -170,6 +190,32 @@ std::vector<CalibrationPanel::Words> CalibrationPanel::words_of(const Calibratio
   if (!content.message.empty()) add_wrapped(words, content.message, gui::amber, width_px);
   add_wrapped(words, "H: keys", faint, width_px);
   return words;
+}
+
+/// Below the text, as wide as the area and its remaining height allow.
+void CalibrationPanel::add_diagram(const Diagram& diagram, const optics::Viewport& area, float top_px)
+{
+  constexpr float least_px = 160.0F;
+  const float bottom_px = static_cast<float>(area.y + area.height) - margin_px;
+  const float size_px = std::min(static_cast<float>(area.width) - 2.0F * margin_px,
+                                 (bottom_px - top_px) / static_cast<float>(diagram.height));
+  if (size_px < least_px) return;
+  const Eigen::Vector2d corner_px(static_cast<double>(area.x) + static_cast<double>(margin_px), static_cast<double>(top_px));
+  constexpr double plain_px = 1.0, marked_px = 2.0;
+  std::vector<Eigen::Vector2d> points_px;
+  for (const DiagramLine& line : diagram.lines) {
+    points_px.clear();
+    for (const Eigen::Vector2d& p : line.points)
+      points_px.emplace_back(corner_px + static_cast<double>(size_px) * p);
+    text_.add_line(overlay_, points_px, line.ink == DiagramInk::plain ? plain_px : marked_px,
+                   colour_of(line.ink));
+  }
+  for (const DiagramLabel& label : diagram.labels) {
+    const Eigen::Vector2f at_px = (corner_px + static_cast<double>(size_px) * label.at).cast<float>();
+    text_.add_text(overlay_, at_px.x(), at_px.y(),
+                   text_.fitted(label.text, static_cast<float>(area.x + area.width) - margin_px - at_px.x()),
+                   ink);
+  }
 }
 
 const render::Overlay& CalibrationPanel::drawn(const CalibrationSession& session,
@@ -189,7 +235,10 @@ const render::Overlay& CalibrationPanel::drawn(const CalibrationSession& session
     text_.add_text(overlay_, static_cast<float>(home.x) + margin_px, top_px, line.text, line.colour);
     top_px += text_.line_px();
   }
+  if (area && content.diagram && !content.has_help)
+    add_diagram(*content.diagram, *area, top_px + margin_px);
   gui::finish_overlay(overlay_);
+  reflector_.reflect(overlay_);
   return overlay_;
 }
 

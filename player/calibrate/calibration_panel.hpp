@@ -5,6 +5,7 @@
 #include <string>
 
 #include "calibrate/calibrate.hpp"
+#include "calibrate/diagram.hpp"
 #include "gui/overlay_text.hpp"
 #include "optics/eye.hpp"
 
@@ -20,6 +21,9 @@ struct CalibrationPanelContent {
   std::vector<std::string> notes;     ///< simulated readings
   std::vector<std::string> troubles;  ///< problems of required devices
   std::string message;                ///< error outside the procedure
+  std::string deviation;              ///< of the last task from the truth
+  double time_left_s = 0.0;
+  std::optional<Diagram> diagram;  ///< of the task; drawn if the layout has an operator's area
   bool has_help = false;
 };
 
@@ -42,11 +46,14 @@ class CalibrationPanel {
                               float width_px) const;
   void add_wrapped(std::vector<Words>& words, const std::string& text, const scene::VertexColour& colour,
                    float width_px) const;
-  void add_task(std::vector<Words>& words, const CalibrationSession& session, float width_px) const;
+  void add_diagram(const Diagram& diagram, const optics::Viewport& area, float top_px);
+  void add_task(std::vector<Words>& words, const CalibrationSession& session,
+                const CalibrationPanelContent& content, float width_px) const;
 
   gui::OverlayText text_;
   render::Overlay overlay_;
   bench_files::DisplaySettings display_;
+  gui::OverlayReflector reflector_;
 };
 
 /// Draws a line into an overlay, anti-aliased if smooth, else in whole pixels.

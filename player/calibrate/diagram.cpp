@@ -182,6 +182,18 @@ void draw_pivot(Sketch& sketch)
   sketch.arrow(lit, {0.48, 0.1}, {0.34, 0.14});
 }
 
+/// From the side: thigh and shank, bent and extended.
+void draw_bend(Sketch& sketch)
+{
+  const Point hip(0.15, 0.12), knee(0.5, 0.12);
+  sketch.line(real, {hip, knee});
+  sketch.circle(plain, knee, 0.025);
+  for (const double angle : {0.2, 0.9, 1.6})
+    sketch.line(angle == 0.9 ? real : plain, {knee, knee + 0.38 * Point(std::cos(angle), std::sin(angle))});
+  sketch.arrow(lit, {0.8, 0.2}, {0.62, 0.44});
+  sketch.arrow(lit, {0.8, 0.2}, {0.86, 0.12});
+}
+
 /// The marker's requested position in front of the eyes, from above and, for the height, from the side.
 void draw_bullseye(Sketch& sketch, const Task& task)
 {
@@ -319,6 +331,9 @@ Diagram diagram_of(CalibrationPart part, const Task& task, const BenchFile& benc
       [[fallthrough]];
     case TaskKind::stop:
       draw_rails(sketch, task);
+      break;
+    case TaskKind::bend:
+      draw_bend(sketch);
       break;
     case TaskKind::bullseye:
       draw_bullseye(sketch, task);

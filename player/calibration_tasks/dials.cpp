@@ -27,6 +27,7 @@ double rounded_value(double value)
 Dials::Dials(const Task& task)
     : dials_(task.dials),
       is_cross_(task.kind == TaskKind::point || task.kind == TaskKind::bullseye),
+      is_row_(task.kind == TaskKind::scan_line && !task.is_column),
       filter_(potentiometer_options)
 {
   for (const Dial& dial : dials_) values_.push_back(std::clamp(dial.value, dial.minimum, dial.maximum));
@@ -41,13 +42,33 @@ void Dials::select(std::size_t dial)
 
 void Dials::change(std::size_t dial, double steps)
 {
-  if (dial >= dials_.size()) return;
+  if (dial < dials_.size()) set(dial, values_[dial] + steps * dials_[dial].step);
+}
+
+void Dials::set(std::size_t dial, double value)
+{
   select(dial);
-  const Dial& limits = dials_[dial];
-  values_[dial] =
-      std::clamp(rounded_value(values_[dial] + steps * limits.step), limits.minimum, limits.maximum);
-  // The potentiometer continues from the value that keys set.
+  values_[dial] = std::clamp(rounded_value(value), dials_[dial].minimum, dials_[dial].maximum);
+  // The potentiometer continues from the value that was set.
   start_count_.reset();
+}
+
+void Dials::drag(const DialDrag& drag)
+{
+  if (drag_start_.empty()) return;
+  constexpr double fine = 0.1;
+  const auto move = [&](std::size_t k, double px) {
+    const Dial& dial = dials_[k];
+    const double steps = (drag.is_fine ? fine : 1.0) * px / (dial.unit == "px" ? dial.step : 1.0);
+    set(k, drag_start_[k] + std::round(steps) * dial.step);
+  };
+  if (is_cross_) {
+    move(0, drag.moved_px.x());
+    move(1, drag.moved_px.y());
+  } else {
+    const std::size_t k = dials_.size() > 2 ? selected_ : drag.is_second ? dials_.size() - 1 : 0;
+    move(k, is_row_ ? drag.moved_px.y() : drag.moved_px.x());
+  }
 }
 
 void Dials::press(const navigation::KeyPress& press)

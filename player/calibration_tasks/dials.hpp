@@ -11,6 +11,13 @@
 
 namespace vrda::calibration_tasks {
 
+/// A motion of the pointer with a pressed button, from the press: x right, y down, in pixels.
+struct DialDrag {
+  Eigen::Vector2d moved_px = Eigen::Vector2d::Zero();
+  bool is_second = false;  ///< right button: the second of two dials
+  bool is_fine = false;    ///< a tenth
+};
+
 class Dials {
  public:
   Dials() : Dials(Task{}) {}
@@ -23,14 +30,23 @@ class Dials {
   void press(const navigation::KeyPress& press);
   /// Handles a potentiometer value: 200 steps a turn, relative to its position when the dial was selected.
   void turn(int count, double time_s);
+  /// Marks the values from which drag() counts.
+  void begin_drag() { drag_start_ = values_; }
+  /// Dials in px follow the pointer, others change by a step a pixel: a cross in both directions, a row
+  /// vertically, everything else horizontally; of more than two dials the selected one. Ignored without
+  /// begin_drag().
+  void drag(const DialDrag& drag);
 
  private:
   void change(std::size_t dial, double steps);
+  void set(std::size_t dial, double value);
   void select(std::size_t dial);
 
   std::vector<Dial> dials_;
   bool is_cross_ = false;  ///< Up decreases y
+  bool is_row_ = false;    ///< a scan line that moves vertically
   std::vector<double> values_;
+  std::vector<double> drag_start_;  ///< empty: no drag
   std::size_t selected_ = 0;
   tracking::OneEuroFilter filter_;
   std::optional<double> start_count_;

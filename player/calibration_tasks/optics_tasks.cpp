@@ -1,6 +1,8 @@
 // Calibration tasks of the display: visible edges, distortion, eye point, inter-pupillary distance, subject.
 #include "calibration_tasks/task.hpp"
 
+#include <cmath>
+
 #include "calibration/viewport_fit.hpp"
 #include "optics/viewport.hpp"
 #include "settings/settings_text.hpp"
@@ -38,7 +40,10 @@ Task scan_task(const optics::Viewport& window, bool is_right, calibration::Edge 
                      " edge of the visible part:\nthe " + (is_first ? "first" : "last") +
                      (task.is_column ? " column" : " row") +
                      " of which at least half is visible. Approach from alternating sides.";
-  task.dials = {dial(task.is_column ? "column" : "row", "px", is_first ? least : most, least, most, 1.0)};
+  // The window's border is hidden: the line starts a quarter of the window inside it, where it is seen.
+  const double inside = std::floor(0.25 * (most - least));
+  task.dials = {dial(task.is_column ? "column" : "row", "px", is_first ? least + inside : most - inside, least,
+                     most, 1.0)};
   return task;
 }
 

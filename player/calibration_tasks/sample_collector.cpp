@@ -79,6 +79,7 @@ bool SampleCollector::take(const devices::Sample& sample)
     case devices::SampleKind::tool_pose:
       return take_place(sample);
     case devices::SampleKind::potentiometer:
+    case devices::SampleKind::offset:
       return false;
   }
   return false;

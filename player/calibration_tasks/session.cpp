@@ -78,6 +78,7 @@ void CalibrationSession::next_task_of_part()
   const CalibrationRecord so_far = record_so_far();
   at_task_ = next_task(tasks_, so_far);
   progress_.n_done = static_cast<int>(so_far.marks.size());
+  progress_.typical_left_s = typical_left_s();
   progress_.n_samples = 0;
   progress_.is_sampling = false;
   collector_.end();
@@ -90,6 +91,25 @@ void CalibrationSession::next_task_of_part()
   } catch (const PartRefusal& refusal) {
     show_error(screen_message(refusal));
   }
+}
+
+/// Of the tasks without a mark, those of later parts by the results so far.
+double CalibrationSession::typical_left_s() const
+{
+  double left_s = 0.0;
+  const auto add = [&](const std::vector<Task>& tasks, const CalibrationRecord& so_far) {
+    for (const Task& task : tasks)
+      if (find_mark(so_far, task.name) == nullptr) left_s += typical_s(task);
+  };
+  add(tasks_, record_so_far());
+  for (std::size_t k = n_begun_; k < options_.parts.size(); ++k) {
+    const CalibrationPart part = options_.parts[k];
+    const CalibrationRecord* const found = find_record(calibration_, part);
+    const bool is_begun = found != nullptr && !found->is_outdated;
+    if (is_begun && found->estimate) continue;
+    add(tasks_of(part, bench_, calibration_), is_begun ? *found : CalibrationRecord{});
+  }
+  return left_s;
 }
 
 void CalibrationSession::show(std::vector<std::string> messages)
@@ -289,6 +309,16 @@ void CalibrationSession::take(const navigation::KeyPress& key)
   dials_.press(key);
 }
 
+void CalibrationSession::begin_drag()
+{
+  if (task() != nullptr && !progress_.is_sampling) dials_.begin_drag();
+}
+
+void CalibrationSession::take(const DialDrag& drag)
+{
+  if (task() != nullptr && !progress_.is_sampling) dials_.drag(drag);
+}
+
 void CalibrationSession::take(const devices::Sample& sample)
 {
   if (sample.kind == devices::SampleKind::potentiometer && task() != nullptr && !progress_.is_sampling) {
@@ -312,13 +342,46 @@ double overall_progress(const CalibrationProgress& progress)
   return (progress.number - 1 + part) / progress.n_parts;
 }
 
+double typical_s(const Task& task)
+{
+  switch (task.kind) {
+    case TaskKind::scan_line:
+    case TaskKind::point:
+    case TaskKind::stop:
+    case TaskKind::depth_check:
+      return 10.0;
+    case TaskKind::hold:
+      return 15.0;
+    case TaskKind::number:
+    case TaskKind::bullseye:
+      return 20.0;
+    case TaskKind::rectangle_sides:
+    case TaskKind::sweep:
+      return 30.0;
+    case TaskKind::bend:
+    case TaskKind::grid:
+    case TaskKind::model_pose:
+      break;
+  }
+  return 120.0;
+}
+
+double time_left_s(const Pace& pace, double typical_left_s)
+{
+  constexpr double prior_s = 120.0;  // the typical pace counts as much as this time of observation
+  return typical_left_s * (prior_s + pace.used_s) / (prior_s + pace.typical_s);
+}
+
 std::span<const navigation::HelpLine> session_key_lines()
 {
-  static constexpr std::array<navigation::HelpLine, 9> lines{
+  static constexpr std::array<navigation::HelpLine, 12> lines{
       {{"Left, Right", "decrease, increase the first (or the selected) number"},
        {"Up, Down", "increase, decrease the second number (cross: up, down), or select a number"},
        {"Shift, Control", "10, 100 steps at once"},
        {"Wheel", "as Right and Left; with Shift as Up and Down"},
+       {"Left drag", "moves the line or cross with the pointer (right drag: the second line); Shift: a tenth"},
+       {"Middle button", "as Enter"},
+       {"Gamepad", "stick and cross: the numbers; shoulders: Shift, Control; A: Enter; B: Backspace; Y: H"},
        {"Enter", "confirm, or start sampling"},
        {"Backspace", "repeat the previous task; during sampling: stop it"},
        {"R", "repeat this part from its first task"},

@@ -28,6 +28,7 @@ struct CalibrationProgress {
   CalibrationPart part = CalibrationPart::viewport;
   int n_tasks = 0, n_done = 0;  ///< tasks of the part
   int n_parts = 0, number = 0;  ///< requested parts; number of the current one, from 1
+  double typical_left_s = 0.0;  ///< typical time of the remaining tasks of all requested parts
   int n_samples = 0;            ///< samples of the current task
   bool is_sampling = false;     ///< samples are being collected
   /// Messages for the operator: an error, the result of a part, the expected accuracy.
@@ -37,6 +38,16 @@ struct CalibrationProgress {
 
 /// Done so far of all requested parts, each counted the same; 0 to 1.
 double overall_progress(const CalibrationProgress& progress);
+
+/// Time that a practised operator needs for a task, s.
+double typical_s(const Task& task);
+
+/// An operator's time for the tasks so far, beside their typical time.
+struct Pace {
+  double typical_s = 0.0, used_s = 0.0;
+};
+/// The typical time scaled by the operator's pace, which counts more the longer it was observed; s.
+double time_left_s(const Pace& pace, double typical_left_s);
 
 class CalibrationSession {
  public:
@@ -57,6 +68,9 @@ class CalibrationSession {
   /// hundred. Enter: confirm, or start sampling. Backspace: repeat the previous task. R: repeat the part. Z:
   /// zero the stage at its stop. Escape or Q: quit; finished tasks are kept.
   void take(const navigation::KeyPress& key);
+  /// A button was pressed on the pointer, and it moved; ignored during sampling.
+  void begin_drag();
+  void take(const DialDrag& drag);
   /// Processes a sample, in order of arrival.
   void take(const devices::Sample& sample);
   /// Returns true once after the stage must be zeroed (stop task confirmed, or Z pressed).
@@ -81,6 +95,7 @@ class CalibrationSession {
   void next_part();
   void begin_part(CalibrationPart part);
   void next_task_of_part();
+  double typical_left_s() const;
   void enter();
   void take_row();
   void put(CalibrationMark mark);

@@ -45,24 +45,24 @@ std::vector<Eigen::Vector3d> triples_of(const std::string& option, const std::st
 }
 
 /// The views of --orient and --shift; missing triples of the shorter list are zero.
-std::vector<RunView> turned_views(const FollowOptions& options, Side side)
+std::vector<CameraView> turned_views(const FollowOptions& options, Side side)
 {
   std::vector<Eigen::Vector3d> turns_deg = triples_of("--orient", options.orient, most_turn_deg);
   std::vector<Eigen::Vector3d> shifts_mm = triples_of("--shift", options.shift, most_shift_mm);
   const std::size_t n = std::max(turns_deg.size(), shifts_mm.size());
   turns_deg.resize(n, Eigen::Vector3d::Zero());
   shifts_mm.resize(n, Eigen::Vector3d::Zero());
-  std::vector<RunView> views;
+  std::vector<CameraView> views;
   for (std::size_t k = 0; k < n; ++k) {
     const Eigen::Vector3d turn_rad = turns_deg[k] * rad_from_deg(1.0);
     const auto degrees = [&](Eigen::Index i) { return shortest_decimal(turns_deg[k][i]); };
-    views.push_back(turned_view("rotated " + degrees(0) + ", " + degrees(1) + ", " + degrees(2), turn_rad,
+    views.push_back(navigation::turned_view("rotated " + degrees(0) + ", " + degrees(1) + ", " + degrees(2), turn_rad,
                                 shifts_mm[k], side));
   }
   return views;
 }
 
-std::vector<RunView> views_of(const FollowOptions& options, const JobViews& job, Side side)
+std::vector<CameraView> views_of(const FollowOptions& options, const navigation::JobViews& job, Side side)
 {
   const bool is_turned = !options.orient.empty() || !options.shift.empty();
   if (is_turned && !options.views.empty()) {
@@ -70,17 +70,14 @@ std::vector<RunView> views_of(const FollowOptions& options, const JobViews& job,
         {"--views", "", options.views + " with --orient or --shift", "either --views or --orient/--shift"});
   }
   if (is_turned) return turned_views(options, side);
-  std::vector<RunView> views;
+  std::vector<CameraView> views;
   if (options.views.empty()) {
-    for (const JobView& view : job.views) {
-      views.push_back(turned_view("view " + std::to_string(view.number),
-                                  view.orientation_deg * rad_from_deg(1.0), view.shift_mm, side));
-    }
+    views = navigation::camera_views(job, side);
     if (!views.empty()) return views;
   }
   for (const std::string& name :
        navigation::parsed_views(options.views.empty() ? "front,lateral" : options.views))
-    views.push_back(named_view(name, *scene::view_named(name), side));
+    views.push_back(navigation::named_view(name, *scene::view_named(name), side));
   return views;
 }
 
@@ -91,7 +88,7 @@ bool hides_contacts(const navigation::AppearanceOptions& look, const scene::Laye
          (layers.has(scene::Layer::contacts) || layers.has(scene::Layer::normals));
 }
 
-RunSceneOptions scene_options(const FollowOptions& options, const JobViews& job)
+RunSceneOptions scene_options(const FollowOptions& options, const navigation::JobViews& job)
 {
   navigation::AppearanceOptions look = options.appearance;
   if (!options.has_mode && job.render == "wire") look.mode = scene::DrawMode::wire;
@@ -104,13 +101,10 @@ RunSceneOptions scene_options(const FollowOptions& options, const JobViews& job)
   return scene;
 }
 
-/// The size of the options, or the job's display if within the limits of images; a historic one may exceed
-/// them.
-navigation::PictureSize size_of(const FollowOptions& options, const JobViews& job)
+/// The size of the options, else the job's.
+navigation::PictureSize size_of(const FollowOptions& options, const navigation::JobViews& job)
 {
-  const bool is_usable =
-      std::min(job.width_px, job.height_px) >= 16 && std::max(job.width_px, job.height_px) <= 4096;
-  if (options.size.empty() && is_usable) return {job.width_px, job.height_px};
+  if (options.size.empty() && navigation::has_usable_size(job)) return {job.width_px, job.height_px};
   return navigation::parsed_size(options.size.empty() ? "1280x960" : options.size);
 }
 
@@ -125,7 +119,7 @@ navigation::AppearanceOptions follow_appearance()
 
 RunScreenOptions screen_options(const FollowOptions& options, const store::MotionModel& model)
 {
-  const JobViews job = job_views(model.job.resolved);
+  const navigation::JobViews job = navigation::job_views(model.job.resolved);
   RunScreenOptions screen;
   const navigation::PictureSize size = size_of(options, job);
   screen.width = size.width;

@@ -70,7 +70,7 @@ class RunScene {
 struct RunScreenOptions {
   int width = 1280, height = 960;
   RunSceneOptions scene;
-  std::vector<RunView> views;  ///< at least one
+  std::vector<CameraView> views;  ///< at least one
   double zoom = 1.0;
 };
 

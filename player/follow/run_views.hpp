@@ -1,54 +1,23 @@
-/// Tiled views of one joint, as configured by the job.
+/// Tiled views of one joint.
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
-#include <string_view>
 #include <vector>
 
+#include "navigation/job_views.hpp"
 #include "render/renderer.hpp"
 #include "scene/camera.hpp"
 
 namespace vrda::follow {
 
-struct RunView {
-  std::string name;
-  Eigen::Matrix3d R_world_camera = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d shift_camera_mm = Eigen::Vector3d::Zero();  ///< shift of the joint, camera axes
-};
-
-RunView named_view(const std::string& name, scene::View view, Side side);
-
-/// The front view with the joint rotated about X, then Y, then Z and shifted, all in the axes of that view:
-/// X right on screen (the subject's left), Y up, Z towards the viewer.
-/// Source: ORIENTATION_MODEL and SHIFT_MODEL, thesis appendix B, which does not state the order of rotations.
-RunView turned_view(const std::string& name, const Eigen::Vector3d& turn_rad, const Eigen::Vector3d& shift_mm,
-                    Side side);
+using navigation::CameraView;
 
 /// Divides `area` into `n` tiles, row by row, as large as possible at an aspect near 4:3.
 std::vector<optics::Viewport> tiles(std::size_t n, const optics::Viewport& area);
 
 /// One camera per tile, fitted to the points, with the field of view divided by `zoom`.
-std::vector<render::Shot> fitted_shots(const std::vector<RunView>& views,
+std::vector<render::Shot> fitted_shots(const std::vector<CameraView>& views,
                                        const std::vector<optics::Viewport>& areas,
                                        const std::vector<Eigen::Vector3d>& points_world_mm, double zoom);
-
-/// A view of the job's table [player] (schemas/job.schema.json).
-struct JobView {
-  int number = 0;
-  Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d orientation_deg = Eigen::Vector3d::Zero();
-};
-
-struct JobViews {
-  std::vector<JobView> views;  ///< in the job's order
-  double zoom = 1.0;
-  int width_px = 0, height_px = 0;  ///< display size; 0 if not given
-  std::string render;               ///< "fill", "wire" or empty
-};
-
-/// Reads the resolved job of a motion model. Missing entries and those of another type keep their defaults,
-/// as does all of a text that is not TOML.
-JobViews job_views(std::string_view resolved_job);
 
 }  // namespace vrda::follow

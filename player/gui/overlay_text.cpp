@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "core/error.hpp"
 
@@ -208,6 +209,56 @@ void finish_overlay(render::Overlay& overlay)
 {
   render::OverlayCommand& last = overlay.commands.back();
   last.n_indices = static_cast<std::uint32_t>(overlay.indices.size()) - last.first_index;
+}
+
+namespace {
+
+bool contains(const optics::Viewport& window, const Eigen::Vector2f& at)
+{
+  return at.x() > static_cast<float>(window.x) && at.x() < static_cast<float>(window.x + window.width) &&
+         at.y() > static_cast<float>(window.y) && at.y() < static_cast<float>(window.y + window.height);
+}
+
+bool contains(const optics::Viewport& window, const std::array<float, 4>& box)
+{
+  return box[0] >= static_cast<float>(window.x) && box[1] >= static_cast<float>(window.y) &&
+         box[2] <= static_cast<float>(window.x + window.width) &&
+         box[3] <= static_cast<float>(window.y + window.height);
+}
+
+}  // namespace
+
+void OverlayReflector::reflect(render::Overlay& overlay)
+{
+  if (reflection_ == optics::Reflection{}) return;
+  is_done_.assign(overlay.vertices.size(), false);
+  for (const optics::Viewport& window : windows_) {
+    for (std::size_t k = 0; k + 2 < overlay.indices.size(); k += 3) {
+      const std::span<const std::uint32_t> corners = std::span(overlay.indices).subspan(k, 3);
+      Eigen::Vector2f sum = Eigen::Vector2f::Zero();
+      bool is_done = false;
+      for (const std::uint32_t corner : corners) {
+        sum += Eigen::Vector2f(overlay.vertices[corner].x_px, overlay.vertices[corner].y_px);
+        is_done = is_done || is_done_[corner];
+      }
+      if (!is_done && !contains(window, sum / 3.0F)) continue;
+      for (const std::uint32_t corner : corners) {
+        if (is_done_[corner]) continue;
+        render::OverlayVertex& vertex = overlay.vertices[corner];
+        const Eigen::Vector2f at = optics::reflected_px(reflection_, window, {vertex.x_px, vertex.y_px});
+        vertex.x_px = at.x();
+        vertex.y_px = at.y();
+        is_done_[corner] = true;
+      }
+    }
+    for (render::OverlayCommand& command : overlay.commands) {
+      std::array<float, 4>& box = command.clip_px;
+      if (!contains(window, box)) continue;
+      const Eigen::Vector2f a = optics::reflected_px(reflection_, window, {box[0], box[1]});
+      const Eigen::Vector2f b = optics::reflected_px(reflection_, window, {box[2], box[3]});
+      box = {std::min(a.x(), b.x()), std::min(a.y(), b.y()), std::max(a.x(), b.x()), std::max(a.y(), b.y())};
+    }
+  }
 }
 
 }  // namespace vrda::gui

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "render/renderer.hpp"
 
@@ -57,6 +59,23 @@ class OverlayText {
  private:
   struct Inner;
   std::unique_ptr<Inner> inner_;
+};
+
+/// Reflects what an overlay draws within the windows of the eyes, as their frames are.
+class OverlayReflector {
+ public:
+  OverlayReflector(const optics::EyeWindows& windows, const optics::Reflection& reflection)
+      : windows_{windows.left, windows.right}, reflection_(reflection)
+  {
+  }
+  /// Moves triangles whose centre is in a window, and boxes that clip to a part of one. Does not allocate once
+  /// an overlay of this size was reflected.
+  void reflect(render::Overlay& overlay);
+
+ private:
+  std::array<optics::Viewport, 2> windows_;
+  optics::Reflection reflection_;
+  std::vector<bool> is_done_;  ///< by vertex
 };
 
 /// Clears the overlay and sets its size in pixels; keeps its memory.

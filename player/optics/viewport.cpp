@@ -52,6 +52,14 @@ EyeWindows eye_windows(Layout layout, int width, int height, const std::string& 
   return {{0, 0, w, height}, {width - w, 0, w, height}};
 }
 
+Eigen::Vector2f reflected_px(const Reflection& reflection, const Viewport& window, const Eigen::Vector2f& at)
+{
+  const Eigen::Vector2f across(static_cast<float>(2 * window.x + window.width),
+                               static_cast<float>(2 * window.y + window.height));
+  return {reflection.is_mirrored ? across.x() - at.x() : at.x(),
+          reflection.is_flipped ? across.y() - at.y() : at.y()};
+}
+
 Viewport within(const Viewport& inner, const Viewport& outer)
 {
   const int left = std::max(inner.x, outer.x), top = std::max(inner.y, outer.y);

@@ -31,6 +31,17 @@ struct Warp {
   WarpMesh mesh;
 };
 
+/// Reflection of what is drawn in each eye's window, by a mirror or an inverted display in front of the eye.
+struct Reflection {
+  bool is_mirrored = false;  ///< left and right exchanged
+  bool is_flipped = false;   ///< upside down
+
+  bool operator==(const Reflection&) const = default;
+};
+
+/// A point of the window, reflected in its centre lines, px.
+Eigen::Vector2f reflected_px(const Reflection& reflection, const Viewport& window, const Eigen::Vector2f& at);
+
 /// Division of the frame buffer between the eyes.
 enum class Layout {
   quarters,      ///< as in the thesis: left eye in the upper right quarter, right eye in the lower right one

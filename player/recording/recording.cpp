@@ -56,15 +56,16 @@ bool has_valid_kind(const devices::Sample& sample)
              sample.source <= static_cast<std::uint16_t>(devices::DeviceId::board);
     case devices::SampleKind::potentiometer:
     case devices::SampleKind::stage:
+    case devices::SampleKind::offset:
       return true;
   }
   return false;
 }
 
-/// The pose of a visible tool must be finite with a unit quaternion.
+/// The pose of a visible tool and an offset must be finite with a unit quaternion.
 bool has_valid_pose(const devices::Sample& sample)
 {
-  if (!sample.is(devices::ToolVisibility::seen)) return true;
+  if (!sample.is(devices::ToolVisibility::seen) && sample.kind != devices::SampleKind::offset) return true;
   double square = 0.0;
   for (const double v : sample.tool_pose.rotation) square += v * v;
   constexpr double unit_tolerance = 1e-6;

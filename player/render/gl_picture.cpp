@@ -3,6 +3,8 @@
 #include <GL/glcorearb.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 
 #include "core/error.hpp"
@@ -99,6 +101,7 @@ void OverlayPainter::draw(const Overlay& overlay, int width, int height)
 
 WarpPainter::WarpPainter(const GlTable& gl, const optics::Warp& warp, int picture_width, int picture_height)
     : gl_(gl),
+      mesh_(warp.mesh),
       width_(warp.width),
       height_(warp.height),
       picture_width_(picture_width),
@@ -155,12 +158,42 @@ void WarpPainter::upload(const optics::WarpMesh& mesh)
   gl_.VertexAttribPointer(1, 2, GL_FLOAT, GL_FALSE, stride, buffer_offset(offsetof(optics::WarpVertex, u)));
 }
 
-void WarpPainter::draw(unsigned picture)
+/// Bounds of the triangles that sample a box of the picture, with a pixel of margin for interpolation.
+PixelBox WarpPainter::warped_box(const PixelBox& used) const
+{
+  const auto w = static_cast<float>(picture_width_), h = static_cast<float>(picture_height_);
+  const float left = static_cast<float>(used.x) - 1.0F, right = static_cast<float>(used.x + used.width) + 1.0F;
+  const float top = h - static_cast<float>(used.y + used.height) - 1.0F, bottom = h - static_cast<float>(used.y) + 1.0F;
+  float low_x = static_cast<float>(width_), low_y = static_cast<float>(height_), high_x = 0.0F, high_y = 0.0F;
+  for (std::size_t k = 0; k + 2 < mesh_.triangles.size(); k += 3) {
+    const std::array<const optics::WarpVertex*, 3> corners{&mesh_.vertices[mesh_.triangles[k]],
+                                                           &mesh_.vertices[mesh_.triangles[k + 1]],
+                                                           &mesh_.vertices[mesh_.triangles[k + 2]]};
+    const auto [u0, u1] = std::minmax({corners[0]->u, corners[1]->u, corners[2]->u});
+    const auto [v0, v1] = std::minmax({corners[0]->v, corners[1]->v, corners[2]->v});
+    if (u1 * w < left || u0 * w > right || v1 * h < top || v0 * h > bottom) continue;
+    for (const optics::WarpVertex* const corner : corners) {
+      low_x = std::min(low_x, corner->x_px);
+      low_y = std::min(low_y, corner->y_px);
+      high_x = std::max(high_x, corner->x_px);
+      high_y = std::max(high_y, corner->y_px);
+    }
+  }
+  if (high_x <= low_x || high_y <= low_y) return {};
+  const int x = static_cast<int>(std::floor(low_x)), y = static_cast<int>(std::floor(low_y));
+  const int width = static_cast<int>(std::ceil(high_x)) - x, height = static_cast<int>(std::ceil(high_y)) - y;
+  return {x, height_ - y - height, width, height};
+}
+
+void WarpPainter::draw(unsigned picture, std::span<const PixelBox> changed, std::span<const PixelBox> used)
 {
   gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, picture);
   gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, picture_);
-  gl_.BlitFramebuffer(0, 0, picture_width_, picture_height_, 0, 0, picture_width_, picture_height_,
-                      GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  for (const PixelBox& box : changed) {
+    if (box.is_empty()) continue;
+    const int right = box.x + box.width, top = box.y + box.height;
+    gl_.BlitFramebuffer(box.x, box.y, right, top, box.x, box.y, right, top, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  }
   gl_.BindFramebuffer(GL_FRAMEBUFFER, warped_.frame);
   gl_.Viewport(0, 0, width_, height_);
   gl_.Clear(GL_COLOR_BUFFER_BIT);
@@ -169,7 +202,14 @@ void WarpPainter::draw(unsigned picture)
   gl_.ActiveTexture(GL_TEXTURE0);
   gl_.BindTexture(GL_TEXTURE_2D, picture_texture_);
   gl_.BindVertexArray(vertex_array_);
-  gl_.DrawElements(GL_TRIANGLES, n_indices_, GL_UNSIGNED_INT, nullptr);
+  gl_.Enable(GL_SCISSOR_TEST);
+  for (const PixelBox& box : used) {
+    const PixelBox out = box.is_empty() ? PixelBox{} : warped_box(box);
+    if (out.is_empty()) continue;
+    gl_.Scissor(out.x, out.y, out.width, out.height);
+    gl_.DrawElements(GL_TRIANGLES, n_indices_, GL_UNSIGNED_INT, nullptr);
+  }
+  gl_.Disable(GL_SCISSOR_TEST);
 }
 
 }  // namespace vrda::render

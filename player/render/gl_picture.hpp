@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <span>
 
+#include "render/gl_surfaces.hpp"
 #include "render/gl_table.hpp"
 #include "render/renderer.hpp"
 
@@ -37,17 +39,19 @@ class WarpPainter {
   WarpPainter(const WarpPainter&) = delete;
   WarpPainter& operator=(const WarpPainter&) = delete;
 
-  /// Reads the frame buffer `picture`, which is not multisampled; draws to warped(), which is bound
-  /// afterwards.
-  void draw(unsigned picture);
+  /// Reads the boxes `changed` of the frame buffer `picture`, which may be multisampled, and warps the boxes
+  /// `used`, outside which it is black, to warped(), which is bound afterwards.
+  void draw(unsigned picture, std::span<const PixelBox> changed, std::span<const PixelBox> used);
   const Target& warped() const { return warped_; }
   int width() const { return width_; }
   int height() const { return height_; }
 
  private:
   void upload(const optics::WarpMesh& mesh);
+  PixelBox warped_box(const PixelBox& used) const;
 
   const GlTable& gl_;
+  optics::WarpMesh mesh_;
   int width_ = 0, height_ = 0, picture_width_ = 0, picture_height_ = 0;
   int n_indices_ = 0;
   unsigned program_ = 0, vertex_array_ = 0;

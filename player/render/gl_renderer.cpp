@@ -46,7 +46,7 @@ class GlRenderer final : public Renderer {
   void size_picture(int width, int height);
   void draw_background(const scene::Background& background);
   void draw_occlusion(const scene::Scene& scene, const scene::Camera& camera, const PixelBox& box);
-  void draw_shot(const scene::Scene& scene, const Shot& shot);
+  void draw_shot(const scene::Scene& scene, std::size_t row, const Shot& shot);
   void draw_frame(const scene::Scene& scene, std::span<const Shot> shots, const Overlay* overlay);
   void blit(unsigned from, unsigned to, int w, int h);
   void read_pixels();
@@ -77,6 +77,10 @@ class GlRenderer final : public Renderer {
   std::optional<OcclusionPainter> occlusion_;  ///< from its first use on
   std::optional<FragmentLists> lists_;
   Target drawn_, resolved_;
+  /// By shot: what is drawn, and what changed since the last frame. Outside the former `drawn_` is black if
+  /// `is_sparse_`, so that software rendering clears, resolves and warps a fraction of the pixels.
+  std::vector<PixelBox> used_, changed_;
+  bool is_sparse_ = false;
   std::vector<std::uint8_t> upside_down_;
   Image image_;
 };
@@ -152,6 +156,7 @@ void GlRenderer::close_targets()
   occlusion_.reset();
   destroy_target(gl_, drawn_);
   destroy_target(gl_, resolved_);
+  is_sparse_ = false;
 }
 
 void GlRenderer::resize(int width, int height)
@@ -196,6 +201,7 @@ void GlRenderer::load(const optics::Warp& warp)
   shown.height = warp.height;
   check_size(shown);
   warper_.reset();
+  is_sparse_ = false;
   if (warp.source_width > 0) size_picture(warp.source_width, warp.source_height);
   warper_.emplace(gl_, warp, options_.width, options_.height);
   size_image();
@@ -222,18 +228,22 @@ void GlRenderer::draw_occlusion(const scene::Scene& scene, const scene::Camera& 
   occlusion_->draw({box, projection, static_cast<float>(scene.occlusion_radius_mm)}, drawn_, empty_array_);
 }
 
-void GlRenderer::draw_shot(const scene::Scene& scene, const Shot& shot)
+void GlRenderer::draw_shot(const scene::Scene& scene, std::size_t row, const Shot& shot)
 {
   const optics::Viewport& view = shot.viewport;
   const PixelBox box{view.x, options_.height - view.y - view.height, view.width, view.height};
+  surfaces_->begin(scene, shot.camera, box);
+  const PixelBox used = is_sparse_ ? surfaces_->content_box() : box;
+  changed_[row] = is_sparse_ ? around(used, used_[row]) : box;
+  used_[row] = used;
+  if (changed_[row].is_empty()) return;
   gl_.Viewport(box.x, box.y, box.width, box.height);
   gl_.Enable(GL_SCISSOR_TEST);
-  gl_.Scissor(box.x, box.y, box.width, box.height);
-  gl_.Clear(GL_DEPTH_BUFFER_BIT);
+  gl_.Scissor(changed_[row].x, changed_[row].y, changed_[row].width, changed_[row].height);
+  gl_.Clear(is_sparse_ ? GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT : GL_DEPTH_BUFFER_BIT);
   // The frame buffer was cleared to black.
   if (!is_black(scene.background)) draw_background(scene.background);
   gl_.Enable(GL_DEPTH_TEST);
-  surfaces_->begin(scene, shot.camera, box);
   surfaces_->draw(scene, SurfacePass::opaque);
   draw_occlusion(scene, shot.camera, box);
   const bool is_blended = lists_ && lists_->draw(*surfaces_, scene, empty_array_);
@@ -247,10 +257,20 @@ void GlRenderer::draw_frame(const scene::Scene& scene, std::span<const Shot> sho
   surfaces_->refresh(scene);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, drawn_.frame);
   gl_.Enable(GL_FRAMEBUFFER_SRGB);
-  gl_.Clear(GL_COLOR_BUFFER_BIT);
-  for (const Shot& shot : shots) draw_shot(scene, shot);
-  if (is_multisampled()) blit(drawn_.frame, resolved_.frame, options_.width, options_.height);
-  if (warper_) warper_->draw(finished().frame);
+  const bool can_be_sparse = warper_ && is_black(scene.background);
+  is_sparse_ = is_sparse_ && can_be_sparse && used_.size() == shots.size();
+  used_.resize(shots.size());
+  changed_.resize(shots.size());
+  if (!is_sparse_) gl_.Clear(GL_COLOR_BUFFER_BIT);
+  for (std::size_t k = 0; k < shots.size(); ++k) draw_shot(scene, k, shots[k]);
+  if (warper_) {
+    // The first frame warps all of it, the gaps between the shots too.
+    if (!is_sparse_) changed_.assign(1, {0, 0, options_.width, options_.height});
+    warper_->draw(drawn_.frame, changed_, used_);
+  } else if (is_multisampled()) {
+    blit(drawn_.frame, resolved_.frame, options_.width, options_.height);
+  }
+  is_sparse_ = can_be_sparse;
   gl_.BindFramebuffer(GL_FRAMEBUFFER, shown().frame);
   if (overlay != nullptr) overlays_->draw(*overlay, shown_width(), shown_height());
 }

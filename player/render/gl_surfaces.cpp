@@ -118,7 +118,8 @@ void SurfacePainter::begin(const scene::Scene& scene, const scene::Camera& camer
   projection_ = scene::projection(camera).cast<float>();
   px_mm_at_1_mm_ = view.height / (2.0 * camera.half_height_tangent);
   near_mm_ = camera.near_mm;
-  bound_translucent(scene, view);
+  translucent_box_ = bounds(scene, view, true);
+  content_box_ = is_line_mode(mode_) ? view : bounds(scene, view, false);
 }
 
 bool SurfacePainter::is_translucent(const scene::Drawable& drawable, const GpuMesh& mesh) const
@@ -127,9 +128,17 @@ bool SurfacePainter::is_translucent(const scene::Drawable& drawable, const GpuMe
   return drawable.material.opacity < 1.0F || mesh.has_translucent_colours;
 }
 
-/// The bounds of the projected boxes of the translucent drawables; the whole viewport if a corner is behind
-/// the camera.
-void SurfacePainter::bound_translucent(const scene::Scene& scene, const PixelBox& view)
+PixelBox around(const PixelBox& a, const PixelBox& b)
+{
+  if (a.is_empty()) return b;
+  if (b.is_empty()) return a;
+  const int x = std::min(a.x, b.x), y = std::min(a.y, b.y);
+  return {x, y, std::max(a.x + a.width, b.x + b.width) - x, std::max(a.y + a.height, b.y + b.height) - y};
+}
+
+/// The bounds of the projected boxes of the drawables; the whole viewport if a corner is behind the camera.
+PixelBox SurfacePainter::bounds(const scene::Scene& scene, const PixelBox& view,
+                                bool is_only_translucent) const
 {
   Eigen::Array2d low = Eigen::Array2d::Ones(), high = -low;  // normalised device coordinates
   const auto include = [&](const Eigen::Vector4d& p_clip) {
@@ -141,7 +150,7 @@ void SurfacePainter::bound_translucent(const scene::Scene& scene, const PixelBox
   };
   for (std::size_t i = 0; i < meshes_.size(); ++i) {
     const scene::Drawable& drawable = scene.drawables[i];
-    if (!drawable.is_shown || !is_translucent(drawable, meshes_[i])) continue;
+    if (!drawable.is_shown || (is_only_translucent && !is_translucent(drawable, meshes_[i]))) continue;
     const Eigen::Matrix4d X_clip_mesh =
         projection_.cast<double>() * (X_camera_world_ * drawable.X_world_mesh).matrix();
     for (int corner = 0; corner < 8; ++corner) {
@@ -150,15 +159,14 @@ void SurfacePainter::bound_translucent(const scene::Scene& scene, const PixelBox
       include(X_clip_mesh * p_mm);
     }
   }
-  translucent_box_ = {};
-  if ((low >= high).any()) return;
+  if ((low >= high).any()) return {};
   // One pixel of margin for rounding to single precision.
   const Eigen::Array2d size(view.width, view.height);
   const Eigen::Array2d first = ((low.max(-1.0) * 0.5 + 0.5) * size - 1.0).max(0.0).floor();
   const Eigen::Array2d last = ((high.min(1.0) * 0.5 + 0.5) * size + 1.0).min(size).ceil();
-  if ((first >= last).any()) return;
-  translucent_box_ = {view.x + static_cast<int>(first.x()), view.y + static_cast<int>(first.y()),
-                      static_cast<int>(last.x() - first.x()), static_cast<int>(last.y() - first.y())};
+  if ((first >= last).any()) return {};
+  return {view.x + static_cast<int>(first.x()), view.y + static_cast<int>(first.y()),
+          static_cast<int>(last.x() - first.x()), static_cast<int>(last.y() - first.y())};
 }
 
 SurfacePainter::Shading SurfacePainter::shading_of(const scene::Drawable& drawable) const

@@ -21,7 +21,11 @@ enum class SurfacePass {
 /// Rectangle in OpenGL pixels: y from the bottom.
 struct PixelBox {
   int x = 0, y = 0, width = 0, height = 0;
+
+  bool is_empty() const { return width <= 0 || height <= 0; }
 };
+/// The smallest box around both; an empty one counts as nothing.
+PixelBox around(const PixelBox& a, const PixelBox& b);
 
 struct SurfaceOptions {
   bool is_multisampled = false;
@@ -42,6 +46,8 @@ class SurfacePainter {
   void draw(const scene::Scene& scene, SurfacePass pass);
   /// Bounds of the translucent surfaces within the viewport; empty without such surfaces.
   const PixelBox& translucent_box() const { return translucent_box_; }
+  /// Bounds of all shown surfaces within the viewport; the whole viewport for lines, which are wider.
+  const PixelBox& content_box() const { return content_box_; }
 
  private:
   struct Uniforms {
@@ -69,7 +75,7 @@ class SurfacePainter {
   void find_levels(const scene::Scene& scene);
   void take_levels();
   void load_texture(const scene::Texture& texture);
-  void bound_translucent(const scene::Scene& scene, const PixelBox& view);
+  PixelBox bounds(const scene::Scene& scene, const PixelBox& view, bool is_only_translucent) const;
 
   const GlTable& gl_;
   SurfaceOptions options_;
@@ -88,7 +94,7 @@ class SurfacePainter {
   double px_mm_at_1_mm_ = 0.0;  ///< pixels per mm, times the depth in mm
   double near_mm_ = 1.0;
   Eigen::Matrix4f projection_ = Eigen::Matrix4f::Identity();
-  PixelBox translucent_box_;
+  PixelBox translucent_box_, content_box_;
 };
 
 }  // namespace vrda::render

@@ -59,4 +59,12 @@ struct InputEvent {
   bool has_shift = false, has_control = false;
 };
 
+/// State of a gamepad in the layout of an Xbox controller. Axes from -1 to 1: right and down are positive.
+struct Gamepad {
+  bool has_a = false, has_b = false, has_y = false;  ///< pressed buttons
+  bool has_left_shoulder = false, has_right_shoulder = false;
+  bool has_up = false, has_down = false, has_left = false, has_right = false;  ///< of the directional pad
+  double stick_x = 0.0, stick_y = 0.0;                                         ///< left stick
+};
+
 }  // namespace vrda::render

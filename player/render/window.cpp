@@ -85,6 +85,25 @@ bool is_software_context()
   return false;
 }
 
+/// Requires an initialised GLFW.
+std::vector<Monitor> present_monitors()
+{
+  int n = 0;
+  GLFWmonitor** const found = glfwGetMonitors(&n);
+  std::vector<Monitor> monitors;
+  for (int k = 0; k < n; ++k) {
+    Monitor& monitor = monitors.emplace_back();
+    monitor.name = glfwGetMonitorName(found[k]);
+    glfwGetMonitorPos(found[k], &monitor.geometry.x, &monitor.geometry.y);
+    const GLFWvidmode* const mode = glfwGetVideoMode(found[k]);
+    if (mode == nullptr) continue;
+    monitor.geometry.width = mode->width;
+    monitor.geometry.height = mode->height;
+    monitor.refresh_hz = mode->refreshRate;
+  }
+  return monitors;
+}
+
 class WindowContext final : public GlContext {
  public:
   explicit WindowContext(GLFWwindow* window) : window_(window) {}
@@ -130,6 +149,14 @@ std::unique_ptr<GLFWwindow, CloseWindow> opened_window(const WindowOptions& opti
 }
 
 }  // namespace
+
+std::vector<Monitor> connected_monitors()
+{
+  if (glfwInit() == GLFW_FALSE) return {};
+  std::vector<Monitor> monitors = present_monitors();
+  glfwTerminate();
+  return monitors;
+}
 
 class Window::State {
  public:
@@ -291,6 +318,27 @@ const std::vector<InputEvent>& Window::events(double wait_s)
   return state_->events_;
 }
 
+std::optional<Gamepad> Window::gamepad() const
+{
+  GLFWgamepadstate state{};
+  for (int k = GLFW_JOYSTICK_1; k <= GLFW_JOYSTICK_LAST; ++k) {
+    if (glfwJoystickIsGamepad(k) == GLFW_FALSE || glfwGetGamepadState(k, &state) == GLFW_FALSE) continue;
+    const auto has = [&](int button) { return state.buttons[button] == GLFW_PRESS; };
+    return Gamepad{has(GLFW_GAMEPAD_BUTTON_A),
+                   has(GLFW_GAMEPAD_BUTTON_B),
+                   has(GLFW_GAMEPAD_BUTTON_Y),
+                   has(GLFW_GAMEPAD_BUTTON_LEFT_BUMPER),
+                   has(GLFW_GAMEPAD_BUTTON_RIGHT_BUMPER),
+                   has(GLFW_GAMEPAD_BUTTON_DPAD_UP),
+                   has(GLFW_GAMEPAD_BUTTON_DPAD_DOWN),
+                   has(GLFW_GAMEPAD_BUTTON_DPAD_LEFT),
+                   has(GLFW_GAMEPAD_BUTTON_DPAD_RIGHT),
+                   static_cast<double>(state.axes[GLFW_GAMEPAD_AXIS_LEFT_X]),
+                   static_cast<double>(state.axes[GLFW_GAMEPAD_AXIS_LEFT_Y])};
+  }
+  return std::nullopt;
+}
+
 const std::vector<std::string>& Window::dropped_files() const
 {
   return state_->dropped_;
@@ -308,6 +356,11 @@ WindowGeometry Window::geometry() const
   glfwGetWindowPos(state_->window(), &place.x, &place.y);
   glfwGetFramebufferSize(state_->window(), &place.width, &place.height);
   return place;
+}
+
+std::vector<Monitor> Window::monitors() const
+{
+  return present_monitors();
 }
 
 bool Window::should_close() const

@@ -32,7 +32,19 @@ struct WindowOptions {
 /// Position in screen coordinates as in WindowOptions; width and height in pixels.
 struct WindowGeometry {
   int x = 0, y = 0, width = 0, height = 0;
+
+  bool operator==(const WindowGeometry&) const = default;
 };
+
+/// A monitor of the desktop: position in screen coordinates, size in pixels of its present mode.
+struct Monitor {
+  std::string name;
+  WindowGeometry geometry;
+  int refresh_hz = 0;
+};
+
+/// The connected monitors, the primary one first; empty without a display.
+std::vector<Monitor> connected_monitors();
 
 class Window {
  public:
@@ -45,6 +57,8 @@ class Window {
   /// The events since the last call; valid until the next. Waits up to `wait_s` for an event.
   /// Allocates only for dropped files and for more than 1000 events at once.
   const std::vector<InputEvent>& events(double wait_s = 0.0);
+  /// The first connected gamepad that GLFW knows; empty without one. Does not allocate.
+  std::optional<Gamepad> gamepad() const;
   /// The files of the last drop.
   const std::vector<std::string>& dropped_files() const;
   /// Renders a frame and displays it.
@@ -52,6 +66,8 @@ class Window {
 
   /// The present position and size.
   WindowGeometry geometry() const;
+  /// The connected monitors now.
+  std::vector<Monitor> monitors() const;
   bool should_close() const;
   /// Without a graphics card.
   bool is_software_rendered() const;

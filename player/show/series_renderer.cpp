@@ -53,7 +53,9 @@ Body sample_body()
 
 std::unique_ptr<render::Renderer> warm_renderer(const ShowOptions& options)
 {
-  const navigation::PictureSize size = navigation::parsed_size(options.size);
+  // The size of the job is not known yet.
+  const navigation::PictureSize size =
+      options.size.empty() ? navigation::PictureSize{} : navigation::parsed_size(options.size);
   std::unique_ptr<render::Renderer> renderer =
       render::make_offscreen_renderer({size.width, size.height, options.samples > 0 ? options.samples : 4});
   scene::Scene scene = scene::scene_of(sample_body(), sample_body(), Eigen::Vector3d::Zero());
@@ -72,8 +74,7 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
                                const PosedSet& set, const std::vector<motion::JointPose>& poses,
                                std::unique_ptr<render::Renderer> renderer)
     : options_(options),
-      views_(navigation::parsed_views(options.views)),
-      size_(navigation::parsed_size(options.size)),
+      look_(look_of(options, model)),
       side_(side_named(model.side)),
       motion_(model, set.name),
       gaps_(model, set.name),
@@ -85,14 +86,15 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
 {
   check(!scene_.drawables.empty(), "a validated motion model has triangles");
   scene_.background = scene::background_of(options.backdrop);
-  navigation::apply_appearance(scene_, options.appearance);
+  navigation::apply_appearance(scene_, look_.appearance);
   wanted_ = navigation::parsed_layers(options.appearance.layers);
   labels_ = scene::joint_labels(model);
   if (options.appearance.layers != navigation::AppearanceOptions{}.layers)
     require_layers(options.file, wanted_, layers_.available());
-  const optics::Viewport whole{0, 0, size_.width, size_.height};
+  const optics::Viewport whole{0, 0, look_.size.width, look_.size.height};
+  renderer_->resize(look_.size.width, look_.size.height);
   single_ = cameras_for(poses, aspect_of(whole));
-  tiled_ = cameras_for(poses, aspect_of(column(size_, 0, views_.size())));
+  tiled_ = cameras_for(poses, aspect_of(column(look_.size, 0, look_.views.size())));
   renderer_->load(scene_);
   if (!options.has_numbers && !wanted_.has(scene::Layer::labels)) return;
   gui_.emplace(gui::GuiOptions{.title = model.title, .sets = {set.name}, .joint = model.joint});
@@ -105,8 +107,7 @@ std::vector<scene::Camera> SeriesRenderer::cameras_for(const std::vector<motion:
   scene::FrameOptions frame_options;
   frame_options.aspect = aspect;
   std::vector<scene::CameraFit> fits;
-  for (const std::string& view : views_)
-    fits.emplace_back(scene::view_rotation(*scene::view_named(view), side_), frame_options);
+  for (const navigation::CameraView& view : look_.views) fits.emplace_back(view.R_world_camera, frame_options);
   for (const motion::JointPose& pose : poses) {
     scene::place(scene_, scene::frames_of(pose, options_.fixed_object));
     const std::vector<Eigen::Vector3d> points = navigation::framed_points(scene_, options_.framing);
@@ -114,7 +115,8 @@ std::vector<scene::Camera> SeriesRenderer::cameras_for(const std::vector<motion:
   }
   std::vector<scene::Camera> cameras;
   cameras.reserve(fits.size());
-  for (const scene::CameraFit& fit : fits) cameras.push_back(fit.camera());
+  for (std::size_t k = 0; k < fits.size(); ++k)
+    cameras.push_back(navigation::placed_camera(fits[k], look_.views[k], look_.zoom));
   return cameras;
 }
 
@@ -135,8 +137,8 @@ const render::Overlay* SeriesRenderer::overlay_for(const motion::JointPose& pose
 {
   if (!gui_) return nullptr;
   gui::GuiFrame frame;
-  frame.width = size_.width;
-  frame.height = size_.height;
+  frame.width = look_.size.width;
+  frame.height = look_.size.height;
   if (options_.has_numbers) frame.key = gui::colour_key(layers_, wanted_);
   navigation::PlayerRange range;
   range.is_varus_free = motion_.is_varus_free();
@@ -164,15 +166,15 @@ const render::Image& SeriesRenderer::drawn(const motion::JointPose& pose)
 
 const render::Image& SeriesRenderer::draw_single(std::size_t view, const motion::JointPose& pose)
 {
-  shots_.assign({render::Shot{single_[view], {0, 0, size_.width, size_.height}}});
+  shots_.assign({render::Shot{single_[view], {0, 0, look_.size.width, look_.size.height}}});
   return drawn(pose);
 }
 
 const render::Image& SeriesRenderer::draw_tiled(const motion::JointPose& pose)
 {
   shots_.clear();
-  for (std::size_t view = 0; view < views_.size(); ++view) {
-    render::Shot& shot = shots_.emplace_back(render::Shot{tiled_[view], column(size_, view, views_.size())});
+  for (std::size_t view = 0; view < look_.views.size(); ++view) {
+    render::Shot& shot = shots_.emplace_back(render::Shot{tiled_[view], column(look_.size, view, look_.views.size())});
     shot.camera.aspect = aspect_of(shot.viewport);
   }
   return drawn(pose);

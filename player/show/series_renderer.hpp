@@ -37,7 +37,9 @@ class SeriesRenderer {
   SeriesRenderer(const ShowOptions& options, const store::MotionModel& model, const PosedSet& set,
                  const std::vector<motion::JointPose>& poses, std::unique_ptr<render::Renderer> renderer);
 
-  /// Renders one view (index into --views) at full size. The result is valid until the next call.
+  const ShowLook& look() const { return look_; }
+
+  /// Renders one view (index into look().views) at full size. The result is valid until the next call.
   const render::Image& draw_single(std::size_t view, const motion::JointPose& pose);
   /// Renders all views side by side. The result is valid until the next call.
   const render::Image& draw_tiled(const motion::JointPose& pose);
@@ -49,8 +51,7 @@ class SeriesRenderer {
   const render::Image& drawn(const motion::JointPose& pose);
 
   const ShowOptions& options_;
-  std::vector<std::string> views_;
-  navigation::PictureSize size_;
+  ShowLook look_;
   Side side_ = Side::right;
   motion::Motion motion_;
   navigation::GapReader gaps_;

@@ -91,7 +91,9 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
   navigation::apply_appearance(scene_, options.appearance);
   framed_points_ = points_over(scene_, sets_[state_.set].motion, options);
   range_ = range_now();
-  set_view(view_);
+  job_view_ = options.job_view;
+  zoom_ = options.zoom;
+  frame_joint();
   advance(0.0);
 }
 
@@ -188,7 +190,7 @@ void Session::do_action(navigation::Action action)
 {
   if (action == navigation::Action::screenshot) takes_picture_ = true;
   if (action == navigation::Action::full_screen) toggles_full_screen_ = true;
-  if (action == navigation::Action::reset_view) set_view(view_);
+  if (action == navigation::Action::reset_view) frame_joint();
   if (const std::optional<scene::View> view = navigation::view_of(action)) set_view(*view);
   state_ = navigation::apply_action(state_, action, range_);
 }
@@ -196,13 +198,22 @@ void Session::do_action(navigation::Action action)
 void Session::set_view(scene::View view)
 {
   view_ = view;
+  job_view_.reset();
+  zoom_ = 1.0;
+  frame_joint();
+}
+
+/// In the job's view, else the chosen one.
+void Session::frame_joint()
+{
   drag_.reset();
   const optics::Viewport free = area();
   scene::FrameOptions options;
   options.aspect = static_cast<double>(free.width) / free.height;
-  scene::CameraFit fit(scene::view_rotation(view, side_), options);
+  const navigation::CameraView view = job_view_.value_or(navigation::named_view("", view_, side_));
+  scene::CameraFit fit(view.R_world_camera, options);
   fit.include(framed_points_);
-  gaze_.camera = fit.camera();
+  gaze_.camera = navigation::placed_camera(fit, view, zoom_);
   gaze_.pivot_world_mm = scene::joint_sphere(scene_).centre_world_mm;
 }
 

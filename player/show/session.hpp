@@ -12,6 +12,7 @@
 #include "motion/poses.hpp"
 #include "navigation/appearance.hpp"
 #include "navigation/gap_reading.hpp"
+#include "navigation/job_views.hpp"
 #include "navigation/orbit_camera.hpp"
 #include "navigation/player_state.hpp"
 #include "navigation/screen_labels.hpp"
@@ -27,6 +28,8 @@ struct SessionOptions {
   std::string set;  ///< one of set_names(model)
   std::string title;
   scene::View view = scene::View::oblique;
+  std::optional<navigation::CameraView> job_view;  ///< at the start and at a reset, until a view is chosen
+  double zoom = 1.0;                               ///< of the view at the start
   std::optional<double> flexion_rad;  ///< default: the first of the set
   std::optional<double> varus_rad;    ///< default: the balanced varus
   std::optional<double> key;          ///< of a sequence of frames; default: the first
@@ -94,6 +97,7 @@ class Session {
   void do_action(navigation::Action action);
   void take_key(const render::InputEvent& event);
   void set_view(scene::View view);
+  void frame_joint();
   bool is_over_picture(const Eigen::Vector2d& pointer_px) const;
   optics::Viewport area() const { return gui_.free_area(width_, height_, state_); }
   navigation::PlayerRange range_now() const;
@@ -117,6 +121,8 @@ class Session {
   gui::Readout readout_;
   navigation::OrbitCamera gaze_;
   scene::View view_ = scene::View::oblique;
+  std::optional<navigation::CameraView> job_view_;  ///< until a view is chosen
+  double zoom_ = 1.0;                               ///< of the view at the start
   scene::Backdrop backdrop_ =
       scene::Backdrop::studio;  ///< last applied to the scene; a lights file may replace it
   render::Shot shot_;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/side.hpp"
 #include "core/text.hpp"
 #include "loop/video_file.hpp"
 #include "motion/film.hpp"
@@ -299,10 +300,11 @@ void write_images(const ShowOptions& options, SeriesRenderer& maker, const std::
                   std::ostream& data)
 {
   loop::make_folder(options.folder, "--offscreen");
-  const std::vector<std::string> views = navigation::parsed_views(options.views);
+  const std::vector<navigation::CameraView>& views = maker.look().views;
   for (std::size_t v = 0; v < views.size(); ++v) {
     for (const LabelledPose& image : images) {
-      const std::string name = views[v] + "_" + image.label + ".png";
+      std::string name = views[v].name + "_" + image.label + ".png";
+      std::ranges::replace(name, ' ', '_');
       const std::string path = (std::filesystem::path(options.folder) / name).string();
       render::write_png(maker.draw_single(v, image.pose), path);
       data << path << std::endl;
@@ -317,7 +319,7 @@ void write_video(const ShowOptions& options, SeriesRenderer& maker, std::vector<
   if (options.is_to_and_fro) {
     for (std::size_t i = poses.size() - 1; i-- > 1;) poses.push_back(poses[i]);
   }
-  const navigation::PictureSize size = navigation::parsed_size(options.size);
+  const navigation::PictureSize size = maker.look().size;
   loop::VideoFile video({options.video, size.width, size.height, frames_per_s(options)});
   for (const motion::JointPose& pose : poses) video.add(maker.draw_tiled(pose));
   video.finish();
@@ -363,7 +365,7 @@ ShowSummary show_trace(const ShowOptions& options, const store::MotionModel& mod
   if (!options.folder.empty()) write_images(options, maker, images, streams.data);
   if (!options.video.empty()) write_video(options, maker, poses_of(images), streams);
   const std::size_t n_images =
-      options.folder.empty() ? 0 : images.size() * navigation::parsed_views(options.views).size();
+      options.folder.empty() ? 0 : images.size() * maker.look().views.size();
   if (!options.is_quiet) {
     streams.messages << options.trace << ": search at flexion " << plain(film.attitude.flexion_rad)
                      << ", varus " << plain(film.attitude.varus_rad) << ", "
@@ -394,7 +396,7 @@ ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& mod
   }
   // One frame per angle; also the fallback if no attitude of the played motion is solved.
   if (film.poses.empty()) film.poses = plan.poses;
-  const std::size_t n_views = has_images ? navigation::parsed_views(options.views).size() : 0;
+  const std::size_t n_views = has_images ? look_of(options, model).views.size() : 0;
   const ShowSummary summary{static_cast<int>(plan.poses.size() * n_views), plan.n_unsolved + film.n_unsolved};
   if (!motion.is_sequence() && !options.varus_deg && !motion.has_spine()) {
     streams.messages << "no spine cell is solved: varus " << plain(motion.balanced_varus_rad(0.0))
@@ -413,12 +415,39 @@ ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& mod
   return summary;
 }
 
+constexpr const char* default_view = "oblique";
+constexpr const char* default_size = "1280x960";
+
 }  // namespace
+
+ShowLook look_of(const ShowOptions& options, const store::MotionModel& model)
+{
+  const navigation::JobViews job = navigation::job_views(model.job.resolved);
+  const Side side = side_named(model.side);
+  ShowLook look;
+  look.appearance = options.appearance;
+  if (!options.has_mode && job.render == "wire") look.appearance.mode = scene::DrawMode::wire;
+  if (options.views.empty()) {
+    look.views = navigation::camera_views(job, side);
+    look.zoom = job.zoom;
+  }
+  if (look.views.empty()) {
+    for (const std::string& name :
+         navigation::parsed_views(options.views.empty() ? default_view : options.views))
+      look.views.push_back(navigation::named_view(name, *scene::view_named(name), side));
+  }
+  if (options.size.empty() && navigation::has_usable_size(job)) {
+    look.size = {job.width_px, job.height_px};
+  } else {
+    look.size = navigation::parsed_size(options.size.empty() ? default_size : options.size);
+  }
+  return look;
+}
 
 ShowSummary show(const ShowOptions& options, const loop::Streams& streams)
 {
-  navigation::parsed_views(options.views);
-  navigation::parsed_size(options.size);
+  if (!options.views.empty()) navigation::parsed_views(options.views);
+  if (!options.size.empty()) navigation::parsed_size(options.size);
   navigation::parsed_layers(options.appearance.layers);
   require_trace_options(options);
   require_video_options(options);

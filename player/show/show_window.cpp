@@ -24,26 +24,32 @@ void require_window_options(const ShowOptions& options)
     throw InputError(
         {"--trace", "", "no --offscreen and no --video", "either of them: a window cannot show a trace"});
   }
-  if (navigation::parsed_views(options.views).size() > 1)
+  if (!options.views.empty() && navigation::parsed_views(options.views).size() > 1)
     throw InputError({"--views", "", options.views, "one view: the window starts with it"});
 }
 
-SessionOptions session_options(const ShowOptions& options, const std::string& set)
+SessionOptions session_options(const ShowOptions& options, const store::MotionModel& model,
+                               const std::string& set)
 {
-  const navigation::PictureSize size = navigation::parsed_size(options.size);
+  const ShowLook look = look_of(options, model);
   SessionOptions session;
   session.set = set;
-  session.view = *scene::view_named(navigation::parsed_views(options.views).front());
+  if (const std::optional<scene::View> view = scene::view_named(look.views.front().name)) {
+    session.view = *view;
+  } else {
+    session.job_view = look.views.front();
+  }
+  session.zoom = look.zoom;
   if (options.flexion)
     session.flexion_rad = rad_from_deg(navigation::parsed_angles("--flexion", *options.flexion).first_deg);
   if (options.frame) session.key = navigation::parsed_angles("--key", *options.frame).first_deg;
   if (options.varus_deg) session.varus_rad = rad_from_deg(*options.varus_deg);
   session.backdrop = options.backdrop;
   session.fixed_object = options.fixed_object;
-  session.appearance = options.appearance;
+  session.appearance = look.appearance;
   session.framing = options.framing;
-  session.width = size.width;
-  session.height = size.height;
+  session.width = look.size.width;
+  session.height = look.size.height;
   return session;
 }
 
@@ -131,7 +137,7 @@ class ShowMode final : public loop::Mode {
 void show_in_window(const ShowOptions& options, store::MotionModel model, const std::string& set)
 {
   require_window_options(options);
-  SessionOptions chosen = session_options(options, set);
+  SessionOptions chosen = session_options(options, model, set);
   loop::Sink sink(window_options(options, chosen));
   chosen.is_plain_while_moving = sink.window()->is_software_rendered();
   chosen.scale = std::clamp(sink.window()->content_scale(), 1.0, 4.0);

@@ -44,7 +44,7 @@ scene::Camera camera_of(const optics::Eye& eye, const Pose& X_world_head, const 
 }
 
 StereoPlan stereo_plan(const optics::EyePair& eyes, int display_width, int display_height,
-                       const std::string& file)
+                       const std::string& file, const optics::Reflection& reflection)
 {
   optics::require_usable(eyes, file);
   StereoPlan plan;
@@ -61,8 +61,13 @@ StereoPlan stereo_plan(const optics::EyePair& eyes, int display_width, int displ
   plan.warp.width = display_width;
   plan.warp.height = display_height;
   for (std::size_t k = 0; k < both.size(); ++k) {
-    append(plan.warp.mesh, optics::warp_mesh(*both[k], plan.boxes[k]), plan.viewports[k], plan.width,
-           plan.height);
+    optics::WarpMesh mesh = optics::warp_mesh(*both[k], plan.boxes[k]);
+    for (optics::WarpVertex& vertex : mesh.vertices) {
+      const Eigen::Vector2f at = optics::reflected_px(reflection, both[k]->window, {vertex.x_px, vertex.y_px});
+      vertex.x_px = at.x();
+      vertex.y_px = at.y();
+    }
+    append(plan.warp.mesh, mesh, plan.viewports[k], plan.width, plan.height);
   }
   return plan;
 }

@@ -23,7 +23,7 @@ struct StereoPlan {
 
 /// Throws InputError naming `file` if an eye is not usable. The image has the pixel size of the frame buffer.
 StereoPlan stereo_plan(const optics::EyePair& eyes, int display_width, int display_height,
-                       const std::string& file);
+                       const std::string& file, const optics::Reflection& reflection = {});
 
 /// The shots of the left and right eye, with the depth range of `scene`. Allocates nothing.
 std::array<render::Shot, 2> shots_of(const StereoPlan& plan, const optics::EyePair& eyes,

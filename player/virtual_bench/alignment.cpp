@@ -343,6 +343,7 @@ std::vector<DrawnLine> seen_lines(std::span<const DrawnLine> drawn, const Virtua
       for (Eigen::Vector2d& point : piece) point = optics::shown_px(optics, point);
       DrawnLine& part = seen.emplace_back(line);
       part.points_px = std::move(piece);
+      part.is_smooth = true;  // a scan line's whole pixels are bent by the optics like the edge
     }
   }
   return seen;

@@ -1,5 +1,7 @@
 #include "virtual_bench/operator.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <map>
@@ -240,6 +242,56 @@ std::vector<double> dial_values(const Asked& asked)
   return {};
 }
 
+/// Of the nodes drawn by the dials from where the true grid needs them.
+double grid_deviation_px(const Asked& asked, std::span<const double> v)
+{
+  optics::Distortion dialled = optics::side_of(asked.found.eyes, asked.task.is_right).distortion;
+  const double aspect = optics::side_of(asked.found.eyes, asked.task.is_right).pixel_aspect;
+  dialled.k1 = v[0];
+  dialled.k2 = v[1];
+  dialled.centre_px = {v[2], v[3]};
+  const calibration::GridPose grid{{v[4], v[5]}, v[6], rad_from_deg(v[7])};
+  double sum_sq = 0.0;
+  int n = 0;
+  for (int row = 0; row < asked.bench.calibration.grid_rows; ++row) {
+    for (int column = 0; column < asked.bench.calibration.grid_columns; ++column, ++n) {
+      const Eigen::Vector2d at(column - 0.5 * (asked.bench.calibration.grid_columns - 1),
+                               row - 0.5 * (asked.bench.calibration.grid_rows - 1));
+      sum_sq += (optics::drawn_px(dialled, calibration::shown_px(grid, aspect, at)) -
+                 drawn_node_px(asked.truth, asked.task.is_right, at))
+                    .squaredNorm();
+    }
+  }
+  return std::sqrt(sum_sq / n);
+}
+
+double model_deviation_mm(const Asked& asked, std::span<const double> v)
+{
+  const Pose X = tracking::pose_of(tracking::PoseParameters{
+      {v[0], v[1], v[2]}, Eigen::Vector3d(v[3], v[4], v[5]) * rad_from_deg(1.0)});
+  const BodyRole role = calibration_tasks::role_of(asked.part);
+  const Pose X_true =
+      tracking::pose_of(asked.truth.calibration.X_body_model[static_cast<std::size_t>(role)]);
+  const std::vector<CalibrationPoint>& points =
+      calibration_tasks::points_of(asked.part, asked.bench.calibration);
+  double sum_sq = 0.0;
+  for (const CalibrationPoint& point : points) {
+    const Eigen::Vector3d p_mm = asked.truth.calibration.subject_scale * point.p_model_mm;
+    sum_sq += (X * p_mm - X_true * p_mm).squaredNorm();
+  }
+  return std::sqrt(sum_sq / static_cast<double>(points.size()));
+}
+
+/// A reading names the first visible column or row, or the last one, whose far side is the border.
+double scan_deviation_px(const Asked& asked, double value)
+{
+  const VirtualTruth::Edges& e = asked.truth.edges_px[asked.task.is_right ? 1 : 0];
+  const std::array<double, calibration::n_edges> borders{e.left, e.right, e.top, e.bottom};
+  const auto edge = static_cast<calibration::Edge>(asked.task.index);
+  const bool is_last = edge == calibration::Edge::right || edge == calibration::Edge::bottom;
+  return std::abs(value + (is_last ? 1.0 : 0.0) - borders.at(static_cast<std::size_t>(edge)));
+}
+
 }  // namespace
 
 /// Index of the current task's noise; differs when the task is repeated.
@@ -257,9 +309,13 @@ RandomSequence VirtualOperator::hand(const CalibrationSession& session) const
 
 BenchPoses VirtualOperator::standing(const CalibrationSession& session) const
 {
+  const int n = std::max(2, session.task()->n_samples);
+  return poses(session, std::min(1.0, static_cast<double>(session.progress().n_samples) / (n - 1)));
+}
+
+BenchPoses VirtualOperator::poses(const CalibrationSession& session, double way) const
+{
   const Task& task = *session.task();
-  const int n = std::max(2, task.n_samples);
-  const double way = std::min(1.0, static_cast<double>(session.progress().n_samples) / (n - 1));
   if (task.kind == TaskKind::bullseye) return bullseye_poses(bench_, truth_, task.index);
   if (task.kind == TaskKind::bend) return bend_poses(truth_, task.index, way);
   if (task.kind == TaskKind::hold) {
@@ -278,7 +334,8 @@ BenchPoses VirtualOperator::standing(const CalibrationSession& session) const
   return task.name == "x rail" ? x_rail_poses(truth_, way) : z_rail_poses(truth_, way);
 }
 
-void VirtualOperator::send_frame(CalibrationSession& session, const BenchPoses& poses)
+std::vector<devices::Sample> VirtualOperator::samples(const CalibrationSession& session,
+                                                      const BenchPoses& poses, std::uint64_t frame) const
 {
   FrameFacts facts;
   facts.time_ns = time_ns_;
@@ -286,10 +343,13 @@ void VirtualOperator::send_frame(CalibrationSession& session, const BenchPoses& 
   facts.tool = session.task()->tool;
   facts.is_stage_zeroed = is_stage_zeroed_;
   facts.stage_offset_mm = facts.is_stage_zeroed ? 0.0 : stage_offset_mm;
-  RandomSequence draws(truth_.seed, simulation::RandomPurpose::virtual_tracker,
-                       draws_index(session) + n_frames_);
-  for (const devices::Sample& sample : tracker_frame(bench_, truth_, poses, facts, draws))
-    session.take(sample);
+  RandomSequence draws(truth_.seed, simulation::RandomPurpose::virtual_tracker, draws_index(session) + frame);
+  return tracker_frame(bench_, truth_, poses, facts, draws);
+}
+
+void VirtualOperator::send_frame(CalibrationSession& session, const BenchPoses& poses)
+{
+  for (const devices::Sample& sample : samples(session, poses, n_frames_)) session.take(sample);
   time_ns_ += frame_ns;
   ++n_frames_;
 }
@@ -360,6 +420,35 @@ std::optional<double> VirtualOperator::reading(const CalibrationSession& session
   RandomSequence draws = hand(session);
   return simulated_reading(
       {*session.task(), session.progress().part, session.calibration(), bench_, truth_, noise_, draws});
+}
+
+std::vector<double> VirtualOperator::aligned_values(const CalibrationSession& session) const
+{
+  RandomSequence draws = hand(session);
+  return dial_values(
+      {*session.task(), session.progress().part, session.calibration(), bench_, truth_, noise_, draws});
+}
+
+std::optional<VirtualOperator::Deviation> VirtualOperator::deviation(const CalibrationSession& session) const
+{
+  if (session.task() == nullptr || session.task()->dials.empty()) return std::nullopt;
+  constexpr VirtualNoise none{0, 0, 0, 0, 0, 0, 0, 0, 0};
+  RandomSequence draws = hand(session);
+  const Asked asked{
+      *session.task(), session.progress().part, session.calibration(), bench_, truth_, none, draws};
+  const std::span<const double> values = session.values();
+  if (asked.task.kind == TaskKind::scan_line) return Deviation{scan_deviation_px(asked, values[0]), "px"};
+  if (asked.task.kind == TaskKind::grid) return Deviation{grid_deviation_px(asked, values), "px"};
+  if (asked.task.kind == TaskKind::model_pose) return Deviation{model_deviation_mm(asked, values), "mm"};
+  const std::vector<double> wanted = dial_values(asked);
+  // Of a cross the distance, of two lines the larger one.
+  const bool is_cross = asked.task.kind == TaskKind::point || asked.task.kind == TaskKind::bullseye;
+  double value = 0.0;
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    const double off = std::abs(values[k] - wanted[k]);
+    value = is_cross ? std::hypot(value, off) : std::max(value, off);
+  }
+  return Deviation{value, asked.task.dials.front().unit};
 }
 
 }  // namespace vrda::virtual_bench

@@ -33,8 +33,22 @@ class VirtualOperator {
   /// For interactive training, once per frame: sends a tracker frame and the stage for the current task,
   /// and handles take_zero_request(). Does nothing if no samples are required.
   void send_samples(CalibrationSession& session);
+  /// Poses of everything during the session's current task; `way` in [0, 1]: progress of a sweep.
+  BenchPoses poses(const CalibrationSession& session, double way) const;
+  /// Samples of tracker and stage at the poses, with noise by `frame`.
+  std::vector<devices::Sample> samples(const CalibrationSession& session, const BenchPoses& poses,
+                                       std::uint64_t frame) const;
+  /// Values of the dials at which a careful hand has aligned the task; empty if it has none.
+  std::vector<double> aligned_values(const CalibrationSession& session) const;
   /// Reading of ruler, tape or pupillometer for a task that requires a number; nullopt otherwise.
   std::optional<double> reading(const CalibrationSession& session) const;
+  /// Distance of the dials from the truth; empty for a task without dials. Lines, crosses and nodes of a
+  /// grid (root mean square) in px, points of a model (root mean square) in mm, numbers in their unit.
+  struct Deviation {
+    double value = 0.0;
+    std::string unit;
+  };
+  std::optional<Deviation> deviation(const CalibrationSession& session) const;
 
  private:
   std::uint64_t draws_index(const CalibrationSession& session) const;

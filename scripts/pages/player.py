@@ -22,7 +22,7 @@ As a video: [player/knee-generic.mp4](player/knee-generic.mp4).
 
 ![0, 30, 60 and 90 degrees](player/knee-generic-motion.jpg)
 
-0, 30, 60 and 90 degrees of flexion. Fibres are tubes, thin and grey where slack, otherwise blue to red at a strain of 6 %: the lateral collateral ligament is taut in extension and slack at 90 degrees.
+0, 30, 60 and 90 degrees of flexion. Each bundle is a band of tissue, grey where slack, otherwise blue to red at a strain of 6 %: the lateral collateral ligament is taut in extension and slack at 90 degrees.
 
 ![Every layer at once, with numbers and legends](player/knee-generic-screen.jpg)
 
@@ -62,6 +62,13 @@ Meshes: Lenhart et al. 2015, Smith et al. 2019 (OpenSim-JAM, Apache-2.0).
 The simulated bench some seconds after its start, one sample per pixel: the leg flexes in front of the simulated tracker. The stage has not been zeroed, which both eyes' views report. With the panel the processor alone renders 30 to 40 frames per second here, without it (T) the required 60; `results/benchmarks.md` has
 ten minutes of that.
 
+## Before and after
+
+![Both knees at 0, 30, 60 and 90 degrees, with tubes and glassy menisci, and as they are drawn now](player/before-after.jpg)
+
+Menisci are opaque tissue with rounded edges instead of glass blocks; bundles are bands that follow their wrapping surfaces, instead of single tubes (the posterior capsule over the condyles, the medial collateral ligament
+over the tibia); ambient occlusion darkens where surfaces are close. The upper row of each pair is of the program before these changes, the lower one of `scripts/pictures`.
+
 ## Memory over 100,000 frames
 
 `VRDA_FRAMES=100000 VRDA_FRAMES_MODEL=knee.h5 test_player_frames`: the generic knee is animated in the window's frame loop, 320 x 240 pixels by OSMesa, with contacts, normals, axes and the
@@ -74,6 +81,5 @@ shared cores.
 - The generic tibia and menisci are thesis-sized: outlines show their facets, and the meniscus's ends are cut off flat.
 - The gap map is sampled at vertices: on the coarse plateau its outer border is irregular by the size of a facet.
 - Contacts belong to the nearest raw cell and jump from cell to cell; on a smoothed motion they need not be where the gap map is 0.
-- There are no shadows, so the distance between two bones is hard to judge without the gap map.
-- Fibres of one bundle are single tubes, not a band of tissue; those without a wrapping surface pass through bone.
+- Fibres without a wrapping surface pass through bone.
 """

@@ -161,7 +161,8 @@ TEST_F(Controls, EveryKeyOfTheHelpIsTested)
 {
   std::string keys;
   for (const navigation::HelpLine& line : bench::bench_key_lines()) keys += std::string(line.keys) + "; ";
-  EXPECT_EQ(keys, "Up, Down; Left, Right; F, V, I; P; E; Z; W; T; S; H or ?; Q or Esc; ");
+  EXPECT_EQ(keys, "Up, Down; Left, Right; F, V, I; P; E; Z; Left, right, middle drag; Gamepad; W; T; S; H or ?; Q or "
+            "Esc; ");
 }
 
 TEST_F(Controls, ParametersAreToldWithTheirUnit)

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bench_files/calibration.hpp"
 #include "bench_texts.hpp"
 #include "core/units.hpp"
 #include "support/refusal.hpp"
@@ -86,6 +87,24 @@ TEST(BenchFile, TheDisplayMayHaveAPlaceOnTheDesktop)
   EXPECT_FALSE(test::bench_of(display(quarters)).display.at.has_value());
   EXPECT_EQ(test::bench_of(display(quarters + "at = [-1280, 24]\n")).display.at,
             (std::array<int, 2>{-1280, 24}));
+}
+
+TEST(BenchFile, TheDisplayMayBeReflectedHalvedAndOnNamedOutputs)
+{
+  const bench_files::DisplaySettings plain = test::bench_of(display("layout = \"quarters\"\n")).display;
+  EXPECT_EQ(plain.reflection, optics::Reflection{});
+  EXPECT_FALSE(plain.is_half_width);
+  const bench_files::BenchFile bench = test::bench_of(
+      display("layout = \"side-by-side\"\nmirror = true\nhalf_width = true\noutputs = [\"HDMI-1\"]\n"));
+  EXPECT_EQ(bench.display.reflection, (optics::Reflection{true, false}));
+  EXPECT_EQ(bench.display.outputs, std::vector<std::string>{"HDMI-1"});
+  // A wide pixel: the same angles in half the columns.
+  const optics::Eye eye = bench_files::nominal_calibration(bench).eyes.left;
+  const optics::Eye usual = bench_files::nominal_calibration(test::bench_of(test::bench_text())).eyes.left;
+  EXPECT_EQ(eye.distance_px, 0.5 * usual.distance_px);
+  EXPECT_EQ(optics::distance_y_px(eye), optics::distance_y_px(usual));
+  EXPECT_EQ(eye.distortion.pixel_aspect, eye.pixel_aspect);
+  EXPECT_TRUE(test::bench_of(display("layout = \"quarters\"\nflip = true\n")).display.reflection.is_flipped);
 }
 
 TEST(BenchFile, BodiesAreThoseThatLegAndHeadWant)
@@ -221,6 +240,10 @@ TEST(BenchFile, WhatIsWrongIsNamed)
       Row{display(quarters + "right_window = [1000, 0, 281, 9]\n"), "display.right_window", beyond},
       Row{display(quarters + "right_window = [640, 400, 640, 480]\n"), "display.right_window",
           "display.left_window"},
+      Row{display(quarters + "half_width = true\n"), "display.half_width", "another layout"},
+      Row{display(quarters + "outputs = [\"A\"]\nat = [0, 0]\n"), "display.outputs", "outputs and at"},
+      Row{display(quarters + "outputs = [\"A\", \"B\"]\n"), "display.outputs", "2 names"},
+      Row{display("layout = \"two-outputs\"\noutputs = [\"A\"]\n"), "display.outputs", "1 names"},
       Row{bench_head() + display_table + two_bodies, "tracker", "nothing"},
       Row{bench_head() + display_table + "[tracker]\nhosts = 1\n", "tracker.hosts", "an unknown key"},
       Row{bench_head() + shared, "body", "nothing"},

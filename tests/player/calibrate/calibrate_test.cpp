@@ -467,4 +467,28 @@ TEST_F(Calibrate, AScriptShowsItsTasks)
   EXPECT_EQ(n_lit(picture, 640, 520, 1280, 1024), 0);
 }
 
+/// Practice by keys: each confirmed task ends with its distance from the truth.
+TEST_F(Calibrate, PracticeTellsHowFarEachTaskWasFromTheTruth)
+{
+  calibrate::CalibrateOptions wanted = options("viewport");
+  wanted.calibration.clear();
+  const bench_files::BenchFile bench =
+      bench_files::parse_bench_file(virtual_bench::virtual_bench_text(), "virtual bench");
+  const double left = virtual_bench::virtual_truth(bench, 1).edges_px[0].left;
+  const auto start = calibration_tasks::tasks_of(bench_files::CalibrationPart::viewport, bench,
+                                                 bench_files::nominal_calibration(bench))
+                         .front()
+                         .dials[0]
+                         .value;
+  const long n = std::lround(start - std::round(left));
+  ASSERT_GT(n, 0) << "the line starts inside the edge";
+  wanted.script = written("keys.txt", "press Left " + std::to_string(n) + "\npress Enter\npress Escape\n");
+  const Said said = calibrated(wanted);
+  std::ostringstream sentence;
+  sentence.precision(1);
+  sentence << std::fixed << "viewport left eye, left edge, 1: You were " << std::abs(std::round(left) - left)
+           << " px from the truth.";
+  EXPECT_THAT(said.talk, HasSubstr(sentence.str()));
+}
+
 }  // namespace vrda::calibrate_test

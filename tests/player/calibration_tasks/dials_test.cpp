@@ -85,4 +85,30 @@ TEST(GuideDials, ATurnOfThePotentiometerIsTwoHundredSteps)
   EXPECT_EQ(dials.values()[0], 10.25);
 }
 
+TEST(GuideDials, FollowThePointer)
+{
+  using Values = std::vector<double>;
+  const auto dragged = [](const calibration_tasks::Task& task, const calibration_tasks::DialDrag& drag) {
+    calibration_tasks::Dials dials(task);
+    dials.drag(drag);  // without a press
+    dials.begin_drag();
+    dials.drag({{500.0, 500.0}, drag.is_second});
+    dials.drag(drag);  // counts from the press
+    return Values(dials.values().begin(), dials.values().end());
+  };
+  using enum calibration_tasks::TaskKind;
+  EXPECT_EQ(dragged(task_of(point, 2), {{3.1, -4.0}}), (Values{13.0, 6.0})) << "steps of a quarter";
+  EXPECT_EQ(dragged(task_of(point, 2), {{10.0, 20.0}, false, true}), (Values{11.0, 12.0})) << "a tenth";
+  calibration_tasks::Task line = task_of(scan_line, 1);
+  EXPECT_EQ(dragged(line, {{7.0, 3.0}}), Values{13.0}) << "a row moves vertically";
+  line.is_column = true;
+  EXPECT_EQ(dragged(line, {{7.0, 3.0}}), Values{17.0});
+  EXPECT_EQ(dragged(task_of(rectangle_sides, 2), {{7.0, 3.0}}), (Values{17.0, 10.0}));
+  EXPECT_EQ(dragged(task_of(rectangle_sides, 2), {{7.0, 3.0}, true}), (Values{10.0, 17.0}));
+  EXPECT_EQ(dragged(task_of(point, 2), {{0.0, 0.0}}), (Values{10.0, 10.0})) << "back at the press";
+  calibration_tasks::Task size = task_of(number, 1);
+  size.dials[0].unit = "mm";
+  EXPECT_EQ(dragged(size, {{8.0, 0.0}}), Values{12.0}) << "a step a pixel";
+}
+
 }  // namespace vrda::dials_test

@@ -367,4 +367,30 @@ TEST(GuideSession, ASubjectOfAnotherShapeAsksForANewRun)
   EXPECT_NEAR(trial.session->calibration().subject_scale, trial.truth.calibration.subject_scale, 0.05);
 }
 
+TEST(TimeLeft, FallsWithEveryTaskAndEndsAtNothing)
+{
+  test::Trial trial(test::bench());
+  double before_s = trial.session->progress().typical_left_s;
+  EXPECT_GT(before_s, 20.0 * 60.0) << "a new bench takes about half an hour";
+  EXPECT_LT(before_s, 60.0 * 60.0);
+  const double first_s = calibration_tasks::typical_s(*trial.session->task());
+  trial.do_task();
+  EXPECT_DOUBLE_EQ(trial.session->progress().typical_left_s, before_s - first_s);
+  while (trial.session->task() != nullptr) {
+    before_s = trial.session->progress().typical_left_s;
+    trial.do_task();
+    if (trial.session->task() != nullptr) {
+      EXPECT_LT(trial.session->progress().typical_left_s, before_s);
+    }
+  }
+  EXPECT_LE(before_s, 120.0);
+}
+
+TEST(TimeLeft, FollowsTheOperatorsPace)
+{
+  EXPECT_DOUBLE_EQ(calibration_tasks::time_left_s({}, 600.0), 600.0);
+  EXPECT_NEAR(calibration_tasks::time_left_s({1e6, 2e6}, 600.0), 1200.0, 1.0);
+  EXPECT_GT(calibration_tasks::time_left_s({600.0, 300.0}, 600.0), 300.0) << "a short observation counts less";
+}
+
 }  // namespace vrda::session_test

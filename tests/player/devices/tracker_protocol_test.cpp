@@ -156,7 +156,7 @@ TEST(TrackerTalk, AClockSetBackIsStaleUntilItIsBelieved)
   EXPECT_EQ(summary(talk.receive(femur(100), 9)), "0 seen");
 }
 
-/// The states at the end of three periods of 150 ms: the tibia is absent, the clock stands still, silence.
+/// The states at the end of three periods of 150 ms: the tibia is absent, the clock does not advance, silence.
 std::string course(igtl::IgtlKind kind)
 {
   devices::TrackerProtocol talk(settings(), 0);

@@ -29,8 +29,8 @@ follow::RunScreenOptions options()
   asked.scene.apply_appearance = [](scene::Scene& bare) {
     for (scene::Drawable& drawable : bare.drawables) drawable.material.opacity = 0.3F;
   };
-  asked.views = {follow::named_view("front", scene::View::front, Side::right),
-                 follow::named_view("lateral", scene::View::lateral, Side::right)};
+  asked.views = {navigation::named_view("front", scene::View::front, Side::right),
+                 navigation::named_view("lateral", scene::View::lateral, Side::right)};
   return asked;
 }
 

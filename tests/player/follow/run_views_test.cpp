@@ -55,10 +55,10 @@ TEST(RunViews, ATurnedViewIsThatOfATurnedAndShiftedJoint)
                                              {0, -30, 0}, {0, 0, 30}, {0, 0, -30}};
   const Eigen::Vector3d turn_rad(rad_from_deg(20.0), rad_from_deg(-50.0), rad_from_deg(70.0));
   const Eigen::Vector3d shift_mm(3.0, -4.0, 5.0);
-  const follow::RunView front = follow::named_view("front", scene::View::front, Side::right);
-  const follow::RunView turned = follow::turned_view("turned", turn_rad, shift_mm, Side::right);
-  const follow::RunView unshifted =
-      follow::turned_view("turned", turn_rad, Eigen::Vector3d::Zero(), Side::right);
+  const follow::CameraView front = navigation::named_view("front", scene::View::front, Side::right);
+  const follow::CameraView turned = navigation::turned_view("turned", turn_rad, shift_mm, Side::right);
+  const follow::CameraView unshifted =
+      navigation::turned_view("turned", turn_rad, Eigen::Vector3d::Zero(), Side::right);
   const scene::Camera shifted_camera = follow::fitted_shots({turned}, area, corners, 1.0).front().camera;
   const scene::Camera camera = follow::fitted_shots({unshifted}, area, corners, 1.0).front().camera;
   // In the axes of the front view: X to the subject's left, Y up, Z forward.
@@ -76,48 +76,10 @@ TEST(RunViews, ZoomMakesThePictureLarger)
 {
   const std::vector<optics::Viewport> area{{0, 0, 400, 300}};
   const std::vector<Eigen::Vector3d> corners{{-30, 0, 0}, {30, 0, 0}, {0, 30, 0}};
-  const follow::RunView front = follow::named_view("front", scene::View::front, Side::left);
+  const follow::CameraView front = navigation::named_view("front", scene::View::front, Side::left);
   const scene::Camera plain = follow::fitted_shots({front}, area, corners, 1.0).front().camera;
   const scene::Camera near = follow::fitted_shots({front}, area, corners, 2.0).front().camera;
   EXPECT_NEAR(near.half_height_tangent, 0.5 * plain.half_height_tangent, rounding);
-}
-
-TEST(JobViews, AreThoseOfTheJob)
-{
-  const follow::JobViews job = follow::job_views(
-      "title = \"a\"\nzoom = 9\n\n[player]\ndisplay_px = [1280, 1024]\nzoom = 2.5\nrender = \"wire\"\n\n"
-      "[[player.view]]\nnumber = 2\nshift_mm = [-50, 0, 1.5e1]\norientation_deg = [0, 90, -0.5]\n\n"
-      "[[player.view]]\nnumber = 0\n\n[limits]\nunsolved_fraction = 0\nzoom = 7\n");
-  EXPECT_EQ(job.zoom, 2.5);
-  EXPECT_EQ(job.render, "wire");
-  EXPECT_EQ(job.width_px, 1280);
-  EXPECT_EQ(job.height_px, 1024);
-  ASSERT_EQ(job.views.size(), 2u);
-  EXPECT_EQ(job.views[0].number, 2);
-  EXPECT_EQ(job.views[0].shift_mm, Eigen::Vector3d(-50, 0, 15));
-  EXPECT_EQ(job.views[0].orientation_deg, Eigen::Vector3d(0, 90, -0.5));
-  EXPECT_EQ(job.views[1].number, 0);
-  EXPECT_EQ(job.views[1].shift_mm, Eigen::Vector3d::Zero());
-}
-
-TEST(JobViews, WhatIsNotOfTheFormStaysAtItsDefault)
-{
-  for (const char* text :
-       {"", "[player]", "[player]\nzoom = -1\nrender = \n", "[player]\ndisplay_px = [nan, inf]\nzoom = nan",
-        "[player]\ndisplay_px = [1280]\nzoom = \"x\"\nrender = 1", "[[player.view", "zoom = 3", "player = 3",
-        "[player]\nview = 3\ndisplay_px = [1, \"2\"]"}) {
-    SCOPED_TRACE(text);
-    const follow::JobViews job = follow::job_views(text);
-    EXPECT_EQ(job.zoom, 1.0);
-    EXPECT_EQ(job.render, "");
-    EXPECT_EQ(job.width_px, 0);
-    EXPECT_TRUE(job.views.empty());
-  }
-  const follow::JobViews job =
-      follow::job_views("[[player.view]]\nshift_mm = [1, 2]\norientation_deg = \"nothing\"\n");
-  ASSERT_EQ(job.views.size(), 1u);
-  EXPECT_EQ(job.views[0].shift_mm, Eigen::Vector3d::Zero());
-  EXPECT_EQ(job.views[0].orientation_deg, Eigen::Vector3d::Zero());
 }
 
 }  // namespace vrda::run_views_test

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "gui/overlay_text.hpp"
+
 namespace vrda::gui_test {
 
 constexpr double frame_s = 1.0 / 60.0;
@@ -320,6 +322,36 @@ TEST(Gui, TwoInterfacesDoNotDisturbEachOther)
   }
   EXPECT_LE(extent_of(one.gui_.overlay()).max().x(), 800.0);
   EXPECT_GT(one.gui_.overlay().vertices.size(), other.gui_.overlay().vertices.size());
+}
+
+TEST(OverlayReflector, ReflectsWhatIsInAWindowAndNothingElse)
+{
+  const optics::EyeWindows windows{{100, 0, 200, 100}, {100, 100, 200, 100}};
+  const gui::OverlayText text(gui::panel_text_px);
+  const auto drawn = [&](const optics::Reflection& reflection) {
+    render::Overlay overlay;
+    gui::clear_overlay(overlay, 300, 200);
+    text.add_area(overlay, {0, 0, 100, 200}, gui::paper);      // the operator's, up to the window's border
+    text.add_area(overlay, {110, 10, 130, 20}, gui::amber);    // left eye
+    text.add_area(overlay, {250, 150, 300, 160}, gui::amber);  // right eye
+    gui::clip_overlay(overlay, {100, 100, 150, 200});
+    const std::array<Eigen::Vector2d, 3> line{Eigen::Vector2d(120, 150), {140, 150}, {140, 190}};
+    text.add_line(overlay, line, 1.0, gui::green);
+    gui::finish_overlay(overlay);
+    gui::OverlayReflector(windows, reflection).reflect(overlay);
+    return overlay;
+  };
+  const render::Overlay plain = drawn({}), mirrored = drawn({true, false}), turned = drawn({true, true});
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_EQ(mirrored.vertices[k].x_px, plain.vertices[k].x_px);
+  for (std::size_t k = 4; k < plain.vertices.size(); ++k) {
+    SCOPED_TRACE(k);
+    EXPECT_FLOAT_EQ(mirrored.vertices[k].x_px, 400.0F - plain.vertices[k].x_px);
+    EXPECT_EQ(mirrored.vertices[k].y_px, plain.vertices[k].y_px);
+    const float across = k < 8 ? 100.0F : 300.0F;
+    EXPECT_FLOAT_EQ(turned.vertices[k].y_px, across - plain.vertices[k].y_px);
+  }
+  EXPECT_EQ(mirrored.commands[0].clip_px, plain.commands[0].clip_px) << "all of the frame buffer";
+  EXPECT_EQ(mirrored.commands[1].clip_px, (std::array<float, 4>{250, 100, 300, 200}));
 }
 
 }  // namespace vrda::gui_test

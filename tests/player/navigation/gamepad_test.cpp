@@ -14,23 +14,23 @@ std::size_t count_of(const std::vector<navigation::KeyPress>& keys, Key key)
 }
 
 /// Number of presses of `key` in `seconds` at 60 rounds a second.
-std::size_t presses(const render::Gamepad& pad, Key key, double seconds, bool is_plane = true)
+double presses(const render::Gamepad& pad, Key key, double seconds, bool is_plane = true)
 {
   navigation::GamepadKeys keys;
   std::size_t n = 0;
   for (int k = 0; k < static_cast<int>(60.0 * seconds); ++k) n += count_of(keys.keys(pad, 1.0 / 60.0, is_plane), key);
-  return n;
+  return static_cast<double>(n);
 }
 
 TEST(Gamepad, ThePadPressesArrowsAndRepeatsThem)
 {
   render::Gamepad pad;
   pad.has_right = true;
-  EXPECT_EQ(presses(pad, Key::right, 0.3), 1u);
+  EXPECT_EQ(presses(pad, Key::right, 0.3), 1.0);
   // At 0.4 s and every 0.05 s from there, seen at the rounds up to 0.983 s after the press.
-  EXPECT_EQ(presses(pad, Key::right, 1.0), 1u + 12u);
+  EXPECT_EQ(presses(pad, Key::right, 1.0), 1.0 + 12.0);
   pad.has_a = true;
-  EXPECT_EQ(presses(pad, Key::enter, 2.0), 1u) << "a confirmation does not repeat";
+  EXPECT_EQ(presses(pad, Key::enter, 2.0), 1.0) << "a confirmation does not repeat";
 }
 
 TEST(Gamepad, ShouldersAreShiftAndControlOfThePad)
@@ -50,16 +50,16 @@ TEST(Gamepad, TheStickIsFineNearItsMiddle)
 {
   render::Gamepad pad;
   pad.stick_x = -0.1;
-  EXPECT_EQ(presses(pad, Key::left, 10.0), 0u) << "at rest";
+  EXPECT_EQ(presses(pad, Key::left, 10.0), 0.0) << "at rest";
   pad.stick_x = -1.0;
   EXPECT_NEAR(presses(pad, Key::left, 10.0), 600.0, 1.0);
   // Halfway beyond the dead zone: an eighth.
   pad.stick_x = -0.575;
   EXPECT_NEAR(presses(pad, Key::left, 10.0), 75.0, 1.0);
-  EXPECT_EQ(presses(pad, Key::right, 10.0), 0u);
+  EXPECT_EQ(presses(pad, Key::right, 10.0), 0.0);
   pad.stick_y = 1.0;
   EXPECT_NEAR(presses(pad, Key::down, 10.0), 600.0, 1.0);
-  EXPECT_EQ(presses(pad, Key::down, 10.0, false), 0u) << "Up and Down would select";
+  EXPECT_EQ(presses(pad, Key::down, 10.0, false), 0.0) << "Up and Down would select";
 }
 
 }  // namespace vrda::gamepad_test

@@ -151,7 +151,11 @@ TEST(Recording, PicturesThatNoDeviceGaveAreDropped)
            picture([&](devices::Sample& s) { s.tool_pose.rotation[0] = nan; }),
            picture([](devices::Sample& s) { s.tool_pose.rotation[0] = 1.01; }),
            picture([](devices::Sample& s) { s.state = 4; }),
-           picture([](devices::Sample& s) { s.kind = static_cast<devices::SampleKind>(4); }),
+           picture([](devices::Sample& s) { s.kind = static_cast<devices::SampleKind>(5); }),
+           picture([&](devices::Sample& s) {
+             s.kind = devices::SampleKind::offset;
+             s.tool_pose.position_mm[0] = nan;
+           }),
            picture([](devices::Sample& s) { s.kind = devices::SampleKind::link, s.state = 3; }),
            picture([](devices::Sample& s) { s.kind = devices::SampleKind::link, s.source = 2; }),
            sound + "x",

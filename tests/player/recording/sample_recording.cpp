@@ -15,7 +15,7 @@ devices::Sample sample_of(std::mt19937_64& random, std::int64_t now_ns)
   devices::Sample sample;
   sample.arrival_ns = now_ns - 1'000'000;
   sample.device_ns = now_ns + 1'000'000'000'000;
-  sample.kind = static_cast<devices::SampleKind>(random() % 4);
+  sample.kind = static_cast<devices::SampleKind>(random() % 5);
   sample.state = static_cast<std::uint8_t>(random() % 3);
   sample.source = static_cast<std::uint16_t>(random() % 2);
   sample.count = static_cast<std::int32_t>(random() % 2001) - 1000;

@@ -439,4 +439,37 @@ TEST(SessionOfFrames, TheTimelineCountsFrames)
   EXPECT_NEAR(session.state().timeline.last_rad, rad_from_deg(3.0), 1e-12);
 }
 
+TEST(Session, StartsAndResetsWithTheJobsViewUntilOneIsChosen)
+{
+  show::SessionOptions options = small_options();
+  const show::Session plain(small_model(), options);
+  options.job_view =
+      navigation::turned_view("view 2", {0.0, rad_from_deg(90.0), 0.0}, {10.0, 0.0, 0.0}, Side::right);
+  options.zoom = 2.0;
+  show::Session session(small_model(), options);
+  const auto camera = [&] { return session.orbit_camera().camera; };
+  const scene::Camera start = camera();
+  EXPECT_TRUE(start.X_world_camera.linear().isApprox(options.job_view->R_world_camera, 1e-12));
+  const auto press = [&](char key) {
+    render::InputEvent event;
+    event.kind = render::InputKind::key_press;
+    event.key = render::key_of(key);
+    session.take(event);
+    session.advance(frame_s);
+  };
+  session.take(pointer_event(render::InputKind::press, 300.0, 300.0));
+  session.take(pointer_event(render::InputKind::motion, 360.0, 300.0));
+  session.take(pointer_event(render::InputKind::release, 360.0, 300.0));
+  EXPECT_FALSE(camera().X_world_camera.isApprox(start.X_world_camera, 1e-6));
+  press('R');
+  EXPECT_TRUE(camera().X_world_camera.isApprox(start.X_world_camera, 1e-12));
+  EXPECT_EQ(camera().half_height_tangent, start.half_height_tangent);
+  press('1');
+  const scene::Camera front = camera();
+  EXPECT_FALSE(front.X_world_camera.isApprox(start.X_world_camera, 1e-6));
+  press('R');
+  EXPECT_TRUE(camera().X_world_camera.isApprox(front.X_world_camera, 1e-12)) << "the chosen view";
+  EXPECT_NEAR(camera().half_height_tangent, plain.orbit_camera().camera.half_height_tangent, 1e-12);
+}
+
 }  // namespace vrda::session_test

@@ -424,4 +424,32 @@ TEST_F(ShowFrames, ChoosesByKeysOnly)
   EXPECT_EQ(test::input_error([&] { run(given); }).field, "--key");
 }
 
+TEST_F(Show, ViewsSizeAndModeOfTheJobHoldUnlessOptionsAreGiven)
+{
+  store::MotionModel model = small_model();
+  model.job.resolved =
+      "[player]\ndisplay_px = [80, 60]\nzoom = 2\nrender = \"wire\"\n"
+      "[[player.view]]\nnumber = 2\norientation_deg = [0, 90, 0]\n[[player.view]]\nnumber = 5\n";
+  store::write_motion_model(file_, model);
+  show::ShowOptions given = options();
+  given.size = given.views = "";
+  given.flexion = "0";
+  EXPECT_EQ(run(given).n_images, 2);
+  EXPECT_THAT(stills(), ElementsAre("view_2_flexion_000.png", "view_5_flexion_000.png"));
+  const show::ShowLook look = show::look_of(given, model);
+  EXPECT_EQ(look.size.width, 80);
+  EXPECT_EQ(look.size.height, 60);
+  EXPECT_EQ(look.zoom, 2.0);
+  EXPECT_EQ(look.appearance.mode, scene::DrawMode::wire);
+  given.has_mode = true;
+  given.views = "top";
+  given.size = "64x48";
+  const show::ShowLook own = show::look_of(given, model);
+  EXPECT_EQ(own.size.width, 64);
+  EXPECT_EQ(own.zoom, 1.0);
+  ASSERT_EQ(own.views.size(), 1u);
+  EXPECT_EQ(own.views[0].name, "top");
+  EXPECT_EQ(own.appearance.mode, given.appearance.mode);
+}
+
 }  // namespace vrda::show_test

@@ -183,4 +183,72 @@ TEST(BenchPicture, SwappingTheEyesAndMovingTheStageMovesPointsByTheComputedAmoun
   EXPECT_NEAR(swapped.x() - there.x(), -880.0 * 64.0 / 800.0, promised_px);
 }
 
+/// A mirror or an inverted display in front of the eye shows what is drawn without one.
+TEST(BenchPicture, AReflectedWindowHasTheSamePictureReversed)
+{
+  const optics::EyePair eyes = sample_eyes(lenses[1]);
+  scene::Scene scene = dark_scene();
+  add_spot(scene, {25.0, -12.0, -700.0});
+  const auto drawn = [&](const optics::Reflection& reflection) {
+    const stereo::StereoPlan plan =
+        stereo::stereo_plan(eyes, display_width, display_height, "bench.toml", reflection);
+    const auto renderer = render::make_offscreen_renderer({plan.width, plan.height, 4});
+    renderer->load(scene);
+    renderer->load(plan.warp);
+    return renderer->draw(scene, stereo::shots_of(plan, eyes, Pose::Identity(), scene), nullptr);
+  };
+  const render::Image plain = drawn({});
+  for (const optics::Reflection reflection : {optics::Reflection{true, false}, optics::Reflection{false, true},
+                                              optics::Reflection{true, true}}) {
+    const render::Image reversed = drawn(reflection);
+    for (const optics::Eye* eye : {&eyes.left, &eyes.right}) {
+      const Eigen::Vector2d there = centre_of_light_px(plain, eye->visible);
+      const Eigen::Vector2d wanted =
+          optics::reflected_px(reflection, eye->window, there.cast<float>()).cast<double>();
+      // The window of the other eye is not touched, and the spot is not in the middle.
+      EXPECT_LT((centre_of_light_px(reversed, eye->window) - wanted).norm(), promised_px);
+      EXPECT_GT((there - wanted).norm(), 10.0);
+    }
+  }
+}
+
+/// Only what changed is cleared, resolved and warped; the frames are those of a renderer that begins with them.
+TEST(BenchPicture, AFrameDoesNotDependOnTheOnesBefore)
+{
+  const optics::EyePair eyes = sample_eyes(lenses[1]);
+  const stereo::StereoPlan plan = stereo::stereo_plan(eyes, display_width, display_height, "bench.toml");
+  scene::Scene scene = dark_scene();
+  scene.background = {};
+  add_spot(scene, {0.0, 0.0, -700.0});
+  add_spot(scene, {0.0, 0.0, -900.0});
+  const auto opened = [&](int samples) {
+    auto renderer = render::make_offscreen_renderer({plan.width, plan.height, samples});
+    renderer->load(scene);
+    renderer->load(plan.warp);
+    return renderer;
+  };
+  const auto drawn = [&](render::Renderer& renderer) {
+    return renderer.draw(scene, stereo::shots_of(plan, eyes, Pose::Identity(), scene), nullptr).rgba;
+  };
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> mm(-100.0, 100.0);
+  for (const int samples : {1, 4}) {
+    const auto moving = opened(samples);
+    std::vector<std::uint8_t> before;
+    for (int n = 0; n < 4; ++n) {
+      SCOPED_TRACE(testing::Message() << samples << " samples, frame " << n);
+      for (scene::Drawable& drawable : scene.drawables)
+        drawable.X_world_mesh.translation().head<2>() = Eigen::Vector2d(mm(random), mm(random));
+      scene.drawables[0].is_shown = n != 2;
+      const std::vector<std::uint8_t> now = drawn(*moving);
+      EXPECT_TRUE(now == drawn(*opened(samples)));
+      EXPECT_FALSE(now == before);
+      before = now;
+    }
+    for (scene::Drawable& drawable : scene.drawables) drawable.is_shown = false;
+    EXPECT_TRUE(drawn(*moving) == drawn(*opened(samples))) << "nothing is shown";
+    for (scene::Drawable& drawable : scene.drawables) drawable.is_shown = true;
+  }
+}
+
 }  // namespace vrda::bench_picture_test

@@ -3,12 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <map>
 
 #include "calibration_tasks/task.hpp"
 #include "core/units.hpp"
 #include "support/refusal.hpp"
+#include "virtual_bench/alignment.hpp"
 #include "virtual_bench/statistics.hpp"
 
 namespace vrda::virtual_operator_test {
@@ -219,6 +221,97 @@ TEST(RealThings, TheLegIsWhereAModelIsSeenThatIsPlacedRightly)
                     {bench_files::CalibrationPart::leg, values, truth.calibration}, bench, truth)),
                 11.0, 6.0);
   }
+}
+
+/// Seen from the eye, the scan line at the true reading lies on the edge over its whole length: both are bent.
+TEST(RealThings, AScanLineIsBentAsTheEdgeIs)
+{
+  const bench_files::BenchFile bench = bench_of(bench_files::HeadKind::stage);
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(bench, seed);
+    const bench_files::Calibration nominal = bench_files::nominal_calibration(bench);
+    int n_bent = 0;
+    for (const calibration_tasks::Task& task :
+         calibration_tasks::tasks_of(bench_files::CalibrationPart::viewport, bench, nominal)) {
+      if (task.kind != calibration_tasks::TaskKind::scan_line) continue;
+      SCOPED_TRACE(task.name);
+      const auto seen_at = [&](double value) {
+        return virtual_bench::seen_lines(calibration_tasks::task_lines(task, std::vector{value}, nominal), truth);
+      };
+      EXPECT_EQ(seen_at(task.dials[0].value).size(), 1u) << "it starts where it can be seen";
+      const virtual_bench::VirtualTruth::Edges& e = truth.edges_px[task.is_right ? 1 : 0];
+      const std::array borders{e.left, e.right, e.top, e.bottom};
+      const bool is_last = task.index == 1 || task.index == 3;
+      const std::vector<calibration_tasks::DrawnLine> seen =
+          seen_at(virtual_bench::scan_reading(borders.at(static_cast<std::size_t>(task.index)), is_last));
+      ASSERT_EQ(seen.size(), 1u);
+      EXPECT_TRUE(seen[0].is_smooth) << "whole pixels would straighten it";
+      const std::vector<calibration_tasks::DrawnLine> edge = virtual_bench::physical_outlines(task, bench, truth);
+      double least = 1e9, most = -1e9;
+      for (const Eigen::Vector2d& p : seen[0].points_px) {
+        EXPECT_LT(distance_from(edge, p), 1.0 * 1.5) << "one pixel of the frame buffer, magnified";
+        least = std::min(least, p[task.is_column ? 0 : 1]);
+        most = std::max(most, p[task.is_column ? 0 : 1]);
+      }
+      n_bent += most - least > 4.0 ? 1 : 0;
+    }
+    EXPECT_GT(n_bent, 8) << "the lines are not straight";
+  }
+}
+
+TEST(Deviation, IsTheDistanceOfTheDialsFromTheTruth)
+{
+  const bench_files::BenchFile bench = bench_of(bench_files::HeadKind::stage);
+  const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(bench, 12);
+  calibration_tasks::CalibrationSession session(bench, bench_files::nominal_calibration(bench),
+                                                options_of(bench));
+  virtual_bench::VirtualOperator hand(bench, truth, no_noise);
+  std::map<calibration_tasks::TaskKind, int> met;
+  while (session.task() != nullptr) {
+    const calibration_tasks::Task task = *session.task();
+    SCOPED_TRACE(task.name);
+    if (task.dials.empty()) {
+      EXPECT_FALSE(hand.deviation(session));
+    } else {
+      ++met[task.kind];
+      const std::vector<double> aligned = hand.aligned_values(session);
+      const double first_off = std::abs(session.values()[0] - aligned[0]);
+      const bool is_alone = task.dials.size() == 1;
+      // A reading is a whole column; the edge is anywhere on it.
+      const double grain = task.kind == calibration_tasks::TaskKind::scan_line ? 0.5 : 1e-9;
+      if (is_alone) {
+        EXPECT_NEAR(hand.deviation(session)->value, first_off, grain);
+      } else {
+        EXPECT_GE(hand.deviation(session)->value, first_off - grain);
+      }
+      EXPECT_EQ(hand.deviation(session)->unit, task.dials[0].unit);
+    }
+    hand.do_task(session);
+  }
+  EXPECT_EQ(met.size(), 5u) << "lines, crosses, rectangles, numbers, bull's-eyes";
+}
+
+TEST(Deviation, OfAWholeGridAndOfAModelIsThatOfTheirPoints)
+{
+  const bench_files::BenchFile bench =
+      bench_of(bench_files::HeadKind::stage, "distortion = \"adjust\"\nmodel = \"adjust\"\n");
+  const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(bench, 4);
+  calibration_tasks::CalibrationSession session(bench, bench_files::nominal_calibration(bench),
+                                                options_of(bench));
+  virtual_bench::VirtualOperator hand(bench, truth, no_noise);
+  int n = 0;
+  while (session.task() != nullptr) {
+    const calibration_tasks::TaskKind kind = session.task()->kind;
+    const bool is_many = session.values().size() > 2;
+    const double before = is_many ? hand.deviation(session)->value : 0.0;
+    if (is_many) {
+      ++n;
+      EXPECT_GT(before, kind == calibration_tasks::TaskKind::grid ? 1.0 : 0.1);
+      EXPECT_EQ(hand.deviation(session)->unit, kind == calibration_tasks::TaskKind::grid ? "px" : "mm");
+    }
+    hand.do_task(session);
+  }
+  EXPECT_GT(n, 2);
 }
 
 }  // namespace vrda::virtual_operator_test

@@ -147,6 +147,35 @@ class Server(unittest.TestCase):
             for line in (*silent, half):
                 line.close()
 
+    def test_half_open_connections_do_not_stall_the_page(self):
+        """A client that opens connections all the time and ends no request: the page comes within its time."""
+        with Served(self.model) as served:
+            is_over = threading.Event()
+            opened = []
+
+            def flood():
+                while not is_over.is_set():
+                    opened.append(served.open(b"GET /half HTTP/1.1\r\nHost: "))
+                    if len(opened) > 200:
+                        opened.pop(0).close()
+
+            attacker = threading.Thread(target=flood)
+            attacker.start()
+            try:
+                while len(opened) < 100:
+                    time.sleep(0.01)
+                for _ in range(20):
+                    began = time.monotonic()
+                    status, _, body = served.ask("/model.h5")
+                    self.assertEqual((status, body), (200, self.model.read_bytes()))
+                    self.assertLess(time.monotonic() - began, 5)
+            finally:
+                is_over.set()
+                attacker.join()
+                for line in opened:
+                    line.close()
+            self.assertLess(served.sockets(), 80)
+
     def test_nobody_is_served_without_the_token(self):
         with Served(self.model) as served, Served(self.model) as other:
             self.assertRegex(served.below, "^/[0-9a-f]{32}$")

@@ -1,0 +1,111 @@
+#include "calibrate/rehearsal.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "calibration_tasks/parts.hpp"
+#include "virtual_bench/truth.hpp"
+
+namespace vrda::rehearsal_test {
+
+constexpr std::uint64_t seed = 3;
+
+/// The numbers of "name: dial 12.25 px, dial -3 px".
+std::vector<double> numbers_in(const std::string& words, const calibrate::Task& task)
+{
+  std::vector<double> values;
+  std::size_t from = 0;
+  for (const calibrate::Dial& dial : task.dials) {
+    const std::size_t at = words.find(dial.name + " ", from);
+    if (at == std::string::npos) return {};
+    values.push_back(std::stod(words.substr(at + dial.name.size())));
+    from = at + dial.name.size();
+  }
+  return values;
+}
+
+/// A person who turns the dials by keys to what the rehearsal prints.
+void set_dials(calibrate::CalibrationSession& session, const std::vector<double>& wanted)
+{
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    const calibrate::Dial dial = session.task()->dials[k];
+    const bool is_cross = session.task()->kind == calibrate::TaskKind::point ||
+                          session.task()->kind == calibrate::TaskKind::bullseye;
+    for (long n = std::lround((wanted[k] - session.values()[k]) / dial.step); n != 0;) {
+      const long size = std::abs(n) >= 100 ? 100 : std::abs(n) >= 10 ? 10 : 1;
+      const bool is_more = n > 0;
+      const navigation::Key key = k == 0   ? (is_more ? navigation::Key::right : navigation::Key::left)
+                                  : is_more != is_cross ? navigation::Key::up
+                                                        : navigation::Key::down;
+      session.take(navigation::KeyPress{key, size == 10, size == 100});
+      n -= is_more ? size : -size;
+    }
+  }
+}
+
+/// The whole procedure with the messages that `simulate --rehearse` sends, as devices would receive them.
+TEST(Rehearsal, EveryTaskCanBeDoneWithWhatItSendsAndPrints)
+{
+  for (const calibrate::HeadKind head : {calibrate::HeadKind::stage, calibrate::HeadKind::tracker}) {
+    const calibrate::BenchFile bench =
+        bench_files::parse_bench_file(virtual_bench::virtual_bench_text(head), "bench.toml");
+    const std::vector<calibrate::CalibrationPart> parts = calibration_tasks::parts_of_step("all", bench);
+    calibrate::Rehearsal rehearsal(bench, parts, seed);
+    calibrate::CalibrationSession session(bench, bench_files::nominal_calibration(bench), {parts, false, "", "c.toml"});
+    double now_s = 0.0;
+    std::uint64_t tick = 0;
+    bool is_zeroed = false;
+    const auto send = [&] {
+      now_s += 0.01;
+      devices::Sample sample;
+      sample.arrival_ns = sample.device_ns = static_cast<std::int64_t>(1e9 * now_s);
+      if (calibration_tasks::has_stage(bench)) {
+        sample.kind = devices::SampleKind::stage;
+        sample.count = rehearsal.stage_count(now_s);
+        sample.state = is_zeroed ? devices::stage_zeroed : 0;
+        session.take(sample);
+      }
+      const igtl::IgtlMessage message = rehearsal.message(tick++, now_s);
+      sample.kind = devices::SampleKind::tool_pose;
+      for (std::size_t k = 0; k < bench.tracker->tools.size(); ++k) {
+        const auto tool = std::ranges::find(message.tools, bench.tracker->tools[k], &igtl::IgtlTool::name);
+        sample.source = static_cast<std::uint16_t>(k);
+        sample.state = static_cast<std::uint8_t>(tool == message.tools.end() ? devices::ToolVisibility::missing
+                                                                             : devices::ToolVisibility::seen);
+        if (tool != message.tools.end()) sample.tool_pose = devices::place_of(tool->X_tracker_tool);
+        session.take(sample);
+      }
+    };
+    int n_tasks = 0;
+    while (session.task() != nullptr) {
+      ASSERT_LT(++n_tasks, 1000);
+      const calibrate::Task task = *session.task();
+      SCOPED_TRACE(task.name);
+      const std::string said = rehearsal.follow(session.calibration(), now_s);
+      if (n_tasks > 1) {
+        EXPECT_NE(said.find(task.name), std::string::npos) << said;
+        set_dials(session, numbers_in(said, task));
+      } else {
+        set_dials(session, {static_cast<double>(std::lround(
+                               virtual_bench::virtual_truth(bench, seed).edges_px[0].left))});
+      }
+      if (task.name.ends_with("rail"))
+        while (rehearsal.prompt(now_s).empty()) send();
+      for (int k = 0; k < 3; ++k) send();
+      session.take(navigation::KeyPress{navigation::Key::enter});
+      for (int k = 0; k < 2000 && session.progress().is_sampling; ++k) send();
+      ASSERT_FALSE(session.progress().has_error) << session.progress().messages.front();
+      if (session.take_zero_request()) is_zeroed = true;
+    }
+    EXPECT_EQ(rehearsal.follow(session.calibration(), now_s), "all parts are done");
+    // The display's errors are those of the aligned lines: the eyes are found as by the simulated operator.
+    const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(bench, seed);
+    EXPECT_NEAR(session.calibration().eyes.left.distance_px, truth.calibration.eyes.left.distance_px, 15.0);
+    EXPECT_NEAR(session.calibration().subject_scale, truth.calibration.subject_scale, 0.03);
+  }
+}
+
+}  // namespace vrda::rehearsal_test
