@@ -1,6 +1,7 @@
 #include "bench/bench_run.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -175,6 +176,20 @@ class BenchRun final : public loop::Mode {
       if (sample.kind == devices::SampleKind::tool_pose && sample.source < watches_.size())
         watches_[sample.source].add(sample);
     }
+    note_camera();
+  }
+
+  /// A webcam's stamps are of the steady clock, which this program reads too.
+  void note_camera()
+  {
+    if (!setup_.bench.camera) return;
+    const auto newest = std::find_if(samples_.rbegin(), samples_.rend(), [](const devices::Sample& sample) {
+      return sample.is(devices::ToolVisibility::seen);
+    });
+    if (newest == samples_.rend()) return;
+    const std::int64_t steady_ns =
+        std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+    timing_.camera.add(static_cast<double>(steady_ns - newest->device_ns) * ms_per_ns);
   }
 
   void write_calibration()

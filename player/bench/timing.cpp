@@ -144,6 +144,10 @@ void write_timing(std::ostream& out, const BenchTiming& timing)
       << ",\n  \"sample_jitter_ms\": " << ms_text(timing.jitter_ms) << ",\n";
   write_histogram(out, "latency_ms", timing.latency);
   out << ",\n";
+  if (timing.camera.n() > 0) {
+    write_histogram(out, "camera_latency_ms", timing.camera);
+    out << ",\n";
+  }
   write_histogram(out, "interval_ms", timing.interval);
   out << ",\n";
   write_histogram(out, "drawing_ms", timing.drawing);

@@ -58,6 +58,7 @@ class StreamStatistics {
 
 struct BenchTiming {
   TimeHistogram latency;   ///< from the arrival of a frame's newest sample to its last pixel
+  TimeHistogram camera;    ///< from the exposure of a webcam's newest picture to the last pixel; else empty
   TimeHistogram interval;  ///< between frames
   TimeHistogram drawing;   ///< duration of a frame
   std::uint64_t n_pictures = 0;

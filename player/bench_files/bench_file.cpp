@@ -1,6 +1,7 @@
 #include "bench_files/bench_file.hpp"
 
 #include <algorithm>
+#include <filesystem>
 
 #include "bench_files/document_parts.hpp"
 #include "bench_files/parameters.hpp"
@@ -162,6 +163,44 @@ devices::TrackerSettings tracker_of(const documents::DocumentValue& tracker)
   return settings;
 }
 
+/// A webcam is read by a program of its own, with this bench file.
+devices::TrackerSettings webcam_of(const documents::Document& document)
+{
+  devices::TrackerSettings settings;
+  settings.program = {"vrda-webcam", "track", document.file};
+  settings.stale_after_ms = documents::number_at(document.root, "camera.stale_after_ms");
+  return settings;
+}
+
+CameraSettings camera_of(const documents::Document& document)
+{
+  const documents::DocumentValue& camera = documents::value_at(document.root, "camera");
+  CameraSettings settings;
+  settings.device = documents::text_at(camera, "device");
+  settings.width = static_cast<int>(documents::integer_at(camera, "width"));
+  settings.height = static_cast<int>(documents::integer_at(camera, "height"));
+  settings.rate_hz = documents::number_at(camera, "rate_hz");
+  settings.calibration =
+      std::filesystem::path(document.file).parent_path() / documents::text_at(camera, "calibration");
+  settings.marker_mm = documents::number_at(camera, "marker_mm");
+  settings.fold_deg = documents::number_at(camera, "fold_deg");
+  return settings;
+}
+
+/// The dictionary has four markers for each of 12 bodies.
+void require_webcam_tools(const documents::Document& document, const BenchFile& bench)
+{
+  constexpr std::size_t most = 12;
+  for (std::size_t k = 0; k < n_body_roles; ++k) {
+    if (bench.bodies[k] && !bench.bodies[k]->markers.empty())
+      document.refuse(std::string("body.") + name_of(static_cast<BodyRole>(k)) + ".markers",
+                      "single markers with tracker = \"aruco\"", "a tool: the name of a printed body");
+  }
+  if (bench.tracker->tools.size() > most)
+    document.refuse("tracker", std::to_string(bench.tracker->tools.size()) + " bodies",
+                    "at most 12 with \"aruco\"");
+}
+
 void require_parameter(const documents::Document& document, const BenchFile& bench)
 {
   std::vector<std::string> names{"selected"};
@@ -199,9 +238,13 @@ BenchFile bench_in(const documents::Document& document, MarkerPositions places)
   bench.prediction_ms = documents::number_at(root, "prediction_ms");
   bench.filter = {documents::flag_at(root, "filter.on"), documents::number_at(root, "filter.least_cutoff_hz"),
                   documents::number_at(root, "filter.slope")};
-  bench.tracker = tracker_of(documents::value_at(root, "tracker"));
+  const documents::DocumentValue& tracker = documents::value_at(root, "tracker");
+  const bool is_webcam = tracker.text() != nullptr;
+  bench.tracker = is_webcam ? webcam_of(document) : tracker_of(tracker);
+  if (is_webcam) bench.camera = camera_of(document);
   add_bodies(document, places, bench);
   add_calibration(document, bench);
+  if (is_webcam) require_webcam_tools(document, bench);
   if (root.find("board") != nullptr) bench.board = board_of(document, bench);
   bench.simulation = simulation_of(document, bench);
   bench.simulation_address = simulation_address_of(document);

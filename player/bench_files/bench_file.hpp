@@ -54,6 +54,15 @@ struct FilterSettings {
   double slope = 0.3;  ///< cutoff increase, Hz per degree/s
 };
 
+/// The webcam of `tracker = "aruco"` (room webcam).
+struct CameraSettings {
+  std::string device;             ///< or a film, or a numbered sequence of pictures
+  int width = 640, height = 480;  ///< px
+  double rate_hz = 30.0;
+  std::string calibration;  ///< camera file; relative to the bench file in it, to the process here
+  double marker_mm = 40.0, fold_deg = 90.0;  ///< of the printed bodies
+};
+
 struct BenchFile {
   std::string path, title;
   std::string text;  ///< whole file, stored in recordings
@@ -63,6 +72,7 @@ struct BenchFile {
   std::array<std::optional<BodySettings>, n_body_roles> bodies;  ///< for the roles that leg and head require
   /// Tools in order: those of the bodies, then with [calibration] the probe and the marker; each once.
   std::optional<devices::TrackerSettings> tracker;
+  std::optional<CameraSettings> camera;  ///< the tracker is a webcam
   CalibrationSettings calibration;
   std::optional<devices::BoardSettings> board;
   double stage_mm_per_count = 0.005;

@@ -1,13 +1,18 @@
 #include "devices/clients.hpp"
 
+#include <fcntl.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <spawn.h>
 #include <sys/socket.h>
+#include <sys/wait.h>
 #include <termios.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <boost/asio/connect.hpp>
+#include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
@@ -15,10 +20,15 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <cmath>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
 
 #include "devices/board_protocol.hpp"
 #include "devices/tracker_protocol.hpp"
 #include "igtl/stream.hpp"
+
+extern char** environ;
 
 namespace vrda::devices {
 namespace {
@@ -188,6 +198,67 @@ void keep_alive(tcp::socket& socket)
     setsockopt(socket.native_handle(), option.level, option.name, &option.value, sizeof option.value);
 }
 
+/// A program whose standard output is one end of a socket pair. The destructor ends and reaps it; it holds
+/// nothing that must be saved.
+class ChildProgram {
+ public:
+  /// `socket()` is -1 if it cannot be started; `error()` is then errno.
+  explicit ChildProgram(const std::vector<std::string>& command)
+  {
+    std::array<int, 2> ends{-1, -1};
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
+      error_ = errno;
+      return;
+    }
+    // Beside this program if it is there.
+    std::error_code ignored;
+    const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
+    const std::string beside = here / command.front();
+    const bool is_beside = access(beside.c_str(), X_OK) == 0;
+    std::vector<char*> arguments;
+    for (const std::string& argument : command) arguments.push_back(const_cast<char*>(argument.c_str()));
+    arguments.push_back(nullptr);
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_adddup2(&files, ends[1], STDOUT_FILENO);
+    posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+    // Signals that this program's threads block must reach the child.
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    sigset_t no_signals;
+    sigemptyset(&no_signals);
+    posix_spawnattr_setsigmask(&attributes, &no_signals);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
+    error_ = posix_spawnp(&pid_, is_beside ? beside.c_str() : command.front().c_str(), &files, &attributes,
+                          arguments.data(), environ);
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&files);
+    ::close(ends[1]);
+    if (error_ == 0) {
+      socket_ = ends[0];
+    } else {
+      pid_ = -1;
+      ::close(ends[0]);
+    }
+  }
+  ~ChildProgram()
+  {
+    if (pid_ < 0) return;
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+  ChildProgram(const ChildProgram&) = delete;
+  ChildProgram& operator=(const ChildProgram&) = delete;
+
+  int socket() const { return socket_; }
+  int error() const { return error_; }
+
+ private:
+  pid_t pid_ = -1;
+  int socket_ = -1, error_ = 0;
+};
+
 /// TCP self-connect: a socket that connects to an unused local port can get that port as its own.
 bool is_self(const tcp::socket& socket)
 {
@@ -202,12 +273,43 @@ struct TrackerClient::State {
       : settings(settings_),
         outlet(outlet_),
         socket(io),
+        connecting(io),
         resolver(io),
         timer(io),
         watch(io),
         talk(settings_, outlet_.clock().now_ns()),
         backoff(settings_.retry_ms)
   {
+  }
+
+  void open()
+  {
+    if (settings.program.empty()) {
+      resolve();
+    } else {
+      start_program();
+    }
+  }
+
+  void start_program()
+  {
+    outlet.set_link(LinkState::opening, "");
+    child.emplace(settings.program);
+    if (child->socket() < 0)
+      return reconnect(settings.program.front() + ": " + std::strerror(child->error()));
+    error_code error;
+    socket.assign(asio::generic::stream_protocol(AF_UNIX, 0), child->socket(), error);
+    if (error) return reconnect(error.message());
+    begin_reading();
+  }
+
+  void begin_reading()
+  {
+    stream = igtl::IgtlStream();
+    said.clear();
+    // A program is up once it has sent something: a missing camera ends it before.
+    if (!child) outlet.set_link(LinkState::up, "");
+    read();
   }
 
   void resolve()
@@ -235,17 +337,17 @@ struct TrackerClient::State {
 
   void connect(const Endpoints& endpoints)
   {
-    asio::async_connect(socket, endpoints, [this](const error_code& error, const tcp::endpoint&) {
-      if (error == asio::error::operation_aborted || (!error && !socket.is_open()))
+    asio::async_connect(connecting, endpoints, [this](const error_code& error, const tcp::endpoint&) {
+      if (error == asio::error::operation_aborted || (!error && !connecting.is_open()))
         return reconnect("no connection within 2 s");
-      if (error || is_self(socket)) return reconnect(error ? error.message() : "Connection refused");
+      if (error || is_self(connecting)) return reconnect(error ? error.message() : "Connection refused");
       is_connecting = false;
       timer.cancel();
-      keep_alive(socket);
-      stream = igtl::IgtlStream();
-      outlet.set_link(LinkState::up, "");
+      keep_alive(connecting);
+      socket = std::move(connecting);
+      connecting = tcp::socket(socket.get_executor());
+      begin_reading();
       ask_for_tdata();
-      read();
     });
   }
 
@@ -264,7 +366,7 @@ struct TrackerClient::State {
   {
     socket.async_read_some(asio::buffer(bytes), [this](const error_code& error, std::size_t n) {
       const std::int64_t now_ns = outlet.clock().now_ns();
-      if (error) return reconnect(error == asio::error::eof ? "closed by the peer" : error.message());
+      if (error) return reconnect(end_text(error));
       stream.add(std::span(bytes).first(n));
       while (const std::optional<igtl::IgtlMessage> message = stream.next()) take(*message, now_ns);
       outlet.count_rejected(stream.n_malformed() - n_malformed,
@@ -276,29 +378,46 @@ struct TrackerClient::State {
     });
   }
 
+  /// What a program said last explains its end.
+  std::string end_text(const error_code& error) const
+  {
+    if (child && !said.empty()) return said;
+    return error == asio::error::eof ? "closed by the peer" : error.message();
+  }
+
   void take(const igtl::IgtlMessage& message, std::int64_t now_ns)
   {
-    backoff.reset();
+    said = child && message.kind == igtl::IgtlKind::status ? message.text : error_text_of(message);
+    if (child && said.empty() && !is_child_up) {
+      is_child_up = true;
+      outlet.set_link(LinkState::up, "");
+    }
+    // A program that reports an error is started again with growing pauses.
+    if (!child || said.empty()) backoff.reset();
     outlet.put(talk.receive(message, now_ns));
-    if (const std::string trouble = error_text_of(message); !trouble.empty()) outlet.set_trouble(trouble);
+    if (!said.empty()) outlet.set_trouble(said);
   }
 
   void close()
   {
     error_code ignored;
     socket.close(ignored);
+    connecting.close(ignored);
+    child.reset();
+    is_child_up = false;
   }
 
   void reconnect(const std::string& trouble)
   {
     is_connecting = false;
     n_malformed = 0;
+    const std::string why = trouble;  // close() may end its owner
     close();
-    outlet.set_link(LinkState::closed, trouble);
+    outlet.set_link(LinkState::closed, why);
     timer.expires_after(std::chrono::duration_cast<asio::steady_timer::duration>(
         std::chrono::duration<double, std::milli>(backoff.next_ms())));
     timer.async_wait([this](const error_code& error) {
-      if (!error) resolve();
+      if (!error) open();
     });
   }
 
@@ -316,7 +435,11 @@ struct TrackerClient::State {
 
   const TrackerSettings settings;
   DeviceOutput& outlet;
-  tcp::socket socket;
+  asio::generic::stream_protocol::socket socket;  ///< of the server or the program
+  tcp::socket connecting;
+  std::optional<ChildProgram> child;
+  bool is_child_up = false;
+  std::string said;  ///< error of the last message
   tcp::resolver resolver;
   asio::steady_timer timer;  ///< of the connect timeout, or of the back-off
   asio::steady_timer watch;
@@ -332,7 +455,7 @@ struct TrackerClient::State {
 TrackerClient::TrackerClient(asio::io_context& io, const TrackerSettings& settings, DeviceOutput& outlet)
     : state_(std::make_unique<State>(io, settings, outlet))
 {
-  state_->resolve();
+  state_->open();
   state_->watch_tools();
 }
 

@@ -11,6 +11,7 @@ namespace {
 
 std::string peer_of(const TrackerSettings& settings)
 {
+  if (!settings.program.empty()) return settings.program.front();
   const bool is_ipv6 = settings.host.find(':') != std::string::npos;
   return (is_ipv6 ? "[" + settings.host + "]" : settings.host) + ":" + std::to_string(settings.port);
 }

@@ -20,6 +20,9 @@ struct TrackerSettings {
   double tdata_interval_ms =
       0.0;                  ///< requests TDATA at this interval (STT_TDATA); 0: the server streams unasked
   double retry_ms = 100.0;  ///< first back-off pause, doubling to 20 times that
+  /// Instead of host and port: a program and its arguments that writes the messages to its standard output.
+  /// Started again with back-off when it ends. Looked up beside this program, then in PATH.
+  std::vector<std::string> program;
 };
 
 struct BoardSettings {

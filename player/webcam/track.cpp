@@ -1,0 +1,115 @@
+#include "webcam/track.hpp"
+
+#include <chrono>
+#include <ostream>
+
+#include "bench_files/bench_file.hpp"
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "igtl/message.hpp"
+#include "settings/settings_text.hpp"
+#include "webcam/camera_fit.hpp"
+#include "webcam/picture_source.hpp"
+#include "webcam/pose_finder.hpp"
+
+namespace vrda::webcam {
+namespace {
+
+bench_files::BenchFile read_bench(const std::string& path)
+{
+  bench_files::BenchFile bench = bench_files::read_bench_file(path, bench_files::MarkerPositions::optional);
+  if (!bench.camera) throw InputError({path, "tracker", "a server", "tracker = \"aruco\""});
+  return bench;
+}
+
+PictureSource open_source(const bench_files::CameraSettings& camera)
+{
+  PictureSourceOptions options;
+  options.device = camera.device;
+  options.width = camera.width;
+  options.height = camera.height;
+  options.rate_hz = camera.rate_hz;
+  return PictureSource(options);
+}
+
+std::string text_of(const igtl::IgtlMessage& message)
+{
+  const std::vector<std::uint8_t> bytes = igtl::bytes_of(message);
+  return {bytes.begin(), bytes.end()};
+}
+
+igtl::IgtlMessage tdata_of(const std::vector<FoundBody>& bodies, const std::vector<std::string>& tools,
+                           std::int64_t taken_ns)
+{
+  igtl::IgtlMessage message;
+  message.kind = igtl::IgtlKind::tdata;
+  message.device = "webcam";
+  message.device_ns = taken_ns;
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    const bool is_misfit = bodies[k].state == BodyState::misfit;
+    if (bodies[k].state != BodyState::seen && !is_misfit) continue;
+    message.tools.push_back({tools[k],
+                             is_misfit ? igtl::ToolVisibility::invalid_pose : igtl::ToolVisibility::seen,
+                             bodies[k].X_camera_body});
+  }
+  return message;
+}
+
+}  // namespace
+
+void track(const std::string& bench_path, const ByteSink& sink)
+{
+  const bench_files::BenchFile bench = read_bench(bench_path);
+  const Camera camera = read_camera(bench.camera->calibration);
+  const std::vector<std::string>& tools = bench.tracker->tools;
+  PoseFinderOptions options;
+  options.n_bodies = tools.size();
+  options.sheet = {bench.camera->marker_mm, bench.camera->fold_deg};
+  PoseFinder finder(camera, options);
+  PictureSource source = open_source(*bench.camera);
+  for (bool goes_on = true; goes_on;) {
+    const TimedPicture taken = source.next();
+    if (taken.is_frozen) continue;
+    const double time_s = static_cast<double>(taken.taken_ns) * s_per_ns;
+    goes_on = sink(text_of(tdata_of(finder.find(taken.picture, time_s), tools, taken.taken_ns)));
+  }
+}
+
+std::string error_message(const std::string& text)
+{
+  igtl::IgtlMessage message;
+  message.kind = igtl::IgtlKind::status;
+  message.device = "webcam";
+  constexpr int igtl_unknown_error = 2;
+  message.code = igtl_unknown_error;
+  message.text = text;
+  return text_of(message);
+}
+
+void write_sheets(const std::string& bench_path, const std::string& pdf)
+{
+  const bench_files::BenchFile bench = read_bench(bench_path);
+  write_atomically(pdf, {sheets_pdf(bench.tracker->tools)});
+}
+
+void calibrate(const CalibrateOptions& options, std::ostream& messages)
+{
+  const bench_files::BenchFile bench = read_bench(options.bench);
+  const std::string output = options.output.empty() ? bench.camera->calibration : options.output;
+  PictureSource source = open_source(*bench.camera);
+  CameraFit fit({options.n_views});
+  std::string last;
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.seconds);
+  while (!fit.is_complete() && std::chrono::steady_clock::now() < end) {
+    const std::string said = fit.take(source.next().picture);
+    if (said != last) messages << said << std::endl;
+    last = said;
+  }
+  const Camera camera = fit.camera(output);
+  write_atomically(output, {camera_text(camera)});
+  messages << output << ": focal length " << settings::rounded_text(camera.focal_px.x(), 1) << " px, error "
+           << settings::rounded_text(camera.rms_px, 2) << " px in " << camera.n_views << " views\n";
+}
+
+}  // namespace vrda::webcam
