@@ -3,13 +3,16 @@
 #include <exception>
 #include <functional>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "app/options.hpp"
+#include "bench/live_bench.hpp"
 #include "calibrate/rehearsal.hpp"
 #include "core/error.hpp"
+#include "navigation/arguments.hpp"
 #include "store/read_separately.hpp"
 #include "store/seal.hpp"
 
@@ -28,6 +31,23 @@ void parse(CLI::App& app, int argc, char** argv)
     if (unknown.empty()) throw;
     throw CLI::ExtrasError(unknown);
   }
+}
+
+/// Serves the page; with a bench file the bench, too.
+void run_web(vrda::app::WebMode& mode)
+{
+  using namespace vrda;
+  std::optional<bench::LiveBench> bench;
+  std::optional<web::LiveFeed> feed;
+  if (mode.bench.bench.empty() && !(mode.bench.calibration.empty() && mode.bench.set.empty()))
+    navigation::refuse_option(mode.bench.set.empty() ? "--calibration" : "--set", "no --bench",
+                              "--bench with a bench file");
+  if (!mode.bench.bench.empty()) {
+    mode.bench.file = mode.web.file;
+    bench.emplace(mode.bench);
+    feed = web::LiveFeed{bench->greeting(), [&bench] { return bench->next(); }, bench->interval_s()};
+  }
+  web::serve_web(mode.web, feed, std::cout, std::cerr);
 }
 
 int run(int argc, char** argv)
@@ -49,7 +69,7 @@ int run(int argc, char** argv)
   using namespace vrda;
   const loop::Streams streams{std::cout, std::cerr};
   show::ShowOptions show;
-  web::WebOptions web;
+  app::WebMode web;
   follow::FollowOptions follow;
   bench::BenchOptions bench;
   bench::ServeOptions serve;
@@ -60,7 +80,7 @@ int run(int argc, char** argv)
   const std::vector<std::pair<const CLI::App*, std::function<int()>>> modes{
       {app::add_show(app, show),
        [&] { return show::show(show, streams).n_unsolved > 0 ? unsolved_attitudes : done; }},
-      {app::add_web(app, web), [&] { return web::serve_web(web, std::cout, std::cerr), done; }},
+      {app::add_web(app, web), [&] { return run_web(web), done; }},
       {app::add_follow(app, follow),
        [&] { return follow::follow(follow, streams) == follow::FollowEnd::finished ? done : interrupted; }},
       {app::add_bench(app, bench), [&] { return bench::run_bench(bench, streams), done; }},

@@ -4,6 +4,7 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include "bench/bench_run.hpp"
 #include "bench/measure_body.hpp"
@@ -40,7 +41,13 @@ CLI::App* add_measure_body(CLI::App& app, bench::MeasureBodyOptions& options);
 CLI::App* add_serve(CLI::App& app, bench::ServeOptions& options);
 CLI::App* add_show(CLI::App& app, show::ShowOptions& options);
 CLI::App* add_simulate(CLI::App& app, bench::SimulateOptions& options);
-CLI::App* add_web(CLI::App& app, web::WebOptions& options);
+/// `web`, with the bench that it streams.
+struct WebMode {
+  web::WebOptions web;
+  std::vector<std::string> tls;  ///< certificate and key
+  bench::BenchOptions bench;
+};
+CLI::App* add_web(CLI::App& app, WebMode& mode);
 
 /// Adds the appearance options shared by all modes that render.
 void add_appearance_options(CLI::App& mode, navigation::AppearanceOptions& look);

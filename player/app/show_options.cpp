@@ -175,19 +175,46 @@ CLI::App* add_follow(CLI::App& app, follow::FollowOptions& options)
   return follow;
 }
 
-CLI::App* add_web(CLI::App& app, web::WebOptions& options)
+CLI::App* add_web(CLI::App& app, WebMode& mode)
 {
-  CLI::App* web =
-      app.add_subcommand("web", "Serve a motion model and its viewer page to a browser on this machine");
+  web::WebOptions& options = mode.web;
+  CLI::App* web = app.add_subcommand(
+      "web", "Serve a motion model and its viewer page to browsers, also in augmented and virtual reality");
   web->add_option("FILE", options.file, "Motion model (.h5)")->required();
-  add(web, "--port", "N", options.port, "Port on 127.0.0.1 (default: any free port)")
-      ->check(CLI::Range(0, 65535));
+  add(web, "--address", "A", options.address,
+      "Address of this machine to listen at; with any but 127.0.0.1, which is the default, TLS is required")
+      ->check(empty_value_error);
+  add(web, "--port", "N", options.port, "Port (default: any free port)")->check(CLI::Range(0, 65535));
+  add(web, "--tls", "CERT KEY", mode.tls,
+      "Certificate and private key (PEM): browsers of other machines need https")
+      ->expected(2)
+      ->check(empty_value_error);
+  web->add_flag("--self-signed", options.is_self_signed,
+                "Make the certificate; with --tls, write the two files unless they exist");
+  web->add_flag("--qr", options.has_qr_code,
+                "Print the address as a QR code (always with --address of the network)");
+  add(web, "--bench", "BENCH.toml", mode.bench.bench,
+      "Stream flexion and placement of a tracked leg to all browsers (schemas/bench.md, schemas/live.md)")
+      ->check(empty_value_error);
+  add(web, "--calibration", "FILE.toml", mode.bench.calibration,
+      "Calibration of the bench (default: nominal)");
+  add(web, "--set", "SET", mode.bench.set, "Set of the streamed motion (default: that of show)");
   web->add_flag("--open", options.opens_browser, "Open the page in the default browser");
   web->add_flag("--quiet", options.is_quiet, "Print only the address");
   web->footer(
-      "Prints the page's address and serves until Ctrl-C. The address contains a secret token.\n"
-      "Requests from other machines or without the token are rejected.\n"
-      "Example:\n  vrda-player web knee.h5 --open");
+      "Prints the page's address and serves until Ctrl-C. The address contains a secret token; requests\n"
+      "without it are rejected. WebXR needs https or an address of the device itself. For a headset or a\n"
+      "phone on the network:\n"
+      "  vrda-player web knee.h5 --address 192.168.1.20 --tls cert.pem key.pem --self-signed\n"
+      "For an Android phone by USB, without a certificate:\n"
+      "  vrda-player web knee.h5 --port 8443 --qr    and    adb reverse tcp:8443 tcp:8443\n"
+      "Examples:\n  vrda-player web knee.h5 --open\n"
+      "  vrda-player web knee.h5 --bench bench.toml --calibration anna.toml");
+  web->callback([&mode] {
+    if (mode.tls.empty()) return;
+    mode.web.certificate = mode.tls.front();
+    mode.web.key = mode.tls.back();
+  });
   return web;
 }
 

@@ -4,14 +4,14 @@
 
 namespace vrda::navigation {
 
-std::vector<ScreenLabel> screen_labels(const std::vector<scene::JointLabel>& labels)
+std::vector<ScreenLabel> screen_labels(const std::vector<motion::JointLabel>& labels)
 {
   std::vector<ScreenLabel> made;
-  for (const scene::JointLabel& label : labels) made.push_back({label.text});
+  for (const motion::JointLabel& label : labels) made.push_back({label.text});
   return made;
 }
 
-void place(std::vector<ScreenLabel>& shown, const std::vector<scene::JointLabel>& labels,
+void place(std::vector<ScreenLabel>& shown, const std::vector<motion::JointLabel>& labels,
            const scene::JointFrames& frames, const render::Shot& shot)
 {
   check(shown.size() == labels.size(), "there is a screen label for each label");

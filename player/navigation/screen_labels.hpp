@@ -17,10 +17,10 @@ struct ScreenLabel {
 };
 
 /// One label for each of `labels`, hidden.
-std::vector<ScreenLabel> screen_labels(const std::vector<scene::JointLabel>& labels);
+std::vector<ScreenLabel> screen_labels(const std::vector<motion::JointLabel>& labels);
 
 /// Places the labels, which have the order of `labels`. Allocates nothing.
-void place(std::vector<ScreenLabel>& shown, const std::vector<scene::JointLabel>& labels,
+void place(std::vector<ScreenLabel>& shown, const std::vector<motion::JointLabel>& labels,
            const scene::JointFrames& frames, const render::Shot& shot);
 
 }  // namespace vrda::navigation

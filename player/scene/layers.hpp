@@ -147,9 +147,6 @@ class GapLayer {
   bool is_made_ = false;
 };
 
-/// The model's fibres in canonical axes of their bodies; may be empty.
-ligament::Ligaments ligaments_of(const store::MotionModel& model);
-
 /// A flat band along each fibre's path, over its wrap; the width is in the direction in which the bundle's
 /// fibres lie side by side.
 class LigamentLayer {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "motion/joint_parts.hpp"
 #include "scene/scene.hpp"
 #include "scene/solids.hpp"
 
@@ -51,7 +52,8 @@ Arrangement arrangement_of(const std::vector<ligament::Fibre>& fibres, const std
   const Eigen::RowVectorXd mean_mm = ends_mm.colwise().mean();
   ends_mm.rowwise() -= mean_mm;
   const Eigen::MatrixXd covariance = ends_mm.transpose() * ends_mm;
-  const Eigen::VectorXd first = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(covariance).eigenvectors().col(5);
+  const Eigen::VectorXd first =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(covariance).eigenvectors().col(5);
   // A fibre's coordinate along the component is the mean of the two ends times the root of 2.
   const Eigen::VectorXd along_mm = ends_mm * first;
   const double width_mm = (along_mm.maxCoeff() - along_mm.minCoeff()) / std::sqrt(2.0);
@@ -91,32 +93,8 @@ Legend legend_of(const store::MotionModel& model, std::size_t n_fibres)
 
 }  // namespace
 
-ligament::Ligaments ligaments_of(const store::MotionModel& model)
-{
-  ligament::Ligaments ligaments;
-  if (!model.ligaments) return ligaments;
-  const store::LigamentRows& rows = *model.ligaments;
-  ligaments.transition_strain = rows.transition_strain;
-  for (std::size_t i = 0; i < rows.wrap_name.size(); ++i) {
-    ligament::Wrap wrap;
-    wrap.name = rows.wrap_name[i];
-    wrap.shape = rows.wrap_shape[i] == 0 ? ligament::WrapShape::cylinder : ligament::WrapShape::ellipsoid;
-    wrap.body = rows.wrap_body[i] == 0 ? ligament::WrapBody::reference : ligament::WrapBody::moving;
-    wrap.X_body_wrap = store::pose_in(rows.X_body_wrap, i);
-    wrap.radii_mm = rows.wrap_radii_mm.row(static_cast<Eigen::Index>(i)).transpose();
-    ligaments.wraps.push_back(wrap);
-  }
-  for (std::size_t i = 0; i < rows.name.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    ligaments.fibres.push_back({rows.name[i], rows.bundle[i], rows.reference_mm.row(row).transpose(),
-                                rows.moving_mm.row(row).transpose(), rows.stiffness_n[i],
-                                rows.slack_length_mm[i], rows.wrap[i]});
-  }
-  return ligaments;
-}
-
 LigamentLayer::LigamentLayer(const store::MotionModel& model, Scene& scene)
-    : ligaments_(ligaments_of(model)),
+    : ligaments_(motion::ligaments_of(model)),
       legend_(legend_of(model, ligaments_.fibres.size())),
       origin_mm_(model.rotation_centre_mm),
       scale_(marker_scale(model)),
@@ -129,8 +107,8 @@ LigamentLayer::LigamentLayer(const store::MotionModel& model, Scene& scene)
   for (const ligament::Fibre& fibre : ligaments_.fibres) {
     add_tube(drawable.mesh, n_points(fibre));
     const Arrangement arrangement = arrangement_of(ligaments_.fibres, fibre.bundle);
-    const double half_mm = std::clamp(0.5 * overlap * arrangement.spacing_mm, scale_ * narrowest_mm,
-                                      scale_ * widest_mm);
+    const double half_mm =
+        std::clamp(0.5 * overlap * arrangement.spacing_mm, scale_ * narrowest_mm, scale_ * widest_mm);
     bands_.push_back({half_mm, scale_ * thickness_mm, arrangement.reference_mm, arrangement.moving_mm});
   }
   drawable.colours.resize(drawable.mesh.vertices.size());

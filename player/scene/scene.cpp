@@ -1,6 +1,7 @@
 #include "scene/scene.hpp"
 
 #include <algorithm>
+#include "motion/joint_parts.hpp"
 
 #include "core/step_record.hpp"
 #include "scene/joint_layers.hpp"
@@ -30,16 +31,6 @@ void add_part(Scene& scene, const Body& body, Owner owner, const Drawable& model
     drawable.material = material_of(body.components[c].material);
     scene.drawables.push_back(std::move(drawable));
   }
-}
-
-/// Of the object's contact parts to the plateau of a knee.
-double width_ratio(const Body& moving)
-{
-  constexpr double width_of_knee_mm = 80.0;
-  const Box box = bounding_box(moving.contact.mesh);
-  const Eigen::Vector3d size_mm = box.max_mm - box.min_mm;
-  const double width_mm = std::max(size_mm.x(), size_mm.z());
-  return width_mm > 0.0 ? width_mm / width_of_knee_mm : 1.0;
 }
 
 /// World bounding box of the contact parts of one object at the present placement.
@@ -76,7 +67,7 @@ Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d&
     add_part(scene, reference, Owner::reference, model, has_contact ? reference.contact : reference.visual);
     add_part(scene, moving, Owner::moving, model, has_contact ? moving.contact : moving.visual);
   }
-  scene.occlusion_radius_mm = occlusion_radius_of_knee_mm * width_ratio(moving);
+  scene.occlusion_radius_mm = occlusion_radius_of_knee_mm * motion::width_ratio(moving);
   return scene;
 }
 
@@ -123,7 +114,7 @@ std::vector<Eigen::Vector3d> points_within(const Scene& scene, const Sphere& sph
 
 double marker_scale(const store::MotionModel& model)
 {
-  return width_ratio(model.moving);
+  return motion::width_ratio(model.moving);
 }
 
 std::vector<std::size_t> informative_cells(const store::MotionModel& model)

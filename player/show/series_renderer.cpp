@@ -88,7 +88,7 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
   scene_.background = scene::background_of(options.backdrop);
   navigation::apply_appearance(scene_, look_.appearance);
   wanted_ = navigation::parsed_layers(options.appearance.layers);
-  labels_ = scene::joint_labels(model);
+  labels_ = motion::joint_labels(model);
   if (options.appearance.layers != navigation::AppearanceOptions{}.layers)
     require_layers(options.file, wanted_, layers_.available());
   const optics::Viewport whole{0, 0, look_.size.width, look_.size.height};

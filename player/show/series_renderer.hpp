@@ -60,7 +60,7 @@ class SeriesRenderer {
   scene::Scene scene_;
   scene::JointLayers layers_;
   scene::LayerSet wanted_;
-  std::vector<scene::JointLabel> labels_;
+  std::vector<motion::JointLabel> labels_;
   std::vector<navigation::ScreenLabel> screen_labels_;
   std::unique_ptr<render::Renderer> renderer_;
   std::optional<gui::Gui> gui_;  ///< with --numbers or labels

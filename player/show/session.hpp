@@ -110,7 +110,7 @@ class Session {
   std::vector<PlayedSet> sets_;
   scene::Scene scene_;
   scene::JointLayers layers_;
-  std::vector<scene::JointLabel> labels_;
+  std::vector<motion::JointLabel> labels_;
   std::vector<navigation::ScreenLabel> screen_labels_;
   std::vector<Eigen::Vector3d> framed_points_;  ///< over the whole motion, world
   Side side_ = Side::right;

@@ -150,24 +150,53 @@ Response model(const std::optional<ByteRange>& range, const Site& site)
   return response;
 }
 
-bool is_own_host(std::string_view host, int port)
+bool is_same_name(std::string_view a, std::string_view b)
 {
   const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
-  const std::string own_port = ":" + std::to_string(port);
+  return std::ranges::equal(a, b, {}, lower, lower);
+}
+
+bool is_own_host(std::string_view host, const Site& site)
+{
+  const std::string own_port = ":" + std::to_string(site.port);
   const std::string_view name =
       host.substr(0, host.ends_with(own_port) ? host.size() - own_port.size() : host.size());
   // Browsers omit the default port of the scheme.
-  if (name.size() == host.size() && port != 80) return false;
-  return std::ranges::equal(name, std::string_view("localhost"), {}, lower) || name == "127.0.0.1";
+  if (name.size() == host.size() && site.port != (site.is_secure ? 443 : 80)) return false;
+  return std::ranges::any_of(site.hosts, [name](const std::string& own) { return is_same_name(name, own); });
+}
+
+/// Browsers send the origin of the page that opens a WebSocket; other programs none.
+bool is_own_origin(const Request& request, const Site& site)
+{
+  return request.origin.empty() ||
+         is_same_name(request.origin, (site.is_secure ? "https://" : "http://") + request.host);
+}
+
+Response live(const Request& request, const Site& site)
+{
+  if (!request.is_upgrade)
+    return text_response(426, "found no WebSocket, wanted one", {{"Upgrade", "websocket"}});
+  if (!is_own_origin(request, site))
+    return text_response(403, "found the page of another server, wanted this server's");
+  Response response;
+  response.status = 101;
+  response.content = Content::live;
+  return response;
 }
 
 }  // namespace
 
+std::string page_target(const Site& site)
+{
+  return site.is_live ? "/?model=model.h5&live=live" : "/?model=model.h5";
+}
+
 Response response_to(const Request& request, const Site& site)
 {
   if (request.host.empty() || !request.target.starts_with('/')) return bad_request();
-  if (!is_own_host(request.host, site.port))
-    return text_response(403, "found another host, wanted 127.0.0.1 or localhost with this server's port");
+  if (!is_own_host(request.host, site))
+    return text_response(403, "found another host, wanted the address that the server printed");
   const std::string_view path = std::string_view(request.target).substr(1);
   const std::string_view token = path.substr(0, path.find_first_of("/?"));
   if (!is_same_token(token, site.token))
@@ -176,9 +205,10 @@ Response response_to(const Request& request, const Site& site)
     return text_response(405, "found another method, wanted GET", {{"Allow", "GET"}});
   const std::string_view target = path.substr(token.size());
   if (target.empty() || target == "/")
-    return text_response(302, page_target, {{"Location", "/" + site.token + page_target}});
-  if (target == page_target) return page(site);
+    return text_response(302, page_target(site), {{"Location", "/" + site.token + page_target(site)}});
+  if (target == page_target(site)) return page(site);
   if (target == model_target && site.model_size) return model(parsed_range(request.range), site);
+  if (target == live_target && site.is_live) return live(request, site);
   return text_response(404, "not found");
 }
 
@@ -190,6 +220,11 @@ Response bad_request()
 Response request_timeout()
 {
   return text_response(408, "found no complete request within the time limit");
+}
+
+Response too_many_viewers()
+{
+  return text_response(503, "found too many viewers, wanted one of them closed", {{"Retry-After", "5"}});
 }
 
 }  // namespace vrda::web

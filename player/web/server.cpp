@@ -1,281 +1,175 @@
-// The only file that includes Boost.Beast, whose headers compile slowly.
+// Boost.Beast, whose headers compile slowly, is included by session.cpp only.
 #include "web/server.hpp"
 
-#include <spawn.h>
-#include <stdlib.h>
-#include <unistd.h>
+#include <ifaddrs.h>
 
+#include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/signal_set.hpp>
+#include <boost/asio/ssl/context.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/beast/core/file_posix.hpp>
-#include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/http/empty_body.hpp>
-#include <boost/beast/http/parser.hpp>
-#include <boost/beast/http/write.hpp>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
-#include <functional>
-#include <memory>
 #include <ostream>
-#include <sstream>
-#include <string_view>
+#include <vector>
 
 #include "core/error.hpp"
 #include "store/motion_model_file.hpp"
+#include "web/certificate.hpp"
+#include "web/qr_code.hpp"
 #include "web/response.hpp"
-
-extern char** environ;
+#include "web/session.hpp"
 
 namespace vrda::web {
 namespace {
 
 namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace http = boost::beast::http;
 using asio::ip::tcp;
 using boost::system::error_code;
-using Clock = std::chrono::steady_clock;
 
-/// Time limit from accept to the complete request, and from the end of the response to the client's close.
-constexpr std::chrono::seconds request_limit{10};
-/// Time limit for a client that reads nothing of its response.
-constexpr std::chrono::seconds longest_silence{20};
 constexpr std::chrono::milliseconds accept_pause{100};
 /// Limit for pending requests, and separately for responses in progress; a browser opens six connections.
 constexpr std::size_t most_sessions = 32;
-/// Browsers send less than 2 KB.
-constexpr std::uint32_t longest_request_head = 16384;
-constexpr std::size_t read_size = 4096, piece_size = 65536;
-/// Limit for data after the request; the connection is closed beyond it.
-constexpr std::size_t most_drained = 1U << 20U;
+/// Browsers that watch a bench; their messages take 30 KB/s each.
+constexpr std::size_t most_viewers = 256;
 
-struct Answer {
-  Response response;
-  beast::file_posix model;  ///< positioned at the first byte if the response sends the model
-};
-
-std::string head_of(const Response& response)
+/// As in an address of a page.
+std::string host_text(const asio::ip::address& address)
 {
-  http::response<http::empty_body> message;
-  message.result(response.status);
-  for (const auto& [name, value] : response.fields) message.set(name, value);
-  std::ostringstream head;
-  head << message.base();
-  return head.str();
+  return address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
 }
 
-std::optional<Request> request_of(const http::request<http::empty_body>& message)
+/// "192.168.1.20 or fd00::7"; without loopback and link-local addresses, which pages cannot name.
+std::string own_addresses()
 {
-  if (message.count(http::field::host) != 1) return std::nullopt;
-  return Request{message.method_string().to_string(), message.target().to_string(),
-                 message[http::field::host].to_string(), message[http::field::range].to_string()};
-}
-
-/// Detects malformed requests for which Beast waits for more data: a line ending with LF alone, a short first
-/// line.
-bool is_malformed(std::string_view unread)
-{
-  for (std::size_t k = 0; k < unread.size(); ++k) {
-    if (unread[k] == '\n' && (k == 0 || unread[k - 1] != '\r')) return true;
-  }
-  return unread.find("\r\n\r\n") != std::string_view::npos;
-}
-
-/// One connection: reads one request, sends one response, waits for the client's close; each with a time
-/// limit. Kept alive by its pending operations.
-class Session : public std::enable_shared_from_this<Session> {
- public:
-  using Answering = std::function<Answer(const Request&)>;
-
-  Session(tcp::socket socket, Answering answering)
-      : socket_(std::move(socket)), timer_(socket_.get_executor()), answering_(std::move(answering))
-  {
-    parser_.header_limit(longest_request_head);
-    parser_.body_limit(boost::none);  // no body is read
-  }
-
-  void start()
-  {
-    limit(request_limit);
-    read();
-  }
-
-  void end()
-  {
-    phase_ = Phase::ended;
-    timer_.cancel();
-    error_code ignored;
-    socket_.close(ignored);
-  }
-
-  bool is_open() const { return phase_ != Phase::ended; }
-  bool is_answering() const { return phase_ == Phase::answering; }
-
-  /// Time of the client's last read of the response; before the response, of the connection.
-  Clock::time_point waits_since() const { return waits_since_; }
-
- private:
-  enum class Phase { requesting, answering, draining, ended };
-
-  void limit(Clock::duration time)
-  {
-    timer_.expires_after(time);
-    timer_.async_wait([this, self = shared_from_this()](const error_code& error) {
-      // Ignore an expiry that was already queued when the next limit was set.
-      if (error || timer_.expiry() > Clock::now()) return;
-      if (phase_ == Phase::requesting) return answer({request_timeout(), {}});
-      end();
-    });
-  }
-
-  void read()
-  {
-    socket_.async_read_some(buffer_.prepare(read_size),
-                            [this, self = shared_from_this()](const error_code& error, std::size_t n) {
-                              if (phase_ != Phase::requesting) return;
-                              if (error && error != asio::error::eof) return end();
-                              buffer_.commit(n);
-                              parse(error == asio::error::eof);
-                            });
-  }
-
-  void parse(bool is_at_end)
-  {
-    error_code error;
-    buffer_.consume(parser_.put(buffer_.data(), error));
-    if (parser_.is_header_done()) {
-      const std::optional<Request> request = request_of(parser_.get());
-      return answer(request ? answering_(*request) : Answer{bad_request(), {}});
-    }
-    if (is_at_end && !parser_.got_some()) return end();
-    const std::string_view unread(static_cast<const char*>(buffer_.data().data()), buffer_.size());
-    if (is_at_end || error != http::error::need_more || is_malformed(unread))
-      return answer({bad_request(), {}});
-    read();
-  }
-
-  void answer(Answer answer)
-  {
-    phase_ = Phase::answering;
-    waits_since_ = Clock::now();
-    error_code ignored;
-    socket_.cancel(ignored);  // a pending read
-    answer_ = std::move(answer);
-    piece_ = head_of(answer_.response);
-    unsent_ = piece_;
-    send();
-  }
-
-  /// The next piece of the content; empty at the end, or if the file was truncated.
-  std::string_view next_piece()
-  {
-    const Response& response = answer_.response;
-    const std::size_t wanted = std::min<std::uint64_t>(piece_size, response.n_bytes - n_taken_);
-    if (response.content == Content::model) {
-      error_code ignored;
-      piece_.resize(wanted);
-      piece_.resize(answer_.model.read(piece_.data(), wanted, ignored));
+  std::string text;
+  ifaddrs* first = nullptr;
+  if (getifaddrs(&first) != 0) return "an address of this machine";
+  for (const ifaddrs* one = first; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr) continue;
+    asio::ip::address address;
+    if (one->ifa_addr->sa_family == AF_INET) {
+      const auto* const v4 = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
+      address = asio::ip::address_v4(ntohl(v4->sin_addr.s_addr));
+    } else if (one->ifa_addr->sa_family == AF_INET6) {
+      asio::ip::address_v6::bytes_type bytes;
+      const auto* const v6 = reinterpret_cast<const sockaddr_in6*>(one->ifa_addr);
+      std::copy_n(v6->sin6_addr.s6_addr, bytes.size(), bytes.begin());
+      address = asio::ip::address_v6(bytes);
+      if (address.to_v6().is_link_local()) continue;
     } else {
-      const std::string_view whole = response.content == Content::page ? compressed_page() : response.text;
-      piece_ = whole.substr(n_taken_, wanted);
+      continue;
     }
-    n_taken_ += piece_.size();
-    return piece_;
+    if (!address.is_loopback()) text += (text.empty() ? "" : " or ") + address.to_string();
   }
+  freeifaddrs(first);
+  return "a numeric address of this machine: " + (text.empty() ? "127.0.0.1" : text);
+}
 
-  void send()
-  {
-    if (unsent_.empty()) unsent_ = next_piece();
-    if (unsent_.empty()) return finish();
-    limit(longest_silence);
-    socket_.async_write_some(asio::buffer(unsent_),
-                             [this, self = shared_from_this()](const error_code& error, std::size_t n) {
-                               if (error) return end();
-                               waits_since_ = Clock::now();
-                               unsent_.remove_prefix(n);
-                               send();
-                             });
+asio::ip::address address_of(const WebOptions& options)
+{
+  if (options.address.empty()) return asio::ip::address_v4::loopback();
+  error_code error;
+  const asio::ip::address address = asio::ip::make_address(options.address, error);
+  const bool has_zone = address.is_v6() && address.to_v6().scope_id() != 0;
+  if (error || address.is_unspecified() || address.is_multicast() || has_zone)
+    throw InputError({"--address", "", options.address, own_addresses()});
+  if (!address.is_loopback() && options.certificate.empty() && !options.is_self_signed) {
+    throw InputError({"--address", "", options.address + " without TLS",
+                      "--tls CERT KEY or --self-signed, since others on the network could read the token"});
   }
+  return address;
+}
 
-  void finish()
-  {
-    phase_ = Phase::draining;
-    error_code ignored;
-    socket_.shutdown(tcp::socket::shutdown_send, ignored);
-    limit(request_limit);
-    drain();
-  }
-
-  /// Reads remaining data: closing a socket with unread data resets the connection and discards the response.
-  void drain()
-  {
-    piece_.resize(read_size);
-    socket_.async_read_some(asio::buffer(piece_),
-                            [this, self = shared_from_this()](const error_code& error, std::size_t n) {
-                              n_drained_ += n;
-                              if (error || n_drained_ > most_drained) return end();
-                              drain();
-                            });
-  }
-
-  tcp::socket socket_;
-  asio::steady_timer timer_;
-  Answering answering_;
-  Phase phase_ = Phase::requesting;
-  Clock::time_point waits_since_ = Clock::now();
-  beast::flat_buffer buffer_;
-  http::request_parser<http::empty_body> parser_;
-  Answer answer_;
-  std::string piece_;          ///< piece of the response, or buffer for draining
-  std::string_view unsent_;    ///< part of piece_
-  std::uint64_t n_taken_ = 0;  ///< bytes of the content copied to pieces
-  std::size_t n_drained_ = 0;
-};
+std::optional<Certificate> certificate_of(const WebOptions& options, const asio::ip::address& address)
+{
+  namespace fs = std::filesystem;
+  if (options.certificate.empty() && !options.is_self_signed) return std::nullopt;
+  if (options.certificate.empty())
+    return parse_certificate(make_certificate(address.to_string()), "the certificate", "its key");
+  std::error_code ignored;
+  if (options.is_self_signed && !fs::exists(options.certificate, ignored) &&
+      !fs::exists(options.key, ignored))
+    write_certificate(make_certificate(address.to_string()), options.certificate, options.key);
+  return read_certificate(options.certificate, options.key);
+}
 
 class Server {
  public:
-  explicit Server(const WebOptions& options) : file_(options.file)
+  Server(const WebOptions& options, const std::optional<LiveFeed>& feed) : feed_(feed)
   {
-    const tcp::endpoint endpoint(asio::ip::address_v4::loopback(), static_cast<std::uint16_t>(options.port));
-    error_code error;
-    acceptor_.open(endpoint.protocol(), error);
-    if (!error) acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
-    if (!error) acceptor_.bind(endpoint, error);
-    if (!error) acceptor_.listen(tcp::acceptor::max_listen_connections, error);
-    if (error)
-      throw InputError({"--port", "", std::to_string(options.port) + ": " + error.message(),
-                        "an unused port from 1024 to 65535, or 0 for any free port"});
+    const asio::ip::address address = address_of(options);
+    certificate_ = certificate_of(options, address);
+    listen(options, address);
+    rules_.model = options.file;
+    rules_.respond = [this](const Request& request, std::optional<std::uint64_t> size) {
+      return respond(request, size);
+    };
+    rules_.greeting = [this] { return greeting_; };
     site_.port = acceptor_.local_endpoint().port();
+    site_.is_secure = certificate_.has_value();
+    site_.is_live = feed_.has_value();
     site_.token = random_token();
     site_.page_size = compressed_page().size();
-    site_.model_name = file_.filename().string();
+    site_.model_name = std::filesystem::path(options.file).filename().string();
+    host_ = host_text(address);
+    if (!address.is_loopback()) site_.hosts = {host_};
+    if (!certificate_) return;
+    const std::vector<std::string>& names = certificate_->names;
+    site_.hosts.insert(site_.hosts.end(), names.begin(), names.end());
+    // A name that the certificate is made out to, else browsers warn.
+    if (!names.empty() && std::ranges::find(names, host_) == names.end()) host_ = names.front();
   }
 
-  std::string address() const
+  std::string address() const { return address_for(host_); }
+  std::string address_for(const std::string& host) const
   {
-    return "http://127.0.0.1:" + std::to_string(site_.port) + "/" + site_.token + "/";
+    return (site_.is_secure ? "https://" : "http://") + host + ":" + std::to_string(site_.port) + "/" +
+           site_.token + "/";
   }
+  int port() const { return site_.port; }
+  const std::optional<Certificate>& certificate() const { return certificate_; }
 
   /// Runs until SIGINT or SIGTERM.
   void run()
   {
     signals_.async_wait([this](const error_code&, int) { io_.stop(); });
     accept();
+    if (feed_) {
+      greeting_ = std::make_shared<const std::string>(feed_->greeting);
+      tick_.expires_after(std::chrono::seconds(0));
+      stream();
+    }
     io_.run();
   }
 
  private:
+  void listen(const WebOptions& options, const asio::ip::address& address)
+  {
+    const tcp::endpoint endpoint(address, static_cast<std::uint16_t>(options.port));
+    error_code error;
+    acceptor_.open(endpoint.protocol(), error);
+    if (!error) acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error) acceptor_.bind(endpoint, error);
+    if (!error) acceptor_.listen(tcp::acceptor::max_listen_connections, error);
+    if (error == asio::error::address_family_not_supported ||
+        error == error_code(EADDRNOTAVAIL, boost::system::system_category()))
+      throw InputError({"--address", "", options.address + ": " + error.message(), own_addresses()});
+    if (error)
+      throw InputError({"--port", "", std::to_string(options.port) + ": " + error.message(),
+                        "an unused port from 1024 to 65535, or 0 for any free port"});
+  }
+
   void accept()
   {
-    acceptor_.async_accept([this](const error_code& error, tcp::socket socket) {
+    acceptor_.async_accept([this](error_code error, tcp::socket socket) {
       if (error) return accept_later();
-      const auto session = std::make_shared<Session>(
-          std::move(socket), [this](const Request& request) { return answer_to(request); });
-      make_room(false);
-      sessions_.push_back(session);
-      session->start();
+      make_room(SessionKind::pending);
+      const int handle = socket.release(error);
+      if (error) return accept_later();
+      asio::ssl::context* const tls = certificate_ ? certificate_->context.get() : nullptr;
+      sessions_.push_back(start_session(io_, tls, handle, rules_));
       accept();
     });
   }
@@ -287,89 +181,101 @@ class Server {
     pause_.async_wait([this](const error_code&) { accept(); });
   }
 
-  /// The response for the present state of the model file.
-  Answer answer_to(const Request& request)
+  Response respond(const Request& request, std::optional<std::uint64_t> model_size)
   {
-    Answer answer;
     Site site = site_;
-    std::error_code no_file;
-    error_code error;
-    if (std::filesystem::is_regular_file(file_, no_file))
-      answer.model.open(file_.c_str(), beast::file_mode::scan, error);
-    if (answer.model.is_open()) site.model_size = answer.model.size(error);
-    answer.response = response_to(request, site);
+    site.model_size = model_size;
+    Response response = response_to(request, site);
     // Text responses are short and do not count towards the limit.
-    if (answer.response.content != Content::text) make_room(true);
-    if (answer.response.content == Content::model) answer.model.seek(answer.response.first_byte, error);
-    return answer;
+    if (response.content == Content::page || response.content == Content::model)
+      make_room(SessionKind::answering);
+    if (response.content == Content::live && sessions_of(SessionKind::live).size() >= most_viewers)
+      return too_many_viewers();
+    return response;
+  }
+
+  std::vector<std::shared_ptr<Session>> sessions_of(SessionKind kind)
+  {
+    std::vector<std::shared_ptr<Session>> found;
+    std::erase_if(sessions_, [&](const std::weak_ptr<Session>& one) {
+      const std::shared_ptr<Session> session = one.lock();
+      if (!session || session->kind() == SessionKind::ended) return true;
+      if (session->kind() == kind) found.push_back(session);
+      return false;
+    });
+    return found;
   }
 
   /// Makes room for one more session of a kind: at the limit ends the session idle for the longest time.
-  void make_room(bool is_answering)
+  void make_room(SessionKind kind)
   {
-    std::vector<std::shared_ptr<Session>> rivals;
-    std::erase_if(sessions_, [&](const std::weak_ptr<Session>& one) {
-      const std::shared_ptr<Session> session = one.lock();
-      if (!session || !session->is_open()) return true;
-      if (session->is_answering() == is_answering) rivals.push_back(session);
-      return false;
-    });
+    const std::vector<std::shared_ptr<Session>> rivals = sessions_of(kind);
     if (rivals.size() < most_sessions) return;
     const auto since = [](const auto& session) { return session->waits_since(); };
     (*std::ranges::min_element(rivals, {}, since))->end();
   }
 
-  std::filesystem::path file_;
+  /// Reads the bench at its rate, with or without viewers, and sends its state to all of them.
+  void stream()
+  {
+    tick_.async_wait([this](const error_code&) {
+      const auto interval = std::chrono::duration_cast<std::chrono::nanoseconds>(
+          std::chrono::duration<double>(feed_->interval_s));
+      // After a delay the ticks missed are not made up for.
+      tick_.expires_at(std::max(tick_.expiry() + interval, asio::steady_timer::clock_type::now()));
+      const auto message = std::make_shared<const std::string>(feed_->next());
+      for (const std::shared_ptr<Session>& session : sessions_of(SessionKind::live)) session->offer(message);
+      stream();
+    });
+  }
+
+  std::optional<LiveFeed> feed_;
+  std::optional<Certificate> certificate_;
   Site site_;
+  std::string host_;
+  SessionRules rules_;
+  LiveMessage greeting_;
   std::vector<std::weak_ptr<Session>> sessions_;
   asio::io_context io_{1};
   asio::signal_set signals_{io_, SIGINT, SIGTERM};
   tcp::acceptor acceptor_{io_};
-  asio::steady_timer pause_{io_};
+  asio::steady_timer pause_{io_}, tick_{io_};
 };
+
+/// How to reach the page, besides its address.
+void write_ways(const WebOptions& options, const Server& server, std::ostream& talk)
+{
+  talk << options.file << ": open the address above in a browser; Ctrl-C quits\n";
+  const std::optional<Certificate>& certificate = server.certificate();
+  if (certificate && !certificate->warning.empty()) talk << certificate->warning << "\n";
+  if (certificate && options.is_self_signed)
+    talk << "The certificate is self-signed: go on at the browser's warning if its SHA-256 fingerprint is\n"
+         << certificate->fingerprint << "\n";
+  const bool is_for_usb = !certificate && options.has_qr_code;
+  if (is_for_usb)
+    talk << "On an Android phone by USB, first: adb reverse tcp:" << server.port() << " tcp:" << server.port()
+         << "\n";
+  const bool is_on_network = !options.address.empty() && certificate;
+  if (options.has_qr_code || is_on_network)
+    talk << qr_code_text(is_for_usb ? server.address_for("localhost") : server.address());
+  talk << std::flush;
+}
 
 }  // namespace
 
-void serve_web(const WebOptions& options, std::ostream& data, std::ostream& talk)
+void serve_web(const WebOptions& options, const std::optional<LiveFeed>& feed, std::ostream& data,
+               std::ostream& talk)
 {
   // Reports an invalid file before the page is opened.
   store::require_grid(store::read_motion_model(options.file), options.file, "vrda-player web");
-  Server server(options);
+  Server server(options, feed);
   const std::string address = server.address();
   data << address << std::endl;
-  if (!options.is_quiet)
-    talk << options.file << ": open the address above in a browser; Ctrl-C quits" << std::endl;
+  if (!options.is_quiet) write_ways(options, server, talk);
   std::optional<BrowserLaunch> visit;
   if (options.opens_browser) visit.emplace(address);
   if (visit && !visit->is_started()) talk << "no browser found: open " << address << std::endl;
   server.run();
-}
-
-BrowserLaunch::BrowserLaunch(const std::string& address)
-{
-  constexpr std::string_view ending = ".html";
-  std::error_code error;
-  file_ = (std::filesystem::temp_directory_path(error) / "vrda-player-XXXXXX").string() + std::string(ending);
-  const int descriptor = mkstemps(file_.data(), static_cast<int>(ending.size()));
-  if (descriptor < 0) {
-    file_.clear();
-    return;
-  }
-  const std::string page =
-      "<!DOCTYPE html><meta charset=\"utf-8\"><title>VRDA player</title>"
-      "<meta http-equiv=\"refresh\" content=\"0; url=" +
-      address + "\">\n";
-  const bool is_written = write(descriptor, page.data(), page.size()) == static_cast<ssize_t>(page.size());
-  if (close(descriptor) != 0 || !is_written) return;
-  std::string program = "xdg-open";
-  char* arguments[] = {program.data(), file_.data(), nullptr};
-  pid_t pid = 0;
-  has_begun_ = posix_spawnp(&pid, program.c_str(), nullptr, nullptr, arguments, environ) == 0;
-}
-
-BrowserLaunch::~BrowserLaunch()
-{
-  unlink(file_.c_str());
 }
 
 }  // namespace vrda::web

@@ -1,22 +1,38 @@
-/// Serves the player's web page with one motion model on this machine, and opens it in the default browser.
+/// Serves the player's web page with one motion model, opens it in the default browser, and streams a bench.
 #pragma once
 
+#include <functional>
 #include <iosfwd>
+#include <optional>
 #include <string>
+#include <utility>
 
 namespace vrda::web {
 
 struct WebOptions {
   std::string file;
-  int port = 0;                ///< 0: any free port
+  std::string address;          ///< numeric address to listen at; empty: 127.0.0.1
+  int port = 0;                 ///< 0: any free port
+  std::string certificate;      ///< PEM file; empty: plain http, or a temporary certificate
+  std::string key;              ///< PEM file of its private key
+  bool is_self_signed = false;  ///< make the certificate; with files: unless they exist
+  bool has_qr_code = false;    ///< print the address as a QR code; always with another address than 127.0.0.1
   bool opens_browser = false;  ///< open the page in the default browser
   bool is_quiet = false;
 };
 
-/// Listens on 127.0.0.1, writes the page's address to `data` (one line) and serves until SIGINT or SIGTERM.
+/// What browsers receive of a bench.
+struct LiveFeed {
+  std::string greeting;               ///< first message to each browser
+  std::function<std::string()> next;  ///< the present state; called in the server's thread, must not wait
+  double interval_s = 1.0 / 60.0;
+};
+
+/// Listens, writes the page's address to `data` (one line) and serves until SIGINT or SIGTERM.
 /// The file is read for each request, so that a reload shows a new version.
-/// Throws InputError for an invalid motion model or a port in use.
-void serve_web(const WebOptions& options, std::ostream& data, std::ostream& talk);
+/// Throws InputError for an invalid motion model, address or certificate, or a port in use.
+void serve_web(const WebOptions& options, const std::optional<LiveFeed>& feed, std::ostream& data,
+               std::ostream& talk);
 
 /// Opens the browser with a private temporary file that redirects to the address, since command lines are
 /// visible to all users of the machine. The destructor removes the file.

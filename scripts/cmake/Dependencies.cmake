@@ -51,6 +51,13 @@ if(VRDA_PLAYER)
   find_package(meshoptimizer REQUIRED)
   # Header-only use: Boost.Asio, Boost.Beast and Boost.Math.
   find_package(Boost 1.74 REQUIRED)
+  # TLS and QR codes of the web server; the QR library is linked statically (40 KB).
+  find_package(OpenSSL REQUIRED COMPONENTS SSL Crypto)
+  find_path(QRCODEGEN_INCLUDE_DIR qrcodegen/qrcodegen.hpp REQUIRED)
+  find_library(QRCODEGEN_LIBRARY libqrcodegencpp.a REQUIRED)
+  add_library(vrda_qrcodegen INTERFACE)
+  target_include_directories(vrda_qrcodegen SYSTEM INTERFACE ${QRCODEGEN_INCLUDE_DIR})
+  target_link_libraries(vrda_qrcodegen INTERFACE ${QRCODEGEN_LIBRARY})
   # Not find_package: its CMake files contain paths of the machine that built it.
   find_path(OPENIGTLINK_INCLUDE_DIR igtlMessageHeader.h PATH_SUFFIXES openigtlink REQUIRED)
   find_library(OPENIGTLINK_LIBRARY OpenIGTLink REQUIRED)

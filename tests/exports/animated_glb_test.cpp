@@ -11,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "core/render_mesh.hpp"
+#include "motion/joint_parts.hpp"
 #include "motion/support/models.hpp"
 
 namespace vrda::animated_glb_test {
@@ -137,16 +138,17 @@ TEST(AnimatedGlb, ComponentsKeepTheirVerticesAndTheColoursOfTheirMaterials)
   unsigned n_triangles = 0;
   for (unsigned m = 0; m < read.scene->mNumMeshes; ++m) {
     const aiMesh& mesh = *read.scene->mMeshes[m];
-    n_triangles += mesh.mNumFaces;
     EXPECT_TRUE(mesh.HasNormals());
     const aiMaterial& material = *read.scene->mMaterials[mesh.mMaterialIndex];
     aiString name;
     aiColor4D colour;
     ASSERT_EQ(material.Get(AI_MATKEY_NAME, name), AI_SUCCESS);
+    if (std::string(name.C_Str()).starts_with("label ")) continue;
     ASSERT_EQ(material.Get(AI_MATKEY_BASE_COLOR, colour), AI_SUCCESS);
     const Material wanted = material_of(name.C_Str());
     EXPECT_EQ(Eigen::Vector3f(colour.r, colour.g, colour.b), wanted.colour);
     EXPECT_EQ(colour.a, wanted.opacity);
+    n_triangles += mesh.mNumFaces;
     materials.insert(name.C_Str());
   }
   EXPECT_THAT(materials, UnorderedElementsAre("bone", "bone", "meniscus"));
@@ -174,6 +176,112 @@ TEST(AnimatedGlb, MeshesAreInMetresAroundTheRotationCentre)
     EXPECT_NEAR(std::abs(p.x), 0.020F, single_rounding_m);
     EXPECT_NEAR(std::abs(p.y + 0.030F), 0.005F, single_rounding_m);
     EXPECT_NEAR(std::abs(p.z), 0.030F, single_rounding_m);
+  }
+}
+
+/// A straight fibre and one that bends over a cylinder of the reference.
+store::LigamentRows two_fibres()
+{
+  store::LigamentRows rows;
+  rows.name = {"straight", "over"};
+  rows.bundle = {"ACLam", "MCLs"};
+  rows.reference_mm.resize(2, 3);
+  rows.reference_mm << 0, 610, -30, 30, 605, -30;
+  rows.moving_mm.resize(2, 3);
+  rows.moving_mm << 5, 570, -25, 0, 560, -30;
+  rows.stiffness_n = {1000, 1000};
+  rows.slack_length_mm = {40, 40};
+  rows.wrap = {-1, 0};
+  rows.wrap_name = {"drum"};
+  rows.wrap_shape = {0};
+  rows.wrap_body = {0};
+  Pose X_body_wrap = Pose::Identity();
+  X_body_wrap.translation() = Eigen::Vector3d(5, 600, -30);
+  for (Eigen::Index k = 0; k < 16; ++k) rows.X_body_wrap.push_back(X_body_wrap.matrix()(k / 4, k % 4));
+  rows.wrap_radii_mm.resize(1, 3);
+  rows.wrap_radii_mm << 15, 15, 100;
+  return rows;
+}
+
+/// The transform of a link at a key, scale included.
+Eigen::Matrix4d keyed_link(const aiNodeAnim& channel, unsigned key)
+{
+  return matrix(aiMatrix4x4(channel.mScalingKeys[key].mValue, channel.mRotationKeys[key].mValue,
+                            channel.mPositionKeys[key].mValue));
+}
+
+TEST(AnimatedGlb, LinksOfFibresFollowTheirPath)
+{
+  store::MotionModel model = turning_model("right");
+  model.ligaments = two_fibres();
+  const exports::FlexionMotion motion = exports::flexion_motion(model, "knee.h5", {});
+  const Read read(exports::animated_glb(model, motion, rate));
+  ASSERT_NE(read.scene, nullptr);
+  const Eigen::Matrix4d X_scene_joint = matrix(read.scene->mRootNode->mTransformation);
+  const aiNodeAnim& femur = channel_of(*read.scene, model.reference.name);
+  const ligament::Ligaments ligaments = motion::ligaments_of(model);
+  int n_wrapped = 0;
+  for (std::size_t fibre = 0; fibre < ligaments.fibres.size(); ++fibre) {
+    std::vector<const aiNodeAnim*> links;
+    for (unsigned k = 0; k < read.scene->mAnimations[0]->mNumChannels; ++k) {
+      const aiNodeAnim& channel = *read.scene->mAnimations[0]->mChannels[k];
+      // assimp numbers nodes of equal names.
+      if (std::string(channel.mNodeName.C_Str()).starts_with(ligaments.fibres[fibre].name))
+        links.push_back(&channel);
+    }
+    ASSERT_EQ(links.size(), fibre == 0 ? 1U : 7U);
+    for (unsigned key = 0; key < motion.frames.size(); ++key) {
+      const motion::JointPose& pose = motion.frames[key].pose;
+      const Eigen::Matrix4d X_scene_femur = X_scene_joint * keyed(femur, key);
+      Eigen::Vector3d at = scene_point(pose.X_world_reference * ligaments.fibres[fibre].reference_mm);
+      double length_mm = 0.0;
+      for (const aiNodeAnim* link : links) {
+        const Eigen::Matrix4d X = X_scene_femur * keyed_link(*link, key);
+        EXPECT_LT((X.col(3).head<3>() - at).norm(), single_rounding_m);
+        at = (X * Eigen::Vector4d(0, -1, 0, 1)).head<3>();
+        length_mm += X.col(1).norm() * 1e3;
+      }
+      EXPECT_LT((at - scene_point(pose.X_world_moving * ligaments.fibres[fibre].moving_mm)).norm(),
+                single_rounding_m);
+      // The chords of an arc are shorter than it: by 1 - sin(x) / x for half of 26 degrees, below 1 %.
+      const ligament::FibrePath path =
+          ligament::fibre_path(ligaments.fibres[fibre], ligaments.wraps,
+                               {Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
+                                pose.X_reference_moving.translation()});
+      EXPECT_LT(length_mm, path.length_mm + 1e-3);
+      EXPECT_GT(length_mm, 0.99 * path.length_mm);
+      n_wrapped += path.is_wrapped ? 1 : 0;
+    }
+  }
+  EXPECT_GT(n_wrapped, 0);
+}
+
+TEST(AnimatedGlb, LabelsAreBesideWhatTheyName)
+{
+  store::MotionModel model = turning_model("left");
+  model.ligaments = two_fibres();
+  const exports::FlexionMotion motion = exports::flexion_motion(model, "knee.h5", {});
+  const Read read(exports::animated_glb(model, motion, rate));
+  ASSERT_NE(read.scene, nullptr);
+  EXPECT_EQ(read.scene->mNumTextures, motion::joint_labels(model).size());
+  const Eigen::Matrix4d X_scene_joint = matrix(read.scene->mRootNode->mTransformation);
+  for (const motion::JointLabel& label : motion::joint_labels(model)) {
+    SCOPED_TRACE(label.text);
+    const aiNodeAnim& channel = channel_of(*read.scene, "label " + label.text);
+    for (unsigned key = 0; key < motion.frames.size(); ++key) {
+      const motion::JointPose& pose = motion.frames[key].pose;
+      const auto placed = [&](motion::JointBody body, const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
+        return (body == motion::JointBody::reference ? pose.X_world_reference : pose.X_world_moving) * p_mm;
+      };
+      const Eigen::Vector3d point =
+          scene_point(0.5 * (placed(label.first, label.first_mm) + placed(label.second, label.second_mm)));
+      const Eigen::Vector3d found = (X_scene_joint * keyed(channel, key)).col(3).head<3>();
+      // At the same height, outward from the joint's axis.
+      EXPECT_NEAR(found.y(), point.y(), single_rounding_m);
+      EXPECT_GT(std::hypot(found.x(), found.z()), std::hypot(point.x(), point.z()) - single_rounding_m);
+      // In its direction; points within 2 mm of the axis have none, and labels are 62 mm away: 0.002 x 0.062.
+      EXPECT_NEAR(found.x() * point.z(), found.z() * point.x(), 1.3e-4);
+    }
   }
 }
 

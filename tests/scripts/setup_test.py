@@ -83,9 +83,22 @@ class Setup(unittest.TestCase):
                 self.assertEqual((done.returncode, done.stderr), (0, ""))
                 self.assertEqual(len(machine.calls("npm ci --prefix player/web --ignore-scripts")), n_calls)
             self.assertEqual(machine.calls("apt-get"), [])
+            # Those of the tests with the part tests, which is in the default; without it they need not be there.
+            self.assertEqual(len(machine.calls("npm ci --prefix player/web --ignore-scripts --no-audit --no-fund --omit=dev")), 0)
+            self.assertEqual(machine.run("setup", "programs").returncode, 0)
+            self.assertEqual(len(machine.calls("npm")), 2)
             lock.write_text("three")
             self.assertEqual(machine.run("setup", "tests").returncode, 0)
             self.assertEqual(len(machine.calls("npm")), 2)
+
+    def test_npm_packages_of_the_tests_are_added_when_asked_for(self):
+        with FakeMachine() as machine:
+            machine.write("player/web/package-lock.json", "one")
+            machine.fake("npm", "rm -rf player/web/node_modules; mkdir -p player/web/node_modules")
+            for parts, n_calls, is_lean in ((["programs"], 1, True), (["programs"], 1, True), (["programs", "tests"], 2, False), (["programs", "tests"], 2, False)):
+                self.assertEqual(machine.run("setup", *parts).returncode, 0)
+                self.assertEqual(len(machine.calls("npm")), n_calls)
+                self.assertEqual("--omit=dev" in machine.calls("npm")[-1], is_lean)
 
     def test_reasons_of_npm(self):
         for said, reason in (("npm error code EAI_AGAIN", "no network: the npm registry"),

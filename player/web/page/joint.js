@@ -40,7 +40,8 @@ export class Joint {
       group.add(...meshesOf(model.bodies[name], model.rotationCentre));
       this.group.add(group);
     }
-    this.labels = labelsOf(model, this.#scale());
+    this.scale = this.#scale();
+    this.labels = labelsOf(model, this.scale);
     this.paths = new Group();
     this.bodies.moving.add(this.paths);
     this.gapGroup = new Group();
@@ -48,7 +49,7 @@ export class Joint {
     this.ligamentGroup = new Group();
     this.bodies.reference.add(this.ligamentGroup);
     if (!model.ligaments) return;
-    this.ligaments = new LigamentLayer(model, this.#scale());
+    this.ligaments = new LigamentLayer(model, this.scale);
     this.ligamentGroup.add(this.ligaments.mesh);
   }
 
@@ -72,7 +73,7 @@ export class Joint {
     if (this.ligamentGroup.visible) this.ligaments.update(pose.referenceMoving);
     this.gapGroup.visible = hasGaps;
     if (!hasGaps) return;
-    if (!this.gaps) this.gapGroup.add((this.gaps = new GapLayer(this.model, this.#scale())).group);
+    if (!this.gaps) this.gapGroup.add((this.gaps = new GapLayer(this.model, this.scale)).group);
     this.gaps.update(pose.referenceMoving, motion.delta(pose.attitude.flexion));
   }
 

@@ -12,8 +12,12 @@ import { quantitiesOf, formatNumber } from "./quantities.js";
 import { watchFiles } from "./files.js";
 import { helpLines, watchKeys } from "./keys.js";
 import { bodyNames, Labels } from "./labels.js";
+import { landmarksOf } from "./landmarks.js";
+import { connectLive } from "./live_controls.js";
 import { gapPalette, gradientOf, strainPalette } from "./palettes.js";
+import { save, usdzOf } from "./usdz.js";
 import { Viewer, views } from "./viewer.js";
+import { connectXr } from "./xr_controls.js";
 
 // Directions, positive and negative, of flexion and varus of the kinds whose words differ (schemas/clinical.md).
 const foot = [["plantarflexion", "dorsiflexion"], ["inversion", "eversion"]];
@@ -33,6 +37,7 @@ const clampToRange = (x, axis) => Math.min(Math.max(x, axis[0]), axis.at(-1));
 
 /// Goes to an attitude in degrees selected by a click or slider, clamped to the grid's range.
 function goTo({ flexion, varus }) {
+  byId("follow").checked = false;
   if (flexion !== undefined) player.flexion = clampToRange(flexion, player.model.flexion);
   if (varus !== undefined && player.model.varus.length > 1 && !player.motion().isVarusFree) {
     player.varus = clampToRange(varus, player.model.varus);
@@ -118,12 +123,19 @@ function writeNumbers(pose) {
   }
 }
 
+/// Places the joint and its layers; in space it is drawn there.
+function place(pose) {
+  if (!pose.isSolved) return;
+  joint.place(pose, xr.session ? "reference" : byId("held").value);
+  joint.showLayers(pose, player.motion(), { hasLigaments: byId("ligaments").checked, hasGaps: byId("gaps").checked });
+}
+
 function draw() {
   const pose = player.pose();
+  if (xr.session) return place(pose);
   const flexion = pose.attitude.flexion / degree, varus = pose.attitude.varus / degree;
   const columns = columnsAlong(player.model, (f) => player.varusAt(f * degree) / degree);
-  if (pose.isSolved) joint.place(pose, byId("held").value);
-  if (pose.isSolved) joint.showLayers(pose, player.motion(), { hasLigaments: byId("ligaments").checked, hasGaps: byId("gaps").checked });
+  place(pose);
   byId("labels").hidden = !byId("named").checked;
   byId("strain-scale").hidden = !(joint.ligaments && byId("ligaments").checked);
   byId("gap-scale").hidden = !byId("gaps").checked;
@@ -169,6 +181,7 @@ function setRange(angle, low, high) {
 
 function show(model, name) {
   stop();
+  xr.leave();
   const made = new Joint(model);
   player = new Player(model);
   joint = made;
@@ -196,7 +209,7 @@ function show(model, name) {
   byId("ligaments-choice").hidden = !joint.ligaments;
   if (joint.ligaments) byId("strain-highest").textContent = `${Math.round(100 * joint.ligaments.highest)} %`;
   viewer.show(joint);
-  useSet(player.sets[0]);
+  useSet(player.sets.includes(live?.stream.bench?.set) ? live.stream.bench.set : player.sets[0]);
   fitCamera();
   draw();
 }
@@ -224,10 +237,15 @@ function stop() {
   byId("play").textContent = "Play";
 }
 
+function advance(now) {
+  if (lastFrame !== null) player.advance(Math.max(0, now - lastFrame) / 1000, Number(byId("speed").value));
+  if (lastFrame !== null) lastFrame = now;
+}
+
+/// Frames of the window; in space the session's frames advance the motion.
 function frame(now) {
-  if (lastFrame === null) return;
-  player.advance((now - lastFrame) / 1000, Number(byId("speed").value));
-  lastFrame = now;
+  if (lastFrame === null || xr.session) return;
+  advance(now);
   draw();
   requestAnimationFrame(frame);
 }
@@ -235,6 +253,7 @@ function frame(now) {
 function togglePlay() {
   if (lastFrame !== null) return stop();
   lastFrame = performance.now();
+  byId("follow").checked = false;
   byId("play").setAttribute("aria-pressed", "true");
   byId("play").textContent = "Pause";
   requestAnimationFrame(frame);
@@ -319,7 +338,31 @@ const actions = {
   leave: () => toggleFull(false),
 };
 
+const live = connectLive(byId, { player: () => player, joint: () => joint, useSet, drawCurves, show: draw, isInSpace: () => xr.session !== null });
+const xr = connectXr(byId, viewer, {
+  title: () => byId("title").textContent,
+  joint: () => joint, model: () => player.model, flexion: () => player.flexion, range: () => [player.model.flexion[0], player.model.flexion.at(-1)],
+  delta: () => player.motion().delta(player.pose().attitude.flexion),
+  setFlexion: (flexion) => { stop(); goTo({ flexion }); },
+  isPlaying: () => lastFrame !== null, togglePlay,
+  live: () => live?.stream, isFollowing: () => live !== null && byId("follow").checked, setFollowing: (on) => { stop(); byId("follow").checked = on; },
+  advance: (now) => {
+    if (live?.apply() || lastFrame !== null) { advance(now); draw(); }
+  },
+  marks: () => [...(live?.stream.marks() ?? []), ...(player.pose().isSolved ? [] : ["no pose at this flexion: the last one is shown"])],
+  landmarks: () => landmarksOf(player.model, joint.scale, live?.stream.bench?.points),
+  onStart: () => { joint.group.matrix.identity(); document.documentElement.dataset.space = "on"; draw(); },
+  onEnd: () => { delete document.documentElement.dataset.space; stop(); draw(); },
+}, showError);
+
 watchControls();
+byId("usdz").addEventListener("click", async () => {
+  try {
+    save(await usdzOf(joint, byId("ligaments").checked), `${byId("title").textContent}.usdz`, "model/vnd.usdz+zip");
+  } catch (error) {
+    showError(`USDZ: cannot be made (${error.message})`);
+  }
+});
 watchKeys(actions, () => player !== null, () => byId("picture").matches(":hover") || document.activeElement === byId("joint"));
 byId("help-lines").append(...helpLines.flatMap((texts) => texts.slice(0, 2).map((text, k) => Object.assign(document.createElement(k === 0 ? "dt" : "dd"), { textContent: text }))));
 byId("full").addEventListener("click", () => toggleFull());
@@ -333,6 +376,9 @@ window.vrda = {
   sets: () => player.sets,
   /// For tests: strains at a pose { R, t } of the moving body in the reference, and the present gaps.
   strains: (X) => joint.ligaments.strains(X),
+  live: () => live && { pose: live.stream.pose, bench: live.stream.bench, marks: live.stream.marks() },
+  xr: { state: () => xr.state(), point: (target) => xr.panelPoint(target), landmarks: () => landmarksOf(player.model, joint.scale, live?.stream.bench?.points) },
+  usdz: async () => Array.from(await usdzOf(joint, byId("ligaments").checked)),
   gaps: () => joint.gaps.sheets.flatMap(({ points, gaps }) => points.map((point, k) => [...point, Number.isFinite(gaps[k]) ? gaps[k] : null])),
 };
 document.documentElement.dataset.state = "ready";

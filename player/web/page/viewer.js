@@ -41,7 +41,20 @@ export class Viewer {
     this.lateral = joint.model.side === "left" ? Z.clone().negate() : Z.clone();
   }
 
+  /// The joint is drawn in another space until takeBack().
+  lend() {
+    this.isLent = true;
+    this.scene.remove(this.joint.group);
+  }
+
+  takeBack() {
+    this.isLent = false;
+    if (this.joint) this.scene.add(this.joint.group);
+    this.#resize();
+  }
+
   #resize() {
+    if (this.isLent) return;
     const { clientWidth, clientHeight } = this.canvas.parentElement;
     if (clientWidth === 0 || clientHeight === 0) return;
     this.renderer?.setPixelRatio(Math.min(window.devicePixelRatio, 2));
@@ -105,10 +118,11 @@ export class Viewer {
   }
 
   redraw() {
-    if (this.isAsked) return;
+    if (this.isAsked || this.isLent) return;
     this.isAsked = true;
     requestAnimationFrame(() => {
       this.isAsked = false;
+      if (this.isLent) return;
       this.renderer?.render(this.scene, this.camera);
       this.onDrawn(this.camera);
     });

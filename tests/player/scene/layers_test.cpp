@@ -274,9 +274,9 @@ TEST(Labels, NameBonesLigamentsAndSides)
     store::MotionModel model = layered_model(side);
     model.joint = "knee";
     model.ligaments->bundle = {"ACLam", "MCLs"};
-    const std::vector<scene::JointLabel> labels = scene::joint_labels(model);
+    const std::vector<motion::JointLabel> labels = motion::joint_labels(model);
     std::vector<std::string> texts;
-    for (const scene::JointLabel& label : labels) texts.push_back(label.text);
+    for (const motion::JointLabel& label : labels) texts.push_back(label.text);
     EXPECT_EQ(texts, (std::vector<std::string>{"femur", "tibia", "ACL", "MCL", "medial", "lateral"}));
     // The subject's right is +Z.
     const double medial_z_mm = labels[4].first_mm.z() - labels[5].first_mm.z();
@@ -288,14 +288,14 @@ TEST(Labels, NameBonesLigamentsAndSides)
                pose.X_world_moving * model.ligaments->moving_mm.row(0).transpose());
     EXPECT_LT((scene::place_of(labels[2], scene::frames_of(pose)) - wanted_mm).norm(), 1e-9);
     model.joint = "other";
-    EXPECT_EQ(scene::joint_labels(model)[0].text, model.reference.name);
+    EXPECT_EQ(motion::joint_labels(model)[0].text, model.reference.name);
   }
 }
 
 TEST(Layers, StrainsAreThoseOfTheLigamentRoom)
 {
   const store::MotionModel model = layered_model("right");
-  const ligament::Ligaments ligaments = scene::ligaments_of(model);
+  const ligament::Ligaments ligaments = motion::ligaments_of(model);
   scene::Scene scene = scene::scene_of(model.reference, model.moving, model.rotation_centre_mm);
   scene::LigamentLayer layer(model, scene);
   const motion::Motion motion(model, "raw");

@@ -102,6 +102,52 @@ TEST(WebResponse, RefusesOtherHostsAndMethods)
   EXPECT_EQ(web::response_to({"GET", "x", "localhost:8123", ""}, site).status, 400);
 }
 
+web::Site live_site()
+{
+  web::Site live = site;
+  live.is_live = live.is_secure = true;
+  live.hosts = {"192.168.1.20", "[fd00::7]", "knee.example"};
+  return live;
+}
+
+TEST(WebResponse, AWebSocketIsForPagesOfThisServer)
+{
+  const web::Site live = live_site();
+  const auto status = [&](const std::string& origin, bool is_upgrade, const std::string& host) {
+    return web::response_to({"GET", "/" + token + "/live", host, "", origin, is_upgrade}, live).status;
+  };
+  const std::string host = "192.168.1.20:8123";
+  EXPECT_EQ(status("https://192.168.1.20:8123", true, host), 101);
+  EXPECT_EQ(status("", true, host), 101);  // no browser
+  EXPECT_EQ(status("", false, host), 426);
+  for (const char* origin : {"http://192.168.1.20:8123", "https://192.168.1.20", "https://evil.example",
+                             "null", "https://192.168.1.20:8123.evil.example", "https://192.168.1.20:8124"}) {
+    EXPECT_EQ(status(origin, true, host), 403) << origin;
+  }
+  EXPECT_EQ(status("https://[FD00::7]:8123", true, "[fd00::7]:8123"), 101);
+  EXPECT_EQ(status("https://KNEE.example:8123", true, "knee.example:8123"), 101);
+  EXPECT_EQ(status("https://127.0.0.1:8123", true, "127.0.0.1:8123"), 403);
+  // Without a bench the target is unknown.
+  EXPECT_EQ(web::response_to({"GET", "/" + token + "/live", "127.0.0.1:8123", "", "", true}, site).status,
+            404);
+  EXPECT_EQ(web::response_to({"POST", "/" + token + "/live", host, "", "", true}, live).status, 405);
+}
+
+TEST(WebResponse, APageWithABenchKnowsIt)
+{
+  const web::Site live = live_site();
+  const auto asked_live = [&](const std::string& target) {
+    return web::response_to({"GET", "/" + token + target, "knee.example:8123", ""}, live);
+  };
+  EXPECT_EQ(field_of(asked_live("/"), "Location"), "/" + token + "/?model=model.h5&live=live");
+  EXPECT_EQ(asked_live("/?model=model.h5&live=live").content, web::Content::page);
+  web::Site usual = live;
+  usual.port = 443;
+  EXPECT_EQ(web::response_to({"GET", "/" + token + "/", "knee.example", ""}, usual).status, 302);
+  usual.port = 80;
+  EXPECT_EQ(web::response_to({"GET", "/" + token + "/", "knee.example", ""}, usual).status, 403);
+}
+
 // Without the token nothing is revealed: the response is the same with and without a file.
 TEST(WebResponse, RefusesAllWithoutTheToken)
 {
@@ -112,7 +158,7 @@ TEST(WebResponse, RefusesAllWithoutTheToken)
   first_digit.front() = '1';
   for (const std::string& wrong :
        {std::string(), last_digit, first_digit, token + "0", token.substr(1), " " + token}) {
-    for (const std::string target : {"", "/", "/?model=model.h5", "/model.h5", "/none"}) {
+    for (const std::string target : {"", "/", "/?model=model.h5", "/model.h5", "/none", "/live"}) {
       for (const std::string method : {"GET", "POST"}) {
         SCOPED_TRACE(method + " /" + wrong + target);
         const web::Request request{method, "/" + wrong + target, "127.0.0.1:8123", "bytes=0-1"};
@@ -176,7 +222,7 @@ TEST(WebResponse, EveryHeaderIsWhole)
   for (const web::Response& response :
        {asked("/"), asked("/?model=model.h5"), asked("/model.h5"), asked("/model.h5", "bytes=0-0"),
         asked("/model.h5", "bytes=5000-"), asked("/none"), asked("", "", "GET", "evil.example"),
-        web::bad_request(), web::request_timeout()}) {
+        web::bad_request(), web::request_timeout(), web::too_many_viewers()}) {
     SCOPED_TRACE(response.status);
     EXPECT_EQ(field_of(response, "Content-Length"), std::to_string(response.n_bytes));
     EXPECT_EQ(field_of(response, "Cache-Control"), "no-store");

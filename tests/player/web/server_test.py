@@ -43,7 +43,8 @@ class Served:
     def end(self, number):
         if self.process.poll() is None:
             self.process.send_signal(number)
-        self.process.communicate(timeout=20)
+        if not self.process.stderr.closed:
+            self.talk = self.process.communicate(timeout=20)[1]
         return self.process.returncode
 
     def open(self, sent=b""):

@@ -26,11 +26,11 @@ READY = "document.documentElement?.dataset.state === 'ready'"
 MEGABYTE = 1 << 20
 
 
-def make_models(vrda, job, folder):
-    """Runs each of MODELS; returns their files by name."""
-    files = {name: folder / f"{name}.h5" for name in MODELS}
-    for name, words in MODELS.items():
-        subprocess.run([vrda, "run", job, "-o", files[name], *words, "-q", "--progress", "none"], check=True, capture_output=True)
+def make_models(vrda, job, folder, names=tuple(MODELS)):
+    """Runs MODELS; returns their files by name."""
+    files = {name: folder / f"{name}.h5" for name in names}
+    for name, file in files.items():
+        subprocess.run([vrda, "run", job, "-o", file, *MODELS[name], "-q", "--progress", "none"], check=True, capture_output=True)
     return files
 
 
@@ -109,8 +109,8 @@ def bad_files(model, folder):
 class Page:
     """The page in a tab. Use it in a `with`."""
 
-    def __init__(self, chromium):
-        self.browser = Browser(chromium, deadline_s=120)
+    def __init__(self, chromium, deadline_s=120):
+        self.browser = Browser(chromium, deadline_s)
 
     def __enter__(self):
         return self

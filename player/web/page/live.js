@@ -1,0 +1,89 @@
+// The bench's stream (schemas/live.md): checks each message, connects again after a loss, and says what is wrong. The last valid
+// message stays.
+import { cross, difference, dot } from "./frames.js";
+
+const slowS = 0.5, firstPauseS = 0.25, longestPauseS = 4, openingS = 5;
+const largestMm = 1e5, largestDegrees = 360, mostMarks = 10, mostPoints = 64, longestText = 200;
+const roundingOfRotation = 1e-6;
+
+const isNumber = (x, largest) => typeof x === "number" && Number.isFinite(x) && Math.abs(x) <= largest;
+const isText = (x) => typeof x === "string" && x.length <= longestText;
+
+function refuse(found, wanted) { throw new Error(`found ${found}, wanted ${wanted}`); }
+
+/// { R, t } of twelve numbers, the rows of a rigid motion.
+function placementOf(rows) {
+  if (!Array.isArray(rows) || rows.length !== 12 || !rows.every((x) => isNumber(x, largestMm))) refuse("a placement that is not 12 numbers", "the rows of a rigid motion in mm");
+  const R = [0, 4, 8].map((k) => rows.slice(k, k + 3)), t = [rows[3], rows[7], rows[11]];
+  const third = difference(cross(R[0], R[1]), R[2]);
+  if (Math.max(...third.map(Math.abs), Math.abs(dot(R[0], R[1])), Math.abs(dot(R[0], R[0]) - 1), Math.abs(dot(R[1], R[1]) - 1)) > roundingOfRotation) refuse("a placement that is no rotation", "a rigid motion");
+  return { R, t };
+}
+
+/// The message of a text; throws an Error with what was found.
+export function parseMessage(text) {
+  let message;
+  try {
+    message = JSON.parse(text);
+  } catch {
+    refuse("a message that is not JSON", "one of schemas/live.md");
+  }
+  if (message?.kind === "bench") {
+    if (message.version !== 1) refuse(`version ${message.version}`, "version 1: use page and server of the same release");
+    if (!isText(message.title) || !isText(message.set)) refuse("a bench without title and set", "both as texts");
+    if (!isNumber(message.scale, 2) || message.scale < 0.5) refuse(`a scale of ${message.scale}`, "0.5 to 2");
+    const isPoint = ({ name, body, point }) => isText(name) && ["reference", "moving"].includes(body) && Array.isArray(point) && point.length === 3 && point.every((x) => isNumber(x, largestMm));
+    if (!Array.isArray(message.points) || message.points.length > mostPoints || !message.points.every((p) => p && isPoint(p))) refuse("points without name, body and position", "the bench's points");
+    return message;
+  }
+  if (message?.kind !== "pose") refuse("a message of an unknown kind", "bench or pose");
+  if (!Number.isSafeInteger(message.number)) refuse("a message without a number", "the count of messages");
+  for (const name of ["flexion", "varus"]) if (!isNumber(message[name], largestDegrees)) refuse(`${name} ${message[name]}`, "degrees");
+  if (!Array.isArray(message.marks) || message.marks.length > mostMarks || !message.marks.every(isText)) refuse("marks that are not texts", "a list of texts");
+  return { ...message, placement: placementOf(message.placement) };
+}
+
+export class LiveStream {
+  /// `onPose(message)`, `onBench(message)`; `address`: of the WebSocket.
+  constructor(address, { onPose, onBench }) {
+    Object.assign(this, { address, onPose, onBench, pose: null, bench: null, refused: "", pauseS: firstPauseS, heardAt: null });
+    this.#connect();
+  }
+
+  #connect() {
+    this.isOpen = false;
+    const socket = new WebSocket(this.address);
+    // A server that accepts and says nothing counts as none.
+    const silent = setTimeout(() => socket.close(), openingS * 1000);
+    socket.addEventListener("open", () => { clearTimeout(silent); [this.isOpen, this.openedAt] = [true, performance.now()]; });
+    socket.addEventListener("message", ({ data }) => this.#take(data));
+    socket.addEventListener("close", () => {
+      clearTimeout(silent);
+      this.isOpen = false;
+      setTimeout(() => this.#connect(), this.pauseS * 1000);
+      this.pauseS = Math.min(2 * this.pauseS, longestPauseS);
+    });
+  }
+
+  #take(data) {
+    try {
+      const message = parseMessage(data);
+      this.refused = "";
+      if (message.kind === "bench") return this.onBench(this.bench = message);
+      [this.heardAt, this.pauseS, this.pose] = [performance.now(), firstPauseS, message];
+      this.onPose(message);
+    } catch (error) {
+      this.refused = `bench: ${error.message}`;
+    }
+  }
+
+  /// What is wrong, as texts: of the line, then of the bench.
+  marks(now = performance.now()) {
+    const seconds = (since) => `${((now - since) / 1000).toFixed(1)} s`;
+    if (this.refused) return [this.refused];
+    if (!this.isOpen) return [this.pose ? `no connection to the bench for ${seconds(this.heardAt)}: the last pose is shown` : "no connection to the bench"];
+    const since = this.heardAt ?? this.openedAt;
+    if (now - since > slowS * 1000) return [`no news of the bench for ${seconds(since)}${this.pose ? ": the last pose is shown" : ""}`];
+    return this.pose?.marks ?? [];
+  }
+}

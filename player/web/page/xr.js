@@ -1,0 +1,382 @@
+// The joint in augmented and virtual reality (WebXR): placed on a surface or on a leg by touched points, moved by a slider in space,
+// by a controller on the shank, or by the bench. Space in metres; a source that is not tracked leaves the last pose, marked.
+import { Group, Matrix4, Mesh, MeshBasicMaterial, PerspectiveCamera, RingGeometry, Scene, SphereGeometry, Vector3 } from "three";
+import { clinicalOf } from "./clinical.js";
+import { product, rotationWorldSolver, transposed } from "./frames.js";
+import { composed, inverse, matrixOf, mmPerM, poseOf, standing, tracked } from "./placement.js";
+import { fitLandmarks, FitRefusal, leastPoints } from "./rigid_fit.js";
+import { formatNumber } from "./quantities.js";
+import { meets, Pointers, rayOf, touchingPoint, trackedPose } from "./xr_inputs.js";
+import { XrPanel } from "./xr_panel.js";
+
+const nearM = 0.01, farM = 30, aheadM = 0.7, belowM = 0.25, panelAsideM = 0.3, panelAboveM = 0.12;
+const dotMm = 2.5, dotColour = "#4aa3df", nextColour = "#ffb74a";
+const features = ["local-floor", "hit-test", "hand-tracking"];
+export const xrModes = ["immersive-ar", "immersive-vr"];
+
+/// Which of xrModes this browser offers; none without a secure context.
+export async function offeredModes() {
+  const offers = xrModes.map((mode) => navigator.xr?.isSessionSupported(mode).catch(() => false) ?? false);
+  const isOffered = await Promise.all(offers);
+  return xrModes.filter((_, k) => isOffered[k]);
+}
+
+const up = new Vector3(0, 1, 0);
+const millimetres = (v) => [v.x * mmPerM, v.y * mmPerM, v.z * mmPerM];
+const metres = (p) => new Vector3(...p).divideScalar(mmPerM);
+
+export class XrView {
+  /// `host`: joint, model, flexion, range and marks of the page as functions, `setFlexion(deg)`, `advance(now)`, `togglePlay()`,
+  /// `isPlaying()`, `live()`, `setFollowing(on)`, `isFollowing()`, `landmarks()`, `onStart()`, `onEnd()`.
+  constructor(viewer, host) {
+    Object.assign(this, { viewer, host, session: null });
+  }
+
+  async start(mode) {
+    const { xr } = this.viewer.renderer;
+    const session = await navigator.xr.requestSession(mode, { optionalFeatures: features });
+    Object.assign(this, { session, xrMode: mode, task: "place", placement: null, follow: null, touches: [], note: "", grab: null, pin: null, hit: null, hitSource: null, hitSpace: null, lastPressed: null, hasHitTest: mode === "immersive-ar", isPanelPlaced: false });
+    session.addEventListener("end", () => this.#end());
+    try {
+      const isFloor = await session.requestReferenceSpace("local-floor").then(() => true, () => false);
+      xr.enabled = true;
+      xr.setReferenceSpaceType(isFloor ? "local-floor" : "local");
+      this.viewerSpace = await session.requestReferenceSpace("viewer");
+      await xr.setSession(session);
+    } catch (error) {
+      await session.end().catch(() => {});
+      throw error;
+    }
+    if (this.session !== session) return;
+    this.#build();
+    session.addEventListener("selectstart", (event) => this.#press(event));
+    session.addEventListener("selectend", ({ inputSource }) => { if (this.grab === inputSource) this.grab = null; });
+    this.host.onStart();
+    this.viewer.renderer.setAnimationLoop((now, frame) => { if (frame && this.session) this.#frame(now, frame); });
+  }
+
+  leave() { return this.session?.end(); }
+
+  #build() {
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(50, 1, nearM, farM);
+    this.anchor = new Group();
+    this.anchor.matrixAutoUpdate = false;
+    this.anchor.visible = false;
+    this.joint = this.host.joint();
+    this.viewer.lend();
+    this.dots = new Group();
+    this.anchor.add(this.joint.group, this.dots);
+    this.panel = new XrPanel();
+    this.pointers = new Pointers();
+    this.reticle = new Mesh(new RingGeometry(0.035, 0.045, 40).rotateX(-Math.PI / 2), new MeshBasicMaterial({ color: nextColour }));
+    this.reticle.matrixAutoUpdate = false;
+    this.reticle.visible = false;
+    this.scene.add(this.anchor, this.panel.mesh, this.pointers.group, this.reticle);
+  }
+
+  #end() {
+    this.session = null;
+    this.viewer.renderer.setAnimationLoop(null);
+    this.viewer.renderer.xr.enabled = false;
+    if (this.scene) {
+      this.panel.dispose();
+      this.pointers.dispose();
+      this.#clearDots();
+      this.reticle.geometry.dispose();
+      this.reticle.material.dispose();
+      this.anchor.remove(this.joint.group);
+      this.scene = null;
+    }
+    this.viewer.takeBack();
+    this.host.onEnd();
+  }
+
+  #frame(now, frame) {
+    const reference = this.viewer.renderer.xr.getReferenceSpace();
+    this.now = now;
+    this.host.advance(now);
+    const head = frame.getViewerPose(reference)?.transform.matrix;
+    if (head?.every(Number.isFinite)) this.head = new Matrix4().fromArray(head);
+    if (this.head && !this.isPanelPlaced) this.#placePanel();
+    if (!this.placement && this.head && this.xrMode === "immersive-vr") this.#placeAhead(this.#headRay());
+    this.#findSurface(frame, reference);
+    this.#movePinned(frame, reference);
+    this.#moveGrabbed(frame, reference);
+    this.#follow();
+    this.pointers.update(frame, this.session.inputSources, reference);
+    if (this.placement) this.anchor.matrix.copy(matrixOf(this.placement));
+    this.anchor.visible = this.placement !== null;
+    this.anchor.updateMatrixWorld(true);
+    this.#drawPanel();
+    this.viewer.renderer.render(this.scene, this.camera);
+  }
+
+  #headRay() {
+    return { origin: new Vector3().setFromMatrixPosition(this.head), direction: new Vector3(0, 0, -1).transformDirection(this.head) };
+  }
+
+  // Placing
+
+  #scale() { return this.placement?.scale ?? this.host.live()?.bench?.scale ?? 1; }
+
+  #put(placement) {
+    this.placement = placement;
+    // The bench moves the joint from here on as it moves the leg.
+    const pose = this.host.isFollowing() && this.host.live()?.pose;
+    this.follow = pose ? { space: composed(placement, inverse(this.#trackedPose(pose, placement.scale))) } : null;
+    this.#placePanel();
+  }
+
+  #trackedPose(pose, scale) { return tracked(pose.placement, this.host.model().rotationCentre, scale); }
+
+  #follow() {
+    const pose = this.host.isFollowing() && this.host.live()?.pose;
+    if (!this.placement) return;
+    if (!pose) { this.follow = null; return; }
+    if (!this.follow) return this.#put(this.placement);
+    this.placement = { ...composed(this.follow.space, this.#trackedPose(pose, this.placement.scale)), scale: this.placement.scale };
+  }
+
+  /// The lowest point of the joint at its present pose, mm.
+  lowest() {
+    const p = new Vector3();
+    let lowest = Infinity;
+    for (const body of Object.values(this.joint.bodies)) {
+      for (const mesh of body.children) {
+        if (!mesh.isMesh) continue;
+        const position = mesh.geometry.getAttribute("position");
+        for (let k = 0; k < position.count; ++k) lowest = Math.min(lowest, p.fromBufferAttribute(position, k).applyMatrix4(body.matrix).y);
+      }
+    }
+    return lowest;
+  }
+
+  #placeAhead({ origin, direction }) {
+    const point = origin.clone().addScaledVector(direction, aheadM).addScaledVector(up, -belowM), viewer = new Vector3().setFromMatrixPosition(this.head);
+    this.#put({ ...standing(millimetres(point), millimetres(viewer), 0, this.#scale()) });
+  }
+
+  #placeOnSurface() {
+    if (!this.hit) return this.#say("No surface found yet: move the device slowly over the place.");
+    const viewer = new Vector3().setFromMatrixPosition(this.head ?? new Matrix4());
+    this.#put(standing(millimetres(new Vector3().setFromMatrixPosition(this.hit)), millimetres(viewer), this.lowest(), this.#scale()));
+    this.#say("Placed on the surface. Press again to move it.");
+  }
+
+  #findSurface(frame, reference) {
+    this.reticle.visible = false;
+    this.hit = null;
+    if (!this.hasHitTest || this.task !== "place") return;
+    this.#useHitSource(this.#pointer()?.targetRaySpace ?? this.viewerSpace);
+    if (!this.hitSource) return;
+    const matrix = frame.getHitTestResults(this.hitSource)[0]?.getPose(reference)?.transform.matrix;
+    if (!matrix?.every(Number.isFinite)) return;
+    this.hit = new Matrix4().fromArray(matrix);
+    this.reticle.visible = true;
+    this.reticle.matrix.copy(this.hit);
+    this.reticle.updateMatrixWorld(true);
+  }
+
+  /// The controller or hand that pressed last, at first the right one; undefined on a phone.
+  #pointer() {
+    const pointers = [...this.session.inputSources].filter((one) => one.targetRayMode === "tracked-pointer");
+    return pointers.find((one) => one === this.lastPressed) ?? pointers.find(({ handedness }) => handedness === "right") ?? pointers[0];
+  }
+
+  #useHitSource(space) {
+    if (this.hitSpace === space) return;
+    this.hitSource?.cancel?.();
+    Object.assign(this, { hitSpace: space, hitSource: null });
+    const { session } = this;
+    const request = session.requestHitTestSource?.({ space }) ?? Promise.reject(new Error("no hit test"));
+    request.then((source) => { if (this.session === session && this.hitSpace === space) this.hitSource = source; else source.cancel?.(); },
+      () => { if (this.session === session) this.hasHitTest = false; });
+  }
+
+  // Touching
+
+  #startTouching() {
+    Object.assign(this, { task: "touch", touches: [], next: 0, points: this.host.landmarks() });
+    this.#say("");
+    this.#drawDots();
+  }
+
+  #touch(frame, source, reference) {
+    if (this.next >= this.points.length) return this.#say("All points are touched: press Fit.");
+    const tip = touchingPoint(frame, source, this.session.inputSources, reference);
+    if (!tip) return this.#say("This controller or hand is not tracked, its place is a guess: touch again in view.");
+    const { name, body, point } = this.points[this.next];
+    // The leg is held at the flexion shown, so that points of both bones count.
+    const model = new Vector3(...point).applyMatrix4(this.joint.bodies[body].matrix).toArray();
+    this.touches.push({ name, model, touched: millimetres(tip) });
+    this.#advance();
+  }
+
+  #advance() {
+    ++this.next;
+    if (this.next >= this.points.length && this.touches.length >= leastPoints) return this.#fit();
+    this.#say("");
+    this.#drawDots();
+  }
+
+  #fit() {
+    try {
+      const bench = this.host.live()?.bench;
+      this.fit = fitLandmarks(this.touches, bench?.scale);
+      this.#put({ R: this.fit.R, t: this.fit.t, scale: this.fit.scale });
+      const remarks = this.fit.remarks.map((text) => `; ${text}`).join("");
+      this.#finish(`Placed by ${this.touches.length} points to ${formatNumber(this.fit.rms, 1)} mm (rms), size ${formatNumber(100 * this.fit.scale, 0)} %${remarks}.`);
+    } catch (error) {
+      if (!(error instanceof FitRefusal)) throw error;
+      this.#say(`Not placed: ${error.message}.`);
+    }
+  }
+
+  #finish(note) {
+    this.task = "place";
+    this.#clearDots();
+    this.#say(note);
+  }
+
+  #undo() {
+    if (this.next > 0) --this.next;
+    if (this.touches.at(-1)?.name === this.points[this.next].name) this.touches.pop();
+    this.#say("");
+    this.#drawDots();
+  }
+
+  #drawDots() {
+    this.#clearDots();
+    this.points.forEach(({ body, point }, k) => {
+      const dot = new Mesh(new SphereGeometry(k === this.next ? 2 * dotMm : dotMm, 16, 12), new MeshBasicMaterial({ color: k === this.next ? nextColour : dotColour }));
+      dot.position.copy(new Vector3(...point).applyMatrix4(this.joint.bodies[body].matrix));
+      this.dots.add(dot);
+    });
+  }
+
+  #clearDots() {
+    for (const dot of this.dots.children) { dot.geometry.dispose(); dot.material.dispose(); }
+    this.dots.clear();
+  }
+
+  // Flexion
+
+  #setShare(share) {
+    const [low, high] = this.host.range();
+    this.host.setFlexion(low + share * (high - low));
+  }
+
+  #moveGrabbed(frame, reference) {
+    const ray = this.grab && rayOf(frame, this.grab, reference), uv = ray && meets(ray, this.panel.mesh);
+    if (uv) this.#setShare(this.panel.at(uv, true).share);
+  }
+
+  /// Fixes the controller to the shank at the flexion shown.
+  #togglePin(frame, source, reference) {
+    if (this.pin) { this.pin = null; return this.#say("The controller is free."); }
+    const pose = trackedPose(frame, source.gripSpace ?? source.targetRaySpace, reference);
+    if (!pose || !this.placement) return this.#say(pose ? "Place the joint first." : "This controller is not tracked: hold it in view.");
+    const shank = product(this.placement.R, poseOf(this.joint.bodies.moving.matrix).R);
+    this.pin = { source, offset: product(transposed(poseOf(pose).R), shank), seen: this.now, isLive: true };
+    this.#say("The controller moves the shank. Hold it on the shin.");
+  }
+
+  #movePinned(frame, reference) {
+    if (!this.pin) return;
+    const { source, offset } = this.pin, isThere = [...this.session.inputSources].includes(source);
+    const pose = isThere ? trackedPose(frame, source.gripSpace ?? source.targetRaySpace, reference) : null;
+    this.pin.isLive = pose !== null;
+    if (!pose) return;
+    this.pin.seen = this.now;
+    const R = product(transposed(this.placement.R), product(poseOf(pose).R, offset));
+    const flexion = flexionOf(R, this.host.model(), this.host.delta());
+    const [low, high] = this.host.range();
+    this.pin.beyond = flexion < low - 1 || flexion > high + 1 ? `flexion ${formatNumber(flexion, 0)}°, model ${flexion > high ? "ends" : "begins"} at ${formatNumber(flexion > high ? high : low, 0)}°` : "";
+    this.host.setFlexion(Math.min(Math.max(flexion, low), high));
+  }
+
+  // The panel
+
+  #say(note) { this.note = note; }
+
+  #placePanel() {
+    if (!this.head) return;
+    this.isPanelPlaced = true;
+    const eye = new Vector3().setFromMatrixPosition(this.head), { mesh } = this.panel;
+    if (this.placement) {
+      const at = metres(this.placement.t), side = new Vector3().subVectors(at, eye).cross(up).normalize();
+      mesh.position.copy(at).addScaledVector(side, -panelAsideM).addScaledVector(up, panelAboveM);
+    } else {
+      const { direction } = this.#headRay();
+      mesh.position.copy(eye).addScaledVector(direction, aheadM).addScaledVector(up, -belowM / 2);
+    }
+    mesh.lookAt(eye);
+    mesh.updateMatrixWorld(true);
+  }
+
+  #marks() {
+    const marks = [...this.host.marks()];
+    if (this.pin && !this.pin.isLive) marks.unshift(`controller on the shank not tracked for ${((this.now - this.pin.seen) / 1000).toFixed(1)} s: the last flexion is shown`);
+    else if (this.pin?.beyond) marks.unshift(this.pin.beyond);
+    return marks;
+  }
+
+  #instruction() {
+    if (this.note) return this.note;
+    if (this.task === "touch") return `Touch ${this.points[this.next]?.name ?? ""} (${this.next + 1} of ${this.points.length}), shown amber, and press. Three or more; the leg as bent as shown.`;
+    if (this.placement) return "Point at a surface and press to move the joint.";
+    return this.hasHitTest ? "Point at a surface and press to place the joint." : "Press to place the joint ahead.";
+  }
+
+  #buttons() {
+    if (this.task === "touch") return [{ name: "fit", label: "Fit", isOff: this.touches.length < leastPoints }, { name: "skip", label: "Skip point", isOff: this.next >= this.points.length }, { name: "undo", label: "Undo", isOff: this.next === 0 }, { name: "cancel", label: "Cancel" }];
+    return [{ name: "touch", label: "Touch points" }, { name: "pin", label: "Pin to shank", isPressed: Boolean(this.pin), isOff: !this.placement }, { name: "play", label: "Play", isPressed: this.host.isPlaying() },
+      { name: "live", label: "Bench", isPressed: this.host.isFollowing(), isOff: !this.host.live() }, { name: "leave", label: "Leave" }];
+  }
+
+  #drawPanel() {
+    const [low, high] = this.host.range(), flexion = this.host.flexion();
+    this.panel.draw({ title: this.host.title(), note: this.#instruction(), marks: this.#marks(), share: high > low ? (flexion - low) / (high - low) : 0, ends: [`${formatNumber(low, 0)}°`, `${formatNumber(high, 0)}°`], buttons: this.#buttons() });
+  }
+
+  #press({ frame, inputSource }) {
+    const reference = this.viewer.renderer.xr.getReferenceSpace(), ray = rayOf(frame, inputSource, reference);
+    this.lastPressed = inputSource;
+    const uv = ray && meets(ray, this.panel.mesh), target = uv && this.panel.at(uv);
+    if (typeof target === "string") return this.#use(target, frame, inputSource, reference);
+    if (target) { this.grab = inputSource; this.pin = null; return this.#setShare(target.share); }
+    if (uv) return;
+    if (this.task === "touch") return this.#touch(frame, inputSource, reference);
+    if (this.hasHitTest) return this.#placeOnSurface();
+    if (ray) this.#placeAhead(ray);
+  }
+
+  #use(button, frame, source, reference) {
+    const uses = {
+      touch: () => this.#startTouching(), fit: () => this.#fit(), skip: () => this.#advance(), undo: () => this.#undo(), cancel: () => this.#finish(""),
+      pin: () => this.#togglePin(frame, source, reference), play: () => this.host.togglePlay(), leave: () => this.leave(),
+      live: () => this.host.setFollowing(!this.host.isFollowing()),
+    };
+    uses[button]();
+  }
+
+  /// For tests: the state, and where in space to point at a button or a share of the slider.
+  state() {
+    if (!this.session || !this.scene) return { isPresenting: false };
+    const { task, placement, touches, fit, note, xrMode, next } = this;
+    return { isPresenting: true, task, placement, touches, fit, note, xrMode, next, instruction: this.#instruction(), marks: this.#marks(), lowest: this.lowest(), hit: this.hit?.elements ?? null, isPinned: Boolean(this.pin), points: this.points,
+      drawn: this.anchor.visible ? [...this.anchor.matrix.elements] : null };
+  }
+
+  panelPoint(target) {
+    const uv = this.panel.placeOf(target), { width, height } = this.panel.mesh.geometry.parameters;
+    return this.panel.mesh.localToWorld(new Vector3((uv.x - 0.5) * width, (uv.y - 0.5) * height, 0)).toArray();
+  }
+}
+
+/// Flexion in degrees of the moving body's rotation in the reference's frame, in the motion's frame; as tracking/leg.
+export function flexionOf(R, model, delta) {
+  const S = rotationWorldSolver(model.side, delta);
+  return clinicalOf({ R: product(product(transposed(S), R), S), t: [0, 0, 0] }, [0, 0, 0], "right").flexion;
+}
