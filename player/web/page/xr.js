@@ -325,8 +325,8 @@ export class XrView {
   #instruction() {
     if (this.note) return this.note;
     if (this.task === "touch") return `Touch ${this.points[this.next]?.name ?? ""} (${this.next + 1} of ${this.points.length}), shown amber, and press. Three or more; the leg as bent as shown.`;
-    if (this.placement) return "Point at a surface and press to move the joint.";
-    return this.hasHitTest ? "Point at a surface and press to place the joint." : "Press to place the joint ahead.";
+    const word = this.placement ? "move" : "place";
+    return this.hasHitTest ? `Point at a surface and press to ${word} the joint.` : `Press to ${word} the joint where the controller points.`;
   }
 
   #buttons() {

@@ -34,6 +34,10 @@ MM = 0.1
 BENCH = """title = "Test"
 leg = "two-bodies"
 head = "stage"
+[display]
+width = 1280
+height = 1024
+layout = "quarters"
 [tracker]
 host = "127.0.0.1"
 port = {port}
