@@ -2,7 +2,7 @@
 // message stays.
 import { cross, difference, dot } from "./frames.js";
 
-const slowS = 0.5, firstPauseS = 0.25, longestPauseS = 4, openingS = 5;
+const slowS = 0.5, firstPauseS = 0.25, longestPauseS = 4, openingS = 10;
 const largestMm = 1e5, largestDegrees = 360, mostMarks = 10, mostPoints = 64, longestText = 200;
 const roundingOfRotation = 1e-6;
 

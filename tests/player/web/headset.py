@@ -44,6 +44,8 @@ class Headset(Page):
         # Hundreds of frames without a graphics card.
         super().__init__(chromium, deadline_s=400)
         packages = pathlib.Path(packages)
+        if not (packages / "iwer").is_dir():
+            raise FileNotFoundError(f"{packages}: found no iwer, wanted the npm packages of the tests; run scripts/setup")
         code = [(packages / name).read_text() for name in ("iwer/build/iwer.min.js", "@iwer/sem/build/iwer-sem.min.js")]
         room = (packages / f"@iwer/sem/captures/{ROOM}.json").read_text()
         self.browser.call("Page.addScriptToEvaluateOnNewDocument", source="\n;".join([*code, START % room]))
