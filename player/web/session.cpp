@@ -12,6 +12,7 @@
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/stream.hpp>
 #include <filesystem>
+#include <functional>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -47,6 +48,7 @@ constexpr std::size_t longest_said = 125;
 class Line {
  public:
   using executor_type = tcp::socket::executor_type;
+  using Done = std::function<void(const error_code&, std::size_t)>;
 
   Line(asio::io_context& io, asio::ssl::context* tls, int handle) : socket_(io)
   {
@@ -60,39 +62,63 @@ class Line {
   tcp::socket& socket() { return socket_; }
   bool is_encrypted() const { return tls_.has_value(); }
 
-  template <typename Handler>
-  void async_handshake(Handler&& handler)
+  void async_handshake(Done done)
   {
-    tls_->async_handshake(asio::ssl::stream_base::server, std::forward<Handler>(handler));
+    tls_->async_handshake(asio::ssl::stream_base::server, WithoutCount{std::move(done)});
   }
+  void async_shutdown(Done done) { tls_->async_shutdown(WithoutCount{std::move(done)}); }
 
-  template <typename Handler>
-  void async_shutdown(Handler&& handler)
-  {
-    tls_->async_shutdown(std::forward<Handler>(handler));
-  }
-
+  /// As Beast calls them. Handlers are erased, and only the first buffer is used, so that both kinds of lines
+  /// are compiled once instead of for each step of Beast: half a megabyte of the program.
   template <typename Buffers, typename Handler>
   void async_read_some(const Buffers& buffers, Handler&& handler)
   {
-    if (tls_) {
-      tls_->async_read_some(buffers, std::forward<Handler>(handler));
-    } else {
-      socket_.async_read_some(buffers, std::forward<Handler>(handler));
-    }
+    read_some(first_of<asio::mutable_buffer>(buffers), erased(std::forward<Handler>(handler)));
   }
 
   template <typename Buffers, typename Handler>
   void async_write_some(const Buffers& buffers, Handler&& handler)
   {
-    if (tls_) {
-      tls_->async_write_some(buffers, std::forward<Handler>(handler));
-    } else {
-      socket_.async_write_some(buffers, std::forward<Handler>(handler));
-    }
+    write_some(first_of<asio::const_buffer>(buffers), erased(std::forward<Handler>(handler)));
+  }
+
+  void read_some(const asio::mutable_buffer& buffer, Done done)
+  {
+    if (tls_) return tls_->async_read_some(buffer, std::move(done));
+    socket_.async_read_some(buffer, std::move(done));
+  }
+
+  void write_some(const asio::const_buffer& buffer, Done done)
+  {
+    if (tls_) return tls_->async_write_some(buffer, std::move(done));
+    socket_.async_write_some(buffer, std::move(done));
   }
 
  private:
+  struct WithoutCount {
+    Done done;
+    void operator()(const error_code& error) const { done(error, 0); }
+  };
+
+  /// The first buffer that is not empty: operations of "some" may end after it.
+  template <typename Buffer, typename Buffers>
+  static Buffer first_of(const Buffers& buffers)
+  {
+    for (auto one = asio::buffer_sequence_begin(buffers); one != asio::buffer_sequence_end(buffers); ++one) {
+      const Buffer buffer(*one);
+      if (buffer.size() > 0) return buffer;
+    }
+    return {};
+  }
+
+  template <typename Handler>
+  static Done erased(Handler&& handler)
+  {
+    // Beast's handlers cannot be copied.
+    const auto kept = std::make_shared<std::decay_t<Handler>>(std::forward<Handler>(handler));
+    return [kept](const error_code& error, std::size_t n) { (*kept)(error, n); };
+  }
+
   tcp::socket socket_;
   std::optional<asio::ssl::stream<tcp::socket&>> tls_;
 };
@@ -166,7 +192,7 @@ class Connection final : public Session, public std::enable_shared_from_this<Con
   {
     limit(request_limit);
     if (!line_.is_encrypted()) return read();
-    line_.async_handshake([this, self = shared_from_this()](const error_code& error) {
+    line_.async_handshake([this, self = shared_from_this()](const error_code& error, std::size_t) {
       if (phase_ != Phase::requesting) return;
       if (error) return end();
       is_greeted_ = true;
@@ -230,8 +256,8 @@ class Connection final : public Session, public std::enable_shared_from_this<Con
 
   void read()
   {
-    line_.async_read_some(buffer_.prepare(read_size), [this, self = shared_from_this()](
-                                                          const error_code& error, std::size_t n) {
+    line_.read_some(buffer_.prepare(read_size), [this, self = shared_from_this()](const error_code& error,
+                                                                                  std::size_t n) {
       if (phase_ != Phase::requesting) return;
       const bool is_at_end = error == asio::error::eof || error == asio::ssl::error::stream_truncated;
       if (error && !is_at_end) return end();
@@ -302,13 +328,13 @@ class Connection final : public Session, public std::enable_shared_from_this<Con
     if (unsent_.empty()) unsent_ = next_piece();
     if (unsent_.empty()) return finish();
     limit(longest_silence);
-    line_.async_write_some(asio::buffer(unsent_),
-                           [this, self = shared_from_this()](const error_code& error, std::size_t n) {
-                             if (error) return end();
-                             waits_since_ = Clock::now();
-                             unsent_.remove_prefix(n);
-                             send();
-                           });
+    line_.write_some(asio::buffer(unsent_),
+                     [this, self = shared_from_this()](const error_code& error, std::size_t n) {
+                       if (error) return end();
+                       waits_since_ = Clock::now();
+                       unsent_.remove_prefix(n);
+                       send();
+                     });
   }
 
   void finish()
@@ -317,7 +343,8 @@ class Connection final : public Session, public std::enable_shared_from_this<Con
     limit(request_limit);
     // The end of the encrypted stream, then that of the socket.
     if (line_.is_encrypted())
-      return line_.async_shutdown([this, self = shared_from_this()](const error_code&) { end(); });
+      return line_.async_shutdown(
+          [this, self = shared_from_this()](const error_code&, std::size_t) { end(); });
     error_code ignored;
     line_.socket().shutdown(tcp::socket::shutdown_send, ignored);
     drain();
@@ -327,12 +354,12 @@ class Connection final : public Session, public std::enable_shared_from_this<Con
   void drain()
   {
     piece_.resize(read_size);
-    line_.async_read_some(asio::buffer(piece_),
-                          [this, self = shared_from_this()](const error_code& error, std::size_t n) {
-                            n_drained_ += n;
-                            if (error || n_drained_ > most_drained) return end();
-                            drain();
-                          });
+    line_.read_some(asio::buffer(piece_),
+                    [this, self = shared_from_this()](const error_code& error, std::size_t n) {
+                      n_drained_ += n;
+                      if (error || n_drained_ > most_drained) return end();
+                      drain();
+                    });
   }
 
   void go_live()
@@ -392,7 +419,7 @@ class Connection final : public Session, public std::enable_shared_from_this<Con
   std::string_view unsent_;    ///< part of piece_
   std::uint64_t n_taken_ = 0;  ///< bytes of the content copied to pieces
   std::size_t n_drained_ = 0;
-  std::optional<websocket::stream<Line&>> socket_;
+  std::optional<websocket::stream<Line&, false>> socket_;
   bool is_open_for_messages_ = false, is_writing_ = false;
   LiveMessage next_;
 };

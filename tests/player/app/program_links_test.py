@@ -11,8 +11,8 @@ import subprocess
 import sys
 import tempfile
 
-# Direct dependencies of the program. toml++ is for settings files, stb for glyphs.
-LIBRARIES = re.compile(r"(ld-linux-x86-64|libc|libm|libgcc_s|libstdc\+\+|libpthread|libdl|libhdf5_serial(_hl)?|libz|liblzma|libsz|libpng16"
+# Direct dependencies of the program. toml++ is for settings files, stb for glyphs, OpenSSL for the web server's TLS.
+LIBRARIES = re.compile(r"(ld-linux-x86-64|libc|libm|libgcc_s|libstdc\+\+|libpthread|libdl|libhdf5_serial(_hl)?|libz|liblzma|libssl|libcrypto|libsz|libpng16"
                        r"|libOSMesa|libEGL|libOpenGL|libGL|libglfw|libX11|libmeshoptimizer|libtomlplusplus|libOpenIGTLink|libnlopt|libseccomp|libstb)\.so[.\dd]*")
 FOREIGN_NAMES = re.compile(r"\b(btCollision\w*|btGImpact\w*|btConvex\w*|Assimp::|spdlog::)")
 LARGEST_BYTES = 5_000_000
