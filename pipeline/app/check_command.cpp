@@ -397,7 +397,7 @@ void write_picture(const std::string& path, const load::Case& job_case, const lo
 
 }  // namespace
 
-console::ExitCode check_command(const CheckOptions& options)
+nlohmann::ordered_json check_json(const CheckOptions& options)
 {
   const load::Case job_case =
       load::scaled_to_subject(load::load_case(options.job_file, {options.data_directory, options.overrides}));
@@ -412,6 +412,12 @@ console::ExitCode check_command(const CheckOptions& options)
       result["warnings"].push_back(warning);
   }
   if (!options.picture.empty()) write_picture(options.picture, job_case, job, result["warnings"].size());
+  return result;
+}
+
+console::ExitCode check_command(const CheckOptions& options)
+{
+  const Json result = check_json(options);
   if (options.as_json) {
     std::printf("%s\n", result.dump(2).c_str());
   } else {

@@ -256,19 +256,26 @@ int degree_of(const std::string& word, const std::string& text)
 compare::CompareOptions compare_options(const CompareCommandOptions& options)
 {
   const int n_threads = job_run::thread_count_or_all(options.n_threads);
+  const std::function<void()>& hook = options.before_measuring;
   compare::CompareOptions compare;
   compare.name = options.file;
   compare.degrees = parse_degrees(options.degrees);
   compare.smooth.is_robust = options.is_robust;
   if (options.is_recontacted) {
-    compare.recontact = [n_threads](const store::MotionModel& model, const store::SmoothedSet& set) {
+    compare.recontact = [n_threads, hook](const store::MotionModel& model, const store::SmoothedSet& set) {
+      if (hook) hook();
       return audit::recontact(model, set, n_threads);
     };
   }
   if (options.refine > 0) {
-    compare.contact = contact_measure(n_threads);
-    compare.audit = [n_threads, refine = options.refine](const store::MotionModel& model,
-                                                         const std::string& set) {
+    compare.contact = [measure = contact_measure(n_threads), hook](const store::MotionModel& model,
+                                                                   const store::SmoothedSet& set) {
+      if (hook) hook();
+      return measure(model, set);
+    };
+    compare.audit = [n_threads, hook, refine = options.refine](const store::MotionModel& model,
+                                                               const std::string& set) {
+      if (hook) hook();
       console::log_info("measuring " + set);
       return audit::audit(model, set, refine, n_threads);
     };
@@ -315,13 +322,19 @@ std::vector<int> parse_degrees(const std::string& text)
   return {degrees.begin(), degrees.end()};
 }
 
-console::ExitCode compare_command(const CompareCommandOptions& options)
+compare::Comparison compare_degrees(const CompareCommandOptions& options)
 {
   const compare::CompareOptions compare_with = compare_options(options);
   const store::MotionModel model = job_run::read_solved_model(options.file);
   store::require_grid(model, options.file, "vrda compare");
-  const compare::Comparison comparison = compare::compare(model, compare_with);
+  compare::Comparison comparison = compare::compare(model, compare_with);
   report_skipped_degrees(options.file, comparison);
+  return comparison;
+}
+
+console::ExitCode compare_command(const CompareCommandOptions& options)
+{
+  const compare::Comparison comparison = compare_degrees(options);
   if (!options.as_json) {
     std::printf("%s%s\n", comparison_table(comparison).c_str(),
                 recommendation_text(comparison.recommendation).c_str());

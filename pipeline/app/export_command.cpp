@@ -10,10 +10,10 @@
 #include <optional>
 
 #include "app/angle_range.hpp"
+#include "convert/mesh_writer.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
-#include "convert/mesh_writer.hpp"
 #include "exports/formats.hpp"
 #include "exports/osim_model.hpp"
 #include "job_run/run_output.hpp"
@@ -28,6 +28,7 @@ struct Format {
   const char* name;
   const char* extension;
 };
+constexpr const char* driven_varus = "driven";
 constexpr std::array<Format, 6> formats{{{"sto", ".sto"},
                                          {"mot", ".mot"},
                                          {"osim", ".osim"},
@@ -50,8 +51,15 @@ void require_useful(const ExportOptions& options)
   const bool is_osim = options.format == "osim";
   if (!is_opensim(options) && options.in_degrees)
     refuse("--degrees", "--to " + options.format, "--to sto or --to mot");
+  if (!is_opensim(options) && options.translations != ExportOptions().translations)
+    refuse("--translations", "--to " + options.format, "--to sto or --to mot");
   if (!is_opensim(options) && !is_osim && !options.coordinates.empty())
     refuse("--coordinate", "--to " + options.format, "--to sto, --to mot or --to osim");
+  if (options.varus == driven_varus && !is_osim)
+    refuse("--varus", "driven with --to " + options.format, "--to osim");
+  if (options.varus == driven_varus && !options.flexion.empty())
+    refuse("--flexion", options.flexion + " with --varus driven",
+           "none: the joint has the range of the model");
   if (!is_osim && options.only_joint) refuse("--joint-only", "--to " + options.format, "--to osim");
   if (!options.every_cell) return;
   if (options.format != "csv") refuse("--full", "--to " + options.format, "--to csv");
@@ -79,15 +87,28 @@ void require_output(const ExportOptions& options)
   }
 }
 
+/// The smoothed set of the highest degree, without recontact, whose travel has kinks.
+std::string smoothed_set(const store::MotionModel& model, const std::string& file)
+{
+  if (model.smoothed.empty())
+    throw InputError({file, "--varus", "driven without a smoothed set", "one, by vrda smooth"});
+  return "degree_" + std::to_string(model.smoothed.back().degree);
+}
+
 exports::FlexionPlan plan_of(const ExportOptions& options, const store::MotionModel& model)
 {
   exports::FlexionPlan plan;
   plan.set = options.set;
-  if (!options.flexion.empty())
-    plan.flexion_deg = angle_range({"vrda export", "--flexion", options.flexion});
+  if (!options.flexion.empty()) plan.flexion_deg = angle_range({"vrda export", "--flexion", options.flexion});
   if (options.format == "osim" && options.flexion.empty() && !model.frames)
     plan.flexion_deg = exports::osim_flexions_deg(model);
   plan.varus = exports::default_varus(model);
+  if (options.varus == driven_varus) {
+    if (plan.set.empty()) plan.set = smoothed_set(model, options.file);
+    plan.flexion_deg.clear();
+    plan.varus = exports::VarusRule::spine;
+    return plan;
+  }
   if (options.varus == exports::name_of(exports::VarusRule::spine)) plan.varus = exports::VarusRule::spine;
   if (options.varus == exports::name_of(exports::VarusRule::zero)) plan.varus = exports::VarusRule::zero;
   if (options.varus.empty() || options.varus == exports::name_of(plan.varus)) return plan;
@@ -108,7 +129,7 @@ bool is_column_name(const std::string& name)
 exports::OpenSimOptions opensim_options(const ExportOptions& options, Side side)
 {
   exports::OpenSimOptions opensim{exports::opensim_columns(side), options.in_degrees,
-                                  options.degrees_per_second};
+                                  options.degrees_per_second, options.translations == "mesh-origin"};
   for (const std::string& assignment : options.coordinates) {
     const std::size_t equals = std::min(assignment.find('='), assignment.size());
     const auto* found = std::find(exports::opensim_coordinates.begin(), exports::opensim_coordinates.end(),
@@ -164,8 +185,12 @@ std::vector<std::string> write_osim(const ExportOptions& options, const store::M
                                     const exports::FlexionMotion& motion)
 {
   const fs::path output = options.output, folder = output.parent_path() / "Geometry";
-  const exports::OsimOptions osim{options.file, opensim_options(options, motion.side).columns[0],
-                                  output.stem().string()};
+  const std::array<std::string, 6> names = opensim_options(options, motion.side).columns;
+  exports::OsimOptions osim{options.file, names[0], output.stem().string()};
+  if (options.varus == driven_varus) {
+    osim.surfaces = exports::osim_surfaces(model, options.file, motion.set);
+    osim.varus_coordinate = names[1];
+  }
   if (options.only_joint) {
     const std::string joint = exports::osim_joint(model, motion, osim);
     if (output.has_parent_path()) job_run::make_folder(output.parent_path().string());
@@ -206,30 +231,25 @@ void warn_of_left_out(const exports::FlexionMotion& motion)
                        (motion.key_name.empty() ? " flexions" : " frames") + " omitted: " + list);
 }
 
-void print(const ExportOptions& options, const exports::FlexionMotion* motion,
-           const std::vector<std::string>& files)
+nlohmann::ordered_json report_of(const ExportOptions& options, const exports::FlexionMotion* motion,
+                                 const std::vector<std::string>& files)
 {
-  if (!options.as_json) {
-    for (const std::string& file : files) std::printf("%s\n", file.c_str());
-    return;
-  }
   nlohmann::ordered_json json{{"to", options.format}, {"files", files}};
-  if (motion != nullptr) {
-    json["set"] = motion->set;
-    json["attitudes"] = motion->frames.size();
-    json["left_out"] = nlohmann::ordered_json::array();
-    for (const exports::OmittedFlexion& out : motion->omitted) {
-      nlohmann::ordered_json& entry = json["left_out"].emplace_back();
-      if (!motion->key_name.empty()) entry[motion->key_name] = out.key;
-      entry.update({{"flexion_deg", out.flexion_deg}, {"why", out.reason}});
-    }
+  if (motion == nullptr) return json;
+  json["set"] = motion->set;
+  json["attitudes"] = motion->frames.size();
+  json["left_out"] = nlohmann::ordered_json::array();
+  for (const exports::OmittedFlexion& out : motion->omitted) {
+    nlohmann::ordered_json& entry = json["left_out"].emplace_back();
+    if (!motion->key_name.empty()) entry[motion->key_name] = out.key;
+    entry.update({{"flexion_deg", out.flexion_deg}, {"why", out.reason}});
   }
-  std::printf("%s\n", json.dump(2).c_str());
+  return json;
 }
 
 }  // namespace
 
-console::ExitCode export_command(const ExportOptions& options)
+nlohmann::ordered_json write_export(const ExportOptions& options)
 {
   require_useful(options);
   require_output(options);
@@ -242,8 +262,7 @@ console::ExitCode export_command(const ExportOptions& options)
     }
     if (!folder.empty()) job_run::make_folder(folder.string());
     write_atomically(options.output, {exports::cells_csv(model)});
-    print(options, nullptr, {options.output});
-    return console::ExitCode::done;
+    return report_of(options, nullptr, {options.output});
   }
   const exports::FlexionMotion motion = exports::flexion_motion(model, options.file, plan_of(options, model));
   std::vector<std::string> files{options.output};
@@ -258,7 +277,17 @@ console::ExitCode export_command(const ExportOptions& options)
   }
   warn_of_left_out(motion);
   console::log_info(motion.set + ": " + std::to_string(motion.frames.size()) + " attitudes");
-  print(options, &motion, files);
+  return report_of(options, &motion, files);
+}
+
+console::ExitCode export_command(const ExportOptions& options)
+{
+  const nlohmann::ordered_json report = write_export(options);
+  if (options.as_json) {
+    std::printf("%s\n", report.dump(2).c_str());
+  } else {
+    for (const auto& file : report["files"]) std::printf("%s\n", file.get<std::string>().c_str());
+  }
   return console::ExitCode::done;
 }
 

@@ -9,7 +9,8 @@ namespace vrda::app {
 void add_export_options(CLI::App& c, ExportOptions& e)
 {
   c.add_option("file", e.file, "Motion model (HDF5)")->required();
-  c.add_option("--to", e.format, "sto or mot (OpenSim motion), osim (OpenSim model), csv, gltf (.glb) or vtk (.pvd, ParaView)")
+  c.add_option("--to", e.format,
+               "sto or mot (OpenSim motion), osim (OpenSim model), csv, gltf (.glb) or vtk (.pvd, ParaView)")
       ->required()
       ->check(one_of({"sto", "mot", "osim", "csv", "gltf", "vtk"}));
   c.add_option("-o,--output", e.output, "Output file, with the extension of the format")->required();
@@ -17,13 +18,18 @@ void add_export_options(CLI::App& c, ExportOptions& e)
   c.add_option("--flexion", e.flexion, "FROM:TO:STEP, degrees; default: the flexions of the model");
   c.add_option("--varus", e.varus,
                "Degrees, spine (balanced) or zero (the zero-varus table); default: zero if the table exists, "
-               "else spine");
+               "else spine; in osim also driven: a second coordinate of the joint");
   c.add_option("--coordinate", e.coordinates,
                "COORDINATE=NAME: column name of flexion, varus, internal, tx, ty or tz in sto and mot, "
                "coordinate name of flexion in osim; may be repeated")
       ->allow_extra_args(false)
       ->take_all();
   c.add_flag("--degrees", e.in_degrees, "Angles of sto and mot in degrees; default: radians");
+  c.add_option(
+       "--translations", e.translations,
+       "Point of tx, ty, tz in sto and mot: rotation-centre, or mesh-origin for joints without offset frames")
+      ->check(one_of({"rotation-centre", "mesh-origin"}))
+      ->capture_default_str();
   c.add_option("--rate", e.degrees_per_second,
                "Flexion rate that sets time in sto, mot and gltf, degrees per second")
       ->check(number(1e-3, 1e6))

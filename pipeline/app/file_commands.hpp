@@ -1,6 +1,7 @@
 /// Commands that check jobs and write files other than motion models.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,10 @@ struct CheckOptions {
   bool as_json = false;
 };
 
+/// What was understood, the plan, and warnings; writes the picture.
+nlohmann::ordered_json check_json(const CheckOptions& options);
+
+/// Prints check_json().
 console::ExitCode check_command(const CheckOptions& options);
 
 /// `vrda prepare`: a job from the meshes of two bones.
@@ -93,16 +98,21 @@ struct ExportOptions {
   std::string set;      ///< empty: the player's default set
   std::string flexion;  ///< FROM:TO:STEP, degrees; empty: the model's
   std::string varus;    ///< degrees, "spine" or "zero"; empty: zero if the model is reduced, else spine
-  std::vector<std::string> coordinates;  ///< COORDINATE=NAME of sto, mot and osim
-  bool in_degrees = false;               ///< angles of sto and mot in degrees
-  bool only_joint = false;               ///< osim: write the joint's element alone
-  bool every_cell = false;               ///< csv: write the whole grid
-  double degrees_per_second = 30.0;      ///< flexion rate that sets time in sto, mot and gltf
+  std::vector<std::string> coordinates;          ///< COORDINATE=NAME of sto, mot and osim
+  bool in_degrees = false;                       ///< angles of sto and mot in degrees
+  bool only_joint = false;                       ///< osim: write the joint's element alone
+  bool every_cell = false;                       ///< csv: write the whole grid
+  double degrees_per_second = 30.0;              ///< flexion rate that sets time in sto, mot and gltf
+  std::string translations = "rotation-centre";  ///< or "mesh-origin": point of tx, ty, tz in sto and mot
   bool as_json = false;
 };
 
-/// Prints the written files. Omits attitudes without a pose and reports them. Throws InputError, with nothing
-/// written, for options that do not apply to the format and if no attitude can be exported.
+/// Writes the files; the result lists them (`files`) and, but for a whole grid, the attitudes that were
+/// omitted. Omits attitudes without a pose and reports them. Throws InputError, with nothing written, for
+/// options that do not apply to the format and if no attitude can be exported.
+nlohmann::ordered_json write_export(const ExportOptions& options);
+
+/// Prints the files of write_export().
 console::ExitCode export_command(const ExportOptions& options);
 
 /// Adds the options to a command.

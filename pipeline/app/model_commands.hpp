@@ -3,7 +3,9 @@
 /// that is refused.
 #pragma once
 
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -64,7 +66,12 @@ struct CompareCommandOptions {
   bool is_robust = false;
   bool is_recontacted = false;
   bool as_json = false;
+  std::function<void()>
+      before_measuring;  ///< called before each measurement; what it throws ends the command
 };
+
+/// Compares the degrees and logs those that are skipped.
+compare::Comparison compare_degrees(const CompareCommandOptions& options);
 
 /// Parses degrees; returns them ascending and without duplicates. Throws InputError naming --degrees.
 std::vector<int> parse_degrees(const std::string& text);
@@ -94,7 +101,14 @@ struct SmoothCommandOptions {
   bool as_json = false;
 };
 
-/// Writes /smoothed/degree_N and replaces an existing one. Drops audits of a changed set.
+/// Writes /smoothed/degree_N and replaces an existing one. Drops audits of a changed set. Empty when
+/// interrupted while another process writes the file.
+std::optional<store::SmoothedSet> add_smoothed(const SmoothCommandOptions& options);
+
+/// Residuals, errors and travel of a set.
+nlohmann::ordered_json json_of(const store::SmoothedSet& set);
+
+/// Prints the set of add_smoothed().
 console::ExitCode smooth_command(const SmoothCommandOptions& options);
 
 /// `vrda trace`: summarises the searches of a trace.

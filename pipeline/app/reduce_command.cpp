@@ -109,8 +109,14 @@ void print_json(const store::MotionModel& model, const store::ZeroVarus& z, cons
     add_json(step, z, step_columns, i - 1);
     steps.push_back(step);
   }
-  const Json all = {{"title", model.title}, {"joint", model.joint}, {"side", model.side},
-                    {"set", set},           {"flexions", flexions}, {"steps", steps}};
+  const Eigen::Vector3d& centre_mm = model.rotation_centre_mm;
+  const Json all = {{"title", model.title},
+                    {"joint", model.joint},
+                    {"side", model.side},
+                    {"set", set},
+                    {"rotation_centre_mm", {centre_mm.x(), centre_mm.y(), centre_mm.z()}},
+                    {"flexions", flexions},
+                    {"steps", steps}};
   std::printf("%s\n", all.dump(2).c_str());
 }
 
@@ -142,11 +148,12 @@ void print_csv(const store::MotionModel& model, const store::ZeroVarus& z)
   std::printf("flexion_deg,source");
   print_names(flexion_columns);
   print_names(step_columns);
-  std::printf("\n");
+  std::printf(",centre_x_mm,centre_y_mm,centre_z_mm\n");
   for (std::size_t i = 0; i < z.source.size(); ++i) {
     std::printf("%g,%s", model.flexion_deg[i], source_name(z, i));
     print_numbers(z, flexion_columns, i);
     print_numbers(z, step_columns, i);
+    for (const double mm : model.rotation_centre_mm) std::printf(",%.6f", mm);
     std::printf("\n");
   }
 }
@@ -207,8 +214,10 @@ std::string counts_line(const store::ZeroVarus& z)
 
 console::ExitCode reduce_command(const ReduceOptions& options)
 {
-  const std::optional<OutputLock> lock = job_run::lock_output(options.file, "vrda reduce");
-  if (!lock) return console::ExitCode::interrupted;
+  const bool is_stored = job_run::may_add_to(options.file);
+  const std::optional<OutputLock> lock =
+      is_stored ? job_run::lock_output(options.file, "vrda reduce") : std::nullopt;
+  if (is_stored && !lock) return console::ExitCode::interrupted;
   store::MotionModel model = store::read_motion_model(options.file);
   store::require_grid(model, options.file, "vrda reduce");
   require_set(model, options);
@@ -217,7 +226,7 @@ console::ExitCode reduce_command(const ReduceOptions& options)
   require_reduced(z, options.file);
   drop_stale_audit(model, z);
   model.zero_varus = std::move(z);
-  store::write_motion_model(options.file, model);
+  if (is_stored) store::write_motion_model(options.file, model);
   console::log_info(options.file + ": zero-varus motion from " + options.set + ", " +
                     std::to_string(model.zero_varus->source.size()) +
                     " flexions: " + counts_line(*model.zero_varus));

@@ -55,6 +55,8 @@ Travels travels_of(const store::GridD& travel_mm)
   return t;
 }
 
+}  // namespace
+
 Json json_of(const store::SmoothedSet& set)
 {
   Json surfaces = Json::object();
@@ -78,6 +80,8 @@ Json json_of(const store::SmoothedSet& set)
       {"degree", set.degree}, {"robust", set.is_robust}, {"surfaces", surfaces}, {"recontact", recontact}};
 }
 
+namespace {
+
 void print(const store::SmoothedSet& set)
 {
   std::printf("smoothed, degree %d: %d terms%s; mm and degrees\n", set.degree,
@@ -98,10 +102,10 @@ void print(const store::SmoothedSet& set)
 
 }  // namespace
 
-console::ExitCode smooth_command(const SmoothCommandOptions& options)
+std::optional<store::SmoothedSet> add_smoothed(const SmoothCommandOptions& options)
 {
   const std::optional<OutputLock> lock = job_run::lock_output(options.file, "vrda smooth");
-  if (!lock) return console::ExitCode::interrupted;
+  if (!lock) return std::nullopt;
   store::MotionModel model = job_run::read_solved_model(options.file);
   store::require_grid(model, options.file, "vrda smooth");
   smooth::SmoothFit fit =
@@ -115,10 +119,17 @@ console::ExitCode smooth_command(const SmoothCommandOptions& options)
   model = store::with_smoothed(std::move(model), set);
   store::write_motion_model(options.file, model);
   report_dropped_audits(audits, model.audits);
+  return set;
+}
+
+console::ExitCode smooth_command(const SmoothCommandOptions& options)
+{
+  const std::optional<store::SmoothedSet> set = add_smoothed(options);
+  if (!set) return console::ExitCode::interrupted;
   if (options.as_json) {
-    std::printf("%s\n", json_of(set).dump(2).c_str());
+    std::printf("%s\n", json_of(*set).dump(2).c_str());
   } else {
-    print(set);
+    print(*set);
   }
   return console::ExitCode::done;
 }
@@ -270,8 +281,10 @@ void print(const std::vector<store::AuditSet>& sets)
 
 console::ExitCode audit_command(const AuditOptions& options)
 {
-  const std::optional<OutputLock> lock = job_run::lock_output(options.file, "vrda audit");
-  if (!lock) return console::ExitCode::interrupted;
+  const bool is_stored = job_run::may_add_to(options.file);
+  const std::optional<OutputLock> lock =
+      is_stored ? job_run::lock_output(options.file, "vrda audit") : std::nullopt;
+  if (is_stored && !lock) return console::ExitCode::interrupted;
   store::MotionModel model = job_run::read_solved_model(options.file);
   std::vector<store::AuditSet> measured;
   for (const std::string& set : chosen_sets(model, options)) {
@@ -279,7 +292,7 @@ console::ExitCode audit_command(const AuditOptions& options)
         audit::audit(model, set, options.refine, job_run::thread_count_or_all(options.n_threads)));
   }
   for (const store::AuditSet& set : measured) model.audits = store::with_audit(std::move(model.audits), set);
-  store::write_motion_model(options.file, model);
+  if (is_stored) store::write_motion_model(options.file, model);
   if (!options.as_json) {
     print(measured);
     print_travel(model);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/text.hpp"
@@ -25,7 +26,18 @@ spdlog::logger& stderr_logger()
   return *logger;
 }
 
+std::function<void(bool, const std::string&)>& log_receiver()
+{
+  static std::function<void(bool, const std::string&)> receiver;
+  return receiver;
+}
+
 }  // namespace
+
+void set_log_receiver(std::function<void(bool is_warning, const std::string& line)> receiver)
+{
+  log_receiver() = std::move(receiver);
+}
 
 void suppress_info()
 {
@@ -33,10 +45,12 @@ void suppress_info()
 }
 void log_info(const std::string& line)
 {
+  if (log_receiver()) return log_receiver()(false, escape_control_characters(line));
   stderr_logger().info(escape_control_characters(line));
 }
 void log_warning(const std::string& line)
 {
+  if (log_receiver()) return log_receiver()(true, escape_control_characters(line));
   stderr_logger().warn("warning: " + escape_control_characters(line));
 }
 
@@ -68,6 +82,11 @@ void ignore_repeated_sigterm()
 bool is_interrupted()
 {
   return interrupted;
+}
+
+void set_interrupted(bool is_set)
+{
+  interrupted = is_set;
 }
 
 namespace {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <mutex>
 #include <string>
 
@@ -22,6 +23,9 @@ void suppress_info();
 void log_info(const std::string& line);
 void log_warning(const std::string& line);
 
+/// Receives the lines instead of standard error, from any thread; before the first of them.
+void set_log_receiver(std::function<void(bool is_warning, const std::string& line)> receiver);
+
 /// Installs handlers: the first SIGINT or SIGTERM sets the flag; a second one ends the process.
 void install_signal_handlers();
 
@@ -30,6 +34,9 @@ void install_signal_handlers();
 void ignore_repeated_sigterm();
 
 bool is_interrupted();
+
+/// Sets or clears the flag of the signals, for a host program that handles them itself.
+void set_interrupted(bool is_set);
 
 /// Progress output: a bar for a terminal, plain lines for a log, or nothing.
 enum class ProgressStyle { bar, plain, none };

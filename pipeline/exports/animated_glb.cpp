@@ -459,8 +459,11 @@ std::string animated_glb(const store::MotionModel& model, const FlexionMotion& m
   children.insert(children.begin(), {reference, moving});
   // A rotation by 90 degrees about Y maps anterior (+X) to glTF's front (+Z) and the subject's right to -X.
   const double half = std::sqrt(0.5);
-  scene.nodes.push_back(
-      {{"name", model.title}, {"rotation", Json::array({0.0, -half, 0.0, half})}, {"children", children}});
+  const Eigen::Vector3d& centre_mm = model.rotation_centre_mm;
+  scene.nodes.push_back({{"name", model.title},
+                         {"rotation", Json::array({0.0, -half, 0.0, half})},
+                         {"extras", {{"rotation_centre_mm", {centre_mm.x(), centre_mm.y(), centre_mm.z()}}}},
+                         {"children", children}});
   Json json;
   json["asset"] = {{"version", "2.0"}, {"generator", "vrda"}};
   json["scene"] = 0;

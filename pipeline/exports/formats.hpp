@@ -29,7 +29,8 @@ std::vector<std::string> flexion_csv_columns();
 /// without a value are empty; the status is written by name.
 std::string cells_csv(const store::MotionModel& model);
 
-/// Coordinates after `time`, in this order: three angles and the translation of the moving mesh's origin.
+/// Coordinates after `time`, in this order: three angles and the translation of the rotation centre along the
+/// reference's axes.
 inline constexpr std::array<const char*, 6> opensim_coordinates{"flexion", "varus", "internal",
                                                                 "tx",      "ty",    "tz"};
 
@@ -37,15 +38,17 @@ struct OpenSimOptions {
   std::array<std::string, 6> columns;  ///< column name of each of opensim_coordinates
   bool in_degrees = false;             ///< angles in degrees; otherwise radians
   double degrees_per_second = 30.0;    ///< flexion rate that defines time; not used for a sequence
+  /// The translations are those of the moving mesh's origin: for joints without offset frames.
+  bool has_origin_translations = false;
 };
 
 /// knee_flex_r, knee_add_r, knee_rot_r, knee_tx_r, knee_ty_r, knee_tz_r: the knee of Lenhart (2015) and Smith
 /// (2019); on a left joint they end in _l.
 std::array<std::string, 6> opensim_columns(Side side);
 
-/// Content of the .sto or .mot file. R = Rz(-flexion) Rx(varus) Ry(internal) and (tx, ty, tz) in metres take
-/// the moving mesh's axes to the reference's, both canonical; on a left joint varus and internal are
-/// rotations about -X and -Y.
+/// Content of the .sto or .mot file. R = Rz(-flexion) Rx(varus) Ry(internal) takes the moving mesh's axes to
+/// the reference's, both canonical; on a left joint varus and internal are rotations about -X and -Y. (tx,
+/// ty, tz) in metres is the displacement of the moving point at the rotation centre, which the header names.
 std::string opensim_table(const FlexionMotion& motion, const OpenSimOptions& options);
 
 /// Both bodies posed in world W (mm, single precision) as VTK PolyData in XML with appended raw arrays. Cell

@@ -163,39 +163,76 @@ void add_spline(Node axis, const FlexionMotion& motion, const AxisFunction& func
   add_text(spline, "y", y);
 }
 
-void add_coordinate(Node joint, const FlexionMotion& motion, const std::string& name)
+void add_polynomial(Node axis, const BivariatePolynomial& polynomial)
 {
-  const double first = motion.frames.front().clinical.flexion_rad;
-  const double last = motion.frames.back().clinical.flexion_rad;
-  Node coordinate = add_named(joint.append_child("coordinates"), "Coordinate", name);
-  add_text(coordinate, "default_value", numbers({std::clamp(0.0, first, last)}));
-  add_text(coordinate, "range", numbers({first, last}));
+  std::string coefficients;
+  for (const double value : polynomial.coefficients)
+    coefficients += (coefficients.empty() ? "" : " ") + shortest_decimal(value);
+  Node function = add_named(axis, "MultivariatePolynomialFunction", "function");
+  add_text(function, "coefficients", coefficients);
+  add_text(function, "dimension", "2");
+  add_text(function, "order", std::to_string(polynomial.order));
+}
+
+void add_coordinate(Node coordinates, const std::string& name, double first_rad, double last_rad)
+{
+  Node coordinate = add_named(coordinates, "Coordinate", name);
+  add_text(coordinate, "default_value", numbers({std::clamp(0.0, first_rad, last_rad)}));
+  add_text(coordinate, "range", numbers({first_rad, last_rad}));
   add_text(coordinate, "clamped", "true");
+}
+
+void add_coordinates(Node joint, const FlexionMotion& motion, const OsimOptions& options)
+{
+  Node coordinates = joint.append_child("coordinates");
+  if (!options.surfaces) {
+    add_coordinate(coordinates, options.coordinate, motion.frames.front().clinical.flexion_rad,
+                   motion.frames.back().clinical.flexion_rad);
+    return;
+  }
+  const auto& [flexion_rad, varus_rad, internal, translation] = *options.surfaces;
+  add_coordinate(coordinates, options.coordinate, flexion_rad[0], flexion_rad[1]);
+  add_coordinate(coordinates, options.varus_coordinate, varus_rad[0], varus_rad[1]);
+}
+
+/// The function of one axis of the SpatialTransform, counted from 0, and the coordinates that it depends on.
+void add_function(Node axis, std::size_t index, const AxisFunction& function, const FlexionMotion& motion,
+                  const OsimOptions& options)
+{
+  const bool is_varus = index == 1 && options.surfaces;
+  const bool is_coordinate = index == 0 || is_varus;
+  const std::string both = options.coordinate + " " + options.varus_coordinate;
+  add_text(axis, "coordinates",
+           is_varus                             ? options.varus_coordinate
+           : is_coordinate || !options.surfaces ? options.coordinate
+                                                : both);
+  add_text(axis, "axis", vector_text(function.axis));
+  if (is_coordinate) {
+    add_text(add_named(axis, "LinearFunction", "function"), "coefficients", "1 0");
+  } else if (options.surfaces) {
+    add_polynomial(axis,
+                   index == 2 ? options.surfaces->internal_rad : options.surfaces->translation_m[index - 3]);
+  } else {
+    add_spline(axis, motion, function);
+  }
 }
 
 void add_joint(Node joints, const store::MotionModel& model, const FlexionMotion& motion,
                const OsimOptions& options)
 {
-  require_rising_flexion(motion, options);
+  if (!options.surfaces) require_rising_flexion(motion, options);
   const BodyNames bodies = body_names(model);
   Node joint = add_named(joints, "CustomJoint", component_name(model.joint));
   add_text(joint, "socket_parent_frame", bodies.reference + "_offset");
   add_text(joint, "socket_child_frame", bodies.moving + "_offset");
-  add_coordinate(joint, motion, options.coordinate);
+  add_coordinates(joint, motion, options);
   Node frames = joint.append_child("frames");
   add_offset_frame(frames, bodies.reference + "_offset", bodies.reference, motion.rotation_centre_mm);
   add_offset_frame(frames, bodies.moving + "_offset", bodies.moving, motion.rotation_centre_mm);
   Node transform = joint.append_child("SpatialTransform");
-  for (const AxisFunction& function : axis_functions(motion)) {
-    Node axis = add_named(transform, "TransformAxis", function.name);
-    add_text(axis, "coordinates", options.coordinate);
-    add_text(axis, "axis", vector_text(function.axis));
-    if (function.value) {
-      add_spline(axis, motion, function);
-    } else {
-      add_text(add_named(axis, "LinearFunction", "function"), "coefficients", "1 0");
-    }
-  }
+  const std::vector<AxisFunction> functions = axis_functions(motion);
+  for (std::size_t k = 0; k < functions.size(); ++k)
+    add_function(add_named(transform, "TransformAxis", functions[k].name), k, functions[k], motion, options);
 }
 
 void add_wrap(Node wraps, const store::LigamentRows& ligaments, std::size_t row, const std::string& name)
@@ -348,7 +385,8 @@ OsimModel osim_model(const store::MotionModel& model, const FlexionMotion& motio
   Node root = document.append_child("OpenSimDocument");
   root.append_attribute("Version") = document_version;
   Node osim = add_named(root, "Model", component_name(model.title));
-  add_text(osim, "credits", "Exported by vrda, set " + motion.set + ". Masses and inertias are not those of a subject.");
+  add_text(osim, "credits",
+           "Exported by vrda, set " + motion.set + ". Masses and inertias are not those of a subject.");
   add_text(osim, "length_units", "meters");
   add_text(osim, "force_units", "N");
   add_named(osim, "Ground", "ground");

@@ -1,11 +1,13 @@
-/// The motion over flexion as an OpenSim joint: a CustomJoint whose functions are splines of flexion, alone or
-/// in a model with both bodies, meshes and fibres (schemas/exports.md).
+/// The motion as an OpenSim joint: a CustomJoint whose functions are splines of flexion, or polynomials of
+/// flexion and varus, alone or in a model with both bodies, meshes and fibres (schemas/exports.md).
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "exports/flexion_motion.hpp"
+#include "exports/osim_surfaces.hpp"
 
 namespace vrda::exports {
 
@@ -13,6 +15,9 @@ struct OsimOptions {
   std::string file;        ///< of the motion model, for messages
   std::string coordinate;  ///< name of the joint's coordinate, flexion in rad
   std::string mesh_stem;   ///< prefix of the mesh files
+  /// The functions, instead of splines over flexion; the joint then has a second coordinate of this name.
+  std::optional<OsimSurfaces> surfaces = std::nullopt;
+  std::string varus_coordinate = {};
 };
 
 struct OsimMesh {

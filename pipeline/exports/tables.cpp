@@ -87,6 +87,11 @@ void add_raw(Columns& columns, const store::MotionModel& model)
   add(columns, "anterior_mm", clinical.anterior_mm);
   add(columns, "proximal_mm", clinical.proximal_mm);
   add(columns, "lateral_mm", clinical.lateral_mm);
+  for (const int axis : {0, 1, 2}) {
+    columns.push_back(
+        {std::string("centre_") + "xyz"[axis] + "_mm",
+         [centre_mm = model.rotation_centre_mm[axis]](Eigen::Index) { return field(centre_mm); }});
+  }
   add(columns, "gap_medial_mm", model.gap_medial_mm);
   add(columns, "gap_lateral_mm", model.gap_lateral_mm);
   add_integers(columns, "contact_medial", model.contact_medial);
@@ -138,28 +143,28 @@ void add_smoothed(Columns& columns, const store::MotionModel& model)
 
 using Value = std::pair<const char*, double>;
 
+// The last three name the point of the translations, so that a plain CSV reader needs no header.
 std::array<Value, 15> values_of(const FlexionMotion& motion, const FlexionFrame& frame)
 {
   const ClinicalCoordinates& c = frame.clinical;
   const motion::JointPose& pose = frame.pose;
-  const Eigen::Vector3d t_mm = pose.X_reference_moving.translation();
-  const Eigen::Vector3d moved_mm = pose.X_world_moving * motion.rotation_centre_mm;
-  const double to_lateral = motion.side == Side::left ? -1.0 : 1.0;
+  const Eigen::Vector3d& centre_mm = motion.rotation_centre_mm;
+  const Eigen::Vector3d moved_mm = pose.X_world_moving * centre_mm;
   return {{{"flexion_deg", deg_from_rad(c.flexion_rad)},
            {"varus_deg", deg_from_rad(c.varus_rad)},
            {"internal_deg", deg_from_rad(c.internal_rotation_rad)},
-           {"ant_mm", t_mm.x()},
-           {"prox_mm", t_mm.y()},
-           {"lat_mm", to_lateral * t_mm.z()},
+           {"anterior_mm", c.anterior_mm},
+           {"proximal_mm", c.proximal_mm},
+           {"lateral_mm", c.lateral_mm},
            {"attitude_flexion_deg", frame.flexion_deg},
            {"attitude_varus_deg", deg_from_rad(pose.attitude.varus_rad)},
            {"tx_mm", moved_mm.x()},
            {"ty_mm", moved_mm.y()},
            {"tz_mm", moved_mm.z()},
            {"theta_deg", deg_from_rad(pose.theta_rad)},
-           {"anterior_mm", c.anterior_mm},
-           {"proximal_mm", c.proximal_mm},
-           {"lateral_mm", c.lateral_mm}}};
+           {"centre_x_mm", centre_mm.x()},
+           {"centre_y_mm", centre_mm.y()},
+           {"centre_z_mm", centre_mm.z()}}};
 }
 
 }  // namespace
@@ -238,7 +243,14 @@ std::string header(const FlexionMotion& motion, const OpenSimOptions& options)
   text += "version=1\n";
   text += "nRows=" + std::to_string(motion.frames.size()) + "\n";
   text += "nColumns=" + std::to_string(1 + options.columns.size()) + "\n";
-  text += std::string("inDegrees=") + (options.in_degrees ? "yes" : "no") + "\n\n";
+  text += std::string("inDegrees=") + (options.in_degrees ? "yes" : "no") + "\n";
+  if (options.has_origin_translations) {
+    text += "translations=mesh-origin\n\n";
+  } else {
+    const Eigen::Vector3d& centre_mm = motion.rotation_centre_mm;
+    text += "translations=rotation-centre\nrotation_centre_mm=" + shortest_decimal(centre_mm.x()) + " " +
+            shortest_decimal(centre_mm.y()) + " " + shortest_decimal(centre_mm.z()) + "\n\n";
+  }
   text += "Units are S.I. units (second, meters, Newtons, ...)\n";
   if (motion.key_name.empty()) {
     text += "Flexion grows by " + shortest_decimal(options.degrees_per_second) + " degrees a second.\n\n";
@@ -250,13 +262,18 @@ std::string header(const FlexionMotion& motion, const OpenSimOptions& options)
   return text + "\n";
 }
 
-std::array<double, 6> numbers_of(const FlexionFrame& frame, bool in_degrees)
+std::array<double, 6> numbers_of(const FlexionMotion& motion, const FlexionFrame& frame,
+                                 const OpenSimOptions& options)
 {
   const ClinicalCoordinates& c = frame.clinical;
-  const Eigen::Vector3d t_m = frame.pose.X_reference_moving.translation() * metres_per_mm;
+  const Pose& X = frame.pose.X_reference_moving;
+  const Eigen::Vector3d& centre_mm = motion.rotation_centre_mm;
+  const Eigen::Vector3d t_mm =
+      options.has_origin_translations ? Eigen::Vector3d(X.translation()) : X * centre_mm - centre_mm;
+  const Eigen::Vector3d t_m = metres_per_mm * t_mm;
   std::array<double, 6> numbers{c.flexion_rad, c.varus_rad, c.internal_rotation_rad,
                                 t_m.x(),       t_m.y(),     t_m.z()};
-  for (std::size_t k = 0; in_degrees && k < 3; ++k) numbers[k] = deg_from_rad(numbers[k]);
+  for (std::size_t k = 0; options.in_degrees && k < 3; ++k) numbers[k] = deg_from_rad(numbers[k]);
   return numbers;
 }
 
@@ -275,7 +292,7 @@ std::string opensim_table(const FlexionMotion& motion, const OpenSimOptions& opt
   for (const FlexionFrame& frame : motion.frames) {
     text += shortest_decimal(motion.key_name.empty() ? time_s(motion, frame, options.degrees_per_second)
                                                      : frame.pose.key);
-    for (const double number : numbers_of(frame, options.in_degrees)) text += "\t" + shortest_decimal(number);
+    for (const double number : numbers_of(motion, frame, options)) text += "\t" + shortest_decimal(number);
     text += "\n";
   }
   return text;

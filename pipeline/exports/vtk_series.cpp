@@ -87,6 +87,13 @@ std::string number_field(const std::string& name, double value)
          shortest_decimal(value) + "</DataArray>\n";
 }
 
+std::string point_field(const std::string& name, const Eigen::Vector3d& p)
+{
+  return "<DataArray type=\"Float64\" Name=\"" + name +
+         "\" NumberOfComponents=\"3\" NumberOfTuples=\"1\" format=\"ascii\">" + shortest_decimal(p.x()) +
+         " " + shortest_decimal(p.y()) + " " + shortest_decimal(p.z()) + "</DataArray>\n";
+}
+
 /// VTK's ASCII string arrays: byte values as numbers, each word ended by 0.
 std::string words_field(const std::string& name, const std::vector<std::string>& words)
 {
@@ -118,7 +125,8 @@ std::string attitude_fields(const store::MotionModel& model, const FlexionFrame&
          angle_fields(model, frame) +
          number_field("internal_rotation_deg", deg_from_rad(c.internal_rotation_rad)) +
          number_field("anterior_mm", c.anterior_mm) + number_field("proximal_mm", c.proximal_mm) +
-         number_field("lateral_mm", c.lateral_mm);
+         number_field("lateral_mm", c.lateral_mm) +
+         point_field("rotation_centre_mm", model.rotation_centre_mm);
 }
 
 std::string escaped(const std::string& text)

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <iterator>
 #include <set>
 #include <utility>
@@ -167,6 +168,7 @@ console::ExitCode merge_command(const MergeOptions& options)
     console::log_info(output + ": this job is already merged");
     const console::ExitCode code =
         finish_existing_result(job_case, *model, output, {}, thread_count_or_all(options.n_threads));
+    std::printf("%s\n", output.c_str());
     if (!options.keeps_journals) finish_merge(output, journals);
     return code;
   }
@@ -188,6 +190,7 @@ console::ExitCode merge_command(const MergeOptions& options)
     return console::ExitCode::interrupted;
   }
   const console::ExitCode code = write_result(job_case, *model, output, {}, record);
+  std::printf("%s\n", output.c_str());
   if (!options.keeps_journals) finish_merge(output, journals);
   return code;
 }

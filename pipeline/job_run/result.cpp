@@ -185,7 +185,6 @@ console::ExitCode outcome_of(const load::Case& job_case, const store::MotionMode
   warn_of_doubtful(model, output);
   const std::string cut_off = model.zero_varus ? reduce::cut_off_warning(*model.zero_varus) : "";
   if (!cut_off.empty()) console::log_warning(output + ": /zero_varus/is_cut_off: " + cut_off);
-  std::printf("%s\n", output.c_str());
   const double unsolved = unsolved_fraction(model);
   if (unsolved <= job_case.unsolved_fraction) return console::ExitCode::done;
   console::log_warning(output + ": limits.unsolved_fraction: found " + std::to_string(unsolved) +

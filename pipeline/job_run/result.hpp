@@ -60,8 +60,8 @@ console::ExitCode finish_existing_result(const load::Case& job_case, const store
                                          const std::string& output, const std::vector<std::string>& needless,
                                          int n_threads);
 
-/// Writes the model, removes the `needless` journals and start file, writes `record` next to the model and
-/// prints the output's path. Too many unsolved attitudes are an exit code, not an error.
+/// Writes the model, removes the `needless` journals and start file and writes `record` next to the model.
+/// Too many unsolved attitudes are an exit code, not an error.
 console::ExitCode write_result(const load::Case& job_case, const store::MotionModel& model,
                                const std::string& output, const std::vector<std::string>& needless,
                                RunRecord& record);

@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <cstdio>
+
 #include "console/console.hpp"
 #include "core/error.hpp"
 #include "job_run/result.hpp"
@@ -114,7 +116,7 @@ console::ExitCode whole_run(const RunOptions& options)
   if (log.known.empty() || !has_start_file(output, job_case.resolved_job)) {
     store::write_motion_model(journal::start_file_of(output), model_build::pending_model_of(job_case));
   }
-  console::install_signal_handlers();
+  if (!options.is_hosted) console::install_signal_handlers();
   return with_journal_restore(log, output, [&] { return solve_and_write(job_case, options, log, output); });
 }
 
@@ -124,7 +126,11 @@ console::ExitCode run_command(const RunOptions& options)
 {
   console::progress_style_of(options.progress);  // throws for an invalid style before any work
   if (options.only_spine) return spine_command(options);
-  return options.shard ? shard_command(options) : whole_run(options);
+  if (options.shard) return shard_command(options);
+  const console::ExitCode code = whole_run(options);
+  if (code != console::ExitCode::interrupted && !options.is_hosted)
+    std::printf("%s\n", output_path_of(options.output, options.job_file).c_str());
+  return code;
 }
 
 }  // namespace vrda::job_run

@@ -198,6 +198,18 @@ std::optional<OutputLock> lock_output(const std::string& output, const std::stri
   return OutputLock::acquire(output, command, {say_holder, console::is_interrupted});
 }
 
+bool may_add_to(const std::string& file)
+{
+  std::error_code error;
+  const fs::path folder = fs::weakly_canonical(file, error).parent_path();
+  if (error || (access(file.c_str(), W_OK) == 0 && access(folder.c_str(), W_OK) == 0)) return true;
+  if (access(file.c_str(), R_OK) != 0) return true;  // reading it reports the file
+  console::log_warning(
+      file +
+      ": found no write access to the file or its folder; the result is printed, not stored in the file");
+  return false;
+}
+
 void remove_obsolete_files(const std::vector<std::string>& files)
 {
   for (const std::string& file : files) {

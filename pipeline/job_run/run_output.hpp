@@ -61,6 +61,10 @@ void require_replaceable(const std::string& output, const std::string& what);
 /// written. Reports the process that it waits for. Empty when interrupted.
 std::optional<OutputLock> lock_output(const std::string& output, const std::string& command);
 
+/// Whether a command that adds to the motion model `file` may replace it: the file and its folder are
+/// writable. Warns otherwise that the command's result is printed only.
+bool may_add_to(const std::string& file);
+
 /// Removes obsolete files in this order; warns and stops at the first that cannot be removed.
 void remove_obsolete_files(const std::vector<std::string>& files);
 

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <thread>
 
@@ -71,6 +72,9 @@ sweep::SweepResult solve_part(const load::Case& job_case, const sweep::SweepPlan
   const char* what = counted == ProgressUnit::cells ? "attitudes" : "steps of the spine";
   console::Progress progress(console::progress_style_of(options.progress), what, n_total, n_known);
 
+  std::atomic<int> n_done = n_known;
+  if (options.on_progress) options.on_progress(n_known, n_total);
+
   const sweep::SolveStep solve = [&](const sweep::StepTask& task) {
     if (!log.traces || !task.is_measured) return solver(task);
     return solve_with_trace(*log.traces, task.key, task.seed,
@@ -83,7 +87,9 @@ sweep::SweepResult solve_part(const load::Case& job_case, const sweep::SweepPlan
   };
   hooks.keep = [&](const StepRecord& record) {
     log.writer.append(record);
-    if (is_counted(record.key, plan, counted)) progress.advance();
+    if (!is_counted(record.key, plan, counted)) return;
+    progress.advance();
+    if (options.on_progress) options.on_progress(++n_done, n_total);
   };
   hooks.is_stopped = console::is_interrupted;
   sweep::SweepResult result = sweep::sweep(plan, solve, hooks, n_threads);

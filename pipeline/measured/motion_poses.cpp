@@ -136,13 +136,15 @@ Pose matrix_in_roles(const MotionTable& table, std::size_t frame, const Conventi
 std::vector<Pose> poses_of(const MotionTable& table, const Convention& convention, const JointFrame& joint)
 {
   const Roles roles = roles_of(convention, joint);
+  Eigen::Vector3d point_mm = joint.rotation_centre_mm;
+  if (table.point_mm) point_mm = convention.side == joint.side ? *table.point_mm : mirrored(*table.point_mm);
   std::vector<Pose> poses;
   poses.reserve(table.key.size());
   for (std::size_t frame = 0; frame < table.key.size(); ++frame) {
     const Pose X = table.has_matrices()
                        ? matrix_in_roles(table, frame, convention, roles, joint.side)
                        : coordinate_pose(numbers_of(table, table.coordinates[frame], convention, joint.side),
-                                         convention, roles, joint.rotation_centre_mm);
+                                         convention, roles, point_mm);
     if (!(X.matrix().array().abs() <= largest_length_mm).all()) {
       throw InputError({table.file, "",
                         "a position beyond 1e9 mm, or a varus of 90 degrees with Grood-Suntay lengths",

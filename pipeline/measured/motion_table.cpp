@@ -37,7 +37,8 @@ struct FieldTable {
   std::vector<std::string> names;  ///< empty in a .tra file
   std::vector<Row> rows;
   StatedConvention stated;
-  std::string key_name;  ///< stated by the header
+  std::string key_name;                     ///< stated by the header
+  std::optional<Eigen::Vector3d> point_mm;  ///< stated by the header
 
   [[noreturn]] void refuse(int line, const std::string& column, const std::string& found,
                            const std::string& wanted) const
@@ -65,6 +66,23 @@ std::string lower_case(std::string text)
   for (char& c : text)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   return text;
+}
+
+/// The keys of an export's header that state the point of its translations.
+void read_point(FieldTable& table, int line, const std::string& word, const std::string& value)
+{
+  if (word == "translations") {
+    table.stated.lengths = value == "mesh-origin" ? LengthPoint::origin : LengthPoint::centre;
+    if (table.stated.lengths == LengthPoint::centre && value != "rotation-centre")
+      table.refuse(line, word, '"' + value + '"', "rotation-centre or mesh-origin");
+  }
+  if (word != "rotation_centre_mm") return;
+  std::vector<double> mm;
+  for (const std::string_view field : load::split_words(value))
+    mm.push_back(load::parse_real(field).value_or(HUGE_VAL));
+  if (mm.size() != 3 || !(Eigen::Map<Eigen::Array3d>(mm.data()).abs() <= largest_number).all())
+    table.refuse(line, word, '"' + value + '"', "three numbers of magnitude up to 1e9");
+  table.point_mm = Eigen::Vector3d(mm[0], mm[1], mm[2]);
 }
 
 std::string extension_of(const std::string& file)
@@ -115,7 +133,7 @@ void set_names(FieldTable& table, const load::TableLine& line, const Fields& nam
 
 FieldTable csv_table(const std::string& file, std::string_view text)
 {
-  FieldTable table{file, 0, {}, {}, {}, {}};
+  FieldTable table{file, 0, {}, {}, {}, {}, {}};
   const std::vector<load::TableLine> lines = load::table_lines(text);
   if (lines.empty())
     table.refuse(0, "", "no line except comments", "column names, then one row for each frame");
@@ -126,7 +144,7 @@ FieldTable csv_table(const std::string& file, std::string_view text)
 
 FieldTable opensim_table(const std::string& file, std::string_view text)
 {
-  FieldTable table{file, 0, {}, {}, {}, {}};
+  FieldTable table{file, 0, {}, {}, {}, {}, {}};
   const std::vector<load::TableLine> lines = load::table_lines(text);
   std::size_t i = 0;
   for (; i < lines.size() && lower_case(std::string(lines[i].text)) != "endheader"; ++i) {
@@ -136,6 +154,7 @@ FieldTable opensim_table(const std::string& file, std::string_view text)
     if (word == "indegrees")
       table.stated.angles = lower_case(value).starts_with("y") ? AngleUnit::degrees : AngleUnit::radians;
     if (word == "key") table.key_name = std::string(load::trimmed(value));
+    read_point(table, static_cast<int>(lines[i].number), word, std::string(load::trimmed(value)));
   }
   if (i >= lines.size()) table.refuse(0, "", "no line \"endheader\"", "the header of an OpenSim table");
   if (i + 1 >= lines.size())
@@ -152,7 +171,7 @@ Fields comma_or_blank_fields(std::string_view line)
 
 FieldTable autoscoper_table(const std::string& file, std::string_view text)
 {
-  FieldTable table{file, 0, {}, {}, {}, {}};
+  FieldTable table{file, 0, {}, {}, {}, {}, {}};
   add_rows(table, load::table_lines(text), 0, comma_or_blank_fields);
   const std::size_t n = table.rows[0].fields.size();
   if (n != 16 && n != 12)
@@ -313,6 +332,23 @@ void require_known_coordinates(const FieldTable& table, const TableColumns& colu
   }
 }
 
+/// The columns of an export that name the point of its translations.
+std::optional<Eigen::Vector3d> point_of_columns(const FieldTable& table)
+{
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();
+  for (const int axis : {0, 1, 2}) {
+    const std::string name = std::string("centre_") + "xyz"[axis] + "_mm";
+    const std::optional<std::size_t> column = column_named(table, name);
+    if (!column) return std::nullopt;
+    point_mm[axis] = table.number(table.rows[0], *column);
+    for (const Row& row : table.rows) {
+      if (table.number(row, *column) == point_mm[axis]) continue;
+      table.refuse(row.line, "column " + name, std::string(row.fields[*column]), "one point in all rows");
+    }
+  }
+  return point_mm;
+}
+
 void add_coordinates(MotionTable& motion, const FieldTable& table, const TableColumns& columns)
 {
   require_known_coordinates(table, columns);
@@ -323,7 +359,8 @@ void add_coordinates(MotionTable& motion, const FieldTable& table, const TableCo
   StatedConvention& stated = motion.stated;
   if (angles.unit) stated.angles = *angles.unit == 0.0 ? AngleUnit::degrees : AngleUnit::radians;
   if (lengths.unit) stated.length_mm = lengths.unit;
-  stated.lengths = lengths.family->point;
+  stated.lengths = table.stated.lengths ? table.stated.lengths : lengths.family->point;
+  motion.point_mm = table.point_mm ? table.point_mm : point_of_columns(table);
   if (motion.are_angles_clinical) {
     stated.order = AngleOrder::zxy;
     stated.direction = Direction::moving_in_reference;

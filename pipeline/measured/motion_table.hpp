@@ -32,6 +32,8 @@ struct MotionTable {
   bool are_angles_clinical = false;   ///< named flexion, varus, internal: positive on both sides
   bool are_lengths_clinical = false;  ///< lateral is positive on both sides
   StatedConvention stated;            ///< by names and header
+  /// The point of the lengths `centre` and `grood_suntay` that the file names, canonical; else the job's.
+  std::optional<Eigen::Vector3d> point_mm;
 
   bool has_matrices() const { return !matrices.empty(); }
 };

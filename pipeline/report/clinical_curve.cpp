@@ -9,6 +9,7 @@
 
 #include "core/clinical.hpp"
 #include "core/error.hpp"
+#include "core/joint_coordinates.hpp"
 #include "core/side.hpp"
 #include "core/units.hpp"
 #include "exports/formats.hpp"
@@ -37,11 +38,17 @@ ClinicalCurve empty_curve(const store::MotionModel& model, std::string name)
   return curve;
 }
 
+/// A model, and the moving point whose translations a curve has.
+struct TrackedModel {
+  const store::MotionModel& model;
+  Eigen::Vector3d point_mm;
+};
+
 void set_row(ClinicalCurve& curve, std::size_t row, const Pose& X_reference_moving,
-             const store::MotionModel& model)
+             const TrackedModel& tracked)
 {
-  const ClinicalCoordinates c =
-      clinical_coordinates(X_reference_moving, side_of(model), model.rotation_centre_mm);
+  const store::MotionModel& model = tracked.model;
+  const ClinicalCoordinates c = clinical_coordinates(X_reference_moving, side_of(model), tracked.point_mm);
   const Eigen::Vector3d origin_mm = X_reference_moving.translation();
   if (store::has_turned_axes(model)) curve.flexion_deg[row] = deg_from_rad(c.flexion_rad);
   curve.of(Quantity::internal)[row] = deg_from_rad(c.internal_rotation_rad);
@@ -54,23 +61,26 @@ void set_row(ClinicalCurve& curve, std::size_t row, const Pose& X_reference_movi
   curve.of(Quantity::origin_lateral)[row] = side_of(model) == Side::left ? -origin_mm.z() : origin_mm.z();
 }
 
-ClinicalCurve raw_curve(const store::MotionModel& model)
+ClinicalCurve raw_curve(const TrackedModel& tracked)
 {
+  const store::MotionModel& model = tracked.model;
   ClinicalCurve curve = empty_curve(model, "raw");
   const std::vector<Eigen::Index> spine = solved_spine(model);
   for (std::size_t i = 0; i < spine.size(); ++i) {
     if (spine[i] >= 0)
-      set_row(curve, i, store::pose_in(model.X_reference_moving, static_cast<std::size_t>(spine[i])), model);
+      set_row(curve, i, store::pose_in(model.X_reference_moving, static_cast<std::size_t>(spine[i])),
+              tracked);
   }
   return curve;
 }
 
-ClinicalCurve zero_varus_curve(const store::MotionModel& model)
+ClinicalCurve zero_varus_curve(const TrackedModel& tracked)
 {
+  const store::MotionModel& model = tracked.model;
   ClinicalCurve curve = empty_curve(model, "zero_varus");
   for (std::size_t i = 0; i < curve.flexion_deg.size(); ++i) {
     if (model.zero_varus->source[i] == static_cast<std::int8_t>(store::ZeroVarusSource::none)) continue;
-    set_row(curve, i, store::pose_in(model.zero_varus->X_reference_moving, i), model);
+    set_row(curve, i, store::pose_in(model.zero_varus->X_reference_moving, i), tracked);
   }
   return curve;
 }
@@ -84,14 +94,15 @@ double varus_rad(const store::MotionModel& model, const motion::Motion& motion, 
   return motion.balanced_varus_rad(rad_from_deg(model.flexion_deg[row]));
 }
 
-ClinicalCurve curve_of_set(const store::MotionModel& model, const std::string& set)
+ClinicalCurve curve_of_set(const TrackedModel& tracked, const std::string& set)
 {
+  const store::MotionModel& model = tracked.model;
   ClinicalCurve curve = empty_curve(model, set);
   const motion::Motion motion(model, set);
   for (std::size_t i = 0; i < curve.flexion_deg.size(); ++i) {
     const motion::JointPose pose =
         motion.at({rad_from_deg(curve.flexion_deg[i]), varus_rad(model, motion, i)});
-    if (pose.status == motion::PoseStatus::solved) set_row(curve, i, pose.X_reference_moving, model);
+    if (pose.status == motion::PoseStatus::solved) set_row(curve, i, pose.X_reference_moving, tracked);
   }
   return curve;
 }
@@ -139,15 +150,28 @@ std::vector<Eigen::Index> solved_spine(const store::MotionModel& model)
   return cells;
 }
 
-std::vector<ClinicalCurve> clinical_curves(const store::MotionModel& model)
+std::vector<ClinicalCurve> clinical_curves(const store::MotionModel& model, const Eigen::Vector3d& point_mm)
 {
+  const TrackedModel tracked{model, point_mm};
   std::vector<ClinicalCurve> curves;
-  if (model.zero_varus) curves.push_back(zero_varus_curve(model));
+  if (model.zero_varus) curves.push_back(zero_varus_curve(tracked));
   for (const std::string& set : motion::set_names(model)) {
-    if (set != "raw" && set != "zero_varus") curves.push_back(curve_of_set(model, set));
+    if (set != "raw" && set != "zero_varus") curves.push_back(curve_of_set(tracked, set));
   }
-  curves.push_back(raw_curve(model));
+  curves.push_back(raw_curve(tracked));
   return curves;
+}
+
+Eigen::Vector3d comparison_point_mm(const store::MotionModel& first, const store::MotionModel& model)
+{
+  const auto are_equal = [](const Body& a, const Body& b) {
+    const Points& p_mm = a.contact.mesh.vertices_mm;
+    const Points& q_mm = b.contact.mesh.vertices_mm;
+    return p_mm.rows() == q_mm.rows() && (p_mm.array() == q_mm.array()).all();
+  };
+  const bool is_one_joint = first.side == model.side && are_equal(first.reference, model.reference) &&
+                            are_equal(first.moving, model.moving);
+  return is_one_joint ? first.rotation_centre_mm : model.rotation_centre_mm;
 }
 
 CurveDifference difference(const ClinicalCurve& curve, const ClinicalCurve& other, Quantity quantity)
@@ -168,12 +192,14 @@ namespace {
 
 constexpr std::uintmax_t largest_curve_bytes = 64u << 20;
 constexpr const char* wanted_columns =
-    "a header with flexion_deg and at least one of internal_deg, varus_deg, ant_mm, prox_mm, lat_mm";
+    "a header with flexion_deg and at least one of internal_deg, varus_deg, anterior_mm, proximal_mm, "
+    "lateral_mm, ant_mm, prox_mm, lat_mm";
 
 /// The content of a column.
 struct Column {
-  enum class Kind { flexion, quantity, ignored } kind = Kind::ignored;
+  enum class Kind { flexion, quantity, point, ignored } kind = Kind::ignored;
   Quantity quantity = Quantity::internal;
+  Eigen::Index axis = 0;  ///< of the point
 };
 
 bool is_ignored(std::string_view name)
@@ -192,15 +218,18 @@ std::optional<Column> column_named(std::string_view name)
     const char* name;
     Quantity quantity;
   };
-  static constexpr Known known[] = {{"internal_deg", Quantity::internal},
-                                    {"varus_deg", Quantity::varus},
-                                    {"ant_mm", Quantity::origin_anterior},
-                                    {"prox_mm", Quantity::origin_proximal},
-                                    {"lat_mm", Quantity::origin_lateral}};
-  if (name == "flexion_deg") return Column{Column::Kind::flexion, {}};
+  static constexpr Known known[] = {
+      {"internal_deg", Quantity::internal},   {"varus_deg", Quantity::varus},
+      {"anterior_mm", Quantity::anterior},    {"proximal_mm", Quantity::proximal},
+      {"lateral_mm", Quantity::lateral},      {"ant_mm", Quantity::origin_anterior},
+      {"prox_mm", Quantity::origin_proximal}, {"lat_mm", Quantity::origin_lateral}};
+  if (name == "flexion_deg") return Column{Column::Kind::flexion, {}, {}};
   for (const Known& k : known) {
-    if (name == k.name) return Column{Column::Kind::quantity, k.quantity};
+    if (name == k.name) return Column{Column::Kind::quantity, k.quantity, {}};
   }
+  if (name.size() == 11 && name.starts_with("centre_") && name.ends_with("_mm") && name[7] >= 'x' &&
+      name[7] <= 'z')
+    return Column{Column::Kind::point, {}, name[7] - 'x'};
   if (is_ignored(name)) return Column{};
   return std::nullopt;
 }
@@ -230,6 +259,8 @@ class CurveReader {
   CurveFile finish()
   {
     if (columns_.empty()) refuse("", "no header", wanted_columns);
+    if (result_.point_mm && !result_.point_mm->allFinite())
+      refuse("header", "a part of centre_x_mm, centre_y_mm, centre_z_mm", "all three, or none");
     if (result_.curve.flexion_deg.empty()) refuse("", "no rows", "rows of numbers below the header");
     return std::move(result_);
   }
@@ -282,6 +313,12 @@ class CurveReader {
     }
     if (column.kind == Column::Kind::flexion) {
       result_.curve.flexion_deg.push_back(number);
+    } else if (column.kind == Column::Kind::point) {
+      if (!result_.point_mm) result_.point_mm = Eigen::Vector3d::Constant(nan);
+      double& mm = (*result_.point_mm)[column.axis];
+      if (std::isfinite(mm) && mm != number)
+        refuse(here() + ", " + name, "'" + std::string(field) + "'", "one point in all rows");
+      mm = number;
     } else {
       result_.curve.of(column.quantity).push_back(number);
     }
@@ -305,6 +342,69 @@ CurveFile curve_from_text(const std::string& file, std::string_view text)
     begin = end + 1;
   }
   return reader.finish();
+}
+
+namespace {
+
+constexpr Quantity other_angles[] = {Quantity::varus, Quantity::internal};
+constexpr Quantity grood_suntay[] = {Quantity::anterior, Quantity::proximal, Quantity::lateral};
+constexpr Quantity mesh_origin[] = {Quantity::origin_anterior, Quantity::origin_proximal,
+                                    Quantity::origin_lateral};
+
+template <std::size_t n>
+bool has_all(const ClinicalCurve& curve, const Quantity (&quantities)[n])
+{
+  return std::all_of(std::begin(quantities), std::end(quantities),
+                     [&](Quantity q) { return !curve.of(q).empty(); });
+}
+
+// The mirror image of a left joint: clinical numbers are those of a right one.
+Eigen::Vector3d right_sided(const Eigen::Vector3d& p_mm, Side side)
+{
+  return {p_mm.x(), p_mm.y(), side == Side::left ? -p_mm.z() : p_mm.z()};
+}
+
+}  // namespace
+
+CurveFile about_point(CurveFile file, Side side, const Eigen::Vector3d& point_mm)
+{
+  ClinicalCurve& curve = file.curve;
+  const bool is_of_centre = !curve.of(Quantity::anterior).empty() || !curve.of(Quantity::proximal).empty() ||
+                            !curve.of(Quantity::lateral).empty();
+  const bool is_of_origin = !is_of_centre && !(curve.of(Quantity::origin_anterior).empty() &&
+                                               curve.of(Quantity::origin_proximal).empty() &&
+                                               curve.of(Quantity::origin_lateral).empty());
+  const bool is_there = is_of_centre ? !file.point_mm || *file.point_mm == point_mm : !is_of_origin;
+  if (is_there) return file;
+  file.is_incomplete = !has_all(curve, other_angles) ||
+                       !(is_of_centre ? has_all(curve, grood_suntay) : has_all(curve, mesh_origin));
+  if (file.is_incomplete) return file;
+  const Eigen::Vector3d to_mm = right_sided(point_mm, side);
+  const Eigen::Vector3d from_mm = is_of_centre ? right_sided(*file.point_mm, side) : Eigen::Vector3d::Zero();
+  std::array<std::vector<double>, 3> moved;
+  for (std::size_t k = 0; k < curve.flexion_deg.size(); ++k) {
+    JointCoordinates q = JointCoordinates::Zero();
+    q.head<3>() << rad_from_deg(curve.flexion_deg[k]), rad_from_deg(curve.of(Quantity::varus)[k]),
+        rad_from_deg(curve.of(Quantity::internal)[k]);
+    Eigen::Vector3d t_mm;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      t_mm[static_cast<Eigen::Index>(axis)] =
+          curve.of(is_of_centre ? grood_suntay[axis] : mesh_origin[axis])[k];
+    if (!q.allFinite() || !t_mm.allFinite()) {
+      for (std::vector<double>& values : moved) values.push_back(nan);
+      continue;
+    }
+    if (is_of_centre) q.tail<3>() = t_mm;
+    Pose X = joint_pose(q);
+    if (!is_of_centre) X.translation() = t_mm;
+    X.translation() += X.linear() * (to_mm - from_mm) - (to_mm - from_mm);
+    const JointCoordinates about = joint_coordinates(X);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      moved[axis].push_back(about[3 + static_cast<Eigen::Index>(axis)]);
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) curve.of(grood_suntay[axis]) = std::move(moved[axis]);
+  if (is_of_centre) file.point_mm = point_mm;
+  return file;
 }
 
 CurveFile read_curve_file(const std::string& file)

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/frames.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::report {
@@ -15,7 +17,7 @@ namespace vrda::report {
 enum class Quantity {
   internal,
   varus,
-  anterior,  ///< Grood-Suntay axes, point at the rotation centre (core/clinical.hpp); like the next two
+  anterior,  ///< Grood-Suntay axes, a named point, usually the rotation centre; like the next two
   proximal,
   lateral,
   origin_anterior,  ///< femoral axes, origin of the moving meshes; like the next two
@@ -58,8 +60,13 @@ struct ClinicalCurve {
 std::vector<Eigen::Index> solved_spine(const store::MotionModel& model);
 
 /// The curves of a model at the flexions of its grid: "zero_varus" if reduced, each smoothed set at that
-/// varus (else at the balanced varus), and "raw", the spine cells.
-std::vector<ClinicalCurve> clinical_curves(const store::MotionModel& model);
+/// varus (else at the balanced varus), and "raw", the spine cells. The translations are those of the moving
+/// point at `point_mm` (canonical), usually the rotation centre.
+std::vector<ClinicalCurve> clinical_curves(const store::MotionModel& model, const Eigen::Vector3d& point_mm);
+
+/// The point of the translations where `model` is compared with `first`: the rotation centre of `first` if
+/// both have the same meshes, so that one knee solved twice is compared by one point; else the model's own.
+Eigen::Vector3d comparison_point_mm(const store::MotionModel& first, const store::MotionModel& model);
 
 /// Difference of `curve` and `other` at the flexions of `other` within the range of `curve`, which is linear
 /// between its points.
@@ -74,19 +81,27 @@ CurveDifference difference(const ClinicalCurve& curve, const ClinicalCurve& othe
 
 /// A measured or published curve: a CSV file of clinical numbers over flexion.
 struct CurveFile {
-  ClinicalCurve curve;                ///< named like the file, without folder and extension
+  ClinicalCurve curve;                      ///< named like the file, without folder and extension
+  std::optional<Eigen::Vector3d> point_mm;  ///< of the translations, canonical; if the file names it
+  bool is_incomplete = false;  ///< its translations cannot be those of another point: a number is missing
   std::vector<std::string> comments;  ///< its comments, without the '#'
 };
 
 /// Reads a header of column names, then rows; lines starting with '#' are comments. Needs flexion_deg and at
-/// least one of internal_deg, varus_deg, ant_mm, prox_mm, lat_mm (degrees and mm; the tibia in the femur's
-/// frame, translations of the tibial origin along the femoral axes; internal, adduction, anterior, proximal,
-/// lateral positive). An empty field is a missing value. Ignores known other columns (frame, time_s, T11 to
-/// T34, femur_rel_tibia_..._mm, and those of vrda export). Throws InputError for any other column, a row of
-/// wrong length and an invalid number.
+/// least one of internal_deg, varus_deg, anterior_mm, proximal_mm, lateral_mm (Grood-Suntay, of the moving
+/// point at the rotation centre), ant_mm, prox_mm, lat_mm (of the tibial origin along the femoral axes);
+/// degrees and mm; the tibia in the femur's frame; internal, adduction, anterior, proximal, lateral positive.
+/// An empty field is a missing value. Ignores known other columns (frame, time_s, T11 to T34,
+/// femur_rel_tibia_..._mm, and those of vrda export). Throws InputError for any other column, a row of wrong
+/// length and an invalid number.
 CurveFile read_curve_file(const std::string& file);
 
 /// As read_curve_file, from text; `file` gives the name and appears in errors.
 CurveFile curve_from_text(const std::string& file, std::string_view text);
+
+/// The file with the Grood-Suntay translations of the moving point at `point_mm` (canonical), from those of
+/// the mesh origin or of the point that the file names, by the three angles. `is_incomplete` is set, and
+/// nothing changed, where a column that this needs is missing. Unnamed points are taken for `point_mm`.
+CurveFile about_point(CurveFile file, Side side, const Eigen::Vector3d& point_mm);
 
 }  // namespace vrda::report

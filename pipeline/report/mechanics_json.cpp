@@ -257,15 +257,28 @@ Json contact_paths_json(const store::MotionModel& model)
           {"outline_moving", outline_json(whole_mesh(model.moving), moving)}};
 }
 
+namespace {
+
+/// Rows of coordinates minus those of a point.
+std::vector<double> from_point(std::vector<double> rows, const Eigen::VectorXd& point_mm)
+{
+  const auto width = static_cast<std::size_t>(point_mm.size());
+  for (std::size_t k = 0; k < rows.size(); ++k) rows[k] -= point_mm[static_cast<Eigen::Index>(k % width)];
+  return rows;
+}
+
+}  // namespace
+
 Json axes_json(const store::MotionModel& model)
 {
   if (!model.zero_varus) return nullptr;
   const store::ZeroVarus& z = *model.zero_varus;
+  const Eigen::Vector3d& centre_mm = model.rotation_centre_mm;
   return {{"rotation_deg", short_numbers(z.helical_rotation_deg)},
           {"translation_mm", short_numbers(z.helical_translation_mm)},
           {"direction", short_rows(z.helical_direction, 3)},
-          {"point_mm", short_rows(z.helical_point_mm, 3)},
-          {"instant_centre_mm", short_rows(z.instant_centre_mm, 2)},
+          {"point_mm", short_rows(from_point(z.helical_point_mm, centre_mm), 3)},
+          {"instant_centre_mm", short_rows(from_point(z.instant_centre_mm, centre_mm.head<2>()), 2)},
           {"medial_rolling_mm", short_numbers(z.medial_rolling_mm)},
           {"medial_sliding_mm", short_numbers(z.medial_sliding_mm)},
           {"lateral_rolling_mm", short_numbers(z.lateral_rolling_mm)},

@@ -99,10 +99,10 @@ Json head_json(const ReportModel& entry)
   return head;
 }
 
-Json curves_json(const store::MotionModel& model)
+Json curves_json(const store::MotionModel& model, const Eigen::Vector3d& point_mm)
 {
   Json list = Json::array();
-  for (const ClinicalCurve& curve : clinical_curves(model)) list.push_back(curve_json(curve));
+  for (const ClinicalCurve& curve : clinical_curves(model, point_mm)) list.push_back(curve_json(curve));
   return list;
 }
 
@@ -363,7 +363,8 @@ Json model_json(const ReportModel& entry, const ModelJsonOptions& options)
   const store::MotionModel& model = entry.model;
   Json json = head_json(entry);
   if (store::has_turned_axes(model)) json["axes_are_turned"] = true;
-  json["curves"] = curves_json(model);
+  json["point_mm"] = short_numbers({options.point_mm.begin(), options.point_mm.end()});
+  json["curves"] = curves_json(model, options.point_mm);
   json["provenance"] = provenance_json(model);
   json["spine"] = spine_json(model);
   if (!options.is_whole) return json;

@@ -39,7 +39,8 @@ std::vector<Eigen::Vector2d> projected_outline(const Mesh& mesh, const OutlineOp
 /// compartments. From the zero-varus motion if present, else from the spine cells.
 Json contact_paths_json(const store::MotionModel& model);
 
-/// Finite helical axes, instant centres, rolling and sliding between flexions; null before `vrda reduce`.
+/// Finite helical axes and instant centres from the rotation centre, rolling and sliding between flexions;
+/// null before `vrda reduce`.
 Json axes_json(const store::MotionModel& model);
 
 /// Force along Delta by compartment over flexion, N; null for the stability search.
@@ -48,8 +49,8 @@ Json forces_json(const store::MotionModel& model);
 /// By bundle over flexion: largest fibre strain and total tension; null without fibres.
 Json fibres_json(const store::MotionModel& model);
 
-/// Role of each joint coordinate, the load that holds it (N mm or N) and the number of solved flexions at which
-/// it is determined, along the spine; null unless the job gives roles.
+/// Role of each joint coordinate, the load that holds it (N mm or N) and the number of solved flexions at
+/// which it is determined, along the spine; null unless the job gives roles.
 Json coordinates_json(const store::MotionModel& model);
 
 /// The measured and the repaired motion over the frames: gap, overlap, six coordinates; null unless repaired.
@@ -62,8 +63,9 @@ Json spine_json(const store::MotionModel& model);
 /// numbers, warnings, curves, provenance, spine.
 struct ModelJsonOptions {
   bool is_whole = true;
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();  ///< whose translations the curves have, canonical
 };
-Json model_json(const ReportModel& entry, const ModelJsonOptions& options = {});
+Json model_json(const ReportModel& entry, const ModelJsonOptions& options);
 
 /// A curve over flexion with the page's keys.
 Json curve_json(const ClinicalCurve& curve);

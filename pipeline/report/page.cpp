@@ -1,18 +1,22 @@
 // The report as one HTML page: data as JSON, scripts, style and images embedded.
 #include "report/report.hpp"
 
+#include <algorithm>
 #include <map>
 #include <string_view>
 
 #include "core/error.hpp"
+#include "core/side.hpp"
 #include "report/model_json.hpp"
 
 namespace vrda::report {
 namespace {
 
-// Curve files have the translations of the mesh origin along the femoral axes.
-constexpr Quantity compared[] = {Quantity::internal, Quantity::varus, Quantity::origin_anterior,
-                                 Quantity::origin_proximal, Quantity::origin_lateral};
+constexpr Quantity compared[] = {Quantity::internal, Quantity::varus, Quantity::anterior, Quantity::proximal,
+                                 Quantity::lateral};
+// Shown only where a curve file has nothing else.
+constexpr Quantity of_origin[] = {Quantity::origin_anterior, Quantity::origin_proximal,
+                                  Quantity::origin_lateral};
 
 Json quantities_json()
 {
@@ -22,10 +26,25 @@ Json quantities_json()
   return list;
 }
 
-Json against_json(const Report& report)
+Eigen::Vector3d point_of(const Report& report, const ReportModel& entry)
+{
+  return comparison_point_mm(report.models.front().model, entry.model);
+}
+
+// The curve files by the point of the first model.
+std::vector<CurveFile> compared_files(const Report& report)
+{
+  const store::MotionModel& first = report.models.front().model;
+  std::vector<CurveFile> files;
+  for (const CurveFile& file : report.against)
+    files.push_back(about_point(file, side_named(first.side), first.rotation_centre_mm));
+  return files;
+}
+
+Json against_json(const std::vector<CurveFile>& files)
 {
   Json list = Json::array();
-  for (const CurveFile& file : report.against) {
+  for (const CurveFile& file : files) {
     Json curve = curve_json(file.curve);
     curve["notes"] = file.comments;
     list.push_back(std::move(curve));
@@ -38,10 +57,12 @@ const char* key_of(Quantity quantity)
   return quantity_names[static_cast<std::size_t>(quantity)].key;
 }
 
-Json difference_json(const ClinicalCurve& curve, const ClinicalCurve& other)
+Json difference_json(const ClinicalCurve& curve, const ClinicalCurve& other, bool is_of_origin)
 {
+  std::vector<Quantity> quantities(std::begin(compared), std::end(compared));
+  if (is_of_origin) quantities.insert(quantities.end(), std::begin(of_origin), std::end(of_origin));
   Json by_quantity = Json::object();
-  for (const Quantity quantity : compared) {
+  for (const Quantity quantity : quantities) {
     const CurveDifference d = difference(curve, other, quantity);
     if (d.n == 0) continue;
     by_quantity[key_of(quantity)] = {{"n", d.n},
@@ -54,21 +75,23 @@ Json difference_json(const ClinicalCurve& curve, const ClinicalCurve& other)
 }
 
 // Every curve of every model against every file; further models also against the first model's first curve.
-Json differences_json(const Report& report)
+Json differences_json(const Report& report, const std::vector<CurveFile>& files)
 {
   Json list = Json::array();
   const auto add = [&](const std::string& model, const ClinicalCurve& curve, const std::string& against,
-                       const ClinicalCurve& other) {
+                       const ClinicalCurve& other, bool is_of_origin = false) {
     list.push_back({{"model", model},
                     {"curve", curve.name},
                     {"against", against},
-                    {"by_quantity", difference_json(curve, other)}});
+                    {"by_quantity", difference_json(curve, other, is_of_origin)}});
   };
-  const std::vector<ClinicalCurve> first = clinical_curves(report.models.front().model);
+  const std::vector<ClinicalCurve> first =
+      clinical_curves(report.models.front().model, point_of(report, report.models.front()));
   for (std::size_t m = 0; m < report.models.size(); ++m) {
     const ReportModel& entry = report.models[m];
-    for (const ClinicalCurve& curve : clinical_curves(entry.model)) {
-      for (const CurveFile& file : report.against) add(entry.name, curve, file.curve.name, file.curve);
+    for (const ClinicalCurve& curve : clinical_curves(entry.model, point_of(report, entry))) {
+      for (const CurveFile& file : files)
+        add(entry.name, curve, file.curve.name, file.curve, file.is_incomplete);
       if (m > 0)
         add(entry.name, curve, report.models.front().name + ", " + first.front().name, first.front());
     }
@@ -80,12 +103,14 @@ Json json_of(const Report& report)
 {
   Json models = Json::array();
   for (const ReportModel& entry : report.models)
-    models.push_back(model_json(entry, {.is_whole = report.models.size() == 1}));
-  return {{"program", report.program},
-          {"quantities", quantities_json()},
-          {"models", std::move(models)},
-          {"against", against_json(report)},
-          {"differences", differences_json(report)}};
+    models.push_back(
+        model_json(entry, {.is_whole = report.models.size() == 1, .point_mm = point_of(report, entry)}));
+  const std::vector<CurveFile> files = compared_files(report);
+  const bool has_incomplete =
+      std::any_of(files.begin(), files.end(), [](const CurveFile& file) { return file.is_incomplete; });
+  return {{"program", report.program},      {"quantities", quantities_json()},
+          {"models", std::move(models)},    {"against", against_json(files)},
+          {"shows_origin", has_incomplete}, {"differences", differences_json(report, files)}};
 }
 
 // Escapes JSON for a script element: with '<' a title could end the element.

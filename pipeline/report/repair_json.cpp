@@ -10,7 +10,8 @@ struct FrameLengths {
   const std::vector<double>&gap_mm, &penetration_mm;
 };
 
-Json motion_json(const store::MotionModel& model, const std::vector<double>& poses, const FrameLengths& lengths)
+Json motion_json(const store::MotionModel& model, const std::vector<double>& poses,
+                 const FrameLengths& lengths)
 {
   const Side side = model.side == "left" ? Side::left : Side::right;
   std::vector<double> flexion, varus, internal, anterior, proximal, lateral;
@@ -24,10 +25,10 @@ Json motion_json(const store::MotionModel& model, const std::vector<double>& pos
     proximal.push_back(c.proximal_mm);
     lateral.push_back(c.lateral_mm);
   }
-  return {{"gap", short_numbers(lengths.gap_mm)},   {"penetration", short_numbers(lengths.penetration_mm)},
-          {"flexion", short_numbers(flexion)},      {"varus", short_numbers(varus)},
-          {"internal", short_numbers(internal)},    {"anterior", short_numbers(anterior)},
-          {"proximal", short_numbers(proximal)},    {"lateral", short_numbers(lateral)}};
+  return {{"gap", short_numbers(lengths.gap_mm)}, {"penetration", short_numbers(lengths.penetration_mm)},
+          {"flexion", short_numbers(flexion)},    {"varus", short_numbers(varus)},
+          {"internal", short_numbers(internal)},  {"anterior", short_numbers(anterior)},
+          {"proximal", short_numbers(proximal)},  {"lateral", short_numbers(lateral)}};
 }
 
 }  // namespace

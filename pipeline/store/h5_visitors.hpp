@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -55,6 +56,7 @@ class Hdf5WriteVisitor : public RegistryVisitor {
       if (is_new && dimension != dataset.path) writer_.create_dimension(dimension, shape[axis]);
     }
     writer_.write(dataset, shape, values_of(member));
+    note_coordinates(dataset);
   }
 
   /// Ends a visit: attributes of groups are written in a fixed order of version 1 of the format.
@@ -69,9 +71,24 @@ class Hdf5WriteVisitor : public RegistryVisitor {
     std::stable_sort(later_.begin(), later_.end(),
                      [&](const auto& a, const auto& b) { return rank(a.first) < rank(b.first); });
     for (const auto& [object, write] : later_) write();
+    for (const auto& [link, target] : links_)
+      if (existing_.count(link) == 0) writer_.link(target, link);
   }
 
  private:
+  // A group with tables over the grid gets links to its coordinate variables: readers of one group look
+  // there.
+  void note_coordinates(const Dataset& dataset)
+  {
+    existing_.insert(dataset.path);
+    const std::string group = dataset.path.substr(0, dataset.path.rfind('/'));
+    for (const char* axis : {"/flexion", "/varus"}) {
+      const bool is_over =
+          std::find(dataset.dimensions.begin(), dataset.dimensions.end(), axis) != dataset.dimensions.end();
+      if (is_over && !group.empty()) links_.emplace(group + axis, axis);
+    }
+  }
+
   void write(const std::string& object, const std::string& name, const std::string& text)
   {
     writer_.write_attribute(object, name, text);
@@ -93,7 +110,8 @@ class Hdf5WriteVisitor : public RegistryVisitor {
 
   H5Writer& writer_;
   Pass sort_;
-  std::set<std::string> existing_;
+  std::set<std::string> existing_;            ///< datasets and dimensions
+  std::map<std::string, std::string> links_;  ///< link -> target
   std::vector<std::pair<std::string, std::function<void()>>> later_;
 };
 

@@ -183,6 +183,12 @@ void H5Writer::create_dimension(const std::string& path, std::int64_t size)
   make_scale(path, name);
 }
 
+void H5Writer::link(const std::string& target, const std::string& path)
+{
+  check_h5(H5Lcreate_hard(file_.id(), target.c_str(), file_.id(), path.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+           place(path), wanted_memory);
+}
+
 void H5Writer::make_scale(const std::string& path, const std::string& name)
 {
   const H5Handle object = open(path);

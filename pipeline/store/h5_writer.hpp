@@ -28,6 +28,8 @@ class H5Writer {
   void create_group(const std::string& path);
   /// A dimension without a coordinate variable, as the netCDF library writes it.
   void create_dimension(const std::string& path, std::int64_t size);
+  /// A hard link `path` to the existing object `target`.
+  void link(const std::string& target, const std::string& path);
 
   /// Write a dataset with its attributes; `shape` has one size per dimension, whose scales must exist. A
   /// dataset that is its own dimension becomes a scale. NaNs are written with one bit pattern.

@@ -75,9 +75,9 @@ void visit_clinical(Model& model, Visitor& visit)
   visit({"/clinical/flexion_angle", grid, unit::degree, number(stable), "Grood-Suntay flexion"}, clinical.flexion_deg);
   visit({"/clinical/varus_angle", grid, unit::degree, number(stable), "Grood-Suntay varus, adduction positive"}, clinical.varus_deg);
   visit({"/clinical/internal_rotation", grid, unit::degree, number(stable), "Grood-Suntay internal rotation"}, clinical.internal_rotation_deg);
-  visit({"/clinical/anterior", grid, unit::mm, number(stable), "anterior translation along the floating axis"}, clinical.anterior_mm);
-  visit({"/clinical/proximal", grid, unit::mm, number(stable), "proximal translation along the moving body's long axis"}, clinical.proximal_mm);
-  visit({"/clinical/lateral", grid, unit::mm, number(stable), "lateral translation along the flexion axis"}, clinical.lateral_mm);
+  visit({"/clinical/anterior", grid, unit::mm, number(stable), "translation of the rotation centre along the floating axis, anterior positive"}, clinical.anterior_mm);
+  visit({"/clinical/proximal", grid, unit::mm, number(stable), "translation of the rotation centre along the moving body's long axis, proximal positive"}, clinical.proximal_mm);
+  visit({"/clinical/lateral", grid, unit::mm, number(stable), "translation of the rotation centre along the flexion axis, lateral positive"}, clinical.lateral_mm);
 }
 
 template <typename Model, typename Visitor>

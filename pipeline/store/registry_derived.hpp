@@ -109,9 +109,9 @@ void visit_zero_varus_poses(Motion& motion, Visitor& visit)
   visit({group + "/flexion_angle", flexion, unit::degree, number(posed), "Grood-Suntay flexion"}, motion.clinical_flexion_deg);
   visit({group + "/varus_angle", flexion, unit::degree, number(posed), "Grood-Suntay varus, adduction positive"}, motion.clinical_varus_deg);
   visit({group + "/internal_rotation", flexion, unit::degree, number(posed), "Grood-Suntay internal rotation"}, motion.internal_rotation_deg);
-  visit({group + "/anterior", flexion, unit::mm, number(posed), "anterior translation along the floating axis"}, motion.anterior_mm);
-  visit({group + "/proximal", flexion, unit::mm, number(posed), "proximal translation along the moving body's long axis"}, motion.proximal_mm);
-  visit({group + "/lateral", flexion, unit::mm, number(posed), "lateral translation along the flexion axis"}, motion.lateral_mm);
+  visit({group + "/anterior", flexion, unit::mm, number(posed), "translation of the rotation centre along the floating axis, anterior positive"}, motion.anterior_mm);
+  visit({group + "/proximal", flexion, unit::mm, number(posed), "translation of the rotation centre along the moving body's long axis, proximal positive"}, motion.proximal_mm);
+  visit({group + "/lateral", flexion, unit::mm, number(posed), "translation of the rotation centre along the flexion axis, lateral positive"}, motion.lateral_mm);
 }
 
 template <typename Motion, typename Visitor>

@@ -5,7 +5,9 @@ if(CPACK_GENERATOR STREQUAL "DEB")
     set(name ${CPACK_DEBIAN_${upper}_PACKAGE_NAME})
     set(stage ${CPACK_TEMPORARY_DIRECTORY}/${component})
     # Debian packages use the system's libraries: no RPATH.
-    file(RPATH_REMOVE FILE ${stage}/usr/bin/${name})
+    if(EXISTS ${stage}/usr/bin/${name})
+      file(RPATH_REMOVE FILE ${stage}/usr/bin/${name})
+    endif()
     execute_process(COMMAND ${CPACK_VRDA_FINISH} debian ${name} ${CPACK_PACKAGE_VERSION} ${stage} ${CPACK_PACKAGE_CONTACT}
       COMMAND_ERROR_IS_FATAL ANY)
   endforeach()

@@ -24,4 +24,14 @@ if(VRDA_PLAYER)
   # The web page for use without the program; vrda-player embeds it too.
   install(FILES ${CMAKE_BINARY_DIR}/player/web/vrda-player.html DESTINATION ${CMAKE_INSTALL_DATADIR}/vrda COMPONENT player)
 endif()
+if(VRDA_PYTHON)
+  # Where Debian's Python looks for packages, for every minor version of Python 3.
+  set(VRDA_PYTHON_FOLDER lib/python3/dist-packages/vrda)
+  install(TARGETS vrda_python LIBRARY DESTINATION ${VRDA_PYTHON_FOLDER} COMPONENT python
+    PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
+  foreach(file __init__.py _errors.py _core.pyi py.typed)
+    install(FILES pipeline/python/vrda/${file} DESTINATION ${VRDA_PYTHON_FOLDER} COMPONENT python)
+  endforeach()
+  install(FILES pipeline/python/examples/knee.py DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-vrda/examples COMPONENT python)
+endif()
 install(FILES README.md LICENSE CHANGELOG.md TYPE DOC COMPONENT pipeline)

@@ -1,5 +1,8 @@
 # Run by cpack's External generator: packs the staged files of each component into a tarball.
 foreach(component IN LISTS CPACK_COMPONENTS_ALL)
+  if(component STREQUAL "python") # of Debian's Python only
+    continue()
+  endif()
   string(TOUPPER ${component} upper)
   set(name ${CPACK_DEBIAN_${upper}_PACKAGE_NAME})
   set(tarball ${CPACK_PACKAGE_DIRECTORY}/${name}-${CPACK_PACKAGE_VERSION}-${CPACK_VRDA_SYSTEM}.tar.gz)

@@ -1,5 +1,5 @@
 # `cpack` in a build folder makes, for vrda and for vrda-player, a Debian package that depends on its libraries, and a
-# tarball that includes them. The player is separate since it depends on LLVM: 170 MB not needed on cluster nodes.
+# tarball that includes them; for the Python module a Debian package. The player is separate since it depends on LLVM: 170 MB not needed on cluster nodes.
 # scripts/package runs it and sets SOURCE_DATE_EPOCH, so that packages of one commit are reproducible byte for byte.
 set(CPACK_GENERATOR DEB External)
 set(CPACK_PACKAGE_VENDOR "The VRDA authors")
@@ -36,6 +36,28 @@ if(VRDA_PLAYER)
     TEXT "Shows the bones of a motion model that vrda wrote, at any flexion and varus
 angle: in a window, in a browser, as images and as videos (through ffmpeg).
 Images and videos need neither a display nor a graphics card.")
+endif()
+
+if(VRDA_PYTHON)
+  vrda_package(python3-vrda COMPONENT python SUGGESTS "vrda, python3-matplotlib"
+    SUMMARY "joint motion from the surfaces of bones, Python module"
+    TEXT "Solves jobs of vrda from Python: whole motions, and single attitudes under given
+loads as NumPy arrays. Opens motion models as xarray data sets, smooths, compares
+and exports them.")
+  math(EXPR next "${Python3_VERSION_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next}), python3-numpy")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-xarray, python3-h5netcdf")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  # Byte code is written when the package is configured and removed with it, by Debian's own tools.
+  file(WRITE ${CMAKE_BINARY_DIR}/debian-python/postinst
+    "#!/bin/sh\nset -e\nif [ \"$1\" = configure ] && command -v py3compile >/dev/null; then\n  py3compile -p python3-vrda\nfi\n")
+  file(WRITE ${CMAKE_BINARY_DIR}/debian-python/prerm
+    "#!/bin/sh\nset -e\nif command -v py3clean >/dev/null; then\n  py3clean -p python3-vrda\nfi\n")
+  file(CHMOD ${CMAKE_BINARY_DIR}/debian-python/postinst ${CMAKE_BINARY_DIR}/debian-python/prerm PERMISSIONS
+    OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
+    "${CMAKE_BINARY_DIR}/debian-python/postinst;${CMAKE_BINARY_DIR}/debian-python/prerm")
 endif()
 
 set(CPACK_DEB_COMPONENT_INSTALL ON)

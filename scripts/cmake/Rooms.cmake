@@ -39,6 +39,11 @@ function(add_room name)
   endforeach()
   target_link_libraries(${target} PRIVATE ${ROOM_HIDES})
   target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:vrda_flags>)
+  # The pipeline's rooms are linked into the program and into the Python module alike, so they are compiled once.
+  if(program STREQUAL "pipeline")
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON
+      CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  endif()
   # One section per function, so that the linker can drop unused ones.
   target_compile_options(${target} PRIVATE -ffunction-sections -fdata-sections)
   if(ROOM_SMALL)

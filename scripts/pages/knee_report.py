@@ -13,8 +13,8 @@ from pages import tables
 RESULTS = pathlib.Path(__file__).resolve().parents[2] / "results"
 SHOWN_AGAINST = ("raw", "two_sided")
 EVERY_DEG = 10.0  # rows of the flexion-only table
-QUANTITIES = (("internal", "internal rotation, °"), ("varus", "varus, °"), ("origin_anterior", "anterior, mm"),
-              ("origin_proximal", "proximal, mm"), ("origin_lateral", "lateral, mm"))
+QUANTITIES = (("internal", "internal rotation, °"), ("varus", "varus, °"), ("anterior", "anterior, mm"),
+              ("proximal", "proximal, mm"), ("lateral", "lateral, mm"))
 FLEXION_ONLY = (("varus_deg", "varus, °"), ("internal_rotation_deg", "internal rotation, °"), ("anterior_mm", "anterior, mm"),
                 ("proximal_mm", "proximal, mm"), ("lateral_mm", "lateral, mm"), ("helical_rotation_deg", "rotation, °"),
                 ("instant_centre_anterior_mm", "centre anterior, mm"), ("instant_centre_proximal_mm", "centre proximal, mm"))
@@ -85,7 +85,8 @@ def against_table(report):
     rows = []
     for one in report["differences"]:
         if one["curve"] in SHOWN_AGAINST:
-            found = [one["by_quantity"][key] for key, _ in QUANTITIES]
+            by = one["by_quantity"]  # records of before the rotation centre have the mesh origin's translations
+            found = [by.get(key) or by[f"origin_{key}"] for key, _ in QUANTITIES]
             rows.append([f"`{one['curve']}`, `{one['against']}`"]
                         + [f"{d['rms']:.2f} ({d['largest']:.2f}; {d['mean']:+.2f})".replace("-", "−") if d else "–" for d in found])
     return table(["motion, curve"] + [heading for _, heading in QUANTITIES], rows)

@@ -50,7 +50,7 @@ TEST_F(Export, WritesEachFormatAndTheSameBytesAgain)
     std::string format, output, start;
   };
   for (const Row& row : {Row{"sto", "knee.sto", "vrda: "}, Row{"mot", "knee.mot", "vrda: "},
-                         Row{"csv", "knee.csv", "flexion_deg,varus_deg,internal_deg,ant_mm,"},
+                         Row{"csv", "knee.csv", "flexion_deg,varus_deg,internal_deg,anterior_mm,"},
                          Row{"gltf", "new/folder/knee.glb", "glTF"}, Row{"vtk", "knee.pvd", "<?xml"}}) {
     SCOPED_TRACE(row.format);
     const test::Ended ended = run(row.format, row.output);
@@ -106,6 +106,10 @@ TEST_F(Export, RefusesWhatItCannotDo)
                "a.csv",
                {"--degrees"},
                {"vrda export", "--degrees", "--to csv", {"--to sto", "--to mot"}}},
+           Row{"csv",
+               "a.csv",
+               {"--translations", "mesh-origin"},
+               {"vrda export", "--translations", "--to csv", {"--to sto", "--to mot"}}},
            Row{"vtk", "a.pvd", {"--coordinate", "tx=x"}, {"vrda export", "--coordinate", "--to vtk"}},
            Row{"sto", "a.sto", {"--full"}, {"vrda export", "--full", "", "--to csv"}},
            Row{"csv", "a.csv", {"--full", "--set", "raw"}, {"vrda export", "--full", "--set"}},

@@ -125,6 +125,7 @@ TEST_F(Import, ReversesAnExport)
                                                         {"mot", ".mot"},
                                                         {"sto", ".sto"},
                                                         {"mot", ".mot", "--degrees"},
+                                                        {"sto", ".sto", "--translations", "mesh-origin"},
                                                         {"csv", ".csv", "--full"}};
     for (const std::vector<std::string>& how : exports) {
       SCOPED_TRACE(side + testing::PrintToString(how));

@@ -8,6 +8,7 @@
 #include "app/scenes.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/messages.hpp"
+#include "support/small_disk.hpp"
 
 namespace vrda::reduce_test {
 
@@ -65,6 +66,29 @@ TEST_F(Reduce, ARunLeavesWhatReduceWouldMake)
   EXPECT_EQ(test::run_vrda({"reduce", file, "--quiet"}).err, "");
 }
 
+// Printing needs no write access: on a read-only disk the numbers are the same, and nothing is stored.
+TEST_F(Reduce, ReduceAndAuditPrintWithoutWriteAccess)
+{
+  if (!test::mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << test::mount_refusal();
+  const std::string made = solved_knee("right");
+  const std::filesystem::path folder = scratch_.path() / "read-only";
+  std::filesystem::create_directory(folder);
+  test::SmallDisk disk(folder, 8 << 20);
+  const std::string file = (folder / "knee.h5").string();
+  std::filesystem::copy_file(made, file);
+  const std::string before = test::text_of(file);
+  for (const std::string command : {"reduce", "audit"}) {
+    SCOPED_TRACE(command);
+    disk.forbid_writing();
+    const test::Ended ended = test::run_vrda({command, file, "--json"});
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_THAT(ended.err, test::warns(file, {"write access", "stored"}));
+    EXPECT_EQ(test::text_of(file), before);
+    disk.permit_writing();
+    EXPECT_EQ(json::parse(ended.out), json::parse(test::run_vrda({command, made, "--json"}).out));
+  }
+}
+
 TEST_F(Reduce, TableAndJsonSayWhatTheFileHolds)
 {
   const std::string file = solved_knee("right");
@@ -75,6 +99,8 @@ TEST_F(Reduce, TableAndJsonSayWhatTheFileHolds)
   ASSERT_EQ(all.at("flexions").size(), 7u);
   ASSERT_EQ(all.at("steps").size(), 6u);
   EXPECT_EQ(all.at("set"), "raw");
+  const Eigen::Vector3d centre_mm = store::read_motion_model(file).rotation_centre_mm;
+  EXPECT_EQ(all.at("rotation_centre_mm")[1], centre_mm.y());
   const auto column = [&](const std::string& name) {
     const auto found = std::find(rows[0].begin(), rows[0].end(), name);
     EXPECT_NE(found, rows[0].end()) << name;
@@ -84,6 +110,7 @@ TEST_F(Reduce, TableAndJsonSayWhatTheFileHolds)
   for (std::size_t i = 0; i < 7; ++i) {
     ASSERT_EQ(rows[i + 1].size(), rows[0].size());
     EXPECT_EQ(rows[i + 1][column("source")], all.at("flexions")[i].at("source"));
+    EXPECT_NEAR(std::stod(rows[i + 1][column("centre_z_mm")]), centre_mm.z(), printed);
     EXPECT_EQ(all.at("flexions")[i].at("is_cut_off"), z.is_cut_off[i] == 1);
     EXPECT_EQ(all.at("flexions")[i].at("internal_rotation_deg"), z.internal_rotation_deg[i]);
     EXPECT_NEAR(std::stod(rows[i + 1][column("internal_rotation_deg")]), z.internal_rotation_deg[i], printed);

@@ -54,6 +54,15 @@ class Spline:
         return self.y[i] + t * (first + t * (3 * c[i] + t * (c[i + 1] - c[i]) / h))
 
 
+def polynomial(element):
+    """OpenSim's MultivariatePolynomialFunction: exponents (i, j) of the two variables by ascending i, then j, i + j <= order."""
+    order, c = int(element.find("order").text), floats(element, "coefficients")
+    assert element.find("dimension").text == "2"
+    exponents = [(i, j) for i in range(order + 1) for j in range(order + 1 - i)]
+    assert len(exponents) == len(c)
+    return lambda q: sum(value * q[0]**i * q[1]**j for value, (i, j) in zip(c, exponents))
+
+
 def floats(element, name):
     return numpy.array([float(word) for word in element.find(name).text.split()])
 
@@ -70,18 +79,29 @@ class Joint:
     def __init__(self, element):
         self.offset = [floats(frame, "translation") for frame in element.iter("PhysicalOffsetFrame")]
         assert all((floats(frame, "orientation") == 0).all() for frame in element.iter("PhysicalOffsetFrame"))
-        coordinate = element.find("coordinates/Coordinate")
-        self.name, self.range = coordinate.get("name"), floats(coordinate, "range")
+        coordinates = element.findall("coordinates/Coordinate")
+        self.names, self.range = [one.get("name") for one in coordinates], [floats(one, "range") for one in coordinates]
         self.axes = []
         for axis in element.find("SpatialTransform"):
-            assert axis.find("coordinates").text == self.name
-            spline, line = axis.find("SimmSpline"), axis.find("LinearFunction")
-            value = numpy.poly1d(floats(line, "coefficients")) if spline is None else Spline(floats(spline, "x"), floats(spline, "y"))
-            self.axes.append((axis.get("name"), floats(axis, "axis"), value))
+            indices = [self.names.index(name) for name in axis.find("coordinates").text.split()]
+            self.axes.append((axis.get("name"), floats(axis, "axis"), self.function(axis, indices)))
         assert [name for name, _, _ in self.axes] == [f"{kind}{k}" for kind in ("rotation", "translation") for k in (1, 2, 3)]
 
+    @staticmethod
+    def function(axis, indices):
+        """Of the joint's coordinates; those of a spline and a line depend on one."""
+        if axis.find("MultivariatePolynomialFunction") is not None:
+            assert indices == [0, 1]
+            return polynomial(axis.find("MultivariatePolynomialFunction"))
+        (k,) = indices
+        spline, line = axis.find("SimmSpline"), axis.find("LinearFunction")
+        value = numpy.poly1d(floats(line, "coefficients")) if spline is None else Spline(floats(spline, "x"), floats(spline, "y"))
+        return lambda q: value(q[k])
+
     def pose(self, q):
-        """R and t (m) from the child's body to the parent's."""
+        """R and t (m) from the child's body to the parent's, at one or two coordinates."""
+        q = numpy.atleast_1d(q)
+        assert len(q) == len(self.names)
         R, d = numpy.eye(3), numpy.zeros(3)
         for name, axis, value in self.axes:
             if name.startswith("rotation"):
@@ -102,8 +122,13 @@ def row_pose(row, side):
     z, x, y = (numpy.radians(float(row[key])) for key in ("flexion_deg", "varus_deg", "internal_deg"))
     sign = -1 if side == "left" else 1
     R = turn(numpy.array([0, 0, -1.0]), z) @ turn(numpy.array([sign, 0, 0.0]), x) @ turn(numpy.array([0, sign, 0.0]), y)
-    t = 1e-3 * numpy.array([float(row["ant_mm"]), float(row["prox_mm"]), sign * float(row["lat_mm"])])
-    return z, R, t
+    # Grood-Suntay translations of the centre (schemas/clinical.md), of the mirror image of a left joint.
+    mirror, centre = numpy.diag([1.0, 1.0, sign]), 1e-3 * numpy.array([float(row[f"centre_{axis}_mm"]) for axis in "xyz"])
+    anterior, proximal, lateral = (1e-3 * float(row[f"{name}_mm"]) for name in ("anterior", "proximal", "lateral"))
+    e1, e3 = numpy.array([0, 0, 1.0]), (mirror @ R @ mirror)[:, 1]
+    e2 = numpy.cross(e3, e1) / numpy.linalg.norm(numpy.cross(e3, e1))
+    d = anterior * e2 + ((lateral - proximal * e3[2]) * e1 + (proximal - lateral * e3[2]) * e3) / (1 - e3[2]**2)
+    return z, R, mirror @ d + centre - R @ centre
 
 
 class Osim(unittest.TestCase):
@@ -130,7 +155,7 @@ class Osim(unittest.TestCase):
         for side, chosen in (("right", "two_sided"), ("left", "two_sided"), ("right", "degree_6")):
             _, root = self.exported(side, "--set", chosen)
             joint = Joint(root.find("Model/JointSet/objects/CustomJoint"))
-            numpy.testing.assert_allclose(joint.range, numpy.radians([0, 90]), atol=1e-12)
+            numpy.testing.assert_allclose(joint.range, [numpy.radians([0, 90])], atol=1e-12)
             rows = exported_rows(self.model[side], "0:90:1.25", "--set", chosen)
             self.assertEqual(len(rows), 73)
             for row in rows:
@@ -147,6 +172,27 @@ class Osim(unittest.TestCase):
             found_R, found_t = joint.pose(q)
             numpy.testing.assert_allclose(found_R, R, atol=RAD)
             numpy.testing.assert_allclose(found_t, t, atol=M)
+
+    def test_flexion_and_varus_drive_a_joint_of_polynomials(self):
+        for side in ("right", "left"):
+            grid = self.root / f"grid_{side}.h5"
+            run("run", ROOT / "jobs/knee-generic.toml", "-o", grid, "--set", f"side={side}", "--set", "grid.flexion={from=0,to=90,step=10}",
+                "--set", "grid.varus={from=-6,to=6,step=2}", "--set", "smooth.degrees=[4]", "-q", "--progress", "none")
+            output = self.root / f"grid_{side}.osim"
+            run("export", grid, "--to", "osim", "-o", output, "--varus", "driven", "--joint-only", "--coordinate", "varus=knee_varus")
+            joint = Joint(xml.etree.ElementTree.parse(output).getroot())
+            self.assertEqual(joint.names, ["knee_flex_" + side[0], "knee_varus"])
+            numpy.testing.assert_allclose(joint.range, numpy.radians([[0, 90], [-6, 6]]), atol=1e-12)
+            for varus in (-6, -3.3, 0, 2, 5.9):
+                for row in exported_rows(grid, "0:90:4.5", "--set", "degree_4", "--varus", varus):
+                    z, R, t = row_pose(row, side)
+                    found_R, found_t = joint.pose([z, numpy.radians(varus)])
+                    numpy.testing.assert_allclose(found_R, R, atol=RAD)
+                    numpy.testing.assert_allclose(found_t, t, atol=M)
+        for more, reason in ((("--set", "raw"), "smooth"), (("--set", "two_sided"), "flexion only"), (("--flexion", "0:90:5"), "driven")):
+            done = subprocess.run([VRDA, "export", grid, "--to", "osim", "-o", output, "--varus", "driven", *more], capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(reason, done.stderr)
 
     def test_fibres_have_the_model_s_lengths_and_tensions(self):
         _, root = self.exported("right", "--set", "raw", "--flexion", "0:90:5")
@@ -191,7 +237,7 @@ class Osim(unittest.TestCase):
         alone = xml.etree.ElementTree.parse(output).getroot()
         self.assertEqual(alone.tag, "CustomJoint")
         self.assertEqual([e.text.strip() for e in alone.iter() if e.text], [e.text.strip() for e in root.find("Model/JointSet/objects/CustomJoint").iter() if e.text])
-        self.assertEqual(Joint(alone).name, "knee_angle_r")
+        self.assertEqual(Joint(alone).names, ["knee_angle_r"])
         self.assertFalse((self.root / "Geometry").exists())
 
 

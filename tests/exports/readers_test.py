@@ -17,6 +17,7 @@ import numpy
 import pandas
 import PIL.Image
 import vtk
+import xarray
 from vtk.util.numpy_support import vtk_to_numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -166,8 +167,9 @@ def check_sto(vrda, file, folder):
     text = (folder / "knee.mot").read_text()
     header = text[:text.index("endheader")]
     table = pandas.read_csv(folder / "knee.mot", sep="\t", skiprows=header.count("\n") + 1, float_precision="round_trip")
-    keys = dict(re.findall(r"(\w+)=(\w+)", header))
-    check(keys == {"version": "1", "nRows": "4", "nColumns": "7", "inDegrees": "yes"}, f"another header: {keys}")
+    keys = dict(re.findall(r"(\w+)=(.+)", header))
+    centre = numpy.array([float(word) for word in keys.pop("rotation_centre_mm").split()])
+    check(keys == {"version": "1", "nRows": "4", "nColumns": "7", "inDegrees": "yes", "translations": "rotation-centre"}, f"another header: {keys}")
     check(table.shape == (4, 7) and list(table.columns[:2]) == ["time", "knee_angle_r"], "another table")
     check(numpy.allclose(table.time, numpy.array(FLEXIONS) / 45, atol=1e-12), "another clock")
     with h5py.File(file) as model:
@@ -177,7 +179,19 @@ def check_sto(vrda, file, folder):
             R = turned("z", -row.knee_angle_r) @ turned("x", row.knee_add_r) @ turned("y", row.knee_rot_r)
             check(numpy.abs(R - X[:3, :3]).max() < 1e-12, "the angles make another pose")
             t_mm = 1e3 * row[["knee_tx_r", "knee_ty_r", "knee_tz_r"]].to_numpy()
-            check(numpy.abs(t_mm - X[:3, 3]).max() < 1e-9, "another translation")
+            check(numpy.abs(t_mm - (X[:3, :3] @ centre + X[:3, 3] - centre)).max() < 1e-9, "another translation")
+
+
+def check_groups(file):
+    """Groups carry the coordinates of their tables, in both readers of netCDF."""
+    for engine in ("netcdf4", "h5netcdf"):
+        with xarray.open_dataset(file, group="clinical", engine=engine) as clinical, xarray.open_dataset(file, engine=engine) as whole:
+            check(list(clinical.coords) == ["flexion", "varus"], f"{engine}: no coordinates in the group")
+            chosen = clinical.sel(flexion=30, varus=1)
+            check(float(chosen.internal_rotation) == float(clinical.internal_rotation[1, 2]), f"{engine}: another cell")
+            check(whole.sizes["flexion"] == 4, f"{engine}: another grid")
+    header = run("ncdump", "-h", file).stdout
+    check("double flexion(flexion)" in header, "ncdump reads no coordinates")
 
 
 def check_notebook(file, folder):
@@ -199,6 +213,7 @@ def main():
         check_vtk(vrda, file, folder)
         check_csv(vrda, file, folder)
         check_sto(vrda, file, folder)
+        check_groups(file)
         check_notebook(file, folder)
     print("VTK, pandas and the notebook read what vrda writes")
 

@@ -73,10 +73,12 @@ TEST(CsvTables, AFlexionHasTheNumbersOfItsPose)
     EXPECT_NEAR(std::stod(rows[i].at("lateral_mm")), model.clinical.lateral_mm(row, 2), rounding);
     EXPECT_NEAR(std::stod(rows[i].at("tx_mm")), model.tx_mm(row, 2), rounding);
     EXPECT_NEAR(std::stod(rows[i].at("theta_deg")), model.theta_deg(row, 2), rounding);
-    const double* X = &model.X_reference_moving[16 * (5 * i + 2)];
-    EXPECT_NEAR(std::stod(rows[i].at("ant_mm")), X[3], rounding);
-    EXPECT_NEAR(std::stod(rows[i].at("prox_mm")), X[7], rounding);
-    EXPECT_NEAR(std::stod(rows[i].at("lat_mm")), X[11], rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("anterior_mm")), model.clinical.anterior_mm(row, 2), rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("proximal_mm")), model.clinical.proximal_mm(row, 2), rounding);
+    EXPECT_EQ(rows[i].at("centre_x_mm"), "10");
+    EXPECT_EQ(rows[i].at("centre_y_mm"), "-5");
+    EXPECT_EQ(rows[i].at("centre_z_mm"), "40");
+    for (const char* gone : {"ant_mm", "prox_mm", "lat_mm"}) EXPECT_EQ(rows[i].count(gone), 0U);
   }
 }
 
@@ -99,8 +101,8 @@ TEST(CsvTables, AMirroredKneeGivesTheSameCurves)
   ASSERT_EQ(right.size(), left.size());
   constexpr double issue_tolerance = 1e-9;
   for (std::size_t i = 0; i < right.size(); ++i) {
-    for (const char* name : {"flexion_deg", "varus_deg", "internal_deg", "ant_mm", "prox_mm", "lat_mm",
-                             "anterior_mm", "proximal_mm", "lateral_mm", "theta_deg"}) {
+    for (const char* name : {"flexion_deg", "varus_deg", "internal_deg", "anterior_mm", "proximal_mm",
+                             "lateral_mm", "theta_deg"}) {
       EXPECT_NEAR(std::stod(right[i].at(name)), std::stod(left[i].at(name)), issue_tolerance) << name;
     }
   }
@@ -126,6 +128,7 @@ TEST(CsvTables, EveryCellStandsWithItsStatusAndNothingWhereItHasNoAnswer)
   EXPECT_EQ(solved.at("status"), "stable");
   EXPECT_EQ(std::stod(solved.at("tx_mm")), model.tx_mm(6, 0));
   EXPECT_EQ(std::stod(solved.at("anterior_mm")), model.clinical.anterior_mm(6, 0));
+  EXPECT_EQ(solved.at("centre_y_mm"), "-5");
   EXPECT_EQ(std::stod(solved.at("degree_2_theta_deg")), model.smoothed[0].surfaces[3].values(6, 0));
 }
 
@@ -179,35 +182,67 @@ exports::FlexionMotion turning_motion(const std::string& side)
   return exports::flexion_motion(test::model_of(plan), "knee.h5", flexion);
 }
 
-/// The axes of schemas/exports.md.
-Pose pose_of_coordinates(const std::vector<double>& row, double radians, Side side)
+/// The axes of schemas/exports.md, the translations those of the point at `centre_m`.
+Pose pose_of_coordinates(const std::vector<double>& row, double radians, Side side,
+                         const Eigen::Vector3d& centre_m)
 {
   const double other = side == Side::left ? -1.0 : 1.0;
   Pose X = Pose::Identity();
   X.linear() = rotation_z(-radians * row[1]) * rotation_x(other * radians * row[2]) *
                rotation_y(other * radians * row[3]);
-  X.translation() = Eigen::Vector3d(row[4], row[5], row[6]);
+  X.translation() = centre_m + Eigen::Vector3d(row[4], row[5], row[6]) - X.linear() * centre_m;
   return X;
 }
 
 TEST(OpenSimTable, TheColumnsPutThePoseTogetherOnBothSides)
 {
   for (const Side side : {Side::right, Side::left}) {
-    for (const bool in_degrees : {false, true}) {
+    for (const bool is_plain : {false, true}) {
       SCOPED_TRACE(side == Side::left ? "left" : "right");
       const exports::FlexionMotion motion = turning_motion(side == Side::left ? "left" : "right");
-      const Table table =
-          parsed_table(exports::opensim_table(motion, {exports::opensim_columns(side), in_degrees, 45.0}));
+      // Angles in radians about the rotation centre, or in degrees of the mesh origin.
+      const Table table = parsed_table(
+          exports::opensim_table(motion, {exports::opensim_columns(side), is_plain, 45.0, is_plain}));
       ASSERT_EQ(table.rows.size(), motion.frames.size());
+      const Eigen::Vector3d centre_m = (is_plain ? 0.0 : 1e-3) * motion.rotation_centre_mm;
       for (std::size_t i = 0; i < table.rows.size(); ++i) {
         Pose expected = motion.frames[i].pose.X_reference_moving;
         expected.translation() *= 1e-3;
-        const Pose found = pose_of_coordinates(table.rows[i], in_degrees ? rad_from_deg(1.0) : 1.0, side);
+        const Pose found =
+            pose_of_coordinates(table.rows[i], is_plain ? rad_from_deg(1.0) : 1.0, side, centre_m);
         EXPECT_LT((found.matrix() - expected.matrix()).cwiseAbs().maxCoeff(), pose_rounding);
         EXPECT_NEAR(table.rows[i][0], motion.frames[i].flexion_deg / 45.0, 1e-15);
       }
     }
   }
+}
+
+// A mesh whose origin is at the feet: the knee moves by millimetres, not by metres.
+TEST(OpenSimTable, TranslationsAreThoseOfTheRotationCentreThatTheHeaderNames)
+{
+  test::ModelPlan plan;
+  plan.rotation_centre_mm = {400, -900, 80};
+  plan.motion = [](double flexion_deg, double) {
+    return motion::PoseCoordinates{0.0, -3.0, 0.0, 0.2 * flexion_deg};
+  };
+  const exports::FlexionMotion motion = exports::flexion_motion(test::model_of(plan), "knee.h5", {});
+  const auto table_of = [&](bool is_of_origin) {
+    return parsed_table(
+        exports::opensim_table(motion, {exports::opensim_columns(Side::right), false, 30.0, is_of_origin}));
+  };
+  const auto longest_m = [](const Table& table) {
+    double longest = 0.0;
+    for (const std::vector<double>& row : table.rows)
+      for (std::size_t k = 4; k < 7; ++k) longest = std::max(longest, std::abs(row[k]));
+    return longest;
+  };
+  const Table table = table_of(false), of_origin = table_of(true);
+  EXPECT_NEAR(longest_m(table), 0.003, 1e-12);
+  EXPECT_EQ(table.keys.at("translations"), "rotation-centre");
+  EXPECT_EQ(table.keys.at("rotation_centre_mm"), "400 -900 80");
+  EXPECT_GT(longest_m(of_origin), 0.5);
+  EXPECT_EQ(of_origin.keys.at("translations"), "mesh-origin");
+  EXPECT_EQ(of_origin.keys.count("rotation_centre_mm"), 0U);
 }
 
 TEST(OpenSimTable, TheHeaderIsTrue)
@@ -233,7 +268,7 @@ TEST(OpenSimTable, ATitleCannotBreakTheHeader)
       parsed_table(exports::opensim_table(motion, {exports::opensim_columns(Side::right), false, 30.0}));
   EXPECT_THAT(table.name, Not(HasSubstr("endheader")));
   EXPECT_THAT(table.name, Not(HasSubstr("=")));
-  EXPECT_EQ(table.keys.size(), 4U);
+  EXPECT_EQ(table.keys.size(), 6U);
   EXPECT_EQ(table.rows.size(), motion.frames.size());
 }
 

@@ -51,10 +51,14 @@ TEST(MotionTable, NamesStateUnitsAndConvention)
 TEST(MotionTable, AnExportIsReadByItsPoseNotByItsWorldTranslation)
 {
   const MotionTable table = table_of(
-      "gait_percent,flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm,attitude_flexion_deg,attitude_"
-      "varus_deg,"
-      "tx_mm,ty_mm,tz_mm,theta_deg,anterior_mm,proximal_mm,lateral_mm\n0.5,1,2,3,4,5,6,7,8,9,10,11,12,13,14,"
-      "15\n");
+      "gait_percent,flexion_deg,varus_deg,internal_deg,anterior_mm,proximal_mm,lateral_mm,attitude_flexion_"
+      "deg,"
+      "attitude_varus_deg,tx_mm,ty_mm,tz_mm,theta_deg,centre_x_mm,centre_y_mm,centre_z_mm\n0.5,1,2,3,4,5,6,7,"
+      "8,9,"
+      "10,11,12,13,14,15\n");
+  ASSERT_TRUE(table.point_mm);
+  EXPECT_EQ(*table.point_mm, Eigen::Vector3d(13, 14, 15));
+  EXPECT_EQ(table.stated.lengths, LengthPoint::grood_suntay);
   EXPECT_EQ(table.coordinates.at(0).length, (std::array<double, 3>{4, 5, 6}));
   EXPECT_EQ(table.key_name, "gait_percent");
   // The key of an export is its first column whatever its name.
@@ -76,6 +80,20 @@ TEST(MotionTable, OpenSimHeadersStateTheUnits)
   EXPECT_TRUE(degrees.are_angles_clinical);
   EXPECT_FALSE(degrees.are_lengths_clinical);  // knee_tz_l is along Z, medial
   EXPECT_EQ(degrees.key_name, "time_s");
+  EXPECT_EQ(degrees.stated.lengths, LengthPoint::origin);  // of a file that names no point
+  EXPECT_FALSE(degrees.point_mm);
+  const MotionTable centred = table_of(
+      "inDegrees=yes\ntranslations=rotation-centre\nrotation_centre_mm=1 -2.5 3\nendheader\n" + names + row,
+      "m.mot");
+  EXPECT_EQ(centred.stated.lengths, LengthPoint::centre);
+  ASSERT_TRUE(centred.point_mm);
+  EXPECT_EQ(*centred.point_mm, Eigen::Vector3d(1, -2.5, 3));
+  for (const char* header :
+       {"rotation_centre_mm=1 2\n", "rotation_centre_mm=1 2 x\n", "rotation_centre_mm=1 2 1e12\n"})
+    EXPECT_THAT(refusal(header + std::string("endheader\n") + names + row, "m.mot"),
+                test::refuses({"m.mot", "line 1, rotation_centre_mm", "", "three numbers"}));
+  EXPECT_THAT(refusal("translations=feet\nendheader\n" + names + row, "m.mot"),
+              test::refuses({"m.mot", "line 1, translations", "feet", {"rotation-centre", "mesh-origin"}}));
   const MotionTable radians = table_of("inDegrees=no\nkey=gait_percent\nendheader\n" + names + row, "m.sto");
   EXPECT_EQ(radians.stated.angles, AngleUnit::radians);
   EXPECT_EQ(radians.key_name, "gait_percent");

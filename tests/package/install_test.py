@@ -24,7 +24,7 @@ class Install(unittest.TestCase):
     def test_exactly_the_listed_files(self):
         programs = {f"bin/{program}" for program in release.PROGRAMS}
         self.assertGreater(len(release.shared_files()), 10)
-        self.assertEqual(release.files_below(self.prefix), programs | DOCUMENTS | PAGES | release.shared_files() | release.PLAYER_FILES)
+        self.assertEqual(release.files_below(self.prefix), programs | DOCUMENTS | PAGES | release.shared_files() | release.PLAYER_FILES | release.PYTHON_FILES)
 
     def test_all_may_read_and_run_it(self):
         for path in self.prefix.rglob("*"):

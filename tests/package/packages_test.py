@@ -213,6 +213,23 @@ class Debian(Packed):
         self.assertIn("libosmesa6", self.field("vrda-player", "Depends"))
 
 
+    @unittest.skipUnless(release.PYTHON, "a build without the Python module")
+    def test_python(self):
+        name, documents = "python3-vrda", "usr/share/doc/python3-vrda/"
+        files = self.contents(name)
+        self.assertEqual(set(files), {"usr/" + path for path in release.PYTHON_FILES} | {documents + "copyright", documents + "changelog.gz"})
+        self.assertIn("pybind11-dev", files[documents + "copyright"].decode())
+        depends = self.field(name, "Depends")
+        for package in ("python3 (>= 3.11)", "python3 (<< 3.12)", "python3-numpy", "libassimp5", "libhdf5-103-1"):
+            self.assertIn(package, depends)
+        self.assertIn("python3-xarray", self.field(name, "Recommends"))
+        self.assertEqual(self.field(name, "Section"), "python")
+        with tempfile.TemporaryDirectory() as folder:
+            release.run("dpkg-deb", "--extract", debian(name), folder)
+            environment = dict(os.environ, PYTHONPATH=f"{folder}/usr/lib/python3/dist-packages", PYTHONDONTWRITEBYTECODE="1")
+            self.assertEqual(release.run("/usr/bin/python3", "-c", "import vrda; print(vrda.__version__)", env=environment).strip(), version())
+
+
 class Refusals(unittest.TestCase):
     """No tarball is made if a required library cannot be included."""
 

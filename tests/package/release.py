@@ -9,6 +9,12 @@ import subprocess
 SOURCE = pathlib.Path(__file__).parents[2]
 BUILD = pathlib.Path(os.environ["VRDA_BUILD"])
 PACKAGES = pathlib.Path(os.environ["VRDA_PACKAGES"])
+# Of the Python module, if the build has it.
+PYTHON = "VRDA_PYTHON:BOOL=ON" in (BUILD / "CMakeCache.txt").read_text()
+PYTHON_FOLDER = "lib/python3/dist-packages/vrda"
+PYTHON_FILES = {f"{PYTHON_FOLDER}/{name}" for name in ("__init__.py", "_errors.py", "_core.pyi", "py.typed")} | {
+    "share/doc/python3-vrda/examples/knee.py"} | {
+    f"{PYTHON_FOLDER}/{path.name}" for path in (BUILD / "python/vrda").glob("_core.*.so")} if PYTHON else set()
 PROGRAMS = ("vrda", "vrda-player")
 PLAYER_FILES = {"share/vrda/vrda-player.html"}
 # 7 x 5 attitudes of the generic knee: it needs no file but the job, and takes a third of a second.

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "exports/formats.hpp"
+#include "motion/support/models.hpp"
 #include "store/sample_model.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
@@ -87,10 +88,15 @@ const report::ClinicalCurve& named(const std::vector<report::ClinicalCurve>& cur
   throw std::runtime_error("no curve " + name);
 }
 
+std::vector<report::ClinicalCurve> curves_of(const store::MotionModel& model)
+{
+  return report::clinical_curves(model, model.rotation_centre_mm);
+}
+
 TEST(ClinicalCurves, TheRawOneIsTheClinicalNumbersOfTheSpine)
 {
   const store::MotionModel model = test::sample_model();
-  const report::ClinicalCurve raw = named(report::clinical_curves(model), "raw");
+  const report::ClinicalCurve raw = named(curves_of(model), "raw");
   ASSERT_EQ(raw.flexion_deg, model.flexion_deg);
   for (std::size_t i = 0; i < 4; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
@@ -111,7 +117,7 @@ TEST(ClinicalCurves, AreOverTheJointsOwnFlexionWhereDeltaIsNotProximal)
   options.is_equilibrium = true;  // its Delta turns over flexion
   const store::MotionModel model = test::sample_model(options);
   ASSERT_TRUE(store::has_turned_axes(model));
-  const report::ClinicalCurve raw = named(report::clinical_curves(model), "raw");
+  const report::ClinicalCurve raw = named(curves_of(model), "raw");
   for (std::size_t i = 0; i < raw.flexion_deg.size(); ++i)
     EXPECT_NEAR(raw.flexion_deg[i], model.clinical.flexion_deg(static_cast<Eigen::Index>(i), 1), rounding);
   EXPECT_GT(std::abs(raw.flexion_deg.back() - model.flexion_deg.back()), 1e-6);
@@ -122,7 +128,7 @@ TEST(ClinicalCurves, HaveHolesWhereTheSpineHas)
   store::MotionModel model = test::sample_model();
   model.status(2, 1) = static_cast<std::int8_t>(StepStatus::no_contact);
   EXPECT_THAT(report::solved_spine(model), ElementsAre(1, 4, -1, 10));
-  const report::ClinicalCurve raw = named(report::clinical_curves(model), "raw");
+  const report::ClinicalCurve raw = named(curves_of(model), "raw");
   EXPECT_TRUE(std::isnan(raw.of(report::Quantity::internal)[2]));
   EXPECT_FALSE(std::isnan(raw.of(report::Quantity::internal)[3]));
 }
@@ -137,8 +143,7 @@ TEST(ClinicalCurves, AMirroredJointHasTheSame)
     const bool is_row_z = k % 16 / 4 == 2, is_column_z = k % 4 == 2;
     if (is_row_z != is_column_z) left.X_reference_moving[k] = -left.X_reference_moving[k];
   }
-  const report::ClinicalCurve a = named(report::clinical_curves(right), "raw"),
-                              b = named(report::clinical_curves(left), "raw");
+  const report::ClinicalCurve a = named(curves_of(right), "raw"), b = named(curves_of(left), "raw");
   for (const report::QuantityName& q : report::quantity_names) {
     SCOPED_TRACE(q.key);
     EXPECT_EQ(a.of(q.quantity), b.of(q.quantity));
@@ -148,7 +153,7 @@ TEST(ClinicalCurves, AMirroredJointHasTheSame)
 TEST(ClinicalCurves, ASmoothedSetRunsAtTheVarusWhereTheCompartmentsBalance)
 {
   const store::MotionModel model = test::sample_model();
-  const report::ClinicalCurve smoothed = named(report::clinical_curves(model), "degree_1");
+  const report::ClinicalCurve smoothed = named(curves_of(model), "degree_1");
   for (std::size_t i = 0; i < 4; ++i) {
     // Delta is along Y: theta of the set is the internal rotation, the spine's varus is the varus.
     EXPECT_NEAR(smoothed.of(report::Quantity::varus)[i], 0.0, rounding);
@@ -186,12 +191,71 @@ TEST(CurveFile, ReadsWhatIsExported)
   const report::CurveFile file = report::curve_from_text("knee.csv", exports::flexion_csv(motion));
   ASSERT_EQ(file.curve.flexion_deg.size(), motion.frames.size());
   for (const report::Quantity quantity :
-       {report::Quantity::internal, report::Quantity::varus, report::Quantity::origin_anterior,
-        report::Quantity::origin_proximal, report::Quantity::origin_lateral}) {
+       {report::Quantity::internal, report::Quantity::varus, report::Quantity::anterior,
+        report::Quantity::proximal, report::Quantity::lateral}) {
     EXPECT_EQ(file.curve.of(quantity).size(), motion.frames.size());
   }
-  // Surfaces and Grood-Suntay translations are not columns of a curve.
-  EXPECT_THAT(file.curve.of(report::Quantity::anterior), IsEmpty());
+  ASSERT_TRUE(file.point_mm);
+  EXPECT_EQ(*file.point_mm, motion.rotation_centre_mm);
+  EXPECT_THAT(file.curve.of(report::Quantity::origin_anterior), IsEmpty());
+}
+
+// One motion about another point, from the mesh origin's translations and from those of a third point.
+TEST(CurveFile, MovesTranslationsToAnotherPoint)
+{
+  for (const char* side : {"right", "left"}) {
+    SCOPED_TRACE(side);
+    test::ModelPlan plan;
+    plan.side = side;
+    plan.rotation_centre_mm = {10, -950, 40};
+    plan.motion = [](double flexion_deg, double) {
+      return motion::PoseCoordinates{0.05 * flexion_deg, -3.0, 1.0, 0.2 * flexion_deg};
+    };
+    const store::MotionModel model = test::model_of(plan);
+    const Side side_of_model = model.side == "left" ? Side::left : Side::right;
+    const Eigen::Vector3d other_mm(-20, -900, 15);
+    const report::ClinicalCurve wanted = named(report::clinical_curves(model, other_mm), "raw");
+    report::CurveFile of_origin, of_centre;
+    of_origin.curve = named(curves_of(model), "raw");
+    of_centre.curve = of_origin.curve;
+    of_centre.point_mm = model.rotation_centre_mm;
+    for (const auto q : {report::Quantity::anterior, report::Quantity::proximal, report::Quantity::lateral})
+      of_origin.curve.of(q).clear();
+    for (const report::CurveFile& given : {of_origin, of_centre}) {
+      const report::CurveFile found = report::about_point(given, side_of_model, other_mm);
+      EXPECT_FALSE(found.is_incomplete);
+      for (const auto q :
+           {report::Quantity::anterior, report::Quantity::proximal, report::Quantity::lateral}) {
+        for (std::size_t i = 0; i < wanted.flexion_deg.size(); ++i)
+          EXPECT_NEAR(found.curve.of(q)[i], wanted.of(q)[i], 1e-9) << i;
+      }
+    }
+    of_origin.curve.of(report::Quantity::varus).clear();
+    const report::CurveFile incomplete = report::about_point(of_origin, side_of_model, other_mm);
+    EXPECT_TRUE(incomplete.is_incomplete);
+    EXPECT_THAT(incomplete.curve.of(report::Quantity::anterior), IsEmpty());
+  }
+}
+
+// Two runs of one knee about different centres: 66 mm apart by their own centres, equal by one.
+TEST(ClinicalCurves, OneKneeSolvedTwiceIsComparedByOnePoint)
+{
+  test::ModelPlan plan;
+  plan.motion = [](double flexion_deg, double) {
+    return motion::PoseCoordinates{0.0, -3.0, 0.0, 0.2 * flexion_deg};
+  };
+  const store::MotionModel first = test::model_of(plan);
+  store::MotionModel second = first;
+  second.rotation_centre_mm += Eigen::Vector3d(40, -60, 0);
+  const Eigen::Vector3d point_mm = report::comparison_point_mm(first, second);
+  EXPECT_EQ(point_mm, first.rotation_centre_mm);
+  const report::ClinicalCurve a = named(curves_of(first), "raw"), own = named(curves_of(second), "raw");
+  const report::ClinicalCurve b = named(report::clinical_curves(second, point_mm), "raw");
+  EXPECT_GT(report::difference(own, a, report::Quantity::anterior).largest, 30.0);
+  for (const auto q : {report::Quantity::anterior, report::Quantity::proximal, report::Quantity::lateral})
+    EXPECT_LT(report::difference(b, a, q).largest, 1e-9);
+  second.moving.contact.mesh.vertices_mm.setOnes(3, 3);  // another knee
+  EXPECT_EQ(report::comparison_point_mm(first, second), second.rotation_centre_mm);
 }
 
 TEST(CurveFile, RefusesWhatItWouldHaveToGuess)
@@ -212,6 +276,8 @@ TEST(CurveFile, RefusesWhatItWouldHaveToGuess)
       {"flexion_deg,varus_deg\n0,one\n", "line 2, varus_deg", "'one'"},
       {"flexion_deg,varus_deg\n0,inf\n", "line 2, varus_deg", "'inf'"},
       {"flexion_deg,varus_deg\n,1\n", "line 2, flexion_deg", "''"},
+      {"flexion_deg,varus_deg,centre_x_mm\n0,1,2\n", "header", "centre_x_mm", "all three"},
+      {"flexion_deg,centre_x_mm,varus_deg\n0,1,0\n1,2,0\n", "line 3, centre_x_mm", "'2'"},
       {"flexion_deg,varus_deg\n", "", "no rows"},
       {"# only words\n", "", "", "flexion_deg"},
       {"", "", "", "flexion_deg"},

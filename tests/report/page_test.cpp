@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "report/model_json.hpp"
+#include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "support/meshes.hpp"
 
@@ -38,6 +39,34 @@ std::string between(const std::string& text, const std::string& begin, const std
 bool holds(const std::string& page, const std::string& text)
 {
   return page.find(text) != std::string::npos;
+}
+
+// Axes around a knee whose meshes have their origin at the feet are as near to the rotation centre as any.
+TEST(Page, AxesAreFromTheRotationCentre)
+{
+  report::Report report = sample_report();
+  store::MotionModel& model = report.models[0].model;
+  model = test::whole_model();
+  const report::Json near = data_of(report).at("models")[0].at("axes");
+  const Eigen::Vector3d offset_mm(0, 900, 0);
+  model.rotation_centre_mm += offset_mm;
+  for (std::size_t k = 0; k < model.zero_varus->helical_point_mm.size(); ++k)
+    model.zero_varus->helical_point_mm[k] += offset_mm[static_cast<Eigen::Index>(k % 3)];
+  for (std::size_t k = 0; k < model.zero_varus->instant_centre_mm.size(); ++k)
+    model.zero_varus->instant_centre_mm[k] += offset_mm[static_cast<Eigen::Index>(k % 2)];
+  const report::Json far = data_of(report).at("models")[0].at("axes");
+  for (const char* key : {"point_mm", "instant_centre_mm"}) {
+    ASSERT_EQ(far.at(key).size(), near.at(key).size());
+    int n_compared = 0;
+    for (std::size_t i = 0; i < far.at(key).size(); ++i) {
+      for (std::size_t k = 0; k < far.at(key)[i].size(); ++k) {
+        if (near.at(key)[i][k].is_null()) continue;
+        ++n_compared;
+        EXPECT_NEAR(far.at(key)[i][k].get<double>(), near.at(key)[i][k].get<double>(), 1e-6) << key;
+      }
+    }
+    EXPECT_GT(n_compared, 0) << key;
+  }
 }
 
 TEST(Page, TextOfAModelCannotLeaveItsPlace)
@@ -159,8 +188,10 @@ TEST(PageData, HeldCoordinatesHaveLoadsAndFreeOnesTellWhetherTheyAreDetermined)
   EXPECT_EQ(list[0].at("name"), "flexion");
   EXPECT_EQ(list[0].at("role"), "given");
   EXPECT_EQ(list[1].at("role"), "free");
-  EXPECT_DOUBLE_EQ(list[2].at("holding_load")[1].get<double>(), model.coordinates->holding_moment_nmm[3 * 1 + 2]);
-  EXPECT_DOUBLE_EQ(list[3].at("holding_load")[2].get<double>(), model.coordinates->holding_force_n[3 * 2 + 0]);
+  EXPECT_DOUBLE_EQ(list[2].at("holding_load")[1].get<double>(),
+                   model.coordinates->holding_moment_nmm[3 * 1 + 2]);
+  EXPECT_DOUBLE_EQ(list[3].at("holding_load")[2].get<double>(),
+                   model.coordinates->holding_force_n[3 * 2 + 0]);
   EXPECT_NE(list[2].at("holding_load")[1], list[3].at("holding_load")[1]);
   EXPECT_TRUE(list[1].at("holding_load")[1].is_null());
   EXPECT_EQ(list[1].at("determined"), list[1].at("solved"));

@@ -28,9 +28,10 @@ class Package(unittest.TestCase):
         for name, content in kept.items():
             self.assertIn([name, str(len(content)), "bytes", hashlib.sha256(content).hexdigest()],
                           [line.split() for line in done.stdout.splitlines()])
-        configured, built = machine.calls("cmake")
+        configured, with_python, built = machine.calls("cmake")
         self.assertEqual(configured, "cmake --preset release -DVRDA_TESTS=OFF")
-        self.assertIn("--target vrda vrda-player", built)
+        self.assertIn("-DVRDA_PYTHON=ON", with_python)
+        self.assertIn("--target vrda vrda-player vrda_python", built)
         self.assertEqual(machine.calls("apt-get"), [])
 
     def test_the_time_is_the_commits_unless_it_is_given(self):

@@ -68,7 +68,7 @@ TEST(Structure, UnknownObjectsOfALaterMinorVersionAreIgnored)
   store::write_motion_model(path, test::sample_model());
   change(path, [](hid_t file) {
     make_group(file, "/later");
-    set_text(file, "/", "format_version", "1.9");
+    set_text(file, "/", "format_version", "1.10");
   });
   EXPECT_TRUE(store::validate_hdf5(path).empty());
 }

@@ -33,7 +33,7 @@ function axisSegments(model) {
 function helicalFigure(model) {
   return figure({
     title: "Finite helical axes", size: "tall",
-    caption: "The rotation axis of the moving body from one flexion to the next, as segments of 100 mm in the axes of the reference body, mm. Colour is flexion.",
+    caption: "The rotation axis of the moving body from one flexion to the next, as segments of 100 mm in the axes of the reference body, mm from the rotation centre. Colour is flexion.",
     make: () => {
       const s = axisSegments(model);
       const line = { color: s.color, colorscale: "Cividis", width: 4, showscale: true, colorbar: { thickness: 10, len: 0.7, outlinewidth: 0, title: { text: gridTitle(model, "flexion", "°"), side: "right" } } };
@@ -53,7 +53,7 @@ function centreFigure(model) {
   const centres = model.axes.instant_centre_mm;
   return figure({
     title: "Instant centres in the sagittal plane", size: "tall",
-    caption: "Intersection of the helical axis with the sagittal plane of the reference body, anterior to the right; mm. Colour is flexion.",
+    caption: "Intersection of the helical axis with the sagittal plane of the reference body, anterior to the right; mm from the rotation centre. Colour is flexion.",
     make: () => ({
       data: [{ type: "scatter", mode: "lines+markers", x: centres.map((p) => p[0]), y: centres.map((p) => p[1]), customdata: midFlexion(model),
         line: { color: theme().rule, width: 1.2 }, marker: { size: 7, color: midFlexion(model), coloraxis: "coloraxis" },

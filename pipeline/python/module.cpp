@@ -1,0 +1,500 @@
+// The extension module vrda._core: jobs, single attitudes and the commands on motion models (README.md).
+#include <pybind11/functional.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstring>
+#include <future>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "app/file_commands.hpp"
+#include "app/model_commands.hpp"
+#include "console/console.hpp"
+#include "core/error.hpp"
+#include "job_run/run_command.hpp"
+#include "job_run/run_output.hpp"
+#include "load/job.hpp"
+#include "python/joint_solver.hpp"
+#include "store/motion_model_file.hpp"
+#include "store/seal.hpp"
+
+namespace py = pybind11;
+
+namespace vrda::python {
+namespace {
+
+using namespace pybind11::literals;
+
+// --- errors ---
+
+/// An interrupted command, reported as KeyboardInterrupt.
+struct Interrupted {};
+
+/// Raises vrda.`name` with the facts as attributes.
+void raise_input_error(const InputError& error)
+{
+  const py::object type = py::module_::import("vrda._errors").attr("InputError");
+  const InputError::Facts& f = error.facts();
+  const py::object raised = type(error.what(), f.file, f.field, f.found, f.wanted, f.line);
+  PyErr_SetObject(type.ptr(), raised.ptr());
+}
+
+void register_errors()
+{
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const InputError& error) {
+      raise_input_error(error);
+    } catch (const InternalError& error) {
+      const py::object type = py::module_::import("vrda._errors").attr("InternalError");
+      PyErr_SetString(type.ptr(), error.what());
+    } catch (const Interrupted&) {
+      PyErr_SetNone(PyExc_KeyboardInterrupt);
+    }
+  });
+}
+
+// --- messages ---
+
+struct Message {
+  bool is_warning;
+  std::string line;
+};
+
+/// Lines of threads without the interpreter's lock, until a thread with it passes them on: the logger
+/// registers every thread that calls it for ever.
+class Messages {
+ public:
+  void add(Message message)
+  {
+    const std::lock_guard lock(mutex_);
+    lines_.push_back(std::move(message));
+  }
+  std::vector<Message> take()
+  {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(lines_, {});
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<Message> lines_;
+};
+
+Messages& waiting_messages()
+{
+  static Messages messages;
+  return messages;
+}
+
+/// Of the logger; the name is interned, since Python's cache of attributes keeps each new name that it sees.
+py::object attribute(const py::object& owner, const char* name)
+{
+  return py::getattr(owner, py::reinterpret_steal<py::str>(PyUnicode_InternFromString(name)));
+}
+
+/// Needs the interpreter lock. A handler of the logger that fails is reported by Python; work goes on.
+void log_waiting_messages()
+{
+  for (const Message& message : waiting_messages().take()) {
+    try {
+      const py::object logger = attribute(py::module_::import("logging"), "getLogger")("vrda");
+      attribute(logger, message.is_warning ? "warning" : "info")("%s", message.line);
+    } catch (py::error_already_set& error) {
+      error.discard_as_unraisable("vrda logger");
+    }
+  }
+}
+
+/// Messages go to the logger "vrda" of Python.
+void receive_message(bool is_warning, const std::string& line)
+{
+  waiting_messages().add({is_warning, line});
+  if (Py_IsInitialized() != 0 && PyGILState_Check() != 0) log_waiting_messages();
+}
+
+// --- long work ---
+
+constexpr std::chrono::milliseconds signal_interval{50};
+
+/// Runs handlers of pending signals (Ctrl-C). Needs the interpreter lock; throws what they raise.
+void run_signal_handlers()
+{
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+/// Runs `work` on another thread without the interpreter lock. Meanwhile this thread runs Python's signal
+/// handlers and `on_wait`, with the lock. What they raise sets the flag of interruption, which ends the work,
+/// and is raised once the work has ended.
+template <typename Work, typename OnWait>
+auto run_interruptibly(const Work& work, const OnWait& on_wait)
+{
+  std::exception_ptr raised;
+  std::future<decltype(work())> result = std::async(std::launch::async, work);
+  {
+    const py::gil_scoped_release without_lock;
+    while (result.wait_for(signal_interval) != std::future_status::ready) {
+      if (raised) continue;
+      const py::gil_scoped_acquire with_lock;
+      try {
+        log_waiting_messages();
+        run_signal_handlers();
+        on_wait();
+      } catch (...) {
+        raised = std::current_exception();
+        console::set_interrupted(true);
+      }
+    }
+  }
+  console::set_interrupted(false);
+  log_waiting_messages();
+  if (!raised) return result.get();
+  try {
+    result.get();
+  } catch (...) {  // the interruption is reported, not what it caused
+  }
+  std::rethrow_exception(raised);
+}
+
+template <typename Work>
+auto run_interruptibly(const Work& work)
+{
+  return run_interruptibly(work, [] {});
+}
+
+void throw_if_interrupted()
+{
+  if (console::is_interrupted()) throw Interrupted();
+}
+
+py::object python_of(const nlohmann::ordered_json& json)
+{
+  const std::string text = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return py::module_::import("json").attr("loads")(text);
+}
+
+// --- arrays ---
+
+/// A read-only view of memory that `owner` keeps alive; no copy.
+template <typename Number>
+py::array view_of(const Number* first, std::vector<py::ssize_t> shape, const py::handle& owner)
+{
+  py::array_t<Number> array(std::move(shape), first, owner);
+  array.attr("flags").attr("writeable") = false;
+  return array;
+}
+
+using Column = std::vector<double> RowResults::*;
+
+py::array column_of(const py::object& self, Column column)
+{
+  const std::vector<double>& values = self.cast<const RowResults&>().*column;
+  return view_of(values.data(), {static_cast<py::ssize_t>(values.size())}, self);
+}
+
+py::array table_of(const py::object& self, Column column)
+{
+  const auto& results = self.cast<const RowResults&>();
+  const auto n = static_cast<py::ssize_t>(results.status.size());
+  const auto size = static_cast<py::ssize_t>((results.*column).size());
+  return view_of((results.*column).data(), {n, size / n}, self);
+}
+
+using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+std::vector<double> values_of(const std::optional<Numbers>& array)
+{
+  if (!array) return {};
+  return {array->data(), array->data() + array->size()};
+}
+
+// --- jobs ---
+
+load::LoadOptions load_options(const std::string& data, const std::vector<std::string>& overrides)
+{
+  return {data, overrides};
+}
+
+py::dict job_facts(const std::string& file, const std::vector<std::string>& overrides)
+{
+  const load::Job job = load::read_job(file, overrides);
+  return py::dict("title"_a = job.title, "joint"_a = job.joint,
+                  "side"_a = job.side == Side::left ? "left" : "right", "resolved"_a = job.resolved_text);
+}
+
+py::object check(const std::string& file, const std::string& data, const std::vector<std::string>& overrides,
+                 const std::string& picture)
+{
+  const app::CheckOptions options{file, data, overrides, picture, true};
+  return python_of(run_interruptibly([&] { return app::check_json(options); }));
+}
+
+std::string run(const std::string& file, const std::string& data, const std::vector<std::string>& overrides,
+                const std::string& output, int threads, bool fresh, bool replace, const py::object& progress)
+{
+  job_run::RunOptions options;
+  options.job_file = file;
+  options.data_directory = data;
+  options.overrides = overrides;
+  options.output = output;
+  options.n_threads = threads;
+  options.is_fresh = fresh;
+  options.may_replace = replace;
+  options.progress = "none";
+  options.is_hosted = true;
+  std::atomic<std::int64_t> steps = 0;  // done and all in one word, so that they belong together
+  constexpr std::int64_t word = std::int64_t{1} << 32;
+  options.on_progress = [&steps](int n_done, int n_total) { steps = n_total * word + n_done; };
+  std::int64_t reported = 0;
+  const auto report = [&] {
+    const std::int64_t now = steps;
+    if (progress.is_none() || now == reported) return;
+    progress(now % word, now / word);
+    reported = now;
+  };
+  const console::ExitCode code = run_interruptibly([&] { return job_run::run_command(options); }, report);
+  if (code == console::ExitCode::interrupted) throw Interrupted();
+  report();
+  return job_run::output_path_of(output, file);
+}
+
+std::unique_ptr<JointSolver> make_joint(const std::string& file, const std::string& data,
+                                        const std::vector<std::string>& overrides)
+{
+  const load::LoadOptions options = load_options(data, overrides);
+  return run_interruptibly([&] { return std::make_unique<JointSolver>(file, options); });
+}
+
+RowResults solve_rows(JointSolver& joint, const Numbers& flexion, const std::optional<Numbers>& varus,
+                      const std::optional<Numbers>& force_n, const std::optional<Numbers>& lateral_force_n,
+                      const std::optional<Numbers>& moment_nmm,
+                      const std::optional<Numbers>& varus_moment_nmm, const std::optional<Numbers>& seed)
+{
+  RowPlan plan;
+  plan.flexion_deg = values_of(flexion);
+  plan.varus_deg = values_of(varus);
+  plan.loads = {values_of(force_n), values_of(lateral_force_n), values_of(moment_nmm),
+                values_of(varus_moment_nmm)};
+  if (seed) {
+    if (seed->ndim() != 2 || seed->shape(0) != 4 || seed->shape(1) != 4)
+      throw InputError({"Joint.solve", "seed", "an array of another shape", "a 4 x 4 matrix"});
+    plan.seed.emplace();
+    std::copy_n(seed->data(), 16, plan.seed->begin());
+  }
+  const py::gil_scoped_release without_lock;
+  return joint.solve(plan, [] {
+    const py::gil_scoped_acquire with_lock;
+    run_signal_handlers();
+  });
+}
+
+py::array vertices_of(const py::object& self, const Body& body)
+{
+  const Points& p_mm = body.contact.mesh.vertices_mm;
+  return view_of(p_mm.data(), {p_mm.rows(), 3}, self);
+}
+
+py::array triangles_of(const py::object& self, const Body& body)
+{
+  const Triangles& t = body.contact.mesh.triangles;
+  static_assert(Triangles::IsRowMajor, "viewed as rows of three");
+  return view_of(t.data(), {t.rows(), 3}, self);
+}
+
+const load::Case& case_of(const py::object& self)
+{
+  return self.cast<const JointSolver&>().job_case();
+}
+
+// --- motion models ---
+
+void require_intact(const std::string& file)
+{
+  store::read_hdf5(file);
+}
+
+py::object findings(const std::string& file)
+{
+  py::list list;
+  for (const store::Finding& f : run_interruptibly([&] { return store::validate_hdf5(file); }))
+    list.append(py::make_tuple(f.where, f.found, f.wanted));
+  return list;
+}
+
+py::object smooth(const std::string& file, int degree, bool robust, bool recontact, int threads)
+{
+  const app::SmoothCommandOptions options{file, degree, robust, recontact, threads, true};
+  const auto set = run_interruptibly([&] { return app::add_smoothed(options); });
+  if (!set) throw Interrupted();
+  return python_of(app::json_of(*set));
+}
+
+py::object compare(const std::string& file, const std::string& degrees, bool robust, bool recontact,
+                   int refine, int threads)
+{
+  app::CompareCommandOptions options;
+  options.file = file;
+  options.degrees = degrees;
+  options.is_robust = robust;
+  options.is_recontacted = recontact;
+  options.refine = refine;
+  options.n_threads = threads;
+  options.before_measuring = throw_if_interrupted;
+  return python_of(run_interruptibly([&] { return app::json_of(app::compare_degrees(options)); }));
+}
+
+py::object export_model(const std::string& file, const std::string& to, const std::string& output,
+                        const std::string& set, const std::string& flexion, const std::string& varus,
+                        const std::vector<std::string>& coordinates, bool degrees, bool joint_only, bool full,
+                        double rate, const std::string& translations)
+{
+  app::ExportOptions options;
+  options.file = file;
+  options.format = to;
+  options.output = output;
+  options.set = set;
+  options.flexion = flexion;
+  options.varus = varus;
+  options.coordinates = coordinates;
+  options.in_degrees = degrees;
+  options.only_joint = joint_only;
+  options.every_cell = full;
+  options.degrees_per_second = rate;
+  options.translations = translations;
+  return python_of(run_interruptibly([&] { return app::write_export(options); }));
+}
+
+// --- the module ---
+
+void define_solution(py::module_& module)
+{
+  struct Field {
+    const char* name;
+    Column column;
+    const char* text;
+  };
+  const Field columns[] = {
+      {"flexion", &RowResults::flexion_deg, "(n,) degrees: Grood-Suntay flexion."},
+      {"varus", &RowResults::varus_deg,
+       "(n,) degrees: varus, adduction positive; the one found where it was free."},
+      {"internal", &RowResults::internal_deg, "(n,) degrees: internal rotation."},
+      {"anterior", &RowResults::anterior_mm,
+       "(n,) mm: the rotation centre's moving point along the floating axis."},
+      {"proximal", &RowResults::proximal_mm, "(n,) mm: the same along the moving body's long axis."},
+      {"lateral", &RowResults::lateral_mm,
+       "(n,) mm: the same along the flexion axis, lateral on both sides."},
+      {"theta", &RowResults::theta_deg, "(n,) degrees: rotation about Delta, right-knee sign."},
+      {"gap_medial", &RowResults::gap_medial_mm,
+       "(n,) mm: gap left along Delta; NaN without the compartment."},
+      {"gap_lateral", &RowResults::gap_lateral_mm,
+       "(n,) mm: gap left along Delta; NaN without the compartment."},
+      {"force_medial", &RowResults::force_medial_n, "(n,) N: contact force along Delta of the compartment."},
+      {"force_lateral", &RowResults::force_lateral_n,
+       "(n,) N: contact force along Delta of the compartment."},
+      {"energy", &RowResults::energy_nmm, "(n,) N mm: energy of the fibres minus the work of the loads."},
+      {"flexion_moment", &RowResults::flexion_moment_nmm, "(n,) N mm: moment that holds the flexion."},
+      {"varus_moment", &RowResults::varus_moment_nmm,
+       "(n,) N mm: moment that holds the varus; 0 where free."},
+  };
+  py::class_<RowResults> solution(
+      module, "Solution",
+      "Rows of Joint.solve as read-only arrays without copies; rows that are not stable "
+      "are NaN.");
+  for (const Field& field : columns) {
+    solution.def_property_readonly(
+        field.name, [column = field.column](const py::object& self) { return column_of(self, column); },
+        field.text);
+  }
+  solution.def_property_readonly(
+      "strain", [](const py::object& self) { return table_of(self, &RowResults::strain); },
+      "(n, fibres): strain of each fibre, negative where slack.");
+  solution.def_property_readonly(
+      "tension", [](const py::object& self) { return table_of(self, &RowResults::tension_n); },
+      "(n, fibres) N: tension of each fibre.");
+  solution.def_property_readonly(
+      "X_reference_moving",
+      [](const py::object& self) {
+        const auto& results = self.cast<const RowResults&>();
+        return view_of(results.X_reference_moving.data(),
+                       {static_cast<py::ssize_t>(results.status.size()), 4, 4}, self);
+      },
+      "(n, 4, 4) mm: takes stored moving vertices to stored reference vertices, canonical axes.");
+  solution.def_property_readonly(
+      "status_code",
+      [](const py::object& self) {
+        const auto& results = self.cast<const RowResults&>();
+        return view_of(results.status.data(), {static_cast<py::ssize_t>(results.status.size())}, self);
+      },
+      "(n,) int8: the codes of `status` in a motion model; 0 is stable.");
+  solution.def_property_readonly(
+      "status",
+      [](const RowResults& results) {
+        py::list names;
+        for (const std::int8_t code : results.status) names.append(name_of(static_cast<StepStatus>(code)));
+        return py::module_::import("numpy").attr("array")(names, "dtype"_a = "U15");
+      },
+      "(n,) str: how each row ended: stable, no_contact, no_clearance, iteration_limit, unbounded.");
+  solution.def_property_readonly(
+      "iterations",
+      [](const py::object& self) {
+        const auto& results = self.cast<const RowResults&>();
+        return view_of(results.iterations.data(), {static_cast<py::ssize_t>(results.iterations.size())},
+                       self);
+      },
+      "(n,) int32: iterations of the solver.");
+  solution.def("__len__", [](const RowResults& results) { return results.status.size(); });
+}
+
+void define_joint(py::module_& module)
+{
+  py::class_<JointSolver>(module, "JointSolver", "The state of vrda.Joint.")
+      .def(py::init(&make_joint), "job"_a, "data"_a, "overrides"_a)
+      .def("solve", &solve_rows, "flexion"_a, "varus"_a, "force_n"_a, "lateral_force_n"_a, "moment_nmm"_a,
+           "varus_moment_nmm"_a, "seed"_a)
+      .def_property_readonly("method", [](const JointSolver& joint) { return joint.job_case().method; })
+      .def_property_readonly("fibres", &JointSolver::fibre_names)
+      .def_property_readonly("rotation_centre",
+                             [](const py::object& self) {
+                               return view_of(case_of(self).frame.rotation_centre_mm.data(), {3}, self);
+                             })
+      .def_property_readonly(
+          "reference_vertices",
+          [](const py::object& self) { return vertices_of(self, case_of(self).reference); })
+      .def_property_readonly(
+          "reference_triangles",
+          [](const py::object& self) { return triangles_of(self, case_of(self).reference); })
+      .def_property_readonly("moving_vertices",
+                             [](const py::object& self) { return vertices_of(self, case_of(self).moving); })
+      .def_property_readonly("moving_triangles",
+                             [](const py::object& self) { return triangles_of(self, case_of(self).moving); });
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_core, module)
+{
+  register_errors();
+  console::set_log_receiver(receive_message);
+  module.attr("__version__") = VRDA_VERSION;
+  module.def("job_facts", &job_facts, "file"_a, "overrides"_a);
+  module.def("check", &check, "file"_a, "data"_a, "overrides"_a, "picture"_a);
+  module.def("run", &run, "file"_a, "data"_a, "overrides"_a, "output"_a, "threads"_a, "fresh"_a, "replace"_a,
+             "progress"_a);
+  module.def("require_intact", &require_intact, "file"_a);
+  module.def("findings", &findings, "file"_a);
+  module.def("smooth", &smooth, "file"_a, "degree"_a, "robust"_a, "recontact"_a, "threads"_a);
+  module.def("compare", &compare, "file"_a, "degrees"_a, "robust"_a, "recontact"_a, "refine"_a, "threads"_a);
+  module.def("export", &export_model, "file"_a, "to"_a, "output"_a, "set"_a, "flexion"_a, "varus"_a,
+             "coordinates"_a, "degrees"_a, "joint_only"_a, "full"_a, "rate"_a, "translations"_a);
+  define_solution(module);
+  define_joint(module);
+}
+
+}  // namespace vrda::python
