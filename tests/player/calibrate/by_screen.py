@@ -119,8 +119,8 @@ class Reader:
                 for k in numpy.argsort(costs / self.advance)[:4]:
                     following.append((cost + costs[k], pen + self.advance[k], text + self.CHARACTERS[k]))
             beams = sorted(following, key=lambda beam: beam[0] / (beam[1] - LEFT))[:12]
-        # Capital I is as good as a small l in this font, and no text that matters has one.
-        self.known[key] = min(done)[1].rstrip().replace("I", "l")
+        # No text that matters has a capital I or a semicolon, which look like l and a comma.
+        self.known[key] = min(done)[1].rstrip().replace("I", "l").replace(";", ",")
         return self.known[key]
 
     def text(self, pixels):
@@ -163,8 +163,8 @@ class Person:
         self.reader = Reader(font)
         self.pictures = pictures
         self.environment = {**os.environ, "DISPLAY": self.screen.display}
-        words = [player, "calibrate", step, "--virtual", "--seed", str(seed), "--quiet"]
-        self.program = subprocess.Popen([*words, "--bench", bench] if bench else words, env=self.environment,
+        words = [os.path.abspath(player), "calibrate", step, "--virtual", "--seed", str(seed), "--quiet"]
+        self.program = subprocess.Popen([*words, "--bench", os.path.abspath(bench)] if bench else words, env=self.environment,
                                         stdout=subprocess.DEVNULL, cwd=self.folder.name)
         self.off, self.done = [], 0
 
@@ -236,22 +236,17 @@ class Person:
             side = halves * (x < halves.shape[1] / 2 if line < halves.shape[1] / 2 else x >= halves.shape[1] / 2)
             return line - centre(side)[0]
 
-        first = distance(pixels)
-        towards = -1 if first > 0 else 1
-        dial_key = 0
-        pixels = self.turned(dial_key, towards * 20)
-        second = distance(pixels)
-        scale = abs(second - first) / 20
-        # To 6 px from the edge, where the scale is that of the edge.
-        near = int(abs(second) / scale) - 6
-        pixels = self.turned(dial_key, towards * near)
-        third = distance(pixels)
-        pixels = self.turned(dial_key, -towards * 10)
-        scale = abs(distance(pixels) - third) / 10
-        pixels = self.turned(dial_key, towards * 10)
+        off = distance(pixels)
+        towards, scale = (-1 if off > 0 else 1), 1.5
+        # The optics magnify more at the edge: the line comes nearer by a part of the rest, not to vanish beyond it.
+        while abs(off) > 12 * scale:
+            n = max(1, int(0.6 * abs(off) / scale))
+            pixels = self.turned(0, towards * n)
+            scale, off = (abs(off) - abs(distance(pixels))) / n, distance(pixels)
+        pixels = self.turned(0, -towards * 10)
+        scale = (abs(distance(pixels)) - abs(off)) / 10
         # The reading's pixel is visible to its middle: the line is half a pixel inside the edge on average.
-        left = abs(distance(pixels)) / scale - 0.5
-        self.turned(dial_key, towards * round(left))
+        self.turned(0, towards * (10 + round(abs(off) / scale - 0.5)))
 
     def moved(self, pixels, dial, goal, seen):
         """Turns the dial until what `seen` measures is at the goal, by the scale that the first moves show."""
