@@ -60,7 +60,7 @@ Terms terms_of(const Terms& values)
   return basis * values * basis.transpose();
 }
 
-/// The least order whose neglected terms sum to at most the error; largest_osim_order + 1 if there is none.
+/// The least order whose neglected terms sum to at most the error; largest_osim_order + 1 if all are larger.
 int order_of(const Terms& terms)
 {
   std::array<double, 2 * n_nodes> of_order{};

@@ -76,11 +76,11 @@ class Model(unittest.TestCase):
         smoothed = vrda.smooth(copy, degree=3)
         self.assertEqual(smoothed, json.loads(program("smooth", copy, "--degree", 3, "--json", "-q")))
         compared = vrda.compare(copy, degrees=[2, 3], refine=0)
-        told = json.loads(program("compare", copy, "--degrees", "2,3", "--refine", 0, "--json", "-q"))
-        self.assertEqual(compared, {key: told[key] for key in compared})
+        printed = json.loads(program("compare", copy, "--degrees", "2,3", "--refine", 0, "--json", "-q"))
+        self.assertEqual(compared, {key: printed[key] for key in compared})
         files = vrda.export(copy, self.folder / "knee.mot", set="degree_3", coordinates={"flexion": "knee_angle_r"}, degrees=True)
-        program("export", copy, "--to", "mot", "-o", self.folder / "told.mot", "--set", "degree_3", "--coordinate", "flexion=knee_angle_r", "--degrees", "-q")
-        self.assertEqual(files[0].read_text(), (self.folder / "told.mot").read_text())
+        program("export", copy, "--to", "mot", "-o", self.folder / "printed.mot", "--set", "degree_3", "--coordinate", "flexion=knee_angle_r", "--degrees", "-q")
+        self.assertEqual(files[0].read_text(), (self.folder / "printed.mot").read_text())
         self.assertEqual(vrda.validate(copy), [])
 
     def test_a_changed_file_is_refused(self):
@@ -121,9 +121,9 @@ class Joint(unittest.TestCase):
         self.assertGreater(np.diff(bent.varus)[0], 0.0)
 
     def test_no_load_is_the_job_s(self):
-        told = self.joint.solve(flexion=30, loads={"lateral_force_n": [0, 0], "moment_nmm": 0.0}, seed=self.passive)
+        printed = self.joint.solve(flexion=30, loads={"lateral_force_n": [0, 0], "moment_nmm": 0.0}, seed=self.passive)
         silent = self.joint.solve(flexion=[30], seed=self.passive.X_reference_moving[-1])
-        np.testing.assert_array_equal(told.X_reference_moving, silent.X_reference_moving)
+        np.testing.assert_array_equal(printed.X_reference_moving, silent.X_reference_moving)
 
     def test_a_given_varus_is_held(self):
         held = self.joint.solve(flexion=30, varus=[-1.0, 1.0], seed=self.passive)
