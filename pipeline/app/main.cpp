@@ -8,6 +8,7 @@
 #include <functional>
 #include <iostream>
 
+#include "app/bands_command.hpp"
 #include "app/cluster_options.hpp"
 #include "app/file_commands.hpp"
 #include "app/fit_command.hpp"
@@ -62,6 +63,7 @@ struct Commands {
   vrda::app::FitCommandOptions fit;
   vrda::app::LaxityOptions laxity;
   vrda::app::ScoreCommandOptions score;
+  vrda::app::BandsOptions bands;
   vrda::app::PrepareOptions prepare;
   vrda::app::ConvertObjectOptions object;
   vrda::app::ConvertMeshOptions mesh;
@@ -202,14 +204,7 @@ struct Commands {
   {
     CLI::App& c = add_reading("trace", "Summarise the searches of a trace, or print their moves as CSV.",
                               "vrda trace results/knee-generic/knee-generic.trace.h5 --flexion 45 --csv");
-    c.add_option("file", trace.file, "Trace (HDF5), written by vrda run --trace")->required();
-    c.add_option("--flexion", trace.filter.flexion_deg, "Only searches at this flexion of the grid, degrees")
-        ->check(vrda::app::any_number());
-    c.add_option("--varus", trace.filter.varus_deg, "Only searches at this varus of the grid, degrees")
-        ->check(vrda::app::any_number());
-    c.add_flag("--contact-only", trace.contact_only, "Only moves in contact");
-    CLI::Option* csv = c.add_flag("--csv", trace.as_csv, "Print the moves as CSV");
-    c.add_flag("--json", trace.as_json, "Print JSON")->excludes(csv);
+    trace.add_to(c);
     c.callback([this] { chosen = [this] { return trace_command(trace); }; });
   }
 
@@ -324,6 +319,14 @@ struct Commands {
     c.callback([this] { chosen = [this] { return laxity_command(laxity); }; });
   }
 
+  void add_bands()
+  {
+    CLI::App& c = add_reading("bands", "Print the bands of an uncertain job over flexion, or what its spread comes from.",
+                              "vrda bands results/my-knee/my-knee.h5 --table shares");
+    bands.add_to(c);
+    c.callback([this] { chosen = [this] { return bands_command(bands); }; });
+  }
+
   void add_score()
   {
     CLI::App& c = add_reading("score", "Compare a motion with a measured one, coordinate by coordinate.",
@@ -410,6 +413,7 @@ struct Commands {
     add_fit();
     add_laxity();
     add_score();
+    add_bands();
     add_prepare();
     add_shape();
     add_convert();

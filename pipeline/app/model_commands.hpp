@@ -14,6 +14,10 @@
 #include "console/console.hpp"
 #include "store/trace.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace vrda::app {
 
 struct InfoOptions {
@@ -118,6 +122,9 @@ struct TraceOptions {
   bool contact_only = false;  ///< omit moves that are not in contact
   bool as_csv = false;
   bool as_json = false;
+
+  /// Declares the options of the command.
+  void add_to(CLI::App& command);
 };
 
 console::ExitCode trace_command(const TraceOptions& options);

@@ -62,6 +62,7 @@ cluster::CaseSize size_of(const load::Case& job_case, const Loaded& loaded)
   size.n_flexion = static_cast<std::int64_t>(job_case.grid.flexion_deg.size());
   size.n_varus = static_cast<std::int64_t>(job_case.grid.varus_deg.size());
   size.n_smoothed = static_cast<std::int64_t>(job_case.smooth_degrees.size());
+  if (job_case.uncertainty) size.n_samples = job_case.uncertainty->n_samples;
   return size;
 }
 

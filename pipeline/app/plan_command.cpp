@@ -24,6 +24,7 @@ constexpr double large_spine_share = 0.5;
 
 struct ShardCost {
   std::int64_t n_rows = 0;
+  std::int64_t n_samples = 0;
   std::int64_t n_attitudes = 0;
   double processor_s = 0.0;  ///< including loading
 };
@@ -32,9 +33,12 @@ ShardCost cost_of_shard(const PlannedCase& planned, const journal::Shard& shard)
 {
   sweep::SweepPlan plan = planned.plan;
   plan.rows = cluster::rows_of(shard, static_cast<std::int32_t>(plan.flexion_rad.size()));
-  const cluster::CaseCost cost = cluster::cost_of(planned.size, cluster::step_counts(plan));
+  cluster::CaseSize size = planned.size;
+  size.n_samples =
+      std::ssize(cluster::rows_of(shard, static_cast<std::int32_t>(planned.size.n_samples)));
+  const cluster::CaseCost cost = cluster::cost_of(size, cluster::step_counts(plan));
   const auto n_rows = static_cast<std::int64_t>(plan.rows->size());
-  return {n_rows, n_rows * planned.size.n_varus, cost.load_s + cost.rows_s};
+  return {n_rows, size.n_samples, n_rows * planned.size.n_varus, cost.load_s + cost.rows_s};
 }
 
 std::vector<ShardCost> shards_of(const PlannedCase& planned, int n_shards)
@@ -128,6 +132,7 @@ Json case_json(const cluster::Campaign& campaign, const PlannedCase& planned, in
       {"method", planned.job_case.method},
       {"flexions", planned.size.n_flexion},
       {"varus_columns", planned.size.n_varus},
+      {"samples", planned.size.n_samples},
       {"varus_is_free", planned.job_case.is_varus_free},
       {"attitudes", n_attitudes(planned)},
       {"triangles", {{"contact", planned.size.n_contact_triangles}, {"all", planned.size.n_triangles}}},
@@ -204,13 +209,15 @@ void print_shards(const PlannedCase& planned, int n_shards)
 {
   const std::vector<ShardCost> shards = shards_of(planned, n_shards);
   const auto n_idle =
-      std::count_if(shards.begin(), shards.end(), [](const ShardCost& s) { return s.n_rows == 0; });
+      std::count_if(shards.begin(), shards.end(), [](const ShardCost& s) { return s.n_rows + s.n_samples == 0; });
   std::printf("spine: %lld steps, %s; %lld of them in sequence\n", as_long(planned.cost.steps.spine()),
               duration(planned.cost.spine_s).c_str(), as_long(planned.cost.steps.chain));
   for (std::size_t i = 0; i < shards.size(); ++i) {
-    if (shards[i].n_rows == 0) continue;
-    std::printf("shard %zu/%d: %lld flexions, %lld attitudes, %s\n", i + 1, n_shards,
-                as_long(shards[i].n_rows), as_long(shards[i].n_attitudes),
+    if (shards[i].n_rows + shards[i].n_samples == 0) continue;
+    const std::string samples =
+        shards[i].n_samples > 0 ? std::to_string(shards[i].n_samples) + " samples, " : "";
+    std::printf("shard %zu/%d: %lld flexions, %lld attitudes, %s%s\n", i + 1, n_shards,
+                as_long(shards[i].n_rows), as_long(shards[i].n_attitudes), samples.c_str(),
                 duration(shards[i].processor_s).c_str());
   }
   if (n_idle > 0) std::printf("%lld of %d shards have no flexion\n", as_long(n_idle), n_shards);

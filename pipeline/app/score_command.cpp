@@ -97,7 +97,7 @@ void require_set(const Source& found, const std::string& set)
     if (set != "raw") refuse_score("--set", set, "none: " + found.file + " is a table");
     return;
   }
-  const std::vector<std::string> names = motion::set_names(*found.model);
+  const std::vector<std::string> names = motion::all_set_names(*found.model);
   if (std::find(names.begin(), names.end(), set) != names.end()) return;
   throw InputError(
       {found.file, "--set", "\"" + set + "\"", "a set of this file: " + join_alternatives(names)});

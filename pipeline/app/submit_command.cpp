@@ -64,6 +64,8 @@ cluster::Submission submission_of(const SubmitOptions& options)
     submitted.output = (is_single ? "" : c.spec.name + "/") + c.spec.name + ".h5";
     submitted.n_flexion = static_cast<std::int32_t>(job.grid.flexion_deg.size());
     submitted.n_varus = static_cast<std::int32_t>(job.grid.varus_deg.size());
+    if (const auto* samples = documents::find_at(job.document.root, "uncertainty.samples"))
+      submitted.n_samples = static_cast<std::int32_t>(documents::integer_at(*samples, ""));
     submission.cases.push_back(submitted);
   }
   // Checks the meshes before the job is queued. For a campaign vrda plan checks every mesh.

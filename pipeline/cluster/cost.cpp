@@ -38,6 +38,10 @@ constexpr double memory_of_cell = 8e3;
 constexpr double journal_of_spine = 470.0;
 constexpr double journal_of_row = 1000.0;
 
+// A sample starts from the job's equilibria and both neighbouring flexions, and is measured: a typical count.
+constexpr double starts_of_sample = 4.5;
+constexpr double model_of_sample = 60.0;  // of each flexion, compressed
+
 constexpr double model_at_least = 250e3;
 constexpr double model_of_triangle = 22.0;  // compressed; all meshes, including display-only
 constexpr double model_of_cell = 900.0;
@@ -105,15 +109,18 @@ CaseCost cost_of(const CaseSize& size, const StepCounts& steps)
   cost.load_s = load_s_at_least + load_s_of_triangle * n_triangles;
   cost.chain_s = step.spine_s * factor * static_cast<double>(steps.chain);
   cost.spine_s = step.spine_s * factor * static_cast<double>(steps.spine());
-  cost.rows_s = step.row_s * factor * static_cast<double>(steps.rows());
+  const auto n_sampled = static_cast<double>(size.n_samples * size.n_flexion);
+  cost.rows_s =
+      step.row_s * factor * (static_cast<double>(steps.rows()) + starts_of_sample * n_sampled);
   cost.finish_s =
       finish_s_at_least + finish_s_of_cell * factor * n_cells * static_cast<double>(size.n_smoothed);
   cost.memory_bytes = memory_at_least + memory_of_triangle * static_cast<double>(size.n_contact_triangles) +
                       memory_of_cell * n_cells;
   cost.journal_bytes = journal_of_spine * static_cast<double>(steps.records - steps.rows()) +
-                       journal_of_row * static_cast<double>(steps.rows());
+                       journal_of_row * (static_cast<double>(steps.rows()) + n_sampled);
   cost.model_bytes = model_at_least + model_of_triangle * n_triangles +
-                     (model_of_cell + model_of_cell_and_fibre * static_cast<double>(size.n_fibres)) * n_cells;
+                     (model_of_cell + model_of_cell_and_fibre * static_cast<double>(size.n_fibres)) * n_cells +
+                     model_of_sample * n_sampled;
   return cost;
 }
 

@@ -34,6 +34,7 @@ struct CaseSize {
   std::int64_t n_flexion = 0;
   std::int64_t n_varus = 0;
   std::int64_t n_smoothed = 0;  ///< sets
+  std::int64_t n_samples = 0;   ///< of an uncertain job; of a shard: its own
 };
 
 /// Processor seconds and bytes.

@@ -14,6 +14,12 @@ struct JsonWriter {
   {
     json[key] = value;
   }
+  /// A key that is absent where the value is that of a new object.
+  template <typename Value>
+  void optional(const char* key, const Value& value) const
+  {
+    if (value != Value{}) json[key] = value;
+  }
 };
 
 /// Throws nlohmann::json::exception for a missing key or a value of another type.
@@ -24,6 +30,11 @@ struct JsonReader {
   void operator()(const char* key, Value& value) const
   {
     value = json.at(key).template get<Value>();
+  }
+  template <typename Value>
+  void optional(const char* key, Value& value) const
+  {
+    value = json.value(key, Value{});
   }
 };
 

@@ -391,6 +391,7 @@ SolvedCounter::Content SolvedCounter::content_of(const std::string& journal)
       const StepKey& key = record->key;
       if (key.kind == StepKind::spine || key.kind == StepKind::row)
         content.cells.insert({key.flexion, key.varus});
+      if (key.kind == StepKind::sample) content.samples.insert({key.flexion, key.varus});
       if (key.kind == StepKind::free_spine) ++content.n_free_steps;
     }
   }
@@ -410,8 +411,11 @@ std::int64_t SolvedCounter::total_of(const TaskId& task) const
 {
   if (task.kind != TaskKind::run && task.kind != TaskKind::shard) return 0;
   const SubmittedCase& c = case_of(submission_, task);
-  if (task.kind == TaskKind::run) return std::int64_t{c.n_flexion} * c.n_varus;
-  return static_cast<std::int64_t>(rows_of(submission_, task).size()) * c.n_varus;
+  if (task.kind == TaskKind::run) return std::int64_t{c.n_flexion} * (c.n_varus + c.n_samples);
+  const std::size_t n_samples =
+      cluster::rows_of(journal::Shard{task.shard, submission_.n_shards}, c.n_samples).size();
+  return static_cast<std::int64_t>(rows_of(submission_, task).size()) * c.n_varus +
+         static_cast<std::int64_t>(n_samples) * c.n_flexion;
 }
 
 SolvedCount SolvedCounter::count(const TaskId& task)
@@ -419,7 +423,8 @@ SolvedCount SolvedCounter::count(const TaskId& task)
   if (task.kind == TaskKind::merge || task.kind == TaskKind::index) return {};
   const Content content = content_of(journals_of(folder_, submission_, task).front());
   const auto n_cells = static_cast<std::int64_t>(content.cells.size());
-  if (task.kind == TaskKind::run) return {n_cells, total_of(task)};
+  const auto n_sampled = static_cast<std::int64_t>(content.samples.size());
+  if (task.kind == TaskKind::run) return {n_cells + n_sampled, total_of(task)};
   if (task.kind == TaskKind::spine) {
     if (content.n_free_steps > 0) return {content.n_free_steps, 0};
     return {n_cells, case_of(submission_, task).n_flexion};
@@ -431,7 +436,7 @@ SolvedCount SolvedCounter::count(const TaskId& task)
   const auto n_done = std::count_if(cells.begin(), cells.end(), [&](const Cell& cell) {
     return std::binary_search(rows.begin(), rows.end(), cell.first);
   });
-  return {n_done, total_of(task)};
+  return {n_done + n_sampled, total_of(task)};
 }
 
 }  // namespace vrda::cluster

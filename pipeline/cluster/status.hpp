@@ -42,6 +42,7 @@ class SolvedCounter {
   using Cell = std::pair<std::int32_t, std::int32_t>;  // flexion, varus
   struct Content {
     std::set<Cell> cells;
+    std::set<Cell> samples;  ///< flexion and number of a sample
     std::int64_t n_free_steps = 0;
   };
 

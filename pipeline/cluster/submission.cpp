@@ -24,7 +24,7 @@ bool is_valid(const Submission& s)
 {
   return s.n_shards >= 1 && s.slurm.cpus >= 1 && !s.cases.empty() &&
          std::all_of(s.cases.begin(), s.cases.end(),
-                     [](const SubmittedCase& c) { return c.n_flexion >= 1 && c.n_varus >= 1; });
+                     [](const SubmittedCase& c) { return c.n_flexion >= 1 && c.n_varus >= 1 && c.n_samples >= 0; });
 }
 
 }  // namespace
@@ -38,6 +38,7 @@ void name_fields(const Fields& fields, SubmittedCase& c)
   fields("output", c.output);
   fields("flexions", c.n_flexion);
   fields("columns", c.n_varus);
+  fields.optional("samples", c.n_samples);
 }
 
 template <typename Fields>

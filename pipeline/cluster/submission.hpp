@@ -33,6 +33,7 @@ struct SubmittedCase {
   std::string output;               ///< motion model, relative to the submission's folder
   std::int32_t n_flexion = 0;       ///< rows of the grid
   std::int32_t n_varus = 0;
+  std::int32_t n_samples = 0;  ///< of an uncertain job
 
   bool operator==(const SubmittedCase&) const = default;
 };

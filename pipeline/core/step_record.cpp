@@ -59,6 +59,8 @@ const char* name_of(StepKind kind)
       return "free_spine";
     case StepKind::band:
       return "band";
+    case StepKind::sample:
+      return "sample";
   }
   throw InternalError("a kind of step without a name");
 }

@@ -47,11 +47,12 @@ enum class StepKind : std::uint8_t {
   /// chains, restarts, propagated solutions, small offsets (from 1000).
   free_spine = 3,
   band = 4,  ///< as free_spine with an extra moment about Delta; `varus` 0: against theta, 1: along it
+  sample = 5,  ///< as free_spine with the uncertain inputs of one sample, whose number is `varus`
 };
 
 /// The kinds that a stability search can have; these have traces.
 inline constexpr StepKind search_step_kinds[] = {StepKind::spine_probe, StepKind::spine, StepKind::row};
-inline constexpr StepKind last_step_kind = StepKind::band;
+inline constexpr StepKind last_step_kind = StepKind::sample;
 
 const char* name_of(StepKind kind);
 

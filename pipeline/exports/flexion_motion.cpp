@@ -13,7 +13,7 @@ namespace {
 
 std::string chosen_set(const store::MotionModel& model, const std::string& file, const std::string& set)
 {
-  const std::vector<std::string> names = motion::set_names(model);
+  const std::vector<std::string> names = motion::all_set_names(model);
   if (set.empty()) return names.front();
   std::string known;
   for (const std::string& name : names) {

@@ -21,7 +21,7 @@ enum class VarusRule {
 const char* name_of(VarusRule rule);
 
 struct FlexionPlan {
-  std::string set;                  ///< one of set_names(model); empty: the first
+  std::string set;                  ///< one of all_set_names(model); empty: the first
   std::vector<double> flexion_deg;  ///< ascending; empty: the model's
   VarusRule varus = VarusRule::spine;
   double varus_deg = 0.0;  ///< of VarusRule::given

@@ -15,6 +15,7 @@
 #include "job_run/collect.hpp"
 #include "job_run/result.hpp"
 #include "job_run/run_output.hpp"
+#include "job_run/solve_samples.hpp"
 #include "job_run/summary.hpp"
 #include "model_build/case_solver.hpp"
 #include "store/motion_model_file.hpp"
@@ -74,6 +75,18 @@ std::string absent_shards(const std::vector<std::string>& journals)
     if (present.count({count, number}) == 0) absent += (absent.empty() ? "" : ", ") + std::to_string(number);
   }
   return absent.empty() ? "" : "; no journal of shard " + absent + " of " + std::to_string(count);
+}
+
+// The records of all samples.
+std::vector<StepRecord> whole_samples(const load::Case& job_case, const CollectedSteps& collected,
+                                      const std::vector<std::string>& journals, const std::string& output)
+{
+  KnownSamples known = known_samples(job_case, collected.steps);
+  if (known.missing.empty()) return std::move(known.records);
+  throw InputError({output, "journals",
+                    "no result for " + std::to_string(known.missing.size()) + " of " +
+                        std::to_string(n_samples_of(job_case)) + " samples" + absent_shards(journals),
+                    "complete journals of the spine and of every shard; the journals found are kept"});
 }
 
 void require_whole(const load::Case& job_case, const CollectedSteps& collected,
@@ -181,10 +194,11 @@ console::ExitCode merge_command(const MergeOptions& options)
     console::log_info(doubled_text(collected, job_case));
   }
   require_whole(job_case, collected, journals, output);
+  const std::vector<StepRecord> samples = whole_samples(job_case, collected, journals, output);
   RunRecord record(n_threads, static_cast<int>(collected.steps.size()));
   const sweep::SweepResult result = replay_sweep(model_build::plan_of(job_case), collected.steps);
   const std::optional<store::MotionModel> model =
-      build_result(job_case, result, output, n_threads, console::is_interrupted, record);
+      build_result(job_case, result, samples, output, n_threads, console::is_interrupted, record);
   if (!model) {
     console::log_info("interrupted: the journals are kept; run the same command to merge again");
     return console::ExitCode::interrupted;

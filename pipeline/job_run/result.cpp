@@ -19,6 +19,7 @@
 #include "job_run/summary.hpp"
 #include "model_build/case_solver.hpp"
 #include "model_build/model_build.hpp"
+#include "model_build/uncertain_motion.hpp"
 #include "reduce/reduce.hpp"
 #include "reduce/two_sided.hpp"
 #include "smooth/smooth.hpp"
@@ -195,12 +196,17 @@ console::ExitCode outcome_of(const load::Case& job_case, const store::MotionMode
 }  // namespace
 
 std::optional<store::MotionModel> build_result(const load::Case& job_case, const sweep::SweepResult& result,
+                                               const std::vector<StepRecord>& samples,
                                                const std::string& output, int n_threads,
                                                const IsStopped& is_stopped, RunRecord& record)
 {
   check(result.is_complete, "result_of: the sweep is complete");
   store::MotionModel model = audited_model_of(job_case, result, n_threads);
   record.end_phase("plausibility");
+  if (job_case.uncertainty) {
+    model.uncertainty = model_build::uncertain_motion_of(job_case, samples);
+    record.end_phase("bands of samples");
+  }
   // Frames are points in time, not surfaces over flexion.
   if (model.frames) return is_stopped() ? std::nullopt : std::optional(std::move(model));
   add_smoothed(model, job_case, output, n_threads, is_stopped);

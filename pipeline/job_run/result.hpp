@@ -47,10 +47,12 @@ class RunRecord {
   int n_recalled_;
 };
 
-/// The motion model with the smoothed surfaces and flexion-only motion of its job. `output` is for messages.
+/// The motion model with the smoothed surfaces and flexion-only motion of its job; `samples` are the records
+/// of all samples of an uncertain job. `output` is for messages.
 /// The bytes do not depend on threads, shards or interruptions. Empty if `is_stopped`, which is polled before
 /// each surface, returns true.
 std::optional<store::MotionModel> build_result(const load::Case& job_case, const sweep::SweepResult& result,
+                                               const std::vector<StepRecord>& samples,
                                                const std::string& output, int n_threads,
                                                const std::function<bool()>& is_stopped, RunRecord& record);
 

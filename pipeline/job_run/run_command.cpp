@@ -9,6 +9,7 @@
 #include "job_run/result.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/solve_part.hpp"
+#include "job_run/solve_samples.hpp"
 #include "job_run/step_log.hpp"
 #include "job_run/summary.hpp"
 #include "journal/trace_journal.hpp"
@@ -55,13 +56,15 @@ console::ExitCode solve_and_write(const load::Case& job_case, const RunOptions& 
 {
   const int n_threads = thread_count_or_all(options.n_threads);
   RunRecord record(n_threads, static_cast<int>(log.known.size()));
-  const sweep::SweepResult result =
-      solve_part(job_case, model_build::plan_of(job_case), ProgressUnit::cells, options, log);
+  const sweep::SweepPlan plan = model_build::plan_of(job_case);
+  const sweep::SweepResult result = solve_part(job_case, plan, ProgressUnit::cells, options, log);
   if (!result.is_complete) return report_interrupted(log);
+  const auto samples = solve_samples(job_case, plan, result, all_samples(job_case), options, log);
+  if (!samples) return report_interrupted(log);
   record.end_phase(solving_phase);
   if (log.traces) write_trace_of(job_case, result, output);
   const std::optional<store::MotionModel> model =
-      build_result(job_case, result, output, n_threads, console::is_interrupted, record);
+      build_result(job_case, result, *samples, output, n_threads, console::is_interrupted, record);
   if (!model) return report_interrupted(log);
   const console::ExitCode code = write_result(job_case, *model, output, obsolete_files(log, output), record);
   if (options.has_profile) record.report_profile();

@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "job_run/collect.hpp"
 #include "job_run/run_output.hpp"
+#include "job_run/solve_samples.hpp"
 #include "job_run/step_log.hpp"
 #include "job_run/summary.hpp"
 #include "model_build/case_solver.hpp"
@@ -191,7 +192,12 @@ console::ExitCode solve_rows(const ShardedRun& run, const RunOptions& options, c
   const auto n_rows = static_cast<std::int32_t>(run.job_case.grid.flexion_deg.size());
   const sweep::SweepPlan plan = plan_of_rows(run.job_case, cluster::rows_of(*options.shard, n_rows));
   const bool is_complete = with_journal_restore(*log, run.output, [&] {
-    return solve_part(run.job_case, plan, ProgressUnit::cells, options, *log, spine).is_complete;
+    const sweep::SweepResult result =
+        solve_part(run.job_case, plan, ProgressUnit::cells, options, *log, spine);
+    return result.is_complete &&
+           solve_samples(run.job_case, plan, result,
+                         cluster::rows_of(*options.shard, n_samples_of(run.job_case)), options, *log)
+               .has_value();
   });
   if (!is_complete) return report_interrupted(*log);
   std::printf("%s\n", path.c_str());

@@ -1,5 +1,7 @@
 #include "load/case.hpp"
 
+#include <utility>
+
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "load/anatomy_warnings.hpp"
@@ -15,6 +17,7 @@
 #include "load/push_job.hpp"
 #include "load/scaling.hpp"
 #include "load/start_pose.hpp"
+#include "load/uncertainty_job.hpp"
 #include "load/unit_check.hpp"
 
 namespace vrda::load {
@@ -174,6 +177,7 @@ Case case_with_joint(const Job& given, const std::string& data_directory, const 
   loaded.ligaments = joint.ligaments;
   loaded.inputs = joint.inputs;
   loaded.compartment_of_triangle = joint.compartment_of_triangle;
+  loaded.uncertainty = joint.uncertainty;
   if (job.is_start_auto) loaded.initial.translation_mm = joint.initial.translation_mm;
   apply_scaling(loaded, job, load_scaling(job, data_directory, axis_map(job)));
   return loaded;
@@ -204,6 +208,9 @@ Case load_case(const Job& given, const std::string& data_directory)
   loaded.inputs.insert(loaded.inputs.end(), ligaments.inputs.begin(), ligaments.inputs.end());
   loaded.compartment_of_triangle = compartments_of(job, loaded.moving, loaded.frame.rotation_centre_mm.z());
   if (job.is_start_auto) loaded.initial.translation_mm = start_travel_mm(loaded) * loaded.delta_at_meshes;
+  LoadedUncertainty uncertainty = load_uncertainty(job, data_directory, loaded, ligaments);
+  loaded.uncertainty = std::move(uncertainty.uncertainty);
+  loaded.inputs.insert(loaded.inputs.end(), uncertainty.inputs.begin(), uncertainty.inputs.end());
   const Warnings anatomy = anatomy_warnings(job, loaded);
   const Warnings fibres = fibre_warnings(ligaments, loaded.reference, loaded.moving);
   apply_scaling(loaded, job, scaling);

@@ -13,6 +13,7 @@
 #include "core/scaling.hpp"
 #include "core/solver_options.hpp"
 #include "ligament/ligaments.hpp"
+#include "load/uncertainty.hpp"
 
 namespace vrda::load {
 
@@ -138,6 +139,8 @@ struct Case {
   double unsolved_fraction = 0.0;
 
   std::optional<FoundFrames> found_frames;  ///< set if the job has "auto" in a frame
+
+  std::optional<Uncertainty> uncertainty;  ///< set if the job has [uncertainty]
 
   std::optional<Scaling> scaling;  ///< set if the job has [scaling]
   double steps_scale = 1.0;        ///< ratio of the subject's size to the size of this case

@@ -208,18 +208,19 @@ Loads loads_of(const load::Case& job_case, const load::Push& push)
   return loads;
 }
 
-CaseSolver::CaseSolver(const load::Case& job_case, int n_threads)
+CaseSolver::CaseSolver(const load::Case& job_case, int n_threads, std::shared_ptr<const solve::Joint> joint)
     : case_(job_case), workers_(static_cast<std::size_t>(n_threads))
 {
-  first_ = push_frame_of(job_case.frame);
+  first_ = push_frame_of(job_case.frame, std::move(joint));
 }
 
-std::shared_ptr<const CaseSolver::PushFrame> CaseSolver::push_frame_of(const SolverFrame& frame)
+std::shared_ptr<const CaseSolver::PushFrame> CaseSolver::push_frame_of(
+    const SolverFrame& frame, std::shared_ptr<const solve::Joint> joint)
 {
   if (first_ && first_->delta == frame.delta) return first_;
   auto made = std::make_shared<PushFrame>();
   made->delta = frame.delta;
-  made->joint = joint_of(case_, frame);
+  made->joint = joint ? std::move(joint) : std::make_shared<const solve::Joint>(joint_of(case_, frame));
   made->ligaments = ligament::solver_ligaments(case_.ligaments, frame);
   return made;
 }
@@ -234,9 +235,9 @@ CaseSolver::Worker& CaseSolver::worker_at(int number, const SolverFrame& frame)
   if (case_.method != "equilibrium") return worker;
   if (case_.coordinates) {
     worker.coordinates = std::make_unique<solve::CoordinateEquilibrium>(
-        worker.push_frame->joint, worker.push_frame->ligaments, frame, case_.equilibrium);
+        *worker.push_frame->joint, worker.push_frame->ligaments, frame, case_.equilibrium);
   }
-  worker.solver = std::make_unique<solve::EquilibriumSolver>(worker.push_frame->joint,
+  worker.solver = std::make_unique<solve::EquilibriumSolver>(*worker.push_frame->joint,
                                                              worker.push_frame->ligaments, case_.equilibrium);
   return worker;
 }
@@ -336,10 +337,10 @@ StepRecord CaseSolver::operator()(const sweep::StepTask& task, const SearchObser
                ? solve_coordinates(task, seed, frame, loads, *worker.coordinates)
                : solve_plain(task, seed, frame, loads, *worker.solver);
   }
-  if (case_.coordinates) return search_coordinates(task, seed, frame, worker.push_frame->joint, observer);
+  if (case_.coordinates) return search_coordinates(task, seed, frame, *worker.push_frame->joint, observer);
   if (!worker.solver) {
     check(!task.is_varus_free && task.band == 0, "the stability search has fixed varus and no loads");
-    return solve::find_stable_pose(worker.push_frame->joint, task.attitude, seed, case_.search, observer);
+    return solve::find_stable_pose(*worker.push_frame->joint, task.attitude, seed, case_.search, observer);
   }
   solve::EquilibriumSolver::Task solve;
   solve.attitude = task.attitude;

@@ -40,8 +40,11 @@ Loads loads_of(const load::Case& job_case, const load::Push& push);
 /// Shared by the workers of a sweep. Meshes are transformed to the solver frame once for each Delta.
 class CaseSolver {
  public:
-  /// `job_case` must outlive the solver.
-  CaseSolver(const load::Case& job_case, int n_threads);
+  /// `job_case` must outlive the solver. `joint`: that of another case with the same meshes and frame.
+  CaseSolver(const load::Case& job_case, int n_threads, std::shared_ptr<const solve::Joint> joint = nullptr);
+
+  /// In the frame of the first flexion.
+  std::shared_ptr<const solve::Joint> joint() const { return first_->joint; }
 
   /// May be called from several threads at once, each with its own worker number. `observer` is used by the
   /// stability search only.
@@ -51,7 +54,7 @@ class CaseSolver {
   /// Both objects and the ligaments in the frame of one Delta.
   struct PushFrame {
     Eigen::Vector3d delta;
-    solve::Joint joint;
+    std::shared_ptr<const solve::Joint> joint;
     ligament::Ligaments ligaments;
   };
   struct Worker {
@@ -60,7 +63,8 @@ class CaseSolver {
     std::unique_ptr<solve::CoordinateEquilibrium> coordinates;  ///< if the job has roles of its own
   };
 
-  std::shared_ptr<const PushFrame> push_frame_of(const SolverFrame& frame);
+  std::shared_ptr<const PushFrame> push_frame_of(const SolverFrame& frame,
+                                                 std::shared_ptr<const solve::Joint> joint = nullptr);
   Worker& worker_at(int number, const SolverFrame& frame);
   StepRecord search_coordinates(const sweep::StepTask& task, const MovingPose& seed, const SolverFrame& frame,
                                 const solve::Joint& joint, const SearchObserver& observer) const;

@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "core/side.hpp"
 #include "core/units.hpp"
+#include "motion/quantile_motion.hpp"
 
 namespace vrda::motion {
 namespace {
@@ -168,6 +169,8 @@ Motion::Motion(const store::MotionModel& model, const std::string& set) : Motion
   } else if (set == "zero_varus") {
     check(has_pose(model.zero_varus), "the set is one of set_names");
     use_zero_varus(*model.zero_varus);
+  } else if (const auto sample = quantile_motion(model, set)) {
+    use_flexion_table(raw_.flexion_rad, sample->contact, *sample);
   } else if (set != "raw") {
     check(found != model.smoothed.end(), "the set is one of set_names");
     use_smoothed(model, *found);

@@ -40,10 +40,16 @@ struct JointPose {
 /// ...); then "raw"; last "zero_varus", which depends on flexion only.
 std::vector<std::string> set_names(const store::MotionModel& model);
 
+/// Of an uncertain job "quantile_0", "quantile_5", "quantile_50", "quantile_95" and "quantile_100", each the
+/// motion over flexion of the sample with that rank in internal rotation; of other models none.
+std::vector<std::string> quantile_set_names(const store::MotionModel& model);
+/// The names of both.
+std::vector<std::string> all_set_names(const store::MotionModel& model);
+
 /// One set of a motion model, ready for evaluation. Copies the required data of the model.
 class Motion {
  public:
-  /// `set` must be one of set_names(model); the grids must have the size of the axes.
+  /// `set` must be one of all_set_names(model); the grids must have the size of the axes.
   Motion(const store::MotionModel& model, const std::string& set);
   /// `set` need not belong to the model; its recontact travel is ignored.
   Motion(const store::MotionModel& model, const store::SmoothedSet& set);

@@ -379,6 +379,7 @@ Json model_json(const ReportModel& entry, const ModelJsonOptions& options)
   json["audits"] = audits_json(model);
   json["coordinates"] = coordinates_json(model);
   json["repair"] = repair_json(model);
+  json["uncertainty"] = uncertainty_json(model);
   json["contact_paths"] = contact_paths_json(model);
   json["axes"] = axes_json(model);
   json["forces"] = forces_json(model);

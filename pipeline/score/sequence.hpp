@@ -38,7 +38,7 @@ Sequence sequence_of(const std::string& file, const std::string& key_name, const
 bool is_sequence(const store::MotionModel& model, const std::string& set);
 
 /// The poses of a set at the flexions of the model, a row each; of a grid with given varus at each cell,
-/// flexion by flexion. `set` is one of motion::set_names(model). A row without a pose keeps its flexion.
+/// flexion by flexion. `set` is one of motion::all_set_names(model). A row without a pose keeps its flexion.
 Sequence sequence_of(const std::string& file, const store::MotionModel& model, const std::string& set,
                      const Convention& convention);
 

@@ -108,6 +108,7 @@ MotionModel with_pending_cells(MotionModel model)
   model.equilibrium.reset();
   model.smoothed.clear();
   model.two_sided.reset();
+  model.uncertainty.reset();
   model.repair.reset();
   model.zero_varus.reset();
   model.audits.clear();

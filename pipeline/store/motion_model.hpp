@@ -15,6 +15,7 @@
 #include "core/step_record.hpp"
 #include "store/derived.hpp"
 #include "store/grid.hpp"
+#include "store/uncertain_motion.hpp"
 
 namespace vrda::store {
 
@@ -209,6 +210,7 @@ struct MotionModel {
   Body reference, moving;                ///< canonical, own side
   std::vector<SmoothedSet> smoothed;     ///< by increasing degree
   std::optional<TwoSided> two_sided;     ///< only with compartments
+  std::optional<UncertainMotion> uncertainty;  ///< if the job has [uncertainty], once it is solved
   std::optional<RepairedFrames> repair;  ///< of a repaired measurement; only with frames
   std::optional<ZeroVarus> zero_varus;   ///< after `reduce`
   std::vector<AuditSet> audits;          ///< by name

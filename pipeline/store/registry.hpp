@@ -10,6 +10,7 @@
 #include "store/registry_derived.hpp"
 #include "store/registry_mechanics.hpp"
 #include "store/registry_rows.hpp"
+#include "store/registry_uncertainty.hpp"
 
 namespace vrda::store {
 
@@ -189,6 +190,8 @@ void visit_motion_model(Model& model, Visitor&& visit)
   }
   if (has_optional(visit, "/coordinates", model.coordinates)) visit_coordinates(model, visit);
   if (has_optional(visit, "/ligaments", model.ligaments)) visit_ligaments(model, visit);
+  if (has_optional(visit, "/uncertainty", model.uncertainty))
+    visit_uncertainty(*model.uncertainty, model.ligaments.has_value(), visit);
   if (has_optional(visit, "/two_sided", model.two_sided)) visit_two_sided(*model.two_sided, visit);
   if (has_optional(visit, "/repair", model.repair)) visit_repair(*model.repair, visit);
   if (has_optional(visit, "/zero_varus", model.zero_varus))

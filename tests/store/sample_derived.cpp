@@ -164,6 +164,52 @@ store::TwoSided sample_two_sided(const store::MotionModel& model)
   return motion;
 }
 
+// Three samples of two draws; the second one fails at the first flexion.
+store::UncertainMotion sample_uncertainty(const store::MotionModel& model)
+{
+  const std::size_t n_samples = 3, n_flexion = model.flexion_deg.size();
+  store::UncertainMotion motion;
+  motion.sequence = "sobol";
+  motion.seed = 7;
+  motion.draw = {"stiffness ACLam", "reference_strain MCL"};
+  motion.value = {0.75, 0.01, 1.0, -0.02, 1.5, 0.0};
+  motion.quantity.assign(store::uncertain_quantities.begin(), store::uncertain_quantities.end());
+  motion.probability.assign(store::band_probabilities.begin(), store::band_probabilities.end());
+  motion.n_solved.assign(n_flexion, 3);
+  motion.n_solved[0] = 2;
+  for (std::size_t at = 0; at < n_samples * n_flexion; ++at) {
+    const bool is_solved = at != n_flexion;
+    const double value = is_solved ? 0.5 * static_cast<double>(at) : nan;
+    motion.status.push_back(is_solved ? 0 : 3);
+    for (const double k : {1.0, 2.0, 3.0}) {
+      motion.rotation_deg.push_back(k * value);
+      motion.translation_mm.push_back(-k * value);
+      motion.contact_force_n.push_back(k < 3.0 ? k * value : nan);
+    }
+  }
+  for (std::size_t at = 0; at < store::band_probabilities.size() * n_flexion * 3; ++at) {
+    motion.rotation_band_deg.push_back(-0.25 * static_cast<double>(at));
+    motion.translation_band_mm.push_back(0.125 * static_cast<double>(at));
+    motion.contact_force_band_n.push_back(at % 3 == 2 ? nan : static_cast<double>(at));
+  }
+  motion.quantile_sample = {2, 0, 1, 0, 2};
+  for (std::size_t at = 0; at < store::band_probabilities.size() * n_flexion; ++at) {
+    const double value = at == 2 * n_flexion ? nan : static_cast<double>(at);
+    motion.quantile_status.push_back(at == 2 * n_flexion ? 3 : 0);
+    for (std::vector<double>* column : {&motion.tx_mm, &motion.ty_mm, &motion.tz_mm, &motion.theta_deg, &motion.varus_deg})
+      column->push_back(0.25 * value);
+  }
+  const std::size_t n_fibres = model.ligaments ? model.ligaments->name.size() : 0;
+  motion.tension_band_n.assign(store::band_probabilities.size() * n_flexion * n_fibres, 12.5);
+  const std::size_t n_shares = n_flexion * store::uncertain_quantities.size() * motion.draw.size();
+  motion.rank_correlation.assign(n_shares, -0.5);
+  motion.first_order.assign(n_shares, 0.25);
+  motion.first_order_low.assign(n_shares, 0.125);
+  motion.first_order_high.assign(n_shares, 0.5);
+  motion.first_order.front() = nan;
+  return motion;
+}
+
 void add_varus_surface(store::SmoothedSet& set)
 {
   store::SmoothedSurface surface = set.surfaces.front();
@@ -184,6 +230,7 @@ store::MotionModel with_derived(store::MotionModel model)
   }
   model.zero_varus = sample_zero_varus(model);
   if (model.has_compartments) model.two_sided = sample_two_sided(model);
+  if (model.equilibrium) model.uncertainty = sample_uncertainty(model);
   for (const char* name : {"raw", "degree_1", "zero_varus", "degree_1_recontacted"})
     model.audits = store::with_audit(model.audits, sample_audit(name, model));
   return model;

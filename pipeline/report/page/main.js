@@ -15,9 +15,14 @@ import { statusSection } from "./status_map.js";
 import { stillsSection } from "./stills.js";
 import { leadText, summariesSection, summarySection } from "./summary.js";
 import { surfacesSection } from "./surfaces.js";
+import { uncertaintySection } from "./uncertainty.js";
 
 function coordinates(model) {
   return model.coordinates ? [coordinatesSection] : [];
+}
+
+function uncertainty(model) {
+  return model.uncertainty ? [uncertaintySection] : [];
 }
 
 // A sequence of frames has no smoothed set, no flexion-only motion and no map over a grid.
@@ -25,13 +30,13 @@ function sectionsOfFrames(data) {
   const model = data.models[0];
   drawOver(model.key_name);
   const repair = model.repair ? [repairSection] : [];
-  return [summarySection, stillsSection, ...repair, surfacesSection, rotationSection, translationsSection, ...coordinates(model), contactPathsSection, fibresSection].map((make) => make(model)).concat(provenanceSection(data));
+  return [summarySection, stillsSection, ...repair, surfacesSection, rotationSection, translationsSection, ...uncertainty(model), ...coordinates(model), contactPathsSection, fibresSection].map((make) => make(model)).concat(provenanceSection(data));
 }
 
 function sectionsOfOne(data) {
   const model = data.models[0];
   if (model.key_name) return sectionsOfFrames(data);
-  const of = [summarySection, stillsSection, surfacesSection, degreesSection, rotationSection, translationsSection, contactPathsSection, axesSection, branchesSection, forcesSection, fibresSection, ...coordinates(model), statusSection];
+  const of = [summarySection, stillsSection, surfacesSection, degreesSection, rotationSection, translationsSection, contactPathsSection, axesSection, branchesSection, forcesSection, fibresSection, ...uncertainty(model), ...coordinates(model), statusSection];
   const sections = of.map((make) => make(model));
   const comparison = data.against.length > 0 ? [comparisonSection(data)] : [];
   return [...sections.slice(0, 6), ...comparison, ...sections.slice(6), provenanceSection(data)];

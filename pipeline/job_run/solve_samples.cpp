@@ -1,0 +1,152 @@
+#include "job_run/solve_samples.hpp"
+
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <numeric>
+#include <thread>
+
+#include "console/console.hpp"
+#include "job_run/summary.hpp"
+#include "model_build/case_solver.hpp"
+#include "sweep/sample_motion.hpp"
+#include "uncertainty/sampled_case.hpp"
+
+namespace vrda::job_run {
+namespace {
+
+// Small offsets change a sample by less than its spread: see pipeline/uncertainty/README.md.
+constexpr bool is_polished = false;
+
+// All flexions of a sample, or nothing.
+std::vector<StepRecord> records_of(std::int32_t sample, std::size_t n_flexion,
+                                   const std::map<StepKey, StepRecord>& steps)
+{
+  std::vector<StepRecord> records;
+  for (std::int32_t i = 0; i < static_cast<std::int32_t>(n_flexion); ++i) {
+    const auto found = steps.find({StepKind::sample, i, sample});
+    if (found == steps.end()) return {};
+    records.push_back(found->second);
+  }
+  return records;
+}
+
+class SampleRun {
+ public:
+  SampleRun(const load::Case& job_case, const sweep::SweepPlan& plan, const sweep::SweepResult& job,
+            const std::vector<std::int32_t>& samples, StepLog& log)
+      : plan_(plan),
+        job_(job),
+        samples_(samples),
+        log_(log),
+        inputs_(job_case),
+        records_(samples.size())
+  {
+    if (inputs_.has_same_geometry()) {
+      joint_ = std::make_shared<const solve::Joint>(
+          model_build::joint_of(job_case, model_build::frame_of(job_case, job_case.push.front())));
+    }
+  }
+
+  std::optional<std::vector<StepRecord>> run(int n_threads, const std::string& progress_style)
+  {
+    std::vector<std::size_t> to_solve;
+    for (std::size_t k = 0; k < samples_.size(); ++k) {
+      records_[k] = records_of(samples_[k], job_.free_spine.size(), log_.known);
+      if (records_[k].empty()) to_solve.push_back(k);
+    }
+    console::Progress progress(console::progress_style_of(progress_style), "samples",
+                               static_cast<int>(samples_.size()),
+                               static_cast<int>(samples_.size() - to_solve.size()));
+    {
+      std::vector<std::jthread> workers;
+      for (int w = 0; w < n_threads; ++w) workers.emplace_back([&] { work(to_solve, progress); });
+    }
+    log_.writer.flush();
+    if (failure_) std::rethrow_exception(failure_);
+    std::vector<StepRecord> all;
+    for (const std::vector<StepRecord>& of_sample : records_) {
+      if (of_sample.empty()) return std::nullopt;
+      all.insert(all.end(), of_sample.begin(), of_sample.end());
+    }
+    return all;
+  }
+
+ private:
+  void work(const std::vector<std::size_t>& to_solve, console::Progress& progress)
+  {
+    try {
+      for (std::size_t next = n_taken_++; next < to_solve.size() && !is_ended_; next = n_taken_++) {
+        std::vector<StepRecord> solved = solved_sample(samples_[to_solve[next]]);
+        if (solved.empty()) return;
+        for (const StepRecord& record : solved) {
+          if (log_.known.count(record.key) == 0) log_.writer.append(record);
+        }
+        records_[to_solve[next]] = std::move(solved);
+        progress.advance();
+      }
+    } catch (...) {
+      is_ended_ = true;
+      const std::lock_guard lock(mutex_);
+      if (!failure_) failure_ = std::current_exception();
+    }
+  }
+
+  std::vector<StepRecord> solved_sample(std::int32_t sample) const
+  {
+    const load::Case sampled = inputs_.at(sample);
+    model_build::CaseSolver solver(sampled, 1, joint_);
+    const sweep::SolveStep solve = [&](const sweep::StepTask& task) { return solver(task); };
+    return sweep::sample_motion(plan_, job_, solve,
+                                {sample, is_polished, [this] { return is_ended_ || console::is_interrupted(); }});
+  }
+
+  const sweep::SweepPlan& plan_;
+  const sweep::SweepResult& job_;
+  const std::vector<std::int32_t>& samples_;
+  StepLog& log_;
+  const uncertainty::SampledCase inputs_;
+  std::shared_ptr<const solve::Joint> joint_;  // null: each sample has its own
+  std::vector<std::vector<StepRecord>> records_;
+  std::atomic<std::size_t> n_taken_ = 0;
+  std::atomic<bool> is_ended_ = false;
+  std::mutex mutex_;
+  std::exception_ptr failure_;
+};
+
+}  // namespace
+
+std::int32_t n_samples_of(const load::Case& job_case)
+{
+  return job_case.uncertainty ? job_case.uncertainty->n_samples : 0;
+}
+
+std::vector<std::int32_t> all_samples(const load::Case& job_case)
+{
+  std::vector<std::int32_t> samples(static_cast<std::size_t>(n_samples_of(job_case)));
+  std::iota(samples.begin(), samples.end(), 0);
+  return samples;
+}
+
+std::optional<std::vector<StepRecord>> solve_samples(const load::Case& job_case, const sweep::SweepPlan& plan,
+                                                     const sweep::SweepResult& job,
+                                                     const std::vector<std::int32_t>& samples,
+                                                     const RunOptions& options, StepLog& log)
+{
+  if (samples.empty()) return std::vector<StepRecord>{};
+  return SampleRun(job_case, plan, job, samples, log)
+      .run(thread_count_or_all(options.n_threads), options.progress);
+}
+
+KnownSamples known_samples(const load::Case& job_case, const std::map<StepKey, StepRecord>& steps)
+{
+  KnownSamples known;
+  for (const std::int32_t sample : all_samples(job_case)) {
+    std::vector<StepRecord> records = records_of(sample, job_case.grid.flexion_deg.size(), steps);
+    if (records.empty()) known.missing.push_back(sample);
+    for (StepRecord& record : records) known.records.push_back(std::move(record));
+  }
+  return known;
+}
+
+}  // namespace vrda::job_run

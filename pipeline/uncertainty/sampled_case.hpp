@@ -1,0 +1,41 @@
+/// The case of each sample: draws of the uncertain inputs applied to the case of the job.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "load/case.hpp"
+
+namespace vrda::uncertainty {
+
+/// `job_case` must have an uncertainty, be at the subject's size, and outlive the object.
+class SampledCase {
+ public:
+  /// Draws all samples. Throws InputError for more draws than the Sobol sequence has dimensions.
+  explicit SampledCase(const load::Case& job_case);
+  ~SampledCase();
+  SampledCase(SampledCase&&) noexcept;
+
+  int n_samples() const;
+  /// One name for each independent draw, as "stiffness ACL" or "attachment moving MCL proximal".
+  const std::vector<std::string>& draw_names() const;
+  /// [n_samples, n_draws] standard normal scores.
+  const Eigen::MatrixXd& scores() const;
+  /// [n_samples, n_draws] factors and changes drawn; of draws that are correlated afterwards their scores.
+  const Eigen::MatrixXd& values() const;
+
+  /// The case of a sample, without uncertainty.
+  load::Case at(int sample) const;
+  /// Only its fibres, or its rotation centre.
+  ligament::Ligaments ligaments_at(int sample) const;
+  Eigen::Vector3d rotation_centre_mm_at(int sample) const;
+  /// Whether the meshes and the rotation centre are those of the job for every sample.
+  bool has_same_geometry() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace vrda::uncertainty
