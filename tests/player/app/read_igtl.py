@@ -102,7 +102,7 @@ def main():
     connection = Connection(host, int(port))
     counts, first, last, angles, meshes, arrivals, order = {}, {}, {}, [], {}, [], []
     end = time.monotonic() + options.seconds
-    while time.monotonic() < end:
+    while time.monotonic() < end or not angles:  # at least one frame, however slow the machine
         try:
             version, kind, device, stamp, body = connection.message()
         except EOFError:
