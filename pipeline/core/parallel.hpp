@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace vrda {
+namespace vrda::inline core {
 
 /// `make()` returns the function of one thread. Each index in [0, n) is passed to one of them, once; the
 /// function must write to the results of that index only. Rethrows the first exception, after all threads
@@ -37,4 +37,4 @@ void for_each_index(std::size_t n, int n_threads, const Make& make)
   if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace vrda
+}  // namespace vrda::inline core

@@ -25,7 +25,7 @@ std::vector<PublishedValue> published_values(const std::string& file, std::strin
 struct Compared {
   PublishedValue published;
   double found = nan;   ///< of the whole joint, mm or degrees; NaN outside the job's flexions or loads
-  std::string missing;  ///< why there is none
+  std::string missing;  ///< why there is no difference
   double difference() const { return found - published.value; }
 };
 

@@ -19,7 +19,7 @@ struct IgtlServerOptions {
 /// and ignored.
 class IgtlServer {
  public:
-  /// The bytes of the next messages; empty if there are none. Called in the server's thread; must not throw.
+  /// The bytes of the next messages; empty without a message. Called in the server's thread; must not throw.
   using ByteSource = std::function<std::vector<std::uint8_t>()>;
 
   /// `greeting` is sent once to each client, before anything else. Throws InputError if the address is

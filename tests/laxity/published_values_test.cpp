@@ -46,7 +46,7 @@ TEST(PublishedValues, AreComparedAtTheirFlexionAndLoad)
       laxity::compared(sample(), laxity::published_values("book.csv",
                                                           "# from a book\n"
                                                           "test,flexion_deg,load,value,sd,source\n"
-                                                          "anterior,0,100,9,2,Somebody 1990\n"
+                                                          "anterior,0,100,9,2,Author 1990\n"
                                                           "anterior,15,50,9,,\n"
                                                           "anterior-posterior,30,,30,5,\n"
                                                           "anterior,45,,9,,\n"
@@ -55,7 +55,7 @@ TEST(PublishedValues, AreComparedAtTheirFlexionAndLoad)
   ASSERT_EQ(rows.size(), 6u);
   EXPECT_DOUBLE_EQ(rows[0].found, 10.0);
   EXPECT_DOUBLE_EQ(rows[0].difference(), 1.0);
-  EXPECT_EQ(rows[0].published.source, "Somebody 1990");
+  EXPECT_EQ(rows[0].published.source, "Author 1990");
   EXPECT_DOUBLE_EQ(rows[1].found, 7.5);   // half the load, between 10 and 20
   EXPECT_DOUBLE_EQ(rows[2].found, 28.0);  // 20 + 8
   for (const std::size_t outside : {3u, 4u, 5u}) {
@@ -99,10 +99,10 @@ TEST(LaxityPage, ShowsTablesPlotsAndEscapesNames)
   laxity::LaxityDocument document;
   document.title = "knee & co";
   document.result = sample();
-  document.compared = laxity::compared(sample(), {{"anterior", 0.0, nan, 9.0, 2.0, "Somebody"}});
+  document.compared = laxity::compared(sample(), {{"anterior", 0.0, nan, 9.0, 2.0, "Author"}});
   const std::string page = laxity::laxity_page(document);
   for (const char* part : {"anterior-posterior, 100 N", "knee &amp; co", "&lt;ACL&gt; 80 %", "<svg",
-                           "Somebody", "14.00", "9.00 &plusmn; 2.00"})
+                           "Author", "14.00", "9.00 &plusmn; 2.00"})
     EXPECT_THAT(page, testing::HasSubstr(part));
   EXPECT_THAT(page, testing::Not(testing::HasSubstr("internal-external,")));
   EXPECT_THAT(laxity::share_csv(document), testing::HasSubstr("intact,anterior,0,<ACL>,80,N,0.8\n"));
