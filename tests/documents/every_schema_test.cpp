@@ -79,8 +79,8 @@ class Walk {
   static double example_number(const Node& node)
   {
     if (node.find("minimum") != nullptr) return documents::number_at(node, "minimum");
-    return node.find("exclusiveMinimum") != nullptr ? documents::number_at(node, "exclusiveMinimum") + 1.0
-                                                    : 1.0;
+    if (node.find("exclusiveMinimum") != nullptr) return documents::number_at(node, "exclusiveMinimum") + 1.0;
+    return node.find("maximum") != nullptr ? documents::number_at(node, "maximum") : 1.0;
   }
 
   Table example_table(const Node& node) const

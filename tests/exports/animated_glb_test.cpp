@@ -204,10 +204,14 @@ store::LigamentRows two_fibres()
 }
 
 /// The transform of a link at a key, scale included.
+/// assimp's own constructor scales the rows instead of the columns.
 Eigen::Matrix4d keyed_link(const aiNodeAnim& channel, unsigned key)
 {
-  return matrix(aiMatrix4x4(channel.mScalingKeys[key].mValue, channel.mRotationKeys[key].mValue,
-                            channel.mPositionKeys[key].mValue));
+  const aiVector3D scale = channel.mScalingKeys[key].mValue;
+  return keyed(channel, key) *
+         Eigen::Vector4d(static_cast<double>(scale.x), static_cast<double>(scale.y),
+                         static_cast<double>(scale.z), 1.0)
+             .asDiagonal();
 }
 
 TEST(AnimatedGlb, LinksOfFibresFollowTheirPath)
