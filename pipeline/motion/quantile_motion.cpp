@@ -41,9 +41,9 @@ std::vector<std::string> quantile_set_names(const store::MotionModel& model)
 
 std::vector<std::string> all_set_names(const store::MotionModel& model)
 {
-  std::vector<std::string> names = set_names(model);
-  for (std::string& name : quantile_set_names(model)) names.push_back(std::move(name));
-  return names;
+  std::vector<std::string> sets = set_names(model);
+  for (std::string& name : quantile_set_names(model)) sets.push_back(std::move(name));
+  return sets;
 }
 
 std::optional<store::TwoSided> quantile_motion(const store::MotionModel& model, const std::string& set)
