@@ -35,7 +35,7 @@ std::optional<devices::Sample> Trackball::take(const render::InputEvent& event, 
       const optics::Eye& eye = optics::side_of(eyes, is_right);
       const optics::Viewport pixel{static_cast<int>(event.x_px), static_cast<int>(event.y_px), 1, 1};
       if (optics::within(pixel, eye.window).width == 0) continue;
-      HeldDrag& held = held_.emplace();
+      HeldDrag& held = held_.emplace(HeldDrag{});
       held.button = event.button;
       held.window = eye.window;
       held.pixel_aspect = eye.pixel_aspect;

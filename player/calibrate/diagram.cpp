@@ -279,7 +279,9 @@ BodyOutline outline_of(const Body& body)
         if (normal.dot(towards_viewer[view]) > 0.0) ++faces.n_front[view];
     }
   }
-  for (const auto& [ends, faces] : edges) {
+  for (const auto& edge : edges) {
+    const auto& ends = edge.first;
+    const Faces& faces = edge.second;
     const Eigen::Vector3d p = mesh.vertices_mm.row(ends.first), q = mesh.vertices_mm.row(ends.second);
     const auto add = [&](std::size_t view, const Point& a, const Point& b) {
       if (faces.n_front[view] == 1) outline.pieces[view].push_back({a, b});

@@ -88,7 +88,7 @@ constexpr double fiducial_outlier_sd = 5.0, fiducial_outlier_mm = 5.0;
 /// If the mirrored fit is not worse by this factor, the points do not determine the side.
 constexpr double mirror_factor = 1.5;
 
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Matrix6x6 = Eigen::Matrix<double, 6, 6>;
 
 std::string mm_text(double mm)
 {
@@ -238,14 +238,14 @@ double noise_of_any_size_mm(const Touched& points, const tracking::PoseFit& fit)
 
 /// Covariance of translation and rotation vector in body axes. The rotation is about the points' centre, so
 /// it moves the origin by centre x turn.
-Matrix6 covariance_of(const tracking::PoseFit& fit, double noise)
+Matrix6x6 covariance_of(const tracking::PoseFit& fit, double noise)
 {
   const tracking::PoseError error = tracking::expected_error(fit.cloud, noise);
   const Eigen::Matrix3d axes_body = fit.X_tracker_body.linear() * fit.cloud.axes;
   const Eigen::Matrix3d turn = axes_body * error.turn_rad.cwiseAbs2().asDiagonal() * axes_body.transpose();
   const Eigen::Matrix3d cross = tracking::cross_matrix(fit.X_tracker_body.linear() * fit.cloud.centre_mm);
   const double centre_mm2 = error.centre_mm * error.centre_mm / 3.0;
-  Matrix6 covariance;
+  Matrix6x6 covariance;
   covariance << centre_mm2 * Eigen::Matrix3d::Identity() + cross * turn * cross.transpose(), cross * turn,
       turn * cross.transpose(), turn;
   return covariance;
@@ -366,7 +366,7 @@ FiducialFit mean_adjusted_pose(std::span<const Pose> adjusted, const std::string
   fit.X_body_model.translation().setZero();
   for (const Pose& X : adjusted) fit.X_body_model.translation() += X.translation() / n;
 
-  Matrix6 covariance = Matrix6::Zero();
+  Matrix6x6 covariance = Matrix6x6::Zero();
   std::vector<double> off_mm;
   for (const Pose& X : adjusted) {
     Eigen::Matrix<double, 6, 1> off;
