@@ -16,7 +16,7 @@ if(VRDA_PIPELINE)
   vrda_install(vrda pipeline)
   foreach(folder jobs schemas)
     install(DIRECTORY ${folder} DESTINATION ${CMAKE_INSTALL_DATADIR}/vrda COMPONENT pipeline
-      FILES_MATCHING PATTERN *.toml PATTERN *.md PATTERN *.json PATTERN *.csv)
+      FILES_MATCHING PATTERN *.toml PATTERN *.md PATTERN *.json PATTERN *.csv PATTERN *.xml)
   endforeach()
 endif()
 if(VRDA_PLAYER)

@@ -1,6 +1,6 @@
 """Runs the shell examples of every README in a temporary folder, as a user would type them.
 
-usage: readme_examples_test.py VRDA VRDA_PLAYER
+usage: readme_examples_test.py VRDA VRDA_PLAYER VRDA_WEBCAM
 exit: 0 when all examples work, 1 when one fails (printed)
 
 An example that needs what no test machine has, or that another test runs, is listed in ELSEWHERE with that test.
@@ -38,6 +38,7 @@ ELSEWHERE = {
     "scripts/identification": "results/identification.md",
     "scripts/truth": "results/truth.md",
     "scripts/prepare_trials": "results/prepare.md",
+    "scripts/firmware": "tests/player/devices/firmware_counts_test.cpp",
     "scripts/package": "tests/package/packages_test.py",
     "scripts/trial-packages": "tests/package/bare_root_test.py",
     "scripts/trial-clean-root": "tests/package/bare_root_test.py",
@@ -49,12 +50,16 @@ ELSEWHERE = {
     "vrda convert": "tests/app/convert_test.cpp",
     "vrda fit knee.toml --motion": "tests/app/offset_test.cpp",
     "vrda fit knee.toml --to": "tests/app/laxity_test.cpp",
+    "vrda bands": "tests/app/uncertainty_test.cpp",
     "vrda laxity": "tests/app/laxity_test.cpp",
     "vrda run fitted.toml": "tests/app/offset_test.cpp",
     "vrda prepare": "tests/app/prepare_test.cpp",
     "vrda run my-knee/knee.toml": "tests/app/prepare_test.cpp",
     "vrda check knee.toml": "tests/app/convert_test.cpp",
     "vrda-player body": "tests/player/app/bench_program_test.cpp",
+    "vrda-player serve": "tests/player/app/serve_test.cpp",
+    "vrda-player calibrate functional": "tests/player/calibrate/functional_step_test.cpp",
+    "vrda-webcam calibrate": "tests/player/webcam/camera_test.cpp",
     "vrda-player web": "tests/player/web/CMakeLists.txt",
     # a window, which an operator closes
     "vrda-player show results/my-knee": "tests/player/app/window_test.cpp",
@@ -137,12 +142,12 @@ def run_block(lines, folder, environment):
         return code, log.read()
 
 
-def main(vrda, player):
+def main(vrda, player, webcam):
     failures = []
     n_run = 0
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        environment = prepare(folder, {"vrda": vrda, "vrda-player": player})
+        environment = prepare(folder, {"vrda": vrda, "vrda-player": player, "vrda-webcam": webcam})
         for readme in READMES:
             for block in blocks(readme):
                 lines = []
@@ -168,4 +173,4 @@ def main(vrda, player):
 
 
 if __name__ == "__main__":
-    sys.exit(main(*(pathlib.Path(word).resolve() for word in sys.argv[1:3])))
+    sys.exit(main(*(pathlib.Path(word).resolve() for word in sys.argv[1:4])))

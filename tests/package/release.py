@@ -42,7 +42,7 @@ def coarse_knee(folder):
 
 def shared_files():
     """Contents of share/vrda in every installation: all jobs and schemas, by path relative to the prefix."""
-    kinds = (".toml", ".md", ".json", ".csv")
+    kinds = (".toml", ".md", ".json", ".csv", ".xml")
     found = [path for folder in ("jobs", "schemas") for path in (SOURCE / folder).rglob("*") if path.suffix in kinds]
     return {"share/vrda/" + str(path.relative_to(SOURCE)) for path in found}
 
