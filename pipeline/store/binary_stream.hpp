@@ -15,7 +15,7 @@
 
 #include "core/error.hpp"
 #include "store/derived.hpp"
-#include "store/registry_rows.hpp"
+#include "store/registry_visitor.hpp"
 
 namespace vrda::store {
 
@@ -56,7 +56,7 @@ class BinaryWriter : public RegistryVisitor {
     if (count.kind != DimensionSize::Kind::fixed) write_value(count.n);
   }
   template <typename Member>
-  void attribute(const std::string&, const std::string&, const Member& member, const Unit& = unit::none)
+  void attribute(const std::string&, const std::string&, const Member& member, const Unit&)
   {
     if constexpr (std::is_same_v<Member, bool>) {
       write_value(member ? std::int8_t{1} : std::int8_t{0});
@@ -135,7 +135,7 @@ class BinaryReader : public RegistryVisitor {
     RegistryVisitor::dimension(path, DimensionSize::fixed(n));
   }
   template <typename Member>
-  void attribute(const std::string&, const std::string&, Member& member, const Unit& = unit::none)
+  void attribute(const std::string&, const std::string&, Member& member, const Unit&)
   {
     if constexpr (std::is_same_v<Member, bool>) {
       std::int8_t code = 0;

@@ -32,10 +32,12 @@ struct SmoothedSurface {
   double condition_number = 0.0;     ///< of the design matrix
 };
 
+using Exponents = Eigen::Array<std::int32_t, Eigen::Dynamic, 2, Eigen::RowMajor>;
+
 struct SmoothedSet {
   std::int32_t degree = 0;
-  bool is_robust = false;                                                    ///< fitted with Huber's weights
-  Eigen::Array<std::int32_t, Eigen::Dynamic, 2, Eigen::RowMajor> exponents;  ///< [n_terms, 2]
+  bool is_robust = false;                 ///< fitted with Huber's weights
+  Exponents exponents;                    ///< [n_terms, 2]
   std::vector<SmoothedSurface> surfaces;  ///< tx, ty, tz, theta; also varus where it was free
   /// Travel along Delta from the smoothed pose into contact, mm, added by the set "degree_N_recontacted". NaN
   /// where there is no contact along Delta.
@@ -140,16 +142,16 @@ enum class RepairStatus : std::int8_t { unchanged = 0, repaired = 1, not_converg
 
 /// The measured motion of which a model's frames are the repair, and what the repair changed.
 struct RepairedFrames {
-  bool is_converged = false;             ///< else the limit of iterations ended the repair
-  std::vector<double> X_measured;        ///< [n_flexion, 4, 4] row-major, as X_reference_moving
-  std::vector<std::int8_t> status;       ///< [n_flexion] RepairStatus
-  std::vector<double> distance;          ///< [n_flexion] Mahalanobis distance from the measured pose
-  std::vector<double> rotation_shift;    ///< [n_flexion, 3] in standard deviations, about the canonical axes
+  bool is_converged = false;              ///< else the limit of iterations ended the repair
+  std::vector<double> X_measured;         ///< [n_flexion, 4, 4] row-major, as X_reference_moving
+  std::vector<std::int8_t> status;        ///< [n_flexion] RepairStatus
+  std::vector<double> distance;           ///< [n_flexion] Mahalanobis distance from the measured pose
+  std::vector<double> rotation_shift;     ///< [n_flexion, 3] in standard deviations, about the canonical axes
   std::vector<double> translation_shift;  ///< [n_flexion, 3] likewise, along them
   /// [n_flexion] Travel along Delta to the next contact; NaN where the bodies overlap or nothing is ahead.
   std::vector<double> gap_before_mm, gap_after_mm;
   std::vector<double> penetration_before_mm, penetration_after_mm;  ///< [n_flexion] as AuditSet
-  std::vector<double> noise_deg, noise_mm;                          ///< [3] standard deviations, canonical axes
+  std::vector<double> noise_deg, noise_mm;  ///< [3] standard deviations, canonical axes
   /// [3] Period of half amplitude of the smoothing in mean spacings of the frames; 2: not smoothed.
   std::vector<double> rotation_period, translation_period;
   std::vector<double> gap_limit_mm;  ///< [1] of the pair or [2] of medial and lateral; NaN: none

@@ -13,7 +13,7 @@
 #include "core/error.hpp"
 #include "store/h5_reader.hpp"
 #include "store/h5_writer.hpp"
-#include "store/registry_rows.hpp"
+#include "store/registry_visitor.hpp"
 #include "store/value_findings.hpp"
 
 namespace vrda::store {
@@ -31,7 +31,7 @@ class Hdf5WriteVisitor : public RegistryVisitor {
 
   template <typename Member>
   void attribute(const std::string& object, const std::string& name, const Member& member,
-                 const Unit& = unit::none)
+                 const Unit&)
   {
     if (sort_ == Pass::root_attributes && object == "/") write(object, name, member);
     if (sort_ == Pass::attributes && object != "/")
@@ -41,7 +41,7 @@ class Hdf5WriteVisitor : public RegistryVisitor {
   template <typename Value>
   void derived_attribute(const std::string& object, const std::string& name, const Value& value)
   {
-    attribute(object, name, value);
+    attribute(object, name, value, unit::none);
   }
 
   /// Writes a dataset, and the dimensions that it uses first.

@@ -8,15 +8,23 @@
 #include "core/error.hpp"
 #include "core/key_name.hpp"
 #include "core/units.hpp"
-#include "store/member_visitor.hpp"
+#include "store/registry.hpp"
 
 namespace vrda::store {
 namespace {
 
 /// Resizes every dataset of the cells and of the free spine and fills it with empty values.
-class EmptyCells : public MemberVisitor {
- protected:
-  void change(const Dataset& dataset, const Values&, const Resize& resized) override
+class EmptyCells : public RegistryVisitor {
+ public:
+  template <typename Member>
+  void operator()(const Dataset& dataset, Member& member)
+  {
+    if constexpr (member_kind<Member>() != ValueKind::text) empty(dataset, member);
+  }
+
+ private:
+  template <typename Member>
+  void empty(const Dataset& dataset, Member& member)
   {
     const std::vector<std::string>& dimensions = dataset.dimensions;
     const bool is_of_cells =
@@ -27,11 +35,10 @@ class EmptyCells : public MemberVisitor {
     if (!is_of_cells && !is_of_spine && !is_of_rows) return;
     const std::vector<std::int8_t> codes = flag_table(dataset.flags()).values;
     const bool has_unknown = std::find(codes.begin(), codes.end(), -1) != codes.end();
-    std::visit([&](const auto values) { std::ranges::fill(values, empty_value(values, has_unknown)); },
-               resized(shape_of(dataset)));
+    resize(member, shape_of(dataset));
+    std::ranges::fill(values_of(member), empty_value(values_of(member), has_unknown));
   }
 
- private:
   template <typename Scalar>
   static Scalar empty_value(std::span<Scalar>, bool has_unknown)
   {
@@ -113,7 +120,7 @@ MotionModel with_pending_cells(MotionModel model)
   model.zero_varus.reset();
   model.audits.clear();
   EmptyCells empty;
-  visit_members(model, empty);
+  visit_motion_model(model, empty);
   if (model.equilibrium) model.equilibrium->band_moment_nmm = band_moment_nmm;
   if (!model.has_compartments) set_no_compartments(model);
   return model;

@@ -1,60 +1,17 @@
-/// Building blocks of a registry's rows, and the base of its visitors.
+/// Building blocks of a registry's rows, and the parts of the motion model's.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "core/error.hpp"
+#include "core/scaling.hpp"
 #include "core/step_record.hpp"
-#include "store/dataset.hpp"
+#include "store/motion_model.hpp"
+#include "store/registry_visitor.hpp"
 
 namespace vrda::store {
-
-/// CF 1.9 is the first to allow 64-bit integers (row_start).
-inline constexpr const char* conventions = "CF-1.9";
-
-/// Base of registry visitors, with empty defaults. A visitor also has `void operator()(const Dataset&,
-/// Member&)`, called once per dataset.
-class RegistryVisitor {
- public:
-  void group(const std::string&) {}
-  /// Whether an optional object exists: in the model (`is_there`), or in the file being read.
-  bool has(const std::string&, bool is_there) { return is_there; }
-  void dimension(const std::string& path, const DimensionSize& count) { sizes_.push_back({path, count.n}); }
-  template <typename Member>
-  void attribute(const std::string&, const std::string&, Member&, const Unit& = unit::none)
-  {
-  }
-  /// An attribute that repeats a value stored elsewhere in the model.
-  template <typename Value>
-  void derived_attribute(const std::string&, const std::string&, const Value&)
-  {
-  }
-  /// A list with one group per element below `group`; a reader fills the list.
-  template <typename List>
-  void list(const std::string&, List&)
-  {
-  }
-
-  /// Size of a dimension that was visited before.
-  std::int64_t size(const std::string& path) const
-  {
-    for (const auto& [known, n] : sizes_)
-      if (known == path) return n;
-    throw InternalError("a dataset uses a dimension that is not in the registry");
-  }
-  std::vector<std::int64_t> shape_of(const Dataset& dataset) const
-  {
-    std::vector<std::int64_t> shape;
-    for (const std::string& dimension : dataset.dimensions) shape.push_back(size(dimension));
-    return shape;
-  }
-
- private:
-  std::vector<std::pair<std::string, std::int64_t>> sizes_;
-};
 
 namespace registry {
 
@@ -111,35 +68,30 @@ ValueCondition where_stable(const Codes& status)
 }
 
 /// Visits one text member of a list's elements as a column; a reader resizes the list.
-template <typename List, typename Text, typename Visitor>
-void visit_column(Visitor& visit, const Dataset& dataset, List& list, Text text)
+template <typename List, typename Text>
+void visit_column(RowVisitor& visit, const Dataset& dataset, List& list, Text text)
 {
   std::vector<std::string> column;
   for (const auto& element : list) column.push_back(element.*text);
-  if constexpr (std::is_const_v<List>) {
-    visit(dataset, std::as_const(column));
-  } else {
-    visit(dataset, column);
-    list.resize(column.size());
-    for (std::size_t i = 0; i < column.size(); ++i) list[i].*text = column[i];
-  }
+  visit(dataset, column);
+  if (!visit.may_change()) return;
+  list.resize(column.size());
+  for (std::size_t i = 0; i < column.size(); ++i) list[i].*text = column[i];
 }
 
 /// Whether an optional part exists; a reader creates it if the file has it.
-template <typename Optional, typename Visitor>
-bool has_optional(Visitor& visit, const std::string& path, Optional& part)
+template <typename Optional>
+bool has_optional(RowVisitor& visit, const std::string& path, Optional& part)
 {
   const bool found = visit.has(path, part.has_value());
-  if constexpr (!std::is_const_v<Optional>) {
-    if (found && !part) part.emplace();
-  }
+  if (found && !part) part.emplace();
   return found;
 }
 
 /// Centres of contact of the compartments, of the cells or of the zero-varus motion.
-template <typename Paths, typename Visitor>
+template <typename Paths>
 void visit_paths(Paths& paths, const std::string& group, const std::vector<std::string>& dimensions,
-                 const ValueCondition& answered, Visitor& visit)
+                 const ValueCondition& answered, RowVisitor& visit)
 {
   const ValueRule points = rule(Rule::whole_rows, answered);
   visit({group + "/medial_reference", dimensions, unit::mm, points,
@@ -155,6 +107,22 @@ void visit_paths(Paths& paths, const std::string& group, const std::vector<std::
          "centre of contact of the lateral compartment, canonical axes of the moving body"},
         paths.lateral_moving_mm);
 }
+
+struct AuditedModel {
+  bool has_compartments, has_frames;
+};
+
+void visit_smoothed(SmoothedSet& set, RowVisitor& visit);
+void visit_two_sided(TwoSided& motion, RowVisitor& visit);
+void visit_repair(RepairedFrames& repair, RowVisitor& visit);
+void visit_zero_varus(ZeroVarus& motion, bool has_compartments, RowVisitor& visit);
+void visit_audit(AuditSet& audit, const AuditedModel& model, RowVisitor& visit);
+void visit_push(PushRows& push, RowVisitor& visit);
+void visit_equilibrium(MotionModel& model, RowVisitor& visit);
+void visit_coordinates(MotionModel& model, RowVisitor& visit);
+void visit_ligaments(MotionModel& model, RowVisitor& visit);
+void visit_uncertainty(UncertainMotion& motion, bool has_fibres, RowVisitor& visit);
+void visit_inputs(std::vector<InputFile>& inputs, RowVisitor& visit);
 
 }  // namespace registry
 }  // namespace vrda::store

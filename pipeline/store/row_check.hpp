@@ -6,7 +6,7 @@
 #include <set>
 #include <string>
 
-#include "store/registry_rows.hpp"
+#include "store/registry_visitor.hpp"
 #include "store/value_findings.hpp"
 
 namespace vrda::store {

@@ -3,31 +3,34 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "store/member_visitor.hpp"
+#include "store/registry.hpp"
 
 namespace vrda::store {
 namespace {
 
 /// Multiplies values by the factor to the length power of their unit.
-class Scale : public MemberVisitor {
+class Scale : public RegistryVisitor {
  public:
   explicit Scale(double factor) : factor_(factor) {}
 
- protected:
-  void change_attribute(std::span<double> values, const Unit& units) override
+  template <typename Member>
+  void attribute(const std::string&, const std::string&, Member& member, const Unit& units)
   {
-    for (double& value : values) value *= factor_of(units);
+    if constexpr (std::is_same_v<Member, double> || std::is_same_v<Member, Eigen::Vector3d>)
+      member *= factor_of(units);
   }
 
-  void change(const Dataset& dataset, const Values& values, const Resize&) override
+  template <typename Member>
+  void operator()(const Dataset& dataset, Member& member)
   {
-    const auto* numbers = std::get_if<std::span<double>>(&values);
-    if (numbers == nullptr) return;
-    const double factor = factor_of(dataset.units);
-    // In poses (4 x 4, row by row) only the translation is a length.
-    const bool is_pose = dataset.valid.rule == Rule::rigid;
-    for (std::size_t k = 0; k < numbers->size(); ++k)
-      if (!is_pose || (k % 4 == 3 && k % 16 != 15)) (*numbers)[k] *= factor;
+    if constexpr (member_kind<Member>() == ValueKind::float64) {
+      const double factor = factor_of(dataset.units);
+      // In poses (4 x 4, row by row) only the translation is a length.
+      const bool is_pose = dataset.valid.rule == Rule::rigid;
+      const auto values = values_of(member);
+      for (std::size_t k = 0; k < values.size(); ++k)
+        if (!is_pose || (k % 4 == 3 && k % 16 != 15)) values[k] *= factor;
+    }
   }
 
  private:
@@ -42,7 +45,7 @@ MotionModel scaled_model(MotionModel model, double factor)
 {
   check(std::isfinite(factor) && factor > 0.0, "the scale factor must be above 0");
   Scale scale(factor);
-  if (factor != 1.0) visit_members(model, scale);
+  if (factor != 1.0) visit_motion_model(model, scale);
   return model;
 }
 

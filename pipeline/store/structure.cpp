@@ -82,7 +82,7 @@ class StructureCheck : public RegistryVisitor {
   }
 
   template <typename Member>
-  void attribute(const std::string& object, const std::string& name, Member& member, const Unit& = unit::none)
+  void attribute(const std::string& object, const std::string& name, Member& member, const Unit&)
   {
     if (const std::optional<AttributeValue> value = checked_attribute(object, name, member)) {
       assign(*value, member);

@@ -25,6 +25,7 @@ GROUPS = {
     "/equilibrium/forces": {"force", "cell_bound", "xyz"},
     "/equilibrium/spine": {"flexion"},
     "/ligaments": {"flexion", "varus", "fibre", "wrapping", "xyz", "row", "column"},
+    "/uncertainty": {"sample", "draw", "flexion", "angle", "direction", "compartment", "quantile", "quantity", "fibre"},
     "/smoothed/degree_1": {"flexion", "varus", "term", "axis"},
     "/zero_varus": {"flexion", "interval", "sagittal", "xyz", "row", "column"},
     "/audit/raw": {"flexion", "varus"},

@@ -7,6 +7,7 @@
 
 #include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
+#include "store/registry.hpp"
 #include "store/trace_registry.hpp"
 
 namespace vrda::test {

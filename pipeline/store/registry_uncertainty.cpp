@@ -1,16 +1,12 @@
 /// Rows of the registry: the motion of an uncertain job.
-#pragma once
-
 #include "store/registry_rows.hpp"
-#include "store/uncertain_motion.hpp"
 
 namespace vrda::store::registry {
 
 // One line per dataset.
 // clang-format off
 
-template <typename Motion, typename Visitor>
-void visit_uncertainty(Motion& motion, bool has_fibres, Visitor& visit)
+void visit_uncertainty(UncertainMotion& motion, bool has_fibres, RowVisitor& visit)
 {
   const std::string group = "/uncertainty";
   const std::string sample = group + "/sample", draw = group + "/draw", band = group + "/quantile";
@@ -27,6 +23,8 @@ void visit_uncertainty(Motion& motion, bool has_fibres, Visitor& visit)
   visit.dimension(group + "/compartment", DimensionSize::fixed(3));
   visit.dimension(band, DimensionSize::fixed(static_cast<std::int64_t>(band_probabilities.size())));
   visit.dimension(group + "/quantity", DimensionSize::fixed(static_cast<std::int64_t>(uncertain_quantities.size())));
+  // netCDF finds dimensions in a group and those above it, so not in /ligaments.
+  if (has_fibres) visit.dimension(group + "/fibre", DimensionSize::fixed(static_cast<std::int64_t>(visit.size("/ligaments/fibre"))));
   const std::vector<std::string> poses{sample, "/flexion"}, table{"/flexion", group + "/quantity", draw};
   const auto of_sample = [&](const char* of) { return std::vector<std::string>{sample, "/flexion", group + of}; };
   const auto of_band = [&](const std::string& of) { return std::vector<std::string>{band, "/flexion", of}; };
@@ -42,7 +40,7 @@ void visit_uncertainty(Motion& motion, bool has_fibres, Visitor& visit)
   visit({group + "/rotation_band", of_band(group + "/angle"), unit::degree, number_or_nan(), "quantiles of the rotations"}, motion.rotation_band_deg);
   visit({group + "/translation_band", of_band(group + "/direction"), unit::mm, number_or_nan(), "quantiles of the translations"}, motion.translation_band_mm);
   visit({group + "/contact_force_band", of_band(group + "/compartment"), unit::n, at_least_0_or_nan, "quantiles of the contact forces"}, motion.contact_force_band_n);
-  if (has_fibres) visit({group + "/tension_band", of_band("/ligaments/fibre"), unit::n, at_least_0_or_nan, "quantiles of the tensions of the fibres"}, motion.tension_band_n);
+  if (has_fibres) visit({group + "/tension_band", of_band(group + "/fibre"), unit::n, at_least_0_or_nan, "quantiles of the tensions of the fibres"}, motion.tension_band_n);
   const std::vector<std::string> motions{band, "/flexion"};
   const ValueCondition posed = where_stable(motion.quantile_status);
   visit({group + "/quantile_sample", {band}, unit::one, row_of(static_cast<Eigen::Index>(visit.size(sample))), "sample at each probability in the order of internal rotation, as mean over flexion"}, motion.quantile_sample);

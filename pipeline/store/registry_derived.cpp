@@ -1,7 +1,4 @@
 /// Rows of the registry: data derived from the raw surfaces (smoothed sets, zero-varus motion, audits).
-#pragma once
-
-#include "store/derived.hpp"
 #include "store/registry_rows.hpp"
 
 namespace vrda::store::registry {
@@ -11,8 +8,7 @@ namespace vrda::store::registry {
 
 /// The optional fifth surface, of the varus found, is named `varus_solved` like the raw one: xarray cannot open a
 /// `varus` over (flexion, varus).
-template <typename Set, typename Visitor>
-void visit_smoothed(Set& set, Visitor& visit)
+void visit_smoothed(SmoothedSet& set, RowVisitor& visit)
 {
   const std::string group = smoothed_group(set.degree);
   const std::vector<std::string> grid{"/flexion", "/varus"};
@@ -23,7 +19,7 @@ void visit_smoothed(Set& set, Visitor& visit)
   visit.dimension(group + "/axis", DimensionSize::fixed(2));
   visit({group + "/exponents", {group + "/term", group + "/axis"}, unit::one, rule(Rule::any), "degree of each term's Legendre polynomial of flexion and of varus"}, set.exponents);
   const bool has_varus = visit.has(smoothed_path(set.degree, "varus"), set.surfaces.size() == 5);
-  if constexpr (!std::is_const_v<Set>) {
+  if (visit.may_change()) {
     set.surfaces.resize(has_varus ? 5 : 4);
     for (std::size_t i = 0; i < set.surfaces.size(); ++i) set.surfaces[i].name = smoothed_names[i];
   }
@@ -42,8 +38,7 @@ void visit_smoothed(Set& set, Visitor& visit)
   visit({group + "/recontact", grid, unit::mm, number_or_nan(), "travel along Delta from the smoothed pose into contact"}, *set.recontact_mm);
 }
 
-template <typename Motion, typename Visitor>
-void visit_two_sided(Motion& motion, Visitor& visit)
+void visit_two_sided(TwoSided& motion, RowVisitor& visit)
 {
   const std::string group = "/two_sided";
   const std::vector<std::string> flexion{group + "/flexion"};
@@ -62,8 +57,7 @@ void visit_two_sided(Motion& motion, Visitor& visit)
   visit({group + "/gap_lateral", flexion, unit::mm, number(posed), "gap along Delta of the lateral compartment"}, motion.gap_lateral_mm);
 }
 
-template <typename Repair, typename Visitor>
-void visit_repair(Repair& repair, Visitor& visit)
+void visit_repair(RepairedFrames& repair, RowVisitor& visit)
 {
   const std::string group = "/repair";
   const std::vector<std::string> frame{"/flexion"}, vectors{"/flexion", "/xyz"}, axes{"/xyz"};
@@ -86,8 +80,9 @@ void visit_repair(Repair& repair, Visitor& visit)
   visit({group + "/gap_limit", {group + "/side"}, unit::mm, number_or_nan(), "largest permitted gap along Delta: of the pair, or medial and lateral; NaN: none"}, repair.gap_limit_mm);
 }
 
-template <typename Motion, typename Visitor>
-void visit_zero_varus_poses(Motion& motion, Visitor& visit)
+namespace {
+
+void visit_zero_varus_poses(ZeroVarus& motion, RowVisitor& visit)
 {
   using When = ValueCondition::When;
   const std::string group = "/zero_varus";
@@ -114,8 +109,9 @@ void visit_zero_varus_poses(Motion& motion, Visitor& visit)
   visit({group + "/lateral", flexion, unit::mm, number(posed), "translation of the rotation centre along the flexion axis, lateral positive"}, motion.lateral_mm);
 }
 
-template <typename Motion, typename Visitor>
-void visit_zero_varus(Motion& motion, bool has_compartments, Visitor& visit)
+}  // namespace
+
+void visit_zero_varus(ZeroVarus& motion, bool has_compartments, RowVisitor& visit)
 {
   const std::string group = "/zero_varus";
   const std::vector<std::string> interval{group + "/interval"}, vectors{group + "/interval", "/xyz"};
@@ -142,12 +138,7 @@ void visit_zero_varus(Motion& motion, bool has_compartments, Visitor& visit)
   visit({group + "/lateral_sliding", interval, unit::mm, between, "sliding in the lateral compartment"}, motion.lateral_sliding_mm);
 }
 
-struct AuditedModel {
-  bool has_compartments, has_frames;
-};
-
-template <typename Audit, typename Visitor>
-void visit_audit(Audit& audit, const AuditedModel& model, Visitor& visit)
+void visit_audit(AuditSet& audit, const AuditedModel& model, RowVisitor& visit)
 {
   using When = ValueCondition::When;
   const std::string group = audit_group(audit.name), flexion = group + "/flexion", varus = group + "/varus";

@@ -1,6 +1,4 @@
 /// Rows of the registry: push, equilibrium, ligaments.
-#pragma once
-
 #include "store/registry_rows.hpp"
 
 namespace vrda::store::registry {
@@ -8,8 +6,9 @@ namespace vrda::store::registry {
 // One line per dataset.
 // clang-format off
 
-template <typename Loads, typename Visitor>
-void visit_loads(Loads& loads, Visitor& visit)
+namespace {
+
+void visit_loads(LoadRows& loads, RowVisitor& visit)
 {
   const std::string group = "/push/loads";
   const std::vector<std::string> load{group + "/load"}, vectors{"/flexion", group + "/load", "/xyz"};
@@ -22,8 +21,7 @@ void visit_loads(Loads& loads, Visitor& visit)
   visit({group + "/moment", vectors, unit::nmm, number(), "moment on the moving object, right-handed, axes of its frame"}, loads.moment_nmm);
 }
 
-template <typename Lines, typename Visitor>
-void visit_lines(Lines& lines, Visitor& visit)
+void visit_lines(LineRows& lines, RowVisitor& visit)
 {
   const std::string group = "/push/lines";
   const std::vector<std::string> line{group + "/line"}, point{group + "/waypoint"};
@@ -37,8 +35,9 @@ void visit_lines(Lines& lines, Visitor& visit)
   visit({group + "/point_body", point, unit::none, codes(FlagSet::body), "body to which the point is fixed"}, lines.point_body);
 }
 
-template <typename Push, typename Visitor>
-void visit_push(Push& push, Visitor& visit)
+}  // namespace
+
+void visit_push(PushRows& push, RowVisitor& visit)
 {
   visit.group("/push");
   visit.attribute("/push", "point_mm", push.point_mm, unit::mm);
@@ -50,8 +49,9 @@ void visit_push(Push& push, Visitor& visit)
   if (has_optional(visit, "/push/lines", push.lines)) visit_lines(*push.lines, visit);
 }
 
-template <typename Model, typename Visitor>
-void visit_forces(Model& model, Visitor& visit)
+namespace {
+
+void visit_forces(MotionModel& model, RowVisitor& visit)
 {
   auto& forces = model.equilibrium->forces;
   const std::string group = "/equilibrium/forces";
@@ -69,8 +69,7 @@ void visit_forces(Model& model, Visitor& visit)
   visit({group + "/compartment", force, unit::none, codes(FlagSet::compartment), "compartment of the force"}, forces.compartment);
 }
 
-template <typename Branches, typename Visitor>
-void visit_branches(Branches& branches, Visitor& visit)
+void visit_branches(SpineBranches& branches, RowVisitor& visit)
 {
   const std::string group = "/equilibrium/spine/branches";
   const std::vector<std::string> branch{group + "/branch"};
@@ -87,8 +86,7 @@ void visit_branches(Branches& branches, Visitor& visit)
   visit({group + "/is_chosen", branch, unit::none, codes(FlagSet::yes_no), "whether it is the pose of the spine"}, branches.is_chosen);
 }
 
-template <typename Spine, typename Visitor>
-void visit_free_spine(Spine& spine, Visitor& visit)
+void visit_free_spine(FreeSpine& spine, RowVisitor& visit)
 {
   const std::string group = "/equilibrium/spine";
   const std::vector<std::string> flexion{"/flexion"};
@@ -109,8 +107,9 @@ void visit_free_spine(Spine& spine, Visitor& visit)
   visit_branches(spine.branches, visit);
 }
 
-template <typename Model, typename Visitor>
-void visit_equilibrium(Model& model, Visitor& visit)
+}  // namespace
+
+void visit_equilibrium(MotionModel& model, RowVisitor& visit)
 {
   auto& found = *model.equilibrium;
   const std::vector<std::string> grid{"/flexion", "/varus"}, vectors{"/flexion", "/varus", "/xyz"};
@@ -131,8 +130,7 @@ void visit_equilibrium(Model& model, Visitor& visit)
   visit_free_spine(found.spine, visit);
 }
 
-template <typename Model, typename Visitor>
-void visit_coordinates(Model& model, Visitor& visit)
+void visit_coordinates(MotionModel& model, RowVisitor& visit)
 {
   auto& found = *model.coordinates;
   const std::string group = "/coordinates", coordinate = group + "/coordinate";
@@ -147,8 +145,9 @@ void visit_coordinates(Model& model, Visitor& visit)
   visit({group + "/holding_force", {"/flexion", "/varus", group + "/translation"}, unit::n, number_or_nan(stable), "force on the moving object that holds the anterior, proximal and lateral translation, along the coordinate; NaN where it is free"}, found.holding_force_n);
 }
 
-template <typename Ligaments, typename Visitor>
-void visit_wraps(Ligaments& ligaments, Visitor& visit)
+namespace {
+
+void visit_wraps(LigamentRows& ligaments, RowVisitor& visit)
 {
   const std::vector<std::string> wrap{"/ligaments/wrapping"};
   visit.dimension("/ligaments/wrapping", DimensionSize::counted(ligaments.wrap_name.size()));
@@ -159,8 +158,9 @@ void visit_wraps(Ligaments& ligaments, Visitor& visit)
   visit({"/ligaments/wrap_radii", {"/ligaments/wrapping", "/xyz"}, unit::mm, above_0(), "half-axes of an ellipsoid; radius, radius and half length of a cylinder along its Z"}, ligaments.wrap_radii_mm);
 }
 
-template <typename Model, typename Visitor>
-void visit_ligaments(Model& model, Visitor& visit)
+}  // namespace
+
+void visit_ligaments(MotionModel& model, RowVisitor& visit)
 {
   auto& ligaments = *model.ligaments;
   const std::vector<std::string> fibre{"/ligaments/fibre"}, vectors{"/ligaments/fibre", "/xyz"},
