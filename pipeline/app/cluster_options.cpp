@@ -46,9 +46,7 @@ void add_job_options(CLI::App& c, Options& options)
 {
   c.add_option("job", options.job_file, "Job or campaign file (TOML)")->required();
   c.add_option("--data", options.data_directory, "Base folder of relative mesh file names");
-  c.add_option("--set", options.overrides, "key=value, overrides the job file; may be repeated")
-      ->allow_extra_args(false)
-      ->take_all();
+  add_overrides(c, options.overrides);
   c.add_option("--shards", options.n_shards, "Shards (tasks) per case")
       ->check(whole_number(1, most_tasks))
       ->capture_default_str();

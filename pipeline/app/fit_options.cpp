@@ -31,15 +31,11 @@ void FitCommandOptions::add_to(CLI::App& command)
       "-o,--output", output,
       "Write the resolved job with the numbers found; of --to also JOB.ligaments.csv and JOB.fit.json");
   command.add_option("--data", data_directory, "Base folder of relative mesh file names");
-  command.add_option("--set", overrides, "key=value, overrides the job file; may be repeated")
-      ->allow_extra_args(false)
-      ->take_all();
+  add_overrides(command, overrides);
   command.add_flag("--fresh", is_fresh, "Of --to: discard the journal of an interrupted fit");
   command.add_option("--threads", n_threads, "Of --to: worker threads; default: one per processor")
       ->check(whole_number(1, 1024));
-  command.add_option("--progress", progress, "auto, bar, plain or none")
-      ->check(one_of({"auto", "bar", "plain", "none"}))
-      ->capture_default_str();
+  add_progress(command, progress);
   command.add_flag("--json", as_json, "Print JSON");
 }
 

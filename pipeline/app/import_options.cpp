@@ -42,8 +42,7 @@ void add_import_options(CLI::App& c, ImportOptions& o)
   c.add_option("--reference-motion", o.reference_motion,
                "File with the poses of the reference in a common frame");
   c.add_flag("--replace", o.may_replace, "Replace another result");
-  c.add_option("--threads", o.n_threads, "Worker threads; default: one per processor")
-      ->check(whole_number(1, 1024));
+  add_threads(c, o.n_threads);
   c.add_flag("--json", o.as_json, "Print JSON");
 }
 

@@ -13,15 +13,10 @@ void LaxityOptions::add_to(CLI::App& command)
       ->required();
   command.add_option("--against", against, "Published values (CSV, schemas/laxity.md) to compare with");
   command.add_option("--data", data_directory, "Base folder of relative file names");
-  command.add_option("--set", overrides, "key=value, overrides the job file; may be repeated")
-      ->allow_extra_args(false)
-      ->take_all();
+  add_overrides(command, overrides);
   command.add_flag("--replace", may_replace, "Replace the result of another job");
-  command.add_option("--threads", n_threads, "Worker threads; default: one per processor")
-      ->check(whole_number(1, 1024));
-  command.add_option("--progress", progress, "auto, bar, plain or none")
-      ->check(one_of({"auto", "bar", "plain", "none"}))
-      ->capture_default_str();
+  add_threads(command, n_threads);
+  add_progress(command, progress);
   command.add_flag("--json", as_json, "Print JSON");
 }
 

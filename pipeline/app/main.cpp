@@ -135,9 +135,7 @@ struct Commands {
                       "vrda check jobs/knee-generic.toml --picture knee.png");
     c.add_option("job", check.job_file, "Job file (TOML)")->required();
     c.add_option("--data", check.data_directory, "Base folder of relative mesh file names");
-    c.add_option("--set", check.overrides, "key=value, overrides the job file; may be repeated")
-        ->allow_extra_args(false)
-        ->take_all();
+    vrda::app::add_overrides(c, check.overrides);
     c.add_option("--picture", check.picture,
                  "PNG file to draw: bones, axes, rotation centre, push and fibres in two views");
     c.add_flag("--json", check.as_json, "Print JSON");
@@ -177,8 +175,7 @@ struct Commands {
     c.add_flag("--robust", smooth.is_robust, "Reduce the weight of outliers (Huber)");
     c.add_flag("--recontact", smooth.is_recontacted,
                "Also find the travel along Delta into contact at every attitude");
-    c.add_option("--threads", smooth.n_threads, "Worker threads; default: one per processor")
-        ->check(vrda::app::whole_number(1, 1024));
+    vrda::app::add_threads(c, smooth.n_threads);
     c.add_flag("--json", smooth.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return smooth_command(smooth); }; });
   }
@@ -194,8 +191,7 @@ struct Commands {
     c.add_option("--refine", audit.refine, "Subdivisions of each grid cell along each axis")
         ->check(vrda::app::whole_number(1, 100))
         ->capture_default_str();
-    c.add_option("--threads", audit.n_threads, "Worker threads; default: one per processor")
-        ->check(vrda::app::whole_number(1, 1024));
+    vrda::app::add_threads(c, audit.n_threads);
     c.add_flag("--json", audit.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return audit_command(audit); }; });
   }
@@ -269,8 +265,7 @@ struct Commands {
                  "Subdivisions of a grid step at which gap and penetration are measured; 0: no audit")
         ->check(vrda::app::whole_number(0, 16))
         ->capture_default_str();
-    c.add_option("--threads", compare.n_threads, "Worker threads; default: one per processor")
-        ->check(vrda::app::whole_number(1, 1024));
+    vrda::app::add_threads(c, compare.n_threads);
     c.add_flag("--robust", compare.is_robust, "Fit with Huber weights, which reduce the effect of outliers");
     c.add_flag("--recontact", compare.is_recontacted,
                "Compare the motions after moving them into contact along Delta");

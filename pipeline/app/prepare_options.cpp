@@ -30,8 +30,7 @@ void add_prepare_options(CLI::App& c, PrepareOptions& o)
   c.add_flag_callback(
       "--no-ligaments", [&o] { o.has_ligaments = false; }, "Carry no ligaments over");
   c.add_option("-o,--output", o.folder, "Output folder")->required();
-  c.add_option("--threads", o.n_threads, "Worker threads; default: one per processor")
-      ->check(whole_number(1, 1024));
+  add_threads(c, o.n_threads);
   c.add_flag("--json", o.as_json, "Print prepare.json");
 }
 

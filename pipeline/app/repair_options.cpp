@@ -32,8 +32,7 @@ void add_repair_options(CLI::App& c, RepairCommandOptions& o)
       ->check(number(0.0, largest, {"auto", "none"}))
       ->capture_default_str();
   c.add_flag("--replace", o.may_replace, "Replace an existing output");
-  c.add_option("--threads", o.n_threads, "Worker threads; default: one per processor")
-      ->check(whole_number(1, 1024));
+  add_threads(c, o.n_threads);
   c.add_flag("--json", o.as_json, "Print JSON");
 }
 

@@ -13,9 +13,7 @@ void add_rom_options(CLI::App& c, RomOptions& o)
   c.add_option("-o,--output", o.folder,
                "Output folder: rom.json, rom.csv, boundary.csv, index.html, rom.png");
   c.add_option("--data", o.data_directory, "Base folder of relative mesh file names");
-  c.add_option("--set", o.overrides, "key=value, overrides the job file; may be repeated")
-      ->allow_extra_args(false)
-      ->take_all();
+  add_overrides(c, o.overrides);
   c.add_option("--flexion", o.flexion, "FROM:TO:STEP, degrees; default: 0, not driven");
   c.add_option("--varus", o.varus, "FROM:TO:STEP, degrees (adduction +); default: 0, not driven");
   c.add_option("--internal", o.internal, "FROM:TO:STEP, degrees; default: 0, not driven");
@@ -43,11 +41,8 @@ void add_rom_options(CLI::App& c, RomOptions& o)
                "without --shard joins them");
   c.add_flag("--fresh", o.is_fresh, "Discard the journals in the folder");
   c.add_flag("--replace", o.may_replace, "Replace the result of another job or of other limits");
-  c.add_option("--threads", o.n_threads, "Worker threads; default: one per processor")
-      ->check(whole_number(1, 1024));
-  c.add_option("--progress", o.progress, "auto, bar, plain or none")
-      ->check(one_of({"auto", "bar", "plain", "none"}))
-      ->capture_default_str();
+  add_threads(c, o.n_threads);
+  add_progress(c, o.progress);
   c.add_flag("--json", o.as_json, "Print JSON");
 }
 

@@ -13,11 +13,8 @@ void add_run_options(CLI::App& c, job_run::RunOptions& o)
   c.add_option("job", o.job_file, "Job file (TOML)")->required();
   c.add_option("-o,--output", o.output, "Motion model; default: results/<job name>/<job name>.h5");
   c.add_option("--data", o.data_directory, "Base folder of relative mesh file names");
-  c.add_option("--set", o.overrides, "key=value, overrides the job file; may be repeated")
-      ->allow_extra_args(false)
-      ->take_all();
-  c.add_option("--threads", o.n_threads, "Worker threads; default: one per processor")
-      ->check(whole_number(1, 1024));
+  add_overrides(c, o.overrides);
+  add_threads(c, o.n_threads);
   c.add_flag("--fresh", o.is_fresh, "Discard the journal and solve again, also when the job is finished");
   c.add_flag("--replace", o.may_replace, "Replace the result of another job");
   CLI::Option* spine = c.add_flag("--spine", o.only_spine,

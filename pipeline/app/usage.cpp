@@ -87,6 +87,26 @@ CLI::Validator one_of(const std::vector<std::string>& words)
   return with_message(CLI::IsMember(words), join_alternatives(words));
 }
 
+void add_overrides(CLI::App& command, std::vector<std::string>& overrides)
+{
+  command.add_option("--set", overrides, "key=value, overrides the job file; may be repeated")
+      ->allow_extra_args(false)
+      ->take_all();
+}
+
+void add_threads(CLI::App& command, int& n_threads)
+{
+  command.add_option("--threads", n_threads, "Worker threads; default: one per processor")
+      ->check(whole_number(1, 1024));
+}
+
+void add_progress(CLI::App& command, std::string& progress)
+{
+  command.add_option("--progress", progress, "auto, bar, plain or none")
+      ->check(one_of({"auto", "bar", "plain", "none"}))
+      ->capture_default_str();
+}
+
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error)
 {
   const CLI::App& reached = innermost(app);

@@ -21,6 +21,11 @@ CLI::Validator any_number();
 /// Message: "found "stl", wanted sto, mot or csv".
 CLI::Validator one_of(const std::vector<std::string>& words);
 
+/// Options of the same meaning in every command: --set key=value of a job (repeated), --threads, --progress.
+void add_overrides(CLI::App& command, std::vector<std::string>& overrides);
+void add_threads(CLI::App& command, int& n_threads);
+void add_progress(CLI::App& command, std::string& progress);
+
 /// Formats a usage error of `app` as one line that ends with the matching --help command. An unknown command
 /// or argument is named.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error);

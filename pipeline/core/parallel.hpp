@@ -12,8 +12,8 @@
 namespace vrda::inline core {
 
 /// `make()` returns the function of one thread. Each index in [0, n) is passed to one of them, once; the
-/// function must write to the results of that index only. Rethrows the first exception, after all threads
-/// have ended.
+/// function must write to the results of that index only. After an exception no further index
+/// is begun; it is rethrown when all threads have ended.
 template <typename Make>
 void for_each_index(std::size_t n, int n_threads, const Make& make)
 {
@@ -25,6 +25,7 @@ void for_each_index(std::size_t n, int n_threads, const Make& make)
       auto function = make();
       for (std::size_t k = next++; k < n; k = next++) function(k);
     } catch (...) {
+      next = n;
       const std::lock_guard lock(failure_mutex);
       if (!failure) failure = std::current_exception();
     }

@@ -76,6 +76,30 @@ std::string escape_control_characters(std::string_view text)
   return out;
 }
 
+std::string escape_markup(std::string_view text)
+{
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '&':
+        out += "&amp;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
+    }
+  }
+  return out;
+}
+
 std::string shortest_decimal(double value)
 {
   std::array<char, 32> digits{};

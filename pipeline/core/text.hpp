@@ -17,6 +17,9 @@ bool has_control_characters(std::string_view text, std::string_view allowed = {}
 /// The text with each byte of a control character escaped as "\\x1b": one line, safe for a terminal.
 std::string escape_control_characters(std::string_view text);
 
+/// The text with <, >, & and " as entities, for HTML and XML, attributes included.
+std::string escape_markup(std::string_view text);
+
 /// `value` in the fewest digits that read back as the same double; -0 gives "0", so that equal numbers give
 /// equal text.
 std::string shortest_decimal(double value);

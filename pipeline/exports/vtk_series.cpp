@@ -129,27 +129,6 @@ std::string attitude_fields(const store::MotionModel& model, const FlexionFrame&
          point_field("rotation_centre_mm", model.rotation_centre_mm);
 }
 
-std::string escaped(const std::string& text)
-{
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
-
 std::string opening(const std::string& fields)
 {
   return "<?xml version=\"1.0\"?>\n"
@@ -241,7 +220,7 @@ std::string series_pvd(const std::vector<SeriesEntry>& entries)
   std::string text = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n";
   for (const SeriesEntry& entry : entries) {
     text += "<DataSet timestep=\"" + shortest_decimal(entry.time) + "\" part=\"" +
-            std::to_string(entry.part) + "\" file=\"" + escaped(entry.file) + "\"/>\n";
+            std::to_string(entry.part) + "\" file=\"" + escape_markup(entry.file) + "\"/>\n";
   }
   return text + "</Collection>\n</VTKFile>\n";
 }

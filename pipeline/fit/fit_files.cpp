@@ -70,23 +70,6 @@ struct LoadSetting {
   std::vector<FittedLoad> columns;  ///< [components]
 };
 
-double component(const LoadChange& change, FittedLoad load)
-{
-  switch (load) {
-    case FittedLoad::anterior_force:
-      return change.force_n.x();
-    case FittedLoad::force:
-      return change.force_n.y();
-    case FittedLoad::right_force:
-      return change.force_n.z();
-    case FittedLoad::moment:
-      return change.moment_nmm;
-    case FittedLoad::varus_moment:
-      break;
-  }
-  return change.varus_moment_nmm;
-}
-
 // A constant, or a table over the flexions of the setting and of the unknowns.
 DocumentValue changed_setting(const LoadSetting& setting, const std::vector<Unknown>& unknowns,
                               const Eigen::VectorXd& change)
@@ -102,7 +85,7 @@ DocumentValue changed_setting(const LoadSetting& setting, const std::vector<Unkn
   }
   const auto value_at = [&](double flexion_deg) -> DocumentValue {
     const Eigen::VectorXd before = load::value_at_flexion(*setting.table, rad_from_deg(flexion_deg));
-    const LoadChange by = load_change_at(unknowns, change, flexion_deg);
+    LoadChange by = load_change_at(unknowns, change, flexion_deg);
     std::vector<double> values;
     for (std::size_t k = 0; k < setting.columns.size(); ++k)
       values.push_back(before(static_cast<Eigen::Index>(k)) + component(by, setting.columns[k]));

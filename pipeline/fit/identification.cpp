@@ -2,13 +2,10 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <exception>
-#include <mutex>
-#include <thread>
 
 #include "core/error.hpp"
+#include "core/parallel.hpp"
 #include "fit/model_evaluation.hpp"
 #include "solve/box_minimum.hpp"
 
@@ -314,23 +311,11 @@ Identification identify(const FitData& data, const IdentifyPlan& plan)
   std::vector<Fit> fits;
   for (std::size_t k = 0; k < ends.size(); ++k)
     fits.emplace_back(model, plan.unknowns, weights_without(model, k == 0 ? nullptr : &parts[k - 1]));
-  std::atomic<std::size_t> next = 0;
-  std::exception_ptr failure;
-  std::mutex mutex;
-  const auto work = [&] {
-    try {
-      for (std::size_t k = next++; k < ends.size(); k = next++)
-        ends[k] = fits[k].run(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(plan.unknowns.size())));
-    } catch (...) {
-      const std::scoped_lock lock(mutex);
-      if (!failure) failure = std::current_exception();
-    }
-  };
-  {
-    std::vector<std::jthread> workers;
-    for (int k = 0; k < std::max(1, plan.n_threads); ++k) workers.emplace_back(work);
-  }
-  if (failure) std::rethrow_exception(failure);
+  for_each_index(ends.size(), plan.n_threads, [&] {
+    return [&](std::size_t k) {
+      ends[k] = fits[k].run(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(plan.unknowns.size())));
+    };
+  });
   Identification found;
   found.is_stopped = model.is_stopped();
   if (found.is_stopped) return found;

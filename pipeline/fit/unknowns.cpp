@@ -57,23 +57,6 @@ std::vector<FibreGroup> groups_of(const load::Job& job, const std::vector<ligame
       known.empty() ? "[ligaments]" : "one of the job; the nearest is \"" + nearest_word(asked, known) + '"');
 }
 
-double& part_of_change(LoadChange& change, FittedLoad load)
-{
-  switch (load) {
-    case FittedLoad::anterior_force:
-      return change.force_n.x();
-    case FittedLoad::force:
-      return change.force_n.y();
-    case FittedLoad::right_force:
-      return change.force_n.z();
-    case FittedLoad::moment:
-      return change.moment_nmm;
-    case FittedLoad::varus_moment:
-      break;
-  }
-  return change.varus_moment_nmm;
-}
-
 // Of an unknown at one of several angles: 1 there, 0 at the neighbours.
 double hat(const Unknown& unknown, double flexion_deg)
 {
@@ -146,13 +129,30 @@ std::vector<Unknown> unknowns_of(const load::Job& job, const load::Case& job_cas
   return all;
 }
 
+double& component(LoadChange& change, FittedLoad load)
+{
+  switch (load) {
+    case FittedLoad::anterior_force:
+      return change.force_n.x();
+    case FittedLoad::force:
+      return change.force_n.y();
+    case FittedLoad::right_force:
+      return change.force_n.z();
+    case FittedLoad::moment:
+      return change.moment_nmm;
+    case FittedLoad::varus_moment:
+      break;
+  }
+  return change.varus_moment_nmm;
+}
+
 LoadChange load_change_at(const std::vector<Unknown>& unknowns, const Eigen::VectorXd& change,
                           double flexion_deg)
 {
   LoadChange loads;
   for (std::size_t k = 0; k < unknowns.size(); ++k) {
     if (unknowns[k].quantity == load::FitQuantity::load)
-      part_of_change(loads, unknowns[k].load) +=
+      component(loads, unknowns[k].load) +=
           hat(unknowns[k], flexion_deg) * change(static_cast<Eigen::Index>(k));
   }
   return loads;

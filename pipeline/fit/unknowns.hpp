@@ -36,6 +36,8 @@ struct LoadChange {
   Eigen::Vector3d force_n = Eigen::Vector3d::Zero();  ///< anterior, proximal, right
   double moment_nmm = 0.0, varus_moment_nmm = 0.0;
 };
+/// The part of the change that an unknown of this kind sets.
+double& component(LoadChange& change, FittedLoad load);
 LoadChange load_change_at(const std::vector<Unknown>& unknowns, const Eigen::VectorXd& change,
                           double flexion_deg);
 

@@ -1,12 +1,9 @@
 #include "job_run/solve_samples.hpp"
 
-#include <atomic>
-#include <exception>
-#include <mutex>
 #include <numeric>
-#include <thread>
 
 #include "console/console.hpp"
+#include "core/parallel.hpp"
 #include "job_run/summary.hpp"
 #include "model_build/case_solver.hpp"
 #include "sweep/sample_motion.hpp"
@@ -14,9 +11,6 @@
 
 namespace vrda::job_run {
 namespace {
-
-// Small offsets change a sample by less than its spread: see pipeline/uncertainty/README.md.
-constexpr bool is_polished = false;
 
 // All flexions of a sample, or nothing.
 std::vector<StepRecord> records_of(std::int32_t sample, std::size_t n_flexion,
@@ -35,12 +29,7 @@ class SampleRun {
  public:
   SampleRun(const load::Case& job_case, const sweep::SweepPlan& plan, const sweep::SweepResult& job,
             const std::vector<std::int32_t>& samples, StepLog& log)
-      : plan_(plan),
-        job_(job),
-        samples_(samples),
-        log_(log),
-        inputs_(job_case),
-        records_(samples.size())
+      : plan_(plan), job_(job), samples_(samples), log_(log), inputs_(job_case), records_(samples.size())
   {
     if (inputs_.has_same_geometry()) {
       joint_ = std::make_shared<const solve::Joint>(
@@ -58,12 +47,17 @@ class SampleRun {
     console::Progress progress(console::progress_style_of(progress_style), "samples",
                                static_cast<int>(samples_.size()),
                                static_cast<int>(samples_.size() - to_solve.size()));
-    {
-      std::vector<std::jthread> workers;
-      for (int w = 0; w < n_threads; ++w) workers.emplace_back([&] { work(to_solve, progress); });
+    try {
+      for_each_index(to_solve.size(), n_threads, [&] {
+        return [&](std::size_t k) {
+          if (!console::is_interrupted() && solve(to_solve[k])) progress.advance();
+        };
+      });
+    } catch (...) {
+      log_.writer.flush();
+      throw;
     }
     log_.writer.flush();
-    if (failure_) std::rethrow_exception(failure_);
     std::vector<StepRecord> all;
     for (const std::vector<StepRecord>& of_sample : records_) {
       if (of_sample.empty()) return std::nullopt;
@@ -73,23 +67,15 @@ class SampleRun {
   }
 
  private:
-  void work(const std::vector<std::size_t>& to_solve, console::Progress& progress)
+  // Whether the sample was solved before an interruption.
+  bool solve(std::size_t row)
   {
-    try {
-      for (std::size_t next = n_taken_++; next < to_solve.size() && !is_ended_; next = n_taken_++) {
-        std::vector<StepRecord> solved = solved_sample(samples_[to_solve[next]]);
-        if (solved.empty()) return;
-        for (const StepRecord& record : solved) {
-          if (log_.known.count(record.key) == 0) log_.writer.append(record);
-        }
-        records_[to_solve[next]] = std::move(solved);
-        progress.advance();
-      }
-    } catch (...) {
-      is_ended_ = true;
-      const std::lock_guard lock(mutex_);
-      if (!failure_) failure_ = std::current_exception();
+    std::vector<StepRecord> solved = solved_sample(samples_[row]);
+    for (const StepRecord& record : solved) {
+      if (log_.known.count(record.key) == 0) log_.writer.append(record);
     }
+    records_[row] = std::move(solved);
+    return !records_[row].empty();
   }
 
   std::vector<StepRecord> solved_sample(std::int32_t sample) const
@@ -97,8 +83,7 @@ class SampleRun {
     const load::Case sampled = inputs_.at(sample);
     model_build::CaseSolver solver(sampled, 1, joint_);
     const sweep::SolveStep solve = [&](const sweep::StepTask& task) { return solver(task); };
-    return sweep::sample_motion(plan_, job_, solve,
-                                {sample, is_polished, [this] { return is_ended_ || console::is_interrupted(); }});
+    return sweep::sample_motion(plan_, job_, solve, {sample, console::is_interrupted});
   }
 
   const sweep::SweepPlan& plan_;
@@ -108,10 +93,6 @@ class SampleRun {
   const uncertainty::SampledCase inputs_;
   std::shared_ptr<const solve::Joint> joint_;  // null: each sample has its own
   std::vector<std::vector<StepRecord>> records_;
-  std::atomic<std::size_t> n_taken_ = 0;
-  std::atomic<bool> is_ended_ = false;
-  std::mutex mutex_;
-  std::exception_ptr failure_;
 };
 
 }  // namespace

@@ -1,13 +1,10 @@
 #include "laxity/laxity.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <exception>
-#include <mutex>
-#include <thread>
 
 #include "core/error.hpp"
+#include "core/parallel.hpp"
 #include "model_build/case_solver.hpp"
 #include "solve/joint_map.hpp"
 
@@ -239,25 +236,13 @@ class LaxityRun {
   // Workers take the curves one by one; each curve is solved by one worker.
   void solve_curves(std::size_t first, std::size_t last)
   {
-    std::atomic<std::size_t> next = first;
-    std::exception_ptr failure;
-    std::mutex mutex;
-    const auto work = [&] {
-      try {
-        for (std::size_t k = next++; k < last && !is_stopped(); k = next++) {
-          result_.curves[k] = curve_at(k);
-          if (plan_.on_progress) plan_.on_progress();
-        }
-      } catch (...) {
-        const std::scoped_lock lock(mutex);
-        if (!failure) failure = std::current_exception();
-      }
-    };
-    {
-      std::vector<std::jthread> workers;
-      for (int k = 0; k < std::max(1, plan_.n_threads); ++k) workers.emplace_back(work);
-    }
-    if (failure) std::rethrow_exception(failure);
+    for_each_index(last - first, plan_.n_threads, [&] {
+      return [&](std::size_t k) {
+        if (is_stopped()) return;
+        result_.curves[first + k] = curve_at(first + k);
+        if (plan_.on_progress) plan_.on_progress();
+      };
+    });
   }
 
   LaxityCurve curve_at(std::size_t number) const

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/text.hpp"
 #include "core/units.hpp"
 #include "laxity/laxity_files.hpp"
 
@@ -14,18 +15,6 @@ constexpr const char* colours[] = {"#1f5fa8", "#c2500a", "#2a7f62", "#7a5fa8", "
 const char* colour_at(std::size_t k)
 {
   return colours[k % std::size(colours)];
-}
-
-std::string html_text(const std::string& text)
-{
-  std::string out;
-  for (const char c : text)
-    out += c == '<'   ? "&lt;"
-           : c == '>' ? "&gt;"
-           : c == '&' ? "&amp;"
-           : c == '"' ? "&quot;"
-                      : std::string(1, c);
-  return out;
 }
 
 std::string decimals(double value, const char* format = "%.2f")
@@ -185,8 +174,8 @@ class Page {
               "&deg;</td><td>" + decimals(row.value) +
               (std::isnan(row.sd) ? std::string() : " &plusmn; " + decimals(row.sd)) + "</td><td>" +
               decimals(one.found) + "</td><td>" + decimals(one.difference(), "%+.2f") + "</td><td>" +
-              decimals(one.difference() / row.sd, "%+.1f") + "</td><td>" + html_text(row.source) +
-              html_text(one.missing) + "</td></tr>\n";
+              decimals(one.difference() / row.sd, "%+.1f") + "</td><td>" + escape_markup(row.source) +
+              escape_markup(one.missing) + "</td></tr>\n";
     }
     return html + "</tbody></table>\n";
   }
@@ -233,7 +222,7 @@ class Page {
     for (std::size_t f = 0; f < result_.loads.flexion_deg.size(); ++f) {
       for (std::size_t s = 0; s < result_.states.size(); ++s) {
         html += "<tr><th scope=\"row\">" + decimals(result_.loads.flexion_deg[f], "%.4g") + "&deg;</th><td>" +
-                html_text(s == 0 ? result_.states[s] : "without " + result_.states[s]) + "</td>";
+                escape_markup(s == 0 ? result_.states[s] : "without " + result_.states[s]) + "</td>";
         for (const LaxityTest test : {first, second}) {
           html += "<td>" + decimals(value(s, f, test)) + "</td>";
           const double farther = in_file_unit(
@@ -252,7 +241,7 @@ class Page {
   {
     Plot plot{"flexion, degrees", unit_of(kind_of(first)), {}, {}};
     for (std::size_t s = 0; s < result_.states.size(); ++s) {
-      const std::string name = html_text(s == 0 ? result_.states[s] : "without " + result_.states[s]);
+      const std::string name = escape_markup(s == 0 ? result_.states[s] : "without " + result_.states[s]);
       for (const LaxityTest test : {first, second}) {
         Line line{test == first ? name : "", s, s > 0, {}};
         for (std::size_t f = 0; f < result_.loads.flexion_deg.size(); ++f)
@@ -307,7 +296,7 @@ class Page {
         html += "<td>";
         for (const BundleResistance& row : rows) {
           if (std::abs(row.share) >= smallest)
-            html += html_text(row.bundle) + ' ' + decimals(100.0 * row.share, "%.0f") + " % ";
+            html += escape_markup(row.bundle) + ' ' + decimals(100.0 * row.share, "%.0f") + " % ";
         }
         html += "</td>";
       }
@@ -337,7 +326,7 @@ td{font-variant-numeric:tabular-nums}
 std::string laxity_page(const LaxityDocument& document)
 {
   const Page page(document);
-  const std::string title = html_text(document.title) + ": laxity";
+  const std::string title = escape_markup(document.title) + ": laxity";
   std::string html =
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
@@ -349,8 +338,8 @@ std::string laxity_page(const LaxityDocument& document)
       " steps from the unloaded equilibrium. Laxity is the change of the coordinate.</p>\n";
   for (const LaxityTest first : {LaxityTest::anterior, LaxityTest::internal, LaxityTest::varus})
     html += page.section(first);
-  return html + page.published() + "<footer><p>By " + html_text(document.program) + ", " +
-         html_text(document.solver) + ".</p></footer>\n</body></html>\n";
+  return html + page.published() + "<footer><p>By " + escape_markup(document.program) + ", " +
+         escape_markup(document.solver) + ".</p></footer>\n</body></html>\n";
 }
 
 }  // namespace vrda::laxity

@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "core/side.hpp"
+#include "core/text.hpp"
 #include "report/model_json.hpp"
 
 namespace vrda::report {
@@ -132,30 +133,6 @@ std::string within_script(const std::string& json)
   return text;
 }
 
-std::string as_html(std::string_view plain)
-{
-  std::string text;
-  for (const char c : plain) {
-    switch (c) {
-      case '<':
-        text += "&lt;";
-        break;
-      case '>':
-        text += "&gt;";
-        break;
-      case '&':
-        text += "&amp;";
-        break;
-      case '"':
-        text += "&quot;";
-        break;
-      default:
-        text += c;
-    }
-  }
-  return text;
-}
-
 // A single pass over the template, so inserted text is not searched for placeholders.
 std::string filled(std::string_view text, const std::map<std::string_view, std::string_view>& values)
 {
@@ -191,7 +168,7 @@ std::string report_json(const Report& report)
 std::string report_page(const Report& report)
 {
   const std::string data = within_script(report_json(report));
-  const std::string title = as_html(title_of(report));
+  const std::string title = escape_markup(title_of(report));
   return filled(page_template(), {{"title", title},
                                   {"style", page_style()},
                                   {"plotly_licence", plotly_licence()},

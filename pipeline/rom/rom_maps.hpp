@@ -60,7 +60,4 @@ std::string maps_picture(const RomMaps& maps);
 /// An HTML page with `introduction` above the maps.
 std::string maps_page(const RomMaps& maps, const std::string& introduction);
 
-/// Text in HTML.
-std::string escaped(const std::string& text);
-
 }  // namespace vrda::rom

@@ -1,6 +1,7 @@
 // The HTML page of a range of motion, or of two compared.
 #include <cstdio>
 
+#include "core/text.hpp"
 #include "rom/rom_maps.hpp"
 
 namespace vrda::rom {
@@ -85,7 +86,7 @@ std::string map_svg(const RomMaps& maps, const MapAxes& map, std::size_t slice)
 
 std::string end_text(const RomDocument& document, const RangeEnd& end)
 {
-  return number_text(end.deg) + "&deg; (" + escaped(cause_of(document, end)) + ")";
+  return number_text(end.deg) + "&deg; (" + escape_markup(cause_of(document, end)) + ")";
 }
 
 // Through the neutral attitude only; boundary.csv has all of them.
@@ -144,30 +145,6 @@ std::string volume_row(const std::string& name, const RomVolume& volume)
 
 }  // namespace
 
-std::string escaped(const std::string& text)
-{
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '&':
-        out += "&amp;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
-
 std::string maps_page(const RomMaps& maps, const std::string& introduction)
 {
   const RomAxes& axes = maps.document.range.axes;
@@ -175,16 +152,16 @@ std::string maps_page(const RomMaps& maps, const std::string& introduction)
   std::string html =
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-      escaped(maps.title) + "</title>\n" + style + "</head><body>\n<h1>" + escaped(maps.title) + "</h1>\n" +
-      introduction + "<ul class=\"legend\">\n";
+      escape_markup(maps.title) + "</title>\n" + style + "</head><body>\n<h1>" + escape_markup(maps.title) +
+      "</h1>\n" + introduction + "<ul class=\"legend\">\n";
   for (const auto& [colour, meaning] : maps.legend)
-    html += "<li><span style=\"background:" + colour + "\"></span>" + escaped(meaning) + "</li>\n";
+    html += "<li><span style=\"background:" + colour + "\"></span>" + escape_markup(meaning) + "</li>\n";
   html += "</ul>\n<div class=\"maps\">\n";
   for (std::size_t k = 0; k < axes.rad[map.slice].size(); ++k) {
     html += "<figure>" + map_svg(maps, map, k) + "<figcaption>" + rotation_title(maps.document, map.slice) +
             ' ' + number_text(deg_at(axes, map.slice, k)) + "&deg;</figcaption></figure>\n";
   }
-  return html + "</div>\n<footer><p>By " + escaped(maps.document.program) +
+  return html + "</div>\n<footer><p>By " + escape_markup(maps.document.program) +
          ".</p></footer>\n</body></html>\n";
 }
 
@@ -204,8 +181,8 @@ std::string comparison_page(const RomDocument& a, const RomDocument& b)
 {
   const RomComparison found = compare_ranges(a.range, b.range, b.title);
   return maps_page(comparison_maps(a, b),
-                   "<p>First: " + escaped(a.title) + "; " + limits_text(a.range) +
-                       ".<br>Second: " + escaped(b.title) + "; " + limits_text(b.range) +
+                   "<p>First: " + escape_markup(a.title) + "; " + limits_text(a.range) +
+                       ".<br>Second: " + escape_markup(b.title) + "; " + limits_text(b.range) +
                        ".</p>\n<table><thead><tr><th>in range of</th><th>attitudes</th><th>" +
                        unit_of(found.a) + "</th><th>% of the driven box</th></tr></thead><tbody>\n" +
                        volume_row("the first", found.a) + volume_row("the second", found.b) +

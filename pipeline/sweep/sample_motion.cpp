@@ -8,7 +8,6 @@
 namespace vrda::sweep {
 namespace {
 
-constexpr int most_offset_rounds = 5;  // as on the spine
 struct SampleStopped {};
 
 class SampleMotion {
@@ -34,10 +33,7 @@ class SampleMotion {
     }
     for (std::int32_t i = n - 1; i-- > 0;) start_from_neighbour(i, i + 1);
     std::vector<StepRecord> records;
-    for (std::int32_t i = 0; i < n; ++i) {
-      if (options_.is_polished) polish(i);
-      records.push_back(measured(i));
-    }
+    for (std::int32_t i = 0; i < n; ++i) records.push_back(measured(i));
     return records;
   }
 
@@ -102,24 +98,6 @@ class SampleMotion {
     if (ends(from).empty()) return;
     const StepRecord lowest = select_lowest(ends(from)).chosen;
     if (lowest.status == StepStatus::stable) start(to, seed_of(from, lowest));
-  }
-
-  void polish(std::int32_t i)
-  {
-    if (ends(i).empty()) return;
-    for (int round = 0; round < most_offset_rounds; ++round) {
-      const StepRecord from = select_lowest(ends(i)).chosen;
-      if (from.status != StepStatus::stable) return;
-      for (const SpineOffset& offset : polish_offsets()) {
-        Seed seed = seed_of(i, from);
-        seed.pose.theta_rad += offset.theta_rad;
-        seed.pose.translation_mm.x() += offset.shift_x_mm;
-        seed.pose.translation_mm.z() += offset.shift_z_mm;
-        start(i, seed);
-      }
-      // Of equal energies the earlier is chosen.
-      if (select_lowest(ends(i)).chosen.balance.energy_nmm == from.balance.energy_nmm) return;
-    }
   }
 
   StepRecord measured(std::int32_t i)

@@ -10,7 +10,6 @@ namespace vrda::sweep {
 
 struct SampleOptions {
   std::int32_t sample = 0;           ///< number of the sample, in the keys
-  bool is_polished = false;          ///< also from small offsets of each equilibrium found
   std::function<bool()> is_stopped;  ///< polled
 };
 

@@ -13,6 +13,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -163,48 +164,85 @@ void listen_on(tcp::acceptor& acceptor, const std::string& name, const std::stri
                       "an address of this machine and a free port from 1024 to 65535, or 0"});
 }
 
-using Sessions = std::vector<std::shared_ptr<Session>>;
+/// Listens, and keeps the sessions of its clients. The owner starts the thread when it is complete, and stops
+/// it before its own members end.
+class Clients {
+ public:
+  using NewSession = std::function<std::shared_ptr<Session>(tcp::socket)>;
 
-void remove_ended(Sessions& sessions, std::atomic<int>& n_clients)
-{
-  std::erase_if(sessions, [](const std::shared_ptr<Session>& session) { return session->is_done(); });
-  n_clients = static_cast<int>(sessions.size());
-}
+  Clients(const std::string& name, const std::string& address, std::uint16_t port, NewSession new_session)
+      : new_session_(std::move(new_session))
+  {
+    listen_on(acceptor_, name, address, port);
+    error_code error;
+    port_ = acceptor_.local_endpoint(error).port();
+    accept();
+  }
+
+  void start()
+  {
+    thread_ = std::thread([this] { io.run(); });
+  }
+
+  void stop()
+  {
+    io.stop();
+    thread_.join();
+  }
+
+  void remove_ended()
+  {
+    std::erase_if(sessions, [](const std::shared_ptr<Session>& session) { return session->is_done(); });
+    n_clients_ = static_cast<int>(sessions.size());
+  }
+
+  std::uint16_t port() const { return port_; }
+  int n_clients() const { return n_clients_; }
+
+  asio::io_context io{1};
+  std::vector<std::shared_ptr<Session>> sessions;
+
+ private:
+  void accept()
+  {
+    acceptor_.async_accept([this](const error_code& error, tcp::socket socket) {
+      if (!error) {
+        sessions.push_back(new_session_(std::move(socket)));
+        n_clients_ = static_cast<int>(sessions.size());
+      }
+      accept();
+    });
+  }
+
+  NewSession new_session_;
+  tcp::acceptor acceptor_{io};
+  std::atomic<int> n_clients_{0};
+  std::uint16_t port_ = 0;
+  std::thread thread_;
+};
 
 }  // namespace
 
 struct TrackerServer::State {
   State(const TrackerServerOptions& options_, MessageSource make_messages_)
-      : options(options_), make_messages(std::move(make_messages_)), acceptor(io), timer(io)
+      : options(options_),
+        make_messages(std::move(make_messages_)),
+        clients("tracker server", options_.address, options_.port,
+                [](tcp::socket socket) {
+                  auto session = std::make_shared<Session>(std::move(socket));
+                  session->listen();
+                  return session;
+                }),
+        timer(clients.io)
   {
     check(options.rate_hz > 0.0 && options.jitter_ms >= 0.0 && options.jitter_ms <= 500.0 / options.rate_hz,
           "rate_hz must be positive and jitter_ms at most half a period");
-    listen_on(acceptor, "tracker server", options.address, options.port);
-    error_code error;
-    port = acceptor.local_endpoint(error).port();
-    accept();
     begin = std::chrono::steady_clock::now();
     wait();
-    thread = std::thread([this] { io.run(); });
+    clients.start();
   }
 
-  ~State()
-  {
-    io.stop();
-    thread.join();
-  }
-
-  void accept()
-  {
-    acceptor.async_accept([this](const error_code& error, tcp::socket socket) {
-      if (!error) {
-        sessions.push_back(std::make_shared<Session>(std::move(socket)));
-        sessions.back()->listen();
-        n_clients = static_cast<int>(sessions.size());
-      }
-      accept();
-    });
-  }
+  ~State() { clients.stop(); }
 
   /// Tick times are computed from the start, so they do not drift.
   void wait()
@@ -228,7 +266,7 @@ struct TrackerServer::State {
     const std::vector<igtl::IgtlMessage> messages = make_messages(tick);
     const double now_ms = 1e3 * static_cast<double>(tick) / options.rate_hz;
     const std::optional<FaultInjection> fault = std::exchange(next_fault, std::nullopt);
-    for (const std::shared_ptr<Session>& session : sessions) {
+    for (const std::shared_ptr<Session>& session : clients.sessions) {
       const bool takes_lists = !options.waits_for_request || session->takes_list(now_ms);
       if (fault == FaultInjection::close_connections) {
         session->end();
@@ -236,7 +274,7 @@ struct TrackerServer::State {
         session->send(corrupted(bytes_for(messages, takes_lists), fault));
       }
     }
-    remove_ended(sessions, n_clients);
+    clients.remove_ended();
   }
 
   static Bytes bytes_for(const std::vector<igtl::IgtlMessage>& messages, bool takes_lists)
@@ -266,16 +304,11 @@ struct TrackerServer::State {
 
   const TrackerServerOptions options;
   const MessageSource make_messages;
-  asio::io_context io{1};
-  tcp::acceptor acceptor;
+  Clients clients;
   asio::steady_timer timer;
-  Sessions sessions;
   std::optional<FaultInjection> next_fault;
   std::chrono::steady_clock::time_point begin;
   std::uint64_t tick = 0;
-  std::atomic<int> n_clients{0};
-  std::uint16_t port = 0;
-  std::thread thread;
 };
 
 TrackerServer::TrackerServer(const TrackerServerOptions& options, MessageSource make_messages)
@@ -287,51 +320,36 @@ TrackerServer::~TrackerServer() = default;
 
 std::uint16_t TrackerServer::port() const
 {
-  return state_->port;
+  return state_->clients.port();
 }
 
 int TrackerServer::n_clients() const
 {
-  return state_->n_clients;
+  return state_->clients.n_clients();
 }
 
 void TrackerServer::inject_fault(FaultInjection fault)
 {
-  asio::post(state_->io, [state = state_.get(), fault] { state->next_fault = fault; });
+  asio::post(state_->clients.io, [state = state_.get(), fault] { state->next_fault = fault; });
 }
 
 struct IgtlServer::State {
   State(const IgtlServerOptions& options, Bytes greeting_, ByteSource next_)
       : greeting(std::move(greeting_)),
         next(std::move(next_)),
-        acceptor(io),
-        event(io, eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK))
+        clients(options.name, options.address, options.port,
+                [this](tcp::socket socket) {
+                  auto session = std::make_shared<Session>(std::move(socket), greeting);
+                  session->send_only();
+                  return session;
+                }),
+        event(clients.io, eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK))
   {
-    listen_on(acceptor, options.name, options.address, options.port);
-    error_code error;
-    port = acceptor.local_endpoint(error).port();
-    accept();
     wait();
-    thread = std::thread([this] { io.run(); });
+    clients.start();
   }
 
-  ~State()
-  {
-    io.stop();
-    thread.join();
-  }
-
-  void accept()
-  {
-    acceptor.async_accept([this](const error_code& error, tcp::socket socket) {
-      if (!error) {
-        sessions.push_back(std::make_shared<Session>(std::move(socket), greeting));
-        sessions.back()->send_only();
-        n_clients = static_cast<int>(sessions.size());
-      }
-      accept();
-    });
-  }
+  ~State() { clients.stop(); }
 
   void wait()
   {
@@ -341,22 +359,17 @@ struct IgtlServer::State {
       // Resets the event; a failed read leaves it set, and the source is called again.
       if (read(event.native_handle(), &n_woken, sizeof n_woken) < 0) n_woken = 0;
       for (Bytes bytes = next(); !bytes.empty(); bytes = next()) {
-        for (const std::shared_ptr<Session>& session : sessions) session->send(bytes);
+        for (const std::shared_ptr<Session>& session : clients.sessions) session->send(bytes);
       }
-      remove_ended(sessions, n_clients);
+      clients.remove_ended();
       wait();
     });
   }
 
   const Bytes greeting;
   const ByteSource next;
-  asio::io_context io{1};
-  tcp::acceptor acceptor;
+  Clients clients;
   asio::posix::stream_descriptor event;
-  Sessions sessions;
-  std::atomic<int> n_clients{0};
-  std::uint16_t port = 0;
-  std::thread thread;
 };
 
 IgtlServer::IgtlServer(const IgtlServerOptions& options, std::vector<std::uint8_t> greeting, ByteSource next)
@@ -368,12 +381,12 @@ IgtlServer::~IgtlServer() = default;
 
 std::uint16_t IgtlServer::port() const
 {
-  return state_->port;
+  return state_->clients.port();
 }
 
 int IgtlServer::n_clients() const
 {
-  return state_->n_clients;
+  return state_->clients.n_clients();
 }
 
 void IgtlServer::wake()

@@ -11,24 +11,11 @@
 #include "fit/fit_files.hpp"
 #include "fit/fit_journal.hpp"
 #include "load/laxity_job.hpp"
+#include "support/meshes.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::identification_test {
-
-Mesh plate(double half_mm, bool is_up)
-{
-  Mesh mesh;
-  mesh.vertices_mm.resize(4, 3);
-  mesh.vertices_mm << -half_mm, 0, -half_mm, half_mm, 0, -half_mm, half_mm, 0, half_mm, -half_mm, 0, half_mm;
-  mesh.triangles.resize(2, 3);
-  if (is_up) {
-    mesh.triangles << 0, 2, 1, 0, 3, 2;
-  } else {
-    mesh.triangles << 0, 1, 2, 0, 2, 3;
-  }
-  return mesh;
-}
 
 constexpr double slack_mm = 50.0, stiffness_n = 1000.0;
 
@@ -38,8 +25,8 @@ load::Case plates()
   load::Case plates;
   plates.title = "two plates";
   plates.method = "equilibrium";
-  plates.reference.contact = {plate(200.0, false), {0, 0}};
-  plates.moving.contact = {plate(20.0, true), {0, 0}};
+  plates.reference.contact = {test::plate(200.0, false), {0, 0}};
+  plates.moving.contact = {test::plate(20.0, true), {0, 0}};
   plates.initial.translation_mm = {0.0, -5.0, 0.0};
   plates.grid = {{0.0}, {0.0}};
   plates.path_flexion_deg = {0.0};

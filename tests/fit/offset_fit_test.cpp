@@ -7,28 +7,15 @@
 #include <numeric>
 #include <random>
 
-namespace vrda::offset_fit_test {
+#include "support/meshes.hpp"
 
-/// A square in the plane y = 0 of the given half width, facing up or down.
-Mesh plate(double half_mm, bool is_up)
-{
-  Mesh mesh;
-  mesh.vertices_mm.resize(4, 3);
-  mesh.vertices_mm << -half_mm, 0, -half_mm, half_mm, 0, -half_mm, half_mm, 0, half_mm, -half_mm, 0, half_mm;
-  mesh.triangles.resize(2, 3);
-  if (is_up) {
-    mesh.triangles << 0, 2, 1, 0, 3, 2;
-  } else {
-    mesh.triangles << 0, 1, 2, 0, 2, 3;
-  }
-  return mesh;
-}
+namespace vrda::offset_fit_test {
 
 load::Case two_plates()
 {
   load::Case plates;
-  plates.reference.contact = {plate(20.0, false), {0, 0}};
-  plates.moving.contact = {plate(10.0, true), {0, 0}};
+  plates.reference.contact = {test::plate(20.0, false), {0, 0}};
+  plates.moving.contact = {test::plate(10.0, true), {0, 0}};
   return plates;
 }
 

@@ -6,25 +6,12 @@
 #include <cmath>
 
 #include "laxity/laxity_files.hpp"
+#include "support/meshes.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::laxity_test {
 
 using laxity::LaxityTest;
-
-Mesh plate(double half_mm, bool is_up)
-{
-  Mesh mesh;
-  mesh.vertices_mm.resize(4, 3);
-  mesh.vertices_mm << -half_mm, 0, -half_mm, half_mm, 0, -half_mm, half_mm, 0, half_mm, -half_mm, 0, half_mm;
-  mesh.triangles.resize(2, 3);
-  if (is_up) {
-    mesh.triangles << 0, 2, 1, 0, 3, 2;
-  } else {
-    mesh.triangles << 0, 1, 2, 0, 2, 3;
-  }
-  return mesh;
-}
 
 constexpr double slack_mm = 50.0, transition = 0.06, half_width_mm = 10.0;
 constexpr double strong_n = 1000.0, weak_n = 500.0;  // stiffness of each of two fibres, per strain
@@ -35,8 +22,8 @@ load::Case plates()
   load::Case plates;
   plates.title = "two plates";
   plates.method = "equilibrium";
-  plates.reference.contact = {plate(200.0, false), {0, 0}};
-  plates.moving.contact = {plate(20.0, true), {0, 0}};
+  plates.reference.contact = {test::plate(200.0, false), {0, 0}};
+  plates.moving.contact = {test::plate(20.0, true), {0, 0}};
   plates.initial.translation_mm = {0.0, -5.0, 0.0};
   plates.grid = {{0.0}, {0.0}};
   plates.path_flexion_deg = {0.0};

@@ -83,4 +83,19 @@ Mesh sheet(double size_mm, int n)
   return mesh;
 }
 
+Mesh plate(double half_width_mm, bool is_up)
+{
+  Mesh mesh;
+  mesh.vertices_mm.resize(4, 3);
+  mesh.vertices_mm << -half_width_mm, 0, -half_width_mm, half_width_mm, 0, -half_width_mm, half_width_mm, 0,
+      half_width_mm, -half_width_mm, 0, half_width_mm;
+  mesh.triangles.resize(2, 3);
+  if (is_up) {
+    mesh.triangles << 0, 2, 1, 0, 3, 2;
+  } else {
+    mesh.triangles << 0, 1, 2, 0, 2, 3;
+  }
+  return mesh;
+}
+
 }  // namespace vrda::test

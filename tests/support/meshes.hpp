@@ -14,4 +14,7 @@ Mesh ball(double radius_mm, int n_rings = 16, int n_sectors = 32);
 /// Flat open sheet in the plane y = 0, n x n quads, normal +Y.
 Mesh sheet(double size_mm, int n);
 
+/// Square of two triangles in the plane y = 0 about the origin, normal +Y or -Y.
+Mesh plate(double half_width_mm, bool is_up);
+
 }  // namespace vrda::test
