@@ -11,7 +11,7 @@ import tempfile
 import time
 
 FLAGS = ("--headless --no-sandbox --disable-quic --no-first-run --disable-background-networking --disable-component-update --disable-sync "
-         "--disable-dev-shm-usage --use-angle=swiftshader --enable-unsafe-swiftshader --hide-scrollbars --remote-debugging-pipe").split()
+         "--disable-dev-shm-usage --disable-gpu-compositing --use-angle=swiftshader --enable-unsafe-swiftshader --hide-scrollbars --remote-debugging-pipe").split()
 
 
 class Browser:

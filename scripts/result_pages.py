@@ -72,6 +72,8 @@ PAGES = {
     "laxity": Page("results/laxity.md", ("scripts/laxity",), "laxity", (Run(LIVING),), ("scripts/laxity",)),
     "identification": Page("results/identification.md", ("scripts/identification",), "identification", (Run(LIVING), Run(LIGAMENTS)),
                            ("data:kinematics", "scripts/identification_cases", "scripts/identification_living.toml"), is_long=True),
+    "uncertainty": Page("results/uncertainty.md", ("scripts/uncertainty",), "uncertainty", (Run(LIGAMENTS), Run(LIVING)),
+                        ("data:kinematics", "scripts/uncertainty_numbers", "scripts/living_knee_loads"), is_long=True),
     "truth": Page("results/truth.md", ("scripts/truth",), "truth", (Run(LIVING),),
                   ("data:knees/tka-dm", "data:subtalar", "data:kinematics", "scripts/truth_cases", "scripts/truth_scores"), is_long=True),
     "prepare": Page("results/prepare.md", ("scripts/prepare_trials",), "prepare", (Run(LIVING),),

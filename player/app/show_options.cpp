@@ -121,7 +121,7 @@ void add_appearance_options(CLI::App& mode, navigation::AppearanceOptions& look)
 {
   add(&mode, "--layers", "LAYER,...", look.layers,
       "Layers to show with the bodies: contacts, normals (forces where known), axes, helical-axis, gaps, "
-      "ligaments, contact-paths, labels; or none (default: ligaments, if the model has them)");
+      "ligaments, contact-paths, labels, band; or none (default: ligaments, if the model has them)");
   add_choice<scene::DrawMode>(&mode, "--mode", "MODE", look.mode,
                               {{"wire", scene::DrawMode::wire},
                                {"hidden-line", scene::DrawMode::hidden_line},

@@ -90,6 +90,9 @@ std::unique_ptr<devices::PtyBoard> open_board(const bench_files::BenchFile& benc
 void simulate(const SimulateOptions& options, const loop::Streams& streams)
 {
   const bench_files::BenchFile bench = bench_files::read_bench_file(options.bench);
+  if (bench.camera)
+    throw InputError(
+        {options.bench, "tracker", "\"aruco\", a webcam", "a tracker of OpenIGTLink to simulate"});
   const simulation::Simulation simulation(bench.simulation, motion_of(options.model), options.bench);
   const std::vector<SentTool> sent = sent_tools(bench, simulation);
   loop::StopSignals stop;

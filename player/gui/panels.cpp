@@ -126,10 +126,13 @@ navigation::PlayerState with_layers(const PanelView& view, navigation::PlayerSta
   heading("layers");
   for (const Row row :
        {Row{"contacts (F1)", scene::Layer::contacts}, Row{"normals (F2)", scene::Layer::normals},
-        Row{"axes (F3)", scene::Layer::axes}, Row{"helical axis (F4)", scene::Layer::helical_axis},
-        Row{"gap map (F5)", scene::Layer::gap_map}, Row{"ligaments (F6)", scene::Layer::ligaments},
-        Row{"paths (F7)", scene::Layer::contact_paths}, Row{"labels (F8)", scene::Layer::labels}}) {
-    if (row.layer == scene::Layer::labels) ImGui::SameLine(8.0F * view.layout.em_px);
+        Row{"axes (F3)", scene::Layer::axes}, Row{"band (U)", scene::Layer::band},
+        Row{"helical axis (F4)", scene::Layer::helical_axis}, Row{"gap map (F5)", scene::Layer::gap_map},
+        Row{"ligaments (F6)", scene::Layer::ligaments}, Row{"paths (F7)", scene::Layer::contact_paths},
+        Row{"labels (F8)", scene::Layer::labels}}) {
+    // The panel's height is that of a small screen.
+    if (row.layer == scene::Layer::labels || row.layer == scene::Layer::band)
+      ImGui::SameLine(8.0F * view.layout.em_px);
     bool is_shown = state.layers.has(row.layer);
     ImGui::BeginDisabled(!view.range.available.has(row.layer));
     if (ImGui::Checkbox(row.label, &is_shown)) state.layers.set(row.layer, is_shown);

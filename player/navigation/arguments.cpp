@@ -140,7 +140,7 @@ std::vector<std::string> parsed_views(const std::string& text)
 
 std::string chosen_set(const store::MotionModel& model, const std::string& file, const std::string& wanted)
 {
-  const std::vector<std::string> names = motion::set_names(model);
+  const std::vector<std::string> names = motion::all_set_names(model);
   if (wanted.empty()) return names.front();
   std::string known;
   for (const std::string& name : names) {

@@ -1,5 +1,5 @@
-/// Key bindings: one table (keys.json) for the window, the page, their help and that of the command line. In: key presses by
-/// their unshifted character. Out: an action, or nothing for an unused key.
+/// Key bindings: one table (keys.json) for the window, the page, their help and that of the command line. In:
+/// key presses by their unshifted character. Out: an action, or nothing for an unused key.
 #pragma once
 
 #include <span>
@@ -46,6 +46,7 @@ enum class Action {
   show_ligaments,
   show_contact_paths,
   show_labels,
+  show_band,
   view_front,
   view_back,
   view_medial,

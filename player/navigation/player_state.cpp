@@ -209,6 +209,7 @@ PlayerState apply_action(PlayerState state, Action action, const PlayerRange& ra
     case Action::show_ligaments:
     case Action::show_contact_paths:
     case Action::show_labels:
+    case Action::show_band:
       return with_layer_toggled(state, action, range);
     case Action::show_panel:
       state.shows_panel = !state.shows_panel;

@@ -86,8 +86,8 @@ const Palette& strain_palette()
 
 const std::vector<std::string>& layer_names()
 {
-  static const std::vector<std::string> names{"contacts",     "normals", "axes",      "helical-axis",
-                                              "gaps", "ligaments", "contact-paths", "labels"};
+  static const std::vector<std::string> names{"contacts",  "normals",       "axes",   "helical-axis", "gaps",
+                                              "ligaments", "contact-paths", "labels", "band"};
   return names;
 }
 
@@ -111,7 +111,8 @@ struct JointLayers::Parts {
         helical_axis(model, scene),
         gaps(model, scene),
         ligaments(model, scene),
-        contact_paths(model, scene)
+        contact_paths(model, scene),
+        band(model, scene)
   {
   }
 
@@ -121,6 +122,7 @@ struct JointLayers::Parts {
   GapLayer gaps;
   LigamentLayer ligaments;
   ContactPathLayer contact_paths;
+  BandLayer band;
 };
 
 JointLayers::JointLayers(const store::MotionModel& model, Scene& scene)
@@ -134,6 +136,7 @@ JointLayers::JointLayers(const store::MotionModel& model, Scene& scene)
   available_.set(Layer::ligaments, !parts_->ligaments.is_empty());
   available_.set(Layer::contact_paths, !parts_->contact_paths.is_empty());
   available_.set(Layer::labels, true);
+  available_.set(Layer::band, !parts_->band.is_empty());
 }
 
 JointLayers::~JointLayers() = default;
@@ -153,6 +156,7 @@ void JointLayers::update(Scene& scene, const motion::Motion& motion, const Displ
   if (wanted.has(Layer::gap_map)) parts_->gaps.update(scene, motion, shown.pose);
   if (wanted.has(Layer::ligaments)) parts_->ligaments.update(scene, shown.pose);
   if (wanted.has(Layer::contact_paths)) parts_->contact_paths.show(scene);
+  if (wanted.has(Layer::band)) parts_->band.update(scene, shown);
 }
 
 const Legend& JointLayers::gap_legend() const

@@ -48,7 +48,7 @@ const Palette& gap_palette();
 /// Source: Moreland (2009), Diverging color maps for scientific visualization.
 const Palette& strain_palette();
 
-inline constexpr std::size_t n_layers = 9;
+inline constexpr std::size_t n_layers = 10;
 
 class LayerSet {
  public:
@@ -60,7 +60,8 @@ class LayerSet {
   std::array<bool, n_layers> is_on_{};
 };
 
-/// "contacts", "normals", "axes", "helical-axis", "gaps", "ligaments", "contact-paths", "labels": the names of Layer without the bodies.
+/// "contacts", "normals", "axes", "helical-axis", "gaps", "ligaments", "contact-paths", "labels", "band": the
+/// names of Layer without the bodies.
 const std::vector<std::string>& layer_names();
 const std::string& name_of(Layer layer);  ///< not of the bodies
 std::optional<Layer> layer_named(const std::string& name);

@@ -118,6 +118,22 @@ class ContactPathLayer {
   std::vector<std::size_t> drawables_;
 };
 
+/// The band of an uncertain job: translucent copies of the moving object's contact parts at the poses of the
+/// samples at 5 and 95 % (motion::quantile_set_names).
+class BandLayer {
+ public:
+  BandLayer(const store::MotionModel& model, Scene& scene);
+  bool is_empty() const { return ghosts_.empty(); }
+  void update(Scene& scene, const DisplayedPose& shown) const;
+
+ private:
+  struct Ghost {
+    motion::Motion motion;
+    std::vector<std::size_t> drawables;
+  };
+  std::vector<Ghost> ghosts_;
+};
+
 /// Sheets slightly above the contact surfaces of the moving object oriented along Delta, coloured by the
 /// directional gap from each vertex to the reference; hidden where the gap exceeds the range.
 class GapLayer {

@@ -30,7 +30,18 @@ struct Texture {
 enum class Owner { reference, moving, world };
 
 /// The layer of a drawable; all except the bodies are optional. Labels are drawn as text, without a drawable.
-enum class Layer { bodies, contacts, normals, axes, helical_axis, gap_map, ligaments, contact_paths, labels };
+enum class Layer {
+  bodies,
+  contacts,
+  normals,
+  axes,
+  helical_axis,
+  gap_map,
+  ligaments,
+  contact_paths,
+  labels,
+  band
+};
 
 /// sRGB with straight alpha.
 using VertexColour = std::array<std::uint8_t, 4>;

@@ -19,14 +19,14 @@ constexpr double most_elapsed_s = 0.25;    // a suspended program resumes where 
 std::vector<PlayedSet> played_sets(const store::MotionModel& model)
 {
   std::vector<PlayedSet> sets;
-  for (const std::string& name : motion::set_names(model))
+  for (const std::string& name : motion::all_set_names(model))
     sets.push_back({motion::Motion(model, name), navigation::GapReader(model, name)});
   return sets;
 }
 
 std::size_t row_of(const store::MotionModel& model, const std::string& set)
 {
-  const std::vector<std::string> names = motion::set_names(model);
+  const std::vector<std::string> names = motion::all_set_names(model);
   const auto found = std::ranges::find(names, set);
   check(found != names.end(), "the session's set is in the model");
   return static_cast<std::size_t>(found - names.begin());
@@ -68,7 +68,7 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
       layers_(model_, scene_),
       labels_(motion::joint_labels(model_)),
       side_(side_named(model_.side)),
-      gui_({options.title, motion::set_names(model_), options.scale,
+      gui_({options.title, motion::all_set_names(model_), options.scale,
             motion::displayed_name(model_, motion::JointBody::reference),
             motion::displayed_name(model_, motion::JointBody::moving), model_.joint}),
       view_(options.view),
@@ -419,7 +419,7 @@ bool ShownModel::open(const std::string& file)
   const auto refused = loop::catch_input_error([&] {
     store::MotionModel model = store::read_motion_model(file);
     SessionOptions own = options_;
-    const std::vector<std::string> names = motion::set_names(model);
+    const std::vector<std::string> names = motion::all_set_names(model);
     if (std::ranges::find(names, own.set) == names.end()) own.set = names.front();
     show(std::move(model), own);
     file_ = file;

@@ -36,6 +36,7 @@ ELSEWHERE = {
     "scripts/living-knee": "results/living-knee.md",
     "scripts/laxity": "results/laxity.md",
     "scripts/identification": "results/identification.md",
+    "scripts/uncertainty": "results/uncertainty.md",
     "scripts/truth": "results/truth.md",
     "scripts/prepare_trials": "results/prepare.md",
     "scripts/firmware": "tests/player/devices/firmware_counts_test.cpp",

@@ -3,7 +3,15 @@ import uPlot from "uplot";
 import { degree } from "./frames.js";
 
 const mostPoints = 181;
-const ink = "#4a5563", rule = "#e2e6ea";
+const ink = "#4a5563", rule = "#e2e6ea", bandInk = "#8fb3cc", bandFill = "#0b6aa822";
+
+/// Linear between the model's flexions; null where an end is missing.
+function between(axis, values, x) {
+  const above = axis.findIndex((a) => a >= x);
+  if (above <= 0) return Number.isFinite(values[Math.max(above, 0)]) ? values[Math.max(above, 0)] : null;
+  const s = (x - axis[above - 1]) / (axis[above] - axis[above - 1]), value = s === 1 ? values[above] : (1 - s) * values[above - 1] + s * values[above];
+  return Number.isFinite(value) ? value : null;
+}
 
 /// Sampled flexions in degrees over the grid's range; includes the nodes.
 function sampledFlexion(model) {
@@ -29,17 +37,18 @@ export class CurvePlot {
 
   #size() { return { width: Math.max(this.container.clientWidth, 100), height: 230 }; }
 
-  /// `curves`: [{ label, motion, colour, dash }]; `varusOf(flexion)` in radians.
-  setCurves(model, curves, varusOf, quantity) {
+  /// `curves`: [{ label, motion, colour, dash }]; `varusOf(flexion)` in radians; `band`: of the samples of an uncertain job, at the model's flexions.
+  setCurves(model, curves, varusOf, quantity, band) {
     const flexion = sampledFlexion(model);
-    const data = [flexion, ...curves.map(({ motion }) => valuesOf(motion, flexion, varusOf, quantity))];
-    const shape = JSON.stringify([quantity.name, curves.map((c) => c.label)]);
+    const ends = band ? [band.high, band.low].map((values) => flexion.map((f) => between(model.flexion, values, f))) : [];
+    const data = [flexion, ...curves.map(({ motion }) => valuesOf(motion, flexion, varusOf, quantity)), ...ends];
+    const shape = JSON.stringify([quantity.name, curves.map((c) => c.label), ends.length]);
     if (this.plot && this.shape === shape) this.plot.setData(data);
-    else this.#make(data, curves, quantity);
+    else this.#make(data, curves, quantity, ends.length > 0);
     this.shape = shape;
   }
 
-  #make(data, curves, quantity) {
+  #make(data, curves, quantity, hasBand) {
     this.plot?.destroy();
     const axis = (label) => ({ label, labelSize: 18, labelFont: "12px system-ui, sans-serif", font: "11px system-ui, sans-serif", stroke: ink, grid: { stroke: rule, width: 1 }, ticks: { stroke: rule, width: 1 }, size: 44 });
     const hasFewPoints = data[0].length < 3;
@@ -49,7 +58,9 @@ export class CurvePlot {
       cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
       scales: { x: { time: false } },
       axes: [axis("flexion, °"), axis(`${quantity.label}, ${quantity.unit}`)],
-      series: [{ label: "flexion" }, ...curves.map(({ label, colour, dash }) => ({ label, stroke: colour, dash, width: 2, points: { show: hasFewPoints } }))],
+      series: [{ label: "flexion" }, ...curves.map(({ label, colour, dash }) => ({ label, stroke: colour, dash, width: 2, points: { show: hasFewPoints } })),
+        ...(hasBand ? ["95 % of the samples", "5 %"].map((label) => ({ label, stroke: bandInk, width: 1, points: { show: false } })) : [])],
+      bands: hasBand ? [{ series: [curves.length + 1, curves.length + 2], fill: bandFill }] : [],
       hooks: { draw: [(plot) => this.#drawMark(plot)] },
     }, data, this.container);
     const select = (event) => { if (event.buttons === 1) this.onSelect(this.plot.posToVal(event.clientX - this.plot.over.getBoundingClientRect().left, "x")); };

@@ -8,8 +8,11 @@ import { GapLayer } from "./gap_layer.js";
 import { LigamentLayer } from "./ligament_layer.js";
 import { labelsOf } from "./labels.js";
 import { materialOf } from "./material.js";
+import { Motion } from "./motion.js";
 
 const tubeRadiusMm = 0.7, dotRadiusMm = 1.6;
+/// The ends of the band of an uncertain job, as in the window.
+const bandEnds = { quantile_5: "#4682dc", quantile_95: "#eb8732" }, ghostOpacity = 0.28;
 
 function meshesOf(body, origin) {
   const meshes = [];
@@ -48,9 +51,21 @@ export class Joint {
     this.bodies.moving.add(this.gapGroup);
     this.ligamentGroup = new Group();
     this.bodies.reference.add(this.ligamentGroup);
+    this.#makeGhosts();
     if (!model.ligaments) return;
     this.ligaments = new LigamentLayer(model, this.scale);
     this.ligamentGroup.add(this.ligaments.mesh);
+  }
+
+  /// Translucent copies of the moving body's contact meshes, in the frame of the reference.
+  #makeGhosts() {
+    this.ghosts = (this.model.quantiles ?? []).filter(({ name }) => bandEnds[name]).map(({ name }) => {
+      const group = new Group(), material = new MeshBasicMaterial({ color: bandEnds[name], transparent: true, opacity: ghostOpacity, depthWrite: false });
+      group.matrixAutoUpdate = group.visible = false;
+      group.add(...this.bodies.moving.children.filter((child) => child.userData.hasContact).map((child) => new Mesh(child.geometry, material)));
+      this.bodies.reference.add(group);
+      return { group, motion: new Motion(this.model, name) };
+    });
   }
 
   get meshes() { return [...this.bodies.reference.children, ...this.bodies.moving.children].filter((child) => child.isMesh); }
@@ -68,7 +83,15 @@ export class Joint {
   }
 
   /// Updates the layers at a pose. The gap layer is built on first use, since its tree takes time.
-  showLayers(pose, motion, { hasLigaments, hasGaps }) {
+  showLayers(pose, motion, { hasLigaments, hasGaps, hasBand }) {
+    for (const ghost of this.ghosts) {
+      const at = hasBand ? ghost.motion.at(pose.attitude) : null;
+      ghost.group.visible = Boolean(at?.isSolved);
+      if (!ghost.group.visible) continue;
+      // Meshes of both bodies are relative to the rotation centre.
+      const { R, t } = at.referenceMoving, centre = this.model.rotationCentre;
+      ghost.group.matrix.set(...rows({ R, t: sum(turned(R, centre), t).map((x, k) => x - centre[k]) }));
+    }
     this.ligamentGroup.visible = hasLigaments && Boolean(this.ligaments);
     if (this.ligamentGroup.visible) this.ligaments.update(pose.referenceMoving);
     this.gapGroup.visible = hasGaps;

@@ -101,6 +101,7 @@ function angleText(k, degrees) {
 
 /// As in the window: "degree_6_recontacted" is "degree 6, recontacted".
 function setLabel(set) {
+  if (set.startsWith("quantile_")) return `sample at ${set.slice(9)} %`;
   return set === "raw" ? "raw cells" : set.replace("_recontacted", ", recontacted").replaceAll("_", " ");
 }
 
@@ -127,7 +128,7 @@ function writeNumbers(pose) {
 function place(pose) {
   if (!pose.isSolved) return;
   joint.place(pose, xr.session ? "reference" : byId("held").value);
-  joint.showLayers(pose, player.motion(), { hasLigaments: byId("ligaments").checked, hasGaps: byId("gaps").checked });
+  joint.showLayers(pose, player.motion(), { hasLigaments: byId("ligaments").checked, hasGaps: byId("gaps").checked, hasBand: byId("band").checked });
 }
 
 function draw() {
@@ -154,7 +155,7 @@ const quantity = () => quantities.find(({ name }) => name === byId("quantity").v
 function drawCurves() {
   const raw = { label: "raw", motion: player.raw, colour: "#c2500a", dash: player.set === "raw" ? undefined : [5, 3] };
   const own = { label: setLabel(player.set), motion: player.motion(), colour: "#0b6aa8" };
-  curve.setCurves(player.model, player.set === "raw" ? [raw] : [own, raw], (flexion) => player.varusAt(flexion), quantity());
+  curve.setCurves(player.model, player.set === "raw" ? [raw] : [own, raw], (flexion) => player.varusAt(flexion), quantity(), player.model.bands?.[quantity().name.replace("clinical_", "")]);
 }
 
 function drawPlots() {
@@ -186,6 +187,8 @@ function show(model, name) {
   player = new Player(model);
   joint = made;
   byId("title").textContent = model.title || name;
+  byId("band-choice").hidden = joint.ghosts.length === 0;
+  if (byId("band-choice").hidden) byId("band").checked = false;
   document.title = `${model.title || name} – VRDA player`;
   const solved = model.status.reduce((count, status) => count + (status === stable), 0);
   byId("facts").textContent = `${name}: ${model.side} ${model.joint}, ${model.method}, ${solved} of ${model.status.length} attitudes solved`;
@@ -285,7 +288,7 @@ function watchControls() {
   byId("set").addEventListener("change", () => useSet(byId("set").value));
   byId("quantity").addEventListener("change", drawPlots);
   byId("play").addEventListener("click", togglePlay);
-  for (const id of ["paths", "ligaments", "gaps", "named"]) byId(id).addEventListener("change", draw);
+  for (const id of ["paths", "ligaments", "gaps", "named", "band"]) byId(id).addEventListener("change", draw);
   for (const [id, palette] of [["strain-scale", strainPalette], ["gap-scale", gapPalette]]) byId(id).querySelector("i").style.background = gradientOf(palette);
   for (const id of ["whole", "held"]) byId(id).addEventListener("change", () => useView(view));
   byId("views").append(...Object.keys(views).map((name) => {
@@ -331,7 +334,7 @@ const actions = {
   faster: () => stepSpeed(1), slower: () => stepSpeed(-1),
   next_set: () => stepSet(1), previous_set: () => stepSet(-1), next_fixed_object: nextHeld,
   show_gap_map: () => byId("gaps").click(), show_ligaments: () => byId("ligaments").click(),
-  show_contact_paths: () => byId("paths").click(), show_labels: () => byId("named").click(),
+  show_contact_paths: () => byId("paths").click(), show_labels: () => byId("named").click(), show_band: () => byId("band").click(),
   ...Object.fromEntries(Object.keys(views).map((name) => [`view_${name}`, () => useView(name)])),
   reset_view: () => useView(view), full_screen: () => toggleFull(),
   show_help: () => { byId("help").open = !byId("help").open; },
@@ -374,6 +377,8 @@ window.vrda = {
   pose: (set, flexion, varus) => player.poseOf(set, flexion, varus),
   shown: () => ({ ...player.poseOf(player.set, player.flexion, player.varusAt(player.flexion * degree) / degree), set: player.set, flexion: player.flexion }),
   sets: () => player.sets,
+  /// For tests: abscissae and values of the curves, and which pairs are bands.
+  curve: () => ({ values: curve.plot.data.map((values) => Array.from(values)), bands: (curve.plot.bands ?? []).map(({ series }) => series) }),
   /// For tests: strains at a pose { R, t } of the moving body in the reference, and the present gaps.
   strains: (X) => joint.ligaments.strains(X),
   live: () => live && { pose: live.stream.pose, bench: live.stream.bench, marks: live.stream.marks() },

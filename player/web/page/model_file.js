@@ -115,6 +115,25 @@ function readMotionsOverFlexion(file, model) {
   if (file.hasGroup("/zero_varus")) model.zeroVarus = readFlexionTable(file, "/zero_varus", "source", model.flexion.length);
 }
 
+/// The samples of an uncertain job: their motions at five probabilities, and the 5 to 95 % band of the clinical numbers.
+function readUncertainty(file, model) {
+  if (!file.hasGroup("/uncertainty")) return;
+  const n = model.flexion.length, group = "/uncertainty", probabilities = 5, low = 1, high = 3;
+  const names = ["tx", "ty", "tz", "theta", "varus"];
+  const all = Object.fromEntries(names.map((name) => [name, file.numbers(`${group}/${name}`, [probabilities, n])]));
+  const status = file.numbers(`${group}/quantile_status`, [probabilities, n], "int8");
+  const row = (values, k) => values.subarray(k * n, (k + 1) * n);
+  model.quantiles = [0, 5, 50, 95, 100].map((percent, k) => ({
+    name: `quantile_${percent}`, state: Array.from(row(status, k), (s) => (s === 0 ? 0 : -1)), ...Object.fromEntries(names.map((name) => [name, row(all[name], k)])),
+  })).filter(({ state }) => state.includes(0));
+  const bands = { ...Object.fromEntries(["flexion", "varus", "internal"].map((name, k) => [name, ["rotation_band", k]])), ...Object.fromEntries(["anterior", "proximal", "lateral"].map((name, k) => [name, ["translation_band", k]])) };
+  model.bands = Object.fromEntries(Object.entries(bands).map(([name, [dataset, k]]) => {
+    const values = file.numbers(`${group}/${dataset}`, [probabilities, n, 3]);
+    const at = (p) => Array.from({ length: n }, (_, i) => values[3 * (p * n + i) + k]);
+    return [name, { low: at(low), high: at(high) }];
+  }));
+}
+
 function readContactPaths(file, model) {
   const size = [model.flexion.length, model.varus.length, 3];
   const names = ["medial_reference", "medial_moving", "lateral_reference", "lateral_moving"];
@@ -136,6 +155,7 @@ function readAll(file) {
   readPush(file, model);
   readSmoothed(file, model);
   readMotionsOverFlexion(file, model);
+  readUncertainty(file, model);
   readContactPaths(file, model);
   model.ligaments = readLigaments(file, [model.flexion.length, model.varus.length]);
   model.bodies = { reference: readBodies(file, "reference"), moving: readBodies(file, "moving") };

@@ -7,7 +7,7 @@ export const stable = 0;  // status of a solved attitude
 const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
 const radians = (angles) => Array.from(angles, (x) => x * degree);
 
-/// Set names in order of preference: two_sided; smoothed sets by decreasing degree, recontacted ones first; then raw; last zero_varus.
+/// Set names in order of preference: two_sided; smoothed sets by decreasing degree, recontacted ones first; then raw; zero_varus; last the samples of an uncertain job.
 export function setNames(model) {
   const names = model.twoSided ? ["two_sided"] : [];
   for (const set of [...model.smoothed].sort((a, b) => b.degree - a.degree)) {
@@ -16,7 +16,7 @@ export function setNames(model) {
   }
   names.push("raw");
   if (model.zeroVarus && model.zeroVarus.source.some((s) => s !== -1)) names.push("zero_varus");
-  return names;
+  return [...names, ...(model.quantiles ?? []).map(({ name }) => name)];
 }
 
 /// A grid with unsolved nodes set to 0. `columns` have one value per node; `factors` convert degrees to radians.
@@ -76,6 +76,7 @@ export class Motion {
     this.#useDeltas();
     if (set === "two_sided") this.#useTwoSided(model.twoSided);
     else if (set === "zero_varus") this.#useFlexionTable(this.axes.flexion, model.zeroVarus, model.zeroVarus.source);
+    else if (set.startsWith("quantile_")) this.#useQuantile(model.quantiles.find(({ name }) => name === set));
     else if (set !== "raw") this.#useSmoothed(set);
     const own = this.free.length ? this.free.map((a) => a[1]) : this.axes.varus;
     this.firstVarus = Math.min(...own);
@@ -101,6 +102,8 @@ export class Motion {
     this.byFlexion = gridOf({ flexion, varus: [0] }, columns, [1, 1, 1, degree, degree], (k) => state[k] !== -1);
     this.free = flexion.flatMap((f, i) => (state[i] === -1 ? [] : [[f, table.varus[i] * degree]]));
   }
+
+  #useQuantile(table) { this.#useFlexionTable(this.axes.flexion, table, table.state); }
 
   #useTwoSided(table) {
     const flexion = radians(table.flexion);

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "bench_files/calibration.hpp"
@@ -200,7 +201,7 @@ TEST_F(InWindow, WhatKeysAdjustedIsWrittenToTheCalibrationOnRequest)
   EXPECT_EQ(bench_files::read_calibration(kept, file).eyes, wanted.eyes);
 }
 
-TEST_F(InWindow, SomebodyTrainsAtAVirtualBenchAndLeaves)
+TEST_F(InWindow, AnOperatorPractisesOnAVirtualBenchAndLeaves)
 {
   const std::string kept = (scratch_.path() / "calibration.toml").string();
   test::Process program(
@@ -220,6 +221,31 @@ TEST_F(InWindow, SomebodyTrainsAtAVirtualBenchAndLeaves)
   const test::Ended ended = program.wait();
   EXPECT_EQ(ended.exit_code, 4) << ended.err;
   EXPECT_NE(ended.out.find("begun: 1 mark so far"), std::string::npos) << ended.out;
+}
+
+TEST_F(InWindow, DevicesListsTheMonitors)
+{
+  const std::string bench =
+      scratch_
+          .write("bench.toml",
+                 "title = \"Bench\"\nleg = \"rigid\"\nhead = \"stage\"\n[display]\nwidth = 320\n"
+                 "height = 256\nlayout = \"quarters\"\n[tracker]\nport = 1\n"
+                 "[body.leg]\ntool = \"leg\"\n")
+          .string();
+  const auto monitors = [&] {
+    const test::Ended ended = test::run(
+        {VRDA_PLAYER_PROGRAM, {"devices", bench, "--json", "--seconds", "0.1"}, {}, scratch_.path()});
+    return nlohmann::json::parse(ended.out).at("monitors");
+  };
+  const nlohmann::json one = monitors();
+  ASSERT_EQ(one.size(), 1U);
+  EXPECT_FALSE(one[0]["name"].get<std::string>().empty());
+  EXPECT_EQ(one[0]["x"], 0);
+  EXPECT_EQ(one[0]["y"], 0);
+  EXPECT_EQ(one[0]["width"], 1280);
+  EXPECT_EQ(one[0]["height"], 1024);
+  unsetenv("DISPLAY");
+  EXPECT_EQ(monitors(), nlohmann::json::array());
 }
 
 }  // namespace vrda::window_test

@@ -85,7 +85,8 @@ void set_contact_paths(store::MotionModel& model, std::size_t n_cells, double z_
   for (std::size_t cell = 0; cell < n_cells; ++cell) {
     const double x = 0.25 * static_cast<double>(cell / n_varus);
     const double jump_mm = 2 * cell < n_cells ? 0.0 : 9.0;
-    const Eigen::Vector3d medial = model.rotation_centre_mm + Eigen::Vector3d(x + jump_mm, -20, -8.0 * z_sign);
+    const Eigen::Vector3d medial =
+        model.rotation_centre_mm + Eigen::Vector3d(x + jump_mm, -20, -8.0 * z_sign);
     const Eigen::Vector3d lateral = model.rotation_centre_mm + Eigen::Vector3d(x, -20, 8.0 * z_sign);
     for (std::vector<double>* own : {&paths.medial_reference_mm, &paths.medial_moving_mm})
       own->insert(own->end(), medial.begin(), medial.end());
@@ -93,6 +94,23 @@ void set_contact_paths(store::MotionModel& model, std::size_t n_cells, double z_
       own->insert(own->end(), lateral.begin(), lateral.end());
   }
   model.contact_paths = paths;
+}
+
+/// Samples of an uncertain job at zero varus: row k of the quantiles is k mm anterior of the first.
+void set_uncertainty(store::MotionModel& model)
+{
+  store::UncertainMotion motion;
+  for (std::size_t k = 0; k < store::band_probabilities.size(); ++k) {
+    for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
+      motion.quantile_status.push_back(0);
+      motion.tx_mm.push_back(static_cast<double>(k));
+      motion.ty_mm.push_back(0.0);
+      motion.tz_mm.push_back(0.0);
+      motion.theta_deg.push_back(0.0);
+      motion.varus_deg.push_back(0.0);
+    }
+  }
+  model.uncertainty = motion;
 }
 
 }  // namespace
@@ -124,6 +142,7 @@ store::MotionModel layered_model(const std::string& side)
   set_forces(model, n_cells, z_sign);
   set_ligaments(model, n_cells, z_sign);
   set_contact_paths(model, n_cells, z_sign);
+  set_uncertainty(model);
   return model;
 }
 

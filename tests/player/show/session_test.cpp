@@ -168,7 +168,7 @@ TEST_F(AtWindow, AnotherSetWhileItPlaysKeepsAttitudeAndPlay)
 TEST_F(AtWindow, PosesAreThoseOfTheChosenSet)
 {
   const store::MotionModel model = small_model();
-  for (const std::string& name : motion::set_names(model)) {
+  for (const std::string& name : motion::all_set_names(model)) {
     show::Session session(small_model(), small_options(name));
     session.press_key({navigation::Key::right, true, false});
     session.advance(frame_s);

@@ -74,6 +74,8 @@ mm = [18.7, -125.0, 0.0]
 {simulation}
 """
 BENDING = 'leg = [[0, 10, 0], [4, 80, 1], [8, 10, 0]]'
+# Between a drawn frame and the next message the page shows the streamed flexion; a leg that bends meets no other by chance.
+FOLLOWS = """new Promise((done) => { const poll = () => (Math.abs(window.vrda.live().pose.flexion - window.vrda.shown().flexion) < 1e-6 ? done(true) : setTimeout(poll)); poll(); })"""
 STILL = "leg = [[0, 40, 0], [1000, 40, 0]]"
 
 
@@ -325,9 +327,8 @@ class Live(unittest.TestCase):
                 page.browser.wait("window.vrda.shown().flexion > 30")
                 self.keep(page, "live")
                 # As streamed: the same attitude, which the page turns to the pose by its own motion.
-                live, shown = page.browser.value("[window.vrda.live().pose, window.vrda.shown()]")
-                self.assertLess(abs(live["flexion"] - shown["flexion"]), 3)
-                self.assertEqual(shown["set"], "two_sided")
+                page.browser.value(FOLLOWS)
+                self.assertEqual(page.shown()["set"], "two_sided")
                 # The user's slider takes over until the box is ticked.
                 page.set("flexion", 5)
                 page.browser.settle()
@@ -383,6 +384,44 @@ class Live(unittest.TestCase):
             again = json.dumps({**pose, "flexion": 30.0})
             self.assertEqual(page.browser.value(f"window.opened(), window.said({json.dumps(again)}), window.vrda.live().marks"), [])
             page.browser.wait("window.vrda.shown().flexion === 30")
+
+    def test_in_ar_the_joint_follows_the_leg(self):
+        bench = self.bench(BENDING)
+        with self.simulated(bench), Served(self.model, "--bench", bench) as served, Headset(CHROMIUM, PACKAGES) as page:
+            page.browser.visit(served.address, READY, width=480, height=360)
+            page.browser.wait("document.getElementById('marks').textContent === '' && window.vrda.live()?.pose")
+            page.start("immersive-ar")
+            page.aim((0.3, 0.75, -0.9))
+            page.press()
+
+            def seen():
+                """Streamed and drawn placement at one moment, mm."""
+                live, drawn = page.browser.value("""new Promise((done) => window.device.activeSession.requestAnimationFrame(() => {
+                    const { pose } = window.vrda.live(); window.device.activeSession.requestAnimationFrame(() => done([pose, window.vrda.xr.state().drawn])); }))""")
+                P, D = numpy.eye(4), numpy.array(drawn).reshape(4, 4).T * ((1000,) * 4, (1000,) * 4, (1000,) * 4, (1,) * 4)
+                P[:3, :3], P[:3, 3] = live["placement"]["R"], live["placement"]["t"]
+                return P, D, live["flexion"]
+
+            first, seen_flexions = seen(), []
+            for _ in range(4):
+                page.frames(5)
+                now = seen()
+                seen_flexions.append(now[2])
+                # The leg of the simulation does not move its femur but for noise: so does the joint.
+                wanted = first[1] @ numpy.linalg.inv(first[0]) @ now[0]
+                numpy.testing.assert_allclose(now[1], wanted, atol=1.0)
+            self.assertGreater(max(seen_flexions) - min(seen_flexions), 0.5)
+            page.browser.value(FOLLOWS)
+            # The bench's points are those to touch, at its size.
+            self.assertEqual(page.browser.value("window.vrda.xr.landmarks().map((p) => p.name)")[:2], ["medial epicondyle", "lateral epicondyle"])
+            self.keep(page, "live-ar")
+            page.use("live")
+            page.frames(4)
+            stopped = page.shown()["flexion"]
+            page.frames(10)
+            self.assertEqual(page.shown()["flexion"], stopped)
+            page.use("leave")
+            page.browser.wait("!window.vrda.xr.state().isPresenting")
 
 
 if __name__ == "__main__":

@@ -116,6 +116,32 @@ class WebPage(unittest.TestCase):
                 self.assertEqual((False, False) in outcomes, name == "holes")
             self.is_quiet(page)
 
+    def test_band_of_an_uncertain_job(self):
+        with Page(CHROMIUM) as page:
+            self.opened(page, "grid")
+            self.assertTrue(page.browser.value("document.getElementById('band-choice').hidden"))
+            self.opened(page, "uncertain")
+            page.set("flexion", 30)
+            page.set("quantity", "clinical_internal", "change")
+            page.browser.settle()
+            with h5py.File(self.models["uncertain"]) as file:
+                self.assertEqual(page.browser.value("window.vrda.sets()")[-5:], [f"quantile_{percent}" for percent in (0, 5, 50, 95, 100)])
+                wanted = [file["/uncertainty/rotation_band"][k, :, 2] for k in (3, 1)]
+            # The band is drawn between two series after the curves, at the model's flexions.
+            drawn = page.browser.value("window.vrda.curve()")
+            for ends, values in zip(wanted, drawn["values"][-2:], strict=True):
+                at = [values[drawn["values"][0].index(f)] for f in (0, 30, 60, 90)]
+                numpy.testing.assert_allclose(at, ends, rtol=0, atol=1e-9)
+            self.assertEqual(drawn["bands"], [[len(drawn["values"]) - 2, len(drawn["values"]) - 1]])
+            without = self.picture(page, "#joint", "band-off")
+            page.browser.value("document.getElementById('band').click()")
+            page.browser.settle()
+            self.assertGreater((numpy.abs(self.picture(page, "#joint", "band-on") - without).sum(axis=2) > 20).mean(), 0.01)
+            page.browser.value("document.getElementById('band').click()")
+            page.browser.settle()
+            numpy.testing.assert_array_equal(self.picture(page, "#joint", "band-off-again"), without)
+            self.is_quiet(page)
+
     def test_slider_moves_the_joint_to_the_pose(self):
         node = next(p for p in self.poses["grid"]["raw"] if p["flexion"] >= 30 and p["is_solved"] and not p["is_flexion_clamped"] and not p["is_varus_clamped"])
         with Page(CHROMIUM) as page:

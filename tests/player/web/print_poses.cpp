@@ -71,7 +71,7 @@ void print_model(const std::string& file, int count, std::uint64_t seed)
   std::cout.precision(std::numeric_limits<double>::max_digits10);
   std::cout << "{";
   bool is_first = true;
-  for (const std::string& set : vrda::motion::set_names(model)) {
+  for (const std::string& set : vrda::motion::all_set_names(model)) {
     std::cout << (is_first ? "" : ",\n") << '"' << set << "\":[";
     print_set(model, set, count, seed);
     std::cout << "]";

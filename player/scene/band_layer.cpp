@@ -1,0 +1,60 @@
+// Layer of the band of an uncertain job, as translucent copies of the moving object.
+#include "scene/layers.hpp"
+
+#include <algorithm>
+
+#include "scene/scene.hpp"
+
+namespace vrda::scene {
+namespace {
+
+constexpr float ghost_opacity = 0.28F;  // both copies and the object between them stay visible
+
+struct GhostOf {
+  const char* set;
+  VertexColour colour;
+};
+constexpr GhostOf band_ends[] = {{"quantile_5", {70, 130, 220, 255}}, {"quantile_95", {235, 135, 50, 255}}};
+
+}  // namespace
+
+BandLayer::BandLayer(const store::MotionModel& model, Scene& scene)
+{
+  const std::vector<std::string> names = motion::quantile_set_names(model);
+  for (const GhostOf& end : band_ends) {
+    if (std::find(names.begin(), names.end(), end.set) == names.end()) continue;
+    Ghost ghost{motion::Motion(model, end.set), {}};
+    const std::size_t n_bodies = scene.drawables.size();
+    for (std::size_t k = 0; k < n_bodies; ++k) {
+      const Drawable& body = scene.drawables[k];
+      if (body.layer != Layer::bodies || body.owner != Owner::moving || !body.has_contact) continue;
+      Drawable copy = body;
+      copy.name += ", " + std::string(end.set);
+      copy.layer = Layer::band;
+      copy.owner = Owner::world;
+      copy.is_shown = false;
+      copy.material = marker_material(end.colour);
+      copy.material.opacity = ghost_opacity;
+      ghost.drawables.push_back(scene.drawables.size());
+      scene.drawables.push_back(std::move(copy));
+    }
+    ghosts_.push_back(std::move(ghost));
+  }
+}
+
+void BandLayer::update(Scene& scene, const DisplayedPose& shown) const
+{
+  for (const Ghost& ghost : ghosts_) {
+    const motion::JointPose pose = ghost.motion.at(shown.pose.attitude);
+    if (pose.status != motion::PoseStatus::solved) continue;
+    const Pose X_world_moving = shown.frames.X_world_reference * pose.X_reference_moving;
+    for (const std::size_t k : ghost.drawables) {
+      Drawable& drawable = scene.drawables[k];
+      drawable.is_shown = true;
+      drawable.X_world_mesh = X_world_moving;
+      drawable.X_world_mesh.translation() += X_world_moving.linear() * drawable.origin_mm;
+    }
+  }
+}
+
+}  // namespace vrda::scene
