@@ -34,10 +34,7 @@ void visit_root(MotionModel& model, RowVisitor& visit)
   const bool has_frames = has_optional(visit, "/frame", model.frames);
   visit({"/flexion", {"/flexion"}, unit::degree, has_frames ? number() : rule(Rule::axis), "flexion of the attitude"}, model.flexion_deg);
   visit({"/varus", {"/varus"}, unit::degree, rule(Rule::axis), "varus of the attitude, adduction positive"}, model.varus_deg);
-  visit({"/tx", grid, unit::mm, number(stable), "translation along X of the world frame W"}, model.tx_mm);
-  visit({"/ty", grid, unit::mm, number(stable), "translation along Y of the world frame W"}, model.ty_mm);
-  visit({"/tz", grid, unit::mm, number(stable), "translation along Z of the world frame W"}, model.tz_mm);
-  visit({"/theta", grid, unit::degree, number(stable), "rotation about Delta, right-knee sign"}, model.theta_deg);
+  visit_poses(model, "", grid, number(stable), visit);
   visit({"/X_reference_moving", {"/flexion", "/varus", "/row", "/column"}, unit::mm, rule(Rule::rigid, stable), "pose taking stored moving vertices to stored reference vertices; the rotation in columns 0 to 2 has no unit"}, model.X_reference_moving);
   visit({"/status", grid, unit::none, codes(FlagSet::status), "how the motion step ended"}, model.status);
   visit({"/plausibility", grid, unit::none, codes(FlagSet::plausibility), "result of the plausibility check of the stable pose"}, model.plausibility);

@@ -49,10 +49,7 @@ void visit_two_sided(TwoSided& motion, RowVisitor& visit)
   visit({group + "/flexion", flexion, unit::degree, rule(Rule::axis), "flexion of the attitude"}, motion.flexion_deg);
   visit({group + "/contact", flexion, unit::none, codes(FlagSet::two_sided_contact), "compartments in contact"}, motion.contact);
   visit({group + "/varus", flexion, unit::degree, number(posed), "varus of the attitude, adduction positive"}, motion.varus_deg);
-  visit({group + "/tx", flexion, unit::mm, number(posed), "translation along X of the world frame W"}, motion.tx_mm);
-  visit({group + "/ty", flexion, unit::mm, number(posed), "translation along Y of the world frame W"}, motion.ty_mm);
-  visit({group + "/tz", flexion, unit::mm, number(posed), "translation along Z of the world frame W"}, motion.tz_mm);
-  visit({group + "/theta", flexion, unit::degree, number(posed), "rotation about Delta, right-knee sign"}, motion.theta_deg);
+  visit_poses(motion, group, flexion, number(posed), visit);
   visit({group + "/gap_medial", flexion, unit::mm, number(posed), "gap along Delta of the medial compartment"}, motion.gap_medial_mm);
   visit({group + "/gap_lateral", flexion, unit::mm, number(posed), "gap along Delta of the lateral compartment"}, motion.gap_lateral_mm);
 }
@@ -96,10 +93,7 @@ void visit_zero_varus_poses(ZeroVarus& motion, RowVisitor& visit)
   visit({group + "/varus_first", flexion, unit::degree, number(mean), "first varus with both compartments in contact"}, motion.varus_first_deg);
   visit({group + "/varus_last", flexion, unit::degree, number(mean), "last varus with both compartments in contact"}, motion.varus_last_deg);
   visit({group + "/is_cut_off", flexion, unit::none, codes(FlagSet::yes_no), "whether the varus range of the grid cuts off the band with both compartments in contact"}, motion.is_cut_off);
-  visit({group + "/tx", flexion, unit::mm, number(posed), "translation along X of the world frame W"}, motion.tx_mm);
-  visit({group + "/ty", flexion, unit::mm, number(posed), "translation along Y of the world frame W"}, motion.ty_mm);
-  visit({group + "/tz", flexion, unit::mm, number(posed), "translation along Z of the world frame W"}, motion.tz_mm);
-  visit({group + "/theta", flexion, unit::degree, number(posed), "rotation about Delta, right-knee sign"}, motion.theta_deg);
+  visit_poses(motion, group, flexion, number(posed), visit);
   visit({group + "/X_reference_moving", {"/flexion", "/row", "/column"}, unit::mm, rule(Rule::rigid, posed), "pose taking stored moving vertices to stored reference vertices; the rotation in columns 0 to 2 has no unit"}, motion.X_reference_moving);
   visit({group + "/flexion_angle", flexion, unit::degree, number(posed), "Grood-Suntay flexion"}, motion.clinical_flexion_deg);
   visit({group + "/varus_angle", flexion, unit::degree, number(posed), "Grood-Suntay varus, adduction positive"}, motion.clinical_varus_deg);

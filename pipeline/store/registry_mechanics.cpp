@@ -78,10 +78,7 @@ void visit_branches(SpineBranches& branches, RowVisitor& visit)
   visit.dimension(group + "/flexion_bound", DimensionSize::fixed(visit.size("/flexion") + 1));
   visit({group + "/row_start", {group + "/flexion_bound"}, unit::one, row_starts(branches.energy_nmm.size()), "first equilibrium of each flexion, then their number"}, branches.row_start);
   visit({group + "/varus", branch, unit::degree, number(), "varus at equilibrium, adduction positive"}, branches.varus_deg);
-  visit({group + "/tx", branch, unit::mm, number(), "translation along X of the world frame W"}, branches.tx_mm);
-  visit({group + "/ty", branch, unit::mm, number(), "translation along Y of the world frame W"}, branches.ty_mm);
-  visit({group + "/tz", branch, unit::mm, number(), "translation along Z of the world frame W"}, branches.tz_mm);
-  visit({group + "/theta", branch, unit::degree, number(), "rotation about Delta, right-knee sign"}, branches.theta_deg);
+  visit_poses(branches, group, branch, number(), visit);
   visit({group + "/energy", branch, unit::nmm, number(), "energy at equilibrium"}, branches.energy_nmm);
   visit({group + "/is_chosen", branch, unit::none, codes(FlagSet::yes_no), "whether it is the pose of the spine"}, branches.is_chosen);
 }
@@ -94,10 +91,7 @@ void visit_free_spine(FreeSpine& spine, RowVisitor& visit)
   visit.group(group);
   visit({group + "/status", flexion, unit::none, codes(FlagSet::solver_status), "how the motion step with free varus ended"}, spine.status);
   visit({group + "/varus", flexion, unit::degree, number(stable), "varus at equilibrium, adduction positive"}, spine.varus_deg);
-  visit({group + "/tx", flexion, unit::mm, number(stable), "translation along X of the world frame W"}, spine.tx_mm);
-  visit({group + "/ty", flexion, unit::mm, number(stable), "translation along Y of the world frame W"}, spine.ty_mm);
-  visit({group + "/tz", flexion, unit::mm, number(stable), "translation along Z of the world frame W"}, spine.tz_mm);
-  visit({group + "/theta", flexion, unit::degree, number(stable), "rotation about Delta, right-knee sign"}, spine.theta_deg);
+  visit_poses(spine, group, flexion, number(stable), visit);
   visit({group + "/energy", flexion, unit::nmm, number(stable), "energy at equilibrium"}, spine.energy_nmm);
   visit({group + "/theta_low", flexion, unit::degree, number_or_nan(stable), "theta under an additional moment of -band_moment_nmm"}, spine.theta_low_deg);
   visit({group + "/theta_high", flexion, unit::degree, number_or_nan(stable), "theta under an additional moment of +band_moment_nmm"}, spine.theta_high_deg);

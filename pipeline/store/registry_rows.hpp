@@ -88,6 +88,18 @@ bool has_optional(RowVisitor& visit, const std::string& path, Optional& part)
   return found;
 }
 
+/// Translation in the world frame and rotation about Delta of a motion's poses.
+template <typename Poses>
+void visit_poses(Poses& poses, const std::string& group, const std::vector<std::string>& dimensions,
+                 const ValueRule& valid, RowVisitor& visit)
+{
+  visit({group + "/tx", dimensions, unit::mm, valid, "translation along X of the world frame W"}, poses.tx_mm);
+  visit({group + "/ty", dimensions, unit::mm, valid, "translation along Y of the world frame W"}, poses.ty_mm);
+  visit({group + "/tz", dimensions, unit::mm, valid, "translation along Z of the world frame W"}, poses.tz_mm);
+  visit({group + "/theta", dimensions, unit::degree, valid, "rotation about Delta, right-knee sign"},
+        poses.theta_deg);
+}
+
 /// Centres of contact of the compartments, of the cells or of the zero-varus motion.
 template <typename Paths>
 void visit_paths(Paths& paths, const std::string& group, const std::vector<std::string>& dimensions,

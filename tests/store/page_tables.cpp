@@ -5,9 +5,9 @@
 #include <set>
 #include <sstream>
 
+#include "store/registry.hpp"
 #include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
-#include "store/registry.hpp"
 #include "store/trace_registry.hpp"
 
 namespace vrda::test {
