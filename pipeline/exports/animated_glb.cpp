@@ -296,7 +296,7 @@ void add_links(Scene& scene, Animation& animation, Json& children, const Flexion
       add_mesh(scene, ligament_material, unit_tube(), material_row(scene, ligament_material));
   for (const ligament::Fibre& fibre : ligaments.fibres) {
     std::vector<Eigen::Vector3d> path_mm(fibre.wrap < 0 ? n_straight : n_wrapped);
-    // The sampler wants four points; a straight fibre needs its ends.
+    // The sampler requires four points; of a straight fibre only the ends are used.
     std::vector<Eigen::Vector3d> sampled_mm(std::max<std::size_t>(path_mm.size(), 4));
     std::vector<LinkKeys> links(path_mm.size() - 1);
     for (const FlexionFrame& frame : motion.frames) {

@@ -70,7 +70,7 @@ std::string component_name(const std::string& text)
   return name.empty() ? "unnamed" : name;
 }
 
-/// Names that differ within one set.
+/// Names that are unique within one set.
 class UniqueNames {
  public:
   std::string operator()(const std::string& text)

@@ -13,7 +13,7 @@ namespace vrda::fit {
 namespace {
 
 constexpr journal::FrameFormat evaluation_format{"VRDAFITJ", 1, std::uint32_t{1} << 28, "evaluation"};
-// Changes when the same question may give other evaluations.
+// Must be changed when the same question may give other evaluations.
 constexpr const char* fit_version = "identification 1";
 
 void append_numbers(std::string& bytes, const std::vector<double>& numbers)

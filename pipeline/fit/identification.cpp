@@ -13,15 +13,15 @@ namespace vrda::fit {
 namespace {
 
 constexpr int most_iterations_of_fit = 40;
-// Steps of the differences, in prior deviations: facets make equilibria jump, which long ones average; the
-// last, short ones are nearer to the derivative.
+// Steps of the differences, in prior deviations: equilibria jump at facets, and long steps average the jumps;
+// the last, short steps are closer to the derivative.
 constexpr double long_difference = 0.5, short_difference = 0.1;
 constexpr int most_passes = 3;                              // over both
 constexpr double first_radius = 1.0, largest_radius = 2.0;  // of a step, in prior deviations
 // Decreases of half the sum of squares: a step of a seventh of the posterior's deviation gives 0.01.
 constexpr double settled_decrease = 0.01;
-// A fit that no step improves has converged within the jumps of the equilibria if a step of the whole length
-// promises less: 0.4 deviations.
+// A fit that no step improves has converged within the jumps of the equilibria if the decrease predicted for
+// a full step is smaller than this: 0.4 deviations.
 constexpr double unsettled_decrease = 0.08;
 // Limits of Decision.
 constexpr double decided_share = 0.9, undecided_share = 0.1;
@@ -105,7 +105,7 @@ class Fit {
     return -(0.5 * step.dot(H * step) + slope(at).dot(step));
   }
 
-  /// Steps with differences of one length until none promises or brings a decrease. Whether one did.
+  /// Steps with differences of one length until none predicts or gives a decrease. True if one did.
   bool descend(FitEnd& end, double difference)
   {
     double radius = std::min(first_radius, 4.0 * difference);

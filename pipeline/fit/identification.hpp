@@ -1,5 +1,5 @@
 /// Identification: the unknowns of a job with which its solved motion, or its laxity, is nearest to measured
-/// ones, and what the measurements decide about them.
+/// ones, and how well the measurements determine them.
 #pragma once
 
 #include <array>

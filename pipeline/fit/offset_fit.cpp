@@ -18,7 +18,8 @@ constexpr double difference_mm = 1e-3;
 // Steps below this end the iteration; facets make the gaps piecewise smooth.
 constexpr double settled_mm = 1e-6;
 constexpr int most_iterations = 50;
-// Mean square of the change of a gap per mm below which the motion says nothing: contact gives 1 or more.
+// Mean square of the change of a gap per mm below which the motion gives no information: contact gives 1 or
+// more.
 constexpr double least_slope_sq = 1e-4;
 
 Mesh with_offset(const Body& body, const std::vector<std::int32_t>& components, double mm)

@@ -20,7 +20,7 @@ constexpr TestKind kinds[] = {
     {"valgus", "varus-valgus", JointCoordinate::varus, -1.0},
 };
 
-// A step of the load is halved at most so often: a thirty-second of it is below the noise of any test.
+// A step of the load is halved at most this many times: a thirty-second of it is below the noise of any test.
 constexpr int most_halvings = 5;
 
 double load_of(const load::LaxityJob& loads, LaxityTest test)
@@ -63,7 +63,7 @@ Loads with_load(Loads loads, LaxityTest test, double load)
   const double signed_load = kind_of(test).sign * load;
   switch (kind_of(test).coordinate) {
     case JointCoordinate::anterior: {
-      // At the rotation centre's point, wherever the push acts: its moment is taken off.
+      // At the rotation centre's point, wherever the push acts: the moment of the offset is subtracted.
       const Eigen::Vector3d force_n(signed_load, 0.0, 0.0);
       const Eigen::Vector3d turning_nmm = loads.point_mm.cross(force_n);
       loads.force_n += force_n;

@@ -29,7 +29,7 @@ std::string share_csv(const LaxityDocument& document);
 /// A self-contained HTML page: tables, laxity over flexion, load against displacement, shares.
 std::string laxity_page(const LaxityDocument& document);
 
-/// The curve of a state, flexion and test; null if the test is not made.
+/// The curve of a state, flexion and test; null if there is no such test.
 const LaxityCurve* curve_of(const LaxityResult& result, std::size_t state, std::size_t flexion,
                             LaxityTest test);
 

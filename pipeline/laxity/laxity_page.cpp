@@ -32,7 +32,7 @@ struct Point {
   double x, y;
 };
 struct Line {
-  std::string label;  ///< for the legend; empty: none of its own
+  std::string label;  ///< for the legend; empty: not in the legend
   std::size_t colour = 0;
   bool is_dashed = false;
   std::vector<Point> points;

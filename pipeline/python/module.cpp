@@ -69,7 +69,7 @@ struct Message {
 };
 
 /// Lines of threads without the interpreter's lock, until a thread with it passes them on: the logger
-/// registers every thread that calls it for ever.
+/// keeps a record of every thread that calls it.
 class Messages {
  public:
   void add(Message message)
@@ -94,7 +94,7 @@ Messages& waiting_messages()
   return messages;
 }
 
-/// Of the logger; the name is interned, since Python's cache of attributes keeps each new name that it sees.
+/// Of the logger; the name is interned, since Python's cache of attributes keeps each new name.
 py::object attribute(const py::object& owner, const char* name)
 {
   return py::getattr(owner, py::reinterpret_steal<py::str>(PyUnicode_InternFromString(name)));
@@ -158,7 +158,7 @@ auto run_interruptibly(const Work& work, const OnWait& on_wait)
   if (!raised) return result.get();
   try {
     result.get();
-  } catch (...) {  // the interruption is reported, not what it caused
+  } catch (...) {  // the interruption is reported, not its consequences
   }
   std::rethrow_exception(raised);
 }
@@ -249,7 +249,7 @@ std::string run(const std::string& file, const std::string& data, const std::vec
   options.may_replace = replace;
   options.progress = "none";
   options.is_hosted = true;
-  std::atomic<std::int64_t> steps = 0;  // done and all in one word, so that they belong together
+  std::atomic<std::int64_t> steps = 0;  // done and total in one word, so that they are read together
   constexpr std::int64_t word = std::int64_t{1} << 32;
   options.on_progress = [&steps](int n_done, int n_total) { steps = n_total * word + n_done; };
   std::int64_t reported = 0;

@@ -70,7 +70,7 @@ class SeatSearch {
   }
 
  private:
-  // Moves the pose along Delta into contact. Whether there was one.
+  // Moves the pose along Delta into contact. False: nothing ahead.
   bool measure(const MovingPose& pose)
   {
     const proximity::GapResult& found = query_.features(pose, band_mm);

@@ -1,4 +1,4 @@
-/// The seat of an object that is pressed along Delta and held in all rotations: the place across Delta,
+/// The seat of an object that is pressed along Delta and held in all rotations: the position across Delta,
 /// within limits, where it rises highest. Lengths in mm, frame S (core/frames.hpp), rad.
 #pragma once
 
@@ -21,7 +21,7 @@ struct Seat {
 
 /// A local maximum over the two translations across Delta of the height of first contact of an object that
 /// approaches along Delta. At fixed rotations each feature of a contact limits the height by a plane, so each
-/// step is the highest point below the planes met so far, in a trust region. Depends on the task only.
+/// step is the highest point below the planes found so far, in a trust region. Depends on the task only.
 Seat highest_seat(proximity::GapQuery& query, const SeatTask& task);
 
 }  // namespace vrda::rom

@@ -62,7 +62,7 @@ struct RomCell {
 /// A cell as it was solved.
 struct SolvedCell {
   RomCell cell;
-  /// Place of its seat from the neutral one, across Delta in the query's frame: the next cell's start.
+  /// Position of its seat from the neutral one, across Delta in the query's frame: the next cell's start.
   Eigen::Vector2d across_mm = Eigen::Vector2d::Zero();
 };
 
@@ -89,17 +89,17 @@ struct RomPlan {
   int n_threads = 1;
   std::function<void(std::size_t n_done)> on_progress = {};  ///< called from any worker
   std::function<bool()> is_stopped = {};                     ///< true: returns with no cells
-  /// A line of an earlier run, or nothing; and what to do with a new one. Called from any worker.
+  /// `recall` returns a line of an earlier run, or nothing; `keep` stores a new one. Called from any worker.
   std::function<std::optional<RomLine>(std::int8_t axis, const std::array<std::int32_t, 3>& at)> recall = {};
   std::function<void(const RomLine&)> keep = {};
   /// Solves, besides the line along flexion, only every count-th flexion from the number-th on, and returns
-  /// with no cells: the lines are what it is for.
+  /// with no cells: its result is the lines passed to `keep`.
   std::optional<journal::Shard> shard = {};
 };
 
 /// The neutral seat is searched from the job's start pose, at the cell nearest to zero. A cell's seat is
 /// searched from that of its neighbour towards the neutral cell, from the neutral seat, and next to the range
-/// from four places between; the first within the limits counts. The same bits for any number of threads.
+/// from four positions between; the first within the limits counts. The same bits for any number of threads.
 /// Throws InputError naming the job's title if the objects have no seat at the neutral cell.
 RangeOfMotion range_of_motion(const load::Case& job_case, const RomPlan& plan);
 

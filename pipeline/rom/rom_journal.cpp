@@ -13,7 +13,7 @@ namespace vrda::rom {
 namespace {
 
 constexpr journal::FrameFormat line_format{"VRDAROMJ", 2, std::uint32_t{1} << 28, "line"};
-// Changes when the same job may give other cells.
+// Must be changed when the same job may give other cells.
 constexpr const char* rom_solver = "highest seat 1";
 
 void append_cell(std::string& bytes, const SolvedCell& solved)

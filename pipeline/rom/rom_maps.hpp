@@ -23,7 +23,7 @@ double deg_at(const RomAxes& axes, std::size_t axis, std::size_t k);
 /// last.
 double edge_deg(const RomAxes& axes, std::size_t axis, std::size_t k);
 
-/// Name of a rotation in the words of the joint's kind, degrees.
+/// Name of a rotation for the joint's kind, degrees.
 std::string rotation_title(const RomDocument& document, std::size_t axis);
 
 /// Four digits; "none" if not finite.

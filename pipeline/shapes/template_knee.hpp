@@ -1,5 +1,5 @@
-/// The right knee that `vrda prepare` registers: nearer to people than the generic knee, whose surfaces are
-/// made for contact. Origin: the flexion axis; extension.
+/// The right knee that `vrda prepare` registers: closer to real knees than the generic knee, whose surfaces
+/// are made for contact. Origin: the flexion axis; extension.
 #pragma once
 
 #include "shapes/shapes.hpp"

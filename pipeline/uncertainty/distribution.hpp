@@ -10,15 +10,15 @@ namespace vrda::uncertainty {
 double probability_of_score(double score);
 double score_of_probability(double probability);
 
-/// The radius at which a ball of radius 1 holds as much of its volume as the three-dimensional standard normal
-/// distribution has of its probability within `size`: maps three scores to a uniform point of the ball.
+/// The radius within which the unit ball has the same share of its volume as the three-dimensional standard
+/// normal distribution has of its probability within `size`: maps three scores to a uniform point of the
+/// ball.
 double radius_in_ball(double size);
 
 /// The value below which the distribution has this probability.
 double quantile_of(const load::Distribution& distribution, double probability);
 
-/// The same of the distribution without its part at or below `least`, which is cut off. Throws InternalError
-/// if nothing is left.
+/// The same for the distribution truncated to values above `least`. Throws InternalError if nothing is left.
 double quantile_above(const load::Distribution& distribution, double probability, double least);
 
 }  // namespace vrda::uncertainty

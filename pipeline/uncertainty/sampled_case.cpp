@@ -64,7 +64,7 @@ class DrawColumns {
   }
 
  private:
-  // Empty where all fibres share the draw, or where the parameter's own name names the bundle.
+  // Empty where all fibres share the draw, or where the parameter's name contains the bundle's.
   std::string shared_name(std::size_t k) const
   {
     switch (parameter_.shared_by) {
@@ -85,7 +85,7 @@ class DrawColumns {
     });
   }
 
-  // The first column of that name, which is added if it is new.
+  // The first column of that name; adds the name if it is new.
   Eigen::Index column_of(const std::string& word, Eigen::Index n)
   {
     for (const auto& [known, column] : columns_) {

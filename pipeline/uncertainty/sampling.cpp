@@ -30,7 +30,7 @@ Eigen::MatrixXd sobol_samples(Eigen::Index n_samples, Eigen::Index n_dimensions,
   boost::random::sobol_engine<std::uint32_t, 32> sequence(shift.size());
   Eigen::MatrixXd samples(n_samples, n_dimensions);
   for (Eigen::Index s = 0; s < n_samples; ++s) {
-    // Boost leaves out the first point, the origin, without which 2^k points are no net.
+    // Boost omits the first point, the origin, without which 2^k points are not a net.
     for (Eigen::Index d = 0; d < n_dimensions; ++d)
       samples(s, d) = inside_unit((s == 0 ? 0U : sequence()) ^ shift[static_cast<std::size_t>(d)]);
   }

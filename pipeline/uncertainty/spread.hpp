@@ -1,4 +1,4 @@
-/// Bands of an uncertain motion by quantity, and the draws that the spread of a quantity comes from.
+/// Bands of an uncertain motion by quantity, and the contributions of the draws to the spread of a quantity.
 #pragma once
 
 #include <vector>
