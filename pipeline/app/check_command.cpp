@@ -135,7 +135,7 @@ Json component_json(const load::ComponentSurvey& c)
           {"volume_mm3", c.n_boundary_edges == 0 ? Json(c.volume_mm3) : Json()}};
 }
 
-// What the job's "auto" stands for.
+// The values found for "auto" in the job.
 Json found_frames_json(const std::optional<load::FoundFrames>& found)
 {
   if (!found) return {};

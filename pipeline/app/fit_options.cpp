@@ -12,7 +12,7 @@ void FitCommandOptions::add_to(CLI::App& command)
       ->required();
   CLI::Option* to =
       command.add_option("--to", to_files,
-                         "Fit [[fit.parameter]] so that the solved motion, or the laxity of [laxity], meets "
+                         "Fit [[fit.parameter]] so that the solved motion, or the laxity of [laxity], fits "
                          "this table; may be repeated, each motion is a trial");
   to->allow_extra_args(false)->take_all();
   command
@@ -23,17 +23,17 @@ void FitCommandOptions::add_to(CLI::App& command)
                      "Training frames: A:B (from 1, both included), first-half or second-half; default: all");
   command
       .add_option("--translations", translations,
-                  "Of --to: rotation-centre, along the Grood-Suntay axes, or mesh-origin, along the "
+                  "With --to: rotation-centre, along the Grood-Suntay axes, or mesh-origin, along the "
                   "reference's axes")
       ->check(one_of({"rotation-centre", "mesh-origin"}))
       ->capture_default_str();
   command.add_option(
       "-o,--output", output,
-      "Write the resolved job with the numbers found; of --to also JOB.ligaments.csv and JOB.fit.json");
+      "Write the resolved job with the numbers found; with --to also JOB.ligaments.csv and JOB.fit.json");
   command.add_option("--data", data_directory, "Base folder of relative mesh file names");
   add_overrides(command, overrides);
-  command.add_flag("--fresh", is_fresh, "Of --to: discard the journal of an interrupted fit");
-  command.add_option("--threads", n_threads, "Of --to: worker threads; default: one per processor")
+  command.add_flag("--fresh", is_fresh, "With --to: discard the journal of an interrupted fit");
+  command.add_option("--threads", n_threads, "With --to: worker threads; default: one per processor")
       ->check(whole_number(1, 1024));
   add_progress(command, progress);
   command.add_flag("--json", as_json, "Print JSON");

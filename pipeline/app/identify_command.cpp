@@ -199,7 +199,7 @@ fit::Identification identified(const FitCommandOptions& o, const fit::FitData& d
   if (!journal) return found;
   journal->close();
   if (found.is_stopped) {
-    console::log_info(journal_path + ": repeat the command to go on");
+    console::log_info(journal_path + ": repeat the command to resume");
   } else {
     job_run::remove_obsolete_files({journal_path});
   }

@@ -222,7 +222,7 @@ struct Commands {
   {
     CLI::App& c = add_reading("repair",
                               "Find the motion nearest to a measured one, in units of its noise, that "
-                              "neither overlaps nor comes apart.",
+                              "neither overlaps nor separates.",
                               "vrda repair measured.h5 -o repaired.h5 --noise-mm 0.5 --noise-deg 1");
     vrda::app::add_repair_options(c, repair);
     c.callback([this] { chosen = [this] { return repair_command(repair); }; });
@@ -286,7 +286,7 @@ struct Commands {
   {
     CLI::App& c =
         add("import",
-            "Make a motion model of a measured motion; finds what the table does not state of units, "
+            "Make a motion model from a measured motion; determines what the table does not state: units, "
             "order, direction, axes and side.",
             "vrda import knee.toml --motion fluoroscopy.csv --order zxy -o measured.h5");
     vrda::app::add_import_options(c, imported);
@@ -297,7 +297,7 @@ struct Commands {
   {
     CLI::App& c = add_reading(
         "fit",
-        "Find inputs of a job from measurements: strains, loads and attachments of "
+        "Estimate inputs of a job from measurements: strains, loads and attachments of "
         "[[fit.parameter]] from motions and laxities, or offset_mm = \"fit\" from poses in contact.",
         "vrda fit knee.toml --to measured.csv -o fitted.toml");
     fit.add_to(c);
@@ -307,7 +307,7 @@ struct Commands {
   void add_laxity()
   {
     CLI::App& c = add("laxity",
-                      "Apply the loads of [laxity] at held flexions: how far the joint gives way, and which "
+                      "Apply the loads of [laxity] at held flexions: how far the joint moves, and which "
                       "fibres resist.",
                       "vrda laxity knee.toml -o laxity --against published.csv");
     laxity.add_to(c);
@@ -316,7 +316,9 @@ struct Commands {
 
   void add_bands()
   {
-    CLI::App& c = add_reading("bands", "Print the bands of an uncertain job over flexion, or what its spread comes from.",
+    CLI::App& c = add_reading("bands",
+                              "Print the bands of an uncertain job over flexion, or the contributions to its "
+                              "spread.",
                               "vrda bands results/my-knee/my-knee.h5 --table shares");
     bands.add_to(c);
     c.callback([this] { chosen = [this] { return bands_command(bands); }; });
@@ -346,8 +348,8 @@ struct Commands {
   {
     CLI::App& c =
         add("prepare",
-            "Make a job from meshes of femur and tibia: finds unit, side and anatomical frames, carries "
-            "ligaments of a template over.",
+            "Make a job from meshes of femur and tibia: finds unit, side and anatomical frames, transfers "
+            "the ligaments of a template.",
             "vrda prepare --femur femur.stl --tibia tibia.stl -o my-knee");
     vrda::app::add_prepare_options(c, prepare);
     c.callback([this] { chosen = [this] { return prepare_command(prepare); }; });

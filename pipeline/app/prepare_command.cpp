@@ -244,14 +244,14 @@ class Preparation {
     if (reference_.joint.frame.side != fit_.side) reference_ = prepare::mirrored(reference_);
     add_landmarks();
     add_cartilage(options_, fit_, surfaces, subject_, report_, warnings_);
-    if (options_.menisci.empty()) warnings_.push_back("no menisci given: the knee moves without them");
+    if (options_.menisci.empty()) warnings_.push_back("no menisci given: the knee is modelled without them");
   }
 
   // Landmarks alone: the bones are the template's, by three factors each.
   void prepare_scaled_template()
   {
     if (options_.side.empty())
-      throw InputError({"--side", "", "nothing", "left or right: landmarks alone do not tell the side"});
+      throw InputError({"--side", "", "nothing", "left or right: landmarks alone do not determine the side"});
     if (is_thickness(options_.cartilage))
       throw InputError({"--cartilage", "", options_.cartilage,
                         "no thickness: without meshes the bones are the "
@@ -366,7 +366,7 @@ class Preparation {
     write_atomically(
         file("ligaments.csv"),
         {prepare::ligament_table(ligaments, "Fibres of \"" + reference_.joint.title +
-                                                "\" carried over by vrda prepare; mm, anatomical frames")});
+                                                "\" transferred by vrda prepare; mm, anatomical frames")});
     if (!ligaments.wraps.empty()) write_atomically(file("wraps.json"), {prepare::wraps_text(ligaments)});
   }
 

@@ -18,8 +18,8 @@ void add_prepare_options(CLI::App& c, PrepareOptions& o)
   add_files("--meniscus", o.menisci, "Mesh of a meniscus, drawn only; may be repeated");
   c.add_option("--fibula", o.fibula, "Mesh of the fibula, for the lateral ligaments");
   c.add_option("--landmarks", o.landmarks,
-               "Points of the knee that are known (schemas/prepare.md); without meshes, they scale the "
-               "template's bones");
+               "Known points of the knee (schemas/prepare.md); without meshes, they scale the template's "
+               "bones");
   c.add_option("--side", o.side, "left or right; default: found")->check(one_of({"left", "right"}));
   c.add_option("--unit", o.unit, "mm, cm or m; default: found")->check(one_of({"mm", "cm", "m"}));
   c.add_option("--cartilage", o.cartilage, "auto, none, or mm: thickness added to a bone without cartilage")
@@ -28,7 +28,7 @@ void add_prepare_options(CLI::App& c, PrepareOptions& o)
   c.add_option("--template", o.template_job, "Job of a knee with ligaments; default: the generic knee");
   c.add_option("--data", o.data_directory, "Base folder of the template's file names");
   c.add_flag_callback(
-      "--no-ligaments", [&o] { o.has_ligaments = false; }, "Carry no ligaments over");
+      "--no-ligaments", [&o] { o.has_ligaments = false; }, "Write no ligaments");
   c.add_option("-o,--output", o.folder, "Output folder")->required();
   add_threads(c, o.n_threads);
   c.add_flag("--json", o.as_json, "Print prepare.json");

@@ -11,8 +11,8 @@ namespace vrda::app {
 /// Unit, side, residuals, maps and scales of both bones, the pose of the scan.
 nlohmann::ordered_json fit_json(const registration::KneeFit& fit);
 
-/// The landmarks with their distances from those of the fitted template; those more than 10 mm off are warned
-/// of.
+/// The landmarks with their distances from those of the fitted template; warns of those more than 10
+/// mm off.
 nlohmann::ordered_json landmarks_json(const prepare::KneeLandmarks& landmarks,
                                       const std::vector<double>& residuals_mm,
                                       std::vector<std::string>& warnings);

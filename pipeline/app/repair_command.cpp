@@ -216,8 +216,8 @@ console::ExitCode repair_command(const RepairCommandOptions& o)
   const int n_failed = figures.n_of_status[static_cast<int>(store::RepairStatus::not_converged)];
   if (n_failed == 0) return console::ExitCode::done;
   console::log_warning(o.output + ": " + std::to_string(n_failed) +
-                       " frames still overlap or have a gap beyond the limit; more noise or a larger gap "
-                       "gives them room");
+                       " frames still overlap or have a gap beyond the limit; increase the stated noise or "
+                       "the gap limit");
   return console::ExitCode::too_many_unsolved;
 }
 

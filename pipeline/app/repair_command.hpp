@@ -23,7 +23,7 @@ struct RepairCommandOptions {
   bool as_json = false;
 };
 
-/// Writes the repaired model, with the measured poses beside the repaired ones, and prints gap, overlap and
+/// Writes the repaired model, with the measured poses next to the repaired ones, and prints gap, overlap and
 /// distance before and after. Exit code 3, with the model written, if a frame is not_converged.
 console::ExitCode repair_command(const RepairCommandOptions& options);
 

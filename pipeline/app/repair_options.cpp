@@ -23,7 +23,7 @@ void add_repair_options(CLI::App& c, RepairCommandOptions& o)
       ->allow_extra_args(false)
       ->check(number(0.0, largest));
   c.add_option("--smooth", o.smooth,
-               "Period in frames whose amplitude smoothing halves; auto: as the noise asks for; none")
+               "Period in frames whose amplitude smoothing halves; auto: from the noise; none")
       ->check(number(2.0, largest, {"auto", "none"}))
       ->capture_default_str();
   c.add_option("--gap-mm", o.gap_mm,

@@ -204,7 +204,7 @@ std::optional<rom::RangeOfMotion> solved(const RomOptions& o, const std::string&
   rom::RangeOfMotion range = rom::range_of_motion(job_case, plan);
   journal.close();
   if (console::is_interrupted()) {
-    console::log_info(path + ": repeat the command to go on");
+    console::log_info(path + ": repeat the command to resume");
     return std::nullopt;
   }
   if (plan.shard) std::printf("%s\n", path.c_str());
@@ -278,7 +278,7 @@ console::ExitCode rom_command(const RomOptions& o)
   const std::string file = (folder / "rom.json").string();
   job_run::make_folder(folder.string());
   if (!o.shard.empty()) plan.shard = cluster::shard_of(o.shard);
-  // Shards write beside each other, each its own journal.
+  // Shards run in parallel, each with its own journal.
   const std::optional<OutputLock> lock =
       job_run::lock_output(plan.shard ? journal::shard_journal_of(file, *plan.shard) : file, "vrda rom");
   if (!lock) return console::ExitCode::interrupted;

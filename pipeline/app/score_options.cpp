@@ -45,7 +45,7 @@ void ScoreCommandOptions::add_to(CLI::App& command)
       "--long-axis", long_axis,
       "push (the model's Delta) or X,Y,Z: coordinates about axes turned so that this direction "
       "is the long axis; default: the joint's own axes");
-  command.add_option("--side", side, "Side of two tables: right (default) or left; a model knows its side")
+  command.add_option("--side", side, "Side of two tables: right (default) or left; a model states its side")
       ->check(one_of({"right", "left"}));
   command.add_flag("--bridge", bridges,
                    "Score frames across unsolved flexions too, on the line between the "

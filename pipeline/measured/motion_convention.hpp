@@ -62,7 +62,7 @@ struct JointFrame {
   Pose X_canonical_moving = Pose::Identity();
 };
 
-/// Columns of a table that its names do not tell.
+/// Columns of a table that its names do not state.
 struct TableColumns {
   /// Column of a coordinate: flexion, varus, internal, rx, ry, rz, tx, ty, tz, anterior, proximal, lateral.
   std::map<std::string, std::string> of_coordinate;

@@ -1,4 +1,4 @@
-/// The numbers of a table of poses, and what its names and header say of their meaning.
+/// The numbers of a table of poses, and what its names and header state about their meaning.
 #pragma once
 
 #include <array>

@@ -42,7 +42,7 @@ struct Candidate {
 
 struct ConventionSearch {
   std::vector<Candidate> candidates;  ///< best first; of several with equal poses the first
-  std::size_t n_best = 0;             ///< so many cannot be distinguished; 1: found
+  std::size_t n_best = 0;             ///< number that cannot be distinguished; 1: found
   std::vector<Term> undecided;        ///< terms in which they differ
 };
 

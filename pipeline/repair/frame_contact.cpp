@@ -10,12 +10,12 @@
 namespace vrda::repair {
 namespace {
 
-// Features up to a band beyond the nearest are constraints; what a step meets beyond it is found by the next
-// step. Six are active at most; congruent surfaces have thousands within tenths of a mm, which take long.
+// Features up to a band beyond the nearest are constraints; contacts beyond the band are found in the next
+// step. Six are active at most; congruent surfaces have thousands within tenths of a mm, which would be slow.
 constexpr double least_band_mm = 1e-3, largest_band_mm = 0.3;
 constexpr std::size_t few_features = 20, most_features = 60;
-// Features of earlier steps are kept for some steps, so that two alternatives do not take turns; older ones
-// would keep planes of faces that were left long ago.
+// Features of earlier steps are kept for some steps, so that the solution does not alternate between two
+// features; older ones would be planes of faces that are no longer near.
 constexpr int most_age = 3;
 // Features further apart cannot be active after the next step.
 constexpr double far_mm = 1.0;

@@ -1,4 +1,4 @@
-/// What a measured motion must be, and the gap that it supports.
+/// Requirements on a measured motion, and the gap limit that follows from it.
 #pragma once
 
 #include <vector>

@@ -18,7 +18,7 @@ constexpr double unlimited = std::numeric_limits<double>::infinity();
 // Distance at which surfaces are kept apart: above the rounding of poses (1e-12 mm) and the last steps'
 // curvature, far below repair_tolerance_mm.
 constexpr double margin_mm = 5e-4;
-// Limits count as met, and steps as ended, below these. The step is in units of the noise.
+// Limits count as met, and the iteration as converged, below these. The step is in units of the noise.
 constexpr double met_mm = 5e-4, ended = 1e-3;
 constexpr int most_iterations = 60;
 // A step moves no point of the moving object further: features are found within some tenths of a mm.
@@ -191,7 +191,7 @@ class Repair {
       Vector6d step = target[k] - twist_[k];
       const double moves_mm = (scale_.rotation * step.head<3>()).norm() * radius_mm_ +
                               (scale_.translation * step.tail<3>()).norm();
-      // A frame that turns back has met the other side of an edge: shorter steps end there.
+      // A frame whose step reverses is at an edge: shorter steps converge to it.
       most_mm_[k] = step.dot(step_[k]) < 0.0 ? 0.5 * std::min(most_mm_[k], moves_mm)
                                              : std::min(2.0 * most_mm_[k], longest_step_mm);
       if (moves_mm > most_mm_[k]) step *= most_mm_[k] / moves_mm;

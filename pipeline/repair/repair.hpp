@@ -1,5 +1,5 @@
 /// The motion nearest to a measured one in units of the measurement's noise in which the bodies neither
-/// overlap nor come apart, smooth over the key.
+/// overlap nor separate, smooth over the key.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct MeasuredMotion {
 /// Weight of the squared second differences over the key.
 enum class Smoothing : std::int8_t {
   none,
-  from_noise,  ///< for each coordinate what the noise asks for (repair/smoothness.hpp)
+  from_noise,  ///< for each coordinate from the noise (repair/smoothness.hpp)
   of_period,   ///< `period_frames`
 };
 

@@ -1,4 +1,4 @@
-/// Second differences of a sequence of poses, and the weight of their squares that the noise asks for.
+/// Second differences of a sequence of poses, and the weight of their squares that follows from the noise.
 #pragma once
 
 #include <array>

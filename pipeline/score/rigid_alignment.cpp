@@ -119,8 +119,8 @@ Step newton_step(const Problem& problem, RigidAlignment& at)
     }
   }
   const Eigen::SelfAdjointEigenSolver<Normal> modes(H);
-  // The noise of a short motion decides along a direction in which a radian, or the radius, changes less than
-  // it: the transforms stay there.
+  // A short motion gives no information along a direction in which a radian, or the radius, changes less than
+  // the noise: the transforms are not changed along it.
   const double relative_noise = problem.noise_mm / alignment_radius_mm;
   const double n_points = 6.0 * static_cast<double>(problem.found.size());
   const double smallest =

@@ -23,10 +23,10 @@ inline constexpr double alignment_radius_mm = 30.0;
 
 /// Least squares over both transforms, for all frames together. Both lists have the same length, at least 1.
 /// Method: from the 24 rotations of a cube for X_reference, alternating closed-form fits (Umeyama (1991) IEEE
-/// PAMI 13:376-380, without scale), then Gauss-Newton on both. The best of these states the noise. From no
-/// transform Gauss-Newton then steps only along directions in which the motion tells more than that noise (a
-/// hinge leaves its axis undetermined, a short motion almost); its result counts unless the best leaves less
-/// than half its distance.
+/// PAMI 13:376-380, without scale), then Gauss-Newton on both. The best of these gives the noise. From
+/// the identity, Gauss-Newton then steps only along directions whose effect exceeds that noise (a hinge
+/// leaves its axis undetermined, a short motion almost). Its result is used unless the best has less than
+/// half its distance.
 RigidAlignment rigid_alignment(const std::vector<Pose>& found, const std::vector<Pose>& measured,
                                const Eigen::Vector3d& rotation_centre_mm);
 

@@ -1,5 +1,5 @@
-/// How far a found quantity is from a measured one, and what a constant and a straight line would have
-/// scored.
+/// How far a found quantity is from a measured one, and the scores of a constant and a straight
+/// line.
 #pragma once
 
 #include <cstddef>
