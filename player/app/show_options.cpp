@@ -186,7 +186,7 @@ CLI::App* add_web(CLI::App& app, WebMode& mode)
       ->check(empty_value_error);
   add(web, "--port", "N", options.port, "Port (default: any free port)")->check(CLI::Range(0, 65535));
   add(web, "--tls", "CERT KEY", mode.tls,
-      "Certificate and private key (PEM): browsers of other machines need https")
+      "Certificate and private key (PEM): browsers of other machines require HTTPS")
       ->expected(2)
       ->check(empty_value_error);
   web->add_flag("--self-signed", options.is_self_signed,

@@ -104,7 +104,7 @@ class CalibrationMode final : public loop::Mode {
   double wheel_ = 0.0;  ///< notches that are not yet presses
   std::optional<render::InputEvent> drag_;  ///< press of the button that is held over the picture
   navigation::GamepadKeys gamepad_;
-  /// The task whose end is awaited, by part and name, its typical time, and what is said of it then.
+  /// The current task, by part and name, with its typical time and the message for its end.
   struct AwaitedTask {
     std::string name;
     double typical_s = 0.0;

@@ -18,8 +18,8 @@
 namespace vrda::calibrate {
 namespace {
 
-/// A sweep of a rail: still, along it, still, back. Sampling takes half of the way along, so that an operator who
-/// presses Enter up to as late as that still sees a sweep in one direction.
+/// A sweep of a rail: rest, forwards, rest, back. Sampling takes half the time of the forward motion, so that
+/// all samples have one direction if Enter is pressed during its first half.
 constexpr double still_s = 2.0, back_s = 1.5;
 
 double sweep_s(const Task& task, const BenchFile& bench)

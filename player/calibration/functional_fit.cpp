@@ -15,12 +15,12 @@ namespace {
 
 constexpr std::size_t least_bends = 2;
 constexpr double least_factor = 1e-3;  // of the noise; keeps weights finite if the motion fits exactly
-/// A bend's samples must fit to within this multiple of the tracker's stated noise, held out or not: more is a
-/// body that moved on the skin, or another joint.
+/// The samples of a bend, held out or not, must fit within this multiple of the tracker's stated noise. A
+/// larger residual means that a body moved on the skin, or that the joint differs from the model.
 constexpr double most_factor = 5.0;
 /// A motion that leaves more of the landmarks' expected error does not determine the placement.
 constexpr double most_of_landmarks = 0.85;
-/// Beyond these the landmarks do not start the fit: bodies exchanged, or another leg.
+/// Beyond these the landmarks are not a valid start of the fit: bodies exchanged, or another leg.
 constexpr double most_start_mm = 60.0, most_start_deg = 40.0;
 constexpr double joint_arm_mm = 30.0;
 

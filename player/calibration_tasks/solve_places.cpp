@@ -1,4 +1,4 @@
-// Solves the calibration's parts of places: table, probe's tip, eyes in the head, model on the leg.
+// Solves the parts of the calibration that determine poses: table, probe, eyes in the head, model on the leg.
 #include "calibration_tasks/solve_part.hpp"
 
 #include <algorithm>

@@ -316,8 +316,7 @@ void draw_angle(const PanelView& view, const char* name, double angle_rad, const
   ImGui::TextColored(quiet_colour, "%s", remark);
 }
 
-/// Flexion (0) or varus (1) in the words of the joint's kind; with words of its own by direction: "abduction
-/// 5".
+/// Flexion (0) or varus (1) with the names of the joint's kind; if both directions have names: "abduction 5".
 void draw_rotation(const PanelView& view, std::size_t k, double angle_rad, const char* remark)
 {
   const bool is_other_way = has_own_words(view.kind) && shown_deg(angle_rad) < 0.0;
@@ -342,7 +341,7 @@ void draw_own_angles(const PanelView& view, const ClinicalCoordinates& clinical)
   ImGui::TextColored(quiet_colour, "attitude, about axes turned with Delta");
 }
 
-/// What the attitude does not say, in words of the direction.
+/// Rotation and translation that the attitude does not contain, with the names of their directions.
 void draw_joint(const ClinicalCoordinates& joint)
 {
   ImGui::Text("%s rotation %.1f°", joint.internal_rotation_rad < 0.0 ? "external" : "internal",

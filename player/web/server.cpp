@@ -221,7 +221,7 @@ class Server {
     tick_.async_wait([this](const error_code&) {
       const auto interval = std::chrono::duration_cast<std::chrono::nanoseconds>(
           std::chrono::duration<double>(feed_->interval_s));
-      // After a delay the ticks missed are not made up for.
+      // Ticks missed during a delay are skipped.
       tick_.expires_at(std::max(tick_.expiry() + interval, asio::steady_timer::clock_type::now()));
       const auto message = std::make_shared<const std::string>(feed_->next());
       for (const std::shared_ptr<Session>& session : sessions_of(SessionKind::live)) session->offer(message);
@@ -249,7 +249,7 @@ void write_ways(const WebOptions& options, const Server& server, std::ostream& t
   const std::optional<Certificate>& certificate = server.certificate();
   if (certificate && !certificate->warning.empty()) talk << certificate->warning << "\n";
   if (certificate && options.is_self_signed)
-    talk << "The certificate is self-signed: go on at the browser's warning if its SHA-256 fingerprint is\n"
+    talk << "The certificate is self-signed: accept the browser's warning if its SHA-256 fingerprint is\n"
          << certificate->fingerprint << "\n";
   const bool is_for_usb = !certificate && options.has_qr_code;
   if (is_for_usb)

@@ -37,9 +37,9 @@ constexpr std::uint32_t longest_request_head = 16384;
 constexpr std::size_t read_size = 4096, piece_size = 65536;
 /// Limit for data after the request; the connection is closed beyond it.
 constexpr std::size_t most_drained = 1U << 20U;
-/// Bytes in the kernel for a WebSocket, about a second of messages: what waits there is old on arrival.
+/// Bytes in the kernel for a WebSocket, about a second of messages: queued messages arrive late.
 constexpr int live_send_buffer = 16384;
-/// A viewer has nothing to say.
+/// Largest message from a viewer; viewers send none.
 constexpr std::size_t longest_said = 125;
 
 }  // namespace
@@ -68,8 +68,8 @@ class Line {
   }
   void async_shutdown(Done done) { tls_->async_shutdown(WithoutCount{std::move(done)}); }
 
-  /// As Beast calls them. Handlers are erased, and only the first buffer is used, so that both kinds of lines
-  /// are compiled once instead of for each step of Beast: half a megabyte of the program.
+  /// As Beast calls them. Handlers are type-erased, and only the first buffer is used, so that both kinds of
+  /// streams are compiled once instead of for each step of Beast: half a megabyte of the program.
   template <typename Buffers, typename Handler>
   void async_read_some(const Buffers& buffers, Handler&& handler)
   {
@@ -223,7 +223,7 @@ class Connection final : public Session, public std::enable_shared_from_this<Con
       case Phase::draining:
         break;
     }
-    // As before the response: the client has all it asked for.
+    // As before the response: the client has received its response.
     return SessionKind::pending;
   }
 

@@ -15,7 +15,7 @@ namespace vrda::webcam {
 namespace {
 
 constexpr std::size_t least_corners = 12;  ///< half of the board's 24
-/// A view whose corners moved less than this on average shows nothing new.
+/// A view whose corners moved less than this on average adds no information.
 constexpr double least_motion_px = 20.0;
 
 }  // namespace
@@ -66,7 +66,8 @@ std::string CameraFit::take(const GreyPicture& picture)
   if (static_cast<std::size_t>(ids.rows) < least_corners)
     return std::to_string(ids.rows) + " of 24 corners visible: show more of the board";
   for (std::size_t view = 0; view < state.ids.size(); ++view) {
-    if (state.motion_px(view, corners, ids) < least_motion_px) return "as before: move and tilt the board";
+    if (state.motion_px(view, corners, ids) < least_motion_px)
+      return "same view as before: move and tilt the board";
   }
   state.size = image.size();
   state.corners.push_back(corners);

@@ -18,7 +18,7 @@ class CameraFit {
   explicit CameraFit(const CameraFitOptions& options = {});
   ~CameraFit();
 
-  /// Takes a picture if it shows the board differently from all earlier views. Returns what became of it:
+  /// Takes a picture if it shows the board differently from all earlier views. Returns the outcome:
   /// "view 3 of 20", or why it was left out.
   std::string take(const GreyPicture& picture);
   bool is_complete() const;

@@ -19,7 +19,7 @@ namespace {
 
 /// Of refined corners under noise and blur.
 constexpr double corner_sd_px = 0.3;
-/// 2 degrees: beyond it the tilt of a body is not worth showing.
+/// 2 degrees: beyond it the tilt of a body is too uncertain to be shown.
 constexpr double most_rotation_sd_rad = 0.035;
 
 /// What is visible of a body.

@@ -1,5 +1,5 @@
-// The bench's stream (schemas/live.md): checks each message, connects again after a loss, and says what is wrong. The last valid
-// message stays.
+// The bench's stream (schemas/live.md): checks each message, reconnects after a loss, and reports problems. The last valid message
+// is kept.
 import { cross, difference, dot } from "./frames.js";
 
 const slowS = 0.5, firstPauseS = 0.25, longestPauseS = 4, openingS = 10;
@@ -16,7 +16,7 @@ function placementOf(rows) {
   if (!Array.isArray(rows) || rows.length !== 12 || !rows.every((x) => isNumber(x, largestMm))) refuse("a placement that is not 12 numbers", "the rows of a rigid motion in mm");
   const R = [0, 4, 8].map((k) => rows.slice(k, k + 3)), t = [rows[3], rows[7], rows[11]];
   const third = difference(cross(R[0], R[1]), R[2]);
-  if (Math.max(...third.map(Math.abs), Math.abs(dot(R[0], R[1])), Math.abs(dot(R[0], R[0]) - 1), Math.abs(dot(R[1], R[1]) - 1)) > roundingOfRotation) refuse("a placement that is no rotation", "a rigid motion");
+  if (Math.max(...third.map(Math.abs), Math.abs(dot(R[0], R[1])), Math.abs(dot(R[0], R[0]) - 1), Math.abs(dot(R[1], R[1]) - 1)) > roundingOfRotation) refuse("a placement that is not a rotation", "a rigid motion");
   return { R, t };
 }
 
@@ -53,7 +53,7 @@ export class LiveStream {
   #connect() {
     this.isOpen = false;
     const socket = new WebSocket(this.address);
-    // A server that accepts and says nothing counts as none.
+    // A server that accepts but sends nothing counts as no connection.
     const silent = setTimeout(() => socket.close(), openingS * 1000);
     socket.addEventListener("open", () => { clearTimeout(silent); [this.isOpen, this.openedAt] = [true, performance.now()]; });
     socket.addEventListener("message", ({ data }) => this.#take(data));
@@ -77,13 +77,13 @@ export class LiveStream {
     }
   }
 
-  /// What is wrong, as texts: of the line, then of the bench.
+  /// The problems, as texts: of the connection, then of the bench.
   marks(now = performance.now()) {
     const seconds = (since) => `${((now - since) / 1000).toFixed(1)} s`;
     if (this.refused) return [this.refused];
     if (!this.isOpen) return [this.pose ? `no connection to the bench for ${seconds(this.heardAt)}: the last pose is shown` : "no connection to the bench"];
     const since = this.heardAt ?? this.openedAt;
-    if (now - since > slowS * 1000) return [`no news of the bench for ${seconds(since)}${this.pose ? ": the last pose is shown" : ""}`];
+    if (now - since > slowS * 1000) return [`no message from the bench for ${seconds(since)}${this.pose ? ": the last pose is shown" : ""}`];
     return this.pose?.marks ?? [];
   }
 }

@@ -85,7 +85,7 @@ function rowsOf(pose) {
   return [...clinical, ["x, world", `${formatNumber(x)} mm`], ["y, world", `${formatNumber(y)} mm`], ["z, world", `${formatNumber(z)} mm`], ["theta about Delta", `${formatNumber(pose.theta / degree)} °`], ...gaps];
 }
 
-/// What the attitude does not say, in words of the direction.
+/// Rotation and translation that the attitude does not contain, with the names of their directions.
 function wordsOf(pose) {
   if (!pose.isSolved) return "";
   const { internal, anterior } = clinicalOf(pose.referenceMoving, player.model.rotationCentre, player.model.side);

@@ -1,4 +1,4 @@
-// Where the joint is in a space outside: { R, t, scale } maps points g of the joint (mm, the reference's axes, from the rotation
+// Placement of the joint in an external space: { R, t, scale } maps points g of the joint (mm, the reference's axes, from the rotation
 // centre) to R (scale g) + t, in mm. Poses { R, t } are rigid.
 import { Matrix4 } from "three";
 import { cross, difference, normalised, product, scaled, sum, transposed, turned } from "./frames.js";

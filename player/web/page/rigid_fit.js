@@ -5,7 +5,7 @@ import { difference, dot, sum, turned } from "./frames.js";
 export const leastPoints = 3;
 const leastSpreadMm = 5, leastScale = 0.5, mostScale = 2;
 const mirrorFactor = 1.5, outlierMm = 5, outlierSd = 5;
-// As on the bench: one scale does not fit distances that want scales 5 % apart, with a residual above 2 mm.
+// As on the bench: one scale does not fit distances that require scales 5 % apart, with a residual above 2 mm.
 const unevenRatio = 1.05, unevenRmsMm = 2;
 
 export class FitRefusal extends Error {}
@@ -74,7 +74,7 @@ export function fitScale(model, touched) {
   return { scale, rms: own, isUneven: Math.max(...scales) > unevenRatio * Math.min(...scales) && own > unevenRmsMm };
 }
 
-/// The point that the others contradict, or -1: it leaves the best fit, and is 5 mm and 5 standard deviations from its place there.
+/// The outlier, or -1: without it the fit is best, and it is 5 mm and 5 standard deviations from its position in that fit.
 function outlierOf(model, touched) {
   let worst = { rms: Infinity, k: -1 };
   for (let k = 0; k < model.length; ++k) {
@@ -96,7 +96,7 @@ function outlierOf(model, touched) {
 }
 
 /// `points`: [{ name, model, touched }]; `scale`: the subject's, where it is known, else it is fitted. Returns { scale, R, t, rms,
-/// residuals, remarks }, where R (scale p) + t is where the model's p is. Throws FitRefusal.
+/// residuals, remarks }, where R (scale p) + t is the position of the model's point p. Throws FitRefusal.
 export function fitLandmarks(points, scale) {
   if (points.length < leastPoints) throw new FitRefusal(`found ${points.length} points, wanted ${leastPoints} or more`);
   for (const { name, model, touched } of points) {
@@ -104,17 +104,17 @@ export function fitLandmarks(points, scale) {
   }
   const touched = points.map((p) => p.touched), own = points.map((p) => p.model), remarks = [];
   for (const [cloud, where] of [[cloudOf(own), "on the model"], [cloudOf(touched), "as touched"]]) {
-    if (cloud.spread[1] < leastSpreadMm) throw new FitRefusal(`found points on a line ${where}, wanted one beside it`);
+    if (cloud.spread[1] < leastSpreadMm) throw new FitRefusal(`found points on a line ${where}, wanted one off the line`);
   }
   const sized = scale === undefined ? fitScale(own, touched) : { scale, isUneven: false };
   if (!(sized.scale >= leastScale && sized.scale <= mostScale)) throw new FitRefusal(`found a leg ${sized.scale.toFixed(2)} times as large as the model, wanted 0.5 to 2: touch the points in the order shown`);
-  if (sized.isUneven) remarks.push("the distances want different sizes");
+  if (sized.isUneven) remarks.push("the distances require different sizes");
   const model = own.map((p) => p.map((x) => x * sized.scale)), fit = fitRigid(model, touched);
   const isPlane = cloudOf(model).spread[2] < leastSpreadMm;
   const mirrored = isPlane ? Infinity : fitRigid(model.map(([x, y, z]) => [x, y, -z]), touched).rms;
   if (fit.rms > mirrorFactor * mirrored) throw new FitRefusal("found a leg of the other side, or points in another order, wanted those shown");
   const outlier = points.length > 4 ? outlierOf(model, touched) : -1;
-  if (outlier >= 0) throw new FitRefusal(`${points[outlier].name}: found ${fit.residuals[outlier].toFixed(1)} mm from where the others want it: touch it again`);
-  if (isPlane) remarks.push("points in one plane do not show a leg of the other side");
+  if (outlier >= 0) throw new FitRefusal(`${points[outlier].name}: found ${fit.residuals[outlier].toFixed(1)} mm from its position by the others: touch it again`);
+  if (isPlane) remarks.push("points in one plane do not determine the side of the leg");
   return { scale: sized.scale, ...fit, remarks };
 }

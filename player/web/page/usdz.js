@@ -1,4 +1,4 @@
-// The joint at the pose shown as USDZ (phones of Apple): metres, Y up, standing on its lowest point.
+// The joint at the pose shown as USDZ (Apple phones): metres, Y up, standing on its lowest point.
 import { BufferAttribute, BufferGeometry, Color, Group, Mesh, MeshStandardMaterial, Vector3 } from "three";
 import { USDZExporter } from "three/examples/jsm/exporters/USDZExporter.js";
 import { colourOf } from "./material.js";

@@ -1,5 +1,5 @@
 // The joint in augmented and virtual reality (WebXR): placed on a surface or on a leg by touched points, moved by a slider in space,
-// by a controller on the shank, or by the bench. Space in metres; a source that is not tracked leaves the last pose, marked.
+// by a controller on the shank, or by the bench. Space in metres. While a source is not tracked, the last pose is kept and marked.
 import { Group, Matrix4, Mesh, MeshBasicMaterial, PerspectiveCamera, RingGeometry, Scene, SphereGeometry, Vector3 } from "three";
 import { clinicalOf } from "./clinical.js";
 import { product, rotationWorldSolver, transposed } from "./frames.js";
@@ -14,7 +14,7 @@ const dotMm = 2.5, dotColour = "#4aa3df", nextColour = "#ffb74a";
 const features = ["local-floor", "hit-test", "hand-tracking"];
 export const xrModes = ["immersive-ar", "immersive-vr"];
 
-/// Which of xrModes this browser offers; none without a secure context.
+/// The xrModes that this browser offers; none without a secure context.
 export async function offeredModes() {
   const offers = xrModes.map((mode) => navigator.xr?.isSessionSupported(mode).catch(() => false) ?? false);
   const isOffered = await Promise.all(offers);
@@ -205,7 +205,7 @@ export class XrView {
   #touch(frame, source, reference) {
     if (this.next >= this.points.length) return this.#say("All points are touched: press Fit.");
     const tip = touchingPoint(frame, source, this.session.inputSources, reference);
-    if (!tip) return this.#say("This controller or hand is not tracked, its place is a guess: touch again in view.");
+    if (!tip) return this.#say("This controller or hand is not tracked, its position is only estimated: touch again in view.");
     const { name, body, point } = this.points[this.next];
     // The leg is held at the flexion shown, so that points of both bones count.
     const model = new Vector3(...point).applyMatrix4(this.joint.bodies[body].matrix).toArray();
@@ -324,7 +324,7 @@ export class XrView {
 
   #instruction() {
     if (this.note) return this.note;
-    if (this.task === "touch") return `Touch ${this.points[this.next]?.name ?? ""} (${this.next + 1} of ${this.points.length}), shown amber, and press. Three or more; the leg as bent as shown.`;
+    if (this.task === "touch") return `Touch ${this.points[this.next]?.name ?? ""} (${this.next + 1} of ${this.points.length}), shown amber, and press. Three or more; bend the leg as shown.`;
     const word = this.placement ? "move" : "place";
     return this.hasHitTest ? `Point at a surface and press to ${word} the joint.` : `Press to ${word} the joint where the controller points.`;
   }

@@ -1,4 +1,4 @@
-// The panel in space: a slider for flexion, buttons, and what is wrong. Sizes in metres; drawn on a canvas.
+// The panel in space: a slider for flexion, buttons, and problems. Sizes in metres; drawn on a canvas.
 import { CanvasTexture, DoubleSide, Mesh, MeshBasicMaterial, PlaneGeometry, SRGBColorSpace } from "three";
 
 export const widthM = 0.36, heightM = 0.24;
@@ -15,7 +15,7 @@ export class XrPanel {
     this.slider = { x: margin + 20, y: sliderTop, w: width - 2 * margin - 40, h: sliderHeight };
   }
 
-  /// The button's name, or { share } of the slider, at texture coordinates; undefined beside them.
+  /// The button's name, or { share } of the slider, at texture coordinates; undefined elsewhere.
   at({ x, y }, isGrabbed = false) {
     const [px, py] = [x * width, (1 - y) * height], { slider } = this;
     if (isGrabbed || (py >= slider.y && py <= slider.y + slider.h)) return { share: Math.min(Math.max((px - slider.x) / slider.w, 0), 1) };

@@ -379,7 +379,7 @@ class Live(unittest.TestCase):
             self.assertEqual(page.browser.value(f"window.said({json.dumps(hidden)}), window.vrda.live().marks"), ["tibia hidden for 1.0 s"])
             page.browser.wait("window.vrda.shown().flexion === 25")
             # Slow: marked after half a second. Lost: it connects again, and goes on.
-            page.browser.wait("document.getElementById('marks').textContent.includes('no news of the bench for')")
+            page.browser.wait("document.getElementById('marks').textContent.includes('no message from the bench for')")
             page.browser.value("window.sockets[0].close()")
             page.browser.wait("window.sockets.length === 2")
             self.assertIn("no connection", page.browser.value("window.vrda.live().marks[0]"))
