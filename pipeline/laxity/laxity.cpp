@@ -179,7 +179,7 @@ class LaxityRun {
     for (std::size_t k = 0; k < result_.states.size() && !is_stopped(); ++k) states_.push_back(state_at(k));
     if (!states_.empty()) result_.unloaded = states_.front().unloaded;
     const std::size_t n_of_state = plan_.loads.flexion_deg.size() * tests_.size();
-    // The cuts need the poses of the whole joint.
+    // The cuts need the poses of the intact joint.
     solve_curves(0, n_of_state);
     solve_curves(n_of_state, result_.curves.size());
     if (is_stopped()) result_.curves.clear();

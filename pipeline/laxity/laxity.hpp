@@ -52,8 +52,8 @@ struct LaxityCurve {
   std::vector<LoadedPose> poses;  ///< unloaded, then up to the whole load or to the first that is not stable
   std::vector<BundleResistance> bundles;  ///< at the whole load; with `contact` the shares add up to 1
   BundleResistance contact;
-  /// Of a cut: its equilibrium with the cut fibres' own forces at the loaded pose of the whole joint in their
-  /// place, as constant tensions. Its distance from that pose is zero if they carried that share.
+  /// Of a cut: its equilibrium with the cut fibres' own forces at the loaded pose of the intact joint in
+  /// their place, as constant tensions. Its distance from that pose is zero if they carried that share.
   double replaced_mm = nan, replaced_rad = nan;
 
   bool is_complete() const { return !poses.empty() && poses.back().status == StepStatus::stable; }
@@ -67,7 +67,7 @@ struct LaxityResult {
   load::LaxityJob loads;
   std::vector<std::string> states;   ///< "intact" and the names of the cuts
   std::vector<LaxityCurve> curves;   ///< by state, flexion, test
-  std::vector<StepRecord> unloaded;  ///< [n_flexion] of the whole joint
+  std::vector<StepRecord> unloaded;  ///< [n_flexion] of the intact joint
 };
 
 struct LaxityPlan {

@@ -200,7 +200,7 @@ class Page {
     return in_file_unit(kind_of(test), curve_of(result_, state, flexion, test)->laxity());
   }
 
-  // Of the fibres of a cut, in the whole joint.
+  // Of the fibres of a cut, in the intact joint.
   double cut_share(std::size_t state, std::size_t flexion, LaxityTest test) const
   {
     const std::vector<std::string>& cut = result_.loads.cuts[state - 1].bundles;
@@ -215,7 +215,7 @@ class Page {
     const TestKind& kind = kind_of(first);
     std::string html =
         std::string("<table><caption>Laxity, ") + unit_of(kind) +
-        "; of a cut: how much farther than the whole joint, and the share of the load that its "
+        "; of a cut: how much farther than the intact joint, and the share of the load that its "
         "fibres carry there</caption><thead><tr><th>flexion</th><th>state</th><th>" +
         kind.name + "</th><th>farther</th><th>share</th><th>" + kind_of(second).name +
         "</th><th>farther</th><th>share</th><th>both</th></tr></thead><tbody>\n";

@@ -24,12 +24,12 @@ std::vector<PublishedValue> published_values(const std::string& file, std::strin
 
 struct Compared {
   PublishedValue published;
-  double found = nan;   ///< of the whole joint, mm or degrees; NaN outside the job's flexions or loads
+  double found = nan;   ///< of the intact joint, mm or degrees; NaN outside the job's flexions or loads
   std::string missing;  ///< why there is no difference
   double difference() const { return found - published.value; }
 };
 
-/// The value of the whole joint at the row's flexion and load, linear between the job's.
+/// The value of the intact joint at the row's flexion and load, linear between the job's.
 std::vector<Compared> compared(const LaxityResult& result, const std::vector<PublishedValue>& published);
 
 /// Whether a name is that of a test or of both directions together.

@@ -114,7 +114,7 @@ export function fitLandmarks(points, scale) {
   const mirrored = isPlane ? Infinity : fitRigid(model.map(([x, y, z]) => [x, y, -z]), touched).rms;
   if (fit.rms > mirrorFactor * mirrored) throw new FitRefusal("found a leg of the other side, or points in another order, wanted those shown");
   const outlier = points.length > 4 ? outlierOf(model, touched) : -1;
-  if (outlier >= 0) throw new FitRefusal(`${points[outlier].name}: found ${fit.residuals[outlier].toFixed(1)} mm from its position by the others: touch it again`);
+  if (outlier >= 0) throw new FitRefusal(`${points[outlier].name}: found ${fit.residuals[outlier].toFixed(1)} mm from its position by the other points: touch it again`);
   if (isPlane) remarks.push("points in one plane do not determine the side of the leg");
   return { scale: sized.scale, ...fit, remarks };
 }
