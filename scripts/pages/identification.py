@@ -53,22 +53,22 @@ def living(scores):
 
 
 def verdict(scores):
-    """Against what was wanted on the inertia trial."""
+    """The result on the inertia trial and its limits."""
     before, after = scores["inertia"]["living"], scores["inertia"]["fitted"]
     worse = {name: after[name] - before[name] for name in ("anterior", "proximal", "lateral")}
     largest = max(worse, key=worse.get)
-    return (f"On the inertia trial, which the fit has not seen, rotation falls from {before['internal']:.2f} to {after['internal']:.2f} degrees (wanted: at most {WANTED_DEG});\n"
-            f"the translation that changes most for the worse is {largest}, by {worse[largest]:+.2f} mm (wanted: at most +{WANTED_MM}).\n")
+    return (f"On the inertia trial, which the fit did not use, the difference of rotation decreases from {before['internal']:.2f} to {after['internal']:.2f} degrees (wanted: at most {WANTED_DEG});\n"
+            f"the translation whose difference increases most is {largest}, by {worse[largest]:+.2f} mm (wanted: at most +{WANTED_MM}).\n")
 
 
 def between_trials(n):
-    """What a model that met the passive trial exactly would score on the inertia trial."""
+    """The score on the inertia trial of a model that fits the passive trial exactly."""
     difference, before = n["trial_difference"], n["scores"]["inertia"]["living"]
     cells = ", ".join(f"{title.split(',')[0]} {difference[name]['rms']:.2f} {title.split()[-1]}" for name, title in COORDINATES)
     lateral = difference["lateral"]
     return (f"The trials themselves differ: at equal flexion (frames within 3 degrees) the passive trial scores against the inertia trial {cells}.\n"
-            f"Its lateral position is {lateral['mean']:+.2f} mm on average, so a model that met the passive trial exactly would have {lateral['rms']:.2f} mm there, "
-            f"{lateral['rms'] - before['lateral']:+.2f} mm against\nthe unfitted model: what the passive trial says of the lateral position contradicts the inertia trial, with the same knee and fibres.\nTwo other choices of priors, tried before these, gave 2.7 and 2.8 degrees and +0.40 and +0.38 mm (strains known to 0.03 and frames within 5 degrees as one; both without a force to the right).\n")
+            f"Its lateral position is {lateral['mean']:+.2f} mm on average, so a model that fits the passive trial exactly would have {lateral['rms']:.2f} mm there, "
+            f"{lateral['rms'] - before['lateral']:+.2f} mm against\nthe unfitted model: the lateral positions of both trials contradict each other for the same knee and fibres.\nTwo other choices of priors, tried before these, gave 2.7 and 2.8 degrees and +0.40 and +0.38 mm (strains known to 0.03 and frames within 5 degrees as one; both without a force to the right).\n")
 
 
 def page(n, stamp):
@@ -83,7 +83,7 @@ def page(n, stamp):
              living(n["scores"]), verdict(n["scores"]), between_trials(n), status(n["living"]), unknowns(n["living"]),
              "Cross-validation within the passive trial, by halves of its cycle:\n", misfits(n["living"]),
              "## A synthetic knee\n",
-             f"The generic knee, fitted to motion and laxities of one whose strains differ ({altered}). Exact: as they are solved;\n"
+             f"The generic knee, fitted to motion and laxities of a knee with other strains ({altered}). Exact: as they are solved;\n"
              f"noisy: with normal noise of {truth['noise_deg']:g} degrees and {truth['noise_mm']:g} mm, which both fits assume.\n"]
     for case, fit in n["synthetic"].items():
         parts += [f"### {case.capitalize()}\n", recovered(fit, truth["altered"]), status(fit), unknowns(fit, truth["altered"])]

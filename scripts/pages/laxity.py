@@ -56,7 +56,7 @@ def shares(n, curves, pair):
 
 
 def cuts(n, curves):
-    """Share of the cut fibres and what the cut lets go."""
+    """Share of the cut fibres and the change by the cut."""
     rows = []
     for state, test in (("ACL", "anterior"), ("LCL", "varus")):
         for flexion in n["flexion_deg"]:
@@ -75,13 +75,13 @@ def page(n, stamp):
     n_solved = sum(curve["status"] == "stable" for curve in n["curves"])
     parts = ["# Laxity\n",
              "Written by `scripts/laxity`: `vrda laxity` on the knee of `jobs/knee-jam-smith2019-ligaments.toml` (cartilage, 55 fibres, 20 N along the tibia).\n"
-             "Flexion is held, the rest is free; 100 N forwards and backwards, 5 N m internally and externally, 10 N m of varus and valgus, in ten steps\n"
+             "Flexion is held, the other coordinates are free; 100 N forwards and backwards, 5 N m internally and externally, 10 N m of varus and valgus, in ten steps\n"
              "each (`schemas/laxity.md`). Nothing is fitted. mm and degrees.\n",
              stamp + "\n", f"{n_solved} of {len(n['curves'])} curves reach the whole load.\n",
              "![Displacement over load, laxity over flexion](pictures/laxity.svg)\n",
              "## What a cut lets go\n",
-             "The share of the load that the fibres carry in the whole knee, and the laxity without them. Last: the cut knee under the load, with the cut fibres'\n"
-             "own forces in the whole knee as constant tensions in their place; its distance from the pose of the whole knee is zero if they carried that share.\n",
+             "The share of the load that the fibres carry in the intact knee, and the laxity without them. Last: the cut knee under the load and\n"
+             "constant tensions equal to the forces of the cut fibres in the intact knee; its distance from the pose of the intact knee is zero if they carried that share.\n",
              cuts(n, curves)]
     for pair in PAIRS:
         unit = curves["intact", n["flexion_deg"][0], pair[0]]["unit"]

@@ -98,13 +98,13 @@ def page(n, stamp):
              stamp + "\n"]
     if missing:
         parts.append(f"Cases without a record: {', '.join(f'`{name}`' for name in missing)}.\n")
-    parts += ["## Found\n", "RMS difference from the measurement (bias; shape, the RMS without the bias). Several joints: the mean of theirs.\n",
+    parts += ["## Found\n", "RMS difference from the measurement (bias; shape, the RMS without the bias). Several joints: their mean.\n",
               table(["case", "given", "frames"] + labels, found_rows(n), len(labels)),
               "Subtalar joints: coordinates about the axes of the push, the direction in which calcaneus and talus face each other\n"
               "(`--long-axis push`); the meshes are bone, and half of the cartilage is added to each. Living knee: tibial rotation is nearly free\n"
               "([living-knee.md](living-knee.md) compares loads and menisci).\n",
               "In stance the measured components overlap by 0.66 mm medially and 0.40 mm laterally on average (knees/tka-dm/README.md): with four coordinates given,\n"
-              "contact leaves a proximal bias of about half a millimetre whatever the solver.\n",
+              "contact leaves a proximal bias of about half a millimetre with any solver.\n",
               "The millimetre of cartilage is not fitted: between 0 and 2 mm the mean shapes of the first half change by less than 0.15 degrees, so the motion does not\n"
               "determine it. Subtalar joints are wanted in the second half of the frames.\n",
               "## Wanted\n", table(["case", "measure", "at most", "found", "met"], limit_rows(n), 2),

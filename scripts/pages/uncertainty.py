@@ -24,8 +24,8 @@ def coverage(n):
     rows = [[NAMES[key], f"{100 * n['shares'][key]:.1f}", f"{percent(n['least_flexion'][key])} to {percent(n['most_flexion'][key])}",
              f"{n['widths'][key]:.2f} {UNITS[key]}"] for key in NAMES]
     return [f"The generic knee, {n['flexions']} flexions from 0 to 90 degrees, varus free, with {n['samples']} samples. The truth is {n['knees']} knees whose stiffness (lognormal, 0.3, a bundle each),\n"
-            "reference strain (normal, 0.02, correlation 0.5 within a bundle), moment about Delta (normal, 300 N mm) and push (10 to 40 N) numpy draws from the same distributions. Each is solved\n"
-            f"by a job of its own, with all restarts of the spine. {n['failed']} of its poses are unsolved. Wanted: 85 to 95 %.\n",
+            "reference strain (normal, 0.02, correlation 0.5 within a bundle), moment about Delta (normal, 300 N mm) and push (10 to 40 N) are drawn by numpy from the same distributions. Each is solved\n"
+            f"by a separate job, with all restarts of the spine. {n['failed']} of its poses are unsolved. Wanted: 85 to 95 %.\n",
             table(["coordinate", "truth within the band, %", "by flexion, %", "mean width of the band"], rows, 3)]
 
 
@@ -70,6 +70,6 @@ def living_text():
     return ["300 samples of `jobs/knee-jam-smith2019-ligaments.toml`, flexion 0 to 54 by 3, varus free, against the frames of three trials in the scanner (data: Lenhart et al. 2015, Ann Biomed Eng 43:2675).\n"
             "Stiffness: normal, standard deviation 30 % of the fibre's, one draw a bundle; reference strain: normal, 0.02, one draw a bundle: the Monte Carlo simulation of Smith et al. 2016\n"
             "(J Knee Surg 29:99). Attachments: normal, 1.5 mm in each direction along the surface, our own choice; Baldwin et al. 2009 (Comput Methods Biomech Biomed Eng 12:651) vary them too.\n"
-            "Cells: share of frames within the 5 to 95 % band, and in brackets its mean width. Wanted of rotation: 80 % with at most 12 degrees.\n"
+            "Cells: share of frames within the 5 to 95 % band, and in brackets its mean width. Wanted for rotation: 80 % with at most 12 degrees.\n"
             "The bands do not contain the noise of the frames, 1 to 2 degrees and 1 mm by their scatter.\n",
             "![Measured frames over the bands](pictures/uncertainty.svg)\n"]
