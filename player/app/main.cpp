@@ -122,7 +122,7 @@ int main(int argc, char** argv)
     std::cerr << "vrda-player: " << error.what() << "\n";
     return bad_input;
   } catch (const std::exception& error) {
-    std::cerr << "vrda-player: a mistake of the program: " << error.what()
+    std::cerr << "vrda-player: internal error: " << error.what()
               << "\nPlease report it with the command line and the file.\n";
     return our_mistake;
   }

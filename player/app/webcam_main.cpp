@@ -83,7 +83,7 @@ int main(int argc, char** argv)
   try {
     return run(argc, argv);
   } catch (const std::exception& error) {
-    std::cerr << "vrda-webcam: a mistake of the program: " << error.what() << "\n";
+    std::cerr << "vrda-webcam: internal error: " << error.what() << "\n";
     return our_mistake;
   }
 }

@@ -65,7 +65,7 @@ def cuts(n, curves):
             farther = None if cut["laxity"] is None else cut["position"] - whole["position"]
             rows.append([state, test, f"{flexion:g}", f"{100 * share_of(whole, CUTS[state]):.0f} %", number(whole["laxity"]), number(cut["laxity"]),
                          number(farther, "+.2f"), number(replaced["distance_mm"], ".4f"), number(replaced["angle_deg"], ".4f")])
-    return table(["cut", "test", "flexion, degrees", "share of the load", "laxity, whole", "laxity, cut", "farther by",
+    return table(["cut", "test", "flexion, degrees", "share of the load", "laxity, intact", "laxity, cut", "farther by",
                   "replaced by its forces: mm", "degrees"], rows, 6)
 
 
@@ -79,7 +79,7 @@ def page(n, stamp):
              "each (`schemas/laxity.md`). Nothing is fitted. mm and degrees.\n",
              stamp + "\n", f"{n_solved} of {len(n['curves'])} curves reach the whole load.\n",
              "![Displacement over load, laxity over flexion](pictures/laxity.svg)\n",
-             "## What a cut lets go\n",
+             "## Effect of cuts\n",
              "The share of the load that the fibres carry in the intact knee, and the laxity without them. Last: the cut knee under the load and\n"
              "constant tensions equal to the forces of the cut fibres in the intact knee; its distance from the pose of the intact knee is zero if they carried that share.\n",
              cuts(n, curves)]
