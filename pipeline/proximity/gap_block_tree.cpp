@@ -196,7 +196,7 @@ void set(BlockRow rows[3], std::size_t lane, const Eigen::Vector3d& value)
   for (int k = 0; k < 3; ++k) set(rows[k], lane, value[k]);
 }
 
-// Of the rounded triangles, as all bounds of heights.
+// Of the rounded triangles.
 Box box_of(const GapSurface& surface, Rows rows)
 {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(gap_rules::infinity), high = -low;
@@ -309,10 +309,12 @@ void fill_leaf(const GapSurface& surface, std::int32_t t, std::size_t lane, Movi
     set(leaf.x[k], lane, c[static_cast<std::size_t>(k)].x());
     set(leaf.z[k], lane, c[static_cast<std::size_t>(k)].z());
   }
-  set(leaf.top, lane, extent(c, 1).most + offset_mm(surface.mesh, t));
-  set(leaf.bottom, lane, extent(c, 1).least - offset_mm(surface.mesh, t));
-  set(leaf.shift_x, lane, offset_mm(surface.mesh, t) * surface.face_normals(t, 0));
-  set(leaf.shift_z, lane, offset_mm(surface.mesh, t) * surface.face_normals(t, 2));
+  const double offset = offset_mm(surface.mesh, t);
+  set(leaf.top, lane, extent(c, 1).most + offset);
+  set(leaf.bottom, lane, extent(c, 1).least - offset);
+  set(leaf.rounding, lane, offset);
+  set(leaf.shift_x, lane, offset * surface.face_normals(t, 0));
+  set(leaf.shift_z, lane, offset * surface.face_normals(t, 2));
   std::array<std::int32_t, 1> row{t};
   BlockRow* const abc[3] = {&leaf.a, &leaf.b, &leaf.c};
   fill_plane(surface, row, lane, abc);

@@ -23,8 +23,8 @@ struct ReferenceInner {
 };
 
 /// Reference, own frame: eight triangles; x, y, z of each corner, the plane of each with its normal inward.
-/// `absent` is 1e30 for an unused lane, else 0. `rounding` is the triangle's offset, by which its heights
-/// grow.
+/// `absent` is 1e30 for an unused lane, else 0. `rounding` is the triangle's offset, by which its box and its
+/// heights grow: all contacts of the rounded triangle are within its bounds.
 struct ReferenceLeaf {
   BlockRow x[3], y[3], z[3], normal[3], offset, absent, rounding;
 };
@@ -34,9 +34,9 @@ struct MovingInner {
   BlockRow centre_x, half_x, centre_z, half_z, top, bottom, a, b, c;
 };
 
-/// `shift`: offset times the normal, across Delta.
+/// `rounding` as of ReferenceLeaf; `shift`: the offset times the normal, across Delta.
 struct MovingLeaf {
-  BlockRow x[3], z[3], top, bottom, a, b, c, absent, shift_x, shift_z;
+  BlockRow x[3], z[3], top, bottom, a, b, c, absent, rounding, shift_x, shift_z;
 };
 
 /// Either object's bounds in S. Near side (`flat` and plane): lower bound of the reference's height, upper
@@ -92,11 +92,19 @@ struct LeafPair {
 struct alignas(64) PairBatch {
   double reference[9][block_lanes], moving[9][block_lanes];
   double least_projected[2][block_lanes];  ///< of reference and moving: below, the triangle is not screened
+  double offset_mm[block_lanes];           ///< sum of both
 };
 
 struct PairPlacement {
   double R[3][3];            ///< of the reference
   double cos, sin, x, y, z;  ///< of the moving object
+};
+
+/// A pair is close within its offset and a band in any direction; with a travel, if it comes so close within
+/// that travel.
+struct ApartLimits {
+  double band_mm, travel_mm;
+  bool has_travel;
 };
 
 /// The same functions compiled for one instruction set; all give the same bits.
@@ -116,6 +124,8 @@ struct BlockFunctions {
   void (*screen)(const LeafPair&, BlockPairs&);
   /// Bit k: pair k may touch within the limit, mm.
   unsigned (*screen_pairs)(const PairBatch&, const PairPlacement&, double limit_mm);
+  /// Bit k: pair k, in any orientation, may be within the limits.
+  unsigned (*screen_apart)(const PairBatch&, const PairPlacement&, const ApartLimits&);
 };
 
 extern const BlockFunctions block_functions_baseline, block_functions_avx2, block_functions_avx512;

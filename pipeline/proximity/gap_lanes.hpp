@@ -12,8 +12,8 @@ constexpr BlockFunctions block_functions()
 {
   using P = PlaceLanes<F>;
   using T = TestLanes<F>;
-  return {P::rotate_inner, P::rotate_leaf, P::place_inner, P::place_leaf, T::reference_near,
-          T::moving_near,  T::test,        T::test_ahead,  T::screen,     screen_pairs};
+  return {P::rotate_inner, P::rotate_leaf, P::place_inner, P::place_leaf, T::reference_near, T::moving_near,
+          T::test,         T::test_ahead,  T::screen,      screen_pairs,  screen_apart};
 }
 
 }  // namespace vrda::proximity

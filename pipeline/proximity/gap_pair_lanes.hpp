@@ -12,28 +12,55 @@ namespace {
 using Double4 = double __attribute__((vector_size(32), may_alias));
 using Mask4 = long long __attribute__((vector_size(32)));
 
-/// Bit k: pair `at` + k may touch within `limit_mm`. Coordinates are those of the exact kernel to the last
-/// bit. Slacks of 1e-9 of a triangle and 1e-6 mm of travel exceed the rounding of all but narrow, steep or
-/// near-parallel features, which are never rejected.
+struct Triangles4 {
+  Double4 x[3], y[3], z[3];
+};
+
+struct PlacedPairs4 {
+  Triangles4 reference, moving;
+};
+
+inline const Double4& row_at(const double* from, int at)
+{
+  return *reinterpret_cast<const Double4*>(from + at);
+}
+
+/// Coordinates are those of the exact kernel to the last bit.
+PlacedPairs4 placed_pairs(const PairBatch& batch, int at, const PairPlacement& place)
+{
+  PlacedPairs4 pairs;
+  Triangles4 &r = pairs.reference, &m = pairs.moving;
+  for (int k = 0; k < 3; ++k) {
+    const Double4 &x = row_at(batch.reference[3 * k], at), &y = row_at(batch.reference[3 * k + 1], at),
+                  &z = row_at(batch.reference[3 * k + 2], at);
+    r.x[k] = place.R[0][0] * x + place.R[0][1] * y + place.R[0][2] * z;
+    r.y[k] = place.R[1][0] * x + place.R[1][1] * y + place.R[1][2] * z;
+    r.z[k] = place.R[2][0] * x + place.R[2][1] * y + place.R[2][2] * z;
+    const Double4 &u = row_at(batch.moving[3 * k], at), &v = row_at(batch.moving[3 * k + 1], at),
+                  &w = row_at(batch.moving[3 * k + 2], at);
+    m.x[k] = place.cos * u + place.sin * w + place.x;
+    m.y[k] = v + place.y;
+    m.z[k] = place.cos * w - place.sin * u + place.z;
+  }
+  return pairs;
+}
+
+unsigned bits_of(const Mask4& mask)
+{
+  unsigned bits = 0;
+  for (int k = 0; k < 4; ++k) bits |= mask[k] != 0 ? 1U << k : 0U;
+  return bits;
+}
+
+/// Bit k: pair `at` + k may touch within `limit_mm`. Slacks of 1e-9 of a triangle and 1e-6 mm of travel
+/// exceed the rounding of all but narrow, steep or near-parallel features, which are never rejected.
 unsigned screen_half(const PairBatch& batch, int at, const PairPlacement& place, double limit_mm)
 {
-  const auto row = [at](const double* from) -> const Double4& {
-    return *reinterpret_cast<const Double4*>(from + at);
-  };
+  const auto row = [at](const double* from) -> const Double4& { return row_at(from, at); };
   const Double4 zero{}, slack = zero - 1e-9;
-  Double4 rx[3], ry[3], rz[3], mx[3], my[3], mz[3];
-  for (int k = 0; k < 3; ++k) {
-    const Double4 &x = row(batch.reference[3 * k]), &y = row(batch.reference[3 * k + 1]),
-                  &z = row(batch.reference[3 * k + 2]);
-    rx[k] = place.R[0][0] * x + place.R[0][1] * y + place.R[0][2] * z;
-    ry[k] = place.R[1][0] * x + place.R[1][1] * y + place.R[1][2] * z;
-    rz[k] = place.R[2][0] * x + place.R[2][1] * y + place.R[2][2] * z;
-    const Double4 &u = row(batch.moving[3 * k]), &v = row(batch.moving[3 * k + 1]),
-                  &w = row(batch.moving[3 * k + 2]);
-    mx[k] = place.cos * u + place.sin * w + place.x;
-    my[k] = v + place.y;
-    mz[k] = place.cos * w - place.sin * u + place.z;
-  }
+  const PlacedPairs4 placed = placed_pairs(batch, at, place);
+  const auto& [rx, ry, rz] = placed.reference;
+  const auto& [mx, my, mz] = placed.moving;
   // Edges in projection, and on which side of each the other triangle's corners are.
   Double4 rex[3], rez[3], mex[3], mez[3], side_of_r[3][3], side_of_m[3][3];
   for (int k = 0; k < 3; ++k) {
@@ -81,15 +108,92 @@ unsigned screen_half(const PairBatch& batch, int at, const PairPlacement& place,
       may_touch |= crosses & ((travel <= limit) | ((cross < parallel) & (-cross < parallel)));
     }
   }
-  unsigned bits = 0;
-  for (int k = 0; k < 4; ++k) bits |= may_touch[k] != 0 ? 1U << k : 0U;
-  return bits;
+  return bits_of(may_touch);
+}
+
+/// Square of the distance along an axis between two triangles, 0 where they overlap: at the pose, or, with a
+/// travel, at that travel, and less than at every smaller one, which an axis that is directed down ensures.
+struct Separation4 {
+  const PlacedPairs4& pairs;
+  Double4 travel_mm;
+  bool has_travel;
+
+  void square_along(const Double4& x, const Double4& y, const Double4& z, Double4& square_mm2) const
+  {
+    const Double4 zero{};
+    Range4 r, m;
+    set_range(r, pairs.reference, x, y, z);
+    set_range(m, pairs.moving, x, y, z);
+    const Double4 above = m.least - r.most, below = r.least - m.most;
+    Double4 apart;
+    if (has_travel) {
+      apart = y <= zero ? above + travel_mm * y : below - travel_mm * y;
+    } else {
+      apart = above > below ? above : below;
+    }
+    square_mm2 = apart > zero ? apart * apart / (x * x + y * y + z * z) : zero;
+  }
+
+ private:
+  struct Range4 {
+    Double4 least, most;
+  };
+  static void set_range(Range4& range, const Triangles4& t, const Double4& x, const Double4& y,
+                        const Double4& z)
+  {
+    range.least = range.most = x * t.x[0] + y * t.y[0] + z * t.z[0];
+    for (int k = 1; k < 3; ++k) {
+      const Double4 at = x * t.x[k] + y * t.y[k] + z * t.z[k];
+      range.least = at < range.least ? at : range.least;
+      range.most = at > range.most ? at : range.most;
+    }
+  }
+};
+
+/// Adds the pairs that are farther apart than the reach by the normal of a face together with a normal of one
+/// of its edges within the face: these are perpendicular, so the squares add.
+void add_apart(const Separation4& separation, const Triangles4& face, const Double4& reach_mm2, Mask4& apart)
+{
+  Double4 x[3], y[3], z[3], along_normal, along_side;
+  for (int k = 0; k < 3; ++k) {
+    const int next = (k + 1) % 3;
+    x[k] = face.x[next] - face.x[k];
+    y[k] = face.y[next] - face.y[k];
+    z[k] = face.z[next] - face.z[k];
+  }
+  const Double4 nx = y[0] * z[1] - z[0] * y[1], ny = z[0] * x[1] - x[0] * z[1],
+                nz = x[0] * y[1] - y[0] * x[1];
+  separation.square_along(nx, ny, nz, along_normal);
+  for (int k = 0; k < 3; ++k) {
+    separation.square_along(y[k] * nz - z[k] * ny, z[k] * nx - x[k] * nz, x[k] * ny - y[k] * nx, along_side);
+    apart |= along_normal + along_side > reach_mm2;
+  }
+}
+
+/// Bit k: pair `at` + k may be within the limits.
+unsigned screen_apart_half(const PairBatch& batch, int at, const PairPlacement& place,
+                           const ApartLimits& limits)
+{
+  constexpr double slack_mm = 1e-6;  // more than rounding
+  const PlacedPairs4 pairs = placed_pairs(batch, at, place);
+  const Double4 zero{};
+  const Separation4 separation{pairs, zero + (limits.travel_mm + slack_mm), limits.has_travel};
+  const Double4 reach_mm = row_at(batch.offset_mm, at) + (limits.band_mm + slack_mm);
+  Mask4 apart = zero > zero;
+  add_apart(separation, pairs.reference, reach_mm * reach_mm, apart);
+  if (bits_of(apart) != 15U) add_apart(separation, pairs.moving, reach_mm * reach_mm, apart);
+  return bits_of(~apart);
 }
 
 /// Both halves of the batch.
 unsigned screen_pairs(const PairBatch& batch, const PairPlacement& place, double limit_mm)
 {
   return screen_half(batch, 0, place, limit_mm) | screen_half(batch, 4, place, limit_mm) << 4U;
+}
+
+unsigned screen_apart(const PairBatch& batch, const PairPlacement& place, const ApartLimits& limits)
+{
+  return screen_apart_half(batch, 0, place, limits) | screen_apart_half(batch, 4, place, limits) << 4U;
 }
 
 }  // namespace

@@ -82,10 +82,12 @@ struct PlaceLanes {
           high[k] = corner == 0 ? p : F::most(high[k], p);
         }
       }
-      const F absent = row(in.absent, at);
-      write_box({low[0] + absent, high[0] - absent, low[2], high[2]}, n[1] >= F::all(-turn.cull), out, at);
-      (low[1] - row(in.rounding, at)).store(out.flat.lane + at);
-      (high[1] + row(in.rounding, at)).store(out.far.lane + at);
+      const F absent = row(in.absent, at), rounding = row(in.rounding, at);
+      write_box(
+          {low[0] - rounding + absent, high[0] + rounding - absent, low[2] - rounding, high[2] + rounding},
+          n[1] >= F::all(-turn.cull), out, at);
+      (low[1] - rounding).store(out.flat.lane + at);
+      (high[1] + rounding).store(out.far.lane + at);
       write_plane(n, row(in.offset, at), out, at);
     }
   }
@@ -140,11 +142,11 @@ struct PlaceLanes {
         z_low = corner == 0 ? z : F::least(z_low, z);
         z_high = corner == 0 ? z : F::most(z_high, z);
       }
-      const F out_of_reach = row(in.absent, at) - slack;
+      const F reach = row(in.rounding, at) + slack, out_of_reach = row(in.absent, at) - reach;
       (x_low + out_of_reach).store(out.x_low.lane + at);
       (x_high - out_of_reach).store(out.x_high.lane + at);
-      (z_low - slack).store(out.z_low.lane + at);
-      (z_high + slack).store(out.z_high.lane + at);
+      (z_low - reach).store(out.z_low.lane + at);
+      (z_high + reach).store(out.z_high.lane + at);
       (row(in.top, at) + F::all(to.y)).store(out.flat.lane + at);
       (row(in.bottom, at) + F::all(to.y)).store(out.far.lane + at);
       place_plane(in, to, out, at);

@@ -93,7 +93,9 @@ struct GapQuery::State {
   DualTreeTraversal& traversal(GapKind kind);
   PairPlacement pair_placement(const MovingPose& pose) const;
   void wait(const TrianglePair& pair);
-  // Traverses the trees; pairs that are not rejected by `screen_pairs` are visited, in any order.
+  // Traverses the trees; pairs that `screen` does not reject in the batch are visited, in any order.
+  template <typename Limit, typename Screen, typename Visit>
+  void run(DualTreeTraversal& pairs, const Limit& limit, const Screen& screen, const Visit& visit);
   template <typename Limit, typename Visit>
   void run_signed(const MovingPose& pose, const Limit& limit, const Visit& visit);
 };
@@ -148,7 +150,7 @@ void GapQuery::State::visit_pair(const TrianglePair& pair, const Placement& plac
   };
   const double offset_mm = offset_of_mm(pair);
   if (offset_mm > 0.0) {
-    if (!touches_later(r, m, offset_mm, limit_mm)) RoundedPair(r, m, offset_mm, limit_mm).visit(take);
+    RoundedPair(r, m, offset_mm, limit_mm).visit(take);
   } else {
     visit_contact_candidates(r, m, take);
   }
@@ -205,20 +207,16 @@ void GapQuery::State::wait(const TrianglePair& pair)
   }
   batch.least_projected[0][n_waiting] = r.least_projected;
   batch.least_projected[1][n_waiting] = m.least_projected;
+  batch.offset_mm[n_waiting] = r.offset_mm + m.offset_mm;
   waiting[n_waiting++] = pair;
 }
 
-template <typename Limit, typename Visit>
-void GapQuery::State::run_signed(const MovingPose& pose, const Limit& limit, const Visit& visit)
+template <typename Limit, typename Screen, typename Visit>
+void GapQuery::State::run(DualTreeTraversal& pairs, const Limit& limit, const Screen& screen,
+                          const Visit& visit)
 {
-  DualTreeTraversal& pairs = traversal(GapKind::signed_facing);
-  const PairPlacement at = pair_placement(pose);
-  if (rounding_mm() > 0.0) {  // touches_later() takes the place of `screen_pairs`
-    pairs.run(limit, visit);
-    return;
-  }
   const auto decide = [&] {
-    unsigned kept = pairs.screen_pairs(batch, at, limit()) & ((1U << n_waiting) - 1U);
+    unsigned kept = screen() & ((1U << n_waiting) - 1U);
     n_waiting = 0;
     for (; kept != 0; kept &= kept - 1) visit(waiting[static_cast<std::size_t>(std::countr_zero(kept))]);
   };
@@ -228,6 +226,25 @@ void GapQuery::State::run_signed(const MovingPose& pose, const Limit& limit, con
     if (n_waiting == waiting.size()) decide();
   });
   if (n_waiting > 0) decide();
+}
+
+template <typename Limit, typename Visit>
+void GapQuery::State::run_signed(const MovingPose& pose, const Limit& limit, const Visit& visit)
+{
+  DualTreeTraversal& pairs = traversal(GapKind::signed_facing);
+  const PairPlacement at = pair_placement(pose);
+  const BlockFunctions& functions = pairs.functions();
+  if (rounding_mm() > 0.0) {
+    run(
+        pairs, limit,
+        [&] {
+          return functions.screen_apart(batch, at, {0.0, limit(), true});
+        },
+        visit);
+  } else {
+    run(
+        pairs, limit, [&] { return functions.screen_pairs(batch, at, limit()); }, visit);
+  }
 }
 
 void GapQuery::State::find_least(const MovingPose& pose, const Placement& place)
@@ -401,8 +418,14 @@ Gap GapQuery::next_contact(const MovingPose& pose)
   traversal.place(pose, state.reach_mm(pose), {0.0, state.rounding_mm()});
   Gap best;
   for (const TrianglePair& hint : state.forward_hints) state.try_touch(hint, place, best);
-  traversal.run([&best] { return best.travel_mm; },
-                [&](const TrianglePair& pair) { state.try_touch(pair, place, best); });
+  const PairPlacement at = state.pair_placement(pose);
+  const auto limit = [&best] { return best.travel_mm; };
+  state.run(
+      traversal, limit,
+      [&] {
+        return traversal.functions().screen_apart(state.batch, at, {0.0, limit(), true});
+      },
+      [&](const TrianglePair& pair) { state.try_touch(pair, place, best); });
   state.forward_hints.remember(best.pair);
   return best;
 }
@@ -424,8 +447,13 @@ bool GapQuery::any_close_pair(const MovingPose& pose, double band_mm,
   traversal.place(pose, state_->reach_mm(pose), {band_mm, state_->rounding_mm()});
   ++state_->n_queries;
   bool is_found = false;
-  traversal.run([&] { return is_found ? -gap_rules::infinity : limit_mm; },
-                [&](const TrianglePair& pair) { is_found = is_found || visit(pair); });
+  const PairPlacement at = state_->pair_placement(pose);
+  state_->run(
+      traversal, [&] { return is_found ? -gap_rules::infinity : limit_mm; },
+      [&] {
+        return traversal.functions().screen_apart(state_->batch, at, {band_mm, 0.0, false});
+      },
+      [&](const TrianglePair& pair) { is_found = is_found || visit(pair); });
   return is_found;
 }
 

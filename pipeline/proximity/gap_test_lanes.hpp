@@ -158,27 +158,40 @@ struct TestLanes {
     const Triangle tm = moving_triangle(pair.moving_corners, lane);
     // The overlap is within both triangles, so the minimum over either's corners is a lower bound. Rounded
     // ones touch beyond it by at most `beyond`.
-    F bound = row(bounds, at), beyond = beyond_mm(pair, bound);
     const F zero = F::all(0.0F);
     const F slopes = F::most(b, zero - b) + F::most(c, zero - c);
     const F least = F::most(least_over(tr, a, b, c), least_over(tm, a, b, c));
-    bound = F::most(bound, least - slopes * beyond);
+    F beyond = farthest_beyond_mm(pair);
+    for (int i = 0; i < 2; ++i) beyond = beyond_mm(pair, {lane, at}, least - slopes * beyond);
+    const F bound = F::most(row(bounds, at), least - slopes * beyond);
     bound.store(bounds.lane + at);
-    beyond = F::all(pair.slack) + beyond_mm(pair, bound);
+    beyond = beyond + F::all(pair.slack);
     const F overlap = may_overlap(tr, tm, beyond) & may_overlap(tm, tr, beyond);
     return F::bits(overlap & (bound <= F::all(pair.limit)));
   }
 
-  // How far beyond its triangles, across Delta, a rounded pair with a lower bound of its travel may touch.
-  // Where the corners are shifted: with the contact's normal at an angle of alpha from the face's, the
-  // contact is r sqrt(2 (1 - cos alpha)) from the shifted face and at least r (1 - cos alpha) above its
-  // plane, which `limit` - `bound` limits for both triangles together. Otherwise the offset.
-  static F beyond_mm(const LeafPair& pair, F bound)
+  // How far beyond its triangles, across Delta, a rounded pair may touch: the offset, or, where the corners
+  // are shifted, twice the offset.
+  static F farthest_beyond_mm(const LeafPair& pair)
   {
-    if (pair.shift == 0.0F || pair.rounding == 0.0F) return F::all(pair.rounding);
-    const F room = F::most(F::all(pair.limit) - bound, F::all(0.0F));
-    // At most 2 r: an infinite limit has no product with a slope of 0.
-    return F::least(F::root(F::all(2.0F * pair.rounding) * room), F::all(2.0F * pair.rounding));
+    return F::all(pair.shift == 0.0F ? pair.rounding : 2.0F * pair.rounding);
+  }
+
+  // The same for a pair with the travel of its planes. Where the corners are shifted: with the contact's
+  // normal at an angle of alpha from the face's, the contact is r sqrt(2 (1 - cos alpha)) from the shifted
+  // face and at least r (1 - cos alpha) above its plane, which `limit` - `by_planes` limits for both
+  // triangles together. Steep faces have no plane.
+  static F beyond_mm(const LeafPair& pair, Lanes lanes, F by_planes)
+  {
+    const PlacedBlock &r = pair.reference, &m = pair.moving;
+    const int lane = lanes.moving, at = lanes.reference;
+    const F farthest = farthest_beyond_mm(pair);
+    if (pair.shift == 0.0F || pair.rounding == 0.0F || m.a.lane[lane] == m.flat.lane[lane]) return farthest;
+    const F room = F::most(F::all(pair.limit) - by_planes, F::all(0.0F));
+    // An infinite limit has no product with a slope of 0.
+    const F beyond = F::least(F::root(farthest * room), farthest);
+    const F is_steep = (row(r.a, at) <= row(r.flat, at)) & (row(r.a, at) >= row(r.flat, at));
+    return F::choose(is_steep, farthest, beyond);
   }
 
   static void screen(const LeafPair& pair, BlockPairs& pairs)

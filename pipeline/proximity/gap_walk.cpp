@@ -79,7 +79,7 @@ void DualTreeTraversal::place(const MovingPose& pose, double reach_mm, const Mar
   placement_.x = static_cast<float>(pose.translation_mm.x());
   placement_.y = static_cast<float>(pose.translation_mm.y());
   placement_.z = static_cast<float>(pose.translation_mm.z());
-  placement_.slack = static_cast<float>(slack_mm_ + margins.rounding_mm);
+  placement_.slack = static_cast<float>(slack_mm_);
   placement_.shift = shift();
   advance_stamp(place_stamp_, moving_stamps_);
 }

@@ -21,18 +21,15 @@ class DualTreeTraversal {
   DualTreeTraversal(const ReferenceTree& reference, const MovingTree& moving, GapKind kind);
 
   void turn(const Eigen::Matrix3d& R);
-  /// Margins by which pairs may be apart: `any_mm` in any direction, `rounding_mm` (largest sum of the
-  /// offsets of a pair) across Delta only, because the trees' heights include the offsets.
+  /// `any_mm`: margin by which pairs may be apart in any direction. `rounding_mm`: largest sum of the offsets
+  /// of a pair; the trees' bounds include the offsets.
   struct Margins {
     double any_mm = 0.0, rounding_mm = 0.0;
   };
   void place(const MovingPose& pose, double reach_mm, const Margins& margins);
 
-  /// BlockFunctions::screen_pairs of the instruction set.
-  unsigned screen_pairs(const PairBatch& batch, const PairPlacement& at, double limit_mm) const
-  {
-    return functions_->screen_pairs(batch, at, limit_mm);
-  }
+  /// Of the instruction set.
+  const BlockFunctions& functions() const { return *functions_; }
 
   /// Calls `visit(pair)` for every pair of triangles that may touch within `limit()` mm. The limit is
   /// evaluated again after every visit, since it may decrease. Pairs of equal bounds are all visited.

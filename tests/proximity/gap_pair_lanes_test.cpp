@@ -7,6 +7,7 @@
 #include "proximity/gap_blocks.hpp"
 #include "proximity/gap_kernel.hpp"
 #include "proximity/instruction_set.hpp"
+#include "proximity/rounded_kernel.hpp"
 
 namespace vrda::gap_pair_lanes_test {
 
@@ -59,23 +60,31 @@ struct RandomPairs {
   }
 };
 
+void put(const std::pair<Corners, Corners>& pair, double offset_mm, int lane, proximity::PairBatch& batch)
+{
+  const auto& [r, m] = pair;
+  for (int c = 0; c < 9; ++c) {
+    batch.reference[c][lane] = r[static_cast<std::size_t>(c / 3)][c % 3];
+    batch.moving[c][lane] = m[static_cast<std::size_t>(c / 3)][c % 3];
+  }
+  batch.least_projected[0][lane] = proximity::least_screened_area(r);
+  batch.least_projected[1][lane] = proximity::least_screened_area(m);
+  batch.offset_mm[lane] = offset_mm;
+}
+
+constexpr proximity::PairPlacement still{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, 1, 0, 0, 0, 0};
+
 TEST(PairScreen, KeepsEveryPairThatTheKernelAcceptsAndFewOthers)
 {
   RandomPairs pairs;
-  const proximity::PairPlacement still{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, 1, 0, 0, 0, 0};
   int n_touching = 0, n_kept = 0, n_pairs = 0;
   for (int k = 0; k < 20000; ++k) {
     proximity::PairBatch batch{};
     double travel_mm[8];
     for (int i = 0; i < 8; ++i) {
-      const auto [r, m] = pairs.pair();
-      for (int c = 0; c < 9; ++c) {
-        batch.reference[c][i] = r[static_cast<std::size_t>(c / 3)][c % 3];
-        batch.moving[c][i] = m[static_cast<std::size_t>(c / 3)][c % 3];
-      }
-      batch.least_projected[0][i] = proximity::least_screened_area(r);
-      batch.least_projected[1][i] = proximity::least_screened_area(m);
-      travel_mm[i] = least_travel_mm(r, m);
+      const auto pair = pairs.pair();
+      put(pair, 0.0, i, batch);
+      travel_mm[i] = least_travel_mm(pair.first, pair.second);
     }
     const double limit_mm = pairs.unit(pairs.random);
     const unsigned kept = proximity::block_functions_baseline.screen_pairs(batch, still, limit_mm);
@@ -93,6 +102,81 @@ TEST(PairScreen, KeepsEveryPairThatTheKernelAcceptsAndFewOthers)
   EXPECT_LT(n_touching, n_pairs / 2);
   // A third of the triangles here is narrow or steep, and never rejected.
   EXPECT_LT(n_kept - n_touching, n_pairs / 2);
+}
+
+// Of points of a grid on both triangles: not below the distance.
+double sampled_distance_mm(const Corners& r, const Corners& m)
+{
+  constexpr int n = 8;
+  std::vector<Eigen::Vector3d> on_r, on_m;
+  for (int i = 0; i <= n; ++i) {
+    for (int k = 0; k <= n - i; ++k) {
+      const double a = i / double{n}, b = k / double{n}, c = 1.0 - a - b;
+      on_r.push_back(a * r[0] + b * r[1] + c * r[2]);
+      on_m.push_back(a * m[0] + b * m[1] + c * m[2]);
+    }
+  }
+  double least_mm = proximity::gap_rules::infinity;
+  for (const Eigen::Vector3d& p : on_r) {
+    for (const Eigen::Vector3d& q : on_m) least_mm = std::min(least_mm, (p - q).norm());
+  }
+  return least_mm;
+}
+
+TEST(ApartScreen, KeepsEveryPairWithinTheBandAndFewOthers)
+{
+  RandomPairs pairs;
+  int n_close = 0, n_kept = 0, n_pairs = 0;
+  for (int k = 0; k < 500; ++k) {
+    proximity::PairBatch batch{};
+    double distance_mm[8];
+    for (int i = 0; i < 8; ++i) {
+      const auto pair = pairs.pair();
+      put(pair, 0.1 * i, i, batch);
+      distance_mm[i] = sampled_distance_mm(pair.first, pair.second) - 0.1 * i;
+    }
+    const proximity::ApartLimits limits{0.2, 0.0, false};
+    const unsigned kept = proximity::block_functions_baseline.screen_apart(batch, still, limits);
+    for (int i = 0; i < 8; ++i) {
+      const bool is_kept = (kept >> i & 1U) != 0, is_close = distance_mm[i] <= 0.2;
+      ASSERT_TRUE(is_kept || !is_close) << k << ' ' << i << ' ' << distance_mm[i];
+      n_close += is_close ? 1 : 0;
+      n_kept += is_kept ? 1 : 0;
+      ++n_pairs;
+    }
+    for (const proximity::InstructionSet set : proximity::instruction_sets())
+      ASSERT_EQ(functions_of(set).screen_apart(batch, still, limits), kept);
+  }
+  EXPECT_GT(n_close, n_pairs / 20);
+  // Random pairs intersect or have a distance that the samples miss; few others are kept.
+  EXPECT_LT(n_kept - n_close, n_pairs / 4);
+}
+
+TEST(ApartScreen, KeepsEveryRoundedPairThatTouchesWithinTheTravel)
+{
+  RandomPairs pairs;
+  int n_touching = 0, n_kept = 0, n_pairs = 0;
+  for (int k = 0; k < 5000; ++k) {
+    proximity::PairBatch batch{};
+    double travel_mm[8];
+    for (int i = 0; i < 8; ++i) {
+      const auto pair = pairs.pair();
+      put(pair, 0.05 + 0.1 * i, i, batch);
+      travel_mm[i] = proximity::rounded_passage(pair.first, pair.second, 0.05 + 0.1 * i).enter_mm;
+    }
+    const double limit_mm = pairs.unit(pairs.random);
+    const unsigned kept =
+        proximity::block_functions_baseline.screen_apart(batch, still, {0.0, limit_mm, true});
+    for (int i = 0; i < 8; ++i) {
+      const bool is_kept = (kept >> i & 1U) != 0, is_touching = travel_mm[i] <= limit_mm;
+      ASSERT_TRUE(is_kept || !is_touching) << k << ' ' << i << ' ' << travel_mm[i] - limit_mm;
+      n_touching += is_touching ? 1 : 0;
+      n_kept += is_kept ? 1 : 0;
+      ++n_pairs;
+    }
+  }
+  EXPECT_GT(n_touching, n_pairs / 10);
+  EXPECT_LT(n_kept - n_touching, n_pairs / 4);
 }
 
 }  // namespace vrda::gap_pair_lanes_test

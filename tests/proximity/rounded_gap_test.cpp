@@ -206,6 +206,36 @@ TEST(RoundedGap, EveryTraversalAgreesWithEveryPairOfTriangles)
   EXPECT_GT(n_moved, 15);
 }
 
+// The pairs of earlier answers are tried first and bound the search: they must not decide it.
+TEST(RoundedGap, AnswersDoNotDependOnEarlierQueries)
+{
+  GapRandom random(3);
+  int n_finite = 0;
+  for (GapBodies bodies : test::gap_bodies(random)) {
+    bodies.reference = with_offset(bodies.reference, 1.0);
+    bodies.moving = with_offset(bodies.moving, 0.4);
+    const proximity::GapTree reference(bodies.reference), moving(bodies.moving);
+    proximity::GapQuery used{reference, moving};
+    for (int k = 0; k < 12; ++k) {
+      const Attitude attitude = random.attitude();
+      used.set_attitude(attitude);
+      const MovingPose about = random.pose(15, bodies.depth_mm);
+      for (int i = 0; i < 30; ++i) {
+        MovingPose pose = about;
+        pose.translation_mm += 0.3 * Eigen::Vector3d(random.unit(), random.unit(), random.unit());
+        proximity::GapQuery fresh{reference, moving};
+        fresh.set_attitude(attitude);
+        ASSERT_EQ(test::bits_of(used.features(pose, 0.05)), test::bits_of(fresh.features(pose, 0.05)));
+        const proximity::Gap after = used.next_contact(pose), first = fresh.next_contact(pose);
+        ASSERT_EQ(after.travel_mm, first.travel_mm);
+        ASSERT_EQ(after.pair, first.pair);
+        n_finite += std::isfinite(first.travel_mm) ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(n_finite, 200);
+}
+
 TEST(RoundedGap, FeaturesMeetAtTheOffsetAlongTheirNormal)
 {
   GapRandom random(19);
