@@ -93,9 +93,12 @@ template <typename Poses>
 void visit_poses(Poses& poses, const std::string& group, const std::vector<std::string>& dimensions,
                  const ValueRule& valid, RowVisitor& visit)
 {
-  visit({group + "/tx", dimensions, unit::mm, valid, "translation along X of the world frame W"}, poses.tx_mm);
-  visit({group + "/ty", dimensions, unit::mm, valid, "translation along Y of the world frame W"}, poses.ty_mm);
-  visit({group + "/tz", dimensions, unit::mm, valid, "translation along Z of the world frame W"}, poses.tz_mm);
+  visit({group + "/tx", dimensions, unit::mm, valid, "translation along X of the world frame W"},
+        poses.tx_mm);
+  visit({group + "/ty", dimensions, unit::mm, valid, "translation along Y of the world frame W"},
+        poses.ty_mm);
+  visit({group + "/tz", dimensions, unit::mm, valid, "translation along Z of the world frame W"},
+        poses.tz_mm);
   visit({group + "/theta", dimensions, unit::degree, valid, "rotation about Delta, right-knee sign"},
         poses.theta_deg);
 }

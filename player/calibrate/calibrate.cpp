@@ -186,8 +186,8 @@ void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)
                               "the motion model to be adjusted (calibration.model = \"adjust\")");
 }
 
-calibration_tasks::CalibrationSessionOptions guide_options(const CalibrateOptions& options,
-                                                           const CalibrateSetup& setup)
+calibration_tasks::CalibrationSessionOptions session_options(const CalibrateOptions& options,
+                                                             const CalibrateSetup& setup)
 {
   return {setup.parts, options.is_repeated, options.is_virtual ? virtual_date : today(),
           options.calibration.empty() ? "virtual bench" : options.calibration, setup.joint};
@@ -210,13 +210,13 @@ CalibrateEnd run_attended(const CalibrateOptions& options, const CalibrateSetup&
 {
   require_model(options, setup);
   loop::StopSignals stop;  // before the device threads start: they inherit the signal mask
-  CalibrationSession session(setup.bench, setup.begun, guide_options(options, setup));
+  CalibrationSession session(setup.bench, setup.begun, session_options(options, setup));
   CalibrationWriter kept(setup.bench, options.calibration);
   CalibrationMode mode(options, setup.bench, session, kept, streams);
-  const std::unique_ptr<CalibrationBench> guide_bench =
+  const std::unique_ptr<CalibrationBench> calibration_bench =
       options.is_virtual ? open_virtual_bench(setup.bench, truth_of(options, setup), setup.noise)
                          : open_live_bench(setup.bench);
-  mode.set_bench(*guide_bench);
+  mode.set_bench(*calibration_bench);
   loop::run_loop(mode, mode.sink(), stop);
   kept.write(session);
   write_parts(options, setup, session.calibration(), streams.data);
@@ -243,7 +243,7 @@ CalibrateEnd run_unattended(const CalibrateOptions& options, const CalibrateSetu
 {
   const VirtualNoise& noise = setup.noise;
   const VirtualTruth truth = truth_of(options, setup);
-  CalibrationSession session(setup.bench, setup.begun, guide_options(options, setup));
+  CalibrationSession session(setup.bench, setup.begun, session_options(options, setup));
   CalibrationWriter kept(setup.bench, options.calibration);
   VirtualOperator person(setup.bench, truth, noise);
   std::vector<Task> tasks;
@@ -277,7 +277,8 @@ void write_benches(const CalibrateOptions& options, const CalibrateSetup& setup,
 {
   const int n_threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   if (options.step != "all" && !setup.joint)
-    navigation::refuse_option("--model", "nothing", "the motion model that functional places in thigh and shank");
+    navigation::refuse_option("--model", "nothing",
+                              "the motion model that functional places in thigh and shank");
   const VirtualStatistics statistics = virtual_bench::virtual_statistics(
       setup.bench, {options.seed, options.n_benches, n_threads, setup.noise, setup.joint});
   if (options.has_json) {
@@ -335,7 +336,8 @@ VirtualNoise noise_of(const std::string& list)
     if (!(value >= 0.0 && value <= most)) {
       std::string names;
       for (const auto& each : named) names += (names.empty() ? "" : ", ") + std::string(each.first);
-      navigation::refuse_option("--noise", "\"" + item + "\"", "NAME=VALUE, 0 to 1000, with a NAME of " + names);
+      navigation::refuse_option("--noise", "\"" + item + "\"",
+                                "NAME=VALUE, 0 to 1000, with a NAME of " + names);
     }
     *known->second = value;
   }

@@ -240,7 +240,7 @@ void CalibrationMode::press_in_task(const navigation::KeyPress& press)
   if (is_confirmed) {
     content_.deviation.clear();
     awaited_ = {task_name(session_), calibration_tasks::typical_s(*session_.task()),
-                guide_bench_->deviation_text(session_)};
+                calibration_bench_->deviation_text(session_)};
   }
   session_.take(press);
 }
@@ -276,9 +276,9 @@ void CalibrationMode::advance(double elapsed_s)
   take_gamepad(elapsed_s);
   const double now_s = static_cast<double>(n_rounds_) / bench_.display.refresh_hz;
   for (const navigation::KeyPress& pressed : script_.keys(now_s)) press(pressed);
-  guide_bench_->send_samples(session_, model_ ? &*model_ : nullptr);
+  calibration_bench_->send_samples(session_, model_ ? &*model_ : nullptr);
   note_task_end();
-  if (session_.take_zero_request()) guide_bench_->zero_stage();
+  if (session_.take_zero_request()) calibration_bench_->zero_stage();
   // A full disk does not end the session; the write is repeated.
   const auto refused = loop::catch_input_error([&] { kept_.write(session_); });
   content_.message = refused ? refused->what() : "";
@@ -303,7 +303,7 @@ const BodyOutline* CalibrationMode::outline() const
 void CalibrationMode::make_content()
 {
   const Task* task = session_.task();
-  CalibrationView view = guide_bench_->view(session_);
+  CalibrationView view = calibration_bench_->view(session_);
   content_.time_left_s = calibration_tasks::time_left_s(pace_, session_.progress().typical_left_s);
   content_.lines = std::move(view.lines);
   content_.boxes = view.boxes;
@@ -311,10 +311,10 @@ void CalibrationMode::make_content()
   if (const std::string name = task_name(session_); name != drawn_task_) {
     drawn_task_ = name;
     content_.diagram.reset();
-    if (task != nullptr)
-      content_.diagram = diagram_of(session_.progress().part, *task, bench_, outline());
+    if (task != nullptr) content_.diagram = diagram_of(session_.progress().part, *task, bench_, outline());
   }
-  content_.troubles = task == nullptr ? std::vector<std::string>{} : guide_bench_->device_problems(*task);
+  content_.troubles =
+      task == nullptr ? std::vector<std::string>{} : calibration_bench_->device_problems(*task);
   const std::string& trouble = watch_.trouble(sink_);
   if (!trouble.empty()) content_.troubles.push_back(trouble);
   if (const std::string warning = watch_.take_warning(); !warning.empty())
@@ -327,7 +327,7 @@ bool CalibrationMode::place_model()
   const Task* task = session_.task();
   if (task == nullptr || task->kind != TaskKind::model_pose || !model_) return false;
   model_->place(session_.calibration(), {session_.progress().part, *task, session_.values()},
-                guide_bench_->now_ns(), sink_.renderer());
+                calibration_bench_->now_ns(), sink_.renderer());
   return is_model_loaded_ = true;
 }
 

@@ -64,7 +64,7 @@ class CalibrationMode final : public loop::Mode {
 
   loop::Sink& sink() { return sink_; }
   /// Sets the bench; must be called before the first round.
-  void set_bench(CalibrationBench& bench) { guide_bench_ = &bench; }
+  void set_bench(CalibrationBench& bench) { calibration_bench_ = &bench; }
 
   /// True when all parts are done, the operator quits, or a headless script has ended.
   bool is_over() const override { return is_over_; }
@@ -97,11 +97,11 @@ class CalibrationMode final : public loop::Mode {
   std::vector<BodyOutline> outlines_;  ///< of reference and moving body, or empty
   std::string drawn_task_;             ///< task of content_.diagram
   loop::Sink sink_;
-  CalibrationBench* guide_bench_ = nullptr;
+  CalibrationBench* calibration_bench_ = nullptr;
   bench::WindowCheck watch_;
   KeyScript script_;
   std::uint64_t n_rounds_ = 0, printed_revision_ = 0;
-  double wheel_ = 0.0;  ///< notches that are not yet presses
+  double wheel_ = 0.0;                      ///< notches that are not yet presses
   std::optional<render::InputEvent> drag_;  ///< press of the button that is held over the picture
   navigation::GamepadKeys gamepad_;
   /// The current task, by part and name, with its typical time and the message for its end.

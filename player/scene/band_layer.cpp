@@ -49,10 +49,8 @@ void BandLayer::update(Scene& scene, const DisplayedPose& shown) const
     if (pose.status != motion::PoseStatus::solved) continue;
     const Pose X_world_moving = shown.frames.X_world_reference * pose.X_reference_moving;
     for (const std::size_t k : ghost.drawables) {
-      Drawable& drawable = scene.drawables[k];
-      drawable.is_shown = true;
-      drawable.X_world_mesh = X_world_moving;
-      drawable.X_world_mesh.translation() += X_world_moving.linear() * drawable.origin_mm;
+      scene.drawables[k].is_shown = true;
+      place(scene.drawables[k], X_world_moving);
     }
   }
 }

@@ -76,10 +76,14 @@ void place(Scene& scene, const JointFrames& frames)
   const Pose X_world_moving = frames.X_world_delta * frames.X_delta_moving;
   for (Drawable& drawable : scene.drawables) {
     if (drawable.owner == Owner::world) continue;
-    const Pose& X_world_body = drawable.owner == Owner::reference ? frames.X_world_reference : X_world_moving;
-    drawable.X_world_mesh = X_world_body;
-    drawable.X_world_mesh.translation() += X_world_body.linear() * drawable.origin_mm;
+    place(drawable, drawable.owner == Owner::reference ? frames.X_world_reference : X_world_moving);
   }
+}
+
+void place(Drawable& drawable, const Pose& X_world_body)
+{
+  drawable.X_world_mesh = X_world_body;
+  drawable.X_world_mesh.translation() += X_world_body.linear() * drawable.origin_mm;
 }
 
 bool is_framed(const Drawable& drawable)

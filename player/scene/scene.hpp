@@ -100,6 +100,9 @@ Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d&
 /// Places every drawable in its owner's frame; those of the world are unchanged. Allocates nothing.
 void place(Scene& scene, const JointFrames& frames);
 
+/// Places the drawable of a body whose meshes' frame is at `X_world_body`.
+void place(Drawable& drawable, const Pose& X_world_body);
+
 struct Sphere {
   Eigen::Vector3d centre_world_mm = Eigen::Vector3d::Zero();
   double radius_mm = 0.0;

@@ -1,4 +1,4 @@
-/// Positions at which a simulated operator sees things aligned: true optics on one side, the guide's
+/// Positions at which a simulated operator sees things aligned: true optics on one side, the
 /// drawing by the calibration found so far on the other.
 #pragma once
 

@@ -388,7 +388,7 @@ void VirtualOperator::do_task(CalibrationSession& session)
     throw InputError({bench_.path, key,
                       "more than " + std::to_string(most_refusals) + " refusals: " +
                           (session.progress().messages.empty() ? "" : session.progress().messages.front()),
-                      "marks that the guide accepts"});
+                      "marks that the calibration accepts"});
   }
   n_frames_ = 0;
   zero_stage(session);
