@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "bench/controls.hpp"
 #include "bench/measure_body.hpp"
@@ -117,6 +118,13 @@ void BenchPanel::add_marks(const optics::Viewport& visible, const BenchFrame& fr
   add(trouble);
 }
 
+std::string joint_text(const ClinicalCoordinates& joint)
+{
+  return (joint.internal_rotation_rad < 0.0 ? "external rotation " : "internal rotation ") +
+         tenths(std::abs(deg_from_rad(joint.internal_rotation_rad))) + " deg, " +
+         (joint.anterior_mm < 0.0 ? "posterior " : "anterior ") + tenths(std::abs(joint.anterior_mm)) + " mm";
+}
+
 void BenchPanel::add_line(const optics::Viewport& area, float& top_px, const std::string& words,
                           const scene::VertexColour& colour)
 {
@@ -142,7 +150,8 @@ void BenchPanel::add_panel(const optics::Viewport& area, const BenchState& state
   line("> " + parameter_text(state, state.selected()), green);
   const Attitude& at = frame.pose.attitude;
   line("flexion " + tenths(deg_from_rad(at.flexion_rad)) + ", varus " + tenths(deg_from_rad(at.varus_rad)) +
-       ", theta " + tenths(deg_from_rad(frame.pose.theta_rad)) + " deg");
+       " deg");
+  if (frame.pose.status == motion::PoseStatus::solved) line(joint_text(state.clinical(frame.pose)));
   if (frame.stage.is_used)
     line("stage " + tenths(frame.stage_mm) + " mm", stage_status_text(frame).empty() ? ink : amber);
   line(std::string("filter ") + (state.is_filtered() ? "on" : "off") + ", prediction " +

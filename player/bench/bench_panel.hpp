@@ -45,6 +45,9 @@ class BenchPanel {
 /// Largest area beside the eyes' windows that is large enough for a panel.
 std::optional<optics::Viewport> operator_area(const bench_files::DisplaySettings& display);
 
+/// "internal rotation 9.2 deg, anterior 3.1 mm", or external and posterior.
+std::string joint_text(const ClinicalCoordinates& joint);
+
 /// "tracker 127.0.0.1:18944: up, 100 a second".
 std::string device_text(const std::string& name, const devices::DeviceReport& report);
 

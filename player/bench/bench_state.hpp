@@ -8,6 +8,7 @@
 #include "bench/body_tracker.hpp"
 #include "bench/leg_check.hpp"
 #include "bench_files/parameters.hpp"
+#include "core/clinical.hpp"
 #include "motion/poses.hpp"
 #include "tracking/one_euro.hpp"
 
@@ -34,7 +35,7 @@ struct BenchFrame {
   InputStatus stage, potentiometer;
   double stage_mm = 0.0;
   bool is_stage_zeroed = false, stage_has_lost_counts = false;
-  bool is_moved_aside = false;  ///< the pointer moved the joint relative to the leg
+  bool is_moved_aside = false;         ///< the pointer moved the joint relative to the leg
   std::int64_t newest_arrival_ns = 0;  ///< newest tracker sample since the previous frame; 0: none
   int n_samples = 0;                   ///< tracker samples since the previous frame
 };
@@ -62,6 +63,12 @@ class BenchState {
   void set_filter(bool is_on) { is_filtered_ = is_on; }
   bool is_filtered() const { return is_filtered_; }
   const bench_files::BenchFile& bench() const { return bench_; }
+  /// Of a solved pose of the model.
+  ClinicalCoordinates clinical(const motion::JointPose& pose) const
+  {
+    return clinical_coordinates(pose.X_reference_moving, frame_of_model_.side,
+                                frame_of_model_.rotation_centre_mm);
+  }
   /// Offset of the drawn joint from the leg, by the pointer; identity until an `offset` sample.
   const Pose& X_leg_joint() const { return X_leg_joint_; }
   void put_back() { X_leg_joint_ = Pose::Identity(); }

@@ -133,4 +133,15 @@ TEST_F(Panel, TroubleOfTheDisplayIsALineOfIt)
   EXPECT_GT(n_amber_in(picture(), operators_), 50);
 }
 
+TEST(JointText, NamesTheDirectionsInsteadOfSigns)
+{
+  ClinicalCoordinates joint;
+  joint.internal_rotation_rad = rad_from_deg(9.2);
+  joint.anterior_mm = 3.1;
+  EXPECT_EQ(bench::joint_text(joint), "internal rotation 9.2 deg, anterior 3.1 mm");
+  joint.internal_rotation_rad = rad_from_deg(-0.5);
+  joint.anterior_mm = -12.0;
+  EXPECT_EQ(bench::joint_text(joint), "external rotation 0.5 deg, posterior 12 mm");
+}
+
 }  // namespace vrda::bench_panel_test
