@@ -18,7 +18,7 @@ namespace {
 // Number of hints: after a small change of pose the result is often one of the last few pairs.
 constexpr std::size_t n_hints = 8;
 
-// Above the rounding of touches_later(), so that ties are visited.
+// Above the rounding of a RoundedPair's limit, so that ties are visited.
 constexpr double bound_slack_mm = 1e-6;
 
 }  // namespace
@@ -340,9 +340,7 @@ void GapQuery::State::try_touch(const TrianglePair& pair, const Placement& place
   };
   const double offset_mm = offset_of_mm(pair);
   if (offset_mm > 0.0) {
-    const double limit_mm = best.travel_mm + bound_slack_mm;
-    if (!touches_later(r, m, offset_mm, limit_mm))
-      take(rounded_passage(r.corner, m.corner, offset_mm, limit_mm).ahead_mm());
+    take(rounded_passage(r.corner, m.corner, offset_mm, best.travel_mm + bound_slack_mm).ahead_mm());
   } else {
     visit_contact_candidates(r, m, [&take](const ContactCandidate& at) { take(at.travel_mm); });
   }

@@ -52,21 +52,6 @@ inline Eigen::Vector3d downward_normal(const Eigen::Vector3d& d, const Eigen::Ve
   return n / (n.y() < 0.0 ? length : -length);
 }
 
-/// Whether the plane of a face separates the triangles by more than the offset at the travel `limit_mm`, so
-/// that the pair touches later. Without square roots: called for every pair that the trees leave.
-inline bool touches_later(const GapFace& r, const GapFace& m, double offset_mm, double limit_mm)
-{
-  for (const GapFace* face : {&r, &m}) {
-    Eigen::Vector3d n = (face->corner[1] - face->corner[0]).cross(face->corner[2] - face->corner[0]);
-    if (n.y() > 0.0) n = -n;
-    const double highest = std::max({n.dot(r.corner[0]), n.dot(r.corner[1]), n.dot(r.corner[2])});
-    const double lowest = std::min({n.dot(m.corner[0]), n.dot(m.corner[1]), n.dot(m.corner[2])});
-    const double apart = lowest - highest + limit_mm * n.y();
-    if (apart > 0.0 && apart * apart > offset_mm * offset_mm * n.squaredNorm()) return true;
-  }
-  return false;
-}
-
 /// Finds the candidates of a rounded pair. Parts that touch later than the limit are skipped.
 class RoundedPair {
  public:
