@@ -218,7 +218,7 @@ SurfacePainter::Program& SurfacePainter::compiled(Shading shading, bool is_colou
   program.at = {at("X_camera_mesh"), at("projection"), at("colour"),          at("opacity"),
                 at("specular"),      at("shininess"),  at("mottling"),        at("up_camera"),
                 at("sky"),           at("ground"),     at("light_direction"), at("light_colour"),
-                at("behind"),        at("image"),      at("repeats_by_mm")};
+                at("behind"),        at("image"),      at("repeats_by_mm"),   at("depth_offset_mm")};
   return program;
 }
 
@@ -270,6 +270,7 @@ void SurfacePainter::draw_one(const scene::Drawable& drawable, const GpuMesh& me
   set_shot(program);
   const Eigen::Matrix4f X_camera_mesh = (X_camera_world_ * drawable.X_world_mesh).matrix().cast<float>();
   gl_.UniformMatrix4fv(program.at.X_camera_mesh, 1, GL_FALSE, X_camera_mesh.data());
+  gl_.Uniform1f(program.at.depth_offset_mm, static_cast<float>(drawable.depth_offset_mm));
   if (shading != Shading::depth) set_material(program, drawable, shading);
   vrda::render::draw(gl_, mesh, allowed_error_mm(drawable));
 }

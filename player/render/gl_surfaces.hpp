@@ -53,7 +53,7 @@ class SurfacePainter {
   struct Uniforms {
     int X_camera_mesh = -1, projection = -1, colour = -1, opacity = -1, specular = -1, shininess = -1,
         mottling = -1, up_camera = -1, sky = -1, ground = -1, light_direction = -1, light_colour = -1,
-        behind = -1, image = -1, repeats_by_mm = -1;
+        behind = -1, image = -1, repeats_by_mm = -1, depth_offset_mm = -1;
   };
   struct Program {
     unsigned id = 0;

@@ -8,6 +8,7 @@ layout(location = 0) in vec3 p_mesh;
 layout(location = 1) in vec3 n_mesh;
 uniform mat4 X_camera_mesh;
 uniform mat4 projection;
+uniform float depth_offset_mm;
 invariant gl_Position;
 out vec3 p_surface;  // mesh frame, mm: the pattern moves with the bone
 out vec3 n_surface;
@@ -29,6 +30,10 @@ void main()
   tint = vec4(linear(colour_srgb.rgb), colour_srgb.a);
 #endif
   gl_Position = projection * p;
+  if (depth_offset_mm > 0.0) {
+    vec4 behind = projection * vec4(p.xy, p.z - depth_offset_mm, 1.0);
+    gl_Position.z = behind.z / behind.w * gl_Position.w;
+  }
 }
 )";
 

@@ -8,7 +8,9 @@
 namespace vrda::scene {
 namespace {
 
-constexpr float ghost_opacity = 0.28F;  // both copies and the object between them stay visible
+constexpr float ghost_opacity = 0.5F;  // two overlapping outlines remain distinct
+// The object covers the copies, which show beyond its outline: their intersections would show as patches.
+constexpr double ghost_depth_offset_mm = 10.0;
 
 struct GhostOf {
   const char* set;
@@ -35,6 +37,7 @@ BandLayer::BandLayer(const store::MotionModel& model, Scene& scene)
       copy.is_shown = false;
       copy.material = marker_material(end.colour);
       copy.material.opacity = ghost_opacity;
+      copy.depth_offset_mm = ghost_depth_offset_mm;
       ghost.drawables.push_back(scene.drawables.size());
       scene.drawables.push_back(std::move(copy));
     }

@@ -58,6 +58,7 @@ struct Drawable {
   Eigen::Vector3d origin_mm = Eigen::Vector3d::Zero();  ///< canonical
   Eigen::AlignedBox3d box_mm{Eigen::Vector3d::Zero()};  ///< of the mesh, relative to origin_mm
   Material material;
+  double depth_offset_mm = 0.0;  ///< hidden by surfaces that are less than this behind it
   Pose X_world_mesh = Pose::Identity();
 };
 

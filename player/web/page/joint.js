@@ -7,12 +7,12 @@ import { product, rows, sum, transposed, turned } from "./frames.js";
 import { GapLayer } from "./gap_layer.js";
 import { LigamentLayer } from "./ligament_layer.js";
 import { labelsOf } from "./labels.js";
-import { materialOf } from "./material.js";
+import { ghostMaterial, materialOf } from "./material.js";
 import { Motion } from "./motion.js";
 
 const tubeRadiusMm = 0.7, dotRadiusMm = 1.6;
 /// The ends of the band of an uncertain job, as in the window.
-const bandEnds = { quantile_5: "#4682dc", quantile_95: "#eb8732" }, ghostOpacity = 0.28;
+const bandEnds = { quantile_5: "#4682dc", quantile_95: "#eb8732" }, ghostOpacity = 0.5, ghostDepthOffsetMm = 10;
 
 function meshesOf(body, origin) {
   const meshes = [];
@@ -60,7 +60,7 @@ export class Joint {
   /// Translucent copies of the moving body's contact meshes, in the frame of the reference.
   #makeGhosts() {
     this.ghosts = (this.model.quantiles ?? []).filter(({ name }) => bandEnds[name]).map(({ name }) => {
-      const group = new Group(), material = new MeshBasicMaterial({ color: bandEnds[name], transparent: true, opacity: ghostOpacity, depthWrite: false });
+      const group = new Group(), material = ghostMaterial(bandEnds[name], ghostOpacity, ghostDepthOffsetMm);
       group.matrixAutoUpdate = group.visible = false;
       group.add(...this.bodies.moving.children.filter((child) => child.userData.hasContact).map((child) => new Mesh(child.geometry, material)));
       this.bodies.reference.add(group);

@@ -1,6 +1,6 @@
 // Materials, lights and shader; values as in pipeline/core/material, player/scene/lighting.cpp and player/render.
 // Colours are linear RGB on [0, 1].
-import { Color, DoubleSide, FrontSide, ShaderMaterial, Vector3 } from "three";
+import { Color, DoubleSide, FrontSide, MeshBasicMaterial, ShaderMaterial, Vector3 } from "three";
 
 const materials = {
   bone: { colour: [0.839, 0.745, 0.591], opacity: 1, specular: 0.1, shininess: 24, mottling: 0.13 },
@@ -115,6 +115,17 @@ export const materialOf = (name) => shaded(parametersOf(name), false);
 /// The same with linear vertex colours instead of its colour.
 export const colouredMaterialOf = (name) => shaded({ ...parametersOf(name), mottling: 0 }, true);
 export const markerMaterial = () => shaded(marker, true);
+
+/// Translucent, and hidden by surfaces that are less than `depthOffsetMm` behind it: nearly coincident ones would show as patches.
+export function ghostMaterial(colour, opacity, depthOffsetMm) {
+  const material = new MeshBasicMaterial({ color: colour, transparent: true, opacity, depthWrite: false });
+  material.onBeforeCompile = (shader) => {
+    shader.vertexShader = shader.vertexShader.replace("#include <project_vertex>", `#include <project_vertex>
+  vec4 behind = projectionMatrix * (mvPosition - vec4(0.0, 0.0, ${depthOffsetMm.toFixed(1)} * length(modelViewMatrix[0].xyz), 0.0));
+  gl_Position.z = behind.z / behind.w * gl_Position.w;`);
+  };
+  return material;
+}
 
 function shaded(parameters, hasColours) {
   const isSolid = parameters.opacity === 1;

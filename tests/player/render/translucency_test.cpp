@@ -168,6 +168,23 @@ TEST(Translucency, WhatIsOpaqueHidesWhatLiesBehindIt)
   EXPECT_NEAR(found[2], test::srgb_code(0.5), test::code_tolerance);
 }
 
+TEST(Translucency, ADepthOffsetChangesWhatHidesASheetAndNotItsOutline)
+{
+  const auto red_at = [](double in_front_mm, int x) {
+    scene::Scene scene = test::dark_scene();
+    test::add(scene, test::facing_sheet(40), test::plain({0, 0, 1}));
+    test::add(scene, test::facing_sheet(80), test::plain({1, 0, 0}, 0.5F), {0, 0, in_front_mm});
+    scene.drawables.back().depth_offset_mm = 10.0;
+    return test::at(test::drawn(scene, test::camera_at(distance_mm)), x, height / 2)[0];
+  };
+  // The outline of the sheet at 0 mm: 80 mm are 192 of 320 pixels at the camera's distance.
+  const int outside = width / 2 + 97, inside = width / 2 + 94, over_other = width / 2;
+  EXPECT_EQ(red_at(0.0, outside), 0);
+  EXPECT_NEAR(red_at(0.0, inside), test::srgb_code(0.5), test::code_tolerance);
+  EXPECT_EQ(red_at(9.0, over_other), 0);
+  EXPECT_NEAR(red_at(11.0, over_other), test::srgb_code(0.5), test::code_tolerance);
+}
+
 TEST(Translucency, WallsOfOneDrawableCountOnceEachInTheirPlace)
 {
   // One drawable of two boxes: each wall is blended once in depth order, regardless of the triangle order.

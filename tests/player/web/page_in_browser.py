@@ -136,7 +136,9 @@ class WebPage(unittest.TestCase):
             without = self.picture(page, "#joint", "band-off")
             page.browser.value("document.getElementById('band').click()")
             page.browser.settle()
-            self.assertGreater((numpy.abs(self.picture(page, "#joint", "band-on") - without).sum(axis=2) > 20).mean(), 0.01)
+            # The ghosts show beyond the outline of the tibia, not as patches on it.
+            changed = (numpy.abs(self.picture(page, "#joint", "band-on") - without).sum(axis=2) > 20).mean()
+            self.assertTrue(0.001 < changed < 0.01, changed)
             page.browser.value("document.getElementById('band').click()")
             page.browser.settle()
             numpy.testing.assert_array_equal(self.picture(page, "#joint", "band-off-again"), without)

@@ -20,7 +20,7 @@ MODELS = {
                 "--set", "push.lateral_force_n={flexion_deg=[0,90],value=[[0,0],[6,-4]]}"],
     # Samples of an uncertain job, at quantiles.
     "uncertain": ["--set", "grid.flexion.step=30", "--set", "grid.varus=free", "--set", "smooth.degrees=[2]", "--set", "uncertainty.samples=10",
-                  "--set", 'uncertainty.parameter=[{quantity="stiffness",distribution="lognormal",sd=0.3}]'],
+                  "--set", 'uncertainty.parameter=[{quantity="reference_strain",distribution="normal",sd=0.05}]'],
     # So few steps that several attitudes do not converge.
     "holes": [*SMALL, "--set", "smooth.degrees=[1]", "--set", "solver.method=stability-search", "--set", "solver.search.max_steps=12",
               "--set", "limits.unsolved_fraction=1"],
