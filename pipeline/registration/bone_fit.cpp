@@ -13,6 +13,8 @@ constexpr double capped_mm = 5.0;
 // mm^2 per point and squared relative deviation of a scale from the mean of the three: a deviation of 5 %
 // costs as much as 0.13 mm on every point.
 constexpr double anisotropy_weight_mm2 = 7.0;
+// The same of the deviations from the start's scales: cartilage shows its height better than its width.
+const Eigen::Vector3d near_start_weight_mm2(100.0, 10.0, 100.0);
 constexpr double known_share = 0.01;  // of the surface's weight
 constexpr double doubtful_mm = 15.0;  // people find a landmark to some 5 mm
 
@@ -116,9 +118,23 @@ Eigen::Index n_scales(ScaleFreedom freedom)
   return freedom == ScaleFreedom::held ? 0 : freedom == ScaleFreedom::similarity ? 1 : 3;
 }
 
-// One Gauss-Newton step; returns the length of the motion in mm and rad.
-double advance(BoneFit& fit, const std::vector<Pair>& pairs, ScaleFreedom freedom)
+// Adds the prior on the scales, in units of the pairs' weight.
+void add_prior(Matrix9d& H, Vector9d& g, double weight, const Eigen::Vector3d& scale, ScaleFreedom freedom,
+               const Eigen::Vector3d& start)
 {
+  Eigen::Matrix3d curvature = weight * near_start_weight_mm2.asDiagonal().toDenseMatrix();
+  if (freedom == ScaleFreedom::axes)
+    curvature = weight * anisotropy_weight_mm2 *
+                (Eigen::Matrix3d::Identity() - Eigen::Matrix3d::Constant(1.0 / 3.0));
+  H.bottomRightCorner<3, 3>() += curvature;
+  g.tail<3>() += curvature * (freedom == ScaleFreedom::axes ? scale : scale - start);
+}
+
+// One Gauss-Newton step; returns the length of the motion in mm and rad.
+double advance(BoneFit& fit, const std::vector<Pair>& pairs, ScaleFreedom freedom,
+               const Eigen::Vector3d& start)
+{
+  const bool has_axes = n_scales(freedom) == 3;
   Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
   for (const Pair& pair : pairs) centre_mm += pair.at_mm;
   centre_mm /= static_cast<double>(pairs.size());
@@ -129,19 +145,13 @@ double advance(BoneFit& fit, const std::vector<Pair>& pairs, ScaleFreedom freedo
     slope.head<3>() = (pair.at_mm - centre_mm).cross(pair.normal);
     slope.segment<3>(3) = pair.normal;
     const Eigen::Vector3d of_scale = (fit.R.transpose() * pair.normal).cwiseProduct(pair.from_mm);
-    if (freedom == ScaleFreedom::axes) slope.tail<3>() = of_scale;
+    if (has_axes) slope.tail<3>() = of_scale;
     if (freedom == ScaleFreedom::similarity) slope[6] = of_scale.dot(fit.scale) / fit.scale.mean();
     const double off_mm = pair.normal.dot(pair.at_mm - pair.to_mm);
     H += pair.weight * slope * slope.transpose();
     g += pair.weight * off_mm * slope;
   }
-  if (freedom == ScaleFreedom::axes) {
-    double weight = 0.0;
-    for (const Pair& pair : pairs) weight += anisotropy_weight_mm2 * pair.weight;
-    const Eigen::Matrix3d deviation = Eigen::Matrix3d::Identity() - Eigen::Matrix3d::Constant(1.0 / 3.0);
-    H.bottomRightCorner<3, 3>() += weight * deviation;
-    g.tail<3>() += weight * (deviation * fit.scale);
-  }
+  if (has_axes) add_prior(H, g, weight_sum(pairs), fit.scale, freedom, start);
   const Eigen::Index n = 6 + n_scales(freedom);
   // Keeps a bone of revolution solvable; a thousandth of a micrometre on a real one.
   H.diagonal().array() += 1e-9 * H.trace();
@@ -149,7 +159,7 @@ double advance(BoneFit& fit, const std::vector<Pair>& pairs, ScaleFreedom freedo
   const Eigen::Matrix3d turn = small_rotation(step.head<3>());
   fit.t_mm = turn * (fit.t_mm - centre_mm) + centre_mm + step.segment<3>(3);
   fit.R = turn * fit.R;
-  if (freedom == ScaleFreedom::axes) fit.scale += step.tail<3>();
+  if (has_axes) fit.scale += step.tail<3>();
   if (freedom == ScaleFreedom::similarity) fit.scale *= 1.0 + step[6] / fit.scale.mean();
   fit.scale = fit.scale.cwiseMax(0.5).cwiseMin(2.0);
   return step.norm();
@@ -159,13 +169,14 @@ void iterate(BoneFit& fit, const SurfacePoints& points, const NearestSurface& su
              const BoneFitOptions& options, int n)
 {
   constexpr double smallest_step = 1e-5;
+  const Eigen::Vector3d start = fit.scale;
   constexpr std::size_t fewest_pairs = 50;
   for (int i = 0; i < n; ++i) {
     std::vector<Pair> pairs = all_pairs(points, subject, fit);
     keep_nearest(pairs, options.kept);
     if (pairs.size() < fewest_pairs) break;
     add_known(pairs, options.known, fit);
-    if (advance(fit, pairs, freedom) < smallest_step) break;
+    if (advance(fit, pairs, freedom, start) < smallest_step) break;
   }
 }
 
@@ -183,7 +194,7 @@ BoneFit fit_bone(const SurfacePoints& template_points, const NearestSurface& sub
                  const std::vector<BoneFit>& starts, const BoneFitOptions& options)
 {
   const ScaleFreedom first =
-      options.freedom == ScaleFreedom::held ? ScaleFreedom::held : ScaleFreedom::similarity;
+      options.freedom == ScaleFreedom::axes ? ScaleFreedom::similarity : ScaleFreedom::held;
   const SurfacePoints few = quarter_of(template_points);
   std::vector<BoneFit> fits = starts;
   for (BoneFit& fit : fits) {
@@ -194,8 +205,7 @@ BoneFit fit_bone(const SurfacePoints& template_points, const NearestSurface& sub
     return a.mismatch_mm < b.mismatch_mm;
   });
   iterate(fit, template_points, subject, first, options, first == ScaleFreedom::held ? 60 : 15);
-  if (options.freedom == ScaleFreedom::axes)
-    iterate(fit, template_points, subject, ScaleFreedom::axes, options, 40);
+  if (n_scales(options.freedom) == 3) iterate(fit, template_points, subject, options.freedom, options, 40);
   set_residuals(fit, template_points, subject, options);
   return fit;
 }

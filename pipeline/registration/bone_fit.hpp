@@ -35,6 +35,7 @@ enum class ScaleFreedom {
   held,        ///< that of the start
   similarity,  ///< one factor
   axes,        ///< similarity first, then a factor an axis, drawn to their mean
+  near_start,  ///< held first, then a factor an axis, drawn to that of the start, least along Y
 };
 
 /// A point that is known of both, such as an epicondyle.

@@ -127,17 +127,17 @@ void fit_bones(KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& ow
     return bone_fit(task, centre_mm, flexed_starts(task.start, axis_mm), ScaleFreedom::axes);
   };
   // Free, the scale of a cartilage shrinks by 7 to 17 %. The length of a shaft is no measure of the joint.
-  const auto held = [&](const BoneTask& task, const BoneFit& other) {
+  const auto near_other = [&](const BoneTask& task, const BoneFit& other) {
     BoneFit from = task.start;
-    from.scale.setConstant(0.5 * (other.scale.x() + other.scale.z()));
+    from.scale = {other.scale.x(), 0.5 * (other.scale.x() + other.scale.z()), other.scale.z()};
     from.t_mm = task.start(centre_mm) - from.R * from.scale.cwiseProduct(centre_mm);
-    return bone_fit(task, centre_mm, flexed_starts(from, axis_mm), ScaleFreedom::held);
+    return bone_fit(task, centre_mm, flexed_starts(from, axis_mm), ScaleFreedom::near_start);
   };
-  const bool femur_held = is_cartilage_only(subject.femur) && !is_cartilage_only(subject.tibia);
-  const bool tibia_held = is_cartilage_only(subject.tibia) && !is_cartilage_only(subject.femur);
-  if (!femur_held) fit.femur = free(femur);
-  fit.tibia = tibia_held ? held(tibia, fit.femur) : free(tibia);
-  if (femur_held) fit.femur = held(femur, fit.tibia);
+  const bool femur_last = is_cartilage_only(subject.femur) && !is_cartilage_only(subject.tibia);
+  const bool tibia_last = is_cartilage_only(subject.tibia) && !is_cartilage_only(subject.femur);
+  if (!femur_last) fit.femur = free(femur);
+  fit.tibia = tibia_last ? near_other(tibia, fit.femur) : free(tibia);
+  if (femur_last) fit.femur = near_other(femur, fit.tibia);
 }
 
 }  // namespace
