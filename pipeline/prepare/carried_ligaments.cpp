@@ -45,7 +45,7 @@ Eigen::Vector3d at_distance(const SurfacePoint& on, const Eigen::Vector3d& norma
   return on.p_mm + signed_distance_mm * normal;
 }
 
-// `known_mm`: where the subject has it, instead of where the fit has it.
+// `known_mm`: its position on the subject, instead of the fitted one.
 Attached attached(const Eigen::Vector3d& p_template_mm, const BoneMap& map,
                   const std::optional<Eigen::Vector3d>& known_mm)
 {

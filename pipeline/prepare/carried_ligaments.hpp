@@ -1,4 +1,4 @@
-/// Carries fibres and wraps of a template over to a subject.
+/// Transfers fibres and wraps of a template to a subject.
 #pragma once
 
 #include <vector>

@@ -9,7 +9,7 @@ namespace vrda::prepare {
 /// NaN where a compartment has no bone above it.
 double scanned_gap_mm(const registration::KneeFit& fit, const registration::KneeSurfaces& subject);
 
-/// What of that gap is cartilage: both layers together are 1.5 to 5 mm thick.
+/// The part of that gap that is cartilage: both layers together are 1.5 to 5 mm thick.
 double cartilage_in_gap_mm(double gap_mm);
 
 }  // namespace vrda::prepare

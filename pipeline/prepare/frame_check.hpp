@@ -15,8 +15,8 @@ struct FrameKeys {
 };
 
 /// Compares a knee's frame, side and unit with those of the generic template registered onto its bones. Empty
-/// if they agree, or if the bones are too unlike the template to tell (in flexion, say), or not both are
-/// there. Each warning begins with the keys that it is about.
+/// if they agree, or if the bones differ too much from the template (in flexion, for example), or if one is
+/// missing. Each warning begins with the keys that it is about.
 std::vector<std::string> frame_warnings(const load::Case& knee, const FrameKeys& keys = {});
 
 }  // namespace vrda::prepare

@@ -23,7 +23,7 @@ std::string component_text(const std::string& body, const JobComponent& componen
                      component.name + ".stl\"\nmaterial = \"" + component.material + "\"\n";
   if (component.inset_mm != 0.0)
     text += "inset_mm = " + shortest_decimal(component.inset_mm) +
-            "                # thickened by the cartilage that no file gives\n";
+            "                # thickened by the missing cartilage\n";
   if (!component.has_contact) text += "contact = false                 # drawn only\n";
   return text;
 }
@@ -44,9 +44,9 @@ Eigen::Vector3d body_fixed_angles_rad(const Eigen::Matrix3d& R)
 std::string job_text(const JobDescription& job)
 {
   std::string text =
-      "# Written by vrda prepare; prepare.json says how. Each bone is in its own anatomical frame, so zero "
+      "# Written by vrda prepare; details in prepare.json. Each bone is in its own anatomical frame, so zero "
       "is the\n"
-      "# neutral pose whatever the pose in the scan.\ntitle = " +
+      "# neutral pose for any pose in the scan.\ntitle = " +
       quoted(job.title) + "\njoint = \"knee\"\nside = \"" + side_name(job.side) +
       "\"\n\n[frame]                               # origin: the rotation centre\nunit = \"mm\"\n"
       "anterior = \"+X\"\nproximal = \"+Y\"\nright = \"+Z\"\n\n[reference]\nname = \"femur\"\n";

@@ -143,7 +143,7 @@ std::vector<SizedPoint> points_of(const KneeLandmarks& landmarks, const Template
 std::vector<SizedDistance> distances_of(const KneeLandmarks& landmarks, const TemplateJoint& joint, Bone bone,
                                         double unit_mm)
 {
-  // Shorter ones say more of the points' errors than of the bone.
+  // Shorter ones depend more on the points' errors than on the bone.
   constexpr double shortest_mm = 5.0;
   std::vector<SizedDistance> distances;
   for (const NamedDistance& given : landmarks.distances) {

@@ -18,7 +18,7 @@ struct SettledPose {
 SettledPose settled_pose(const load::Case& joint);
 
 /// The triangles of a tibia on one side (z of sign `side`) of the eminence between the plateaus, which does
-/// not bear on the condyles.
+/// not touch the condyles.
 proximity::GapTree plateau_tree(const Mesh& tibia, double side);
 
 /// Lengths of all fibres at a pose, wrapped.

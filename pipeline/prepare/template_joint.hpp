@@ -1,4 +1,4 @@
-/// The knee whose frames and ligaments are carried over to a subject.
+/// The knee whose frames and ligaments are transferred to a subject.
 #pragma once
 
 #include "load/case.hpp"

@@ -13,10 +13,10 @@ constexpr double capped_mm = 5.0;
 // mm^2 per point and squared relative deviation of a scale from the mean of the three: a deviation of 5 %
 // costs as much as 0.13 mm on every point.
 constexpr double anisotropy_weight_mm2 = 7.0;
-// The same of the deviations from the start's scales: cartilage shows its height better than its width.
+// The same for deviations from the start's scales: cartilage determines its height better than its width.
 const Eigen::Vector3d near_start_weight_mm2(100.0, 10.0, 100.0);
 constexpr double known_share = 0.01;  // of the surface's weight
-constexpr double doubtful_mm = 15.0;  // people find a landmark to some 5 mm
+constexpr double doubtful_mm = 15.0;  // landmarks are located to about 5 mm
 
 struct Pair {
   Eigen::Vector3d from_mm;  // template
@@ -48,8 +48,8 @@ void add_known(std::vector<Pair>& pairs, const std::vector<KnownPoint>& known, c
   }
 }
 
-// The way to the nearest point of a surface is along its normal, except where the surface ends: 0 there. The
-// transition is gradual, since each pair that came or went at once would be a local optimum.
+// The direction to the nearest point of a surface is along its normal, except where the surface ends: 0
+// there. The transition is gradual, since pairs that appear or disappear at once cause local optima.
 double weight_at_border(const Eigen::Vector3d& off_mm, const Eigen::Vector3d& normal)
 {
   constexpr double base_mm = 1.0, slope = 0.35;  // of facets and of noise
@@ -124,8 +124,8 @@ void add_prior(Matrix9d& H, Vector9d& g, double weight, const Eigen::Vector3d& s
 {
   Eigen::Matrix3d curvature = weight * near_start_weight_mm2.asDiagonal().toDenseMatrix();
   if (freedom == ScaleFreedom::axes)
-    curvature = weight * anisotropy_weight_mm2 *
-                (Eigen::Matrix3d::Identity() - Eigen::Matrix3d::Constant(1.0 / 3.0));
+    curvature =
+        weight * anisotropy_weight_mm2 * (Eigen::Matrix3d::Identity() - Eigen::Matrix3d::Constant(1.0 / 3.0));
   H.bottomRightCorner<3, 3>() += curvature;
   g.tail<3>() += curvature * (freedom == ScaleFreedom::axes ? scale : scale - start);
 }

@@ -34,8 +34,8 @@ struct BoneFit {
 enum class ScaleFreedom {
   held,        ///< that of the start
   similarity,  ///< one factor
-  axes,        ///< similarity first, then a factor an axis, drawn to their mean
-  near_start,  ///< held first, then a factor an axis, drawn to that of the start, least along Y
+  axes,        ///< similarity first, then a factor per axis, regularised to their mean
+  near_start,  ///< held first, then a factor per axis, regularised to that of the start, least along Y
 };
 
 /// A point that is known of both, such as an epicondyle.
@@ -47,8 +47,8 @@ struct KnownPoint {
 struct BoneFitOptions {
   ScaleFreedom freedom = ScaleFreedom::axes;
   double kept = 0.9;  ///< share of the pairs, the nearest
-  /// Each weighs as much as a hundredth of the surface, so it decides what the surface leaves open. One that
-  /// stays 15 mm off weighs a quarter of that, and less beyond.
+  /// Each weighs as much as a hundredth of the surface, so it matters where the surface does not
+  /// determine the fit. One that stays 15 mm off weighs a quarter of that, and less beyond.
   std::vector<KnownPoint> known = {};
 };
 

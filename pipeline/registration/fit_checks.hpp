@@ -14,7 +14,7 @@ std::vector<std::string> objections(const KneeFit& fit, const KneeSurfaces& subj
 /// The mistake that explains a refusal: exchanged bones, or an open sheet wound inward; empty: none found.
 std::string explanation(const KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& reference);
 
-/// Accepted, but doubtful: little bone, cartilage only, a side that is hard to tell.
+/// Accepted, but doubtful: little bone, cartilage only, an uncertain side.
 std::vector<std::string> doubts(const KneeFit& fit, const KneeSurfaces& subject, bool is_side_given);
 
 /// Whether the head of the fibula, its highest 20 mm, is lateral of the rotation centre. `fibula` is in the

@@ -81,7 +81,7 @@ TemplateKnee flexed(TemplateKnee knee, double flexion_rad)
   return knee;
 }
 
-// In flexion both bones are not one: beyond some 60 degrees the residual of a good fit is that of a bad one.
+// In flexion the bones do not fit as one: beyond some 60 degrees a good and a bad fit have equal residuals.
 CoarseFit fit_in_flexion(const KneeSurfaces& subject, const TemplateKnee& reference)
 {
   constexpr double good_mm = 2.5, flexion_rad = rad_from_deg(75.0);
@@ -126,7 +126,7 @@ void fit_bones(KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& ow
   const auto free = [&](const BoneTask& task) {
     return bone_fit(task, centre_mm, flexed_starts(task.start, axis_mm), ScaleFreedom::axes);
   };
-  // Free, the scale of a cartilage shrinks by 7 to 17 %. The length of a shaft is no measure of the joint.
+  // A free scale of a cartilage shrinks by 7 to 17 %. The length of a shaft is no measure of the joint.
   const auto near_other = [&](const BoneTask& task, const BoneFit& other) {
     BoneFit from = task.start;
     from.scale = {other.scale.x(), 0.5 * (other.scale.x() + other.scale.z()), other.scale.z()};

@@ -20,7 +20,7 @@ Points smoothed_normals(const Mesh& mesh)
     area[t] = (b - a).cross(c - a).norm();
     own.row(t) = face_normal(mesh, t).transpose();
   }
-  // A round spreads by about an edge, and rounds add up like steps of a random walk.
+  // A round averages over about an edge, and rounds add up like steps of a random walk.
   const double edges = mesh.triangles.rows() == 0 ? 0.0 : around_mm / mean_edge_length_mm(mesh);
   const int n_rounds = static_cast<int>(std::min(edges * edges, static_cast<double>(most_rounds)));
   Points normals = own;
@@ -112,7 +112,7 @@ double distance_sq_mm2(const Eigen::Vector3d& p, const proximity::BoxTree::Node&
 
 Mesh without_noise(Mesh mesh)
 {
-  // Taubin (1995): shrinks and swells in turn, so that shapes of some edges keep their size.
+  // Taubin (1995): shrinks and expands alternately, so that shapes of some edges keep their size.
   constexpr double shrink = 0.5, swell = -0.53;
   constexpr double around_mm = 2.5;
   constexpr int most_rounds = 10;

@@ -13,7 +13,7 @@ namespace vrda::shapes {
 namespace {
 
 constexpr double template_cell_mm = 3.0;
-constexpr double femur_top_mm = 50.0, tibia_end_mm = -95.0;  // shafts differ much between people
+constexpr double femur_top_mm = 50.0, tibia_end_mm = -95.0;  // shafts vary considerably between people
 constexpr double template_clearance_mm = 2.0;                // of the tibia below the pose of the solids
 
 double union_of(const std::vector<Hull>& hulls, const Eigen::Vector3d& p, double width_mm)
@@ -26,7 +26,7 @@ double union_of(const std::vector<Hull>& hulls, const Eigen::Vector3d& p, double
 
 // Solids joined by fillets of 8 mm, hollows with edges rounded over 5 mm. The numbers are rounded from a
 // least-squares fit of these solids to points of four knees (results/prepare.md): root mean square 1.1 mm at
-// the femur and 1.3 mm at the tibia, of which most is how people differ.
+// the femur and 1.3 mm at the tibia, mostly variation between people.
 constexpr double solid_fillet_mm = 8.0, hollow_edge_mm = 5.0;
 
 double template_femur_field(const Eigen::Vector3d& p)

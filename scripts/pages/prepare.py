@@ -102,7 +102,7 @@ def page(n, stamp):
     return "\n".join([
         "# `vrda prepare` on real knees\n",
         "Written by `scripts/prepare_trials`. The template is jam-smith2019 (femoral cartilage, tibia with cartilage, 55 fibres) or the generic knee; the four knees",
-        "are those of [jobs/README.md](../jobs/README.md). The Visible Human knees have femoral cartilage only, so their femur takes the tibia's size.\n",
+        "are those of [jobs/README.md](../jobs/README.md). The Visible Human knees have femoral cartilage only, so the scales of their femur are regularised to the tibia's.\n",
         stamp + "\n",
         "## Unit, side and frames\n",
         f"{n['orientations']} random rotations and positions of each knee, each in mm, cm and m, by the template jam-smith2019. The frame is compared with that of the",
