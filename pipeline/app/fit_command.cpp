@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -131,20 +132,28 @@ double rms_over(const std::vector<double>& gaps)
 
 }  // namespace
 
+void require_absent(const FitCommandOptions& o, const std::vector<std::string>& files)
+{
+  if (o.may_replace) return;
+  for (const std::string& file : files) {
+    std::error_code error;
+    if (std::filesystem::exists(file, error))
+      throw InputError({file, "--output", "a file that is no earlier result of this job",
+                        "another --output, or --replace"});
+  }
+}
+
 console::ExitCode fit_command(const FitCommandOptions& o)
 {
   if (!o.to_files.empty()) return identify_command(o);
   if (o.motion.empty()) throw InputError({"vrda fit", "--to", "nothing", "--to TABLE, or --motion POSES"});
+  if (!o.output.empty()) require_absent(o, {o.output});
   Report report;
   OffsetQuestion question;
   report.keys = asked_keys(load::read_job(o.job_file, o.overrides), question);
   const load::Job bare_job = load::read_job(o.job_file, with_offset_of(o, report.keys, 0.0));
-  const load::Case job_case = load::load_case(bare_job, o.data_directory);
+  const load::Case job_case = load::with_one_delta(load::load_case(bare_job, o.data_directory), o.job_file);
   const load::Case subject = load::scaled_to_subject(job_case);
-  for (const load::Push& push : subject.push) {
-    if (push.delta != subject.frame.delta)
-      throw InputError({o.job_file, "push.delta", "directions that differ over flexion", "one direction"});
-  }
   if (job_case.scaling)
     throw InputError({o.job_file, "scaling", "a scaled job with offset_mm = \"fit\"",
                       "the subject's own meshes: offset_mm is a length before scaling"});

@@ -19,6 +19,7 @@ struct FitCommandOptions {
   std::string rows;  ///< training frames of each motion: A:B, first-half or second-half; empty: all
   std::string translations = "rotation-centre";  ///< of `to_files`, or "mesh-origin"
   std::string output;                            ///< resolved job with the number; empty: none
+  bool may_replace = false;                      ///< existing files at the output
   std::string data_directory;                    ///< as of a run
   std::vector<std::string> overrides;
   bool is_fresh = false;
@@ -29,6 +30,9 @@ struct FitCommandOptions {
   /// Declares the options of the command.
   void add_to(CLI::App& command);
 };
+
+/// Throws InputError unless `may_replace` if one of the files exists: it could be an input.
+void require_absent(const FitCommandOptions& options, const std::vector<std::string>& files);
 
 /// With `to_files` identify(); else prints the offset with its standard error and the gaps of training and
 /// other frames. Exit code 3 if it is not determined.

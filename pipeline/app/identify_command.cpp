@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "app/fit_command.hpp"
@@ -161,6 +162,37 @@ std::string stem_of(const std::string& output)
   return (path.parent_path() / path.stem()).string();
 }
 
+// The job itself, or the bytes of one of its files.
+bool is_input(const std::string& file, const FitCommandOptions& o,
+              const std::vector<load::LoadedInput>& inputs)
+{
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) return false;
+  if (std::filesystem::equivalent(file, o.job_file, error)) return true;
+  const std::string sha256 =
+      load::sha256_of(load::file_bytes(file, {file, "", "", "a readable file"}, largest_measurement_bytes));
+  return std::any_of(inputs.begin(), inputs.end(),
+                     [&](const load::LoadedInput& input) { return input.sha256 == sha256; });
+}
+
+// An earlier result of the same job may be replaced, unless the job reads it.
+void require_replaceable_output(const FitCommandOptions& o, const load::Job& job,
+                                const std::vector<load::LoadedInput>& inputs)
+{
+  const std::string stem = stem_of(o.output), facts = stem + ".fit.json";
+  const std::vector<std::string> files{o.output, facts, stem + ".ligaments.csv"};
+  std::error_code error;
+  const bool is_read =
+      std::any_of(files.begin(), files.end(), [&](const auto& file) { return is_input(file, o, inputs); });
+  if (!is_read && std::filesystem::exists(facts, error)) {
+    const std::string text =
+        load::file_bytes(facts, {facts, "", "", "the facts of an earlier fit"}, largest_measurement_bytes);
+    const nlohmann::json earlier = nlohmann::json::parse(text, nullptr, false);
+    if (earlier.is_object() && earlier.contains("job") && earlier["job"] == job.resolved_text) return;
+  }
+  require_absent(o, files);
+}
+
 void write_fitted(const FitCommandOptions& o, const load::Job& job, const load::Case& job_case,
                   const fit::FitDocument& document)
 {
@@ -236,6 +268,9 @@ console::ExitCode identify_command(const FitCommandOptions& o)
     laxity = load::load_case(load::over_flexions(job, data.loads.flexion_deg), o.data_directory);
     data.laxity = &*laxity;
   }
+  std::vector<load::LoadedInput> inputs = first_case.inputs;
+  inputs.insert(inputs.end(), measured.inputs.begin(), measured.inputs.end());
+  if (!o.output.empty()) require_replaceable_output(o, job, inputs);
   data.trials = std::move(measured.trials);
   data.laxities = std::move(measured.laxities);
   for (const std::string& warning : first_case.warnings) console::log_warning(warning);
@@ -252,8 +287,6 @@ console::ExitCode identify_command(const FitCommandOptions& o)
     const int n = ++n_done;
     if (is_shown && n % 50 == 0) console::log_info(std::to_string(n) + " evaluations");
   };
-  std::vector<load::LoadedInput> inputs = first_case.inputs;
-  inputs.insert(inputs.end(), measured.inputs.begin(), measured.inputs.end());
   const fit::FitDocument document{
       "vrda " VRDA_VERSION, model_build::solver_version_of(first_case), job.title, job.resolved_text, inputs,
       plan.unknowns,        identified(o, data, plan, measured.inputs)};

@@ -229,7 +229,8 @@ Found found_motion(const ImportOptions& o, const load::Case& subject, const moti
 console::ExitCode import_command(const ImportOptions& o)
 {
   const load::LoadOptions where{o.data_directory, o.overrides};
-  const load::Case job_case = job_run::load_and_report_case(o.job_file, where);
+  const load::Case job_case =
+      load::with_one_delta(job_run::load_and_report_case(o.job_file, where), o.job_file);
   const load::Case subject = load::scaled_to_subject(job_case);
   const motion_import::ImportFrame frame =
       motion_import::import_frame(load::read_job(o.job_file, o.overrides), job_case);
@@ -239,8 +240,7 @@ console::ExitCode import_command(const ImportOptions& o)
   require_decided(found.search, o.motion);
 
   const measured::Convention& convention = found.search.candidates.front().convention;
-  load::Case import_case =
-      motion_import::import_case(job_case, o.job_file, found.motion, record_of(o, convention));
+  load::Case import_case = motion_import::import_case(job_case, found.motion, record_of(o, convention));
   for (const std::string& file : {o.motion, o.reference_motion}) add_input(import_case, file);
   const std::string output = job_run::output_path_of(o.output, o.job_file);
   job_run::make_parent_folder(output);

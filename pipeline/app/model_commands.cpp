@@ -143,10 +143,36 @@ Json grid_json(const store::MotionModel& model)
     return Json{values.front(), values.back(), values.size()};
   };
   const auto flexion = std::minmax_element(model.flexion_deg.begin(), model.flexion_deg.end());
-  return {{"flexion_deg", Json{*flexion.first, *flexion.second, model.flexion_deg.size()}},
+  const auto role = [&](std::size_t c) {
+    return model.coordinates          ? name_of(static_cast<CoordinateRole>(model.coordinates->role[c]))
+           : model.method == "import" ? "measured"
+           : c < 1 || (c == 1 && !is_varus_free) ? "driven"
+                                                 : "free";
+  };
+  Json roles = Json::object();
+  for (std::size_t c = 0; c < n_joint_coordinates; ++c) roles[joint_coordinate_names[c]] = role(c);
+  Json undetermined = Json::object();
+  for (std::size_t c = 0; model.coordinates && c < n_joint_coordinates; ++c) {
+    int n = 0;
+    for (std::size_t at = c; at < model.coordinates->determined.size(); at += n_joint_coordinates)
+      n += model.coordinates->determined[at] == 0 ? 1 : 0;
+    if (n > 0) undetermined[joint_coordinate_names[c]] = n;
+  }
+  return {{"roles", roles},
+          {"undetermined", undetermined},
+          {"flexion_deg", Json{*flexion.first, *flexion.second, model.flexion_deg.size()}},
           {"varus_deg", is_varus_free ? Json() : axis(model.varus_deg)},
           {"varus_is_free", is_varus_free},
           {"varus_found_deg", is_varus_free ? range_json(model.varus_solved_deg) : Json()}};
+}
+
+Json samples_json(const store::MotionModel& model)
+{
+  if (!model.uncertainty) return {};
+  const store::UncertainMotion& motion = *model.uncertainty;
+  return {{"samples", motion.n_samples()},
+          {"poses", motion.status.size()},
+          {"stable", std::count(motion.status.begin(), motion.status.end(), status_stable)}};
 }
 
 Json frames_json(const store::MotionModel& model)
@@ -201,6 +227,7 @@ Json summary_of(const store::MotionModel& model, const audit::AuditFigures& meas
             {"moving", model.moving.contact.mesh.triangles.rows()}}},
           {"unsolved", unsolved_json(model)},
           {"doubtful", doubtful_json(model)},
+          {"samples", samples_json(model)},
           {"iterations", iterations_json(model)},
           {"surfaces",
            {{"tx_mm", range_json(model.tx_mm)},
@@ -249,22 +276,38 @@ void print_varus(const char* name, const Json& grid)
     return;
   }
   const Json& found = grid["varus_found_deg"];
-  std::printf("  %-8s free, found from %s to %s degrees\n", name, short_text(found["min"]).c_str(),
-              short_text(found["max"]).c_str());
+  const std::string role = grid["roles"]["varus"];
+  std::printf("  %-8s %s, %s %s to %s degrees\n", name, role.c_str(), role == "free" ? "found from" : "from",
+              short_text(found["min"]).c_str(), short_text(found["max"]).c_str());
 }
 
-// Where they differ from those of the attitude.
-void print_own_angles(const Json& s, const JointKind& kind)
+// With Delta other than proximal the attitude has other angles than the joint.
+void print_angles(const Json& s, const JointKind& kind)
 {
-  std::size_t coordinate = 0;
-  if (!s["axes_are_turned"].get<bool>()) return;
-  std::printf("  Delta is not proximal: these and theta are about axes turned with it\n");
-  std::printf("joint's own angles (Grood-Suntay, /clinical), degrees\n");
-  for (const auto& [name, range] : s["clinical"].items()) {
-    const std::string label = label_of(kind, static_cast<JointCoordinate>(coordinate++));
-    std::printf("  %-22s %s to %s\n", has_own_words(kind) ? label.c_str() : name.c_str(),
-                short_text(range["min"]).c_str(), short_text(range["max"]).c_str());
+  const Json& grid = s["grid"];
+  if (!s["axes_are_turned"].get<bool>()) {
+    print_extent(label_of(kind, JointCoordinate::flexion).c_str(), grid["flexion_deg"]);
+    print_varus(label_of(kind, JointCoordinate::varus).c_str(), grid);
+  } else {
+    std::printf("joint's own angles (Grood-Suntay, /clinical), degrees\n");
+    std::size_t coordinate = 0;
+    for (const auto& [name, range] : s["clinical"].items()) {
+      const std::string role = grid["roles"][joint_coordinate_names[coordinate]];
+      const std::string label = label_of(kind, static_cast<JointCoordinate>(coordinate++));
+      std::printf("  %-22s %s, %s to %s\n", has_own_words(kind) ? label.c_str() : name.c_str(), role.c_str(),
+                  short_text(range["min"]).c_str(), short_text(range["max"]).c_str());
+    }
+    const Json& varus = grid["varus_is_free"].get<bool>() ? grid["varus_found_deg"] : grid["varus_deg"];
+    const bool is_range = varus.is_object();
+    std::printf(
+        "  Delta is not proximal: attitude and theta are about axes turned with it, flexion %g to %g, "
+        "varus %s to %s\n",
+        grid["flexion_deg"][0].get<double>(), grid["flexion_deg"][1].get<double>(),
+        short_text(is_range ? varus["min"] : varus[0]).c_str(),
+        short_text(is_range ? varus["max"] : varus[1]).c_str());
   }
+  for (const auto& [name, n] : grid["undetermined"].items())
+    std::printf("  %s is not determined at %d attitudes\n", name.c_str(), n.get<int>());
 }
 
 void print_equilibrium(const store::MotionModel& model, const Json& s)
@@ -307,10 +350,9 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
                 key.front(), key.back());
   }
   const JointKind& kind = joint_kind(model.joint);
-  print_extent(label_of(kind, JointCoordinate::flexion).c_str(), s["grid"]["flexion_deg"]);
-  print_varus(label_of(kind, JointCoordinate::varus).c_str(), s["grid"]);
-  print_own_angles(s, kind);
+  print_angles(s, kind);
   std::printf("%s\n", job_run::status_line(model).c_str());
+  if (model.uncertainty) std::printf("%s\n", job_run::samples_line(model).c_str());
   for (const StepStatus status : all_step_statuses) {
     const auto n = (model.status == static_cast<std::int8_t>(status)).count();
     if (status != StepStatus::stable && n > 0) {

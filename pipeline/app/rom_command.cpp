@@ -76,6 +76,14 @@ rom::RomDocument read_rom(const std::string& file)
       file, load::file_bytes(file, {file, "", "no such file", "rom.json of vrda rom"}, largest_file_bytes));
 }
 
+// The file has degrees, whose conversion rounds.
+bool is_same_axis(const std::vector<double>& a_rad, const std::vector<double>& b_rad)
+{
+  constexpr double tolerance_rad = 1e-12;
+  return std::equal(a_rad.begin(), a_rad.end(), b_rad.begin(), b_rad.end(),
+                    [](double a, double b) { return std::abs(a - b) <= tolerance_rad; });
+}
+
 // Refuses the result of another job or of other limits.
 void require_same_or_absent(const std::string& file, const load::Case& job_case, const rom::RomPlan& plan)
 {
@@ -87,7 +95,9 @@ void require_same_or_absent(const std::string& file, const load::Case& job_case,
   };
   if (found.job != job_case.resolved_job) refuse("job", "the result of another job, \"" + found.title + "\"");
   const rom::RangeOfMotion& range = found.range;
-  if (range.axes.rad != plan.axes.rad) refuse("axes", "other rotations");
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!is_same_axis(range.axes.rad[a], plan.axes.rad[a])) refuse("axes", "other rotations");
+  }
   if (range.limits.translation_mm != plan.limits.translation_mm ||
       range.limits.opening_mm != plan.limits.opening_mm || range.limits.strain != plan.limits.strain ||
       range.delta_body != plan.delta_body)

@@ -178,7 +178,16 @@ void warn_of_doubtful(const store::MotionModel& model, const std::string& output
                        " degrees; vrda info explains them, vrda info --json lists the attitudes");
 }
 
-/// Reports the statuses; warns if more attitudes are unsolved than the job allows.
+/// Too few stable samples for a band at a flexion.
+bool lacks_bands(const store::MotionModel& model)
+{
+  constexpr std::int32_t fewest = 2;
+  if (!model.uncertainty) return false;
+  const std::vector<std::int32_t>& n = model.uncertainty->n_solved;
+  return std::any_of(n.begin(), n.end(), [](std::int32_t n_solved) { return n_solved < fewest; });
+}
+
+/// Reports the statuses; warns if more attitudes are unsolved than the job allows, or a band is missing.
 console::ExitCode outcome_of(const load::Case& job_case, const store::MotionModel& model,
                              const std::string& output)
 {
@@ -186,8 +195,13 @@ console::ExitCode outcome_of(const load::Case& job_case, const store::MotionMode
   warn_of_doubtful(model, output);
   const std::string cut_off = model.zero_varus ? reduce::cut_off_warning(*model.zero_varus) : "";
   if (!cut_off.empty()) console::log_warning(output + ": /zero_varus/is_cut_off: " + cut_off);
+  if (model.uncertainty) console::log_info(job_run::samples_line(model));
+  if (lacks_bands(model))
+    console::log_warning(
+        output + ": /uncertainty: found flexions with fewer than 2 stable samples, wanted 2 for a band");
   const double unsolved = unsolved_fraction(model);
-  if (unsolved <= job_case.unsolved_fraction) return console::ExitCode::done;
+  if (unsolved <= job_case.unsolved_fraction)
+    return lacks_bands(model) ? console::ExitCode::too_many_unsolved : console::ExitCode::done;
   console::log_warning(output + ": limits.unsolved_fraction: found " + std::to_string(unsolved) +
                        ", wanted at most " + std::to_string(job_case.unsolved_fraction));
   return console::ExitCode::too_many_unsolved;

@@ -97,6 +97,19 @@ double unsolved_fraction(const store::MotionModel& model)
   return 1.0 - static_cast<double>(stable) / static_cast<double>(model.status.size());
 }
 
+std::string samples_line(const store::MotionModel& model)
+{
+  if (!model.uncertainty) return "";
+  const std::vector<std::int8_t>& status = model.uncertainty->status;
+  const auto n_stable = std::count(status.begin(), status.end(), status_stable);
+  const auto n_failed = static_cast<std::ptrdiff_t>(status.size()) - n_stable;
+  std::string line = std::to_string(model.uncertainty->n_samples()) +
+                     " samples: " + std::to_string(n_stable) + " of " + std::to_string(status.size()) +
+                     " poses stable";
+  if (n_failed > 0) line += ", " + std::to_string(n_failed) + " left out of the bands";
+  return line;
+}
+
 std::vector<DoubtfulCell> doubtful_cells(const store::MotionModel& model)
 {
   std::vector<DoubtfulCell> cells;

@@ -30,6 +30,9 @@ double unsolved_fraction(const store::MotionModel& model);
 /// "1911 attitudes: 1900 stable, 11 no_contact".
 std::string status_line(const store::MotionModel& model);
 
+/// "20 samples: 58 of 60 poses stable, 2 left out of the bands"; empty without samples.
+std::string samples_line(const store::MotionModel& model);
+
 /// Stable cells of doubtful plausibility, in attitude order.
 struct DoubtfulCell {
   double flexion_deg = 0.0, varus_deg = 0.0;

@@ -110,7 +110,7 @@ void warn_of_exchange(const Case& loaded, std::vector<std::string>& warnings)
 {
   const Box reference = bounding_box(loaded.reference.contact.mesh);
   const Box moving = bounding_box(loaded.moving.contact.mesh);
-  const double ahead_mm = (middle_of(reference) - middle_of(moving)).dot(loaded.delta_at_meshes);
+  const double ahead_mm = (middle_of(reference) - middle_of(moving)).dot(loaded.push_at_meshes.delta);
   constexpr double min_share = 0.2;  // of the smaller object: a shorter distance gives no clear direction
   if (ahead_mm >= -min_share * std::min(diagonal_mm(reference), diagonal_mm(moving))) return;
   warnings.push_back("push.delta: it points away from the reference \"" + loaded.reference.name + "\", " +

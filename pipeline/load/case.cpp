@@ -141,11 +141,11 @@ Case settings_of(const Job& job, const std::optional<LoadedCoordinates>& coordin
   const PushJob& push = coordinates ? coordinates->push : job.push;
   loaded.push = push_rows(job, push, loaded.grid.flexion_deg);
   loaded.path_push = push_rows(job, push, loaded.path_flexion_deg);
-  loaded.delta_at_meshes = loaded.push.front().delta;
+  loaded.push_at_meshes = loaded.push.front();
   loaded.is_push_fixed_in_reference = push.is_fixed_in_reference;
   if (push.is_fixed_in_reference) {
     check_fixed_push(job, coordinates);
-    loaded.delta_at_meshes = value_at_flexion(push.delta, 0.0).normalized();
+    loaded.push_at_meshes = push_at(push, value_at_flexion(push.delta, 0.0).normalized(), 0.0);
     turn_with_reference(loaded, loaded.push);
     turn_with_reference(loaded, loaded.path_push);
   }
@@ -183,6 +183,27 @@ Case case_with_joint(const Job& given, const std::string& data_directory, const 
   return loaded;
 }
 
+Case with_one_delta(Case loaded, const std::string& job_file)
+{
+  if (!loaded.is_push_fixed_in_reference) {
+    for (const Push& push : loaded.push) {
+      if (push.delta != loaded.frame.delta)
+        throw InputError({job_file, "push.delta", "directions that differ over flexion",
+                          "one direction for a measured motion"});
+    }
+    return loaded;
+  }
+  for (std::vector<Push>* rows : {&loaded.push, &loaded.path_push}) {
+    for (Push& push : *rows) {
+      push.delta = loaded.push_at_meshes.delta;
+      push.force_n = loaded.push_at_meshes.force_n;
+    }
+  }
+  loaded.frame.delta = loaded.push_at_meshes.delta;
+  loaded.is_push_fixed_in_reference = false;
+  return loaded;
+}
+
 Case load_case(const std::string& job_file, const LoadOptions& options)
 {
   return load_case(read_job(job_file, options.overrides), options.data_directory);
@@ -207,7 +228,8 @@ Case load_case(const Job& given, const std::string& data_directory)
   loaded.ligaments = ligaments.ligaments;
   loaded.inputs.insert(loaded.inputs.end(), ligaments.inputs.begin(), ligaments.inputs.end());
   loaded.compartment_of_triangle = compartments_of(job, loaded.moving, loaded.frame.rotation_centre_mm.z());
-  if (job.is_start_auto) loaded.initial.translation_mm = start_travel_mm(loaded) * loaded.delta_at_meshes;
+  if (job.is_start_auto)
+    loaded.initial.translation_mm = start_travel_mm(loaded) * loaded.push_at_meshes.delta;
   LoadedUncertainty uncertainty = load_uncertainty(job, data_directory, loaded, ligaments);
   loaded.uncertainty = std::move(uncertainty.uncertainty);
   loaded.inputs.insert(loaded.inputs.end(), uncertainty.inputs.begin(), uncertainty.inputs.end());

@@ -117,8 +117,8 @@ struct Case {
   /// Set if a coordinate has a role that a grid cannot express. Of a sequence of frames, `grid` has the
   /// flexion of each frame (0 where free).
   std::optional<CoordinateRows> coordinates;
-  std::vector<Push> push;                                      ///< [n_flexion]
-  Eigen::Vector3d delta_at_meshes = Eigen::Vector3d::UnitY();  ///< Delta at the pose of the meshes
+  std::vector<Push> push;  ///< [n_flexion]
+  Push push_at_meshes;     ///< at the pose of the meshes
   bool is_push_fixed_in_reference = false;
   /// With the equilibrium, the flexions along which its spine continues: the grid's, with as many between
   /// them as keep steps of at most 1 degree. Otherwise the grid's.
@@ -167,6 +167,11 @@ Case load_case(const std::string& job_file, const LoadOptions& options = {});
 
 /// Loads the input files of a parsed job.
 Case load_case(const Job& job, const std::string& data_directory);
+
+/// The case with one Delta and force for every row, for measured motions: those at the pose of the meshes if
+/// they turn with the reference. Throws InputError, naming `job_file`, if the job has other directions over
+/// flexion.
+Case with_one_delta(Case loaded, const std::string& job_file);
 
 /// The case at the subject's size: every length times `steps_scale`, including the lengths among the solver
 /// settings, which applied at factor 1. The result has `steps_scale` 1.

@@ -207,7 +207,7 @@ class Loader {
                           "[0, 1, 0], \"equilibrium\", or [grid]"});
       if (out_.rows.role[varus_row] == CoordinateRole::driven)
         throw InputError({job_.document.source_of_conflict({"push.delta", key_of(varus_row)}), "push.delta",
-                          "a direction other than proximal with driven flexion and varus",
+                          "a direction other than proximal with driven varus",
                           "[0, 1, 0], one driven coordinate, or [grid]"});
       return false;
     }

@@ -132,7 +132,8 @@ std::string reason_for_rerun(const Case& loaded, const Eigen::Vector3d& factor)
   if (!is_uniform(factor)) return "the factors differ, which changes the shapes";
   if (factor.x() != 1.0 && loaded.coordinates)
     return "coordinates are given, which do not scale with the joint";
-  if (factor.x() != 1.0 && loaded.uncertainty) return "uncertain lengths and loads do not scale with the joint";
+  if (factor.x() != 1.0 && loaded.uncertainty)
+    return "uncertain lengths and loads do not scale with the joint";
   // The search uses contact and directions only.
   if (factor.x() == 1.0 || loaded.method != "equilibrium") return "";
   if (!loaded.ligaments.fibres.empty()) return "ligaments constrain the joint";

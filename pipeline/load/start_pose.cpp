@@ -19,7 +19,7 @@ constexpr double last_retreat_mm = 1000.0;
 double start_travel_mm(const Case& loaded)
 {
   SolverFrame frame = loaded.frame;
-  frame.delta = loaded.delta_at_meshes;
+  frame.delta = loaded.push_at_meshes.delta;
   const proximity::TreeMesh reference =
       proximity::make_tree_mesh(solver_mesh(loaded.reference.contact.mesh, frame));
   const proximity::TreeMesh moving =

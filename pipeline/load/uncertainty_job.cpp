@@ -235,7 +235,8 @@ class UncertaintyReader {
     const bool is_in_ball = is_vector(parameter.quantity);
     Distribution distribution;
     if (is_in_ball && name != "normal" && name != "uniform")
-      refuse("distribution", "\"" + name + "\"", "\"normal\" (sd along each axis) or \"uniform\" (to: radius)");
+      refuse("distribution", "\"" + name + "\"",
+             "\"normal\" (sd along each axis) or \"uniform\" (to: radius)");
     if (name == "normal" || name == "lognormal") {
       distribution.kind = name == "normal" ? DistributionKind::normal : DistributionKind::lognormal;
       const documents::DocumentValue* mean = value.find("mean");
@@ -300,6 +301,9 @@ class UncertaintyReader {
   void check_range(const UncertainParameter& parameter) const
   {
     const Distribution& distribution = parameter.distribution;
+    if (parameter.quantity == UncertainQuantity::reference_strain && !parameter.is_factor &&
+        distribution.kind == DistributionKind::normal && distribution.sd > 1.0)
+      refuse("sd", shortest_decimal(distribution.sd), "a standard deviation of strain, at most 1");
     if (distribution.kind == DistributionKind::normal || distribution.kind == DistributionKind::lognormal ||
         is_vector(parameter.quantity))
       return;
@@ -326,6 +330,14 @@ class UncertaintyReader {
       require(parameter.load == UncertainLoad::moment || parameter.load == UncertainLoad::varus_moment ||
                   smallest >= 0.0,
               "factors at or above 0");
+    } else if (parameter.quantity == UncertainQuantity::load &&
+               (parameter.load == UncertainLoad::force || parameter.load == UncertainLoad::line)) {
+      for (const Push& push : loaded_.push)
+        require((parameter.load == UncertainLoad::force ? push.force_n.dot(push.delta)
+                                                        : push.line_tension_n[parameter.load_row]) +
+                        smallest >=
+                    0.0,
+                "changes that keep the force at or above 0 at every flexion");
     }
   }
 

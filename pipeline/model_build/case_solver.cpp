@@ -115,7 +115,7 @@ double smallest_horizontal_extent_mm(const Mesh& mesh)
 JointBounds joint_bounds_of(const load::Case& job_case)
 {
   SolverFrame frame = job_case.frame;
-  frame.delta = job_case.delta_at_meshes;
+  frame.delta = job_case.push_at_meshes.delta;
   const solve::Joint joint = joint_of(job_case, frame);
   JointBounds bounds;
   MovingPose neutral{solver_translation_mm(frame, job_case.initial.translation_mm),

@@ -83,20 +83,16 @@ ImportFrame import_frame(const load::Job& job, const load::Case& job_case)
   return frame;
 }
 
-load::Case import_case(const load::Case& job_case, const std::string& job_file,
-                       const measured::MotionSequence& motion, const std::string& record)
+load::Case import_case(const load::Case& job_case, const measured::MotionSequence& motion,
+                       const std::string& record)
 {
   load::Case result = load::scaled_to_subject(job_case);
   const load::Push push = result.push.front();
-  for (const load::Push& other : result.push) {
-    if (other.delta != push.delta)
-      throw InputError(
-          {job_file, "push.delta", "directions that differ over flexion", "one direction for an import"});
-  }
   if (result.method == "equilibrium")
     result.search.translation_resolution_mm = result.equilibrium.contact_resolution_mm;
   result.method = "import";
   result.is_varus_free = true;
+  result.coordinates.reset();  // roles of a solver
   result.grid = {{}, {0.0}};
   for (const Pose& X : motion.X_reference_moving)
     result.grid.flexion_deg.push_back(deg_from_rad(solver_position(result.frame, X).attitude.flexion_rad));

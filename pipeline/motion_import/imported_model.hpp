@@ -19,11 +19,10 @@ struct ImportFrame {
 /// Side, rotation centre and frames of the mesh files of `job`, whose case is `job_case`.
 ImportFrame import_frame(const load::Job& job, const load::Case& job_case);
 
-/// `job_case` at the subject's size as the case of an import: method "import", a row of the grid for each
-/// frame, `record` appended to the resolved job. Throws InputError naming `job_file` where Delta differs over
-/// flexion: the frames have no order in flexion.
-load::Case import_case(const load::Case& job_case, const std::string& job_file,
-                       const measured::MotionSequence& motion, const std::string& record);
+/// `job_case`, which has one Delta, at the subject's size as the case of an import: method "import", a row of
+/// the grid for each frame, no roles of coordinates, `record` appended to the resolved job.
+load::Case import_case(const load::Case& job_case, const measured::MotionSequence& motion,
+                       const std::string& record);
 
 /// The model of import_case(): each frame is a stable cell with attitude, theta and translation about Delta,
 /// signed gaps of the compartments, contact flags (gap at most the contact resolution) and contacts within

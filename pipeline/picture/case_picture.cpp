@@ -117,7 +117,7 @@ Box near_joint(Box box, const Eigen::Vector3d& centre_mm)
 // Ends behind the moving object, along the push, or at the end of what is shown of it.
 Arrow push_arrow(const load::Case& job_case, const Box& shown, double length_mm)
 {
-  const Eigen::Vector3d& delta = job_case.delta_at_meshes;
+  const Eigen::Vector3d& delta = job_case.push_at_meshes.delta;
   const Eigen::Vector3d at_mm = job_case.frame.rotation_centre_mm + job_case.push_point_mm;
   Box moving = bounding_box(job_case.moving.contact.mesh);
   if (job_case.moving.visual.mesh.vertices_mm.rows() > 0) {

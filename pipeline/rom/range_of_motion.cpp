@@ -30,7 +30,7 @@ class RomScene {
   RomScene(const load::Case& job_case, DeltaBody delta_body)
       : case_(job_case), frame_(job_case.frame), is_swapped_(delta_body == DeltaBody::reference)
   {
-    frame_.delta = job_case.delta_at_meshes;
+    frame_.delta = job_case.push_at_meshes.delta;
     query_frame_ = frame_;
     if (is_swapped_) query_frame_.delta = -frame_.delta;
     const Body& first = is_swapped_ ? job_case.moving : job_case.reference;

@@ -19,10 +19,13 @@ namespace {
 constexpr double same_angle_rad = rad_from_deg(1e-9);
 constexpr double same_key = 1e-9;  // of keys of some 1, relative for larger ones
 
-Row row_of(const Pose& X_reference_moving, bool is_theta_determined, const Convention& convention)
+using Determined = decltype(Row::is_determined);
+const Determined all_determined = Row{}.is_determined;
+
+Row row_of(const Pose& X_reference_moving, const Determined& determined, const Convention& convention)
 {
   Row row{coordinates_of(X_reference_moving, convention)};
-  row.is_determined[at_internal] = is_theta_determined;
+  row.is_determined = determined;
   return row;
 }
 
@@ -35,10 +38,16 @@ Row missing_row(const std::string& reason, double flexion_rad)
   return row;
 }
 
-/// Of the cell's theta; a joint that does not record it counts as determined.
-bool is_theta_determined(const store::MotionModel& model, Eigen::Index i, Eigen::Index j)
+/// Of the cell: theta as internal rotation, and the free coordinates of a job that has roles.
+Determined determined_in(const store::MotionModel& model, Eigen::Index i, Eigen::Index j)
 {
-  return model.theta_determined(i, j) != 0;
+  Determined determined = all_determined;
+  determined[at_internal] = model.theta_determined(i, j) != 0;
+  if (!model.coordinates) return determined;
+  const auto cell = static_cast<std::size_t>(i * model.status.cols() + j);
+  for (std::size_t c = 0; c < n_scored; ++c)
+    determined[c] = determined[c] && model.coordinates->determined[n_scored * cell + c] != 0;
+  return determined;
 }
 
 Row raw_row(const store::MotionModel& model, Eigen::Index i, Eigen::Index j, const Convention& convention)
@@ -47,15 +56,15 @@ Row raw_row(const store::MotionModel& model, Eigen::Index i, Eigen::Index j, con
   if (model.status(i, j) != status_stable)
     return missing_row(name_of(static_cast<StepStatus>(model.status(i, j))), flexion_rad);
   const auto cell = static_cast<std::size_t>(i * model.status.cols() + j);
-  return row_of(store::pose_in(model.X_reference_moving, cell), is_theta_determined(model, i, j), convention);
+  return row_of(store::pose_in(model.X_reference_moving, cell), determined_in(model, i, j), convention);
 }
 
-Row row_at(const motion::Motion& motion, const Attitude& attitude, bool is_determined,
+Row row_at(const motion::Motion& motion, const Attitude& attitude, const Determined& determined,
            const Convention& convention)
 {
   const motion::JointPose pose = motion.at(attitude);
   if (pose.status != motion::PoseStatus::solved) return missing_row(unsolved_cell, attitude.flexion_rad);
-  return row_of(pose.X_reference_moving, is_determined, convention);
+  return row_of(pose.X_reference_moving, determined, convention);
 }
 
 bool is_same_key(double a, double b)
@@ -129,18 +138,20 @@ std::size_t interval_of(const std::vector<double>& axis, double value)
   return std::min(static_cast<std::size_t>(i), axis.size() < 2 ? 0 : axis.size() - 2);
 }
 
-/// Whether theta is determined at all cells around the attitude.
-bool is_theta_determined(const store::MotionModel& model, const Attitude& attitude)
+/// Whether each coordinate is determined at all cells around the attitude.
+Determined determined_around(const store::MotionModel& model, const Attitude& attitude)
 {
+  Determined determined = all_determined;
   const std::size_t i = interval_of(model.flexion_deg, deg_from_rad(attitude.flexion_rad));
   const std::size_t j = interval_of(model.varus_deg, deg_from_rad(attitude.varus_rad));
   for (std::size_t a = i; a < std::min(i + 2, model.flexion_deg.size()); ++a) {
     for (std::size_t b = j; b < std::min(j + 2, model.varus_deg.size()); ++b) {
-      if (!is_theta_determined(model, static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)))
-        return false;
+      const Determined here =
+          determined_in(model, static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+      for (std::size_t c = 0; c < n_scored; ++c) determined[c] = determined[c] && here[c];
     }
   }
-  return true;
+  return determined;
 }
 
 /// The attitude of a pose about the model's own axes: R_S = Rz(-flexion) Rx(varus) Ry(theta) in the solver's
@@ -175,7 +186,7 @@ Sequence sequence_of(const std::string& file, const std::string& key_name, const
 {
   check(key.size() == X_reference_moving.size(), "each pose of a motion has a key");
   Sequence sequence{file, key_name, key, {}};
-  for (const Pose& X : X_reference_moving) sequence.rows.push_back(row_of(X, true, convention));
+  for (const Pose& X : X_reference_moving) sequence.rows.push_back(row_of(X, all_determined, convention));
   return sequence;
 }
 
@@ -204,7 +215,7 @@ Sequence sequence_of(const std::string& file, const store::MotionModel& model, c
     for (Eigen::Index j = 0; j < (has_cells ? model.status.cols() : 1); ++j) {
       const Attitude attitude{rad_from_deg(model.flexion_deg[static_cast<std::size_t>(i)]),
                               rad_from_deg(model.varus_deg[static_cast<std::size_t>(j)])};
-      sequence.rows.push_back(motion ? row_at(*motion, attitude, is_theta_determined(model, i, j), convention)
+      sequence.rows.push_back(motion ? row_at(*motion, attitude, determined_in(model, i, j), convention)
                                      : raw_row(model, i, j, convention));
     }
   }
@@ -246,7 +257,7 @@ std::vector<Row> rows_at_attitudes(const store::MotionModel& model, const std::s
     const bool is_covered =
         is_in(wanted.flexion_rad, motion.first_flexion_rad(), motion.last_flexion_rad()) &&
         is_in(wanted.varus_rad, motion.first_varus_rad(), motion.last_varus_rad());
-    rows.push_back(is_covered ? row_at(motion, wanted, is_theta_determined(model, wanted), convention)
+    rows.push_back(is_covered ? row_at(motion, wanted, determined_around(model, wanted), convention)
                               : missing_row(outside_range, wanted.flexion_rad));
   }
   return rows;

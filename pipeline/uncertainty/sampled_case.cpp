@@ -59,7 +59,8 @@ class DrawColumns {
     for (const std::size_t k : parameter_.fibres) {
       if (is_correlated) draws.common.push_back(column_of(fibres_[k].bundle + " (common)", draws.n_columns));
     }
-    for (const std::size_t k : parameter_.fibres) draws.own.push_back(column_of(shared_name(k), draws.n_columns));
+    for (const std::size_t k : parameter_.fibres)
+      draws.own.push_back(column_of(shared_name(k), draws.n_columns));
     return draws;
   }
 
@@ -132,8 +133,7 @@ Eigen::Vector3d moved_mm(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& dis
                          const registration::NearestSurface& surface)
 {
   const auto nearest = [&](const Eigen::Vector3d& at) { return surface.nearest(at); };
-  const registration::SurfacePoint from =
-      surface.is_empty() ? registration::SurfacePoint{} : nearest(p_mm);
+  const registration::SurfacePoint from = surface.is_empty() ? registration::SurfacePoint{} : nearest(p_mm);
   if (from.triangle < 0 || from.distance_mm > attached_mm) return p_mm + displacement_mm;
   const Eigen::Vector3d normal = surface.normal(from.triangle);
   const double height_mm = (p_mm - from.p_mm).dot(normal);
@@ -167,8 +167,8 @@ struct SampledCase::State {
                         "at most " + std::to_string(most_sobol_dimensions) +
                             " with sequence = \"sobol\"; or \"latin-hypercube\", or shared_by = \"bundle\""});
     }
-    scores = unit_samples(uncertainty.sequence, uncertainty.n_samples, static_cast<Eigen::Index>(names.size()),
-                          uncertainty.seed)
+    scores = unit_samples(uncertainty.sequence, uncertainty.n_samples,
+                          static_cast<Eigen::Index>(names.size()), uncertainty.seed)
                  .unaryExpr(&score_of_probability);
     const std::vector<ligament::FibreState> states = ligament::fibre_states(given.ligaments, {}, {});
     for (std::size_t k = 0; k < states.size(); ++k)
@@ -191,14 +191,36 @@ struct SampledCase::State {
             const Eigen::Vector3d three = scores.block<1, 3>(s, column).transpose();
             values.block<1, 3>(s, column) = displacement_mm(parameter.distribution, three).transpose();
           } else {
-            const double least = parameter.is_factor ? least_factor(parameter)
-                                                     : -std::numeric_limits<double>::infinity();
-            values(s, column) =
-                quantile_above(parameter.distribution, probability_of_score(scores(s, column)), least);
+            values(s, column) = quantile_above(
+                parameter.distribution, probability_of_score(scores(s, column)), least_draw(parameter));
           }
         }
       }
     }
+  }
+
+  // Where the draws of a parameter are truncated; of several fibres or flexions, for the largest value.
+  double least_draw(const UncertainParameter& parameter) const
+  {
+    if (parameter.is_factor) return least_factor(parameter);
+    double largest = -std::numeric_limits<double>::infinity();
+    if (parameter.quantity == UncertainQuantity::stiffness) {
+      for (const std::size_t k : parameter.fibres)
+        largest = std::max(largest, job_case.ligaments.fibres[k].stiffness_n);
+    } else if (parameter.quantity == UncertainQuantity::offset) {
+      const Part& part = parameter.is_moving ? job_case.moving.contact : job_case.reference.contact;
+      for (std::size_t t = 0; t < part.component.size(); ++t) {
+        if (part.component[t] == parameter.component)
+          largest = std::max(largest, offset_mm(part.mesh, static_cast<Eigen::Index>(t)));
+      }
+    } else if (parameter.quantity == UncertainQuantity::load) {
+      for (const load::Push& push : job_case.push) {
+        if (parameter.load == UncertainLoad::force) largest = std::max(largest, push.force_n.dot(push.delta));
+        if (parameter.load == UncertainLoad::line)
+          largest = std::max(largest, push.line_tension_n[parameter.load_row]);
+      }
+    }
+    return std::isfinite(largest) ? -largest : -std::numeric_limits<double>::infinity();
   }
 
   static double least_factor(const UncertainParameter& parameter)
@@ -262,7 +284,8 @@ struct SampledCase::State {
         if (parameter.quantity == UncertainQuantity::stiffness)
           stiffness_n = changed(p, f, sample, stiffness_n, 0.0);
         if (parameter.quantity != UncertainQuantity::reference_strain) continue;
-        new_strain[k] = std::clamp(changed(p, f, sample, new_strain[k], least_strain), least_strain, largest_strain);
+        new_strain[k] =
+            std::clamp(changed(p, f, sample, new_strain[k], least_strain), least_strain, largest_strain);
         has_strain[k] = is_strained = true;
       }
     }

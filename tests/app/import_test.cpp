@@ -272,4 +272,19 @@ TEST_F(Import, EveryCommandTakesOrRefusesASequence)
                        {file, "/frame", {"a sequence of frames"}, {"grid"}});
 }
 
+// Its push turns with the pelvis; the imported motion has the Delta of the meshes, and no roles.
+TEST_F(Import, AHipComesBackFromItsExport)
+{
+  const std::string hip = VRDA_SOURCE_DIR "/jobs/hip-generic.toml";
+  succeed({"run", hip, "-o", path("hip.h5"), "--progress", "none"});
+  succeed({"export", path("hip.h5"), "--to", "csv", "--set", "raw", "-o", path("hip.csv")});
+  succeed({"import", hip, "--motion", path("hip.csv"), "-o", path("back.h5")});
+  const store::MotionModel back = store::read_motion_model(path("back.h5"));
+  expect_equal_poses(store::read_motion_model(path("hip.h5")), back);
+  EXPECT_FALSE(back.coordinates.has_value());
+  const json info = json::parse(succeed({"info", path("back.h5"), "--json"}).out);
+  EXPECT_EQ(info["grid"]["roles"]["flexion"], "measured");
+  EXPECT_EQ(info["delta"], json({0.0, 1.0, 0.0}));
+}
+
 }  // namespace vrda::import_test

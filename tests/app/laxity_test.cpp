@@ -134,6 +134,33 @@ TEST_F(LaxityCommand, AFitToALaxityFindsTheStrainThatMadeIt)
   EXPECT_EQ(run({"laxity", path("fitted.toml"), "-o", path("c")}).exit_code, 0);
 }
 
+TEST_F(LaxityCommand, AFitReplacesNoFileThatIsNotItsOwn)
+{
+  scratch_.write("motion.csv",
+                 "flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n10,0,0,0,0,0\n20,0,0,0,0,0\n");
+  const std::string job = test::text_of(path("knee.toml"));
+  const auto fitted = [&](const std::string& from, const std::string& to,
+                          std::vector<std::string> more = {}) {
+    more.insert(more.begin(), {"fit", path(from), "--to", path("motion.csv"), "-o", path(to)});
+    return run(more);
+  };
+  EXPECT_THAT(fitted("knee.toml", "knee.toml"),
+              test::refuses({.file = "knee.toml", .field = "--output", .wanted = "--replace"}));
+  EXPECT_EQ(test::text_of(path("knee.toml")), job);
+  scratch_.write("other.toml", "keep");
+  EXPECT_THAT(fitted("knee.toml", "other.toml"), test::refuses({.file = "other.toml", .field = "--output"}));
+  EXPECT_EQ(test::text_of(path("other.toml")), "keep");
+  EXPECT_NE(fitted("knee.toml", "first.toml").exit_code, 2);
+  // Its own result again, but neither as input nor that of another job.
+  EXPECT_NE(fitted("knee.toml", "first.toml").exit_code, 2);
+  const std::string first = test::text_of(path("first.ligaments.csv"));
+  scratch_.write("again.toml", test::text_of(path("first.toml")) + fit_tables);
+  EXPECT_THAT(fitted("again.toml", "first.toml"), test::refuses({.file = "first.toml", .field = "--output"}));
+  EXPECT_EQ(test::text_of(path("first.ligaments.csv")), first);
+  EXPECT_NE(fitted("knee.toml", "other.toml", {"--replace"}).exit_code, 2);
+  EXPECT_NE(test::text_of(path("other.toml")), "keep");
+}
+
 TEST_F(LaxityCommand, AFitIsRefusedWithoutItsQuestion)
 {
   scratch_.write("motion.csv",

@@ -56,6 +56,16 @@ TEST_F(RomCommand, WritesTheRangeAndWhatEndsIt)
     EXPECT_FALSE(test::text_of(path(name)).empty()) << name;
 }
 
+TEST_F(RomCommand, IsRepeatedAtAnglesThatDoNotConvertExactly)
+{
+  const std::vector<std::string> command{"rom",      hip_,      "-o",    path("fine"), "--flexion",
+                                         "-20:20:1", "--varus", "0:5:5", "--progress", "none"};
+  succeed(command);
+  const std::string first = test::text_of(path("fine/rom.json"));
+  succeed(command);
+  EXPECT_EQ(test::text_of(path("fine/rom.json")), first);
+}
+
 TEST_F(RomCommand, TheResultOfOtherLimitsIsKept)
 {
   succeed(words("hip"));

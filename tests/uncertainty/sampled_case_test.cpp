@@ -184,7 +184,9 @@ sd = 2)"));
     for (const load::Push& push : sampled.path_push) {
       EXPECT_NEAR(push.moment_nmm, 100.0 + samples.values()(s, 0), 1e-9);
       EXPECT_NEAR(push.line_tension_n[0], 50.0 * samples.values()(s, 1), 1e-9);
+      // The draw kept is the one used, truncated where the push ends.
       EXPECT_GT(push.force_n.y(), 0.0);
+      EXPECT_NEAR(push.force_n.y(), job.push.front().force_n.y() + samples.values()(s, 2), 1e-9);
     }
     const Eigen::Vector3d moved_mm = samples.values().block<1, 3>(s, 3).transpose();
     EXPECT_EQ(sampled.frame.rotation_centre_mm, job.frame.rotation_centre_mm + moved_mm);
@@ -203,6 +205,7 @@ sd = 1)"));
     const std::vector<double>& offset_mm = samples.at(s).reference.contact.mesh.offset_mm;
     ASSERT_EQ(offset_mm.size(), static_cast<std::size_t>(job.reference.contact.mesh.triangles.rows()));
     EXPECT_GT(offset_mm.front(), 0.0);
+    EXPECT_EQ(offset_mm.front(), samples.values()(s, 0));
     EXPECT_EQ(std::set<double>(offset_mm.begin(), offset_mm.end()).size(), 1u);
   }
 }
@@ -217,6 +220,10 @@ TEST(SampledCase, WhatTheJobDoesNotHaveIsRefused)
               refuses({.field = at + ".from", .found = "-0.1"}));
   EXPECT_THAT(refused("quantity = \"stiffness\"\ndistribution = \"table\"\nvalues = [0.5, 0, 1]"),
               refuses({.field = at + ".values", .found = "0"}));
+  EXPECT_THAT(refused("quantity = \"load\"\nload = \"force\"\ndistribution = \"uniform\"\nfrom = -30\nto = 0"),
+              refuses({.field = at + ".from", .found = "-30"}));
+  EXPECT_THAT(refused("quantity = \"reference_strain\"\ndistribution = \"normal\"\nsd = 1e9"),
+              refuses({.field = at + ".sd", .found = "1e+09", .wanted = "at most 1"}));
   EXPECT_THAT(refused("quantity = \"stiffness\"\ndistribution = \"normal\""), refuses({.field = at + ".sd"}));
   EXPECT_THAT(refused("quantity = \"stiffness\"\ndistribution = \"normal\"\nsd = 1\nload = \"force\""),
               refuses({.field = at + ".load"}));
