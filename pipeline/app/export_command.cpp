@@ -126,9 +126,9 @@ bool is_column_name(const std::string& name)
   });
 }
 
-exports::OpenSimOptions opensim_options(const ExportOptions& options, Side side)
+exports::OpenSimOptions opensim_options(const ExportOptions& options, const std::string& joint, Side side)
 {
-  exports::OpenSimOptions opensim{exports::opensim_columns(side), options.in_degrees,
+  exports::OpenSimOptions opensim{exports::opensim_columns(joint, side), options.in_degrees,
                                   options.degrees_per_second, options.translations == "mesh-origin"};
   for (const std::string& assignment : options.coordinates) {
     const std::size_t equals = std::min(assignment.find('='), assignment.size());
@@ -185,7 +185,7 @@ std::vector<std::string> write_osim(const ExportOptions& options, const store::M
                                     const exports::FlexionMotion& motion)
 {
   const fs::path output = options.output, folder = output.parent_path() / "Geometry";
-  const std::array<std::string, 6> names = opensim_options(options, motion.side).columns;
+  const std::array<std::string, 6> names = opensim_options(options, model.joint, motion.side).columns;
   exports::OsimOptions osim{options.file, names[0], output.stem().string()};
   if (options.varus == driven_varus) {
     osim.surfaces = exports::osim_surfaces(model, options.file, motion.set);
@@ -213,7 +213,7 @@ std::string file_of(const ExportOptions& options, const store::MotionModel& mode
 {
   if (options.format == "csv") return exports::flexion_csv(motion);
   if (options.format == "gltf") return exports::animated_glb(model, motion, options.degrees_per_second);
-  return exports::opensim_table(motion, opensim_options(options, motion.side));
+  return exports::opensim_table(motion, opensim_options(options, model.joint, motion.side));
 }
 
 void warn_of_left_out(const exports::FlexionMotion& motion)

@@ -71,6 +71,18 @@ Measurements measurements_of(const FitCommandOptions& o, const score::Convention
   return all;
 }
 
+void require_common_flexion(const FitCommandOptions& o, const std::vector<laxity::PublishedValue>& rows,
+                            const std::vector<double>& flexion_deg)
+{
+  const auto [least, largest] = std::minmax_element(flexion_deg.begin(), flexion_deg.end());
+  if (std::any_of(rows.begin(), rows.end(), [&](const laxity::PublishedValue& row) {
+        return row.flexion_deg >= *least && row.flexion_deg <= *largest;
+      }))
+    return;
+  throw InputError({o.to_files.back(), "flexion_deg", "no flexion within those of [laxity]",
+                    shortest_decimal(*least) + " to " + shortest_decimal(*largest)});
+}
+
 // Whole degrees that cover the trials.
 std::vector<double> flexions_of(const std::vector<score::Sequence>& trials)
 {
@@ -265,6 +277,7 @@ console::ExitCode identify_command(const FitCommandOptions& o)
   if (!measured.laxities.empty()) {
     data.loads = *job.laxity;
     data.loads.cuts.clear();
+    require_common_flexion(o, measured.laxities, data.loads.flexion_deg);
     laxity = load::load_case(load::over_flexions(job, data.loads.flexion_deg), o.data_directory);
     data.laxity = &*laxity;
   }

@@ -82,7 +82,7 @@ struct Commands {
   {
     CLI::App& command = *parent.add_subcommand(name, what);
     command.footer("Example:\n  " + example);
-    command.add_flag("-q,--quiet", is_quiet, "Warnings and errors only");
+    command.add_flag("-q,--quiet", is_quiet, "Results, warnings and errors only");
     return command;
   }
 

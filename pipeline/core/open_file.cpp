@@ -75,7 +75,9 @@ OpenFile opened(const std::string& path)
 {
   OpenFile file(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
   if (file.is_open() || errno != EACCES) return file;
-  return OpenFile(open(path.c_str(), O_RDONLY | O_CLOEXEC));  // another user's file in a shared folder
+  OpenFile other(open(path.c_str(), O_RDONLY | O_CLOEXEC));  // another user's file in a shared folder
+  if (!other.is_open()) errno = EACCES;
+  return other;
 }
 
 std::string holder_in(int descriptor)

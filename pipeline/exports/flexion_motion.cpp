@@ -32,7 +32,9 @@ void require_varus(const store::MotionModel& model, const motion::Motion& motion
   }
   if (plan.varus != VarusRule::given) return;
   if (motion.is_varus_free()) {
-    throw InputError({file, "--varus", shortest_decimal(plan.varus_deg), "spine: the job left varus free"});
+    throw InputError({file, "--varus", shortest_decimal(plan.varus_deg),
+                      model.varus_deg.size() > 1 ? "spine, or another --set: this set has its own varus"
+                                                 : "spine: the job left varus free"});
   }
   const double varus_rad = rad_from_deg(plan.varus_deg);
   if (varus_rad >= motion.first_varus_rad() && varus_rad <= motion.last_varus_rad()) return;

@@ -43,8 +43,8 @@ struct OpenSimOptions {
 };
 
 /// knee_flex_r, knee_add_r, knee_rot_r, knee_tx_r, knee_ty_r, knee_tz_r: the knee of Lenhart (2015) and Smith
-/// (2019); on a left joint they end in _l.
-std::array<std::string, 6> opensim_columns(Side side);
+/// (2019). Another kind of joint has its name instead ("joint" for "other"); on a left joint they end in _l.
+std::array<std::string, 6> opensim_columns(const std::string& joint, Side side);
 
 /// Content of the .sto or .mot file. R = Rz(-flexion) Rx(varus) Ry(internal) takes the moving mesh's axes to
 /// the reference's, both canonical; on a left joint varus and internal are rotations about -X and -Y. (tx,

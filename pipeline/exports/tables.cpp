@@ -279,10 +279,11 @@ std::array<double, 6> numbers_of(const FlexionMotion& motion, const FlexionFrame
 
 }  // namespace
 
-std::array<std::string, 6> opensim_columns(Side side)
+std::array<std::string, 6> opensim_columns(const std::string& joint, Side side)
 {
-  std::array<std::string, 6> columns{"knee_flex", "knee_add", "knee_rot", "knee_tx", "knee_ty", "knee_tz"};
-  for (std::string& column : columns) column += side == Side::left ? "_l" : "_r";
+  std::array<std::string, 6> columns{"flex", "add", "rot", "tx", "ty", "tz"};
+  for (std::string& column : columns)
+    column = (joint == "other" ? "joint" : joint) + "_" + column + (side == Side::left ? "_l" : "_r");
   return columns;
 }
 

@@ -28,7 +28,8 @@ struct RunOptions {
   bool only_spine = false;                 ///< solves only the spine, into its own journal, for shards
   std::optional<journal::Shard> shard;     ///< solves only these rows, into their own journal
   std::function<void()> on_solving_start;  ///< called before the first step of the spine, and of the rows
-  /// Called with the steps done and all steps, before the first and after each step, from any thread.
+  /// Called with the steps done and all steps, before the first and after each step, from any thread; then
+  /// likewise with the samples.
   std::function<void(int n_done, int n_total)> on_progress;
   bool is_hosted = false;  ///< within another program: leaves signals to it, prints no path
   /// Absent: a shard waits a minute for its journal, a whole run does not wait.

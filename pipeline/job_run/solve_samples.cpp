@@ -1,5 +1,6 @@
 #include "job_run/solve_samples.hpp"
 
+#include <atomic>
 #include <numeric>
 
 #include "console/console.hpp"
@@ -37,20 +38,23 @@ class SampleRun {
     }
   }
 
-  std::optional<std::vector<StepRecord>> run(int n_threads, const std::string& progress_style)
+  std::optional<std::vector<StepRecord>> run(int n_threads, const RunOptions& options)
   {
     std::vector<std::size_t> to_solve;
     for (std::size_t k = 0; k < samples_.size(); ++k) {
       records_[k] = records_of(samples_[k], job_.free_spine.size(), log_.known);
       if (records_[k].empty()) to_solve.push_back(k);
     }
-    console::Progress progress(console::progress_style_of(progress_style), "samples",
-                               static_cast<int>(samples_.size()),
-                               static_cast<int>(samples_.size() - to_solve.size()));
+    const auto n_total = static_cast<int>(samples_.size());
+    std::atomic<int> n_done = n_total - static_cast<int>(to_solve.size());
+    console::Progress progress(console::progress_style_of(options.progress), "samples", n_total, n_done);
+    if (options.on_progress) options.on_progress(n_done, n_total);
     try {
       for_each_index(to_solve.size(), n_threads, [&] {
         return [&](std::size_t k) {
-          if (!console::is_interrupted() && solve(to_solve[k])) progress.advance();
+          if (console::is_interrupted() || !solve(to_solve[k])) return;
+          progress.advance();
+          if (options.on_progress) options.on_progress(++n_done, n_total);
         };
       });
     } catch (...) {
@@ -115,8 +119,7 @@ std::optional<std::vector<StepRecord>> solve_samples(const load::Case& job_case,
                                                      const RunOptions& options, StepLog& log)
 {
   if (samples.empty()) return std::vector<StepRecord>{};
-  return SampleRun(job_case, plan, job, samples, log)
-      .run(thread_count_or_all(options.n_threads), options.progress);
+  return SampleRun(job_case, plan, job, samples, log).run(thread_count_or_all(options.n_threads), options);
 }
 
 KnownSamples known_samples(const load::Case& job_case, const std::map<StepKey, StepRecord>& steps)

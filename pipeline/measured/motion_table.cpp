@@ -11,6 +11,7 @@
 #include "core/text.hpp"
 #include "load/file_bytes.hpp"
 #include "load/words.hpp"
+#include "measured/opensim_names.hpp"
 
 namespace vrda::measured {
 namespace {
@@ -88,15 +89,6 @@ void read_point(FieldTable& table, int line, const std::string& word, const std:
 std::string extension_of(const std::string& file)
 {
   return lower_case(std::filesystem::path(file).extension().string());
-}
-
-/// "knee_flex_r" for "/jointset/knee_r/knee_flex_r/value".
-std::string coordinate_name(std::string_view column)
-{
-  constexpr std::string_view value = "/value";
-  if (column.ends_with(value)) column.remove_suffix(value.size());
-  const std::size_t slash = column.rfind('/');
-  return std::string(slash == std::string_view::npos ? column : column.substr(slash + 1));
 }
 
 void add_rows(FieldTable& table, const std::vector<load::TableLine>& lines, std::size_t first,
@@ -216,9 +208,9 @@ const std::vector<Family>& angle_families()
        {},
        {},
        {"varus", "internal", "flexion"},
-       {{{"clinical_varus", "varus", "knee_add_r", "knee_add_l"},
-         {"internal_rotation", "internal", "knee_rot_r", "knee_rot_l"},
-         {"clinical_flexion", "flexion", "knee_flex_r", "knee_flex_l"}}}},
+       {with_opensim_names({"clinical_varus", "varus"}, "add"),
+        with_opensim_names({"internal_rotation", "internal"}, "rot"),
+        with_opensim_names({"clinical_flexion", "flexion"}, "flex")}},
       {false, {}, {}, {"rx", "ry", "rz"}, {{{"rx", "xrot"}, {"ry", "yrot"}, {"rz", "zrot"}}}}};
   return families;
 }
@@ -232,7 +224,7 @@ const std::vector<Family>& length_families()
        LengthPoint::origin,
        1000.0,
        {"", "", ""},
-       {{{"knee_tx_r", "knee_tx_l"}, {"knee_ty_r", "knee_ty_l"}, {"knee_tz_r", "knee_tz_l"}}}},
+       {with_opensim_names({}, "tx"), with_opensim_names({}, "ty"), with_opensim_names({}, "tz")}},
       {true,
        LengthPoint::grood_suntay,
        {},
@@ -430,6 +422,10 @@ void add_keys(MotionTable& motion, const FieldTable& table, const TableColumns& 
   const std::optional<std::size_t> column = key_column(table, columns);
   motion.key_name =
       column ? key_name_of(table.key_name.empty() ? table.names[*column] : table.key_name) : "frame";
+  // An export puts key_ before the name of a key that is also a coordinate's.
+  constexpr std::string_view taken = "key_";
+  if (motion.key_name.starts_with(taken) && column_named(table, motion.key_name.substr(taken.size())))
+    motion.key_name.erase(0, taken.size());
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const Row& row = table.rows[i];
     const double key = column ? table.number(row, *column) : static_cast<double>(i + 1);

@@ -161,8 +161,22 @@ TEST_F(LaxityCommand, AFitReplacesNoFileThatIsNotItsOwn)
   EXPECT_NE(test::text_of(path("other.toml")), "keep");
 }
 
+TEST_F(LaxityCommand, NamesThatTheJobLacksAreRefusedByACheck)
+{
+  const auto checked = [&](const std::string& setting) {
+    return test::run_vrda({"check", path("knee.toml"), "--set", setting});
+  };
+  EXPECT_THAT(checked("fit.parameter.0.bundle=LCX"),
+              test::refuses({.field = "fit.parameter.0.bundle", .found = "LCX", .wanted = "LCL"}));
+  EXPECT_THAT(checked("laxity.cut=[{name=\"A\",bundles=[\"ACLx\"]}]"),
+              test::refuses({.field = "laxity.cut.0.bundles", .found = "ACLx", .wanted = "ACLam"}));
+}
+
 TEST_F(LaxityCommand, AFitIsRefusedWithoutItsQuestion)
 {
+  scratch_.write("far.csv", "test,flexion_deg,load,value,sd,source\nanterior,45,100,3,0.5,none\n");
+  EXPECT_THAT(run({"fit", path("knee.toml"), "--to", path("far.csv")}),
+              test::refuses({.file = "far.csv", .field = "flexion_deg", .wanted = "0 to 30"}));
   scratch_.write("motion.csv",
                  "flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n10,0,0,0,0,0\n20,0,0,0,0,0\n");
   EXPECT_THAT(test::run_vrda({"fit", path("knee.toml")}), test::refuses({.field = "--to"}));

@@ -202,7 +202,7 @@ TEST(OpenSimTable, TheColumnsPutThePoseTogetherOnBothSides)
       const exports::FlexionMotion motion = turning_motion(side == Side::left ? "left" : "right");
       // Angles in radians about the rotation centre, or in degrees of the mesh origin.
       const Table table = parsed_table(
-          exports::opensim_table(motion, {exports::opensim_columns(side), is_plain, 45.0, is_plain}));
+          exports::opensim_table(motion, {exports::opensim_columns("knee", side), is_plain, 45.0, is_plain}));
       ASSERT_EQ(table.rows.size(), motion.frames.size());
       const Eigen::Vector3d centre_m = (is_plain ? 0.0 : 1e-3) * motion.rotation_centre_mm;
       for (std::size_t i = 0; i < table.rows.size(); ++i) {
@@ -227,8 +227,8 @@ TEST(OpenSimTable, TranslationsAreThoseOfTheRotationCentreThatTheHeaderNames)
   };
   const exports::FlexionMotion motion = exports::flexion_motion(test::model_of(plan), "knee.h5", {});
   const auto table_of = [&](bool is_of_origin) {
-    return parsed_table(
-        exports::opensim_table(motion, {exports::opensim_columns(Side::right), false, 30.0, is_of_origin}));
+    return parsed_table(exports::opensim_table(
+        motion, {exports::opensim_columns("knee", Side::right), false, 30.0, is_of_origin}));
   };
   const auto longest_m = [](const Table& table) {
     double longest = 0.0;
@@ -248,8 +248,8 @@ TEST(OpenSimTable, TranslationsAreThoseOfTheRotationCentreThatTheHeaderNames)
 TEST(OpenSimTable, TheHeaderIsTrue)
 {
   const exports::FlexionMotion motion = turning_motion("right");
-  const Table table =
-      parsed_table(exports::opensim_table(motion, {exports::opensim_columns(Side::right), true, 30.0}));
+  const Table table = parsed_table(
+      exports::opensim_table(motion, {exports::opensim_columns("knee", Side::right), true, 30.0}));
   EXPECT_EQ(table.keys.at("version"), "1");
   EXPECT_EQ(table.keys.at("nRows"), std::to_string(table.rows.size()));
   EXPECT_EQ(table.keys.at("nColumns"), std::to_string(table.columns.size()));
@@ -257,15 +257,17 @@ TEST(OpenSimTable, TheHeaderIsTrue)
   EXPECT_THAT(table.columns, ElementsAre("time", "knee_flex_r", "knee_add_r", "knee_rot_r", "knee_tx_r",
                                          "knee_ty_r", "knee_tz_r"));
   for (const std::vector<double>& row : table.rows) EXPECT_EQ(row.size(), table.columns.size());
-  EXPECT_THAT(exports::opensim_columns(Side::left), testing::Each(testing::EndsWith("_l")));
+  EXPECT_THAT(exports::opensim_columns("knee", Side::left), testing::Each(testing::EndsWith("_l")));
+  EXPECT_EQ(exports::opensim_columns("hip", Side::right)[0], "hip_flex_r");
+  EXPECT_EQ(exports::opensim_columns("other", Side::left)[5], "joint_tz_l");
 }
 
 TEST(OpenSimTable, ATitleCannotBreakTheHeader)
 {
   exports::FlexionMotion motion = turning_motion("right");
   motion.title = "a=b\nendheader\tc";
-  const Table table =
-      parsed_table(exports::opensim_table(motion, {exports::opensim_columns(Side::right), false, 30.0}));
+  const Table table = parsed_table(
+      exports::opensim_table(motion, {exports::opensim_columns("knee", Side::right), false, 30.0}));
   EXPECT_THAT(table.name, Not(HasSubstr("endheader")));
   EXPECT_THAT(table.name, Not(HasSubstr("=")));
   EXPECT_EQ(table.keys.size(), 6U);

@@ -162,6 +162,9 @@ TEST(Coordinates, RolesThatContradictEachOtherAreRefused)
               refuses({.field = "coordinates.internal"}));
   EXPECT_THAT(facts_of_job("[coordinates]\ninternal = { flexion_deg = [0, 1], value = [0, 1] }\n"),
               refuses({.field = "coordinates.internal"}));
+  EXPECT_THAT(facts_of_job("[push]\nforce_n = { flexion_deg = [0, 10], value = [100, 200] }\n"
+                           "[coordinates]\nvarus = 1\n"),
+              refuses({.field = "push.force_n", .found = "free", .wanted = "a number"}));
   const std::string search = "[solver]\nmethod = \"stability-search\"\n[coordinates]\n";
   EXPECT_THAT(facts_of_job(search + "flexion" + range + "internal = 4\n"),
               refuses({.field = "coordinates.varus", .found = "free"}));

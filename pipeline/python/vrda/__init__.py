@@ -96,8 +96,8 @@ class Job:
             threads: int = 0, fresh: bool = False, replace: bool = False) -> pathlib.Path:
         """Solves the job as `vrda run` does, with the same bytes, and returns the path of the motion model.
 
-        output: default results/NAME/NAME.h5. progress: called with the attitudes done and all attitudes, at most every 50 ms.
-        threads: 0 is one per processor. fresh: discards an interrupted run and solves a finished job again.
+        output: default results/NAME/NAME.h5. progress: called with the attitudes done and all attitudes, then likewise
+        with the samples of an uncertain job, at most every 50 ms. threads: 0 is one per processor. fresh: discards an interrupted run and solves a finished job again.
         replace: allows replacing the result of another job. More unsolved attitudes than the job allows are a warning.
         """
         return pathlib.Path(_core.run(self._file, self._data, self._overrides, "" if output is None else os.fspath(output),
