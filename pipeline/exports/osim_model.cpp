@@ -103,10 +103,6 @@ std::string body_path(const std::string& name)
 
 void require_rising_flexion(const FlexionMotion& motion, const OsimOptions& options)
 {
-  if (!motion.key_name.empty()) {
-    throw InputError({options.file, "frames", "a sequence of frames over " + motion.key_name,
-                      "a model over flexion: the joint's functions are splines of flexion"});
-  }
   if (motion.frames.size() < 2)
     throw InputError({options.file, "flexion", "one pose", "at least two, for a spline"});
   for (std::size_t k = 1; k < motion.frames.size(); ++k) {

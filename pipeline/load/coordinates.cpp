@@ -41,7 +41,7 @@ CoordinateJob coordinate_of(const Job& job, const documents::DocumentValue& valu
   if (value.text() != nullptr) return coordinate;
   const std::string key = key_of(k);
   coordinate.role = CoordinateRole::given;
-  if (value.table() == nullptr || value.find("flexion_deg") != nullptr) {
+  if (value.table() == nullptr || value.find("value") != nullptr) {
     coordinate.given = over_flexion_at(job.document, key, 1);
   } else if (value.find("column") != nullptr) {
     coordinate.column = documents::text_at(value, "column");
@@ -65,7 +65,7 @@ std::size_t n_driven(const CoordinatesJob& job)
 void check_no_load_tables(const Job& job)
 {
   const auto check_one = [&](const FlexionTable& table, const std::string& key) {
-    if (table.flexion_rad.size() > 1)
+    if (table.flexion_rad.size() > 1 && !table.is_over_driving)
       job.document.refuse(key, "a table over flexion, which is free", "a number, or flexion driven or given");
   };
   check_one(job.push.delta, "push.delta");
@@ -103,7 +103,8 @@ void check_roles(const Job& job, const CoordinatesJob& coordinates)
     if (!has_frames && !c.column.empty() && n_driven(coordinates) == 0)
       job.document.refuse(key_of(k), "a column without a driving coordinate",
                           "a range { from, to, step } for one coordinate, or [frames]");
-    if (c.given && c.given->value.rows() > 1 && all[flexion_row].role == CoordinateRole::free)
+    if (c.given && c.given->value.rows() > 1 && !c.given->is_over_driving &&
+        all[flexion_row].role == CoordinateRole::free)
       job.document.refuse(key_of(k), "a table over flexion, which is free", "flexion driven or given");
   }
   if (all[flexion_row].role == CoordinateRole::free) check_no_load_tables(job);
@@ -336,11 +337,22 @@ class Loader {
           c.over.empty() ? joint_coordinate_names[driving] + unit_suffix(driving) : c.over;
       columns[k] = {table.ascending_column(over), table.column(c.column)};
     }
+    for (const PushTable& setting : tables_of(out_.push)) set_rows(*setting.table, values);
     for (const double value : values) {
       add_row(
           [&](std::size_t k, double drive) { return interpolated(columns[k].at, columns[k].value, drive); },
           value);
     }
+  }
+
+  // A table over the driving coordinate as values of each row.
+  static void set_rows(FlexionTable& table, const std::vector<double>& driving)
+  {
+    if (!table.is_over_driving) return;
+    Eigen::MatrixXd value(static_cast<Eigen::Index>(driving.size()), table.value.cols());
+    for (std::size_t i = 0; i < driving.size(); ++i)
+      value.row(static_cast<Eigen::Index>(i)) = value_at_flexion(table, driving[i]).transpose();
+    table = {{}, std::move(value), {"driving"}, table.key};
   }
 
   // `column(k, drive)` is the value of coordinate k's column.
@@ -360,7 +372,8 @@ class Loader {
     const double flexion = constant_or(flexion_row, row(0));
     for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
       const CoordinateJob& c = coordinates_.coordinate[k];
-      if (c.given) set(k, value_at_flexion(*c.given, std::isnan(flexion) ? 0.0 : flexion)[0]);
+      const double at = c.given && c.given->is_over_driving ? drive : std::isnan(flexion) ? 0.0 : flexion;
+      if (c.given) set(k, value_at_flexion(*c.given, at)[0]);
     }
     out_.rows.rows.push_back(row);
   }
@@ -403,6 +416,32 @@ std::optional<CoordinatesJob> coordinates_of(const Job& job)
     coordinates.coordinate[k] = coordinate_of(job, documents::value_at(*table, joint_coordinate_names[k]), k);
   check_roles(job, coordinates);
   return coordinates;
+}
+
+void resolve_driving_tables(Job& job)
+{
+  std::size_t driving = job.coordinates ? n_joint_coordinates : flexion_row;
+  for (std::size_t k = n_joint_coordinates; job.coordinates && k-- > 0;) {
+    if (job.coordinates->coordinate[k].role == CoordinateRole::driven) driving = k;
+  }
+  const auto resolve = [&](FlexionTable& table) {
+    if (!table.is_over_driving) return;
+    if (driving == n_joint_coordinates)
+      job.document.refuse(table.key, "a table over the driving coordinate",
+                          "a range { from, to, step } for one coordinate, or flexion_deg");
+    if (driving != flexion_row) return;
+    table.is_over_driving = false;
+    for (double& angle : table.flexion_rad) angle = rad_from_deg(angle);
+  };
+  for (const PushTable& setting : tables_of(job.push)) resolve(*setting.table);
+  if (job.coordinates) {
+    for (CoordinateJob& c : job.coordinates->coordinate)
+      if (c.given) resolve(*c.given);
+  }
+  resolve(job.push.delta);
+  if (job.push.delta.is_over_driving)
+    job.document.refuse("push.delta", "a table over another coordinate than flexion",
+                        "flexion_deg, or a constant");
 }
 
 bool is_plain_grid(const CoordinatesJob& coordinates)

@@ -14,6 +14,10 @@ namespace vrda::load {
 /// [coordinates] and [frames], parsed; absent if the job has neither.
 std::optional<CoordinatesJob> coordinates_of(const Job& job);
 
+/// Tables over the driving coordinate become tables over flexion where that drives. Refuses them where
+/// nothing drives, and a direction over another coordinate.
+void resolve_driving_tables(Job& job);
+
 /// Flexion driven, varus driven or free, the rest free: what [grid] expresses.
 bool is_plain_grid(const CoordinatesJob& coordinates);
 

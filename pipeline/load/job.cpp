@@ -111,6 +111,7 @@ std::optional<ScalingJob> scaling_of(const Job& job, const documents::DocumentVa
 void read_grid(Job& job, const documents::DocumentValue& root)
 {
   job.coordinates = coordinates_of(job);
+  resolve_driving_tables(job);
   if (job.coordinates) {
     // The short form of the same job.
     if (!is_plain_grid(*job.coordinates)) return;

@@ -73,10 +73,12 @@ struct FlexionTable {
   std::vector<double> flexion_rad;        ///< [n] increasing; empty with columns
   Eigen::MatrixXd value;                  ///< [n, components]; [n_frames, components] with columns
   std::vector<std::string> columns = {};  ///< [components]
-  std::string key = {};                   ///< of the columns, for messages
+  std::string key = {};                   ///< of the columns or table, for messages
+  bool is_over_driving = false;           ///< `flexion_rad` has values of the driving coordinate, deg or mm
 };
 
-/// `n` components: constants, a table { flexion_deg, value }, or { columns } (load/push_job.cpp).
+/// `n` components: constants, a table { flexion_deg, value } or { driving, value }, or { columns }
+/// (load/push_job.cpp).
 FlexionTable over_flexion_at(const documents::Document& document, const std::string& key, std::size_t n);
 
 /// from, from + step, ... up to `to`, which is included if a whole number of steps reaches it.

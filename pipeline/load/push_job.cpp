@@ -33,18 +33,25 @@ FlexionTable over_flexion_of(const documents::Document& document, const document
     out.flexion_rad = {0.0};
     rows = {row_of(value)};
   } else {
-    for (const double angle_deg : documents::numbers_at(value, "flexion_deg")) {
-      if (!out.flexion_rad.empty() && rad_from_deg(angle_deg) <= out.flexion_rad.back()) {
-        document.refuse(key + ".flexion_deg", documents::shown(documents::value_at(value, "flexion_deg")),
-                        "increasing angles");
-      }
-      out.flexion_rad.push_back(rad_from_deg(angle_deg));
+    out.is_over_driving = value.find("driving") != nullptr;
+    out.key = key;
+    if (out.is_over_driving == (value.find("flexion_deg") != nullptr))
+      document.refuse(key, out.is_over_driving ? "flexion_deg and driving" : "value alone",
+                      "flexion_deg or driving");
+    const char* const at = out.is_over_driving ? "driving" : "flexion_deg";
+    for (const double given : documents::numbers_at(value, at)) {
+      const double x = out.is_over_driving ? given : rad_from_deg(given);
+      if (!out.flexion_rad.empty() && x <= out.flexion_rad.back())
+        document.refuse(key + "." + at, documents::shown(documents::value_at(value, at)),
+                        "increasing values");
+      out.flexion_rad.push_back(x);
     }
     for (const documents::DocumentValue& row : *documents::value_at(value, "value").list())
       rows.push_back(row_of(row));
     if (rows.size() != out.flexion_rad.size()) {
-      document.refuse(key + ".value", std::to_string(rows.size()) + " values",
-                      "one for each angle of flexion_deg, " + std::to_string(out.flexion_rad.size()));
+      document.refuse(
+          key + ".value", std::to_string(rows.size()) + " values",
+          std::string("one for each value of ") + at + ", " + std::to_string(out.flexion_rad.size()));
     }
   }
   out.value.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.front().size()));

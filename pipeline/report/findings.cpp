@@ -157,7 +157,8 @@ void add_rotation(const store::MotionModel& model, const MotionSummary& numbers,
              "lowest energy is used.",
              static_cast<long long>(numbers.n_several_optima), model.flexion_deg.size(),
              numbers.largest_optima_spread_deg));
-  if (numbers.largest_spine_jump_deg > jump_deg)
+  // Theta about turned axes also follows the other rotations.
+  if (numbers.largest_spine_jump_deg > jump_deg && !store::has_turned_axes(model))
     lines.push_back(line("Theta jumps by %.3g degrees between neighbouring flexions of the spine.",
                          numbers.largest_spine_jump_deg));
 }

@@ -1,4 +1,5 @@
 // The HTML page of a range of motion, or of two compared.
+#include <cmath>
 #include <cstdio>
 
 #include "core/text.hpp"
@@ -116,9 +117,12 @@ std::string unit_of(const RomVolume& volume)
 
 std::string limits_text(const RangeOfMotion& range)
 {
-  return "translation " + number_text(range.limits.translation_mm) + " mm across Delta, opening " +
-         number_text(range.limits.opening_mm) + " mm against Delta, fibre strain " +
-         number_text(range.limits.strain) + "; Delta is fixed to the " +
+  const auto limit = [](double value, const char* unit) {
+    return std::isfinite(value) ? number_text(value) + unit : "not limited";
+  };
+  return "translation across Delta " + limit(range.limits.translation_mm, " mm") +
+         ", opening against Delta " + limit(range.limits.opening_mm, " mm") + ", fibre strain " +
+         limit(range.limits.strain, "") + "; Delta is fixed to the " +
          (range.delta_body == DeltaBody::reference ? "reference" : "moving object");
 }
 

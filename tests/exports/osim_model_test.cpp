@@ -95,16 +95,14 @@ TEST(OsimModel, WrapsHaveTheirAnglesRadiiAndBodies)
   EXPECT_STREQ(document.select_node("//PathWrap/wrap_object").node().text().get(), "condyle_1");
 }
 
-TEST(OsimModel, ASequenceOfFramesIsRefused)
+// The splines are of flexion, whatever numbers the frames.
+TEST(OsimModel, ASequenceWhoseFlexionRisesIsTheJointOfItsFlexions)
 {
-  test::SampleOptions options;
-  options.has_frames = true;
-  options.n_varus = 1;
-  const store::MotionModel model = test::sample_model(options);
-  const auto exported = [&] {
-    exports::osim_joint(model, exports::flexion_motion(model, "knee.h5", {}), knee);
-  };
-  EXPECT_THAT(test::input_error(exported), test::refuses({.file = "knee.h5", .field = "frames", .found = "time_s"}));
+  const store::MotionModel model = test::model_of({});
+  exports::FlexionMotion motion = motion_of(model);
+  const std::string joint = exports::osim_joint(model, motion, knee);
+  motion.key_name = "time_s";
+  EXPECT_EQ(exports::osim_joint(model, motion, knee), joint);
 }
 
 TEST(OsimModel, FlexionMustRise)

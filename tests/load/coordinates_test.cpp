@@ -4,9 +4,11 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <tuple>
 
 #include "core/units.hpp"
 #include "load/mesh_text.hpp"
+#include "load/push_job.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
@@ -83,6 +85,27 @@ TEST(Coordinates, FramesAreRowsOfATable)
   EXPECT_EQ(c.inputs[0].name, "motion.csv");
 }
 
+TEST(Coordinates, TablesAreTakenAtTheDrivingCoordinate)
+{
+  const std::string push = "[push]\nforce_n = { driving = [-2, 2], value = [100, 300] }\n";
+  const load::LoadedCoordinates c =
+      loaded(push +
+             "[coordinates]\nflexion = \"free\"\nanterior = { from = -2, to = 2, step = 2 }\n"
+             "internal = { driving = [-2, 0, 1], value = [4, 8, 10] }\n");
+  ASSERT_EQ(c.rows.rows.size(), 3U);
+  for (const auto& [row, internal_deg, force_n] :
+       {std::tuple(0, 4.0, 100.0), {1, 8.0, 200.0}, {2, 10.0, 300.0}}) {
+    const auto i = static_cast<std::size_t>(row);
+    EXPECT_EQ(c.rows.rows[i](2), rad_from_deg(internal_deg)) << row;
+    EXPECT_NEAR(load::push_at(c.push, Eigen::Vector3d::UnitY(), 0.0, i).force_n.y(), force_n, 1e-12) << row;
+  }
+  // Over a driving flexion it is the table over flexion.
+  const load::Job over = job_of(push),
+                  flexion = job_of("[push]\nforce_n = { flexion_deg = [-2, 2], value = [100, 300] }\n");
+  EXPECT_EQ(over.push.force_n.flexion_rad, flexion.push.force_n.flexion_rad);
+  EXPECT_FALSE(over.push.force_n.is_over_driving);
+}
+
 TEST(Coordinates, LoadsMayComeFromColumnsOfTheFrames)
 {
   const std::string push =
@@ -150,6 +173,13 @@ TEST(Coordinates, TwoDrivenCoordinatesAreAGrid)
 TEST(Coordinates, RolesThatContradictEachOtherAreRefused)
 {
   const std::string range = " = { from = 0, to = 9, step = 3 }\n";
+  const std::string table = " = { driving = [0, 9], value = [0, 18] }\n";
+  EXPECT_THAT(facts_of_job("[coordinates]\nflexion = 3\ninternal" + table),
+              refuses({.field = "coordinates.internal", .found = "driving", .wanted = "range"}));
+  EXPECT_THAT(facts_of_job("[push]\nforce_n = { driving = [0, 9], flexion_deg = [0, 9], value = [1, 2] }\n"),
+              refuses({.field = "push.force_n", .wanted = "flexion_deg or driving"}));
+  EXPECT_THAT(facts_of_job("[push]\nforce_n = { driving = [9, 0], value = [1, 2] }\n"),
+              refuses({.field = "push.force_n.driving", .wanted = "increasing"}));
   EXPECT_THAT(facts_of_job("[grid]\n[coordinates]\nflexion" + range), refuses({.field = "grid"}));
   EXPECT_THAT(facts_of_job(std::string(frames) + "flexion" + range),
               refuses({.field = "coordinates.flexion"}));

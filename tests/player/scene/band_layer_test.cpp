@@ -21,7 +21,8 @@ TEST(BandLayer, IsTheMovingObjectOfTheSamplesAtBothEnds)
       const scene::Drawable& low = drawable_of(stage.scene, "block, quantile_5");
       const scene::Drawable& high = drawable_of(stage.scene, "block, quantile_95");
       EXPECT_TRUE(body.is_shown && low.is_shown && high.is_shown);
-      EXPECT_LT(low.material.opacity, 0.5F);
+      EXPECT_LT(low.material.opacity, 1.0F);
+    EXPECT_GT(low.depth_offset_mm, 0.0);
       // The samples are 1 and 3 mm anterior, at zero varus and rotation.
       const Eigen::Vector3d apart_mm = high.X_world_mesh.translation() - low.X_world_mesh.translation();
       EXPECT_NEAR(apart_mm.norm(), 2.0, 1e-9);
