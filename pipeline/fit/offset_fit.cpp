@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/solver_position.hpp"
 #include "proximity/gap_query.hpp"
@@ -18,9 +19,8 @@ constexpr double difference_mm = 1e-3;
 // Steps below this end the iteration; facets make the gaps piecewise smooth.
 constexpr double settled_mm = 1e-6;
 constexpr int most_iterations = 50;
-// Mean square of the change of a gap per mm below which the motion gives no information: contact gives 1 or
-// more.
-constexpr double least_slope_sq = 1e-4;
+// Change of a gap per mm below which a frame gives no information: contact gives 1 or more.
+constexpr double least_slope = 0.5;
 
 Mesh with_offset(const Body& body, const std::vector<std::int32_t>& components, double mm)
 {
@@ -33,27 +33,61 @@ Mesh with_offset(const Body& body, const std::vector<std::int32_t>& components, 
   return mesh;
 }
 
-// Sums over the frames that have a gap.
-struct Sums {
-  int n = 0;
-  double gap_sq = 0.0, slope = 0.0, slope_sq = 0.0, product = 0.0;
+double mean(const std::vector<double>& values)
+{
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+double median(std::vector<double> values)
+{
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Values farther than three standard deviations from the median, by the median deviation, are moved there: a
+// frame whose objects overlap sideways has a gap along Delta of centimetres.
+std::vector<double> without_outliers(std::vector<double> values)
+{
+  constexpr double sd_by_deviation = 1.4826;  // of a normal distribution
+  const double centre = median(values);
+  std::vector<double> deviation;
+  for (const double value : values) deviation.push_back(std::abs(value - centre));
+  const double reach = 3.0 * sd_by_deviation * median(deviation);
+  for (double& value : values) value = std::clamp(value, centre - reach, centre + reach);
+  return values;
+}
+
+double standard_error(const std::vector<double>& values)
+{
+  const double centre = mean(values);
+  double sum = 0.0;
+  for (const double value : values) sum += (value - centre) * (value - centre);
+  const auto n = static_cast<double>(values.size());
+  return std::sqrt(sum / (n - 1.0) / n);
+}
+
+// The frames that have a gap which the offset changes.
+struct Frames {
+  double gap_sq = 0.0;
+  std::vector<double> slope;      // change of the gap along Delta per mm of offset
+  std::vector<double> change_mm;  // of the offset, for contact: the gap along its normal
 };
 
-Sums sums_at(const load::Case& job_case, const OffsetQuestion& question, double offset_mm)
+Frames frames_at(const load::Case& job_case, const OffsetQuestion& question, double offset_mm)
 {
   const std::vector<double> gaps = gaps_at_offset(job_case, question, offset_mm);
   const std::vector<double> thicker = gaps_at_offset(job_case, question, offset_mm + difference_mm);
-  Sums sums;
+  Frames frames;
   for (std::size_t i = 0; i < gaps.size(); ++i) {
-    if (std::isnan(gaps[i]) || std::isnan(thicker[i])) continue;
     const double slope = (thicker[i] - gaps[i]) / difference_mm;
-    ++sums.n;
-    sums.gap_sq += gaps[i] * gaps[i];
-    sums.slope += slope;
-    sums.slope_sq += slope * slope;
-    sums.product += slope * gaps[i];
+    if (!(std::abs(slope) >= least_slope)) continue;  // also without a gap
+    frames.gap_sq += gaps[i] * gaps[i];
+    frames.slope.push_back(slope);
+    frames.change_mm.push_back(-gaps[i] / slope);
   }
-  return sums;
+  frames.change_mm = without_outliers(std::move(frames.change_mm));
+  return frames;
 }
 
 double rms_of(const std::vector<double>& gaps)
@@ -110,17 +144,20 @@ OffsetFit fit_offset(const load::Case& job_case, const OffsetQuestion& question)
   OffsetFit fit;
   fit.offset_mm = first_offset_mm;
   fit.status = FitStatus::iteration_limit;
-  Sums sums;
+  Frames frames;
+  double share = 1.0, last_step_mm = 0.0;  // halved at each reversal: gaps jump where contact moves
   for (int k = 0; k < most_iterations && fit.status == FitStatus::iteration_limit; ++k) {
-    sums = sums_at(job_case, question, fit.offset_mm);
-    fit.n_frames = sums.n;
-    if (sums.n < 2 || sums.slope_sq < least_slope_sq * sums.n) {
+    frames = frames_at(job_case, question, fit.offset_mm);
+    fit.n_frames = static_cast<int>(frames.slope.size());
+    if (fit.n_frames < 2) {
       fit.status = FitStatus::undetermined;
       break;
     }
     const double next_mm =
-        std::clamp(fit.offset_mm - sums.product / sums.slope_sq, least_offset_mm, largest_offset_mm);
+        std::clamp(fit.offset_mm + share * mean(frames.change_mm), least_offset_mm, largest_offset_mm);
     const double step_mm = next_mm - fit.offset_mm;
+    if (step_mm * last_step_mm < 0.0) share *= 0.5;
+    last_step_mm = step_mm;
     fit.offset_mm = next_mm;
     if (std::abs(step_mm) > settled_mm) continue;
     const bool is_inside = next_mm > least_offset_mm && next_mm < largest_offset_mm;
@@ -128,9 +165,9 @@ OffsetFit fit_offset(const load::Case& job_case, const OffsetQuestion& question)
   }
   fit.bare_gap_rms_mm = rms_of(gaps_at_offset(job_case, question, 0.0));
   if (fit.status == FitStatus::undetermined) return fit;
-  fit.gap_rms_mm = std::sqrt(sums.gap_sq / sums.n);
-  fit.travel_per_mm = sums.slope / sums.n;
-  fit.standard_error_mm = std::sqrt(sums.gap_sq / (sums.n - 1) / sums.slope_sq);
+  fit.gap_rms_mm = std::sqrt(frames.gap_sq / fit.n_frames);
+  fit.travel_per_mm = median(frames.slope);
+  fit.standard_error_mm = standard_error(frames.change_mm);
   return fit;
 }
 

@@ -16,7 +16,7 @@ struct OffsetQuestion {
 enum class FitStatus {
   converged,
   at_limit,      ///< the best offset is 0 or the largest that a job may have
-  undetermined,  ///< the gaps hardly depend on the offset, or fewer than two frames have one
+  undetermined,  ///< fewer than two frames have a gap that depends on the offset
   iteration_limit,
   not_smooth,  ///< no step of the smallest size lowers the misfit: equilibria jump
 };
@@ -26,17 +26,18 @@ const char* name_of(FitStatus status);
 struct OffsetFit {
   FitStatus status = FitStatus::undetermined;
   double offset_mm = 0.0;
-  /// Of the offset, from the curvature of the misfit and the remaining gaps, taken as independent.
+  /// Of the offset, from the remaining gaps along their normals, taken as independent.
   double standard_error_mm = nan;
-  double gap_rms_mm = nan;       ///< misfit: gaps along Delta of the frames at `offset_mm`
+  double gap_rms_mm = nan;       ///< gaps along Delta of the frames at `offset_mm`
   double bare_gap_rms_mm = nan;  ///< without offset, over the frames that have a gap then
-  double travel_per_mm = nan;    ///< mean change of a gap for 1 mm of offset
-  int n_frames = 0;              ///< that have a gap
+  double travel_per_mm = nan;    ///< median change of a gap for 1 mm of offset
+  int n_frames = 0;              ///< that have a gap which depends on the offset
 };
 
-/// Minimises the sum over the frames of the squared signed gaps along Delta: 0 where both objects touch,
-/// above 0 apart, below 0 overlapping. Gauss-Newton with differences of the exact gap. `job_case` at the
-/// subject's size with one Delta.
+/// The offset at which the frames touch on average: the mean over the frames of their signed gaps along the
+/// normal (the gap along Delta by its slope over the offset) is 0. Along Delta, one glancing contact would
+/// outweigh all others. Newton's method with differences of the exact gap. `job_case` at the subject's size
+/// with one Delta.
 OffsetFit fit_offset(const load::Case& job_case, const OffsetQuestion& question);
 
 /// Signed gaps of frames at an offset, mm; NaN where no facing surfaces are ahead.

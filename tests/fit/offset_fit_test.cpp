@@ -43,6 +43,15 @@ TEST(OffsetFit, OfPlatesIsMeanAndStandardErrorOfTheGaps)
   EXPECT_NEAR(fit.gap_rms_mm, std::sqrt(0.02), 1e-6);
 }
 
+// As where walls overlap sideways: the gap along Delta leads out of the joint.
+TEST(OffsetFit, AFrameFarFromTheOthersCountsLikeOneAtThreeDeviations)
+{
+  const fit::OffsetFit fit = fit::fit_offset(two_plates(), at_gaps({1.2, 1.3, 1.5, 1.1, 1.4, -20.0}));
+  EXPECT_EQ(fit.status, fit::FitStatus::converged);
+  // Median 1.3 and median deviation 0.2: the last one counts as 1.3 - 0.2 * 3 * 1.4826.
+  EXPECT_NEAR(fit.offset_mm, (6.5 + 1.3 - 0.6 * 1.4826) / 6.0, 1e-5);
+}
+
 TEST(OffsetFit, ItsIntervalHoldsTheTruthAsOftenAsItSays)
 {
   std::mt19937 random(26);
