@@ -152,7 +152,8 @@ console::ExitCode fit_command(const FitCommandOptions& o)
   OffsetQuestion question;
   report.keys = asked_keys(load::read_job(o.job_file, o.overrides), question);
   const load::Job bare_job = load::read_job(o.job_file, with_offset_of(o, report.keys, 0.0));
-  const load::Case job_case = load::with_one_delta(load::load_case(bare_job, o.data_directory), o.job_file);
+  load::Case job_case = load::load_case(bare_job, o.data_directory);
+  if (!job_case.is_push_fixed_in_reference) job_case = load::with_one_delta(std::move(job_case), o.job_file);
   const load::Case subject = load::scaled_to_subject(job_case);
   if (job_case.scaling)
     throw InputError({o.job_file, "scaling", "a scaled job with offset_mm = \"fit\"",

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "core/solver_position.hpp"
 #include "proximity/gap_query.hpp"
@@ -50,6 +51,7 @@ double median(std::vector<double> values)
 std::vector<double> without_outliers(std::vector<double> values)
 {
   constexpr double sd_by_deviation = 1.4826;  // of a normal distribution
+  if (values.empty()) return values;
   const double centre = median(values);
   std::vector<double> deviation;
   for (const double value : values) deviation.push_back(std::abs(value - centre));
@@ -124,16 +126,24 @@ const char* name_of(FitStatus status)
 std::vector<double> gaps_at_offset(const load::Case& job_case, const OffsetQuestion& question,
                                    double offset_mm)
 {
-  proximity::GapQuery query{
-      proximity::GapTree(
-          solver_mesh(with_offset(job_case.reference, question.reference, offset_mm), job_case.frame)),
-      proximity::GapTree(
-          solver_mesh(with_offset(job_case.moving, question.moving, offset_mm), job_case.frame))};
+  const Mesh reference = with_offset(job_case.reference, question.reference, offset_mm);
+  const Mesh moving = with_offset(job_case.moving, question.moving, offset_mm);
+  SolverFrame frame = job_case.frame;
+  std::optional<proximity::GapQuery> query;
   std::vector<double> gaps;
   for (const Pose& X : question.X_reference_moving) {
-    const SolverPosition at = solver_position(job_case.frame, X);
-    query.set_attitude(at.attitude);
-    const double travel_mm = query.travel_mm(at.pose);
+    const Eigen::Vector3d delta =
+        job_case.is_push_fixed_in_reference
+            ? Eigen::Vector3d((X.linear().transpose() * job_case.push_at_meshes.delta).normalized())
+            : job_case.frame.delta;
+    if (!query || frame.delta != delta) {
+      frame.delta = delta;
+      query.emplace(proximity::GapTree(solver_mesh(reference, frame)),
+                    proximity::GapTree(solver_mesh(moving, frame)));
+    }
+    const SolverPosition at = solver_position(frame, X);
+    query->set_attitude(at.attitude);
+    const double travel_mm = query->travel_mm(at.pose);
     gaps.push_back(std::isfinite(travel_mm) ? travel_mm : nan);
   }
   return gaps;

@@ -37,7 +37,7 @@ struct OffsetFit {
 /// The offset at which the frames touch on average: the mean over the frames of their signed gaps along the
 /// normal (the gap along Delta by its slope over the offset) is 0. Along Delta, one glancing contact would
 /// outweigh all others. Newton's method with differences of the exact gap. `job_case` at the subject's size
-/// with one Delta.
+/// with one Delta, or one that turns with the reference.
 OffsetFit fit_offset(const load::Case& job_case, const OffsetQuestion& question);
 
 /// Signed gaps of frames at an offset, mm; NaN where no facing surfaces are ahead.

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <random>
 
+#include "core/frames.hpp"
+#include "core/units.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::offset_fit_test {
@@ -33,8 +35,7 @@ fit::OffsetQuestion at_gaps(const std::vector<double>& gaps_mm)
 
 TEST(OffsetFit, OfPlatesIsMeanAndStandardErrorOfTheGaps)
 {
-  const fit::OffsetFit fit =
-      fit::fit_offset(two_plates(), at_gaps({1.2, 1.3, 1.5, 1.1, 1.4}));
+  const fit::OffsetFit fit = fit::fit_offset(two_plates(), at_gaps({1.2, 1.3, 1.5, 1.1, 1.4}));
   EXPECT_EQ(fit.status, fit::FitStatus::converged);
   EXPECT_NEAR(fit.offset_mm, 1.3, 1e-6);  // settled_mm
   EXPECT_NEAR(fit.travel_per_mm, -1.0, 1e-9);
@@ -50,6 +51,23 @@ TEST(OffsetFit, AFrameFarFromTheOthersCountsLikeOneAtThreeDeviations)
   EXPECT_EQ(fit.status, fit::FitStatus::converged);
   // Median 1.3 and median deviation 0.2: the last one counts as 1.3 - 0.2 * 3 * 1.4826.
   EXPECT_NEAR(fit.offset_mm, (6.5 + 1.3 - 0.6 * 1.4826) / 6.0, 1e-5);
+}
+
+// A ball turned by 90 degrees below a plate: Delta belongs to the plate.
+TEST(OffsetFit, ADeltaFixedInTheReferenceTurnsAgainstTheMovingObject)
+{
+  load::Case joint = two_plates();
+  const Mesh ball = test::ball(5.0);
+  joint.moving.contact = {ball,
+                          std::vector<std::int32_t>(static_cast<std::size_t>(ball.triangles.rows()), 0)};
+  joint.is_push_fixed_in_reference = true;
+  fit::OffsetQuestion question = at_gaps({6.2, 6.4, 6.3});
+  for (Pose& X : question.X_reference_moving) X.linear() = rotation_z(rad_from_deg(90.0));
+  const fit::OffsetFit fit = fit::fit_offset(joint, question);
+  EXPECT_EQ(fit.status, fit::FitStatus::converged);
+  EXPECT_NEAR(fit.offset_mm, 1.3, 1e-5);
+  joint.is_push_fixed_in_reference = false;
+  EXPECT_EQ(fit::fit_offset(joint, question).status, fit::FitStatus::undetermined);
 }
 
 TEST(OffsetFit, ItsIntervalHoldsTheTruthAsOftenAsItSays)
