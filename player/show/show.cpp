@@ -175,8 +175,9 @@ Plan plan_of_frames(const motion::Motion& motion, const std::vector<double>& key
       plan.poses.push_back(pose);
     } else {
       ++plan.n_unsolved;
-      talk << motion.key_name() << " " << shortest_decimal(pose.key)
-           << ": no image, a neighbouring frame has no pose\n";
+      const bool is_frame = std::binary_search(motion.keys().begin(), motion.keys().end(), pose.key);
+      talk << motion.key_name() << " " << shortest_decimal(pose.key) << ": no image, "
+           << (is_frame ? "the" : "a neighbouring") << " frame has no pose\n";
     }
   }
   return plan;
@@ -364,8 +365,7 @@ ShowSummary show_trace(const ShowOptions& options, const store::MotionModel& mod
   SeriesRenderer maker(options, model, {"raw", false}, poses_of(images), std::move(renderer));
   if (!options.folder.empty()) write_images(options, maker, images, streams.data);
   if (!options.video.empty()) write_video(options, maker, poses_of(images), streams);
-  const std::size_t n_images =
-      options.folder.empty() ? 0 : images.size() * maker.look().views.size();
+  const std::size_t n_images = options.folder.empty() ? 0 : images.size() * maker.look().views.size();
   if (!options.is_quiet) {
     streams.messages << options.trace << ": search at flexion " << plain(film.attitude.flexion_rad)
                      << ", varus " << plain(film.attitude.varus_rad) << ", "
@@ -409,8 +409,11 @@ ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& mod
   if (has_video) write_video(options, maker, film.poses, streams);
   if (!options.is_quiet) {
     streams.messages << options.file << ": " << (model.title.empty() ? "untitled" : model.title) << ", set "
-                     << set << ", " << loop::count_text(plan.poses.size(), "attitude") << ", "
-                     << loop::count_text(plan.poses.size() * n_views, "image") << "\n";
+                     << set;
+    if (has_images)
+      streams.messages << ", " << loop::count_text(plan.poses.size(), "attitude") << ", "
+                       << loop::count_text(plan.poses.size() * n_views, "image");
+    streams.messages << "\n";
   }
   return summary;
 }
