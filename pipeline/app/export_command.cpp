@@ -101,7 +101,7 @@ exports::FlexionPlan plan_of(const ExportOptions& options, const store::MotionMo
   plan.set = options.set;
   if (!options.flexion.empty()) plan.flexion_deg = angle_range({"vrda export", "--flexion", options.flexion});
   if (options.format == "osim" && options.flexion.empty() && !model.frames)
-    plan.flexion_deg = exports::osim_flexions_deg(model);
+    plan.flexion_deg = exports::osim_flexions_deg(model, options.set);
   plan.varus = exports::default_varus(model);
   if (options.varus == driven_varus) {
     if (plan.set.empty()) plan.set = smoothed_set(model, options.file);

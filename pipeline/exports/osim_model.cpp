@@ -19,7 +19,10 @@ namespace {
 using Node = pugi::xml_node;
 
 constexpr const char* document_version = "40000";  // of OpenSim 4.0: read by every later one
-constexpr int knots_per_step = 4;
+// Knots become denser towards the flexions of the model, where the motion or its varus has kinks; the
+// two-sided motion has none.
+constexpr double smallest_knot_step_deg = 0.002, smallest_smooth_step_deg = 0.05;
+constexpr std::size_t most_knot_shares = 16;
 
 Node add_text(Node parent, const char* name, const std::string& text)
 {
@@ -344,15 +347,22 @@ std::string text_of(const pugi::xml_node& node, unsigned flags)
 
 }  // namespace
 
-std::vector<double> osim_flexions_deg(const store::MotionModel& model)
+std::vector<double> osim_flexions_deg(const store::MotionModel& model, const std::string& set)
 {
-  std::vector<double> flexions_deg;
-  for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
-    flexions_deg.push_back(model.flexion_deg[i]);
-    if (i + 1 == model.flexion_deg.size()) break;
-    const double step_deg = model.flexion_deg[i + 1] - model.flexion_deg[i];
-    for (int k = 1; k < knots_per_step; ++k)
-      flexions_deg.push_back(model.flexion_deg[i] + step_deg * k / knots_per_step);
+  const bool has_own = model.two_sided && (set.empty() || set == "two_sided");
+  const std::vector<double>& at_deg = has_own ? model.two_sided->flexion_deg : model.flexion_deg;
+  const double smallest_deg = has_own ? smallest_smooth_step_deg : smallest_knot_step_deg;
+  std::vector<double> shares;  // from the middle to an end
+  for (double share = 0.5; shares.size() < most_knot_shares; share /= 2.0) shares.push_back(share);
+  std::vector<double> flexions_deg{at_deg.front()};
+  for (std::size_t i = 1; i < at_deg.size(); ++i) {
+    const double step_deg = at_deg[i] - at_deg[i - 1];
+    const auto is_kept = [&](double share) { return share == 0.5 || share * step_deg > smallest_deg; };
+    for (auto share = shares.rbegin(); share != shares.rend(); ++share)
+      if (is_kept(*share)) flexions_deg.push_back(at_deg[i - 1] + *share * step_deg);
+    for (std::size_t k = 1; k < shares.size(); ++k)
+      if (is_kept(shares[k])) flexions_deg.push_back(at_deg[i] - shares[k] * step_deg);
+    flexions_deg.push_back(at_deg[i]);
   }
   return flexions_deg;
 }

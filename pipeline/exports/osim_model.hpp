@@ -39,7 +39,8 @@ std::string osim_joint(const store::MotionModel& model, const FlexionMotion& mot
 OsimModel osim_model(const store::MotionModel& model, const FlexionMotion& motion,
                      const OsimOptions& options);
 
-/// The flexions of the model with three more between neighbours, degrees: knots of the splines.
-std::vector<double> osim_flexions_deg(const store::MotionModel& model);
+/// Knots of the splines, degrees: the flexions of the set with others between. They become denser towards
+/// flexions with kinks, so that these are rounded over 0.004 degrees only.
+std::vector<double> osim_flexions_deg(const store::MotionModel& model, const std::string& set);
 
 }  // namespace vrda::exports

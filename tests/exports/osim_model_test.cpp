@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <pugixml.hpp>
 #include <sstream>
 
@@ -85,7 +86,8 @@ TEST(OsimModel, WrapsHaveTheirAnglesRadiiAndBodies)
                                   .toRotationMatrix();
     EXPECT_LT((R - X.linear()).norm(), 1e-12) << "rounding";
     const std::vector<double> at_m = numbers(wrap, "translation");
-    for (int k = 0; k < 3; ++k) EXPECT_DOUBLE_EQ(at_m[static_cast<std::size_t>(k)], 1e-3 * X.translation()[k]);
+    for (int k = 0; k < 3; ++k)
+      EXPECT_DOUBLE_EQ(at_m[static_cast<std::size_t>(k)], 1e-3 * X.translation()[k]);
   }
   EXPECT_THAT(numbers(document.select_node(paths[0].c_str()).node(), "radius"), testing::ElementsAre(0.02));
   EXPECT_THAT(numbers(document.select_node(paths[0].c_str()).node(), "length"), testing::ElementsAre(0.06));
@@ -117,12 +119,24 @@ TEST(OsimModel, FlexionMustRise)
               test::refuses({.file = "knee.h5", .field = "flexion"}));
 }
 
-TEST(OsimModel, KnotsAreFourTimesAsDenseAsTheGrid)
+TEST(OsimModel, KnotsAreDenserTowardsTheFlexionsOfTheModel)
 {
   store::MotionModel model;
   model.flexion_deg = {0.0, 1.0, 5.0};
-  EXPECT_THAT(exports::osim_flexions_deg(model),
-              testing::ElementsAre(0.0, 0.25, 0.5, 0.75, 1.0, 2.0, 3.0, 4.0, 5.0));
+  const std::vector<double> at_deg = exports::osim_flexions_deg(model, "raw");
+  EXPECT_TRUE(std::ranges::is_sorted(at_deg));
+  EXPECT_EQ(std::ranges::adjacent_find(at_deg), at_deg.end());
+  const auto one = std::ranges::find(at_deg, 1.0);
+  ASSERT_NE(one, at_deg.end());
+  for (const double step_deg : {one[0] - one[-1], one[1] - one[0]}) {
+    EXPECT_GT(step_deg, 0.002);
+    EXPECT_LT(step_deg, 0.004);
+  }
+  EXPECT_THAT(at_deg, testing::IsSupersetOf({0.5, 0.75, 3.0, 4.0, 5.0}));
+  // The two-sided motion has its own flexions and no kinks.
+  model.two_sided.emplace();
+  model.two_sided->flexion_deg = {0.0, 0.25};
+  EXPECT_THAT(exports::osim_flexions_deg(model, ""), testing::ElementsAre(0.0, 0.0625, 0.125, 0.1875, 0.25));
 }
 
 }  // namespace vrda::osim_model_test
