@@ -132,7 +132,7 @@ TEST(Findings, RotationThatIsNotCertainIsSaid)
   EXPECT_THAT(lines, Contains(HasSubstr("1 of 4 flexions have several equilibria, up to 6.5 degrees")));
   // Theta of an attitude whose axes turn with Delta follows the other rotations too.
   EXPECT_THAT(lines, testing::Not(Contains(HasSubstr("jumps by"))));
-  store::Points& delta = entry.model.push.delta;
+  Points& delta = entry.model.push.delta;
   delta = Eigen::RowVector3d::UnitY().replicate(delta.rows(), 1);
   EXPECT_THAT(report::warnings_of(entry),
               Contains(HasSubstr("jumps by 5.2 degrees")));  // 0.2 per degree of flexion without the jump
