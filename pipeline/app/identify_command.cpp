@@ -74,13 +74,14 @@ Measurements measurements_of(const FitCommandOptions& o, const score::Convention
 void require_common_flexion(const FitCommandOptions& o, const std::vector<laxity::PublishedValue>& rows,
                             const std::vector<double>& flexion_deg)
 {
-  const auto [least, largest] = std::minmax_element(flexion_deg.begin(), flexion_deg.end());
+  const double least = *std::min_element(flexion_deg.begin(), flexion_deg.end());
+  const double largest = *std::max_element(flexion_deg.begin(), flexion_deg.end());
   if (std::any_of(rows.begin(), rows.end(), [&](const laxity::PublishedValue& row) {
-        return row.flexion_deg >= *least && row.flexion_deg <= *largest;
+        return row.flexion_deg >= least && row.flexion_deg <= largest;
       }))
     return;
   throw InputError({o.to_files.back(), "flexion_deg", "no flexion within those of [laxity]",
-                    shortest_decimal(*least) + " to " + shortest_decimal(*largest)});
+                    shortest_decimal(least) + " to " + shortest_decimal(largest)});
 }
 
 // Whole degrees that cover the trials.
