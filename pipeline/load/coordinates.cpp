@@ -61,26 +61,6 @@ std::size_t n_driven(const CoordinatesJob& job)
                     [](const CoordinateJob& c) { return c.role == CoordinateRole::driven; }));
 }
 
-// Loads over flexion have no flexion to be taken at.
-void check_no_load_tables(const Job& job)
-{
-  const auto check_one = [&](const FlexionTable& table, const std::string& key) {
-    if (table.flexion_rad.size() > 1 && !table.is_over_driving)
-      job.document.refuse(key, "a table over flexion, which is free", "a number, or flexion driven or given");
-  };
-  check_one(job.push.delta, "push.delta");
-  check_one(job.push.force_n, "push.force_n");
-  check_one(job.push.lateral_force_n, "push.lateral_force_n");
-  check_one(job.push.moment_nmm, "push.moment_nmm");
-  check_one(job.push.varus_moment_nmm, "push.varus_moment_nmm");
-  for (std::size_t k = 0; k < job.push.loads.size(); ++k) {
-    check_one(job.push.loads[k].force_n, "push.load." + std::to_string(k) + ".force_n");
-    check_one(job.push.loads[k].moment_nmm, "push.load." + std::to_string(k) + ".moment_nmm");
-  }
-  for (std::size_t k = 0; k < job.push.lines.size(); ++k)
-    check_one(job.push.lines[k].tension_n, "push.line." + std::to_string(k) + ".tension_n");
-}
-
 // Combinations that no reading of a table can mend.
 void check_roles(const Job& job, const CoordinatesJob& coordinates)
 {
@@ -107,7 +87,6 @@ void check_roles(const Job& job, const CoordinatesJob& coordinates)
         all[flexion_row].role == CoordinateRole::free)
       job.document.refuse(key_of(k), "a table over flexion, which is free", "flexion driven or given");
   }
-  if (all[flexion_row].role == CoordinateRole::free) check_no_load_tables(job);
   const auto has_role = [&](CoordinateRole role) {
     return std::any_of(all.begin(), all.end(), [&](const CoordinateJob& c) { return c.role == role; });
   };
@@ -433,12 +412,20 @@ void resolve_driving_tables(Job& job)
     table.is_over_driving = false;
     for (double& angle : table.flexion_rad) angle = rad_from_deg(angle);
   };
-  for (const PushTable& setting : tables_of(job.push)) resolve(*setting.table);
+  const bool is_flexion_free =
+      job.coordinates && job.coordinates->coordinate[flexion_row].role == CoordinateRole::free;
+  const auto resolve_load = [&](FlexionTable& table) {
+    if (is_flexion_free && table.flexion_rad.size() > 1 && !table.is_over_driving)
+      job.document.refuse(table.key, "a table over flexion, which is free",
+                          "a number, or flexion driven or given");
+    resolve(table);
+  };
+  for (const PushTable& setting : tables_of(job.push)) resolve_load(*setting.table);
+  resolve_load(job.push.delta);
   if (job.coordinates) {
     for (CoordinateJob& c : job.coordinates->coordinate)
       if (c.given) resolve(*c.given);
   }
-  resolve(job.push.delta);
   if (job.push.delta.is_over_driving)
     job.document.refuse("push.delta", "a table over another coordinate than flexion",
                         "flexion_deg, or a constant");

@@ -15,7 +15,7 @@ namespace vrda::load {
 std::optional<CoordinatesJob> coordinates_of(const Job& job);
 
 /// Tables over the driving coordinate become tables over flexion where that drives. Refuses them where
-/// nothing drives, and a direction over another coordinate.
+/// nothing drives, a direction over another coordinate, and loads over a flexion that is free.
 void resolve_driving_tables(Job& job);
 
 /// Flexion driven, varus driven or free, the rest free: what [grid] expresses.
