@@ -100,17 +100,23 @@ py::object attribute(const py::object& owner, const char* name)
   return py::getattr(owner, py::reinterpret_steal<py::str>(PyUnicode_InternFromString(name)));
 }
 
-/// Needs the interpreter lock. A handler of the logger that fails is reported by Python; work goes on.
+/// Needs the interpreter lock. A handler of the logger that fails is reported by Python; work goes on. Ctrl-C
+/// during a message stays pending for the next check of signals.
 void log_waiting_messages()
 {
+  bool is_interrupted = false;
   for (const Message& message : waiting_messages().take()) {
     try {
       const py::object logger = attribute(py::module_::import("logging"), "getLogger")("vrda");
       attribute(logger, message.is_warning ? "warning" : "info")("%s", message.line);
     } catch (py::error_already_set& error) {
-      error.discard_as_unraisable("vrda logger");
+      if (error.matches(PyExc_KeyboardInterrupt))
+        is_interrupted = true;
+      else
+        error.discard_as_unraisable("vrda logger");
     }
   }
+  if (is_interrupted) PyErr_SetInterrupt();
 }
 
 /// Messages go to the logger "vrda" of Python.

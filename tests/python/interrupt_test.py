@@ -1,5 +1,6 @@
 """Ctrl-C during a run, a comparison and a row of attitudes. usage: interrupt_test.py VRDA"""
 import hashlib
+import logging
 import os
 import pathlib
 import signal
@@ -67,6 +68,20 @@ class Interrupt(unittest.TestCase):
             with self.assertRaises(KeyboardInterrupt):
                 vrda.compare(file, refine=4)
             self.assertEqual(vrda.validate(file), [])
+
+    def test_an_interrupt_during_a_message_is_not_lost(self):
+        class Press(logging.Handler):
+            def emit(self, record):
+                logger.removeHandler(self)
+                os.kill(os.getpid(), signal.SIGINT)
+
+        logger = logging.getLogger("vrda")
+        with tempfile.TemporaryDirectory() as folder:
+            job = vrda.Job(KNEE, set=FINE | {"grid.varus.step": 5})  # a warning first: the grid is too small for degree 6
+            logger.addHandler(Press())
+            with self.assertRaises(KeyboardInterrupt):
+                job.run(pathlib.Path(folder, "knee.h5"))
+            self.assertEqual(logger.handlers, [])
 
     def test_the_handler_of_python_stays(self):
         before = signal.getsignal(signal.SIGINT)
