@@ -24,6 +24,9 @@ if(VRDA_PLAYER)
   # The web page for use without the program; vrda-player embeds it too.
   install(FILES ${CMAKE_BINARY_DIR}/player/web/vrda-player.html DESTINATION ${CMAKE_INSTALL_DATADIR}/vrda COMPONENT player)
 endif()
+if(TARGET vrda-webcam)
+  vrda_install(vrda-webcam webcam)
+endif()
 if(VRDA_PYTHON)
   # Where Debian's Python looks for packages, for every minor version of Python 3.
   set(VRDA_PYTHON_FOLDER lib/python3/dist-packages/vrda)

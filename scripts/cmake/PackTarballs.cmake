@@ -1,6 +1,6 @@
 # Run by cpack's External generator: packs the staged files of each component into a tarball.
 foreach(component IN LISTS CPACK_COMPONENTS_ALL)
-  if(component STREQUAL "python") # of Debian's Python only
+  if(component MATCHES "^(python|webcam)$") # Debian packages only
     continue()
   endif()
   string(TOUPPER ${component} upper)

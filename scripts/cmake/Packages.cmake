@@ -1,5 +1,6 @@
 # `cpack` in a build folder makes, for vrda and for vrda-player, a Debian package that depends on its libraries, and a
-# tarball that includes them; for the Python module a Debian package. The player is separate since it depends on LLVM: 170 MB not needed on cluster nodes.
+# tarball that includes them; for vrda-webcam and the Python module a Debian package. The player is separate since it
+# depends on LLVM, vrda-webcam since it depends on OpenCV: 170 and 100 MB not needed on cluster nodes.
 # scripts/package runs it and sets SOURCE_DATE_EPOCH, so that packages of one commit are reproducible byte for byte.
 set(CPACK_GENERATOR DEB External)
 set(CPACK_PACKAGE_VENDOR "The VRDA authors")
@@ -37,7 +38,12 @@ if(VRDA_PLAYER)
 angle: in a window, in a browser, as images and as videos (through ffmpeg).
 Images and videos need neither a display nor a graphics card.")
 endif()
-
+if(TARGET vrda-webcam)
+  vrda_package(vrda-webcam COMPONENT webcam SUGGESTS vrda-player
+    SUMMARY "webcam as the tracker of a vrda-player bench"
+    TEXT "Finds printed bodies in the pictures of a webcam and sends their poses to
+vrda-player. Also calibrates the camera and writes the sheets to print.")
+endif()
 if(VRDA_PYTHON)
   vrda_package(python3-vrda COMPONENT python SUGGESTS "vrda, python3-matplotlib"
     SUMMARY "joint motion from the surfaces of bones, Python module"

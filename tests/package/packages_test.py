@@ -147,7 +147,7 @@ class Tarballs(Packed):
             stills, note = release.stills_of(f"{folder}/report/index.html")
             self.assertIsNone(note)
             self.assertGreater(len(stills), 4)
-            for name in release.PROGRAMS:
+            for name in release.TARBALLS:
                 shown = subprocess.run([own / "with-glibc" / name, "--version"], capture_output=True, text=True, check=True,
                                        env=dict(os.environ, LD_DEBUG="libs"))
                 # The launcher's shell comes first. From /lib only the name of the included loader may appear.
@@ -212,6 +212,13 @@ class Debian(Packed):
         self.check("vrda-player", (), release.PLAYER_FILES)
         self.assertIn("libosmesa6", self.field("vrda-player", "Depends"))
 
+    @unittest.skipUnless("vrda-webcam" in release.PROGRAMS, "a build without OpenCV")
+    def test_webcam(self):
+        self.check("vrda-webcam", (), set())
+        depends = self.field("vrda-webcam", "Depends")
+        self.assertIn("libopencv-contrib", depends)
+        self.assertNotIn("libopencv", self.field("vrda-player", "Depends"))
+        self.assertEqual(self.field("vrda-webcam", "Suggests"), "vrda-player")
 
     @unittest.skipUnless(release.PYTHON, "a build without the Python module")
     def test_python(self):

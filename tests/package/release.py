@@ -15,7 +15,8 @@ PYTHON_FOLDER = "lib/python3/dist-packages/vrda"
 PYTHON_FILES = {f"{PYTHON_FOLDER}/{name}" for name in ("__init__.py", "_errors.py", "_core.pyi", "py.typed")} | {
     "share/doc/python3-vrda/examples/knee.py"} | {
     f"{PYTHON_FOLDER}/{path.name}" for path in (BUILD / "python/vrda").glob("_core.*.so")} if PYTHON else set()
-PROGRAMS = ("vrda", "vrda-player")
+TARBALLS = ("vrda", "vrda-player")
+PROGRAMS = TARBALLS + (("vrda-webcam",) if (BUILD / "vrda-webcam").exists() else ())
 PLAYER_FILES = {"share/vrda/vrda-player.html"}
 # 7 x 5 attitudes of the generic knee: it needs no file but the job, and takes a third of a second.
 COARSE = ("--set", "grid.flexion.step=15", "--set", "grid.varus.step=5", "--progress", "none")
