@@ -2,6 +2,7 @@
 // player's board client. VRDA_FIRMWARE_SECONDS: simulated time of the long run (scripts/firmware: ten minutes).
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <random>
@@ -45,11 +46,18 @@ class Firmware : public testing::Test {
     seen_.clear();
     return test::take_until(*devices_, seen_, fits);
   }
-  bool await_stage(int count, int flags)
+  testing::AssertionResult await_stage(int count, int flags)
   {
-    return await([=](const devices::Sample& s) {
+    const bool has_come = await([=](const devices::Sample& s) {
       return s.kind == devices::SampleKind::stage && s.count == count && s.state == flags;
     });
+    if (has_come) return testing::AssertionSuccess();
+    testing::AssertionResult missing = testing::AssertionFailure();
+    missing << "wanted count " << count << " with flags " << flags << "; last of " << seen_.size() << " samples:";
+    for (std::size_t k = seen_.size() - std::min<std::size_t>(seen_.size(), 20); k < seen_.size(); ++k)
+      missing << "\n  kind " << static_cast<int>(seen_[k].kind) << ", count " << seen_[k].count << ", state "
+              << static_cast<int>(seen_[k].state);
+    return missing;
   }
   bool await_knob(int value)
   {
