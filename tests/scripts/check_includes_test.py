@@ -13,7 +13,7 @@ GOOD = {
                                "if(X)\n  add_subdirectory(solve)\nendif()\n",
     "player/CMakeLists.txt": "add_subdirectory(scene)\nadd_subdirectory(render)\n",
     "pipeline/core/CMakeLists.txt": "add_room(core)\n",
-    "pipeline/core/README.md": "core\n",
+    "pipeline/core/README.md": "# core: shared types\n",
     "pipeline/core/trig.cpp": '#include "core/trig.hpp"\n#include <cmath>\ndouble sine(double x) { return std::sin(x); }\n',
     "pipeline/core/mesh.hpp": "#include <Eigen/Core>\n#include <vector>\n#include <sys/stat.h>\n",
     "pipeline/store/file.cpp": '#include "store/file.hpp"\n#include "core/mesh.hpp"\n#include <hdf5.h>\n',
@@ -91,11 +91,12 @@ class CheckIncludes(unittest.TestCase):
 
     def test_sizes(self):
         self.assert_one("pipeline/solve/a.cpp", "int x;\n" * 501, 501, "501 lines", "at most 500")
-        self.assert_one("pipeline/core/README.md", "line\n" * 21, 21, "21 lines", "at most 20")
+        self.assert_one("pipeline/core/README.md", "# core\n" + "line\n" * 20, 21, "21 lines", "at most 20")
+        self.assert_one("pipeline/core/README.md", "# corelib: types\n", 1, "title # corelib", "# core")
 
     def test_a_room_has_a_readme_and_a_place(self):
         self.assert_one("pipeline/load/CMakeLists.txt", "add_room(load)\n", 1, "no README.md in pipeline/load", "purpose")
-        code, lines = self.findings({"player/web/CMakeLists.txt": "add_room(web)\n", "player/web/README.md": "web\n"})
+        code, lines = self.findings({"player/web/CMakeLists.txt": "add_room(web)\n", "player/web/README.md": "# web\n"})
         self.assertEqual((code, len(lines)), (1, 1))
         self.assertRegex(lines[0], r"\bweb\b.*, wanted .*\bplayer/CMakeLists.txt\b")
 
