@@ -32,7 +32,7 @@ def keep_row(sources, path):
 
 
 def draw_curves(numbers, path):
-    """Internal rotation of each knee over flexion, with the template's, a panel a template."""
+    """Internal rotation of each knee over flexion, with the template's, one panel per template."""
     figure, axes = pyplot.subplots(1, 2, figsize=(11, 4.2), layout="constrained", sharey=True)
     for ax, group, title in zip(axes, ("solved", "generic"), ("by the jam-smith2019 template", "by the generic template")):
         by_knee = numbers[group]

@@ -10,6 +10,7 @@ import importlib
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tomllib
@@ -17,6 +18,7 @@ import tomllib
 sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 STALE = "**Stale:**"
+HAND_WRITTEN = ("remarks.md", "campaign-estimate.md")
 # Jobs without mesh files, from which the version of each solver is known everywhere.
 GENERIC = {"stability-search": "jobs/knee-generic-contact.toml", "equilibrium": "jobs/knee-generic.toml"}
 
@@ -100,6 +102,19 @@ def job_hash(job):
     return sha256(json.dumps(tomllib.loads((ROOT / job).read_text(encoding="utf-8")), sort_keys=True, default=str))
 
 
+def contents(path):
+    """What a hash of an input covers: of C++ sources the code without comments, which change no number."""
+    content = path.read_bytes()
+    if path.suffix not in (".hpp", ".cpp"):
+        return content
+    return b"\n".join(line for line in (re.sub(rb"\s*//.*", b"", line) for line in content.splitlines()) if line)
+
+
+def inputs_in(folder):
+    """The files of a folder; of a room those without its README."""
+    return [path for path in sorted(folder.rglob("*")) if path.is_file() and not (path.name == "README.md" and (folder / "CMakeLists.txt").is_file())]
+
+
 class Today:
     """Solver versions, job keys and hashes of files of today, from `vrda check`."""
 
@@ -122,11 +137,11 @@ class Today:
         return {"solver": checked["solver_version"], "key": checked["job_key"], "job": job_hash(run.job)}
 
     def file(self, name):
-        """Hash of a file or of all files of a folder; None for data that are missing."""
+        """Hash of a file or of all files of a folder, without what changes no number; None for data that are missing."""
         path = data_folder() / name[5:] if name.startswith("data:") else ROOT / name
         if path.is_dir():
-            return sha256("".join(f"{one.relative_to(path)} {sha256(one.read_bytes())}\n" for one in sorted(path.rglob("*")) if one.is_file()))
-        return sha256(path.read_bytes()) if path.is_file() else None
+            return sha256("".join(f"{one.relative_to(path)} {sha256(contents(one))}\n" for one in inputs_in(path)))
+        return sha256(contents(path)) if path.is_file() else None
 
 
 def record_path(name, root=ROOT):
@@ -158,12 +173,18 @@ def write_record(name, numbers, seconds, today):
     record_path(name).write_text(json.dumps(record, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
+def counted(things, noun):
+    """1 run, 2 runs."""
+    return f"{len(things)} {noun}{'' if len(things) == 1 else 's'}"
+
+
 def stamp(record):
     """The line of a page that says what it was made with."""
     solvers = sorted({run["solver"] for run in record["runs"].values()})
     known = {key: {part: value for part, value in run.items() if part != "solver"} for key, run in record["runs"].items()}
     inputs = sha256(json.dumps([known, record["files"]], sort_keys=True))[:12]
-    return f"Solver: {', '.join(solvers) or 'none'}. Inputs: `{inputs}` ({len(record['runs'])} runs, {len(record['files'])} files, in `results/records/`). Made in {record['seconds']:,} s."
+    used = f"Solver: {', '.join(solvers)}" if solvers else "No solver used"
+    return f"{used}. Inputs: `{inputs}` ({counted(record['runs'], 'run')}, {counted(record['files'], 'file')}, in `results/records/`). Made in {record['seconds']:,} s."
 
 
 def render(name, root=ROOT):
@@ -218,4 +239,4 @@ def outdated(name, today, root=ROOT):
 def pages_on_disk(root=ROOT):
     """Every page of results/ that is tracked or would be."""
     folders = [root / "results", *(path for path in (root / "results").glob("knee-*") if (path / "README.md").is_file())]
-    return sorted(str(path.relative_to(root)) for folder in folders for path in folder.glob("*.md") if path.name != "remarks.md")
+    return sorted(str(path.relative_to(root)) for folder in folders for path in folder.glob("*.md") if path.name not in HAND_WRITTEN)

@@ -63,7 +63,7 @@ def page(n, stamp):
              "| head | | median | 9 of 10 within | largest |\n|---|---|---:|---:|---:|",
              *targets_rows("parallax stage", stage["targets"]), *targets_rows("body on the display", tracker["targets"]),
              "\n\"Before\": nominal eyes and optics, the eyes placed by a tape measure (10 mm, whole degrees), with the true table, leg and scale.\n",
-             f"Coverage of the stated 95 % interval (wanted: 90 to 98 %; found: {coverage(stage['numbers'])} with the stage, {coverage(tracker['numbers'])} with a body on the display), root mean\n"
+             f"Coverage of the stated 95 % interval (target: 90 to 98 %; found: {coverage(stage['numbers'])} with the stage, {coverage(tracker['numbers'])} with a body on the display), root mean\n"
              "square error, and mean half width of the interval. With the parallax stage:\n", head, *rows_of(stage["numbers"]),
              "\nWith a body on the display, only different parts:\n", head, *rows_of(tracker["numbers"], lambda part, _: part in ("head", "leg")),
              "\n## Other methods\n",

@@ -10,7 +10,7 @@ def outcomes(text):
 
 
 def collect(readers, models_log, mutants_log):
-    """A tab-separated line a reader, and the logs of the model reader and of the mutated files."""
+    """A tab-separated line per reader, and the logs of the model reader and of the mutated files."""
     models, mutants = models_log.read_text(), mutants_log.read_text()
     rows = [dict(zip(READER, line.split("\t"))) for line in readers.read_text().splitlines()]
     return {"readers": rows, "model_files": (re.findall(r"^files: (.*)$", models, re.M) or [""])[-1], "models": outcomes(models),
@@ -36,7 +36,7 @@ the seeds in `tests/fuzz/corpus`. A value or one error message is correct; anyth
 
 A run of `models` is 64 motion models or traces, HDF5 files with valid seals and checksums, mutated in their bytes or through HDF5, read in another process as the player
 reads them ({n['model_files']} files). If HDF5
-terminates that process, the player reports one message; counts:
+terminates that process, the player reports one message. Counts, with the code that caused the end, libhdf5 or VRDA, and its signal or sanitizer report:
 
 {listed(n['models'])}
 
@@ -68,5 +68,5 @@ command without a fault must give the same bytes and no other file. `VRDA_FAULTS
 | export | 10 | | 10 | 10 | 10 | 0 |
 | compare | 4 | | 4 | 4 | 4 | 0 |
 
-In two earlier trials of `resume`, with EIO and with ENOSPC, a temporary file of a submission killed before stayed behind, since the error hit its removal; the removal is now repeated. The counts of `resume` are of the program with this change.
+In two earlier trials of `resume`, with EIO and with ENOSPC, a temporary file of a previously killed submission remained because its removal failed; the removal is now repeated. The counts of `resume` are of the program with this change.
 """

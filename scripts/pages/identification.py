@@ -3,14 +3,14 @@ from pages.tables import table
 
 COORDINATES = (("internal", "internal rotation, degree"), ("varus", "varus, degree"), ("anterior", "anterior, mm"), ("proximal", "proximal, mm"),
                ("lateral", "lateral, mm"))
-WANTED_DEG, WANTED_MM, WANTED_STRAIN = 4.5, 0.3, 0.005
+TARGET_DEG, TARGET_MM, TARGET_STRAIN = 4.5, 0.3, 0.005
 
 
 def status(fit):
-    """What the fit says of itself."""
+    """Status and identified unknowns of a fit."""
     undecided = [unknown["name"] for unknown in fit["unknowns"] if unknown["decision"] == "undecided"]
-    return (f"`{fit['status']}` after {fit['iterations']} steps; {fit['directions_decided']} of {len(fit['unknowns'])} independent combinations decided; residuals "
-            f"{fit['noise_scale']:.1f} times the noise. Not decided by the measurements (posterior and prior are the same): {', '.join(undecided) or 'none'}.\n")
+    return (f"`{fit['status']}` after {fit['iterations']} steps; {fit['directions_decided']} of {len(fit['unknowns'])} independent combinations identified; residuals "
+            f"{fit['noise_scale']:.1f} times the noise. Not identifiable from the measurements (posterior and prior are the same): {', '.join(undecided) or 'none'}.\n")
 
 
 def unknowns(fit, altered=None):
@@ -27,11 +27,11 @@ def unknowns(fit, altered=None):
 
 
 def recovered(fit, altered):
-    """The largest error of the strains that the data decide."""
+    """The largest error of the strains that the data identify."""
     errors = [abs(unknown["change"] - altered.get(unknown["name"].split()[-1], 0.0)) for unknown in fit["unknowns"] if unknown["decision"] == "decided"]
     if not errors:
-        return "No strain is decided.\n"
-    return f"{len(errors)} strains are decided; the largest error of these is {max(errors):.4f} (wanted: at most {WANTED_STRAIN}).\n"
+        return "No strain is identified.\n"
+    return f"{len(errors)} strains are identified; the largest error of these is {max(errors):.4f} (target: at most {TARGET_STRAIN}).\n"
 
 
 def misfits(fit):
@@ -57,8 +57,8 @@ def verdict(scores):
     before, after = scores["inertia"]["living"], scores["inertia"]["fitted"]
     worse = {name: after[name] - before[name] for name in ("anterior", "proximal", "lateral")}
     largest = max(worse, key=worse.get)
-    return (f"On the inertia trial, which the fit did not use, the difference of rotation decreases from {before['internal']:.2f} to {after['internal']:.2f} degrees (wanted: at most {WANTED_DEG});\n"
-            f"the translation whose difference increases most is {largest}, by {worse[largest]:+.2f} mm (wanted: at most +{WANTED_MM}).\n")
+    return (f"On the inertia trial, which the fit did not use, the difference of rotation decreases from {before['internal']:.2f} to {after['internal']:.2f} degrees (target: at most {TARGET_DEG});\n"
+            f"the translation whose difference increases most is {largest}, by {worse[largest]:+.2f} mm (target: at most +{TARGET_MM}).\n")
 
 
 def between_trials(n):
@@ -77,7 +77,7 @@ def page(n, stamp):
     altered = ", ".join(f"{name} {by:+g}" for name, by in truth["altered"].items())
     parts = ["# Identification\n",
              "Written by `scripts/identification`: `vrda fit --to` (`schemas/fit.md`). Reference strains are changes at the pose of the meshes.\n", stamp + "\n",
-             "## The living knee\n",
+             "## A knee measured in vivo\n",
              "The knee of `jobs/knee-jam-smith2019-ligaments.toml`, fitted to the passive trial only: the strain of each bundle and constant loads\n"
              "(`scripts/identification_living.toml`). Then solved by `vrda run` and scored by `vrda score` as in [living-knee.md](living-knee.md). RMS differences:\n",
              living(n["scores"]), verdict(n["scores"]), between_trials(n), status(n["living"]), unknowns(n["living"]),

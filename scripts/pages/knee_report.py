@@ -126,7 +126,7 @@ def page(n, stamp):
     plain, recontacted = n["plain"], n["recontacted"]
     reason = plain["recommendation"]["reason"]
     if plain["recommendation"]["degree"] is None:
-        reason = f"no degree is good enough ({plain['recommendation']['status']}): {reason}"
+        reason = f"no degree meets the criteria ({plain['recommendation']['status']}): {reason}"
     marks = ", ".join(f"{name} {count}" for name, count in n["marks"].items()) or "none"
     parts = [f"# {n['title']}\n",
              f"Written by `scripts/reports` of `jobs/{n['folder']}.toml`: {n['stable']} of {n['cells']} attitudes solved.\n"
@@ -147,7 +147,7 @@ def page(n, stamp):
              flexion_only_table(n["rows"])]
     if n["against"]:
         parts += ["## Against measured and simulated curves\n",
-                  "RMS difference (largest; mean of ours minus theirs). Nothing is fitted. The first is a passive cycle of the same person's knee in dynamic\n"
+                  "RMS difference (largest; mean of VRDA's curve minus the other). Nothing is fitted. The first is a passive cycle of the same person's knee in dynamic\n"
                   "MRI (noise about 1 to 2 degrees and 1 mm), the others are simulations of it.\n", against_table(n)]
     parts += ["## Pictures\n", "\n\n".join(f"![{name}](plots/{name}.png)" for name in n["plots"])]
     return "\n".join(parts) + "\n"

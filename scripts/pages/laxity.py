@@ -62,10 +62,10 @@ def cuts(n, curves):
         for flexion in n["flexion_deg"]:
             whole, cut = curves["intact", flexion, test], curves[state, flexion, test]
             replaced = cut["replaced"] or {"distance_mm": None, "angle_deg": None}
-            farther = None if cut["laxity"] is None else cut["position"] - whole["position"]
+            change = None if cut["laxity"] is None else cut["position"] - whole["position"]
             rows.append([state, test, f"{flexion:g}", f"{100 * share_of(whole, CUTS[state]):.0f} %", number(whole["laxity"]), number(cut["laxity"]),
-                         number(farther, "+.2f"), number(replaced["distance_mm"], ".4f"), number(replaced["angle_deg"], ".4f")])
-    return table(["cut", "test", "flexion, degrees", "share of the load", "laxity, intact", "laxity, cut", "farther by",
+                         number(change, "+.2f"), number(replaced["distance_mm"], ".4f"), number(replaced["angle_deg"], ".4f")])
+    return table(["cut", "test", "flexion, degrees", "share of the load", "laxity, intact", "laxity, cut", "change of position under load by the cut",
                   "replaced by its forces: mm", "degrees"], rows, 6)
 
 
@@ -77,10 +77,11 @@ def page(n, stamp):
              "Written by `scripts/laxity`: `vrda laxity` on the knee of `jobs/knee-jam-smith2019-ligaments.toml` (cartilage, 55 fibres, 20 N along the tibia).\n"
              "Flexion is held, the other coordinates are free; 100 N forwards and backwards, 5 N m internally and externally, 10 N m of varus and valgus, in ten steps\n"
              "each (`schemas/laxity.md`). Nothing is fitted. mm and degrees.\n",
-             stamp + "\n", f"{n_solved} of {len(n['curves'])} curves reach the whole load.\n",
+             stamp + "\n", f"{n_solved} of {len(n['curves'])} tests were solved up to the full load.\n",
              "![Displacement over load, laxity over flexion](pictures/laxity.svg)\n",
              "## Effect of cuts\n",
-             "The share of the load that the fibres carry in the intact knee, and the laxity without them. Last: the cut knee under the load and\n"
+             "The share of the load that the fibres carry in the intact knee, and the laxity without them. The change of position under load includes the change of the\n"
+             "unloaded pose by the cut, which the laxities, measured from the unloaded pose of each state, do not. Last: the cut knee under the load and\n"
              "constant tensions equal to the forces of the cut fibres in the intact knee; its distance from the pose of the intact knee is zero if they carried that share.\n",
              cuts(n, curves)]
     for pair in PAIRS:

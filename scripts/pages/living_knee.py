@@ -8,7 +8,7 @@ OURS, SIMULATED = "vrda, unloaded", ("JAM, Lenhart 2015", "JAM, 2022")
 
 
 def comparison(rows):
-    """Table of RMS (largest) differences of each quantity, a row a curve."""
+    """Table of RMS (largest) differences of each quantity, one row per curve."""
     lines = ["| " + " | ".join([""] + [f"{name}, {unit}" for _, name, unit in QUANTITIES]) + " |", "|---|" + "---:|" * len(QUANTITIES)]
     for name, found in rows.items():
         lines.append("| " + " | ".join([name] + [f"{found[key][0]:.1f} ({found[key][1]:.1f})" for key, _, _ in QUANTITIES]) + " |")
@@ -24,7 +24,7 @@ def closer(trials):
             theirs = found["differences"][label]
             better = [name for key, name, _ in QUANTITIES if mine[key][0] < theirs[key][0]]
             worse = [name for key, name, _ in QUANTITIES if mine[key][0] >= theirs[key][0]]
-            lines.append(f"- {trial} against {label}: closer in {', '.join(better) or 'none'}; farther in {', '.join(worse) or 'none'}.")
+            lines.append(f"- {trial} against {label}: closer in {', '.join(better) or 'no coordinate'}; farther in {', '.join(worse) or 'no coordinate'}.")
     return "\n".join(lines)
 
 
@@ -51,7 +51,7 @@ def optima_line(optima):
 def page(n, stamp):
     """The page."""
     inside, near, width = n["band"]
-    parts = ["# The living knee\n",
+    parts = ["# A knee measured in vivo\n",
              "Written by `scripts/living-knee`. The knee of `jobs/knee-jam-smith2019-ligaments.toml` (cartilage, 55 fibres, only 20 N along the tibia,\n"
              "varus free) compared with the motion of the same person's knee in dynamic MRI, and with two simulations of it. Nothing is\n"
              "fitted to the measurement. RMS difference, in brackets the largest, over the flexions of each trial that both cover, by `vrda score`\n"
@@ -62,7 +62,7 @@ def page(n, stamp):
     parts += ["## Against the simulation with the same loads\n", comparison(n["same_loads"]), "## Rotation as a band\n",
               f"Under -0.5 and +0.5 N m about Delta theta moves by {width:.1f} degrees on average. {100 * inside:.0f} % of the passive trial's frames are\n"
               f"within the band, {100 * near:.0f} % within {NOISE_DEG:g} degrees (the noise of the measurement) of it.\n",
-              "## The scanned pose\n", scan_line(n["scan"]["unloaded"]) + "\n", "## Closer than the simulations?\n", closer(n["trials"]) + "\n",
+              "## The scanned pose\n", scan_line(n["scan"]["unloaded"]) + "\n", "## Comparison with the simulations\n", closer(n["trials"]) + "\n",
               "## Several equilibria\n", optima_line(n["optima"]) + "\n", "## With menisci\n",
               "Rigid, fixed to the tibia, as supplied and thinned by 0.5 mm; against the passive trial:\n", comparison(n["menisci"])]
     parts += [f"{name}: {scan_line(n['scan'][name])}\n" for name in ("menisci", "menisci-thinned")]

@@ -64,9 +64,9 @@ ten minutes of that.
 
 ## Before and after
 
-![Both knees at 0, 30, 60 and 90 degrees, with tubes and glassy menisci, and as they are drawn now](player/before-after.jpg)
+![Both knees at 0, 30, 60 and 90 degrees, before (tubes, transparent menisci) and after](player/before-after.jpg)
 
-Menisci are opaque tissue with rounded edges instead of glass blocks; bundles are bands that follow their wrapping surfaces, instead of single tubes (the posterior capsule over the condyles, the medial collateral ligament
+Menisci are opaque tissue with rounded edges instead of transparent blocks; bundles are bands that follow their wrapping surfaces, instead of single tubes (the posterior capsule over the condyles, the medial collateral ligament
 over the tibia); ambient occlusion darkens where surfaces are close. The upper row of each pair is of the program before these changes, the lower one of `scripts/pictures`.
 
 ## Memory over 100,000 frames

@@ -4,7 +4,7 @@ import json
 
 MEANING = {
     "stable": "in equilibrium",
-    "no_contact": "no contact along Delta: slid off, or never touched",
+    "no_contact": "no contact along Delta: the objects separated or never met",
     "no_clearance": "no collision-free pose within the retreat distance: the objects interpenetrate",
     "iteration_limit": "no equilibrium within max_steps",
 }
@@ -57,6 +57,6 @@ def page(infos, stamp):
         places = [f"{info['title']} ({where(info, status)})" for info in infos if status != "stable" and where(info, status)]
         lines.append(f"- `{status}`: {meaning}." + (" " + "; ".join(places) + "." if places else ""))
     lines.append("\nTwo-sided motion: poses in which both compartments are within 0.145 mm, of those at every quarter of a degree of flexion.\n"
-                 "Marks: `/plausibility` of [motion-model.md](../schemas/motion-model.md). With contact alone a tibia can rotate freely and, without menisci, slide off the femur; in\n"
+                 "For the plausibility codes see `/plausibility` of [motion-model.md](../schemas/motion-model.md). With contact alone a tibia can rotate freely and, without menisci, slide off the femur; in\n"
                  "vivo, ligaments prevent this.")
     return "\n".join(lines) + "\n"

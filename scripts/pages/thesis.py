@@ -1,4 +1,4 @@
-"""results/thesis.md: the thesis's own route, each figure and table beside ours."""
+"""results/thesis.md: the thesis reproduced, each figure and table next to VRDA's."""
 from pages.tables import table
 
 THESIS_TRIANGLES = {"tibia": ("Tibia", 1484, 1746), "patella": ("Patella", 308, 378), "femur": ("Femur", 1300, 1516),
@@ -6,7 +6,7 @@ THESIS_TRIANGLES = {"tibia": ("Tibia", 1484, 1746), "patella": ("Patella", 308, 
                     "meniscus_lateral": ("Latmen", 640, 742)}
 NOT_DRAWN = (
     (1, "concept: a student at the joint", "drawing of people; contains no result"),
-    (17, "Open Inventor's gview", "window of another program; ours is in [player.md](player.md), the input is the job file"),
+    (17, "Open Inventor's gview", "window of another program; VRDA's is in [player.md](player.md), the input is the job file"),
     (19, "the bench", "photograph of hardware that this project does not have"),
     (21, "Optotrak 3020 and probe", "photograph of hardware; the simulated tracker has no picture"))
 REPLACED = (
@@ -50,7 +50,7 @@ def chapter_2(n):
             + figure(3, "Curve of the instant centre",
                 "Zero-varus motion of degree 6, on sections through the condyles; centres as in [clinical.md](../schemas/clinical.md).") + "\n"
             + figure(4, "Helical axes", "Nine axes over ten degrees each, in the femur's frame.") + "\n"
-            + table(["quantity", "thesis", "ours", "why different"], rows))
+            + table(["quantity", "thesis", "VRDA", "why different"], rows))
 
 
 def chapter_3(n):
@@ -85,7 +85,7 @@ def chapter_3(n):
             + figure(10, "Pyramidal cap and sink",
                 "Above: at the start, oblique and from the side. Below: normals at the centres of the triangles and at the exact points.",
                 "jpg") + "\n"
-            + table(["figure", "thesis", "ours", "why different"], rows))
+            + table(["figure", "thesis", "VRDA", "why different"], rows))
 
 
 def chapter_4(n):
@@ -105,7 +105,7 @@ def chapter_4(n):
         "Start, half-way and end; above oblique, below from the side through the reference. Upside down: Delta points down.", "jpg"))
     rows.append(("4.2", "steps ten times the resolution are safe; reference and moving object may be exchanged",
         "random cases from fixed seeds, [validation.md](validation.md)", "same"))
-    return "## Chapter 4: test objects\n\n" + "\n".join(figures) + "\n" + table(["figure", "thesis", "ours", "why different"], rows)
+    return "## Chapter 4: test objects\n\n" + "\n".join(figures) + "\n" + table(["figure", "thesis", "VRDA", "why different"], rows)
 
 
 def components(n):
@@ -114,7 +114,7 @@ def components(n):
         ours = n["components"].get(key)
         rows.append((name, polygons, triangles, f"{ours:,}" if ours else "none",
             "generated, all triangles" if ours else "not part of tibiofemoral contact; patella: `joint = \"other\"`"))
-    return table(["component", "thesis: polygons", "thesis: triangles", "ours: triangles", "why different"], rows)
+    return table(["component", "thesis: polygons", "thesis: triangles", "VRDA: triangles", "why different"], rows)
 
 
 def chapter_5(n):
@@ -130,7 +130,7 @@ def chapter_5(n):
          f"{number(grid['varus']['to_deg'], 0)}°; step 1°: {sum(status.values()):,} attitudes", "sign: flexion positive here"),
         ("steps, resolutions", "1 mm, 0.1 mm; 1°, 0.1°",
         f"{steps['translation_mm']:g} mm, {steps['translation_resolution_mm']:g} mm; {steps['rotation_deg']:g}°, {steps['rotation_resolution_deg']:g}°", "same"),
-        ("start; first approach", "2 cm below; 5 mm a step (appendix B)",
+        ("start; first approach", "2 cm below; 5 mm per step (appendix B)",
         f"20 mm below, {number(n['start_travel_mm'], 1)} mm to contact; {n['approach_mm']:g} mm", "same"),
         ("perceptible at 0.5 m", "0.145 mm, 0.27°", "the same thresholds in `vrda compare` and audits", "same"),
         ("length of the model", "about 20 cm", f"{number(n['length_mm'] / 10, 0)} cm", "includes both shafts"),
@@ -145,7 +145,7 @@ def chapter_5(n):
         ("collision after smoothing", "\"without perceptible collision\"",
         f"{smooth['overlapping']:,} of {smooth['poses']:,} attitudes overlap, by at most {mm(smooth, 'largest_penetration')} mm; at zero varus "
          f"{touch['overlapping']} of {touch['poses']}, {mm(touch, 'largest_penetration')} mm; gap at most {mm(touch, 'largest_gap')} mm",
-         "the thesis looked, we measured: more than its own 0.145 mm. `--recontact` and the two-sided motion remove it: "
+         "the thesis looked, VRDA measured: more than its own 0.145 mm. `--recontact` and the two-sided motion remove it: "
          f"{audits['two_sided']['overlapping']} of {audits['two_sided']['poses']} overlap there"),
         ("zero varus", "mean of the first and last varus with both condyles in contact",
         f"{zero['both_touch']} of {zero['flexions']} flexions so, {number(zero['varus_deg'][0], 1)} to "
@@ -160,7 +160,7 @@ def chapter_5(n):
             + figure(14, "The generated knee", "Front, medial and back view.", "jpg") + "\n" + components(n) + "\n"
             + figure(15, "Search of the knee",
                 "Above: flexion and varus 0 from 20 mm below. Below: flexion 40 and varus -8, 0 and 8 degrees: the femur is rotated, the tibia is pushed against it.", "jpg") + "\n"
-            + figure(16, "Smoothing by degree 6", "Posterior translation, the thesis's Z.") + "\n" + table(["quantity", "thesis", "ours",
+            + figure(16, "Smoothing by degree 6", "Posterior translation, the thesis's Z.") + "\n" + table(["quantity", "thesis", "VRDA",
                 "why different"], rows))
 
 
@@ -179,7 +179,7 @@ def chapters_6_and_7(n):
         "Zero-varus motion of degree 6; oblique, medial and back view.", "jpg") + "\n"
             + figure(20, "Both eyes and the virtual images",
                 "Found by the calibration of the virtual bench; the drawn width is the visible part.") + "\n" + table(["quantity", "thesis",
-                "ours", "why different"], rows))
+                "VRDA", "why different"], rows))
 
 
 def chapter_8(n):
@@ -222,7 +222,7 @@ def chapter_8(n):
             + figure(26, "Registration",
                 "The generated knee over the surface of a leg, seen through the optics: before, with nominal eyes, and after the calibration.",
                 "jpg") + "\n"
-            + table(["quantity", "thesis", "ours", "why different"], results))
+            + table(["quantity", "thesis", "VRDA", "why different"], results))
 
 
 def chapter_9():
@@ -236,9 +236,9 @@ def chapter_9():
 
 def page(numbers, stamp):
     """The whole page."""
-    head = ("# The thesis's own route, shown\n\nWritten by `scripts/thesis`: the generic knee by stability search, smoothed by degree 6 and reduced to zero varus as in chapter 5 of the\n"
-            "thesis (Baillot, *First Implementation of the Virtual Reality Dynamic Anatomy Tool*), its test objects and its calibration, each figure and number beside\n"
-            f"ours. The motion that the programs show by default is another one: the equilibrium with ligaments, two-sided ([knee-generic](knee-generic/README.md)).\n\n{stamp}\n")
+    head = ("# Reproduction of the thesis\n\nWritten by `scripts/thesis`: the generic knee by stability search, smoothed by degree 6 and reduced to zero varus as in chapter 5 of the\n"
+            "thesis (Baillot, *First Implementation of the Virtual Reality Dynamic Anatomy Tool*), its test objects and its calibration, each figure and number next to\n"
+            f"that of VRDA. The motion that the programs show by default is another one: the equilibrium with ligaments, two-sided ([knee-generic](knee-generic/README.md)).\n\n{stamp}\n")
     parts = [head, "## Figures\n\n" + inventory(), chapter_2(numbers), chapter_3(numbers), chapter_4(numbers), chapter_5(numbers),
         chapters_6_and_7(numbers), chapter_8(numbers), chapter_9()]
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)

@@ -9,6 +9,7 @@ COORDINATES = (("flexion", "flexion, deg"), ("varus", "varus, deg"), ("internal"
 LIMITS = (("tka-contact", "all", "rms", "varus", 0.5, None), ("tka-contact", "all", "rms", "internal", 2.1, None), ("tka-contact", "all", "rms", "anterior", 0.7, None),
           ("tka-contact", "all", "rms", "proximal", 0.35, None), ("tka-given", "all", "rms", "varus", 0.5, None), ("tka-given", "all", "rms", "proximal", 0.4, None),
           ("subtalar", "second_half", "shape", "varus", 1.13, 1.10), ("subtalar", "second_half", "shape", "internal", 1.48, 1.36))
+TITLES = {"living-knee": "Knee in vivo, passive, 55 fibres"}  # other than in the record
 CASES = ("tka-contact", "tka-fibres", "tka-given", "subtalar", "subtalar-axis", "living-knee")
 UNITS = {name: label.split(", ")[1] for name, label in COORDINATES}
 
@@ -16,6 +17,10 @@ UNITS = {name: label.split(", ")[1] for name, label in COORDINATES}
 def mean(values):
     """Of the joints of a case; None if one has no value."""
     return None if any(value is None for value in values) else math.fsum(values) / len(values)
+
+
+def title_of(n, name):
+    return TITLES.get(name, n[name]["title"])
 
 
 def cell(case, name, text):
@@ -44,14 +49,14 @@ def found_rows(n):
         case = n[name]
         numbers = [cell(case, c, f"{fixed(of_case(case, 'all', 'rms', c))} ({fixed(of_case(case, 'all', 'bias', c))}; {fixed(of_case(case, 'all', 'shape', c))})")
                    for c, _ in COORDINATES]
-        yield [case["title"], case["given"], frames(case), *numbers]
+        yield [title_of(n, name), case["given"], frames(case), *numbers]
 
 
 def baseline_rows(n):
     """RMS of the measurement's mean and of its straight line."""
     for name in (name for name in CASES if name in n):
         case = n[name]
-        yield [case["title"], *(cell(case, c, f"{fixed(of_case(case, 'all', 'constant_rms', c))}; {fixed(of_case(case, 'all', 'line_rms', c))}")
+        yield [title_of(n, name), *(cell(case, c, f"{fixed(of_case(case, 'all', 'constant_rms', c))}; {fixed(of_case(case, 'all', 'line_rms', c))}")
                                 for c, _ in COORDINATES)]
 
 
@@ -59,7 +64,7 @@ def half_rows(n):
     """With an offset from the first half: RMS and shape in the second, in brackets the constant's RMS."""
     for name in (name for name in CASES if name in n):
         case = n[name]
-        yield [case["title"], *(cell(case, c, f"{fixed(of_case(case, 'second_half', 'rms', c))}; {fixed(of_case(case, 'second_half', 'shape', c))} "
+        yield [title_of(n, name), *(cell(case, c, f"{fixed(of_case(case, 'second_half', 'rms', c))}; {fixed(of_case(case, 'second_half', 'shape', c))} "
                                               f"({fixed(of_case(case, 'second_half', 'constant_rms', c))})") for c, _ in COORDINATES)]
 
 
@@ -71,19 +76,19 @@ def joint_rows(case):
 
 
 def limit_rows(n):
-    """What was wanted and what came out."""
+    """Acceptance limits and results."""
     for name, part, measure, coordinate, limit, aim in LIMITS:
         if name not in n:
             continue
         value = of_case(n[name], part, measure, coordinate)
-        wanted = f"{limit:.2f}" + ("" if aim is None else f", aim {aim:.2f}")
-        yield [n[name]["title"] + f" ({', '.join(n[name]['not_scored'])} given{'; second half of the frames' if part == 'second_half' else ''})", f"{'RMS' if measure == 'rms' else measure} of {coordinate}, {UNITS[coordinate]}",
-               wanted, fixed(value, 3), "yes" if value is not None and value <= limit else "no"]
+        at_most = f"{limit:.2f}" + ("" if aim is None else f", aim {aim:.2f}")
+        yield [title_of(n, name) + f" ({', '.join(n[name]['not_scored'])} given{'; second half of the frames' if part == 'second_half' else ''})", f"{'RMS' if measure == 'rms' else measure} of {coordinate}, {UNITS[coordinate]}",
+               at_most, fixed(value, 3), "yes" if value is not None and value <= limit else "no"]
 
 
 def not_scored(n):
     """Frames without a pose, by reason."""
-    lines = [f"- {case['title']}, {joint['name']}: {count} {reason}" for case in n.values() for joint in case["all"]
+    lines = [f"- {title_of(n, name)}, {joint['name']}: {count} {reason}" for name, case in n.items() for joint in case["all"]
              for reason, count in joint["not_scored"].items()]
     return "\n".join(lines) or "None."
 
@@ -98,16 +103,16 @@ def page(n, stamp):
              stamp + "\n"]
     if missing:
         parts.append(f"Cases without a record: {', '.join(f'`{name}`' for name in missing)}.\n")
-    parts += ["## Found\n", "RMS difference from the measurement (bias; shape, the RMS without the bias). Several joints: their mean.\n",
+    parts += ["## Results\n", "RMS difference from the measurement (bias; shape, the RMS without the bias). Several joints: their mean.\n",
               table(["case", "given", "frames"] + labels, found_rows(n), len(labels)),
               "Subtalar joints: coordinates about the axes of the push, the direction in which calcaneus and talus face each other\n"
-              "(`--long-axis push`); the meshes are bone, and half of the cartilage is added to each. Living knee: tibial rotation is nearly free\n"
+              "(`--long-axis push`); the meshes are bone, and half of the cartilage is added to each. Knee in vivo: tibial rotation is nearly free\n"
               "([living-knee.md](living-knee.md) compares loads and menisci).\n",
               "In stance the measured components overlap by 0.66 mm medially and 0.40 mm laterally on average (knees/tka-dm/README.md): with four coordinates given,\n"
               "contact leaves a proximal bias of about half a millimetre with any solver.\n",
               "The millimetre of cartilage is not fitted: between 0 and 2 mm the mean shapes of the first half change by less than 0.15 degrees, so the motion does not\n"
-              "determine it. Subtalar joints are wanted in the second half of the frames.\n",
-              "## Wanted\n", table(["case", "measure", "at most", "found", "met"], limit_rows(n), 2),
+              "determine it. The limits for subtalar joints apply to the second half of the frames.\n",
+              "## Acceptance limits\n", table(["case", "measure", "at most", "found", "passed"], limit_rows(n), 2),
               "## Baselines\n", "RMS of the measurement about its mean; about its straight line over flexion, or over the frames where they were matched by frame.\n",
               table(["case"] + labels, baseline_rows(n), len(labels)),
               "## Offset from the first half\n",

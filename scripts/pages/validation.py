@@ -118,10 +118,10 @@ def page(numbers, stamp):
     if oracle:
         lines += ["## Collisions against FCL\n",
                   "The same poses tested by FCL, by the standard triangle test and by this project; if any two differ, a third measure in extended\n"
-                  "precision decides which is wrong. Ours may be wrong only within 1e-9 mm of contact, otherwise its test fails.\n",
+                  "precision decides which is wrong. This project's test may be wrong only within 1e-9 mm of contact, otherwise the row fails.\n",
                   "\n".join(table(
                       ["objects", "poses", "seed", "colliding", "within 1e-3 mm of contact", "answers differ", "largest distance from contact there, mm",
-                       "FCL wrong", "standard test wrong", "ours wrong"], 9,
+                       "FCL wrong", "standard test wrong", "VRDA wrong"], 9,
                       [(each["oracle"], f"{each['poses']:,}", each["seed"], f"{each['colliding']:,}", f"{each['near']:,}", each["disagreeing"],
                         number(each["farthest_mm"]), each["fcl_wrong"], each["textbook_wrong"], each["we_wrong"]) for each in oracle])),
                   f"\n{sum(each['poses'] for each in oracle):,} poses."]
