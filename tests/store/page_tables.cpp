@@ -1,6 +1,7 @@
 #include "store/page_tables.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <set>
 #include <sstream>
@@ -46,6 +47,10 @@ std::string last_name(const std::string& path)
 
 std::string valid_text(const store::Dataset& dataset)
 {
+  // The registry is that of a sample file, whose number of rows is not a limit of the format.
+  if (dataset.valid.rule == store::Rule::integer &&
+      dataset.valid.largest < std::numeric_limits<std::int32_t>::max())
+    return (dataset.valid.least < 0.0 ? "-1" : "0") + std::string(" to the number of rows - 1");
   if (dataset.flags() == store::FlagSet::none) return store::rule_text(dataset.valid);
   const bool is_partly = dataset.valid.condition.when != store::ValueCondition::When::always;
   return codes_text(dataset.flags()) +
