@@ -76,8 +76,8 @@ void board_loop(board* b)
   uint8_t frame[board_longest_frame];
   board_poll(b);
   const hal* const h = b->hardware;
-  for (int request = h->receive(h->self); request >= 0; request = h->receive(h->self)) {
-    const uint8_t n = board_answer(b, (uint8_t)request, frame);
-    if (n > 0) h->send(h->self, frame, n);
-  }
+  const int request = h->receive(h->self);
+  if (request < 0) return;
+  const uint8_t n = board_answer(b, (uint8_t)request, frame);
+  if (n > 0) h->send(h->self, frame, n);
 }

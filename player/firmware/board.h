@@ -33,7 +33,8 @@ void board_poll(board* b);
 /* Writes the answer to a request byte into `frame`; returns its length, 0 for an unknown request. */
 uint8_t board_answer(board* b, uint8_t request, uint8_t frame[board_longest_frame]);
 
-/* One iteration: polls the encoder and answers pending requests. Call it in an endless loop. */
+/* One iteration: polls the encoder and answers at most one request, so that a busy line delays neither the next poll
+ * nor a watchdog. Call it in an endless loop. */
 void board_loop(board* b);
 
 #endif

@@ -36,9 +36,11 @@ class Bench {
   }
   void jump(int counts) { count_ += counts; }
   void loop() { board_loop(&board_); }
+  void receive(char request) { received_.push_back(static_cast<std::uint8_t>(request)); }
+  std::size_t n_sent() const { return sent_.size(); }
   std::vector<std::uint8_t> ask(char request)
   {
-    received_.push_back(static_cast<std::uint8_t>(request));
+    receive(request);
     sent_.clear();
     loop();
     return sent_;
@@ -120,6 +122,24 @@ TEST(Board, PositionsGrowBeyondTheCounterAsLongAsItIsReadInTime)
     EXPECT_EQ(bench.position(), count);
   }
   EXPECT_GT(furthest, 1 << 17);
+}
+
+/// Requests without a pause: the counter is still read between two answers.
+TEST(Board, ABusyLineDelaysNoPoll)
+{
+  Bench bench;
+  constexpr int n_requests = 10;
+  for (int n = 0; n < n_requests; ++n) bench.receive('P');
+  const std::size_t frame_bytes = bench.ask('P').size();
+  int count = 0;
+  for (int n = 1; n < n_requests; ++n) {
+    count += 30'000;  // twice this is more than the counter holds
+    bench.move_to(count);
+    bench.loop();
+    EXPECT_EQ(bench.n_sent(), (static_cast<std::size_t>(n) + 1) * frame_bytes);
+  }
+  bench.loop();  // the request of ask()
+  EXPECT_EQ(bench.position(), count);
 }
 
 TEST(Board, ZeroReturnsThePlaceBeforeAndCountsOnFromThere)
