@@ -150,10 +150,12 @@ def centre(weight):
     return numpy.array([(x * weight).sum(), (y * weight).sum()]) / weight.sum()
 
 
-def middle(weight):
-    """Middle of the bounding box: of a ring, even if a cross covers parts of it."""
-    rows, columns = numpy.flatnonzero(weight.max(1) > 0.5), numpy.flatnonzero(weight.max(0) > 0.5)
-    return numpy.array([columns[0] + columns[-1], rows[0] + rows[-1]]) / 2
+def ring_centre(amber):
+    """Centre of the least-squares circle through the bright pixels: of a ring, even if a cross covers parts of it."""
+    y, x = numpy.nonzero(amber > 0.75)
+    root = numpy.sqrt(amber[y, x])
+    rows = numpy.stack([2 * x, 2 * y, numpy.ones_like(x)], axis=1) * root[:, None]
+    return numpy.linalg.lstsq(rows, (x ** 2 + y ** 2) * root, rcond=None)[0][:2]
 
 
 class Person:
@@ -263,10 +265,11 @@ class Person:
 
     def cross(self, pixels, right):
         """Moves the white cross to the middle of the amber ring."""
-        goal = middle((colours(pixels, EYES[right])[1] > 0.75).astype(float))
-        pixels = self.moved(pixels, 0, goal[0], lambda p: centre(colours(p, EYES[right])[0])[0])
-        # Up moves it up: to smaller y.
-        self.moved(pixels, 1, -goal[1], lambda p: -centre(colours(p, EYES[right])[0])[1])
+        goal = ring_centre(colours(pixels, EYES[right])[1])
+        for _ in range(2):  # the optics turn the dials' axes
+            pixels = self.moved(pixels, 0, goal[0], lambda p: centre(colours(p, EYES[right])[0])[0])
+            # Up moves it up: to smaller y.
+            pixels = self.moved(pixels, 1, -goal[1], lambda p: -centre(colours(p, EYES[right])[0])[1])
 
     def sides(self, pixels, right):
         """Moves both white lines to the amber sides, at the height of the eye."""
