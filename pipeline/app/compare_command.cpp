@@ -175,7 +175,7 @@ std::string comparison_table(const compare::Comparison& comparison)
 std::string recommendation_text(const compare::Recommendation& recommendation)
 {
   if (recommendation.degree >= 0) return "recommended: " + recommendation.reason;
-  return std::string("no degree is good enough (") + name_of(recommendation.fault) +
+  return std::string("no degree meets the criteria (") + name_of(recommendation.fault) +
          "): " + recommendation.reason;
 }
 

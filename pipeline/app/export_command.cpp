@@ -59,7 +59,7 @@ void require_useful(const ExportOptions& options)
     refuse("--varus", "driven with --to " + options.format, "--to osim");
   if (options.varus == driven_varus && !options.flexion.empty())
     refuse("--flexion", options.flexion + " with --varus driven",
-           "none: the joint has the range of the model");
+           "no value: the joint has the range of the model");
   if (!is_osim && options.only_joint) refuse("--joint-only", "--to " + options.format, "--to osim");
   if (!options.every_cell) return;
   if (options.format != "csv") refuse("--full", "--to " + options.format, "--to csv");

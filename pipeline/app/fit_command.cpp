@@ -138,8 +138,8 @@ void require_absent(const FitCommandOptions& o, const std::vector<std::string>& 
   for (const std::string& file : files) {
     std::error_code error;
     if (std::filesystem::exists(file, error))
-      throw InputError({file, "--output", "a file that is no earlier result of this job",
-                        "another --output, or --replace"});
+      throw InputError(
+          {file, "--output", "a file that is not a result of this job", "another --output, or --replace"});
   }
 }
 
@@ -169,7 +169,7 @@ console::ExitCode fit_command(const FitCommandOptions& o)
   if (report.fit.status != FitStatus::undetermined)
     report.other_gap_rms_mm = rms_over(fit::gaps_at_offset(subject, others, report.fit.offset_mm));
   print(report, o);
-  if (report.fit.status != FitStatus::converged) return console::ExitCode::too_many_unsolved;
+  if (report.fit.status != FitStatus::converged) return console::ExitCode::incomplete;
   if (o.output.empty()) return console::ExitCode::done;
   const load::Job found = load::read_job(o.job_file, with_offset_of(o, report.keys, report.fit.offset_mm));
   write_atomically(

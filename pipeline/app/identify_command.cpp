@@ -161,10 +161,10 @@ void print_found(const fit::FitDocument& document)
       undecided += (undecided.empty() ? "" : ", ") + document.unknowns[k].name;
   }
   std::printf(
-      "%s after %d steps; %zu of %zu independent combinations decided; residuals %.2f times the noise\n",
+      "%s after %d steps; %zu of %zu independent combinations identified; residuals %.2f times the noise\n",
       fit::name_of(found.status), found.n_iterations, found.n_directions, document.unknowns.size(),
       found.noise_scale);
-  std::printf("not decided by the measurements: %s\n", undecided.empty() ? "none" : undecided.c_str());
+  std::printf("not identifiable from the measurements: %s\n", undecided.empty() ? "none" : undecided.c_str());
   print_misfits(found);
 }
 
@@ -188,7 +188,7 @@ bool is_input(const std::string& file, const FitCommandOptions& o,
                      [&](const load::LoadedInput& input) { return input.sha256 == sha256; });
 }
 
-// An earlier result of the same job may be replaced, unless the job reads it.
+// A result of the same job may be replaced, unless the job reads it.
 void require_replaceable_output(const FitCommandOptions& o, const load::Job& job,
                                 const std::vector<load::LoadedInput>& inputs)
 {
@@ -312,7 +312,7 @@ console::ExitCode identify_command(const FitCommandOptions& o)
     print_found(document);
   }
   return document.found.status == fit::FitStatus::converged ? console::ExitCode::done
-                                                            : console::ExitCode::too_many_unsolved;
+                                                            : console::ExitCode::incomplete;
 }
 
 }  // namespace vrda::app

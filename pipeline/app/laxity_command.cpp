@@ -128,7 +128,7 @@ console::ExitCode laxity_command(const LaxityOptions& o)
   }
   const bool is_solved = std::all_of(document.result.curves.begin(), document.result.curves.end(),
                                      [](const laxity::LaxityCurve& curve) { return curve.is_complete(); });
-  return is_solved ? console::ExitCode::done : console::ExitCode::too_many_unsolved;
+  return is_solved ? console::ExitCode::done : console::ExitCode::incomplete;
 }
 
 }  // namespace vrda::app

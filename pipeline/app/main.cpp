@@ -38,7 +38,8 @@ constexpr const char* help_footer = R"(Example:
 Exit codes:
   0  done
   2  bad input; the message names file, field, the value found and the value wanted
-  3  finished, but more attitudes are unsolved than the job allows
+  3  finished, but incomplete: too many unsolved attitudes, a fit or repair that did not converge, or an
+     unsolved laxity test
   4  interrupted; repeat the same command to resume
   5  internal error; the message says what to report)";
 
@@ -316,10 +317,11 @@ struct Commands {
 
   void add_bands()
   {
-    CLI::App& c = add_reading("bands",
-                              "Print the bands of an uncertain job over flexion, or the contributions to its "
-                              "spread.",
-                              "vrda bands results/my-knee/my-knee.h5 --table shares");
+    CLI::App& c =
+        add_reading("bands",
+                    "Print the bands of an uncertain job over flexion (quantiles of the results of its "
+                    "samples), or the share of their variance that each random input explains.",
+                    "vrda bands results/my-knee/my-knee.h5 --table shares");
     bands.add_to(c);
     c.callback([this] { chosen = [this] { return bands_command(bands); }; });
   }

@@ -218,7 +218,7 @@ console::ExitCode repair_command(const RepairCommandOptions& o)
   console::log_warning(o.output + ": " + std::to_string(n_failed) +
                        " frames still overlap or have a gap beyond the limit; increase the stated noise or "
                        "the gap limit");
-  return console::ExitCode::too_many_unsolved;
+  return console::ExitCode::incomplete;
 }
 
 }  // namespace vrda::app

@@ -78,7 +78,7 @@ score::Convention convention_of(const Source& found, const Source& against,
   score::Convention convention;
   if (known.model) {
     if (!options.side.empty())
-      refuse_score("--side", options.side, "none: the side is that of " + known.file);
+      refuse_score("--side", options.side, "no value: the side is that of " + known.file);
     convention.side = side_of(*known.model);
     convention.rotation_centre_mm = known.model->rotation_centre_mm;
   } else if (options.side == "left") {
@@ -94,7 +94,7 @@ score::Convention convention_of(const Source& found, const Source& against,
 void require_set(const Source& found, const std::string& set)
 {
   if (!found.model) {
-    if (set != "raw") refuse_score("--set", set, "none: " + found.file + " is a table");
+    if (set != "raw") refuse_score("--set", set, "no value: " + found.file + " is a table");
     return;
   }
   const std::vector<std::string> names = motion::all_set_names(*found.model);

@@ -13,7 +13,7 @@ void ScoreCommandOptions::add_to(CLI::App& command)
   command.add_option("--set", set, "Motion of a model: raw, two_sided, degree_N, ...")->capture_default_str();
   command
       .add_option("--match", match,
-                  "Frames belong together by flexion or by their key; default: flexion for a grid, else key")
+                  "Match frames by flexion or by key; default: flexion for a grid, else key")
       ->check(one_of({"flexion", "key"}));
   command
       .add_option(

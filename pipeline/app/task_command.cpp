@@ -179,7 +179,7 @@ class Task {
       }
       return finish(cluster::TaskPhase::interrupted, code, "");
     }
-    const bool is_short = code == console::ExitCode::too_many_unsolved;
+    const bool is_short = code == console::ExitCode::incomplete;
     return finish(cluster::TaskPhase::done, code,
                   is_short ? "more attitudes are unsolved than the job allows" : "");
   }
@@ -296,13 +296,13 @@ std::optional<console::ExitCode> failure_before_restart(const std::string& folde
   return is_ours ? console::ExitCode::internal_error : console::ExitCode::bad_input;
 }
 
-// The more severe of two: internal error, bad input, too many unsolved, done.
+// The more severe of two: internal error, bad input, incomplete, done.
 console::ExitCode worse_of(console::ExitCode a, console::ExitCode b)
 {
   const auto rank = [](console::ExitCode code) {
-    return code == console::ExitCode::done                ? 0
-           : code == console::ExitCode::too_many_unsolved ? 1
-                                                          : static_cast<int>(code);
+    return code == console::ExitCode::done         ? 0
+           : code == console::ExitCode::incomplete ? 1
+                                                   : static_cast<int>(code);
   };
   return rank(b) > rank(a) ? b : a;
 }

@@ -1,4 +1,4 @@
-// `vrda trace`: the searches of a trace file, one a line, or their moves.
+// `vrda trace`: the searches of a trace file, one per line, or their moves.
 #include "app/model_commands.hpp"
 
 #include <array>

@@ -29,7 +29,7 @@ constexpr int exit_code_not_found = 127;
 
 [[noreturn]] void fail(const std::string& program, const char* what)
 {
-  throw InputError({program, "", std::string(what) + " (" + std::strerror(errno) + ")",
+  throw InputError({program, "", std::string(what) + ": " + std::strerror(errno),
                     "resources for another process and its files"});
 }
 
@@ -37,7 +37,7 @@ constexpr int exit_code_not_found = 127;
 OpenFile output_file(const std::string& program)
 {
   OpenFile memory(memfd_create("vrda", MFD_CLOEXEC));
-  if (!memory.is_open()) fail(program, "no memory for its output");
+  if (!memory.is_open()) fail(program, "no memory for the program's output");
   return memory;
 }
 
@@ -111,7 +111,7 @@ ProgramResult run_program(const std::vector<std::string>& words, const std::stri
   const std::vector<std::string> environment = environment_where(is_for_slurm);
   const std::vector<char*> arguments = pointers_to(words), variables = pointers_to(environment);
   const pid_t pid = fork();
-  if (pid < 0) fail(words.front(), "a process that cannot be created");
+  if (pid < 0) fail(words.front(), "an error on creating the process");
   if (pid == 0) {
     reset_signals();
     dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
@@ -131,12 +131,12 @@ ProgramResult run_program(const std::vector<std::string>& words, const std::stri
 pid_t start_program(const std::vector<std::string>& words, const std::string& log)
 {
   const OpenFile file(open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
-  if (!file.is_open()) fail(log, "a log that cannot be opened");
+  if (!file.is_open()) fail(log, "an error on opening the log");
   const std::vector<std::string> environment = environment_where(is_not_slurms);
   const std::vector<char*> arguments = pointers_to(words), variables = pointers_to(environment);
   const pid_t parent = getpid();
   const pid_t pid = fork();
-  if (pid < 0) fail(words.front(), "a process that cannot be created");
+  if (pid < 0) fail(words.front(), "an error on creating the process");
   if (pid > 0) return pid;
   reset_signals();
   setpgid(0, 0);

@@ -17,7 +17,7 @@ struct ProgramResult {
 
 /// Runs `words` in `folder` (empty: the working folder) to completion, without standard input. The
 /// environment omits options of Slurm's programs (SBATCH_... except SBATCH_EXPORT, SQUEUE_..., SCANCEL_...),
-/// which would override ours, and variables of an enclosing job (SLURM_JOB..., SLURM_ARRAY_...,
+/// which would override those of vrda, and variables of an enclosing job (SLURM_JOB..., SLURM_ARRAY_...,
 /// SLURM_RESTART_COUNT), which a new job would inherit. Throws InputError when no process can be created.
 ProgramResult run_program(const std::vector<std::string>& words, const std::string& folder);
 

@@ -12,7 +12,7 @@
 
 namespace vrda::compare {
 
-/// Why a degree, or every degree, is not good enough. Lengths are visible above perceptible_mm.
+/// Why a degree, or every degree, does not meet the criteria. Lengths are visible above perceptible_mm.
 enum class Fault {
   none,
   not_measurable,  ///< a block of attitudes cannot be left out
@@ -39,7 +39,7 @@ struct DegreeEvidence {
   /// [n_cells] squared errors of fits without the cell's block, the same cells in the same order for every
   /// degree; empty if a block cannot be omitted.
   std::vector<double> left_out_sq;
-  double second_difference = 0.0;         ///< RMS over one degree of flexion
+  double second_difference = 0.0;                        ///< RMS over one degree of flexion
   std::optional<ContactFigures> contact = std::nullopt;  ///< if measured
 };
 
@@ -62,8 +62,8 @@ struct RankedDegree {
 };
 
 struct Recommendation {
-  int degree = -1;               ///< -1: none is good enough
-  Fault fault = Fault::none;     ///< why none is good enough: that of the best degree, or `jump`
+  int degree = -1;               ///< -1: none meets the criteria
+  Fault fault = Fault::none;     ///< why none meets the criteria: that of the best degree, or `jump`
   int best_degree = -1;          ///< smallest error, of the degrees without a fault if there is one
   std::string reason;            ///< one sentence
   smooth::BlockSize block_size;  ///< attitudes left out together

@@ -10,9 +10,9 @@ namespace vrda::console {
 
 enum class ExitCode : int {
   done = 0,
-  bad_input = 2,          ///< usage, job, mesh, file
-  too_many_unsolved = 3,  ///< finished, but more attitudes unsolved than the job allows
-  interrupted = 4,        ///< resumable
+  bad_input = 2,    ///< usage, job, mesh, file
+  incomplete = 3,   ///< finished with unsolved attitudes or tests, or a fit or repair that did not converge
+  interrupted = 4,  ///< resumable
   internal_error = 5,
 };
 

@@ -1,4 +1,4 @@
-/// Contact points and normals of two meshes at a pose (thesis 3.3 and 3.7, DESIGN.md 5.1 step 2).
+/// Contact points and normals of two meshes at a pose (thesis 3.3 and 3.7).
 #pragma once
 
 #include <optional>

@@ -14,7 +14,7 @@ struct JobTextOptions {
   std::string unit = "m";     ///< of the mesh files: m, cm or mm
 };
 
-/// TOML with comments. Frame: thesis 5.2 in the OpenGL view (DESIGN.md 3): X to the subject's left, Y up, Z
+/// TOML with comments. Frame: thesis 5.2 in the OpenGL view: X to the subject's left, Y up, Z
 /// forward, left knee.
 std::string job_text(const KeywordConfiguration& configuration, const JobTextOptions& places);
 

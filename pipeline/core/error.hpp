@@ -1,4 +1,4 @@
-/// The two exception types (STYLE.md 4). The commands catch them (pipeline: app, run; player: app, loop); the
+/// The two exception types. The commands catch them (pipeline: app, run; player: app, loop); the
 /// few other handlers are listed in scripts/check_includes (CATCHES), each with its reason.
 #pragma once
 

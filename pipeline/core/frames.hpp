@@ -1,4 +1,4 @@
-/// The frames of DESIGN.md 3 and the maps between them.
+/// The frames of a joint (schemas/frames.md) and the maps between them.
 ///
 /// Canonical C: X anterior, Y proximal, Z the subject's right; the meshes' own origin.
 /// World W: axes of C, origin at the rotation centre, at zero attitude.

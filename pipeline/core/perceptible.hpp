@@ -1,4 +1,4 @@
-/// The smallest errors of a displayed pose that can be seen (DESIGN.md 5.5).
+/// The smallest errors of a displayed pose that can be seen.
 #pragma once
 
 namespace vrda::inline core {

@@ -33,7 +33,7 @@ const char* meaning_of(StepStatus status)
     case StepStatus::stable:
       return "stable pose found";
     case StepStatus::no_contact:
-      return "no reference surface along Delta: the moving object slid off or never touched";
+      return "no reference surface along Delta: the objects separated or never met";
     case StepStatus::no_clearance:
       return "no collision-free pose within reach along -Delta: the objects stay interlocked";
     case StepStatus::iteration_limit:

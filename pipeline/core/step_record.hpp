@@ -38,7 +38,7 @@ const char* name_of(StepStatus status);
 /// One-line description.
 const char* meaning_of(StepStatus status);
 
-/// Kind of node in the seeding graph (DESIGN.md 5.4). The values are those of the journal.
+/// Kind of node in the seeding graph (sweep/README.md). The values are those of the journal.
 enum class StepKind : std::uint8_t {
   spine_probe = 0,  ///< trial in the search for the spine's cell; not in the motion model
   spine = 1,        ///< the spine's cell of a flexion
@@ -46,7 +46,7 @@ enum class StepKind : std::uint8_t {
   /// Solved with varus free. `flexion` counts the flexions of the spine's path, `varus` the starts: the two
   /// chains, restarts, propagated solutions, small offsets (from 1000).
   free_spine = 3,
-  band = 4,  ///< as free_spine with an extra moment about Delta; `varus` 0: against theta, 1: along it
+  band = 4,    ///< as free_spine with an extra moment about Delta; `varus` 0: against theta, 1: along it
   sample = 5,  ///< as free_spine with the uncertain inputs of one sample, whose number is `varus`
 };
 

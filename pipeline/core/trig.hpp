@@ -1,6 +1,6 @@
 /// Sine, cosine and arc functions with the same bits on every x86-64 processor. The C library selects
 /// variants with fused multiply-adds by processor, so no room may call std::sin or similar functions
-/// (DESIGN.md 5.4). Error below one unit in the last place for |x| < 1e5 rad.
+/// (core/README.md). Error below one unit in the last place for |x| < 1e5 rad.
 /// Source: polynomials of fdlibm (Sun Microsystems, 1993), k_sin.c, k_cos.c, s_atan.c.
 #pragma once
 

@@ -201,10 +201,10 @@ console::ExitCode outcome_of(const load::Case& job_case, const store::MotionMode
         output + ": /uncertainty: found flexions with fewer than 2 stable samples, wanted 2 for a band");
   const double unsolved = unsolved_fraction(model);
   if (unsolved <= job_case.unsolved_fraction)
-    return lacks_bands(model) ? console::ExitCode::too_many_unsolved : console::ExitCode::done;
+    return lacks_bands(model) ? console::ExitCode::incomplete : console::ExitCode::done;
   console::log_warning(output + ": limits.unsolved_fraction: found " + std::to_string(unsolved) +
                        ", wanted at most " + std::to_string(job_case.unsolved_fraction));
-  return console::ExitCode::too_many_unsolved;
+  return console::ExitCode::incomplete;
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 /// Ligament fibres between the reference and the moving object: tension law, wrapping, energy and its
-/// derivatives (DESIGN.md 5.3).
+/// derivatives (ligament/README.md).
 #pragma once
 
 #include <span>

@@ -191,7 +191,7 @@ void warn_of_centre_off_objects(const Job& job, const Case& loaded, std::vector<
 
 void warn_of_centre(const Job& job, const Case& loaded, std::vector<std::string>& warnings)
 {
-  constexpr double farthest_mm = 30.0;  // DESIGN.md 3
+  constexpr double farthest_mm = 30.0;  // from the midpoint of the condyles' centres
   const std::optional<CondyleSpheres> spheres =
       job.joint == "knee" ? condyle_spheres(loaded.reference.contact.mesh) : std::nullopt;
   if (!spheres) return warn_of_centre_off_objects(job, loaded, warnings);

@@ -1,4 +1,4 @@
-/// From the coordinates of the mesh files to canonical axes (DESIGN.md 3).
+/// From the coordinates of the mesh files to canonical axes (schemas/frames.md).
 #pragma once
 
 #include "load/job.hpp"

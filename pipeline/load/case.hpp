@@ -18,7 +18,7 @@
 namespace vrda::load {
 
 /// Start pose of the moving object: translation from the pose of the meshes (canonical axes, the joint's own
-/// side; DESIGN.md 5.6 `initial`) and rotation about Delta (right-knee sign).
+/// side; key `moving.initial` of the job) and rotation about Delta (right-knee sign).
 struct InitialPose {
   Eigen::Vector3d translation_mm{0.0, -20.0, 0.0};
   double theta_rad = 0.0;

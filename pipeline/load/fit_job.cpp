@@ -41,7 +41,7 @@ FitParameterJob parameter_of(const documents::Document& document, const document
       return std::find(list.begin(), list.end(), name) != list.end();
     };
     if (has && !is_in(keys.may))
-      document.refuse(key + "." + name, "this key", "none: the quantity is " + quantity);
+      document.refuse(key + "." + name, "this key", "no value: the quantity is " + quantity);
     if (!has && is_in(keys.must))
       document.refuse(key + "." + name, "nothing", "this key, since the quantity is " + quantity);
   }

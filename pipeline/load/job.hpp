@@ -1,5 +1,5 @@
-/// The job file (DESIGN.md 5.6) as settings in internal units: mm, rad, N. The grid axes stay in degrees, as
-/// written in the job.
+/// The job file (schemas/job.schema.json) as settings in internal units: mm, rad, N. The grid axes stay in
+/// degrees, as written in the job.
 #pragma once
 
 #include <Eigen/Core>

@@ -60,7 +60,7 @@ std::vector<registration::KnownPoint> known_points(const KneeLandmarks& landmark
 std::vector<double> landmark_residuals_mm(const KneeLandmarks& landmarks, const TemplateJoint& own_side,
                                           const registration::KneeFit& fit);
 
-/// Three factors a bone of the template along canonical axes, without meshes of the subject: fitted to the
+/// Three factors per bone of the template along canonical axes, without meshes of the subject: fitted to the
 /// distances of the file and to those between any two points and fibre ends of one bone, with a weight on
 /// equal factors. A bone without a distance takes the mean factor of the other.
 struct LandmarkScales {

@@ -32,7 +32,6 @@ struct GapOptions {
 /// Offsets of the meshes (Mesh::offset_mm) round both surfaces: a pair touches where its distance is the sum.
 /// With offsets a pair within that sum has the non-negative travel 0 until it has passed.
 /// Faces whose unit normal has |n_y| < 1e-6 contribute only their edges. Ties: the smallest pair.
-/// Source: DESIGN.md 5.2.
 Gap directional_gap(const TreeMesh& reference, const Mesh& moving_mesh, const BoxTree& moving,
                     const MovingPose& pose, const GapOptions& options = {});
 

@@ -1,6 +1,6 @@
 /// The exact kernel of the directional gap: every point where two triangles can touch as one travels along
 /// +Y. Over the overlap of their projections the height difference is linear, so its minimum is at a vertex
-/// of one over the face of the other or where two projected edges cross (DESIGN.md 5.2). All queries that
+/// of one over the face of the other or where two projected edges cross. All queries that
 /// must agree to the last bit use this arithmetic.
 #pragma once
 

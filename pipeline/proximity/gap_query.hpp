@@ -1,4 +1,4 @@
-/// Directional gap with all near-active features, for the equilibrium solver (DESIGN.md 5.2).
+/// Directional gap with all near-active features, for the equilibrium solver.
 #pragma once
 
 #include <functional>

@@ -87,8 +87,8 @@ SolverPosition JointSolver::seed_position(const std::array<double, 16>& seed, co
   const double error = (R.transpose() * R - Eigen::Matrix3d::Identity()).norm();
   constexpr double rounding = 1e-6;
   if (!(error < rounding) || R.determinant() < 0.0 || !X.translation().allFinite())
-    throw InputError(
-        {"Joint.solve", "seed", "a matrix that is no pose", "a rotation and a finite translation"});
+    throw InputError({"Joint.solve", "seed", "a matrix that is not a rigid transform",
+                      "a rotation and a finite translation"});
   return solver_position(frame, X);
 }
 

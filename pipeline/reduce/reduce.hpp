@@ -1,4 +1,4 @@
-/// Reduces a motion over flexion and varus to flexion only, with both condyles in contact (DESIGN.md 5.5).
+/// Reduces a motion over flexion and varus to flexion only, with both condyles in contact.
 /// schemas/clinical.md contains every rule and formula.
 #pragma once
 

@@ -12,7 +12,7 @@ namespace vrda::registration {
 namespace {
 
 constexpr double sampled_radius_mm = 70.0, template_radius_mm = 50.0;
-constexpr int n_subject = 2500, n_template = 220;  // points a bone
+constexpr int n_subject = 2500, n_template = 220;  // points per bone
 constexpr double least_cosine_coarse = 0.34;       // normals within 70 degrees
 constexpr double least_scale = 0.7, most_scale = 1.45;
 constexpr double kept_coarse = 0.7, kept_fine = 0.8;

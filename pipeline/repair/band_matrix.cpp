@@ -31,7 +31,7 @@ void BandMatrix::factorise()
 
 std::vector<double> BandMatrix::solve(std::vector<double> b) const
 {
-  check(static_cast<Eigen::Index>(b.size()) == n_, "one value a row of the band matrix");
+  check(static_cast<Eigen::Index>(b.size()) == n_, "one value per row of the band matrix");
   const auto element = [&b](Eigen::Index i) -> double& { return b[static_cast<std::size_t>(i)]; };
   for (Eigen::Index i = 0; i < n_; ++i) {
     for (Eigen::Index j = std::max<Eigen::Index>(0, i - width_); j < i; ++j)

@@ -46,8 +46,7 @@ void require_options(const MeasuredMotion& measured, const RepairOptions& option
   }
   if (options.smoothing == Smoothing::of_period &&
       !(options.period_frames > 2.0 && std::isfinite(options.period_frames)))
-    throw InputError(
-        {measured.name, "--smooth", text_of(options.period_frames), "a number of frames above 2"});
+    throw InputError({measured.name, "--smooth", text_of(options.period_frames), "more than 2 frames"});
   if (options.gap_limit == GapLimit::of_length &&
       !(options.gap_limit_mm >= 0.0 && std::isfinite(options.gap_limit_mm)))
     throw InputError(

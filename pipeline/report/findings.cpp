@@ -15,7 +15,7 @@
 namespace vrda::report {
 namespace {
 
-// The certificate of an equilibrium (DESIGN.md 5.3) allows this share of the push.
+// The certificate of an equilibrium (solve/equilibrium_record.cpp) allows this share of the push.
 constexpr double residual_share = 1e-2;
 // A larger change of theta between neighbouring flexions of the spine is a discontinuity.
 constexpr double jump_deg = 3.0;
@@ -141,7 +141,8 @@ void add_audits(const store::MotionModel& model, Lines& lines)
 void add_comparison(const ReportModel& entry, Lines& lines)
 {
   if (entry.comparison && entry.comparison->recommendation.degree < 0)
-    lines.push_back("No smoothing degree is good enough: " + entry.comparison->recommendation.reason + ".");
+    lines.push_back("No smoothing degree meets the criteria: " + entry.comparison->recommendation.reason +
+                    ".");
 }
 
 void add_rotation(const store::MotionModel& model, const MotionSummary& numbers, Lines& lines)

@@ -19,7 +19,7 @@ enum class DeltaBody : std::int8_t { moving = 0, reference = 1 };
 /// Why an attitude is in the range or not. The values are those of the files.
 enum class RomStatus : std::int8_t {
   in_range = 0,
-  contact = 1,        ///< every place within the limits overlaps
+  contact = 1,        ///< every position within the limits overlaps
   border = 2,         ///< the contact is where a surface ends
   fibre = 3,          ///< a fibre is strained beyond the limit
   nothing_ahead = 4,  ///< no surface along Delta

@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* status_colours[] = {"#2a7f62", "#c2500a", "#7a5fa8", "#b5892b", "#8a8f98", "#d8d8d4"};
 constexpr const char* status_meanings[] = {"in range: in contact without overlap, within the limits",
-                                           "contact: every place within the limits overlaps",
+                                           "contact: every position within the limits overlaps",
                                            "border: the contact is where a surface ends",
                                            "fibre: a fibre is strained beyond the limit",
                                            "nothing ahead: no surface along Delta",

@@ -231,7 +231,7 @@ Entry cap_in_sink_entry()
            number("turn", "rotation of the cap about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
            number("offset_x", "X of the cap from the sink's axis", "mm", 0.0, {-500.0, 500.0}),
            number("offset_z", "Z of the cap from the sink's axis", "mm", 0.0, {-500.0, 500.0}),
-           whole("edges", "edges along half a base; 1: one triangle a face", plan.edges, {1, 200}),
+           whole("edges", "edges along half a base; 1: one triangle per face", plan.edges, {1, 200}),
            number("apart", "initial distance from the cap's tip to the sink's rim", "mm",
                   plan.initial_clearance_mm, {0.0, 100.0})},
           [](const Values& values) {

@@ -155,7 +155,7 @@ class LoftBuilder {
   std::vector<std::array<std::int32_t, 3>> triangles_;
 };
 
-// Points of all sections in order; n_ring points a section, n_across cells along the upper side.
+// Points of all sections in order; n_ring points per section, n_across cells along the upper side.
 struct Loft {
   std::vector<Eigen::Vector3d> points;
   int n_sections = 0;

@@ -113,7 +113,7 @@ using Quad = std::array<std::int32_t, 4>;
 
 struct Net {
   std::vector<Eigen::Vector3d> vertices_mm;
-  std::vector<Index3> cells;    // of the grid, one a vertex
+  std::vector<Index3> cells;    // of the grid, one per vertex
   std::vector<bool> is_pinned;  // vertices excluded from relaxation
   std::vector<Quad> quads;
 };

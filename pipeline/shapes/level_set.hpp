@@ -43,7 +43,7 @@ struct LevelSetOptions {
 /// The zero surface of `field` inside `box_mm` by surface nets; vertices are projected onto the surface and
 /// relaxed along it; normals from the gradient. The surface must be inside the box. Closed and manifold: the
 /// cell is reduced by one percent until no edge is shared by more than two faces. Cost: field evaluations
-/// near the surface only, about 25 a triangle.
+/// near the surface only, about 25 per triangle.
 Mesh level_set_mesh(const Field& field, const Box& box_mm, const LevelSetOptions& options);
 
 struct LevelSet {

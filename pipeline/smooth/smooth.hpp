@@ -1,4 +1,4 @@
-/// Smooths the raw surfaces of a motion model by least-squares polynomials of a total degree (DESIGN.md 5.5).
+/// Smooths the raw surfaces of a motion model by least-squares polynomials of a total degree.
 /// store/derived.hpp describes the result, store/evaluate_smoothed.hpp evaluates it.
 #pragma once
 

@@ -1,4 +1,4 @@
-/// Static equilibrium of the moving object under exact contact, loads and ligaments (DESIGN.md 5.3).
+/// Static equilibrium of the moving object under exact contact, loads and ligaments (solve/README.md).
 #pragma once
 
 #include <memory>

@@ -13,7 +13,7 @@ using namespace equilibrium_rules;
 
 namespace {
 
-// Largest unbalanced force of a certified pose, as a share of the push (DESIGN.md 5.3). Tighter when the
+// Largest unbalanced force of a certified pose, as a share of the push. Tighter when the
 // plan's active set uses cutting planes, which may not be valid at the current configuration.
 constexpr double unbalanced_share = 1e-2;
 constexpr double unbalanced_share_with_cuts = 1e-4;

@@ -1,4 +1,4 @@
-/// The potential of the equilibrium, ligament energy minus work of the loads (DESIGN.md 5.3), and its
+/// The potential of the equilibrium, ligament energy minus work of the loads, and its
 /// certificate: whether compressive contact forces balance loads and ligaments.
 #pragma once
 

@@ -1,5 +1,5 @@
 /// Small strictly convex quadratic programmes: the steps and the certificate of the equilibrium
-/// (DESIGN.md 5.3).
+/// (solve/README.md).
 #pragma once
 
 #include <Eigen/Core>

@@ -157,7 +157,7 @@ struct RepairedFrames {
   std::vector<double> gap_limit_mm;  ///< [1] of the pair or [2] of medial and lateral; NaN: none
 };
 
-/// Source of the varus of a zero-varus pose (DESIGN.md 5.5).
+/// Source of the varus of a zero-varus pose (schemas/clinical.md).
 enum class ZeroVarusSource : std::int8_t {
   none = -1,         ///< no pose
   both_touch = 0,    ///< mean of the first and last varus with both compartments in contact

@@ -1,4 +1,4 @@
-/// Solves every attitude of a flexion x varus grid along a fixed seeding graph (DESIGN.md 5.4): a spine,
+/// Solves every attitude of a flexion x varus grid along a fixed seeding graph (sweep/README.md): a spine,
 /// which is the continuation path along flexion through the cells where both compartments are nearest to
 /// balance, then rows outward from it. The result does not depend on the number of workers or on
 /// interruptions.

@@ -18,7 +18,7 @@
 
 namespace {
 
-/// DESIGN.md 7.
+/// README.md of this room describes them.
 enum ExitCode { done = 0, bad_input = 2, unsolved_attitudes = 3, interrupted = 4, our_mistake = 5 };
 
 /// Reports an unknown option before a missing one; CLI11 reports the missing one first.
@@ -64,8 +64,9 @@ int run(int argc, char** argv)
   app.require_subcommand(0, 1);
   app.footer(
       "Example:\n  vrda-player show knee.h5\n\n"
-      "Exit codes: 0 success, 2 invalid input, 3 unsolved attitudes (or silent devices), 4 stopped before "
-      "the followed run or the calibration was complete, 5 internal error");
+      "Exit codes: 0 success, 2 invalid input, 3 unsolved attitudes (or a device that does not answer), 4 "
+      "stopped before the followed run or the calibration was complete (the same command resumes), 5 "
+      "internal error");
   using namespace vrda;
   const loop::Streams streams{std::cout, std::cerr};
   show::ShowOptions show;
@@ -88,8 +89,10 @@ int run(int argc, char** argv)
       {app::add_devices(app, devices),
        [&] { return bench::list_devices(devices, streams) > 0 ? unsolved_attitudes : done; }},
       {app::add_measure_body(app, body), [&] { return bench::measure_body(body, streams), done; }},
-      {app::add_simulate(app, simulate), [&] {
-         simulate.rehearse.empty() ? bench::simulate(simulate, streams) : calibrate::rehearse(simulate, streams);
+      {app::add_simulate(app, simulate),
+       [&] {
+         simulate.rehearse.empty() ? bench::simulate(simulate, streams)
+                                   : calibrate::rehearse(simulate, streams);
          return done;
        }},
       {app::add_calibrate(app, calibrate), [&] {
@@ -107,8 +110,9 @@ int run(int argc, char** argv)
   for (const auto& [mode, run_mode] : modes) {
     if (mode->parsed()) return run_mode();
   }
-  std::cerr << "vrda-player: found no mode, wanted show, follow, web, bench, serve, calibrate, body, simulate "
-               "or devices (see vrda-player --help)\n";
+  std::cerr
+      << "vrda-player: found no mode, wanted show, follow, web, bench, serve, calibrate, body, simulate "
+         "or devices (see vrda-player --help)\n";
   return bad_input;
 }
 

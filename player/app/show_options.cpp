@@ -182,7 +182,7 @@ CLI::App* add_web(CLI::App& app, WebMode& mode)
       "web", "Serve a motion model and its viewer page to browsers, also in augmented and virtual reality");
   web->add_option("FILE", options.file, "Motion model (.h5)")->required();
   add(web, "--address", "A", options.address,
-      "Address of this machine to listen at; with any but 127.0.0.1, which is the default, TLS is required")
+      "Listen address (default: 127.0.0.1; any other requires --tls or --self-signed)")
       ->check(empty_value_error);
   add(web, "--port", "N", options.port, "Port (default: any free port)")->check(CLI::Range(0, 65535));
   add(web, "--tls", "CERT KEY", mode.tls,

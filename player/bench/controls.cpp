@@ -14,13 +14,14 @@ constexpr double many = 10.0;  // steps, with Shift
 constexpr double usual_prediction_ms = 30.0;
 
 constexpr std::array key_lines{
-    navigation::HelpLine{"Up, Down", "previous, next parameter; with Shift the next of another kind"},
+    navigation::HelpLine{"Up, Down", "previous, next parameter; with Shift, the next group"},
     navigation::HelpLine{"Left, Right", "decrease, increase by a step; with Shift by ten"},
     navigation::HelpLine{"F, V, I", "select flexion, varus (rigid leg), inter-pupillary distance"},
     navigation::HelpLine{"P", "prediction on and off"},
     navigation::HelpLine{"E", "filter of the leg's angles on and off"},
     navigation::HelpLine{"Z", "zero the parallax stage at its stop"},
-    navigation::HelpLine{"Left, right, middle drag", "turn, move, push the joint off the leg; R puts it back"},
+    navigation::HelpLine{"Left, right, middle drag",
+                         "turn, move, push the joint off the leg; R puts it back"},
     navigation::HelpLine{"Gamepad", "stick and cross: as the arrow keys; left shoulder: Shift"},
     navigation::HelpLine{"W", "write the calibration file"},
     navigation::HelpLine{"T", "panel with devices and timing"},

@@ -42,7 +42,7 @@ const char* name_of(BodyRole role);
 /// A tracked body: one tool with a pose, or several markers with positions.
 struct BodySettings {
   std::string tool;                              ///< empty: markers
-  std::vector<std::string> markers;              ///< tracker tools, one a marker
+  std::vector<std::string> markers;              ///< tracker tools, one per marker
   std::vector<Eigen::Vector3d> markers_body_mm;  ///< positions in the body frame; empty: not measured yet
   double marker_interval_ms = 0.0;               ///< time between the firing of successive markers
 };

@@ -45,7 +45,7 @@ struct CalibrateOptions {
   std::string model, set;  ///< for adjustment by eye and for pictures
   bool is_headless = false;
   std::string script;  ///< file with keys
-  int samples = 1;     ///< samples a pixel
+  int samples = 1;     ///< samples per pixel
   bool is_virtual = false;
   std::uint64_t seed = 1;
   std::string head = "stage";  ///< or "tracker", in the built-in bench file

@@ -34,7 +34,7 @@ struct Diagram {
 };
 
 /// Outline of a body: edges between a front and a back face, from the front (right to left, up) and from the
-/// subject's right (anterior, up); two points a piece, mm, canonical axes, y up.
+/// subject's right (anterior, up); two points per piece, mm, canonical axes, y up.
 struct BodyOutline {
   std::array<std::vector<std::array<Eigen::Vector2d, 2>>, 2> pieces;
 };

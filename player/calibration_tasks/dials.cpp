@@ -11,7 +11,7 @@
 namespace vrda::calibration_tasks {
 namespace {
 
-/// As in bench/bench_state.cpp: range of the ten-bit converter, steps a turn.
+/// As in bench/bench_state.cpp: range of the ten-bit converter, steps per turn.
 constexpr double most_count = 1023.0, steps_a_turn = 200.0;
 constexpr tracking::OneEuroOptions potentiometer_options{1.0, 0.05, 2.0};
 

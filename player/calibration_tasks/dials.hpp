@@ -28,7 +28,7 @@ class Dials {
 
   /// Handles arrow keys (calibration_tasks/session.hpp); ignores others.
   void press(const navigation::KeyPress& press);
-  /// Handles a potentiometer value: 200 steps a turn, relative to its position when the dial was selected.
+  /// Handles a potentiometer value: 200 steps per turn, relative to its position when the dial was selected.
   void turn(int count, double time_s);
   /// Marks the values from which drag() counts.
   void begin_drag() { drag_start_ = values_; }

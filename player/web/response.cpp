@@ -224,7 +224,8 @@ Response request_timeout()
 
 Response too_many_viewers()
 {
-  return text_response(503, "found too many viewers, wanted one of them closed", {{"Retry-After", "5"}});
+  return text_response(503, "found too many viewers, wanted fewer: close one and reload",
+                       {{"Retry-After", "5"}});
 }
 
 }  // namespace vrda::web

@@ -63,7 +63,7 @@ function judgementTable({ rows, recommended, left_out: block }) {
   const contactCells = ({ contact }) => (!hasContact ? [] : hasSides ? sides.map((key) => number(contact.two_sided?.[key])) : [number(contact.largest_gap_mm), number(contact.largest_overlap_mm)]);
   const n = block.flexions * block.varus_columns;
   const caption = `What the recommendation is based on. Left out: error of the pose at attitudes without which the polynomial was fitted, in multiples of the perceptible 0.145 mm and 0.27 degrees; ${n === 1 ? "each attitude is left out alone" : `blocks of ${block.flexions} flexions by ${block.varus_columns} varus columns are left out together, since neighbouring errors are correlated`}. Second difference: over one degree of flexion, in the same unit.${hasContact ? " Gap and overlap: after the motion was moved into contact." : ""}`;
-  return table(caption, ["degree", "left out", "second difference", ...contactHeadings, "not good enough because"],
+  return table(caption, ["degree", "left out", "second difference", ...contactHeadings, "rejected because"],
     rows.map((row) => [String(row.degree), number(row.left_out), number(row.second_difference), ...contactCells(row), FAULTS[row.fault]]), { kinds: ["", "", "", ...contactHeadings.map(() => ""), "text"], chosen: (r) => rows[r].degree === recommended });
 }
 
@@ -99,7 +99,7 @@ function comparedParts(comparison) {
   const caption = `RMS of the residuals (dotted) and leave-one-out error (solid): the RMS always decreases with the degree, the leave-one-out error increases again when the polynomial fits the jitter.${recommended < 0 ? "" : " The dashed line is the recommended degree."}`;
   const figures = ["mm", "degrees"].map((unit) => comparedFigure(comparison, `Error by degree, ${unit}`, caption, () => comparedErrors(rows, unit), unit));
   if (rows[0].faults) figures.push(comparedFigure(comparison, "Penetration and gap by degree", "Largest penetration and gap along Δ of the smoothed motion at the attitudes of the grid, mm.", () => faultTraces(rows), "mm"));
-  const box = recommended < 0 ? el("div", { class: "box warning" }, el("strong", {}, "No degree is good enough"), `${reason[0].toUpperCase()}${reason.slice(1)}.`) : el("div", { class: "box good" }, `Recommended: ${reason}.`);
+  const box = recommended < 0 ? el("div", { class: "box warning" }, el("strong", {}, "No degree meets the criteria"), `${reason[0].toUpperCase()}${reason.slice(1)}.`) : el("div", { class: "box good" }, `Recommended: ${reason}.`);
   return [box, el("div", { class: `columns ${figures.length === 3 ? "three" : ""}` }, figures), judgementTable(comparison), errorsTable(comparison), faultsTable(comparison)];
 }
 
