@@ -40,7 +40,7 @@ store::MotionModel solved(const test::Scratch& scratch, const fs::path& job,
 
 const std::vector<std::string> free_varus{"--set", "grid.varus=free"};
 
-// Half of the limit of DESIGN.md 6 for gap and penetration.
+// Half of the limit for gap and penetration, 1e-3 mm.
 constexpr double touch_mm = 5e-4;
 
 TEST(EquilibriumRun, WithVarusFreeBothSidesTouchAndShareThePush)

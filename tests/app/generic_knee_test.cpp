@@ -55,7 +55,7 @@ void expect_balanced_spine(const store::MotionModel& model)
 }
 
 // Mean internal rotation along the spine between two flexions: facets of the mesh change single values by up
-// to two degrees (DESIGN.md 5.3), a mean over ten flexions by well under one.
+// to two degrees, a mean over ten flexions by well under one.
 double mean_rotation_deg(const store::MotionModel& model, double from_deg, double to_deg)
 {
   const std::vector<Eigen::Index> spine = spine_of(model);
@@ -115,7 +115,7 @@ TEST(GenericKnee, EveryAttitudeIsSolvedBalancedTouchingAndTurnsTheAnatomicalWay)
   expect_no_overlap_and_gaps_below(model.contact_resolution_mm, model);
 }
 
-// DESIGN.md 6: limit of gap and penetration of the equilibrium.
+// Limit of gap and penetration of the equilibrium.
 constexpr double exact_mm = 1e-3;
 
 TEST(GenericKnee, ByEquilibriumEveryAttitudeTouchesExactlyAndIsBalanced)

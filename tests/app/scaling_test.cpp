@@ -304,7 +304,7 @@ TEST(ScaledRun, ANewRunIsSaidToBeOneAndIsSound)
   EXPECT_EQ(job_run::unsolved_fraction(wider.model), 0.0);
   const audit::AuditFigures measured = audit::figures_of(audit::audit(wider.model, "raw", 1, 1));
   EXPECT_EQ(measured.n_overlapping, 0);
-  EXPECT_LE(measured.largest_gap.value_mm, 1e-3);  // DESIGN.md 6
+  EXPECT_LE(measured.largest_gap.value_mm, 1e-3);  // the limit of an equilibrium
   EXPECT_THAT(solved(job, {equilibrium, "scaling.factor=1.1", "push.moment_nmm=5"}).said,
               test::reports("", {"1.1", "new run", "moment"}));
 }

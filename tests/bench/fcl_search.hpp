@@ -1,4 +1,4 @@
-/// The thesis's stability search with every collision decided by FCL, as a reference for our own queries.
+/// The thesis's stability search with every collision decided by FCL, as a reference for VRDA's queries.
 /// Only for benchmarks; the product's search is solve/stability_search.hpp.
 #pragma once
 
@@ -32,10 +32,10 @@ struct FclStep {
 /// Thesis 3.2 to 3.6: retreat while the seed overlaps; move along Delta in translation steps until blocked,
 /// bisected to the resolution; rotate or translate as the contacts predict, in the product's sub-steps,
 /// bisected likewise; a repeated pose halves the step that led there. Without the directional gap, so it
-/// steps where the product measures, and without the product's additions (no check for a way up, no halving
-/// of translations that leave the reference), which cost queries. Contact points, the two predictions, and
-/// at the final pose the quantities that the sweep needs to choose its spine (flags and gaps of the
-/// compartments) are ours.
+/// steps where the product measures, and without the product's additions (no check for an ascent direction,
+/// no halving of translations that leave the reference), which cost queries. Contact points, the two
+/// predictions, and at the final pose the quantities that the sweep needs to choose its spine (flags and gaps
+/// of the compartments) are VRDA's.
 FclStep find_stable_pose_by_fcl(const solve::Joint& joint, const FclPair& models, const Attitude& attitude,
                                 const MovingPose& seed, const SearchOptions& options);
 

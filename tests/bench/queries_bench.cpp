@@ -1,4 +1,4 @@
-// Single queries at the same near misses, ours and FCL's.
+// Single queries at the same near misses, VRDA's and FCL's.
 #include <benchmark/benchmark.h>
 #include <fcl/narrowphase/collision.h>
 
@@ -150,7 +150,7 @@ void contacts(benchmark::State& state, const std::string& knee)
     benchmark::DoNotOptimize(n_contacts);
   }
   rate(state, all.poses.size());
-  state.counters["contacts a query"] =
+  state.counters["contacts per query"] =
       static_cast<double>(n_contacts) / static_cast<double>(all.poses.size());
 }
 

@@ -70,12 +70,12 @@ void settle(benchmark::State& state, const Attitude& attitude)
     state.SetIterationTime(settled_s);
     state.counters["times the equilibrium"] = settled_s / solved_s;
     state.counters["simulated s"] = settled.simulated_s;
-    state.counters["came to rest"] = settled.is_at_rest ? 1.0 : 0.0;
-    state.counters["mm behind along Delta"] = -off_mm.y();
+    state.counters["converged"] = settled.is_at_rest ? 1.0 : 0.0;
+    state.counters["travel deficit along Delta, mm"] = -off_mm.y();
     state.counters["mm across"] = std::hypot(off_mm.x(), off_mm.z());
     state.counters["degrees"] = std::abs(deg_from_rad(settled.pose.theta_rad - rest.pose.theta_rad));
-    state.counters["mm left to travel"] = travel_left_mm(attitude, settled.pose);
-    state.counters["turn determined"] = rest.theta_determined ? 1.0 : 0.0;
+    state.counters["remaining travel, mm"] = travel_left_mm(attitude, settled.pose);
+    state.counters["theta determined"] = rest.theta_determined ? 1.0 : 0.0;
   }
 }
 

@@ -33,7 +33,7 @@ void motion_step(benchmark::State& state, const std::string& knee)
   const auto n_steps = static_cast<double>(s.steps.size());
   state.counters["motion steps/s"] =
       benchmark::Counter(n_steps, benchmark::Counter::kIsIterationInvariantRate);
-  state.counters["queries a step"] =
+  state.counters["queries per step"] =
       static_cast<double>(n_queries) / (n_steps * static_cast<double>(state.iterations()));
   const Shares spent = shares();
   state.counters["gap share"] = spent.gap_s / total_s;

@@ -82,8 +82,8 @@ void steps(benchmark::State& state, const Knee& knee)
                                                       job_case.moving.contact.mesh.triangles.rows());
     state.counters["fibres"] = static_cast<double>(job_case.ligaments.fibres.size());
     state.counters["steps"] = n;
-    state.counters["queries a step"] = pass.n_queries / n;
-    state.counters["iterations a step"] = pass.n_iterations / n;
+    state.counters["queries per step"] = pass.n_queries / n;
+    state.counters["iterations per step"] = pass.n_iterations / n;
     state.counters["solved share"] = pass.n_stable / n;
   }
 }

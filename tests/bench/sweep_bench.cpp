@@ -133,18 +133,18 @@ void count_steps(benchmark::State& state, const Swept& run)
 {
   state.counters["threads"] = n_threads();
   state.counters["steps"] = run.n_steps;
-  state.counters["processor ms a step"] = 1e3 * run.processor_s / run.n_steps;
-  state.counters["queries a step"] = run.n_queries / run.n_steps;
+  state.counters["processor ms per step"] = 1e3 * run.processor_s / run.n_steps;
+  state.counters["queries per step"] = run.n_queries / run.n_steps;
   state.counters["solved share"] = solved_share(run.result);
 }
 
 void compare(benchmark::State& state, const Swept& run, const Swept& equilibrium)
 {
   state.counters["times the equilibrium"] = run.wall_s / equilibrium.wall_s;
-  state.counters["a step"] = run.processor_s / run.n_steps * equilibrium.n_steps / equilibrium.processor_s;
+  state.counters["per step"] = run.processor_s / run.n_steps * equilibrium.n_steps / equilibrium.processor_s;
   const std::vector<double> behind = behind_mm(run.result, equilibrium.result);
   if (behind.empty()) return state.SkipWithError("no attitude was solved by both");
-  state.counters["median mm behind"] = behind[behind.size() / 2];
+  state.counters["median travel deficit, mm"] = behind[behind.size() / 2];
 }
 
 // Of the product's methods: parts of a step by wall-clock time, which other load prolongs alike.

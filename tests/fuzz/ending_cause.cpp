@@ -63,13 +63,13 @@ std::string cause_in(const std::string& report)
     const std::size_t at = line.find("AddressSanitizer: ");
     if (at != std::string::npos && kind == "no report")
       kind = line.substr(at + 18, line.find(' ', at + 18) - at - 18);
-    if (line.find("runtime error") != std::string::npos) return "our own " + line;
+    if (line.find("runtime error") != std::string::npos) return "VRDA " + line;
     if (line.find("    #") != 0 || ++n_frames > 8) continue;
     // Frames above are an interceptor of the sanitizer, or the C library.
     if (line.find("libhdf5") != std::string::npos) return "libhdf5 " + kind;
-    if (n_frames > 3 && line.find("fuzz_models") != std::string::npos) return "our own " + kind;
+    if (n_frames > 3 && line.find("fuzz_models") != std::string::npos) return "VRDA " + kind;
   }
-  return "our own " + kind;
+  return "VRDA " + kind;
 }
 
 }  // namespace vrda::test

@@ -11,7 +11,7 @@ void report_copies();
 /// The children's reports since the last call.
 std::string take_reports();
 
-/// "libhdf5 SEGV", or "our own ..." if the cause is not in HDF5.
+/// "libhdf5 SEGV", or "VRDA ..." if the cause is not in HDF5.
 std::string cause_in(const std::string& report);
 
 }  // namespace vrda::test

@@ -45,8 +45,8 @@ constexpr long longest_us = 600'000;
 constexpr unsigned longest_alone_s = 2;
 
 enum class Outcome : std::uint8_t { none, read, refused_seal, refused_by_hdf5, refused_by_us };
-constexpr std::array<const char*, 5> outcome_names{"nothing", "read", "refused: seal",
-                                                   "refused: HDF5 says why", "refused: found by us"};
+constexpr std::array<const char*, 5> outcome_names{"nothing", "read", "refused: seal", "rejected by HDF5",
+                                                   "rejected by VRDA's checks"};
 
 /// Progress of a child process, which may end at any file.
 struct Progress {
@@ -196,7 +196,7 @@ std::string outcome_alone(bool is_trace, std::size_t k)
   if (ending.rfind("signal 9", 0) == 0 || ending.find("processor") != std::string::npos)
     return "HDF5 ended the process: limit of processor time";
   const std::string cause = test::cause_in(report);
-  if (cause.rfind("our own", 0) != 0) return "HDF5 ended the process: " + cause;
+  if (cause.rfind("VRDA", 0) != 0) return "HDF5 ended the process: " + cause;
   std::fprintf(stderr, "%s\n%s\n", ending.c_str(), report.c_str());
   test::require(false, "the reading process ended badly, and not in HDF5");
   return {};

@@ -61,7 +61,7 @@ class Mutants : public testing::Test {
   void run_on(const std::string& file, const std::vector<std::string>& words)
   {
     const test::Ended ended = test::run_vrda(words);
-    ++n_ended_[words.front() + (ended.exit_code == 0 ? ": taken" : ": refused")];
+    ++n_ended_[words.front() + (ended.exit_code == 0 ? ": accepted" : ": rejected")];
     EXPECT_THAT(ended.exit_code, AnyOf(0, 2, 3)) << ended.err;
     EXPECT_LE(ended.peak_kb, most_kb);
     EXPECT_LE(ended.processor_s, most_processor_s);
@@ -111,7 +111,7 @@ TEST_F(Mutants, OfModelsAndTracesGiveAResultOrOneRefusal)
     fs::remove(table);
   }
   // Neither all rejected before HDF5 parses them, nor all accepted.
-  for (const char* outcome : {"info: taken", "info: refused", "validate: refused", "export: taken"})
+  for (const char* outcome : {"info: accepted", "info: rejected", "validate: rejected", "export: accepted"})
     EXPECT_GT(n_ended_[outcome], 0) << outcome;
 }
 
@@ -136,7 +136,8 @@ TEST_F(Mutants, OfJournalsGiveAResultOrOneRefusal)
     keep(file, k);
     fs::remove(model);
   }
-  for (const char* outcome : {"merge: taken", "merge: refused"}) EXPECT_GT(n_ended_[outcome], 0) << outcome;
+  for (const char* outcome : {"merge: accepted", "merge: rejected"})
+    EXPECT_GT(n_ended_[outcome], 0) << outcome;
 }
 
 }  // namespace vrda::mutants_test

@@ -62,7 +62,7 @@ TEST(Findings, NoDegreeIsAWarningWithItsReason)
   entry.comparison.emplace();
   entry.comparison->recommendation.reason = "the raw motion jumps";
   EXPECT_THAT(report::warnings_of(entry),
-              ElementsAre("No smoothing degree is good enough: the raw motion jumps."));
+              ElementsAre("No smoothing degree meets the criteria: the raw motion jumps."));
   entry.comparison->recommendation.degree = 4;
   EXPECT_THAT(report::warnings_of(entry), IsEmpty());
 }

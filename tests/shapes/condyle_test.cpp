@@ -36,7 +36,7 @@ TEST(Condyle, RadiusFallsFromDistalToPosteriorWithoutAJump)
       const double here = shapes::radius_mm(condyle, rad_from_deg(angle_deg));
       const double next = shapes::radius_mm(condyle, rad_from_deg(angle_deg + 1.0));
       EXPECT_LE(next, here);
-      EXPECT_LT(here - next, 1.0);  // the medial spiral decreases by at most 0.6 mm a degree
+      EXPECT_LT(here - next, 1.0);  // the medial spiral decreases by at most 0.6 mm per degree
     }
   }
   EXPECT_NEAR(shapes::radius_mm(shapes::medial_condyle(), 0.0), 40.0, 1e-12);

@@ -111,7 +111,7 @@ TEST_F(Serve, PosesAnglesAndMeshesAreThoseOfTheFile)
     EXPECT_NEAR(read_["angles"].back()["flexion_deg"], flexion_deg, 1e-3);
     EXPECT_NEAR(read_["angles"].back()["varus_deg"], 2.0, 1e-3);
     EXPECT_EQ(read_["angles"].back()["live"], true);
-    // Once a client, first of all.
+    // Once per client, first of all.
     EXPECT_EQ(read_["first_kinds"][0], "POLYDATA");
     EXPECT_EQ(read_["first_kinds"][1], "POLYDATA");
     EXPECT_EQ(read_["meshes"].size(), 2U);

@@ -6,7 +6,7 @@
 
 namespace vrda::recorded_motion_test {
 
-/// Two samples a picture, with a delay of 3 ms.
+/// Two samples per picture, with a delay of 3 ms.
 recording::Recording recording_of(const Pose& start, const tracking::Screw& a_second)
 {
   recording::Recording recording;

@@ -72,7 +72,7 @@ class Reader:
         font = ImageFont.truetype(font_file, round(em * OVER))
         base = round(FONT_PX * ascent / (ascent + descent))
         self.advance = numpy.array([probe.getlength(c) * em / 1000 for c in self.CHARACTERS])
-        # Linear interpolation of the font image, which has two columns a pixel.
+        # Linear interpolation of the font image, which has two columns per pixel.
         triangle = numpy.bartlett(OVER + 1)
         triangle /= triangle.sum()
         drawn = []

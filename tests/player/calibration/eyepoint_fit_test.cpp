@@ -69,8 +69,7 @@ Eigen::VectorXd truth_of(const optics::Eye& eye)
 TEST(Eyepoint, NearDepthsAreIllConditionedAsWeKnow)
 {
   // Width noise of 0.5 px, rectangles of 150 mm at 0.75 and 0.85 m. The depth of the first is X2 Z / (X1 -
-  // X2): 27.4 mm from the noise of both widths. The 29 mm in DESIGN.md include only the noise of the
-  // difference.
+  // X2): 27.4 mm from the noise of both widths, 29 mm from the noise of the difference alone.
   const std::array<calibration::RectangleMark, 2> rectangles = {
       {{150.0, 0.0, {}, {}}, {150.0, 100.0, {}, {}}}};
   const Eigen::Vector2d sd =
