@@ -41,12 +41,13 @@ struct PrepareOptions {
   std::string data_directory;      ///< of the template
   bool has_ligaments = true;
   std::string folder;
+  bool may_replace = false;
   int n_threads = 0;  ///< 0: one per processor
   bool as_json = false;
 };
 
-/// Writes meshes in anatomical frames, job, ligaments, prepare.json and prepare.png. Throws InputError, with
-/// the picture written, for objects that are not the bones of one knee.
+/// Writes meshes in anatomical frames, job, ligaments, prepare.json and prepare.png, all at the end. Throws
+/// InputError for objects that are not the bones of one knee: then refused.png is the only file written.
 /// Adds the options to a command.
 void add_prepare_options(CLI::App& command, PrepareOptions& options);
 

@@ -9,13 +9,13 @@
 
 #include "app/file_commands.hpp"
 #include "app/prepare_report.hpp"
+#include "app/staged_folder.hpp"
 #include "convert/mesh_writer.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/side.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "load/axis_map.hpp"
 #include "load/clean_mesh.hpp"
@@ -48,12 +48,26 @@ struct Subject {
   std::vector<SubjectPart> reference, moving;
 };
 
+// Closed shells are oriented when they are read; a few holes, such as a cut shaft, do not hide the outside
+// either.
+void orient_nearly_closed(Mesh& mesh)
+{
+  const Eigen::Index n_boundary = edge_counts(mesh).boundary;
+  if (n_boundary == 0 || n_boundary * n_boundary >= mesh.triangles.rows()) return;
+  Mesh centred = mesh;
+  centred.vertices_mm.rowwise() -= mesh.vertices_mm.colwise().mean().eval();
+  if (signed_volume_mm3(centred) >= 0.0) return;
+  mesh.triangles.col(1).swap(mesh.triangles.col(2));
+  mesh.normals *= -1.0;
+}
+
 Mesh mesh_of(const std::string& file, const std::string& option)
 {
   std::string bytes = load::file_bytes(file, {file, option, "", "a mesh file"}, load::largest_mesh_bytes);
   load::CleanMesh clean =
       load::clean_mesh(load::read_mesh(file, std::move(bytes)), load::Winding::outward, Side::right);
   if (clean.mesh.triangles.rows() == 0) throw InputError({file, option, "no faces", "a mesh with faces"});
+  orient_nearly_closed(clean.mesh);
   return clean.mesh;
 }
 
@@ -81,6 +95,9 @@ Subject subject_of(const PrepareOptions& options)
     if (bone->empty() && cartilage->empty())
       throw InputError({option, "", "nothing", "the mesh of the bone, or of its cartilage"});
   }
+  if (options.tibia.empty() && options.has_ligaments)
+    throw InputError(
+        {"--tibia", "", "cartilage alone", "the tibia's bone, to which ligaments attach, or --no-ligaments"});
   Subject subject;
   add_parts(subject.reference, list_of(options.femur), {"femur", "bone"}, "--femur");
   add_parts(subject.reference, options.femur_cartilage, {"femur_cartilage", "cartilage"},
@@ -174,6 +191,7 @@ void add_cartilage(const PrepareOptions& options, const KneeFit& fit, const Knee
   const bool is_tibia_bare = surfaces.tibia.cartilage.triangles.rows() == 0;
   const bool is_auto = options.cartilage == "auto";
   if (options.cartilage == "none" || (!is_femur_bare && !is_tibia_bare)) return;
+  if (!is_auto && std::stod(options.cartilage) == 0.0) return;
   const double gap_mm = prepare::scanned_gap_mm(fit, surfaces);
   const double half_mm =
       0.5 * prepare::cartilage_in_gap_mm(is_femur_bare && is_tibia_bare ? gap_mm : 2.0 * gap_mm);
@@ -195,13 +213,14 @@ class Preparation {
   explicit Preparation(const PrepareOptions& options)
       : options_(options),
         folder_(options.folder),
+        files_(options.folder),
         reference_(template_of(options)),
         landmarks_(landmarks_of(options))
   {
     prepare::check_fibre_names(landmarks_, reference_.joint.ligaments);
   }
 
-  void run()
+  console::ExitCode run()
   {
     const std::array all{options_.femur, options_.tibia, options_.fibula};
     const bool has_meshes = std::any_of(all.begin(), all.end(), [](const auto& f) { return !f.empty(); }) ||
@@ -212,13 +231,17 @@ class Preparation {
     } else {
       prepare_scaled_template();
     }
-    write();
+    const load::Case prepared = options_.has_ligaments ? case_with_ligaments() : written_case(false);
+    if (console::is_interrupted()) return console::ExitCode::interrupted;
+    write(prepared);
+    return console::ExitCode::done;
   }
 
  private:
   void prepare_meshes()
   {
     subject_ = subject_of(options_);
+    check_output();
     const KneeSurfaces surfaces{surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
     registration::KneeFitOptions known;
     if (!options_.side.empty()) known.side = side_named(options_.side);
@@ -229,18 +252,14 @@ class Preparation {
     console::log_info("registering \"" + reference_.joint.title + "\" onto the bones");
     fit_ = registration::fit_knee(surfaces, reference_.knee, known);
     report_ = fit_json(fit_);
+    move_to_frame(subject_.reference, fit_.unit_mm, fit_.X_scan_femur);
+    move_to_frame(subject_.moving, fit_.unit_mm, fit_.X_scan_tibia);
+    refuse_other_objects(surfaces, known);
     console::log_info("side " + side_name(fit_.side) + ", unit " + load::unit_of_mm(fit_.unit_mm) +
                       ", scanned at " + shortest_decimal(std::round(deg_from_rad(fit_.scanned.flexion_rad))) +
                       " degrees of flexion");
-    move_to_frame(subject_.reference, fit_.unit_mm, fit_.X_scan_femur);
-    move_to_frame(subject_.moving, fit_.unit_mm, fit_.X_scan_tibia);
-    make_folder();
     warnings_ = registration::doubts(fit_, surfaces, known.side.has_value());
-    for (const SubjectPart& part : subject_.moving) {
-      if (part.component.name == "fibula" && !registration::is_fibula_lateral(part.mesh, fit_.side))
-        warnings_.push_back("--fibula: its head is not lateral of the tibia; check it and the side");
-    }
-    refuse_other_objects(surfaces);
+    check_fibula();
     if (reference_.joint.frame.side != fit_.side) reference_ = prepare::mirrored(reference_);
     add_landmarks();
     add_cartilage(options_, fit_, surfaces, subject_, report_, warnings_);
@@ -269,13 +288,34 @@ class Preparation {
     subject_ = {scaled_parts(joint.reference, fit_.femur.scale, reference_.knee.origin_mm),
                 scaled_parts(joint.moving, fit_.tibia.scale, reference_.knee.origin_mm)};
     set_file_names(subject_);
-    make_folder();
+    check_output();
   }
 
-  void make_folder() const
+  // Before the long part; no input may be replaced.
+  void check_output() const
   {
-    job_run::make_folder(options_.folder);
-    fs::remove(file("knee.toml"));  // of an earlier preparation, whose meshes are replaced
+    std::vector<std::string> names{"knee.toml", "prepare.json", "prepare.png"}, inputs;
+    if (options_.has_ligaments) names.insert(names.end(), {"ligaments.csv", "wraps.json"});
+    for (const std::vector<SubjectPart>* parts : {&subject_.reference, &subject_.moving}) {
+      for (const SubjectPart& part : *parts) {
+        names.push_back(part.component.name + ".stl");
+        if (!part.file.empty()) inputs.push_back(part.file);
+      }
+    }
+    files_.check_replaced(names, inputs, options_.may_replace);
+  }
+
+  void check_fibula()
+  {
+    for (const SubjectPart& part : subject_.moving) {
+      if (part.component.name != "fibula") continue;
+      const std::string found =
+          registration::fibula_objection(part.mesh, joined(surfaces_of(subject_.moving)));
+      if (!found.empty())
+        throw InputError({part.file, "--fibula", found, "the fibula beside this tibia, in the scan's unit"});
+      if (!registration::is_fibula_lateral(part.mesh, fit_.side))
+        warnings_.push_back("--fibula: its head is not lateral of the tibia; check it and the side");
+    }
   }
 
   void refuse_thickness(const KneeSurfaces& surfaces) const
@@ -310,23 +350,36 @@ class Preparation {
   }
 
   // The picture of a refused knee shows what went wrong.
-  void refuse_other_objects(const KneeSurfaces& surfaces)
+  void refuse_other_objects(const KneeSurfaces& surfaces, const registration::KneeFitOptions& known)
   {
     const std::vector<std::string> found = registration::objections(fit_, surfaces);
     if (found.empty()) return;
-    std::string all = registration::explanation(fit_, surfaces, reference_.knee);
-    for (const std::string& objection : found) all += (all.empty() ? "" : "; ") + objection;
-    const load::Case drawn = written_case(false);
-    write_picture(drawn, found.size());
-    throw InputError({subject_.reference.front().file + ", " + subject_.moving.front().file, "", all,
+    console::log_info("the bones do not fit; looking for the reason");
+    std::string reason = registration::explanation(fit_, surfaces, reference_.knee, known);
+    if (reason.empty()) {
+      for (const std::string& objection : found) reason += (reason.empty() ? "" : "; ") + objection;
+    }
+    throw InputError({subject_.reference.front().file + ", " + subject_.moving.front().file, "", reason,
                       "femur and tibia of one knee in one pose, similar to the template \"" +
-                          reference_.joint.title + "\"; see " + file("prepare.png")});
+                          reference_.joint.title + "\"" + refused_picture(reason)});
+  }
+
+  // Where it is; empty if the meshes cannot be drawn, for example in a wrong unit.
+  std::string refused_picture(const std::string& reason)
+  {
+    try {
+      write_picture(written_case(false), "refused.png", "Refused: " + reason);
+    } catch (const InputError&) {
+      return "";
+    }
+    files_.publish("refused.png");
+    return "; see " + (folder_ / "refused.png").string();
   }
 
   // Without one the landmarks only scale: they are in coordinates of their own.
   bool has_scan() const { return !subject_.reference.front().file.empty(); }
 
-  std::string file(const std::string& name) const { return (folder_ / name).string(); }
+  std::string file(const std::string& name) const { return files_.file(name); }
 
   prepare::JobDescription description(bool has_ligaments) const
   {
@@ -353,12 +406,13 @@ class Preparation {
                            "");
   }
 
-  void write_picture(const load::Case& drawn, std::size_t n_warnings) const
+  void write_picture(const load::Case& drawn, const std::string& name, const std::string& refusal = {}) const
   {
     picture::PictureNotes notes;
-    notes.n_warnings = n_warnings;
+    notes.n_warnings = warnings_.size();
+    notes.refusal = refusal;
     notes.has_four_views = true;
-    write_atomically(file("prepare.png"), {picture::case_picture(drawn, notes)});
+    write_atomically(file(name), {picture::case_picture(drawn, notes)});
   }
 
   void write_ligaments(const ligament::Ligaments& ligaments) const
@@ -398,24 +452,25 @@ class Preparation {
     return prepared;
   }
 
-  void write()
+  void write(const load::Case& prepared)
   {
-    const load::Case prepared = options_.has_ligaments ? case_with_ligaments() : written_case(false);
-    write_picture(prepared, warnings_.size());
+    write_picture(prepared, "prepare.png");
     report_["template"] = reference_.joint.title;
     report_["warnings"] = warnings_;
     write_atomically(file("prepare.json"), {report_.dump(2) + "\n"});
     write_atomically(file("knee.toml"), {prepared.job_text});
+    files_.publish_all("knee.toml", {"ligaments.csv", "wraps.json", "refused.png"});
     for (const std::string& warning : warnings_) console::log_warning(warning);
     if (options_.as_json) {
       std::printf("%s\n", report_.dump(2).c_str());
     } else {
-      std::printf("%s\n", file("knee.toml").c_str());
+      std::printf("%s\n", (folder_ / "knee.toml").c_str());
     }
   }
 
   const PrepareOptions& options_;
   fs::path folder_;
+  StagedFolder files_;
   prepare::TemplateJoint reference_;  // of a right knee, until the side is known
   prepare::KneeLandmarks landmarks_;
   Subject subject_;  // in the axes of the files, until the fit
@@ -428,8 +483,8 @@ class Preparation {
 
 console::ExitCode prepare_command(const PrepareOptions& options)
 {
-  Preparation(options).run();
-  return console::ExitCode::done;
+  console::install_signal_handlers();
+  return Preparation(options).run();
 }
 
 }  // namespace vrda::app

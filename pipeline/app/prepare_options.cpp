@@ -30,6 +30,7 @@ void add_prepare_options(CLI::App& c, PrepareOptions& o)
   c.add_flag_callback(
       "--no-ligaments", [&o] { o.has_ligaments = false; }, "Write no ligaments");
   c.add_option("-o,--output", o.folder, "Output folder")->required();
+  c.add_flag("--replace", o.may_replace, "Replace existing files, such as those of an earlier preparation");
   add_threads(c, o.n_threads);
   c.add_flag("--json", o.as_json, "Print prepare.json");
 }

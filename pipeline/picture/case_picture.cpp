@@ -292,9 +292,11 @@ void draw_legend(Canvas& canvas, const load::Case& job_case, const PictureNotes&
     x += 70.0 + 12.5 * static_cast<double>(entry.text.size());
   }
   canvas.draw_text({30.0, 984.0}, text_px,
-                   "Ring: rotation centre. Pose of the mesh files; initial translation " +
-                       shift_text(job_case.initial.translation_mm) +
-                       " mm. Warnings: " + std::to_string(notes.n_warnings) + ".",
+                   notes.refusal.empty()
+                       ? "Ring: rotation centre. Pose of the mesh files; initial translation " +
+                             shift_text(job_case.initial.translation_mm) +
+                             " mm. Warnings: " + std::to_string(notes.n_warnings) + "."
+                       : notes.refusal,
                    TextAlign::left, black);
 }
 
@@ -349,7 +351,9 @@ std::string case_picture(const load::Case& job_case, const PictureNotes& notes)
   const std::string side = side_name(job_case.frame.side);
   const std::string joint =
       job_case.joint == "knee" ? side + " knee" : "joint \"" + job_case.joint + "\", " + side + " side";
-  canvas.draw_text({0.5 * width_px, 42.0}, title_px, job_case.title + ": " + joint, TextAlign::centre, black);
+  canvas.draw_text({0.5 * width_px, 42.0}, title_px,
+                   job_case.title + ": " + joint + (notes.refusal.empty() ? "" : ", REFUSED"),
+                   TextAlign::centre, black);
   draw_legend(canvas, job_case, notes);
   return canvas.png();
 }

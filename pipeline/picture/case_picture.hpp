@@ -12,6 +12,7 @@ struct PictureNotes {
   /// The mesh files' axes along anterior, proximal and right, e.g. "-Y"; empty without mesh files.
   std::array<std::string, 3> file_axes;
   std::size_t n_warnings = 0;
+  std::string refusal;  ///< drawn in the title and instead of the warnings; empty: not refused
   /// Also from behind and from the medial side (other joints: from the left), and only what is near the
   /// rotation centre: 80 mm above it, 110 mm below.
   bool has_four_views = false;

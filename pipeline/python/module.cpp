@@ -139,8 +139,9 @@ void run_signal_handlers()
 /// Runs `work` on another thread without the interpreter lock. Meanwhile this thread runs Python's signal
 /// handlers and `on_wait`, with the lock. What they raise sets the flag of interruption, which ends the work,
 /// and is raised once the work has ended.
-template <typename Work, typename OnWait>
-auto run_interruptibly(const Work& work, const OnWait& on_wait)
+template <typename Work, typename OnWait = void (*)()>
+auto run_interruptibly(
+    const Work& work, const OnWait& on_wait = [] {})
 {
   std::exception_ptr raised;
   std::future<decltype(work())> result = std::async(std::launch::async, work);
@@ -167,12 +168,6 @@ auto run_interruptibly(const Work& work, const OnWait& on_wait)
   } catch (...) {  // the interruption is reported, not its consequences
   }
   std::rethrow_exception(raised);
-}
-
-template <typename Work>
-auto run_interruptibly(const Work& work)
-{
-  return run_interruptibly(work, [] {});
 }
 
 void throw_if_interrupted()

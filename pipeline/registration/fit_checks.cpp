@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/side.hpp"
 #include "core/text.hpp"
@@ -24,24 +25,25 @@ std::string tenths(double value)
   return shortest_decimal(std::round(10.0 * value) / 10.0 + 0.0);
 }
 
-std::string hundredths(double value)
+std::string thousandths(double value)
 {
-  return shortest_decimal(std::round(100.0 * value) / 100.0 + 0.0);
+  return shortest_decimal(std::round(1000.0 * value) / 1000.0 + 0.0);
 }
 
 void require_at_most(double value, double limit, const std::string& what, std::vector<std::string>& found)
 {
   if (value <= limit) return;
-  found.push_back(what + (std::isfinite(value) ? " " + hundredths(value) : " without a limit") +
-                  ", wanted at most " + shortest_decimal(limit));
+  found.push_back(std::isfinite(value)
+                      ? what + " " + thousandths(value) + " mm (at most " + shortest_decimal(limit) + ")"
+                      : what + ": no fit");
 }
 
 void require_within(double value, double least, double most, const std::string& what,
                     std::vector<std::string>& found)
 {
   if (value >= least && value <= most) return;
-  found.push_back(what + " " + tenths(value) + " degrees, wanted " + shortest_decimal(least) + " to " +
-                  shortest_decimal(most));
+  found.push_back(what + " " + tenths(value) + " degrees (" + shortest_decimal(least) + " to " +
+                  shortest_decimal(most) + ")");
 }
 
 // From the joint to the end of the bone, along the bone's own axis.
@@ -72,6 +74,29 @@ bool has_bone(const BoneSurfaces& surfaces)
   return surfaces.bone.triangles.rows() > 0;
 }
 
+void require_length(const char* name, double length_mm, std::vector<std::string>& found)
+{
+  if (length_mm >= refused_length_mm) return;
+  found.push_back(std::string(name) + ": " + tenths(length_mm) + " mm of bone (at least " +
+                  shortest_decimal(refused_length_mm) + ")");
+}
+
+std::vector<std::string> fit_objections(const KneeFit& fit)
+{
+  std::vector<std::string> found;
+  require_at_most(fit.coarse_residual_mm, largest_coarse_mm, "both bones together: residual", found);
+  require_at_most(fit.femur.residual_mm, largest_residual_mm, "femur: residual", found);
+  require_at_most(fit.tibia.residual_mm, largest_residual_mm, "tibia: residual", found);
+  require_within(deg_from_rad(fit.scanned.varus_rad), -largest_varus_deg, largest_varus_deg, "scanned varus",
+                 found);
+  require_within(deg_from_rad(fit.scanned.internal_rotation_rad), -largest_internal_deg, largest_internal_deg,
+                 "scanned internal rotation", found);
+  require_within(deg_from_rad(fit.scanned.flexion_rad), least_flexion_deg, largest_flexion_deg,
+                 "scanned flexion", found);
+  require_at_most(fit.nearest_mm, largest_gap_mm, "bones not in one pose: distance", found);
+  return found;
+}
+
 // Closed surfaces are oriented when they are read.
 bool is_open(const BoneSurfaces& surfaces)
 {
@@ -91,33 +116,35 @@ BoneSurfaces reversed(BoneSurfaces surfaces)
 
 std::vector<std::string> objections(const KneeFit& fit, const KneeSurfaces& subject)
 {
-  std::vector<std::string> found;
-  require_at_most(fit.coarse_residual_mm, largest_coarse_mm, "both bones together: residual in mm", found);
-  require_at_most(fit.femur.residual_mm, largest_residual_mm, "femur: residual in mm", found);
-  require_at_most(fit.tibia.residual_mm, largest_residual_mm, "tibia: residual in mm", found);
-  require_within(deg_from_rad(fit.scanned.varus_rad), -largest_varus_deg, largest_varus_deg, "scanned varus",
-                 found);
-  require_within(deg_from_rad(fit.scanned.internal_rotation_rad), -largest_internal_deg, largest_internal_deg,
-                 "scanned internal rotation", found);
-  require_within(deg_from_rad(fit.scanned.flexion_rad), least_flexion_deg, largest_flexion_deg,
-                 "scanned flexion", found);
-  require_at_most(fit.nearest_mm, largest_gap_mm, "bones not in one pose: distance in mm", found);
+  std::vector<std::string> found = fit_objections(fit);
+  if (!found.empty()) return found;  // frames that are wrong give no length
   const Lengths lengths = lengths_of(fit, subject);
-  if (has_bone(subject.femur) && lengths.femur_mm < refused_length_mm)
-    found.push_back("femur: " + tenths(lengths.femur_mm) + " mm of bone, wanted at least " +
-                    shortest_decimal(refused_length_mm));
-  if (has_bone(subject.tibia) && lengths.tibia_mm < refused_length_mm)
-    found.push_back("tibia: " + tenths(lengths.tibia_mm) + " mm of bone, wanted at least " +
-                    shortest_decimal(refused_length_mm));
+  if (has_bone(subject.femur)) require_length("femur", lengths.femur_mm, found);
+  if (has_bone(subject.tibia)) require_length("tibia", lengths.tibia_mm, found);
   return found;
 }
 
-std::string explanation(const KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& reference)
+std::string explanation(const KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& reference,
+                        const KneeFitOptions& known)
 {
-  if (fit.nearest_mm > largest_gap_mm) return "";
+  if (fit_objections(fit).empty()) return "";
+  std::optional<KneeFit> found;
   const auto fits = [&](const KneeSurfaces& other) {
-    return objections(fit_knee(other, reference), other).empty();
+    KneeFit one = fit_knee(other, reference);
+    if (!objections(one, other).empty()) return false;
+    found = one;
+    return true;
   };
+  if ((known.side || known.unit_mm) && fits(subject)) {
+    if (known.unit_mm && found->unit_mm != *known.unit_mm)
+      return std::string("the wrong unit: the bones are in ") + (found->unit_mm < 5.0     ? "mm"
+                                                                 : found->unit_mm < 100.0 ? "cm"
+                                                                                          : "m");
+    if (known.side && found->side != *known.side)
+      return "the wrong side: the bones are those of a " + side_name(found->side) + " knee";
+  }
+  if (fit.nearest_mm > largest_gap_mm)
+    return "the bones are not in one pose: " + tenths(fit.nearest_mm) + " mm apart";
   if (fits({subject.tibia, subject.femur})) return "femur and tibia are exchanged";
   const bool femur_open = is_open(subject.femur), tibia_open = is_open(subject.tibia);
   if (femur_open && fits({reversed(subject.femur), subject.tibia}))
@@ -133,9 +160,12 @@ std::vector<std::string> doubts(const KneeFit& fit, const KneeSurfaces& subject,
 {
   std::vector<std::string> found;
   const Lengths lengths = lengths_of(fit, subject);
+  const bool has_any_bone = has_bone(subject.femur) || has_bone(subject.tibia);
+  if (!has_any_bone) found.push_back("cartilage only: size and axes are uncertain; give the bones");
   const auto short_bone = [&](const char* name, const BoneSurfaces& bone, double mm) {
     if (!has_bone(bone)) {
-      found.push_back(std::string(name) + ": cartilage only; its size is taken from the other bone");
+      if (has_any_bone)
+        found.push_back(std::string(name) + ": cartilage only; its size is taken from the other bone");
     } else if (mm < short_length_mm) {
       found.push_back(std::string(name) + ": only " + tenths(mm) +
                       " mm of bone; its axes may be off by 5 degrees");
@@ -145,10 +175,28 @@ std::vector<std::string> doubts(const KneeFit& fit, const KneeSurfaces& subject,
   short_bone("tibia", subject.tibia, lengths.tibia_mm);
   if (!is_side_given && fit.side_margin < least_margin)
     found.push_back("side: found " + side_name(fit.side) + " with a margin of only " +
-                    hundredths(fit.side_margin) + "; give --side");
-  if (is_side_given && fit.side_margin < 1.0 / least_margin)
-    found.push_back("side: the bones look like the other side (" + hundredths(fit.side_margin) + ")");
+                    thousandths(fit.side_margin) + "; give --side");
+  if (is_side_given && fit.side_margin < 1.0)
+    found.push_back("side: the other side fits better (margin " + thousandths(fit.side_margin) + ")");
   return found;
+}
+
+std::string fibula_objection(const Mesh& fibula, const Mesh& tibia)
+{
+  // Below the rotation centre by the joint line's 20 mm and at most the length of a stump.
+  constexpr double highest_mm = -15.0, lowest_mm = -90.0, largest_distance_mm = 15.0;
+  double top_mm = -std::numeric_limits<double>::infinity();
+  for (const std::int32_t row : fibula.triangles.reshaped())
+    top_mm = std::max(top_mm, fibula.vertices_mm(row, 1));
+  if (top_mm > highest_mm || top_mm < lowest_mm)
+    return "a mesh that ends " + tenths(std::abs(top_mm)) + " mm " + (top_mm > 0.0 ? "above" : "below") +
+           " the rotation centre";
+  const NearestSurface surface(tibia);
+  double least_mm = std::numeric_limits<double>::infinity();
+  for (const std::int32_t row : fibula.triangles.reshaped())
+    least_mm = std::min(least_mm, surface.nearest(fibula.vertices_mm.row(row).transpose()).distance_mm);
+  if (least_mm > largest_distance_mm) return "a mesh that is " + tenths(least_mm) + " mm from the tibia";
+  return "";
 }
 
 bool is_fibula_lateral(const Mesh& fibula, Side side)

@@ -1,6 +1,7 @@
 // `vrda prepare` on the command line, with the generated knee.
 #include <gmock/gmock.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
@@ -101,9 +102,91 @@ TEST_F(Prepare, ExchangedBonesAreRefusedAndDrawn)
   const test::Ended ended =
       test::run_vrda({"prepare", "--femur", tibia_, "--tibia", femur_, "-o", folder_.string()});
   EXPECT_THAT(ended,
-              test::refuses({tibia_ + ", " + femur_, "", "exchanged", (folder_ / "prepare.png").string()}));
-  EXPECT_TRUE(fs::exists(folder_ / "prepare.png"));
+              test::refuses({tibia_ + ", " + femur_, "", "exchanged", (folder_ / "refused.png").string()}));
+  EXPECT_TRUE(fs::exists(folder_ / "refused.png"));
   EXPECT_FALSE(fs::exists(folder_ / "knee.toml"));
+}
+
+std::map<std::string, std::string> contents(const fs::path& folder)
+{
+  std::map<std::string, std::string> found;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    found[entry.path().filename().string()] = test::read_bytes(entry.path());
+  return found;
+}
+
+TEST_F(Prepare, FilesOfAnEarlierPreparationStayUnlessAllAreReplaced)
+{
+  const auto prepared = [&](const std::string& femur, const std::string& tibia,
+                            const std::vector<std::string>& more) {
+    std::vector<std::string> words{"prepare", "--femur",        femur, "--tibia",
+                                   tibia,     "--no-ligaments", "-o",  folder_.string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return test::run_vrda(words);
+  };
+  ASSERT_EQ(prepared(femur_, tibia_, {}).exit_code, 0);
+  const std::map<std::string, std::string> before = contents(folder_);
+  EXPECT_THAT(prepared(femur_, tibia_, {}),
+              test::refuses({(folder_ / "knee.toml").string(), "-o", "existing", "--replace"}));
+  EXPECT_EQ(contents(folder_), before);
+  ASSERT_EQ(prepared(tibia_, femur_, {"--replace"}).exit_code, 2);
+  std::map<std::string, std::string> after = contents(folder_);
+  EXPECT_EQ(after.erase("refused.png"), 1U);
+  EXPECT_EQ(after, before);
+  ASSERT_EQ(prepared(femur_, tibia_, {"--replace", "--cartilage", "none"}).exit_code, 0);
+  EXPECT_NE(contents(folder_), before);
+  EXPECT_FALSE(fs::exists(folder_ / "refused.png"));
+}
+
+TEST_F(Prepare, AnInputIsNeverReplaced)
+{
+  const std::map<std::string, std::string> before = contents(scratch_.path());
+  EXPECT_THAT(test::run_vrda({"prepare", "--femur", femur_, "--tibia", tibia_, "--no-ligaments", "-o",
+                              scratch_.path().string(), "--replace"}),
+              test::refuses({femur_, "-o", "input"}));
+  EXPECT_EQ(contents(scratch_.path()), before);
+}
+
+TEST_F(Prepare, AWrongSideAndAWrongUnitAreNamed)
+{
+  EXPECT_THAT(test::run_vrda(
+                  {"prepare", "--femur", femur_, "--tibia", tibia_, "--unit", "mm", "-o", folder_.string()}),
+              test::refuses({.found = "unit: the bones are in cm"}));
+  EXPECT_FALSE(fs::exists(folder_ / "knee.toml"));
+}
+
+TEST_F(Prepare, AFibulaOfAnotherUnitOrPlaceIsRefused)
+{
+  for (const std::string& other : {femur_, written("large.stl", [] {
+                                     Mesh mesh = prepare::mirrored(prepare::generic_template()).fibula;
+                                     mesh.vertices_mm *= 10.0;
+                                     return mesh;
+                                   }())}) {
+    EXPECT_THAT(test::run_vrda({"prepare", "--femur", femur_, "--tibia", tibia_, "--fibula", other,
+                                "--no-ligaments", "-o", folder_.string()}),
+                test::refuses({other, "--fibula"}));
+    EXPECT_FALSE(fs::exists(folder_));
+  }
+}
+
+TEST_F(Prepare, LigamentsNeedTheBoneOfTheTibia)
+{
+  EXPECT_THAT(
+      test::run_vrda({"prepare", "--femur", femur_, "--tibia-cartilage", tibia_, "-o", folder_.string()}),
+      test::refuses({"--tibia", "", "cartilage", "--no-ligaments"}));
+}
+
+// Half of the faces around one vertex are missing: its winding is known by its volume all the same.
+TEST_F(Prepare, ABoneWithAHoleIsOrientedByItsVolume)
+{
+  Mesh tibia = joined(prepare::mirrored(prepare::generic_template()).knee.surfaces.tibia);
+  tibia.triangles = tibia.triangles.topRows(tibia.triangles.rows() - 3).eval();
+  tibia.triangles.col(1).swap(tibia.triangles.col(2));
+  const std::string inward = written("inward.stl", tibia);
+  EXPECT_EQ(test::run_vrda(
+                {"prepare", "--femur", femur_, "--tibia", inward, "--no-ligaments", "-o", folder_.string()})
+                .exit_code,
+            0);
 }
 
 TEST_F(Prepare, AFibulaThatIsNotLateralIsWarnedOf)
@@ -141,7 +224,7 @@ TEST_F(Prepare, LandmarksAreUsedAndReported)
                                      "\"\nfemur = " + in_file(fibres[2].reference_mm))
             .string();
     return test::run_vrda({"prepare", "--femur", femur_, "--tibia", tibia_, "--cartilage", "none",
-                           "--landmarks", marks, "-o", folder_.string()});
+                           "--landmarks", marks, "-o", folder_.string(), "--replace"});
   };
   const Eigen::Vector3d epicondyle_mm = *landmark_mm(left, "medial_epicondyle");
   const test::Ended ended = prepared(epicondyle_mm);
@@ -209,7 +292,7 @@ TEST_F(Prepare, TheBonesOfAnotherJointAreRefused)
     const test::Ended ended =
         test::run_vrda({"prepare", "--femur", femur, "--tibia", tibia, "-o", folder_.string()});
     EXPECT_EQ(ended.exit_code, 2) << ended.err;
-    EXPECT_THAT(ended.err, HasSubstr("prepare.png"));
+    EXPECT_THAT(ended.err, HasSubstr("refused.png"));
   }
 }
 
