@@ -23,24 +23,24 @@ namespace {
 using FitJson = nlohmann::ordered_json;
 using fit::FitStatus;
 using fit::OffsetFit;
-using fit::OffsetQuestion;
+using fit::OffsetFitInput;
 
 // Both sides of a normal distribution: 95 %.
 constexpr double interval_95 = 1.96;
 
-// Keys with "fit", and the components in `question`.
-std::vector<std::string> asked_keys(const load::Job& job, OffsetQuestion& question)
+// Keys with "fit", and the components in `input`.
+std::vector<std::string> fitted_keys(const load::Job& job, OffsetFitInput& input)
 {
   std::vector<std::string> keys;
   const auto add = [&keys](const load::BodyJob& body, std::vector<std::int32_t>& rows) {
     for (std::size_t k = 0; k < body.components.size(); ++k) {
-      if (!body.components[k].is_offset_asked) continue;
+      if (!body.components[k].is_offset_fitted) continue;
       keys.push_back(body.components[k].key + ".offset_mm");
       rows.push_back(static_cast<std::int32_t>(k));
     }
   };
-  add(job.reference, question.reference);
-  add(job.moving, question.moving);
+  add(job.reference, input.reference);
+  add(job.moving, input.moving);
   if (keys.empty())
     job.document.refuse("reference.component.0.offset_mm", "no component with \"fit\"",
                         "offset_mm = \"fit\" of one component or more");
@@ -149,8 +149,8 @@ console::ExitCode fit_command(const FitCommandOptions& o)
   if (o.motion.empty()) throw InputError({"vrda fit", "--to", "nothing", "--to TABLE, or --motion POSES"});
   if (!o.output.empty()) require_absent(o, {o.output});
   Report report;
-  OffsetQuestion question;
-  report.keys = asked_keys(load::read_job(o.job_file, o.overrides), question);
+  OffsetFitInput input;
+  report.keys = fitted_keys(load::read_job(o.job_file, o.overrides), input);
   const load::Job bare_job = load::read_job(o.job_file, with_offset_of(o, report.keys, 0.0));
   load::Case job_case = load::load_case(bare_job, o.data_directory);
   if (!job_case.is_push_fixed_in_reference) job_case = load::with_one_delta(std::move(job_case), o.job_file);
@@ -160,12 +160,12 @@ console::ExitCode fit_command(const FitCommandOptions& o)
                       "the subject's own meshes: offset_mm is a length before scaling"});
   const std::vector<Pose> poses = poses_at(o, bare_job, job_case);
   const score::RowRange training = rows_of({"vrda fit", "--rows"}, o.rows, poses.size());
-  OffsetQuestion others = question;
+  OffsetFitInput others = input;
   for (std::size_t k = 0; k < poses.size(); ++k)
-    (training.contains(k) ? question : others).X_reference_moving.push_back(poses[k]);
+    (training.contains(k) ? input : others).X_reference_moving.push_back(poses[k]);
   report.n_frames = poses.size();
-  report.n_training = question.X_reference_moving.size();
-  report.fit = fit::fit_offset(subject, question);
+  report.n_training = input.X_reference_moving.size();
+  report.fit = fit::fit_offset(subject, input);
   if (report.fit.status != FitStatus::undetermined)
     report.other_gap_rms_mm = rms_over(fit::gaps_at_offset(subject, others, report.fit.offset_mm));
   print(report, o);

@@ -127,7 +127,7 @@ void print_unknowns(const fit::FitDocument& document)
   for (std::size_t k = 0; k < document.unknowns.size(); ++k) {
     const fit::Unknown& unknown = document.unknowns[k];
     const fit::FittedUnknown& found = document.found.unknowns[k];
-    std::string remark = fit::name_of(found.decision);
+    std::string remark = fit::name_of(found.identifiability);
     if (std::abs(found.correlation) > 0.9)
       remark += ", with " + document.unknowns[found.partner].name + ' ' + fixed(found.correlation);
     std::printf("%-36s %12.4g %12.4g %10.4g %8.0f %%  %s\n", (unknown.name + ' ' + unknown.unit()).c_str(),
@@ -157,7 +157,7 @@ void print_found(const fit::FitDocument& document)
   print_unknowns(document);
   std::string undecided;
   for (std::size_t k = 0; k < document.unknowns.size(); ++k) {
-    if (found.unknowns[k].decision == fit::Decision::undecided)
+    if (found.unknowns[k].identifiability == fit::Identifiability::undecided)
       undecided += (undecided.empty() ? "" : ", ") + document.unknowns[k].name;
   }
   std::printf(

@@ -445,8 +445,8 @@ int run_program(int argc, char** argv)
   Commands commands;
   try {
     commands.app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {
-    commands.app.exit(asked);
+  } catch (const CLI::Success& success) {
+    commands.app.exit(success);
     std::cout.flush();
     require_printed();
     return as_int(ExitCode::done);

@@ -22,7 +22,7 @@
 #include "load/file_bytes.hpp"
 #include "load/job.hpp"
 #include "picture/case_picture.hpp"
-#include "prepare/carried_ligaments.hpp"
+#include "prepare/transferred_ligaments.hpp"
 #include "prepare/cartilage_gap.hpp"
 #include "prepare/job_files.hpp"
 #include "prepare/slack_lengths.hpp"
@@ -258,7 +258,7 @@ class Preparation {
     console::log_info("side " + side_name(fit_.side) + ", unit " + load::unit_of_mm(fit_.unit_mm) +
                       ", scanned at " + shortest_decimal(std::round(deg_from_rad(fit_.scanned.flexion_rad))) +
                       " degrees of flexion");
-    warnings_ = registration::doubts(fit_, surfaces, known.side.has_value());
+    warnings_ = registration::fit_warnings(fit_, surfaces, known.side.has_value());
     check_fibula();
     if (reference_.joint.frame.side != fit_.side) reference_ = prepare::mirrored(reference_);
     add_landmarks();
@@ -310,7 +310,7 @@ class Preparation {
     for (const SubjectPart& part : subject_.moving) {
       if (part.component.name != "fibula") continue;
       const std::string found =
-          registration::fibula_objection(part.mesh, joined(surfaces_of(subject_.moving)));
+          registration::fibula_rejection(part.mesh, joined(surfaces_of(subject_.moving)));
       if (!found.empty())
         throw InputError({part.file, "--fibula", found, "the fibula beside this tibia, in the scan's unit"});
       if (!registration::is_fibula_lateral(part.mesh, fit_.side))
@@ -352,12 +352,12 @@ class Preparation {
   // The picture of a refused knee shows what went wrong.
   void refuse_other_objects(const KneeSurfaces& surfaces, const registration::KneeFitOptions& known)
   {
-    const std::vector<std::string> found = registration::objections(fit_, surfaces);
+    const std::vector<std::string> found = registration::rejection_reasons(fit_, surfaces);
     if (found.empty()) return;
     console::log_info("the bones do not fit; looking for the reason");
-    std::string reason = registration::explanation(fit_, surfaces, reference_.knee, known);
+    std::string reason = registration::probable_cause(fit_, surfaces, reference_.knee, known);
     if (reason.empty()) {
-      for (const std::string& objection : found) reason += (reason.empty() ? "" : "; ") + objection;
+      for (const std::string& one : found) reason += (reason.empty() ? "" : "; ") + one;
     }
     throw InputError({subject_.reference.front().file + ", " + subject_.moving.front().file, "", reason,
                       "femur and tibia of one knee in one pose, similar to the template \"" +
@@ -431,15 +431,15 @@ class Preparation {
       if (part.component.name == "fibula") bones.fibula = part.mesh;
     }
     if (has_scan()) bones.known_ends = known_ends();
-    const prepare::CarriedLigaments carried = prepare::carried_ligaments(reference_, fit_, bones);
-    write_ligaments(carried.ligaments);
+    const prepare::TransferredLigaments transferred = prepare::transferred_ligaments(reference_, fit_, bones);
+    write_ligaments(transferred.ligaments);
     load::Case prepared = written_case(true);
-    console::log_info("slack lengths of " + std::to_string(carried.ligaments.fibres.size()) +
+    console::log_info("slack lengths of " + std::to_string(transferred.ligaments.fibres.size()) +
                       " fibres: the knee is solved at 10 flexions, at most 5 times");
     const prepare::SlackResult slack = prepare::set_slack_lengths(
         prepared, reference_.joint, job_run::thread_count_or_all(options_.n_threads));
     write_ligaments(prepared.ligaments);
-    report_["fibres"] = fibres_json(carried, slack);
+    report_["fibres"] = fibres_json(transferred, slack);
     report_["bundles"] = bundles_json(prepared.ligaments, slack, warnings_);
     report_["settled"] = {{"varus_deg", deg_from_rad(slack.settled.attitude.varus_rad)},
                           {"travel_mm", slack.settled.pose.translation_mm.y()},

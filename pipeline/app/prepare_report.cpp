@@ -129,13 +129,13 @@ Json bundles_json(const ligament::Ligaments& ligaments, const prepare::SlackResu
   return rows;
 }
 
-Json fibres_json(const prepare::CarriedLigaments& carried, const prepare::SlackResult& slack)
+Json fibres_json(const prepare::TransferredLigaments& transferred, const prepare::SlackResult& slack)
 {
   Json rows = Json::array();
-  for (std::size_t i = 0; i < carried.moves.size(); ++i) {
-    rows.push_back({{"name", carried.ligaments.fibres[i].name},
-                    {"moved_femur_mm", number_or_null(carried.moves[i].reference_mm)},
-                    {"moved_tibia_mm", number_or_null(carried.moves[i].moving_mm)},
+  for (std::size_t i = 0; i < transferred.moves.size(); ++i) {
+    rows.push_back({{"name", transferred.ligaments.fibres[i].name},
+                    {"moved_femur_mm", number_or_null(transferred.moves[i].reference_mm)},
+                    {"moved_tibia_mm", number_or_null(transferred.moves[i].moving_mm)},
                     {"largest_strain", slack.loads.largest_strain[i]},
                     {"template_strain", slack.template_strain[i]}});
   }

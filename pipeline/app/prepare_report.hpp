@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "prepare/carried_ligaments.hpp"
 #include "prepare/slack_lengths.hpp"
+#include "prepare/transferred_ligaments.hpp"
 
 namespace vrda::app {
 
@@ -24,7 +24,7 @@ nlohmann::ordered_json scales_json(const prepare::LandmarkScales& scales, Side s
 nlohmann::ordered_json bundles_json(const ligament::Ligaments& ligaments, const prepare::SlackResult& slack,
                                     std::vector<std::string>& warnings);
 
-nlohmann::ordered_json fibres_json(const prepare::CarriedLigaments& carried,
+nlohmann::ordered_json fibres_json(const prepare::TransferredLigaments& transferred,
                                    const prepare::SlackResult& slack);
 
 }  // namespace vrda::app

@@ -233,7 +233,8 @@ class Task {
   bool is_waiting_ = false;
 };
 
-std::vector<cluster::TaskId> tasks_asked(const TaskOptions& options, const cluster::Submission& submission)
+std::vector<cluster::TaskId> requested_tasks(const TaskOptions& options,
+                                             const cluster::Submission& submission)
 {
   const std::optional<cluster::TaskKind> named = cluster::task_kind_of(options.kind);
   if (!named) {
@@ -292,8 +293,8 @@ std::optional<console::ExitCode> failure_before_restart(const std::string& folde
   const bool has_failed = state && state->phase == cluster::TaskPhase::failed &&
                           state->slurm_job == own.slurm_job && state->n_restarts < own.n_restarts;
   if (!has_failed) return std::nullopt;
-  const bool is_ours = state->exit_code == static_cast<std::int32_t>(console::ExitCode::internal_error);
-  return is_ours ? console::ExitCode::internal_error : console::ExitCode::bad_input;
+  const bool is_internal = state->exit_code == static_cast<std::int32_t>(console::ExitCode::internal_error);
+  return is_internal ? console::ExitCode::internal_error : console::ExitCode::bad_input;
 }
 
 // The more severe of two: internal error, bad input, incomplete, done.
@@ -315,7 +316,7 @@ console::ExitCode task_command(const TaskOptions& options)
   console::install_signal_handlers();
   const std::string folder = cluster::absolute_folder(options.folder);
   const cluster::Submission submission = cluster::read_submission(folder);
-  const std::vector<cluster::TaskId> tasks = tasks_asked(options, submission);
+  const std::vector<cluster::TaskId> tasks = requested_tasks(options, submission);
   if (options.recorded_exit_code > 0)
     return record_ended(folder, submission, tasks, options.recorded_exit_code);
   console::ExitCode code = console::ExitCode::done;

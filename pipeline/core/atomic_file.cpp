@@ -44,10 +44,10 @@ class Temporary {
       if (!file_->is_open() && errno != EEXIST) fail(target, "an output that cannot be created");
       // Between creation and lock another writer may have removed it as abandoned. Without lock support
       // (some network file systems) no file is considered abandoned.
-      const bool is_ours = file_->is_open() &&
-                           (flock(file_->get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) &&
-                           is_open_file_at(file_->get(), path_);
-      if (is_ours) return;
+      const bool is_locked = file_->is_open() &&
+                             (flock(file_->get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) &&
+                             is_open_file_at(file_->get(), path_);
+      if (is_locked) return;
       file_.reset();
     }
     throw InputError(

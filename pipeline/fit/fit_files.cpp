@@ -45,7 +45,7 @@ FitsJson unknown_json(const FitDocument& document, std::size_t k)
           {"from", unknown.from},
           {"to", unknown.to},
           {"explained", found.explained},
-          {"decision", name_of(found.decision)},
+          {"decision", name_of(found.identifiability)},
           {"most_correlated_with",
            document.unknowns.size() > 1 ? FitsJson(document.unknowns[found.partner].name) : FitsJson()},
           {"correlation", found.correlation}};

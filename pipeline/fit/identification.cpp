@@ -23,7 +23,7 @@ constexpr double settled_decrease = 0.01;
 // A fit that no step improves has converged within the jumps of the equilibria if the decrease predicted for
 // a full step is smaller than this: 0.4 deviations.
 constexpr double unsettled_decrease = 0.08;
-// Limits of Decision.
+// Limits of Identifiability.
 constexpr double decided_share = 0.9, undecided_share = 0.1;
 
 /// A part of the measurements that is left out together: rows of one trial.
@@ -263,10 +263,11 @@ void set_posterior(Identification& found, const FitEnd& end, const Fit& fit,
     one.sd = unknown.sd * std::sqrt(C(k, k));
     one.explained = 1.0 - C(k, k);
     const bool is_at_bound = one.change <= unknown.from || one.change >= unknown.to;
-    one.decision = is_at_bound                                                            ? Decision::at_bound
-                   : one.explained >= decided_share && end.status == FitStatus::converged ? Decision::decided
-                   : one.explained < undecided_share ? Decision::undecided
-                                                     : Decision::partly;
+    one.identifiability = is_at_bound ? Identifiability::at_bound
+                          : one.explained >= decided_share && end.status == FitStatus::converged
+                              ? Identifiability::decided
+                          : one.explained < undecided_share ? Identifiability::undecided
+                                                            : Identifiability::partly;
     for (Eigen::Index other = 0; other < n; ++other) {
       const double correlation = C(k, other) / std::sqrt(C(k, k) * C(other, other));
       if (other == k || std::abs(correlation) <= std::abs(one.correlation)) continue;
@@ -279,16 +280,16 @@ void set_posterior(Identification& found, const FitEnd& end, const Fit& fit,
 
 }  // namespace
 
-const char* name_of(Decision decision)
+const char* name_of(Identifiability identifiability)
 {
-  switch (decision) {
-    case Decision::decided:
+  switch (identifiability) {
+    case Identifiability::decided:
       return "decided";
-    case Decision::partly:
+    case Identifiability::partly:
       return "partly";
-    case Decision::undecided:
+    case Identifiability::undecided:
       return "undecided";
-    case Decision::at_bound:
+    case Identifiability::at_bound:
       break;
   }
   return "at_bound";

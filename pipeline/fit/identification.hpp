@@ -42,18 +42,18 @@ struct IdentifyPlan {
   std::function<bool()> is_stopped = {};             ///< true: returns `stopped`
 };
 
-enum class Decision {
+enum class Identifiability {
   decided,    ///< the fit converged, and the data remove at least 0.9 of the prior's variance
   partly,     ///< between
   undecided,  ///< less than 0.1: posterior and prior are the same
   at_bound,   ///< at `from` or `to`
 };
-const char* name_of(Decision decision);
+const char* name_of(Identifiability identifiability);
 
 struct FittedUnknown {
   double change = 0.0, sd = 0.0;  ///< posterior, in the unit of the unknown
   double explained = 0.0;         ///< share of the prior's variance that the data remove
-  Decision decision = Decision::undecided;
+  Identifiability identifiability = Identifiability::undecided;
   std::size_t partner = 0;  ///< the unknown whose error is most correlated with that of this one
   double correlation = 0.0;
 };

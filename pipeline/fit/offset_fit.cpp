@@ -76,10 +76,10 @@ struct Frames {
   std::vector<double> change_mm;  // of the offset, for contact: the gap along its normal
 };
 
-Frames frames_at(const load::Case& job_case, const OffsetQuestion& question, double offset_mm)
+Frames frames_at(const load::Case& job_case, const OffsetFitInput& input, double offset_mm)
 {
-  const std::vector<double> gaps = gaps_at_offset(job_case, question, offset_mm);
-  const std::vector<double> thicker = gaps_at_offset(job_case, question, offset_mm + difference_mm);
+  const std::vector<double> gaps = gaps_at_offset(job_case, input, offset_mm);
+  const std::vector<double> thicker = gaps_at_offset(job_case, input, offset_mm + difference_mm);
   Frames frames;
   for (std::size_t i = 0; i < gaps.size(); ++i) {
     const double slope = (thicker[i] - gaps[i]) / difference_mm;
@@ -123,15 +123,14 @@ const char* name_of(FitStatus status)
   return "iteration_limit";
 }
 
-std::vector<double> gaps_at_offset(const load::Case& job_case, const OffsetQuestion& question,
-                                   double offset_mm)
+std::vector<double> gaps_at_offset(const load::Case& job_case, const OffsetFitInput& input, double offset_mm)
 {
-  const Mesh reference = with_offset(job_case.reference, question.reference, offset_mm);
-  const Mesh moving = with_offset(job_case.moving, question.moving, offset_mm);
+  const Mesh reference = with_offset(job_case.reference, input.reference, offset_mm);
+  const Mesh moving = with_offset(job_case.moving, input.moving, offset_mm);
   SolverFrame frame = job_case.frame;
   std::optional<proximity::GapQuery> query;
   std::vector<double> gaps;
-  for (const Pose& X : question.X_reference_moving) {
+  for (const Pose& X : input.X_reference_moving) {
     const Eigen::Vector3d delta =
         job_case.is_push_fixed_in_reference
             ? Eigen::Vector3d((X.linear().transpose() * job_case.push_at_meshes.delta).normalized())
@@ -149,7 +148,7 @@ std::vector<double> gaps_at_offset(const load::Case& job_case, const OffsetQuest
   return gaps;
 }
 
-OffsetFit fit_offset(const load::Case& job_case, const OffsetQuestion& question)
+OffsetFit fit_offset(const load::Case& job_case, const OffsetFitInput& input)
 {
   OffsetFit fit;
   fit.offset_mm = first_offset_mm;
@@ -157,7 +156,7 @@ OffsetFit fit_offset(const load::Case& job_case, const OffsetQuestion& question)
   Frames frames;
   double share = 1.0, last_step_mm = 0.0;  // halved at each reversal: gaps jump where contact moves
   for (int k = 0; k < most_iterations && fit.status == FitStatus::iteration_limit; ++k) {
-    frames = frames_at(job_case, question, fit.offset_mm);
+    frames = frames_at(job_case, input, fit.offset_mm);
     fit.n_frames = static_cast<int>(frames.slope.size());
     if (fit.n_frames < 2) {
       fit.status = FitStatus::undetermined;
@@ -173,7 +172,7 @@ OffsetFit fit_offset(const load::Case& job_case, const OffsetQuestion& question)
     const bool is_inside = next_mm > least_offset_mm && next_mm < largest_offset_mm;
     fit.status = is_inside ? FitStatus::converged : FitStatus::at_limit;
   }
-  fit.bare_gap_rms_mm = rms_of(gaps_at_offset(job_case, question, 0.0));
+  fit.bare_gap_rms_mm = rms_of(gaps_at_offset(job_case, input, 0.0));
   if (fit.status == FitStatus::undetermined) return fit;
   fit.gap_rms_mm = std::sqrt(frames.gap_sq / fit.n_frames);
   fit.travel_per_mm = median(frames.slope);

@@ -8,7 +8,7 @@
 namespace vrda::fit {
 
 /// The components whose offset is unknown, and the frames that determine it.
-struct OffsetQuestion {
+struct OffsetFitInput {
   std::vector<std::int32_t> reference, moving;  ///< indices into Body::components
   std::vector<Pose> X_reference_moving;         ///< measured, as in a motion model
 };
@@ -38,10 +38,9 @@ struct OffsetFit {
 /// normal (the gap along Delta by its slope over the offset) is 0. Along Delta, one glancing contact would
 /// outweigh all others. Newton's method with differences of the exact gap. `job_case` at the subject's size
 /// with one Delta, or one that turns with the reference.
-OffsetFit fit_offset(const load::Case& job_case, const OffsetQuestion& question);
+OffsetFit fit_offset(const load::Case& job_case, const OffsetFitInput& input);
 
 /// Signed gaps of frames at an offset, mm; NaN where no facing surfaces are ahead.
-std::vector<double> gaps_at_offset(const load::Case& job_case, const OffsetQuestion& question,
-                                   double offset_mm);
+std::vector<double> gaps_at_offset(const load::Case& job_case, const OffsetFitInput& input, double offset_mm);
 
 }  // namespace vrda::fit

@@ -50,11 +50,12 @@ std::vector<FibreGroup> groups_of(const load::Job& job, const std::vector<ligame
   const bool is_fibre = !parameter.fibre.empty();
   std::vector<std::string> known;
   for (const ligament::Fibre& fibre : fibres) known.push_back(is_fibre ? fibre.name : fibre.bundle);
-  const std::string& asked = is_fibre ? parameter.fibre : parameter.bundle;
-  job.document.refuse(
-      "fit.parameter." + std::to_string(number) + (is_fibre ? ".fibre" : ".bundle"),
-      known.empty() ? "no fibres" : '"' + asked + '"',
-      known.empty() ? "[ligaments]" : "one of the job; the nearest is \"" + nearest_word(asked, known) + '"');
+  const std::string& requested = is_fibre ? parameter.fibre : parameter.bundle;
+  job.document.refuse("fit.parameter." + std::to_string(number) + (is_fibre ? ".fibre" : ".bundle"),
+                      known.empty() ? "no fibres" : '"' + requested + '"',
+                      known.empty()
+                          ? "[ligaments]"
+                          : "one of the job; the nearest is \"" + nearest_word(requested, known) + '"');
 }
 
 // Of an unknown at one of several angles: 1 there, 0 at the neighbours.

@@ -144,9 +144,9 @@ InputError with_first_difference(const InputError& error, const load::Case& job_
   return InputError(facts);
 }
 
-std::string output_path_of(const std::string& asked, const std::string& job_file)
+std::string output_path_of(const std::string& requested, const std::string& job_file)
 {
-  if (!asked.empty()) return asked;
+  if (!requested.empty()) return requested;
   const std::string name = fs::path(job_file).stem().string();
   return (fs::path("results") / name / (name + ".h5")).string();
 }

@@ -41,8 +41,8 @@ auto with_difference_in_errors(const load::Case& job_case, const Work& work)
   }
 }
 
-/// `asked`, or results/<job name>/<job name>.h5 if that is empty.
-std::string output_path_of(const std::string& asked, const std::string& job_file);
+/// `requested`, or results/<job name>/<job name>.h5 if that is empty.
+std::string output_path_of(const std::string& requested, const std::string& job_file);
 
 std::string run_record_of(const std::string& output);
 

@@ -161,9 +161,9 @@ store::MotionModel read_solved_model(const std::string& file)
   return model;
 }
 
-int thread_count_or_all(int asked)
+int thread_count_or_all(int requested)
 {
-  if (asked > 0) return asked;
+  if (requested > 0) return requested;
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 

@@ -49,7 +49,7 @@ load::Case load_and_report_case(const std::string& job_file, const load::LoadOpt
 /// Reads a motion model. Throws InputError if the file is invalid, too new, or has no stable attitude.
 store::MotionModel read_solved_model(const std::string& file);
 
-/// `asked`, or one per processor if that is 0.
-int thread_count_or_all(int asked);
+/// `requested`, or one per processor if that is 0.
+int thread_count_or_all(int requested);
 
 }  // namespace vrda::job_run

@@ -73,8 +73,8 @@ void check_size(const Job& job, const registration::KneeSurfaces& bones)
 void refuse_other_objects(const Job& job, const KneeFit& fit, const registration::KneeSurfaces& bones)
 {
   std::string all;
-  for (const std::string& objection : registration::objections(fit, bones))
-    all += (all.empty() ? "" : "; ") + objection;
+  for (const std::string& reason : registration::rejection_reasons(fit, bones))
+    all += (all.empty() ? "" : "; ") + reason;
   if (all.empty()) return;
   job.document.refuse(
       automatic_key(job), "bones without a frame: " + all,
@@ -121,8 +121,8 @@ std::optional<AutoFrames> auto_frames(const Job& job, ComponentLoader& source)
   AutoFrames found{{found_frame(fit.X_scan_femur, unit_mm_of(job, job.reference)),
                     found_frame(fit.X_scan_tibia, unit_mm_of(job, job.moving))},
                    {}};
-  for (const std::string& doubt : registration::doubts(fit, bones, true))
-    found.warnings.push_back(automatic_key(job) + ": " + doubt);
+  for (const std::string& warning : registration::fit_warnings(fit, bones, true))
+    found.warnings.push_back(automatic_key(job) + ": " + warning);
   return found;
 }
 

@@ -110,7 +110,7 @@ void require_offsets(const Job& job)
 {
   for (const BodyJob* body : {&job.reference, &job.moving}) {
     for (const ComponentJob& component : body->components) {
-      if (!component.is_offset_asked) continue;
+      if (!component.is_offset_fitted) continue;
       job.document.refuse(component.key + ".offset_mm", "\"fit\"",
                           "a number; vrda fit JOB --motion FILE finds it from a measured motion");
     }

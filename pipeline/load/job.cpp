@@ -56,8 +56,8 @@ ComponentJob component_of(const Job& job, const documents::DocumentValue& value,
   component.has_contact = documents::flag_at(value, "contact");
   component.winding = documents::text_at(value, "winding") == "inward" ? Winding::inward : Winding::outward;
   if (const documents::DocumentValue* offset = value.find("offset_mm")) {
-    component.is_offset_asked = offset->text() != nullptr;
-    if (!component.is_offset_asked) component.offset_mm = documents::number_at(*offset, "");
+    component.is_offset_fitted = offset->text() != nullptr;
+    if (!component.is_offset_fitted) component.offset_mm = documents::number_at(*offset, "");
   }
   component.inset_mm = documents::number_at(value, "inset_mm");
   component.shift_mm = documents::vector3_at(value, "shift_mm");

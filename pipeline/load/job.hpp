@@ -35,8 +35,8 @@ struct ComponentJob {
   std::string material;
   bool has_contact = true;
   Winding winding = Winding::outward;
-  double offset_mm = 0.0;        ///< radius by which the surface is rounded outward for gaps and contacts
-  bool is_offset_asked = false;  ///< offset_mm = "fit": unknown until `vrda fit` finds it
+  double offset_mm = 0.0;         ///< radius by which the surface is rounded outward for gaps and contacts
+  bool is_offset_fitted = false;  ///< offset_mm = "fit": unknown until `vrda fit` finds it
   double inset_mm = 0.0;  ///< inward displacement of each vertex along its normal: reduces the thickness
   Eigen::Vector3d shift_mm{0.0, 0.0, 0.0};  ///< translation of the component, canonical axes
 };

@@ -215,7 +215,7 @@ std::vector<Convention> open_conventions(const measured::MotionTable& table, con
   const Convention known = measured::completed(user, file, joint.side);
   const bool has_angles = !table.has_matrices();
   // A matrix has no signs to choose, and clinical numbers state the side by their definition.
-  const bool tells_side = table.has_matrices() || table.are_angles_clinical;
+  const bool determines_side = table.has_matrices() || table.are_angles_clinical;
   const auto other = joint.side == Side::left ? Side::right : Side::left;
   using measured::AngleUnit, measured::Direction, measured::TableAxes, measured::LengthPoint;
   const auto units =
@@ -231,7 +231,7 @@ std::vector<Convention> open_conventions(const measured::MotionTable& table, con
                                       {Direction::moving_in_reference, Direction::reference_in_moving});
   const auto axes =
       open_values(user.axes, file.axes, is_automatic(Term::axes), {TableAxes::canonical, TableAxes::files});
-  const auto sides = open_values(user.side, tells_side ? std::optional(joint.side) : std::nullopt,
+  const auto sides = open_values(user.side, determines_side ? std::optional(joint.side) : std::nullopt,
                                  is_automatic(Term::side), {joint.side, other});
   const auto points = has_angles ? open_values(user.lengths, file.lengths, is_automatic(Term::lengths),
                                                {LengthPoint::origin, LengthPoint::centre})

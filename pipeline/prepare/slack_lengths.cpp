@@ -104,7 +104,7 @@ SlackResult set_slack_lengths(load::Case& subject, const load::Case& reference, 
   constexpr double tolerance = 0.005;  // of strain
   constexpr int most_solutions = 4;
   std::vector<ligament::Fibre>& fibres = subject.ligaments.fibres;
-  check(fibres.size() == reference.ligaments.fibres.size(), "a carried fibre for each of the template");
+  check(fibres.size() == reference.ligaments.fibres.size(), "a transferred fibre for each of the template");
   SlackResult result;
   result.settled = settled_pose(subject);
   const std::vector<double> own_mm = fibre_lengths_mm(subject, result.settled);

@@ -1,4 +1,4 @@
-/// Slack lengths of carried fibres, from both knees at the neutral pose.
+/// Slack lengths of transferred fibres, from both knees at the neutral pose.
 #pragma once
 
 #include <vector>

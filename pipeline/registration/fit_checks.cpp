@@ -81,7 +81,7 @@ void require_length(const char* name, double length_mm, std::vector<std::string>
                   shortest_decimal(refused_length_mm) + ")");
 }
 
-std::vector<std::string> fit_objections(const KneeFit& fit)
+std::vector<std::string> fit_rejections(const KneeFit& fit)
 {
   std::vector<std::string> found;
   require_at_most(fit.coarse_residual_mm, largest_coarse_mm, "both bones together: residual", found);
@@ -114,9 +114,9 @@ BoneSurfaces reversed(BoneSurfaces surfaces)
 
 }  // namespace
 
-std::vector<std::string> objections(const KneeFit& fit, const KneeSurfaces& subject)
+std::vector<std::string> rejection_reasons(const KneeFit& fit, const KneeSurfaces& subject)
 {
-  std::vector<std::string> found = fit_objections(fit);
+  std::vector<std::string> found = fit_rejections(fit);
   if (!found.empty()) return found;  // frames that are wrong give no length
   const Lengths lengths = lengths_of(fit, subject);
   if (has_bone(subject.femur)) require_length("femur", lengths.femur_mm, found);
@@ -124,14 +124,14 @@ std::vector<std::string> objections(const KneeFit& fit, const KneeSurfaces& subj
   return found;
 }
 
-std::string explanation(const KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& reference,
+std::string probable_cause(const KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& reference,
                         const KneeFitOptions& known)
 {
-  if (fit_objections(fit).empty()) return "";
+  if (fit_rejections(fit).empty()) return "";
   std::optional<KneeFit> found;
   const auto fits = [&](const KneeSurfaces& other) {
     KneeFit one = fit_knee(other, reference);
-    if (!objections(one, other).empty()) return false;
+    if (!rejection_reasons(one, other).empty()) return false;
     found = one;
     return true;
   };
@@ -156,7 +156,7 @@ std::string explanation(const KneeFit& fit, const KneeSurfaces& subject, const T
   return "";
 }
 
-std::vector<std::string> doubts(const KneeFit& fit, const KneeSurfaces& subject, bool is_side_given)
+std::vector<std::string> fit_warnings(const KneeFit& fit, const KneeSurfaces& subject, bool is_side_given)
 {
   std::vector<std::string> found;
   const Lengths lengths = lengths_of(fit, subject);
@@ -181,7 +181,7 @@ std::vector<std::string> doubts(const KneeFit& fit, const KneeSurfaces& subject,
   return found;
 }
 
-std::string fibula_objection(const Mesh& fibula, const Mesh& tibia)
+std::string fibula_rejection(const Mesh& fibula, const Mesh& tibia)
 {
   // Below the rotation centre by the joint line's 20 mm and at most the length of a stump.
   constexpr double highest_mm = -15.0, lowest_mm = -90.0, largest_distance_mm = 15.0;

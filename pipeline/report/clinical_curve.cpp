@@ -51,14 +51,15 @@ void set_row(ClinicalCurve& curve, std::size_t row, const Pose& X_reference_movi
   const ClinicalCoordinates c = clinical_coordinates(X_reference_moving, side_of(model), tracked.point_mm);
   const Eigen::Vector3d origin_mm = X_reference_moving.translation();
   if (store::has_turned_axes(model)) curve.flexion_deg[row] = deg_from_rad(c.flexion_rad);
-  curve.of(Quantity::internal)[row] = deg_from_rad(c.internal_rotation_rad);
-  curve.of(Quantity::varus)[row] = deg_from_rad(c.varus_rad);
-  curve.of(Quantity::anterior)[row] = c.anterior_mm;
-  curve.of(Quantity::proximal)[row] = c.proximal_mm;
-  curve.of(Quantity::lateral)[row] = c.lateral_mm;
-  curve.of(Quantity::origin_anterior)[row] = origin_mm.x();
-  curve.of(Quantity::origin_proximal)[row] = origin_mm.y();
-  curve.of(Quantity::origin_lateral)[row] = side_of(model) == Side::left ? -origin_mm.z() : origin_mm.z();
+  curve.values_of(Quantity::internal)[row] = deg_from_rad(c.internal_rotation_rad);
+  curve.values_of(Quantity::varus)[row] = deg_from_rad(c.varus_rad);
+  curve.values_of(Quantity::anterior)[row] = c.anterior_mm;
+  curve.values_of(Quantity::proximal)[row] = c.proximal_mm;
+  curve.values_of(Quantity::lateral)[row] = c.lateral_mm;
+  curve.values_of(Quantity::origin_anterior)[row] = origin_mm.x();
+  curve.values_of(Quantity::origin_proximal)[row] = origin_mm.y();
+  curve.values_of(Quantity::origin_lateral)[row] =
+      side_of(model) == Side::left ? -origin_mm.z() : origin_mm.z();
 }
 
 ClinicalCurve raw_curve(const TrackedModel& tracked)
@@ -111,7 +112,7 @@ ClinicalCurve curve_of_set(const TrackedModel& tracked, const std::string& set)
 std::vector<std::pair<double, double>> points_of(const ClinicalCurve& curve, Quantity quantity)
 {
   std::vector<std::pair<double, double>> points;
-  const std::vector<double>& values = curve.of(quantity);
+  const std::vector<double>& values = curve.values_of(quantity);
   for (std::size_t k = 0; k < values.size(); ++k) {
     if (std::isfinite(values[k]) && std::isfinite(curve.flexion_deg[k]))
       points.emplace_back(curve.flexion_deg[k], values[k]);
@@ -320,7 +321,7 @@ class CurveReader {
         refuse(here() + ", " + name, "'" + std::string(field) + "'", "one point in all rows");
       mm = number;
     } else {
-      result_.curve.of(column.quantity).push_back(number);
+      result_.curve.values_of(column.quantity).push_back(number);
     }
   }
 
@@ -355,7 +356,7 @@ template <std::size_t n>
 bool has_all(const ClinicalCurve& curve, const Quantity (&quantities)[n])
 {
   return std::all_of(std::begin(quantities), std::end(quantities),
-                     [&](Quantity q) { return !curve.of(q).empty(); });
+                     [&](Quantity q) { return !curve.values_of(q).empty(); });
 }
 
 // The mirror image of a left joint: clinical numbers are those of a right one.
@@ -369,11 +370,12 @@ Eigen::Vector3d right_sided(const Eigen::Vector3d& p_mm, Side side)
 CurveFile about_point(CurveFile file, Side side, const Eigen::Vector3d& point_mm)
 {
   ClinicalCurve& curve = file.curve;
-  const bool is_of_centre = !curve.of(Quantity::anterior).empty() || !curve.of(Quantity::proximal).empty() ||
-                            !curve.of(Quantity::lateral).empty();
-  const bool is_of_origin = !is_of_centre && !(curve.of(Quantity::origin_anterior).empty() &&
-                                               curve.of(Quantity::origin_proximal).empty() &&
-                                               curve.of(Quantity::origin_lateral).empty());
+  const bool is_of_centre = !curve.values_of(Quantity::anterior).empty() ||
+                            !curve.values_of(Quantity::proximal).empty() ||
+                            !curve.values_of(Quantity::lateral).empty();
+  const bool is_of_origin = !is_of_centre && !(curve.values_of(Quantity::origin_anterior).empty() &&
+                                               curve.values_of(Quantity::origin_proximal).empty() &&
+                                               curve.values_of(Quantity::origin_lateral).empty());
   const bool is_there = is_of_centre ? !file.point_mm || *file.point_mm == point_mm : !is_of_origin;
   if (is_there) return file;
   file.is_incomplete = !has_all(curve, other_angles) ||
@@ -384,12 +386,12 @@ CurveFile about_point(CurveFile file, Side side, const Eigen::Vector3d& point_mm
   std::array<std::vector<double>, 3> moved;
   for (std::size_t k = 0; k < curve.flexion_deg.size(); ++k) {
     JointCoordinates q = JointCoordinates::Zero();
-    q.head<3>() << rad_from_deg(curve.flexion_deg[k]), rad_from_deg(curve.of(Quantity::varus)[k]),
-        rad_from_deg(curve.of(Quantity::internal)[k]);
+    q.head<3>() << rad_from_deg(curve.flexion_deg[k]), rad_from_deg(curve.values_of(Quantity::varus)[k]),
+        rad_from_deg(curve.values_of(Quantity::internal)[k]);
     Eigen::Vector3d t_mm;
     for (std::size_t axis = 0; axis < 3; ++axis)
       t_mm[static_cast<Eigen::Index>(axis)] =
-          curve.of(is_of_centre ? grood_suntay[axis] : mesh_origin[axis])[k];
+          curve.values_of(is_of_centre ? grood_suntay[axis] : mesh_origin[axis])[k];
     if (!q.allFinite() || !t_mm.allFinite()) {
       for (std::vector<double>& values : moved) values.push_back(nan);
       continue;
@@ -402,7 +404,7 @@ CurveFile about_point(CurveFile file, Side side, const Eigen::Vector3d& point_mm
     for (std::size_t axis = 0; axis < 3; ++axis)
       moved[axis].push_back(about[3 + static_cast<Eigen::Index>(axis)]);
   }
-  for (std::size_t axis = 0; axis < 3; ++axis) curve.of(grood_suntay[axis]) = std::move(moved[axis]);
+  for (std::size_t axis = 0; axis < 3; ++axis) curve.values_of(grood_suntay[axis]) = std::move(moved[axis]);
   if (is_of_centre) file.point_mm = point_mm;
   return file;
 }

@@ -49,11 +49,11 @@ struct ClinicalCurve {
   std::vector<double> flexion_deg;
   std::array<std::vector<double>, n_quantities> values;  ///< [n]; empty: unknown; NaN: no value
 
-  const std::vector<double>& of(Quantity quantity) const
+  const std::vector<double>& values_of(Quantity quantity) const
   {
     return values[static_cast<std::size_t>(quantity)];
   }
-  std::vector<double>& of(Quantity quantity) { return values[static_cast<std::size_t>(quantity)]; }
+  std::vector<double>& values_of(Quantity quantity) { return values[static_cast<std::size_t>(quantity)]; }
 };
 
 /// Index of the spine cell of each flexion; -1 if it is missing or not stable.

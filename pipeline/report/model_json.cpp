@@ -353,7 +353,7 @@ Json curve_json(const ClinicalCurve& curve)
 {
   Json values = {{"name", curve.name}, {"flexion", short_numbers(curve.flexion_deg)}};
   for (const QuantityName& q : quantity_names) {
-    if (!curve.of(q.quantity).empty()) values[q.key] = short_numbers(curve.of(q.quantity));
+    if (!curve.values_of(q.quantity).empty()) values[q.key] = short_numbers(curve.values_of(q.quantity));
   }
   return values;
 }

@@ -19,7 +19,7 @@
 namespace {
 
 /// README.md of this room describes them.
-enum ExitCode { done = 0, bad_input = 2, unsolved_attitudes = 3, interrupted = 4, our_mistake = 5 };
+enum ExitCode { done = 0, bad_input = 2, unsolved_attitudes = 3, interrupted = 4, internal_error = 5 };
 
 /// Reports an unknown option before a missing one; CLI11 reports the missing one first.
 void parse(CLI::App& app, int argc, char** argv)
@@ -101,8 +101,8 @@ int run(int argc, char** argv)
        }}};
   try {
     parse(app, argc, argv);
-  } catch (const CLI::Success& asked) {
-    return app.exit(asked);
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
   } catch (const CLI::ParseError& error) {
     std::cerr << "vrda-player: " << error.what() << " (see vrda-player --help)\n";
     return bad_input;
@@ -128,6 +128,6 @@ int main(int argc, char** argv)
   } catch (const std::exception& error) {
     std::cerr << "vrda-player: internal error: " << error.what()
               << "\nPlease report it with the command line and the file.\n";
-    return our_mistake;
+    return internal_error;
   }
 }

@@ -12,7 +12,7 @@
 
 namespace {
 
-enum ExitCode { done = 0, bad_input = 2, our_mistake = 5 };
+enum ExitCode { done = 0, bad_input = 2, internal_error = 5 };
 
 /// False once the reader has closed its end.
 bool write_all(const std::string& bytes)
@@ -58,8 +58,8 @@ int run(int argc, char** argv)
       ->type_name("S");
   try {
     app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {
-    return app.exit(asked);
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
   } catch (const CLI::ParseError& error) {
     std::cerr << "vrda-webcam: " << error.what() << " (see vrda-webcam --help)\n";
     return bad_input;
@@ -84,6 +84,6 @@ int main(int argc, char** argv)
     return run(argc, argv);
   } catch (const std::exception& error) {
     std::cerr << "vrda-webcam: internal error: " << error.what() << "\n";
-    return our_mistake;
+    return internal_error;
   }
 }

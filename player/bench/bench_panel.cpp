@@ -48,7 +48,7 @@ std::string device_text(const std::string& name, const devices::DeviceReport& re
 {
   std::string text = name + " " + report.peer + ": " + name_of(report.link);
   if (report.link == devices::LinkState::up) text += ", " + tenths(report.rate_hz) + " a second";
-  if (!report.trouble.empty()) text += ", " + report.trouble;
+  if (!report.error_message.empty()) text += ", " + report.error_message;
   return text;
 }
 
@@ -89,15 +89,15 @@ const render::Overlay& BenchPanel::drawn(const BenchState& state, const BenchFra
       add_panel(eyes.left.visible, state, frame, content);
     }
   }
-  add_marks(eyes.left.visible, frame, content.trouble);
-  add_marks(eyes.right.visible, frame, content.trouble);
+  add_marks(eyes.left.visible, frame, content.error_message);
+  add_marks(eyes.right.visible, frame, content.error_message);
   gui::finish_overlay(overlay_);
   reflector_.reflect(overlay_);
   return overlay_;
 }
 
 void BenchPanel::add_marks(const optics::Viewport& visible, const BenchFrame& frame,
-                           const std::string& trouble)
+                           const std::string& error_message)
 {
   float bottom_px = static_cast<float>(visible.y + visible.height) - margin_px - text_.line_px();
   const auto add = [&](const std::string& words) {
@@ -115,7 +115,7 @@ void BenchPanel::add_marks(const optics::Viewport& visible, const BenchFrame& fr
   if (frame.is_moved_aside) add("moved off the leg by the pointer: R puts it back");
   add(stage_status_text(frame));
   add(input_status_text("potentiometer", frame.potentiometer));
-  add(trouble);
+  add(error_message);
 }
 
 std::string joint_text(const ClinicalCoordinates& joint)
@@ -146,7 +146,7 @@ void BenchPanel::add_panel(const optics::Viewport& area, const BenchState& state
     return;
   }
   line(state.bench().title, faint);
-  if (!content.trouble.empty()) line(content.trouble, amber);
+  if (!content.error_message.empty()) line(content.error_message, amber);
   line("> " + parameter_text(state, state.selected()), green);
   const Attitude& at = frame.pose.attitude;
   line("flexion " + tenths(deg_from_rad(at.flexion_rad)) + ", varus " + tenths(deg_from_rad(at.varus_rad)) +

@@ -75,7 +75,7 @@ class BenchRun final : public loop::Mode {
     for (devices::Sample sample; devices_.take(sample);) samples_.push_back(sample);
     now_ns_ = devices_.now_ns();
     record();
-    wishes_ = vrda::bench::apply_input(state_, show_.panel(), keys_, samples_);
+    requests_ = vrda::bench::apply_input(state_, show_.panel(), keys_, samples_);
     keys_.clear();
     frame_ = &state_.frame(now_ns_);
     send();
@@ -87,11 +87,11 @@ class BenchRun final : public loop::Mode {
     show_.show(state_, *frame_, timing_.n_pictures, now_s());
     note_times();
     warn(show_.take_warning());
-    if (wishes_.zero_stage)
+    if (requests_.zero_stage)
       show_status(devices_.zero_stage() ? "stage zeroed" : "the stage does not answer: not zeroed");
-    if (wishes_.write_calibration) write_calibration();
-    if (wishes_.take_screenshot) show_.save_screenshot(state_, *frame_);
-    is_over_ = wishes_.quit || (options_.seconds && now_s() >= *options_.seconds);
+    if (requests_.write_calibration) write_calibration();
+    if (requests_.take_screenshot) show_.save_screenshot(state_, *frame_);
+    is_over_ = requests_.quit || (options_.seconds && now_s() >= *options_.seconds);
   }
 
   void finish()
@@ -218,7 +218,7 @@ class BenchRun final : public loop::Mode {
   std::vector<devices::Sample> samples_;
   // Current round.
   std::int64_t now_ns_ = 0;
-  BenchRequests wishes_;
+  BenchRequests requests_;
   const BenchFrame* frame_ = nullptr;
   std::vector<StreamStatistics> watches_;
   BenchTiming timing_;

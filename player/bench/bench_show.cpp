@@ -27,7 +27,7 @@ BenchView::BenchView(const store::MotionModel& model, const bench_files::BenchFi
       scene_(scene::scene_of(model.reference, model.moving, Eigen::Vector3d::Zero())),
       eyes_(calibration.eyes),
       plan_(stereo::stereo_plan(calibration.eyes, bench.display.width, bench.display.height, bench.path,
-                                 bench.display.reflection)),
+                                bench.display.reflection)),
       panel_(bench)
 {
   scene_.occlusion_radius_mm = 0.0;  // leaves the time of a frame to both eyes
@@ -107,20 +107,20 @@ void restore_unusable(BenchState& state, const optics::EyePair& before, PanelCon
 BenchRequests apply_input(BenchState& state, PanelContent& panel, std::span<const navigation::KeyPress> keys,
                           std::span<const devices::Sample> samples)
 {
-  BenchRequests wishes;
+  BenchRequests requests;
   const optics::EyePair before = state.values().calibration.eyes;
   for (const navigation::KeyPress& press : keys) {
     const BenchRequest request = apply_key(state, press);
-    wishes.quit = wishes.quit || request == BenchRequest::quit;
-    wishes.zero_stage = wishes.zero_stage || request == BenchRequest::zero_stage;
-    wishes.write_calibration = wishes.write_calibration || request == BenchRequest::write_calibration;
-    wishes.take_screenshot = wishes.take_screenshot || request == BenchRequest::screenshot;
+    requests.quit = requests.quit || request == BenchRequest::quit;
+    requests.zero_stage = requests.zero_stage || request == BenchRequest::zero_stage;
+    requests.write_calibration = requests.write_calibration || request == BenchRequest::write_calibration;
+    requests.take_screenshot = requests.take_screenshot || request == BenchRequest::screenshot;
     if (request == BenchRequest::show_panel) panel.has_panel = !panel.has_panel;
     if (request == BenchRequest::show_help) panel.has_help = !panel.has_help;
   }
   for (const devices::Sample& sample : samples) state.take(sample);
   restore_unusable(state, before, panel);
-  return wishes;
+  return requests;
 }
 
 BenchOutput::BenchOutput(const BenchOptions& options, const BenchSetup& setup)
@@ -155,7 +155,7 @@ void BenchOutput::show(BenchState& state, const BenchFrame& frame, std::uint64_t
 {
   if (view_.take(state.values().calibration.eyes)) sink_.renderer().load(view_.warp());
   view_.place(frame, state.values().calibration);
-  panel_.trouble = watch_.trouble(sink_);
+  panel_.error_message = watch_.error_message(sink_);
   const bool is_picture =
       !options_.pictures.empty() && number % static_cast<std::uint64_t>(options_.every) == 0;
   const std::int64_t n_video = due_video_frames(at_s);

@@ -106,7 +106,7 @@ void BenchState::take(const devices::Sample& sample)
 void BenchState::take_place(const devices::Sample& sample)
 {
   // Several messages may arrive between two frames.
-  trackers_.take(sample, [&](BodyTracker&) { settle(); });
+  trackers_.take(sample, [&](BodyTracker&) { end_messages(); });
   if (!sample.is(devices::ToolVisibility::seen)) return;
   newest_arrival_ns_ = sample.arrival_ns;
   ++n_samples_;
@@ -181,7 +181,7 @@ double BenchState::most_of(std::size_t parameter) const
   return deg_from_rad(is_flexion ? motion_.last_flexion_rad() : motion_.last_varus_rad());
 }
 
-void BenchState::settle()
+void BenchState::end_messages()
 {
   bool is_leg_new = false;
   for (std::size_t k = 0; k < bench_files::n_body_roles; ++k) {
@@ -272,7 +272,7 @@ InputStatus BenchState::mark_of(const BoardInput& input, double now_s) const
 
 const BenchFrame& BenchState::frame(std::int64_t now_ns)
 {
-  settle();
+  end_messages();
   const double now_s = seconds(now_ns);
   // Without prediction the newest poses are shown without extrapolation to now.
   const bool is_predicted = values_.prediction_ms > 0.0;

@@ -71,7 +71,7 @@ class BenchState {
   }
   /// Offset of the drawn joint from the leg, by the pointer; identity until an `offset` sample.
   const Pose& X_leg_joint() const { return X_leg_joint_; }
-  void put_back() { X_leg_joint_ = Pose::Identity(); }
+  void reset_offset() { X_leg_joint_ = Pose::Identity(); }
   /// Last pose fit of a body of markers; nullptr for a tool.
   const tracking::PoseFit* fit(bench_files::BodyRole role) const;
 
@@ -87,7 +87,7 @@ class BenchState {
   void take_stage(const devices::Sample& sample);
   void take_potentiometer(const devices::Sample& sample);
   bool is_turning(double time_s);
-  void settle();
+  void end_messages();
   void update_leg();
   double least_of(std::size_t parameter) const;
   double most_of(std::size_t parameter) const;

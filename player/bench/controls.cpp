@@ -97,7 +97,7 @@ constexpr std::array bindings{
             [](BenchState& s, const Press&) { select_named(s, "eyes.distance_apart"); }},
     Binding{navigation::key_of('P'), [](BenchState& s, const Press&) { toggle_prediction(s); }},
     Binding{navigation::key_of('E'), [](BenchState& s, const Press&) { s.set_filter(!s.is_filtered()); }},
-    Binding{navigation::key_of('R'), [](BenchState& s, const Press&) { s.put_back(); }},
+    Binding{navigation::key_of('R'), [](BenchState& s, const Press&) { s.reset_offset(); }},
     Binding{navigation::key_of('Z'), nullptr, BenchRequest::zero_stage},
     Binding{navigation::key_of('W'), nullptr, BenchRequest::write_calibration},
     Binding{navigation::key_of('T'), nullptr, BenchRequest::show_panel},

@@ -69,7 +69,7 @@ void write_report(std::ostream& out, const std::string& name, const devices::Dev
       << (report.link == devices::LinkState::up ? "answers" : "does not answer") << "  "
       << settings::rounded_text(report.rate_hz, 1) << " samples a second";
   if (report.n_refused > 0) out << "  " << report.n_refused << " rejected";
-  if (!report.trouble.empty()) out << "  (" << report.trouble << ")";
+  if (!report.error_message.empty()) out << "  (" << report.error_message << ")";
   out << "\n";
 }
 
@@ -126,7 +126,7 @@ std::string json_of(const devices::DeviceReport& report)
          ", \"samples\": " + std::to_string(report.n_samples) +
          ", \"refused\": " + std::to_string(report.n_refused) +
          ", \"lost\": " + std::to_string(report.n_lost) +
-         ", \"trouble\": " + settings::quoted_text(report.trouble);
+         ", \"trouble\": " + settings::quoted_text(report.error_message);
 }
 
 std::string json_of(bench_files::BodyRole role, const tracking::PoseFit& fit)
@@ -172,8 +172,8 @@ void write_json(std::ostream& out, const bench_files::BenchFile& bench, const de
   comma = "";
   for (const render::Monitor& monitor : render::connected_monitors()) {
     const render::WindowGeometry& g = monitor.geometry;
-    out << comma << "{\"name\": " << settings::quoted_text(monitor.name) << ", \"x\": " << g.x << ", \"y\": " << g.y
-        << ", \"width\": " << g.width << ", \"height\": " << g.height
+    out << comma << "{\"name\": " << settings::quoted_text(monitor.name) << ", \"x\": " << g.x
+        << ", \"y\": " << g.y << ", \"width\": " << g.width << ", \"height\": " << g.height
         << ", \"refresh_hz\": " << monitor.refresh_hz << "}";
     comma = ", ";
   }

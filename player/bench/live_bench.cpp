@@ -74,15 +74,15 @@ std::string LiveBench::greeting() const
 std::string LiveBench::next()
 {
   for (devices::Sample sample; state_->devices.take(sample);) state_->bench.take(sample);
-  std::string trouble;
+  std::string error_message;
   if (state_->setup.bench.tracker) {
     const devices::DeviceReport report = state_->devices.report(devices::DeviceId::tracker);
-    if (report.link != devices::LinkState::up) trouble = device_text("tracker", report);
+    if (report.link != devices::LinkState::up) error_message = device_text("tracker", report);
   }
-  return live_message(state_->bench.frame(state_->devices.now_ns()), ++state_->n_messages, trouble);
+  return live_message(state_->bench.frame(state_->devices.now_ns()), ++state_->n_messages, error_message);
 }
 
-std::string live_message(const BenchFrame& frame, std::uint64_t number, const std::string& trouble)
+std::string live_message(const BenchFrame& frame, std::uint64_t number, const std::string& error_message)
 {
   std::string text = "{\"kind\": \"pose\", \"number\": " + std::to_string(number);
   text += ", \"flexion\": " + number_text(deg_from_rad(frame.pose.attitude.flexion_rad));
@@ -91,7 +91,7 @@ std::string live_message(const BenchFrame& frame, std::uint64_t number, const st
   const auto mark = [&text](const std::string& words) {
     if (!words.empty()) text += (text.back() == '[' ? "" : ", ") + quoted_text(words);
   };
-  mark(trouble);
+  mark(error_message);
   // The display and its stage do not matter to a browser.
   for (const bench_files::BodyRole role :
        {bench_files::BodyRole::leg, bench_files::BodyRole::femur, bench_files::BodyRole::tibia})

@@ -28,7 +28,7 @@ class LiveBench {
   std::unique_ptr<State> state_;
 };
 
-/// The message of a frame. `trouble`: of the tracker's link; may be empty.
-std::string live_message(const BenchFrame& frame, std::uint64_t number, const std::string& trouble);
+/// The message of a frame. `error_message`: of the tracker's link; may be empty.
+std::string live_message(const BenchFrame& frame, std::uint64_t number, const std::string& error_message);
 
 }  // namespace vrda::bench

@@ -141,10 +141,10 @@ void require_seen(const std::vector<tracking::MarkerRow>& frames, const bench_fi
   throw InputError({bench.path, key_of(role) + ".markers", what + facts.found, facts.wanted});
 }
 
-std::string tracker_trouble(const devices::DeviceReport& report)
+std::string tracker_error_message(const devices::DeviceReport& report)
 {
   if (report.link == devices::LinkState::up) return "the tracker answers";
-  return "no tracker at " + report.peer + (report.trouble.empty() ? "" : ": " + report.trouble);
+  return "no tracker at " + report.peer + (report.error_message.empty() ? "" : ": " + report.error_message);
 }
 
 std::vector<tracking::MarkerRow> received_frames(const bench_files::BenchFile& bench,
@@ -158,7 +158,7 @@ std::vector<tracking::MarkerRow> received_frames(const bench_files::BenchFile& b
   if (frames.empty()) {
     throw InputError({bench.path, key_of(role) + ".markers",
                       "none of them seen in " + settings::rounded_text(seconds, 1) + " s (" +
-                          tracker_trouble(devices.report(devices::DeviceId::tracker)) + ")",
+                          tracker_error_message(devices.report(devices::DeviceId::tracker)) + ")",
                       "markers that the tracker reports with these names"});
   }
   return frames;

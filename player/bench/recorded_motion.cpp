@@ -24,16 +24,16 @@ std::vector<tracking::TimedPose> recorded_motion(const recording::Recording& rec
   TrackedBodies bodies(bench);
   if (!bodies[role]) return motion;
   const BodyTracker& own = *bodies[role];
-  const auto settle = [&](BodyTracker& tracker) {
+  const auto end_message = [&](BodyTracker& tracker) {
     if (!tracker.end_message() || &tracker != &own) return;
     if (motion.empty() || own.seen_s() > motion.back().time_s) motion.push_back({own.seen_s(), own.last()});
   };
   for (const recording::RecordedFrame& picture : recording.frames) {
     for (const devices::Sample& sample : picture.samples) {
-      if (sample.kind == devices::SampleKind::tool_pose) bodies.take(sample, settle);
+      if (sample.kind == devices::SampleKind::tool_pose) bodies.take(sample, end_message);
     }
   }
-  settle(*bodies[role]);
+  end_message(*bodies[role]);
   return motion;
 }
 

@@ -55,11 +55,12 @@ std::optional<InputError::Facts> hidden_part(const bench_files::BenchFile& bench
   if (monitors.empty() || place.width <= 0 || place.height <= 0) return std::nullopt;
   const double shown = displayed_share(place, monitors);
   if (shown >= 1.0) return std::nullopt;
-  const std::string where = " (" + pair_text(place.width, " x ", place.height) + " at " +
-                            pair_text(place.x, ", ", place.y) + ")";
-  return InputError::Facts{bench.path, "display.at",
-                           (shown == 0.0 ? "a window off every screen" : "a window partly off the screens") + where,
-                           "a window within the screens"};
+  const std::string where =
+      " (" + pair_text(place.width, " x ", place.height) + " at " + pair_text(place.x, ", ", place.y) + ")";
+  return InputError::Facts{
+      bench.path, "display.at",
+      (shown == 0.0 ? "a window off every screen" : "a window partly off the screens") + where,
+      "a window within the screens"};
 }
 
 }  // namespace
@@ -106,12 +107,12 @@ std::optional<InputError::Facts> window_mismatch(const bench_files::BenchFile& b
   return hidden_part(bench, *place, monitors);
 }
 
-const std::string& WindowCheck::trouble(const loop::Sink& sink)
+const std::string& WindowCheck::error_message(const loop::Sink& sink)
 {
   constexpr int every = 30;  // frames: placing and querying a window takes time
-  if (++n_calls_ % every != 0) return trouble_;
+  if (++n_calls_ % every != 0) return error_message_;
   const render::Window* const window = sink.window();
-  if (window == nullptr) return trouble_;
+  if (window == nullptr) return error_message_;
   // Monitors are queried again when the window moved, and every 10 s at 60 frames a second.
   constexpr int every_check = 20;
   const render::WindowGeometry place = window->geometry();
@@ -119,12 +120,12 @@ const std::string& WindowCheck::trouble(const loop::Sink& sink)
   place_ = place;
   const std::optional<InputError::Facts> facts = window_mismatch(bench_, place, monitors_);
   if (!facts) {
-    trouble_.clear();
-    return trouble_;
+    error_message_.clear();
+    return error_message_;
   }
-  trouble_ = "found " + facts->found + ", wanted " + facts->wanted;
+  error_message_ = "found " + facts->found + ", wanted " + facts->wanted;
   if (!std::exchange(was_warned_, true)) warning_ = InputError(*facts).what();
-  return trouble_;
+  return error_message_;
 }
 
 std::string WindowCheck::take_warning()
@@ -141,8 +142,8 @@ loop::Sink bench_window(const bench_files::BenchFile& bench, const std::string& 
   options.samples = samples;
   options.is_vsynced = false;
   options.is_resizable = false;
-  options.at = window_position(bench, bench.display.outputs.empty() ? std::vector<render::Monitor>{}
-                                                                    : render::connected_monitors());
+  options.at = window_position(
+      bench, bench.display.outputs.empty() ? std::vector<render::Monitor>{} : render::connected_monitors());
   options.alternative = "--headless";
   return loop::Sink(options);
 }

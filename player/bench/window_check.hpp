@@ -36,7 +36,7 @@ class WindowCheck {
   explicit WindowCheck(const bench_files::BenchFile& bench) : bench_(bench) {}
 
   /// Message for the panel; empty: the window is correct. Allocates only on a change.
-  const std::string& trouble(const loop::Sink& sink);
+  const std::string& error_message(const loop::Sink& sink);
   /// The same for the log, returned once.
   std::string take_warning();
 
@@ -46,7 +46,7 @@ class WindowCheck {
   bool was_warned_ = false;
   render::WindowGeometry place_;
   std::vector<render::Monitor> monitors_;
-  std::string trouble_, warning_;
+  std::string error_message_, warning_;
 };
 
 }  // namespace vrda::bench

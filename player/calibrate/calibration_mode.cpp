@@ -313,10 +313,10 @@ void CalibrationMode::make_content()
     content_.diagram.reset();
     if (task != nullptr) content_.diagram = diagram_of(session_.progress().part, *task, bench_, outline());
   }
-  content_.troubles =
+  content_.error_messages =
       task == nullptr ? std::vector<std::string>{} : calibration_bench_->device_problems(*task);
-  const std::string& trouble = watch_.trouble(sink_);
-  if (!trouble.empty()) content_.troubles.push_back(trouble);
+  const std::string& error_message = watch_.error_message(sink_);
+  if (!error_message.empty()) content_.error_messages.push_back(error_message);
   if (const std::string warning = watch_.take_warning(); !warning.empty())
     streams_.messages << "vrda-player: " << warning << std::endl;
 }

@@ -105,14 +105,14 @@ void CalibrationPanel::add_lines(const CalibrationPanelContent& content)
                     {0.0F, 0.0F, static_cast<float>(display_.width), static_cast<float>(display_.height)});
 }
 
-void CalibrationPanel::add_wrapped(std::vector<Words>& words, const std::string& text,
+void CalibrationPanel::add_wrapped(std::vector<TextLine>& lines, const std::string& text,
                                    const scene::VertexColour& colour, float width_px) const
 {
   std::string line, word;
   const auto end_word = [&] {
     const std::string longer = line.empty() ? word : line + " " + word;
     if (!line.empty() && text_.width_px(longer) > width_px) {
-      words.push_back({line, colour});
+      lines.push_back({line, colour});
       line = word;
     } else {
       line = longer;
@@ -126,27 +126,27 @@ void CalibrationPanel::add_wrapped(std::vector<Words>& words, const std::string&
     }
     end_word();
     if (c == '\n') {
-      words.push_back({line, colour});
+      lines.push_back({line, colour});
       line.clear();
     }
   }
 }
 
-void CalibrationPanel::add_task(std::vector<Words>& words, const CalibrationSession& session,
+void CalibrationPanel::add_task(std::vector<TextLine>& lines, const CalibrationSession& session,
                                 const CalibrationPanelContent& content, float width_px) const
 {
   const Task& task = *session.task();
   const CalibrationProgress& progress = session.progress();
-  add_wrapped(words,
+  add_wrapped(lines,
               "Part " + std::to_string(progress.number) + " of " + std::to_string(progress.n_parts) + ": " +
                   bench_files::name_of(progress.part) + ", " + std::to_string(progress.n_done + 1) + " of " +
                   std::to_string(progress.n_tasks) + ", " + task.name,
               faint, width_px);
-  add_wrapped(words,
+  add_wrapped(lines,
               std::to_string(std::lround(100.0 * calibration_tasks::overall_progress(progress))) +
                   " % of all parts done, about " + minutes_text(content.time_left_s) + " left",
               faint, width_px);
-  add_wrapped(words, task.instruction, ink, width_px);
+  add_wrapped(lines, task.instruction, ink, width_px);
   // One or two dials have their own keys; of more dials one is selected.
   const bool is_selecting = task.dials.size() > 2;
   for (std::size_t k = 0; k < task.dials.size(); ++k) {
@@ -154,42 +154,43 @@ void CalibrationPanel::add_task(std::vector<Words>& words, const CalibrationSess
     const std::string mark = !is_selecting ? (k == 0 ? "Left, Right: " : "Up, Down: ")
                              : is_live     ? "> "
                                            : "- ";
-    add_wrapped(words, mark + dial_text(task.dials[k], session.values()[k]), is_live ? gui::green : ink,
+    add_wrapped(lines, mark + dial_text(task.dials[k], session.values()[k]), is_live ? gui::green : ink,
                 width_px);
   }
   if (progress.is_sampling) {
-    add_wrapped(words,
+    add_wrapped(lines,
                 std::to_string(progress.n_samples) + " of " + std::to_string(task.n_samples) +
                     " samples of " + task.tool,
                 gui::green, width_px);
   }
 }
 
-std::vector<CalibrationPanel::Words> CalibrationPanel::words_of(const CalibrationSession& session,
-                                                                const CalibrationPanelContent& content,
-                                                                float width_px) const
+std::vector<CalibrationPanel::TextLine> CalibrationPanel::lines_of(const CalibrationSession& session,
+                                                                   const CalibrationPanelContent& content,
+                                                                   float width_px) const
 {
-  std::vector<Words> words;
+  std::vector<TextLine> lines;
   if (content.has_help) {
     for (const navigation::HelpLine& help : calibration_tasks::session_key_lines())
-      add_wrapped(words, std::string(help.keys) + ": " + help.description, ink, width_px);
-    add_wrapped(words, "H: back to the task", ink, width_px);
-    return words;
+      add_wrapped(lines, std::string(help.keys) + ": " + help.description, ink, width_px);
+    add_wrapped(lines, "H: back to the task", ink, width_px);
+    return lines;
   }
   if (session.task() != nullptr) {
-    add_task(words, session, content, width_px);
+    add_task(lines, session, content, width_px);
   } else {
-    add_wrapped(words, "All requested parts are done. Enter: quit", gui::green, width_px);
+    add_wrapped(lines, "All requested parts are done. Enter: quit", gui::green, width_px);
   }
   const CalibrationProgress& progress = session.progress();
-  if (!content.deviation.empty()) add_wrapped(words, content.deviation, gui::green, width_px);
+  if (!content.deviation.empty()) add_wrapped(lines, content.deviation, gui::green, width_px);
   for (const std::string& line : progress.messages)
-    add_wrapped(words, line, progress.has_error ? gui::amber : gui::green, width_px);
-  for (const std::string& note : content.notes) add_wrapped(words, note, ink, width_px);
-  for (const std::string& trouble : content.troubles) add_wrapped(words, trouble, gui::amber, width_px);
-  if (!content.message.empty()) add_wrapped(words, content.message, gui::amber, width_px);
-  add_wrapped(words, "H: keys", faint, width_px);
-  return words;
+    add_wrapped(lines, line, progress.has_error ? gui::amber : gui::green, width_px);
+  for (const std::string& note : content.notes) add_wrapped(lines, note, ink, width_px);
+  for (const std::string& error_message : content.error_messages)
+    add_wrapped(lines, error_message, gui::amber, width_px);
+  if (!content.message.empty()) add_wrapped(lines, content.message, gui::amber, width_px);
+  add_wrapped(lines, "H: keys", faint, width_px);
+  return lines;
 }
 
 /// Below the text, as wide as the area and its remaining height allow.
@@ -200,7 +201,8 @@ void CalibrationPanel::add_diagram(const Diagram& diagram, const optics::Viewpor
   const float size_px = std::min(static_cast<float>(area.width) - 2.0F * margin_px,
                                  (bottom_px - top_px) / static_cast<float>(diagram.height));
   if (size_px < least_px) return;
-  const Eigen::Vector2d corner_px(static_cast<double>(area.x) + static_cast<double>(margin_px), static_cast<double>(top_px));
+  const Eigen::Vector2d corner_px(static_cast<double>(area.x) + static_cast<double>(margin_px),
+                                  static_cast<double>(top_px));
   constexpr double plain_px = 1.0, marked_px = 2.0;
   std::vector<Eigen::Vector2d> points_px;
   for (const DiagramLine& line : diagram.lines) {
@@ -226,17 +228,16 @@ const render::Overlay& CalibrationPanel::drawn(const CalibrationSession& session
   const std::optional<optics::Viewport> area = bench::operator_area(display_);
   const optics::Viewport home = area ? *area : inner(session.calibration().eyes.left.visible);
   if (area) text_.add_area(overlay_, gui::overlay_box(home), gui::paper);
-  const std::vector<Words> words =
-      words_of(session, content, static_cast<float>(home.width) - 2.0F * margin_px);
-  const float height_px = text_.line_px() * static_cast<float>(words.size());
+  const std::vector<TextLine> lines =
+      lines_of(session, content, static_cast<float>(home.width) - 2.0F * margin_px);
+  const float height_px = text_.line_px() * static_cast<float>(lines.size());
   float top_px = area ? static_cast<float>(home.y) + margin_px
                       : static_cast<float>(home.y + home.height) - margin_px - height_px;
-  for (const Words& line : words) {
+  for (const TextLine& line : lines) {
     text_.add_text(overlay_, static_cast<float>(home.x) + margin_px, top_px, line.text, line.colour);
     top_px += text_.line_px();
   }
-  if (area && content.diagram && !content.has_help)
-    add_diagram(*content.diagram, *area, top_px + margin_px);
+  if (area && content.diagram && !content.has_help) add_diagram(*content.diagram, *area, top_px + margin_px);
   gui::finish_overlay(overlay_);
   reflector_.reflect(overlay_);
   return overlay_;

@@ -18,10 +18,10 @@ struct CalibrationPanelContent {
   std::vector<DrawnLine> lines;
   /// Clip boxes of the left and the right eye; empty: no clipping.
   std::optional<std::array<optics::ShownBox, 2>> boxes;
-  std::vector<std::string> notes;     ///< simulated readings
-  std::vector<std::string> troubles;  ///< problems of required devices
-  std::string message;                ///< error outside the procedure
-  std::string deviation;              ///< of the last task from the truth
+  std::vector<std::string> notes;           ///< simulated readings
+  std::vector<std::string> error_messages;  ///< problems of required devices
+  std::string message;                      ///< error outside the procedure
+  std::string deviation;                    ///< of the last task from the truth
   double time_left_s = 0.0;
   std::optional<Diagram> diagram;  ///< of the task; drawn if the layout has an operator's area
   bool has_help = false;
@@ -37,17 +37,17 @@ class CalibrationPanel {
   const render::Overlay& drawn(const CalibrationSession& session, const CalibrationPanelContent& content);
 
  private:
-  struct Words {
+  struct TextLine {
     std::string text;
     scene::VertexColour colour;
   };
   void add_lines(const CalibrationPanelContent& content);
-  std::vector<Words> words_of(const CalibrationSession& session, const CalibrationPanelContent& content,
-                              float width_px) const;
-  void add_wrapped(std::vector<Words>& words, const std::string& text, const scene::VertexColour& colour,
+  std::vector<TextLine> lines_of(const CalibrationSession& session, const CalibrationPanelContent& content,
+                                 float width_px) const;
+  void add_wrapped(std::vector<TextLine>& lines, const std::string& text, const scene::VertexColour& colour,
                    float width_px) const;
   void add_diagram(const Diagram& diagram, const optics::Viewport& area, float top_px);
-  void add_task(std::vector<Words>& words, const CalibrationSession& session,
+  void add_task(std::vector<TextLine>& lines, const CalibrationSession& session,
                 const CalibrationPanelContent& content, float width_px) const;
 
   gui::OverlayText text_;

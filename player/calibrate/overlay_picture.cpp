@@ -78,7 +78,7 @@ Body without_skin(Body body)
 void show_skin(scene::Scene& scene, const store::MotionModel& model)
 {
   const auto is_of_skin = [&](const scene::Drawable& drawable) {
-    const Body& body = drawable.owner == scene::Owner::reference ? model.reference : model.moving;
+    const Body& body = drawable.parent == scene::ParentFrame::reference ? model.reference : model.moving;
     return std::any_of(body.components.begin(), body.components.end(),
                        [&](const Component& c) { return is_skin(c) && c.name == drawable.name; });
   };

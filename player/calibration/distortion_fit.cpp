@@ -120,45 +120,46 @@ double spread_about_line(std::span<const GridMark> marks, Eigen::Vector2d GridMa
   return std::sqrt(std::max(0.0, principal_axes(scatter).values[1]));
 }
 
-void require_spread(std::span<const GridMark> marks, const Refuser& refuse)
+void require_spread(std::span<const GridMark> marks, const FitErrorContext& context)
 {
   constexpr std::size_t fewest = 12;
   if (marks.size() < fewest) {
-    refuse(".distortion", std::to_string(marks.size()) + " marked nodes",
-           "12 or more, distributed over the visible part");
+    context.fail(".distortion", std::to_string(marks.size()) + " marked nodes",
+                 "12 or more, distributed over the visible part");
   }
   constexpr double least_nodes = 0.25, least_px = 5.0;  // two neighbouring rows spread by half a node
   if (spread_about_line(marks, &GridMark::node) < least_nodes ||
       spread_about_line(marks, &GridMark::drawn_px) < least_px) {
-    refuse(".distortion", "collinear marks",
-           "nodes of several rows and columns, distributed over the visible part");
+    context.fail(".distortion", "collinear marks",
+                 "nodes of several rows and columns, distributed over the visible part");
   }
 }
 
-void refuse_outlier(const GridProblem& problem, const GridFit& fit, const Refuser& refuse)
+void refuse_outlier(const GridProblem& problem, const GridFit& fit, const FitErrorContext& context)
 {
   constexpr double most_deviations = 6.0, most_off_px = 3.0;
   const OutlierCandidate furthest = largest_outlier(fit.fit, static_cast<Eigen::Index>(problem.marks.size()));
   const double off_px = fit.noise_px * furthest.off.norm();
   if (furthest.deviations <= most_deviations || off_px <= most_off_px) return;
   const Eigen::Vector2d& node = problem.marks[static_cast<std::size_t>(furthest.mark)].node;
-  refuse(std::string(".distortion: node (") + settings::rounded_text(node.x(), 2) + ", " +
-             settings::rounded_text(node.y(), 2) + ")",
-         "a mark " + text(off_px, 1, "px") + " from the position predicted by all others",
-         "a consistent mark: mark this node again", {static_cast<std::size_t>(furthest.mark)});
+  context.fail(std::string(".distortion: node (") + settings::rounded_text(node.x(), 2) + ", " +
+                   settings::rounded_text(node.y(), 2) + ")",
+               "a mark " + text(off_px, 1, "px") + " from the position predicted by all others",
+               "a consistent mark: mark this node again", {static_cast<std::size_t>(furthest.mark)});
 }
 
-void require_unfolded(const optics::Distortion& distortion, const optics::Eye& eye, const Refuser& refuse)
+void require_unfolded(const optics::Distortion& distortion, const optics::Eye& eye,
+                      const FitErrorContext& context)
 {
   const double furthest_px = optics::furthest_radius_px(distortion, eye.visible);
   const double fold_px = optics::fold_radius_px(distortion);
   if (fold_px > furthest_px) return;
-  refuse(".distortion",
-         "k1 " + settings::rounded_text(distortion.k1, 4) + ", k2 " +
-             settings::rounded_text(distortion.k2, 4) + ", a distortion that folds at a radius of " +
-             text(fold_px, 0, "px"),
-         "a monotonic distortion up to " + text(furthest_px, 0, "px") +
-             "; add marks near the corners of the visible part");
+  context.fail(".distortion",
+               "k1 " + settings::rounded_text(distortion.k1, 4) + ", k2 " +
+                   settings::rounded_text(distortion.k2, 4) + ", a distortion that folds at a radius of " +
+                   text(fold_px, 0, "px"),
+               "a monotonic distortion up to " + text(furthest_px, 0, "px") +
+                   "; add marks near the corners of the visible part");
 }
 
 /// Calls `action` for a lattice of points over the visible part.
@@ -330,8 +331,8 @@ Eigen::Vector2d shown_px(const GridPose& grid, double pixel_aspect, const Eigen:
 DistortionFit fit_distortion(std::span<const GridMark> marks, const optics::Eye& eye,
                              const AspectPrior& aspect, const std::string& name, const std::string& file)
 {
-  const Refuser refuse{name, file};
-  require_spread(marks, refuse);
+  const FitErrorContext context{name, file};
+  require_spread(marks, context);
   const GridProblem problem{marks, eye, aspect};
   GridFit start;
   start.fit.x = start_of(problem);
@@ -341,12 +342,12 @@ DistortionFit fit_distortion(std::span<const GridMark> marks, const optics::Eye&
   const bool is_held = !is_centre_determined(free);
   const GridFit& found = is_held ? held : free;
   if (found.fit.status != LeastSquaresStatus::converged) {
-    refuse(".distortion", std::string("a grid fit with status: ") + name_of(found.fit.status),
-           "marks on the requested nodes, distributed over the visible part");
+    context.fail(".distortion", std::string("a grid fit with status: ") + name_of(found.fit.status),
+                 "marks on the requested nodes, distributed over the visible part");
   }
-  refuse_outlier(problem, found, refuse);
+  refuse_outlier(problem, found, context);
   DistortionFit result = result_of(problem, found, name);
-  require_unfolded(result.distortion, eye, refuse);
+  require_unfolded(result.distortion, eye, context);
   result.has_centre_prior = is_held;
   add_inverse_error(result, eye, name);
   if (is_held) add_held_centre(result, name);
@@ -356,10 +357,10 @@ DistortionFit fit_distortion(std::span<const GridMark> marks, const optics::Eye&
 DistortionFit mean_distortion(const AdjustedGrids& adjusted, const optics::Eye& eye,
                               const AspectPrior& aspect, const std::string& name, const std::string& file)
 {
-  const Refuser refuse{name, file};
+  const FitErrorContext context{name, file};
   if (adjusted.values.size() < 2) {
-    refuse(".distortion", std::to_string(adjusted.values.size()) + " adjusted grid",
-           "two or more, because their spread gives the uncertainty");
+    context.fail(".distortion", std::to_string(adjusted.values.size()) + " adjusted grid",
+                 "two or more, because their spread gives the uncertainty");
   }
   const auto n = static_cast<double>(adjusted.values.size());
   Vector8d mean = Vector8d::Zero();
@@ -393,7 +394,7 @@ DistortionFit mean_distortion(const AdjustedGrids& adjusted, const optics::Eye& 
 
   result.distortion = distortion_of(eye, mean[0], mean[1], mean.segment<2>(2), aspect.value);
   result.grid = {mean.segment<2>(4), mean[6], mean[7]};
-  require_unfolded(result.distortion, eye, refuse);
+  require_unfolded(result.distortion, eye, context);
   result.estimate = estimate_of(result.distortion, covariance, name);
   result.estimate.dof = dof;
   std::vector<double> apart_px;

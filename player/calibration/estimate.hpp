@@ -29,12 +29,12 @@ struct Estimate {
 std::string text(double value, int decimals, const char* unit);
 
 /// Throws FitError for an estimate `name`, which may be empty, of a calibration file.
-struct Refuser {
+struct FitErrorContext {
   std::string name, file;
 
   /// `field`: what follows the name.
-  [[noreturn]] void operator()(const std::string& field, const std::string& found, const std::string& wanted,
-                               std::vector<std::size_t> marks = {}) const
+  [[noreturn]] void fail(const std::string& field, const std::string& found, const std::string& wanted,
+                         std::vector<std::size_t> marks = {}) const
   {
     throw tracking::FitError({file, name + field, found, wanted}, std::move(marks));
   }

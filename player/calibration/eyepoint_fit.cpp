@@ -155,34 +155,34 @@ LeastSquares solve_eyepoint(std::span<const SeenWidth> seen)
 }
 
 void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWidth> seen,
-                   const Refuser& refuse)
+                   const FitErrorContext& context)
 {
   if (marks.size() < least_marks) {
-    refuse("", std::to_string(marks.size()) + " marks of rectangles",
-           std::to_string(least_marks) + " or more, at two depths at least");
+    context.fail("", std::to_string(marks.size()) + " marks of rectangles",
+                 std::to_string(least_marks) + " or more, at two depths at least");
   }
   double nearest_mm = std::numeric_limits<double>::infinity(), furthest_mm = -nearest_mm;
   for (std::size_t k = 0; k < marks.size(); ++k) {
     const bool is_rectangle =
         marks[k].width_mm > 0.0 && std::isfinite(marks[k].width_mm) && std::isfinite(marks[k].depth_mm);
-    if (!is_rectangle) refuse("", name_of(marks[k], k), "a width above 0 and a finite depth", {k});
+    if (!is_rectangle) context.fail("", name_of(marks[k], k), "a width above 0 and a finite depth", {k});
     if (!(px_of(seen[k]) > 0.0) || !std::isfinite(px_of(seen[k]))) {
-      refuse("",
-             name_of(marks[k], k) + ": crossed or equal sides, " + text(px_of(seen[k]), 1, "px") + " apart",
-             "the left line left of the right one; align it again", {k});
+      context.fail(
+          "", name_of(marks[k], k) + ": crossed or equal sides, " + text(px_of(seen[k]), 1, "px") + " apart",
+          "the left line left of the right one; align it again", {k});
     }
     nearest_mm = std::min(nearest_mm, marks[k].depth_mm);
     furthest_mm = std::max(furthest_mm, marks[k].depth_mm);
   }
   if (furthest_mm - nearest_mm < least_depth_range_mm) {
-    refuse("", "rectangles at equal depths, " + text(furthest_mm - nearest_mm, 1, "mm") + " apart",
-           "different depths; add a rectangle 150 mm or more behind");
+    context.fail("", "rectangles at equal depths, " + text(furthest_mm - nearest_mm, 1, "mm") + " apart",
+                 "different depths; add a rectangle 150 mm or more behind");
   }
 }
 
 /// Compares each mark with the fit to the others, in units of their noise.
 void require_no_outlier(std::span<const RectangleMark> marks, std::span<const SeenWidth> seen,
-                        const Refuser& refuse)
+                        const FitErrorContext& context)
 {
   if (marks.size() < least_marks + 1) return;  // two marks leave no degree of freedom for the noise
   for (std::size_t k = 0; k < marks.size(); ++k) {
@@ -200,9 +200,9 @@ void require_no_outlier(std::span<const RectangleMark> marks, std::span<const Se
     // The noise of few marks may be too small by chance: the limit grows with Student's t.
     const double t_ratio = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
     if (off_px > outlier_px && off_px > t_ratio * outlier_sd * std::sqrt(spread_px2)) {
-      refuse("",
-             name_of(marks[k], k) + ": " + text(off_px, 1, "px") + " from the width predicted by the others",
-             text(outlier_px, 1, "px") + " at most; align it again", {k});
+      context.fail(
+          "", name_of(marks[k], k) + ": " + text(off_px, 1, "px") + " from the width predicted by the others",
+          text(outlier_px, 1, "px") + " at most; align it again", {k});
     }
   }
 }
@@ -296,17 +296,17 @@ Eigen::Matrix2d given_covariance(std::span<const RectangleMark> marks, const opt
 EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye& eye,
                          const EyepointOptions& options, const std::string& name, const std::string& file)
 {
-  const Refuser refuse{name, file};
+  const FitErrorContext context{name, file};
   const std::vector<SeenWidth> seen = seen_of(marks, eye);
-  require_marks(marks, seen, refuse);
-  require_no_outlier(marks, seen, refuse);
+  require_marks(marks, seen, context);
+  require_no_outlier(marks, seen, context);
   const LeastSquares solved = solve_eyepoint(seen);
   if (solved.status != LeastSquaresStatus::converged) {
-    refuse("",
-           solved.status == LeastSquaresStatus::undetermined
-               ? "widths that do not decrease with depth"
-               : std::string("an eyepoint fit with status: ") + name_of(solved.status),
-           "a larger range of depths; add a rectangle 150 mm or more behind");
+    context.fail("",
+                 solved.status == LeastSquaresStatus::undetermined
+                     ? "widths that do not decrease with depth"
+                     : std::string("an eyepoint fit with status: ") + name_of(solved.status),
+                 "a larger range of depths; add a rectangle 150 mm or more behind");
   }
   EyepointFit fit;
   fit.eyepoint = {solved.x[0], solved.x[1]};
@@ -315,11 +315,11 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye
   const Eigen::Matrix2d by_noise = fit.noise_px * fit.noise_px * solved.covariance;
   const double depth_sd_mm = std::sqrt(by_noise(1, 1));
   if (!(depth_sd_mm <= options.max_depth_sd_mm)) {
-    refuse("",
-           "a range of depths that determines the eye's depth to " + text(depth_sd_mm, 1, "mm") +
-               " (standard deviation)",
-           text(options.max_depth_sd_mm, 1, "mm") +
-               " or less: " + suggested_rectangle(seen, fit.eyepoint, fit.noise_px, options.max_depth_sd_mm));
+    context.fail("",
+                 "a range of depths that determines the eye's depth to " + text(depth_sd_mm, 1, "mm") +
+                     " (standard deviation)",
+                 text(options.max_depth_sd_mm, 1, "mm") + " or less: " +
+                     suggested_rectangle(seen, fit.eyepoint, fit.noise_px, options.max_depth_sd_mm));
   }
   Estimate& estimate = fit.estimate;
   estimate.names = {name + ".distance", name + ".depth"};

@@ -273,15 +273,15 @@ EyesSolution solve_eyes(const EyesProblem& problem, const Pose& X_guess)
   return solution;
 }
 
-void require_marks(std::span<const BullseyeMark> marks, const Refuser& refuse)
+void require_marks(std::span<const BullseyeMark> marks, const FitErrorContext& context)
 {
   constexpr std::ptrdiff_t fewest = 6;
   for (const bool is_right : {false, true}) {
     const std::ptrdiff_t n =
         std::ranges::count_if(marks, [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
     if (n >= fewest) continue;
-    refuse(is_right ? ": right eye" : ": left eye", std::to_string(n) + " aligned bull's-eyes",
-           "6 or more for each eye");
+    context.fail(is_right ? ": right eye" : ": left eye", std::to_string(n) + " aligned bull's-eyes",
+                 "6 or more for each eye");
   }
 }
 
@@ -292,14 +292,15 @@ double extent(const Eigen::VectorXd& along)
 
 /// Positions at one depth do not separate translation from rotation; positions on a line leave the rotation
 /// about it undetermined.
-void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, const Refuser& refuse)
+void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, const FitErrorContext& context)
 {
   constexpr double least_mm = 50.0;
   Eigen::MatrixX3d p(marks.size(), 3);
   for (std::size_t i = 0; i < marks.size(); ++i)
     p.row(static_cast<Eigen::Index>(i)) = (X_guess.inverse() * marks[i].p_carrier_mm).transpose();
   const auto require = [&](double found_mm, const std::string& how, const std::string& wanted) {
-    if (found_mm < least_mm) refuse(": marker positions", how + " (" + text(found_mm, 0, "mm") + ")", wanted);
+    if (found_mm < least_mm)
+      context.fail(": marker positions", how + " (" + text(found_mm, 0, "mm") + ")", wanted);
   };
   const Eigen::MatrixX3d from_mean = p.rowwise() - p.colwise().mean();
   const Eigen::MatrixXd scatter = square(from_mean.transpose());
@@ -313,7 +314,7 @@ void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, co
   require(off_line_mm, "all on a line", "positions 50 mm or more away from the line");
 }
 
-void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution, const Refuser& refuse)
+void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution, const FitErrorContext& context)
 {
   constexpr double most_deviations = 6.0, most_off_px = 4.0;
   const OutlierCandidate furthest =
@@ -324,10 +325,10 @@ void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution, co
   const bool is_right = end->is_right;
   const std::ptrdiff_t before = std::count_if(
       problem.marks.begin(), end, [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
-  refuse(std::string(": bull's-eye ") + std::to_string(before + 1) + " of the " +
-             (is_right ? "right" : "left") + " eye",
-         "a mark " + text(off_px, 1, "px") + " from the position predicted by all others",
-         "a consistent mark: align this one again", {static_cast<std::size_t>(furthest.mark)});
+  context.fail(std::string(": bull's-eye ") + std::to_string(before + 1) + " of the " +
+                   (is_right ? "right" : "left") + " eye",
+               "a mark " + text(off_px, 1, "px") + " from the position predicted by all others",
+               "a consistent mark: align this one again", {static_cast<std::size_t>(furthest.mark)});
 }
 
 Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, const std::string& name)
@@ -368,16 +369,16 @@ Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, c
 EyesFit fit_eyes(std::span<const BullseyeMark> marks, const EyesPrior& prior, const Pose& X_start,
                  const std::string& name, const std::string& file)
 {
-  const Refuser refuse{name, file};
-  require_marks(marks, refuse);
-  require_spread(marks, X_start, refuse);
+  const FitErrorContext context{name, file};
+  require_marks(marks, context);
+  require_spread(marks, X_start, context);
   const EyesProblem problem{marks, prior, known_of(prior.eyes), root_of(covariance_of(prior))};
   const EyesSolution solution = solve_eyes(problem, X_start);
   if (solution.fit.status != LeastSquaresStatus::converged) {
-    refuse("", std::string("a bull's-eye fit with status: ") + name_of(solution.fit.status),
-           "bull's-eyes aligned with the tracked marker at different positions");
+    context.fail("", std::string("a bull's-eye fit with status: ") + name_of(solution.fit.status),
+                 "bull's-eyes aligned with the tracked marker at different positions");
   }
-  refuse_outlier(problem, solution, refuse);
+  refuse_outlier(problem, solution, context);
   EyesFit result;
   result.X_carrier_eyes = solution.guess.X_carrier_eyes;
   result.eyes = eyes_of(problem, solution.guess.z);

@@ -15,18 +15,18 @@ constexpr std::size_t least_distances = 3;
 constexpr double least_scale = 0.5, most_scale = 2.0;
 constexpr double uneven_ratio = 1.05, uneven_rms_mm = 2.0;
 
-void require_distances(std::span<const LandmarkDistance> distances, const Refuser& refuse)
+void require_distances(std::span<const LandmarkDistance> distances, const FitErrorContext& context)
 {
   if (distances.size() < least_distances) {
-    refuse("landmarks", std::to_string(distances.size()) + " distances",
-           "three or more, to check that one scale fits all");
+    context.fail("landmarks", std::to_string(distances.size()) + " distances",
+                 "three or more, to check that one scale fits all");
   }
   for (std::size_t k = 0; k < distances.size(); ++k) {
     const LandmarkDistance& d = distances[k];
     for (const double mm : {d.model_mm, d.subject_mm}) {
       const bool is_length = mm > 0.0 && std::isfinite(mm);
       if (!is_length) {
-        refuse(
+        context.fail(
             d.name,
             text(d.model_mm, 2, "mm") + " of the model, " + text(d.subject_mm, 2, "mm") + " of the subject",
             "distances above 0", {k});
@@ -44,8 +44,8 @@ std::string percent(double scale)
 
 ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::string& file)
 {
-  const Refuser refuse{"", file};
-  require_distances(distances, refuse);
+  const FitErrorContext context{"", file};
+  require_distances(distances, context);
   double with_subject = 0.0, with_model = 0.0;
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
   for (const LandmarkDistance& d : distances) {
@@ -57,8 +57,8 @@ ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::strin
   ScaleFit fit;
   fit.scale = with_subject / with_model;
   if (!(fit.scale >= least_scale && fit.scale <= most_scale)) {
-    refuse("landmarks", "a scale of " + settings::rounded_text(fit.scale, 3),
-           "0.5 to 2; check the unit (mm) and the landmarks of each distance");
+    context.fail("landmarks", "a scale of " + settings::rounded_text(fit.scale, 3),
+                 "0.5 to 2; check the unit (mm) and the landmarks of each distance");
   }
   std::vector<double> residuals_mm;
   double sum_sq_mm2 = 0.0;
@@ -102,22 +102,22 @@ struct Touched {
   tracking::MarkerRow body_mm;
 };
 
-Touched touched(std::span<const Fiducial> points, const Refuser& refuse)
+Touched touched(std::span<const Fiducial> points, const FitErrorContext& context)
 {
   Touched result;
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Fiducial& p = points[k];
     if (!p.p_model_mm.allFinite() || !p.p_body_mm.allFinite())
-      refuse(p.name, "a coordinate that is not a finite number", "coordinates in mm", {k});
+      context.fail(p.name, "a coordinate that is not a finite number", "coordinates in mm", {k});
     if (p.is_target) continue;
     result.places.push_back(k);
     result.body_mm.emplace_back(p.p_body_mm);
   }
   const std::size_t n = result.places.size();
   if (n < least_fiducials || n > static_cast<std::size_t>(tracking::max_markers)) {
-    refuse("fiducials", std::to_string(n) + " in the fit",
-           std::to_string(least_fiducials) + " to " + std::to_string(tracking::max_markers) +
-               ", without targets");
+    context.fail("fiducials", std::to_string(n) + " in the fit",
+                 std::to_string(least_fiducials) + " to " + std::to_string(tracking::max_markers) +
+                     ", without targets");
   }
   result.model.markers_mm.resize(static_cast<Eigen::Index>(n), 3);
   Eigen::Index row = 0;
@@ -135,18 +135,18 @@ tracking::PoseFit fit_of(const tracking::RigidBody& model, const tracking::Marke
   return tracking::fit_pose(model, body_mm, options);
 }
 
-void require_spread(const tracking::MarkerCloud& cloud, const char* where, const Refuser& refuse)
+void require_spread(const tracking::MarkerCloud& cloud, const char* where, const FitErrorContext& context)
 {
   if (!(cloud.spread_mm(1) >= tracking::least_spread_mm)) {
-    refuse("fiducials",
-           "collinear " + std::string(where) + ": second singular value " + mm_text(cloud.spread_mm(1)),
-           mm_text(tracking::least_spread_mm) + " or more; add a fiducial away from the line");
+    context.fail("fiducials",
+                 "collinear " + std::string(where) + ": second singular value " + mm_text(cloud.spread_mm(1)),
+                 mm_text(tracking::least_spread_mm) + " or more; add a fiducial away from the line");
   }
   if (!(cloud.spread_mm(2) >= tracking::least_spread_mm)) {
-    refuse("fiducials",
-           "coplanar " + std::string(where) + ": third singular value " + mm_text(cloud.spread_mm(2)) +
-               ", which a mirrored model fits as well",
-           mm_text(tracking::least_spread_mm) + " or more; add a fiducial away from the plane");
+    context.fail("fiducials",
+                 "coplanar " + std::string(where) + ": third singular value " + mm_text(cloud.spread_mm(2)) +
+                     ", which a mirrored model fits as well",
+                 mm_text(tracking::least_spread_mm) + " or more; add a fiducial away from the plane");
   }
 }
 
@@ -158,9 +158,10 @@ double mirrored_rms_mm(const Touched& points)
 }
 
 [[noreturn]] void refuse_side(double rms_mm, double mirrored_mm, const std::string& wanted,
-                              const Refuser& refuse)
+                              const FitErrorContext& context)
 {
-  refuse("fiducials", "a fit to " + mm_text(rms_mm) + " (rms), mirrored to " + mm_text(mirrored_mm), wanted);
+  context.fail("fiducials", "a fit to " + mm_text(rms_mm) + " (rms), mirrored to " + mm_text(mirrored_mm),
+               wanted);
 }
 
 /// Leave-one-out: each fiducial compared with a fit to the others.
@@ -195,14 +196,14 @@ LeaveOneOut leave_one_out(const Touched& points)
 
 /// Only the fiducial whose removal leaves the best fit can be identified as an outlier.
 void require_no_outlier(std::span<const Fiducial> marks, const Touched& points, const LeaveOneOut& out,
-                        const Refuser& refuse)
+                        const FitErrorContext& context)
 {
   const auto best = std::ranges::min_element(out.others_mm);
   const auto k = static_cast<std::size_t>(best - out.others_mm.begin());
   if (out.error_mm[k] > fiducial_outlier_mm && out.error_mm[k] > fiducial_outlier_sd * out.expected_mm[k]) {
     const std::size_t place = points.places[k];
-    refuse(marks[place].name, mm_text(out.error_mm[k]) + " from the position predicted by the others",
-           mm_text(fiducial_outlier_mm) + " at most; touch it again", {place});
+    context.fail(marks[place].name, mm_text(out.error_mm[k]) + " from the position predicted by the others",
+                 mm_text(fiducial_outlier_mm) + " at most; touch it again", {place});
   }
 }
 
@@ -303,26 +304,26 @@ void add_remarks(FiducialFit& fit, bool has_targets)
 FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& name, const std::string& file,
                           const FiducialOptions& options)
 {
-  const Refuser refuse{"", file};
-  const Touched used = touched(points, refuse);
+  const FitErrorContext context{"", file};
+  const Touched used = touched(points, context);
   tracking::RigidBody as_touched = used.model;
   for (std::size_t k = 0; k < used.places.size(); ++k)
     as_touched.markers_mm.row(static_cast<Eigen::Index>(k)) = used.body_mm[k]->transpose();
-  require_spread(tracking::cloud_of(used.model, used.body_mm), "on the model", refuse);
+  require_spread(tracking::cloud_of(used.model, used.body_mm), "on the model", context);
   const tracking::PoseFit pose = fit_of(used.model, used.body_mm);
   // A wrong side is checked before outliers, because it makes any point look like one. An undetermined side
   // is checked after them, because an outlier degrades every fit.
   const double rms_mm = pose.residual_rms_mm, mirrored_mm = mirrored_rms_mm(used);
   if (rms_mm > mirror_factor * mirrored_mm)
     refuse_side(rms_mm, mirrored_mm, "a model of the same side as the leg, and points in the requested order",
-                refuse);
+                context);
   const LeaveOneOut out = leave_one_out(used);
-  require_no_outlier(points, used, out, refuse);
-  require_spread(tracking::cloud_of(as_touched, used.body_mm), "as touched", refuse);
+  require_no_outlier(points, used, out, context);
+  require_spread(tracking::cloud_of(as_touched, used.body_mm), "as touched", context);
   if (!(mirrored_mm > mirror_factor * rms_mm))
     refuse_side(rms_mm, mirrored_mm,
                 "a worse mirrored fit; touch the points again or add a fiducial away from their plane",
-                refuse);
+                context);
 
   FiducialFit fit;
   fit.X_body_model = pose.X_tracker_body;
@@ -344,10 +345,10 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
 FiducialFit mean_adjusted_pose(std::span<const Pose> adjusted, const std::string& name,
                                const std::string& file)
 {
-  const Refuser refuse{"", file};
+  const FitErrorContext context{"", file};
   if (adjusted.size() < 2) {
-    refuse(name, std::to_string(adjusted.size()) + " adjusted poses",
-           "two or more, because their spread gives the uncertainty");
+    context.fail(name, std::to_string(adjusted.size()) + " adjusted poses",
+                 "two or more, because their spread gives the uncertainty");
   }
   const double n = static_cast<double>(adjusted.size());
   FiducialFit fit;

@@ -13,9 +13,9 @@
 namespace vrda::calibration {
 namespace {
 
-constexpr std::size_t least_bends = 2;
+constexpr std::size_t least_trials = 2;
 constexpr double least_factor = 1e-3;  // of the noise; keeps weights finite if the motion fits exactly
-/// The samples of a bend, held out or not, must fit within this multiple of the tracker's stated noise. A
+/// The samples of a trial, held out or not, must fit within this multiple of the tracker's stated noise. A
 /// larger residual means that a body moved on the skin, or that the joint differs from the model.
 constexpr double most_factor = 5.0;
 /// A motion that leaves more of the landmarks' expected error does not determine the placement.
@@ -65,55 +65,58 @@ double expected_joint_mm(const Eigen::MatrixXd& C)
   return std::sqrt(0.5 * sum);
 }
 
-void require_bends(std::span<const Bend> bends, const Refuser& refuse)
+void require_trials(std::span<const FlexionTrial> trials, const FitErrorContext& context)
 {
-  if (bends.size() < least_bends)
-    refuse("bends", std::to_string(bends.size()) + " bends", "two or more: each is held out once");
-  for (std::size_t k = 0; k < bends.size(); ++k) {
+  if (trials.size() < least_trials)
+    context.fail("bends", std::to_string(trials.size()) + " bends", "two or more: each is held out once");
+  for (std::size_t k = 0; k < trials.size(); ++k) {
     const auto is_finite = [](const Pose& X) { return X.matrix().allFinite(); };
-    if (bends[k].X_thigh_shank.empty() || !std::ranges::all_of(bends[k].X_thigh_shank, is_finite))
-      refuse(bends[k].name, "samples that are missing or not finite", "tracked poses of thigh and shank", {k});
+    if (trials[k].X_thigh_shank.empty() || !std::ranges::all_of(trials[k].X_thigh_shank, is_finite))
+      context.fail(trials[k].name, "samples that are missing or not finite",
+                   "tracked poses of thigh and shank", {k});
   }
 }
 
-/// Checks each bend with the placements by landmarks.
-void require_start(const FunctionalProblem& problem, std::span<const Bend> bends, const Refuser& refuse)
+/// Checks each trial with the placements by landmarks.
+void require_start(const FunctionalProblem& problem, std::span<const FlexionTrial> trials,
+                   const FitErrorContext& context)
 {
   const Eigen::VectorXd landmarks = Eigen::VectorXd::Zero(n_functional);
-  for (std::size_t k = 0; k < bends.size(); ++k) {
+  for (std::size_t k = 0; k < trials.size(); ++k) {
     TwistSum sum;
     std::size_t n = 0;
     for (const FunctionalSample& sample : problem.samples()) {
-      if (sample.bend != k) continue;
+      if (sample.trial != k) continue;
       sum.add(problem.difference(sample, landmarks).twist);
       ++n;
     }
     constexpr std::size_t least_samples = 10;
     if (n < least_samples) {
-      refuse(bends[k].name, std::to_string(n) + " samples within the model's flexions, by the landmarks",
-             std::to_string(least_samples) + " or more; bend within the model's range, and check the landmarks",
-             {k});
+      context.fail(
+          trials[k].name, std::to_string(n) + " samples within the model's flexions, by the landmarks",
+          std::to_string(least_samples) + " or more; bend within the model's range, and check the landmarks",
+          {k});
     }
     const MotionError start = sum.rms();
     if (start.mm > most_start_mm || start.deg > most_start_deg) {
-      refuse(bends[k].name, "a motion " + error_text(start) + " from that of the landmarks",
-             "at most " + text(most_start_mm, 0, "mm") + " and " + text(most_start_deg, 0, "degrees") +
-                 "; check which body is on which bone, and the landmarks",
-             {k});
+      context.fail(trials[k].name, "a motion " + error_text(start) + " from that of the landmarks",
+                   "at most " + text(most_start_mm, 0, "mm") + " and " + text(most_start_deg, 0, "degrees") +
+                       "; check which body is on which bone, and the landmarks",
+                   {k});
     }
   }
   if (problem.flexion_range_rad() < rad_from_deg(least_flexion_range_deg)) {
-    refuse("bends", "a flexion range of " + angle_text(problem.flexion_range_rad()),
-           angle_text(rad_from_deg(least_flexion_range_deg)) +
-               " or more; a smaller motion does not determine the joint");
+    context.fail("bends", "a flexion range of " + angle_text(problem.flexion_range_rad()),
+                 angle_text(rad_from_deg(least_flexion_range_deg)) +
+                     " or more; a smaller motion does not determine the joint");
   }
 }
 
-void require_converged(const LeastSquares& fit, const Refuser& refuse)
+void require_converged(const LeastSquares& fit, const FitErrorContext& context)
 {
   if (fit.status == LeastSquaresStatus::converged) return;
-  refuse("bends", std::string("a fit with status: ") + name_of(fit.status),
-         "bends that determine the placement; repeat them, or the landmarks");
+  context.fail("bends", std::string("a fit with status: ") + name_of(fit.status),
+               "bends that determine the placement; repeat them, or the landmarks");
 }
 
 /// Factor of the tracker's stated noise that the residuals of the motion have.
@@ -124,8 +127,7 @@ double noise_factor(const FunctionalProblem& problem, const LeastSquares& fit, d
   const double used = product(J, fit.covariance).cwiseProduct(J).sum();
   // Each sample has its own flexion.
   const double dof = static_cast<double>(n) - static_cast<double>(problem.samples().size()) - used;
-  return std::max(least_factor,
-                  factor * std::sqrt(fit.residuals.tail(n).squaredNorm() / std::max(1.0, dof)));
+  return std::max(least_factor, factor * std::sqrt(fit.residuals.tail(n).squaredNorm() / std::max(1.0, dof)));
 }
 
 struct Solution {
@@ -133,7 +135,7 @@ struct Solution {
   double factor = 1.0;
 };
 
-/// May not have converged, as with a bend that contradicts the others.
+/// May not have converged, as with a trial that contradicts the others.
 Solution solve(const FunctionalProblem& problem)
 {
   constexpr int n_rounds = 3;
@@ -147,19 +149,19 @@ Solution solve(const FunctionalProblem& problem)
   return solution;
 }
 
-/// Differences of a bend, with its residual in units of the stated noise.
-struct BendError {
+/// Differences of a trial, with its residual in units of the stated noise.
+struct TrialError {
   TwistSum sum;
   double whitened = 0.0;
 };
 
-BendError error_of(const FunctionalProblem& problem, const Eigen::VectorXd& x, std::size_t bend)
+TrialError error_of(const FunctionalProblem& problem, const Eigen::VectorXd& x, std::size_t trial)
 {
   constexpr double n_free = 5.0;  // of the six coordinates: flexion is fitted
-  BendError error;
+  TrialError error;
   double sum_sq = 0.0, n = 0.0;
   for (const FunctionalSample& sample : problem.samples()) {
-    if (sample.bend != bend) continue;
+    if (sample.trial != trial) continue;
     const FunctionalProblem::Difference found = problem.difference(sample, x);
     error.sum.add(found.twist);
     sum_sq += found.whitened.squaredNorm();
@@ -180,37 +182,37 @@ MotionError rms_of(const std::vector<MotionError>& errors)
   return {std::sqrt(mm2), std::sqrt(deg2)};
 }
 
-/// Errors of each bend by the fit to the others; refuses the bend that contradicts them most.
+/// Errors of each trial by the fit to the others; refuses the trial that contradicts them most.
 std::vector<MotionError> held_out(const FunctionalProblem& problem, const Solution& solution,
-                                  std::span<const Bend> bends, const Refuser& refuse)
+                                  std::span<const FlexionTrial> trials, const FitErrorContext& context)
 {
-  std::vector<MotionError> errors(bends.size());
+  std::vector<MotionError> errors(trials.size());
   double worst = 0.0;
-  std::size_t worst_bend = 0;
+  std::size_t worst_trial = 0;
   const bool is_converged = solution.fit.status == LeastSquaresStatus::converged;
   const Eigen::VectorXd start = is_converged ? solution.fit.x : Eigen::VectorXd::Zero(n_functional);
-  for (std::size_t k = 0; k < bends.size(); ++k) {
+  for (std::size_t k = 0; k < trials.size(); ++k) {
     const LeastSquares others = problem.fit(start, solution.factor, k);
-    // Without the bend that contradicts, the others fit.
+    // Without the trial that contradicts, the others fit.
     if (others.status != LeastSquaresStatus::converged) {
-      if (is_converged) require_converged(others, refuse);
+      if (is_converged) require_converged(others, context);
       continue;
     }
-    const BendError error = error_of(problem, others.x, k);
+    const TrialError error = error_of(problem, others.x, k);
     errors[k] = error.sum.rms();
     if (error.whitened <= worst) continue;
     worst = error.whitened;
-    worst_bend = k;
+    worst_trial = k;
   }
   if (worst > most_factor) {
-    refuse(bends[worst_bend].name,
-           error_text(errors[worst_bend]) + " from the placement that fits the other bends, " +
-               text(worst, 1, "times the tracker's noise"),
-           "at most " + text(most_factor, 0, "times") +
-               "; the bodies must not move on the skin. Bend again, without pressing the leg sideways",
-           {worst_bend});
+    context.fail(trials[worst_trial].name,
+                 error_text(errors[worst_trial]) + " from the placement that fits the other bends, " +
+                     text(worst, 1, "times the tracker's noise"),
+                 "at most " + text(most_factor, 0, "times") +
+                     "; the bodies must not move on the skin. Bend again, without pressing the leg sideways",
+                 {worst_trial});
   }
-  require_converged(solution.fit, refuse);
+  require_converged(solution.fit, context);
   return errors;
 }
 
@@ -236,19 +238,19 @@ Estimate estimate_of(const FunctionalFit& fit, const Eigen::MatrixXd& covariance
 
 std::vector<std::string> remarks_of(const FunctionalFit& fit, const FunctionalSettings& settings)
 {
-  std::vector<std::string> remarks{
-      "expected error at the joint " + text(fit.joint_mm, 1, "mm") + ", from landmarks alone " +
-          text(fit.landmarks_joint_mm, 1, "mm"),
-      "held-out bends fit to " + error_text(fit.held_out) + " (rms), with landmarks alone to " +
-          error_text(fit.by_landmarks),
-      "flexion range " + angle_text(fit.flexion_range_rad) + "; the joint deviates from the model by " +
-          error_text(fit.deviation)};
+  std::vector<std::string> remarks{"expected error at the joint " + text(fit.joint_mm, 1, "mm") +
+                                       ", from landmarks alone " + text(fit.landmarks_joint_mm, 1, "mm"),
+                                   "held-out bends fit to " + error_text(fit.held_out) +
+                                       " (rms), with landmarks alone to " + error_text(fit.by_landmarks),
+                                   "flexion range " + angle_text(fit.flexion_range_rad) +
+                                       "; the joint deviates from the model by " + error_text(fit.deviation)};
   if (fit.n_beyond > 0)
     remarks.push_back(std::to_string(fit.n_beyond) + " samples beyond the model's flexions were not used");
   constexpr double much = 2.0;
   if (fit.deviation.mm > much * settings.model_sd_mm || fit.deviation.deg > much * settings.model_sd_deg) {
-    remarks.push_back("the deviation is more than twice that of calibration.model_sd_mm and model_sd_deg: the "
-                      "intervals are too small");
+    remarks.push_back(
+        "the deviation is more than twice that of calibration.model_sd_mm and model_sd_deg: the "
+        "intervals are too small");
   }
   return remarks;
 }
@@ -268,22 +270,22 @@ double joint_error_mm(const Pose& X_found, const Pose& X_true, const Eigen::Vect
   return std::sqrt(sum_sq / 6.0);
 }
 
-double flexion_range_rad(const Bend& bend, const FunctionalInput& input)
+double flexion_range_rad(const FlexionTrial& trial, const FunctionalInput& input)
 {
   FunctionalInput alone = input;
-  alone.bends = {&bend, 1};
+  alone.trials = {&trial, 1};
   return FunctionalProblem(alone).flexion_range_rad();
 }
 
 FunctionalFit fit_functional(const FunctionalInput& input, const std::string& file)
 {
-  const Refuser refuse{"", file};
-  require_bends(input.bends, refuse);
+  const FitErrorContext context{"", file};
+  require_trials(input.trials, context);
   const FunctionalProblem problem(input);
-  require_start(problem, input.bends, refuse);
+  require_start(problem, input.trials, context);
   const Solution solution = solve(problem);
   const Eigen::VectorXd& x = solution.fit.x;
-  const std::vector<MotionError> errors = held_out(problem, solution, input.bends, refuse);
+  const std::vector<MotionError> errors = held_out(problem, solution, input.trials, context);
 
   FunctionalFit fit;
   fit.X_thigh_femur = problem.X_thigh_femur(x);
@@ -294,15 +296,15 @@ FunctionalFit fit_functional(const FunctionalInput& input, const std::string& fi
   fit.joint_mm = expected_joint_mm(problem.centre_covariance(solution.fit));
   fit.held_out = rms_of(errors);
   std::vector<MotionError> by_landmarks;
-  for (std::size_t k = 0; k < input.bends.size(); ++k)
+  for (std::size_t k = 0; k < input.trials.size(); ++k)
     by_landmarks.push_back(error_of(problem, Eigen::VectorXd::Zero(n_functional), k).sum.rms());
   fit.by_landmarks = rms_of(by_landmarks);
   fit.deviation = deviation_of(problem, x);
   if (fit.joint_mm > most_of_landmarks * fit.landmarks_joint_mm) {
-    refuse("bends",
-           "an expected error at the joint of " + text(fit.joint_mm, 1, "mm") + ", from landmarks alone " +
-               text(fit.landmarks_joint_mm, 1, "mm"),
-           "a motion that determines the placement; bend further, or keep the landmarks");
+    context.fail("bends",
+                 "an expected error at the joint of " + text(fit.joint_mm, 1, "mm") +
+                     ", from landmarks alone " + text(fit.landmarks_joint_mm, 1, "mm"),
+                 "a motion that determines the placement; bend further, or keep the landmarks");
   }
   fit.estimate = estimate_of(fit, problem.origin_covariance(solution.fit));
   std::vector<double> residuals_mm;

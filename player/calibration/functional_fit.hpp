@@ -1,6 +1,6 @@
-/// Placement of a joint's model in thigh and shank from tracked motion, starting from landmarks (thesis 9: bones
-/// located from outside). In: bends of the leg, the model's motion, the placements by landmarks with their
-/// covariances; mm and rad. Out: both placements with a joint covariance, and their held-out errors.
+/// Placement of a joint's model in thigh and shank from tracked motion, starting from landmarks (thesis 9:
+/// bones located from outside). In: bends of the leg, the model's motion, the placements by landmarks with
+/// their covariances; mm and rad. Out: both placements with a joint covariance, and their held-out errors.
 #pragma once
 
 #include <span>
@@ -15,7 +15,7 @@ namespace vrda::calibration {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// One motion of the leg: the shank's body in the thigh's body.
-struct Bend {
+struct FlexionTrial {
   std::string name;
   std::vector<Pose> X_thigh_shank;
 };
@@ -27,15 +27,15 @@ struct BonePlacement {
 };
 
 struct FunctionalSettings {
-  /// Initial noise of each tracked body: of each coordinate of its position, of the rotation about each axis. The
-  /// fit estimates a common factor.
+  /// Initial noise of each tracked body: of each coordinate of its position, of the rotation about each axis.
+  /// The fit estimates a common factor.
   double tracker_sd_mm = 0.3, tracker_sd_deg = 0.3;
   /// Root mean square deviation of the subject's joint from the model along flexion: length, angle.
   double model_sd_mm = 1.0, model_sd_deg = 2.0;
 };
 
 struct FunctionalInput {
-  std::span<const Bend> bends;
+  std::span<const FlexionTrial> trials;
   const JointCurve& curve;  ///< of the model in the subject's size
   const BonePlacement& femur;
   const BonePlacement& tibia;
@@ -54,26 +54,26 @@ struct FunctionalFit {
   int n_beyond = 0;  ///< samples beyond the model's flexions, which are not used
   /// Expected overlay error at the joint, see joint_error_mm(): by landmarks and by this fit.
   double landmarks_joint_mm = 0.0, joint_mm = 0.0;
-  MotionError held_out;      ///< each bend by the fit to the others
-  MotionError by_landmarks;  ///< all bends by the placements by landmarks
+  MotionError held_out;      ///< each trial by the fit to the others
+  MotionError by_landmarks;  ///< all trials by the placements by landmarks
   MotionError deviation;     ///< of the joint from the model, as fitted
-  /// Poses "femur" and "tibia"; residuals: held-out lengths of each bend (root mean square), mm.
+  /// Poses "femur" and "tibia"; residuals: held-out lengths of each trial (root mean square), mm.
   Estimate estimate;
 };
 
-/// Places both bones so that the model's motion, with a smooth deviation from it, explains the tracked one; the
-/// flexion of each sample is free, and directions that the motion does not determine remain those of the
-/// landmarks. Throws FitError with `file` and the bend's index: fewer than two bends, a range of flexion of less
-/// than 40 degrees, mostly beyond the model's range, or not explained by the model; a bend that contradicts the
-/// others; a motion that does not improve on the landmarks; a fit that does not converge.
+/// Places both bones so that the model's motion, with a smooth deviation from it, explains the tracked one;
+/// the flexion of each sample is free, and directions that the motion does not determine remain those of the
+/// landmarks. Throws FitError with `file` and the trial's index: fewer than two trials, a range of flexion of
+/// less than 40 degrees, mostly beyond the model's range, or not explained by the model; a trial that
+/// contradicts the others; a motion that does not improve on the landmarks; a fit that does not converge.
 FunctionalFit fit_functional(const FunctionalInput& input, const std::string& file);
 
-/// Range of flexion of a bend for the placements by landmarks, rad.
-double flexion_range_rad(const Bend& bend, const FunctionalInput& input);
+/// Range of flexion of a trial for the placements by landmarks, rad.
+double flexion_range_rad(const FlexionTrial& trial, const FunctionalInput& input);
 inline constexpr double least_flexion_range_deg = 40.0;
 
-/// Overlay error of a bone: root mean square displacement of the six points 30 mm from the joint's centre along
-/// the axes, for a displacement of X_found against X_true.
+/// Overlay error of a bone: root mean square displacement of the six points 30 mm from the joint's centre
+/// along the axes, for a displacement of X_found against X_true.
 double joint_error_mm(const Pose& X_found, const Pose& X_true, const Eigen::Vector3d& centre_mm);
 
 }  // namespace vrda::calibration

@@ -13,7 +13,7 @@
 namespace vrda::calibration {
 namespace {
 
-/// Samples of a bend that are used, evenly spaced: noise is far below the deviation of the model.
+/// Samples of a trial that are used, evenly spaced: noise is far below the deviation of the model.
 constexpr std::size_t most_samples = 20;
 /// Flexions beyond the model's range that are still used, its poses being extended linearly.
 constexpr double most_beyond_rad = rad_from_deg(3.0);
@@ -65,8 +65,9 @@ Matrix6 whitening_of(const Matrix6& covariance)
   return root.matrixL().solve(Matrix6::Identity());
 }
 
-/// Legendre polynomials of u in [-1, 1] with these mean squares, whose sum is 1: about those of a deviation that changes
-/// within 60 to 120 degrees. For one that is constant, or changes within 30, intervals hold in 97 and 94 %.
+/// Legendre polynomials of u in [-1, 1] with these mean squares, whose sum is 1: about those of a deviation
+/// that changes within 60 to 120 degrees. For one that is constant, or changes within 30, intervals hold in
+/// 97 and 94 %.
 std::array<double, n_terms> terms_at(double u)
 {
   static constexpr std::array<double, n_terms> mean_squares{0.6, 0.25, 0.11, 0.03, 0.01};
@@ -107,14 +108,14 @@ FunctionalProblem::FunctionalProblem(const FunctionalInput& input)
     covariance_[k] = A * bones[k]->covariance_mm_rad * A.transpose();
     prior_[k] = whitening_of(covariance_[k]);
   }
-  for (std::size_t k = 0; k < input.bends.size(); ++k) {
-    const std::vector<Pose>& all = input.bends[k].X_thigh_shank;
+  for (std::size_t k = 0; k < input.trials.size(); ++k) {
+    const std::vector<Pose>& all = input.trials[k].X_thigh_shank;
     const std::size_t n = std::min(all.size(), most_samples);
     for (std::size_t i = 0; i < n; ++i) add_sample(all[i * all.size() / n], k);
   }
 }
 
-void FunctionalProblem::add_sample(const Pose& X_thigh_shank, std::size_t bend)
+void FunctionalProblem::add_sample(const Pose& X_thigh_shank, std::size_t trial)
 {
   const Pose& X_shank_tibia = X_body_bone_[1];
   const Pose X_thigh_tibia = X_thigh_shank * X_shank_tibia;
@@ -125,7 +126,7 @@ void FunctionalProblem::add_sample(const Pose& X_thigh_shank, std::size_t bend)
   Matrix6 covariance = Matrix6::Zero();
   for (const Matrix6& A : {adjoint_inverse(X_thigh_tibia), adjoint_inverse(X_shank_tibia)})
     covariance += A * variance.asDiagonal() * A.transpose();
-  FunctionalSample sample{bend, X_thigh_shank, 0.0, whitening_of(covariance)};
+  FunctionalSample sample{trial, X_thigh_shank, 0.0, whitening_of(covariance)};
   const Pose X_femur_tibia = X_body_bone_[0].inverse() * X_thigh_tibia;
   sample.start_rad = scanned_flexion(sample, X_femur_tibia);
   const bool is_beyond = sample.start_rad < curve_.first_rad - most_beyond_rad ||
@@ -151,7 +152,8 @@ double FunctionalProblem::scanned_flexion(const FunctionalSample& sample, const 
   double best_rad = curve_.first_rad, least = std::numeric_limits<double>::infinity();
   const double last_rad = curve_.last_rad() + beyond_rad;
   for (double at_rad = curve_.first_rad - beyond_rad; at_rad <= last_rad; at_rad += step_rad) {
-    const double square = (sample.whitening * twist_of(X_femur_tibia_of_model(at_rad).inverse() * X_femur_tibia)).squaredNorm();
+    const double square =
+        (sample.whitening * twist_of(X_femur_tibia_of_model(at_rad).inverse() * X_femur_tibia)).squaredNorm();
     if (square < least) {
       least = square;
       best_rad = at_rad;
@@ -199,7 +201,8 @@ FunctionalProblem::Moved FunctionalProblem::moved(const Eigen::VectorXd& x) cons
           moved_pose(X_body_bone_[1], x.segment<3>(6), x.segment<3>(9))};
 }
 
-Vector6 FunctionalProblem::twist_at(double flexion_rad, const Pose& X_femur_tibia, const Eigen::VectorXd& x) const
+Vector6 FunctionalProblem::twist_at(double flexion_rad, const Pose& X_femur_tibia,
+                                    const Eigen::VectorXd& x) const
 {
   const Vector6 six = deviation(x, flexion_rad);
   const Pose X_deviation = moved_pose(Pose::Identity(), six.head<3>(), six.tail<3>());
@@ -245,10 +248,11 @@ FunctionalProblem::Difference FunctionalProblem::difference(const FunctionalSamp
 
 Eigen::Index FunctionalProblem::n_used(std::size_t without) const
 {
-  return std::ranges::count_if(samples_, [&](const FunctionalSample& s) { return s.bend != without; });
+  return std::ranges::count_if(samples_, [&](const FunctionalSample& s) { return s.trial != without; });
 }
 
-Eigen::VectorXd FunctionalProblem::residuals(const Eigen::VectorXd& x, double factor, std::size_t without) const
+Eigen::VectorXd FunctionalProblem::residuals(const Eigen::VectorXd& x, double factor,
+                                             std::size_t without) const
 {
   Eigen::VectorXd r(n_functional + 6 * n_used(without));
   r.segment<6>(0) = prior_[0] * x.segment<6>(0);
@@ -256,14 +260,15 @@ Eigen::VectorXd FunctionalProblem::residuals(const Eigen::VectorXd& x, double fa
   r.segment(n_placement, n_deviation) = x.tail(n_deviation);
   Eigen::Index row = n_functional;
   for (const FunctionalSample& sample : samples_) {
-    if (sample.bend == without) continue;
+    if (sample.trial == without) continue;
     r.segment<6>(row) = difference(sample, x).whitened / factor;
     row += 6;
   }
   return r;
 }
 
-std::array<FunctionalProblem::Sides, n_placement> FunctionalProblem::moved_sides(const Eigen::VectorXd& x) const
+std::array<FunctionalProblem::Sides, n_placement> FunctionalProblem::moved_sides(
+    const Eigen::VectorXd& x) const
 {
   std::array<Sides, n_placement> sides;
   for (Eigen::Index k = 0; k < n_placement; ++k) {
@@ -275,10 +280,11 @@ std::array<FunctionalProblem::Sides, n_placement> FunctionalProblem::moved_sides
   return sides;
 }
 
-/// With the flexion eliminated: its direction is projected out. Source: Kaufman (1975) BIT 15:49-57. By central
-/// differences of one sample, which are exact enough and cheap.
+/// With the flexion eliminated: its direction is projected out. Source: Kaufman (1975) BIT 15:49-57. By
+/// central differences of one sample, which are exact enough and cheap.
 Eigen::Matrix<double, 6, n_functional> FunctionalProblem::sample_derivatives(
-    const FunctionalSample& sample, const Eigen::VectorXd& x, const std::array<Sides, n_placement>& sides) const
+    const FunctionalSample& sample, const Eigen::VectorXd& x,
+    const std::array<Sides, n_placement>& sides) const
 {
   const Moved here = moved(x);
   const Pose X_femur_tibia = here.X_femur_thigh * sample.X_thigh_shank * here.X_shank_tibia;
@@ -304,12 +310,14 @@ Eigen::Matrix<double, 6, n_functional> FunctionalProblem::sample_derivatives(
     low[k] -= step_of(k);
     const Vector6 column = project * (twist(high, here) - twist(low, here)) / (2.0 * step_of(k));
     for (Eigen::Index term = 0; term < n_terms; ++term)
-      J.col(n_placement + k * n_terms + term) = deviation_sd(k) * terms[static_cast<std::size_t>(term)] * column;
+      J.col(n_placement + k * n_terms + term) =
+          deviation_sd(k) * terms[static_cast<std::size_t>(term)] * column;
   }
   return J;
 }
 
-Eigen::MatrixXd FunctionalProblem::derivatives(const Eigen::VectorXd& x, double factor, std::size_t without) const
+Eigen::MatrixXd FunctionalProblem::derivatives(const Eigen::VectorXd& x, double factor,
+                                               std::size_t without) const
 {
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(n_functional + 6 * n_used(without), n_functional);
   J.block<6, 6>(0, 0) = prior_[0];
@@ -318,7 +326,7 @@ Eigen::MatrixXd FunctionalProblem::derivatives(const Eigen::VectorXd& x, double 
   const std::array<Sides, n_placement> sides = moved_sides(x);
   Eigen::Index row = n_functional;
   for (const FunctionalSample& sample : samples_) {
-    if (sample.bend == without) continue;
+    if (sample.trial == without) continue;
     J.block<6, n_functional>(row, 0) = sample_derivatives(sample, x, sides) / factor;
     row += 6;
   }

@@ -56,8 +56,7 @@ std::vector<double> numbers_of(const JointCurve& curve)
   numbers.push_back(deg_from_rad(curve.first_rad));
   numbers.push_back(deg_from_rad(curve.step_rad));
   for (const JointCurve::Knot& knot : curve.knots) {
-    for (Eigen::Index k = 0; k < knot.size(); ++k)
-      numbers.push_back(k < 3 ? knot[k] : deg_from_rad(knot[k]));
+    for (Eigen::Index k = 0; k < knot.size(); ++k) numbers.push_back(k < 3 ? knot[k] : deg_from_rad(knot[k]));
   }
   return numbers;
 }
@@ -68,8 +67,9 @@ JointCurve joint_curve_of(std::span<const double> numbers, const std::string& fi
                         (numbers.size() - n_leading) % n_coordinates == 0 &&
                         std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); });
   if (!is_whole || !(numbers[4] > 0.0)) {
-    Refuser{"", file}(field, std::to_string(numbers.size()) + " numbers",
-                      "the joint's motion: centre, first flexion, step above 0, then two or more poses");
+    FitErrorContext{"", file}.fail(
+        field, std::to_string(numbers.size()) + " numbers",
+        "the joint's motion: centre, first flexion, step above 0, then two or more poses");
   }
   JointCurve curve;
   curve.centre_mm = Eigen::Vector3d::Map(numbers.data());

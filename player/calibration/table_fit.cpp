@@ -67,18 +67,19 @@ Eigen::MatrixXd covariance_of(const PivotProblem& problem, const Eigen::VectorXd
 
 PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& file)
 {
-  const Refuser refuse{"", file};
+  const FitErrorContext context{"", file};
   const std::size_t n = X_tracker_probe.size();
   if (n < least_poses)
-    refuse("probe", std::to_string(n) + " poses", std::to_string(least_poses) + " or more");
+    context.fail("probe", std::to_string(n) + " poses", std::to_string(least_poses) + " or more");
   PivotFit fit;
   fit.spread_rad = spread_of(X_tracker_probe);
   if (!(fit.spread_rad >= least_spread_rad)) {
-    refuse("probe",
-           text(deg_from_rad(fit.spread_rad), 1, "deg") +
-               " (rms) of rotation about the axis with the least rotation",
-           text(deg_from_rad(least_spread_rad), 0, "deg") +
-               " or more; keep the tip fixed and tilt the probe in all directions over a range of 40 deg");
+    context.fail(
+        "probe",
+        text(deg_from_rad(fit.spread_rad), 1, "deg") +
+            " (rms) of rotation about the axis with the least rotation",
+        text(deg_from_rad(least_spread_rad), 0, "deg") +
+            " or more; keep the tip fixed and tilt the probe in all directions over a range of 40 deg");
   }
   const PivotProblem problem = pivot_problem(X_tracker_probe);
   const Eigen::MatrixXd inverse = square(inverse_root_of(square(problem.A.transpose())));
@@ -98,8 +99,8 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
   estimate.dof = static_cast<double>(n) - 2.0;
   set_residuals(estimate, residuals_mm, "mm");
   if (!(estimate.residual_rms <= most_rms_mm)) {
-    refuse("probe", "a tip that moves by " + text(estimate.residual_rms, 2, "mm") + " (rms)",
-           text(most_rms_mm, 0, "mm") + " at most; the tip slipped: put it in a small hole and repeat");
+    context.fail("probe", "a tip that moves by " + text(estimate.residual_rms, 2, "mm") + " (rms)",
+                 text(most_rms_mm, 0, "mm") + " at most; the tip slipped: put it in a small hole and repeat");
   }
   estimate.remarks.push_back("the probe rotated by " + text(deg_from_rad(fit.spread_rad), 0, "deg") +
                              " (rms) about the axis with the least rotation (at least " +

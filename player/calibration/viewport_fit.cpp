@@ -44,24 +44,24 @@ std::vector<std::size_t> marks_of(Edge edge, const ViewportMarks& marks)
   return indices;
 }
 
-void require_readings(const ViewportMarks& marks, Edge edge, const Refuser& refuse)
+void require_readings(const ViewportMarks& marks, Edge edge, const FitErrorContext& context)
 {
   const std::string field = std::string(".") + name_of(edge);
   const std::vector<double>& readings = marks.line_px[static_cast<std::size_t>(edge)];
   const std::vector<std::size_t> indices = marks_of(edge, marks);
-  if (readings.empty()) refuse(field, "no readings", "one or more; scan this edge");
+  if (readings.empty()) context.fail(field, "no readings", "one or more; scan this edge");
   for (std::size_t k = 0; k < readings.size(); ++k) {
     if (!std::isfinite(readings[k]))
-      refuse(field, "a reading that is not a finite number", "px", {indices[k]});
+      context.fail(field, "a reading that is not a finite number", "px", {indices[k]});
     if (readings.size() == 1) break;
     std::vector<double> others = readings;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
     if (std::abs(readings[k] - median(others)) > furthest_reading_px) {
-      refuse(field,
-             "reading " + std::to_string(k + 1) + " at " + px_text(readings[k]) + ", the others at about " +
-                 px_text(median(others)),
-             "readings within " + px_text(furthest_reading_px) + " of each other; scan it again",
-             {indices[k]});
+      context.fail(field,
+                   "reading " + std::to_string(k + 1) + " at " + px_text(readings[k]) +
+                       ", the others at about " + px_text(median(others)),
+                   "readings within " + px_text(furthest_reading_px) + " of each other; scan it again",
+                   {indices[k]});
     }
   }
 }
@@ -104,27 +104,27 @@ Borders borders_of(const ViewportMarks& marks)
   return borders;
 }
 
-void require_order(const Eigen::Vector4d& at_px, const ViewportMarks& marks, const Refuser& refuse)
+void require_order(const Eigen::Vector4d& at_px, const ViewportMarks& marks, const FitErrorContext& context)
 {
   for (const Edge edge : {Edge::left, Edge::top}) {
     const Edge opposite = edge == Edge::left ? Edge::right : Edge::bottom;
     const double low_px = at_px(static_cast<int>(edge)), high_px = at_px(static_cast<int>(opposite));
     const std::string field = std::string(".") + name_of(edge);
     if (!(low_px < high_px)) {
-      refuse(
+      context.fail(
           field,
           "crossed edges: at " + px_text(low_px) + ", and " + name_of(opposite) + " at " + px_text(high_px),
           std::string(name_of(edge)) + " before " + name_of(opposite), marks_of(edge, marks));
     }
     if (high_px - low_px < least_side_px) {
-      refuse(field, px_text(high_px - low_px) + " up to " + name_of(opposite),
-             std::to_string(least_side_px) + " px or more", marks_of(edge, marks));
+      context.fail(field, px_text(high_px - low_px) + " up to " + name_of(opposite),
+                   std::to_string(least_side_px) + " px or more", marks_of(edge, marks));
     }
   }
 }
 
 void require_within(const Eigen::Vector4d& at_px, const optics::Viewport& window, const ViewportMarks& marks,
-                    const Refuser& refuse)
+                    const FitErrorContext& context)
 {
   const std::array<double, n_edges> border_px = {
       static_cast<double>(window.x), static_cast<double>(window.x + window.width),
@@ -135,24 +135,24 @@ void require_within(const Eigen::Vector4d& at_px, const optics::Viewport& window
         (at_px(static_cast<Eigen::Index>(edge)) - border_px[edge]) * (is_last ? 1.0 : -1.0);
     // An edge that rounds to the window's border is inside.
     if (beyond_px < 0.5) continue;
-    refuse(std::string(".") + name_of(static_cast<Edge>(edge)),
-           px_text(beyond_px) + " outside the eye's window", "an edge inside the window",
-           marks_of(static_cast<Edge>(edge), marks));
+    context.fail(std::string(".") + name_of(static_cast<Edge>(edge)),
+                 px_text(beyond_px) + " outside the eye's window", "an edge inside the window",
+                 marks_of(static_cast<Edge>(edge), marks));
   }
 }
 
-void require_size(const ViewportMarks& marks, const Refuser& refuse)
+void require_size(const ViewportMarks& marks, const FitErrorContext& context)
 {
   const std::size_t n_readings = marks_of(Edge::bottom, marks).back() + 1;
   const bool is_size = marks.screen_mm.allFinite() && marks.screen_mm.minCoeff() > 0.0;
   if (!is_size) {
-    refuse(".screen",
-           settings::rounded_text(marks.screen_mm.x(), 2) + " x " + text(marks.screen_mm.y(), 2, "mm"),
-           "width and height of the visible part above 0, measured with a ruler",
-           {n_readings, n_readings + 1});
+    context.fail(".screen",
+                 settings::rounded_text(marks.screen_mm.x(), 2) + " x " + text(marks.screen_mm.y(), 2, "mm"),
+                 "width and height of the visible part above 0, measured with a ruler",
+                 {n_readings, n_readings + 1});
   }
   if (!(marks.screen_sd_mm >= 0.0) || !std::isfinite(marks.screen_sd_mm))
-    refuse(".screen_sd", text(marks.screen_sd_mm, 3, "mm"), "0 mm or more");
+    context.fail(".screen_sd", text(marks.screen_sd_mm, 3, "mm"), "0 mm or more");
 }
 
 /// The aspect's variance is mostly the ruler's, which is known. This factor scales its variance and
@@ -205,12 +205,13 @@ const char* name_of(Edge edge)
 Estimate fit_viewport(const ViewportMarks& marks, const optics::Viewport& window, const std::string& name,
                       const std::string& file)
 {
-  const Refuser refuse{name, file};
-  for (std::size_t edge = 0; edge < n_edges; ++edge) require_readings(marks, static_cast<Edge>(edge), refuse);
-  require_size(marks, refuse);
+  const FitErrorContext context{name, file};
+  for (std::size_t edge = 0; edge < n_edges; ++edge)
+    require_readings(marks, static_cast<Edge>(edge), context);
+  require_size(marks, context);
   const Borders borders = borders_of(marks);
-  require_order(borders.at_px, marks, refuse);
-  require_within(borders.at_px, window, marks, refuse);
+  require_order(borders.at_px, marks, context);
+  require_within(borders.at_px, window, marks, context);
   return estimate_of(borders, marks, name);
 }
 

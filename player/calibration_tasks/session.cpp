@@ -21,13 +21,13 @@ CalibrationSession::CalibrationSession(const BenchFile& bench, const Calibration
                                        const CalibrationSessionOptions& options)
     : bench_(bench), calibration_(begun), options_(options), collector_(bench)
 {
-  if (options_.is_repeated) outdate_asked();
+  if (options_.is_repeated) mark_requested_outdated();
   require_ready_parts(options_.parts, input());
   next_part();
 }
 
 /// Outdates the requested parts in the file, so that a resumed session repeats them without --anew.
-void CalibrationSession::outdate_asked()
+void CalibrationSession::mark_requested_outdated()
 {
   for (const CalibrationPart part : options_.parts) {
     const auto record = calibration_.records.find(part);
@@ -125,35 +125,35 @@ void CalibrationSession::show_error(const std::string& why)
   ++revision_;
 }
 
-void CalibrationSession::enter()
+void CalibrationSession::confirm()
 {
-  const Task& asked = *task();
-  const bool is_on_stage = asked.kind == TaskKind::bullseye || asked.kind == TaskKind::stop;
+  const Task& current = *task();
+  const bool is_on_stage = current.kind == TaskKind::bullseye || current.kind == TaskKind::stop;
   if (is_on_stage && has_stage(bench_)) {
     if (!collector_.stage_mm()) return show_error(silent_stage);
-    if (asked.kind == TaskKind::bullseye && !collector_.is_stage_zeroed())
+    if (current.kind == TaskKind::bullseye && !collector_.is_stage_zeroed())
       return show_error(
           "The stage was not zeroed since its board was switched on: push the stage against its stop and "
           "press Z.");
   }
-  if (asked.n_samples > 0) {
-    if (asked.kind == TaskKind::bullseye) {
-      const Eigen::Vector2d drawn = drawn_cross(asked, dials_.values(), calibration_);
+  if (current.n_samples > 0) {
+    if (current.kind == TaskKind::bullseye) {
+      const Eigen::Vector2d drawn = drawn_cross(current, dials_.values(), calibration_);
       cross_ = {drawn.x(), drawn.y(), has_stage(bench_) ? *collector_.stage_mm() : 0.0};
     }
-    collector_.begin(asked, accompanying_body(progress_.part, asked));
+    collector_.begin(current, accompanying_body(progress_.part, current));
     progress_.is_sampling = true;
     progress_.n_samples = 0;
     progress_.messages.clear();
     progress_.has_error = false;
     return;
   }
-  if (asked.kind == TaskKind::stop) {
+  if (current.kind == TaskKind::stop) {
     const double before_mm = *collector_.stage_mm();
     zero();
     return finish({{before_mm}});
   }
-  finish({mark_row(asked, dials_.values(), calibration_)});
+  finish({mark_row(current, dials_.values(), calibration_)});
 }
 
 void CalibrationSession::take_row()
@@ -183,8 +183,9 @@ void CalibrationSession::put(CalibrationMark mark)
   }
   CalibrationRecord& now = record();
   if (now.marks.empty()) {
-    now.made_with = progress_.part == CalibrationPart::functional ? calibration::numbers_of(options_.joint.value())
-                                                                  : bench_numbers_of(progress_.part, bench_);
+    now.made_with = progress_.part == CalibrationPart::functional
+                        ? calibration::numbers_of(options_.joint.value())
+                        : bench_numbers_of(progress_.part, bench_);
   }
   now.date = options_.date;
   insert_mark(now, tasks_, std::move(mark));
@@ -204,11 +205,11 @@ void CalibrationSession::finish(std::vector<std::vector<double>> rows)
   }
   const std::size_t done = at_task_;
   put(mark);
-  judge(done);
+  validate_and_solve(done);
 }
 
 /// Checks the mark of task `done`, its group when complete, and solves the part when all tasks are done.
-void CalibrationSession::judge(std::size_t done)
+void CalibrationSession::validate_and_solve(std::size_t done)
 {
   const TaskGroup round = task_group_of(progress_.part, tasks_, done);
   const bool is_round_done =
@@ -244,28 +245,28 @@ void CalibrationSession::solve()
 
 void CalibrationSession::refuse(const PartRefusal& refusal, const TaskGroup& round)
 {
-  for (const std::string& task : refusal.tasks()) forget(task);
+  for (const std::string& task : refusal.tasks()) erase_mark(task);
   if (refusal.tasks().empty())
-    for (std::size_t k = round.begin; k < round.end; ++k) forget(tasks_[k].name);
+    for (std::size_t k = round.begin; k < round.end; ++k) erase_mark(tasks_[k].name);
   show_error(screen_message(refusal));
 }
 
-void CalibrationSession::forget(const std::string& task)
+void CalibrationSession::erase_mark(const std::string& task)
 {
   std::erase_if(record().marks, [&](const CalibrationMark& m) { return m.task == task; });
 }
 
-void CalibrationSession::back()
+void CalibrationSession::previous_task()
 {
   if (progress_.is_sampling) return next_task_of_part();
   if (at_task_ == 0 || is_fresh_) return;
-  forget(tasks_[at_task_ - 1].name);
+  erase_mark(tasks_[at_task_ - 1].name);
   show({});
   ++revision_;
   next_task_of_part();
 }
 
-void CalibrationSession::again()
+void CalibrationSession::restart_part()
 {
   if (!is_fresh_ && calibration_.records.contains(progress_.part)) {
     record().marks.clear();
@@ -300,11 +301,11 @@ void CalibrationSession::take(const navigation::KeyPress& key)
     return;
   }
   if (task() == nullptr) return;
-  if (key.key == navigation::key_of('R')) return again();
-  if (key.key == navigation::Key::backspace) return back();
+  if (key.key == navigation::key_of('R')) return restart_part();
+  if (key.key == navigation::Key::backspace) return previous_task();
   // The alignment must not change during sampling.
   if (progress_.is_sampling) return;
-  if (key.key == navigation::Key::enter) return enter();
+  if (key.key == navigation::Key::enter) return confirm();
   if (key.key == navigation::key_of('Z')) return zero_by_key();
   dials_.press(key);
 }
@@ -379,7 +380,8 @@ std::span<const navigation::HelpLine> session_key_lines()
        {"Up, Down", "increase, decrease the second number (cross: up, down), or select a number"},
        {"Shift, Control", "10, 100 steps at once"},
        {"Wheel", "as Right and Left; with Shift as Up and Down"},
-       {"Left drag", "moves the line or cross with the pointer (right drag: the second line); Shift: a tenth"},
+       {"Left drag",
+        "moves the line or cross with the pointer (right drag: the second line); Shift: a tenth"},
        {"Middle button", "as Enter"},
        {"Gamepad", "stick and cross: the numbers; shoulders: Shift, Control; A: Enter; B: Backspace; Y: H"},
        {"Enter", "confirm, or start sampling"},

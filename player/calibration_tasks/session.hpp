@@ -91,23 +91,23 @@ class CalibrationSession {
   {
     return {bench_, calibration_, options_.path, options_.joint ? &*options_.joint : nullptr};
   }
-  void outdate_asked();
+  void mark_requested_outdated();
   void next_part();
   void begin_part(CalibrationPart part);
   void next_task_of_part();
   double typical_left_s() const;
-  void enter();
+  void confirm();
   void take_row();
   void put(CalibrationMark mark);
   void finish(std::vector<std::vector<double>> rows);
-  void judge(std::size_t done);
+  void validate_and_solve(std::size_t done);
   void solve();
   void refuse(const PartRefusal& refusal, const TaskGroup& round);
   void show(std::vector<std::string> messages);
   void show_error(const std::string& why);
-  void forget(const std::string& task);
-  void back();
-  void again();
+  void erase_mark(const std::string& task);
+  void previous_task();
+  void restart_part();
   void zero();
   void zero_by_key();
 

@@ -12,12 +12,12 @@ namespace {
 /// Everything that calibration::FunctionalInput refers to.
 struct FunctionalData {
   std::vector<std::string> tasks;
-  std::vector<calibration::Bend> bends;
+  std::vector<calibration::FlexionTrial> trials;
   calibration::JointCurve curve;
   calibration::BonePlacement femur, tibia;
   calibration::FunctionalSettings settings;
 
-  calibration::FunctionalInput input() const { return {bends, curve, femur, tibia, settings}; }
+  calibration::FunctionalInput input() const { return {trials, curve, femur, tibia, settings}; }
 };
 
 calibration::BonePlacement placement_of(CalibrationPart part, const PartInput& in)
@@ -30,22 +30,22 @@ calibration::BonePlacement placement_of(CalibrationPart part, const PartInput& i
   return {pose_in(estimate, name), unit.asDiagonal() * covariance * unit.asDiagonal()};
 }
 
-calibration::Bend bend_of(const CalibrationMark& mark)
+calibration::FlexionTrial trial_of(const CalibrationMark& mark)
 {
-  calibration::Bend bend{mark.task, {}};
+  calibration::FlexionTrial trial{mark.task, {}};
   for (const std::vector<double>& row : mark.rows)
-    bend.X_thigh_shank.push_back(sampled_pose(row).inverse() * sampled_pose(row, 7));
-  return bend;
+    trial.X_thigh_shank.push_back(sampled_pose(row).inverse() * sampled_pose(row, 7));
+  return trial;
 }
 
-/// Of the bends with marks.
+/// Of the trials with marks.
 FunctionalData data_of(const PartInput& in)
 {
   FunctionalData data;
   const CalibrationRecord& record = in.begun.records.at(CalibrationPart::functional);
   for (const CalibrationMark& mark : record.marks) {
     data.tasks.push_back(mark.task);
-    data.bends.push_back(bend_of(mark));
+    data.trials.push_back(trial_of(mark));
   }
   const Estimate* subject = find_estimate(in.begun, CalibrationPart::subject);
   const double scale = subject == nullptr ? in.begun.subject_scale : value_in(*subject, "subject.scale");
@@ -86,7 +86,8 @@ calibration::FunctionalFit solve_functional(const PartInput& in)
   if (after_mm >= 0.0) {
     const double before_mm = targets_rms_mm(in, data.femur.X_body_bone, data.tibia.X_body_bone);
     fit.estimate.remarks.push_back("the targets fit to " + calibration::text(after_mm, 2, "mm") +
-                                   " (rms), with landmarks alone to " + calibration::text(before_mm, 2, "mm"));
+                                   " (rms), with landmarks alone to " +
+                                   calibration::text(before_mm, 2, "mm"));
   }
   return fit;
 }
@@ -94,14 +95,16 @@ calibration::FunctionalFit solve_functional(const PartInput& in)
 std::vector<std::string> bend_remarks(const Task& done, const PartInput& in)
 {
   const FunctionalData data = data_of(in);
-  const calibration::Bend bend = bend_of(*find_mark(in.begun.records.at(CalibrationPart::functional), done.name));
-  const double range_deg = deg_from_rad(calibration::flexion_range_rad(bend, data.input()));
+  const calibration::FlexionTrial trial =
+      trial_of(*find_mark(in.begun.records.at(CalibrationPart::functional), done.name));
+  const double range_deg = deg_from_rad(calibration::flexion_range_rad(trial, data.input()));
   const std::string found = "a flexion range of " + calibration::text(range_deg, 0, "degrees");
   if (range_deg < calibration::least_flexion_range_deg) {
-    throw PartRefusal({in.path, "functional, " + done.name, found,
-                       calibration::text(calibration::least_flexion_range_deg, 0, "degrees") +
-                           " or more within the model's range; a smaller motion does not determine the joint"},
-                      {done.name});
+    throw PartRefusal(
+        {in.path, "functional, " + done.name, found,
+         calibration::text(calibration::least_flexion_range_deg, 0, "degrees") +
+             " or more within the model's range; a smaller motion does not determine the joint"},
+        {done.name});
   }
   return {done.name + ": " + found};
 }

@@ -79,18 +79,18 @@ BoardProtocol::BoardProtocol(const BoardSettings& settings, std::int64_t now_ns)
   if (settings.has_stage) readings_.push_back({'E'});
 }
 
-void BoardProtocol::give_up(const std::string& trouble)
+void BoardProtocol::fail(const std::string& error_message)
 {
   phase_ = Phase::failed;
-  trouble_ = trouble;
+  error_message_ = error_message;
 }
 
 std::string BoardProtocol::due_version(std::int64_t now_ns)
 {
   if (now_ns < next_ns_) return "";
   if (n_version_requests_ == max_version_requests) {
-    give_up("found no answer to V for 5 s, wanted a board of protocol version " +
-            std::to_string(board_protocol_version));
+    fail("found no answer to V for 5 s, wanted a board of protocol version " +
+         std::to_string(board_protocol_version));
     return "";
   }
   ++n_version_requests_;
@@ -104,7 +104,7 @@ std::string BoardProtocol::due_reading(Reading& reading, bool is_round, std::int
   const bool is_late = reading.n_outstanding > 0 && now_ns - reading.sent_ns[0] >= request_timeout_ns;
   if (is_late) {
     reading.n_outstanding = 0;
-    if (now_ns - last_answer_ns_ >= board_timeout_ns) give_up("found no answer for 1 s, wanted readings");
+    if (now_ns - last_answer_ns_ >= board_timeout_ns) fail("found no answer for 1 s, wanted readings");
   }
   if (!is_late && !(is_round && reading.n_outstanding < 2)) return "";
   reading.sent_ns[static_cast<std::size_t>(reading.n_outstanding++)] = now_ns;
@@ -141,10 +141,10 @@ void BoardProtocol::handle_version(const SerialFrame& frame, std::int64_t now_ns
 {
   const std::string tag(frame.payload.begin() + 1, frame.payload.begin() + 5);
   if (frame.n != 5 || tag != "VRDA") {
-    give_up("found another board's answer to V, wanted the version and VRDA");
+    fail("found another board's answer to V, wanted the version and VRDA");
   } else if (frame.payload[0] != board_protocol_version) {
-    give_up("found protocol version " + std::to_string(frame.payload[0]) + ", wanted " +
-            std::to_string(board_protocol_version));
+    fail("found protocol version " + std::to_string(frame.payload[0]) + ", wanted " +
+         std::to_string(board_protocol_version));
   } else {
     phase_ = Phase::up;
     next_ns_ = now_ns;

@@ -50,7 +50,7 @@ class BoardProtocol {
   enum class Phase {
     requesting_version,  ///< waiting for the version
     up,                  ///< version and board tag match
-    failed               ///< `trouble` gives the reason: reopen the port later
+    failed               ///< `error_message` gives the reason: reopen the port later
   };
   static constexpr std::int64_t request_timeout_ns =
       50'000'000;  ///< protocol timeout: the request is repeated
@@ -71,7 +71,7 @@ class BoardProtocol {
   void zero_stage() { is_zero_pending_ = is_zero_pending_ || phase_ == Phase::up; }
 
   Phase phase() const { return phase_; }
-  const std::string& trouble() const { return trouble_; }
+  const std::string& error_message() const { return error_message_; }
   /// Runs of noise, and frames that are not valid answers.
   std::uint64_t n_refused() const { return n_refused_ + frames_.n_noise_runs(); }
 
@@ -81,7 +81,7 @@ class BoardProtocol {
     int n_outstanding = 0;
     std::array<std::int64_t, 2> sent_ns{};  ///< oldest first
   };
-  void give_up(const std::string& trouble);
+  void fail(const std::string& error_message);
   std::string due_version(std::int64_t now_ns);
   std::string due_reading(Reading& reading, bool is_round, std::int64_t now_ns);
   void handle_version(const SerialFrame& frame, std::int64_t now_ns);
@@ -90,7 +90,7 @@ class BoardProtocol {
   std::vector<Reading> readings_;
   std::int64_t period_ns_;
   Phase phase_ = Phase::requesting_version;
-  std::string trouble_;
+  std::string error_message_;
   SerialFrameParser frames_;
   std::int64_t next_ns_;  ///< next version request, or next round of readings
   int n_version_requests_ = 0;

@@ -65,7 +65,7 @@ struct BoardClient::State {
     ++n_openings;
     is_writing = false;
     n_refused = 0;
-    talk.emplace(settings, outlet.clock().now_ns());
+    protocol.emplace(settings, outlet.clock().now_ns());
     read();
     send_due();
   }
@@ -77,16 +77,16 @@ struct BoardClient::State {
           const std::int64_t now_ns = outlet.clock().now_ns();
           if (opening != n_openings) return;
           if (error) return reconnect(error == asio::error::eof ? "closed by the device" : error.message());
-          const bool was_up = talk->phase() == BoardProtocol::Phase::up;
-          const std::vector<Sample> samples = talk->receive(std::span(bytes).first(n), now_ns);
-          if (!was_up && talk->phase() == BoardProtocol::Phase::up) {
+          const bool was_up = protocol->phase() == BoardProtocol::Phase::up;
+          const std::vector<Sample> samples = protocol->receive(std::span(bytes).first(n), now_ns);
+          if (!was_up && protocol->phase() == BoardProtocol::Phase::up) {
             backoff.reset();
             outlet.set_link(LinkState::up, "");
           }
           outlet.put(samples);
-          outlet.count_rejected(talk->n_refused() - n_refused,
+          outlet.count_rejected(protocol->n_refused() - n_refused,
                                 "found noise, wanted frames of the serial protocol");
-          n_refused = talk->n_refused();
+          n_refused = protocol->n_refused();
           if (send_due()) read();
         });
   }
@@ -96,19 +96,19 @@ struct BoardClient::State {
   {
     const std::int64_t now_ns = outlet.clock().now_ns();
     if (!is_writing) {
-      requests = talk->due(now_ns);
+      requests = protocol->due(now_ns);
       if (!requests.empty()) write(now_ns);
     } else if (now_ns - writing_since_ns >= write_timeout_ns) {
       reconnect("the port accepts no data");
       return false;
     }
-    if (talk->phase() == BoardProtocol::Phase::failed) {
-      const std::string trouble = talk->trouble();  // reconnect() destroys the protocol state
-      reconnect(trouble);
+    if (protocol->phase() == BoardProtocol::Phase::failed) {
+      const std::string error_message = protocol->error_message();  // reconnect() destroys the protocol state
+      reconnect(error_message);
       return false;
     }
     timer.expires_at(
-        outlet.clock().time_of(is_writing ? writing_since_ns + write_timeout_ns : talk->next_due_ns()));
+        outlet.clock().time_of(is_writing ? writing_since_ns + write_timeout_ns : protocol->next_due_ns()));
     timer.async_wait([this, opening = n_openings](const error_code& error) {
       if (!error && opening == n_openings) send_due();
     });
@@ -128,14 +128,14 @@ struct BoardClient::State {
                       });
   }
 
-  void reconnect(const std::string& trouble)
+  void reconnect(const std::string& error_message)
   {
     ++n_openings;  // invalidates pending handlers
-    talk.reset();
+    protocol.reset();
     error_code ignored;
     if (port.is_open()) tcflush(port.native_handle(), TCIOFLUSH);
     port.close(ignored);
-    outlet.set_link(LinkState::closed, trouble);
+    outlet.set_link(LinkState::closed, error_message);
     timer.expires_after(std::chrono::duration_cast<asio::steady_timer::duration>(
         std::chrono::duration<double, std::milli>(backoff.next_ms())));
     timer.async_wait([this](const error_code& error) {
@@ -145,9 +145,9 @@ struct BoardClient::State {
 
   void zero_stage()
   {
-    if (!talk || talk->phase() != BoardProtocol::Phase::up)
-      return outlet.set_trouble("stage not zeroed: the board is not connected");
-    talk->zero_stage();
+    if (!protocol || protocol->phase() != BoardProtocol::Phase::up)
+      return outlet.set_error_message("stage not zeroed: the board is not connected");
+    protocol->zero_stage();
     send_due();
   }
 
@@ -157,7 +157,7 @@ struct BoardClient::State {
   asio::serial_port port;
   asio::steady_timer timer;  ///< of the next request, or of the back-off
   Backoff backoff;
-  std::optional<BoardProtocol> talk;  ///< while the port is open
+  std::optional<BoardProtocol> protocol;  ///< while the port is open
   std::uint64_t n_openings = 0;
   std::uint64_t n_refused = 0;  ///< of the protocol, already reported
   bool is_writing = false;
@@ -277,7 +277,7 @@ struct TrackerClient::State {
         resolver(io),
         timer(io),
         watch(io),
-        talk(settings_, outlet_.clock().now_ns()),
+        protocol(settings_, outlet_.clock().now_ns()),
         backoff(settings_.retry_ms)
   {
   }
@@ -373,8 +373,8 @@ struct TrackerClient::State {
                             "found a message of the wrong size for its type");
       n_malformed = stream.n_malformed();
       if (!stream.is_broken()) return read();
-      outlet.count_rejected(1, stream.trouble());
-      reconnect(stream.trouble());
+      outlet.count_rejected(1, stream.error_message());
+      reconnect(stream.error_message());
     });
   }
 
@@ -394,8 +394,8 @@ struct TrackerClient::State {
     }
     // A program that reports an error is started again with growing pauses.
     if (!child || said.empty()) backoff.reset();
-    outlet.put(talk.receive(message, now_ns));
-    if (!said.empty()) outlet.set_trouble(said);
+    outlet.put(protocol.receive(message, now_ns));
+    if (!said.empty()) outlet.set_error_message(said);
   }
 
   void close()
@@ -407,11 +407,11 @@ struct TrackerClient::State {
     is_child_up = false;
   }
 
-  void reconnect(const std::string& trouble)
+  void reconnect(const std::string& error_message)
   {
     is_connecting = false;
     n_malformed = 0;
-    const std::string why = trouble;  // close() may end its owner
+    const std::string why = error_message;  // close() may end its owner
     close();
     outlet.set_link(LinkState::closed, why);
     timer.expires_after(std::chrono::duration_cast<asio::steady_timer::duration>(
@@ -428,7 +428,7 @@ struct TrackerClient::State {
         std::chrono::duration<double, std::milli>(std::max(settings.stale_after_ms / 4.0, 1.0))));
     watch.async_wait([this](const error_code& error) {
       if (error) return;
-      outlet.put(talk.stale_samples(outlet.clock().now_ns()));
+      outlet.put(protocol.stale_samples(outlet.clock().now_ns()));
       watch_tools();
     });
   }
@@ -444,7 +444,7 @@ struct TrackerClient::State {
   asio::steady_timer timer;  ///< of the connect timeout, or of the back-off
   asio::steady_timer watch;
   bool is_connecting = false;
-  TrackerProtocol talk;
+  TrackerProtocol protocol;
   Backoff backoff;
   igtl::IgtlStream stream;
   std::uint64_t n_malformed = 0;  ///< of the stream, already reported

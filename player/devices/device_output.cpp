@@ -52,14 +52,14 @@ void DeviceOutput::put(const std::vector<Sample>& samples)
   queue_.publish();
 }
 
-void DeviceOutput::set_link(LinkState link, const std::string& trouble)
+void DeviceOutput::set_link(LinkState link, const std::string& error_message)
 {
   const std::scoped_lock lock(mutex_);
   if (link == LinkState::up) {
     ++report_.n_connects;
-    report_.trouble.clear();
-  } else if (!trouble.empty()) {
-    report_.trouble = trouble;
+    report_.error_message.clear();
+  } else if (!error_message.empty()) {
+    report_.error_message = error_message;
   }
   if (std::exchange(report_.link, link) == link) return;
   Sample sample;
@@ -70,18 +70,18 @@ void DeviceOutput::set_link(LinkState link, const std::string& trouble)
   queue_.publish();
 }
 
-void DeviceOutput::count_rejected(std::uint64_t n, const std::string& trouble)
+void DeviceOutput::count_rejected(std::uint64_t n, const std::string& error_message)
 {
   if (n == 0) return;
   const std::scoped_lock lock(mutex_);
   report_.n_refused += n;
-  if (!trouble.empty()) report_.trouble = trouble;
+  if (!error_message.empty()) report_.error_message = error_message;
 }
 
-void DeviceOutput::set_trouble(const std::string& trouble)
+void DeviceOutput::set_error_message(const std::string& error_message)
 {
   const std::scoped_lock lock(mutex_);
-  report_.trouble = trouble;
+  report_.error_message = error_message;
 }
 
 DeviceReport DeviceOutput::report() const

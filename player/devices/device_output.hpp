@@ -50,12 +50,12 @@ class DeviceOutput {
 
   /// Puts the samples of one message; the loop receives all of them together.
   void put(const std::vector<Sample>& samples);
-  /// Also puts a link sample if the state changed. `trouble` is kept until replaced or the link is up.
-  void set_link(LinkState link, const std::string& trouble);
-  /// Counts rejected input. An empty `trouble` leaves the last one unchanged.
-  void count_rejected(std::uint64_t n, const std::string& trouble);
-  /// Sets `trouble` without counting anything.
-  void set_trouble(const std::string& trouble);
+  /// Also puts a link sample if the state changed. `error_message` is kept until replaced or the link is up.
+  void set_link(LinkState link, const std::string& error_message);
+  /// Counts rejected input. An empty `error_message` leaves the last one unchanged.
+  void count_rejected(std::uint64_t n, const std::string& error_message);
+  /// Sets `error_message` without counting anything.
+  void set_error_message(const std::string& error_message);
 
   /// Callable from any thread; the others only from the devices' thread.
   DeviceReport report() const;

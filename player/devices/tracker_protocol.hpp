@@ -41,12 +41,13 @@ class ToolMonitor {
 
 /// Pure: times are passed in.
 /// - Tools are matched by name: the device of a TRANSFORM or POSITION, or an element of TDATA and QTDATA.
-/// - `missing`: there is news of the tracker, but not of the tool. A tool absent from a list is missing at once,
+/// - `missing`: there is news of the tracker, but not of the tool. A tool absent from a list is missing at
+/// once,
 ///   unless its poses come from another device's list or separate messages; a tool with messages of its own
 ///   after `stale_after_ms`.
 /// - `stale`: no news of any tool for that time. A message of a repeated time stamp is no news, whatever its
 ///   type and whether or not it contains the tool.
-/// - A STATUS other than OK from a tool marks it missing; from another device it is reported as trouble.
+/// - A STATUS other than OK from a tool marks it missing; from another device it is reported as an error.
 class TrackerProtocol {
  public:
   TrackerProtocol(const TrackerSettings& settings, std::int64_t now_ns);

@@ -153,7 +153,7 @@ class FollowedRun final : public loop::Mode {
     return std::chrono::duration<double>(steady_clock::now() - then).count();
   }
 
-  void take(RunArrivals arrivals)
+  void take(AccumulatedUpdate arrivals)
   {
     for (const std::string& remark : arrivals.remarks) streams_.messages << "vrda-player: " << remark << "\n";
     if (arrivals.is_restarted && arrivals.model) begin_again(*arrivals.model);

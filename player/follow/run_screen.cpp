@@ -25,8 +25,8 @@ RunScene::RunScene(const store::MotionModel& model, const RunSceneOptions& optio
     deltas_.emplace_back(model.push.delta.row(i).transpose());
   scene_.background = scene::background_of(options.backdrop);
   if (options.apply_appearance) options.apply_appearance(scene_);
-  points_.emplace(scene_, scene::Layer::contacts, scene::Owner::world, "contacts");
-  arrows_.emplace(scene_, scene::Layer::normals, scene::Owner::world, "contact normals");
+  points_.emplace(scene_, scene::Layer::contacts, scene::ParentFrame::world, "contacts");
+  arrows_.emplace(scene_, scene::Layer::normals, scene::ParentFrame::world, "contact normals");
   layers_.emplace(model, scene_);
   reserve_markers(usual_contacts);
   place_bodies(raw_.joint_pose({rad_from_deg(model.flexion_deg.front()), 0.0}, {}), raw_, layers_of_step());

@@ -42,7 +42,7 @@ RunWatch::RunWatch(const std::string& start_file, bool with_moves)
   start_ = version_of(start_file_);
   if (start_) {
     begin(store::read_motion_model(start_file_), unused);
-  } else if (std::optional<store::MotionModel> result = read_if_there(output_)) {
+  } else if (std::optional<store::MotionModel> result = read_if_present(output_)) {
     begin(store::with_pending_cells(*result), unused);
     model_ = std::move(*result);
     phase_ = RunPhase::finished;
@@ -74,7 +74,7 @@ std::optional<RunWatch::Version> RunWatch::version_of(const std::string& path)
 }
 
 // A file deleted between stat and read is not an error.
-std::optional<store::MotionModel> RunWatch::read_if_there(const std::string& path)
+std::optional<store::MotionModel> RunWatch::read_if_present(const std::string& path)
 {
   if (!version_of(path)) return std::nullopt;
   std::optional<store::MotionModel> model;
@@ -87,7 +87,7 @@ void RunWatch::poll_start_file(RunUpdate& news)
 {
   const std::optional<Version> version = version_of(start_file_);
   if (!version || version == start_) return;
-  std::optional<store::MotionModel> model = read_if_there(start_file_);
+  std::optional<store::MotionModel> model = read_if_present(start_file_);
   if (!model) return;
   start_ = version;
   begin(std::move(*model), news);
@@ -252,7 +252,7 @@ void RunWatch::poll_result(RunUpdate& news)
 {
   const std::optional<Version> version = version_of(output_), start = version_of(start_file_);
   if (!version || version == result_ || (start && version->changed_ns < start->changed_ns)) return;
-  std::optional<store::MotionModel> result = read_if_there(output_);
+  std::optional<store::MotionModel> result = read_if_present(output_);
   if (!result) return;
   result_ = version;
   const bool is_own = result->job.resolved == model_.job.resolved;
@@ -318,31 +318,31 @@ bool WatchThread::poll()
   if (news.is_restarted || is_finished) model = std::make_shared<const store::MotionModel>(watch_.model());
   std::unique_lock lock(mutex_);
   if (news.is_restarted) {
-    arrivals_.is_restarted = true;
-    arrivals_.steps.clear();
+    accumulated_.is_restarted = true;
+    accumulated_.steps.clear();
   }
-  if (model) arrivals_.model = std::move(model);
-  append(arrivals_.steps, news.steps);
-  append(arrivals_.remarks, news.remarks);
-  arrivals_.phase = watch_.phase();
-  arrivals_.n_done = watch_.n_done();
-  arrivals_.n_steps = watch_.n_steps();
-  arrivals_.is_caught_up = !news.has_more;
+  if (model) accumulated_.model = std::move(model);
+  append(accumulated_.steps, news.steps);
+  append(accumulated_.remarks, news.remarks);
+  accumulated_.phase = watch_.phase();
+  accumulated_.n_done = watch_.n_done();
+  accumulated_.n_steps = watch_.n_steps();
+  accumulated_.is_caught_up = !news.has_more;
   if (is_finished) return false;
   if (!news.has_more) wake_.wait_for(lock, pause_, [this] { return is_stopped_; });
   return !is_stopped_;
 }
 
-RunArrivals WatchThread::take()
+AccumulatedUpdate WatchThread::take()
 {
   const std::lock_guard lock(mutex_);
   if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
-  RunArrivals taken = std::move(arrivals_);
-  arrivals_ = {};
-  arrivals_.phase = taken.phase;
-  arrivals_.n_done = taken.n_done;
-  arrivals_.n_steps = taken.n_steps;
-  arrivals_.is_caught_up = taken.is_caught_up;
+  AccumulatedUpdate taken = std::move(accumulated_);
+  accumulated_ = {};
+  accumulated_.phase = taken.phase;
+  accumulated_.n_done = taken.n_done;
+  accumulated_.n_steps = taken.n_steps;
+  accumulated_.is_caught_up = taken.is_caught_up;
   return taken;
 }
 

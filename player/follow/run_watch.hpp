@@ -81,7 +81,7 @@ class RunWatch {
     bool operator==(const Version&) const = default;
   };
   static std::optional<Version> version_of(const std::string& path);
-  static std::optional<store::MotionModel> read_if_there(const std::string& path);
+  static std::optional<store::MotionModel> read_if_present(const std::string& path);
 
   void poll_start_file(RunUpdate& news);
   void poll_result(RunUpdate& news);
@@ -114,8 +114,8 @@ class RunWatch {
 };
 
 /// The data that arrived since the last take().
-struct RunArrivals {
-  bool is_restarted = false;  ///< as in WatchNews
+struct AccumulatedUpdate {
+  bool is_restarted = false;  ///< as in RunUpdate
   /// The start file's model of a restarted run, or the result of a finished one; otherwise null.
   std::shared_ptr<const store::MotionModel> model;
   std::vector<RunStep> steps;
@@ -132,7 +132,7 @@ class WatchThread {
   ~WatchThread();
 
   /// Never blocks on a file. Rethrows once the exception that ended the thread.
-  RunArrivals take();
+  AccumulatedUpdate take();
 
  private:
   void run();
@@ -142,7 +142,7 @@ class WatchThread {
   std::chrono::milliseconds pause_;
   std::mutex mutex_;  // guards the members below
   std::condition_variable wake_;
-  RunArrivals arrivals_;
+  AccumulatedUpdate accumulated_;
   std::exception_ptr failure_;
   bool is_stopped_ = false;
   std::thread thread_;

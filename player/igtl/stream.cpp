@@ -6,7 +6,7 @@ namespace vrda::igtl {
 
 void IgtlStream::set_broken(const std::string& found, const std::string& wanted)
 {
-  trouble_ = "found " + found + ", wanted " + wanted;
+  error_message_ = "found " + found + ", wanted " + wanted;
   buffer_.clear();
   begin_ = 0;
 }

@@ -26,8 +26,11 @@ class IgtlStream {
   /// The next complete message of a known kind; nullopt until more bytes arrive, and always once broken.
   std::optional<IgtlMessage> next();
 
-  bool is_broken() const { return !trouble_.empty(); }
-  const std::string& trouble() const { return trouble_; }     ///< "found ..., wanted ..."; empty while intact
+  bool is_broken() const { return !error_message_.empty(); }
+  const std::string& error_message() const
+  {
+    return error_message_;
+  }                                                           ///< "found ..., wanted ..."; empty while intact
   std::uint64_t n_skipped() const { return n_skipped_; }      ///< messages of other types, checksum right
   std::uint64_t n_malformed() const { return n_malformed_; }  ///< right checksum, but a wrong size
 
@@ -43,7 +46,7 @@ class IgtlStream {
   std::optional<IgtlHeader> head_;               ///< of the message whose body is incomplete
   std::uint64_t skipped_ = 0, skipped_crc_ = 0;  ///< of a body that is being skipped
   std::uint64_t n_skipped_ = 0, n_malformed_ = 0;
-  std::string trouble_;
+  std::string error_message_;
 };
 
 }  // namespace vrda::igtl

@@ -28,28 +28,29 @@ void set_texture(scene::Scene& scene, const AppearanceOptions& look)
 }
 
 /// Applies `change` to the bodies of "reference", "moving" or "both"; their layers stay as they are.
-void change_bodies(scene::Scene& scene, const std::string& owner, void (*change)(scene::Drawable&))
+void change_bodies(scene::Scene& scene, const std::string& object, void (*change)(scene::Drawable&))
 {
   for (scene::Drawable& drawable : scene.drawables) {
-    const bool is_other = owner == (drawable.owner == scene::Owner::reference ? "moving" : "reference");
+    const bool is_other =
+        object == (drawable.parent == scene::ParentFrame::reference ? "moving" : "reference");
     if (drawable.layer == scene::Layer::bodies && !is_other) change(drawable);
   }
 }
 
-void set_transparency(scene::Scene& scene, const std::string& owner)
+void set_transparency(scene::Scene& scene, const std::string& object)
 {
-  if (owner.empty()) return;
-  if (owner != "reference" && owner != "moving" && owner != "both")
-    throw InputError({"--see-through", "", "\"" + owner + "\"", "reference, moving or both"});
-  change_bodies(scene, owner, [](scene::Drawable& body) { body.material.opacity *= transparent_opacity; });
+  if (object.empty()) return;
+  if (object != "reference" && object != "moving" && object != "both")
+    throw InputError({"--see-through", "", "\"" + object + "\"", "reference, moving or both"});
+  change_bodies(scene, object, [](scene::Drawable& body) { body.material.opacity *= transparent_opacity; });
 }
 
-void set_hidden(scene::Scene& scene, const std::string& owner)
+void set_hidden(scene::Scene& scene, const std::string& object)
 {
-  if (owner.empty()) return;
-  if (owner != "reference" && owner != "moving")
-    throw InputError({"--hide", "", "\"" + owner + "\"", "reference or moving"});
-  change_bodies(scene, owner, [](scene::Drawable& body) { body.is_shown = false; });
+  if (object.empty()) return;
+  if (object != "reference" && object != "moving")
+    throw InputError({"--hide", "", "\"" + object + "\"", "reference or moving"});
+  change_bodies(scene, object, [](scene::Drawable& body) { body.is_shown = false; });
 }
 
 }  // namespace

@@ -220,8 +220,7 @@ void GlRenderer::draw_background(const scene::Background& background)
 
 void GlRenderer::draw_occlusion(const scene::Scene& scene, const scene::Camera& camera, const PixelBox& box)
 {
-  const bool is_shaded =
-      scene.mode != scene::DrawMode::wire && scene.mode != scene::DrawMode::hidden_line;
+  const bool is_shaded = scene.mode != scene::DrawMode::wire && scene.mode != scene::DrawMode::hidden_line;
   if (!is_shaded || !(scene.occlusion_radius_mm > 0.0)) return;
   if (!occlusion_) occlusion_.emplace(gl_, plan(), drawn_);
   const Eigen::Matrix4f projection = scene::projection(camera).cast<float>();
@@ -234,7 +233,7 @@ void GlRenderer::draw_shot(const scene::Scene& scene, std::size_t row, const Sho
   const PixelBox box{view.x, options_.height - view.y - view.height, view.width, view.height};
   surfaces_->begin(scene, shot.camera, box);
   const PixelBox used = is_sparse_ ? surfaces_->content_box() : box;
-  changed_[row] = is_sparse_ ? around(used, used_[row]) : box;
+  changed_[row] = is_sparse_ ? bounding_box(used, used_[row]) : box;
   used_[row] = used;
   if (changed_[row].is_empty()) return;
   gl_.Viewport(box.x, box.y, box.width, box.height);

@@ -128,7 +128,7 @@ bool SurfacePainter::is_translucent(const scene::Drawable& drawable, const GpuMe
   return drawable.material.opacity < 1.0F || mesh.has_translucent_colours;
 }
 
-PixelBox around(const PixelBox& a, const PixelBox& b)
+PixelBox bounding_box(const PixelBox& a, const PixelBox& b)
 {
   if (a.is_empty()) return b;
   if (b.is_empty()) return a;

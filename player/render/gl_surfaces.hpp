@@ -25,7 +25,7 @@ struct PixelBox {
   bool is_empty() const { return width <= 0 || height <= 0; }
 };
 /// The smallest box around both; an empty one counts as nothing.
-PixelBox around(const PixelBox& a, const PixelBox& b);
+PixelBox bounding_box(const PixelBox& a, const PixelBox& b);
 
 struct SurfaceOptions {
   bool is_multisampled = false;

@@ -48,7 +48,7 @@ void set_mesh(Drawable& drawable, AxisRow row, double scale)
 std::size_t add_axis(const store::MotionModel& model, Scene& scene, AxisRow row)
 {
   const Layer layer = row == helical ? Layer::helical_axis : Layer::axes;
-  const std::size_t index = add_layer(scene, layer, Owner::world, axes[row].name);
+  const std::size_t index = add_layer(scene, layer, ParentFrame::world, axes[row].name);
   Drawable& drawable = scene.drawables[index];
   drawable.material = marker_material(axes[row].colour);
   set_mesh(drawable, row, marker_scale(model));

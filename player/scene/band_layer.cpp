@@ -8,50 +8,50 @@
 namespace vrda::scene {
 namespace {
 
-constexpr float ghost_opacity = 0.5F;  // two overlapping outlines remain distinct
+constexpr float copy_opacity = 0.5F;  // two overlapping outlines remain distinct
 // The object covers the copies, which show beyond its outline: their intersections would show as patches.
-constexpr double ghost_depth_offset_mm = 10.0;
+constexpr double copy_depth_offset_mm = 10.0;
 
-struct GhostOf {
+struct BandEnd {
   const char* set;
   VertexColour colour;
 };
-constexpr GhostOf band_ends[] = {{"quantile_5", {70, 130, 220, 255}}, {"quantile_95", {235, 135, 50, 255}}};
+constexpr BandEnd band_ends[] = {{"quantile_5", {70, 130, 220, 255}}, {"quantile_95", {235, 135, 50, 255}}};
 
 }  // namespace
 
 BandLayer::BandLayer(const store::MotionModel& model, Scene& scene)
 {
   const std::vector<std::string> names = motion::quantile_set_names(model);
-  for (const GhostOf& end : band_ends) {
+  for (const BandEnd& end : band_ends) {
     if (std::find(names.begin(), names.end(), end.set) == names.end()) continue;
-    Ghost ghost{motion::Motion(model, end.set), {}};
+    QuantileCopy copies{motion::Motion(model, end.set), {}};
     const std::size_t n_bodies = scene.drawables.size();
     for (std::size_t k = 0; k < n_bodies; ++k) {
       const Drawable& body = scene.drawables[k];
-      if (body.layer != Layer::bodies || body.owner != Owner::moving || !body.has_contact) continue;
+      if (body.layer != Layer::bodies || body.parent != ParentFrame::moving || !body.has_contact) continue;
       Drawable copy = body;
       copy.name += ", " + std::string(end.set);
       copy.layer = Layer::band;
-      copy.owner = Owner::world;
+      copy.parent = ParentFrame::world;
       copy.is_shown = false;
       copy.material = marker_material(end.colour);
-      copy.material.opacity = ghost_opacity;
-      copy.depth_offset_mm = ghost_depth_offset_mm;
-      ghost.drawables.push_back(scene.drawables.size());
+      copy.material.opacity = copy_opacity;
+      copy.depth_offset_mm = copy_depth_offset_mm;
+      copies.drawables.push_back(scene.drawables.size());
       scene.drawables.push_back(std::move(copy));
     }
-    ghosts_.push_back(std::move(ghost));
+    copies_.push_back(std::move(copies));
   }
 }
 
 void BandLayer::update(Scene& scene, const DisplayedPose& shown) const
 {
-  for (const Ghost& ghost : ghosts_) {
-    const motion::JointPose pose = ghost.motion.at(shown.pose.attitude);
+  for (const QuantileCopy& copies : copies_) {
+    const motion::JointPose pose = copies.motion.at(shown.pose.attitude);
     if (pose.status != motion::PoseStatus::solved) continue;
     const Pose X_world_moving = shown.frames.X_world_reference * pose.X_reference_moving;
-    for (const std::size_t k : ghost.drawables) {
+    for (const std::size_t k : copies.drawables) {
       scene.drawables[k].is_shown = true;
       place(scene.drawables[k], X_world_moving);
     }

@@ -113,8 +113,8 @@ ContactLayer::ContactLayer(const store::MotionModel& model, Scene& scene)
   } else {
     arrows_ = points_;
   }
-  points_.drawn.emplace(scene, Layer::contacts, Owner::moving, "contacts", model.rotation_centre_mm);
-  arrows_.drawn.emplace(scene, Layer::normals, Owner::moving,
+  points_.drawn.emplace(scene, Layer::contacts, ParentFrame::moving, "contacts", model.rotation_centre_mm);
+  arrows_.drawn.emplace(scene, Layer::normals, ParentFrame::moving,
                         model.equilibrium ? "contact forces" : "contact normals", model.rotation_centre_mm);
   for (Markers* markers : {&points_, &arrows_}) markers->drawn->reserve(scene, most_rows(markers->start));
 }
@@ -143,9 +143,9 @@ void ContactLayer::update(Scene& scene, const motion::JointPose& pose, const Lay
   }
 }
 
-ContactMarkers::ContactMarkers(Scene& scene, Layer layer, Owner owner, const std::string& name,
+ContactMarkers::ContactMarkers(Scene& scene, Layer layer, ParentFrame parent, const std::string& name,
                                const Eigen::Vector3d& origin_mm)
-    : is_arrows_(layer == Layer::normals), drawable_(add_layer(scene, layer, owner, name))
+    : is_arrows_(layer == Layer::normals), drawable_(add_layer(scene, layer, parent, name))
 {
   scene.drawables[drawable_].origin_mm = origin_mm;
   scene.drawables[drawable_].material = marker_material(is_arrows_ ? arrow_colour : ball_colour);

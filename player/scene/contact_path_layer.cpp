@@ -24,8 +24,10 @@ std::vector<std::size_t> path_cells(const store::MotionModel& model)
   const auto varus_deg = [&](std::size_t cell) { return std::abs(model.varus_deg[cell % n_varus]); };
   for (const std::size_t cell : informative) {
     const bool is_same_flexion = !cells.empty() && cells.back() / n_varus == cell / n_varus;
-    if (!is_same_flexion) cells.push_back(cell);
-    else if (varus_deg(cell) < varus_deg(cells.back())) cells.back() = cell;
+    if (!is_same_flexion)
+      cells.push_back(cell);
+    else if (varus_deg(cell) < varus_deg(cells.back()))
+      cells.back() = cell;
   }
   return cells;
 }
@@ -58,20 +60,20 @@ ContactPathLayer::ContactPathLayer(const store::MotionModel& model, Scene& scene
   struct Row {
     const char* name;
     const std::vector<double>& centre_mm;
-    Owner owner;
+    ParentFrame parent;
     VertexColour colour;
   };
   const store::ContactPaths& paths = *model.contact_paths;
   const std::vector<std::size_t> cells = path_cells(model);
   const double scale = marker_scale(model);
   for (const Row& row :
-       {Row{"medial path, reference", paths.medial_reference_mm, Owner::reference, medial_colour},
-        Row{"medial path, moving", paths.medial_moving_mm, Owner::moving, medial_colour},
-        Row{"lateral path, reference", paths.lateral_reference_mm, Owner::reference, lateral_colour},
-        Row{"lateral path, moving", paths.lateral_moving_mm, Owner::moving, lateral_colour}}) {
+       {Row{"medial path, reference", paths.medial_reference_mm, ParentFrame::reference, medial_colour},
+        Row{"medial path, moving", paths.medial_moving_mm, ParentFrame::moving, medial_colour},
+        Row{"lateral path, reference", paths.lateral_reference_mm, ParentFrame::reference, lateral_colour},
+        Row{"lateral path, moving", paths.lateral_moving_mm, ParentFrame::moving, lateral_colour}}) {
     const auto pieces = pieces_of(row.centre_mm, cells, model.rotation_centre_mm, scale);
     if (pieces.empty()) continue;
-    drawables_.push_back(add_layer(scene, Layer::contact_paths, row.owner, row.name));
+    drawables_.push_back(add_layer(scene, Layer::contact_paths, row.parent, row.name));
     Drawable& drawable = scene.drawables.back();
     drawable.origin_mm = model.rotation_centre_mm;
     drawable.material = marker_material(row.colour);

@@ -70,14 +70,14 @@ GapLayer::GapLayer(const store::MotionModel& model, Scene& scene)
 void GapLayer::add_sheet(const store::MotionModel& model, Scene& scene, std::size_t component)
 {
   const Part& contact = model.moving.contact;
-  const RenderMesh whole = make_render_mesh(
-      contact.mesh, triangles_by_component(model.moving, contact)[component], model.rotation_centre_mm,
-      crease_rad_of(model.moving.components[component].material));
+  const RenderMesh whole =
+      make_render_mesh(contact.mesh, triangles_by_component(model.moving, contact)[component],
+                       model.rotation_centre_mm, crease_rad_of(model.moving.components[component].material));
   RenderMesh upward = upward_part(whole, model.delta);
   if (upward.triangles.empty()) return;
   const Component& part = model.moving.components[component];
   Sheet sheet;
-  sheet.drawable = add_layer(scene, Layer::gap_map, Owner::moving, "gaps on " + part.name);
+  sheet.drawable = add_layer(scene, Layer::gap_map, ParentFrame::moving, "gaps on " + part.name);
   Drawable& drawable = scene.drawables[sheet.drawable];
   drawable.origin_mm = model.rotation_centre_mm;
   drawable.mesh = std::move(upward);

@@ -61,7 +61,7 @@ inline constexpr double plain_arrow_mm = 9.0;
 class ContactMarkers {
  public:
   /// `layer`: contacts (balls) or normals (arrows). `origin_mm`: of the positions.
-  ContactMarkers(Scene& scene, Layer layer, Owner owner, const std::string& name,
+  ContactMarkers(Scene& scene, Layer layer, ParentFrame parent, const std::string& name,
                  const Eigen::Vector3d& origin_mm = Eigen::Vector3d::Zero());
   /// Sets the largest number of contacts; the renderer must load the scene again.
   void reserve(Scene& scene, std::size_t n_contacts);
@@ -123,15 +123,15 @@ class ContactPathLayer {
 class BandLayer {
  public:
   BandLayer(const store::MotionModel& model, Scene& scene);
-  bool is_empty() const { return ghosts_.empty(); }
+  bool is_empty() const { return copies_.empty(); }
   void update(Scene& scene, const DisplayedPose& shown) const;
 
  private:
-  struct Ghost {
+  struct QuantileCopy {
     motion::Motion motion;
     std::vector<std::size_t> drawables;
   };
-  std::vector<Ghost> ghosts_;
+  std::vector<QuantileCopy> copies_;
 };
 
 /// Sheets slightly above the contact surfaces of the moving object oriented along Delta, coloured by the

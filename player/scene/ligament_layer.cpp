@@ -98,7 +98,7 @@ LigamentLayer::LigamentLayer(const store::MotionModel& model, Scene& scene)
       legend_(legend_of(model, ligaments_.fibres.size())),
       origin_mm_(model.rotation_centre_mm),
       scale_(marker_scale(model)),
-      drawable_(add_layer(scene, Layer::ligaments, Owner::reference, "ligaments")),
+      drawable_(add_layer(scene, Layer::ligaments, ParentFrame::reference, "ligaments")),
       strain_(ligaments_.fibres.size())
 {
   Drawable& drawable = scene.drawables[drawable_];

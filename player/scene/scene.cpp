@@ -17,14 +17,14 @@ Eigen::Vector3d as_vector(const std::array<float, 3>& v)
   return {v[0], v[1], v[2]};
 }
 
-void add_part(Scene& scene, const Body& body, Owner owner, const Drawable& model, const Part& part)
+void add_part(Scene& scene, const Body& body, ParentFrame parent, const Drawable& model, const Part& part)
 {
   const std::vector<std::vector<Eigen::Index>> triangles = triangles_by_component(body, part);
   for (std::size_t c = 0; c < triangles.size(); ++c) {
     if (triangles[c].empty()) continue;
     Drawable drawable = model;
     drawable.name = body.components[c].name;
-    drawable.owner = owner;
+    drawable.parent = parent;
     drawable.mesh = make_render_mesh(part.mesh, triangles[c], drawable.origin_mm,
                                      crease_rad_of(body.components[c].material));
     update_box(drawable);
@@ -34,11 +34,11 @@ void add_part(Scene& scene, const Body& body, Owner owner, const Drawable& model
 }
 
 /// World bounding box of the contact parts of one object at the present placement.
-Eigen::AlignedBox3d extent_of(const Scene& scene, Owner owner)
+Eigen::AlignedBox3d extent_of(const Scene& scene, ParentFrame parent)
 {
   Eigen::AlignedBox3d extent;
   for (const Drawable& drawable : scene.drawables) {
-    if (drawable.owner != owner || !drawable.has_contact || drawable.layer != Layer::bodies) continue;
+    if (drawable.parent != parent || !drawable.has_contact || drawable.layer != Layer::bodies) continue;
     for (const RenderVertex& vertex : drawable.mesh.vertices)
       extent.extend(drawable.X_world_mesh * as_vector(vertex.position_mm));
   }
@@ -64,8 +64,9 @@ Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d&
   model.origin_mm = rotation_centre_mm;
   for (const bool has_contact : {true, false}) {
     model.has_contact = has_contact;
-    add_part(scene, reference, Owner::reference, model, has_contact ? reference.contact : reference.visual);
-    add_part(scene, moving, Owner::moving, model, has_contact ? moving.contact : moving.visual);
+    add_part(scene, reference, ParentFrame::reference, model,
+             has_contact ? reference.contact : reference.visual);
+    add_part(scene, moving, ParentFrame::moving, model, has_contact ? moving.contact : moving.visual);
   }
   scene.occlusion_radius_mm = occlusion_radius_of_knee_mm * motion::width_ratio(moving);
   return scene;
@@ -75,8 +76,8 @@ void place(Scene& scene, const JointFrames& frames)
 {
   const Pose X_world_moving = frames.X_world_delta * frames.X_delta_moving;
   for (Drawable& drawable : scene.drawables) {
-    if (drawable.owner == Owner::world) continue;
-    place(drawable, drawable.owner == Owner::reference ? frames.X_world_reference : X_world_moving);
+    if (drawable.parent == ParentFrame::world) continue;
+    place(drawable, drawable.parent == ParentFrame::reference ? frames.X_world_reference : X_world_moving);
   }
 }
 
@@ -93,8 +94,8 @@ bool is_framed(const Drawable& drawable)
 
 Sphere joint_sphere(const Scene& scene, double widths)
 {
-  const Eigen::AlignedBox3d reference = extent_of(scene, Owner::reference);
-  const Eigen::AlignedBox3d moving = extent_of(scene, Owner::moving);
+  const Eigen::AlignedBox3d reference = extent_of(scene, ParentFrame::reference);
+  const Eigen::AlignedBox3d moving = extent_of(scene, ParentFrame::moving);
   if (reference.isEmpty() || moving.isEmpty()) return {};
   // If the boxes are separate along an axis, the overlap's sizes are negative and its centre is that of the
   // gap.
@@ -133,12 +134,12 @@ std::vector<std::size_t> informative_cells(const store::MotionModel& model)
   return spine.empty() ? all : spine;
 }
 
-std::size_t add_layer(Scene& scene, Layer layer, Owner owner, const std::string& name)
+std::size_t add_layer(Scene& scene, Layer layer, ParentFrame parent, const std::string& name)
 {
   Drawable drawable;
   drawable.name = name;
   drawable.layer = layer;
-  drawable.owner = owner;
+  drawable.parent = parent;
   drawable.is_shown = false;
   drawable.has_contact = false;
   scene.drawables.push_back(std::move(drawable));

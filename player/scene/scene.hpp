@@ -27,7 +27,7 @@ struct Texture {
 };
 
 /// The object to whose frame a drawable is attached.
-enum class Owner { reference, moving, world };
+enum class ParentFrame { reference, moving, world };
 
 /// The layer of a drawable; all except the bodies are optional. Labels are drawn as text, without a drawable.
 enum class Layer {
@@ -49,7 +49,7 @@ using VertexColour = std::array<std::uint8_t, 4>;
 struct Drawable {
   std::string name;
   Layer layer = Layer::bodies;
-  Owner owner = Owner::reference;
+  ParentFrame parent = ParentFrame::reference;
   bool is_shown = true;
   bool has_contact = true;            ///< false: visual part only
   RenderMesh mesh;                    ///< relative to origin_mm
@@ -98,7 +98,7 @@ JointFrames frames_of(const motion::JointPose& pose, FixedObject held = FixedObj
 /// centre at the origin.
 Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d& rotation_centre_mm);
 
-/// Places every drawable in its owner's frame; those of the world are unchanged. Allocates nothing.
+/// Places every drawable in its parent's frame; those of the world are unchanged. Allocates nothing.
 void place(Scene& scene, const JointFrames& frames);
 
 /// Places the drawable of a body whose meshes' frame is at `X_world_body`.
@@ -128,7 +128,7 @@ double marker_scale(const store::MotionModel& model);
 std::vector<std::size_t> informative_cells(const store::MotionModel& model);
 
 /// Appends a hidden drawable without contact; returns its index.
-std::size_t add_layer(Scene& scene, Layer layer, Owner owner, const std::string& name);
+std::size_t add_layer(Scene& scene, Layer layer, ParentFrame parent, const std::string& name);
 
 /// The material of markers: plain, opaque, with a soft highlight.
 Material marker_material(const VertexColour& colour);

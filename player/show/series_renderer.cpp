@@ -74,7 +74,7 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
                                const PosedSet& set, const std::vector<motion::JointPose>& poses,
                                std::unique_ptr<render::Renderer> renderer)
     : options_(options),
-      look_(look_of(options, model)),
+      look_(resolved_options(options, model)),
       side_(side_named(model.side)),
       motion_(model, set.name),
       gaps_(model, set.name),
@@ -107,7 +107,8 @@ std::vector<scene::Camera> SeriesRenderer::cameras_for(const std::vector<motion:
   scene::FrameOptions frame_options;
   frame_options.aspect = aspect;
   std::vector<scene::CameraFit> fits;
-  for (const navigation::CameraView& view : look_.views) fits.emplace_back(view.R_world_camera, frame_options);
+  for (const navigation::CameraView& view : look_.views)
+    fits.emplace_back(view.R_world_camera, frame_options);
   for (const motion::JointPose& pose : poses) {
     scene::place(scene_, scene::frames_of(pose, options_.fixed_object));
     const std::vector<Eigen::Vector3d> points = navigation::framed_points(scene_, options_.framing);
@@ -174,7 +175,8 @@ const render::Image& SeriesRenderer::draw_tiled(const motion::JointPose& pose)
 {
   shots_.clear();
   for (std::size_t view = 0; view < look_.views.size(); ++view) {
-    render::Shot& shot = shots_.emplace_back(render::Shot{tiled_[view], column(look_.size, view, look_.views.size())});
+    render::Shot& shot =
+        shots_.emplace_back(render::Shot{tiled_[view], column(look_.size, view, look_.views.size())});
     shot.camera.aspect = aspect_of(shot.viewport);
   }
   return drawn(pose);

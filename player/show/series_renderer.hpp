@@ -37,7 +37,7 @@ class SeriesRenderer {
   SeriesRenderer(const ShowOptions& options, const store::MotionModel& model, const PosedSet& set,
                  const std::vector<motion::JointPose>& poses, std::unique_ptr<render::Renderer> renderer);
 
-  const ShowLook& look() const { return look_; }
+  const ResolvedShowOptions& look() const { return look_; }
 
   /// Renders one view (index into look().views) at full size. The result is valid until the next call.
   const render::Image& draw_single(std::size_t view, const motion::JointPose& pose);
@@ -51,7 +51,7 @@ class SeriesRenderer {
   const render::Image& drawn(const motion::JointPose& pose);
 
   const ShowOptions& options_;
-  ShowLook look_;
+  ResolvedShowOptions look_;
   Side side_ = Side::right;
   motion::Motion motion_;
   navigation::GapReader gaps_;

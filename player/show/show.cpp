@@ -81,26 +81,26 @@ bool is_beyond(double wanted_rad, double used_rad)
 }
 
 void report_clamped(const motion::Motion& motion, const motion::JointPose& pose, const Attitude& wanted,
-                    std::ostream& talk)
+                    std::ostream& messages)
 {
   if (pose.is_flexion_clamped && is_beyond(wanted.flexion_rad, pose.attitude.flexion_rad)) {
-    talk << "--flexion: found " << plain(wanted.flexion_rad) << ", wanted "
-         << plain(motion.first_flexion_rad()) << " to " << plain(motion.last_flexion_rad())
-         << " degrees: drawn at " << plain(pose.attitude.flexion_rad) << "\n";
+    messages << "--flexion: found " << plain(wanted.flexion_rad) << ", wanted "
+             << plain(motion.first_flexion_rad()) << " to " << plain(motion.last_flexion_rad())
+             << " degrees: drawn at " << plain(pose.attitude.flexion_rad) << "\n";
   }
   if (pose.is_varus_clamped && motion.is_varus_free()) {
-    talk << "--varus: found " << plain(wanted.varus_rad)
-         << ", but varus was free in the solver: drawn at the solved varus\n";
+    messages << "--varus: found " << plain(wanted.varus_rad)
+             << ", but varus was free in the solver: drawn at the solved varus\n";
   } else if (pose.is_varus_clamped && is_beyond(wanted.varus_rad, pose.attitude.varus_rad)) {
-    talk << "--varus: found " << plain(wanted.varus_rad) << ", wanted " << plain(motion.first_varus_rad())
-         << " to " << plain(motion.last_varus_rad()) << " degrees: drawn at "
-         << plain(pose.attitude.varus_rad) << "\n";
+    messages << "--varus: found " << plain(wanted.varus_rad) << ", wanted " << plain(motion.first_varus_rad())
+             << " to " << plain(motion.last_varus_rad()) << " degrees: drawn at "
+             << plain(pose.attitude.varus_rad) << "\n";
   }
 }
 
 /// Collects the solved poses. Reports clamped angles, and unsolved attitudes if the plan is for images.
 Plan plan_of(const motion::Motion& motion, const ShowOptions& options, bool reports_unsolved,
-             std::ostream& talk)
+             std::ostream& messages)
 {
   Plan plan;
   std::optional<double> last_flexion_rad, reported_varus_rad;
@@ -108,7 +108,7 @@ Plan plan_of(const motion::Motion& motion, const ShowOptions& options, bool repo
     motion::JointPose pose = motion.at(wanted);
     // A varus given by option is the same for every flexion: it is reported once.
     if (reported_varus_rad == wanted.varus_rad) pose.is_varus_clamped = false;
-    report_clamped(motion, pose, wanted, talk);
+    report_clamped(motion, pose, wanted, messages);
     if (pose.is_varus_clamped) reported_varus_rad = wanted.varus_rad;
     const double flexion_rad = pose.attitude.flexion_rad;
     if (last_flexion_rad && flexion_rad - *last_flexion_rad < same_angle_rad) continue;
@@ -119,8 +119,8 @@ Plan plan_of(const motion::Motion& motion, const ShowOptions& options, bool repo
     }
     if (!reports_unsolved) continue;
     ++plan.n_unsolved;
-    talk << "flexion " << plain(flexion_rad) << ", varus " << plain(pose.attitude.varus_rad)
-         << ": no image, a neighbouring cell is unsolved (" << motion::name_of(pose.status) << ")\n";
+    messages << "flexion " << plain(flexion_rad) << ", varus " << plain(pose.attitude.varus_rad)
+             << ": no image, a neighbouring cell is unsolved (" << motion::name_of(pose.status) << ")\n";
   }
   return plan;
 }
@@ -147,7 +147,7 @@ void require_own_options(const motion::Motion& motion, const ShowOptions& option
           {options.file, option, "a sequence of frames", "--key A:B:STEP of " + motion.key_name()});
 }
 
-/// The keys asked for; by default `n` frames evenly over the sequence.
+/// The requested keys; by default `n` frames evenly over the sequence.
 std::vector<double> wanted_keys(const motion::Motion& motion, const ShowOptions& options, std::size_t n)
 {
   if (options.frame) return navigation::angles_deg(navigation::parsed_angles("--key", *options.frame));
@@ -160,15 +160,15 @@ std::vector<double> wanted_keys(const motion::Motion& motion, const ShowOptions&
 }
 
 /// The solved poses of a sequence. Reports keys beyond its ends and frames without a pose.
-Plan plan_of_frames(const motion::Motion& motion, const std::vector<double>& keys, std::ostream& talk)
+Plan plan_of_frames(const motion::Motion& motion, const std::vector<double>& keys, std::ostream& messages)
 {
   Plan plan;
   for (const double key : keys) {
     const motion::JointPose pose = motion.at_frame(key);
     if (pose.is_flexion_clamped) {
-      talk << "--key: found " << shortest_decimal(key) << ", wanted "
-           << shortest_decimal(motion.keys().front()) << " to " << shortest_decimal(motion.keys().back())
-           << ": drawn at " << shortest_decimal(pose.key) << "\n";
+      messages << "--key: found " << shortest_decimal(key) << ", wanted "
+               << shortest_decimal(motion.keys().front()) << " to " << shortest_decimal(motion.keys().back())
+               << ": drawn at " << shortest_decimal(pose.key) << "\n";
     }
     if (!plan.poses.empty() && plan.poses.back().key == pose.key) continue;
     if (pose.status == motion::PoseStatus::solved) {
@@ -176,8 +176,8 @@ Plan plan_of_frames(const motion::Motion& motion, const std::vector<double>& key
     } else {
       ++plan.n_unsolved;
       const bool is_frame = std::binary_search(motion.keys().begin(), motion.keys().end(), pose.key);
-      talk << motion.key_name() << " " << shortest_decimal(pose.key) << ": no image, "
-           << (is_frame ? "the" : "a neighbouring") << " frame has no pose\n";
+      messages << motion.key_name() << " " << shortest_decimal(pose.key) << ": no image, "
+               << (is_frame ? "the" : "a neighbouring") << " frame has no pose\n";
     }
   }
   return plan;
@@ -257,7 +257,7 @@ struct PlayedMotion {
 };
 
 /// The motion at the requested speed. Unsolved attitudes repeat the last frame; each interval is reported.
-PlayedMotion played_motion(const motion::Motion& motion, const ShowOptions& options, std::ostream& talk)
+PlayedMotion played_motion(const motion::Motion& motion, const ShowOptions& options, std::ostream& messages)
 {
   navigation::AngleRange range = wanted_range(motion, options);
   range.step_deg = options.speed_deg_s.value_or(default_speed_deg_s) / frames_per_s(options);
@@ -267,10 +267,10 @@ PlayedMotion played_motion(const motion::Motion& motion, const ShowOptions& opti
   const auto report_interval = [&] {
     if (!first_rad) return;
     ++film.n_unsolved;
-    talk << "flexion " << plain(*first_rad);
-    if (last_rad > *first_rad) talk << " to " << plain(last_rad);
-    talk << ": neighbouring cells are unsolved, "
-         << (film.poses.empty() ? "omitted from the video\n" : "the video repeats the last frame\n");
+    messages << "flexion " << plain(*first_rad);
+    if (last_rad > *first_rad) messages << " to " << plain(last_rad);
+    messages << ": neighbouring cells are unsolved, "
+             << (film.poses.empty() ? "omitted from the video\n" : "the video repeats the last frame\n");
     first_rad.reset();
   };
   for (const Attitude& wanted : wanted_attitudes(motion, options, range)) {
@@ -396,7 +396,7 @@ ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& mod
   }
   // One frame per angle; also the fallback if no attitude of the played motion is solved.
   if (film.poses.empty()) film.poses = plan.poses;
-  const std::size_t n_views = has_images ? look_of(options, model).views.size() : 0;
+  const std::size_t n_views = has_images ? resolved_options(options, model).views.size() : 0;
   const ShowSummary summary{static_cast<int>(plan.poses.size() * n_views), plan.n_unsolved + film.n_unsolved};
   if (!motion.is_sequence() && !options.varus_deg && !motion.has_spine()) {
     streams.messages << "no spine cell is solved: varus " << plain(motion.balanced_varus_rad(0.0))
@@ -423,11 +423,11 @@ constexpr const char* default_size = "1280x960";
 
 }  // namespace
 
-ShowLook look_of(const ShowOptions& options, const store::MotionModel& model)
+ResolvedShowOptions resolved_options(const ShowOptions& options, const store::MotionModel& model)
 {
   const navigation::JobViews job = navigation::job_views(model.job.resolved);
   const Side side = side_named(model.side);
-  ShowLook look;
+  ResolvedShowOptions look;
   look.appearance = options.appearance;
   if (!options.has_mode && job.render == "wire") look.appearance.mode = scene::DrawMode::wire;
   if (options.views.empty()) {

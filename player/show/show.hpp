@@ -23,8 +23,8 @@ struct ShowOptions {
   std::optional<std::string> frame;    ///< A:B:STEP of keys, of a sequence of frames; default: all of them
   std::optional<double> varus_deg;     ///< default: the balanced varus of each flexion
   std::string set;                     ///< default: the first of set_names()
-  std::string views;  ///< default: those of the job's [player], else oblique
-  std::string size;   ///< default: that of the job's [player], else 1280x960
+  std::string views;                   ///< default: those of the job's [player], else oblique
+  std::string size;                    ///< default: that of the job's [player], else 1280x960
   /// Per pixel; 1 is fastest and has jagged edges. 0: four for images; in a window as in render/window.hpp.
   int samples = 0;
   std::string trace;          ///< trace file of the model; shows one search instead of attitudes
@@ -34,7 +34,7 @@ struct ShowOptions {
   scene::FixedObject fixed_object = scene::FixedObject::moving;
   navigation::Framing framing = navigation::Framing::joint;
   navigation::AppearanceOptions appearance;
-  bool has_mode = false;  ///< `appearance.mode` was given; else the job's
+  bool has_mode = false;              ///< `appearance.mode` was given; else the job's
   bool has_numbers = false;           ///< draw angles and gaps on the images
   std::string video;                  ///< video file, all views side by side
   std::optional<int> frames_per_s;    ///< of the video; default 25
@@ -44,13 +44,13 @@ struct ShowOptions {
 };
 
 /// The options completed by the job's [player].
-struct ShowLook {
+struct ResolvedShowOptions {
   std::vector<navigation::CameraView> views;  ///< at least one
   double zoom = 1.0;
   navigation::PictureSize size;
   navigation::AppearanceOptions appearance;
 };
-ShowLook look_of(const ShowOptions& options, const store::MotionModel& model);
+ResolvedShowOptions resolved_options(const ShowOptions& options, const store::MotionModel& model);
 
 struct ShowSummary {
   int n_images = 0;    ///< images written

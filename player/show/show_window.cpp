@@ -31,7 +31,7 @@ void require_window_options(const ShowOptions& options)
 SessionOptions session_options(const ShowOptions& options, const store::MotionModel& model,
                                const std::string& set)
 {
-  const ShowLook look = look_of(options, model);
+  const ResolvedShowOptions look = resolved_options(options, model);
   SessionOptions session;
   session.set = set;
   if (const std::optional<scene::View> view = scene::view_named(look.views.front().name)) {

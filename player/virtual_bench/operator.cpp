@@ -77,7 +77,7 @@ std::string key_of(const CalibrationSession& session)
 }
 
 /// The current task, and with what it is done.
-struct Asked {
+struct TaskContext {
   const Task& task;
   CalibrationPart part;
   const Calibration& found;  ///< found so far, used for drawing
@@ -87,57 +87,58 @@ struct Asked {
   RandomSequence& draws;
 };
 
-Eigen::Vector2d off_px(const Asked& asked)
+Eigen::Vector2d off_px(const TaskContext& context)
 {
-  const double x = asked.draws.normal(), y = asked.draws.normal();
-  return asked.noise.alignment_px * Eigen::Vector2d(x, y);
+  const double x = context.draws.normal(), y = context.draws.normal();
+  return context.noise.alignment_px * Eigen::Vector2d(x, y);
 }
 
-std::vector<double> scan(const Asked& asked)
+std::vector<double> scan(const TaskContext& context)
 {
-  const VirtualTruth::Edges& edges = asked.truth.edges_px[asked.task.is_right ? 1 : 0];
-  const auto edge = static_cast<calibration::Edge>(asked.task.index);
+  const VirtualTruth::Edges& edges = context.truth.edges_px[context.task.is_right ? 1 : 0];
+  const auto edge = static_cast<calibration::Edge>(context.task.index);
   const double border_px = edge == calibration::Edge::left    ? edges.left
                            : edge == calibration::Edge::right ? edges.right
                            : edge == calibration::Edge::top   ? edges.top
                                                               : edges.bottom;
   const bool is_last = edge == calibration::Edge::right || edge == calibration::Edge::bottom;
-  return {scan_reading(border_px + asked.noise.alignment_px * asked.draws.normal(), is_last)};
+  return {scan_reading(border_px + context.noise.alignment_px * context.draws.normal(), is_last)};
 }
 
-std::vector<double> node(const Asked& asked)
+std::vector<double> node(const TaskContext& context)
 {
-  const Eigen::Vector2d at = drawn_node_px(asked.truth, asked.task.is_right, asked.task.node) + off_px(asked);
+  const Eigen::Vector2d at =
+      drawn_node_px(context.truth, context.task.is_right, context.task.node) + off_px(context);
   return {at.x(), at.y()};
 }
 
-std::vector<double> sides(const Asked& asked)
+std::vector<double> sides(const TaskContext& context)
 {
   const RectangleSides rectangle =
-      rectangle_sides(asked.bench, asked.truth, static_cast<std::size_t>(asked.task.index));
+      rectangle_sides(context.bench, context.truth, static_cast<std::size_t>(context.task.index));
   SideLine line;
-  line.drawing = optics::side_of(asked.found.eyes, asked.task.is_right);
+  line.drawing = optics::side_of(context.found.eyes, context.task.is_right);
   line.row_px = line.drawing.sight_px.y();
   std::vector<double> values;
   for (const double x_mm : {rectangle.left_table_mm, rectangle.right_table_mm}) {
-    values.push_back(side_value(line, asked.truth, asked.task.is_right, {x_mm, rectangle.z_table_mm},
-                                asked.noise.alignment_px * asked.draws.normal()));
+    values.push_back(side_value(line, context.truth, context.task.is_right, {x_mm, rectangle.z_table_mm},
+                                context.noise.alignment_px * context.draws.normal()));
   }
   return values;
 }
 
 /// Fits the eight grid parameters to all nodes, each with alignment noise.
-std::vector<double> whole_grid(const Asked& asked)
+std::vector<double> whole_grid(const TaskContext& context)
 {
   std::vector<calibration::GridMark> marks;
-  for (int row = 0; row < asked.bench.calibration.grid_rows; ++row) {
-    for (int column = 0; column < asked.bench.calibration.grid_columns; ++column) {
-      const Eigen::Vector2d at(column - 0.5 * (asked.bench.calibration.grid_columns - 1),
-                               row - 0.5 * (asked.bench.calibration.grid_rows - 1));
-      marks.push_back({at, drawn_node_px(asked.truth, asked.task.is_right, at) + off_px(asked)});
+  for (int row = 0; row < context.bench.calibration.grid_rows; ++row) {
+    for (int column = 0; column < context.bench.calibration.grid_columns; ++column) {
+      const Eigen::Vector2d at(column - 0.5 * (context.bench.calibration.grid_columns - 1),
+                               row - 0.5 * (context.bench.calibration.grid_rows - 1));
+      marks.push_back({at, drawn_node_px(context.truth, context.task.is_right, at) + off_px(context)});
     }
   }
-  const optics::Eye& drawing = optics::side_of(asked.found.eyes, asked.task.is_right);
+  const optics::Eye& drawing = optics::side_of(context.found.eyes, context.task.is_right);
   constexpr double held = 1e-6;
   const calibration::DistortionFit fit =
       calibration::fit_distortion(marks, drawing, {drawing.pixel_aspect, held}, "grid", "virtual bench");
@@ -151,87 +152,87 @@ std::vector<double> whole_grid(const Asked& asked)
           fit.grid.turn_rad / rad_from_deg(1.0)};
 }
 
-std::vector<double> bullseye(const Asked& asked)
+std::vector<double> bullseye(const TaskContext& context)
 {
-  const BenchPoses standing = bullseye_poses(asked.bench, asked.truth, asked.task.index);
+  const BenchPoses standing = bullseye_poses(context.bench, context.truth, context.task.index);
   const Eigen::Vector2d seen =
-      optics::shown_px(optics::side_of(asked.truth.calibration.eyes, asked.task.is_right),
+      optics::shown_px(optics::side_of(context.truth.calibration.eyes, context.task.is_right),
                        standing.X_tracker_eyes.inverse() * standing.X_tracker_tool.translation());
-  const Eigen::Vector2d value = cross_value(optics::side_of(asked.found.eyes, asked.task.is_right),
-                                            asked.truth, asked.task.is_right, seen, off_px(asked));
+  const Eigen::Vector2d value = cross_value(optics::side_of(context.found.eyes, context.task.is_right),
+                                            context.truth, context.task.is_right, seen, off_px(context));
   return {value.x(), value.y()};
 }
 
-/// Places the model on the leg to within alignment asked.noise of marks 100 mm around, at 800 mm.
-std::vector<double> place(const Asked& asked)
+/// Places the model on the leg to within alignment context.noise of marks 100 mm around, at 800 mm.
+std::vector<double> place(const TaskContext& context)
 {
   constexpr double distance_mm = 800.0, distance_px = 880.0, about_mm = 100.0;
-  const BodyRole role = calibration_tasks::role_of(asked.part);
-  const double noise_mm = asked.noise.alignment_px * distance_mm / distance_px;
-  Pose X = tracking::pose_of(asked.truth.calibration.X_body_model[static_cast<std::size_t>(role)]);
-  X.translation() += noise_mm * asked.draws.normal_vector();
-  X.linear() = tracking::rotation_of(noise_mm / about_mm * asked.draws.normal_vector()) * X.linear();
+  const BodyRole role = calibration_tasks::role_of(context.part);
+  const double noise_mm = context.noise.alignment_px * distance_mm / distance_px;
+  Pose X = tracking::pose_of(context.truth.calibration.X_body_model[static_cast<std::size_t>(role)]);
+  X.translation() += noise_mm * context.draws.normal_vector();
+  X.linear() = tracking::rotation_of(noise_mm / about_mm * context.draws.normal_vector()) * X.linear();
   const tracking::PoseParameters six = tracking::pose_parameters_of(X);
   std::vector<double> values(six.shift_mm.begin(), six.shift_mm.end());
   for (const double turn_rad : six.turn_rad) values.push_back(turn_rad / rad_from_deg(1.0));
   return values;
 }
 
-double size_of_screen(const Asked& asked)
+double size_of_screen(const TaskContext& context)
 {
-  return asked.truth.screen_mm[asked.task.is_right ? 1 : 0][asked.task.index] +
-         asked.noise.ruler_mm * asked.draws.normal();
+  return context.truth.screen_mm[context.task.is_right ? 1 : 0][context.task.index] +
+         context.noise.ruler_mm * context.draws.normal();
 }
 
-double number_of_person(const Asked& asked)
+double number_of_person(const TaskContext& context)
 {
   enum { pupils, left_arm, right_arm, image };
-  const optics::EyePair& eyes = asked.truth.calibration.eyes;
-  switch (asked.task.index) {
+  const optics::EyePair& eyes = context.truth.calibration.eyes;
+  switch (context.task.index) {
     case pupils:
       return eyes.right.position_head_mm.x() - eyes.left.position_head_mm.x() +
-             asked.noise.pupillometer_mm * asked.draws.normal();
+             context.noise.pupillometer_mm * context.draws.normal();
     case left_arm:
       return -eyes.left.position_head_mm.x();
     case right_arm:
       return eyes.right.position_head_mm.x();
     default:
-      check(asked.task.index == image, "unknown number of the person part");
-      return asked.truth.calibration.image_distance_mm;
+      check(context.task.index == image, "unknown number of the person part");
+      return context.truth.calibration.image_distance_mm;
   }
 }
 
 /// Reading of a ruler, tape or pupillometer; nullopt if the task requires no number.
-std::optional<double> simulated_reading(const Asked& asked)
+std::optional<double> simulated_reading(const TaskContext& context)
 {
-  if (asked.task.kind != TaskKind::number) return std::nullopt;
-  if (asked.part == CalibrationPart::viewport) return size_of_screen(asked);
-  if (asked.part != CalibrationPart::subject) return number_of_person(asked);
+  if (context.task.kind != TaskKind::number) return std::nullopt;
+  if (context.part == CalibrationPart::viewport) return size_of_screen(context);
+  if (context.part != CalibrationPart::subject) return number_of_person(context);
   const bench_files::CalibrationLandmarks& pair =
-      asked.bench.calibration.landmarks.at(static_cast<std::size_t>(asked.task.index));
-  return asked.truth.calibration.subject_scale * pair.model_mm +
-         asked.noise.landmark_mm * asked.draws.normal();
+      context.bench.calibration.landmarks.at(static_cast<std::size_t>(context.task.index));
+  return context.truth.calibration.subject_scale * pair.model_mm +
+         context.noise.landmark_mm * context.draws.normal();
 }
 
 /// Dial values at which everything appears aligned, in the order and units of the dials; empty if the task
 /// has none.
-std::vector<double> dial_values(const Asked& asked)
+std::vector<double> dial_values(const TaskContext& context)
 {
-  switch (asked.task.kind) {
+  switch (context.task.kind) {
     case TaskKind::scan_line:
-      return scan(asked);
+      return scan(context);
     case TaskKind::point:
-      return node(asked);
+      return node(context);
     case TaskKind::rectangle_sides:
-      return sides(asked);
+      return sides(context);
     case TaskKind::grid:
-      return whole_grid(asked);
+      return whole_grid(context);
     case TaskKind::number:
-      return {simulated_reading(asked).value()};
+      return {simulated_reading(context).value()};
     case TaskKind::bullseye:
-      return bullseye(asked);
+      return bullseye(context);
     case TaskKind::model_pose:
-      return place(asked);
+      return place(context);
     case TaskKind::sweep:
     case TaskKind::bend:
     case TaskKind::hold:
@@ -243,51 +244,51 @@ std::vector<double> dial_values(const Asked& asked)
 }
 
 /// Of the nodes drawn by the dials from where the true grid needs them.
-double grid_deviation_px(const Asked& asked, std::span<const double> v)
+double grid_deviation_px(const TaskContext& context, std::span<const double> v)
 {
-  optics::Distortion dialled = optics::side_of(asked.found.eyes, asked.task.is_right).distortion;
-  const double aspect = optics::side_of(asked.found.eyes, asked.task.is_right).pixel_aspect;
+  optics::Distortion dialled = optics::side_of(context.found.eyes, context.task.is_right).distortion;
+  const double aspect = optics::side_of(context.found.eyes, context.task.is_right).pixel_aspect;
   dialled.k1 = v[0];
   dialled.k2 = v[1];
   dialled.centre_px = {v[2], v[3]};
   const calibration::GridPose grid{{v[4], v[5]}, v[6], rad_from_deg(v[7])};
   double sum_sq = 0.0;
   int n = 0;
-  for (int row = 0; row < asked.bench.calibration.grid_rows; ++row) {
-    for (int column = 0; column < asked.bench.calibration.grid_columns; ++column, ++n) {
-      const Eigen::Vector2d at(column - 0.5 * (asked.bench.calibration.grid_columns - 1),
-                               row - 0.5 * (asked.bench.calibration.grid_rows - 1));
+  for (int row = 0; row < context.bench.calibration.grid_rows; ++row) {
+    for (int column = 0; column < context.bench.calibration.grid_columns; ++column, ++n) {
+      const Eigen::Vector2d at(column - 0.5 * (context.bench.calibration.grid_columns - 1),
+                               row - 0.5 * (context.bench.calibration.grid_rows - 1));
       sum_sq += (optics::drawn_px(dialled, calibration::shown_px(grid, aspect, at)) -
-                 drawn_node_px(asked.truth, asked.task.is_right, at))
+                 drawn_node_px(context.truth, context.task.is_right, at))
                     .squaredNorm();
     }
   }
   return std::sqrt(sum_sq / n);
 }
 
-double model_deviation_mm(const Asked& asked, std::span<const double> v)
+double model_deviation_mm(const TaskContext& context, std::span<const double> v)
 {
-  const Pose X = tracking::pose_of(tracking::PoseParameters{
-      {v[0], v[1], v[2]}, Eigen::Vector3d(v[3], v[4], v[5]) * rad_from_deg(1.0)});
-  const BodyRole role = calibration_tasks::role_of(asked.part);
+  const Pose X = tracking::pose_of(
+      tracking::PoseParameters{{v[0], v[1], v[2]}, Eigen::Vector3d(v[3], v[4], v[5]) * rad_from_deg(1.0)});
+  const BodyRole role = calibration_tasks::role_of(context.part);
   const Pose X_true =
-      tracking::pose_of(asked.truth.calibration.X_body_model[static_cast<std::size_t>(role)]);
+      tracking::pose_of(context.truth.calibration.X_body_model[static_cast<std::size_t>(role)]);
   const std::vector<CalibrationPoint>& points =
-      calibration_tasks::points_of(asked.part, asked.bench.calibration);
+      calibration_tasks::points_of(context.part, context.bench.calibration);
   double sum_sq = 0.0;
   for (const CalibrationPoint& point : points) {
-    const Eigen::Vector3d p_mm = asked.truth.calibration.subject_scale * point.p_model_mm;
+    const Eigen::Vector3d p_mm = context.truth.calibration.subject_scale * point.p_model_mm;
     sum_sq += (X * p_mm - X_true * p_mm).squaredNorm();
   }
   return std::sqrt(sum_sq / static_cast<double>(points.size()));
 }
 
 /// A reading names the first visible column or row, or the last one, whose far side is the border.
-double scan_deviation_px(const Asked& asked, double value)
+double scan_deviation_px(const TaskContext& context, double value)
 {
-  const VirtualTruth::Edges& e = asked.truth.edges_px[asked.task.is_right ? 1 : 0];
+  const VirtualTruth::Edges& e = context.truth.edges_px[context.task.is_right ? 1 : 0];
   const std::array<double, calibration::n_edges> borders{e.left, e.right, e.top, e.bottom};
-  const auto edge = static_cast<calibration::Edge>(asked.task.index);
+  const auto edge = static_cast<calibration::Edge>(context.task.index);
   const bool is_last = edge == calibration::Edge::right || edge == calibration::Edge::bottom;
   return std::abs(value + (is_last ? 1.0 : 0.0) - borders.at(static_cast<std::size_t>(edge)));
 }
@@ -393,8 +394,9 @@ void VirtualOperator::do_task(CalibrationSession& session)
   n_frames_ = 0;
   zero_stage(session);
   RandomSequence draws = hand(session);
-  const Asked asked{task, session.progress().part, session.calibration(), bench_, truth_, noise_, draws};
-  const std::vector<double> wanted = dial_values(asked);
+  const TaskContext context{task, session.progress().part, session.calibration(), bench_, truth_, noise_,
+                            draws};
+  const std::vector<double> wanted = dial_values(context);
   for (std::size_t k = 0; k < wanted.size(); ++k) set_dial(session, task, k, wanted[k]);
   const bool wants_samples = task.n_samples > 0;
   if (wants_samples || task.kind == TaskKind::stop) send_frame(session, standing(session));
@@ -434,21 +436,21 @@ std::optional<VirtualOperator::Deviation> VirtualOperator::deviation(const Calib
   if (session.task() == nullptr || session.task()->dials.empty()) return std::nullopt;
   constexpr VirtualNoise none{0, 0, 0, 0, 0, 0, 0, 0, 0};
   RandomSequence draws = hand(session);
-  const Asked asked{
+  const TaskContext context{
       *session.task(), session.progress().part, session.calibration(), bench_, truth_, none, draws};
   const std::span<const double> values = session.values();
-  if (asked.task.kind == TaskKind::scan_line) return Deviation{scan_deviation_px(asked, values[0]), "px"};
-  if (asked.task.kind == TaskKind::grid) return Deviation{grid_deviation_px(asked, values), "px"};
-  if (asked.task.kind == TaskKind::model_pose) return Deviation{model_deviation_mm(asked, values), "mm"};
-  const std::vector<double> wanted = dial_values(asked);
+  if (context.task.kind == TaskKind::scan_line) return Deviation{scan_deviation_px(context, values[0]), "px"};
+  if (context.task.kind == TaskKind::grid) return Deviation{grid_deviation_px(context, values), "px"};
+  if (context.task.kind == TaskKind::model_pose) return Deviation{model_deviation_mm(context, values), "mm"};
+  const std::vector<double> wanted = dial_values(context);
   // Of a cross the distance, of two lines the larger one.
-  const bool is_cross = asked.task.kind == TaskKind::point || asked.task.kind == TaskKind::bullseye;
+  const bool is_cross = context.task.kind == TaskKind::point || context.task.kind == TaskKind::bullseye;
   double value = 0.0;
   for (std::size_t k = 0; k < wanted.size(); ++k) {
     const double off = std::abs(values[k] - wanted[k]);
     value = is_cross ? std::hypot(value, off) : std::max(value, off);
   }
-  return Deviation{value, asked.task.dials.front().unit};
+  return Deviation{value, context.task.dials.front().unit};
 }
 
 }  // namespace vrda::virtual_bench

@@ -243,38 +243,38 @@ class Server {
 };
 
 /// How to reach the page, besides its address.
-void write_ways(const WebOptions& options, const Server& server, std::ostream& talk)
+void write_ways(const WebOptions& options, const Server& server, std::ostream& messages)
 {
-  talk << options.file << ": open the address above in a browser; Ctrl-C quits\n";
+  messages << options.file << ": open the address above in a browser; Ctrl-C quits\n";
   const std::optional<Certificate>& certificate = server.certificate();
-  if (certificate && !certificate->warning.empty()) talk << certificate->warning << "\n";
+  if (certificate && !certificate->warning.empty()) messages << certificate->warning << "\n";
   if (certificate && options.is_self_signed)
-    talk << "The certificate is self-signed: accept the browser's warning if its SHA-256 fingerprint is\n"
-         << certificate->fingerprint << "\n";
+    messages << "The certificate is self-signed: accept the browser's warning if its SHA-256 fingerprint is\n"
+             << certificate->fingerprint << "\n";
   const bool is_for_usb = !certificate && options.has_qr_code;
   if (is_for_usb)
-    talk << "On an Android phone by USB, first: adb reverse tcp:" << server.port() << " tcp:" << server.port()
-         << "\n";
+    messages << "On an Android phone by USB, first: adb reverse tcp:" << server.port()
+             << " tcp:" << server.port() << "\n";
   const bool is_on_network = !options.address.empty() && certificate;
   if (options.has_qr_code || is_on_network)
-    talk << qr_code_text(is_for_usb ? server.address_for("localhost") : server.address());
-  talk << std::flush;
+    messages << qr_code_text(is_for_usb ? server.address_for("localhost") : server.address());
+  messages << std::flush;
 }
 
 }  // namespace
 
 void serve_web(const WebOptions& options, const std::optional<LiveFeed>& feed, std::ostream& data,
-               std::ostream& talk)
+               std::ostream& messages)
 {
   // Reports an invalid file before the page is opened.
   store::require_grid(store::read_motion_model(options.file), options.file, "vrda-player web");
   Server server(options, feed);
   const std::string address = server.address();
   data << address << std::endl;
-  if (!options.is_quiet) write_ways(options, server, talk);
+  if (!options.is_quiet) write_ways(options, server, messages);
   std::optional<BrowserLaunch> visit;
   if (options.opens_browser) visit.emplace(address);
-  if (visit && !visit->is_started()) talk << "no browser found: open " << address << std::endl;
+  if (visit && !visit->is_started()) messages << "no browser found: open " << address << std::endl;
   server.run();
 }
 

@@ -32,7 +32,7 @@ struct LiveFeed {
 /// The file is read for each request, so that a reload shows a new version.
 /// Throws InputError for an invalid motion model, address or certificate, or a port in use.
 void serve_web(const WebOptions& options, const std::optional<LiveFeed>& feed, std::ostream& data,
-               std::ostream& talk);
+               std::ostream& messages);
 
 /// Opens the browser with a private temporary file that redirects to the address, since command lines are
 /// visible to all users of the machine. The destructor removes the file.

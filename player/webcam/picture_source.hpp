@@ -11,7 +11,7 @@ namespace vrda::webcam {
 
 struct PictureSourceOptions {
   std::string device = "/dev/video0";  ///< or a film, or "folder/picture_%03d.png"; these repeat
-  int width = 640, height = 480;       ///< asked of a camera
+  int width = 640, height = 480;       ///< requested from a camera
   double rate_hz = 30.0;
 };
 

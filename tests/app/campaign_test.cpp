@@ -83,7 +83,7 @@ TEST(Plan, ListsTheCasesOfACampaign)
     EXPECT_THAT(text.out, test::reports("", values));
 }
 
-TEST(Plan, OfAPlainJobTellsWhatEachShardGets)
+TEST(Plan, OfASingleJobListsTheCellsOfEachShard)
 {
   const test::Scratch scratch;
   const std::string file = test::small_job(scratch).string();
@@ -130,7 +130,7 @@ TEST(Plan, ABadCaseIsNamed)
   EXPECT_THAT(without, test::refuses({"small.toml", "reference.component.0.file", "dish.stl"}));
 }
 
-TEST(Plan, AWrongValueOfALevelIsToldAsTheCampaigns)
+TEST(Plan, AnInvalidValueOfALevelIsReportedWithFileAndKeyOfTheCampaign)
 {
   const test::Scratch scratch;
   const std::string file =
@@ -155,7 +155,7 @@ TEST(Plan, AWrongValueOfALevelIsToldAsTheCampaigns)
   EXPECT_THAT(typed, test::refuses({"case ball_rest_coarse: --set", "scaling.factor", "93"}));
 }
 
-TEST(Plan, CasesThatAreTheSameAreTold)
+TEST(Plan, IdenticalCasesAreReported)
 {
   const test::Scratch scratch;
   const std::string file =
@@ -166,7 +166,7 @@ TEST(Plan, CasesThatAreTheSameAreTold)
   EXPECT_THAT(ended.err, test::warns("", {"ball_rest_coarse_b", "ball_rest_coarse_a"}));
 }
 
-TEST(Plan, CasesThatScalingAloneTellsApartShareTheirSteps)
+TEST(Plan, CasesThatDifferInScalingOnlyShareTheirSteps)
 {
   const test::Scratch scratch;
   const std::string file =

@@ -146,7 +146,7 @@ TEST(Commands, CheckOfASearchHasItsStepsAndNoLoads)
   EXPECT_EQ(json.at("grid").at("varus").at("count"), 5);
 }
 
-TEST(Commands, SetMayStandBeforeTheJob)
+TEST(Commands, SetMayPrecedeTheJob)
 {
   const test::Scratch scratch;
   const std::string job = test::small_job(scratch).string();
@@ -178,7 +178,7 @@ TEST(Commands, CheckWarnsOfAnOverlapAtTheStart)
   EXPECT_THAT(ended.out, test::warns("moving.initial.translation_mm"));
 }
 
-TEST(Commands, InfoTellsHowAnEquilibriumHolds)
+TEST(Commands, InfoReportsTheStabilityOfAnEquilibrium)
 {
   const test::Scratch scratch;
   const std::string file = (scratch.path() / "knee.h5").string();
@@ -230,7 +230,7 @@ TEST(Commands, InfoMeasuresAgainAndValidateIsContent)
   EXPECT_THAT(validate.err, test::reports(output, "valid"));
 }
 
-TEST(Commands, InfoOfFreeVarusTellsWhatWasFound)
+TEST(Commands, InfoOfFreeVarusReportsTheSolvedVarus)
 {
   const test::Scratch scratch;
   const std::string output = (scratch.path() / "free.h5").string();

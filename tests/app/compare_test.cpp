@@ -26,7 +26,7 @@ TEST(DegreesOf, ReadsRangesAndLists)
   EXPECT_THAT(app::parse_degrees("0..1,20"), ElementsAre(0, 1, 20));
 }
 
-TEST(DegreesOf, RefusesWhatIsNone)
+TEST(DegreesOf, RefusesInvalidLists)
 {
   for (const std::string text :
        {"", ",", "1,", "4..2", "1..", "..3", "21", "-1", "1..21", "six", "1...3", "1 2", "2.5"}) {

@@ -120,7 +120,7 @@ TEST_F(ConvertConfig, TurnsOfTheThesisAreTurnsOfTheSolver)
   }
 }
 
-TEST_F(ConvertConfig, ModelsMayStandBesideTheFolderOfTheConfiguration)
+TEST_F(ConvertConfig, ModelsMayBeInAFolderNextToThatOfTheConfiguration)
 {
   // The thesis's disk has modeler/config and modeler/models.
   configuration_ = scratch_.write("config/knee.cfg", knee_configuration);

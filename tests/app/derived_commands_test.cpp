@@ -49,7 +49,7 @@ class DerivedCommands : public testing::Test {
   std::string file_ = (scratch_.path() / "knee.h5").string();
 };
 
-TEST_F(DerivedCommands, ARunRecontactsWhatItSmoothsUnlessToldNotTo)
+TEST_F(DerivedCommands, ARunRecontactsItsSmoothedSetsUnlessDisabled)
 {
   const store::MotionModel model = store::read_motion_model(file_);
   ASSERT_EQ(model.smoothed.size(), 1u);

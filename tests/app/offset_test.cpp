@@ -110,7 +110,7 @@ TEST_F(Offset, IsUndeterminedByAMotionWithoutContact)
   EXPECT_TRUE(found.at("standard_error_mm").is_null());
 }
 
-TEST_F(Offset, ThatIsAskedOrNegativeIsRefusedByARun)
+TEST_F(Offset, AnOffsetToBeFittedOrNegativeIsRefusedByARun)
 {
   test::expect_refused({"run", job_, "--set", key + "=\"fit\""}, {"--set", key, "\"fit\"", "a number"});
   test::expect_refused({"run", job_, "--set", key + "=-1"}, {"--set", key, "-1", "a length from 0 to 10 mm"});

@@ -183,7 +183,7 @@ TEST_F(ReportCommand, RefusesFilesWithoutAnAnswer)
   expect_refused({pending}, {"pending.h5", "/status", "12"});
 }
 
-TEST_F(ReportCommand, AnExportedTableStandsForAPublishedCurve)
+TEST_F(ReportCommand, AnExportedTableIsReadAsAPublishedCurve)
 {
   const std::string file = solved_knee("right");
   const std::string csv = (scratch_.path() / "exported.csv").string();

@@ -148,7 +148,7 @@ TEST_P(Shards, ASpineThatIsMissingIsNamed)
                                       is_search ? test::Values{"7", "35", "flexion 0", "spine"} : "spine"}));
 }
 
-TEST_P(Shards, StepsThatStandTwiceAreNamedAndHarmless)
+TEST_P(Shards, DuplicateStepsAreReportedAndDoNotChangeTheResult)
 {
   const std::string wanted = whole_run();
   run_shards(2);

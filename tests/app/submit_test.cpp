@@ -110,7 +110,7 @@ TEST(SubmitLocal, AFailureSaysWhyAndIsMendedByResume)
 }
 
 // The state left by a process on a crashed machine, which no longer holds its lock.
-TEST(SubmitLocal, TasksOfAMachineThatIsGoneAreBegunAgain)
+TEST(SubmitLocal, TasksOfALostMachineAreRestarted)
 {
   const test::Scratch scratch;
   const fs::path job = test::small_knee_job(scratch, "right"), folder = scratch.path() / "sub";
@@ -173,7 +173,7 @@ job = "knee_left.toml"
   EXPECT_THAT(tables[0], HasSubstr("right,"));
 }
 
-TEST(Submit, TheSameSubmissionIsToldToResume)
+TEST(Submit, ARepeatedSubmissionIsRefusedWithAHintToResume)
 {
   const test::Scratch scratch;
   const std::string job = test::small_job(scratch).string(), folder = (scratch.path() / "sub").string();
@@ -198,7 +198,7 @@ TEST(Submit, AModelOfAnotherRunIsNotReplaced)
   EXPECT_FALSE(fs::exists(scratch.path() / "sub/submission.json"));
 }
 
-TEST(Task, RefusesWhatIsNoneOfTheSubmission)
+TEST(Task, RefusesTasksThatAreNotOfTheSubmission)
 {
   const test::Scratch scratch;
   const std::string folder = (scratch.path() / "sub").string();
@@ -320,7 +320,7 @@ TEST_F(FakeSlurm, ResumeKeepsTheCasesOfATaskWhileTasksAreUnderWay)
 }
 
 // sbatch passes its environment to the job.
-TEST_F(FakeSlurm, JobsSubmittedWithinAnArrayAreNoneOfIts)
+TEST_F(FakeSlurm, JobsSubmittedWithinAnArrayDoNotBelongToIt)
 {
   ASSERT_EQ(submit({"--shards", "2"}, {{"runs", "yes"},
                                        {"SLURM_JOB_ID", "99"},
@@ -361,7 +361,7 @@ TEST_F(FakeSlurm, WithoutSlurmOneLineNamesTheOtherWay)
   EXPECT_FALSE(fs::exists(scratch_.path() / "none"));
 }
 
-TEST_F(FakeSlurm, ATimeLimitAndMemoryAreAskedFor)
+TEST_F(FakeSlurm, ATimeLimitAndMemoryAreRequired)
 {
   EXPECT_THAT(run({"submit", job_.string(), "--mem", "1G"}), test::refuses({.file = "--time"}));
   EXPECT_THAT(run({"submit", job_.string(), "--time", "10"}), test::refuses({.file = "--mem"}));
@@ -394,7 +394,7 @@ class HeldSpine : public FakeSlurm {
 };
 
 // The predecessor may end soon: the time limit is not at fault.
-TEST_F(HeldSpine, ItIsWaitedForSaidSoAndBegunAgain)
+TEST_F(HeldSpine, ATaskReportsThatItWaitsForItAndIsRestartedAfterAnInterrupt)
 {
   test::Process process(spine());
   while (process.is_running() && process.said().find("waiting for the run") == std::string::npos)

@@ -38,7 +38,7 @@ struct Traced {
   test::Ended ended;
 };
 
-TEST(Trace, StandsBesideTheModelAndNothingElseStays)
+TEST(Trace, IsWrittenNextToTheModelAndNoOtherFileRemains)
 {
   const Traced run("knee");
   ASSERT_EQ(run.ended.exit_code, 0) << run.ended.err;
@@ -180,7 +180,7 @@ TEST(Trace, ADamagedJournalOfTracesIsSaidAndTheRunCanGoOnWithoutIt)
   EXPECT_FALSE(fs::exists(output + ".trace.journal"));
 }
 
-TEST(Trace, WhatStandsInItsPlaceMustBeOne)
+TEST(Trace, ReplacesNoFileThatIsNotATrace)
 {
   const test::Scratch scratch;
   const std::string job = test::small_job(scratch).string(), output = (scratch.path() / "small.h5").string();

@@ -68,7 +68,7 @@ Mesh stretched(Mesh mesh, const Eigen::Vector3d& factor)
   return mesh;
 }
 
-/// A spike 60 mm high that stands on its square base of 20 mm; its tip points up.
+/// A spike 60 mm high on its square base of 20 mm; its tip points up.
 Mesh upright_spike()
 {
   Mesh mesh;

@@ -11,14 +11,14 @@ namespace vrda::benchmarks {
 namespace {
 
 // All near misses of a scene; the reference is rotated once per step, as in a search.
-struct Asked {
+struct Queries {
   std::vector<proximity::TreeMesh> references;
   std::vector<std::pair<std::size_t, MovingPose>> poses;  // index of its reference
 };
 
-Asked asked(const Scene& s)
+Queries queries_of(const Scene& s)
 {
-  Asked all;
+  Queries all;
   for (const Step& step : s.steps) {
     all.references.push_back(proximity::rotated_reference(s.joint.reference.tree_mesh, step.attitude));
     for (const MovingPose& pose : near_misses(step)) all.poses.emplace_back(all.references.size() - 1, pose);
@@ -35,7 +35,7 @@ void rate(benchmark::State& state, std::size_t n)
 void gap(benchmark::State& state, const std::string& knee)
 {
   const Scene& s = scene(knee);
-  const Asked all = asked(s);
+  const Queries all = queries_of(s);
   for (auto _ : state) {
     proximity::TrianglePair hint;
     for (const auto& [reference, pose] : all.poses) {
@@ -92,7 +92,7 @@ void gap_features(benchmark::State& state, const std::string& knee)
 void collision(benchmark::State& state, const std::string& knee)
 {
   const Scene& s = scene(knee);
-  const Asked all = asked(s);
+  const Queries all = queries_of(s);
   contact::NarrowPhase narrow_phase;
   int n_hits = 0;
   for (auto _ : state) {
@@ -113,7 +113,7 @@ void collision(benchmark::State& state, const std::string& knee)
 void fcl_collision(benchmark::State& state, const std::string& knee)
 {
   const Scene& s = scene(knee);
-  const Asked all = asked(s);
+  const Queries all = queries_of(s);
   const auto reference = fcl_model(s.joint.reference.tree_mesh.mesh),
              moving = fcl_model(s.joint.moving.tree_mesh.mesh);
   fcl::CollisionObjectd fixed(reference), other(moving);
@@ -136,7 +136,7 @@ void fcl_collision(benchmark::State& state, const std::string& knee)
 void contacts(benchmark::State& state, const std::string& knee)
 {
   const Scene& s = scene(knee);
-  const Asked all = asked(s);
+  const Queries all = queries_of(s);
   contact::NarrowPhase narrow_phase;
   std::size_t n_contacts = 0;
   for (auto _ : state) {

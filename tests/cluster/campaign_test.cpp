@@ -88,7 +88,7 @@ TEST(Campaign, CasesAreTheProductTheLastAxisFastest)
                                               "solver.search.approach_step_mm=6", "smooth.degrees=[4, 6]"));
 }
 
-TEST(Campaign, WhatACaseIsToldMeansWhatItsLevelsSay)
+TEST(Campaign, TheOverridesOfACaseAreTheValuesOfItsLevels)
 {
   const test::Scratch scratch;
   const std::string file = scratch.write("study.toml", std::string(joint) + two_axes).string();

@@ -53,7 +53,7 @@ TEST_F(LocalRunTest, DoesEveryTaskInOrder)
                 task + "merge --cpus 2 --first 1\n");
 }
 
-TEST_F(LocalRunTest, RunsNoMoreAtOnceThanAsked)
+TEST_F(LocalRunTest, RunsNoMoreTasksAtOnceThanRequested)
 {
   // Each counts the running tasks, including itself.
   const std::string act = "mkdir -p " + (scratch_.path() / "now").string() + "; cd " +
@@ -76,7 +76,7 @@ TEST_F(LocalRunTest, ATaskThatWasKilledHasItsReason)
   EXPECT_EQ(state->reason, "ended by signal 9");
 }
 
-TEST_F(LocalRunTest, StoppedItTellsItsProcessesAndWaitsForThem)
+TEST_F(LocalRunTest, WhenStoppedItSignalsItsProcessesAndWaitsForThem)
 {
   cluster::LocalOptions options{3, 1, {}, {}};
   options.is_stop_requested = [&] { return what_was_said().find("ready") != std::string::npos; };
@@ -90,7 +90,7 @@ TEST_F(LocalRunTest, StoppedItTellsItsProcessesAndWaitsForThem)
 }
 
 // E.g. in a shell within a Slurm job.
-TEST_F(LocalRunTest, ItsTasksAreNoneOfSlurms)
+TEST_F(LocalRunTest, ItsTasksDoNotInheritAJobOfSlurm)
 {
   setenv("SLURM_JOB_ID", "77", 1);
   const cluster::LocalOutcome outcome = run("[ -z \"$SLURM_JOB_ID\" ]", {1, 1, {}, {}});

@@ -20,7 +20,7 @@ using testing::IsEmpty;
 
 class MissingOfCase : public test::ShardedCase {};
 
-TEST_F(MissingOfCase, AJournalThatIsGoneOrShortIsMissingWhateverItsStateSays)
+TEST_F(MissingOfCase, AMissingOrShortJournalIsIncompleteWhateverItsState)
 {
   set_all_done_except_merge();
   fs::remove(journal::shard_journal_of(output(), {2, 3}));
@@ -45,7 +45,7 @@ TEST_F(MissingOfCase, ALostSpineIsMissing)
 }
 
 // The number of steps of a spine with free varus is known only to the spine task.
-TEST_F(MissingOfCase, AFreeSpineIsBegunAgainOnceTheMergeHasFailed)
+TEST_F(MissingOfCase, AFreeSpineIsRepeatedOnceTheMergeHasFailed)
 {
   set_all_done_except_merge();
   fs::remove(journal::spine_journal_of(output()));
@@ -167,7 +167,7 @@ TEST(MissingOfCampaign, CasesThatAreNotMadeAndThenTheIndex)
 }
 
 // E.g. when the next index task was rejected by Slurm, or killed before it started.
-TEST(MissingOfCampaign, AnIndexOlderThanACaseIsMadeAnew)
+TEST(MissingOfCampaign, AnIndexOlderThanACaseIsRebuilt)
 {
   const test::Scratch scratch;
   const cluster::Submission submission = test::campaign(2, 1);
@@ -234,7 +234,7 @@ class SharedTask : public testing::Test {
   cluster::SubmissionSnapshot seen_;
 };
 
-TEST_F(SharedTask, EachCaseStandsForItself)
+TEST_F(SharedTask, EachCaseHasItsOwnStatus)
 {
   const cluster::StatusView status = cluster::status_of(folder_, submission_, seen_);
   struct Row {

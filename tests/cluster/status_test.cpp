@@ -25,7 +25,7 @@ class Status : public test::ShardedCase {
   }
 };
 
-TEST_F(Status, StandsAsQueueAndStateSay)
+TEST_F(Status, FollowsFromQueueAndStateFile)
 {
   struct Row {
     const char* name;
@@ -83,7 +83,7 @@ TEST_F(Status, StandsAsQueueAndStateSay)
   }
 }
 
-TEST_F(Status, AStateOfAnEarlierJobDoesNotSpeakForTheNextOne)
+TEST_F(Status, TheStateOfAnEarlierJobIsIgnored)
 {
   seen_.states[merge] = test::state_of(cluster::TaskPhase::failed, "13", "of old");
   seen_.slurm[merge] = {"20", {"20", 0, "TIMEOUT", "n1", ""}};

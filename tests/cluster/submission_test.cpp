@@ -81,7 +81,7 @@ TEST(Submission, FilesOfTasksAreNamedAfterCaseAndKind)
   EXPECT_EQ(cluster::task_kind_of("shards"), std::nullopt);
 }
 
-TEST(Submission, AMisspeltCaseIsToldTheNearest)
+TEST(Submission, AMisspeltCaseIsRefusedWithTheNearestName)
 {
   const cluster::Submission submission = test::campaign(12, 1);
   EXPECT_EQ(cluster::case_named(submission, "case-11"), 10);
@@ -104,7 +104,7 @@ TEST(Submission, ACaseIsMadeWhenNothingOfItsMakingIsLeft)
   }
 }
 
-TEST(CaseSpec, IsNamedAfterItsJobAndKnowsWholePaths)
+TEST(CaseSpec, IsNamedAfterItsJobAndHasAbsolutePaths)
 {
   const cluster::CaseSpec spec = cluster::case_of_job("jobs/../jobs/knee.v2.toml", "data", {"a=1"});
   EXPECT_EQ(spec.name, "knee.v2");
@@ -194,7 +194,7 @@ TEST(TaskState, AllThatBeganAreFound)
   for (const cluster::TaskId& task : begun) EXPECT_EQ(states.count(task), 1U);
 }
 
-TEST(TaskState, AStartIsToldFromAnotherByJobAndRestarts)
+TEST(TaskState, StartsDifferByJobAndRestarts)
 {
   const cluster::TaskState first = test::state_of(cluster::TaskPhase::running, "13_2");
   cluster::TaskState again = first, elsewhere = first;

@@ -26,7 +26,7 @@ compare::CompareOptions options_of(std::vector<int> degrees)
   return options;
 }
 
-TEST(Compare, TellsWhatSmoothTells)
+TEST(Compare, ReportsTheSameResidualsAsSmooth)
 {
   const store::MotionModel model = noisy_model({.degree = 3, .noise_mm = 0.05});
   const compare::Comparison comparison = compare::compare(model, options_of({2, 4, 6}));
@@ -88,10 +88,10 @@ TEST(Compare, AuditsTheMotionOfEachDegree)
 {
   store::MotionModel model = noisy_model({.degree = 2, .noise_mm = 0.01});
   model.smoothed = {smooth::smooth(smooth::smooth_input(model, "knee.h5"), 6)};
-  std::vector<std::string> asked;
+  std::vector<std::string> requested;
   compare::CompareOptions options = options_of({1, 2});
   options.audit = [&](const store::MotionModel& of, const std::string& set) {
-    asked.push_back(set);
+    requested.push_back(set);
     EXPECT_EQ(of.smoothed.size(), 1u);
     EXPECT_EQ(set.rfind("degree_" + std::to_string(of.smoothed.at(0).degree), 0), 0u);
     store::AuditSet audit;
@@ -102,15 +102,15 @@ TEST(Compare, AuditsTheMotionOfEachDegree)
     return audit;
   };
   const compare::Comparison comparison = compare::compare(model, options);
-  EXPECT_EQ(asked, (std::vector<std::string>{"degree_1", "degree_2"}));
+  EXPECT_EQ(requested, (std::vector<std::string>{"degree_1", "degree_2"}));
   EXPECT_EQ(comparison.rows[1].audit_totals.value().at_grid.largest_penetration_mm, 0.2);
   EXPECT_EQ(comparison.rows[1].audit_totals.value().at_grid.n_overlapping, 273);
-  asked.clear();
+  requested.clear();
   options.recontact = [](const store::MotionModel& of, const store::SmoothedSet&) {
     return store::GridD::Zero(of.status.rows(), of.status.cols()).eval();
   };
   compare::compare(model, options);
-  EXPECT_EQ(asked, (std::vector<std::string>{"degree_1_recontacted", "degree_2_recontacted"}));
+  EXPECT_EQ(requested, (std::vector<std::string>{"degree_1_recontacted", "degree_2_recontacted"}));
 }
 
 TEST(Compare, LeavesOutDegreesThatTheCellsCannotCarry)
@@ -187,7 +187,7 @@ void overlap(store::AuditSet& audit, int i, int j, double depth_mm)
   audit.penetration_mm(i, j) = depth_mm;
 }
 
-TEST(Faults, AreSortedByWhereTheyStand)
+TEST(Faults, AreSortedByFlexionAndVarus)
 {
   const store::MotionModel model = solved_model(3, 2);
   store::AuditSet audit = touching(model, 3);

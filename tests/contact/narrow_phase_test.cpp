@@ -59,7 +59,7 @@ TEST(NarrowPhase, PointsLieOnTheTrianglesAtTheDistance)
   EXPECT_GT(n_apart, 4000);
 }
 
-TEST(NarrowPhase, TellsAGapOfTenNanometresFromAnOverlap)
+TEST(NarrowPhase, DistinguishesAGapOfTenNanometresFromAnOverlap)
 {
   contact::NarrowPhase narrow_phase;
   const proximity::Corners face{Eigen::Vector3d(-2, 0, -2), Eigen::Vector3d(0, 0, 3),
@@ -228,8 +228,7 @@ TEST(Separation, AndDistanceDoNotDependOnTheOrder)
   for (int k = 0; k < 1000; ++k) {
     const proximity::Corners a = random.triangle(3, 1), b = raised(random.triangle(3, 1), random.unit());
     EXPECT_NEAR(test::separation_mm(a, b), test::separation_mm(b, a), rounding_mm);
-    EXPECT_NEAR(test::closest_points(a, b).distance_mm, test::closest_points(b, a).distance_mm,
-                rounding_mm);
+    EXPECT_NEAR(test::closest_points(a, b).distance_mm, test::closest_points(b, a).distance_mm, rounding_mm);
   }
 }
 

@@ -56,7 +56,7 @@ TEST(Document, SyntaxErrorsNameFileLineAndColumn)
   EXPECT_EQ(facts.wanted, "valid TOML");
 }
 
-TEST(Document, DatesAndNumbersThatAreNoneAreNamed)
+TEST(Document, DatesAndNumbersThatAreNotFiniteAreRefusedWithTheirKey)
 {
   EXPECT_EQ(test::input_error([] { documents::parse_toml("[a]\nb = 1979-05-27", "j"); }).field, "a.b");
   EXPECT_EQ(test::input_error([] { documents::parse_toml("a = [0, nan]", "j"); }).field, "a.1");
@@ -84,7 +84,7 @@ TEST(Document, RefusalsNameTheLineOfTheKeyOrOfTheTableAroundIt)
   EXPECT_EQ(test::input_error([&] { whole.refuse_value("list.1", "b"); }).found, "{ file = \"y\" }");
 }
 
-TEST(Document, TextOfFilesThatAreNoneIsRefused)
+TEST(Document, MissingAndHugeFilesAreRefused)
 {
   const test::Scratch scratch;
   const std::string missing = (scratch.path() / "none.toml").string();

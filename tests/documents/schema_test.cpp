@@ -184,7 +184,7 @@ TEST(ParseJson, KeepsTheOrderOfKeysAndTheLastOfTwo)
       18446744073709551615.0);
 }
 
-TEST(ParseJson, WhatIsNoneIsRefused)
+TEST(ParseJson, InvalidJsonIsRefused)
 {
   struct Row {
     std::string text, field, found;

@@ -82,7 +82,7 @@ TEST(CsvTables, AFlexionHasTheNumbersOfItsPose)
   }
 }
 
-TEST(CsvTables, TheColumnsHaveTheNamesThatAreTold)
+TEST(CsvTables, TheHeaderHasTheDocumentedColumnNames)
 {
   std::string header;
   for (const std::string& name : exports::flexion_csv_columns()) header += (header.empty() ? "" : ",") + name;
@@ -108,7 +108,7 @@ TEST(CsvTables, AMirroredKneeGivesTheSameCurves)
   }
 }
 
-TEST(CsvTables, EveryCellStandsWithItsStatusAndNothingWhereItHasNoAnswer)
+TEST(CsvTables, EveryCellHasItsStatusAndEmptyFieldsWithoutAnAnswer)
 {
   store::MotionModel model = test::model_of(plan_of("right"));
   test::unsolve(model, 1, 3);

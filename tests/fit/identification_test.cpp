@@ -1,5 +1,5 @@
-// Identification: a plate held by fibres in closed form, threads, continuation, the unknowns of a job and the files of
-// a result.
+// Identification: a plate held by fibres in closed form, threads, continuation, the unknowns of a job and the
+// files of a result.
 #include "fit/identification.hpp"
 
 #include <gmock/gmock.h>
@@ -101,13 +101,13 @@ TEST(Identification, RecoversStrainsThatTheDataDecideAndNamesTheRest)
   EXPECT_EQ(found.status, fit::FitStatus::converged);
   EXPECT_LT(found.misfit_after, 0.01 * found.misfit_before);
   for (std::size_t k = 0; k < 2; ++k) {
-    EXPECT_EQ(found.unknowns[k].decision, fit::Decision::decided) << k;
+    EXPECT_EQ(found.unknowns[k].identifiability, fit::Identifiability::decided) << k;
     // The prior draws the estimate towards no change by the share that the data leave.
     const double drawn = (1.0 - found.unknowns[k].explained) * std::abs(truth(static_cast<Eigen::Index>(k)));
     EXPECT_NEAR(found.unknowns[k].change, truth(static_cast<Eigen::Index>(k)), drawn + 1e-3) << k;
   }
   const fit::FittedUnknown& moment = found.unknowns[2];
-  EXPECT_EQ(moment.decision, fit::Decision::undecided);
+  EXPECT_EQ(moment.identifiability, fit::Identifiability::undecided);
   EXPECT_NEAR(moment.change, 0.0, 1e-6);
   EXPECT_NEAR(moment.sd, 1.0, 1e-6);  // the prior's
   EXPECT_EQ(found.n_directions, 2u);
@@ -119,7 +119,7 @@ TEST(Identification, StopsAtABound)
   PlateQuestion question(Eigen::Vector3d(0.02, 0.0, 0.0));
   question.plan.unknowns[0].to = 0.01;
   const fit::Identification found = fit::identify(question.data, question.plan);
-  EXPECT_EQ(found.unknowns[0].decision, fit::Decision::at_bound);
+  EXPECT_EQ(found.unknowns[0].identifiability, fit::Identifiability::at_bound);
   EXPECT_NEAR(found.unknowns[0].change, 0.01, 1e-9);
 }
 

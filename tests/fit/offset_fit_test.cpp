@@ -21,16 +21,16 @@ load::Case two_plates()
   return plates;
 }
 
-fit::OffsetQuestion at_gaps(const std::vector<double>& gaps_mm)
+fit::OffsetFitInput at_gaps(const std::vector<double>& gaps_mm)
 {
-  fit::OffsetQuestion question;
-  question.moving = {0};
+  fit::OffsetFitInput input;
+  input.moving = {0};
   for (const double gap_mm : gaps_mm) {
     Pose X = Pose::Identity();
     X.translation().y() = -gap_mm;
-    question.X_reference_moving.push_back(X);
+    input.X_reference_moving.push_back(X);
   }
-  return question;
+  return input;
 }
 
 TEST(OffsetFit, OfPlatesIsMeanAndStandardErrorOfTheGaps)
@@ -61,13 +61,13 @@ TEST(OffsetFit, ADeltaFixedInTheReferenceTurnsAgainstTheMovingObject)
   joint.moving.contact = {ball,
                           std::vector<std::int32_t>(static_cast<std::size_t>(ball.triangles.rows()), 0)};
   joint.is_push_fixed_in_reference = true;
-  fit::OffsetQuestion question = at_gaps({6.2, 6.4, 6.3});
-  for (Pose& X : question.X_reference_moving) X.linear() = rotation_z(rad_from_deg(90.0));
-  const fit::OffsetFit fit = fit::fit_offset(joint, question);
+  fit::OffsetFitInput input = at_gaps({6.2, 6.4, 6.3});
+  for (Pose& X : input.X_reference_moving) X.linear() = rotation_z(rad_from_deg(90.0));
+  const fit::OffsetFit fit = fit::fit_offset(joint, input);
   EXPECT_EQ(fit.status, fit::FitStatus::converged);
   EXPECT_NEAR(fit.offset_mm, 1.3, 1e-5);
   joint.is_push_fixed_in_reference = false;
-  EXPECT_EQ(fit::fit_offset(joint, question).status, fit::FitStatus::undetermined);
+  EXPECT_EQ(fit::fit_offset(joint, input).status, fit::FitStatus::undetermined);
 }
 
 TEST(OffsetFit, ItsIntervalHoldsTheTruthAsOftenAsItSays)

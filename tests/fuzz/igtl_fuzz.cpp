@@ -41,7 +41,7 @@ void look_at(const igtl::IgtlMessage& message)
 }
 
 // Names are those of the seeds.
-devices::TrackerProtocol talk()
+devices::TrackerProtocol protocol()
 {
   devices::TrackerSettings settings;
   settings.tools = {"Femur", "Tibia"};
@@ -75,10 +75,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::vector<igtl::IgtlMessage> at_once, in_pieces;
   const igtl::IgtlStream whole = read_in_pieces(bytes, std::max<std::size_t>(bytes.size(), 1), at_once);
   const igtl::IgtlStream cut = read_in_pieces(bytes, data[0] + 1U, in_pieces);
-  test::require(at_once.size() == in_pieces.size() && whole.trouble() == cut.trouble() &&
+  test::require(at_once.size() == in_pieces.size() && whole.error_message() == cut.error_message() &&
                     whole.n_skipped() == cut.n_skipped() && whole.n_malformed() == cut.n_malformed(),
                 "bytes that read otherwise in pieces");
-  devices::TrackerProtocol tools = talk();
+  devices::TrackerProtocol tools = protocol();
   std::int64_t now_ns = 0;
   for (const igtl::IgtlMessage& message : at_once) {
     look_at(message);

@@ -49,22 +49,24 @@ Found read_in_pieces(Bytes bytes, std::size_t n)
 }
 
 // As the client: processes each piece and sends due requests. Half a period passes between pieces.
-void talk(Bytes bytes, std::size_t n)
+void protocol(Bytes bytes, std::size_t n)
 {
-  devices::BoardProtocol talk({}, 0);
-  for (std::int64_t now_ns = 0; !bytes.empty() && talk.phase() != devices::BoardProtocol::Phase::failed;
+  devices::BoardProtocol protocol({}, 0);
+  for (std::int64_t now_ns = 0; !bytes.empty() && protocol.phase() != devices::BoardProtocol::Phase::failed;
        now_ns += 5'000'000) {
-    test::require(talk.due(now_ns).size() <= 3, "more requests than there are");
-    test::require(talk.phase() == devices::BoardProtocol::Phase::failed || talk.next_due_ns() > now_ns,
-                  "a request that stays due");
-    for (const devices::Sample& sample : talk.receive(bytes.first(std::min(n, bytes.size())), now_ns))
+    test::require(protocol.due(now_ns).size() <= 3, "more requests than there are");
+    test::require(
+        protocol.phase() == devices::BoardProtocol::Phase::failed || protocol.next_due_ns() > now_ns,
+        "a request that stays due");
+    for (const devices::Sample& sample : protocol.receive(bytes.first(std::min(n, bytes.size())), now_ns))
       test::require(
           sample.kind != devices::SampleKind::potentiometer || (sample.count >= 0 && sample.count <= 1023),
           "ten bits");
     bytes = bytes.subspan(std::min(n, bytes.size()));
   }
-  test::require((talk.phase() == devices::BoardProtocol::Phase::failed) == !talk.trouble().empty(),
-                "given up without a reason");
+  test::require(
+      (protocol.phase() == devices::BoardProtocol::Phase::failed) == !protocol.error_message().empty(),
+      "given up without a reason");
 }
 
 }  // namespace
@@ -89,6 +91,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     n_bytes += frame.n + 6U;
   }
   test::require(n_bytes <= bytes.size(), "frames of more bytes than came");
-  talk(bytes, data[0] % 32U + 1U);
+  protocol(bytes, data[0] % 32U + 1U);
   return 0;
 }

@@ -41,10 +41,10 @@ class Tail : public testing::Test {
     for (int n = 0; n < n_records; ++n) writer.append(record(n, n_contacts));
     return writer;
   }
-  void expect(const journal::TailUpdate& news, bool is_anew, const std::vector<std::string>& frames)
+  void expect(const journal::TailUpdate& news, bool is_restarted, const std::vector<std::string>& frames)
   {
     EXPECT_TRUE(news.file_exists);
-    EXPECT_EQ(news.is_restarted, is_anew);
+    EXPECT_EQ(news.is_restarted, is_restarted);
     EXPECT_EQ(news.frames, frames);
     EXPECT_FALSE(news.has_more);
   }

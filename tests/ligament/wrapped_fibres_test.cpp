@@ -84,7 +84,7 @@ TEST(WrappedFibres, MirroredJointGivesTheSameToTheLastBit)
   EXPECT_EQ(a.hessian, b.hessian);
 }
 
-TEST(WrappedFibres, KeepLengthsWhereverTheJointStands)
+TEST(WrappedFibres, KeepTheirLengthsWhenTheJointIsMovedAsAWhole)
 {
   // Both objects moved together, as another rotation centre and Delta do at the pose of the meshes.
   const ligament::Ligaments canonical = wrapped_fibres();

@@ -60,7 +60,7 @@ store::MotionModel recontacted_model(const ModelPlan& plan)
   return model;
 }
 
-TEST(RecontactedSet, StandsTheTravelFurtherAlongDeltaAtAndBetweenTheNodes)
+TEST(RecontactedSet, IsShiftedByTheTravelAlongDeltaAtAndBetweenTheNodes)
 {
   for (const std::string side : {"right", "left"}) {
     ModelPlan plan = plan_of(side);
@@ -109,7 +109,7 @@ store::MotionModel own_varus_model()
   return model;
 }
 
-TEST(SmoothedSet, WithAVarusSurfaceStandsAtItsVarus)
+TEST(SmoothedSet, WithAVarusSurfaceHasItsVarus)
 {
   const store::MotionModel model = own_varus_model();
   const motion::Motion smoothed(model, "degree_2"), raw(model, "raw");

@@ -37,7 +37,7 @@ TEST(Film, RunsFromTheSeedToTheStablePoseOfTheSpineAtTheFirstFlexion)
   EXPECT_EQ(film.frames.back(), (motion::PoseCoordinates{0.0, -30.0, 0.0, 0.0}));
 }
 
-TEST(Film, OfAnyCellAskedFor)
+TEST(Film, ShowsAnyRequestedCell)
 {
   const store::Trace trace = test::trace_beside(small_model());
   motion::FilmOptions options;

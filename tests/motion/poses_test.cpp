@@ -165,7 +165,7 @@ TEST(Motion, APushOfOneDirectionLeavesEveryBitAsItWas)
   }
 }
 
-TEST(Motion, AFreeVarusIsTheOneFoundWhateverIsAskedFor)
+TEST(Motion, AFreeVarusIsTheSolvedOneWhateverIsRequested)
 {
   ModelPlan plan = plan_of("right", {0, 1, 0});
   plan.varus_deg = {0};
@@ -178,14 +178,14 @@ TEST(Motion, AFreeVarusIsTheOneFoundWhateverIsAskedFor)
   for (const double flexion_deg : {0.0, 15.0, 30.0, 45.0, 60.0, 90.0}) {
     const std::size_t cell = static_cast<std::size_t>(flexion_deg / 15.0);
     const double found_rad = rad_from_deg(plan.free_varus_deg(flexion_deg));
-    const motion::JointPose asked = motion.at(attitude_deg(flexion_deg, 4.0));
-    EXPECT_TRUE(asked.is_varus_clamped);
-    EXPECT_NEAR(asked.attitude.varus_rad, found_rad, rounding);
-    EXPECT_LT(difference(asked.X_reference_moving, stored_pose(model, cell)), rounding);
+    const motion::JointPose clamped = motion.at(attitude_deg(flexion_deg, 4.0));
+    EXPECT_TRUE(clamped.is_varus_clamped);
+    EXPECT_NEAR(clamped.attitude.varus_rad, found_rad, rounding);
+    EXPECT_LT(difference(clamped.X_reference_moving, stored_pose(model, cell)), rounding);
     const motion::JointPose balanced =
         motion.at({rad_from_deg(flexion_deg), motion.balanced_varus_rad(rad_from_deg(flexion_deg))});
     EXPECT_FALSE(balanced.is_varus_clamped);
-    EXPECT_EQ(difference(balanced.X_reference_moving, asked.X_reference_moving), 0.0);
+    EXPECT_EQ(difference(balanced.X_reference_moving, clamped.X_reference_moving), 0.0);
   }
   EXPECT_NEAR(motion.balanced_varus_rad(rad_from_deg(20)), rad_from_deg(-1.0 + (2 * 0.225 + 0.9) / 3),
               rounding);

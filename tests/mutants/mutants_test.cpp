@@ -32,8 +32,8 @@ constexpr double most_processor_s = 10.0;
 
 int n_mutants()
 {
-  const char* asked = std::getenv("VRDA_MUTANTS");
-  return asked != nullptr ? std::atoi(asked) : 500;
+  const char* requested = std::getenv("VRDA_MUTANTS");
+  return requested != nullptr ? std::atoi(requested) : 500;
 }
 
 /// One to three changes, with repaired checksums.

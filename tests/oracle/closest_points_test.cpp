@@ -70,14 +70,14 @@ Tally compared(const std::string& scene, unsigned seed)
   contact::NarrowPhase narrow_phase;
   Tally tally;
   for (int k = 0; k < n_attitudes; ++k) {
-    const test::TestAttitude asked = test::random_attitude(objects, n_touches_an_attitude, random);
-    for (const auto& [pose, zone] : asked.poses) {
+    const test::TestAttitude sample = test::random_attitude(objects, n_touches_an_attitude, random);
+    for (const auto& [pose, zone] : sample.poses) {
       const proximity::Placement place(pose);
       if (zone == test::Zone::deep || zone == test::Zone::anywhere) continue;
       proximity::visit_close_pairs(
-          asked.reference.tree, objects.moving.tree, place, band_mm,
+          sample.reference.tree, objects.moving.tree, place, band_mm,
           [&](const proximity::TrianglePair& pair) {
-            const proximity::Corners r = corners(asked.reference.mesh, pair.reference),
+            const proximity::Corners r = corners(sample.reference.mesh, pair.reference),
                                      m = place(corners(objects.moving.mesh, pair.moving));
             if (!contact::is_certainly_separated(r, m, band_mm)) compare(r, m, narrow_phase, tally);
             return false;

@@ -70,20 +70,17 @@ MovingPose exchanged(const MovingPose& pose)
 
 struct Answers {
   bool ours = false;
-  bool ours_exchanged = false;
+  bool exchanged = false;
   bool fcl = false;
   bool fcl_exchanged = false;
   bool textbook = false;
 
-  bool agree() const
-  {
-    return ours == ours_exchanged && ours == fcl && ours == fcl_exchanged && ours == textbook;
-  }
+  bool agree() const { return ours == exchanged && ours == fcl && ours == fcl_exchanged && ours == textbook; }
 };
 
 std::ostream& operator<<(std::ostream& out, const Answers& a)
 {
-  return out << "ours " << a.ours << " exchanged " << a.ours_exchanged << ", FCL's " << a.fcl << " exchanged "
+  return out << "ours " << a.ours << " exchanged " << a.exchanged << ", FCL's " << a.fcl << " exchanged "
              << a.fcl_exchanged << ", textbook's " << a.textbook;
 }
 
@@ -138,8 +135,7 @@ void judge(const Answers& answers, const test::ThirdMeasure& truth, Tally& tally
   tally.n_we_hit += answers.ours && !answers.fcl ? 1 : 0;
   tally.n_fcl_hits += answers.fcl && !answers.ours ? 1 : 0;
   tally.farthest_mm = std::max(tally.farthest_mm, truth.from_touch_mm);
-  const bool we_are_wrong =
-      answers.ours != truth.is_overlapping || answers.ours_exchanged != truth.is_overlapping;
+  const bool we_are_wrong = answers.ours != truth.is_overlapping || answers.exchanged != truth.is_overlapping;
   EXPECT_TRUE(!we_are_wrong || truth.from_touch_mm <= touching_mm)
       << answers << "; truly " << (truth.is_overlapping ? "overlapping by " : "apart by ")
       << static_cast<double>(truth.from_touch_mm) << " mm";
@@ -150,30 +146,32 @@ void judge(const Answers& answers, const test::ThirdMeasure& truth, Tally& tally
   tally.n_textbook_wrong += answers.textbook != truth.is_overlapping ? 1 : 0;
 }
 
-Tally asked_both(const test::TwoObjects& objects, unsigned seed)
+Tally tally_of(const test::TwoObjects& objects, unsigned seed)
 {
   std::mt19937_64 random(seed);
   contact::NarrowPhase narrow_phase;
   ByFcl fcl(objects.reference.mesh, objects.moving.mesh);
   Tally tally;
   for (int done = 0; done < n_touches_a_scene; done += n_touches_an_attitude) {
-    const test::TestAttitude asked = test::random_attitude(objects, n_touches_an_attitude, random);
-    fcl.turn(asked.attitude);
-    for (const auto& [pose, zone] : asked.poses) {
+    const test::TestAttitude sample = test::random_attitude(objects, n_touches_an_attitude, random);
+    fcl.turn(sample.attitude);
+    for (const auto& [pose, zone] : sample.poses) {
       fcl.place(pose);
       Answers answers;
-      answers.ours = contact::find_collision(asked.reference, objects.moving, pose, narrow_phase).has_value();
-      answers.ours_exchanged =
-          contact::find_collision(objects.moving, asked.reference, exchanged(pose), narrow_phase).has_value();
+      answers.ours =
+          contact::find_collision(sample.reference, objects.moving, pose, narrow_phase).has_value();
+      answers.exchanged =
+          contact::find_collision(objects.moving, sample.reference, exchanged(pose), narrow_phase)
+              .has_value();
       answers.fcl = fcl.collides();
       answers.fcl_exchanged = fcl.collides_exchanged();
-      answers.textbook = test::textbook_collides(asked.reference, objects.moving, pose);
+      answers.textbook = test::textbook_collides(sample.reference, objects.moving, pose);
       ++tally.n_poses;
       ++tally.n_in_zone[zone];
       tally.n_colliding += answers.ours ? 1 : 0;
       tally.n_near += zone == Zone::milli || zone == Zone::micro || zone == Zone::nano ? 1 : 0;
       if (!answers.agree())
-        judge(answers, test::reference_measure(asked.reference.mesh, objects.moving.mesh, pose), tally);
+        judge(answers, test::reference_measure(sample.reference.mesh, objects.moving.mesh, pose), tally);
     }
   }
   return tally;
@@ -181,7 +179,7 @@ Tally asked_both(const test::TwoObjects& objects, unsigned seed)
 
 void expect_agreement(const std::string& scene, unsigned seed)
 {
-  const Tally tally = asked_both(test::two_objects(scene), seed);
+  const Tally tally = tally_of(test::two_objects(scene), seed);
   std::cout << scene << ", seed " << seed << ": " << tally << '\n';
   write(tally, scene, seed);
   EXPECT_EQ(tally.n_poses, n_touches_a_scene * test::poses_per_contact);
@@ -217,7 +215,7 @@ INSTANTIATE_TEST_SUITE_P(Oracle, GeneratedScene, testing::ValuesIn(test::generat
 INSTANTIATE_TEST_SUITE_P(Oracle, RealKnee, testing::ValuesIn(test::real_knee_scenes()), readable);
 
 // The decision itself, in closed form.
-TEST(ThirdMeasure, TellsDepthAndDistanceOfACornerAtAFace)
+TEST(ThirdMeasure, MeasuresDepthAndDistanceOfACornerAtAFace)
 {
   const Mesh above = test::box({0, 2, 0}, {8, 4, 8});
   Pose corner_up = Pose::Identity();

@@ -148,24 +148,24 @@ TwoObjects two_objects(const std::string& scene)
 
 TestAttitude random_attitude(const TwoObjects& objects, int n_touches, std::mt19937_64& random)
 {
-  TestAttitude asked;
+  TestAttitude sample;
   const bool is_level = uniform(random, 0.0, 1.0) < level_share;
   if (!is_level) {
-    asked.attitude = {rad_from_deg(uniform(random, -10.0, 130.0)),
-                      rad_from_deg(uniform(random, -10.0, 10.0))};
+    sample.attitude = {rad_from_deg(uniform(random, -10.0, 130.0)),
+                       rad_from_deg(uniform(random, -10.0, 10.0))};
   }
-  asked.reference = proximity::rotated_reference(objects.reference, asked.attitude);
-  const Box above = bounding_box(asked.reference.mesh), own = bounding_box(objects.moving.mesh);
+  sample.reference = proximity::rotated_reference(objects.reference, sample.attitude);
+  const Box above = bounding_box(sample.reference.mesh), own = bounding_box(objects.moving.mesh);
   const double height_mm = above.max_mm.y() - above.min_mm.y() + own.max_mm.y() - own.min_mm.y() + 2.0;
   // The moving object may pass through a hole or past an edge; ten tries per contact suffice.
-  for (int tries = 0; static_cast<int>(asked.poses.size()) < n_touches * poses_per_contact; ++tries) {
+  for (int tries = 0; static_cast<int>(sample.poses.size()) < n_touches * poses_per_contact; ++tries) {
     if (tries > 10 * n_touches) throw std::runtime_error("the moving object rarely touches the reference");
-    const MovingPose below = below_reference(asked.reference, objects.moving.mesh, is_level, random);
+    const MovingPose below = below_reference(sample.reference, objects.moving.mesh, is_level, random);
     const proximity::Gap gap =
-        proximity::directional_gap(asked.reference, objects.moving.mesh, objects.moving.tree, below);
-    if (std::isfinite(gap.travel_mm)) add_poses(below, gap.travel_mm, height_mm, random, asked.poses);
+        proximity::directional_gap(sample.reference, objects.moving.mesh, objects.moving.tree, below);
+    if (std::isfinite(gap.travel_mm)) add_poses(below, gap.travel_mm, height_mm, random, sample.poses);
   }
-  return asked;
+  return sample;
 }
 
 }  // namespace vrda::test

@@ -112,7 +112,7 @@ class Tarballs(Packed):
         _, libraries = self.check("vrda-player", ("LICENSE",), release.PLAYER_FILES)
         self.assertLess({"libOSMesa.so.8", "libstdc++.so.6"}, libraries)
 
-    def test_both_unpack_into_one_folder_without_a_quarrel(self):
+    def test_both_unpack_into_one_folder_without_conflicting_files(self):
         vrda, player = self.contents("vrda"), self.contents("vrda-player")
         both = set(vrda) & set(player)
         self.assertIn("lib/libstdc++.so.6", both)
@@ -165,12 +165,12 @@ class Tarballs(Packed):
             self.assertEqual(release.sha256(model), release.coarse_knee(folder))
             self.assertEqual(json.loads(pathlib.Path(folder, "made/submission.json").read_text())["program"], str(launcher))
 
-    def test_the_glibc_that_is_named_is_the_youngest_asked_for(self):
+    def test_the_documented_glibc_is_the_newest_required(self):
         files = self.contents("vrda")
         named = re.search(r"GLIBC (2\.\d+) or later", files["share/doc/vrda/LIBRARIES.txt"].decode()).group(1)
-        asked = {int(minor) for path, content in files.items() if is_dynamic(content) and "glibc/" not in path
-                 for minor in re.findall(rb"GLIBC_2\.(\d+)\0", content)}
-        self.assertEqual(named, f"2.{max(asked)}")
+        required = {int(minor) for path, content in files.items() if is_dynamic(content) and "glibc/" not in path
+                    for minor in re.findall(rb"GLIBC_2\.(\d+)\0", content)}
+        self.assertEqual(named, f"2.{max(required)}")
 
 
 class Debian(Packed):

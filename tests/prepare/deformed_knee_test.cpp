@@ -7,8 +7,8 @@
 #include "core/clinical.hpp"
 #include "core/units.hpp"
 #include "model_build/case_solver.hpp"
-#include "prepare/carried_ligaments.hpp"
 #include "prepare/slack_lengths.hpp"
+#include "prepare/transferred_ligaments.hpp"
 #include "support/real_knees.hpp"
 
 namespace vrda::deformed_knee_test {
@@ -137,16 +137,16 @@ TEST_P(DeformedKnee, ItsAttachmentsAreFoundAndItMovesAsWithItsOwnLigaments)
   subject.reference.contact.mesh = transformed(own.reference.contact.mesh, fit.X_scan_femur.inverse());
   subject.moving.contact.mesh = transformed(own.moving.contact.mesh, fit.X_scan_tibia.inverse());
   subject.frame.rotation_centre_mm.setZero();
-  subject.ligaments = prepare::carried_ligaments(joint, fit, bones).ligaments;
+  subject.ligaments = prepare::transferred_ligaments(joint, fit, bones).ligaments;
 
   double sum_mm = 0.0;
   std::vector<ligament::Fibre>& fibres = own.ligaments.fibres;
   for (std::size_t i = 0; i < fibres.size(); ++i) {
-    const ligament::Fibre& carried = subject.ligaments.fibres[i];
+    const ligament::Fibre& transferred = subject.ligaments.fibres[i];
     fibres[i].reference_mm = deform(fibres[i].reference_mm);
     fibres[i].moving_mm = deform(fibres[i].moving_mm);
-    sum_mm += (fit.X_scan_femur * carried.reference_mm - fibres[i].reference_mm).norm() +
-              (fit.X_scan_tibia * carried.moving_mm - fibres[i].moving_mm).norm();
+    sum_mm += (fit.X_scan_femur * transferred.reference_mm - fibres[i].reference_mm).norm() +
+              (fit.X_scan_tibia * transferred.moving_mm - fibres[i].moving_mm).norm();
   }
   own.ligaments.wraps = subject.ligaments.wraps;
   for (ligament::Wrap& wrap : own.ligaments.wraps)

@@ -63,8 +63,8 @@ TEST(PrepareRealKnees, UnitSideAndFramesAreFoundInAnyOrientation)
     // Templates differ like people: the frames agree to some degrees and millimetres.
     expect_near(X * fit.X_scan_femur, other.X_scan_femur, 5.0, 4.0);
     expect_near(X * fit.X_scan_tibia, other.X_scan_tibia, 5.0, 4.0);
-    EXPECT_THAT(registration::objections(other, moved(surfaces, X, unit_mm)), testing::IsEmpty());
-    EXPECT_THAT(registration::objections(fit, surfaces), testing::IsEmpty());
+    EXPECT_THAT(registration::rejection_reasons(other, moved(surfaces, X, unit_mm)), testing::IsEmpty());
+    EXPECT_THAT(registration::rejection_reasons(fit, surfaces), testing::IsEmpty());
   }
 }
 
@@ -100,7 +100,7 @@ TEST(PrepareRealKnees, AFlexedScanGivesTheFramesOfTheOther)
     const Pose X = straight.X_scan_femur * X_femur_flexed * straight.X_scan_femur.inverse();
     surfaces.femur.cartilage = transformed(surfaces.femur.cartilage, X);
     const KneeFit fit = fit_knee(surfaces, reference);
-    EXPECT_THAT(registration::objections(fit, surfaces), testing::IsEmpty());
+    EXPECT_THAT(registration::rejection_reasons(fit, surfaces), testing::IsEmpty());
     expect_near(X * straight.X_scan_femur, fit.X_scan_femur, 0.5, 0.5);
     expect_near(straight.X_scan_tibia, fit.X_scan_tibia, 0.5, 0.5);
     EXPECT_NEAR(fit.scanned.flexion_rad, straight.scanned.flexion_rad + rad_from_deg(90.0),

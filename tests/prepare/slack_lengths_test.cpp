@@ -28,7 +28,7 @@ TEST(SettledPose, FindsTheVarusAndTheTravelByWhichAKneeWasDisplaced)
   EXPECT_NEAR(settled.pose.translation_mm.y() - own.pose.translation_mm.y(), 4.0, 0.2);
 }
 
-TEST(SettledPose, WithoutOneCompartmentThereIsNone)
+TEST(SettledPose, HasNoContactWithoutOneCompartment)
 {
   load::Case knee = prepare::generic_template().joint;
   knee.reference.contact.mesh.vertices_mm.col(2).array() += 200.0;

@@ -35,7 +35,7 @@ std::vector<std::int32_t> below(const proximity::BoxTree& tree, std::size_t n)
   return rows;
 }
 
-TEST(BoxTree, EveryTriangleStandsOnceAndInsideItsBoxes)
+TEST(BoxTree, EveryTriangleOccursOnceAndIsInsideItsBoxes)
 {
   const Mesh ball = test::ball(10, 9, 14);
   const proximity::BoxTree tree(ball);

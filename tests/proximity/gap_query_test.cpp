@@ -32,7 +32,7 @@ void expect_same(double a, double b, double tolerance)
   EXPECT_NEAR(std::isfinite(a) ? a : 0.0, std::isfinite(b) ? b : 0.0, tolerance);
 }
 
-TEST(GapQuery, AgreesWithEveryPairOfTrianglesWhateverWasAskedBefore)
+TEST(GapQuery, AgreesWithEveryPairOfTrianglesWhateverTheEarlierQueries)
 {
   GapRandom random(11);
   int n_finite = 0, n_infinite = 0;

@@ -47,7 +47,7 @@ proximity::GapResult answer_of(const Mesh& reference, const Mesh& moving, const 
   return query.features(pose, band_mm);
 }
 
-TEST(GapRules, RidgeOverRidgeIsOneCrossingWhoeverSeesIt)
+TEST(GapRules, RidgeOverRidgeIsOneCrossingFromEitherSide)
 {
   const proximity::GapResult answer = answer_of(down_fold(5, 2), up_fold(2), {}, 0.1);
   ASSERT_EQ(answer.features.size(), 1U) << "found through four pairs of triangles";

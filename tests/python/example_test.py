@@ -1,4 +1,4 @@
-"""The example of the package runs as it stands, and is short. usage: example_test.py VRDA"""
+"""The example of the package runs unchanged, and is short. usage: example_test.py VRDA"""
 import pathlib
 import subprocess
 import sys

@@ -254,7 +254,7 @@ TEST(Reduce, ASmoothedSetIsEvaluatedAtTheVarusOfTheRawCells)
   EXPECT_GT(std::abs(z.ty_mm[3] - reduce::reduce(model, "raw").ty_mm[3]), 0.1);
 }
 
-TEST(Reduce, TheSetZeroVarusStandsWhereTheTableSays)
+TEST(Reduce, TheSetZeroVarusHasThePosesOfTheTable)
 {
   for (const std::string side : {"right", "left"}) {
     store::MotionModel model = knee(side, Eigen::Vector3d(0.1, 1.0, -0.3).normalized());

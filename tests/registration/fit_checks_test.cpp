@@ -24,14 +24,14 @@ KneeFit good_fit()
   return fit;
 }
 
-TEST(Objections, EachLimitIsNamed)
+TEST(RejectionReasons, EachLimitIsNamed)
 {
   const KneeSurfaces knee = generated();
-  EXPECT_THAT(objections(good_fit(), knee), IsEmpty());
+  EXPECT_THAT(rejection_reasons(good_fit(), knee), IsEmpty());
   const auto with = [&](const auto& change) {
     KneeFit fit = good_fit();
     change(fit);
-    return objections(fit, knee);
+    return rejection_reasons(fit, knee);
   };
   EXPECT_THAT(with([](KneeFit& f) { f.coarse_residual_mm = 3.6; }), ElementsAre(HasSubstr("both bones")));
   EXPECT_THAT(with([](KneeFit& f) { f.coarse_residual_mm = INFINITY; }),
@@ -49,26 +49,26 @@ TEST(Objections, EachLimitIsNamed)
   EXPECT_THAT(with([](KneeFit& f) { f.nearest_mm = 30; }), ElementsAre(HasSubstr("one pose")));
   KneeSurfaces stump = knee;
   stump.tibia.bone.vertices_mm.col(1) = stump.tibia.bone.vertices_mm.col(1).cwiseMax(-55.0);
-  EXPECT_THAT(objections(good_fit(), stump), ElementsAre(HasSubstr("tibia: 35 mm of bone")));
+  EXPECT_THAT(rejection_reasons(good_fit(), stump), ElementsAre(HasSubstr("tibia: 35 mm of bone")));
 }
 
-TEST(Doubts, ShortBonesCartilageAndASideThatIsHardToTell)
+TEST(FitWarnings, ShortBonesCartilageOnlyAndAnUncertainSide)
 {
   KneeSurfaces knee = generated();
-  EXPECT_THAT(doubts(good_fit(), knee, false), IsEmpty());
+  EXPECT_THAT(fit_warnings(good_fit(), knee, false), IsEmpty());
   KneeFit fit = good_fit();
   fit.side_margin = 1.04;
-  EXPECT_THAT(doubts(fit, knee, false), ElementsAre(HasSubstr("give --side")));
-  EXPECT_THAT(doubts(fit, knee, true), IsEmpty());
+  EXPECT_THAT(fit_warnings(fit, knee, false), ElementsAre(HasSubstr("give --side")));
+  EXPECT_THAT(fit_warnings(fit, knee, true), IsEmpty());
   fit.side_margin = 0.8;
-  EXPECT_THAT(doubts(fit, knee, true), ElementsAre(HasSubstr("other side")));
+  EXPECT_THAT(fit_warnings(fit, knee, true), ElementsAre(HasSubstr("other side")));
   knee.femur.bone.vertices_mm.col(1) = knee.femur.bone.vertices_mm.col(1).cwiseMin(23.0);
-  EXPECT_THAT(doubts(good_fit(), knee, false), ElementsAre(HasSubstr("femur: only 43 mm of bone")));
+  EXPECT_THAT(fit_warnings(good_fit(), knee, false), ElementsAre(HasSubstr("femur: only 43 mm of bone")));
   knee.femur = {{}, knee.femur.bone};
-  EXPECT_THAT(doubts(good_fit(), knee, false), ElementsAre(HasSubstr("femur: cartilage only")));
+  EXPECT_THAT(fit_warnings(good_fit(), knee, false), ElementsAre(HasSubstr("femur: cartilage only")));
 }
 
-TEST(Doubts, AFibulaIsLateral)
+TEST(FitWarnings, AFibulaIsLateral)
 {
   const Mesh fibula = shapes::right_template_knee().moving.back().mesh;
   EXPECT_TRUE(is_fibula_lateral(fibula, Side::right));
@@ -76,7 +76,7 @@ TEST(Doubts, AFibulaIsLateral)
   EXPECT_TRUE(is_fibula_lateral(mirrored_z(fibula), Side::left));
 }
 
-TEST(Objections, OtherBonesAreRefused)
+TEST(RejectionReasons, OtherBonesAreRefused)
 {
   const TemplateKnee reference = generic_template();
   const KneeSurfaces& knee = reference.surfaces;
@@ -87,26 +87,26 @@ TEST(Objections, OtherBonesAreRefused)
   for (const KneeSurfaces& other :
        {KneeSurfaces{knee.femur, knee.femur}, KneeSurfaces{knee.tibia, knee.tibia},
         KneeSurfaces{socket, head}, KneeSurfaces{knee.femur, head}, apart}) {
-    EXPECT_FALSE(objections(fit_knee(other, reference), other).empty());
+    EXPECT_FALSE(rejection_reasons(fit_knee(other, reference), other).empty());
   }
 }
 
-TEST(Explanation, NamesExchangedBonesAndASheetWoundInward)
+TEST(ProbableCause, NamesExchangedBonesAndASheetWoundInward)
 {
   const TemplateKnee reference = generic_template();
   const KneeSurfaces knee = reference.surfaces;
   const KneeSurfaces exchanged{knee.tibia, knee.femur};
   const KneeFit of_exchanged = fit_knee(exchanged, reference);
-  EXPECT_FALSE(objections(of_exchanged, exchanged).empty());
-  EXPECT_THAT(explanation(of_exchanged, exchanged, reference), HasSubstr("exchanged"));
+  EXPECT_FALSE(rejection_reasons(of_exchanged, exchanged).empty());
+  EXPECT_THAT(probable_cause(of_exchanged, exchanged, reference), HasSubstr("exchanged"));
   // Open: without the end of its shaft.
   KneeSurfaces inward = knee;
   inward.femur = {cropped(joined(knee.femur), {0, 0, 0}, 50.0), {}};
   inward.femur.bone.triangles.col(1).swap(inward.femur.bone.triangles.col(2));
   inward.femur.bone.normals *= -1.0;
   const KneeFit of_inward = fit_knee(inward, reference);
-  EXPECT_FALSE(objections(of_inward, inward).empty());
-  EXPECT_THAT(explanation(of_inward, inward, reference), HasSubstr("the femur is inside out"));
+  EXPECT_FALSE(rejection_reasons(of_inward, inward).empty());
+  EXPECT_THAT(probable_cause(of_inward, inward, reference), HasSubstr("the femur is inside out"));
 }
 
 }  // namespace vrda::fit_checks_test

@@ -24,7 +24,7 @@ report::ClinicalCurve curve_of(std::vector<double> flexion_deg, std::vector<doub
 {
   report::ClinicalCurve curve;
   curve.flexion_deg = std::move(flexion_deg);
-  curve.of(report::Quantity::internal) = std::move(internal_deg);
+  curve.values_of(report::Quantity::internal) = std::move(internal_deg);
   return curve;
 }
 
@@ -100,14 +100,16 @@ TEST(ClinicalCurves, TheRawOneIsTheClinicalNumbersOfTheSpine)
   ASSERT_EQ(raw.flexion_deg, model.flexion_deg);
   for (std::size_t i = 0; i < 4; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    EXPECT_NEAR(raw.of(report::Quantity::internal)[i], model.clinical.internal_rotation_deg(row, 1),
+    EXPECT_NEAR(raw.values_of(report::Quantity::internal)[i], model.clinical.internal_rotation_deg(row, 1),
                 rounding);
-    EXPECT_NEAR(raw.of(report::Quantity::varus)[i], model.clinical.varus_deg(row, 1), rounding);
-    EXPECT_NEAR(raw.of(report::Quantity::anterior)[i], model.clinical.anterior_mm(row, 1), rounding);
-    EXPECT_NEAR(raw.of(report::Quantity::proximal)[i], model.clinical.proximal_mm(row, 1), rounding);
-    EXPECT_NEAR(raw.of(report::Quantity::lateral)[i], model.clinical.lateral_mm(row, 1), rounding);
-    EXPECT_EQ(raw.of(report::Quantity::origin_anterior)[i], model.X_reference_moving[16 * (3 * i + 1) + 3]);
-    EXPECT_EQ(raw.of(report::Quantity::origin_lateral)[i], model.X_reference_moving[16 * (3 * i + 1) + 11]);
+    EXPECT_NEAR(raw.values_of(report::Quantity::varus)[i], model.clinical.varus_deg(row, 1), rounding);
+    EXPECT_NEAR(raw.values_of(report::Quantity::anterior)[i], model.clinical.anterior_mm(row, 1), rounding);
+    EXPECT_NEAR(raw.values_of(report::Quantity::proximal)[i], model.clinical.proximal_mm(row, 1), rounding);
+    EXPECT_NEAR(raw.values_of(report::Quantity::lateral)[i], model.clinical.lateral_mm(row, 1), rounding);
+    EXPECT_EQ(raw.values_of(report::Quantity::origin_anterior)[i],
+              model.X_reference_moving[16 * (3 * i + 1) + 3]);
+    EXPECT_EQ(raw.values_of(report::Quantity::origin_lateral)[i],
+              model.X_reference_moving[16 * (3 * i + 1) + 11]);
   }
 }
 
@@ -129,8 +131,8 @@ TEST(ClinicalCurves, HaveHolesWhereTheSpineHas)
   model.status(2, 1) = static_cast<std::int8_t>(StepStatus::no_contact);
   EXPECT_THAT(report::solved_spine(model), ElementsAre(1, 4, -1, 10));
   const report::ClinicalCurve raw = named(curves_of(model), "raw");
-  EXPECT_TRUE(std::isnan(raw.of(report::Quantity::internal)[2]));
-  EXPECT_FALSE(std::isnan(raw.of(report::Quantity::internal)[3]));
+  EXPECT_TRUE(std::isnan(raw.values_of(report::Quantity::internal)[2]));
+  EXPECT_FALSE(std::isnan(raw.values_of(report::Quantity::internal)[3]));
 }
 
 TEST(ClinicalCurves, AMirroredJointHasTheSame)
@@ -146,7 +148,7 @@ TEST(ClinicalCurves, AMirroredJointHasTheSame)
   const report::ClinicalCurve a = named(curves_of(right), "raw"), b = named(curves_of(left), "raw");
   for (const report::QuantityName& q : report::quantity_names) {
     SCOPED_TRACE(q.key);
-    EXPECT_EQ(a.of(q.quantity), b.of(q.quantity));
+    EXPECT_EQ(a.values_of(q.quantity), b.values_of(q.quantity));
   }
 }
 
@@ -156,8 +158,8 @@ TEST(ClinicalCurves, ASmoothedSetRunsAtTheVarusWhereTheCompartmentsBalance)
   const report::ClinicalCurve smoothed = named(curves_of(model), "degree_1");
   for (std::size_t i = 0; i < 4; ++i) {
     // Delta is along Y: theta of the set is the internal rotation, the spine's varus is the varus.
-    EXPECT_NEAR(smoothed.of(report::Quantity::varus)[i], 0.0, rounding);
-    EXPECT_NEAR(smoothed.of(report::Quantity::internal)[i],
+    EXPECT_NEAR(smoothed.values_of(report::Quantity::varus)[i], 0.0, rounding);
+    EXPECT_NEAR(smoothed.values_of(report::Quantity::internal)[i],
                 model.smoothed[0].surfaces[3].values(static_cast<Eigen::Index>(i), 1), rounding);
   }
 }
@@ -175,14 +177,14 @@ TEST(CurveFile, ReadsTheColumnsOfThePublishedCurves)
   EXPECT_EQ(file.curve.name, "walker.v2");
   EXPECT_THAT(file.comments, ElementsAre("cadavers, passive", "convention: internal +"));
   EXPECT_THAT(file.curve.flexion_deg, ElementsAre(0.0, 10.5));
-  EXPECT_THAT(file.curve.of(report::Quantity::internal), ElementsAre(-1.0, 2.0));
-  EXPECT_THAT(file.curve.of(report::Quantity::origin_anterior), ElementsAre(10.0, 11.0));
-  EXPECT_THAT(file.curve.of(report::Quantity::origin_proximal), ElementsAre(2.0, 3.0));
-  EXPECT_THAT(file.curve.of(report::Quantity::origin_lateral), ElementsAre(-3.0, -4.0));
-  EXPECT_THAT(file.curve.of(report::Quantity::anterior), IsEmpty());
-  ASSERT_EQ(file.curve.of(report::Quantity::varus).size(), 2u);
-  EXPECT_EQ(file.curve.of(report::Quantity::varus)[0], 0.5);
-  EXPECT_TRUE(std::isnan(file.curve.of(report::Quantity::varus)[1]));
+  EXPECT_THAT(file.curve.values_of(report::Quantity::internal), ElementsAre(-1.0, 2.0));
+  EXPECT_THAT(file.curve.values_of(report::Quantity::origin_anterior), ElementsAre(10.0, 11.0));
+  EXPECT_THAT(file.curve.values_of(report::Quantity::origin_proximal), ElementsAre(2.0, 3.0));
+  EXPECT_THAT(file.curve.values_of(report::Quantity::origin_lateral), ElementsAre(-3.0, -4.0));
+  EXPECT_THAT(file.curve.values_of(report::Quantity::anterior), IsEmpty());
+  ASSERT_EQ(file.curve.values_of(report::Quantity::varus).size(), 2u);
+  EXPECT_EQ(file.curve.values_of(report::Quantity::varus)[0], 0.5);
+  EXPECT_TRUE(std::isnan(file.curve.values_of(report::Quantity::varus)[1]));
 }
 
 TEST(CurveFile, ReadsWhatIsExported)
@@ -193,11 +195,11 @@ TEST(CurveFile, ReadsWhatIsExported)
   for (const report::Quantity quantity :
        {report::Quantity::internal, report::Quantity::varus, report::Quantity::anterior,
         report::Quantity::proximal, report::Quantity::lateral}) {
-    EXPECT_EQ(file.curve.of(quantity).size(), motion.frames.size());
+    EXPECT_EQ(file.curve.values_of(quantity).size(), motion.frames.size());
   }
   ASSERT_TRUE(file.point_mm);
   EXPECT_EQ(*file.point_mm, motion.rotation_centre_mm);
-  EXPECT_THAT(file.curve.of(report::Quantity::origin_anterior), IsEmpty());
+  EXPECT_THAT(file.curve.values_of(report::Quantity::origin_anterior), IsEmpty());
 }
 
 // One motion about another point, from the mesh origin's translations and from those of a third point.
@@ -220,20 +222,20 @@ TEST(CurveFile, MovesTranslationsToAnotherPoint)
     of_centre.curve = of_origin.curve;
     of_centre.point_mm = model.rotation_centre_mm;
     for (const auto q : {report::Quantity::anterior, report::Quantity::proximal, report::Quantity::lateral})
-      of_origin.curve.of(q).clear();
+      of_origin.curve.values_of(q).clear();
     for (const report::CurveFile& given : {of_origin, of_centre}) {
       const report::CurveFile found = report::about_point(given, side_of_model, other_mm);
       EXPECT_FALSE(found.is_incomplete);
       for (const auto q :
            {report::Quantity::anterior, report::Quantity::proximal, report::Quantity::lateral}) {
         for (std::size_t i = 0; i < wanted.flexion_deg.size(); ++i)
-          EXPECT_NEAR(found.curve.of(q)[i], wanted.of(q)[i], 1e-9) << i;
+          EXPECT_NEAR(found.curve.values_of(q)[i], wanted.values_of(q)[i], 1e-9) << i;
       }
     }
-    of_origin.curve.of(report::Quantity::varus).clear();
+    of_origin.curve.values_of(report::Quantity::varus).clear();
     const report::CurveFile incomplete = report::about_point(of_origin, side_of_model, other_mm);
     EXPECT_TRUE(incomplete.is_incomplete);
-    EXPECT_THAT(incomplete.curve.of(report::Quantity::anterior), IsEmpty());
+    EXPECT_THAT(incomplete.curve.values_of(report::Quantity::anterior), IsEmpty());
   }
 }
 

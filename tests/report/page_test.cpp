@@ -112,7 +112,7 @@ TEST(Page, BytesThatAreNoTextDoNotStopIt)
   EXPECT_EQ(data_of(report).at("models")[0].at("title"), "knee \uFFFD\uFFFD");
 }
 
-TEST(Page, StandsAloneAndAsksNoNetwork)
+TEST(Page, NeedsNoOtherFileAndNoNetwork)
 {
   const std::string page = report::report_page(sample_report());
   for (const char* wanted : {"default-src 'none'", "MIT licence", "Copyright 2012-2021 Plotly, Inc."})
@@ -136,7 +136,7 @@ TEST(Page, EqualReportsHaveEqualBytes)
   EXPECT_EQ(report::report_page(sample_report()), report::report_page(sample_report()));
 }
 
-TEST(PageData, HasNoNumberWhereThereIsNone)
+TEST(PageData, WritesNullForNumbersThatAreNotFinite)
 {
   const double infinity = std::numeric_limits<double>::infinity();
   EXPECT_EQ(report::short_numbers({1.0, std::nan(""), infinity, -infinity}).dump(), "[1.0,null,null,null]");
@@ -176,7 +176,7 @@ TEST(PageData, AddsForcesByCompartmentAndFibresByBundle)
   EXPECT_EQ(branches.at("energy").at(2).get<double>() - branches.at("energy").at(1).get<double>(), 1.75);
 }
 
-TEST(PageData, HeldCoordinatesHaveLoadsAndFreeOnesTellWhetherTheyAreDetermined)
+TEST(PageData, FixedCoordinatesHaveLoadsAndFreeOnesWhetherTheyAreDetermined)
 {
   test::SampleOptions options;
   options.is_equilibrium = true;

@@ -156,7 +156,7 @@ TEST(ScoreSequence, OfFramesAreMatchedByTheirKeys)
   EXPECT_NEAR(deg_from_rad(rows[2].value[0]), ascending[0], rounding);
 }
 
-TEST(ScoreSequence, AHoleIsCrossedOnlyIfAsked)
+TEST(ScoreSequence, AHoleIsCrossedOnlyOnRequest)
 {
   store::MotionModel model = free_model();
   test::unsolve(model, 2, 0);  // 30 degrees

@@ -49,7 +49,7 @@ class Package(unittest.TestCase):
         self.assertEqual(machine.run("package").returncode, 0)
         self.assertTrue(machine.calls("apt-get")[-1].endswith(" install --yes --no-install-recommends delta"))
 
-    def test_a_failure_is_told_and_leaves_no_half_packages(self):
+    def test_a_failure_is_reported_and_leaves_no_partial_packages(self):
         machine = self.machine()
         machine.fake("cpack", 'echo "CPack Error: no room"; exit 1')
         done = machine.run("package")

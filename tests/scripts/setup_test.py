@@ -91,7 +91,7 @@ class Setup(unittest.TestCase):
             self.assertEqual(machine.run("setup", "tests").returncode, 0)
             self.assertEqual(len(machine.calls("npm")), 2)
 
-    def test_npm_packages_of_the_tests_are_added_when_asked_for(self):
+    def test_npm_packages_of_the_tests_are_added_on_request(self):
         with FakeMachine() as machine:
             machine.write("player/web/package-lock.json", "one")
             machine.fake("npm", "rm -rf player/web/node_modules; mkdir -p player/web/node_modules")

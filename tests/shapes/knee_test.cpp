@@ -126,7 +126,7 @@ TEST(Knee, TheSameRequestGivesTheSameBits)
   }
 }
 
-TEST(Knee, GeneratedPoseIsAHairApart)
+TEST(Knee, TheGeneratedPoseHasASmallGap)
 {
   for (const double resolution : {0.77, 1.0, 2.0}) {
     SCOPED_TRACE(resolution);

@@ -26,8 +26,8 @@ def skip_without_slurm(name):
         try:
             with Cluster(nodes=1):
                 pass
-        except private_slurm.ClusterError as trouble:
-            reason = str(trouble)
+        except private_slurm.ClusterError as error:
+            reason = str(error)
     if reason:
         print(f"skipped: {name}: {reason}")
         sys.exit(SKIPPED)

@@ -288,8 +288,8 @@ class Keeper:
     def reply(self, words):
         try:
             return "ok " + self.answer(words)
-        except ClusterError as trouble:
-            return f"error {trouble}"
+        except ClusterError as error:
+            return f"error {error}"
 
 
 def open_files(process):
@@ -331,9 +331,9 @@ def stop(folder):
 
 
 def idle_nodes(folder):
-    asked = subprocess.run(["sinfo", "-h", "-N", "-p", "batch", "-o", "%N %t"], env=environment(folder), capture_output=True,
+    listed = subprocess.run(["sinfo", "-h", "-N", "-p", "batch", "-o", "%N %t"], env=environment(folder), capture_output=True,
                            text=True, check=False)
-    return [line.split()[0] for line in asked.stdout.splitlines() if line.split()[1:] == ["idle"]]
+    return [line.split()[0] for line in listed.stdout.splitlines() if line.split()[1:] == ["idle"]]
 
 
 def tails(folder, characters=2000):
@@ -430,8 +430,8 @@ def main(arguments):
         else:
             if answer := ask(given.folder, given.command, *given.node):
                 print(answer)
-    except ClusterError as trouble:
-        print(f"private_slurm: {trouble}", file=sys.stderr)
+    except ClusterError as error:
+        print(f"private_slurm: {error}", file=sys.stderr)
         return 1
     return 0
 

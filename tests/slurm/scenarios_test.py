@@ -275,7 +275,7 @@ class Submissions(Scenario):
         self.assert_done(one)
         self.assert_done(other, self.plain_run(other_grid))
 
-    def test_no_more_at_once_than_asked(self):
+    def test_no_more_at_once_than_requested(self):
         made = self.submission()
         self.submit(made, options=["--max-parallel", 2, "--extra=--comment=few"], **made.fault("hold", "-of-8.journal"))
         self.wait(made, "two shards run", lambda: len(made.begun()) == 2)
@@ -300,8 +300,8 @@ class Submissions(Scenario):
         made = self.submission(shards=3)
         words = ["submit", made.job, "-o", made.folder, "--shards", 3, "--partition", "batch", "--time", 10, "--mem", "200M", *made.grid]
         script = "export SLURM_RESTART_COUNT=1; exec " + shlex.join(map(str, [programs / VRDA.name, *words]))
-        asked = machine.run("sbatch", "--array=1", "--output=/dev/null", "--mem=50M", "--wrap", script)
-        self.assertEqual((asked.returncode, asked.stderr), (0, ""))
+        submitted = machine.run("sbatch", "--array=1", "--output=/dev/null", "--mem=50M", "--wrap", script)
+        self.assertEqual((submitted.returncode, submitted.stderr), (0, ""))
         self.assert_done(made)
         for kind in ("spine", "merge"):
             state = cluster.read_json((made.folder / "tasks" / f"{JOB.stem}.{kind}.json").read_text())
@@ -435,10 +435,10 @@ class Interruptions(Scenario):
         self.hold_all(made)
         gate = machine.work / self.name / "urgent"
         self.addCleanup(gate.touch)
-        asked = machine.run("sbatch", "--partition=urgent", f"--array=1-{SLOTS}", "--mem=50M", "--output=/dev/null", "--wrap",
+        submitted = machine.run("sbatch", "--partition=urgent", f"--array=1-{SLOTS}", "--mem=50M", "--output=/dev/null", "--wrap",
                             f"until [ -e {gate} ]; do sleep 0.1; done")
-        self.assertEqual((asked.returncode, asked.stderr), (0, ""))
-        urgent = asked.stdout.split()[-1]
+        self.assertEqual((submitted.returncode, submitted.stderr), (0, ""))
+        urgent = submitted.stdout.split()[-1]
         self.wait(made, "the urgent run", lambda: [task.partition("_")[0] for task in self.running()] == [urgent] * SLOTS, 150)
         made.open()
         gate.touch()

@@ -227,7 +227,7 @@ TEST(SmoothFit, VarusIsAFifthSurfaceWhereItWasFree)
       << "varus was given";
 }
 
-TEST(SmoothFit, TheLargestDegreeAskedForIsTriedFirst)
+TEST(SmoothFit, TheLargestRequestedDegreeIsTriedFirst)
 {
   const smooth::SmoothInput input = noisy_planes(20, 5);
   EXPECT_EQ(smooth::largest_degree(input), 4);

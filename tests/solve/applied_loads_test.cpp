@@ -149,7 +149,7 @@ TEST(AppliedLoads, DerivativesMatchDifferences)
   }
 }
 
-// Forces fixed in the reference have the same potential wherever it is asked for; at constant varus those
+// Forces fixed in the reference have the same potential wherever it is evaluated; at constant varus those
 // fixed in the world do too.
 TEST(AppliedLoads, AForceFixedInTheReferenceIsExactEverywhere)
 {

@@ -93,7 +93,7 @@ TEST(WithSmoothed, KeepsTheOrderOfDegrees)
   EXPECT_EQ(model.smoothed[3].degree, 10);
 }
 
-TEST(WithSmoothed, TheSameSetOnceMoreChangesNothing)
+TEST(WithSmoothed, AddingTheSameSetAgainChangesNothing)
 {
   const store::MotionModel model = test::with_derived(test::sample_model());
   test::expect_equal(store::with_smoothed(model, model.smoothed[0]), model);

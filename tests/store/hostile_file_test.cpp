@@ -380,7 +380,7 @@ TEST(HostileFile, TextMustBeUtf8)
               test::refuses({.field = "/bodies/moving/component_name", .wanted = "UTF-8"}));
 }
 
-TEST(HostileFile, NothingMayStandBeforeTheHdf5Content)
+TEST(HostileFile, BytesBeforeTheHdf5ContentAreRefused)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";

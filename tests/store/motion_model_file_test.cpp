@@ -163,7 +163,7 @@ TEST(MotionModelFile, AnUnwritableOutputIsNamedAndTheOldFileKept)
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(scratch.path()), {}), 1);
 }
 
-TEST(MotionModelFile, AModelWhoseShapesDisagreeIsOurMistake)
+TEST(MotionModelFile, InconsistentShapesOfAModelThrowInternalError)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";

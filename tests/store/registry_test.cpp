@@ -110,7 +110,7 @@ TEST(Registry, TheCodesAreThoseOfTheEnumerations)
             "none both_touch interpolated free");
 }
 
-TEST(Registry, AnUnknownDimensionIsOurMistake)
+TEST(Registry, AnUnknownDimensionThrowsInternalError)
 {
   EXPECT_THROW(store::RegistryVisitor().size("/nothing"), InternalError);
 }

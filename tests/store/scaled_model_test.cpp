@@ -93,7 +93,7 @@ TEST(ScaledModel, BackAgainIsTheSame)
   test::expect_equal(store::scaled_model(model, 1.0), model);
 }
 
-TEST(ScaledModel, NoSizeIsOurMistake)
+TEST(ScaledModel, AZeroScaleThrowsInternalError)
 {
   EXPECT_THROW(store::scaled_model(whole_model(), 0.0), InternalError);
 }

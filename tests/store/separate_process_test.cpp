@@ -68,7 +68,7 @@ TEST(SeparateProcess, GoesOnWhileThisOneDoes)
   munmap(memory, sizeof(std::atomic<char>));
 }
 
-TEST(SeparateProcess, ThatNobodyWaitsForIsEnded)
+TEST(SeparateProcess, IsEndedIfItsResultIsNotCollected)
 {
   {
     const store::SeparateProcess endless(

@@ -372,7 +372,7 @@ TEST(DamagedFile, IsRefusedWhereverTheDamageIs)
   expect_refused(scratch, whole + "x");
 }
 
-TEST(DamagedFile, WithoutItsSealAWholeFileIsReadWhenAskedFor)
+TEST(DamagedFile, ACompleteFileWithoutSealIsReadOnRequest)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";

@@ -214,7 +214,7 @@ TEST(TraceFile, ValuesThatBreakARuleAreNamed)
   }
 }
 
-TEST(TraceFile, MustStandBesideItsOwnModel)
+TEST(TraceFile, MustMatchItsModel)
 {
   const store::MotionModel model = test::sample_model();
   EXPECT_NO_THROW(store::require_trace_matches_model(sample_trace(), "a.trace.h5", model, "a.h5"));

@@ -66,7 +66,8 @@ sd = 0.3)"));
     mean_square += std::log(factor) * std::log(factor) / samples.n_samples();
     for (std::size_t k = 0; k < sampled.fibres.size(); ++k) {
       const bool is_acl = job.ligaments.fibres[k].bundle == "ACLam";
-      EXPECT_DOUBLE_EQ(sampled.fibres[k].stiffness_n, job.ligaments.fibres[k].stiffness_n * (is_acl ? factor : 1.0));
+      EXPECT_DOUBLE_EQ(sampled.fibres[k].stiffness_n,
+                       job.ligaments.fibres[k].stiffness_n * (is_acl ? factor : 1.0));
       EXPECT_EQ(sampled.fibres[k].slack_length_mm, job.ligaments.fibres[k].slack_length_mm);
     }
   }
@@ -108,7 +109,7 @@ shared_by = "all")"));
   }
 }
 
-TEST(SampledCase, FibresOfABundleAreCorrelatedAsAsked)
+TEST(SampledCase, FibresOfABundleHaveTheRequestedCorrelation)
 {
   const load::Case job = knee(parameter(R"(quantity = "reference_strain"
 bundle = "ACLam"
@@ -152,7 +153,8 @@ shared_by = "fibre")");
       const ligament::Fibre& fibre = sampled.fibres[k];
       EXPECT_EQ(fibre.reference_mm, job.ligaments.fibres[k].reference_mm);
       EXPECT_EQ(fibre.slack_length_mm, job.ligaments.fibres[k].slack_length_mm) << "given, so it is kept";
-      // The chord of a path along the surface; where the surface is bent the nearest point may be a little farther.
+      // The chord of a path along the surface; where the surface is bent the nearest point may be a little
+      // farther.
       farthest_mm = std::max(farthest_mm, (fibre.moving_mm - job.ligaments.fibres[k].moving_mm).norm());
     }
   }
@@ -220,8 +222,9 @@ TEST(SampledCase, WhatTheJobDoesNotHaveIsRefused)
               refuses({.field = at + ".from", .found = "-0.1"}));
   EXPECT_THAT(refused("quantity = \"stiffness\"\ndistribution = \"table\"\nvalues = [0.5, 0, 1]"),
               refuses({.field = at + ".values", .found = "0"}));
-  EXPECT_THAT(refused("quantity = \"load\"\nload = \"force\"\ndistribution = \"uniform\"\nfrom = -30\nto = 0"),
-              refuses({.field = at + ".from", .found = "-30"}));
+  EXPECT_THAT(
+      refused("quantity = \"load\"\nload = \"force\"\ndistribution = \"uniform\"\nfrom = -30\nto = 0"),
+      refuses({.field = at + ".from", .found = "-30"}));
   EXPECT_THAT(refused("quantity = \"reference_strain\"\ndistribution = \"normal\"\nsd = 1e9"),
               refuses({.field = at + ".sd", .found = "1e+09", .wanted = "at most 1"}));
   EXPECT_THAT(refused("quantity = \"stiffness\"\ndistribution = \"normal\""), refuses({.field = at + ".sd"}));
@@ -229,10 +232,12 @@ TEST(SampledCase, WhatTheJobDoesNotHaveIsRefused)
               refuses({.field = at + ".load"}));
   EXPECT_THAT(refused("quantity = \"load\"\nload = \"momemt\"\ndistribution = \"normal\"\nsd = 1"),
               refuses({.field = at + ".load", .found = "momemt", .wanted = "moment"}));
-  EXPECT_THAT(refused("quantity = \"attachment\"\ndistribution = \"normal\"\nsd = 1"), refuses({.field = at + ".body"}));
+  EXPECT_THAT(refused("quantity = \"attachment\"\ndistribution = \"normal\"\nsd = 1"),
+              refuses({.field = at + ".body"}));
   EXPECT_THAT(refused("quantity = \"attachment\"\nbody = \"moving\"\ndistribution = \"lognormal\"\nsd = 1"),
               refuses({.field = at + ".distribution", .found = "lognormal"}));
-  EXPECT_THAT(refused("quantity = \"offset\"\nbody = \"moving\"\ncomponent = \"femur\"\ndistribution = \"normal\"\nsd = 1"),
+  EXPECT_THAT(refused("quantity = \"offset\"\nbody = \"moving\"\ncomponent = \"femur\"\ndistribution = "
+                      "\"normal\"\nsd = 1"),
               refuses({.field = at + ".component", .wanted = "tibia"}));
   const std::string twice = parameter("quantity = \"stiffness\"\ndistribution = \"normal\"\nsd = 0.3");
   EXPECT_THAT(input_error([&] { knee(twice + twice); }), refuses({.field = "uncertainty.parameter.1.name"}));

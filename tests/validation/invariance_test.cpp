@@ -275,7 +275,7 @@ TEST(Invariance, EitherObjectMayBeTheMovingOne)
 {
   expect_same_rest({"same equilibrium with the objects exchanged and Delta reversed", 501, exchanged});
 }
-TEST(Invariance, TheSceneMayStandAnywhere)
+TEST(Invariance, ARigidMotionOfTheSceneChangesNothing)
 {
   expect_same_rest({"same equilibrium with the scene rotated about Delta and translated", 502, moved});
 }

@@ -13,7 +13,7 @@ export function connectLive(byId, host) {
   const address = new URL(path, location.href);
   if (address.origin !== location.origin) return null;
   address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
-  let isAsked = false, drawnVarus = null, first = null;
+  let isScheduled = false, drawnVarus = null, first = null;
   const follow = byId("follow"), placed = byId("placed");
 
   const place = (message) => {
@@ -32,7 +32,7 @@ export function connectLive(byId, host) {
     return true;
   };
   const draw = () => {
-    isAsked = false;
+    isScheduled = false;
     if (!host.player() || host.isInSpace() || !apply()) return;
     place(stream.pose);
     host.show();
@@ -40,7 +40,7 @@ export function connectLive(byId, host) {
     drawnVarus = host.player().varus;
   };
   const stream = new LiveStream(address, {
-    onPose: () => { if (!isAsked) requestAnimationFrame(draw); isAsked = true; },
+    onPose: () => { if (!isScheduled) requestAnimationFrame(draw); isScheduled = true; },
     onBench: (bench) => { if (host.player()?.sets.includes(bench.set)) host.useSet(bench.set); },
   });
   for (const id of ["follow-choice", "placed-choice"]) byId(id).hidden = false;

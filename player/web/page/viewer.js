@@ -118,10 +118,10 @@ export class Viewer {
   }
 
   redraw() {
-    if (this.isAsked || this.isLent) return;
-    this.isAsked = true;
+    if (this.isScheduled || this.isLent) return;
+    this.isScheduled = true;
     requestAnimationFrame(() => {
-      this.isAsked = false;
+      this.isScheduled = false;
       if (this.isLent) return;
       this.renderer?.render(this.scene, this.camera);
       this.onDrawn(this.camera);

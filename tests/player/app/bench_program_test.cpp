@@ -336,7 +336,7 @@ TEST_F(BenchProgram, ABodyOfMarkersIsMeasuredAndThenTracked)
               HasSubstr(" mm at 4 markers, rotation sd 0."));
 }
 
-TEST_F(BenchProgram, WhatIsWrongIsToldBeforeItRuns)
+TEST_F(BenchProgram, InvalidOptionsAreReportedBeforeItRuns)
 {
   const std::string no_log = in_scratch("none.log");
   const std::string text = scratch_.write("text.log", "no recording\n").string();

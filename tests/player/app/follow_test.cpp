@@ -126,7 +126,7 @@ TEST_F(Follow, StopsWhenItIsInterrupted)
   EXPECT_THAT(ended.out, test::reports("stopped"));
 }
 
-TEST_F(Follow, SaysWhenTheRunBeginsAnew)
+TEST_F(Follow, ReportsARestartOfTheRun)
 {
   add_steps(0);
   test::Process program(command({"--offscreen", path("pictures"), "--every", "0.1", "--size", "160x120"}));

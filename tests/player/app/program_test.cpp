@@ -21,7 +21,7 @@ using testing::StartsWith;
 
 struct Outcome {
   int code = -1;
-  std::string data, talk;
+  std::string data, messages;
 };
 
 /// A model with a valid seal that crashes HDF5 1.10.8: an object of its global heap has a huge length.
@@ -49,11 +49,12 @@ class Program : public testing::Test {
 
   Outcome run(const std::string& arguments) const
   {
-    const std::string data = (scratch_.path() / "out").string(), talk = (scratch_.path() / "err").string();
+    const std::string data = (scratch_.path() / "out").string(),
+                      messages = (scratch_.path() / "err").string();
     const std::string command =
-        "'" VRDA_PLAYER_PROGRAM "' " + arguments + " >'" + data + "' 2>'" + talk + "'";
+        "'" VRDA_PLAYER_PROGRAM "' " + arguments + " >'" + data + "' 2>'" + messages + "'";
     const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::read_bytes(data), test::read_bytes(talk)};
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::read_bytes(data), test::read_bytes(messages)};
   }
 
   test::Scratch scratch_;
@@ -66,7 +67,7 @@ TEST_F(Program, HelpShowsAnExampleAndVersionIsTheProjects)
   const Outcome help = run("--help");
   EXPECT_EQ(help.code, 0);
   EXPECT_THAT(help.data, HasSubstr("Example:"));
-  EXPECT_EQ(help.talk, "");
+  EXPECT_EQ(help.messages, "");
   const Outcome show_help = run("show --help");
   EXPECT_EQ(show_help.code, 0);
   EXPECT_THAT(show_help.data, HasSubstr("vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15"));
@@ -77,17 +78,17 @@ TEST_F(Program, HelpShowsAnExampleAndVersionIsTheProjects)
   EXPECT_EQ(version.data, "vrda-player " VRDA_VERSION "\n");
 }
 
-TEST_F(Program, WritesPathsToStandardOutputAndTalkToStandardError)
+TEST_F(Program, WritesPathsToStandardOutputAndMessagesToStandardError)
 {
   const Outcome outcome = run("show '" + file_ + "' --offscreen '" + folder_ +
                               "' --flexion 0:30:30 --views lateral --size 64x48");
   EXPECT_EQ(outcome.code, 0);
   EXPECT_EQ(outcome.data, folder_ + "/lateral_flexion_000.png\n" + folder_ + "/lateral_flexion_030.png\n");
-  EXPECT_THAT(outcome.talk, test::reports("", {"2 attitudes", "2"}));
+  EXPECT_THAT(outcome.messages, test::reports("", {"2 attitudes", "2"}));
   const Outcome quiet =
       run("show '" + file_ + "' --offscreen '" + folder_ + "' --flexion 0 --size 64x48 --quiet");
   EXPECT_EQ(quiet.code, 0);
-  EXPECT_EQ(quiet.talk, "");
+  EXPECT_EQ(quiet.messages, "");
 }
 
 TEST_F(Program, TakesNegativeAnglesAModeAndEveryBackground)
@@ -96,8 +97,8 @@ TEST_F(Program, TakesNegativeAnglesAModeAndEveryBackground)
     const Outcome outcome =
         run("show '" + file_ + "' --offscreen '" + folder_ + "' --size 64x48 --varus -0.5 " +
             "--flexion -5:5:5 --mode wire --background " + background);
-    EXPECT_EQ(outcome.code, 0) << outcome.talk;
-    EXPECT_THAT(outcome.talk, test::reports("--flexion", {"-5", "0", "30"}));
+    EXPECT_EQ(outcome.code, 0) << outcome.messages;
+    EXPECT_THAT(outcome.messages, test::reports("--flexion", {"-5", "0", "30"}));
   }
 }
 
@@ -106,7 +107,7 @@ TEST_F(Program, FramesTheJointOrAllOfIt)
   const auto still = [&](const std::string& frame) {
     const Outcome outcome = run("show '" + file_ + "' --offscreen '" + folder_ +
                                 "' --size 64x48 --flexion 0 --views inverted" + frame);
-    EXPECT_EQ(outcome.code, 0) << outcome.talk;
+    EXPECT_EQ(outcome.code, 0) << outcome.messages;
     return test::read_bytes(folder_ + "/inverted_flexion_000.png");
   };
   const std::string by_default = still(""), joint = still(" --frame joint"), all = still(" --frame all");
@@ -119,7 +120,7 @@ TEST_F(Program, EndsWithThreeWhenAnAttitudeHasNoAnswer)
   const Outcome outcome = run("show '" + file_ + "' --offscreen '" + folder_ +
                               "' --set raw --varus 0.5 --flexion 0:10:10 --size 64x48 --quiet");
   EXPECT_EQ(outcome.code, 3);
-  EXPECT_THAT(outcome.talk, test::reports("", {"10", "0.5"}));
+  EXPECT_THAT(outcome.messages, test::reports("", {"10", "0.5"}));
 }
 
 TEST_F(Program, EndsWithTwoAndOneLineOnBadInput)
@@ -171,10 +172,10 @@ TEST_F(Program, EndsWithTwoAndOneLineOnBadInput)
         Row{model + " --offscreen /proc/none", {"/proc/none", "--offscreen"}}}) {
     SCOPED_TRACE(row.arguments);
     const Outcome outcome = run(row.arguments);
-    EXPECT_THAT((test::Ended{outcome.code, outcome.data, outcome.talk}), test::refuses(row.refusal));
+    EXPECT_THAT((test::Ended{outcome.code, outcome.data, outcome.messages}), test::refuses(row.refusal));
     EXPECT_EQ(outcome.data, "");
-    EXPECT_THAT(outcome.talk, StartsWith("vrda-player: "));
-    EXPECT_EQ(std::count(outcome.talk.begin(), outcome.talk.end(), '\n'), 1) << outcome.talk;
+    EXPECT_THAT(outcome.messages, StartsWith("vrda-player: "));
+    EXPECT_EQ(std::count(outcome.messages.begin(), outcome.messages.end(), '\n'), 1) << outcome.messages;
   }
   EXPECT_FALSE(std::filesystem::exists(kept));
 }

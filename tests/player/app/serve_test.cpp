@@ -174,7 +174,7 @@ TEST_F(Serve, ATrackedLegIsSentAndAHiddenBodyIsLeftOutAndMarked)
               "tool = \"tibia\"\nfrom_s = 1.5\nto_s = 1000\n")
           .string();
   std::string text = test::read_bytes(bench);
-  // The simulator's port is free when it starts: serve is asked first.
+  // The simulator's port is free when it starts: serve is queried first.
   start({"serve", file_, "--igtl", "0"});
   const std::string port = address_.substr(address_.find(':') + 1);
   program_.reset();

@@ -106,7 +106,7 @@ class WebcamBench : public testing::Test {
   }
 
   /// What `devices` says of a tracker that does not answer; repeated while the program starts.
-  std::string trouble_of(const std::string& bench_file) const
+  std::string error_message_of(const std::string& bench_file) const
   {
     for (int seconds = 1; seconds < 20; seconds *= 2) {
       const json tracker = json::parse(
@@ -158,7 +158,7 @@ TEST_F(WebcamBench, AnAbsentAFrozenASlowAndALyingCameraAreMarkedWhileThePictureG
   std::vector<bench::BenchFrame> frames = frames_of(absent, "absent", 1.0);
   EXPECT_GT(frames.size(), 10U);
   EXPECT_EQ(marks(frames), "femur not seen yet");
-  EXPECT_THAT(trouble_of(absent), HasSubstr("/dev/video_none: found no camera"));
+  EXPECT_THAT(error_message_of(absent), HasSubstr("/dev/video_none: found no camera"));
 
   // Frozen: the same picture again and again.
   take_pictures(1, 1);
@@ -183,9 +183,9 @@ TEST_F(WebcamBench, AnAbsentAFrozenASlowAndALyingCameraAreMarkedWhileThePictureG
   webcam::Camera other = test::webcam_camera();
   other.width = 1280;
   scratch_.write("camera.toml", webcam::camera_text(other));
-  EXPECT_THAT(trouble_of(bench(pictures() + "\"\n")), HasSubstr("wanted 1280 x 480"));
+  EXPECT_THAT(error_message_of(bench(pictures() + "\"\n")), HasSubstr("wanted 1280 x 480"));
   std::filesystem::remove(scratch_.path() / "camera.toml");
-  EXPECT_THAT(trouble_of(bench(pictures() + "\"\n")), HasSubstr("vrda-webcam calibrate"));
+  EXPECT_THAT(error_message_of(bench(pictures() + "\"\n")), HasSubstr("vrda-webcam calibrate"));
 }
 
 TEST_F(WebcamBench, SheetsArePrintedForTheBenchsBodies)

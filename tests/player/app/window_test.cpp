@@ -152,7 +152,7 @@ bool is_at_its_place(const std::string& title)
   return reported.find(place) != std::string::npos && reported.find("Geometry: 640x512") != std::string::npos;
 }
 
-TEST_F(InWindow, ABenchsDisplayStandsAtItsPlaceAndSaysWhenItIsNotAsItShouldBe)
+TEST_F(InWindow, ABenchsDisplayIsAtItsPositionAndReportsDeviationsFromTheBenchFile)
 {
   const std::string bench = scratch_.write("bench.toml", placed_bench_text()).string();
   const std::string kept = (scratch_.path() / "calibration.toml").string();

@@ -32,7 +32,7 @@ TEST(BenchInputs, TheStageMovesTheEyesAlongItsDirectionByItsCounts)
   }
 }
 
-TEST(BenchInputs, AStageWhoseBoardStartedAnewStaysWhereItWasUntilItIsZeroed)
+TEST(BenchInputs, AStageWhoseBoardRestartedKeepsItsPositionUntilItIsZeroed)
 {
   SmallBench bench(test::two_bodies_text());
   const auto at = [&](int count, int flags) {
@@ -80,7 +80,7 @@ TEST(BenchInputs, AStageIsMarkedThatWasNeverZeroedOrHasLostCounts)
   EXPECT_EQ(bench::stage_status_text(SmallBench(test::two_bodies_text("tracker")).state.frame(0)), "");
 }
 
-TEST(BenchInputs, AHeadOnTheTrackerStandsAtItsBody)
+TEST(BenchInputs, AHeadOnTheTrackerHasThePoseOfItsBody)
 {
   SmallBench bench(test::two_bodies_text("tracker"));
   const bench_files::Calibration& c = bench.calibration;
@@ -183,7 +183,7 @@ TEST(BenchInputs, UsedOnesAreMarkedUntilTheyAreSeen)
   EXPECT_NEAR(after.stage.age_s, 0.5, rounding);
 }
 
-TEST(BenchInputs, WhatIsNotLiveIsToldInWords)
+TEST(BenchInputs, AnInputThatIsNotLiveIsReportedAsText)
 {
   EXPECT_EQ(bench::input_status_text("tibia", {true, false, true, 1.23, devices::ToolVisibility::missing}),
             "tibia hidden for 1.2 s");

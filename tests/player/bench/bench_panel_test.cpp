@@ -126,10 +126,10 @@ TEST_F(Panel, WhatIsNotLiveOrHasNoZeroIsMarkedBeforeBothEyes)
   EXPECT_GT(n_amber(left_), n_stage);
 }
 
-TEST_F(Panel, TroubleOfTheDisplayIsALineOfIt)
+TEST_F(Panel, AnErrorOfTheDisplayIsALineOfThePanel)
 {
   EXPECT_EQ(n_amber_in(picture(), operators_), 0);
-  content_.trouble = "found a frame buffer of 600 x 500, wanted 1280 x 1024";
+  content_.error_message = "found a frame buffer of 600 x 500, wanted 1280 x 1024";
   EXPECT_GT(n_amber_in(picture(), operators_), 50);
 }
 

@@ -84,7 +84,7 @@ TEST(BenchTake, EyesThatCannotBeDrawnForArePutBackToWhatTheyWereBefore)
   EXPECT_NEAR(right_k1(bench.state), -0.19, 1e-12);
 }
 
-TEST(BenchTake, ThePotentiometerGoesOnFromWhatWasPutBack)
+TEST(BenchTake, ThePotentiometerContinuesFromTheRestoredValue)
 {
   test::SmallBench bench(test::rigid_text());
   bench::PanelContent panel;
@@ -163,8 +163,8 @@ class BenchReplay : public testing::Test {
     options.replay = log;
     options.video = in_scratch("film.mp4");
     options.speed = speed;
-    std::ostringstream data, talk;
-    bench::replay_bench(options, {data, talk});
+    std::ostringstream data, messages;
+    bench::replay_bench(options, {data, messages});
     return test::run({"/usr/bin/ffprobe",
                       {"-v", "error", "-count_packets", "-show_entries", "stream=nb_read_packets", "-of",
                        "csv=p=0", options.video},
@@ -182,8 +182,8 @@ class BenchReplay : public testing::Test {
     options.pictures = in_scratch(folder);
     options.from_s = from_s;
     options.speed = speed;
-    std::ostringstream data, talk;
-    bench::replay_bench(options, {data, talk});
+    std::ostringstream data, messages;
+    bench::replay_bench(options, {data, messages});
     std::map<std::string, std::string> files;
     for (const auto& entry : std::filesystem::directory_iterator(options.pictures))
       files[entry.path().filename()] = test::read_bytes(entry.path());

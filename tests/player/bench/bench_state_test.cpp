@@ -83,7 +83,7 @@ TEST(BenchState, ExchangedBodiesAreNamed)
   EXPECT_NE(mark.find("femur and tibia bodies probably exchanged"), std::string::npos) << mark;
 }
 
-TEST(BenchState, ARigidLegStandsAtItsBodyWithTheAnglesOfTheParameters)
+TEST(BenchState, ARigidLegHasThePoseOfItsBodyAndTheAnglesOfTheParameters)
 {
   SmallBench bench(test::rigid_text());
   const Pose X_leg = some_pose(3);

@@ -161,11 +161,13 @@ TEST_F(Controls, EveryKeyOfTheHelpIsTested)
 {
   std::string keys;
   for (const navigation::HelpLine& line : bench::bench_key_lines()) keys += std::string(line.keys) + "; ";
-  EXPECT_EQ(keys, "Up, Down; Left, Right; F, V, I; P; E; Z; Left, right, middle drag; Gamepad; W; T; S; H or ?; Q or "
-            "Esc; ");
+  EXPECT_EQ(
+      keys,
+      "Up, Down; Left, Right; F, V, I; P; E; Z; Left, right, middle drag; Gamepad; W; T; S; H or ?; Q or "
+      "Esc; ");
 }
 
-TEST_F(Controls, ParametersAreToldWithTheirUnit)
+TEST_F(Controls, ParametersAreShownWithTheirUnit)
 {
   bench_files::set_value(bench_.state.values(), 0, 35.5);
   EXPECT_EQ(bench::parameter_text(bench_.state, 0), "flexion 35.5 deg");

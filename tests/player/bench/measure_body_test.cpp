@@ -67,7 +67,7 @@ TEST(MeasureBody, ItsLinesAreThoseOfABenchFileWithTheSameDistances)
       EXPECT_NEAR((found[i] - found[j]).norm(), (tetrahedron[i] - tetrahedron[j]).norm(), written_mm);
 }
 
-TEST(MeasureBody, KeepsTheFrameOfPlacesThatStandThere)
+TEST(MeasureBody, KeepsTheFrameOfMarkerPositionsInTheBenchFile)
 {
   const bench_files::BenchFile bench =
       unmeasured("markers_mm = [10, 20, 30, 90, 20, 30, 10, 80, 30, 10, 20, 80]\n");
@@ -105,7 +105,7 @@ TEST(MeasureBody, MarkersThatMakeNoBodyAreRefusedByName)
   EXPECT_THAT(refusal(never_together), HasSubstr("'d' seen in 3 frames"));
 }
 
-TEST(MeasureBody, WhatCannotBeMeasuredIsTold)
+TEST(MeasureBody, BodiesThatCannotBeMeasuredAreRefusedWithTheReason)
 {
   const test::Scratch scratch;
   bench::MeasureBodyOptions options;
@@ -113,8 +113,10 @@ TEST(MeasureBody, WhatCannotBeMeasuredIsTold)
   options.seconds = 0.1;
   const auto refusal = [&](const char* role) {
     options.role = role;
-    std::ostringstream data, talk;
-    const InputError::Facts facts = test::input_error([&] { bench::measure_body(options, {data, talk}); });
+    std::ostringstream data, messages;
+    const InputError::Facts facts = test::input_error([&] {
+      bench::measure_body(options, {data, messages});
+    });
     EXPECT_EQ(facts.file, options.bench);
     EXPECT_EQ(data.str(), "");
     return facts;
@@ -162,7 +164,7 @@ TEST(MarkerFrames, AreTheMessagesAMarkerWasSeenIn)
   EXPECT_EQ(some[4][0], Eigen::Vector3d(9.0, 0.0, 0.0));
 }
 
-TEST(MarkerFrames, WithoutAMarkerThereIsNone)
+TEST(MarkerFrames, AreEmptyWithoutVisibleMarkers)
 {
   bench::MarkerFrames heard(0, 3);
   for (int k = 1; k <= 10; ++k)
@@ -195,7 +197,7 @@ TEST(FitWords, QualityIsWhatTheResidualsNoiseMakesOfThePose)
   EXPECT_NEAR(quality.centroid_sd_mm, noise * std::sqrt(3.0 / 4.0), 1e-9);
 }
 
-TEST(FitWords, AFitIsToldWithItsResidualAndItsConditioningOrWhyThereIsNone)
+TEST(FitWords, AFitIsReportedWithResidualAndConditioningOrTheReasonOfItsFailure)
 {
   EXPECT_EQ(bench::fit_text(square_fit(50.0, 0.3)), "residual 0.3 mm at 4 markers, rotation sd 0.14 deg");
   EXPECT_EQ(bench::fit_text(tracking::PoseFit{}), "too few markers");
@@ -204,7 +206,7 @@ TEST(FitWords, AFitIsToldWithItsResidualAndItsConditioningOrWhyThereIsNone)
   EXPECT_EQ(bench::fit_text(line), "collinear");
 }
 
-TEST(BenchState, TellsTheFitOfABodyOfMarkersAlone)
+TEST(BenchState, ReportsAFitOnlyForABodyOfMarkers)
 {
   test::SmallBench tools(test::two_bodies_text());
   EXPECT_EQ(tools.state.fit(bench_files::BodyRole::femur), nullptr);

@@ -56,7 +56,7 @@ TEST(ClockMap, NeverGoesBackNorBeyondTheArrival)
   EXPECT_GT(n_steps, 10);
 }
 
-TEST(ClockMap, AClockThatStepsIsMetAnew)
+TEST(ClockMap, AClockThatStepsIsSynchronisedAgain)
 {
   bench::ClockMap clock;
   clock.time_s(5000 * ms, 10 * ms);
@@ -147,7 +147,7 @@ bench::StreamStatistics watched(std::int64_t set_back_ms, const std::function<bo
 {
   devices::TrackerSettings settings;
   settings.tools = {"tibia"};
-  devices::TrackerProtocol talk(settings, 0);
+  devices::TrackerProtocol protocol(settings, 0);
   bench::StreamStatistics watch;
   for (int k = 1; k <= 500; ++k) {
     igtl::IgtlMessage message;
@@ -155,7 +155,7 @@ bench::StreamStatistics watched(std::int64_t set_back_ms, const std::function<bo
     message.device = "Tracker";
     message.device_ns = (5000 + k * 10 - (k >= 100 ? set_back_ms : 0)) * ms;
     if (!is_hidden(k)) message.tools.push_back({"tibia", igtl::ToolVisibility::seen, Pose::Identity()});
-    for (const devices::Sample& sample : talk.receive(message, k * 10 * ms)) watch.add(sample);
+    for (const devices::Sample& sample : protocol.receive(message, k * 10 * ms)) watch.add(sample);
   }
   return watch;
 }
@@ -207,7 +207,7 @@ TEST(SampleWatch, AToolThatIsHiddenIsNotMissed)
   EXPECT_EQ(watch.n_missed(), 0U);
 }
 
-TEST(BenchTiming, IsToldInNumbersAndWords)
+TEST(BenchTiming, IsReportedAsJsonAndAsText)
 {
   bench::BenchTiming timing;
   timing.n_pictures = 60;

@@ -300,7 +300,7 @@ TEST(BenchFile, NamesOfToolsAreAsLongAsMessagesHoldThem)
   }
 }
 
-TEST(BenchFile, AnOcclusionOfAToolThatIsNoneIsRefused)
+TEST(BenchFile, AnOcclusionOfAnUnknownToolIsRefused)
 {
   const InputError::Facts facts = test::input_error([] {
     test::bench_of(test::bench_text() +

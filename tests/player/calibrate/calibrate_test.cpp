@@ -26,20 +26,20 @@ using testing::HasSubstr;
 
 struct Said {
   calibrate::CalibrateEnd end = calibrate::CalibrateEnd::quit;
-  std::string data, talk;
+  std::string data, messages;
 };
 
 Said calibrated(const calibrate::CalibrateOptions& options)
 {
-  std::ostringstream data, talk;
-  const calibrate::CalibrateEnd end = calibrate::calibrate(options, {data, talk});
-  return {end, data.str(), talk.str()};
+  std::ostringstream data, messages;
+  const calibrate::CalibrateEnd end = calibrate::calibrate(options, {data, messages});
+  return {end, data.str(), messages.str()};
 }
 
 InputError::Facts refusal(const calibrate::CalibrateOptions& options)
 {
-  std::ostringstream data, talk;
-  return test::input_error([&] { calibrate::calibrate(options, {data, talk}); });
+  std::ostringstream data, messages;
+  return test::input_error([&] { calibrate::calibrate(options, {data, messages}); });
 }
 
 class Calibrate : public testing::Test {
@@ -78,7 +78,7 @@ TEST(KeyScript, ALineAtATime)
   EXPECT_TRUE(script.keys(0.8).empty());
 }
 
-TEST(KeyScript, ALineThatIsNoneIsNamed)
+TEST(KeyScript, AnInvalidLineIsRefusedWithItsNumber)
 {
   for (const std::string line :
        {"push Enter", "press", "press Entre", "press Right 0", "press Right 1.5", "press Alt+Left", "wait",
@@ -103,7 +103,7 @@ TEST(CalibrationReport, QuantilesAreByRank)
   EXPECT_EQ(calibrate::summary_of(std::span<const virtual_bench::TargetError>()).mm.median, 0.0);
 }
 
-TEST_F(Calibrate, WhatIsWrongWithTheOptionsIsTold)
+TEST_F(Calibrate, InvalidOptionsAreRefusedByName)
 {
   calibrate::CalibrateOptions real;
   real.step = "all";
@@ -151,7 +151,7 @@ TEST_F(Calibrate, WhatManyBenchesWouldNotDoIsRefused)
   EXPECT_THAT(refused([](calibrate::CalibrateOptions& o) { o.step = "viewport"; }), HasSubstr("viewport"));
 }
 
-TEST_F(Calibrate, TheErrorAfterwardsIsToldOnceAllPartsAreDone)
+TEST_F(Calibrate, TheErrorAfterCalibrationIsReportedOnceAllPartsAreDone)
 {
   const Said text = calibrated(options("viewport"));
   EXPECT_THAT(text.data, HasSubstr("  before  median "));
@@ -170,7 +170,7 @@ TEST_F(Calibrate, TheErrorAfterwardsIsToldOnceAllPartsAreDone)
   EXPECT_TRUE(all["to_be_done"].empty());
 }
 
-TEST_F(Calibrate, ThePersonInNumbersDoesItAll)
+TEST_F(Calibrate, TheSimulatedOperatorDoesAllParts)
 {
   const Said all = calibrated(options("all"));
   EXPECT_EQ(all.end, calibrate::CalibrateEnd::finished);
@@ -196,7 +196,7 @@ TEST_F(Calibrate, ThePersonInNumbersDoesItAll)
   EXPECT_EQ(test::read_bytes(options("all").calibration), before);
 }
 
-TEST_F(Calibrate, TheVirtualBenchTellsItsErrors)
+TEST_F(Calibrate, TheVirtualBenchReportsItsErrors)
 {
   calibrate::CalibrateOptions one = options("all");
   one.calibration.clear();
@@ -287,7 +287,7 @@ TEST_F(Calibrate, TheNextPersonBeginsWithTheBenchAndNothingOfThePersonBefore)
   EXPECT_EQ(refusal(bob).field, "per_bench");
 }
 
-TEST_F(Calibrate, WhatTheNextPersonIsBegunFromMustBeDoneAndOfThisBench)
+TEST_F(Calibrate, TheStartOfTheNextPersonMustBeCompleteAndOfThisBench)
 {
   calibrate::CalibrateOptions anna = options("viewport", "anna.toml"), bob = options("person", "bob.toml");
   EXPECT_EQ(calibrated(anna).end, calibrate::CalibrateEnd::finished);
@@ -327,7 +327,7 @@ TEST_F(Calibrate, TheCalibrationOfAnotherBenchIsRefused)
   EXPECT_EQ(refusal(viewport).field, "display");
 }
 
-TEST_F(Calibrate, WithoutAScreenNumbersDoWhatNobodyKeeps)
+TEST_F(Calibrate, WithoutAScreenTheSimulatedOperatorDoesARunThatIsNotStored)
 {
   unsetenv("DISPLAY");
   unsetenv("WAYLAND_DISPLAY");
@@ -338,7 +338,7 @@ TEST_F(Calibrate, WithoutAScreenNumbersDoWhatNobodyKeeps)
   const Said said = calibrated(shown);
   EXPECT_EQ(said.end, calibrate::CalibrateEnd::finished);
   EXPECT_THAT(said.data, HasSubstr("viewport    done"));
-  EXPECT_THAT(said.talk, HasSubstr("no screen"));
+  EXPECT_THAT(said.messages, HasSubstr("no screen"));
 }
 
 TEST_F(Calibrate, TheCalibrationOfAnotherSeedIsRefused)
@@ -409,7 +409,7 @@ TEST_F(Calibrate, PicturesShowWhatWasFound)
   for (const std::string name : {"viewport", "distortion", "rectangles", "bullseye", "overlay"}) {
     SCOPED_TRACE(name);
     const std::string path = all.pictures + "/" + name + ".png";
-    EXPECT_THAT(said.talk, HasSubstr(path));
+    EXPECT_THAT(said.messages, HasSubstr(path));
     const scene::Texture picture = render::read_png_texture(path);
     EXPECT_GT(n_lit(picture, 0, 0, picture.width, picture.height), 1000);
   }
@@ -468,7 +468,7 @@ TEST_F(Calibrate, AScriptShowsItsTasks)
 }
 
 /// Practice by keys: each confirmed task ends with its distance from the truth.
-TEST_F(Calibrate, PracticeTellsHowFarEachTaskWasFromTheTruth)
+TEST_F(Calibrate, PracticeReportsTheErrorOfEachTask)
 {
   calibrate::CalibrateOptions wanted = options("viewport");
   wanted.calibration.clear();
@@ -488,7 +488,7 @@ TEST_F(Calibrate, PracticeTellsHowFarEachTaskWasFromTheTruth)
   sentence.precision(1);
   sentence << std::fixed << "viewport left eye, left edge, 1: You were " << std::abs(std::round(left) - left)
            << " px from the truth.";
-  EXPECT_THAT(said.talk, HasSubstr(sentence.str()));
+  EXPECT_THAT(said.messages, HasSubstr(sentence.str()));
 }
 
 }  // namespace vrda::calibrate_test

@@ -168,7 +168,7 @@ InputError::Facts refusal(const std::vector<calibration::RectangleMark>& marks, 
   return input_error([&] { calibration::fit_eyepoint(marks, sample_eye(-32.0), options, "left", "marks"); });
 }
 
-TEST(EyepointFit, RefusesWhatDoesNotTellTheDepthAndSaysWhatToAdd)
+TEST(EyepointFit, RefusesMarksThatDoNotDetermineTheDepthAndNamesThoseToAdd)
 {
   std::mt19937_64 random(64);
   const optics::Eye eye = sample_eye(-32.0);

@@ -172,7 +172,7 @@ TEST(EyesFits, MarksWithoutNoiseGiveTheEyesBack)
   }
 }
 
-TEST(EyesFits, TheNumbersStandInTheOrderOfTheHeader)
+TEST(EyesFits, TheValuesAreInTheOrderOfTheHeader)
 {
   Noise noise(2);
   Truth truth = sample_truth();
@@ -278,7 +278,7 @@ TEST(EyesFits, IntervalsAreHonest)
   }
 }
 
-TEST(EyesFits, MarksOfThePlaceTellMoreThanWasKnown)
+TEST(EyesFits, MarksOfThePositionReduceThePriorUncertainty)
 {
   Noise noise(6);
   const calibration::EyesPrior prior = bench_prior();
@@ -297,7 +297,7 @@ TEST(EyesFits, TooFewBullseyesOfAnEyeAreRefused)
   EXPECT_THAT(input_error([&] { fitted(marks); }), test::refuses({file, "eyes: right eye", "5"}));
 }
 
-TEST(EyesFits, PlacesThatDoNotTellAreRefusedWithWhatIsMissing)
+TEST(EyesFits, PositionsThatDoNotDetermineTheEyesAreRefusedWithThoseToAdd)
 {
   Noise noise(8);
   const std::vector<calibration::BullseyeMark> marks = marks_of(sample_truth(), {0.5, 0.1}, noise);

@@ -94,7 +94,7 @@ InputError::Facts refusal(const std::vector<calibration::Fiducial>& points)
   return input_error([&] { calibration::fit_fiducials(points, "leg", "marks"); });
 }
 
-TEST(FiducialFit, RefusesSetsThatDoNotTellThePlace)
+TEST(FiducialFit, RefusesSetsThatDoNotDetermineThePose)
 {
   std::mt19937_64 random(54);
   const Pose X = test::random_pose(random);

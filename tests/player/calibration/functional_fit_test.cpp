@@ -19,8 +19,8 @@
 
 namespace vrda::functional_fit_test {
 
-using calibration::Bend;
 using calibration::BonePlacement;
+using calibration::FlexionTrial;
 using calibration::FunctionalFit;
 using calibration::FunctionalInput;
 using calibration::JointCurve;
@@ -28,22 +28,23 @@ using calibration::JointCurve;
 using test::knee_curve;
 
 /// The points of jobs/bench-desk.toml.
-const std::vector<Eigen::Vector3d> femur_points{{-1, 4, -42.9},   {-2, 3, 41.7},    {27.7, 30, 4},   {-25, -4, -22},
-                                                {-23.7, -4, 22}, {-8, 24, -19.8}, {22.9, 100, 0}, {-4.9, 90, 2}};
-const std::vector<Eigen::Vector3d> tibia_points{{24.6, -64, 1},  {3, -38, -39.6},  {1, -38, 39.1},
+const std::vector<Eigen::Vector3d> femur_points{{-1, 4, -42.9}, {-2, 3, 41.7},   {27.7, 30, 4},
+                                                {-25, -4, -22}, {-23.7, -4, 22}, {-8, 24, -19.8},
+                                                {22.9, 100, 0}, {-4.9, 90, 2}};
+const std::vector<Eigen::Vector3d> tibia_points{{24.6, -64, 1},    {3, -38, -39.6},  {1, -38, 39.1},
                                                 {-21.1, -38, -20}, {-15, -50, 46.6}, {18.7, -125, 0}};
 
 struct LegNoise {
   double landmark_mm = 5.0, tracker_mm = 0.3, tracker_deg = 0.3, model_mm = 1.0, model_deg = 2.0;
   double last_deg = 90.0;
-  int n_bends = 4;
+  int n_trials = 4;
 };
 
 /// A leg of which the truth is known.
 struct Leg {
   Pose X_thigh_femur, X_shank_tibia;
   BonePlacement femur, tibia;  ///< by landmarks
-  std::vector<Bend> bends;
+  std::vector<FlexionTrial> trials;
 };
 
 Pose noisy(const Pose& X, test::Noise& noise, double mm, double deg)
@@ -54,13 +55,15 @@ Pose noisy(const Pose& X, test::Noise& noise, double mm, double deg)
   return moved;
 }
 
-BonePlacement by_landmarks(const std::vector<Eigen::Vector3d>& points, const Pose& X, test::Noise& noise, double mm)
+BonePlacement by_landmarks(const std::vector<Eigen::Vector3d>& points, const Pose& X, test::Noise& noise,
+                           double mm)
 {
   std::optional<calibration::FiducialFit> found;
   // Points that a session refuses are touched again.
   while (!found) {
     std::vector<calibration::Fiducial> touched;
-    for (const Eigen::Vector3d& p : points) touched.push_back({"point", p, X * p + mm * noise.normals(3), false});
+    for (const Eigen::Vector3d& p : points)
+      touched.push_back({"point", p, X * p + mm * noise.normals(3), false});
     try {
       found = calibration::fit_fiducials(touched, "bone", "leg");
     } catch (const tracking::FitError&) {
@@ -68,14 +71,15 @@ BonePlacement by_landmarks(const std::vector<Eigen::Vector3d>& points, const Pos
   }
   const calibration::FiducialFit& fit = *found;
   calibration::Matrix6 C = fit.estimate.covariance;
-  const double t = calibration::t_95(fit.estimate.dof) / calibration::t_95(std::numeric_limits<double>::infinity());
+  const double t =
+      calibration::t_95(fit.estimate.dof) / calibration::t_95(std::numeric_limits<double>::infinity());
   Eigen::Matrix<double, 6, 1> unit = Eigen::Matrix<double, 6, 1>::Constant(t);
   unit.tail<3>() *= rad_from_deg(1.0);
   return {fit.X_body_model, unit.asDiagonal() * C * unit.asDiagonal()};
 }
 
-/// Deviation of the joint from its model: each coordinate is a random sinusoid of flexion about a random offset,
-/// with equal variance at all flexions.
+/// Deviation of the joint from its model: each coordinate is a random sinusoid of flexion about a random
+/// offset, with equal variance at all flexions.
 class Deviation {
  public:
   Deviation(test::Noise& noise, double mm, double deg)
@@ -111,8 +115,8 @@ Leg leg_of(std::uint64_t seed, const LegNoise& with, const JointCurve& curve)
   leg.tibia = by_landmarks(tibia_points, leg.X_shank_tibia, noise, with.landmark_mm);
   const Deviation deviation(noise, with.model_mm, with.model_deg);
   const Pose X_centre(Eigen::Translation3d(curve.centre_mm));
-  for (int bend = 0; bend < with.n_bends; ++bend) {
-    leg.bends.push_back({"bend " + std::to_string(bend + 1), {}});
+  for (int trial = 0; trial < with.n_trials; ++trial) {
+    leg.trials.push_back({"bend " + std::to_string(trial + 1), {}});
     for (int k = 0; k < 100; ++k) {
       const double flexion_rad = rad_from_deg(with.last_deg) * 0.5 * (1.0 - std::cos(2.0 * pi * k / 99.0));
       const Pose X_femur_tibia =
@@ -120,7 +124,7 @@ Leg leg_of(std::uint64_t seed, const LegNoise& with, const JointCurve& curve)
       const Pose X_thigh_shank = leg.X_thigh_femur * X_femur_tibia * leg.X_shank_tibia.inverse();
       const Pose X_tracker_thigh = noisy(Pose::Identity(), noise, with.tracker_mm, with.tracker_deg);
       const Pose X_tracker_shank = noisy(X_thigh_shank, noise, with.tracker_mm, with.tracker_deg);
-      leg.bends.back().X_thigh_shank.push_back(X_tracker_thigh.inverse() * X_tracker_shank);
+      leg.trials.back().X_thigh_shank.push_back(X_tracker_thigh.inverse() * X_tracker_shank);
     }
   }
   return leg;
@@ -128,7 +132,7 @@ Leg leg_of(std::uint64_t seed, const LegNoise& with, const JointCurve& curve)
 
 FunctionalInput input_of(const Leg& leg, const JointCurve& curve)
 {
-  return {leg.bends, curve, leg.femur, leg.tibia, {}};
+  return {leg.trials, curve, leg.femur, leg.tibia, {}};
 }
 
 FunctionalFit fit_of(const Leg& leg, const JointCurve& curve)
@@ -137,7 +141,8 @@ FunctionalFit fit_of(const Leg& leg, const JointCurve& curve)
 }
 
 /// Overlay error of both bones.
-double joint_error_mm(const Pose& X_thigh_femur, const Pose& X_shank_tibia, const Leg& leg, const JointCurve& curve)
+double joint_error_mm(const Pose& X_thigh_femur, const Pose& X_shank_tibia, const Leg& leg,
+                      const JointCurve& curve)
 {
   return std::hypot(calibration::joint_error_mm(X_thigh_femur, leg.X_thigh_femur, curve.centre_mm),
                     calibration::joint_error_mm(X_shank_tibia, leg.X_shank_tibia, curve.centre_mm)) /
@@ -156,7 +161,8 @@ TEST(JointCurve, PassesItsKnotsSmoothlyAndSurvivesItsRecord)
   // No kink at a knot, and beyond the ends: equal differences on both sides, up to the curvature.
   constexpr double step_rad = 1e-6, curvature = 1e-3;
   for (const double at_rad : {curve.first_rad, curve.first_rad + curve.step_rad, curve.last_rad()}) {
-    const Eigen::Vector3d before = curve.at(at_rad - step_rad).translation(), here = curve.at(at_rad).translation(),
+    const Eigen::Vector3d before = curve.at(at_rad - step_rad).translation(),
+                          here = curve.at(at_rad).translation(),
                           after = curve.at(at_rad + step_rad).translation();
     EXPECT_LT((after - 2.0 * here + before).norm() / step_rad, curvature);
   }
@@ -164,7 +170,8 @@ TEST(JointCurve, PassesItsKnotsSmoothlyAndSurvivesItsRecord)
   const JointCurve read = calibration::joint_curve_of(numbers, "made_with", "leg.toml");
   EXPECT_TRUE(read.at(0.7).isApprox(curve.at(0.7), rounding));
   EXPECT_EQ(read.centre_mm, curve.centre_mm);
-  EXPECT_TRUE(calibration::scaled(curve, 2.0).at(0.7).translation().isApprox(2.0 * curve.at(0.7).translation()));
+  EXPECT_TRUE(
+      calibration::scaled(curve, 2.0).at(0.7).translation().isApprox(2.0 * curve.at(0.7).translation()));
   for (const std::size_t n : {std::size_t{0}, std::size_t{11}, numbers.size() - 1}) {
     EXPECT_THAT(test::input_error([&] {
                   calibration::joint_curve_of({numbers.data(), n}, "made_with", "leg.toml");
@@ -194,8 +201,7 @@ TEST(FunctionalFit, IsAMinimum)
   const Leg leg = leg_of(3, {}, curve);
   const calibration::FunctionalProblem problem(input_of(leg, curve));
   const Eigen::VectorXd start = Eigen::VectorXd::Zero(calibration::n_functional);
-  const calibration::LeastSquares fit =
-      problem.fit(start, 1.0, calibration::FunctionalProblem::without_none);
+  const calibration::LeastSquares fit = problem.fit(start, 1.0, calibration::FunctionalProblem::without_none);
   ASSERT_EQ(fit.status, calibration::LeastSquaresStatus::converged);
   const auto half_square = [&](const Eigen::VectorXd& x) {
     const Eigen::Index n = calibration::n_functional;
@@ -228,20 +234,23 @@ TEST(FunctionalFit, DoesNotDependOnTheBodiesAxes)
   Pose X_turn = Pose::Identity();
   X_turn.linear() = R_thigh;
   Leg turned = leg;
-  for (Bend& bend : turned.bends)
-    for (Pose& X : bend.X_thigh_shank) X = X_turn * X;
+  for (FlexionTrial& trial : turned.trials)
+    for (Pose& X : trial.X_thigh_shank) X = X_turn * X;
   turned.femur.X_body_bone = X_turn * leg.femur.X_body_bone;
   calibration::Matrix6 A = calibration::Matrix6::Zero();
   A.topLeftCorner<3, 3>() = A.bottomRightCorner<3, 3>() = R_thigh;
   turned.femur.covariance_mm_rad = A * leg.femur.covariance_mm_rad * A.transpose();
   const FunctionalFit moved = fit_of(turned, curve);
   constexpr double converged_mm = 1e-4;
-  EXPECT_LT(calibration::joint_error_mm(moved.X_thigh_femur, X_turn * fit.X_thigh_femur, curve.centre_mm), converged_mm);
-  EXPECT_LT(calibration::joint_error_mm(moved.X_shank_tibia, fit.X_shank_tibia, curve.centre_mm), converged_mm);
+  EXPECT_LT(calibration::joint_error_mm(moved.X_thigh_femur, X_turn * fit.X_thigh_femur, curve.centre_mm),
+            converged_mm);
+  EXPECT_LT(calibration::joint_error_mm(moved.X_shank_tibia, fit.X_shank_tibia, curve.centre_mm),
+            converged_mm);
   EXPECT_NEAR(moved.held_out.mm, fit.held_out.mm, converged_mm);
 }
 
-/// Legs with landmarks of 5 mm, tracking of 0.3 mm and 0.3 degrees, and joints 1 mm and 2 degrees off the model.
+/// Legs with landmarks of 5 mm, tracking of 0.3 mm and 0.3 degrees, and joints 1 mm and 2 degrees off the
+/// model.
 TEST(FunctionalFit, HalvesTheRootMeanSquareErrorAtTheJointAndItsIntervalsHold)
 {
   const JointCurve curve = knee_curve();
@@ -257,7 +266,7 @@ TEST(FunctionalFit, HalvesTheRootMeanSquareErrorAtTheJointAndItsIntervalsHold)
     expected_mm2 += fit.joint_mm * fit.joint_mm / n_legs;
     found_mm2 += after_mm * after_mm / n_legs;
     landmarks_mm2 += before_mm * before_mm / n_legs;
-    // Held-out bends fit to the tracker's noise, 0.3 mm and 0.3 degrees of two bodies 120 mm from the joint.
+    // Held-out trials fit to the tracker's noise, 0.3 mm and 0.3 degrees of two bodies 120 mm from the joint.
     EXPECT_LT(fit.held_out.mm, 3.0) << seed;
     EXPECT_LT(fit.held_out.deg, 1.0) << seed;
     EXPECT_LT(fit.held_out.mm, fit.by_landmarks.mm) << seed;
@@ -275,7 +284,8 @@ TEST(FunctionalFit, HalvesTheRootMeanSquareErrorAtTheJointAndItsIntervalsHold)
   EXPECT_LE(std::sqrt(found_mm2), 0.5 * std::sqrt(landmarks_mm2));
   EXPECT_GE(n_within, 0.90 * n_numbers);
   EXPECT_LE(n_within, 0.98 * n_numbers);
-  // The errors of 24 legs have some 100 independent numbers: 15 % of their root mean square is two deviations.
+  // The errors of 24 legs have some 100 independent numbers: 15 % of their root mean square is two
+  // deviations.
   EXPECT_NEAR(std::sqrt(found_mm2 / expected_mm2), 1.0, 0.15);
 }
 
@@ -292,29 +302,29 @@ TEST(FunctionalFit, SaysWhatItCannotUse)
     }
   };
   LegNoise once;
-  once.n_bends = 1;
+  once.n_trials = 1;
   refuses(leg_of(11, once, curve), {.field = "bends", .found = "1 bends"}, {});
   LegNoise small;
   small.last_deg = 30.0;
   refuses(leg_of(11, small, curve), {.field = "bends", .wanted = "40 degrees"}, {});
   const Leg good = leg_of(11, {}, curve);
   Leg beyond = good;
-  for (Pose& X : beyond.bends[1].X_thigh_shank) {
+  for (Pose& X : beyond.trials[1].X_thigh_shank) {
     const Eigen::Matrix3d R = rotation_z(rad_from_deg(-125.0));
     X = good.X_thigh_femur * Pose(R) * good.X_shank_tibia.inverse();
   }
   refuses(beyond, {.field = "bend 2", .found = "0 samples within"}, {1});
   // Each body on the other bone.
   Leg exchanged = good;
-  for (Bend& bend : exchanged.bends)
-    for (Pose& X : bend.X_thigh_shank) X = X.inverse();
+  for (FlexionTrial& trial : exchanged.trials)
+    for (Pose& X : trial.X_thigh_shank) X = X.inverse();
   refuses(exchanged, {.field = "bend 1"}, {0});
-  // The shank's body slipped before the third bend.
+  // The shank's body slipped before the third trial.
   Leg slipped = good;
   Pose X_slip = Pose::Identity();
   X_slip.translation() = Eigen::Vector3d(10.0, -8.0, 12.0);
   X_slip.linear() = tracking::rotation_of({0.05, 0.1, -0.05});
-  for (Pose& X : slipped.bends[2].X_thigh_shank) X = X * X_slip;
+  for (Pose& X : slipped.trials[2].X_thigh_shank) X = X * X_slip;
   refuses(slipped, {.field = "bend 3", .found = "tracker"}, {2});
   // Landmarks that are better than any motion of a deviating joint.
   Leg exact = good;
@@ -323,7 +333,7 @@ TEST(FunctionalFit, SaysWhatItCannotUse)
   exact.tibia.X_body_bone = exact.X_shank_tibia;
   refuses(exact, {.field = "bends", .found = "expected error at the joint"}, {});
   Leg missing = good;
-  missing.bends[3].X_thigh_shank[5].translation().x() = std::nan("");
+  missing.trials[3].X_thigh_shank[5].translation().x() = std::nan("");
   refuses(missing, {.field = "bend 4", .found = "not finite"}, {3});
 }
 

@@ -99,7 +99,7 @@ TEST(LeastSquares, WhatTheResidualsThrowComesOut)
   EXPECT_EQ(n_calls, 9);
 }
 
-TEST(LeastSquares, WhatTheResidualsDoNotTellIsUndetermined)
+TEST(LeastSquares, ParametersWithoutUniqueSolutionAreUndetermined)
 {
   const calibration::LeastSquares fit = calibration::fit_least_squares(problem_of(
       [](const VectorXd& x) {

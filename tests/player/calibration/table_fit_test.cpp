@@ -120,7 +120,7 @@ InputError::Facts refusal(const Sweeps& sweeps)
   return input_error([&] { calibration::fit_table(sweeps.x, sweeps.z, "marks"); });
 }
 
-TEST(TableFit, RefusesSweepsThatAreNone)
+TEST(TableFit, RefusesInvalidSweeps)
 {
   std::mt19937_64 random(45);
   Bench few;

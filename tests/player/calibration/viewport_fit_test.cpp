@@ -154,7 +154,7 @@ TEST(ViewportFit, RefusesByEdge)
   EXPECT_EQ(refusal(no_number).field, "left.top");
 }
 
-TEST(ViewportFit, RefusesSizesThatAreNone)
+TEST(ViewportFit, RefusesInvalidSizes)
 {
   for (const double width_mm : {0.0, -300.0, std::nan("")}) {
     calibration::ViewportMarks marks = good_marks();

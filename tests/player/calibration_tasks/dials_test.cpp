@@ -20,7 +20,7 @@ std::vector<double> after(const calibration_tasks::Task& task,
   return {dials.values().begin(), dials.values().end()};
 }
 
-TEST(GuideDials, KeysChangeTheFirstAndTheSecond)
+TEST(CalibrationDials, KeysChangeTheFirstAndTheSecond)
 {
   const calibration_tasks::Task two = task_of(calibration_tasks::TaskKind::rectangle_sides, 2),
                                 cross = task_of(calibration_tasks::TaskKind::point, 2);
@@ -42,7 +42,7 @@ TEST(GuideDials, KeysChangeTheFirstAndTheSecond)
             Values{});
 }
 
-TEST(GuideDials, OfManyUpAndDownSelect)
+TEST(CalibrationDials, OfManyUpAndDownSelect)
 {
   calibration_tasks::Dials dials(task_of(calibration_tasks::TaskKind::grid, 8));
   EXPECT_EQ(dials.selected(), 0u);
@@ -57,7 +57,7 @@ TEST(GuideDials, OfManyUpAndDownSelect)
   EXPECT_EQ(dials.selected(), 0u);
 }
 
-TEST(GuideDials, ManyStepsLeaveNoDust)
+TEST(CalibrationDials, ManyStepsAccumulateNoRoundingError)
 {
   calibration_tasks::Dials dials(task_of(calibration_tasks::TaskKind::number, 1));
   for (int k = 0; k < 1000; ++k) dials.press({navigation::Key::right});
@@ -65,7 +65,7 @@ TEST(GuideDials, ManyStepsLeaveNoDust)
   EXPECT_EQ(dials.values()[0], 10.0);
 }
 
-TEST(GuideDials, ATurnOfThePotentiometerIsTwoHundredSteps)
+TEST(CalibrationDials, ATurnOfThePotentiometerIsTwoHundredSteps)
 {
   calibration_tasks::Dials dials(task_of(calibration_tasks::TaskKind::number, 1));
   double time_s = 0.0;
@@ -85,7 +85,7 @@ TEST(GuideDials, ATurnOfThePotentiometerIsTwoHundredSteps)
   EXPECT_EQ(dials.values()[0], 10.25);
 }
 
-TEST(GuideDials, FollowThePointer)
+TEST(CalibrationDials, FollowThePointer)
 {
   using Values = std::vector<double>;
   const auto dragged = [](const calibration_tasks::Task& task, const calibration_tasks::DialDrag& drag) {

@@ -55,7 +55,7 @@ void expect_within(const calibration_tasks::DrawnLine& line, const optics::Viewp
   }
 }
 
-TEST(GuideDrawing, StaysWithinWhatIsVisible)
+TEST(CalibrationDrawing, StaysWithinWhatIsVisible)
 {
   int n_lines = 0;
   for (const bench_files::BenchFile& bench :
@@ -79,7 +79,7 @@ TEST(GuideDrawing, StaysWithinWhatIsVisible)
   EXPECT_GT(n_lines, 1000);
 }
 
-TEST(GuideDrawing, AnAlignedCrossThatLiesOutsideDrawsNothing)
+TEST(CalibrationDrawing, AnAlignedCrossThatLiesOutsideDrawsNothing)
 {
   const bench_files::BenchFile bench = test::virtual_bench(bench_files::HeadKind::stage);
   const bench_files::Calibration truth = virtual_bench::virtual_truth(bench, 3).calibration;
@@ -93,7 +93,7 @@ TEST(GuideDrawing, AnAlignedCrossThatLiesOutsideDrawsNothing)
             2u);
 }
 
-TEST(GuideDrawing, AScanLineIsOneCrispColumnOrRow)
+TEST(CalibrationDrawing, AScanLineIsOneCrispColumnOrRow)
 {
   const bench_files::BenchFile bench = test::virtual_bench(bench_files::HeadKind::stage);
   const bench_files::Calibration nominal = bench_files::nominal_calibration(bench);
@@ -114,7 +114,7 @@ TEST(GuideDrawing, AScanLineIsOneCrispColumnOrRow)
 }
 
 /// Pre-distorted lines are straight after the optics.
-TEST(GuideDrawing, SidesAreUprightAsShown)
+TEST(CalibrationDrawing, SidesAreUprightAsShown)
 {
   const bench_files::BenchFile bench = test::virtual_bench(bench_files::HeadKind::stage);
   const bench_files::Calibration truth = virtual_bench::virtual_truth(bench, 3).calibration;
@@ -145,7 +145,7 @@ void give(Trial& trial, double wanted)
 }
 
 /// The look draws the test object with the new measurements before they are confirmed.
-TEST(GuideDrawing, ALookIsDrawnByTheMarksOfItsPart)
+TEST(CalibrationDrawing, ALookIsDrawnByTheMarksOfItsPart)
 {
   Trial trial(test::virtual_bench(bench_files::HeadKind::stage));
   trial.go_to(bench_files::CalibrationPart::ipd, "pupillary distance");
@@ -158,7 +158,7 @@ TEST(GuideDrawing, ALookIsDrawnByTheMarksOfItsPart)
     give(trial, 0.5 * row.ipd_mm);
     give(trial, 0.5 * row.ipd_mm);
     give(trial, row.image_mm);
-    ASSERT_TRUE(trial.is_asked(bench_files::CalibrationPart::ipd, "look"));
+    ASSERT_TRUE(trial.is_requested(bench_files::CalibrationPart::ipd, "look"));
     // The calibration changes only after the confirmation.
     const bench_files::Calibration& now = trial.session->calibration();
     EXPECT_FALSE(now.records.at(bench_files::CalibrationPart::ipd).estimate);
@@ -174,17 +174,17 @@ TEST(GuideDrawing, ALookIsDrawnByTheMarksOfItsPart)
                 step_of_dial_px);
     }
     trial.press('R');
-    EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::ipd, "pupillary distance"));
+    EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::ipd, "pupillary distance"));
   }
 }
 
 /// On the virtual bench both frames have the same size and disparity.
-TEST(GuideDrawing, WithoutNoiseTheLookIsSeenWhereTheRealOneIs)
+TEST(CalibrationDrawing, WithoutNoiseTheLookIsSeenWhereTheRealOneIs)
 {
   const bench_files::BenchFile bench = test::virtual_bench(bench_files::HeadKind::stage);
   Trial trial(bench);
   virtual_bench::VirtualOperator steady(bench, trial.truth, virtual_bench::VirtualNoise{0, 0, 0, 0, 0, 0, 0});
-  while (!trial.is_asked(bench_files::CalibrationPart::ipd, "look")) steady.do_task(*trial.session);
+  while (!trial.is_requested(bench_files::CalibrationPart::ipd, "look")) steady.do_task(*trial.session);
   const std::vector<calibration_tasks::DrawnLine> seen =
       virtual_bench::seen_lines(calibration_tasks::task_lines(*trial.session), trial.truth);
   const std::vector<calibration_tasks::DrawnLine> real =
@@ -204,10 +204,9 @@ TEST(GuideDrawing, WithoutNoiseTheLookIsSeenWhereTheRealOneIs)
     const optics::Eye& eye = optics::side_of(trial.truth.calibration.eyes, is_right);
     width_px[is_right] = (high - low) - (corners[1].x() - corners[0].x());
     // The optical axis is estimated later by the bull's-eyes; relative to it the drawing is correct.
-    middle_px[is_right] =
-        0.5 * (low + high) -
-        optics::side_of(trial.session->drawing_calibration().eyes, is_right).sight_px.x() -
-        (0.5 * (corners[0].x() + corners[1].x()) - eye.sight_px.x());
+    middle_px[is_right] = 0.5 * (low + high) -
+                          optics::side_of(trial.session->drawing_calibration().eyes, is_right).sight_px.x() -
+                          (0.5 * (corners[0].x() + corners[1].x()) - eye.sight_px.x());
   }
   // The distance of 880 px is determined to a step of 0.25 px at each side: 0.3 % of 110 px.
   constexpr double step_px = 0.4;
@@ -217,7 +216,7 @@ TEST(GuideDrawing, WithoutNoiseTheLookIsSeenWhereTheRealOneIs)
   }
 }
 
-TEST(GuideDrawing, TheTestObjectStandsAtTheImagesDistanceForBothEyes)
+TEST(CalibrationDrawing, TheTestObjectIsAtTheImagesDistanceForBothEyes)
 {
   const bench_files::BenchFile bench = test::virtual_bench(bench_files::HeadKind::stage);
   const bench_files::Calibration truth = virtual_bench::virtual_truth(bench, 3).calibration;

@@ -54,8 +54,8 @@ const bench_files::Calibration& landmarks()
 {
   static const bench_files::Calibration done = [] {
     CalibrationSession session(desk(), bench_files::nominal_calibration(desk()),
-                               options_of({CalibrationPart::probe, CalibrationPart::subject, CalibrationPart::femur,
-                                           CalibrationPart::tibia}));
+                               options_of({CalibrationPart::probe, CalibrationPart::subject,
+                                           CalibrationPart::femur, CalibrationPart::tibia}));
     virtual_bench::VirtualOperator person(desk(), truth(), palpated());
     do_all(session, person);
     return session.calibration();
@@ -159,7 +159,7 @@ TEST(Functional, ASmallBendIsRefusedAtOnceAndAlone)
   EXPECT_EQ(session.task()->name, "bend 2");
 }
 
-TEST(Functional, AnotherModelDoesNotFinishWhatOneHasBegun)
+TEST(Functional, AStartedPartIsNotCompletedWithAnotherModel)
 {
   CalibrationSession session(desk(), landmarks(), functional());
   virtual_bench::VirtualOperator person(desk(), truth(), palpated());

@@ -20,7 +20,7 @@ using test::restarted;
 using test::Trial;
 using testing::HasSubstr;
 
-TEST(GuidePlan, APartDoneAgainOutdatesWhatRestsOnItWithItsFirstMark)
+TEST(CalibrationPlan, APartDoneAgainOutdatesWhatRestsOnItWithItsFirstMark)
 {
   Trial trial(bench(), all_done(), restarted("distortion"));
   bench_files::Calibration outdated = all_done();
@@ -41,18 +41,18 @@ TEST(GuidePlan, APartDoneAgainOutdatesWhatRestsOnItWithItsFirstMark)
   // The step "all" repeats only outdated parts.
   Trial rest(bench(), trial.session->calibration(), test::options_of(bench()));
   EXPECT_EQ(rest.session->progress().part, CalibrationPart::eyepoints);
-  std::set<CalibrationPart> asked;
+  std::set<CalibrationPart> requested;
   while (rest.session->task() != nullptr) {
-    asked.insert(rest.session->progress().part);
+    requested.insert(rest.session->progress().part);
     rest.do_task();
   }
-  EXPECT_EQ(asked, (std::set<CalibrationPart>{CalibrationPart::eyepoints, CalibrationPart::ipd,
-                                              CalibrationPart::bullseye}));
+  EXPECT_EQ(requested, (std::set<CalibrationPart>{CalibrationPart::eyepoints, CalibrationPart::ipd,
+                                                  CalibrationPart::bullseye}));
 }
 
 /// After an interruption of --anew the command without --anew resumes: finished parts are not repeated and
 /// unfinished parts keep their marks.
-TEST(GuidePlan, WhatIsDoneAnewGoesOnWithoutSayingSoAgain)
+TEST(CalibrationPlan, AnInterruptedRepetitionIsResumedWithoutItsOption)
 {
   calibration_tasks::CalibrationSessionOptions both = restarted("subject");
   both.parts = {CalibrationPart::stop, CalibrationPart::probe, CalibrationPart::subject};
@@ -72,7 +72,7 @@ TEST(GuidePlan, WhatIsDoneAnewGoesOnWithoutSayingSoAgain)
     EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), part)) << bench_files::name_of(part);
 }
 
-TEST(GuidePlan, APartBeforeOneThatItRestsOnIsRefused)
+TEST(CalibrationPlan, APartBeforeOneThatItRestsOnIsRefused)
 {
   const auto field_of = [](const bench_files::Calibration& begun, const std::string& step) {
     return test::input_error([&] { CalibrationSession(bench(), begun, test::options_of(bench(), step)); });
@@ -89,7 +89,7 @@ TEST(GuidePlan, APartBeforeOneThatItRestsOnIsRefused)
   CalibrationSession(bench(), nominal, test::options_of(bench(), "viewport"));
 }
 
-TEST(GuidePlan, ARecordOfAnotherPlanIsRefusedUnlessThePartIsDoneAnew)
+TEST(CalibrationPlan, ARecordOfAnotherPlanIsRefusedUnlessThePartIsRepeated)
 {
   const bench_files::BenchFile other = test::virtual_bench(bench_files::HeadKind::stage, "[calibration]\n",
                                                            "[calibration]\nedge_repeats = 3\n");
@@ -112,7 +112,7 @@ TEST(GuidePlan, ARecordOfAnotherPlanIsRefusedUnlessThePartIsDoneAnew)
 }
 
 /// Five bull's-eyes are done, then a rectangle of the bench file changes.
-TEST(GuidePlan, NumbersOfTheBenchFileThatChangedAreToldBeforeAnythingIsAsked)
+TEST(CalibrationPlan, ChangedValuesOfTheBenchFileAreReportedBeforeTheFirstTask)
 {
   Trial trial(bench(), all_done(), restarted("bullseye"));
   trial.go_to(CalibrationPart::bullseye, "right eye, place 3");
@@ -163,7 +163,7 @@ TEST(GuidePlan, NumbersOfTheBenchFileThatChangedAreToldBeforeAnythingIsAsked)
               testing::AllOf(HasSubstr("eyepoints"), HasSubstr("--anew"), HasSubstr("bullseye")));
 }
 
-TEST(GuidePlan, MarksOfAnEarlierPartThatAreDamagedAreNamed)
+TEST(CalibrationPlan, MarksOfAnEarlierPartThatAreDamagedAreNamed)
 {
   const auto rows_of = [](bench_files::Calibration& c) -> std::vector<std::vector<double>>& {
     return c.records.at(CalibrationPart::eyepoints).marks[3].rows;
@@ -185,7 +185,7 @@ TEST(GuidePlan, MarksOfAnEarlierPartThatAreDamagedAreNamed)
   }
 }
 
-TEST(GuidePlan, ABenchFileWithoutWhatIsWantedIsNamedByKey)
+TEST(CalibrationPlan, DataMissingFromTheBenchFileAreReportedByKey)
 {
   const bench_files::BenchFile bare = [] {
     bench_files::BenchFile file = bench();

@@ -46,7 +46,7 @@ void send_leg(calibration_tasks::SampleCollector& taker, const Eigen::Vector3d& 
   for (std::uint16_t k = 0; k < 3; ++k) taker.take(seen(k, at + markers[k], at_ms));
 }
 
-TEST(SampleTaker, TakesRowsOfItsToolOnlyWhileItIsAsked)
+TEST(SampleTaker, CollectsRowsOfItsToolOnlyDuringItsTask)
 {
   calibration_tasks::SampleCollector taker(marked_bench());
   EXPECT_FALSE(taker.take(seen(marker, {1, 2, 3}, 0)));
@@ -62,7 +62,7 @@ TEST(SampleTaker, TakesRowsOfItsToolOnlyWhileItIsAsked)
   EXPECT_EQ(taker.rows(), (std::vector<std::vector<double>>{{1.0, 2.25, -3.0, 1.0, 0.0, 0.0, 0.0}}));
 }
 
-TEST(SampleTaker, ASweepHasTheStageWhereTheBoardSpeaks)
+TEST(SampleTaker, ASweepHasTheStagePositionIfTheBoardSendsIt)
 {
   calibration_tasks::SampleCollector taker(marked_bench());
   EXPECT_FALSE(taker.stage_mm().has_value());

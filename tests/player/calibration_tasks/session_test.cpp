@@ -15,10 +15,10 @@ using test::restarted;
 using test::Trial;
 using testing::HasSubstr;
 
-TEST(GuideSession, BeginsWithTheFirstTaskAndCountsThem)
+TEST(CalibrationSession, BeginsWithTheFirstTaskAndCountsThem)
 {
   const Trial trial(bench());
-  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
+  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
   const calibration_tasks::CalibrationProgress& progress = trial.session->progress();
   EXPECT_EQ(progress.n_done, 0);
   EXPECT_EQ(progress.n_tasks, 2 * (4 * 4 + 2));
@@ -26,7 +26,7 @@ TEST(GuideSession, BeginsWithTheFirstTaskAndCountsThem)
   EXPECT_FALSE(progress.has_error);
 }
 
-TEST(GuideSession, TheWheelTurnsTheDials)
+TEST(CalibrationSession, TheWheelTurnsTheDials)
 {
   for (const bool has_shift : {false, true}) {
     Trial turned(bench()), pressed(bench());
@@ -47,7 +47,7 @@ TEST(GuideSession, TheWheelTurnsTheDials)
   EXPECT_EQ(trial.session->values()[0], before);
 }
 
-TEST(GuideSession, OverallProgressCountsPartsAndTasks)
+TEST(CalibrationSession, OverallProgressCountsPartsAndTasks)
 {
   calibration_tasks::CalibrationProgress progress;
   EXPECT_EQ(calibration_tasks::overall_progress(progress), 0.0);
@@ -69,34 +69,34 @@ TEST(GuideSession, OverallProgressCountsPartsAndTasks)
   EXPECT_LT(before, 1.0 / trial.session->progress().n_parts);
 }
 
-TEST(GuideSession, EveryMarkMakesARevisionAndBackspaceAsksAgain)
+TEST(CalibrationSession, EveryMarkMakesARevisionAndBackspaceAsksAgain)
 {
   Trial trial(bench());
   const std::uint64_t before = trial.session->revision();
   trial.do_task();
   EXPECT_GT(trial.session->revision(), before);
-  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::viewport, "left eye, right edge, 1"));
+  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::viewport, "left eye, right edge, 1"));
   trial.press(navigation::Key::backspace);
-  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
+  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
   EXPECT_TRUE(trial.record(bench_files::CalibrationPart::viewport).marks.empty());
   // The first task has no previous one.
   trial.press(navigation::Key::backspace);
-  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
+  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
 }
 
-TEST(GuideSession, RAsksForTheWholePartAgainAndEscapeLeaves)
+TEST(CalibrationSession, RAsksForTheWholePartAgainAndEscapeLeaves)
 {
   Trial trial(bench());
   for (int k = 0; k < 5; ++k) trial.do_task();
   trial.press('R');
-  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
+  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
   EXPECT_TRUE(trial.record(bench_files::CalibrationPart::viewport).marks.empty());
   EXPECT_FALSE(trial.session->has_quit());
   trial.press(navigation::Key::escape);
   EXPECT_TRUE(trial.session->has_quit());
 }
 
-TEST(GuideSession, CrossedEdgesAreRefusedAtOnce)
+TEST(CalibrationSession, CrossedEdgesAreRefusedAtOnce)
 {
   Trial trial(bench());
   trial.do_task();
@@ -105,14 +105,14 @@ TEST(GuideSession, CrossedEdgesAreRefusedAtOnce)
   trial.press(navigation::Key::enter);
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("crossed edges of the left eye"));
-  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
+  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
   trial.do_all();
   EXPECT_TRUE(
       calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::viewport));
 }
 
 /// A task confirmed without alignment: the fit names it, and only this task is repeated.
-TEST(GuideSession, AMarkFarOffIsAskedForAgainAlone)
+TEST(CalibrationSession, OnlyAnOutlyingMarkIsRequestedAgain)
 {
   struct Row {
     bench_files::CalibrationPart part;
@@ -129,7 +129,7 @@ TEST(GuideSession, AMarkFarOffIsAskedForAgainAlone)
     trial.go_to(row.part, row.task);
     trial.do_badly();
     while (trial.session->task() != nullptr && !trial.session->progress().has_error) trial.do_task();
-    ASSERT_TRUE(trial.is_asked(row.part, row.task)) << trial.words();
+    ASSERT_TRUE(trial.is_requested(row.part, row.task)) << trial.words();
     trial.do_task();
     trial.do_all();
     EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), row.part));
@@ -138,7 +138,7 @@ TEST(GuideSession, AMarkFarOffIsAskedForAgainAlone)
 }
 
 /// The result of the first eye is reported before the second one, so that rectangles can still be moved.
-TEST(GuideSession, AnEyeThatIsDoneSaysHowWellItIsKnown)
+TEST(CalibrationSession, AnEyeThatIsDoneSaysHowWellItIsKnown)
 {
   Trial trial(bench(), all_done(), restarted("eyepoints"));
   EXPECT_THAT(trial.words(), HasSubstr("+-"));
@@ -156,7 +156,7 @@ TEST(GuideSession, AnEyeThatIsDoneSaysHowWellItIsKnown)
 }
 
 /// With a reading that is too large, drawn objects appear in front, because the true distance is smaller.
-TEST(GuideSession, TheWordsOfAWrongPupillaryDistanceHaveItsSign)
+TEST(CalibrationSession, TheWordsOfAWrongPupillaryDistanceHaveItsSign)
 {
   const std::optional<calibration::Estimate>& ipd =
       all_done().records.at(bench_files::CalibrationPart::ipd).estimate;
@@ -168,7 +168,7 @@ TEST(GuideSession, TheWordsOfAWrongPupillaryDistanceHaveItsSign)
   EXPECT_THAT(ipd->remarks.back(), testing::EndsWith(" mm away from the viewer"));
 }
 
-TEST(GuideSession, APointTouchedBesideIsAskedForAgainAlone)
+TEST(CalibrationSession, OnlyAnOutlyingPointIsRequestedAgain)
 {
   Trial trial(bench(), all_done(), restarted("leg"));
   const std::string name = bench().calibration.points[5].name;
@@ -178,7 +178,7 @@ TEST(GuideSession, APointTouchedBesideIsAskedForAgainAlone)
   virtual_bench::VirtualOperator clumsy(trial.bench, trial.truth, wild);
   clumsy.do_task(*trial.session);
   while (trial.session->task() != nullptr && !trial.session->progress().has_error) trial.do_task();
-  ASSERT_TRUE(trial.is_asked(bench_files::CalibrationPart::leg, name)) << trial.words();
+  ASSERT_TRUE(trial.is_requested(bench_files::CalibrationPart::leg, name)) << trial.words();
   EXPECT_THAT(trial.words(), HasSubstr(name));
   trial.do_all();
   EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::leg));
@@ -206,7 +206,7 @@ devices::Sample stage_sample(double at_mm, const bench_files::BenchFile& file, s
   return sample;
 }
 
-TEST(GuideSession, AProbeThatNobodyTurnsIsRefused)
+TEST(CalibrationSession, AProbeThatIsNotRotatedIsRefused)
 {
   Trial trial(bench(), "probe");
   trial.press(navigation::Key::enter);
@@ -214,12 +214,12 @@ TEST(GuideSession, AProbeThatNobodyTurnsIsRefused)
     send_still(*trial.session, trial.bench, "probe", Pose(Eigen::Translation3d(10, 20, -2000)));
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("deg"));
-  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::probe, "sweep"));
+  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::probe, "sweep"));
   EXPECT_FALSE(calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::probe));
 }
 
 /// Before the marker is moved to the other rail.
-TEST(GuideSession, AFirstRailThatIsNoneIsRefusedAtOnce)
+TEST(CalibrationSession, AnInvalidFirstRailIsRefusedAtOnce)
 {
   struct Row {
     std::string name, words;
@@ -241,12 +241,12 @@ TEST(GuideSession, AFirstRailThatIsNoneIsRefusedAtOnce)
     }
     EXPECT_TRUE(trial.session->progress().has_error);
     EXPECT_THAT(trial.words(), HasSubstr(row.words));
-    EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::rails, "x rail"));
+    EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::rails, "x rail"));
     EXPECT_TRUE(trial.record(bench_files::CalibrationPart::rails).marks.empty());
   }
 }
 
-TEST(GuideSession, RailsThatAreParallelAreRefusedAndTheOtherOneIsSweptAgain)
+TEST(CalibrationSession, RailsThatAreParallelAreRefusedAndTheOtherOneIsSweptAgain)
 {
   Trial trial(bench(), "rails");
   trial.do_task();
@@ -258,12 +258,12 @@ TEST(GuideSession, RailsThatAreParallelAreRefusedAndTheOtherOneIsSweptAgain)
   }
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("angle"));
-  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::rails, "z rail"));
+  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::rails, "z rail"));
   trial.do_all();
   EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::rails));
 }
 
-TEST(GuideSession, WhatMovedWhileItHadToRestIsRefusedAndTheDialsStay)
+TEST(CalibrationSession, WhatMovedWhileItHadToRestIsRefusedAndTheDialsStay)
 {
   Trial trial(bench(), all_done(), restarted("bullseye"));
   trial.virtual_operator.send_samples(*trial.session);
@@ -275,11 +275,11 @@ TEST(GuideSession, WhatMovedWhileItHadToRestIsRefusedAndTheDialsStay)
     send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(k, 0, -2000)));
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("hold it still"));
-  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::bullseye, "left eye, place 1"));
+  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::bullseye, "left eye, place 1"));
   EXPECT_EQ(trial.session->values()[0], x);
 }
 
-TEST(GuideSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
+TEST(CalibrationSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
 {
   Trial trial(bench(), all_done(), restarted("bullseye"));
   trial.press(navigation::Key::enter);
@@ -301,7 +301,7 @@ TEST(GuideSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
 }
 
 /// A restart of the board between two positions does not remove marks.
-TEST(GuideSession, AStageThatLostItsZeroIsZeroedByKeyAndEveryMarkIsKept)
+TEST(CalibrationSession, AStageThatLostItsZeroIsZeroedByKeyAndEveryMarkIsKept)
 {
   Trial trial(bench(), all_done(), restarted("bullseye"));
   trial.go_to(bench_files::CalibrationPart::bullseye, "right eye, place 2");
@@ -318,7 +318,7 @@ TEST(GuideSession, AStageThatLostItsZeroIsZeroedByKeyAndEveryMarkIsKept)
   EXPECT_FALSE(trial.session->take_zero_request());
   EXPECT_FALSE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr(" 37.25 mm"));
-  EXPECT_TRUE(trial.is_asked(bench_files::CalibrationPart::bullseye, "right eye, place 2"));
+  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::bullseye, "right eye, place 2"));
   EXPECT_EQ(trial.record(bench_files::CalibrationPart::bullseye).marks.size(), n_marks);
   EXPECT_EQ(trial.record(bench_files::CalibrationPart::stop).marks.at(0).rows, stop.marks.at(0).rows);
   EXPECT_FALSE(trial.record(bench_files::CalibrationPart::bullseye).is_outdated);
@@ -326,7 +326,7 @@ TEST(GuideSession, AStageThatLostItsZeroIsZeroedByKeyAndEveryMarkIsKept)
   EXPECT_TRUE(trial.session->progress().is_sampling);
 }
 
-TEST(GuideSession, ZWantsAStageWhoseBoardSpeaks)
+TEST(CalibrationSession, ZRequiresAStageWhoseBoardSendsMessages)
 {
   Trial trial(bench(), all_done(), restarted("bullseye"));
   trial.press('Z');
@@ -339,7 +339,7 @@ TEST(GuideSession, ZWantsAStageWhoseBoardSpeaks)
   EXPECT_TRUE(without.words().empty());
 }
 
-TEST(GuideSession, TheStopAsksOnceForAStageAtZero)
+TEST(CalibrationSession, TheStopAsksOnceForAStageAtZero)
 {
   Trial trial(bench(), "stop");
   EXPECT_FALSE(trial.session->take_zero_request());
@@ -352,7 +352,7 @@ TEST(GuideSession, TheStopAsksOnceForAStageAtZero)
   EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::stop));
 }
 
-TEST(GuideSession, ASubjectOfAnotherShapeAsksForANewRun)
+TEST(CalibrationSession, ASubjectOfAnotherShapeAsksForANewRun)
 {
   Trial trial(bench(), "subject");
   // One distance is 50 % too long.
@@ -390,7 +390,8 @@ TEST(TimeLeft, FollowsTheOperatorsPace)
 {
   EXPECT_DOUBLE_EQ(calibration_tasks::time_left_s({}, 600.0), 600.0);
   EXPECT_NEAR(calibration_tasks::time_left_s({1e6, 2e6}, 600.0), 1200.0, 1.0);
-  EXPECT_GT(calibration_tasks::time_left_s({600.0, 300.0}, 600.0), 300.0) << "a short observation counts less";
+  EXPECT_GT(calibration_tasks::time_left_s({600.0, 300.0}, 600.0), 300.0)
+      << "a short observation counts less";
 }
 
 }  // namespace vrda::session_test

@@ -27,7 +27,7 @@ std::size_t lines_in(const std::string& text)
   return 1 + static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-TEST(GuideTasks, AreNamedOnceAndSayWhatIsWanted)
+TEST(CalibrationTasks, AreNamedOnceAndSayWhatIsWanted)
 {
   std::set<calibration_tasks::TaskKind> kinds;
   for (const bench_files::BenchFile& bench : benches()) {
@@ -55,7 +55,7 @@ TEST(GuideTasks, AreNamedOnceAndSayWhatIsWanted)
   EXPECT_EQ(kinds.size(), 11u);
 }
 
-TEST(GuideParts, AreOnceABenchOrOnceAPerson)
+TEST(CalibrationParts, AreOnceABenchOrOnceAPerson)
 {
   for (const bench_files::BenchFile& file : benches()) {
     std::vector<bench_files::CalibrationPart> both = calibration_tasks::parts_of_step("bench", file);
@@ -67,7 +67,7 @@ TEST(GuideParts, AreOnceABenchOrOnceAPerson)
   }
 }
 
-TEST(GuideTasks, AreAsManyAsTheBenchFileSays)
+TEST(CalibrationTasks, AreAsManyAsTheBenchFileSays)
 {
   const bench_files::BenchFile bench = test::virtual_bench(bench_files::HeadKind::stage);
   const bench_files::CalibrationSettings& c = bench.calibration;
@@ -85,7 +85,7 @@ TEST(GuideTasks, AreAsManyAsTheBenchFileSays)
   EXPECT_EQ(n(bench_files::CalibrationPart::subject), static_cast<int>(c.landmarks.size()));
 }
 
-TEST(GuideTasks, MarkersSpreadInEveryDirectionWithinTheFirstSix)
+TEST(CalibrationTasks, MarkersSpreadInEveryDirectionWithinTheFirstSix)
 {
   std::set<std::array<int, 3>> all;
   for (int k = 0; k < 27; ++k) {
@@ -102,7 +102,7 @@ TEST(GuideTasks, MarkersSpreadInEveryDirectionWithinTheFirstSix)
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvalues()[0], 2.0);
 }
 
-TEST(GuideTasks, RoundsAreThoseOfAnEyeARailOrThePart)
+TEST(CalibrationTasks, RoundsAreThoseOfAnEyeARailOrThePart)
 {
   const bench_files::BenchFile bench = test::virtual_bench(bench_files::HeadKind::stage);
   const bench_files::Calibration nominal = bench_files::nominal_calibration(bench);
@@ -123,7 +123,7 @@ TEST(GuideTasks, RoundsAreThoseOfAnEyeARailOrThePart)
 
 using Parts = std::vector<bench_files::CalibrationPart>;
 
-TEST(GuideParts, AreThoseThatMakeSenseOnTheBench)
+TEST(CalibrationParts, AreThoseThatMakeSenseOnTheBench)
 {
   using enum bench_files::CalibrationPart;
   const std::vector<bench_files::BenchFile> files = benches();
@@ -147,7 +147,7 @@ TEST(GuideParts, AreThoseThatMakeSenseOnTheBench)
   EXPECT_EQ(calibration_tasks::dependencies_of(leg, files[0]), (Parts{probe, subject}));
 }
 
-TEST(GuideParts, AStepThatIsNoneIsNamed)
+TEST(CalibrationParts, AnUnknownStepIsRefusedByName)
 {
   const std::vector<bench_files::BenchFile> files = benches();
   const auto refused = [](const std::string& step, const bench_files::BenchFile& bench) {

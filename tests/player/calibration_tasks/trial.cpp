@@ -82,8 +82,8 @@ void Trial::do_task()
 
 void Trial::go_to(bench_files::CalibrationPart part, const std::string& task)
 {
-  while (session->task() != nullptr && !is_asked(part, task)) do_task();
-  check(is_asked(part, task), "there is such a task");
+  while (session->task() != nullptr && !is_requested(part, task)) do_task();
+  check(is_requested(part, task), "there is such a task");
 }
 
 void Trial::do_part(bench_files::CalibrationPart part)
@@ -110,7 +110,7 @@ std::string Trial::words() const
   return all;
 }
 
-bool Trial::is_asked(bench_files::CalibrationPart part, const std::string& task) const
+bool Trial::is_requested(bench_files::CalibrationPart part, const std::string& task) const
 {
   return session->task() != nullptr && session->progress().part == part && session->task()->name == task;
 }

@@ -39,7 +39,7 @@ struct Trial {
   /// Confirms without alignment and sends the samples.
   void do_badly();
   std::string words() const;
-  bool is_asked(bench_files::CalibrationPart part, const std::string& task) const;
+  bool is_requested(bench_files::CalibrationPart part, const std::string& task) const;
   const bench_files::CalibrationRecord& record(bench_files::CalibrationPart part) const;
 
   bench_files::BenchFile bench;

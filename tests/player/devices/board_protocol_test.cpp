@@ -10,7 +10,7 @@ extern "C" {
 #include "firmware/crc16.h"
 }
 
-namespace vrda::board_talk_test {
+namespace vrda::board_protocol_test {
 
 using Bytes = std::vector<std::uint8_t>;
 constexpr std::int64_t ms = 1'000'000;
@@ -28,52 +28,52 @@ Bytes frame(char request, const Bytes& payload)
 
 const Bytes version{1, 'V', 'R', 'D', 'A'};
 
-devices::BoardProtocol talk_that_is_up(const devices::BoardSettings& settings = {})
+devices::BoardProtocol protocol_that_is_up(const devices::BoardSettings& settings = {})
 {
-  devices::BoardProtocol talk(settings, 0);
-  EXPECT_EQ(talk.due(0), "V");
-  EXPECT_TRUE(talk.receive(frame('V', version), 0).empty());
-  EXPECT_EQ(talk.phase(), devices::BoardProtocol::Phase::up);
-  return talk;
+  devices::BoardProtocol protocol(settings, 0);
+  EXPECT_EQ(protocol.due(0), "V");
+  EXPECT_TRUE(protocol.receive(frame('V', version), 0).empty());
+  EXPECT_EQ(protocol.phase(), devices::BoardProtocol::Phase::up);
+  return protocol;
 }
 
-TEST(BoardTalk, AsksForTheVersionUntilItIsAnsweredOrGivesUp)
+TEST(BoardProtocol, RequestsTheVersionUntilAnAnswerOrATimeout)
 {
-  devices::BoardProtocol talk({}, 0);
+  devices::BoardProtocol protocol({}, 0);
   std::int64_t now_ns = 0;
   for (int n = 0; n < devices::BoardProtocol::max_version_requests; ++n) {
-    EXPECT_EQ(talk.next_due_ns(), now_ns);
-    EXPECT_EQ(talk.due(now_ns), "V");
-    EXPECT_EQ(talk.due(now_ns), "");
+    EXPECT_EQ(protocol.next_due_ns(), now_ns);
+    EXPECT_EQ(protocol.due(now_ns), "V");
+    EXPECT_EQ(protocol.due(now_ns), "");
     now_ns += devices::BoardProtocol::request_timeout_ns;
   }
-  EXPECT_EQ(talk.phase(), devices::BoardProtocol::Phase::requesting_version);
-  EXPECT_EQ(talk.due(now_ns), "");
-  EXPECT_EQ(talk.phase(), devices::BoardProtocol::Phase::failed);
-  EXPECT_EQ(talk.trouble(), "found no answer to V for 5 s, wanted a board of protocol version 1");
+  EXPECT_EQ(protocol.phase(), devices::BoardProtocol::Phase::requesting_version);
+  EXPECT_EQ(protocol.due(now_ns), "");
+  EXPECT_EQ(protocol.phase(), devices::BoardProtocol::Phase::failed);
+  EXPECT_EQ(protocol.error_message(), "found no answer to V for 5 s, wanted a board of protocol version 1");
 }
 
-TEST(BoardTalk, GivesUpOnAnotherVersionAndOnAnotherBoard)
+TEST(BoardProtocol, FailsOnAnotherVersionAndOnAnotherBoard)
 {
   devices::BoardProtocol newer({}, 0);
   newer.receive(frame('V', {2, 'V', 'R', 'D', 'A'}), 0);
   EXPECT_EQ(newer.phase(), devices::BoardProtocol::Phase::failed);
-  EXPECT_EQ(newer.trouble(), "found protocol version 2, wanted 1");
+  EXPECT_EQ(newer.error_message(), "found protocol version 2, wanted 1");
   for (const Bytes& payload : {Bytes{1, 'V', 'R', 'D', 'B'}, Bytes{1}, Bytes{1, 'V', 'R', 'D', 'A', 0}}) {
     devices::BoardProtocol other({}, 0);
     other.receive(frame('V', payload), 0);
     EXPECT_EQ(other.phase(), devices::BoardProtocol::Phase::failed);
-    EXPECT_NE(other.trouble().find("VRDA"), std::string::npos) << other.trouble();
+    EXPECT_NE(other.error_message().find("VRDA"), std::string::npos) << other.error_message();
   }
 }
 
-TEST(BoardTalk, ReadingsSayWhatTheBoardSaid)
+TEST(BoardProtocol, ReadingsSayWhatTheBoardSaid)
 {
-  devices::BoardProtocol talk = talk_that_is_up();
+  devices::BoardProtocol protocol = protocol_that_is_up();
   Bytes bytes = frame('P', {0xFF, 0x03});
   const Bytes stage = frame('E', {0xFE, 0xFF, 0xFF, 0xFF, 3});
   bytes.insert(bytes.end(), stage.begin(), stage.end());
-  const std::vector<devices::Sample> samples = talk.receive(bytes, 9);
+  const std::vector<devices::Sample> samples = protocol.receive(bytes, 9);
   ASSERT_EQ(samples.size(), 2U);
   EXPECT_EQ(samples[0].kind, devices::SampleKind::potentiometer);
   EXPECT_EQ(samples[0].count, 1023);
@@ -83,76 +83,77 @@ TEST(BoardTalk, ReadingsSayWhatTheBoardSaid)
   EXPECT_EQ(samples[1].state, devices::stage_zeroed | devices::stage_lost_counts);
 }
 
-TEST(BoardTalk, WhatIsNoReadingIsRefused)
+TEST(BoardProtocol, WhatIsNoReadingIsRefused)
 {
-  devices::BoardProtocol talk = talk_that_is_up();
+  devices::BoardProtocol protocol = protocol_that_is_up();
   for (const Bytes& bytes :
        {frame('P', {0, 4}), frame('P', {1}), frame('E', {1, 2, 3, 4}), frame('Z', {1}), frame('Q', {1, 2})})
-    EXPECT_TRUE(talk.receive(bytes, 0).empty());
-  EXPECT_EQ(talk.n_refused(), 5U);
-  talk.receive(Bytes{1, 2, 3}, 0);
-  EXPECT_EQ(talk.n_refused(), 6U);
+    EXPECT_TRUE(protocol.receive(bytes, 0).empty());
+  EXPECT_EQ(protocol.n_refused(), 5U);
+  protocol.receive(Bytes{1, 2, 3}, 0);
+  EXPECT_EQ(protocol.n_refused(), 6U);
 }
 
-TEST(BoardTalk, AsksForAllReadingsInOneGoAtItsRate)
+TEST(BoardProtocol, AsksForAllReadingsInOneGoAtItsRate)
 {
-  devices::BoardProtocol talk = talk_that_is_up();
+  devices::BoardProtocol protocol = protocol_that_is_up();
   int n_rounds = 0;
-  for (std::int64_t now_ns = 0; now_ns < 1000 * ms; now_ns = talk.next_due_ns()) {
-    const std::string requests = talk.due(now_ns);
+  for (std::int64_t now_ns = 0; now_ns < 1000 * ms; now_ns = protocol.next_due_ns()) {
+    const std::string requests = protocol.due(now_ns);
     n_rounds += requests == "PE" ? 1 : 0;
-    talk.receive(frame('P', {1, 0}), now_ns);
-    talk.receive(frame('E', {0, 0, 0, 0, 0}), now_ns);
+    protocol.receive(frame('P', {1, 0}), now_ns);
+    protocol.receive(frame('E', {0, 0, 0, 0, 0}), now_ns);
   }
   EXPECT_EQ(n_rounds, 1000 / 10);
 }
 
-TEST(BoardTalk, AHundredHertzFitTheLine)
+TEST(BoardProtocol, AHundredHertzFitTheLine)
 {
   // 10 bits per byte; answers and requests use different directions.
   const std::size_t answers = frame('P', {0, 0}).size() + frame('E', {0, 0, 0, 0, 0}).size();
   EXPECT_LT(100 * answers * 10, 115'200U);
 }
 
-TEST(BoardTalk, KeepsTwoOfAKindOnTheirWayAndAsksAgainWhatIsLate)
+TEST(BoardProtocol, KeepsTwoOfAKindOnTheirWayAndAsksAgainWhatIsLate)
 {
   devices::BoardSettings settings;
   settings.has_stage = false;
-  devices::BoardProtocol talk = talk_that_is_up(settings);
-  const std::int64_t begin_ns = talk.next_due_ns();
-  EXPECT_EQ(talk.due(begin_ns), "P");
-  EXPECT_EQ(talk.due(begin_ns + 10 * ms), "P");
-  EXPECT_EQ(talk.due(begin_ns + 20 * ms), "") << "two are on their way";
-  talk.receive(frame('P', {1, 0}), begin_ns + 25 * ms);
-  EXPECT_EQ(talk.due(begin_ns + 30 * ms), "P");
-  EXPECT_EQ(talk.due(begin_ns + 60 * ms - 1), "");
-  EXPECT_EQ(talk.due(begin_ns + 60 * ms), "P") << "that of 10 ms is late";
+  devices::BoardProtocol protocol = protocol_that_is_up(settings);
+  const std::int64_t begin_ns = protocol.next_due_ns();
+  EXPECT_EQ(protocol.due(begin_ns), "P");
+  EXPECT_EQ(protocol.due(begin_ns + 10 * ms), "P");
+  EXPECT_EQ(protocol.due(begin_ns + 20 * ms), "") << "two are on their way";
+  protocol.receive(frame('P', {1, 0}), begin_ns + 25 * ms);
+  EXPECT_EQ(protocol.due(begin_ns + 30 * ms), "P");
+  EXPECT_EQ(protocol.due(begin_ns + 60 * ms - 1), "");
+  EXPECT_EQ(protocol.due(begin_ns + 60 * ms), "P") << "that of 10 ms is late";
 }
 
-TEST(BoardTalk, GivesUpOnABoardThatFellSilent)
+TEST(BoardProtocol, FailsOnABoardThatStopsAnswering)
 {
-  devices::BoardProtocol talk = talk_that_is_up();
-  std::int64_t now_ns = talk.next_due_ns();
+  devices::BoardProtocol protocol = protocol_that_is_up();
+  std::int64_t now_ns = protocol.next_due_ns();
   const std::int64_t begin_ns = now_ns;
-  while (talk.phase() == devices::BoardProtocol::Phase::up) {
-    talk.due(now_ns);
-    ASSERT_GT(talk.next_due_ns(), now_ns);
-    now_ns = talk.next_due_ns();
+  while (protocol.phase() == devices::BoardProtocol::Phase::up) {
+    protocol.due(now_ns);
+    ASSERT_GT(protocol.next_due_ns(), now_ns);
+    now_ns = protocol.next_due_ns();
     ASSERT_LT(now_ns, begin_ns + 2000 * ms);
   }
-  EXPECT_EQ(talk.trouble(), "found no answer for 1 s, wanted readings");
+  EXPECT_EQ(protocol.error_message(), "found no answer for 1 s, wanted readings");
 }
 
-TEST(BoardTalk, SetsZeroOnceItIsAnswered)
+TEST(BoardProtocol, SetsZeroOnceItIsAnswered)
 {
-  devices::BoardProtocol talk = talk_that_is_up();
-  talk.zero_stage();
-  const std::int64_t now_ns = talk.next_due_ns();
-  EXPECT_EQ(talk.due(now_ns).front(), 'Z');
-  EXPECT_EQ(talk.due(now_ns + 1).find('Z'), std::string::npos);
-  EXPECT_EQ(talk.due(now_ns + devices::BoardProtocol::request_timeout_ns).front(), 'Z') << "no answer: again";
-  EXPECT_TRUE(talk.receive(frame('Z', {1, 0, 0, 0}), now_ns + 60 * ms).empty());
-  EXPECT_EQ(talk.due(now_ns + 200 * ms).find('Z'), std::string::npos);
+  devices::BoardProtocol protocol = protocol_that_is_up();
+  protocol.zero_stage();
+  const std::int64_t now_ns = protocol.next_due_ns();
+  EXPECT_EQ(protocol.due(now_ns).front(), 'Z');
+  EXPECT_EQ(protocol.due(now_ns + 1).find('Z'), std::string::npos);
+  EXPECT_EQ(protocol.due(now_ns + devices::BoardProtocol::request_timeout_ns).front(), 'Z')
+      << "no answer: again";
+  EXPECT_TRUE(protocol.receive(frame('Z', {1, 0, 0, 0}), now_ns + 60 * ms).empty());
+  EXPECT_EQ(protocol.due(now_ns + 200 * ms).find('Z'), std::string::npos);
 
   devices::BoardProtocol asking({}, 0);
   asking.zero_stage();
@@ -221,7 +222,7 @@ TEST(SerialFrames, NoiseCostsTheFrameItHitsAndNoOther)
   }
 }
 
-TEST(SerialFrames, StartsThatAreNoneAreStepsOnTheWay)
+TEST(SerialFrames, FalseStartMarksAreSkippedAsNoise)
 {
   Bytes bytes{0xA5, 0xA5, 0x5A, 0xA5,
               0x5A, 'P',  200,  0xA5};  // a start mark within a start mark; an invalid length
@@ -258,4 +259,4 @@ TEST(SerialFrames, DroppedBytesAndNoiseLeaveTheOtherFrames)
   EXPECT_GT(frames.n_noise_runs(), static_cast<std::uint64_t>(n_spoilt) * 2 / 5);
 }
 
-}  // namespace vrda::board_talk_test
+}  // namespace vrda::board_protocol_test

@@ -1,5 +1,5 @@
-// The board client against the real firmware behind a pseudo-terminal: as a part of this program, and as the machine
-// code of an ATmega328P in simavr.
+// The board client against the real firmware behind a pseudo-terminal: as a part of this program, and as the
+// machine code of an ATmega328P in simavr.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -185,15 +185,16 @@ TEST_P(BothBoards, SetOnlyAStageThatIsUpToZero)
   EXPECT_FALSE(devices::Devices(std::nullopt, std::nullopt).zero_stage());
 }
 
-TEST_P(BothBoards, ReturnAtTheSameLinkAfterTheTerminalHasGone)
+TEST_P(BothBoards, ReconnectAtTheSameLinkAfterTheTerminalWasRemoved)
 {
   start(GetParam());
   stage_ = 50;
   EXPECT_TRUE(await_stage(50, 0));
   board_->unplug();
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
-  EXPECT_TRUE(wait_until(
-      [&] { return devices_->report(devices::DeviceId::board).trouble == "No such file or directory"; }));
+  EXPECT_TRUE(wait_until([&] {
+    return devices_->report(devices::DeviceId::board).error_message == "No such file or directory";
+  }));
   board_->plug();
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
   EXPECT_TRUE(await_stage(0, 0)) << "a restarted board has lost its position and its zero flag";
@@ -238,18 +239,19 @@ TEST_P(BothBoards, SayThatTheVersionIsAnother)
   board_.emplace(GetParam(), options(""));
   devices_.emplace(std::nullopt, settings_for(board_->path()));
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
-  EXPECT_EQ(devices_->report(devices::DeviceId::board).trouble, "found protocol version 9, wanted 1");
+  EXPECT_EQ(devices_->report(devices::DeviceId::board).error_message, "found protocol version 9, wanted 1");
   says_version_ = 1;
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
-  EXPECT_EQ(devices_->report(devices::DeviceId::board).trouble, "");
+  EXPECT_EQ(devices_->report(devices::DeviceId::board).error_message, "");
 }
 
-TEST_P(BothBoards, AreFoundAgainWhenTheyFallSilent)
+TEST_P(BothBoards, AreReconnectedWhenTheyStopAnswering)
 {
   start(GetParam());
   is_silent_ = true;
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
-  EXPECT_EQ(devices_->report(devices::DeviceId::board).trouble, "found no answer for 1 s, wanted readings");
+  EXPECT_EQ(devices_->report(devices::DeviceId::board).error_message,
+            "found no answer for 1 s, wanted readings");
   is_silent_ = false;
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
   EXPECT_TRUE(await_knob(512));
@@ -262,12 +264,13 @@ TEST_F(Board, SaysWhyAPortCannotBeOpened)
   settings.retry_ms = 1.0;
   const devices::Devices none(std::nullopt, settings);
   EXPECT_TRUE(wait_until(
-      [&] { return none.report(devices::DeviceId::board).trouble == "No such file or directory"; }));
+      [&] { return none.report(devices::DeviceId::board).error_message == "No such file or directory"; }));
   settings.port = (scratch_.path() / "file").string();
   std::ofstream(settings.port) << "no terminal";
   const devices::Devices file(std::nullopt, settings);
-  EXPECT_TRUE(wait_until(
-      [&] { return file.report(devices::DeviceId::board).trouble == "Inappropriate ioctl for device"; }));
+  EXPECT_TRUE(wait_until([&] {
+    return file.report(devices::DeviceId::board).error_message == "Inappropriate ioctl for device";
+  }));
 }
 
 TEST_F(Board, AFileIsNotReplacedByALink)

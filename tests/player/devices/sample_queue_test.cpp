@@ -103,7 +103,7 @@ TEST(Outlet, ToolsThatAreMissingAreNoSamples)
   EXPECT_GT(outlet.report().rate_hz, 0.0);
 }
 
-TEST(Outlet, SaysNewsOfTheLinkOnceAndKeepsItsTrouble)
+TEST(Outlet, ReportsEachLinkStateOnceAndKeepsItsErrorMessage)
 {
   devices::SampleQueue queue;
   const devices::ArrivalClock clock;
@@ -112,9 +112,9 @@ TEST(Outlet, SaysNewsOfTheLinkOnceAndKeepsItsTrouble)
   outlet.set_link(devices::LinkState::closed, "Connection refused");
   outlet.set_link(devices::LinkState::closed, "Connection refused");
   outlet.set_link(devices::LinkState::opening, "");
-  EXPECT_EQ(outlet.report().trouble, "Connection refused");
+  EXPECT_EQ(outlet.report().error_message, "Connection refused");
   outlet.set_link(devices::LinkState::up, "");
-  EXPECT_EQ(outlet.report().trouble, "");
+  EXPECT_EQ(outlet.report().error_message, "");
   EXPECT_EQ(outlet.report().n_connects, 1U);
   EXPECT_EQ(outlet.report().n_samples, 0U);
   std::vector<int> states;

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace vrda::tracker_talk_test {
+namespace vrda::tracker_protocol_test {
 
 constexpr std::int64_t ms = 1'000'000;
 
@@ -40,7 +40,7 @@ std::string summary(const std::vector<devices::Sample>& samples)
   return text;
 }
 
-TEST(ToolWatch, AClockThatStandsStillIsNothingNew)
+TEST(ToolWatch, RepeatedTimeStampsBecomeStale)
 {
   devices::ToolMonitor watch(100 * ms, 0);
   EXPECT_EQ(watch.receive_stamp(5, 10 * ms), devices::ToolMonitor::StampCheck::accepted);
@@ -53,7 +53,7 @@ TEST(ToolWatch, AClockThatStandsStillIsNothingNew)
   EXPECT_EQ(watch.receive_stamp(6, 215 * ms), devices::ToolMonitor::StampCheck::accepted);
 }
 
-TEST(ToolWatch, AClockSetBackIsBelievedWhenItGoesOn)
+TEST(ToolWatch, AClockSetBackIsAcceptedOnceItAdvances)
 {
   devices::ToolMonitor watch(100 * ms, 0);
   EXPECT_EQ(watch.receive_stamp(1000, 0), devices::ToolMonitor::StampCheck::accepted);
@@ -66,7 +66,7 @@ TEST(ToolWatch, AClockSetBackIsBelievedWhenItGoesOn)
   EXPECT_EQ(watch.receive_stamp(601, 51 * ms), devices::ToolMonitor::StampCheck::accepted);
 }
 
-TEST(ToolWatch, AClockThatStumblesGoesOnFromWhereItWas)
+TEST(ToolWatch, IsolatedBackwardTimeStampsAreRejected)
 {
   devices::ToolMonitor watch(100 * ms, 0);
   EXPECT_EQ(watch.receive_stamp(1000, 0), devices::ToolMonitor::StampCheck::accepted);
@@ -84,12 +84,12 @@ TEST(ToolWatch, NoStampAlwaysCounts)
     EXPECT_EQ(watch.receive_stamp(0, n), devices::ToolMonitor::StampCheck::accepted);
 }
 
-TEST(TrackerTalk, PlacesCarryToolTimesAndPose)
+TEST(TrackerProtocol, PlacesCarryToolTimesAndPose)
 {
-  devices::TrackerProtocol talk(settings(), 0);
+  devices::TrackerProtocol protocol(settings(), 0);
   igtl::IgtlMessage said = message(igtl::IgtlKind::tdata, "Tracker", 42, {"Other", "Tibia", "Femur"});
   said.tools[1].X_tracker_tool.translation() = Eigen::Vector3d(1.0, 2.0, 3.0);
-  const std::vector<devices::Sample> samples = talk.receive(said, 7);
+  const std::vector<devices::Sample> samples = protocol.receive(said, 7);
   ASSERT_EQ(summary(samples), "0 seen 1 seen");
   EXPECT_EQ(samples[1].arrival_ns, 7);
   EXPECT_EQ(samples[1].device_ns, 42);
@@ -97,112 +97,114 @@ TEST(TrackerTalk, PlacesCarryToolTimesAndPose)
             Eigen::Vector3d(1.0, 2.0, 3.0));
 }
 
-TEST(TrackerTalk, AToolLeftOutOfItsListIsMissing)
+TEST(TrackerProtocol, AToolLeftOutOfItsListIsMissing)
 {
-  devices::TrackerProtocol talk(settings(), 0);
-  EXPECT_EQ(summary(talk.receive(message(igtl::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 0)),
+  devices::TrackerProtocol protocol(settings(), 0);
+  EXPECT_EQ(summary(protocol.receive(message(igtl::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 0)),
             "0 seen 1 missing")
       << "never heard of";
-  EXPECT_EQ(summary(talk.receive(message(igtl::IgtlKind::tdata, "Tracker", 2, {"Femur", "Tibia"}), 1)),
+  EXPECT_EQ(summary(protocol.receive(message(igtl::IgtlKind::tdata, "Tracker", 2, {"Femur", "Tibia"}), 1)),
             "0 seen 1 seen");
-  EXPECT_EQ(summary(talk.receive(message(igtl::IgtlKind::tdata, "Second", 3, {"Stylus"}), 2)), "")
+  EXPECT_EQ(summary(protocol.receive(message(igtl::IgtlKind::tdata, "Second", 3, {"Stylus"}), 2)), "")
       << "another tracker's list";
-  EXPECT_EQ(summary(talk.receive(message(igtl::IgtlKind::qtdata, "Tracker", 3, {}), 3)),
+  EXPECT_EQ(summary(protocol.receive(message(igtl::IgtlKind::qtdata, "Tracker", 3, {}), 3)),
             "0 missing 1 missing");
-  EXPECT_EQ(summary(talk.receive(femur(4), 4)), "0 seen");
-  EXPECT_EQ(summary(talk.receive(message(igtl::IgtlKind::tdata, "Tracker", 5, {"Tibia"}), 5)), "1 seen")
+  EXPECT_EQ(summary(protocol.receive(femur(4), 4)), "0 seen");
+  EXPECT_EQ(summary(protocol.receive(message(igtl::IgtlKind::tdata, "Tracker", 5, {"Tibia"}), 5)), "1 seen")
       << "the femur has messages of its own";
 }
 
-TEST(TrackerTalk, AStatusOfAToolIsAboutIt)
+TEST(TrackerProtocol, AStatusOfAToolIsAboutIt)
 {
-  devices::TrackerProtocol talk(settings(), 0);
+  devices::TrackerProtocol protocol(settings(), 0);
   igtl::IgtlMessage status = message(igtl::IgtlKind::status, "Tibia", 1, {});
-  EXPECT_EQ(summary(talk.receive(status, 0)), "");
+  EXPECT_EQ(summary(protocol.receive(status, 0)), "");
   EXPECT_EQ(devices::error_text_of(status), "");
   status.code = 16;
   status.text = "not present";
-  EXPECT_EQ(summary(talk.receive(status, 1)), "1 missing");
+  EXPECT_EQ(summary(protocol.receive(status, 1)), "1 missing");
   EXPECT_EQ(devices::error_text_of(status), "Tibia: status 16 (not present)");
   status.device = "Tracker";
-  EXPECT_EQ(summary(talk.receive(status, 2)), "");
+  EXPECT_EQ(summary(protocol.receive(status, 2)), "");
   igtl::IgtlMessage refusal = message(igtl::IgtlKind::tdata_started, "Tracker", 1, {});
   EXPECT_EQ(devices::error_text_of(refusal), "Tracker: refuses to stream TDATA");
   refusal.code = 0;
   EXPECT_EQ(devices::error_text_of(refusal), "");
 }
 
-TEST(TrackerTalk, WhatIsNoPlaceAndWhatIsMissingIsNoSilence)
+TEST(TrackerProtocol, InvalidPosesAndMissingToolsAreNotStale)
 {
-  devices::TrackerProtocol talk(settings(), 0);
+  devices::TrackerProtocol protocol(settings(), 0);
   igtl::IgtlMessage said = femur(1);
   said.tools[0].visibility = igtl::ToolVisibility::invalid_pose;
-  EXPECT_EQ(summary(talk.receive(said, 90 * ms)), "0 not_a_place");
-  EXPECT_EQ(summary(talk.stale_samples(110 * ms)), "1 missing") << "there is news of the other tool";
+  EXPECT_EQ(summary(protocol.receive(said, 90 * ms)), "0 not_a_place");
+  EXPECT_EQ(summary(protocol.stale_samples(110 * ms)), "1 missing") << "there is news of the other tool";
   said.device_ns = 2;
   said.tools[0].visibility = igtl::ToolVisibility::missing;
-  EXPECT_EQ(summary(talk.receive(said, 180 * ms)), "0 missing");
-  EXPECT_EQ(summary(talk.stale_samples(200 * ms)), "");
-  EXPECT_EQ(summary(talk.stale_samples(280 * ms)), "0 stale 1 stale");
+  EXPECT_EQ(summary(protocol.receive(said, 180 * ms)), "0 missing");
+  EXPECT_EQ(summary(protocol.stale_samples(200 * ms)), "");
+  EXPECT_EQ(summary(protocol.stale_samples(280 * ms)), "0 stale 1 stale");
 }
 
-TEST(TrackerTalk, AClockSetBackIsStaleUntilItIsBelieved)
+TEST(TrackerProtocol, AClockSetBackIsStaleUntilItIsAccepted)
 {
-  devices::TrackerProtocol talk(settings(), 0);
-  EXPECT_EQ(summary(talk.receive(femur(1000), 0)), "0 seen");
-  EXPECT_EQ(summary(talk.receive(femur(1000), 1)), "") << "nothing new";
+  devices::TrackerProtocol protocol(settings(), 0);
+  EXPECT_EQ(summary(protocol.receive(femur(1000), 0)), "0 seen");
+  EXPECT_EQ(summary(protocol.receive(femur(1000), 1)), "") << "nothing new";
   for (int n = 1; n < devices::ToolMonitor::n_to_accept_clock; ++n)
-    EXPECT_EQ(summary(talk.receive(femur(n), n)), "0 stale");
-  EXPECT_EQ(summary(talk.receive(femur(100), 9)), "0 seen");
+    EXPECT_EQ(summary(protocol.receive(femur(n), n)), "0 stale");
+  EXPECT_EQ(summary(protocol.receive(femur(100), 9)), "0 seen");
 }
 
-/// The states at the end of three periods of 150 ms: the tibia is absent, the clock does not advance, silence.
+/// The states at the end of three periods of 150 ms: the tibia is absent, the clock does not advance,
+/// silence.
 std::string course(igtl::IgtlKind kind)
 {
-  devices::TrackerProtocol talk(settings(), 0);
+  devices::TrackerProtocol protocol(settings(), 0);
   const bool is_list = kind == igtl::IgtlKind::tdata || kind == igtl::IgtlKind::qtdata;
   std::vector<std::string> state{"none", "none"};
   std::string text;
   const auto take = [&](const std::vector<devices::Sample>& samples) {
-    for (const devices::Sample& sample : samples)
-      state[sample.source] = summary({sample}).substr(2);
+    for (const devices::Sample& sample : samples) state[sample.source] = summary({sample}).substr(2);
   };
   const auto send = [&](std::int64_t now_ms, const std::vector<std::string>& tools, std::int64_t stamp) {
-    if (is_list) take(talk.receive(message(kind, "Tracker", stamp, tools), now_ms * ms));
+    if (is_list) take(protocol.receive(message(kind, "Tracker", stamp, tools), now_ms * ms));
     for (const std::string& tool : tools)
-      if (!is_list) take(talk.receive(message(kind, tool, stamp, {tool}), now_ms * ms));
-    take(talk.stale_samples(now_ms * ms));
+      if (!is_list) take(protocol.receive(message(kind, tool, stamp, {tool}), now_ms * ms));
+    take(protocol.stale_samples(now_ms * ms));
   };
   for (std::int64_t now_ms = 10; now_ms <= 900; now_ms += 10) {
     const std::int64_t phase = (now_ms - 1) / 150;
     const bool is_whole = phase % 2 == 0;
     if (phase < 5) {
-      send(now_ms, is_whole || phase != 1 ? std::vector<std::string>{"Femur", "Tibia"} : std::vector<std::string>{"Femur"},
+      send(now_ms,
+           is_whole || phase != 1 ? std::vector<std::string>{"Femur", "Tibia"}
+                                  : std::vector<std::string>{"Femur"},
            phase == 3 ? 450 : now_ms);
     } else {
-      take(talk.stale_samples(now_ms * ms));
+      take(protocol.stale_samples(now_ms * ms));
     }
     if (now_ms % 150 == 0) text += state[0] + " " + state[1] + "; ";
   }
   return text;
 }
 
-TEST(TrackerTalk, AbsentAndStaleMeanTheSameForEveryType)
+TEST(TrackerProtocol, AbsentAndStaleMeanTheSameForEveryType)
 {
-  for (const igtl::IgtlKind kind : {igtl::IgtlKind::transform, igtl::IgtlKind::position,
-                                    igtl::IgtlKind::tdata, igtl::IgtlKind::qtdata}) {
+  for (const igtl::IgtlKind kind :
+       {igtl::IgtlKind::transform, igtl::IgtlKind::position, igtl::IgtlKind::tdata, igtl::IgtlKind::qtdata}) {
     SCOPED_TRACE(static_cast<int>(kind));
     EXPECT_EQ(course(kind), "seen seen; seen missing; seen seen; stale stale; seen seen; stale stale; ");
   }
 }
 
-TEST(TrackerTalk, AFrozenListIsStaleForAToolThatItLacks)
+TEST(TrackerProtocol, AFrozenListIsStaleForAToolThatItLacks)
 {
-  devices::TrackerProtocol talk(settings(), 0);
-  EXPECT_EQ(summary(talk.receive(message(igtl::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 0)),
+  devices::TrackerProtocol protocol(settings(), 0);
+  EXPECT_EQ(summary(protocol.receive(message(igtl::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 0)),
             "0 seen 1 missing");
-  EXPECT_EQ(summary(talk.receive(message(igtl::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 50 * ms)), "");
-  EXPECT_EQ(summary(talk.stale_samples(100 * ms)), "0 stale 1 stale");
+  EXPECT_EQ(summary(protocol.receive(message(igtl::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 50 * ms)), "");
+  EXPECT_EQ(summary(protocol.stale_samples(100 * ms)), "0 stale 1 stale");
 }
 
-}  // namespace vrda::tracker_talk_test
+}  // namespace vrda::tracker_protocol_test

@@ -119,7 +119,7 @@ TEST_F(Recovery, FromAServerThatIsKilledAndReturns)
   EXPECT_TRUE(take_until(*devices_, seen_,
                          [](const devices::Sample& s) { return s.is(devices::ToolVisibility::stale); }));
   EXPECT_TRUE(wait_until(
-      [&] { return devices_->report(devices::DeviceId::tracker).trouble == "Connection refused"; }));
+      [&] { return devices_->report(devices::DeviceId::tracker).error_message == "Connection refused"; }));
   devices::TrackerServerOptions options;
   options.port = port;
   // The new clock is far behind: poses are accepted after several.
@@ -175,9 +175,9 @@ TEST(Tracker, IgnoresTypesThatItDoesNotUse)
   const int client = accept(listener, nullptr, nullptr);
   ASSERT_GE(client, 0);
   std::vector<std::uint8_t> bytes;
-  for (const auto& part :
-       {message_of_type("STRING", {0, 3, 0, 2, 'O', 'K'}), message_of_type("IMAGE", std::vector<std::uint8_t>(70'000, 9)),
-        igtl::bytes_of(tdata_of(7, {"Femur"}))})
+  for (const auto& part : {message_of_type("STRING", {0, 3, 0, 2, 'O', 'K'}),
+                           message_of_type("IMAGE", std::vector<std::uint8_t>(70'000, 9)),
+                           igtl::bytes_of(tdata_of(7, {"Femur"}))})
     bytes.insert(bytes.end(), part.begin(), part.end());
   for (std::size_t sent = 0; sent < bytes.size();) {
     const ssize_t more = send(client, bytes.data() + sent, bytes.size() - sent, 0);
@@ -187,21 +187,21 @@ TEST(Tracker, IgnoresTypesThatItDoesNotUse)
   std::vector<devices::Sample> seen;
   EXPECT_TRUE(take_until(devices, seen, is_seen));
   EXPECT_EQ(devices.report(devices::DeviceId::tracker).n_refused, 0U);
-  EXPECT_EQ(devices.report(devices::DeviceId::tracker).trouble, "");
+  EXPECT_EQ(devices.report(devices::DeviceId::tracker).error_message, "");
   close(client);
   close(listener);
 }
 
 /// A tracker whose ticks a test can change.
 struct Script {
-  std::atomic<bool> is_hidden{false}, stands_still{false}, is_silent{false};
+  std::atomic<bool> is_hidden{false}, is_frozen{false}, is_silent{false};
   std::atomic<std::int64_t> clock_ns{0};  ///< added to every stamp
 
   std::vector<igtl::IgtlMessage> operator()(std::uint64_t tick)
   {
     igtl::IgtlMessage message =
         tdata_of(tick, is_hidden ? std::vector<std::string>{} : std::vector<std::string>{"Femur"});
-    message.device_ns = stands_still ? last_ns_ : message.device_ns + clock_ns;
+    message.device_ns = is_frozen ? last_ns_ : message.device_ns + clock_ns;
     last_ns_ = message.device_ns;
     if (is_silent) return {};
     return {message};
@@ -228,7 +228,7 @@ TEST_F(Scripted, WhatIsAmissIsSaidUntilItIsOver)
 {
   await(devices::ToolVisibility::seen);
   for (const auto& [is_amiss, state] : {std::pair{&script_.is_hidden, devices::ToolVisibility::missing},
-                                        std::pair{&script_.stands_still, devices::ToolVisibility::stale},
+                                        std::pair{&script_.is_frozen, devices::ToolVisibility::stale},
                                         std::pair{&script_.is_silent, devices::ToolVisibility::stale}}) {
     *is_amiss = true;
     await(state);
@@ -238,7 +238,7 @@ TEST_F(Scripted, WhatIsAmissIsSaidUntilItIsOver)
   }
 }
 
-TEST_F(Scripted, AClockThatStepsBackIsStaleUntilItIsBelieved)
+TEST_F(Scripted, AClockThatStepsBackIsStaleUntilItIsAccepted)
 {
   script_.clock_ns = 3'600'000 * ms;
   ASSERT_TRUE(
@@ -249,7 +249,7 @@ TEST_F(Scripted, AClockThatStepsBackIsStaleUntilItIsBelieved)
   EXPECT_LT(seen_.back().device_ns, 3'600'000 * ms);
 }
 
-TEST(Tracker, AsksForTdataWhereItIsTold)
+TEST(Tracker, RequestsTdataIfTheSettingsHaveAnInterval)
 {
   devices::TrackerServerOptions options;
   options.waits_for_request = true;
@@ -299,7 +299,7 @@ TEST(Tracker, SaysWhatIsWrongWithAHost)
   settings.tools = {"Femur"};
   settings.retry_ms = 1.0;
   const devices::Devices devices(settings, std::nullopt);
-  EXPECT_TRUE(wait_until([&] { return !devices.report(devices::DeviceId::tracker).trouble.empty(); }));
+  EXPECT_TRUE(wait_until([&] { return !devices.report(devices::DeviceId::tracker).error_message.empty(); }));
   EXPECT_EQ(devices.report(devices::DeviceId::board).link, devices::LinkState::closed);
 }
 

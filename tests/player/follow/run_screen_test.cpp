@@ -20,18 +20,18 @@ store::MotionModel model()
 
 follow::RunScreenOptions options()
 {
-  follow::RunScreenOptions asked;
-  asked.width = 640;
-  asked.height = 480;
-  asked.scene.layers.set(scene::Layer::contacts, true);
-  asked.scene.layers.set(scene::Layer::normals, true);
+  follow::RunScreenOptions requested;
+  requested.width = 640;
+  requested.height = 480;
+  requested.scene.layers.set(scene::Layer::contacts, true);
+  requested.scene.layers.set(scene::Layer::normals, true);
   // Bodies that let the contacts inside them through.
-  asked.scene.apply_appearance = [](scene::Scene& bare) {
+  requested.scene.apply_appearance = [](scene::Scene& bare) {
     for (scene::Drawable& drawable : bare.drawables) drawable.material.opacity = 0.3F;
   };
-  asked.views = {navigation::named_view("front", scene::View::front, Side::right),
-                 navigation::named_view("lateral", scene::View::lateral, Side::right)};
-  return asked;
+  requested.views = {navigation::named_view("front", scene::View::front, Side::right),
+                     navigation::named_view("lateral", scene::View::lateral, Side::right)};
+  return requested;
 }
 
 follow::RunStep step(int flexion, int varus, StepStatus status, int n_contacts)

@@ -57,10 +57,10 @@ SearchTrace search(StepKind kind, int flexion, int varus, int n_moves)
 /// Flexion 0, 10, 20 by varus -1, 0, 1.
 store::MotionModel plan(double last_flexion_deg = 20)
 {
-  test::ModelPlan asked;
-  asked.flexion_deg = {0, 10, last_flexion_deg};
-  asked.varus_deg = {-1, 0, 1};
-  store::MotionModel model = test::model_of(asked);
+  test::ModelPlan requested;
+  requested.flexion_deg = {0, 10, last_flexion_deg};
+  requested.varus_deg = {-1, 0, 1};
+  store::MotionModel model = test::model_of(requested);
   test::add_bodies(model);
   model.job.resolved = "flexion to " + std::to_string(last_flexion_deg);
   return model;
@@ -217,7 +217,7 @@ TEST_F(Watch, RecordsOutsideTheGridAreLeftAside)
   EXPECT_THAT(news.remarks, ElementsAre(HasSubstr("knee.h5.journal: record: ")));
 }
 
-TEST_F(Watch, MovesStandBeforeTheirStepWhicheverFileIsSeenFirst)
+TEST_F(Watch, MovesPrecedeTheirStepWhicheverFileIsReadFirst)
 {
   follow::RunWatch watch(start_, true);
   journal::JournalWriter steps = journal();
@@ -325,7 +325,7 @@ TEST_F(Watch, ARunThatIsOverIsFinishedAtOnce)
   EXPECT_EQ(n_stable(watch), 9);
 }
 
-TEST_F(Watch, GoesOnWhenTheWholeFolderIsGoneForAWhile)
+TEST_F(Watch, ContinuesAfterTheFolderWasTemporarilyMissing)
 {
   const fs::path folder = scratch_.path() / "run", away = scratch_.path() / "away";
   fs::create_directory(folder);
@@ -363,11 +363,11 @@ class ThreadedWatch : public Watch {
  protected:
   /// Collects arrivals until `is_enough`, for at most ten seconds.
   template <typename IsEnough>
-  static follow::RunArrivals taken_until(follow::WatchThread& thread, const IsEnough& is_enough)
+  static follow::AccumulatedUpdate taken_until(follow::WatchThread& thread, const IsEnough& is_enough)
   {
-    follow::RunArrivals all;
+    follow::AccumulatedUpdate all;
     for (int patience = 0; patience < 10000; ++patience) {
-      follow::RunArrivals more = thread.take();
+      follow::AccumulatedUpdate more = thread.take();
       all.is_restarted = all.is_restarted || more.is_restarted;
       if (more.model) all.model = more.model;
       all.steps.insert(all.steps.end(), more.steps.begin(), more.steps.end());
@@ -386,26 +386,26 @@ TEST_F(ThreadedWatch, EveryStepArrivesOnceAndTheResultWithItsEnd)
   journal::JournalWriter writer = journal();
   follow::WatchThread thread(follow::RunWatch(start_), pause);
   for (int j = 0; j < 3; ++j) writer.append(step(StepKind::row, 1, j));
-  const follow::RunArrivals steps =
-      taken_until(thread, [](const follow::RunArrivals& a) { return a.steps.size() >= 3; });
+  const follow::AccumulatedUpdate steps =
+      taken_until(thread, [](const follow::AccumulatedUpdate& a) { return a.steps.size() >= 3; });
   EXPECT_EQ(steps.steps.size(), 3u);
   EXPECT_EQ(steps.n_done, 3);
   EXPECT_EQ(steps.phase, follow::RunPhase::running);
   EXPECT_FALSE(steps.model);
   store::write_motion_model(output_, plan());
-  const follow::RunArrivals end =
-      taken_until(thread, [](const follow::RunArrivals& a) { return a.model != nullptr; });
+  const follow::AccumulatedUpdate end =
+      taken_until(thread, [](const follow::AccumulatedUpdate& a) { return a.model != nullptr; });
   EXPECT_EQ(end.phase, follow::RunPhase::finished);
   EXPECT_TRUE((end.model->status == 0).all());
   EXPECT_TRUE(end.steps.empty());
 }
 
-TEST_F(ThreadedWatch, ARunBegunAnewComesWithItsPlan)
+TEST_F(ThreadedWatch, ARestartedRunHasItsPlan)
 {
   follow::WatchThread thread(follow::RunWatch(start_), pause);
   write_start(plan(40));
-  const follow::RunArrivals repeated =
-      taken_until(thread, [](const follow::RunArrivals& a) { return a.is_restarted; });
+  const follow::AccumulatedUpdate repeated =
+      taken_until(thread, [](const follow::AccumulatedUpdate& a) { return a.is_restarted; });
   ASSERT_TRUE(repeated.model);
   EXPECT_EQ(repeated.model->flexion_deg.back(), 40);
 }
@@ -414,7 +414,7 @@ TEST_F(ThreadedWatch, WhatEndsTheThreadIsThrownToWhomAsks)
 {
   follow::WatchThread thread(follow::RunWatch(start_), pause);
   scratch_.write("knee.h5.start.h5", "no start file any more");
-  EXPECT_THROW(taken_until(thread, [](const follow::RunArrivals&) { return false; }), InputError);
+  EXPECT_THROW(taken_until(thread, [](const follow::AccumulatedUpdate&) { return false; }), InputError);
 }
 
 }  // namespace vrda::run_watch_test

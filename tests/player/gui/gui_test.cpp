@@ -211,7 +211,7 @@ TEST(Gui, TheHelpPageFitsASmallScreenAndCanBeClosed)
   EXPECT_FALSE(desk.state_.shows_help);
 }
 
-TEST(Gui, NumbersAndLegendsStandApart)
+TEST(Gui, NumbersAndLegendsDoNotOverlap)
 {
   for (const auto& [width, height] : {std::pair(800, 600), std::pair(1280, 960)}) {
     Desk desk(width, height);

@@ -153,7 +153,7 @@ std::vector<igtl::IgtlMessage> read(const Bytes& bytes)
   stream.add(bytes);
   std::vector<igtl::IgtlMessage> messages;
   while (std::optional<igtl::IgtlMessage> message = stream.next()) messages.push_back(*message);
-  EXPECT_EQ(stream.trouble(), "");
+  EXPECT_EQ(stream.error_message(), "");
   return messages;
 }
 
@@ -215,7 +215,7 @@ TEST(IgtlMessage, AToolThatIsMissingIsLeftOutOfListsAndSaidByMetaData)
   EXPECT_EQ(read(igtl::bytes_of(one)).at(0).tools.at(0).visibility, igtl::ToolVisibility::missing);
 }
 
-TEST(IgtlMessage, ANumberThatIsNoneIsNotAPlace)
+TEST(IgtlMessage, APoseWithNumbersThatAreNotFiniteIsInvalid)
 {
   for (const igtl::IgtlKind kind :
        {igtl::IgtlKind::transform, igtl::IgtlKind::position, igtl::IgtlKind::tdata, igtl::IgtlKind::qtdata}) {
@@ -277,7 +277,7 @@ TEST(NearestRotation, OfARotationTimesASymmetricMatrixIsTheRotation)
   EXPECT_LT((*R - rotation()).cwiseAbs().maxCoeff(), rounding);
 }
 
-TEST(NearestRotation, RefusesWhatIsNone)
+TEST(NearestRotation, RefusesMatricesThatAreNotRotations)
 {
   EXPECT_TRUE(igtl::nearest_rotation(rotation()));
   EXPECT_FALSE(igtl::nearest_rotation(-rotation()));

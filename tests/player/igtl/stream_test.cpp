@@ -91,7 +91,7 @@ TEST(IgtlStream, AnyChangedBitOfABodyBreaksIt)
     igtl::IgtlStream stream;
     stream.add(bytes);
     EXPECT_FALSE(stream.next());
-    EXPECT_EQ(stream.trouble(), "found TRANSFORM with a wrong checksum, wanted CRC64 of its body");
+    EXPECT_EQ(stream.error_message(), "found TRANSFORM with a wrong checksum, wanted CRC64 of its body");
     stream.add(whole);
     EXPECT_FALSE(stream.next()) << "what follows cannot be trusted";
   }
@@ -103,7 +103,7 @@ TEST(IgtlStream, AWrongChecksumOfAMessageThatIsPassedOverBreaksItToo)
   bytes.back() ^= 1;
   igtl::IgtlStream stream;
   EXPECT_TRUE(stamps(stream, bytes, 100).empty());
-  EXPECT_EQ(stream.trouble(), "found IMAGE with a wrong checksum, wanted CRC64 of its body");
+  EXPECT_EQ(stream.error_message(), "found IMAGE with a wrong checksum, wanted CRC64 of its body");
 }
 
 TEST(IgtlStream, HeadersThatCannotBeOneBreakIt)
@@ -112,7 +112,7 @@ TEST(IgtlStream, HeadersThatCannotBeOneBreakIt)
     const char* what;
     std::size_t at;
     std::uint8_t byte;
-    const char* trouble;
+    const char* error_message;
   };
   for (const Row& row :
        {Row{"version", 1, 3, "found header version 3, wanted 1 or 2 of OpenIGTLink"},
@@ -125,14 +125,14 @@ TEST(IgtlStream, HeadersThatCannotBeOneBreakIt)
     igtl::IgtlStream stream;
     stream.add(bytes);
     EXPECT_FALSE(stream.next());
-    EXPECT_EQ(stream.trouble(), row.trouble);
+    EXPECT_EQ(stream.error_message(), row.error_message);
   }
   Bytes image = message_of_type("IMAGE", {});
   image[44] = 1;
   igtl::IgtlStream stream;
   stream.add(image);
   EXPECT_FALSE(stream.next());
-  EXPECT_EQ(stream.trouble(), "found IMAGE of 1099511627776 bytes, wanted at most 4294967296");
+  EXPECT_EQ(stream.error_message(), "found IMAGE of 1099511627776 bytes, wanted at most 4294967296");
 }
 
 TEST(IgtlStream, ABodyOfAWrongSizeCostsThatMessageOnly)

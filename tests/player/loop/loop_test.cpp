@@ -74,7 +74,7 @@ TEST(Loop, ASignalEndsItWithinARound)
   EXPECT_EQ(mode.n_drawn, 3);
 }
 
-TEST(Attempt, TellsWhatASessionSurvives)
+TEST(Attempt, CatchesInputErrorsOnly)
 {
   EXPECT_FALSE(loop::catch_input_error([] {}));
   const auto refused = loop::catch_input_error([] {

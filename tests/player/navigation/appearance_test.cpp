@@ -56,7 +56,7 @@ TEST(Look, ModeTextureLightsAndTransparencyAreTakenOver)
                     .string();
   look.see_through = "reference";
   scene::Scene scene = some_scene();
-  scene::add_layer(scene, scene::Layer::ligaments, scene::Owner::reference, "a layer of the reference");
+  scene::add_layer(scene, scene::Layer::ligaments, scene::ParentFrame::reference, "a layer of the reference");
   navigation::apply_appearance(scene, look);
   EXPECT_EQ(scene.mode, scene::DrawMode::hidden_line);
   EXPECT_EQ(scene.texture.width, 2);
@@ -66,7 +66,8 @@ TEST(Look, ModeTextureLightsAndTransparencyAreTakenOver)
   EXPECT_EQ(scene.background.top, Eigen::Vector3f(0, 0, 1));
   for (const scene::Drawable& drawable : scene.drawables) {
     const float own = material_of(drawable.name == "plate" ? "meniscus" : "bone").opacity;
-    const bool is_body = drawable.owner == scene::Owner::reference && drawable.layer == scene::Layer::bodies;
+    const bool is_body =
+        drawable.parent == scene::ParentFrame::reference && drawable.layer == scene::Layer::bodies;
     EXPECT_EQ(drawable.material.opacity < own, is_body) << drawable.name;
   }
 }
@@ -80,7 +81,7 @@ TEST(Look, AHiddenObjectLeavesTheJointWhereItIs)
   look.hidden = "reference";
   navigation::apply_appearance(scene, look);
   for (const scene::Drawable& drawable : scene.drawables)
-    EXPECT_EQ(drawable.is_shown, drawable.owner == scene::Owner::moving) << drawable.name;
+    EXPECT_EQ(drawable.is_shown, drawable.parent == scene::ParentFrame::moving) << drawable.name;
   EXPECT_EQ(scene::joint_sphere(scene).radius_mm, before.radius_mm);
   EXPECT_LT(scene::points_within(scene, {}).size(), n_points);
   EXPECT_GT(scene::points_within(scene, {}).size(), 0U);

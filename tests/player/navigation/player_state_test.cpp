@@ -191,7 +191,7 @@ TEST(Timeline, OnceStopsAtTheEndAndBeginsAgain)
   EXPECT_EQ(again.flexion_rad, again.first_rad);
 }
 
-TEST(Timeline, PausedAndRangelessStandStill)
+TEST(Timeline, PausedOrWithoutARangeItDoesNotAdvance)
 {
   navigation::Timeline paused = navigation::toggled(playing(navigation::LoopMode::wrap));
   paused = navigation::moved_to(paused, rad_from_deg(33.0));

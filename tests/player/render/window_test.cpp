@@ -112,7 +112,7 @@ render::Image cut_out(const render::Image& image, int x, int y)
   return part;
 }
 
-TEST(Window, ItStandsWhereItIsPut)
+TEST(Window, ItIsAtTheRequestedPosition)
 {
   const test::Screen screen;
   const scene::Scene scene = test::joint_scene();
@@ -139,7 +139,7 @@ TEST(Window, ItStandsWhereItIsPut)
   }));
 }
 
-TEST(Window, ItIsClosedWhenAsked)
+TEST(Window, ItClosesOnRequest)
 {
   const test::Screen screen;
   render::Window window(quiet_window(1));
@@ -172,7 +172,7 @@ std::vector<render::InputEvent> of_kind(const std::vector<render::InputEvent>& e
   return found;
 }
 
-TEST(Window, TheMouseIsHeard)
+TEST(Window, EventsOfTheMouseAreReceived)
 {
   const test::Screen screen;
   render::Window window(quiet_window(1));
@@ -205,7 +205,7 @@ TEST(Window, TheMouseIsHeard)
   EXPECT_EQ(wheel[1].wheel, -1.0);
 }
 
-TEST(Window, KeysAreHeardWithTheirModifiers)
+TEST(Window, KeysAreReceivedWithTheirModifiers)
 {
   const test::Screen screen;
   render::Window window(quiet_window(1));

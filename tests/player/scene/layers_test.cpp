@@ -121,7 +121,7 @@ TEST(Layers, AnArrowIsAsLongAsItsForceAndPressesThere)
   EXPECT_NEAR(length_mm[0] / length_mm[1], test::force_ratio, 1e-3);
 }
 
-TEST(Layers, AxesStandAtTheRotationCentreAndAlongTheirDirections)
+TEST(Layers, AxesAreAtTheRotationCentreAndAlongTheirDirections)
 {
   Stage stage(layered_model("right"));
   stage.show({40, 3}, {scene::Layer::axes});
@@ -251,7 +251,8 @@ TEST(Layers, ContactPathsLieOnBothBodiesAndBreakAtJumps)
       const scene::Drawable& medial = drawable_of(stage.scene, "medial path, " + std::string(body));
       const scene::Drawable& lateral = drawable_of(stage.scene, "lateral path, " + std::string(body));
       EXPECT_TRUE(medial.is_shown && lateral.is_shown);
-      EXPECT_EQ(medial.owner, body == std::string("moving") ? scene::Owner::moving : scene::Owner::reference);
+      EXPECT_EQ(medial.parent,
+                body == std::string("moving") ? scene::ParentFrame::moving : scene::ParentFrame::reference);
       // One ring a point and two for the ends of each piece; the medial path has two pieces.
       EXPECT_EQ(lateral.mesh.vertices.size(), 12 * (n_flexion + 2));
       EXPECT_EQ(medial.mesh.vertices.size(), 12 * (n_flexion + 4));

@@ -41,9 +41,9 @@ TEST(Scene, ThereIsADrawableForEachComponentWithItsMaterial)
   const scene::Scene scene = scene_of(model);
   ASSERT_EQ(scene.drawables.size(), 5U);
   EXPECT_EQ(scene.drawables[0].name, "ball");
-  EXPECT_EQ(scene.drawables[0].owner, scene::Owner::reference);
+  EXPECT_EQ(scene.drawables[0].parent, scene::ParentFrame::reference);
   EXPECT_EQ(scene.drawables[2].name, "plate");
-  EXPECT_EQ(scene.drawables[2].owner, scene::Owner::moving);
+  EXPECT_EQ(scene.drawables[2].parent, scene::ParentFrame::moving);
   EXPECT_TRUE(scene.drawables[2].has_contact);
   EXPECT_FALSE(scene.drawables[4].has_contact);
   EXPECT_EQ(scene.drawables[2].material.opacity, 1.0F);  // tissue, not glass
@@ -59,7 +59,7 @@ TEST(Scene, ATriangleOfNoComponentIsABrokenPromise)
   EXPECT_THROW(scene_of(model), InternalError);
 }
 
-TEST(Scene, WhoeverStandsStillTheObjectsStandAsXReferenceMovingSays)
+TEST(Scene, TheRelativePoseIsXReferenceMovingWhicheverObjectIsFixed)
 {
   for (const std::string side : {"right", "left"}) {
     const store::MotionModel model = moving_model(side);
@@ -81,7 +81,7 @@ TEST(Scene, WhoeverStandsStillTheObjectsStandAsXReferenceMovingSays)
   }
 }
 
-TEST(Scene, TheHeldReferenceOnlyStandsRecentred)
+TEST(Scene, TheFixedReferenceIsCentredAndNotRotated)
 {
   const store::MotionModel model = moving_model("left");
   const motion::Motion motion(model, "raw");

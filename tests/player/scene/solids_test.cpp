@@ -172,7 +172,7 @@ TEST(Solids, AnArrowEndsWhereItPoints)
   EXPECT_EQ(n_long, 100);
 }
 
-TEST(Solids, SeveralOfAKindStandOneAfterTheOther)
+TEST(Solids, SeveralOfAKindAreStoredOneAfterTheOther)
 {
   RenderMesh mesh;
   scene::add_balls(mesh, 3);

@@ -278,7 +278,7 @@ TEST_F(AtWindow, ViewsAreThoseOfTheirKeys)
   EXPECT_LE((turn() - scene::view_rotation(scene::View::top, Side::right)).norm(), 1e-12);
 }
 
-TEST_F(AtWindow, PictureFullScreenAndTheEndAreAskedForOnce)
+TEST_F(AtWindow, ScreenshotFullScreenAndQuitAreRequestedOnce)
 {
   EXPECT_FALSE(session_.consume_screenshot_request());
   key('P');
@@ -292,7 +292,7 @@ TEST_F(AtWindow, PictureFullScreenAndTheEndAreAskedForOnce)
   EXPECT_TRUE(session_.state().is_done);
 }
 
-TEST_F(AtWindow, ItIsIdleOnceTheInterfaceStandsStill)
+TEST_F(AtWindow, ItIsIdleOnceTheInterfaceStopsChanging)
 {
   key(render::Key::right);
   EXPECT_FALSE(session_.is_idle());
@@ -384,7 +384,7 @@ TEST_F(Dropped, AnythingElseIsOneMessageAndTheJointStays)
   EXPECT_EQ(shown_.file(), "first.h5");
 }
 
-TEST(ShownAttitude, WhatLiesOutsideTheRangeIsTold)
+TEST(ShownAttitude, AnglesOutsideTheRangeAreReported)
 {
   const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer({320, 240, 1});
   struct Row {

@@ -44,7 +44,7 @@ class Show : public testing::Test {
     options.views = "front";
     return options;
   }
-  show::ShowSummary run(const show::ShowOptions& options) { return show::show(options, {data_, talk_}); }
+  show::ShowSummary run(const show::ShowOptions& options) { return show::show(options, {data_, messages_}); }
 
   /// Names of the files written, sorted, which must be the paths on standard output.
   std::vector<std::string> stills() const
@@ -64,7 +64,7 @@ class Show : public testing::Test {
   test::Scratch scratch_;
   std::string file_ = (scratch_.path() / "sample.h5").string();
   std::string folder_ = (scratch_.path() / "pictures").string();
-  std::ostringstream data_, talk_;
+  std::ostringstream data_, messages_;
 };
 
 TEST_F(Show, WritesAStillForEachViewAndFlexion)
@@ -77,7 +77,7 @@ TEST_F(Show, WritesAStillForEachViewAndFlexion)
   EXPECT_EQ(summary.n_unsolved, 0);
   EXPECT_THAT(stills(), ElementsAre("front_flexion_000.png", "front_flexion_015.png", "front_flexion_030.png",
                                     "top_flexion_000.png", "top_flexion_015.png", "top_flexion_030.png"));
-  EXPECT_THAT(talk_.str(), HasSubstr("set degree_1, 3 attitudes, 6 "));
+  EXPECT_THAT(messages_.str(), HasSubstr("set degree_1, 3 attitudes, 6 "));
 }
 
 TEST_F(Show, DrawsTheMeasuredRangeInSixStepsByDefault)
@@ -89,7 +89,7 @@ TEST_F(Show, DrawsTheMeasuredRangeInSixStepsByDefault)
   EXPECT_EQ(names.front(), "front_flexion_000.png");
   EXPECT_EQ(names[1], "front_flexion_005.png");
   EXPECT_EQ(names.back(), "front_flexion_030.png");
-  EXPECT_EQ(talk_.str(), "");
+  EXPECT_EQ(messages_.str(), "");
 }
 
 TEST_F(Show, DrawsBeyondTheRangeAtItsEndOnceAndSaysSo)
@@ -99,10 +99,10 @@ TEST_F(Show, DrawsBeyondTheRangeAtItsEndOnceAndSaysSo)
   given.varus_deg = 3.0;
   EXPECT_EQ(run(given).n_images, 2);
   EXPECT_THAT(stills(), ElementsAre("front_flexion_020.png", "front_flexion_030.png"));
-  EXPECT_THAT(talk_.str(), HasSubstr("--flexion: found 40, wanted 0 to 30 degrees"));
+  EXPECT_THAT(messages_.str(), HasSubstr("--flexion: found 40, wanted 0 to 30 degrees"));
   const std::string varus = "--varus: found 3, wanted -1 to 1 degrees: drawn at 1";
-  EXPECT_THAT(talk_.str(), HasSubstr(varus));
-  EXPECT_EQ(talk_.str().find(varus), talk_.str().rfind(varus));  // once
+  EXPECT_THAT(messages_.str(), HasSubstr(varus));
+  EXPECT_EQ(messages_.str().find(varus), messages_.str().rfind(varus));  // once
 }
 
 TEST_F(Show, DrawsAFreeVarusAsItWasFound)
@@ -120,12 +120,12 @@ TEST_F(Show, DrawsAFreeVarusAsItWasFound)
   show::ShowOptions given = options();
   given.flexion = "0:30:10";
   EXPECT_EQ(run(given).n_images, 4);
-  EXPECT_EQ(talk_.str().find("varus"), std::string::npos);
+  EXPECT_EQ(messages_.str().find("varus"), std::string::npos);
   given.varus_deg = 1.0;
   EXPECT_EQ(run(given).n_images, 4);
   const std::string reported = "--varus: found 1,";
-  EXPECT_THAT(talk_.str(), HasSubstr(reported));
-  EXPECT_EQ(talk_.str().find(reported), talk_.str().rfind(reported));  // once
+  EXPECT_THAT(messages_.str(), HasSubstr(reported));
+  EXPECT_EQ(messages_.str().find(reported), messages_.str().rfind(reported));  // once
 }
 
 TEST_F(Show, LeavesOutAttitudesWithoutAnAnswerAndNamesThem)
@@ -139,8 +139,8 @@ TEST_F(Show, LeavesOutAttitudesWithoutAnAnswerAndNamesThem)
   EXPECT_EQ(summary.n_unsolved, 1);
   EXPECT_THAT(stills(),
               ElementsAre("front_flexion_000.png", "front_flexion_020.png", "front_flexion_030.png"));
-  EXPECT_THAT(talk_.str(), HasSubstr("flexion 10, varus 0.5:"));
-  EXPECT_THAT(talk_.str(), HasSubstr("unsolved_cell"));
+  EXPECT_THAT(messages_.str(), HasSubstr("flexion 10, varus 0.5:"));
+  EXPECT_THAT(messages_.str(), HasSubstr("unsolved_cell"));
 }
 
 TEST_F(Show, WithoutAnySolvedCellThereIsNothingToDraw)
@@ -150,7 +150,7 @@ TEST_F(Show, WithoutAnySolvedCellThereIsNothingToDraw)
   const show::ShowSummary summary = run(options());
   EXPECT_EQ(summary.n_images, 0);
   EXPECT_EQ(summary.n_unsolved, 7);
-  EXPECT_THAT(talk_.str(), HasSubstr(": varus 0 "));
+  EXPECT_THAT(messages_.str(), HasSubstr(": varus 0 "));
   EXPECT_FALSE(std::filesystem::exists(folder_));
 }
 
@@ -219,10 +219,10 @@ TEST_F(Show, AFilmHasAFrameForEachAngleOrPlaysAtASpeed)
     given.speed_deg_s = row.speed_deg_s;
     given.is_to_and_fro = row.is_to_and_fro;
     data_.str("");
-    talk_.str("");
+    messages_.str("");
     EXPECT_EQ(run(given).n_images, 0);
     EXPECT_EQ(data_.str(), film + "\n");
-    EXPECT_THAT(talk_.str(), HasSubstr(row.reported));
+    EXPECT_THAT(messages_.str(), HasSubstr(row.reported));
     EXPECT_TRUE(std::filesystem::remove(film));
   }
 }
@@ -244,11 +244,11 @@ TEST_F(Show, AFilmWithoutAnyAnswerOnItsWayHasThePosesOfTheStills)
   given.is_to_and_fro = true;
   given.video = (scratch_.path() / "film.gif").string();
   EXPECT_EQ(run(given).n_unsolved, 1);
-  EXPECT_THAT(talk_.str(), HasSubstr("flexion 18 to 20.96:"));
-  EXPECT_THAT(talk_.str(), HasSubstr("film.gif: 1 frame,"));
+  EXPECT_THAT(messages_.str(), HasSubstr("flexion 18 to 20.96:"));
+  EXPECT_THAT(messages_.str(), HasSubstr("film.gif: 1 frame,"));
 }
 
-TEST_F(Show, AFilmTellsWhereItStandsStill)
+TEST_F(Show, AVideoReportsWhereItIsPaused)
 {
   store::MotionModel model = small_model();
   test::unsolve(model, 1, 1);
@@ -262,8 +262,8 @@ TEST_F(Show, AFilmTellsWhereItStandsStill)
   given.frames_per_s = 10;
   given.video = (scratch_.path() / "film.gif").string();
   EXPECT_EQ(run(given).n_unsolved, 1);
-  EXPECT_THAT(talk_.str(), HasSubstr("flexion 2.5 to 17.5:"));
-  EXPECT_THAT(talk_.str(), HasSubstr("film.gif: 13 frames"));
+  EXPECT_THAT(messages_.str(), HasSubstr("flexion 2.5 to 17.5:"));
+  EXPECT_THAT(messages_.str(), HasSubstr("film.gif: 13 frames"));
 }
 
 TEST_F(Show, StillsAndAFilmComeTogether)
@@ -275,7 +275,7 @@ TEST_F(Show, StillsAndAFilmComeTogether)
   EXPECT_THAT(data_.str(), HasSubstr("film.gif"));
 }
 
-TEST_F(Show, NumbersStandOnThePictureWhenAskedFor)
+TEST_F(Show, NumbersAreDrawnOnRequest)
 {
   show::ShowOptions given = options();
   given.size = "400x300";
@@ -397,7 +397,7 @@ TEST_F(ShowFrames, DrawsFramesByTheirKeys)
   EXPECT_EQ(run(options()).n_images, 4);
   EXPECT_THAT(stills(), ElementsAre("front_frame_000.0.png", "front_frame_000.5.png", "front_frame_001.0.png",
                                     "front_frame_002.0.png"));
-  EXPECT_EQ(talk_.str().find("flexion"), std::string::npos);
+  EXPECT_EQ(messages_.str().find("flexion"), std::string::npos);
 }
 
 TEST_F(ShowFrames, DrawsChosenKeysAlsoBetweenFrames)
@@ -407,7 +407,7 @@ TEST_F(ShowFrames, DrawsChosenKeysAlsoBetweenFrames)
   EXPECT_EQ(run(given).n_images, 3);
   EXPECT_THAT(stills(),
               ElementsAre("front_frame_000.25.png", "front_frame_001.50.png", "front_frame_002.00.png"));
-  EXPECT_THAT(talk_.str(), HasSubstr("--key: found 2.75, wanted 0 to 2"));
+  EXPECT_THAT(messages_.str(), HasSubstr("--key: found 2.75, wanted 0 to 2"));
 }
 
 TEST_F(ShowFrames, ChoosesByKeysOnly)
@@ -436,7 +436,7 @@ TEST_F(Show, ViewsSizeAndModeOfTheJobHoldUnlessOptionsAreGiven)
   given.flexion = "0";
   EXPECT_EQ(run(given).n_images, 2);
   EXPECT_THAT(stills(), ElementsAre("view_2_flexion_000.png", "view_5_flexion_000.png"));
-  const show::ShowLook look = show::look_of(given, model);
+  const show::ResolvedShowOptions look = show::resolved_options(given, model);
   EXPECT_EQ(look.size.width, 80);
   EXPECT_EQ(look.size.height, 60);
   EXPECT_EQ(look.zoom, 2.0);
@@ -444,7 +444,7 @@ TEST_F(Show, ViewsSizeAndModeOfTheJobHoldUnlessOptionsAreGiven)
   given.has_mode = true;
   given.views = "top";
   given.size = "64x48";
-  const show::ShowLook own = show::look_of(given, model);
+  const show::ResolvedShowOptions own = show::resolved_options(given, model);
   EXPECT_EQ(own.size.width, 64);
   EXPECT_EQ(own.zoom, 1.0);
   ASSERT_EQ(own.views.size(), 1u);

@@ -39,7 +39,7 @@ class ShowTrace : public testing::Test {
   int run(const show::ShowOptions& options)
   {
     data_.str("");
-    return show::show(options, {data_, talk_}).n_images;
+    return show::show(options, {data_, messages_}).n_images;
   }
 
   std::vector<std::string> names() const
@@ -56,7 +56,7 @@ class ShowTrace : public testing::Test {
   std::string still(const std::string& name) const { return test::read_bytes(options_.folder + "/" + name); }
 
   test::Scratch scratch_;
-  std::ostringstream data_, talk_;
+  std::ostringstream data_, messages_;
   show::ShowOptions options_ = [this] {
     show::ShowOptions options;
     options.file = (scratch_.path() / "knee.h5").string();
@@ -73,7 +73,7 @@ TEST_F(ShowTrace, DrawsTheSeedAndAStillForEachMove)
   EXPECT_EQ(frames.front(), "front_frame_0000.png");
   EXPECT_EQ(frames.back(), "front_frame_0008.png");
   EXPECT_TRUE(std::is_sorted(frames.begin(), frames.end()));
-  EXPECT_THAT(talk_.str(), HasSubstr("flexion 0, varus 0, 9 frames, 9 "));
+  EXPECT_THAT(messages_.str(), HasSubstr("flexion 0, varus 0, 9 frames, 9 "));
   // The last free trial and the step that ends there have the same pose; seed and end differ.
   EXPECT_EQ(still("front_frame_0004.png"), still("front_frame_0005.png"));
   EXPECT_NE(still("front_frame_0000.png"), still("front_frame_0008.png"));
@@ -96,7 +96,7 @@ TEST_F(ShowTrace, EveryThirdAndTheLast)
   options_.is_quiet = true;
   EXPECT_EQ(run(options_), 4);  // 0, 3, 6 and 8
   EXPECT_EQ(names().back(), "front_frame_0003.png");
-  EXPECT_EQ(talk_.str(), "");
+  EXPECT_EQ(messages_.str(), "");
 }
 
 TEST_F(ShowTrace, WhatDoesNotFitIsOneErrorBeforeAnyPicture)

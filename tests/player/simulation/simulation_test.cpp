@@ -35,7 +35,7 @@ bool is_equal(const simulation::SimulatedFrame& a, const simulation::SimulatedFr
   return is_same;
 }
 
-TEST(Simulation, AFrameIsTheSameWheneverItIsAsked)
+TEST(Simulation, AFrameDoesNotDependOnTheOrderOfCalls)
 {
   const simulation::Simulation forwards{simulation::SimulationScript{}},
       backwards{simulation::SimulationScript{}};
@@ -82,7 +82,7 @@ test::ModelPlan turning_plan(const std::string& side)
   return plan;
 }
 
-TEST(Simulation, TheTibiaStandsAsTheMotionSaysOnBothSides)
+TEST(Simulation, TheTibiaFollowsTheMotionOnBothSides)
 {
   for (const std::string side : {"right", "left"}) {
     const store::MotionModel model = test::model_of(turning_plan(side));
@@ -151,7 +151,7 @@ TEST(Simulation, MarkersFireOneAfterAnother)
   EXPECT_GT((frame.tools[4].X_tracker_tool.translation() - at_tick).norm(), 0.5);
 }
 
-TEST(Simulation, NoiseHasTheSpreadAsked)
+TEST(Simulation, NoiseHasTheRequestedDeviation)
 {
   // Mean squares of 3 n numbers whose fourth moment is below 3: five standard errors.
   simulation::SimulationScript script = exact_script();

@@ -63,7 +63,7 @@ TEST(LegAngles, FlexionTakesTheFootBackwardsOnBothSides)
   }
 }
 
-TEST(LegAngles, DoNotDependOnWhereTheTrackerStandsNorHowTheBodiesSit)
+TEST(LegAngles, DoNotDependOnThePosesOfTrackerAndBodies)
 {
   std::mt19937_64 random(33);
   const SolverFrame frame{Side::left, {5, 6, 7}, Eigen::Vector3d::UnitY()};

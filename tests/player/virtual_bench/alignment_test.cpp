@@ -165,7 +165,7 @@ TEST(ErrorsOf, ATurnOfAPlaceIsAboutTheFixedAxesFoundLessTrue)
   EXPECT_NEAR((errors.tail<3>() - Eigen::Vector3d(0.0, off_deg, 0.0)).norm(), 0.0, 1e-9);
 }
 
-TEST(TargetErrors, OfTheTruthAreNoneAndOfAShiftItsLength)
+TEST(TargetErrors, AreZeroForTheTruthAndTheLengthOfAShift)
 {
   virtual_bench::VirtualNoise none{0, 0, 0, 0, 0, 0, 0};
   for (const bench_files::HeadKind head : {bench_files::HeadKind::stage, bench_files::HeadKind::tracker}) {

@@ -101,7 +101,7 @@ TEST(VirtualOperator, OneThatGoesOnElsewhereEndsAsOneThatWasNotInterrupted)
   EXPECT_EQ(bench_files::calibration_text(begun, bench), bench_files::calibration_text(whole, bench));
 }
 
-TEST(VirtualOperator, AHandThatIsFarTooRestlessGivesUpInWords)
+TEST(VirtualOperator, AMuchTooNoisyOperatorEndsWithAMessage)
 {
   const bench_files::BenchFile bench = bench_of(bench_files::HeadKind::stage);
   const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(bench, 7);
@@ -223,7 +223,8 @@ TEST(RealThings, TheLegIsWhereAModelIsSeenThatIsPlacedRightly)
   }
 }
 
-/// Seen from the eye, the scan line at the true reading lies on the edge over its whole length: both are bent.
+/// Seen from the eye, the scan line at the true reading lies on the edge over its whole length: both are
+/// bent.
 TEST(RealThings, AScanLineIsBentAsTheEdgeIs)
 {
   const bench_files::BenchFile bench = bench_of(bench_files::HeadKind::stage);
@@ -236,7 +237,8 @@ TEST(RealThings, AScanLineIsBentAsTheEdgeIs)
       if (task.kind != calibration_tasks::TaskKind::scan_line) continue;
       SCOPED_TRACE(task.name);
       const auto seen_at = [&](double value) {
-        return virtual_bench::seen_lines(calibration_tasks::task_lines(task, std::vector{value}, nominal), truth);
+        return virtual_bench::seen_lines(calibration_tasks::task_lines(task, std::vector{value}, nominal),
+                                         truth);
       };
       EXPECT_EQ(seen_at(task.dials[0].value).size(), 1u) << "it starts where it can be seen";
       const virtual_bench::VirtualTruth::Edges& e = truth.edges_px[task.is_right ? 1 : 0];
@@ -246,7 +248,8 @@ TEST(RealThings, AScanLineIsBentAsTheEdgeIs)
           seen_at(virtual_bench::scan_reading(borders.at(static_cast<std::size_t>(task.index)), is_last));
       ASSERT_EQ(seen.size(), 1u);
       EXPECT_TRUE(seen[0].is_smooth) << "whole pixels would straighten it";
-      const std::vector<calibration_tasks::DrawnLine> edge = virtual_bench::physical_outlines(task, bench, truth);
+      const std::vector<calibration_tasks::DrawnLine> edge =
+          virtual_bench::physical_outlines(task, bench, truth);
       double least = 1e9, most = -1e9;
       for (const Eigen::Vector2d& p : seen[0].points_px) {
         EXPECT_LT(distance_from(edge, p), 1.0 * 1.5) << "one pixel of the frame buffer, magnified";

@@ -207,21 +207,21 @@ class Live(unittest.TestCase):
         with Served(self.model, "--qr") as served:
             pass
         self.assertEqual(served.process.returncode, 0)
-        self.assertIn(f"adb reverse tcp:{served.port} tcp:{served.port}", served.talk)
-        self.assertEqual(self.read_qr(served.talk), f"http://localhost:{served.port}{served.below}/")
+        self.assertIn(f"adb reverse tcp:{served.port} tcp:{served.port}", served.messages)
+        self.assertEqual(self.read_qr(served.messages), f"http://localhost:{served.port}{served.below}/")
         with Served(self.model, "--self-signed", "--qr") as served:
             fingerprint = ssl.PEM_cert_to_DER_cert(ssl.get_server_certificate(("127.0.0.1", served.port)))
-        self.assertEqual(self.read_qr(served.talk), served.address)
-        self.assertIn("SHA-256", served.talk)
-        self.assertIn(":".join(f"{b:02X}" for b in hashlib.sha256(fingerprint).digest()), served.talk)
+        self.assertEqual(self.read_qr(served.messages), served.address)
+        self.assertIn("SHA-256", served.messages)
+        self.assertIn(":".join(f"{b:02X}" for b in hashlib.sha256(fingerprint).digest()), served.messages)
         with Served(self.model, "--quiet", "--qr") as served:
             pass
-        self.assertEqual(served.talk, "")
+        self.assertEqual(served.messages, "")
 
     @staticmethod
-    def read_qr(talk):
+    def read_qr(messages):
         """The text of the QR code in half blocks, read by ZBar."""
-        lines = [line for line in talk.splitlines() if line and set(line) <= set(" \u2580\u2584\u2588")]
+        lines = [line for line in messages.splitlines() if line and set(line) <= set(" \u2580\u2584\u2588")]
         modules = numpy.array([[c in blocks for c in line] for line in lines for blocks in ("\u2588\u2580", "\u2588\u2584")])
         picture = numpy.kron(modules, numpy.ones((6, 6))).astype("uint8") * 255
         image = zbar.Image(picture.shape[1], picture.shape[0], "Y800", picture.tobytes())
@@ -246,7 +246,7 @@ class Live(unittest.TestCase):
                 start = pose
                 while abs(first.message()["flexion"] - start["flexion"]) < 5:
                     pass
-                # Latecomers, all at the same pose; one that leaves without a word, one that closes, one that talks.
+                # Latecomers, all at the same pose; one that leaves without a word, one that closes, one that sends a message.
                 late = [Viewer(served) for _ in range(40)]
                 for viewer in late:
                     self.assertEqual(viewer.message()["kind"], "bench")
@@ -285,7 +285,7 @@ class Live(unittest.TestCase):
             self.assertEqual(served.ask("/live")[0], 426)
             self.assertEqual(served.ask("/")[1].count("/?model=model.h5&live=live"), 1)
 
-    def test_slow_viewers_miss_messages_and_delay_nobody(self):
+    def test_slow_viewers_miss_messages_and_delay_no_other_viewer(self):
         bench = self.bench()
         with self.simulated(bench), Served(self.model, "--bench", bench, "--tls", self.certificate, self.key) as served:
             slow = [Viewer(served, self.tls, buffer=2048) for _ in range(20)]

@@ -26,7 +26,7 @@ KEPT = pathlib.Path(sys.argv[6]) if len(sys.argv) > 6 else None
 # Required accuracy; measured: both below 1e-12.
 MM, RAD = 1e-6, 1e-9
 ATTITUDES, SEED = 200, 7
-HDF5_TALK = re.compile(r"error: (HDF5-DIAG| +#\d+:| +major:| +minor:)")
+HDF5_MESSAGES = re.compile(r"error: (HDF5-DIAG| +#\d+:| +major:| +minor:)")
 # Least fraction of bone pixels: for the joint, and for whole bones.
 LEAST_BONE = (0.1, 0.03)
 # Rounding of lengths of 20 mm and more, divided by slack lengths.
@@ -101,8 +101,8 @@ class WebPage(unittest.TestCase):
                 self.assertEqual(page.browser.value("window.vrda.sets()"), list(self.poses[name]))
                 outcomes = set()
                 for motion, wanted in self.poses[name].items():
-                    asked = [[motion, p["flexion"], p["varus"]] for p in wanted]
-                    found = page.browser.value(f"({ALL})({json.dumps(asked)})")
+                    requested = [[motion, p["flexion"], p["varus"]] for p in wanted]
+                    found = page.browser.value(f"({ALL})({json.dumps(requested)})")
                     for ours, theirs in zip(found, wanted, strict=True):
                         with self.subTest(model=name, set=motion, flexion=theirs["flexion"], varus=theirs["varus"]):
                             self.assertEqual(ours[:3], [theirs["is_solved"], theirs["is_flexion_clamped"], theirs["is_varus_clamped"]])
@@ -393,7 +393,7 @@ class WebPage(unittest.TestCase):
             self.whole(page, "phone")
             self.is_quiet(page)
 
-    def test_of_two_files_the_one_asked_for_last_counts(self):
+    def test_of_two_files_the_last_requested_is_shown(self):
         with Page(CHROMIUM) as page:
             page.visit(f"file://{PAGE}")
             # The first file is delayed until the second is shown, like a large file on a slow disk.
@@ -426,7 +426,7 @@ class WebPage(unittest.TestCase):
                     self.assertEqual(page.give(self.models["grid"]), "")
                     self.assertTrue(page.browser.value("window.vrda.pose('raw', 30, 0).isSolved"))
             # The console may contain only the messages of HDF5.
-            self.assertEqual([word for word in page.browser.said if not HDF5_TALK.match(word)], [])
+            self.assertEqual([word for word in page.browser.said if not HDF5_MESSAGES.match(word)], [])
 
 
 if __name__ == "__main__":

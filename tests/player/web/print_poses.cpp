@@ -37,9 +37,9 @@ double angle_deg(const std::vector<double>& axis_deg, int k, Seeded& seeded)
   return first - margin + share * (last - first + 2.0 * margin);
 }
 
-void print(const vrda::motion::JointPose& pose, const vrda::Attitude& asked_deg)
+void print(const vrda::motion::JointPose& pose, const vrda::Attitude& requested_deg)
 {
-  std::cout << R"({"flexion":)" << asked_deg.flexion_rad << R"(,"varus":)" << asked_deg.varus_rad
+  std::cout << R"({"flexion":)" << requested_deg.flexion_rad << R"(,"varus":)" << requested_deg.varus_rad
             << R"(,"is_solved":)" << (pose.status == vrda::motion::PoseStatus::solved ? "true" : "false")
             << R"(,"is_flexion_clamped":)" << (pose.is_flexion_clamped ? "true" : "false")
             << R"(,"is_varus_clamped":)" << (pose.is_varus_clamped ? "true" : "false") << R"(,"theta_rad":)"

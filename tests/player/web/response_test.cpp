@@ -18,8 +18,8 @@ using testing::Not;
 const std::string token = "0123456789abcdef0123456789abcdef";
 const web::Site site{8123, token, 1000, "my knee é.h5", 5000};
 
-web::Response asked(const std::string& target, const std::string& range = "",
-                    const std::string& method = "GET", const std::string& host = "127.0.0.1:8123")
+web::Response response_for(const std::string& target, const std::string& range = "",
+                           const std::string& method = "GET", const std::string& host = "127.0.0.1:8123")
 {
   return web::response_to({method, "/" + token + target, host, range}, site);
 }
@@ -34,21 +34,21 @@ std::string field_of(const web::Response& response, const std::string& name)
 
 TEST(WebResponse, ServesThePageAndTheModelAndNothingElse)
 {
-  EXPECT_EQ(asked("/").status, 302);
-  EXPECT_EQ(field_of(asked("/"), "Location"), "/" + token + "/?model=model.h5");
-  EXPECT_EQ(asked("").status, 302);
-  const web::Response page = asked("/?model=model.h5");
+  EXPECT_EQ(response_for("/").status, 302);
+  EXPECT_EQ(field_of(response_for("/"), "Location"), "/" + token + "/?model=model.h5");
+  EXPECT_EQ(response_for("").status, 302);
+  const web::Response page = response_for("/?model=model.h5");
   EXPECT_EQ(page.status, 200);
   EXPECT_EQ(page.content, web::Content::page);
   EXPECT_EQ(page.n_bytes, 1000U);
   EXPECT_EQ(field_of(page, "Content-Encoding"), "gzip");
-  const web::Response model = asked("/model.h5");
+  const web::Response model = response_for("/model.h5");
   EXPECT_EQ(model.content, web::Content::model);
   EXPECT_EQ(model.n_bytes, 5000U);
   EXPECT_EQ(field_of(model, "Content-Disposition"), "inline; filename*=UTF-8''my%20knee%20%C3%A9.h5");
   for (const std::string target : {"/../etc/passwd", "/model.h5/..", "//model.h5", "/%6dodel.h5",
                                    "/model.h5?", "/etc/passwd", "/index.html"}) {
-    EXPECT_EQ(asked(target).status, 404) << target;
+    EXPECT_EQ(response_for(target).status, 404) << target;
   }
 }
 
@@ -61,7 +61,7 @@ TEST(WebResponse, OfARange)
   for (const Row row : {Row{"0-0", 0, 1}, Row{"10-19", 10, 10}, Row{"4990-", 4990, 10},
                         Row{"4990-9000", 4990, 10}, Row{"-10", 4990, 10}, Row{"-9000", 0, 5000}}) {
     SCOPED_TRACE(row.range);
-    const web::Response part = asked("/model.h5", std::string("bytes=") + row.range);
+    const web::Response part = response_for("/model.h5", std::string("bytes=") + row.range);
     EXPECT_EQ(part.status, 206);
     EXPECT_EQ(part.first_byte, row.first);
     EXPECT_EQ(part.n_bytes, row.n);
@@ -69,7 +69,7 @@ TEST(WebResponse, OfARange)
               "bytes " + std::to_string(row.first) + "-" + std::to_string(row.first + row.n - 1) + "/5000");
   }
   for (const std::string range : {"5000-", "9000-9001", "-0"}) {
-    EXPECT_EQ(asked("/model.h5", "bytes=" + range).status, 416) << range;
+    EXPECT_EQ(response_for("/model.h5", "bytes=" + range).status, 416) << range;
   }
 }
 
@@ -77,7 +77,7 @@ TEST(WebResponse, IgnoresWhatIsNotOneRange)
 {
   for (const std::string range : {"bytes=", "bytes=-", "bytes=5-2", "bytes=a-b", "bytes=0-1,3-4", "lines=0-1",
                                   "bytes=5", "bytes=-1-2", "bytes=99999999999999999999-"}) {
-    EXPECT_EQ(asked("/model.h5", range).status, 200) << range;
+    EXPECT_EQ(response_for("/model.h5", range).status, 200) << range;
   }
 }
 
@@ -85,20 +85,20 @@ TEST(WebResponse, RefusesOtherHostsAndMethods)
 {
   for (const std::string host : {"evil.example", "127.0.0.1", "127.0.0.1:8124", "localhost.evil.example:8123",
                                  "127.0.0.1:8123@evil.example", "[::1]:8123"}) {
-    EXPECT_EQ(asked("/model.h5", "", "GET", host).status, 403) << host;
+    EXPECT_EQ(response_for("/model.h5", "", "GET", host).status, 403) << host;
   }
-  EXPECT_EQ(asked("/", "", "GET", "localhost:8123").status, 302);
+  EXPECT_EQ(response_for("/", "", "GET", "localhost:8123").status, 302);
   web::Site plain = site;
   plain.port = 80;
   for (const char* host : {"localhost", "127.0.0.1", "127.0.0.1:80"}) {
     EXPECT_EQ(web::response_to({"GET", "/" + token + "/", host, ""}, plain).status, 302) << host;
   }
   for (const std::string method : {"HEAD", "POST", "PUT", "DELETE", "OPTIONS", "get"}) {
-    EXPECT_EQ(asked("/", "", method).status, 405) << method;
-    EXPECT_EQ(field_of(asked("/", "", method), "Allow"), "GET");
+    EXPECT_EQ(response_for("/", "", method).status, 405) << method;
+    EXPECT_EQ(field_of(response_for("/", "", method), "Allow"), "GET");
   }
-  EXPECT_EQ(asked("/", "", "GET", "LOCALHOST:8123").status, 302);
-  EXPECT_EQ(asked("/", "", "GET", "").status, 400);
+  EXPECT_EQ(response_for("/", "", "GET", "LOCALHOST:8123").status, 302);
+  EXPECT_EQ(response_for("/", "", "GET", "").status, 400);
   EXPECT_EQ(web::response_to({"GET", "x", "localhost:8123", ""}, site).status, 400);
 }
 
@@ -133,14 +133,14 @@ TEST(WebResponse, AWebSocketIsForPagesOfThisServer)
   EXPECT_EQ(web::response_to({"POST", "/" + token + "/live", host, "", "", true}, live).status, 405);
 }
 
-TEST(WebResponse, APageWithABenchKnowsIt)
+TEST(WebResponse, APageOfALiveBenchHasItsAddress)
 {
   const web::Site live = live_site();
-  const auto asked_live = [&](const std::string& target) {
+  const auto live_response = [&](const std::string& target) {
     return web::response_to({"GET", "/" + token + target, "knee.example:8123", ""}, live);
   };
-  EXPECT_EQ(field_of(asked_live("/"), "Location"), "/" + token + "/?model=model.h5&live=live");
-  EXPECT_EQ(asked_live("/?model=model.h5&live=live").content, web::Content::page);
+  EXPECT_EQ(field_of(live_response("/"), "Location"), "/" + token + "/?model=model.h5&live=live");
+  EXPECT_EQ(live_response("/?model=model.h5&live=live").content, web::Content::page);
   web::Site usual = live;
   usual.port = 443;
   EXPECT_EQ(web::response_to({"GET", "/" + token + "/", "knee.example", ""}, usual).status, 302);
@@ -220,9 +220,10 @@ TEST(WebResponse, WithoutAModelFile)
 TEST(WebResponse, EveryHeaderIsWhole)
 {
   for (const web::Response& response :
-       {asked("/"), asked("/?model=model.h5"), asked("/model.h5"), asked("/model.h5", "bytes=0-0"),
-        asked("/model.h5", "bytes=5000-"), asked("/none"), asked("", "", "GET", "evil.example"),
-        web::bad_request(), web::request_timeout(), web::too_many_viewers()}) {
+       {response_for("/"), response_for("/?model=model.h5"), response_for("/model.h5"),
+        response_for("/model.h5", "bytes=0-0"), response_for("/model.h5", "bytes=5000-"),
+        response_for("/none"), response_for("", "", "GET", "evil.example"), web::bad_request(),
+        web::request_timeout(), web::too_many_viewers()}) {
     SCOPED_TRACE(response.status);
     EXPECT_EQ(field_of(response, "Content-Length"), std::to_string(response.n_bytes));
     EXPECT_EQ(field_of(response, "Cache-Control"), "no-store");

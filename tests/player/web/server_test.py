@@ -44,7 +44,7 @@ class Served:
         if self.process.poll() is None:
             self.process.send_signal(number)
         if not self.process.stderr.closed:
-            self.talk = self.process.communicate(timeout=20)[1]
+            self.messages = self.process.communicate(timeout=20)[1]
         return self.process.returncode
 
     def open(self, sent=b""):
@@ -132,7 +132,7 @@ class Server(unittest.TestCase):
             own = [line.split()[1] for line in listening.splitlines() if line.split()[3] == "0A" and line.split()[1].endswith(f":{served.port:04X}")]
             self.assertEqual(own, [f"0100007F:{served.port:04X}"])
 
-    def test_nonsense_and_silence_hold_nobody_up(self):
+    def test_invalid_and_silent_clients_do_not_delay_others(self):
         with Served(self.model) as served:
             silent = [served.open() for _ in range(20)]
             half = served.open()
@@ -177,7 +177,7 @@ class Server(unittest.TestCase):
                     line.close()
             self.assertLess(served.sockets(), 80)
 
-    def test_nobody_is_served_without_the_token(self):
+    def test_requests_without_the_token_are_refused(self):
         with Served(self.model) as served, Served(self.model) as other:
             self.assertRegex(served.below, "^/[0-9a-f]{32}$")
             self.assertNotEqual(served.below, other.below)
@@ -329,8 +329,8 @@ class Server(unittest.TestCase):
             self.assertTrue(page.shown()["isSolved"])
             self.assertIn("my knee é.h5", page.text("facts"))
             self.assertEqual(page.browser.said, [])
-            asked = {address for address in page.browser.requests if not address.startswith(("data:", "blob:", "about:"))}
-            self.assertEqual(asked, {served.address, f"{served.address}?model=model.h5", f"{served.address}model.h5"})
+            requested = {address for address in page.browser.requests if not address.startswith(("data:", "blob:", "about:"))}
+            self.assertEqual(requested, {served.address, f"{served.address}?model=model.h5", f"{served.address}model.h5"})
 
 
 if __name__ == "__main__":

@@ -126,7 +126,7 @@ class Page:
 
     def give(self, path):
         """Opens a file by the page's button; returns the page's message, or an empty text."""
-        self.browser.value("document.getElementById('message').textContent = ''; document.documentElement.dataset.state = 'asked'")
+        self.browser.value("document.getElementById('message').textContent = ''; document.documentElement.dataset.state = 'requested'")
         self.browser.value("document.getElementById('message').hidden = true")
         self.browser.give("#file", path)
         self.browser.wait(f"({READY}) || !document.getElementById('message').hidden")

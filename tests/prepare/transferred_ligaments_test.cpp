@@ -1,10 +1,10 @@
-#include "prepare/carried_ligaments.hpp"
+#include "prepare/transferred_ligaments.hpp"
 
 #include <gmock/gmock.h>
 
-namespace vrda::carried_ligaments_test {
+namespace vrda::transferred_ligaments_test {
 
-using prepare::CarriedLigaments, prepare::SubjectBones, prepare::TemplateJoint;
+using prepare::TransferredLigaments, prepare::SubjectBones, prepare::TemplateJoint;
 using registration::BoneFit, registration::KneeFit;
 
 // The template at `factor` times its size as a subject, and the fit that finds it.
@@ -23,21 +23,21 @@ Copy copy_of(const TemplateJoint& joint, double factor)
   return copy;
 }
 
-TEST(CarriedLigaments, OntoTheTemplateItselfNothingMoves)
+TEST(TransferredLigaments, OntoTheTemplateItselfNothingMoves)
 {
   const TemplateJoint joint = prepare::generic_template();
   const Copy copy = copy_of(joint, 1.0);
-  const CarriedLigaments carried = carried_ligaments(joint, copy.fit, copy.bones);
-  ASSERT_EQ(carried.ligaments.fibres.size(), joint.joint.ligaments.fibres.size());
-  for (std::size_t i = 0; i < carried.moves.size(); ++i) {
-    EXPECT_LT(carried.moves[i].reference_mm, 1e-6) << carried.ligaments.fibres[i].name;
-    EXPECT_LT(carried.moves[i].moving_mm, 1e-6) << carried.ligaments.fibres[i].name;
-    EXPECT_LT((carried.ligaments.fibres[i].moving_mm - joint.joint.ligaments.fibres[i].moving_mm).norm(),
+  const TransferredLigaments transferred = transferred_ligaments(joint, copy.fit, copy.bones);
+  ASSERT_EQ(transferred.ligaments.fibres.size(), joint.joint.ligaments.fibres.size());
+  for (std::size_t i = 0; i < transferred.moves.size(); ++i) {
+    EXPECT_LT(transferred.moves[i].reference_mm, 1e-6) << transferred.ligaments.fibres[i].name;
+    EXPECT_LT(transferred.moves[i].moving_mm, 1e-6) << transferred.ligaments.fibres[i].name;
+    EXPECT_LT((transferred.ligaments.fibres[i].moving_mm - joint.joint.ligaments.fibres[i].moving_mm).norm(),
               1e-6);
   }
 }
 
-TEST(CarriedLigaments, ASizeScalesAttachmentsAndWraps)
+TEST(TransferredLigaments, ASizeScalesAttachmentsAndWraps)
 {
   TemplateJoint joint = prepare::generic_template();
   ligament::Wrap wrap{"w", ligament::WrapShape::ellipsoid, ligament::WrapBody::moving};
@@ -45,18 +45,20 @@ TEST(CarriedLigaments, ASizeScalesAttachmentsAndWraps)
   wrap.X_body_wrap.translation() = Eigen::Vector3d(1, 2, 3);
   joint.joint.ligaments.wraps = {wrap};
   const Copy copy = copy_of(joint, 1.1);
-  const CarriedLigaments carried = carried_ligaments(joint, copy.fit, copy.bones);
-  for (std::size_t i = 0; i < carried.moves.size(); ++i) {
+  const TransferredLigaments transferred = transferred_ligaments(joint, copy.fit, copy.bones);
+  for (std::size_t i = 0; i < transferred.moves.size(); ++i) {
     // An attachment keeps the template's own distance from the bone, which is a facet's.
-    EXPECT_LT((carried.ligaments.fibres[i].reference_mm - 1.1 * joint.joint.ligaments.fibres[i].reference_mm)
-                  .norm(),
-              0.2);
+    EXPECT_LT(
+        (transferred.ligaments.fibres[i].reference_mm - 1.1 * joint.joint.ligaments.fibres[i].reference_mm)
+            .norm(),
+        0.2);
   }
-  EXPECT_TRUE(carried.ligaments.wraps[0].X_body_wrap.translation().isApprox(Eigen::Vector3d(1.1, 2.2, 3.3)));
-  EXPECT_NEAR(carried.ligaments.wraps[0].radii_mm.z(), 1.1 * 45, 1e-12);
+  EXPECT_TRUE(
+      transferred.ligaments.wraps[0].X_body_wrap.translation().isApprox(Eigen::Vector3d(1.1, 2.2, 3.3)));
+  EXPECT_NEAR(transferred.ligaments.wraps[0].radii_mm.z(), 1.1 * 45, 1e-12);
 }
 
-TEST(CarriedLigaments, AttachmentsGoToTheBoneAndWrapsStayBelowTheLimit)
+TEST(TransferredLigaments, AttachmentsGoToTheBoneAndWrapsStayBelowTheLimit)
 {
   TemplateJoint joint = prepare::generic_template();
   ligament::Wrap wrap{"w", ligament::WrapShape::ellipsoid, ligament::WrapBody::reference};
@@ -66,42 +68,42 @@ TEST(CarriedLigaments, AttachmentsGoToTheBoneAndWrapsStayBelowTheLimit)
   copy.fit.femur.scale = {1.0, 1.0, 1.02};
   // The subject's surface is 2 mm outside, so attachments move by up to that; contact part and shaft overlap.
   copy.bones.surfaces.femur.bone.vertices_mm += 2.0 * vertex_normals(copy.bones.surfaces.femur.bone);
-  const CarriedLigaments carried = carried_ligaments(joint, copy.fit, copy.bones);
-  const Eigen::Vector3d radii_mm = carried.ligaments.wraps[0].radii_mm;
+  const TransferredLigaments transferred = transferred_ligaments(joint, copy.fit, copy.bones);
+  const Eigen::Vector3d radii_mm = transferred.ligaments.wraps[0].radii_mm;
   EXPECT_NEAR(radii_mm.z(), 1.02 * 48, 1e-12);
   EXPECT_LT(radii_mm.maxCoeff() / radii_mm.minCoeff(), 5.0);
   double largest_mm = 0.0;
   const registration::NearestSurface bone(copy.bones.surfaces.femur.bone);
-  for (std::size_t i = 0; i < carried.moves.size(); ++i) {
-    if (std::isnan(carried.moves[i].reference_mm)) continue;
-    EXPECT_LT(bone.nearest(carried.ligaments.fibres[i].reference_mm).distance_mm, 0.2);
-    largest_mm = std::max(largest_mm, carried.moves[i].reference_mm);
+  for (std::size_t i = 0; i < transferred.moves.size(); ++i) {
+    if (std::isnan(transferred.moves[i].reference_mm)) continue;
+    EXPECT_LT(bone.nearest(transferred.ligaments.fibres[i].reference_mm).distance_mm, 0.2);
+    largest_mm = std::max(largest_mm, transferred.moves[i].reference_mm);
   }
   EXPECT_NEAR(largest_mm, 2.0, 0.5);
 }
 
-TEST(CarriedLigaments, WithoutBoneTheyStayWhereTheFitHasThem)
+TEST(TransferredLigaments, WithoutBoneTheyStayWhereTheFitHasThem)
 {
   const TemplateJoint joint = prepare::generic_template();
   Copy copy = copy_of(joint, 1.0);
   copy.bones.surfaces.femur.bone = {};
   copy.bones.fibula = {};
-  const CarriedLigaments carried = carried_ligaments(joint, copy.fit, copy.bones);
-  for (std::size_t i = 0; i < carried.moves.size(); ++i) {
-    EXPECT_TRUE(std::isnan(carried.moves[i].reference_mm));
-    EXPECT_EQ(std::isnan(carried.moves[i].moving_mm), carried.ligaments.fibres[i].bundle == "LCL");
+  const TransferredLigaments transferred = transferred_ligaments(joint, copy.fit, copy.bones);
+  for (std::size_t i = 0; i < transferred.moves.size(); ++i) {
+    EXPECT_TRUE(std::isnan(transferred.moves[i].reference_mm));
+    EXPECT_EQ(std::isnan(transferred.moves[i].moving_mm), transferred.ligaments.fibres[i].bundle == "LCL");
   }
 }
 
-TEST(CarriedLigaments, AKnownEndReplacesTheFitsAndGoesToTheBoneUnlessItIsThere)
+TEST(TransferredLigaments, AKnownEndReplacesTheFitsAndGoesToTheBoneUnlessItIsThere)
 {
   const TemplateJoint joint = prepare::generic_template();
   Copy copy = copy_of(joint, 1.0);
   const ligament::Fibre& first = joint.joint.ligaments.fibres.front();
   const registration::NearestSurface bone(copy.bones.surfaces.femur.bone);
-  const auto carried_end = [&](const Eigen::Vector3d& p_mm) {
+  const auto transferred_end = [&](const Eigen::Vector3d& p_mm) {
     copy.bones.known_ends = {{first.name, p_mm, {}}};
-    return carried_ligaments(joint, copy.fit, copy.bones).ligaments.fibres.front().reference_mm;
+    return transferred_ligaments(joint, copy.fit, copy.bones).ligaments.fibres.front().reference_mm;
   };
   const registration::SurfacePoint own = bone.nearest(first.reference_mm);
   // 8 mm along the surface from the fit's, on it, 1.5 mm and 6 mm outside.
@@ -109,13 +111,13 @@ TEST(CarriedLigaments, AKnownEndReplacesTheFitsAndGoesToTheBoneUnlessItIsThere)
       bone.nearest(own.p_mm + 8.0 * bone.normal(own.triangle).unitOrthogonal());
   const Eigen::Vector3d outward = bone.normal(on.triangle);
   ASSERT_GT((on.p_mm - first.reference_mm).norm(), 4.0);
-  EXPECT_EQ(carried_end(on.p_mm), on.p_mm);
-  EXPECT_EQ(carried_end(on.p_mm + 1.5 * outward), on.p_mm + 1.5 * outward);
-  const Eigen::Vector3d outside_mm = on.p_mm + 6.0 * outward, placed_mm = carried_end(outside_mm);
+  EXPECT_EQ(transferred_end(on.p_mm), on.p_mm);
+  EXPECT_EQ(transferred_end(on.p_mm + 1.5 * outward), on.p_mm + 1.5 * outward);
+  const Eigen::Vector3d outside_mm = on.p_mm + 6.0 * outward, placed_mm = transferred_end(outside_mm);
   EXPECT_NEAR(bone.nearest(placed_mm).distance_mm, own.distance_mm, 0.2);
   EXPECT_LT((placed_mm - on.p_mm).norm(), 4.0);
   copy.bones.surfaces.femur.bone = {};
-  EXPECT_EQ(carried_end(outside_mm), outside_mm);
+  EXPECT_EQ(transferred_end(outside_mm), outside_mm);
 }
 
 TEST(TemplateJoint, MirroredTwiceIsItself)
@@ -127,4 +129,4 @@ TEST(TemplateJoint, MirroredTwiceIsItself)
   EXPECT_GT(joint.fibula.triangles.rows(), 0);
 }
 
-}  // namespace vrda::carried_ligaments_test
+}  // namespace vrda::transferred_ligaments_test

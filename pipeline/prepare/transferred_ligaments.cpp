@@ -1,4 +1,4 @@
-#include "prepare/carried_ligaments.hpp"
+#include "prepare/transferred_ligaments.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -50,9 +50,9 @@ Attached attached(const Eigen::Vector3d& p_template_mm, const BoneMap& map,
                   const std::optional<Eigen::Vector3d>& known_mm)
 {
   constexpr double on_bone_mm = 2.0;
-  const Eigen::Vector3d carried_mm = known_mm.value_or(map(p_template_mm));
-  if (map.of_subject.is_empty()) return {carried_mm};
-  if (known_mm && map.of_subject.nearest(carried_mm, {on_bone_mm}).triangle >= 0) return {carried_mm};
+  const Eigen::Vector3d transferred_mm = known_mm.value_or(map(p_template_mm));
+  if (map.of_subject.is_empty()) return {transferred_mm};
+  if (known_mm && map.of_subject.nearest(transferred_mm, {on_bone_mm}).triangle >= 0) return {transferred_mm};
   registration::NearestLimits limits;
   limits.max_distance_mm = map.max_distance_mm;
   double own_mm = 0.0;
@@ -64,14 +64,14 @@ Attached attached(const Eigen::Vector3d& p_template_mm, const BoneMap& map,
     limits.least_cosine = 0.2;
     limits.max_distance_mm += own.distance_mm;
   }
-  const SurfacePoint nearest = map.of_subject.nearest(carried_mm, limits);
-  if (nearest.triangle < 0) return {carried_mm};
+  const SurfacePoint nearest = map.of_subject.nearest(transferred_mm, limits);
+  if (nearest.triangle < 0) return {transferred_mm};
   const Eigen::Vector3d p_mm =
-      at_distance(nearest, map.of_subject.normal(nearest.triangle), carried_mm, own_mm);
-  return {p_mm, (p_mm - carried_mm).norm()};
+      at_distance(nearest, map.of_subject.normal(nearest.triangle), transferred_mm, own_mm);
+  return {p_mm, (p_mm - transferred_mm).norm()};
 }
 
-ligament::Wrap carried(const ligament::Wrap& wrap, const BoneMap& map)
+ligament::Wrap transferred(const ligament::Wrap& wrap, const BoneMap& map)
 {
   constexpr double largest_ratio = 4.9;  // load refuses above 5
   ligament::Wrap placed = wrap;
@@ -93,8 +93,8 @@ bool is_fibular(const ligament::Fibre& fibre)
 
 }  // namespace
 
-CarriedLigaments carried_ligaments(const TemplateJoint& own_side, const registration::KneeFit& fit,
-                                   const SubjectBones& subject)
+TransferredLigaments transferred_ligaments(const TemplateJoint& own_side, const registration::KneeFit& fit,
+                                           const SubjectBones& subject)
 {
   const registration::KneeSurfaces& known = own_side.knee.surfaces;
   const Eigen::Vector3d& origin_mm = own_side.knee.origin_mm;
@@ -104,7 +104,7 @@ CarriedLigaments carried_ligaments(const TemplateJoint& own_side, const registra
                       NearestSurface(subject.surfaces.tibia.bone)};
   const BoneMap fibula{fit.tibia.scale, origin_mm, NearestSurface(own_side.fibula),
                        NearestSurface(subject.fibula), farthest_fibula_mm};
-  CarriedLigaments result;
+  TransferredLigaments result;
   result.ligaments = own_side.joint.ligaments;
   for (ligament::Fibre& fibre : result.ligaments.fibres) {
     const auto given = std::find_if(subject.known_ends.begin(), subject.known_ends.end(),
@@ -117,7 +117,7 @@ CarriedLigaments carried_ligaments(const TemplateJoint& own_side, const registra
     result.moves.push_back({above.moved_mm, below.moved_mm});
   }
   for (ligament::Wrap& wrap : result.ligaments.wraps)
-    wrap = carried(wrap, wrap.body == ligament::WrapBody::reference ? femur : tibia);
+    wrap = transferred(wrap, wrap.body == ligament::WrapBody::reference ? femur : tibia);
   return result;
 }
 

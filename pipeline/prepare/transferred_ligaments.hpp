@@ -20,7 +20,7 @@ struct AttachmentMove {
   double moving_mm = 0.0;
 };
 
-struct CarriedLigaments {
+struct TransferredLigaments {
   ligament::Ligaments ligaments;      ///< anatomical frames; slack lengths are the template's
   std::vector<AttachmentMove> moves;  ///< [fibres]
 };
@@ -30,7 +30,7 @@ struct CarriedLigaments {
 /// PFL belong. Without bone of the subject they stay. A known end replaces the one of the fit and goes to the
 /// bone in the same way, unless it is within 2 mm of it: then it stays. Wraps take the bone's scales along
 /// their own axes, with half-axes limited to a ratio below 5.
-CarriedLigaments carried_ligaments(const TemplateJoint& own_side, const registration::KneeFit& fit,
-                                   const SubjectBones& subject);
+TransferredLigaments transferred_ligaments(const TemplateJoint& own_side, const registration::KneeFit& fit,
+                                           const SubjectBones& subject);
 
 }  // namespace vrda::prepare
