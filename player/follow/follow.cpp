@@ -32,14 +32,14 @@ struct Playback {
   Playback(const store::MotionModel& result, bool is_played)
       : set(motion::set_names(result).front()), motion(result, set)
   {
-    timeline.first_rad = motion.first_flexion_rad();
-    timeline.last_rad = motion.last_flexion_rad();
-    timeline.flexion_rad = is_played ? timeline.first_rad : 0.5 * (timeline.first_rad + timeline.last_rad);
-    timeline.is_playing = is_played && timeline.last_rad > timeline.first_rad;
+    timeline.first = motion.first_flexion_rad();
+    timeline.last = motion.last_flexion_rad();
+    timeline.position = is_played ? timeline.first : 0.5 * (timeline.first + timeline.last);
+    timeline.is_playing = is_played && timeline.last > timeline.first;
   }
   motion::JointPose pose() const
   {
-    return motion.at({timeline.flexion_rad, motion.balanced_varus_rad(timeline.flexion_rad)});
+    return motion.at({timeline.position, motion.balanced_varus_rad(timeline.position)});
   }
 
   std::string set;

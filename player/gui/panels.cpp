@@ -98,7 +98,7 @@ scene::FixedObject chosen_held(const PanelView& view, scene::FixedObject held)
 navigation::PlayerState with_varus(const PanelView& view, navigation::PlayerState state)
 {
   const navigation::PlayerRange& range = view.range;
-  float varus_deg = as_deg(navigation::wanted_attitude(state, range).varus_rad);
+  float varus_deg = as_deg(navigation::wanted_varus_rad(state, range));
   ImGui::Spacing();
   ImGui::TextDisabled("%s (Up, Down)", view.kind.words[1].positive);
   ImGui::SameLine(10.0F * view.layout.em_px);
@@ -180,18 +180,22 @@ void draw_help_lines(const PanelView& view, const char* title, std::span<const n
 
 navigation::Timeline with_timeline_slider(const PanelView& view, navigation::Timeline timeline, float em)
 {
-  float flexion_deg = as_deg(timeline.flexion_rad);
+  const auto steps = [&timeline](double position) {
+    return static_cast<float>(navigation::steps_of_position(timeline.axis, position));
+  };
+  float at = steps(timeline.position);
   ImGui::AlignTextToFramePadding();
   if (view.range.key_name != nullptr) {
     ImGui::Text("%s %.4g", view.range.key_name, view.readout.pose.key);
   } else {
-    ImGui::Text("%s %.1f°", view.kind.words[0].positive, static_cast<double>(flexion_deg));
+    ImGui::Text("%s %.1f°", view.kind.words[0].positive, static_cast<double>(at));
   }
   ImGui::SameLine(8.0F * em);
   ImGui::SetNextItemWidth(-1.0F);
-  const bool is_moved = ImGui::SliderFloat("##flexion", &flexion_deg, as_deg(timeline.first_rad),
-                                           as_deg(timeline.last_rad), "", sliding);
-  return is_moved ? navigation::moved_to(timeline, rad_from_deg(static_cast<double>(flexion_deg))) : timeline;
+  if (!ImGui::SliderFloat("##flexion", &at, steps(timeline.first), steps(timeline.last), "", sliding))
+    return timeline;
+  return navigation::moved_to(timeline,
+                              navigation::position_of_steps(timeline.axis, static_cast<double>(at)));
 }
 
 }  // namespace
@@ -229,7 +233,8 @@ GuiResult with_bar(const PanelView& view, GuiResult answer)
   ImGui::SameLine();
   if (is_pressed("+", 2.0F * em)) answer.action = navigation::Action::faster;
   ImGui::SameLine();
-  ImGui::Text("%.0f°/s", deg_from_rad(timeline.speed_rad_s));
+  ImGui::Text(timeline.axis == navigation::TimelineAxis::flexion ? "%.0f°/s" : "%.0f frames/s",
+              timeline.speed_steps_s);
   ImGui::End();
   return answer;
 }

@@ -9,19 +9,19 @@
 namespace vrda::navigation {
 namespace {
 
-constexpr std::array speeds_deg_s{1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 45.0, 60.0, 90.0, 180.0, 360.0};
-constexpr double same_speed = 1e-9;  // relative: rounding of the table's values by the conversion to radians
+constexpr std::array speeds_steps_s{slowest_steps_s, 2.0, 5.0, 10.0, 20.0, 30.0, 45.0, 60.0, 90.0, 180.0,
+                                    fastest_steps_s};
 
-/// The timeline after `travel_rad` along a path that bounces between its ends.
-Timeline bounced(Timeline timeline, double travel_rad)
+/// The timeline after `travel` along a path that bounces between its ends.
+Timeline bounced(Timeline timeline, double travel)
 {
-  const double length = timeline.last_rad - timeline.first_rad;
-  const double done = timeline.flexion_rad - timeline.first_rad;
+  const double length = timeline.last - timeline.first;
+  const double done = timeline.position - timeline.first;
   // Unfolded: the return path follows beyond the far end.
   const double unfolded = timeline.direction > 0 ? done : 2.0 * length - done;
-  const double at = std::fmod(unfolded + travel_rad, 2.0 * length);
+  const double at = std::fmod(unfolded + travel, 2.0 * length);
   timeline.direction = at < length ? 1 : -1;
-  timeline.flexion_rad = timeline.first_rad + (at < length ? at : 2.0 * length - at);
+  timeline.position = timeline.first + (at < length ? at : 2.0 * length - at);
   return timeline;
 }
 
@@ -35,23 +35,22 @@ const char* name_of(LoopMode mode)
 Timeline advanced(Timeline timeline, double elapsed_s)
 {
   check(elapsed_s >= 0.0, "the elapsed time is not negative");
-  const double length = timeline.last_rad - timeline.first_rad;
+  const double length = timeline.last - timeline.first;
   if (!timeline.is_playing || length <= 0.0) return timeline;
-  const double travel_rad = timeline.speed_rad_s * elapsed_s;
+  const double travel = position_of_steps(timeline.axis, timeline.speed_steps_s) * elapsed_s;
   switch (timeline.loop) {
     case LoopMode::once:
-      timeline.flexion_rad += travel_rad;
-      timeline.is_playing = timeline.flexion_rad < timeline.last_rad;
+      timeline.position += travel;
+      timeline.is_playing = timeline.position < timeline.last;
       break;
     case LoopMode::wrap:
-      timeline.flexion_rad =
-          timeline.first_rad + std::fmod(timeline.flexion_rad - timeline.first_rad + travel_rad, length);
+      timeline.position = timeline.first + std::fmod(timeline.position - timeline.first + travel, length);
       break;
     case LoopMode::bounce:
-      timeline = bounced(timeline, travel_rad);
+      timeline = bounced(timeline, travel);
       break;
   }
-  timeline.flexion_rad = std::clamp(timeline.flexion_rad, timeline.first_rad, timeline.last_rad);
+  timeline.position = std::clamp(timeline.position, timeline.first, timeline.last);
   return timeline;
 }
 
@@ -59,56 +58,49 @@ Timeline toggled(Timeline timeline)
 {
   timeline.is_playing = !timeline.is_playing;
   if (timeline.loop != LoopMode::bounce) timeline.direction = 1;
-  const bool is_over = timeline.loop == LoopMode::once && timeline.flexion_rad >= timeline.last_rad;
-  if (timeline.is_playing && is_over) timeline.flexion_rad = timeline.first_rad;
+  const bool is_over = timeline.loop == LoopMode::once && timeline.position >= timeline.last;
+  if (timeline.is_playing && is_over) timeline.position = timeline.first;
   return timeline;
 }
 
-Timeline stepped(Timeline timeline, double by_rad)
+Timeline stepped(Timeline timeline, double n_steps)
 {
   timeline.is_playing = false;
-  return moved_to(timeline, timeline.flexion_rad + by_rad);
+  return moved_to(timeline, timeline.position + position_of_steps(timeline.axis, n_steps));
 }
 
-Timeline moved_to(Timeline timeline, double flexion_rad)
+Timeline moved_to(Timeline timeline, double position)
 {
-  timeline.flexion_rad = std::clamp(flexion_rad, timeline.first_rad, timeline.last_rad);
+  timeline.position = std::clamp(position, timeline.first, timeline.last);
   return timeline;
 }
 
-Timeline with_range(Timeline timeline, double first_rad, double last_rad)
+Timeline with_range(Timeline timeline, double first, double last)
 {
-  check(first_rad <= last_rad, "the range of a timeline ascends");
-  timeline.first_rad = first_rad;
-  timeline.last_rad = last_rad;
-  return moved_to(timeline, timeline.flexion_rad);
+  check(first <= last, "the range of a timeline ascends");
+  timeline.first = first;
+  timeline.last = last;
+  return moved_to(timeline, timeline.position);
 }
 
 Timeline faster(Timeline timeline)
 {
-  for (const double speed_deg_s : speeds_deg_s) {
-    const double speed_rad_s = rad_from_deg(speed_deg_s);
-    if (speed_rad_s <= timeline.speed_rad_s * (1.0 + same_speed)) continue;
-    timeline.speed_rad_s = speed_rad_s;
-    return timeline;
-  }
+  const auto next = std::ranges::upper_bound(speeds_steps_s, timeline.speed_steps_s);
+  if (next != speeds_steps_s.end()) timeline.speed_steps_s = *next;
   return timeline;
 }
 
 Timeline slower(Timeline timeline)
 {
-  for (auto speed = speeds_deg_s.rbegin(); speed != speeds_deg_s.rend(); ++speed) {
-    const double speed_rad_s = rad_from_deg(*speed);
-    if (speed_rad_s >= timeline.speed_rad_s * (1.0 - same_speed)) continue;
-    timeline.speed_rad_s = speed_rad_s;
-    return timeline;
-  }
+  const auto same = std::ranges::lower_bound(speeds_steps_s, timeline.speed_steps_s);
+  if (same != speeds_steps_s.begin()) timeline.speed_steps_s = *(same - 1);
   return timeline;
 }
 
 namespace {
 
-constexpr double step_rad = rad_from_deg(1.0), leap_rad = rad_from_deg(10.0);
+constexpr double leap_steps = 10.0;
+constexpr double varus_step_rad = rad_from_deg(1.0);
 
 /// The next of the enum values 0 ... last, cyclically.
 template <typename Enum>
@@ -152,27 +144,27 @@ PlayerState apply_action(PlayerState state, Action action, const PlayerRange& ra
       timeline = toggled(timeline);
       break;
     case Action::step_forward:
-      timeline = stepped(timeline, step_rad);
+      timeline = stepped(timeline, 1.0);
       break;
     case Action::step_back:
-      timeline = stepped(timeline, -step_rad);
+      timeline = stepped(timeline, -1.0);
       break;
     case Action::leap_forward:
-      timeline = stepped(timeline, leap_rad);
+      timeline = stepped(timeline, leap_steps);
       break;
     case Action::leap_back:
-      timeline = stepped(timeline, -leap_rad);
+      timeline = stepped(timeline, -leap_steps);
       break;
     case Action::go_to_first:
-      timeline = moved_to(timeline, timeline.first_rad);
+      timeline = moved_to(timeline, timeline.first);
       break;
     case Action::go_to_last:
-      timeline = moved_to(timeline, timeline.last_rad);
+      timeline = moved_to(timeline, timeline.last);
       break;
     case Action::varus_up:
-      return with_varus_by(state, step_rad, range);
+      return with_varus_by(state, varus_step_rad, range);
     case Action::varus_down:
-      return with_varus_by(state, -step_rad, range);
+      return with_varus_by(state, -varus_step_rad, range);
     case Action::varus_balanced:
       state.varus_rad.reset();
       break;
@@ -231,26 +223,25 @@ PlayerState apply_action(PlayerState state, Action action, const PlayerRange& ra
   return state;
 }
 
-Attitude wanted_attitude(const PlayerState& state, const PlayerRange& range)
+double wanted_varus_rad(const PlayerState& state, const PlayerRange& range)
 {
   const double varus_rad =
       range.is_varus_free ? range.balanced_varus_rad : state.varus_rad.value_or(range.balanced_varus_rad);
-  return {state.timeline.flexion_rad, std::clamp(varus_rad, range.first_varus_rad, range.last_varus_rad)};
+  return std::clamp(varus_rad, range.first_varus_rad, range.last_varus_rad);
 }
 
 Timeline timeline_over(const motion::Motion& motion)
 {
-  if (!motion.is_sequence()) return with_range({}, motion.first_flexion_rad(), motion.last_flexion_rad());
-  return with_range({}, 0.0, rad_from_deg(static_cast<double>(motion.keys().size() - 1)));
+  Timeline timeline;
+  if (!motion.is_sequence())
+    return with_range(timeline, motion.first_flexion_rad(), motion.last_flexion_rad());
+  timeline.axis = TimelineAxis::frames;
+  return with_range(timeline, 0.0, static_cast<double>(motion.keys().size() - 1));
 }
 
-motion::JointPose pose_at(const motion::Motion& motion, const Attitude& wanted)
+motion::JointPose pose_at(const motion::Motion& motion, double position, double varus_rad)
 {
-  if (!motion.is_sequence()) return motion.at(wanted);
-  // A whole number of degrees through radians is off by its last bit.
-  const double position = deg_from_rad(wanted.flexion_rad), whole = std::round(position);
-  constexpr double rounding = 1e-9;
-  return motion.at_frame(motion.key_at(std::abs(position - whole) < rounding ? whole : position));
+  return motion.is_sequence() ? motion.at_frame(motion.key_at(position)) : motion.at({position, varus_rad});
 }
 
 std::optional<scene::View> view_of(Action action)

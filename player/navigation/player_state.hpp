@@ -1,5 +1,5 @@
-/// The state of a window that the user can change (angles in rad, speeds in rad/s), and the effect of each
-/// action on it. Values are clamped to the range of the motion model.
+/// The state of a window that the user can change (angles in rad), and the effect of each action on it.
+/// Values are clamped to the range of the motion model.
 #pragma once
 
 #include <cstddef>
@@ -23,14 +23,30 @@ enum class LoopMode {
 
 const char* name_of(LoopMode mode);
 
-inline constexpr double slowest_rad_s = rad_from_deg(1.0), fastest_rad_s = rad_from_deg(360.0);
+/// What the positions of a timeline are.
+enum class TimelineAxis {
+  flexion,  ///< rad
+  frames    ///< of a sequence, counted from 0
+};
 
-/// Over flexion; over a sequence of frames one frame counts as one degree, from 0.
+/// The user's steps are degrees, or frames; speeds are shown in them.
+constexpr double position_of_steps(TimelineAxis axis, double n_steps)
+{
+  return axis == TimelineAxis::flexion ? rad_from_deg(n_steps) : n_steps;
+}
+constexpr double steps_of_position(TimelineAxis axis, double position)
+{
+  return axis == TimelineAxis::flexion ? deg_from_rad(position) : position;
+}
+
+inline constexpr double slowest_steps_s = 1.0, fastest_steps_s = 360.0;
+
 struct Timeline {
-  double first_rad = 0.0, last_rad = 0.0;   ///< first <= last
-  double flexion_rad = 0.0;                 ///< within first and last
-  double speed_rad_s = rad_from_deg(30.0);  ///< within slowest and fastest
-  int direction = 1;                        ///< 1, or -1 on the return of a bounce
+  TimelineAxis axis = TimelineAxis::flexion;
+  double first = 0.0, last = 0.0;  ///< first <= last
+  double position = 0.0;           ///< within first and last
+  double speed_steps_s = 30.0;     ///< within slowest and fastest
+  int direction = 1;               ///< 1, or -1 on the return of a bounce
   bool is_playing = false;
   LoopMode loop = LoopMode::bounce;
 };
@@ -42,16 +58,16 @@ Timeline advanced(Timeline timeline, double elapsed_s);
 /// Toggles play and pause; at the end of `once`, play restarts.
 Timeline toggled(Timeline timeline);
 
-/// Pauses and moves by `by_rad`, clamped to the range.
-Timeline stepped(Timeline timeline, double by_rad);
+/// Pauses and moves by degrees or frames, clamped to the range.
+Timeline stepped(Timeline timeline, double n_steps);
 
-/// Moves to `flexion_rad`, clamped to the range; keeps playing.
-Timeline moved_to(Timeline timeline, double flexion_rad);
+/// Moves to `position`, clamped to the range; keeps playing.
+Timeline moved_to(Timeline timeline, double position);
 
-/// Sets another range and clamps the flexion to it.
-Timeline with_range(Timeline timeline, double first_rad, double last_rad);
+/// Sets another range and clamps the position to it.
+Timeline with_range(Timeline timeline, double first, double last);
 
-/// The next higher or lower of 1, 2, 5, 10, 20, 30, 45, 60, 90, 180, 360 degrees per second.
+/// The next higher or lower of 1, 2, 5, 10, 20, 30, 45, 60, 90, 180, 360 steps per second.
 Timeline faster(Timeline timeline);
 Timeline slower(Timeline timeline);
 
@@ -75,8 +91,7 @@ struct PlayerRange {
   double first_varus_rad = 0.0, last_varus_rad = 0.0;  ///< of the set
   bool is_varus_free = false;                          ///< the set determines the varus
   double balanced_varus_rad = 0.0;                     ///< at the current flexion
-  const char* key_name =
-      nullptr;  ///< of a sequence of frames, over whose numbers the timeline runs; else null
+  const char* key_name = nullptr;                      ///< of a sequence of frames; else null
   scene::LayerSet available;
 };
 
@@ -84,14 +99,14 @@ struct PlayerRange {
 /// nothing.
 PlayerState apply_action(PlayerState state, Action action, const PlayerRange& range);
 
-/// The attitude to show, with varus clamped to the range.
-Attitude wanted_attitude(const PlayerState& state, const PlayerRange& range);
+/// The varus to show, clamped to the range.
+double wanted_varus_rad(const PlayerState& state, const PlayerRange& range);
 
 /// The timeline's range for a motion.
 Timeline timeline_over(const motion::Motion& motion);
 
-/// The pose at a place of the timeline: at the flexion and varus, or at the frame.
-motion::JointPose pose_at(const motion::Motion& motion, const Attitude& wanted);
+/// The pose at a position of the motion's timeline: at this flexion and the varus, or at this frame.
+motion::JointPose pose_at(const motion::Motion& motion, double position, double varus_rad);
 
 /// The view selected by an action; empty for other actions.
 std::optional<scene::View> view_of(Action action);

@@ -40,9 +40,9 @@ std::vector<Eigen::Vector3d> points_over(scene::Scene& scene, const motion::Moti
   const navigation::Timeline range = navigation::timeline_over(motion);
   for (int i = 0; i < n_framed_poses; ++i) {
     const double part = static_cast<double>(i) / (n_framed_poses - 1);
-    const double flexion_rad = range.first_rad + part * (range.last_rad - range.first_rad);
-    const double varus_rad = motion.is_sequence() ? 0.0 : motion.balanced_varus_rad(flexion_rad);
-    const motion::JointPose pose = navigation::pose_at(motion, {flexion_rad, varus_rad});
+    const double position = range.first + part * (range.last - range.first);
+    const double varus_rad = motion.is_sequence() ? 0.0 : motion.balanced_varus_rad(position);
+    const motion::JointPose pose = navigation::pose_at(motion, position, varus_rad);
     if (pose.status != motion::PoseStatus::solved) continue;
     scene::place(scene, scene::frames_of(pose, options.fixed_object));
     const std::vector<Eigen::Vector3d> points = navigation::framed_points(scene, options.framing);
@@ -54,9 +54,9 @@ std::vector<Eigen::Vector3d> points_over(scene::Scene& scene, const motion::Moti
 navigation::Timeline timeline_of(const motion::Motion& motion, const SessionOptions& options)
 {
   const navigation::Timeline timeline = navigation::timeline_over(motion);
-  if (motion.is_sequence() && options.key)
-    return navigation::moved_to(timeline, rad_from_deg(motion.position_of(*options.key)));
-  return navigation::moved_to(timeline, options.flexion_rad.value_or(timeline.first_rad));
+  if (motion.is_sequence())
+    return options.key ? navigation::moved_to(timeline, motion.position_of(*options.key)) : timeline;
+  return navigation::moved_to(timeline, options.flexion_rad.value_or(timeline.first));
 }
 
 }  // namespace
@@ -114,7 +114,7 @@ navigation::PlayerRange Session::range_now() const
   if (motion.is_sequence()) {
     range.key_name = motion.key_name().c_str();
   } else {
-    range.balanced_varus_rad = motion.balanced_varus_rad(state_.timeline.flexion_rad);
+    range.balanced_varus_rad = motion.balanced_varus_rad(state_.timeline.position);
   }
   range.available = layers_.available();
   return range;
@@ -220,8 +220,8 @@ void Session::frame_joint()
 void Session::place_joint()
 {
   range_ = range_now();
-  const Attitude wanted = navigation::wanted_attitude(state_, range_);
-  readout_.pose = navigation::pose_at(sets_[state_.set].motion, wanted);
+  readout_.pose = navigation::pose_at(sets_[state_.set].motion, state_.timeline.position,
+                                      navigation::wanted_varus_rad(state_, range_));
   readout_.is_varus_balanced = !state_.varus_rad.has_value();
   readout_.clinical = sets_[state_.set].motion.own_coordinates(readout_.pose);
   readout_.joint.reset();
@@ -380,8 +380,9 @@ bool is_reached(double wanted_rad, double shown_rad)
 /// Message that names the requested angles that were clamped; empty if none was.
 std::string clamping_message(const SessionOptions& requested, const Session& session)
 {
-  const bool is_flexion_shown =
-      !requested.flexion_rad || is_reached(*requested.flexion_rad, session.state().timeline.flexion_rad);
+  const navigation::Timeline& timeline = session.state().timeline;
+  const bool is_flexion_shown = !requested.flexion_rad || timeline.axis == navigation::TimelineAxis::frames ||
+                                is_reached(*requested.flexion_rad, timeline.position);
   const bool is_varus_shown =
       !requested.varus_rad || is_reached(*requested.varus_rad, session.pose().attitude.varus_rad);
   if (is_flexion_shown && is_varus_shown) return {};

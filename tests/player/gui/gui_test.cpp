@@ -152,9 +152,9 @@ TEST(Gui, TheTimelineSliderLeadsToItsEndsAndPlaysOn)
   desk.state_.timeline.is_playing = true;
   const optics::Viewport free = desk.gui_.free_area(800, 600, desk.state_);
   desk.click(free.width - 10, free.height + 16);
-  EXPECT_EQ(desk.state_.timeline.flexion_rad, desk.state_.timeline.last_rad);
+  EXPECT_EQ(desk.state_.timeline.position, desk.state_.timeline.last);
   desk.click(124, free.height + 16);
-  EXPECT_EQ(desk.state_.timeline.flexion_rad, desk.state_.timeline.first_rad);
+  EXPECT_EQ(desk.state_.timeline.position, desk.state_.timeline.first);
   EXPECT_TRUE(desk.state_.timeline.is_playing);
 }
 

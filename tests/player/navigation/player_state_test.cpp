@@ -37,7 +37,7 @@ TEST(PlayerState, AnotherSetKeepsAttitudeAndPlay)
     EXPECT_EQ(next.set, expected);
     EXPECT_EQ(navigation::apply_action(next, Action::previous_set, sample_range()).set, state.set);
     EXPECT_TRUE(next.timeline.is_playing);
-    EXPECT_EQ(next.timeline.flexion_rad, state.timeline.flexion_rad);
+    EXPECT_EQ(next.timeline.position, state.timeline.position);
     EXPECT_EQ(next.varus_rad, state.varus_rad);
     state = next;
   }
@@ -46,11 +46,11 @@ TEST(PlayerState, AnotherSetKeepsAttitudeAndPlay)
 TEST(PlayerState, VarusStepsFromTheBalancedOneAndBack)
 {
   navigation::PlayerState state = navigation::apply_action(sample_state(), Action::varus_up, sample_range());
-  EXPECT_NEAR(deg_from_rad(navigation::wanted_attitude(state, sample_range()).varus_rad), 2.25, 1e-12);
+  EXPECT_NEAR(deg_from_rad(navigation::wanted_varus_rad(state, sample_range())), 2.25, 1e-12);
   for (int i = 0; i < 30; ++i) state = navigation::apply_action(state, Action::varus_down, sample_range());
-  EXPECT_EQ(navigation::wanted_attitude(state, sample_range()).varus_rad, rad_from_deg(-5.0));
+  EXPECT_EQ(navigation::wanted_varus_rad(state, sample_range()), rad_from_deg(-5.0));
   state = navigation::apply_action(state, Action::varus_balanced, sample_range());
-  EXPECT_EQ(navigation::wanted_attitude(state, sample_range()).varus_rad, rad_from_deg(1.25));
+  EXPECT_EQ(navigation::wanted_varus_rad(state, sample_range()), rad_from_deg(1.25));
 }
 
 TEST(PlayerState, WhereVarusIsFreeItIsTheSetsOwn)
@@ -59,7 +59,7 @@ TEST(PlayerState, WhereVarusIsFreeItIsTheSetsOwn)
   range.is_varus_free = true;
   navigation::PlayerState state = sample_state();
   state.varus_rad = rad_from_deg(-3.0);
-  EXPECT_EQ(navigation::wanted_attitude(state, range).varus_rad, range.balanced_varus_rad);
+  EXPECT_EQ(navigation::wanted_varus_rad(state, range), range.balanced_varus_rad);
   EXPECT_EQ(navigation::apply_action(state, Action::varus_up, range).varus_rad, state.varus_rad);
 }
 
@@ -133,8 +133,8 @@ constexpr double rounding_rad = 1e-9;
 navigation::Timeline playing(navigation::LoopMode loop)
 {
   navigation::Timeline timeline;
-  timeline.last_rad = rad_from_deg(90.0);
-  timeline.speed_rad_s = rad_from_deg(30.0);
+  timeline.last = rad_from_deg(90.0);
+  timeline.speed_steps_s = 30.0;
   timeline.loop = loop;
   timeline.is_playing = true;
   return timeline;
@@ -142,7 +142,7 @@ navigation::Timeline playing(navigation::LoopMode loop)
 
 double deg_after(navigation::LoopMode loop, double elapsed_s)
 {
-  return deg_from_rad(navigation::advanced(playing(loop), elapsed_s).flexion_rad);
+  return deg_from_rad(navigation::advanced(playing(loop), elapsed_s).position);
 }
 
 TEST(Timeline, GoesTheWayOfEachMode)
@@ -173,10 +173,10 @@ TEST(Timeline, PartsOfATimeLeadWhereTheWholeDoes)
       whole_s += part_s;
       parts = navigation::advanced(parts, part_s);
       n_back += parts.direction < 0 ? 1 : 0;
-      EXPECT_GE(parts.flexion_rad, parts.first_rad);
-      EXPECT_LE(parts.flexion_rad, parts.last_rad);
+      EXPECT_GE(parts.position, parts.first);
+      EXPECT_LE(parts.position, parts.last);
     }
-    EXPECT_NEAR(parts.flexion_rad, navigation::advanced(playing(loop), whole_s).flexion_rad, rounding_rad);
+    EXPECT_NEAR(parts.position, navigation::advanced(playing(loop), whole_s).position, rounding_rad);
     EXPECT_EQ(n_back > 100, loop == navigation::LoopMode::bounce);
   }
 }
@@ -185,29 +185,43 @@ TEST(Timeline, OnceStopsAtTheEndAndBeginsAgain)
 {
   const navigation::Timeline over = navigation::advanced(playing(navigation::LoopMode::once), 100.0);
   EXPECT_FALSE(over.is_playing);
-  EXPECT_EQ(over.flexion_rad, over.last_rad);
+  EXPECT_EQ(over.position, over.last);
   const navigation::Timeline again = navigation::toggled(over);
   EXPECT_TRUE(again.is_playing);
-  EXPECT_EQ(again.flexion_rad, again.first_rad);
+  EXPECT_EQ(again.position, again.first);
 }
 
 TEST(Timeline, PausedOrWithoutARangeItDoesNotAdvance)
 {
   navigation::Timeline paused = navigation::toggled(playing(navigation::LoopMode::wrap));
   paused = navigation::moved_to(paused, rad_from_deg(33.0));
-  EXPECT_EQ(navigation::advanced(paused, 10.0).flexion_rad, paused.flexion_rad);
+  EXPECT_EQ(navigation::advanced(paused, 10.0).position, paused.position);
   const navigation::Timeline point = navigation::with_range(playing(navigation::LoopMode::bounce), 0.5, 0.5);
-  EXPECT_EQ(navigation::advanced(point, 10.0).flexion_rad, 0.5);
+  EXPECT_EQ(navigation::advanced(point, 10.0).position, 0.5);
 }
 
 TEST(Timeline, StepsPauseAndStayInTheRange)
 {
   navigation::Timeline timeline = navigation::advanced(playing(navigation::LoopMode::bounce), 1.0);
-  timeline = navigation::stepped(timeline, rad_from_deg(1.0));
+  timeline = navigation::stepped(timeline, 1.0);
   EXPECT_FALSE(timeline.is_playing);
-  EXPECT_NEAR(deg_from_rad(timeline.flexion_rad), 31.0, rounding_rad);
-  EXPECT_EQ(navigation::stepped(timeline, rad_from_deg(500.0)).flexion_rad, timeline.last_rad);
-  EXPECT_EQ(navigation::stepped(timeline, rad_from_deg(-500.0)).flexion_rad, timeline.first_rad);
+  EXPECT_NEAR(deg_from_rad(timeline.position), 31.0, rounding_rad);
+  EXPECT_EQ(navigation::stepped(timeline, 500.0).position, timeline.last);
+  EXPECT_EQ(navigation::stepped(timeline, -500.0).position, timeline.first);
+}
+
+TEST(Timeline, OverFramesStepsAndSpeedsCountFrames)
+{
+  navigation::Timeline frames;
+  frames.axis = navigation::TimelineAxis::frames;
+  frames = navigation::with_range(frames, 0.0, 99.0);
+  for (int n = 1; n <= 99; ++n) {
+    frames = navigation::stepped(frames, 1.0);
+    EXPECT_EQ(frames.position, static_cast<double>(n));
+  }
+  frames = navigation::moved_to(frames, 0.0);
+  frames.is_playing = true;
+  EXPECT_EQ(navigation::advanced(frames, 0.5).position, 0.5 * frames.speed_steps_s);
 }
 
 TEST(Timeline, MovingAndAnotherRangeKeepItPlaying)
@@ -217,18 +231,18 @@ TEST(Timeline, MovingAndAnotherRangeKeepItPlaying)
   EXPECT_TRUE(moved.is_playing);
   const navigation::Timeline narrower = navigation::with_range(moved, rad_from_deg(10.0), rad_from_deg(60.0));
   EXPECT_TRUE(narrower.is_playing);
-  EXPECT_EQ(narrower.flexion_rad, rad_from_deg(60.0));
+  EXPECT_EQ(narrower.position, rad_from_deg(60.0));
 }
 
 TEST(Timeline, SpeedsClimbAndFallThroughTheSameStepsWithinLimits)
 {
   navigation::Timeline timeline = playing(navigation::LoopMode::wrap);
-  const double speed_rad_s = timeline.speed_rad_s;
-  EXPECT_EQ(navigation::slower(navigation::faster(timeline)).speed_rad_s, speed_rad_s);
+  const double speed_steps_s = timeline.speed_steps_s;
+  EXPECT_EQ(navigation::slower(navigation::faster(timeline)).speed_steps_s, speed_steps_s);
   for (int i = 0; i < 30; ++i) timeline = navigation::faster(timeline);
-  EXPECT_EQ(timeline.speed_rad_s, navigation::fastest_rad_s);
+  EXPECT_EQ(timeline.speed_steps_s, navigation::fastest_steps_s);
   for (int i = 0; i < 30; ++i) timeline = navigation::slower(timeline);
-  EXPECT_EQ(timeline.speed_rad_s, navigation::slowest_rad_s);
+  EXPECT_EQ(timeline.speed_steps_s, navigation::slowest_steps_s);
 }
 
 }  // namespace vrda::player_state_test

@@ -436,7 +436,7 @@ TEST(SessionOfFrames, TheTimelineCountsFrames)
   press(render::Key::right);
   EXPECT_EQ(session.pose().key, 2.0);
   EXPECT_NEAR(flexion_deg(), 10.0, 1e-9);
-  EXPECT_NEAR(session.state().timeline.last_rad, rad_from_deg(3.0), 1e-12);
+  EXPECT_EQ(session.state().timeline.last, 3.0);
 }
 
 TEST(Session, StartsAndResetsWithTheJobsViewUntilOneIsChosen)
