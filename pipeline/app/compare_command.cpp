@@ -11,6 +11,7 @@
 #include "compare/compare.hpp"
 #include "core/error.hpp"
 #include "core/perceptible.hpp"
+#include "core/units.hpp"
 #include "job_run/summary.hpp"
 #include "reduce/two_sided.hpp"
 
@@ -186,7 +187,7 @@ Json json_of(const compare::Comparison& comparison)
     rows.push_back(json_of(comparison.rows[k], comparison.recommendation.ranked[k]));
   const compare::Recommendation& r = comparison.recommendation;
   const auto degree = [](int value) { return value < 0 ? Json() : Json(value); };
-  return {{"perceptible", {{"mm", perceptible_mm}, {"degree", perceptible_deg}}},
+  return {{"perceptible", {{"mm", perceptible_mm}, {"degree", deg_from_rad(perceptible_rad)}}},
           {"degrees", rows},
           {"not_carried", comparison.undetermined_degrees},
           {"recommendation",

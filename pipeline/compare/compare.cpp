@@ -187,7 +187,7 @@ bool is_perceptible(const store::MotionModel& model, const smooth::SmoothFit& fi
     error_mm -= (*fit.set.recontact_mm)(i, j) * model.push.delta.row(i).transpose();
   if (error_mm.norm() > perceptible_mm) return true;
   for (std::size_t s = n_lengths; s < fit.residual.size(); ++s) {
-    if (std::abs(fit.residual[s](i, j)) > perceptible_deg) return true;  // false for NaN
+    if (std::abs(fit.residual[s](i, j)) > perceptible_unit(s)) return true;  // false for NaN
   }
   return false;
 }

@@ -64,7 +64,7 @@ struct DegreeRow {
   std::vector<SurfaceRow> surfaces;  ///< in the order of set.surfaces
   ErrorMeasures translation;         ///< of the vector (tx, ty, tz)
   bool is_converged = true;          ///< false if the Huber weights reached the iteration limit
-  /// Share of the solved attitudes with an error of the motion above perceptible_mm, or above perceptible_deg
+  /// Share of the solved attitudes with an error of the motion above perceptible_mm, or above perceptible_rad
   /// in an angle that is fitted there. With recontact, the share of the recontacted motion.
   double perceptible_share = 0.0;
   std::optional<MotionAuditTotals> audit_totals;  ///< if an audit was requested
@@ -100,7 +100,7 @@ struct Comparison {
 /// Smooths `model` (ignoring its own smoothed sets) with each degree that its cells determine.
 /// The recommendation leaves out blocks (correlated_block() of the degree with the smallest leave-one-out
 /// error). The error of a cell is that of its pose: square of (translation / perceptible_mm) plus those
-/// of (angle / perceptible_deg) for angles fitted under every degree. With robust smoothing large errors
+/// of (angle / perceptible_rad) for angles fitted under every degree. With robust smoothing large errors
 /// count with Huber's loss: linear above 1.345 scales, with the smallest scale of all degrees. Throws
 /// InputError if the cells do not determine the lowest degree.
 Comparison compare(const store::MotionModel& model, const CompareOptions& options);

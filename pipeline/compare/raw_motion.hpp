@@ -4,15 +4,16 @@
 #pragma once
 
 #include "core/perceptible.hpp"
+#include "core/units.hpp"
 #include "smooth/leave_out.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::compare {
 
-/// Of surface 0 to 2 (tx, ty, tz) in mm, of the angles after them in degrees.
+/// Of surface 0 to 2 (tx, ty, tz) in mm, of the angles after them in degrees, as the surfaces are stored.
 inline double perceptible_unit(std::size_t surface)
 {
-  return surface < 3 ? perceptible_mm : perceptible_deg;
+  return surface < 3 ? perceptible_mm : deg_from_rad(perceptible_rad);
 }
 
 /// Squared errors below this, of a millionth of a perceptible error, are rounding: 0.1 nanometres.

@@ -60,8 +60,8 @@ TEST(Compare, CountsPerceptibleAttitudes)
     surface->setZero();
   model.tx_mm(3, 3) = model.ty_mm(3, 3) = 0.8 * perceptible_mm;  // together 1.13
   model.tx_mm(4, 4) = model.ty_mm(4, 4) = 0.6 * perceptible_mm;  // together 0.85
-  model.theta_deg(5, 5) = 1.1 * perceptible_deg;
-  model.theta_deg(6, 6) = 1.1 * perceptible_deg;
+  model.theta_deg(5, 5) = 1.1 * deg_from_rad(perceptible_rad);
+  model.theta_deg(6, 6) = 1.1 * deg_from_rad(perceptible_rad);
   model.theta_determined(6, 6) = 0;
   const compare::Comparison comparison = compare::compare(model, options_of({0}));
   EXPECT_DOUBLE_EQ(comparison.rows[0].perceptible_share, 2.0 / 273.0);
