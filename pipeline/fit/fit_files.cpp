@@ -70,32 +70,42 @@ struct LoadSetting {
   std::vector<FittedLoad> columns;  ///< [components]
 };
 
+// The degrees that a file gave for an angle: those of the conversion can be off by its last bit.
+double written_deg(double angle_rad)
+{
+  constexpr double decimals = 1e9;
+  const double angle_deg = deg_from_rad(angle_rad), rounded_deg = std::round(angle_deg * decimals) / decimals;
+  return rad_from_deg(rounded_deg) == angle_rad ? rounded_deg : angle_deg;
+}
+
 // A constant, or a table over the flexions of the setting and of the unknowns.
 DocumentValue changed_setting(const LoadSetting& setting, const std::vector<Unknown>& unknowns,
                               const Eigen::VectorXd& change)
 {
-  std::set<double> flexions_deg;
-  if (setting.table->flexion_rad.size() > 1) {
-    for (const double rad : setting.table->flexion_rad) flexions_deg.insert(deg_from_rad(rad));
-  }
+  std::set<double> flexions_rad;
+  if (setting.table->flexion_rad.size() > 1)
+    flexions_rad.insert(setting.table->flexion_rad.begin(), setting.table->flexion_rad.end());
   for (const Unknown& unknown : unknowns) {
     if (unknown.quantity == load::FitQuantity::load &&
         std::find(setting.columns.begin(), setting.columns.end(), unknown.load) != setting.columns.end())
-      flexions_deg.insert(unknown.all_flexions_deg.begin(), unknown.all_flexions_deg.end());
+      flexions_rad.insert(unknown.all_flexions_rad.begin(), unknown.all_flexions_rad.end());
   }
-  const auto value_at = [&](double flexion_deg) -> DocumentValue {
-    const Eigen::VectorXd before = load::value_at_flexion(*setting.table, rad_from_deg(flexion_deg));
-    LoadChange by = load_change_at(unknowns, change, flexion_deg);
+  const auto value_at = [&](double flexion_rad) -> DocumentValue {
+    const Eigen::VectorXd before = load::value_at_flexion(*setting.table, flexion_rad);
+    LoadChange by = load_change_at(unknowns, change, flexion_rad);
     std::vector<double> values;
     for (std::size_t k = 0; k < setting.columns.size(); ++k)
       values.push_back(before(static_cast<Eigen::Index>(k)) + component(by, setting.columns[k]));
     return values.size() == 1 ? DocumentValue{values.front()} : list_of(values);
   };
-  if (flexions_deg.empty()) return value_at(0.0);
+  if (flexions_rad.empty()) return value_at(0.0);
+  std::vector<double> flexions_deg;
   DocumentValue::List rows;
-  for (const double flexion_deg : flexions_deg) rows.push_back(value_at(flexion_deg));
-  return {DocumentValue::Table{{"flexion_deg", list_of({flexions_deg.begin(), flexions_deg.end()})},
-                               {"value", {rows}}}};
+  for (const double flexion_rad : flexions_rad) {
+    flexions_deg.push_back(written_deg(flexion_rad));
+    rows.push_back(value_at(flexion_rad));
+  }
+  return {DocumentValue::Table{{"flexion_deg", list_of(flexions_deg)}, {"value", {rows}}}};
 }
 
 void set_loads(DocumentValue& push, const load::Job& job, const std::vector<Unknown>& unknowns,

@@ -14,7 +14,7 @@ namespace {
 
 constexpr journal::FrameFormat evaluation_format{"VRDAFITJ", 1, std::uint32_t{1} << 28, "evaluation"};
 // Must be changed when the same question may give other evaluations.
-constexpr const char* fit_version = "identification 1";
+constexpr const char* fit_version = "identification 2";
 
 void append_numbers(std::string& bytes, const std::vector<double>& numbers)
 {

@@ -15,6 +15,7 @@ enum EvaluationKind : std::int8_t { whole_spine, near_spine, whole_laxity, near_
 
 // A pose that moves farther by a difference is another equilibrium.
 constexpr double same_branch_mm = 5.0, same_branch_rad = rad_from_deg(15.0);
+constexpr double rounding_rad = 1e-9;
 constexpr std::size_t n_pose_values = 6;  // status, translation, theta, varus
 
 std::vector<double> numbers_of(const Eigen::VectorXd& x)
@@ -62,15 +63,20 @@ ModelEvaluation::ModelEvaluation(const FitData& data, const IdentifyPlan& plan) 
   for (const Evaluation& known : plan.known) known_.emplace(Key{known.kind, known.at}, known.values);
   add_rows();
   if (data.motion == nullptr) return;
-  const std::vector<double>& flexions_deg = data.motion->grid.flexion_deg;
-  is_needed_.assign(flexions_deg.size(), false);
+  std::vector<double> flexions_rad;
+  for (const double flexion_deg : data.motion->grid.flexion_deg)
+    flexions_rad.push_back(rad_from_deg(flexion_deg));
+  is_needed_.assign(flexions_rad.size(), false);
   for (const Row& row : rows_) {
     if (row.trial == data.trials.size()) continue;
-    const double at_deg = deg_from_rad(data.trials[row.trial].rows[row.row].value[score::at_flexion]);
-    const auto after =
-        std::lower_bound(flexions_deg.begin(), flexions_deg.end(), at_deg) - flexions_deg.begin();
-    const std::size_t high = std::min(static_cast<std::size_t>(after), flexions_deg.size() - 1);
-    is_needed_[high] = is_needed_[high > 0 ? high - 1 : 0] = true;
+    const double at_rad = data.trials[row.trial].rows[row.row].value[score::at_flexion];
+    // At a flexion of the grid, rounding of the solved poses decides which neighbour is interpolated.
+    for (const double near_rad : {at_rad - rounding_rad, at_rad + rounding_rad}) {
+      const auto after =
+          std::lower_bound(flexions_rad.begin(), flexions_rad.end(), near_rad) - flexions_rad.begin();
+      const std::size_t high = std::min(static_cast<std::size_t>(after), flexions_rad.size() - 1);
+      is_needed_[high] = is_needed_[high > 0 ? high - 1 : 0] = true;
+    }
   }
 }
 
@@ -158,12 +164,13 @@ std::vector<double> ModelEvaluation::near_poses(const Eigen::VectorXd& base, con
     for (std::size_t k = 0; k < job_case.push.size() && !from.empty(); ++k) {
       const StepRecord seed = record_at(from, k);
       load::Push push = job_case.push[k];
-      const LoadChange by = load_change_at(plan_.unknowns, changes, job_case.grid.flexion_deg[k]);
+      const double flexion_rad = rad_from_deg(job_case.grid.flexion_deg[k]);
+      const LoadChange by = load_change_at(plan_.unknowns, changes, flexion_rad);
       push.force_n += by.force_n;
       push.moment_nmm += by.moment_nmm;
       push.varus_moment_nmm += by.varus_moment_nmm;
       solve::EquilibriumSolver::Task task;
-      task.attitude = {rad_from_deg(job_case.grid.flexion_deg[k]), seed.varus_rad};
+      task.attitude = {flexion_rad, seed.varus_rad};
       task.seed = seed.pose;
       task.loads = model_build::loads_of(job_case, push);
       task.is_varus_free = true;

@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "core/units.hpp"
 
 namespace vrda::fit {
 namespace {
@@ -59,16 +60,16 @@ std::vector<FibreGroup> groups_of(const load::Job& job, const std::vector<ligame
 }
 
 // Of an unknown at one of several angles: 1 there, 0 at the neighbours.
-double hat(const Unknown& unknown, double flexion_deg)
+double hat(const Unknown& unknown, double flexion_rad)
 {
-  const std::vector<double>& nodes = unknown.all_flexions_deg;
+  const std::vector<double>& nodes = unknown.all_flexions_rad;
   if (nodes.empty()) return 1.0;
-  const double at = std::clamp(flexion_deg, nodes.front(), nodes.back());
+  const double at = std::clamp(flexion_rad, nodes.front(), nodes.back());
   for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
     if (at < nodes[k] || at > nodes[k + 1]) continue;
     const double share = (at - nodes[k]) / (nodes[k + 1] - nodes[k]);
-    if (unknown.flexion_deg == nodes[k]) return 1.0 - share;
-    if (unknown.flexion_deg == nodes[k + 1]) return share;
+    if (unknown.flexion_rad == nodes[k]) return 1.0 - share;
+    if (unknown.flexion_rad == nodes[k + 1]) return share;
   }
   return 0.0;
 }
@@ -83,11 +84,12 @@ void add_load(const load::Job& job, std::size_t number, Unknown unknown, std::ve
     job.document.refuse(key + ".from", shortest_decimal(parameter.from),
                         "a change that leaves push.force_n above 0");
   if (parameter.flexion_deg.empty()) all.push_back(unknown);
+  for (const double flexion_deg : parameter.flexion_deg)
+    unknown.all_flexions_rad.push_back(rad_from_deg(flexion_deg));
   for (const double flexion_deg : parameter.flexion_deg) {
     Unknown at = unknown;
     at.name += " at " + shortest_decimal(flexion_deg);
-    at.flexion_deg = flexion_deg;
-    at.all_flexions_deg = parameter.flexion_deg;
+    at.flexion_rad = rad_from_deg(flexion_deg);
     all.push_back(at);
   }
 }
@@ -148,13 +150,13 @@ double& component(LoadChange& change, FittedLoad load)
 }
 
 LoadChange load_change_at(const std::vector<Unknown>& unknowns, const Eigen::VectorXd& change,
-                          double flexion_deg)
+                          double flexion_rad)
 {
   LoadChange loads;
   for (std::size_t k = 0; k < unknowns.size(); ++k) {
     if (unknowns[k].quantity == load::FitQuantity::load)
       component(loads, unknowns[k].load) +=
-          hat(unknowns[k], flexion_deg) * change(static_cast<Eigen::Index>(k));
+          hat(unknowns[k], flexion_rad) * change(static_cast<Eigen::Index>(k));
   }
   return loads;
 }
@@ -196,7 +198,7 @@ load::Case changed_case(const load::Case& job_case, const std::vector<Unknown>& 
   changed.ligaments = changed_ligaments(job_case, unknowns, change);
   const auto change_rows = [&](std::vector<load::Push>& rows, const std::vector<double>& flexions_deg) {
     for (std::size_t k = 0; k < rows.size(); ++k) {
-      const LoadChange by = load_change_at(unknowns, change, flexions_deg[k]);
+      const LoadChange by = load_change_at(unknowns, change, rad_from_deg(flexions_deg[k]));
       rows[k].force_n += by.force_n;
       rows[k].moment_nmm += by.moment_nmm;
       rows[k].varus_moment_nmm += by.varus_moment_nmm;

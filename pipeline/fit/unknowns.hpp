@@ -20,8 +20,8 @@ struct Unknown {
   bool is_moving = false;           ///< object of an attachment
   Eigen::Index axis = 0;            ///< of an attachment, canonical
   FittedLoad load = FittedLoad::force;
-  double flexion_deg = nan;               ///< of a load that changes over flexion
-  std::vector<double> all_flexions_deg;   ///< of the same load, ascending; empty: constant
+  double flexion_rad = nan;               ///< of a load that changes over flexion
+  std::vector<double> all_flexions_rad;   ///< of the same load, ascending; empty: constant
   double sd = 0.0, from = 0.0, to = 0.0;  ///< prior and bounds of the change
 
   const char* unit() const;
@@ -39,7 +39,7 @@ struct LoadChange {
 /// The part of the change that an unknown of this kind sets.
 double& component(LoadChange& change, FittedLoad load);
 LoadChange load_change_at(const std::vector<Unknown>& unknowns, const Eigen::VectorXd& change,
-                          double flexion_deg);
+                          double flexion_rad);
 
 /// Fibres with changed attachments and slack lengths: the reference strain (at the pose of the meshes) is the
 /// case's plus its change, wherever the attachments are.

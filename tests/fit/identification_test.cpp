@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/atomic_file.hpp"
+#include "core/units.hpp"
 #include "fit/fit_files.hpp"
 #include "fit/fit_journal.hpp"
 #include "load/laxity_job.hpp"
@@ -262,6 +263,27 @@ TEST(FitFiles, TheWrittenFibresHaveTheChangedStrains)
       csv.substr(csv.find("ACLam1,"), csv.find('\n', csv.find("ACLam1,")) - csv.find("ACLam1,"));
   const std::size_t at = row.find(',', row.find(std::to_string(l0_mm).substr(0, 6))) + 1;
   EXPECT_NEAR(std::stod(row.substr(at)), 0.01 * l0_mm / (1.0 + after[0]), 1e-6);
+}
+
+TEST(FitFiles, ATableOfLoadsKeepsTheAnglesOfTheJob)
+{
+  const std::string file = VRDA_SOURCE_DIR "/jobs/knee-generic.toml";
+  std::string knee = *read_text_file(file);
+  const std::string push = "force_n = 20\n";
+  ASSERT_NE(knee.find(push), std::string::npos);
+  knee.insert(knee.find(push) + push.size(),
+              "lateral_force_n = { flexion_deg = [3, 30, 59], value = [[1, 0], [2, 0], [3, 0]] }\n");
+  const load::Job job = load::parse_job("knee.toml", knee + many_unknowns);
+  const load::Case job_case = load::load_case(load::over_flexions(job, {0.0}), "");
+  const std::vector<fit::Unknown> unknowns = fit::unknowns_of(job, job_case);
+  const std::string text = fit::fitted_job_text(job, "", unknowns, Eigen::VectorXd::Zero(15));
+  // Converted from radians, 3, 30 and 59 are off by their last bit, and 30 is in both tables.
+  const load::Job fitted = load::parse_job("fitted.toml", text);
+  const load::Push at = load::load_case(load::over_flexions(fitted, {30.0}), "").push.front();
+  EXPECT_EQ(at.force_n.x(), 2.0);
+  EXPECT_EQ(fitted.push.lateral_force_n.flexion_rad,
+            (std::vector<double>{0.0, rad_from_deg(3.0), rad_from_deg(30.0), rad_from_deg(59.0),
+                                 rad_from_deg(90.0)}));
 }
 
 }  // namespace vrda::identification_test
