@@ -10,6 +10,7 @@
 #include "audit/audit.hpp"
 #include "core/error.hpp"
 #include "core/perceptible.hpp"
+#include "core/units.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "motion/poses.hpp"
@@ -240,9 +241,9 @@ Json travel_json(const store::MotionModel& model)
           {"largest_mm", t.largest_mm},
           {"at_key_mm", std::isnan(t.key_of_mm) ? Json() : Json(t.key_of_mm)},
           {"mean_mm", t.mean_mm},
-          {"largest_deg", t.largest_deg},
-          {"at_key_deg", std::isnan(t.key_of_deg) ? Json() : Json(t.key_of_deg)},
-          {"mean_deg", t.mean_deg}};
+          {"largest_deg", deg_from_rad(t.largest_rad)},
+          {"at_key_deg", std::isnan(t.key_of_rad) ? Json() : Json(t.key_of_rad)},
+          {"mean_deg", deg_from_rad(t.mean_rad)}};
 }
 
 void print_travel(const store::MotionModel& model)
@@ -252,7 +253,7 @@ void print_travel(const store::MotionModel& model)
   std::printf(
       "from frame to frame: at most %.3g mm (mean %.3g) and %.3g degrees (mean %.3g), of the point at the "
       "rotation centre\n",
-      t.largest_mm, t.mean_mm, t.largest_deg, t.mean_deg);
+      t.largest_mm, t.mean_mm, deg_from_rad(t.largest_rad), deg_from_rad(t.mean_rad));
 }
 
 void print(const std::vector<store::AuditSet>& sets)

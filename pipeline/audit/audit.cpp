@@ -189,20 +189,20 @@ FrameTravel frame_travel(const store::MotionModel& model)
       const Eigen::Vector3d& centre_mm = model.rotation_centre_mm;
       const double way_mm = (X * centre_mm - *before * centre_mm).norm();
       const std::optional<HelicalAxis> axis = helical_axis(*before, X, centre_mm);
-      const double angle_deg = axis ? deg_from_rad(axis->rotation_rad) : 0.0;
+      const double angle_rad = axis ? axis->rotation_rad : 0.0;
       if (way_mm > travel.largest_mm) travel.key_of_mm = model.frames->key[i];
-      if (angle_deg > travel.largest_deg) travel.key_of_deg = model.frames->key[i];
+      if (angle_rad > travel.largest_rad) travel.key_of_rad = model.frames->key[i];
       travel.largest_mm = std::max(travel.largest_mm, way_mm);
-      travel.largest_deg = std::max(travel.largest_deg, angle_deg);
+      travel.largest_rad = std::max(travel.largest_rad, angle_rad);
       travel.mean_mm += way_mm;
-      travel.mean_deg += angle_deg;
+      travel.mean_rad += angle_rad;
       ++travel.n_steps;
     }
     before = X;
   }
   if (travel.n_steps == 0) return travel;
   travel.mean_mm /= travel.n_steps;
-  travel.mean_deg /= travel.n_steps;
+  travel.mean_rad /= travel.n_steps;
   return travel;
 }
 

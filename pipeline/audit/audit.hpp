@@ -44,8 +44,8 @@ struct FrameTravel {
   int n_steps = 0;
   double largest_mm = 0.0,
          mean_mm = 0.0;  ///< of the moving point that is at the rotation centre in the zero pose
-  double largest_deg = 0.0, mean_deg = 0.0;  ///< about the helical axis
-  double key_of_mm = nan, key_of_deg = nan;  ///< at which the largest steps end
+  double largest_rad = 0.0, mean_rad = 0.0;  ///< about the helical axis
+  double key_of_mm = nan, key_of_rad = nan;  ///< at which the largest steps end
 };
 FrameTravel frame_travel(const store::MotionModel& model);
 

@@ -116,13 +116,13 @@ TEST(Audit, TravelIsFromOneFrameToTheNext)
   store::MotionModel model = test::frames_of(test::model_of(plan), {2, 0, 1}, {1.0, 2.0, 3.0});
   const audit::FrameTravel travel = audit::frame_travel(model);
   EXPECT_EQ(travel.n_steps, 2);
-  EXPECT_NEAR(travel.largest_deg, 40.0, 1e-9);
-  EXPECT_NEAR(travel.mean_deg, 25.0, 1e-9);
-  EXPECT_EQ(travel.key_of_deg, 2.0);
+  EXPECT_NEAR(deg_from_rad(travel.largest_rad), 40.0, 1e-9);
+  EXPECT_NEAR(deg_from_rad(travel.mean_rad), 25.0, 1e-9);
+  EXPECT_EQ(travel.key_of_rad, 2.0);
   EXPECT_NEAR(travel.largest_mm, 0.0, rounding_mm);
   test::unsolve(model, 1, 0);
   EXPECT_EQ(audit::frame_travel(model).n_steps, 1);
-  EXPECT_NEAR(audit::frame_travel(model).largest_deg, 30.0, 1e-9);
+  EXPECT_NEAR(deg_from_rad(audit::frame_travel(model).largest_rad), 30.0, 1e-9);
 }
 
 // A wide block with its lower face 10 mm above the rotation centre, rotated by each attitude; below it a box
