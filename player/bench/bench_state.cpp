@@ -32,9 +32,7 @@ bool is_angle_of_leg(std::size_t parameter)
 
 tracking::OneEuroOptions angle_filter(const bench_files::FilterSettings& settings)
 {
-  // The file has Hz per degree/s, the filter uses Hz per rad/s.
-  return {settings.least_cutoff_hz, settings.slope * deg_from_rad(1.0),
-          tracking::default_angle_filter.speed_cutoff_hz};
+  return {settings.least_cutoff_hz, settings.slope, tracking::default_angle_filter.speed_cutoff_hz};
 }
 
 }  // namespace
@@ -57,8 +55,8 @@ BenchState::BenchState(const bench_files::BenchFile& bench, const bench_files::C
 {
   values_.calibration = calibration;
   values_.prediction_ms = bench.prediction_ms;
-  values_.flexion_deg = deg_from_rad(motion.first_flexion_rad());
-  values_.varus_deg = deg_from_rad(motion.balanced_varus_rad(motion.first_flexion_rad()));
+  values_.flexion_rad = motion.first_flexion_rad();
+  values_.varus_rad = motion.balanced_varus_rad(motion.first_flexion_rad());
   if (!bench.potentiometer.empty() && bench.potentiometer != "selected")
     driven_ = bench_files::find_parameter(bench.potentiometer);
   std::size_t first = 0;
@@ -238,7 +236,7 @@ Pose BenchState::X_tracker_eyes(double time_s) const
 void BenchState::place_model(double time_s)
 {
   const bool is_rigid = bench_.leg == bench_files::LegKind::rigid;
-  Attitude attitude{rad_from_deg(values_.flexion_deg), rad_from_deg(values_.varus_deg)};
+  Attitude attitude{values_.flexion_rad, values_.varus_rad};
   if (!is_rigid) {
     const bool is_live = trackers_[bench_files::BodyRole::femur]->is_live() &&
                          trackers_[bench_files::BodyRole::tibia]->is_live();

@@ -135,7 +135,7 @@ std::string json_of(bench_files::BodyRole role, const tracking::PoseFit& fit)
   return std::string("{\"role\": \"") + bench_files::name_of(role) + "\", \"status\": \"" +
          tracking::name_of(fit.status) + "\", \"markers\": " + std::to_string(quality.n_markers) +
          ", \"residual_mm\": " + settings::rounded_text(quality.residual_mm, 4) +
-         ", \"turn_sd_deg\": " + settings::rounded_text(quality.rotation_sd_deg, 4) +
+         ", \"turn_sd_deg\": " + settings::rounded_text(deg_from_rad(quality.rotation_sd_rad), 4) +
          ", \"middle_sd_mm\": " + settings::rounded_text(quality.centroid_sd_mm, 4) + "}";
 }
 

@@ -9,27 +9,25 @@
 namespace vrda::bench {
 namespace {
 
-constexpr double range_slack_deg = 1.0;
+constexpr double range_slack_rad = rad_from_deg(1.0);
 // A knee overextends by up to 15 degrees, and models end at 90 where knees bend to 160.
-constexpr double most_before_deg = 20.0, most_after_deg = 75.0, most_beside_deg = 30.0;
-constexpr double largest_rotation_deg = 60.0;
+constexpr double most_before_rad = rad_from_deg(20.0), most_after_rad = rad_from_deg(75.0);
+constexpr double most_beside_rad = rad_from_deg(30.0), largest_rotation_rad = rad_from_deg(60.0);
 
 BeyondRange beyond(double measured_rad, double first_rad, double last_rad)
 {
   const double nearest_rad = std::clamp(measured_rad, first_rad, last_rad);
   // A motion with one varus, or its own, has no range of it.
   const bool is_range = first_rad < last_rad;
-  return {measured_rad, nearest_rad,
-          is_range && std::abs(measured_rad - nearest_rad) > rad_from_deg(range_slack_deg)};
+  return {measured_rad, nearest_rad, is_range && std::abs(measured_rad - nearest_rad) > range_slack_rad};
 }
 
 bool is_plausible(const BeyondRange& flexion, const BeyondRange& varus, double rotation_rad)
 {
-  const double after_deg = deg_from_rad(flexion.measured_rad - flexion.nearest_rad);
-  const double beside_deg = deg_from_rad(varus.measured_rad - varus.nearest_rad);
-  return after_deg >= -most_before_deg && after_deg <= most_after_deg &&
-         std::abs(beside_deg) <= most_beside_deg &&
-         std::abs(deg_from_rad(rotation_rad)) <= largest_rotation_deg;
+  const double after_rad = flexion.measured_rad - flexion.nearest_rad;
+  const double beside_rad = varus.measured_rad - varus.nearest_rad;
+  return after_rad >= -most_before_rad && after_rad <= most_after_rad &&
+         std::abs(beside_rad) <= most_beside_rad && std::abs(rotation_rad) <= largest_rotation_rad;
 }
 
 std::string beyond_text(const char* angle, const BeyondRange& at)
@@ -65,7 +63,7 @@ std::string leg_check_text(const LegCheck& check)
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : "; ") + part; };
   if (check.flexion.is_beyond) add(beyond_text("flexion", check.flexion));
   if (check.varus.is_beyond) add(beyond_text("varus", check.varus));
-  if (std::abs(deg_from_rad(check.rotation_rad)) > largest_rotation_deg)
+  if (std::abs(check.rotation_rad) > largest_rotation_rad)
     add("rotation " + settings::rounded_text(std::round(deg_from_rad(check.rotation_rad)), 0));
   if (check.are_bodies_exchanged) {
     add("femur and tibia bodies probably exchanged");

@@ -61,7 +61,7 @@ FitQuality quality_of(const tracking::PoseFit& fit)
   const tracking::PoseError error = tracking::expected_error(fit.cloud, tracking::noise_mm(fit));
   quality.residual_mm = fit.residual_rms_mm;
   quality.n_markers = fit.cloud.n;
-  quality.rotation_sd_deg = deg_from_rad(error.turn_rad.maxCoeff());
+  quality.rotation_sd_rad = error.turn_rad.maxCoeff();
   quality.centroid_sd_mm = error.centre_mm;
   return quality;
 }
@@ -76,7 +76,7 @@ std::string fit_text(const tracking::PoseFit& fit)
   const FitQuality quality = quality_of(fit);
   return "residual " + settings::rounded_text(quality.residual_mm, 2) + " mm at " +
          std::to_string(quality.n_markers) + " markers, rotation sd " +
-         settings::rounded_text(quality.rotation_sd_deg, 2) + " deg";
+         settings::rounded_text(deg_from_rad(quality.rotation_sd_rad), 2) + " deg";
 }
 
 namespace {
@@ -208,7 +208,7 @@ std::string bench_file_lines(const tracking::BuiltBody& built, const bench_files
        << " with fewer than three markers excluded; residual "
        << settings::rounded_text(built.residual_rms_mm, 3)
        << " mm (root mean square)\n# expected pose error with all markers: rotation "
-       << settings::rounded_text(quality.rotation_sd_deg, 3) << " degrees, centroid "
+       << settings::rounded_text(deg_from_rad(quality.rotation_sd_rad), 3) << " degrees, centroid "
        << settings::rounded_text(quality.centroid_sd_mm, 3) << " mm (standard deviations)\n";
   for (std::size_t k = 0; k < settings.markers.size(); ++k)
     text << "# " << settings.markers[k] << ": " << settings::rounded_text(built.markers[k].residual_rms_mm, 3)

@@ -39,7 +39,7 @@ class MarkerFrames {
 struct FitQuality {
   double residual_mm = 0.0;      ///< root mean square at the used markers
   int n_markers = 0;             ///< used markers
-  double rotation_sd_deg = 0.0;  ///< standard deviation of the rotation about the least certain axis
+  double rotation_sd_rad = 0.0;  ///< standard deviation of the rotation about the least certain axis
   double centroid_sd_mm = 0.0;   ///< standard deviation of the centroid of the markers
 };
 FitQuality quality_of(const tracking::PoseFit& fit);

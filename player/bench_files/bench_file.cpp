@@ -7,6 +7,7 @@
 #include "bench_files/parameters.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "core/units.hpp"
 #include "documents/schema.hpp"
 
 namespace vrda::bench_files {
@@ -183,7 +184,7 @@ CameraSettings camera_of(const documents::Document& document)
   settings.calibration =
       std::filesystem::path(document.file).parent_path() / documents::text_at(camera, "calibration");
   settings.marker_mm = documents::number_at(camera, "marker_mm");
-  settings.fold_deg = documents::number_at(camera, "fold_deg");
+  settings.fold_rad = rad_from_deg(documents::number_at(camera, "fold_deg"));
   return settings;
 }
 
@@ -237,7 +238,7 @@ BenchFile bench_in(const documents::Document& document, MarkerPositions places)
   bench.head = documents::text_at(root, "head") == "stage" ? HeadKind::stage : HeadKind::tracker;
   bench.prediction_ms = documents::number_at(root, "prediction_ms");
   bench.filter = {documents::flag_at(root, "filter.on"), documents::number_at(root, "filter.least_cutoff_hz"),
-                  documents::number_at(root, "filter.slope")};
+                  documents::number_at(root, "filter.slope") * deg_from_rad(1.0)};
   const documents::DocumentValue& tracker = documents::value_at(root, "tracker");
   const bool is_webcam = tracker.text() != nullptr;
   bench.tracker = is_webcam ? webcam_of(document) : tracker_of(tracker);

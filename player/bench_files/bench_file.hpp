@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bench_files/calibration_settings.hpp"
+#include "core/units.hpp"
 #include "devices/devices.hpp"
 #include "optics/viewport.hpp"
 #include "simulation/script.hpp"
@@ -51,7 +52,7 @@ struct BodySettings {
 struct FilterSettings {
   bool is_on = true;
   double least_cutoff_hz = 1.5;
-  double slope = 0.3;  ///< cutoff increase, Hz per degree/s
+  double slope = 0.3 * deg_from_rad(1.0);  ///< cutoff increase, Hz per rad/s
 };
 
 /// The webcam of `tracker = "aruco"` (room webcam).
@@ -60,7 +61,7 @@ struct CameraSettings {
   int width = 640, height = 480;  ///< px
   double rate_hz = 30.0;
   std::string calibration;  ///< camera file; relative to the bench file in it, to the process here
-  double marker_mm = 40.0, fold_deg = 90.0;  ///< of the printed bodies
+  double marker_mm = 40.0, fold_rad = rad_from_deg(90.0);  ///< of the printed bodies
 };
 
 struct BenchFile {

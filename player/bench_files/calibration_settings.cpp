@@ -3,6 +3,7 @@
 #include <set>
 
 #include "core/text.hpp"
+#include "core/units.hpp"
 
 namespace vrda::bench_files {
 namespace {
@@ -99,7 +100,7 @@ CalibrationSettings calibration_settings_of(const documents::Document& document)
   settings.grid_rows = static_cast<int>(grid[1]);
   settings.grid_repeats = whole_at(*table, "grid_repeats");
   settings.rectangle_repeats = whole_at(*table, "rectangle_repeats");
-  settings.alignment_sd_deg = documents::number_at(*table, "alignment_sd_deg");
+  settings.alignment_sd_rad = rad_from_deg(documents::number_at(*table, "alignment_sd_deg"));
   settings.sight_sd_px = documents::number_at(*table, "sight_sd_px");
   settings.has_pupillometer = documents::flag_at(*table, "pupillometer");
   settings.pupillometer_sd_mm = documents::number_at(*table, "pupillometer_sd_mm");
@@ -118,8 +119,10 @@ CalibrationSettings calibration_settings_of(const documents::Document& document)
   settings.landmarks = landmarks_of(document);
   settings.bends = whole_at(*table, "bends");
   settings.bend_samples = whole_at(*table, "bend_samples");
-  settings.functional = {documents::number_at(*table, "tracker_sd_mm"), documents::number_at(*table, "tracker_sd_deg"),
-                         documents::number_at(*table, "model_sd_mm"), documents::number_at(*table, "model_sd_deg")};
+  settings.functional = {documents::number_at(*table, "tracker_sd_mm"),
+                         rad_from_deg(documents::number_at(*table, "tracker_sd_deg")),
+                         documents::number_at(*table, "model_sd_mm"),
+                         rad_from_deg(documents::number_at(*table, "model_sd_deg"))};
   return settings;
 }
 

@@ -6,6 +6,7 @@
 
 #include "calibration/functional_fit.hpp"
 #include "core/mesh.hpp"
+#include "core/units.hpp"
 
 namespace vrda::bench_files {
 
@@ -36,8 +37,8 @@ struct CalibrationSettings {
 
   std::vector<CalibrationRectangle> rectangles = {{150, 0}, {200, 150}, {250, 300}, {300, 450}};
   int rectangle_repeats = 3;
-  double alignment_sd_deg = 0.3;  ///< of the display arms' line of sight about the table's Z
-  double sight_sd_px = 3.0;       ///< of the optical axis about the centre of the visible part
+  double alignment_sd_rad = rad_from_deg(0.3);  ///< of the display arms' line of sight about the table's Z
+  double sight_sd_px = 3.0;                     ///< of the optical axis about the centre of the visible part
 
   bool has_pupillometer = true;
   double pupillometer_sd_mm = 0.5;

@@ -103,9 +103,12 @@ void set_pupillary_distance(BenchValues& values, double distance_mm)
 List build_list()
 {
   List list;
-  list.add({"flexion", "deg", -30.0, 180.0, 1.0, false},
-           [](BenchValues& v) -> double& { return v.flexion_deg; });
-  list.add({"varus", "deg", -30.0, 30.0, 0.5, false}, [](BenchValues& v) -> double& { return v.varus_deg; });
+  list.add(
+      {"flexion", "deg", -30.0, 180.0, 1.0, false}, [](BenchValues& v) -> double& { return v.flexion_rad; },
+      rad_from_deg(1.0));
+  list.add(
+      {"varus", "deg", -30.0, 30.0, 0.5, false}, [](BenchValues& v) -> double& { return v.varus_rad; },
+      rad_from_deg(1.0));
   list.add({"prediction", "ms", 0.0, 200.0, 1.0, false},
            [](BenchValues& v) -> double& { return v.prediction_ms; });
   list.add({"eyes.distance_apart", "mm", 40.0, 90.0, 0.25}, nullptr);

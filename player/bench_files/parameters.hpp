@@ -12,7 +12,7 @@ namespace vrda::bench_files {
 /// All values that parameters change.
 struct BenchValues {
   Calibration calibration;
-  double flexion_deg = 0.0, varus_deg = 0.0;  ///< only for a rigid leg
+  double flexion_rad = 0.0, varus_rad = 0.0;  ///< only for a rigid leg
   double prediction_ms = 0.0;
 };
 

@@ -58,7 +58,7 @@ void add_noise(const documents::DocumentValue& table, simulation::SimulationScri
   script.jitter_ms = documents::number_at(table, "jitter_ms");
   script.drop_rate = documents::number_at(table, "drop_rate");
   script.noise_mm = documents::number_at(table, "noise_mm");
-  script.noise_deg = documents::number_at(table, "noise_deg");
+  script.noise_rad = rad_from_deg(documents::number_at(table, "noise_deg"));
   script.potentiometer_noise_counts = documents::number_at(table, "potentiometer_noise_counts");
   script.sway_mm = documents::number_at(table, "sway_mm");
   script.sway_s = documents::number_at(table, "sway_s");

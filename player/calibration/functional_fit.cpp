@@ -21,7 +21,7 @@ constexpr double most_factor = 5.0;
 /// A motion that leaves more of the landmarks' expected error does not determine the placement.
 constexpr double most_of_landmarks = 0.85;
 /// Beyond these the landmarks are not a valid start of the fit: bodies exchanged, or another leg.
-constexpr double most_start_mm = 60.0, most_start_deg = 40.0;
+constexpr double most_start_mm = 60.0, most_start_rad = rad_from_deg(40.0);
 constexpr double joint_arm_mm = 30.0;
 
 std::string angle_text(double rad)
@@ -31,7 +31,7 @@ std::string angle_text(double rad)
 
 std::string error_text(const MotionError& error)
 {
-  return text(error.mm, 2, "mm") + " and " + text(error.deg, 2, "degrees");
+  return text(error.mm, 2, "mm") + " and " + text(deg_from_rad(error.rad), 2, "degrees");
 }
 
 /// Root mean squares of twists.
@@ -46,7 +46,7 @@ class TwistSum {
   MotionError rms() const
   {
     if (n_ <= 0.0) return {};
-    return {std::sqrt(mm2_ / n_), deg_from_rad(std::sqrt(rad2_ / n_))};
+    return {std::sqrt(mm2_ / n_), std::sqrt(rad2_ / n_)};
   }
 
  private:
@@ -72,8 +72,8 @@ void require_trials(std::span<const FlexionTrial> trials, const FitErrorContext&
   for (std::size_t k = 0; k < trials.size(); ++k) {
     const auto is_finite = [](const Pose& X) { return X.matrix().allFinite(); };
     if (trials[k].X_thigh_shank.empty() || !std::ranges::all_of(trials[k].X_thigh_shank, is_finite))
-      context.fail(trials[k].name, "samples that are missing or not finite",
-                   "tracked poses of thigh and shank", {k});
+      context.fail(trials[k].name, "samples that are missing or not finite", "tracked poses of thigh and shank",
+             {k});
   }
 }
 
@@ -98,17 +98,16 @@ void require_start(const FunctionalProblem& problem, std::span<const FlexionTria
           {k});
     }
     const MotionError start = sum.rms();
-    if (start.mm > most_start_mm || start.deg > most_start_deg) {
+    if (start.mm > most_start_mm || start.rad > most_start_rad) {
       context.fail(trials[k].name, "a motion " + error_text(start) + " from that of the landmarks",
-                   "at most " + text(most_start_mm, 0, "mm") + " and " + text(most_start_deg, 0, "degrees") +
-                       "; check which body is on which bone, and the landmarks",
-                   {k});
+             "at most " + text(most_start_mm, 0, "mm") + " and " + angle_text(most_start_rad) +
+                 "; check which body is on which bone, and the landmarks",
+             {k});
     }
   }
-  if (problem.flexion_range_rad() < rad_from_deg(least_flexion_range_deg)) {
+  if (problem.flexion_range_rad() < least_flexion_range_rad) {
     context.fail("bends", "a flexion range of " + angle_text(problem.flexion_range_rad()),
-                 angle_text(rad_from_deg(least_flexion_range_deg)) +
-                     " or more; a smaller motion does not determine the joint");
+           angle_text(least_flexion_range_rad) + " or more; a smaller motion does not determine the joint");
   }
 }
 
@@ -173,13 +172,13 @@ TrialError error_of(const FunctionalProblem& problem, const Eigen::VectorXd& x, 
 
 MotionError rms_of(const std::vector<MotionError>& errors)
 {
-  double mm2 = 0.0, deg2 = 0.0;
+  double mm2 = 0.0, rad2 = 0.0;
   const auto n = static_cast<double>(errors.size());
   for (const MotionError& error : errors) {
     mm2 += error.mm * error.mm / n;
-    deg2 += error.deg * error.deg / n;
+    rad2 += error.rad * error.rad / n;
   }
-  return {std::sqrt(mm2), std::sqrt(deg2)};
+  return {std::sqrt(mm2), std::sqrt(rad2)};
 }
 
 /// Errors of each trial by the fit to the others; refuses the trial that contradicts them most.
@@ -247,7 +246,7 @@ std::vector<std::string> remarks_of(const FunctionalFit& fit, const FunctionalSe
   if (fit.n_beyond > 0)
     remarks.push_back(std::to_string(fit.n_beyond) + " samples beyond the model's flexions were not used");
   constexpr double much = 2.0;
-  if (fit.deviation.mm > much * settings.model_sd_mm || fit.deviation.deg > much * settings.model_sd_deg) {
+  if (fit.deviation.mm > much * settings.model_sd_mm || fit.deviation.rad > much * settings.model_sd_rad) {
     remarks.push_back(
         "the deviation is more than twice that of calibration.model_sd_mm and model_sd_deg: the "
         "intervals are too small");

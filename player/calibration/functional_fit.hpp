@@ -9,6 +9,7 @@
 
 #include "calibration/estimate.hpp"
 #include "calibration/joint_curve.hpp"
+#include "core/units.hpp"
 
 namespace vrda::calibration {
 
@@ -29,9 +30,9 @@ struct BonePlacement {
 struct FunctionalSettings {
   /// Initial noise of each tracked body: of each coordinate of its position, of the rotation about each axis.
   /// The fit estimates a common factor.
-  double tracker_sd_mm = 0.3, tracker_sd_deg = 0.3;
+  double tracker_sd_mm = 0.3, tracker_sd_rad = rad_from_deg(0.3);
   /// Root mean square deviation of the subject's joint from the model along flexion: length, angle.
-  double model_sd_mm = 1.0, model_sd_deg = 2.0;
+  double model_sd_mm = 1.0, model_sd_rad = rad_from_deg(2.0);
 };
 
 struct FunctionalInput {
@@ -45,7 +46,7 @@ struct FunctionalInput {
 /// Root mean square distance and angle between tracked and fitted motion, flexion being free.
 struct MotionError {
   double mm = 0.0;  ///< of the tibia's point at the joint's centre
-  double deg = 0.0;
+  double rad = 0.0;
 };
 
 struct FunctionalFit {
@@ -70,7 +71,7 @@ FunctionalFit fit_functional(const FunctionalInput& input, const std::string& fi
 
 /// Range of flexion of a trial for the placements by landmarks, rad.
 double flexion_range_rad(const FlexionTrial& trial, const FunctionalInput& input);
-inline constexpr double least_flexion_range_deg = 40.0;
+inline constexpr double least_flexion_range_rad = rad_from_deg(40.0);
 
 /// Overlay error of a bone: root mean square displacement of the six points 30 mm from the joint's centre
 /// along the axes, for a displacement of X_found against X_true.

@@ -119,7 +119,7 @@ void FunctionalProblem::add_sample(const Pose& X_thigh_shank, std::size_t trial)
 {
   const Pose& X_shank_tibia = X_body_bone_[1];
   const Pose X_thigh_tibia = X_thigh_shank * X_shank_tibia;
-  const double sd_rad = rad_from_deg(settings_.tracker_sd_deg);
+  const double sd_rad = settings_.tracker_sd_rad;
   Vector6 variance;
   variance.head<3>().setConstant(settings_.tracker_sd_mm * settings_.tracker_sd_mm);
   variance.tail<3>().setConstant(sd_rad * sd_rad);
@@ -179,7 +179,7 @@ double FunctionalProblem::share_of(double flexion_rad) const
 /// Standard deviation of one of the three coordinates of a length or angle.
 double FunctionalProblem::deviation_sd(Eigen::Index coordinate) const
 {
-  const double whole = coordinate < 3 ? settings_.model_sd_mm : rad_from_deg(settings_.model_sd_deg);
+  const double whole = coordinate < 3 ? settings_.model_sd_mm : settings_.model_sd_rad;
   return whole * std::sqrt(1.0 / 3.0);
 }
 

@@ -111,7 +111,7 @@ calibration::EyeRectangles solve_eye_rectangles(const PartInput& in, bool is_rig
     found.marks.push_back({r.width_mm, r.depth_mm, {v[0], v[1]}, {v[2], v[3]}});
   }
   calibration::EyepointOptions options;
-  options.alignment_sd_rad = rad_from_deg(settings.alignment_sd_deg);
+  options.alignment_sd_rad = settings.alignment_sd_rad;
   options.distortion_covariance =
       prior_covariance(estimate_of(CalibrationPart::distortion, in), distortion_names(is_right));
   found.fit = run_fit(names_of(tasks), [&] {

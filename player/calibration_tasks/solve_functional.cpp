@@ -97,12 +97,12 @@ std::vector<std::string> bend_remarks(const Task& done, const PartInput& in)
   const FunctionalData data = data_of(in);
   const calibration::FlexionTrial trial =
       trial_of(*find_mark(in.begun.records.at(CalibrationPart::functional), done.name));
-  const double range_deg = deg_from_rad(calibration::flexion_range_rad(trial, data.input()));
-  const std::string found = "a flexion range of " + calibration::text(range_deg, 0, "degrees");
-  if (range_deg < calibration::least_flexion_range_deg) {
+  const double range_rad = calibration::flexion_range_rad(trial, data.input());
+  const std::string found = "a flexion range of " + calibration::text(deg_from_rad(range_rad), 0, "degrees");
+  if (range_rad < calibration::least_flexion_range_rad) {
     throw PartRefusal(
         {in.path, "functional, " + done.name, found,
-         calibration::text(calibration::least_flexion_range_deg, 0, "degrees") +
+         calibration::text(deg_from_rad(calibration::least_flexion_range_rad), 0, "degrees") +
              " or more within the model's range; a smaller motion does not determine the joint"},
         {done.name});
   }

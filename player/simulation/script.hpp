@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/frames.hpp"
+#include "core/units.hpp"
 
 namespace vrda::simulation {
 
@@ -68,10 +69,10 @@ struct SimulationScript {
   std::uint64_t seed = 1;
   Side side = Side::right;  ///< used without a motion, which has its own
   double rate_hz = 100.0;
-  double jitter_ms = 2.0;    ///< send delay after the tick, uniform from 0 to this
-  double drop_rate = 0.005;  ///< share of frames that are not sent
-  double noise_mm = 0.1;     ///< standard deviation of each coordinate of tools and markers
-  double noise_deg = 0.03;   ///< and of a body's rotation about each of its axes
+  double jitter_ms = 2.0;                 ///< send delay after the tick, uniform from 0 to this
+  double drop_rate = 0.005;               ///< share of frames that are not sent
+  double noise_mm = 0.1;                  ///< standard deviation of each coordinate of tools and markers
+  double noise_rad = rad_from_deg(0.03);  ///< and of a body's rotation about each of its axes
 
   bool is_looped =
       true;  ///< each path repeats from its last key, which equals its first; otherwise the end is held

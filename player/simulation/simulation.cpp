@@ -37,7 +37,7 @@ constexpr double ns_a_second = 1e9;
 /// Adds noise to a body's pose: a rotation about its own axes and a translation.
 Pose with_noise(const Pose& X, const SimulationScript& script, RandomSequence& draws)
 {
-  const Eigen::Vector3d turn_rad = rad_from_deg(script.noise_deg) * draws.normal_vector();
+  const Eigen::Vector3d turn_rad = script.noise_rad * draws.normal_vector();
   Pose X_noisy = X;
   X_noisy.linear() = X.linear() * tracking::rotation_of(turn_rad);
   X_noisy.translation() += script.noise_mm * draws.normal_vector();

@@ -12,7 +12,17 @@ namespace vrda::virtual_bench {
 namespace {
 
 /// Groups of random numbers, so that a change in one does not affect the others.
-enum class Group : std::uint64_t { left_display, right_display, person, table, rails, leg, head, probe, joint };
+enum class Group : std::uint64_t {
+  left_display,
+  right_display,
+  person,
+  table,
+  rails,
+  leg,
+  head,
+  probe,
+  joint
+};
 
 RandomSequence draws_for(std::uint64_t seed, Group group)
 {
@@ -123,8 +133,7 @@ void add_person(const BenchFile& bench, VirtualTruth& truth)
   // With the stage at its stop the head is left of the centre; a tracked head is near the centre.
   const double x_mm = bench.head == HeadKind::stage ? -140.0 : 0.0;
   Pose X_table_eyes = Pose::Identity();
-  X_table_eyes.linear() =
-      tracking::rotation_of(rad_from_deg(bench.calibration.alignment_sd_deg) * draws.normal_vector());
+  X_table_eyes.linear() = tracking::rotation_of(bench.calibration.alignment_sd_rad * draws.normal_vector());
   X_table_eyes.translation() = Eigen::Vector3d(x_mm, 250.0, 750.0) + 10.0 * draws.normal_vector();
   c.X_table_eyes = tracking::pose_parameters_of(X_table_eyes);
   truth.reference_plane_table_mm = X_table_eyes.translation().z() - between(draws, 590.0, 610.0);
@@ -201,7 +210,8 @@ VirtualTruth virtual_truth(const BenchFile& bench, std::uint64_t seed)
 VirtualJoint virtual_joint(const VirtualTruth& truth, const calibration::JointCurve& curve,
                            const VirtualNoise& noise)
 {
-  // A coordinate has a third of the square; half of it in the offset, so that the variance is the same everywhere.
+  // A coordinate has a third of the square; half of it in the offset, so that the variance is the same
+  // everywhere.
   const double share = std::sqrt(1.0 / 6.0);
   RandomSequence draws = draws_for(truth.seed, Group::joint);
   VirtualJoint joint;

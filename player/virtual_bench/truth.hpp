@@ -30,12 +30,12 @@ struct VirtualNoise {
   double touch_mm = 0.1;      ///< of the tip's position on a touched point
   double ruler_mm = 0.1;      ///< of screen sizes
   double pupillometer_mm = 0.5;
-  double landmark_mm = 1.0;  ///< of a distance between landmarks
+  double landmark_mm = 1.0;                ///< of a distance between landmarks
   double model_mm = 1.0, model_deg = 2.0;  ///< root mean square deviation of the joint from the model
 };
 
-/// The subject's joint: the model's motion with a smooth deviation, of which each coordinate is a random sinusoid of
-/// flexion about a random offset.
+/// The subject's joint: the model's motion with a smooth deviation, of which each coordinate is a random
+/// sinusoid of flexion about a random offset.
 struct VirtualJoint {
   using Coordinates = Eigen::Matrix<double, 6, 1>;  ///< mm, rad, at the joint's centre
 
@@ -67,7 +67,7 @@ struct VirtualTruth {
 };
 
 /// Equal seeds give equal benches. Quantities that the bench file gives with a standard deviation
-/// (alignment_sd_deg, sight_sd_px, eye_height_sd_mm) are drawn with it.
+/// (alignment_sd_rad, sight_sd_px, eye_height_sd_mm) are drawn with it.
 VirtualTruth virtual_truth(const BenchFile& bench, std::uint64_t seed);
 
 /// The joint of the bench's subject; `curve`: of the model, unscaled.

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <opencv2/aruco/charuco.hpp>
 
 #include "core/error.hpp"
@@ -12,7 +11,7 @@ namespace vrda::webcam {
 std::array<MarkerCorners, markers_a_body> marker_corners_mm(const BodySheet& sheet)
 {
   const double scale = sheet.marker_mm / 40.0, gap = scale * sheet_margin_mm, far = gap + sheet.marker_mm;
-  const double half_rad = 0.5 * sheet.fold_deg * std::numbers::pi / 180.0;
+  const double half_rad = 0.5 * sheet.fold_rad;
   const Eigen::Vector3d right(std::sin(half_rad), 0.0, -std::cos(half_rad));
   const Eigen::Vector3d left(-right.x(), 0.0, right.z());
   std::array<MarkerCorners, markers_a_body> markers;

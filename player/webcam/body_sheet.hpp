@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/units.hpp"
+
 namespace vrda::webcam {
 
 inline constexpr std::size_t markers_a_body = 4;
@@ -15,8 +17,8 @@ inline constexpr std::size_t most_bodies = 12;
 /// A sheet glued around an edge, with two markers on each face. On a sheet of another size all lengths scale
 /// with the marker.
 struct BodySheet {
-  double marker_mm = 40.0;  ///< measured on the print
-  double fold_deg = 90.0;   ///< angle between the faces, inside the body; 180: a flat sheet
+  double marker_mm = 40.0;               ///< measured on the print
+  double fold_rad = rad_from_deg(90.0);  ///< angle between the faces, inside the body; pi: a flat sheet
 };
 
 /// White around each marker, mm for a marker of 40: more than the one cell that detection needs.

@@ -65,7 +65,7 @@ void track(const std::string& bench_path, const ByteSink& sink)
   const std::vector<std::string>& tools = bench.tracker->tools;
   PoseFinderOptions options;
   options.n_bodies = tools.size();
-  options.sheet = {bench.camera->marker_mm, bench.camera->fold_deg};
+  options.sheet = {bench.camera->marker_mm, bench.camera->fold_rad};
   PoseFinder finder(camera, options);
   PictureSource source = open_source(*bench.camera);
   for (bool goes_on = true; goes_on;) {

@@ -5,6 +5,7 @@
 #include "bench/bench_panel.hpp"
 #include "bench/controls.hpp"
 #include "bench_samples.hpp"
+#include "core/units.hpp"
 
 namespace vrda::bench_inputs_test {
 
@@ -99,14 +100,14 @@ TEST(BenchInputs, ThePotentiometerSetsAnAngleOverTheMeasuredRange)
 {
   SmallBench flexion(test::rigid_text("flexion"));
   flexion.state.take(test::potentiometer_sample(341, ms_in_ns));
-  EXPECT_NEAR(flexion.state.values().flexion_deg, 30.0, rounding);
+  EXPECT_NEAR(deg_from_rad(flexion.state.values().flexion_rad), 30.0, rounding);
   SmallBench varus(test::rigid_text("varus"));
   varus.state.take(test::potentiometer_sample(1023, ms_in_ns));
-  EXPECT_NEAR(varus.state.values().varus_deg, 4.0, rounding);
+  EXPECT_NEAR(deg_from_rad(varus.state.values().varus_rad), 4.0, rounding);
   SmallBench selected(test::rigid_text());
   selected.state.select(bench_files::find_parameter("varus").value());
   selected.state.take(test::potentiometer_sample(0, ms_in_ns));
-  EXPECT_NEAR(selected.state.values().varus_deg, -4.0, rounding);
+  EXPECT_NEAR(deg_from_rad(selected.state.values().varus_rad), -4.0, rounding);
 }
 
 TEST(BenchInputs, ThePotentiometerMovesAnyOtherParameterByItsSteps)
@@ -156,13 +157,13 @@ TEST(BenchInputs, KeysChangeAnAngleForGoodWhileThePotentiometerRests)
     // The last bit toggles.
     for (int n = 0; n < 500; ++n, ++k)
       bench.state.take(test::potentiometer_sample(count + k % 2, k * 10 * ms_in_ns));
-    return bench.state.values().flexion_deg;
+    return deg_from_rad(bench.state.values().flexion_rad);
   };
   constexpr double count_deg = 90.0 / 1023.0;
   EXPECT_NEAR(listen(341), 30.0, count_deg);
-  const double before_deg = bench.state.values().flexion_deg;
+  const double before_deg = deg_from_rad(bench.state.values().flexion_rad);
   bench::apply_key(bench.state, {navigation::Key::right, true});
-  EXPECT_NEAR(bench.state.values().flexion_deg, before_deg + 10.0, 1e-3);
+  EXPECT_NEAR(deg_from_rad(bench.state.values().flexion_rad), before_deg + 10.0, 1e-3);
   EXPECT_NEAR(listen(341), before_deg + 10.0, 1e-3);
   EXPECT_NEAR(listen(682), 60.0, count_deg);
   EXPECT_NEAR(listen(690), 690 * count_deg, count_deg);

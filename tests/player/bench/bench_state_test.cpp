@@ -264,11 +264,11 @@ TEST(BenchState, ACellWithoutAnAnswerKeepsTheLastPose)
   const motion::Motion motion(model, "raw");
   SmallBench bench(test::rigid_text());
   bench::BenchState state(bench.bench, bench.calibration, motion, bench.frame);
-  state.values().flexion_deg = 15.0;
-  state.values().varus_deg = 0.0;
+  state.values().flexion_rad = rad_from_deg(15.0);
+  state.values().varus_rad = 0.0;
   const bench::BenchFrame solved = state.frame(0);
   EXPECT_EQ(solved.pose.status, motion::PoseStatus::solved);
-  state.values().flexion_deg = 45.0;
+  state.values().flexion_rad = rad_from_deg(45.0);
   EXPECT_EQ(motion.at({rad_from_deg(45.0), 0.0}).status, motion::PoseStatus::unsolved_cell);
   EXPECT_EQ(state.frame(1).X_tracker_moving.matrix(), solved.X_tracker_moving.matrix());
 }

@@ -193,7 +193,7 @@ TEST(FitWords, QualityIsWhatTheResidualsNoiseMakesOfThePose)
   const double noise = 0.3 * std::sqrt(4.0 / 6.0);
   EXPECT_EQ(quality.n_markers, 4);
   EXPECT_EQ(quality.residual_mm, 0.3);
-  EXPECT_NEAR(quality.rotation_sd_deg, deg_from_rad(noise / 100.0), 1e-9);
+  EXPECT_NEAR(quality.rotation_sd_rad, noise / 100.0, 1e-11);
   EXPECT_NEAR(quality.centroid_sd_mm, noise * std::sqrt(3.0 / 4.0), 1e-9);
 }
 

@@ -166,7 +166,7 @@ TEST(BenchFile, EveryOtherKeyIsTaken)
   EXPECT_EQ(bench.potentiometer, "prediction");
   EXPECT_FALSE(bench.filter.is_on);
   EXPECT_EQ(bench.filter.least_cutoff_hz, 3.0);
-  EXPECT_EQ(bench.filter.slope, 0.5);
+  EXPECT_EQ(bench.filter.slope, 0.5 * deg_from_rad(1.0));
   const simulation::SimulationScript& script = bench.simulation;
   EXPECT_EQ(bench.simulation_address, "0.0.0.0");
   EXPECT_EQ(test::bench_of(test::bench_text()).simulation_address, "127.0.0.1");
@@ -206,7 +206,7 @@ TEST(BenchFile, DefaultsOfTheSchemaAreThoseOfTheStructures)
                             s.jitter_ms,
                             s.drop_rate,
                             s.noise_mm,
-                            s.noise_deg,
+                            s.noise_rad,
                             double(s.is_looped),
                             s.potentiometer_noise_counts,
                             s.sway_mm,

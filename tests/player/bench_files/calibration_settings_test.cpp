@@ -5,6 +5,7 @@
 
 #include "bench_files/bench_file.hpp"
 #include "bench_texts.hpp"
+#include "core/units.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::calibration_settings_test {
@@ -27,7 +28,7 @@ TEST(CalibrationSettings, AnEmptyTableIsTheDefaults)
   const bench_files::CalibrationSettings &c = bench.calibration, defaults;
   EXPECT_TRUE(c.is_present);
   const auto numbers = [](const bench_files::CalibrationSettings& s) {
-    std::vector<double> all{s.screen_sd_mm, s.alignment_sd_deg, s.sight_sd_px, s.pupillometer_sd_mm,
+    std::vector<double> all{s.screen_sd_mm, s.alignment_sd_rad, s.sight_sd_px, s.pupillometer_sd_mm,
                             s.eye_height_sd_mm};
     for (const int n : {s.edge_repeats, s.grid_columns, s.grid_rows, s.grid_repeats, s.rectangle_repeats,
                         s.rail_samples, s.pivot_samples, s.hold_samples, s.bullseyes, s.model_repeats})
@@ -73,7 +74,7 @@ TEST(CalibrationSettings, EveryKeyIsTaken)
   EXPECT_EQ(c.rectangles[1].width_mm, 120.0);
   EXPECT_EQ(c.rectangles[1].depth_mm, 80.0);
   EXPECT_EQ(c.rectangle_repeats, 6);
-  EXPECT_EQ(c.alignment_sd_deg, 0.5);
+  EXPECT_EQ(c.alignment_sd_rad, rad_from_deg(0.5));
   EXPECT_EQ(c.sight_sd_px, 2.0);
   EXPECT_FALSE(c.has_pupillometer);
   EXPECT_EQ(c.pupillometer_sd_mm, 0.3);

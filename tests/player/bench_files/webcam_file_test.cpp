@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/units.hpp"
 #include "player/bench_files/bench_texts.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
@@ -27,7 +28,7 @@ TEST(WebcamFile, AWebcamIsReadByAProgramOfItsOwn)
   const bench_files::BenchFile other =
       test::bench_of(webcam_text("[camera]\ndevice = \"a.mp4\"\nfold_deg = 100\nstale_after_ms = 500\n"));
   EXPECT_EQ(other.camera->device, "a.mp4");
-  EXPECT_EQ(other.camera->fold_deg, 100.0);
+  EXPECT_EQ(other.camera->fold_rad, rad_from_deg(100.0));
   EXPECT_EQ(other.tracker->stale_after_ms, 500.0);
   EXPECT_FALSE(test::bench_of(test::bench_text()).camera);
 }

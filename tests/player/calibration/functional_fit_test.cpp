@@ -268,7 +268,7 @@ TEST(FunctionalFit, HalvesTheRootMeanSquareErrorAtTheJointAndItsIntervalsHold)
     landmarks_mm2 += before_mm * before_mm / n_legs;
     // Held-out trials fit to the tracker's noise, 0.3 mm and 0.3 degrees of two bodies 120 mm from the joint.
     EXPECT_LT(fit.held_out.mm, 3.0) << seed;
-    EXPECT_LT(fit.held_out.deg, 1.0) << seed;
+    EXPECT_LT(fit.held_out.rad, rad_from_deg(1.0)) << seed;
     EXPECT_LT(fit.held_out.mm, fit.by_landmarks.mm) << seed;
     Eigen::VectorXd error(12);
     error << test::place_error(fit.X_thigh_femur, leg.X_thigh_femur),

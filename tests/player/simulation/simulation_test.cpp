@@ -18,7 +18,7 @@ constexpr double rounding_rad = 1e-12;
 simulation::SimulationScript exact_script()
 {
   simulation::SimulationScript script;
-  script.noise_mm = script.noise_deg = script.drop_rate = script.jitter_ms =
+  script.noise_mm = script.noise_rad = script.drop_rate = script.jitter_ms =
       script.potentiometer_noise_counts = 0.0;
   script.occlusions.clear();
   return script;
@@ -156,7 +156,7 @@ TEST(Simulation, NoiseHasTheRequestedDeviation)
   // Mean squares of 3 n numbers whose fourth moment is below 3: five standard errors.
   simulation::SimulationScript script = exact_script();
   script.noise_mm = 0.3;
-  script.noise_deg = 0.1;
+  script.noise_rad = rad_from_deg(0.1);
   const simulation::Simulation simulation{script};
   constexpr int n = 3000;
   double square_mm2 = 0.0, square_rad2 = 0.0;

@@ -76,7 +76,7 @@ TEST(TrackedLeg, ABodyIsBuiltFromTheMarkersOfARun)
 TEST(TrackedLeg, FiringInTurnIsCorrectedOnAMovingShank)
 {
   simulation::SimulationScript script;
-  script.noise_mm = script.noise_deg = 0.0;
+  script.noise_mm = script.noise_rad = 0.0;
   script.firing_interval_ms = 1.0;
   script.tibia.markers_mm = shank_markers();
   script.occlusions.clear();

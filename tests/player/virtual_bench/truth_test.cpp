@@ -71,7 +71,7 @@ TEST(VirtualTruth, WhatIsStatedAsKnownIsDrawnWithThoseDeviations)
   }
   expect_variance(sights, 4 * n, bench.calibration.sight_sd_px);
   expect_variance(heights, n, bench.calibration.eye_height_sd_mm);
-  expect_variance(turns, 3 * n, rad_from_deg(bench.calibration.alignment_sd_deg));
+  expect_variance(turns, 3 * n, bench.calibration.alignment_sd_rad);
 }
 
 TEST(VirtualTruth, ScreensAndRailsAreConsistent)
