@@ -22,10 +22,10 @@
 #include "load/file_bytes.hpp"
 #include "load/job.hpp"
 #include "picture/case_picture.hpp"
-#include "prepare/transferred_ligaments.hpp"
 #include "prepare/cartilage_gap.hpp"
 #include "prepare/job_files.hpp"
 #include "prepare/slack_lengths.hpp"
+#include "prepare/transferred_ligaments.hpp"
 #include "registration/fit_checks.hpp"
 
 namespace vrda::app {

@@ -100,8 +100,7 @@ py::object attribute(const py::object& owner, const char* name)
   return py::getattr(owner, py::reinterpret_steal<py::str>(PyUnicode_InternFromString(name)));
 }
 
-/// Needs the interpreter lock. A handler of the logger that fails is reported by Python; work goes on. Ctrl-C
-/// during a message stays pending for the next check of signals.
+/// Needs the interpreter lock. A handler of the logger that fails is reported by Python; Ctrl-C stays pending.
 void log_waiting_messages()
 {
   bool is_interrupted = false;

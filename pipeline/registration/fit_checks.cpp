@@ -125,7 +125,7 @@ std::vector<std::string> rejection_reasons(const KneeFit& fit, const KneeSurface
 }
 
 std::string probable_cause(const KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& reference,
-                        const KneeFitOptions& known)
+                           const KneeFitOptions& known)
 {
   if (fit_rejections(fit).empty()) return "";
   std::optional<KneeFit> found;

@@ -15,7 +15,7 @@ std::vector<std::string> rejection_reasons(const KneeFit& fit, const KneeSurface
 /// wound inward; empty: none found. Repeats the whole fit for each, unless only the length of a bone is
 /// refused.
 std::string probable_cause(const KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& reference,
-                        const KneeFitOptions& known = {});
+                           const KneeFitOptions& known = {});
 
 /// Accepted, but doubtful: little bone, cartilage only, an uncertain side.
 std::vector<std::string> fit_warnings(const KneeFit& fit, const KneeSurfaces& subject, bool is_side_given);

@@ -72,8 +72,8 @@ void require_trials(std::span<const FlexionTrial> trials, const FitErrorContext&
   for (std::size_t k = 0; k < trials.size(); ++k) {
     const auto is_finite = [](const Pose& X) { return X.matrix().allFinite(); };
     if (trials[k].X_thigh_shank.empty() || !std::ranges::all_of(trials[k].X_thigh_shank, is_finite))
-      context.fail(trials[k].name, "samples that are missing or not finite", "tracked poses of thigh and shank",
-             {k});
+      context.fail(trials[k].name, "samples that are missing or not finite",
+                   "tracked poses of thigh and shank", {k});
   }
 }
 
@@ -100,14 +100,15 @@ void require_start(const FunctionalProblem& problem, std::span<const FlexionTria
     const MotionError start = sum.rms();
     if (start.mm > most_start_mm || start.rad > most_start_rad) {
       context.fail(trials[k].name, "a motion " + error_text(start) + " from that of the landmarks",
-             "at most " + text(most_start_mm, 0, "mm") + " and " + angle_text(most_start_rad) +
-                 "; check which body is on which bone, and the landmarks",
-             {k});
+                   "at most " + text(most_start_mm, 0, "mm") + " and " + angle_text(most_start_rad) +
+                       "; check which body is on which bone, and the landmarks",
+                   {k});
     }
   }
   if (problem.flexion_range_rad() < least_flexion_range_rad) {
-    context.fail("bends", "a flexion range of " + angle_text(problem.flexion_range_rad()),
-           angle_text(least_flexion_range_rad) + " or more; a smaller motion does not determine the joint");
+    context.fail(
+        "bends", "a flexion range of " + angle_text(problem.flexion_range_rad()),
+        angle_text(least_flexion_range_rad) + " or more; a smaller motion does not determine the joint");
   }
 }
 

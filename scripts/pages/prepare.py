@@ -39,6 +39,18 @@ def scan_rows(n):
     return [[name, *(scan_cell(scans[key]) for key, _ in SCANS), f"{n['scanned_flexion_deg'][name]:.1f}"] for name, scans in n["scans"].items()]
 
 
+LARGEST_DEG = {"stump 60": 2.5, "stump 35": 5.0, "flexed 30": 0.5, "flexed 60": 0.5, "noise": 2.5}
+
+
+def missed_scans(n):
+    """The scans whose frames are beyond the target."""
+    names = dict(SCANS)
+    missed = [f"{name}, {names[key]}: {max(found['femur_deg'], found['tibia_deg']):.1f} degrees"
+              for name, scans in n["scans"].items() for key, most in LARGEST_DEG.items()
+              if "refused" not in (found := scans[key]) and max(found["femur_deg"], found["tibia_deg"]) > most]
+    return f"Beyond the target: {'; '.join(missed) or 'none'}.\n"
+
+
 def loads(found):
     """Largest strain, largest tension of a bundle, bundles that prepare names."""
     strain = max(found["bundles"], key=lambda b: b["largest_strain"])
@@ -116,6 +128,7 @@ def page(n, stamp):
         "from the joint line (target: 60 mm within 2.5 degrees, 35 mm within 5 or refused); flexed scans are turned about the flexion axis (30 and 60 degrees: frame within",
         "0.5, flexion within 2; 90: right or refused); noise moves each vertex (within 2.5 degrees).\n",
         table(("knee", *(head for _, head in SCANS), "flexion of the unchanged scan"), scan_rows(n)),
+        missed_scans(n),
         "## The prepared jobs\n",
         "Flexion 0 to 90 by 5 degrees, varus free, 20 N. Target: all solved, internal rotation within 8 degrees RMS of the template's and its range at most 25,",
         "excursion at most 15 mm, strain at most 0.15 and tension at most 1,000 N per bundle, or a warning names the bundle. Strains and tensions are those of `prepare.json`.\n",
