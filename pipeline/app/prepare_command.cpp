@@ -387,6 +387,7 @@ class Preparation {
     job.title = folder_.stem().string();
     if (job.title.empty()) job.title = "knee";
     job.side = fit_.side;
+    if (has_scan()) job.scanned = fit_.scanned;
     for (const SubjectPart& part : subject_.reference) job.reference.push_back(part.component);
     for (const SubjectPart& part : subject_.moving) job.moving.push_back(part.component);
     job.has_ligaments = has_ligaments;

@@ -1,8 +1,11 @@
 #include "prepare/job_files.hpp"
 
+#include <cmath>
+
 #include "core/side.hpp"
 #include "core/text.hpp"
 #include "core/trig.hpp"
+#include "core/units.hpp"
 
 namespace vrda::prepare {
 namespace {
@@ -33,6 +36,15 @@ std::string numbers(const Eigen::Vector3d& v)
   return shortest_decimal(v.x()) + "," + shortest_decimal(v.y()) + "," + shortest_decimal(v.z());
 }
 
+std::string scan_text(const ClinicalCoordinates& scanned)
+{
+  const auto degrees = [](double rad) {
+    return shortest_decimal(std::round(10.0 * deg_from_rad(rad)) / 10.0 + 0.0);
+  };
+  return "# In the scan: flexion " + degrees(scanned.flexion_rad) + ", varus " + degrees(scanned.varus_rad) +
+         ", internal rotation " + degrees(scanned.internal_rotation_rad) + " degrees.\n";
+}
+
 // R = Rx Ry Rz.
 Eigen::Vector3d body_fixed_angles_rad(const Eigen::Matrix3d& R)
 {
@@ -46,8 +58,9 @@ std::string job_text(const JobDescription& job)
   std::string text =
       "# Written by vrda prepare; details in prepare.json. Each bone is in its own anatomical frame, so zero "
       "is the\n"
-      "# neutral pose for any pose in the scan.\ntitle = " +
-      quoted(job.title) + "\njoint = \"knee\"\nside = \"" + side_name(job.side) +
+      "# neutral pose for any pose in the scan.\n" +
+      (job.scanned ? scan_text(*job.scanned) : std::string()) + "title = " + quoted(job.title) +
+      "\njoint = \"knee\"\nside = \"" + side_name(job.side) +
       "\"\n\n[frame]                               # origin: the rotation centre\nunit = \"mm\"\n"
       "anterior = \"+X\"\nproximal = \"+Y\"\nright = \"+Z\"\n\n[reference]\nname = \"femur\"\n";
   for (const JobComponent& component : job.reference) text += component_text("reference", component);

@@ -1,9 +1,11 @@
 /// Texts of the files of a prepared job.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/clinical.hpp"
 #include "core/frames.hpp"
 #include "ligament/ligaments.hpp"
 
@@ -23,6 +25,7 @@ struct JobDescription {
   std::vector<JobComponent> reference, moving;
   bool has_ligaments = true;
   bool has_wraps = false;
+  std::optional<ClinicalCoordinates> scanned;  ///< pose in the scan, for a comment
 };
 
 /// TOML: free varus, flexion 0 to 90 by 5, 20 N.

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "core/units.hpp"
 #include "load/job.hpp"
 #include "load/ligament_table.hpp"
 #include "load/wraps_file.hpp"
@@ -16,6 +17,9 @@ TEST(JobText, IsAJobWithItsComponents)
   description.reference = {{"femur", "bone", true, -1.25}};
   description.moving = {{"tibia", "bone"}, {"meniscus_1", "meniscus", false}};
   description.has_wraps = true;
+  description.scanned = ClinicalCoordinates{};
+  description.scanned->flexion_rad = rad_from_deg(19.04);
+  EXPECT_THAT(job_text(description), testing::HasSubstr("# In the scan: flexion 19, varus 0,"));
   const load::Job job = load::parse_job("knee.toml", job_text(description));
   EXPECT_EQ(job.title, "Anna \"A\"");
   EXPECT_EQ(job.side, Side::left);
