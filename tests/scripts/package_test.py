@@ -31,7 +31,7 @@ class Package(unittest.TestCase):
         configured, with_python, built = machine.calls("cmake")
         self.assertEqual(configured, "cmake --preset release -DVRDA_TESTS=OFF")
         self.assertIn("-DVRDA_PYTHON=ON", with_python)
-        self.assertIn("--target vrda vrda-player vrda_python", built)
+        self.assertIn("--target vrda vrda-player vrda-webcam vrda_python", built)
         self.assertEqual(machine.calls("apt-get"), [])
 
     def test_the_time_is_the_commits_unless_it_is_given(self):
