@@ -46,11 +46,11 @@ struct PrepareOptions {
   bool as_json = false;
 };
 
-/// Writes meshes in anatomical frames, job, ligaments, prepare.json and prepare.png, all at the end. Throws
-/// InputError for objects that are not the bones of one knee: then refused.png is the only file written.
 /// Adds the options to a command.
 void add_prepare_options(CLI::App& command, PrepareOptions& options);
 
+/// Writes meshes in anatomical frames, job, ligaments, prepare.json and prepare.png, all at the end. Throws
+/// InputError for objects that are not the bones of one knee: then refused.png is the only file written.
 console::ExitCode prepare_command(const PrepareOptions& options);
 
 /// `vrda shape`: writes a generated joint as STL files and its ligaments as a CSV table.

@@ -56,9 +56,7 @@ void orient_nearly_closed(Mesh& mesh)
   if (n_boundary == 0 || n_boundary * n_boundary >= mesh.triangles.rows()) return;
   Mesh centred = mesh;
   centred.vertices_mm.rowwise() -= mesh.vertices_mm.colwise().mean().eval();
-  if (signed_volume_mm3(centred) >= 0.0) return;
-  mesh.triangles.col(1).swap(mesh.triangles.col(2));
-  mesh.normals *= -1.0;
+  if (signed_volume_mm3(centred) < 0.0) registration::reverse_winding(mesh);
 }
 
 Mesh mesh_of(const std::string& file, const std::string& option)

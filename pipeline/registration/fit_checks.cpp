@@ -105,10 +105,7 @@ bool is_open(const BoneSurfaces& surfaces)
 
 BoneSurfaces reversed(BoneSurfaces surfaces)
 {
-  for (Mesh* mesh : {&surfaces.bone, &surfaces.cartilage}) {
-    mesh->triangles.col(1).swap(mesh->triangles.col(2));
-    mesh->normals *= -1.0;
-  }
+  for (Mesh* mesh : {&surfaces.bone, &surfaces.cartilage}) reverse_winding(*mesh);
   return surfaces;
 }
 
@@ -185,9 +182,7 @@ std::string fibula_rejection(const Mesh& fibula, const Mesh& tibia)
 {
   // Below the rotation centre by the joint line's 20 mm and at most the length of a stump.
   constexpr double highest_mm = -15.0, lowest_mm = -90.0, largest_distance_mm = 15.0;
-  double top_mm = -std::numeric_limits<double>::infinity();
-  for (const std::int32_t row : fibula.triangles.reshaped())
-    top_mm = std::max(top_mm, fibula.vertices_mm(row, 1));
+  const double top_mm = bounding_box(fibula).max_mm.y();
   if (top_mm > highest_mm || top_mm < lowest_mm)
     return "a mesh that ends " + tenths(std::abs(top_mm)) + " mm " + (top_mm > 0.0 ? "above" : "below") +
            " the rotation centre";
@@ -202,9 +197,8 @@ std::string fibula_rejection(const Mesh& fibula, const Mesh& tibia)
 bool is_fibula_lateral(const Mesh& fibula, Side side)
 {
   constexpr double head_mm = 20.0;
-  double top_mm = -std::numeric_limits<double>::infinity(), sum = 0.0;
-  for (const std::int32_t row : fibula.triangles.reshaped())
-    top_mm = std::max(top_mm, fibula.vertices_mm(row, 1));
+  const double top_mm = bounding_box(fibula).max_mm.y();
+  double sum = 0.0;
   for (const std::int32_t row : fibula.triangles.reshaped()) {
     if (fibula.vertices_mm(row, 1) > top_mm - head_mm) sum += fibula.vertices_mm(row, 2);
   }

@@ -58,6 +58,12 @@ Eigen::Vector3d mean_within(const SurfacePoints& points, const Eigen::Vector3d& 
 
 }  // namespace
 
+void reverse_winding(Mesh& mesh)
+{
+  mesh.triangles.col(1).swap(mesh.triangles.col(2));
+  mesh.normals *= -1.0;
+}
+
 Mesh joined(const BoneSurfaces& surfaces)
 {
   Mesh mesh = surfaces.bone;

@@ -17,6 +17,9 @@ struct BoneSurfaces {
 /// Both surfaces in one mesh.
 Mesh joined(const BoneSurfaces& surfaces);
 
+/// Exchanges inside and outside: faces and normals.
+void reverse_winding(Mesh& mesh);
+
 /// Both bones in one pose and one frame, mm.
 struct KneeSurfaces {
   BoneSurfaces femur;
