@@ -80,7 +80,7 @@ CLI::App* add_bench(CLI::App& app, bench::BenchOptions& options)
   add_igtl(bench, options.igtl);
   add(bench, "--samples", "1|2|4", options.samples, "Samples per pixel")
       ->check(CLI::IsMember({1, 2, 4}))
-      ->option_text("1|2|4=1");
+      ->option_text("1|2|4=4");
   // A callback, because CLI11 also stores false in a bound flag when the option is absent.
   bench->add_flag_function(
       "--panel,!--no-panel", [&options](std::int64_t given) { options.has_panel = given > 0; },
@@ -201,7 +201,8 @@ CLI::App* add_simulate(CLI::App& app, bench::SimulateOptions& options)
   add(simulate, "--model", "FILE.h5", options.model,
       "Motion model that the simulated tibia follows (default: rotation only)");
   add(simulate, "--rehearse", "FILE.toml", options.rehearse,
-      "Rehearse a calibration: follow FILE, which calibrate --bench writes, move probe, marker and stage as its "
+      "Rehearse a calibration: follow FILE, which calibrate --bench writes, move probe, marker and stage as "
+      "its "
       "next task requires, and print where a person would align the lines");
   add(simulate, "--address", "ADDRESS", options.address,
       "Listen address; any but 127.0.0.1 is reachable from other machines (default: the bench "

@@ -25,7 +25,7 @@ struct BenchOptions {
   std::string calibration;  ///< empty: nominal
   std::string set;          ///< surface set; empty: the default one
   navigation::AppearanceOptions look;
-  int samples = 1;
+  int samples = 4;  ///< per pixel
   bool is_headless = false;
   std::string pictures;  ///< folder; empty: no pictures
   int every = 1;         ///< saves every n-th frame
@@ -94,9 +94,9 @@ void serve(const ServeOptions& options, const loop::Streams& streams);
 
 struct SimulateOptions {
   std::string bench;
-  std::string model;              ///< motion model for theta and the tibia's translation; may be empty
-  std::string address;            ///< empty: the bench file's address
-  std::string rehearse;           ///< calibration file that is followed (calibrate/rehearsal.hpp); may be empty
+  std::string model;     ///< motion model for theta and the tibia's translation; may be empty
+  std::string address;   ///< empty: the bench file's address
+  std::string rehearse;  ///< calibration file that is followed (calibrate/rehearsal.hpp); may be empty
   std::optional<double> seconds;  ///< empty: until Ctrl-C
   bool is_quiet = false;
 };

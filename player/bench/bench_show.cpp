@@ -30,7 +30,9 @@ BenchView::BenchView(const store::MotionModel& model, const bench_files::BenchFi
                                 bench.display.reflection)),
       panel_(bench)
 {
-  scene_.occlusion_radius_mm = 0.0;  // leaves the time of a frame to both eyes
+  // Leaves the time of a frame to both eyes.
+  scene_.occlusion_radius_mm = 0.0;
+  scene_.has_vertex_lighting = true;
   scene_.background = scene::background_of(scene::Backdrop::black);  // black is transparent on the display
   navigation::apply_appearance(scene_, look);
   for (const scene::Drawable& drawable : scene_.drawables) materials_.push_back(drawable.material);

@@ -2,13 +2,16 @@
 
 #include <set>
 
+#include "calibration/distortion_fit.hpp"
+#include "calibration/eyepoint_fit.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 
 namespace vrda::bench_files {
 namespace {
 
-std::vector<CalibrationRectangle> rectangles_of(const documents::Document& document)
+/// Throws InputError if the rectangles do not determine an eyepoint.
+std::vector<CalibrationRectangle> rectangles_of(const documents::Document& document, int repeats)
 {
   std::vector<CalibrationRectangle> rectangles;
   std::set<double> depths_mm;
@@ -16,11 +19,31 @@ std::vector<CalibrationRectangle> rectangles_of(const documents::Document& docum
     rectangles.push_back({row[0], row[1]});
     depths_mm.insert(row[1]);
   }
-  if (depths_mm.size() < 2) {
+  if (*depths_mm.rbegin() - *depths_mm.begin() < calibration::least_depth_range_mm) {
     document.refuse("calibration.rectangles", "one depth, " + shortest_decimal(*depths_mm.begin()) + " mm",
-                    "two depths or more; one depth does not determine the distance of the eye");
+                    "two depths or more, " + shortest_decimal(calibration::least_depth_range_mm) +
+                        " mm apart; one depth does not determine the distance of the eye");
+  }
+  const std::size_t n_marks = rectangles.size() * static_cast<std::size_t>(repeats);
+  if (n_marks < calibration::least_rectangle_marks) {
+    document.refuse(
+        "calibration.rectangle_repeats",
+        std::to_string(n_marks) + " alignments of " + std::to_string(rectangles.size()) + " rectangles",
+        std::to_string(calibration::least_rectangle_marks) +
+            " alignments or more for each eye; add repeats or rectangles");
   }
   return rectangles;
+}
+
+/// Throws InputError if the nodes of a grid are too few for the marks of a distortion.
+void require_nodes(const documents::Document& document, const CalibrationSettings& settings)
+{
+  const int n_nodes = settings.grid_columns * settings.grid_rows;
+  if (settings.is_grid_adjusted || n_nodes >= static_cast<int>(calibration::least_grid_marks)) return;
+  document.refuse(
+      "calibration.grid",
+      std::to_string(settings.grid_columns) + " by " + std::to_string(settings.grid_rows) + " nodes",
+      std::to_string(calibration::least_grid_marks) + " nodes or more");
 }
 
 /// Converts a list of tables with unique names by `item_of`.
@@ -98,6 +121,7 @@ CalibrationSettings calibration_settings_of(const documents::Document& document)
   settings.is_grid_adjusted = documents::text_at(*table, "distortion") == "adjust";
   settings.grid_columns = static_cast<int>(grid[0]);
   settings.grid_rows = static_cast<int>(grid[1]);
+  require_nodes(document, settings);
   settings.grid_repeats = whole_at(*table, "grid_repeats");
   settings.rectangle_repeats = whole_at(*table, "rectangle_repeats");
   settings.alignment_sd_rad = rad_from_deg(documents::number_at(*table, "alignment_sd_deg"));
@@ -111,7 +135,7 @@ CalibrationSettings calibration_settings_of(const documents::Document& document)
   settings.bullseyes = whole_at(*table, "bullseyes");
   settings.is_model_adjusted = documents::text_at(*table, "model") == "adjust";
   settings.model_repeats = whole_at(*table, "model_repeats");
-  settings.rectangles = rectangles_of(document);
+  settings.rectangles = rectangles_of(document, settings.rectangle_repeats);
   settings.probe = tool_name(document, "calibration.probe");
   settings.marker = tool_name(document, "calibration.marker");
   settings.points = points_of(document, "calibration.point");

@@ -122,10 +122,9 @@ double spread_about_line(std::span<const GridMark> marks, Eigen::Vector2d GridMa
 
 void require_spread(std::span<const GridMark> marks, const FitErrorContext& context)
 {
-  constexpr std::size_t fewest = 12;
-  if (marks.size() < fewest) {
+  if (marks.size() < least_grid_marks) {
     context.fail(".distortion", std::to_string(marks.size()) + " marked nodes",
-                 "12 or more, distributed over the visible part");
+                 std::to_string(least_grid_marks) + " or more, distributed over the visible part");
   }
   constexpr double least_nodes = 0.25, least_px = 5.0;  // two neighbouring rows spread by half a node
   if (spread_about_line(marks, &GridMark::node) < least_nodes ||

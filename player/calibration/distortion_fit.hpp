@@ -9,6 +9,9 @@
 
 namespace vrda::calibration {
 
+/// Nodes that a distortion takes at least.
+inline constexpr std::size_t least_grid_marks = 12;
+
 /// A cross drawn at `drawn_px` coincided with a node of a grid perpendicular to the optical axis.
 struct GridMark {
   Eigen::Vector2d node = Eigen::Vector2d::Zero();  ///< columns right and rows up from the grid centre

@@ -15,9 +15,6 @@
 namespace vrda::calibration {
 namespace {
 
-constexpr std::size_t least_marks = 3;
-/// Below the resolution of a tracker or ruler.
-constexpr double least_depth_range_mm = 1.0;
 constexpr double outlier_sd = 5.0, outlier_px = 3.0;
 
 std::string name_of(const RectangleMark& mark, std::size_t k)
@@ -157,9 +154,9 @@ LeastSquares solve_eyepoint(std::span<const SeenWidth> seen)
 void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWidth> seen,
                    const FitErrorContext& context)
 {
-  if (marks.size() < least_marks) {
+  if (marks.size() < least_rectangle_marks) {
     context.fail("", std::to_string(marks.size()) + " marks of rectangles",
-                 std::to_string(least_marks) + " or more, at two depths at least");
+                 std::to_string(least_rectangle_marks) + " or more, at two depths at least");
   }
   double nearest_mm = std::numeric_limits<double>::infinity(), furthest_mm = -nearest_mm;
   for (std::size_t k = 0; k < marks.size(); ++k) {
@@ -184,7 +181,7 @@ void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWid
 void require_no_outlier(std::span<const RectangleMark> marks, std::span<const SeenWidth> seen,
                         const FitErrorContext& context)
 {
-  if (marks.size() < least_marks + 1) return;  // two marks leave no degree of freedom for the noise
+  if (marks.size() < least_rectangle_marks + 1) return;  // two marks leave no degree of freedom for the noise
   for (std::size_t k = 0; k < marks.size(); ++k) {
     std::vector<SeenWidth> others(seen.begin(), seen.end());
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));

@@ -9,6 +9,11 @@
 
 namespace vrda::calibration {
 
+/// What an eyepoint takes at least: aligned rectangles, and the difference of their depths, which is the
+/// resolution of a ruler.
+inline constexpr std::size_t least_rectangle_marks = 3;
+inline constexpr double least_depth_range_mm = 1.0;
+
 /// Two lines, drawn with pre-distortion, coincided with the sides of a rectangle.
 struct RectangleMark {
   double width_mm = 0.0;

@@ -31,6 +31,12 @@ void Sink::show(const Frame& frame)
   }
 }
 
+bool Sink::show_again(const render::Overlay* overlay)
+{
+  if (!has_output()) return false;
+  return is_hidden() || (window_ ? window_->show_again(overlay) : memory_->present_again(overlay));
+}
+
 std::string Sink::record(const Frame& frame, const std::string& name, std::int64_t n_video)
 {
   const render::Image& image = renderer().draw(frame.scene, frame.shots, frame.overlay);

@@ -44,6 +44,8 @@ class Sink {
 
   /// Displays the frame; returns when it is complete.
   void show(const Frame& frame);
+  /// Displays the last frame with another overlay; false as Renderer::present_again.
+  bool show_again(const render::Overlay* overlay);
   /// Draws the frame `n_video` times to the video and to file `name` in the folder; returns the path, empty
   /// without a folder or name.
   std::string record(const Frame& frame, const std::string& name, std::int64_t n_video = 1);

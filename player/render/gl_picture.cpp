@@ -11,6 +11,13 @@
 #include "render/shaders.hpp"
 
 namespace vrda::render {
+namespace {
+
+/// Of the extension EXT_texture_sRGB_decode.
+constexpr GLenum texture_srgb_decode = 0x8A48;
+constexpr GLint skip_decode = 0x8A4A;
+
+}  // namespace
 
 OverlayPainter::OverlayPainter(const GlTable& gl) : gl_(gl)
 {
@@ -120,6 +127,8 @@ WarpPainter::WarpPainter(const GlTable& gl, const optics::Warp& warp, int pictur
   gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
   gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  gl_.TexParameteri(GL_TEXTURE_2D, texture_srgb_decode, skip_decode);
+  is_encoded_ = gl_.GetError() == GL_NO_ERROR;
   gl_.GenFramebuffers(1, &picture_);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, picture_);
   gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, picture_texture_, 0);
@@ -162,8 +171,10 @@ void WarpPainter::upload(const optics::WarpMesh& mesh)
 PixelBox WarpPainter::warped_box(const PixelBox& used) const
 {
   const auto w = static_cast<float>(picture_width_), h = static_cast<float>(picture_height_);
-  const float left = static_cast<float>(used.x) - 1.0F, right = static_cast<float>(used.x + used.width) + 1.0F;
-  const float top = h - static_cast<float>(used.y + used.height) - 1.0F, bottom = h - static_cast<float>(used.y) + 1.0F;
+  const float left = static_cast<float>(used.x) - 1.0F,
+              right = static_cast<float>(used.x + used.width) + 1.0F;
+  const float top = h - static_cast<float>(used.y + used.height) - 1.0F,
+              bottom = h - static_cast<float>(used.y) + 1.0F;
   float low_x = static_cast<float>(width_), low_y = static_cast<float>(height_), high_x = 0.0F, high_y = 0.0F;
   for (std::size_t k = 0; k + 2 < mesh_.triangles.size(); k += 3) {
     const std::array<const optics::WarpVertex*, 3> corners{&mesh_.vertices[mesh_.triangles[k]],
@@ -185,7 +196,8 @@ PixelBox WarpPainter::warped_box(const PixelBox& used) const
   return {x, height_ - y - height, width, height};
 }
 
-void WarpPainter::draw(unsigned picture, std::span<const PixelBox> changed, std::span<const PixelBox> used)
+void WarpPainter::draw(unsigned picture, std::span<const PixelBox> changed, std::span<const PixelBox> used,
+                       unsigned to)
 {
   gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, picture);
   gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, picture_);
@@ -194,7 +206,7 @@ void WarpPainter::draw(unsigned picture, std::span<const PixelBox> changed, std:
     const int right = box.x + box.width, top = box.y + box.height;
     gl_.BlitFramebuffer(box.x, box.y, right, top, box.x, box.y, right, top, GL_COLOR_BUFFER_BIT, GL_NEAREST);
   }
-  gl_.BindFramebuffer(GL_FRAMEBUFFER, warped_.frame);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, to);
   gl_.Viewport(0, 0, width_, height_);
   gl_.Clear(GL_COLOR_BUFFER_BIT);
   gl_.Disable(GL_DEPTH_TEST);
@@ -203,12 +215,14 @@ void WarpPainter::draw(unsigned picture, std::span<const PixelBox> changed, std:
   gl_.BindTexture(GL_TEXTURE_2D, picture_texture_);
   gl_.BindVertexArray(vertex_array_);
   gl_.Enable(GL_SCISSOR_TEST);
+  if (is_encoded_) gl_.Disable(GL_FRAMEBUFFER_SRGB);
   for (const PixelBox& box : used) {
     const PixelBox out = box.is_empty() ? PixelBox{} : warped_box(box);
     if (out.is_empty()) continue;
     gl_.Scissor(out.x, out.y, out.width, out.height);
     gl_.DrawElements(GL_TRIANGLES, n_indices_, GL_UNSIGNED_INT, nullptr);
   }
+  gl_.Enable(GL_FRAMEBUFFER_SRGB);
   gl_.Disable(GL_SCISSOR_TEST);
 }
 

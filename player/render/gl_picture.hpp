@@ -40,8 +40,8 @@ class WarpPainter {
   WarpPainter& operator=(const WarpPainter&) = delete;
 
   /// Reads the boxes `changed` of the frame buffer `picture`, which may be multisampled, and warps the boxes
-  /// `used`, outside which it is black, to warped(), which is bound afterwards.
-  void draw(unsigned picture, std::span<const PixelBox> changed, std::span<const PixelBox> used);
+  /// `used`, outside which it is black, to the frame buffer `to`, which is bound afterwards.
+  void draw(unsigned picture, std::span<const PixelBox> changed, std::span<const PixelBox> used, unsigned to);
   const Target& warped() const { return warped_; }
   int width() const { return width_; }
   int height() const { return height_; }
@@ -54,6 +54,7 @@ class WarpPainter {
   optics::WarpMesh mesh_;
   int width_ = 0, height_ = 0, picture_width_ = 0, picture_height_ = 0;
   int n_indices_ = 0;
+  bool is_encoded_ = false;  ///< interpolates sRGB values, without decoding and encoding
   unsigned program_ = 0, vertex_array_ = 0;
   std::array<unsigned, 2> buffers_{};           // vertices, indices
   unsigned picture_ = 0, picture_texture_ = 0;  // frame buffer and its colour texture

@@ -107,11 +107,13 @@ void SurfacePainter::refresh(const scene::Scene& scene)
   for (std::size_t i = 0; i < meshes_.size(); ++i) vrda::render::refresh(gl_, scene.drawables[i], meshes_[i]);
 }
 
-void SurfacePainter::begin(const scene::Scene& scene, const scene::Camera& camera, const PixelBox& view)
+void SurfacePainter::begin(const scene::Scene& scene, const scene::Camera& camera, const PixelBox& view,
+                           bool is_multisampled)
 {
   check(scene.lighting.lights.size() <= scene::most_lights, "a scene has at most four lights");
   ++n_begun_;
   mode_ = scene.mode;
+  is_multisampled_ = is_multisampled;
   lighting_ = &scene.lighting;
   line_shade_ = line_shade(scene.background);
   X_camera_world_ = camera.X_world_camera.inverse();
@@ -198,22 +200,26 @@ double SurfacePainter::allowed_error_mm(const scene::Drawable& drawable) const
   return options_.coarseness_px * std::max(depth_mm, near_mm_) / px_mm_at_1_mm_;
 }
 
-SurfacePainter::Program& SurfacePainter::compiled(Shading shading, bool is_coloured, bool is_stored)
+SurfacePainter::Program& SurfacePainter::compiled(const Variant& variant)
 {
-  const std::size_t n_lights = shading == Shading::depth ? 0 : lighting_->lights.size();
-  const std::size_t kind =
-      4 * static_cast<std::size_t>(shading) + (is_coloured ? 2 : 0) + (is_stored ? 1 : 0);
+  const bool is_depth = variant.shading == Shading::depth;
+  const std::size_t n_lights = is_depth ? 0 : lighting_->lights.size();
+  const std::size_t kind = 16 * static_cast<std::size_t>(variant.shading) + (variant.is_coloured ? 8 : 0) +
+                           (variant.is_stored ? 4 : 0) + (variant.is_vertex_lit ? 2 : 0) +
+                           (variant.is_multisampled ? 1 : 0);
   Program& program = programs_[(scene::most_lights + 1) * kind + n_lights];
   if (program.id != 0) return program;
   constexpr std::array<const char*, n_shadings> names{
       "", "#define MOTTLED\n", "#define TEXTURED\n", "#define FLAT\n", "#define LINES\n", ""};
-  std::string first = is_stored ? "#version 430 core\n#define STORED\n" : "#version 330 core\n";
+  std::string first = variant.is_stored ? "#version 430 core\n#define STORED\n" : "#version 330 core\n";
   first += "#define N_LIGHTS " + std::to_string(n_lights) + "\n";
-  first += names[static_cast<std::size_t>(shading)];
-  if (is_coloured) first += "#define COLOURED\n";
-  if (options_.is_multisampled) first += "#define MULTISAMPLED\n";
+  first += names[static_cast<std::size_t>(variant.shading)];
+  if (variant.is_vertex_lit) first += "#define VERTEX_LIT\n";
+  if (variant.is_coloured) first += "#define COLOURED\n";
+  if (variant.is_multisampled) first += "#define MULTISAMPLED\n";
+  if (!is_depth) first += lighting_functions;
   program.id = linked_program(gl_, first.c_str(), surface_vertex_shader,
-                              shading == Shading::depth ? peel_fragment_shader : surface_fragment_shader);
+                              is_depth ? peel_fragment_shader : surface_fragment_shader);
   const auto at = [&](const char* name) { return gl_.GetUniformLocation(program.id, name); };
   program.at = {at("X_camera_mesh"), at("projection"), at("colour"),          at("opacity"),
                 at("specular"),      at("shininess"),  at("mottling"),        at("up_camera"),
@@ -262,16 +268,18 @@ void SurfacePainter::set_material(const Program& program, const scene::Drawable&
   gl_.Uniform1f(program.at.mottling, material.mottling);
 }
 
-void SurfacePainter::draw_one(const scene::Drawable& drawable, const GpuMesh& mesh, Shading shading,
-                              bool is_stored)
+void SurfacePainter::draw_one(const scene::Drawable& drawable, const GpuMesh& mesh, Variant variant)
 {
-  Program& program = compiled(shading, mesh.has_colours && shading != Shading::depth, is_stored);
+  const bool is_depth = variant.shading == Shading::depth;
+  variant.is_coloured = mesh.has_colours && !is_depth;
+  variant.is_multisampled = is_multisampled_ && is_depth;
+  Program& program = compiled(variant);
   gl_.UseProgram(program.id);
   set_shot(program);
   const Eigen::Matrix4f X_camera_mesh = (X_camera_world_ * drawable.X_world_mesh).matrix().cast<float>();
   gl_.UniformMatrix4fv(program.at.X_camera_mesh, 1, GL_FALSE, X_camera_mesh.data());
   gl_.Uniform1f(program.at.depth_offset_mm, static_cast<float>(drawable.depth_offset_mm));
-  if (shading != Shading::depth) set_material(program, drawable, shading);
+  if (!is_depth) set_material(program, drawable, variant.shading);
   vrda::render::draw(gl_, mesh, allowed_error_mm(drawable));
 }
 
@@ -281,7 +289,7 @@ void SurfacePainter::draw_lines(const scene::Scene& scene)
     for (std::size_t i = 0; i < meshes_.size(); ++i) {
       const scene::Drawable& drawable = scene.drawables[i];
       if (drawable.is_shown && drawable.layer == scene::Layer::bodies)
-        draw_one(drawable, meshes_[i], Shading::lines);
+        draw_one(drawable, meshes_[i], {Shading::lines});
     }
   };
   if (mode_ == scene::DrawMode::hidden_line) {
@@ -311,8 +319,9 @@ void SurfacePainter::draw(const scene::Scene& scene, SurfacePass pass)
     const bool is_depth = pass == SurfacePass::translucent_depth;
     const bool is_culled = pass == SurfacePass::opaque && meshes_[i].is_closed;
     if (is_culled) gl_.Enable(GL_CULL_FACE);
-    draw_one(drawable, meshes_[i], is_depth ? Shading::depth : shading_of(drawable),
-             pass == SurfacePass::translucent_store);
+    const Shading shading = is_depth ? Shading::depth : shading_of(drawable);
+    const bool is_vertex_lit = is_culled && scene.has_vertex_lighting && shading != Shading::flat;
+    draw_one(drawable, meshes_[i], {shading, false, pass == SurfacePass::translucent_store, is_vertex_lit});
     if (is_culled) gl_.Disable(GL_CULL_FACE);
   }
 }

@@ -28,7 +28,6 @@ struct PixelBox {
 PixelBox bounding_box(const PixelBox& a, const PixelBox& b);
 
 struct SurfaceOptions {
-  bool is_multisampled = false;
   double coarseness_px = 0.0;        ///< as in RenderOptions
   bool has_deferred_levels = false;  ///< as in RenderOptions
 };
@@ -42,7 +41,8 @@ class SurfacePainter {
   /// Uploads drawables with a new revision. The scene must have the loaded drawables.
   void refresh(const scene::Scene& scene);
   /// Sets camera, lights and mode for the following passes; `view` is the viewport.
-  void begin(const scene::Scene& scene, const scene::Camera& camera, const PixelBox& view);
+  void begin(const scene::Scene& scene, const scene::Camera& camera, const PixelBox& view,
+             bool is_multisampled);
   void draw(const scene::Scene& scene, SurfacePass pass);
   /// Bounds of the translucent surfaces within the viewport; empty without such surfaces.
   const PixelBox& translucent_box() const { return translucent_box_; }
@@ -62,15 +62,21 @@ class SurfacePainter {
   };
   enum class Shading { smooth, mottled, textured, flat, lines, depth };
   static constexpr std::size_t n_shadings = 6;
+  struct Variant {
+    Shading shading = Shading::smooth;
+    bool is_coloured = false;  ///< by vertex
+    bool is_stored = false;    ///< to the fragment lists
+    bool is_vertex_lit = false;
+    bool is_multisampled = false;  ///< Shading::depth only
+  };
 
   Shading shading_of(const scene::Drawable& drawable) const;
   double allowed_error_mm(const scene::Drawable& drawable) const;
   bool is_translucent(const scene::Drawable& drawable, const GpuMesh& mesh) const;
-  Program& compiled(Shading shading, bool is_coloured, bool is_stored);
+  Program& compiled(const Variant& variant);
   void set_shot(Program& program);
   void set_material(const Program& program, const scene::Drawable& drawable, Shading shading);
-  void draw_one(const scene::Drawable& drawable, const GpuMesh& mesh, Shading shading,
-                bool is_stored = false);
+  void draw_one(const scene::Drawable& drawable, const GpuMesh& mesh, Variant variant);
   void draw_lines(const scene::Scene& scene);
   void find_levels(const scene::Scene& scene);
   void take_levels();
@@ -81,11 +87,12 @@ class SurfacePainter {
   SurfaceOptions options_;
   std::vector<GpuMesh> meshes_;
   std::future<std::vector<MeshLevels>> levels_;  ///< one entry per mesh, while being computed
-  static constexpr std::size_t n_variants = n_shadings * 4 * (scene::most_lights + 1);
-  /// Indexed by shading, vertex colours, fragment storage and number of lights; compiled on first use.
+  static constexpr std::size_t n_variants = n_shadings * 16 * (scene::most_lights + 1);
+  /// Indexed by variant and number of lights; compiled on first use.
   std::array<Program, n_variants> programs_{};
   std::uint64_t n_begun_ = 0;
   scene::DrawMode mode_ = scene::DrawMode::smooth;
+  bool is_multisampled_ = false;
   const scene::Lighting* lighting_ = nullptr;  ///< of the scene of begin()
   unsigned texture_ = 0;
   float repeats_by_mm_ = 0.0F;  ///< texture tiles per mm; 0 without a texture

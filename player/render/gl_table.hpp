@@ -61,6 +61,7 @@ namespace vrda::render {
   X(GenVertexArrays, void(int, unsigned*))                                                \
   X(GetBufferSubData, void(unsigned, std::ptrdiff_t, std::ptrdiff_t, void*))              \
   X(GetError, unsigned())                                                                 \
+  X(GetFramebufferAttachmentParameteriv, void(unsigned, unsigned, unsigned, int*))        \
   X(GetIntegerv, void(unsigned, int*))                                                    \
   X(GetProgramiv, void(unsigned, unsigned, int*))                                         \
   X(GetQueryObjectuiv, void(unsigned, unsigned, unsigned*))                               \

@@ -30,7 +30,8 @@ struct RenderOptions {
   bool has_deferred_levels = false;
 };
 
-/// One view of the scene. The camera must have the aspect of the viewport.
+/// One view of the scene. The camera must have the aspect of the viewport; viewports of a frame do not
+/// overlap.
 struct Shot {
   scene::Camera camera;
   optics::Viewport viewport;
@@ -69,6 +70,8 @@ class Renderer {
   /// overlays are drawn unwarped over the result. A warping renderer ignores resize().
   virtual void load(const optics::Warp& warp) = 0;
   virtual void resize(int width, int height) = 0;
+  /// As RenderOptions::samples.
+  virtual void set_samples(int samples) = 0;
   virtual int width() const = 0;   ///< pixels
   virtual int height() const = 0;  ///< pixels
 
@@ -79,6 +82,9 @@ class Renderer {
                             const Overlay* overlay) = 0;
   /// Renders to the window, if any, without reading back an image; returns when the frame is complete.
   virtual void present(const scene::Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
+  /// Presents the last picture with another overlay, without drawing its surfaces again. False if it is not
+  /// kept, which takes more than one sample per pixel, no warp, and no load or resize since.
+  virtual bool present_again(const Overlay* overlay) = 0;
 
   /// Renders one shot at full size.
   const Image& draw(const scene::Scene& scene, const scene::Camera& camera);

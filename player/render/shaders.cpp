@@ -2,6 +2,32 @@
 
 namespace vrda::render {
 
+// Hemisphere, diffuse and specular light of a point with unit normal `n`, camera axes.
+const char* const lighting_functions = R"(
+uniform vec3 up_camera;
+uniform vec3 sky;
+uniform vec3 ground;
+uniform float shininess;
+#if N_LIGHTS > 0
+uniform vec3 light_direction[N_LIGHTS];
+uniform vec3 light_colour[N_LIGHTS];
+#endif
+void add_light(vec3 n, vec3 to_eye, out vec3 diffuse, out vec3 shine)
+{
+  diffuse = mix(ground, sky, 0.5 + 0.5 * dot(n, up_camera));
+  shine = vec3(0.0);
+#if N_LIGHTS > 0
+  for (int i = 0; i < N_LIGHTS; ++i) {
+    float facing = dot(n, light_direction[i]);
+    vec3 half_way = normalize(light_direction[i] + to_eye);
+    float glint = facing > 0.0 ? pow(max(dot(n, half_way), 0.0), shininess) : 0.0;
+    diffuse += max(facing, 0.0) * light_colour[i];
+    shine += glint * light_colour[i];
+  }
+#endif
+}
+)";
+
 // `invariant`: passes over the same triangles give bitwise equal depths.
 const char* const surface_vertex_shader = R"(
 layout(location = 0) in vec3 p_mesh;
@@ -14,6 +40,10 @@ out vec3 p_surface;  // mesh frame, mm: the pattern moves with the bone
 out vec3 n_surface;
 out vec3 p_camera;
 out vec3 n_camera;
+#ifdef VERTEX_LIT
+out vec3 diffuse;
+out vec3 shine;
+#endif
 #ifdef COLOURED
 layout(location = 2) in vec4 colour_srgb;
 out vec4 tint;
@@ -26,6 +56,9 @@ void main()
   n_surface = n_mesh;
   p_camera = p.xyz;
   n_camera = mat3(X_camera_mesh) * n_mesh;
+#ifdef VERTEX_LIT
+  add_light(normalize(n_camera), normalize(-p_camera), diffuse, shine);
+#endif
 #ifdef COLOURED
   tint = vec4(linear(colour_srgb.rgb), colour_srgb.a);
 #endif
@@ -46,11 +79,11 @@ in vec3 n_camera;
 uniform vec3 colour;
 uniform float opacity;
 uniform float specular;
-uniform float shininess;
 uniform float mottling;
-uniform vec3 up_camera;
-uniform vec3 sky;
-uniform vec3 ground;
+#ifdef VERTEX_LIT
+in vec3 diffuse;
+in vec3 shine;
+#endif
 #ifdef STORED
 // Fragment lists (gl_translucency.hpp): heads is the last node of each pixel; a node holds its predecessor.
 layout(early_fragment_tests) in;
@@ -71,10 +104,6 @@ void give(vec4 c) { pixel = c; }
 #endif
 #ifdef COLOURED
 in vec4 tint;
-#endif
-#if N_LIGHTS > 0
-uniform vec3 light_direction[N_LIGHTS];
-uniform vec3 light_colour[N_LIGHTS];
 #endif
 
 #ifdef MOTTLED
@@ -140,6 +169,7 @@ void main()
 #ifdef LINES
   give(vec4(base().rgb, 1.0));
 #else
+#ifndef VERTEX_LIT
 #ifdef FLAT
   // Face normal and a constant view direction give one shade per triangle.
   vec3 n = normalize(cross(dFdx(p_camera), dFdy(p_camera)));
@@ -149,16 +179,8 @@ void main()
   if (!gl_FrontFacing) n = -n;
   vec3 to_eye = normalize(-p_camera);
 #endif
-  vec3 diffuse = mix(ground, sky, 0.5 + 0.5 * dot(n, up_camera));
-  vec3 shine = vec3(0.0);
-#if N_LIGHTS > 0
-  for (int i = 0; i < N_LIGHTS; ++i) {
-    float facing = dot(n, light_direction[i]);
-    vec3 half_way = normalize(light_direction[i] + to_eye);
-    float glint = facing > 0.0 ? pow(max(dot(n, half_way), 0.0), shininess) : 0.0;
-    diffuse += max(facing, 0.0) * light_colour[i];
-    shine += glint * light_colour[i];
-  }
+  vec3 diffuse, shine;
+  add_light(n, to_eye, diffuse, shine);
 #endif
   vec4 own = base();
   give(vec4(own.rgb * diffuse + specular * shine, own.a));
@@ -238,7 +260,8 @@ out vec4 pixel;
 void main() { pixel = vec4(mix(bottom, top, height), 1.0); }
 )";
 
-// The part of the light that arrives, and the depth in mm, at every second pixel. Lengths in units of the radius.
+// The part of the light that arrives, and the depth in mm, at every second pixel. Lengths in units of the
+// radius.
 const char* const occlusion_fragment_shader = R"(
 uniform sampler2D source;  // depth
 uniform mat4 projection;

@@ -4,8 +4,9 @@
 
 namespace vrda::render {
 
-// Surfaces: N_LIGHTS n, COLOURED (vertex colours), STORED (to fragment lists) and at most one of MOTTLED,
-// TEXTURED, FLAT, LINES.
+// Surfaces: N_LIGHTS n, COLOURED (vertex colours), STORED (to fragment lists), VERTEX_LIT (lights at the
+// vertices) and at most one of MOTTLED, TEXTURED, FLAT, LINES. lighting_functions precedes both shaders.
+extern const char* const lighting_functions;
 extern const char* const surface_vertex_shader;
 extern const char* const surface_fragment_shader;
 /// Discards fragments not in front of the depth in `behind`; MULTISAMPLED compares per sample.
@@ -17,7 +18,8 @@ extern const char* const blend_fragment_shader;
 extern const char* const background_vertex_shader;
 extern const char* const background_fragment_shader;
 
-extern const char* const occlusion_fragment_shader, *const smoothing_fragment_shader, *const darkening_fragment_shader;
+extern const char *const occlusion_fragment_shader, *const smoothing_fragment_shader,
+                                                        *const darkening_fragment_shader;
 extern const char* const overlay_vertex_shader;
 extern const char* const overlay_fragment_shader;
 extern const char* const warp_vertex_shader;

@@ -132,6 +132,7 @@ std::unique_ptr<GLFWwindow, CloseWindow> opened_window(const WindowOptions& opti
   // The renderer has its own frame buffer with depth and samples.
   glfwWindowHint(GLFW_DEPTH_BITS, 0);
   glfwWindowHint(GLFW_STENCIL_BITS, 0);
+  glfwWindowHint(GLFW_SRGB_CAPABLE, GLFW_TRUE);
   glfwWindowHint(GLFW_RESIZABLE, options.is_resizable ? GLFW_TRUE : GLFW_FALSE);
   glfwWindowHint(GLFW_DECORATED, options.at ? GLFW_FALSE : GLFW_TRUE);
   // Positioned before it is shown, so that the desktop keeps the position.
@@ -348,6 +349,13 @@ void Window::show(const scene::Scene& scene, std::span<const Shot> shots, const 
 {
   state_->renderer_->present(scene, shots, overlay);
   glfwSwapBuffers(state_->window());
+}
+
+bool Window::show_again(const Overlay* overlay)
+{
+  if (!state_->renderer_->present_again(overlay)) return false;
+  glfwSwapBuffers(state_->window());
+  return true;
 }
 
 WindowGeometry Window::geometry() const

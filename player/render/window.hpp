@@ -63,6 +63,8 @@ class Window {
   const std::vector<std::string>& dropped_files() const;
   /// Renders a frame and displays it.
   void show(const scene::Scene& scene, std::span<const Shot> shots, const Overlay* overlay);
+  /// Displays the last frame with another overlay; false as Renderer::present_again.
+  bool show_again(const Overlay* overlay);
 
   /// The present position and size.
   WindowGeometry geometry() const;

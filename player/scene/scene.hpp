@@ -78,6 +78,8 @@ struct Scene {
   Lighting lighting = studio_lighting();
   /// Opaque surfaces are darkened where others within this distance cover the sky; 0: no ambient occlusion.
   double occlusion_radius_mm = 0.0;
+  /// Closed opaque surfaces are lit at their vertices instead of every pixel: faster in software rendering.
+  bool has_vertex_lighting = false;
   Background background = background_of(Backdrop::studio);
 };
 

@@ -184,6 +184,7 @@ void Session::resize(int width, int height)
   width_ = std::max(width, 1);
   height_ = std::max(height, 1);
   drag_.reset();
+  is_disturbed_ = true;
 }
 
 void Session::do_action(navigation::Action action)
@@ -280,7 +281,12 @@ void Session::advance(double elapsed_s)
   const bool is_moving = state_.timeline.is_playing || drag_.has_value();
   if (was_moving_ && !is_moving) n_frames_due_ = std::max(n_frames_due_, 1);
   was_moving_ = is_moving;
-  scene_.occlusion_radius_mm = is_moving && is_plain_while_moving_ ? 0.0 : occlusion_radius_mm_;
+  const bool was_at_rest = still_s_ >= settle_s;
+  still_s_ = is_moving || is_disturbed_ ? 0.0 : still_s_ + elapsed_s;
+  has_same_picture_ = was_at_rest && still_s_ >= settle_s;
+  is_disturbed_ = false;
+  scene_.occlusion_radius_mm = is_plain() ? 0.0 : occlusion_radius_mm_;
+  scene_.has_vertex_lighting = is_plain();
   state_.timeline = navigation::advanced(state_.timeline, std::min(elapsed_s, most_elapsed_s));
   place_joint();
   draw_interface(elapsed_s);
@@ -289,7 +295,7 @@ void Session::advance(double elapsed_s)
 
 bool Session::is_idle() const
 {
-  return !state_.timeline.is_playing && !drag_ && n_frames_due_ <= 0 && message_left_s_ <= 0.0;
+  return !state_.timeline.is_playing && !drag_ && n_frames_due_ <= 0 && message_left_s_ <= 0.0 && !is_plain();
 }
 
 bool Session::consume_screenshot_request()
@@ -305,6 +311,8 @@ bool Session::consume_full_screen_request()
 const render::Image& Session::draw_screenshot(render::Renderer& renderer)
 {
   aim({0, 0, renderer.width(), renderer.height()});
+  scene_.occlusion_radius_mm = occlusion_radius_mm_;  // until the next frame
+  scene_.has_vertex_lighting = false;
   if (!state_.shows_numbers && !state_.layers.has(scene::Layer::labels))
     return renderer.draw(scene_, shots(), nullptr);
   gui::GuiFrame frame;
@@ -341,6 +349,11 @@ void Session::take(const render::InputEvent& event)
 {
   const Eigen::Vector2d pointer_px(event.x_px, event.y_px);
   n_frames_due_ = frames_after_input;
+  // A pointer that moves without a button, and a new focus, change the interface at most.
+  const bool is_pointer_free = event.kind == render::InputKind::motion && !pointer_.is_left_down && !drag_;
+  const bool is_focus =
+      event.kind == render::InputKind::redraw || event.kind == render::InputKind::focus_lost;
+  if (!is_pointer_free && !is_focus) is_disturbed_ = true;
   switch (event.kind) {
     case render::InputKind::motion:
       return move(pointer_px);

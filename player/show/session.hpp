@@ -30,19 +30,24 @@ struct SessionOptions {
   scene::View view = scene::View::oblique;
   std::optional<navigation::CameraView> job_view;  ///< at the start and at a reset, until a view is chosen
   double zoom = 1.0;                               ///< of the view at the start
-  std::optional<double> flexion_rad;  ///< default: the first of the set
-  std::optional<double> varus_rad;    ///< default: the balanced varus
-  std::optional<double> key;          ///< of a sequence of frames; default: the first
+  std::optional<double> flexion_rad;               ///< default: the first of the set
+  std::optional<double> varus_rad;                 ///< default: the balanced varus
+  std::optional<double> key;                       ///< of a sequence of frames; default: the first
   scene::Backdrop backdrop = scene::Backdrop::studio;
   scene::FixedObject fixed_object = scene::FixedObject::moving;
   navigation::AppearanceOptions appearance;
   navigation::Framing framing = navigation::Framing::joint;
   int width = 1280, height = 960;
   double scale = 1.0;  ///< factor for text and controls
-  /// No ambient occlusion while the joint or the camera moves: software rendering is then several times
-  /// faster.
+  /// Without ambient occlusion and lit at vertices while the joint or the camera moves and for settle_s
+  /// after: software rendering is then several times faster.
   bool is_plain_while_moving = false;
 };
+
+/// Time without a change after which a picture is at rest.
+inline constexpr double settle_s = 0.06;
+/// Samples per pixel of a picture at rest if `is_plain_while_moving`; one while moving.
+inline constexpr int samples_at_rest = 4;
 
 /// One set of the model: its poses and gap readings.
 struct PlayedSet {
@@ -71,6 +76,10 @@ class Session {
   /// warm.
   void advance(double elapsed_s);
 
+  /// Drawn in reduced quality because something moves.
+  bool is_plain() const { return is_plain_while_moving_ && still_s_ < settle_s; }
+  /// True if scene and shots are those of the previous frame.
+  bool has_same_picture() const { return has_same_picture_; }
   /// True if the frame does not change before the next event.
   bool is_idle() const;
 
@@ -135,6 +144,9 @@ class Session {
   int width_ = 0, height_ = 0;
   double occlusion_radius_mm_ = 0.0;  ///< at rest
   bool is_plain_while_moving_ = false, was_moving_ = false;
+  bool is_disturbed_ = true;  ///< by an event since the last frame
+  double still_s_ = 0.0;      ///< since the last change of the picture
+  bool has_same_picture_ = false;
   bool takes_picture_ = false, toggles_full_screen_ = false;
   std::string message_;
   double message_left_s_ = 0.0;

@@ -77,7 +77,9 @@ class ShowMode final : public loop::Mode {
  public:
   ShowMode(const ShowOptions& options, store::MotionModel model, const SessionOptions& session,
            loop::Sink& sink)
-      : sink_(sink), shown_(options.file, std::move(model), session, sink.renderer())
+      : sink_(sink),
+        shown_(options.file, std::move(model), session, sink.renderer()),
+        has_moving_quality_(options.samples == 0 && session.is_plain_while_moving)
   {
     set_title();
   }
@@ -110,6 +112,8 @@ class ShowMode final : public loop::Mode {
   void draw() override
   {
     const Session& session = shown_.session();
+    if (has_moving_quality_) sink_.renderer().set_samples(session.is_plain() ? 1 : samples_at_rest);
+    if (session.has_same_picture() && sink_.show_again(&session.overlay())) return;
     sink_.show({session.scene(), session.shots(), &session.overlay()});
   }
 
@@ -122,6 +126,7 @@ class ShowMode final : public loop::Mode {
   void save_picture()
   {
     Session& session = shown_.session();
+    if (has_moving_quality_) sink_.renderer().set_samples(samples_at_rest);
     const std::string name = free_name(shown_.file(), session.pose().attitude.flexion_rad);
     const auto refused =
         loop::catch_input_error([&] { render::write_png(session.draw_screenshot(sink_.renderer()), name); });
@@ -130,6 +135,7 @@ class ShowMode final : public loop::Mode {
 
   loop::Sink& sink_;
   ShownModel shown_;
+  bool has_moving_quality_;  ///< one sample per pixel while something moves, else samples_at_rest
 };
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "render/window.hpp"
 #include "scene/camera.hpp"
 #include "scene/scene.hpp"
+#include "show/session.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
@@ -95,20 +96,53 @@ void off_screen(benchmark::State& state, const std::string& file, const render::
   });
 }
 
-void in_a_window(benchmark::State& state, const std::string& file)
+/// The window of `show` at its default size: turned by the mouse, or at rest after it was turned.
+void in_a_window(benchmark::State& state, const std::string& file, bool is_turned)
 {
-  Film film(file);
+  store::MotionModel model = store::read_motion_model(file);
+  show::SessionOptions chosen;
+  chosen.set = motion::set_names(model).front();
+  chosen.is_plain_while_moving = true;
   render::WindowOptions options;
-  options.width = width;
-  options.height = height;
-  options.samples = 1;
+  options.width = chosen.width;
+  options.height = chosen.height;
   options.is_vsynced = false;
   render::Window window(options);
-  window.renderer().load(film.scene());
-  count_frames(state, film, [&](const render::Shot& shot) {
+  show::ShownModel shown(file, std::move(model), chosen, window.renderer());
+  show::Session& session = shown.session();
+  const auto draw = [&](double elapsed_s) {
     window.events();
-    window.show(film.scene(), {&shot, 1}, nullptr);
-  });
+    session.advance(elapsed_s);
+    window.renderer().set_samples(session.is_plain() ? 1 : show::samples_at_rest);
+    window.show(session.scene(), session.shots(), &session.overlay());
+  };
+  const auto drag = [&](int k) {
+    session.take({render::InputKind::motion, 400.0 + k % 200, 400.0});
+    draw(0.03);
+  };
+  // The time from the release of the button to the first picture in full quality.
+  const auto rest = [&] {
+    session.take({render::InputKind::release, 400.0, 400.0});
+    const auto start = std::chrono::steady_clock::now();
+    draw(0.0);
+    draw(show::settle_s);
+    return show::settle_s + seconds_since(start);
+  };
+  const auto press = [&] { session.take({render::InputKind::press, 400.0, 400.0}); };
+  press();
+  for (int k = 0; k < 30; ++k) drag(k);  // until the levels of detail are there
+  rest();
+  press();
+  int k = 0;
+  for (auto _ : state) {
+    drag(++k);
+    if (is_turned) continue;
+    state.SetIterationTime(rest());
+    press();
+  }
+  if (is_turned)
+    state.counters["frames/s"] =
+        benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
 }
 
 /// A process from its start to an image on disk; `is_cold`: with an empty shader cache.
@@ -145,8 +179,10 @@ void register_knee(const std::string& player, const std::string& knee, const std
   frames("frame, every triangle", whole, render::Backend::osmesa);
   frames("frame, 4 samples", fine, render::Backend::osmesa);
   frames("frame by EGL", moving, render::Backend::egl);
-  if (std::getenv("DISPLAY") != nullptr)
-    add("frame in a window", [=](benchmark::State& state) { in_a_window(state, file); })->UseRealTime();
+  if (std::getenv("DISPLAY") != nullptr) {
+    add("show, turned", [=](benchmark::State& state) { in_a_window(state, file, true); })->UseRealTime();
+    add("show, at rest", [=](benchmark::State& state) { in_a_window(state, file, false); })->UseManualTime();
+  }
   for (const bool is_cold : {false, true}) {
     add(is_cold ? "first picture, no shaders kept" : "first picture",
         [=](benchmark::State& state) { first_picture(state, player, file, is_cold); })

@@ -67,6 +67,33 @@ TEST(DrawMode, HiddenLinesAreHiddenAndOthersAreNot)
   EXPECT_NEAR(n_pixels(hidden, white), 16 * 80, 40);
 }
 
+TEST(VertexLighting, OfAFineBallIsThatOfPixelsAndOpenSheetsStay)
+{
+  scene::Scene scene = test::dark_scene();
+  scene.lighting = scene::studio_lighting();
+  Material material = test::plain({0.8F, 0.7F, 0.6F});
+  material.specular = 0.2F;
+  const auto drawn = [&](bool has_vertex_lighting) {
+    scene.has_vertex_lighting = has_vertex_lighting;
+    return test::drawn(scene, test::camera_at(150), {width, height, 1});
+  };
+  // Mean over the picture, a third of which is the ball; its silhouette is the same.
+  const auto mean_difference = [&] {
+    const render::Image a = drawn(true), b = drawn(false);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.rgba.size(); ++i) sum += std::abs(int{a.rgba[i]} - int{b.rgba[i]});
+    return sum / static_cast<double>(a.rgba.size());
+  };
+  test::add(scene, test::facing_sheet(40), material);
+  EXPECT_EQ(mean_difference(), 0.0) << "an open sheet is lit on both sides";
+  scene.drawables.clear();
+  test::add(scene, test::ball(20, 80, 160), material);
+  EXPECT_LT(mean_difference(), 0.1) << "cells of 2.2 degrees";
+  scene.drawables.clear();
+  test::add(scene, test::ball(20, 6, 8), material);
+  EXPECT_GT(mean_difference(), 0.3) << "cells of 30 degrees";
+}
+
 TEST(DrawMode, FlatHasOneShadeATriangle)
 {
   scene::Scene scene = test::dark_scene();

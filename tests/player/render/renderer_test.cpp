@@ -166,6 +166,18 @@ TEST(Renderer, EqualScenesGiveEqualBytes)
   EXPECT_EQ(drawn(scene, camera).rgba, first.rgba);
 }
 
+TEST(Renderer, OtherSamplesGiveTheBytesOfARendererWithThem)
+{
+  const scene::Scene scene = joint_scene();
+  const scene::Camera camera = joint_camera(scene);
+  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer({width, height, 1});
+  renderer->load(scene);
+  for (const int samples : {4, 1, 4}) {
+    renderer->set_samples(samples);
+    EXPECT_EQ(renderer->draw(scene, camera).rgba, drawn(scene, camera, {width, height, samples}).rgba);
+  }
+}
+
 TEST(Renderer, TwoRenderersDoNotDisturbEachOther)
 {
   const scene::Scene joint = joint_scene(), empty = dark_scene();

@@ -101,6 +101,67 @@ TEST(Window, WhereTheProcessorDrawsASampleAPixelIsChosen)
   EXPECT_NE(chosen, drawn(4));
 }
 
+/// White over the left half of the window.
+render::Overlay half_overlay()
+{
+  constexpr scene::VertexColour white{255, 255, 255, 255};
+  render::Overlay overlay;
+  overlay.vertices = {{0, 0, 0, 0, white},
+                      {width / 2.0F, 0, 0, 0, white},
+                      {width / 2.0F, height, 0, 0, white},
+                      {0, height, 0, 0, white}};
+  overlay.indices = {0, 1, 2, 0, 2, 3};
+  overlay.commands = {{{0, 0, width, height}, 0, 6, 0}};
+  return overlay;
+}
+
+TEST(Window, ShowsAKeptPictureAgainWithAnotherOverlay)
+{
+  const test::Screen screen;
+  const scene::Scene scene = test::joint_scene();
+  const render::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
+  const render::Overlay overlay = half_overlay();
+  render::Window window(quiet_window(4));
+  window.renderer().load(scene);
+  window.renderer().load(render::OverlayFont{1, 1, {255}});
+  EXPECT_FALSE(window.show_again(nullptr)) << "before the first picture";
+  const render::Image expected = window.renderer().draw(scene, {&shot, 1}, &overlay);
+  window.show(scene, {&shot, 1}, nullptr);
+  ASSERT_TRUE(window.show_again(&overlay));
+  EXPECT_LE(differing_share(shown(screen, expected), expected), agreed_share);
+  ASSERT_TRUE(window.show_again(nullptr));
+  const render::Image bare = window.renderer().draw(scene, {&shot, 1}, nullptr);
+  EXPECT_LE(differing_share(shown(screen, bare), bare), agreed_share) << "the first overlay is gone";
+  window.renderer().set_samples(1);
+  window.show(scene, {&shot, 1}, nullptr);
+  EXPECT_FALSE(window.show_again(&overlay));
+}
+
+TEST(Window, AWarpedPictureIsThatOfMemory)
+{
+  const test::Screen screen;
+  scene::Scene scene = test::joint_scene();
+  scene.background = {{0, 0, 0}, {0, 0, 0}};
+  const render::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
+  const render::Overlay overlay = half_overlay();
+  // Turned upside down and reduced to the middle.
+  optics::Warp warp{width, height, 0, 0, {}};
+  warp.mesh.vertices = {{160, 120, 0, 1}, {480, 120, 1, 1}, {480, 360, 1, 0}, {160, 360, 0, 0}};
+  warp.mesh.triangles = {0, 1, 2, 0, 2, 3};
+  for (const int samples : {1, 4}) {
+    render::Window window(quiet_window(samples));
+    window.renderer().load(scene);
+    window.renderer().load(render::OverlayFont{1, 1, {255}});
+    window.renderer().load(warp);
+    const render::Image expected = window.renderer().draw(scene, {&shot, 1}, &overlay);
+    EXPECT_EQ(test::at(expected, 10, 10), (test::Codes{255, 255, 255, 255}));
+    EXPECT_EQ(test::at(expected, width - 10, 10), (test::Codes{0, 0, 0, 255}));
+    EXPECT_NE(test::at(expected, width / 2 + 20, height / 2), (test::Codes{0, 0, 0, 255}));
+    window.show(scene, {&shot, 1}, &overlay);
+    EXPECT_LE(differing_share(shown(screen, expected), expected), agreed_share);
+  }
+}
+
 /// A part of it.
 render::Image cut_out(const render::Image& image, int x, int y)
 {

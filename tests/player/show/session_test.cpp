@@ -49,25 +49,6 @@ render::InputEvent pointer_event(render::InputKind kind, double x_px, double y_p
   return event;
 }
 
-TEST(Session, LeavesAmbientOcclusionOutWhileItMoves)
-{
-  show::SessionOptions options = small_options();
-  for (const bool is_plain : {true, false}) {
-    options.is_plain_while_moving = is_plain;
-    show::Session session(small_model(), options);
-    const double at_rest_mm = session.scene().occlusion_radius_mm;
-    EXPECT_GT(at_rest_mm, 0.0);
-    session.take(pointer_event(render::InputKind::press, 300.0, 300.0));
-    session.take(pointer_event(render::InputKind::motion, 320.0, 300.0));
-    session.advance(frame_s);
-    EXPECT_EQ(session.scene().occlusion_radius_mm, is_plain ? 0.0 : at_rest_mm);
-    session.take(pointer_event(render::InputKind::release, 320.0, 300.0));
-    session.advance(frame_s);
-    EXPECT_EQ(session.scene().occlusion_radius_mm, at_rest_mm) << "in the first frame at rest";
-    EXPECT_FALSE(session.is_idle()) << "which is drawn";
-  }
-}
-
 class AtWindow : public testing::Test {
  protected:
   void take(const std::vector<render::InputEvent>& events)
