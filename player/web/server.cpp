@@ -29,8 +29,9 @@ using asio::ip::tcp;
 using boost::system::error_code;
 
 constexpr std::chrono::milliseconds accept_pause{100};
-/// Limit for pending requests, and separately for responses in progress; a browser opens six connections.
-constexpr std::size_t most_sessions = 32;
+/// Limits for pending requests and for responses in progress; a browser opens six connections. A request
+/// whose client is suspended between connecting and sending must outlive a flood of others.
+constexpr std::size_t most_pending = 128, most_answering = 32;
 /// Browsers that watch a bench; their messages take 30 KB/s each.
 constexpr std::size_t most_viewers = 256;
 
@@ -210,7 +211,7 @@ class Server {
   void make_room(SessionKind kind)
   {
     const std::vector<std::shared_ptr<Session>> rivals = sessions_of(kind);
-    if (rivals.size() < most_sessions) return;
+    if (rivals.size() < (kind == SessionKind::pending ? most_pending : most_answering)) return;
     const auto since = [](const auto& session) { return session->waits_since(); };
     (*std::ranges::min_element(rivals, {}, since))->end();
   }

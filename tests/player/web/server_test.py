@@ -24,6 +24,20 @@ from web_scenes import Page, make_models
 VRDA, PLAYER, CHROMIUM, JOB, PAGE = sys.argv[1:6]
 READY = "document.documentElement?.dataset.state === 'ready' && !document.getElementById('player').hidden"
 
+# Opens connections without end and finishes no request.
+FLOOD = """
+import socket, sys
+opened = []
+for n in range(10**9):
+    line = socket.create_connection(("127.0.0.1", int(sys.argv[1])), timeout=20)
+    line.sendall(b"GET /half HTTP/1.1\\r\\nHost: ")
+    opened.append(line)
+    if len(opened) > 400:
+        opened.pop(0).close()
+    if n == 300:
+        print("flooding", flush=True)
+"""
+
 
 class Served:
     """A server of one file. Use it in a `with`, which ends the server by SIGINT."""
@@ -149,33 +163,19 @@ class Server(unittest.TestCase):
                 line.close()
 
     def test_half_open_connections_do_not_stall_the_page(self):
-        """A client that opens connections all the time and ends no request: the page comes within its time."""
+        """A client that opens connections all the time and ends no request: the page comes before they time out."""
         with Served(self.model) as served:
-            is_over = threading.Event()
-            opened = []
-
-            def flood():
-                while not is_over.is_set():
-                    opened.append(served.open(b"GET /half HTTP/1.1\r\nHost: "))
-                    if len(opened) > 200:
-                        opened.pop(0).close()
-
-            attacker = threading.Thread(target=flood)
-            attacker.start()
-            try:
-                while len(opened) < 100:
-                    time.sleep(0.01)
-                for _ in range(20):
-                    began = time.monotonic()
-                    status, _, body = served.ask("/model.h5")
-                    self.assertEqual((status, body), (200, self.model.read_bytes()))
-                    self.assertLess(time.monotonic() - began, 5)
-            finally:
-                is_over.set()
-                attacker.join()
-                for line in opened:
-                    line.close()
-            self.assertLess(served.sockets(), 80)
+            # A process of its own, which cannot hold the interpreter's lock between this client's connecting and sending.
+            with subprocess.Popen([sys.executable, "-c", FLOOD, str(served.port)], stdout=subprocess.PIPE) as attacker:
+                try:
+                    attacker.stdout.readline()  # after 300 connections
+                    for _ in range(20):
+                        status, _, body = served.ask("/model.h5")
+                        self.assertEqual((status, body), (200, self.model.read_bytes()))
+                    self.assertIsNone(attacker.poll())
+                    self.assertLess(served.sockets(), 180)
+                finally:
+                    attacker.kill()
 
     def test_requests_without_the_token_are_refused(self):
         with Served(self.model) as served, Served(self.model) as other:
@@ -237,7 +237,7 @@ class Server(unittest.TestCase):
 
     def test_slow_requests_give_way(self):
         with Served(self.model) as served:
-            slow = [served.open(b"GET / HTTP/1.1\r\nX: ") for _ in range(34)]
+            slow = [served.open(b"GET / HTTP/1.1\r\nX: ") for _ in range(130)]
             self.assertEqual(served.ask("/model.h5")[2], self.model.read_bytes())
             # The valid request was answered before the slow ones timed out: the first of them was dropped.
             self.assertTrue(is_silent(slow[-1]))
@@ -245,7 +245,7 @@ class Server(unittest.TestCase):
             slow += [served.open() for _ in range(200)]
             self.assertEqual(served.ask("/model.h5")[2], self.model.read_bytes())
             self.assertTrue(is_silent(slow[-1]))
-            self.assertLess(served.sockets(), 60)
+            self.assertLess(served.sockets(), 150)
             for line in slow:
                 line.close()
 
