@@ -72,8 +72,11 @@ void add_framing(CLI::App* show, show::ShowOptions& options)
                               "studio, night or black (default studio)");
   add_choice<scene::FixedObject>(
       show, "--hold", "NAME", options.fixed_object,
-      {{"moving", scene::FixedObject::moving}, {"reference", scene::FixedObject::reference}},
-      "Object fixed on screen: moving or reference (default moving)");
+      {{"tibia", scene::FixedObject::moving},
+       {"femur", scene::FixedObject::reference},
+       {"moving", scene::FixedObject::moving},
+       {"reference", scene::FixedObject::reference}},
+      "Object fixed on screen: tibia or femur (of other joints moving, reference; default tibia)");
   add_choice<navigation::Framing>(show, "--frame", "NAME", options.framing,
                                   {{"joint", navigation::Framing::joint}, {"all", navigation::Framing::all}},
                                   "What the image contains: joint, or all of both objects (default joint)");
@@ -133,8 +136,10 @@ void add_appearance_options(CLI::App& mode, navigation::AppearanceOptions& look)
       "Tiled texture image for bone, with matching edges (default: mottled)");
   add(&mode, "--texture-scale", "MM", look.texture_scale_mm, "Width of one tile")->capture_default_str();
   add(&mode, "--lights", "FILE.toml", look.lights, "Lights and background (default: studio)");
-  add(&mode, "--see-through", "NAME", look.see_through, "Transparent objects: reference, moving or both");
-  add(&mode, "--hide", "NAME", look.hidden, "Object to hide, except its layers: reference or moving");
+  add(&mode, "--see-through", "NAME", look.see_through,
+      "Transparent objects: femur, tibia or both (of other joints reference, moving)");
+  add(&mode, "--hide", "NAME", look.hidden,
+      "Object to hide, except its layers: femur or tibia (of other joints reference, moving)");
 }
 
 CLI::App* add_follow(CLI::App& app, follow::FollowOptions& options)

@@ -150,7 +150,9 @@ void BenchPanel::add_panel(const optics::Viewport& area, const BenchState& state
   line("> " + parameter_text(state, state.selected()), green);
   const Attitude& at = frame.pose.attitude;
   line("flexion " + tenths(deg_from_rad(at.flexion_rad)) + ", varus " + tenths(deg_from_rad(at.varus_rad)) +
-       " deg");
+           " deg" + (frame.leg.is_wrong() ? " (nearest of the model)" : ""),
+       frame.leg.is_wrong() ? amber : ink);
+  if (frame.leg.is_wrong()) line(leg_check_text(frame.leg), amber);
   if (frame.pose.status == motion::PoseStatus::solved) line(joint_text(state.clinical(frame.pose)));
   if (frame.stage.is_used)
     line("stage " + tenths(frame.stage_mm) + " mm", stage_status_text(frame).empty() ? ink : amber);

@@ -120,7 +120,7 @@ class BenchRun final : public loop::Mode {
   {
     if (!stream_) return;
     for (const devices::Sample& sample : samples_) probe_.take(sample);
-    stream_->put({*frame_, true, probe_.X_tracker_probe(), utc_now_ns(), 0});
+    stream_->put({*frame_, true, probe_.X_tracker_probe(), probe_.status(now_ns_), utc_now_ns(), 0});
   }
 
   /// A write error ends the recording, not the bench.

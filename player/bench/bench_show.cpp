@@ -7,7 +7,6 @@
 #include "bench/controls.hpp"
 #include "core/error.hpp"
 #include "render/image.hpp"
-#include "scene/joint_layers.hpp"
 
 namespace vrda::bench {
 namespace {
@@ -18,11 +17,33 @@ bool has_same_warp(const optics::Eye& a, const optics::Eye& b)
   return a.visible == b.visible && a.distortion == b.distortion;
 }
 
+/// The layers that a bench draws; throws InputError for labels, whose text would differ in depth from the
+/// joint.
+scene::LayerSet bench_layers(const std::string& text)
+{
+  const scene::LayerSet layers = navigation::parsed_layers(text);
+  if (layers.has(scene::Layer::labels))
+    throw InputError({"--layers", "", "labels", "layers of the bench, which draws no labels"});
+  return layers;
+}
+
+/// `frame` as frames of Delta, for the layers.
+scene::JointFrames delta_frames(const BenchFrame& frame)
+{
+  scene::JointFrames frames;
+  frames.X_world_reference = frame.X_tracker_reference;
+  frames.X_world_delta = frame.X_tracker_reference * frame.pose.X_world_reference.inverse();
+  frames.X_delta_moving = frame.pose.X_world_moving;
+  return frames;
+}
+
 }  // namespace
 
-BenchView::BenchView(const store::MotionModel& model, const bench_files::BenchFile& bench,
-                     const bench_files::Calibration& calibration, const navigation::AppearanceOptions& look)
-    : file_(bench.path),
+BenchView::BenchView(const store::MotionModel& model, const motion::Motion& motion,
+                     const bench_files::BenchFile& bench, const bench_files::Calibration& calibration,
+                     const navigation::AppearanceOptions& look)
+    : motion_(motion),
+      file_(bench.path),
       display_(bench.display),
       scene_(scene::scene_of(model.reference, model.moving, Eigen::Vector3d::Zero())),
       eyes_(calibration.eyes),
@@ -36,6 +57,8 @@ BenchView::BenchView(const store::MotionModel& model, const bench_files::BenchFi
   scene_.background = scene::background_of(scene::Backdrop::black);  // black is transparent on the display
   navigation::apply_appearance(scene_, look);
   for (const scene::Drawable& drawable : scene_.drawables) materials_.push_back(drawable.material);
+  shown_layers_ = bench_layers(look.layers);
+  if (shown_layers_ != scene::LayerSet()) layers_.emplace(model, scene_);
 }
 
 void BenchView::load_into(render::Renderer& renderer) const
@@ -56,6 +79,7 @@ void BenchView::place(const BenchFrame& frame, const bench_files::Calibration& c
     material = materials_[k];
     if (frame.leg.is_wrong()) material.colour = scene::linear_from_srgb(gui::amber);
   }
+  if (layers_) layers_->update(scene_, motion_, {frame.pose, delta_frames(frame), shown_layers_});
   shots_ = stereo::shots_of(plan_, calibration.eyes, frame.X_tracker_eyes, scene_);
 }
 
@@ -127,7 +151,7 @@ BenchRequests apply_input(BenchState& state, PanelContent& panel, std::span<cons
 
 BenchOutput::BenchOutput(const BenchOptions& options, const BenchSetup& setup)
     : options_(options),
-      view_(setup.model, setup.bench, setup.calibration, options.look),
+      view_(setup.model, setup.motion, setup.bench, setup.calibration, options.look),
       sink_(sink_of(options, setup)),
       video_per_s_(video_rate(setup.bench.display, options.every)),
       watch_(setup.bench)

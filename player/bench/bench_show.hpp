@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 
 #include "bench/bench_panel.hpp"
@@ -10,15 +11,18 @@
 #include "bench/window_check.hpp"
 #include "navigation/appearance.hpp"
 #include "render/renderer.hpp"
+#include "scene/joint_layers.hpp"
 #include "stereo/stereo_view.hpp"
 
 namespace vrda::bench {
 
 class BenchView {
  public:
-  /// Throws InputError if the look or an eye of the calibration is not usable.
-  BenchView(const store::MotionModel& model, const bench_files::BenchFile& bench,
-            const bench_files::Calibration& calibration, const navigation::AppearanceOptions& look);
+  /// Throws InputError if the look or an eye of the calibration is not usable. `motion`, of `model`, must
+  /// outlive this.
+  BenchView(const store::MotionModel& model, const motion::Motion& motion,
+            const bench_files::BenchFile& bench, const bench_files::Calibration& calibration,
+            const navigation::AppearanceOptions& look);
 
   /// Loads meshes, font and warp.
   void load_into(render::Renderer& renderer) const;
@@ -39,10 +43,13 @@ class BenchView {
   std::span<const render::Shot> shots() const { return shots_; }
 
  private:
+  const motion::Motion& motion_;
   std::string file_;  ///< for errors
   bench_files::DisplaySettings display_;
   scene::Scene scene_;
-  std::vector<Material> materials_;  ///< of the drawables of a leg that is shown as it is
+  std::vector<Material> materials_;  ///< of the bodies of a leg that is shown as it is
+  scene::LayerSet shown_layers_;
+  std::optional<scene::JointLayers> layers_;  ///< if any is shown
   optics::EyePair eyes_;
   stereo::StereoPlan plan_;
   std::array<render::Shot, 2> shots_;

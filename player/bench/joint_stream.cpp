@@ -9,6 +9,7 @@
 #include "core/units.hpp"
 #include "igtl/message.hpp"
 #include "igtl/scene_message.hpp"
+#include "motion/joint_parts.hpp"
 #include "settings/settings_text.hpp"
 
 namespace vrda::bench {
@@ -40,9 +41,10 @@ bool is_usable(const InputStatus& status)
   return !status.is_used || status.is_live;
 }
 
-/// The marks of the bench's screen.
-std::vector<std::string> marks_of(const BenchFrame& frame)
+/// The marks of the bench's screen, and that of the probe.
+std::vector<std::string> marks_of(const StreamedFrame& streamed)
 {
+  const BenchFrame& frame = streamed.frame;
   std::vector<std::string> marks;
   const auto add = [&](const std::string& mark) {
     if (!mark.empty()) marks.push_back(mark);
@@ -52,26 +54,22 @@ std::vector<std::string> marks_of(const BenchFrame& frame)
                           frame.bodies[role]));
   add(leg_check_text(frame.leg));
   add(stage_status_text(frame));
+  add(input_status_text("probe", streamed.probe));
   return marks;
 }
 
 /// A mesh's device name: the suffix must fit into the field of 20 bytes.
-std::string mesh_name(const Body& body)
+std::string mesh_name(const store::MotionModel& model, motion::JointBody body)
 {
   constexpr std::size_t longest = 15;
-  return body.name.substr(0, longest) + "_mesh";
+  return motion::displayed_name(model, body).substr(0, longest) + "_mesh";
 }
 
 /// The parts of a bone in one mesh.
 Mesh whole_mesh(const Body& body)
 {
-  const Mesh &a = body.contact.mesh, &b = body.visual.mesh;
-  Mesh mesh;
-  mesh.vertices_mm.resize(a.vertices_mm.rows() + b.vertices_mm.rows(), 3);
-  mesh.vertices_mm << a.vertices_mm, b.vertices_mm;
-  mesh.triangles.resize(a.triangles.rows() + b.triangles.rows(), 3);
-  mesh.triangles << a.triangles,
-      (b.triangles.array() + static_cast<std::int32_t>(a.vertices_mm.rows())).matrix();
+  Mesh mesh = body.contact.mesh;
+  append(mesh, body.visual.mesh);
   return mesh;
 }
 
@@ -93,7 +91,7 @@ std::string angles_text(const StreamedFrame& streamed, Side side, const Eigen::V
   add("lateral_mm", c.lateral_mm);
   text += std::string(", \"live\": ") + (is_live(frame) ? "true" : "false") + ", \"marks\": [";
   const char* comma = "";
-  for (const std::string& mark : marks_of(frame)) {
+  for (const std::string& mark : marks_of(streamed)) {
     text += comma + settings::quoted_text(mark);
     comma = ", ";
   }
@@ -112,8 +110,11 @@ Bytes frame_messages(const StreamedFrame& streamed, const store::MotionModel& mo
       streamed.has_eyes && is_usable(status_of(frame, BodyRole::head)) && is_usable(frame.stage);
   Bytes bytes;
   if (is_reference_seen)
-    append_transform(bytes, model.reference.name, frame.X_tracker_reference, streamed.utc_ns);
-  if (is_moving_seen) append_transform(bytes, model.moving.name, frame.X_tracker_moving, streamed.utc_ns);
+    append_transform(bytes, motion::displayed_name(model, motion::JointBody::reference),
+                     frame.X_tracker_reference, streamed.utc_ns);
+  if (is_moving_seen)
+    append_transform(bytes, motion::displayed_name(model, motion::JointBody::moving), frame.X_tracker_moving,
+                     streamed.utc_ns);
   if (are_eyes_seen) append_transform(bytes, "eye", frame.X_tracker_eyes, streamed.utc_ns);
   if (streamed.X_tracker_probe) append_transform(bytes, "probe", *streamed.X_tracker_probe, streamed.utc_ns);
   append(bytes, igtl::string_bytes("angles", streamed.utc_ns,
@@ -124,8 +125,11 @@ Bytes frame_messages(const StreamedFrame& streamed, const store::MotionModel& mo
 Bytes mesh_messages(const store::MotionModel& model, std::int64_t utc_ns)
 {
   Bytes bytes;
-  for (const Body* body : {&model.reference, &model.moving})
-    append(bytes, igtl::polydata_bytes(mesh_name(*body), utc_ns, whole_mesh(*body)));
+  const auto add = [&](motion::JointBody which, const Body& body) {
+    append(bytes, igtl::polydata_bytes(mesh_name(model, which), utc_ns, whole_mesh(body)));
+  };
+  add(motion::JointBody::reference, model.reference);
+  add(motion::JointBody::moving, model.moving);
   return bytes;
 }
 
@@ -188,11 +192,27 @@ ProbeTool::ProbeTool(const bench_files::BenchFile& bench, const bench_files::Cal
 void ProbeTool::take(const devices::Sample& sample)
 {
   if (sample.kind == devices::SampleKind::link &&
-      sample.source == static_cast<std::uint16_t>(devices::DeviceId::tracker))
+      sample.source == static_cast<std::uint16_t>(devices::DeviceId::tracker)) {
     pose_.reset();
+    state_ = devices::ToolVisibility::missing;
+  }
   if (!tool_ || sample.kind != devices::SampleKind::tool_pose || sample.source != *tool_) return;
   pose_.reset();
-  if (sample.is(devices::ToolVisibility::seen)) pose_ = devices::pose_of(sample.tool_pose) * X_tool_tip_;
+  state_ = static_cast<devices::ToolVisibility>(sample.state);
+  if (state_ != devices::ToolVisibility::seen) return;
+  pose_ = devices::pose_of(sample.tool_pose) * X_tool_tip_;
+  seen_ns_ = sample.arrival_ns;
+}
+
+InputStatus ProbeTool::status(std::int64_t now_ns) const
+{
+  InputStatus status;
+  if (!seen_ns_) return status;
+  status.is_used = status.was_seen = true;
+  status.is_live = pose_.has_value();
+  status.age_s = 1e-9 * static_cast<double>(now_ns - *seen_ns_);
+  status.state = state_;
+  return status;
 }
 
 }  // namespace vrda::bench

@@ -26,19 +26,20 @@ struct StreamedFrame {
   BenchFrame frame;
   bool has_eyes = false;
   std::optional<Pose> X_tracker_probe;  ///< at the tip if the probe is calibrated; empty if not seen
+  InputStatus probe;                    ///< used once it was seen
   std::int64_t utc_ns = 0;
   std::uint64_t number = 0;  ///< counted from the start; set by JointStream
 };
 
 /// Text of the STRING "angles": one JSON object with the Grood-Suntay coordinates, whether all is live, and
-/// the marks that the bench shows.
+/// the marks that the bench shows, and that of a probe that is no longer seen.
 std::string angles_text(const StreamedFrame& streamed, Side side, const Eigen::Vector3d& rotation_centre_mm);
 
 /// The messages of one frame. The pose of a bone, of the eyes or of the probe is left out while a body that
 /// it needs is hidden or its cell is not solved: a client then keeps the last one.
 std::vector<std::uint8_t> frame_messages(const StreamedFrame& streamed, const store::MotionModel& model);
 
-/// The meshes of both bones in their own frames: "femur_mesh", "tibia_mesh".
+/// The meshes of both bones in their own frames, by the names on screen: "femur_mesh", "tibia_mesh".
 std::vector<std::uint8_t> mesh_messages(const store::MotionModel& model, std::int64_t utc_ns);
 
 class JointStream {
@@ -74,11 +75,15 @@ class ProbeTool {
   void take(const devices::Sample& sample);
   /// Empty while it is hidden.
   const std::optional<Pose>& X_tracker_probe() const { return pose_; }
+  /// `now_ns`: the clock of the samples' arrival.
+  InputStatus status(std::int64_t now_ns) const;
 
  private:
   std::optional<std::size_t> tool_;
   Pose X_tool_tip_ = Pose::Identity();
   std::optional<Pose> pose_;
+  std::optional<std::int64_t> seen_ns_;
+  devices::ToolVisibility state_ = devices::ToolVisibility::missing;
 };
 
 }  // namespace vrda::bench

@@ -61,15 +61,16 @@ std::string leg_check_text(const LegCheck& check)
   if (!check.is_wrong()) return {};
   std::string text;
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : "; ") + part; };
-  if (check.flexion.is_beyond) add(beyond_text("flexion", check.flexion));
-  if (check.varus.is_beyond) add(beyond_text("varus", check.varus));
-  if (std::abs(check.rotation_rad) > largest_rotation_rad)
-    add("rotation " + settings::rounded_text(std::round(deg_from_rad(check.rotation_rad)), 0));
+  // The cause first: narrow windows cut the end.
   if (check.are_bodies_exchanged) {
     add("femur and tibia bodies probably exchanged");
   } else if (check.is_implausible) {
     add("implausible angles: check bodies and calibration");
   }
+  if (check.flexion.is_beyond) add(beyond_text("flexion", check.flexion));
+  if (check.varus.is_beyond) add(beyond_text("varus", check.varus));
+  if (std::abs(check.rotation_rad) > largest_rotation_rad)
+    add("rotation " + settings::rounded_text(std::round(deg_from_rad(check.rotation_rad)), 0));
   return text;
 }
 

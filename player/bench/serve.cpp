@@ -88,7 +88,8 @@ void serve_bench(const ServeOptions& options, const loop::Streams& streams)
       state.take(sample);
       probe.take(sample);
     }
-    stream.put({state.frame(devices.now_ns()), true, probe.X_tracker_probe(), utc_now_ns(), 0});
+    const std::int64_t now_ns = devices.now_ns();
+    stream.put({state.frame(now_ns), true, probe.X_tracker_probe(), probe.status(now_ns), utc_now_ns(), 0});
   });
 }
 

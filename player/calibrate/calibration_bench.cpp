@@ -20,6 +20,7 @@ navigation::AppearanceOptions plain_look()
 {
   navigation::AppearanceOptions look;
   look.mode = scene::DrawMode::smooth;
+  look.layers = "none";
   return look;
 }
 
@@ -45,7 +46,7 @@ ModelOnBench::ModelOnBench(const BenchFile& bench, const Calibration& calibratio
       model(std::move(scaled)),
       motion(model, set),
       state(bench, calibration, motion, store::solver_frame(model, 0)),
-      view(model, bench, calibration, plain_look())
+      view(model, motion, bench, calibration, plain_look())
 {
 }
 

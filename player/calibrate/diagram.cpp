@@ -165,7 +165,8 @@ void draw_rails(Sketch& sketch, const Task& task)
     sketch.arrow(lit, {0.3, 0.46}, {0.15, 0.46});
     return;
   }
-  const Point from = is_x ? Point(0.2, 0.46) : Point(0.5, 0.12), to = is_x ? Point(0.8, 0.46) : Point(0.5, 0.38);
+  const Point from = is_x ? Point(0.2, 0.46) : Point(0.5, 0.12),
+              to = is_x ? Point(0.8, 0.46) : Point(0.5, 0.38);
   sketch.circle(real, from, 0.025);
   sketch.arrow(lit, from, to);
 }
@@ -214,7 +215,8 @@ void draw_bullseye(Sketch& sketch, const Task& task)
 }
 
 /// From the front and from the side: outline of the body, and all points, with the one to be touched lit.
-void draw_points(Sketch& sketch, const std::vector<CalibrationPoint>& points, int next, const BodyOutline* outline)
+void draw_points(Sketch& sketch, const std::vector<CalibrationPoint>& points, int next,
+                 const BodyOutline* outline)
 {
   sketch.drawn.height = 1.0;
   // Both views have the same scale.
@@ -231,7 +233,9 @@ void draw_points(Sketch& sketch, const std::vector<CalibrationPoint>& points, in
   for (std::size_t view = 0; view < 2; ++view) {
     const double left = view == 0 ? 0.02 : 0.52;
     sketch.label({left, 0.0}, view == 0 ? "from the front" : "from the right");
-    const auto flat = [&](const Eigen::Vector3d& p) { return view == 0 ? Point(-p.z(), p.y()) : Point(p.x(), p.y()); };
+    const auto flat = [&](const Eigen::Vector3d& p) {
+      return view == 0 ? Point(-p.z(), p.y()) : Point(p.x(), p.y());
+    };
     const Point middle = 0.5 * (flat(low) + flat(high));
     const auto placed = [&](const Point& p) {
       return Point(left + 0.5 * view_width + mm * (p.x() - middle.x()), 0.54 - mm * (p.y() - middle.y()));
@@ -261,7 +265,8 @@ void draw_points(Sketch& sketch, const std::vector<CalibrationPoint>& points, in
 BodyOutline outline_of(const Body& body)
 {
   BodyOutline outline;
-  const Mesh& mesh = body.contact.mesh.triangles.rows() > 0 ? body.contact.mesh : body.visual.mesh;
+  Mesh mesh = body.contact.mesh;
+  append(mesh, body.visual.mesh);
   const std::array<Eigen::Vector3d, 2> towards_viewer{Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ()};
   // Per edge: its faces that look to the viewer of each view, and its faces.
   struct Faces {

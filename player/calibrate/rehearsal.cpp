@@ -46,6 +46,7 @@ Rehearsal::Rehearsal(const BenchFile& bench, std::vector<CalibrationPart> parts,
       operator_(bench, truth_, VirtualNoise{})
 {
   follow(bench_files::nominal_calibration(bench), 0.0);
+  task_.clear();  // not yet printed
 }
 
 std::string Rehearsal::follow(const Calibration& so_far, double now_s)
@@ -168,7 +169,8 @@ void rehearse(const bench::SimulateOptions& options, const loop::Streams& stream
           [&] { words = rehearsal.follow(bench_files::read_calibration(options.rehearse, bench), now_s()); });
       if (refused) words = refused->what();
     } else if (no_file && !std::exchange(is_read, true)) {
-      words = "waits for " + options.rehearse;
+      words = "waits for " + options.rehearse + "\n" +
+              rehearsal.follow(bench_files::nominal_calibration(bench), now_s());
     }
     if (words.empty()) words = rehearsal.prompt(now_s());
     if (!words.empty()) streams.data << words << std::endl;

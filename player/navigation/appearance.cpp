@@ -37,19 +37,29 @@ void change_bodies(scene::Scene& scene, const std::string& object, void (*change
   }
 }
 
-void set_transparency(scene::Scene& scene, const std::string& object)
+/// "reference" and "moving", of a knee also "femur" and "tibia".
+std::string object_named(const std::string& name)
 {
-  if (object.empty()) return;
+  return name == "femur" ? "reference" : name == "tibia" ? "moving" : name;
+}
+
+void set_transparency(scene::Scene& scene, const std::string& name)
+{
+  if (name.empty()) return;
+  const std::string object = object_named(name);
   if (object != "reference" && object != "moving" && object != "both")
-    throw InputError({"--see-through", "", "\"" + object + "\"", "reference, moving or both"});
+    throw InputError({"--see-through", "", "\"" + name + "\"",
+                      "femur, tibia or both (of other joints reference, moving)"});
   change_bodies(scene, object, [](scene::Drawable& body) { body.material.opacity *= transparent_opacity; });
 }
 
-void set_hidden(scene::Scene& scene, const std::string& object)
+void set_hidden(scene::Scene& scene, const std::string& name)
 {
-  if (object.empty()) return;
+  if (name.empty()) return;
+  const std::string object = object_named(name);
   if (object != "reference" && object != "moving")
-    throw InputError({"--hide", "", "\"" + object + "\"", "reference or moving"});
+    throw InputError(
+        {"--hide", "", "\"" + name + "\"", "femur or tibia (of other joints reference or moving)"});
   change_bodies(scene, object, [](scene::Drawable& body) { body.is_shown = false; });
 }
 

@@ -317,7 +317,8 @@ void SurfacePainter::draw(const scene::Scene& scene, SurfacePass pass)
     if (!drawable.is_shown || (is_line_drawing && drawable.layer == scene::Layer::bodies)) continue;
     if (is_translucent(drawable, meshes_[i]) == (pass == SurfacePass::opaque)) continue;
     const bool is_depth = pass == SurfacePass::translucent_depth;
-    const bool is_culled = pass == SurfacePass::opaque && meshes_[i].is_closed;
+    const bool is_closed = meshes_[i].is_closed || (drawable.is_solid && scene.has_vertex_lighting);
+    const bool is_culled = pass == SurfacePass::opaque && is_closed;
     if (is_culled) gl_.Enable(GL_CULL_FACE);
     const Shading shading = is_depth ? Shading::depth : shading_of(drawable);
     const bool is_vertex_lit = is_culled && scene.has_vertex_lighting && shading != Shading::flat;

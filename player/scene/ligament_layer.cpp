@@ -103,6 +103,7 @@ LigamentLayer::LigamentLayer(const store::MotionModel& model, Scene& scene)
 {
   Drawable& drawable = scene.drawables[drawable_];
   drawable.origin_mm = origin_mm_;
+  drawable.is_solid = true;
   drawable.material = marker_material({255, 255, 255, 255});
   for (const ligament::Fibre& fibre : ligaments_.fibres) {
     add_tube(drawable.mesh, n_points(fibre));

@@ -119,9 +119,26 @@ class Server {
     if (!certificate_) return;
     const std::vector<std::string>& names = certificate_->names;
     site_.hosts.insert(site_.hosts.end(), names.begin(), names.end());
-    // A name that the certificate is made out to, else browsers warn.
-    if (!names.empty() && std::ranges::find(names, host_) == names.end()) host_ = names.front();
+    if (std::ranges::find(names, host_) != names.end()) return;
+    // A name that the certificate is made out to, else browsers warn; another address does not lead here.
+    const auto is_name = [&](const std::string& name) {
+      if (name == "localhost") return address.is_loopback() && address == asio::ip::address_v4::loopback();
+      error_code no_address;
+      asio::ip::make_address(name, no_address);
+      return no_address.failed() && !name.starts_with('[');  // IPv6
+    };
+    const auto name = std::ranges::find_if(names, is_name);
+    if (name != names.end()) {
+      host_ = *name;
+      return;
+    }
+    warning_ = options.certificate + ": names " + (names.empty() ? "no host" : names.front()) + ", not " +
+               host_ + ": browsers warn";
+    if (options.is_self_signed) warning_ += "; for another certificate delete it and " + options.key;
   }
+
+  /// That the certificate is not for the address; else empty.
+  const std::string& warning() const { return warning_; }
 
   std::string address() const { return address_for(host_); }
   std::string address_for(const std::string& host) const
@@ -233,7 +250,7 @@ class Server {
   std::optional<LiveFeed> feed_;
   std::optional<Certificate> certificate_;
   Site site_;
-  std::string host_;
+  std::string host_, warning_;
   SessionRules rules_;
   LiveMessage greeting_;
   std::vector<std::weak_ptr<Session>> sessions_;
@@ -249,6 +266,7 @@ void write_ways(const WebOptions& options, const Server& server, std::ostream& m
   messages << options.file << ": open the address above in a browser; Ctrl-C quits\n";
   const std::optional<Certificate>& certificate = server.certificate();
   if (certificate && !certificate->warning.empty()) messages << certificate->warning << "\n";
+  if (!server.warning().empty()) messages << server.warning() << "\n";
   if (certificate && options.is_self_signed)
     messages << "The certificate is self-signed: accept the browser's warning if its SHA-256 fingerprint is\n"
              << certificate->fingerprint << "\n";

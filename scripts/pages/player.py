@@ -59,7 +59,7 @@ Meshes: Lenhart et al. 2015, Smith et al. 2019 (OpenSim-JAM, Apache-2.0).
 
 ![Both eyes' views, and the operator's panel](player/bench.jpg)
 
-The simulated bench some seconds after its start, one sample per pixel: the leg flexes in front of the simulated tracker. The stage has not been zeroed, which both eyes' views report. With the panel the processor alone renders 30 to 40 frames per second here, without it (T) the required 60; `results/benchmarks.md` has
+The simulated bench some seconds after its start, four samples per pixel: the leg flexes in front of the simulated tracker. The stage has not been zeroed, which both eyes' views report. With the panel the processor alone renders 30 to 40 frames per second here, without it (T) the required 60; `results/benchmarks.md` has
 ten minutes of that.
 
 ## Before and after

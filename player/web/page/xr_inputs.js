@@ -3,19 +3,22 @@ import { BufferGeometry, Group, Line, LineBasicMaterial, Matrix4, Mesh, MeshBasi
 
 const rayM = 1.5, tipM = 0.003;
 
-/// The pose as a matrix; null if it is missing, not finite, or only estimated.
-export function trackedPose(frame, space, reference) {
-  const pose = space && frame.getPose(space, reference);
+/// A pose as a matrix; null if it is missing, not finite, or only estimated.
+function trackedMatrix(pose) {
   if (!pose || pose.emulatedPosition || !pose.transform.matrix.every(Number.isFinite)) return null;
   return new Matrix4().fromArray(pose.transform.matrix);
+}
+
+export function trackedPose(frame, space, reference) {
+  return trackedMatrix(space && frame.getPose(space, reference));
 }
 
 /// The point that touches: the tip of the index finger, or of the controller. A pinch moves its own hand, so that the other
 /// hand's finger touches if it is seen.
 export function touchingPoint(frame, source, sources, reference) {
   const finger = (hand) => {
-    const joint = hand?.get("index-finger-tip"), pose = joint && frame.getJointPose?.(joint, reference);
-    return pose && pose.transform.matrix.every(Number.isFinite) ? new Vector3().setFromMatrixPosition(new Matrix4().fromArray(pose.transform.matrix)) : null;
+    const joint = hand?.get("index-finger-tip"), matrix = trackedMatrix(joint && frame.getJointPose?.(joint, reference));
+    return matrix && new Vector3().setFromMatrixPosition(matrix);
   };
   if (source.hand) {
     const other = [...sources].find((one) => one.hand && one !== source);

@@ -38,6 +38,8 @@ store::MotionModel moving_model()
   };
   store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
+  model.reference.name = "distal_femur";
+  model.moving.name = "tibmen";
   return model;
 }
 
@@ -106,8 +108,8 @@ TEST_F(Serve, PosesAnglesAndMeshesAreThoseOfTheFile)
            "2"});
     const json read_ = read(0.5);
     const motion::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(2.0)});
-    EXPECT_LE(distance_mm(read_["last"][model_.reference.name], Pose::Identity()), sent_mm);
-    EXPECT_LE(distance_mm(read_["last"][model_.moving.name], pose.X_reference_moving), sent_mm);
+    EXPECT_LE(distance_mm(read_["last"]["femur"], Pose::Identity()), sent_mm);
+    EXPECT_LE(distance_mm(read_["last"]["tibia"], pose.X_reference_moving), sent_mm);
     EXPECT_NEAR(read_["angles"].back()["flexion_deg"], flexion_deg, 1e-3);
     EXPECT_NEAR(read_["angles"].back()["varus_deg"], 2.0, 1e-3);
     EXPECT_EQ(read_["angles"].back()["live"], true);
@@ -115,10 +117,12 @@ TEST_F(Serve, PosesAnglesAndMeshesAreThoseOfTheFile)
     EXPECT_EQ(read_["first_kinds"][0], "POLYDATA");
     EXPECT_EQ(read_["first_kinds"][1], "POLYDATA");
     EXPECT_EQ(read_["meshes"].size(), 2U);
-    for (const Body* body : {&model_.reference, &model_.moving}) {
-      SCOPED_TRACE(body->name);
-      EXPECT_EQ(read_["messages"]["POLYDATA " + body->name + "_mesh"], 1);
-      const json& mesh = read_["meshes"][body->name + "_mesh"];
+    // Named as on screen, whatever the job calls them.
+    for (const auto& [name, body] :
+         {std::pair("femur", &model_.reference), std::pair("tibia", &model_.moving)}) {
+      SCOPED_TRACE(name);
+      EXPECT_EQ(read_["messages"][std::string("POLYDATA ") + name + "_mesh"], 1);
+      const json& mesh = read_["meshes"][std::string(name) + "_mesh"];
       EXPECT_EQ(mesh["triangles"], body->contact.mesh.triangles.rows() + body->visual.mesh.triangles.rows());
       for (int axis = 0; axis < 3; ++axis) {
         double least = body->contact.mesh.vertices_mm.col(axis).minCoeff();
@@ -142,7 +146,7 @@ TEST_F(Serve, SixtyASecondArriveWithoutLoss)
   EXPECT_EQ(read_["frames_missing"], 0);
   EXPECT_NEAR(read_["rate_hz"].get<double>(), 60.0, 0.5 + 3.0 / seconds);
   const auto n_frames = read_["frames"].get<std::int64_t>();
-  for (const std::string& device : {model_.reference.name, model_.moving.name}) {
+  for (const std::string device : {"femur", "tibia"}) {
     // The end of the reading may fall between a pose and its angles.
     EXPECT_NEAR(read_["messages"]["TRANSFORM " + device].get<double>(), static_cast<double>(n_frames), 1.0);
   }
@@ -183,7 +187,7 @@ TEST_F(Serve, ATrackedLegIsSentAndAHiddenBodyIsLeftOutAndMarked)
   start({"serve", file_, "--igtl", "0", "--bench", bench});
   // The tracker is absent: nothing is sent as seen.
   const json absent = read(0.5);
-  EXPECT_FALSE(absent["messages"].contains("TRANSFORM " + model_.reference.name));
+  EXPECT_FALSE(absent["messages"].contains("TRANSFORM femur"));
   EXPECT_EQ(absent["angles"].back()["live"], false);
   EXPECT_THAT(absent["angles"].back()["marks"].dump(), HasSubstr("femur not seen yet"));
   const test::Process simulator(
@@ -192,8 +196,8 @@ TEST_F(Serve, ATrackedLegIsSentAndAHiddenBodyIsLeftOutAndMarked)
   const auto n_of = [&](const std::string& device) {
     return seen["messages"].value("TRANSFORM " + device, 0);
   };
-  EXPECT_GT(n_of(model_.moving.name), 10);
-  EXPECT_GT(n_of(model_.reference.name), n_of(model_.moving.name) + 30) << "the tibia's body is hidden";
+  EXPECT_GT(n_of("tibia"), 10);
+  EXPECT_GT(n_of("femur"), n_of("tibia") + 30) << "the tibia's body is hidden";
   EXPECT_GT(n_of("eye"), 100);
   EXPECT_EQ(seen["frames_missing"], 0);
   EXPECT_THAT(seen["angles"].back()["marks"].dump(), HasSubstr("tibia hidden for"));

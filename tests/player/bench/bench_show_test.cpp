@@ -16,6 +16,7 @@
 #include "recording/recording.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/allocation_count.hpp"
+#include "support/input_error.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
 
@@ -53,7 +54,7 @@ TEST(BenchView, AJointThatIsNotTheLegsIsAmber)
   bone.mesh.triangles << 0, 1, 2;
   bone.component = {0};
   model.reference.components = {{"femur", "bone"}};
-  bench::BenchView view(model, bench.bench, bench.calibration, {});
+  bench::BenchView view(model, bench.motion, bench.bench, bench.calibration, {});
   ASSERT_FALSE(view.scene().drawables.empty());
   const Eigen::Vector3f own = view.scene().drawables.front().material.colour;
   const auto colour_at = [&](double flexion_deg, std::int64_t now_ns) {
@@ -64,6 +65,33 @@ TEST(BenchView, AJointThatIsNotTheLegsIsAmber)
   EXPECT_EQ(colour_at(60.0, ms_in_ns), own);
   EXPECT_NE(colour_at(120.0, 2 * ms_in_ns), own);
   EXPECT_EQ(colour_at(60.0, 3 * ms_in_ns), own);
+}
+
+TEST(BenchView, DrawsTheRequestedLayersAndRefusesOthers)
+{
+  const test::SmallBench bench(test::two_bodies_text());
+  const auto shown = [&](const std::string& layers) {
+    navigation::AppearanceOptions look;
+    look.layers = layers;
+    bench::BenchView view(bench.model, bench.motion, bench.bench, bench.calibration, look);
+    bench::BenchFrame frame;
+    frame.X_tracker_reference = test::some_pose(1);
+    frame.pose = bench.motion.at({rad_from_deg(30.0), 0.0});
+    view.place(frame, bench.calibration);
+    std::vector<scene::Drawable> found;
+    for (const scene::Drawable& drawable : view.scene().drawables) {
+      if (drawable.layer == scene::Layer::axes && drawable.is_shown) found.push_back(drawable);
+    }
+    return found;
+  };
+  EXPECT_TRUE(shown("none").empty());
+  const std::vector<scene::Drawable> axes = shown("axes");
+  ASSERT_FALSE(axes.empty());
+  // The flexion axis goes through the rotation centre of the tracked reference.
+  const Eigen::Vector3d centre_mm = test::some_pose(1) * bench.model.rotation_centre_mm;
+  EXPECT_LT((axes.front().X_world_mesh.translation() - centre_mm).norm(), 1e-9);
+  EXPECT_EQ(test::input_error([&] { shown("banana"); }).file, "--layers");
+  EXPECT_EQ(test::input_error([&] { shown("axes,labels"); }).file, "--layers");
 }
 
 TEST(BenchTake, EyesThatCannotBeDrawnForArePutBackToWhatTheyWereBefore)

@@ -74,7 +74,7 @@ TEST(BenchState, ALegBeyondTheModelIsMarkedWithItsAngles)
   EXPECT_EQ(mark_at(30.0, 12.0), "varus 12, model ends at 4");
   EXPECT_EQ(mark_at(120.0, -6.0), "flexion 120, model ends at 90; varus -6, model begins at -4");
   EXPECT_EQ(mark_at(40.0, 0.0, false, rad_from_deg(75.0)),
-            "rotation 75; implausible angles: check bodies and calibration");
+            "implausible angles: check bodies and calibration; rotation 75");
 }
 
 TEST(BenchState, ExchangedBodiesAreNamed)

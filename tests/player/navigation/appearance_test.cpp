@@ -91,7 +91,7 @@ TEST(Look, WhatIsWrongIsNamed)
 {
   scene::Scene scene = some_scene();
   navigation::AppearanceOptions look;
-  look.see_through = "femur";
+  look.see_through = "patella";
   EXPECT_EQ(test::input_error([&] { navigation::apply_appearance(scene, look); }).file, "--see-through");
   look = {};
   look.hidden = "both";

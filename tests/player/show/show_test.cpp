@@ -185,7 +185,7 @@ TEST_F(Show, LayersAndLooksChangeThePictureAndNothingElse)
         look.see_through = "reference";
       },
       [](navigation::AppearanceOptions& look) { look.see_through = "reference"; },
-      [](navigation::AppearanceOptions& look) { look.hidden = "reference"; },
+      [](navigation::AppearanceOptions& look) { look.hidden = "femur"; },
       [](navigation::AppearanceOptions& look) { look.mode = scene::DrawMode::wire; }};
   for (const auto& change : looks) {
     given.appearance = {};
@@ -364,7 +364,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"SeeThrough", [](show::ShowOptions& o) { o.appearance.see_through = "all"; }, "--see-through",
               "", "all", "both"},
         Wrong{"Hide", [](show::ShowOptions& o) { o.appearance.hidden = "both"; }, "--hide", "", "both",
-              "reference or moving"},
+              "femur or tibia"},
         Wrong{"Lights", [](show::ShowOptions& o) { o.appearance.lights = "absent.toml"; }, "absent.toml", "",
               "file", "schemas/lights.md"},
         Wrong{"Size", [](show::ShowOptions& o) { o.size = "0x0"; }, "--size", "", "0x0", "16 to 4096"},

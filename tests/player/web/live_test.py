@@ -131,6 +131,12 @@ class Live(unittest.TestCase):
         with Served(self.model, "--self-signed", "--tls", self.certificate, self.key) as served:
             self.assertRegex(served.address, "^https://127.0.0.1:[0-9]+/[0-9a-f]{32}/$")
         self.assertEqual(self.certificate.read_bytes(), before)  # used again
+        # Of another address: it is served where it listens, with a warning.
+        with Served(self.model, "--self-signed", "--tls", self.certificate, self.key, "--address", "127.0.0.3") as served:
+            self.assertRegex(served.address, "^https://127.0.0.3:[0-9]+/")
+            with socket.create_connection(("127.0.0.3", served.port), timeout=20):
+                pass
+        self.assertRegex(served.messages, "names 127.0.0.1, not 127.0.0.3: browsers warn; for another certificate delete it and .*")
         # Without files each run has its own.
         with Served(self.model, "--self-signed") as one, Served(self.model, "--self-signed") as other:
             self.assertNotEqual(*(ssl.get_server_certificate(("127.0.0.1", served.port)) for served in (one, other)))
