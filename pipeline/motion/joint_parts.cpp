@@ -44,6 +44,19 @@ void add_ligaments(const store::MotionModel& model, std::vector<JointLabel>& lab
   }
 }
 
+/// Where a body's name is: of a knee at a distance from the rotation centre, else in the middle of its
+/// contact parts.
+Eigen::Vector3d name_mm(const store::MotionModel& model, JointBody body)
+{
+  const bool is_reference = body == JointBody::reference;
+  if (model.joint == "knee") {
+    const double height_mm = is_reference ? femur_height_mm : -tibia_depth_mm;
+    return model.rotation_centre_mm + width_ratio(model.moving) * height_mm * Eigen::Vector3d::UnitY();
+  }
+  const Box box = bounding_box((is_reference ? model.reference : model.moving).contact.mesh);
+  return 0.5 * (box.min_mm + box.max_mm);
+}
+
 void add_point(std::vector<JointLabel>& labels, const std::string& text, JointBody body,
                const Eigen::Vector3d& p_mm)
 {
@@ -70,19 +83,16 @@ std::string displayed_name(const store::MotionModel& model, JointBody body)
 std::vector<JointLabel> joint_labels(const store::MotionModel& model)
 {
   std::vector<JointLabel> labels;
-  const double scale = width_ratio(model.moving);
-  const Eigen::Vector3d& centre_mm = model.rotation_centre_mm;
-  add_point(labels, displayed_name(model, JointBody::reference), JointBody::reference,
-            centre_mm + scale * femur_height_mm * Eigen::Vector3d::UnitY());
-  add_point(labels, displayed_name(model, JointBody::moving), JointBody::moving,
-            centre_mm - scale * tibia_depth_mm * Eigen::Vector3d::UnitY());
+  for (const JointBody body : {JointBody::reference, JointBody::moving})
+    add_point(labels, displayed_name(model, body), body, name_mm(model, body));
   add_ligaments(model, labels);
   if (!model.has_compartments) return labels;
   // The subject's right is +Z, so medial is -Z in a right joint.
   const Box box = bounding_box(model.moving.contact.mesh);
   const double lateral = side_named(model.side) == Side::right ? 1.0 : -1.0;
   const Eigen::Vector3d middle_mm = 0.5 * (box.min_mm + box.max_mm);
-  const double half_mm = 0.5 * (box.max_mm.z() - box.min_mm.z()) + scale * side_distance_mm;
+  const double half_mm =
+      0.5 * (box.max_mm.z() - box.min_mm.z()) + width_ratio(model.moving) * side_distance_mm;
   for (const double side : {-lateral, lateral}) {
     const Eigen::Vector3d p_mm(middle_mm.x(), box.max_mm.y(), middle_mm.z() + side * half_mm);
     add_point(labels, side == lateral ? "lateral" : "medial", JointBody::moving, p_mm);

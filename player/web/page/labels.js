@@ -7,13 +7,21 @@ const ligamentOf = (bundle) => ["ACL", "PCL", "MCL", "LCL"].find((known) => bund
 
 export const bodyNames = (model) => (model.joint === "knee" ? { reference: "femur", moving: "tibia" } : { reference: model.bodies.reference.name, moving: model.bodies.moving.name });
 
+/// The box of a body's contact parts.
+function boxOf(body) {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  body.parts[0].vertices.forEach((x, k) => { low[k % 3] = Math.min(low[k % 3], x); high[k % 3] = Math.max(high[k % 3], x); });
+  return { low, high };
+}
+
 /// [{ text, points: [{ body, point }] }]: a label is at the mean of its points; mm from the rotation centre.
 export function labelsOf(model, scale) {
   const names = bodyNames(model), centre = model.rotationCentre, relative = (p) => p.map((x, k) => x - centre[k]);
-  const labels = [
-    { text: names.reference, points: [{ body: "reference", point: [0, scale * femurHeightMm, 0] }] },
-    { text: names.moving, points: [{ body: "moving", point: [0, -scale * tibiaDepthMm, 0] }] },
-  ];
+  const heights = { reference: scale * femurHeightMm, moving: -scale * tibiaDepthMm };
+  const labels = ["reference", "moving"].map((body) => {
+    const { low, high } = boxOf(model.bodies[body]);
+    return { text: names[body], points: [{ body, point: model.joint === "knee" ? [0, heights[body], 0] : relative(low.map((x, k) => (x + high[k]) / 2)) }] };
+  });
   const ligaments = new Map();
   for (const { bundle, reference, moving } of model.ligaments?.fibres ?? []) {
     const text = ligamentOf(bundle);
@@ -23,8 +31,7 @@ export function labelsOf(model, scale) {
   }
   for (const [text, points] of ligaments) labels.push({ text, points });
   if (!model.contactPaths) return labels;
-  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  model.bodies.moving.parts[0].vertices.forEach((x, k) => { low[k % 3] = Math.min(low[k % 3], x); high[k % 3] = Math.max(high[k % 3], x); });
+  const { low, high } = boxOf(model.bodies.moving);
   const lateral = model.side === "right" ? 1 : -1, half = (high[2] - low[2]) / 2 + scale * sideDistanceMm;
   for (const [text, side] of [["medial", -lateral], ["lateral", lateral]]) {
     labels.push({ text, points: [{ body: "moving", point: relative([(low[0] + high[0]) / 2, high[1], (low[2] + high[2]) / 2 + side * half]) }] });

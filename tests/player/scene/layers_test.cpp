@@ -290,6 +290,9 @@ TEST(Labels, NameBonesLigamentsAndSides)
     EXPECT_LT((scene::place_of(labels[2], scene::frames_of(pose)) - wanted_mm).norm(), 1e-9);
     model.joint = "other";
     EXPECT_EQ(motion::joint_labels(model)[0].text, model.reference.name);
+    // In the middle of the bone, whose size is not a knee's.
+    const Box box = bounding_box(model.moving.contact.mesh);
+    EXPECT_EQ(motion::joint_labels(model)[1].first_mm, 0.5 * (box.min_mm + box.max_mm));
   }
 }
 
