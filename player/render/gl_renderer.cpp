@@ -69,8 +69,7 @@ class GlRenderer final : public Renderer {
   int shown_width() const { return warper_ ? warper_->width() : options_.width; }
   int shown_height() const { return warper_ ? warper_->height() : options_.height; }
   void size_image();
-  /// The frame of the window can be drawn to, as its values are encoded like those of warped().
-  bool has_srgb_screen() const;
+  bool finds_srgb_screen() const;
 
   std::unique_ptr<GlContext> context_;
   GlTable gl_;
@@ -97,6 +96,8 @@ class GlRenderer final : public Renderer {
   /// if `is_sparse_`, so that software rendering clears, resolves and warps a fraction of the pixels.
   std::vector<PixelBox> used_, changed_;
   bool is_sparse_ = false;
+  /// The frame of the window can be drawn to, as its values are encoded like those of warped().
+  bool has_srgb_screen_ = false;
   bool is_on_screen_ = false;     ///< the last frame was drawn to the window itself
   bool is_picture_kept_ = false;  ///< `set_.drawn` has the last frame's surfaces, without its overlay
   std::vector<std::uint8_t> upside_down_;
@@ -122,6 +123,7 @@ GlRenderer::GlRenderer(std::unique_ptr<GlContext> context, const RenderOptions& 
   gl_.ClearColor(0.0F, 0.0F, 0.0F, 1.0F);  // between the shots
   surfaces_.emplace(gl_, SurfaceOptions{options_.coarseness_px, options_.has_deferred_levels});
   overlays_.emplace(gl_);
+  has_srgb_screen_ = finds_srgb_screen();
   open_targets();
   check(gl_.GetError() == GL_NO_ERROR, "the renderer opens without an OpenGL error");
 }
@@ -292,7 +294,7 @@ void GlRenderer::draw_shot(const scene::Scene& scene, std::size_t row, const Sho
   gl_.Disable(GL_SCISSOR_TEST);
 }
 
-bool GlRenderer::has_srgb_screen() const
+bool GlRenderer::finds_srgb_screen() const
 {
   if (!context_->has_screen()) return false;
   gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
@@ -307,7 +309,7 @@ void GlRenderer::draw_frame(const scene::Scene& scene, std::span<const Shot> sho
 {
   context_->make_current();
   // Copying a frame to the window takes as long in software as warping it.
-  is_on_screen_ = is_for_screen && warper_ && has_srgb_screen();
+  is_on_screen_ = is_for_screen && warper_ && has_srgb_screen_;
   const unsigned output = is_on_screen_ ? 0 : shown().frame;
   surfaces_->refresh(scene);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, set_.drawn.frame);

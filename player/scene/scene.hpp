@@ -52,9 +52,9 @@ struct Drawable {
   ParentFrame parent = ParentFrame::reference;
   bool is_shown = true;
   bool has_contact = true;  ///< false: visual part only
-  bool is_solid =
-      false;        ///< closed whatever its revision: with vertex lighting it is culled and lit at vertices
-  RenderMesh mesh;  ///< relative to origin_mm
+  /// Closed whatever its revision: with vertex lighting it is culled and lit at its vertices.
+  bool is_solid = false;
+  RenderMesh mesh;                    ///< relative to origin_mm
   std::vector<VertexColour> colours;  ///< one per vertex, replacing the material's colour; or empty
   std::uint64_t revision = 0;         ///< must be increased with every change of mesh or colours after load
   Eigen::Vector3d origin_mm = Eigen::Vector3d::Zero();  ///< canonical
