@@ -10,7 +10,6 @@
 #include "audit/audit.hpp"
 #include "compare/compare.hpp"
 #include "core/error.hpp"
-#include "core/perceptible.hpp"
 #include "core/units.hpp"
 #include "job_run/summary.hpp"
 #include "reduce/two_sided.hpp"

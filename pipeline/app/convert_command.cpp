@@ -14,7 +14,7 @@
 #include "job_run/run_output.hpp"
 #include "load/axis_map.hpp"
 #include "load/clean_mesh.hpp"
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 #include "load/job_schema.hpp"
 #include "shapes/shapes.hpp"
 

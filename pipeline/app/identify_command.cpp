@@ -18,9 +18,9 @@
 #include "fit/fit_journal.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
+#include "load/command_jobs.hpp"
 #include "load/csv_table.hpp"
-#include "load/file_bytes.hpp"
-#include "load/laxity_job.hpp"
+#include "load/input_file.hpp"
 #include "measured/motion_poses.hpp"
 #include "model_build/case_solver.hpp"
 

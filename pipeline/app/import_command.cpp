@@ -13,7 +13,7 @@
 #include "core/text.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 #include "measured/motion_poses.hpp"
 #include "model_build/case_solver.hpp"
 #include "motion_import/convention_search.hpp"

@@ -12,8 +12,8 @@
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "laxity/laxity_files.hpp"
-#include "load/file_bytes.hpp"
-#include "load/laxity_job.hpp"
+#include "load/command_jobs.hpp"
+#include "load/input_file.hpp"
 #include "model_build/case_solver.hpp"
 
 namespace vrda::app {

@@ -23,7 +23,7 @@
 #include "core/error.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 #include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
 #include "report/report.hpp"

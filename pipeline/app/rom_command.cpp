@@ -16,7 +16,7 @@
 #include "core/units.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 #include "rom/rom_files.hpp"
 #include "rom/rom_journal.hpp"
 

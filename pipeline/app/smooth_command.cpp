@@ -9,7 +9,6 @@
 #include "app/model_commands.hpp"
 #include "audit/audit.hpp"
 #include "core/error.hpp"
-#include "core/perceptible.hpp"
 #include "core/units.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"

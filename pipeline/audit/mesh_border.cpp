@@ -1,4 +1,4 @@
-#include "audit/mesh_border.hpp"
+#include "audit/pose_assessment.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -5,7 +5,6 @@
 #include <map>
 #include <utility>
 
-#include "audit/mesh_border.hpp"
 #include "audit/pose_meter.hpp"
 #include "core/plausibility.hpp"
 #include "core/units.hpp"

@@ -1,7 +1,11 @@
 /// Independent check of the solved poses of a motion model.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "core/joint_bounds.hpp"
+#include "core/mesh.hpp"
 #include "ligament/ligaments.hpp"
 #include "store/motion_model.hpp"
 
@@ -27,5 +31,13 @@ struct PoseAssessment {
 /// `ligaments` are canonical. Same bits for any number of threads.
 PoseAssessment assess_poses(const store::MotionModel& model, const ligament::Ligaments& ligaments,
                             const JointBounds& bounds, int n_threads);
+
+/// Edges of one triangle only, per triangle: bit k is the edge from its corner k to the next.
+std::vector<std::int8_t> boundary_edges(const Mesh& mesh);
+
+/// Whether a point on triangle `t` is within `resolution_mm` of one of its boundary edges. `border`:
+/// boundary_edges(mesh). False for a triangle outside the mesh.
+bool is_at_border(const Mesh& mesh, const std::vector<std::int8_t>& border, std::int32_t t,
+                  const Eigen::Vector3d& p_mm, double resolution_mm);
 
 }  // namespace vrda::audit

@@ -5,7 +5,7 @@
 #include "cluster/json_fields.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 
 namespace vrda::cluster {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "compare/recommend.hpp"
 #include "core/error.hpp"
-#include "core/perceptible.hpp"
 #include "core/units.hpp"
 
 namespace vrda::compare {

@@ -3,7 +3,6 @@
 /// 0.27 degrees.
 #pragma once
 
-#include "core/perceptible.hpp"
 #include "core/units.hpp"
 #include "smooth/leave_out.hpp"
 #include "store/motion_model.hpp"

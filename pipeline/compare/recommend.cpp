@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "core/error.hpp"
-#include "core/perceptible.hpp"
 #include "core/units.hpp"
 #include "smooth/huber.hpp"
 

@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 
 namespace vrda::convert {
 namespace {

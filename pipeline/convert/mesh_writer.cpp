@@ -10,8 +10,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "documents/document.hpp"
-#include "load/polygon.hpp"
-#include "load/weld.hpp"
+#include "load/clean_mesh.hpp"
 
 namespace vrda::convert {
 namespace {

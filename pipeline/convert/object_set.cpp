@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 #include "load/words.hpp"
 
 namespace vrda::convert {

@@ -1,4 +1,4 @@
-#include "core/key_name.hpp"
+#include "core/text.hpp"
 
 #include <algorithm>
 

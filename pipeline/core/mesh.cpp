@@ -144,6 +144,7 @@ Mesh transformed(const Mesh& mesh, const Pose& X_to_from)
 Mesh mirrored_z(const Mesh& mesh)
 {
   Mesh result = mesh;
+  if (mesh.vertices_mm.rows() == 0) return result;
   result.vertices_mm.col(2) = -mesh.vertices_mm.col(2);
   if (mesh.normals.rows() > 0) result.normals.col(2) = -mesh.normals.col(2);
   result.triangles.col(1) = mesh.triangles.col(2);

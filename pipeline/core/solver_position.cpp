@@ -1,4 +1,4 @@
-#include "core/solver_position.hpp"
+#include "core/frames.hpp"
 
 #include "core/trig.hpp"
 

@@ -33,4 +33,8 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
 /// "a, b or c".
 std::string join_alternatives(const std::vector<std::string>& words);
 
+/// Whether the text can be the name of the key of a sequence of frames ("time_s"): a lower-case letter, then
+/// at most 39 lower-case letters, digits and underscores.
+bool is_key_name(const std::string& name);
+
 }  // namespace vrda::inline core

@@ -70,7 +70,8 @@ SinCos sin_cos(double angle_rad)
   const double reduced = ((angle_rad - turns * half_pi_1) - turns * half_pi_2) - turns * half_pi_3;
   const double s = sin_kernel(reduced);
   const double c = cos_kernel(reduced);
-  const int quadrant = static_cast<int>(static_cast<long long>(turns) & 3);
+  constexpr double most_turns = 9e18;  // of a long long; NaN and larger angles have no quadrant
+  const int quadrant = std::abs(turns) < most_turns ? static_cast<int>(static_cast<long long>(turns) & 3) : 0;
   switch (quadrant) {
     case 0:
       return {s, c};

@@ -1,4 +1,4 @@
-/// Unit conversions for input and output; internal units are mm, rad, s, N.
+/// Unit conversions for input and output, internal units are mm, rad, s, N; and the smallest visible errors.
 #pragma once
 
 #include <limits>
@@ -19,5 +19,11 @@ constexpr double deg_from_rad(double angle_rad)
 {
   return angle_rad * (180.0 / pi);
 }
+
+/// The smallest error of a displayed pose that can be seen: one arc minute from 0.5 m: 500 mm * pi / 10800 =
+/// 0.1454 mm.
+inline constexpr double perceptible_mm = 0.145;
+/// Rotation that moves a point 3 cm from the axis as far: 0.2778 degrees for 0.1454 mm.
+inline constexpr double perceptible_rad = rad_from_deg(0.27);
 
 }  // namespace vrda::inline core

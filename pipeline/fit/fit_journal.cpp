@@ -6,7 +6,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "journal/little_endian.hpp"
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 #include "model_build/case_solver.hpp"
 
 namespace vrda::fit {

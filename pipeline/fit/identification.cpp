@@ -7,7 +7,7 @@
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "fit/model_evaluation.hpp"
-#include "solve/box_minimum.hpp"
+#include "solve/quadratic_program.hpp"
 
 namespace vrda::fit {
 namespace {

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <optional>
 
-#include "core/solver_position.hpp"
+#include "core/frames.hpp"
 #include "proximity/gap_query.hpp"
 
 namespace vrda::fit {

@@ -12,7 +12,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "journal/run_files.hpp"
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 #include "store/index_table.hpp"
 #include "store/read_separately.hpp"
 

@@ -19,7 +19,6 @@
 #include "job_run/summary.hpp"
 #include "model_build/case_solver.hpp"
 #include "model_build/model_build.hpp"
-#include "model_build/uncertain_motion.hpp"
 #include "reduce/reduce.hpp"
 #include "reduce/two_sided.hpp"
 #include "smooth/smooth.hpp"

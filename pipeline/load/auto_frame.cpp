@@ -6,7 +6,7 @@
 #include "core/trig.hpp"
 #include "core/units.hpp"
 #include "registration/fit_checks.hpp"
-#include "registration/generic_template.hpp"
+#include "registration/knee_surfaces.hpp"
 
 namespace vrda::load {
 namespace {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "load/component_loader.hpp"
+#include "load/job.hpp"
 
 namespace vrda::load {
 
@@ -17,5 +18,15 @@ struct AutoFrames {
 /// Numbers are rounded to 1e-7 degrees and 1e-6 mm, so that a job with these numbers is the same job.
 /// Throws InputError naming the key for bones that are not those of one knee.
 std::optional<AutoFrames> auto_frames(const Job& job, ComponentLoader& source);
+
+/// The frame of the joint or of a body (schemas/frames.md) at a key of a validated job.
+FrameJob frame_at(const documents::DocumentValue& root, const std::string& key);
+
+/// The frame of "reference" or "moving"; absent if the body has none. Throws InputError for "auto" in another
+/// joint than a knee, and for axes next to `align = "auto"`.
+std::optional<FrameJob> body_frame_at(const documents::Document& document, const std::string& body);
+
+/// Replaces "auto" in the document and in the body by what was found.
+void set_found_frame(documents::Document& document, BodyJob& body, const FoundFrame& found);
 
 }  // namespace vrda::load

@@ -6,7 +6,6 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "load/component_loader.hpp"
-#include "load/file_bytes.hpp"
 #include "load/input_file.hpp"
 #include "load/ligament_table.hpp"
 #include "load/wraps_file.hpp"

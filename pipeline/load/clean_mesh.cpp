@@ -4,9 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "load/polygon.hpp"
 #include "load/shells.hpp"
-#include "load/weld.hpp"
 
 namespace vrda::load {
 namespace {

@@ -1,6 +1,10 @@
 /// Converts the polygons of a file to a triangle mesh for the solver.
 #pragma once
 
+#include <array>
+#include <vector>
+
+#include "core/mesh.hpp"
 #include "load/job.hpp"
 #include "load/raw_mesh.hpp"
 
@@ -13,7 +17,7 @@ struct CleanMesh {
   bool was_flipped = false;       ///< the winding of at least one shell was reversed
 };
 
-/// Welds vertices with exactly equal coordinates (weld.hpp), triangulates, and removes degenerate faces and
+/// Welds vertices with exactly equal coordinates, triangulates, and removes degenerate faces and
 /// unused vertices.
 /// Orientation of each shell (triangles connected by edges): an outermost closed shell is oriented outward by
 /// its signed volume; a closed shell inside another is reversed together with its outermost enclosing shell,
@@ -22,5 +26,21 @@ struct CleanMesh {
 /// Vertices are numbered by first use along the final winding (on a left joint against it): a mirrored file
 /// with the other side gives the mirrored mesh bit for bit, whether or not its winding is reversed.
 CleanMesh clean_mesh(const RawMesh& raw, Winding winding, Side side);
+
+struct WeldedVertices {
+  std::vector<std::int32_t> index_of_raw;  ///< [n raw] index of the merged vertex
+  Points vertices;                         ///< in the order of first occurrence
+  Points normal_sums;                      ///< empty if the file has no normals
+};
+
+/// Merges vertices with exactly equal coordinates: parsers repeat a shared vertex bit for bit, and a
+/// tolerance would close intended gaps.
+WeldedVertices weld_vertices(const RawMesh& raw);
+
+/// Triangulates a polygon by ear clipping in the best-fit plane of the polygon (Newell's normal). Concave
+/// polygons are covered exactly once; the winding is kept. `corners_mm` are the corners in order; the result
+/// contains indices into it. If no ear is left (self-intersecting polygon), the rest becomes a fan. Zero area
+/// gives no triangles. Cost: cubic at worst.
+std::vector<std::array<std::int32_t, 3>> triangulate(const Points& corners_mm);
 
 }  // namespace vrda::load

@@ -1,4 +1,4 @@
-#include "load/compartments.hpp"
+#include "load/case_geometry.hpp"
 
 #include <algorithm>
 

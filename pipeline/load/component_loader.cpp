@@ -6,7 +6,6 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
-#include "load/file_bytes.hpp"
 #include "load/input_file.hpp"
 #include "load/job_schema.hpp"
 #include "load/vf_file.hpp"

@@ -5,11 +5,9 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "core/key_name.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "load/csv_table.hpp"
-#include "load/file_bytes.hpp"
 #include "load/input_file.hpp"
 #include "load/push_job.hpp"
 

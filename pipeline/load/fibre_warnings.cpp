@@ -1,4 +1,4 @@
-#include "load/fibre_warnings.hpp"
+#include "load/case_warnings.hpp"
 
 #include <algorithm>
 #include <cmath>

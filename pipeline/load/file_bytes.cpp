@@ -1,4 +1,4 @@
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 
 #include <openssl/evp.h>
 

@@ -1,4 +1,4 @@
-#include "load/fit_job.hpp"
+#include "load/command_jobs.hpp"
 
 #include <algorithm>
 #include <functional>

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 
-#include "load/file_bytes.hpp"
 #include "load/raw_mesh.hpp"
 
 namespace vrda::load {

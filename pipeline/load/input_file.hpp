@@ -1,8 +1,11 @@
-/// Input files named in a job.
+/// Input files named in a job, whole files with a size limit, and SHA-256.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <string_view>
 
+#include "core/error.hpp"
 #include "load/job.hpp"
 
 namespace vrda::load {
@@ -22,5 +25,12 @@ struct InputFile {
 /// Searches the data folder (if not empty), then the folder of the job file.
 /// Throws InputError naming job, key and file if the file is missing or unreadable.
 InputFile input_file(const Job& job, const std::string& data_directory, const FileReference& named);
+
+/// The content of `file`. Throws InputError for a missing file, a folder, an unreadable file and one larger
+/// than `largest_bytes`; `facts` supplies file, field and wanted of the message.
+std::string file_bytes(const std::string& file, const InputError::Facts& facts, std::uintmax_t largest_bytes);
+
+/// SHA-256 as 64 lower-case hexadecimal digits.
+std::string sha256_of(std::string_view bytes);
 
 }  // namespace vrda::load

@@ -8,12 +8,11 @@
 #include "core/joint_kind.hpp"
 #include "core/side.hpp"
 #include "core/text.hpp"
+#include "load/auto_frame.hpp"
+#include "load/command_jobs.hpp"
 #include "load/coordinates.hpp"
-#include "load/file_bytes.hpp"
-#include "load/fit_job.hpp"
-#include "load/job_frames.hpp"
+#include "load/input_file.hpp"
 #include "load/job_schema.hpp"
-#include "load/laxity_job.hpp"
 #include "load/push_job.hpp"
 
 namespace vrda::load {

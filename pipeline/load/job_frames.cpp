@@ -1,4 +1,4 @@
-#include "load/job_frames.hpp"
+#include "load/auto_frame.hpp"
 
 #include <tuple>
 

@@ -1,4 +1,4 @@
-#include "load/laxity_job.hpp"
+#include "load/command_jobs.hpp"
 
 #include <algorithm>
 #include <functional>

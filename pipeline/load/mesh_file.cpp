@@ -12,8 +12,6 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "documents/document.hpp"
-#include "load/mesh_checks.hpp"
-#include "load/ply_file.hpp"
 #include "load/raw_mesh.hpp"
 #include "load/vf_file.hpp"
 

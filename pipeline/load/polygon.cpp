@@ -1,4 +1,4 @@
-#include "load/polygon.hpp"
+#include "load/clean_mesh.hpp"
 
 #include <cmath>
 #include <numeric>

@@ -30,4 +30,21 @@ inline constexpr std::size_t largest_face_size =
 /// index out of range, no faces.
 RawMesh read_mesh(const std::string& file, std::string bytes);
 
+/// PLY, ASCII or binary of either byte order. assimp is not used because it hangs on some valid files (lists
+/// of texture coordinates) and reduces doubles to floats. Reads vertices with x, y, z (and normals nx, ny,
+/// nz) and faces with a list of vertex indices. Other data named in the header must be complete and is
+/// skipped. Throws InputError naming file and line or element.
+RawMesh read_ply(const std::string& file, const std::string& bytes);
+
+// Checks before assimp parses, which accepts truncated files and is unsafe with damaged ones. Both throw
+// InputError naming file and line.
+/// Binary STL: must have 84 + 50 n bytes; returned unchanged. ASCII STL: every facet must have three vertices
+/// of three numbers, with endsolid at the end; returned with lower-case keywords and without names and
+/// normals.
+std::string checked_stl(const std::string& file, std::string bytes);
+
+/// Wavefront OBJ: known keywords, valid numbers, indices of existing vertices. Returns only the v, vn and f
+/// lines, with absolute indices. The format has no counts: truncation after a line is not detectable.
+std::string checked_wavefront(const std::string& file, const std::string& bytes);
+
 }  // namespace vrda::load

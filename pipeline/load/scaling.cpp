@@ -5,7 +5,6 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
-#include "load/file_bytes.hpp"
 #include "load/input_file.hpp"
 #include "load/landmarks.hpp"
 

@@ -1,4 +1,4 @@
-#include "load/start_pose.hpp"
+#include "load/case_geometry.hpp"
 
 #include <cmath>
 

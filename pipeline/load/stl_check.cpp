@@ -4,7 +4,6 @@
 #include <string_view>
 
 #include "core/error.hpp"
-#include "load/mesh_checks.hpp"
 #include "load/raw_mesh.hpp"
 #include "load/words.hpp"
 

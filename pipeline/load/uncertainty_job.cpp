@@ -9,7 +9,6 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "load/csv_table.hpp"
-#include "load/file_bytes.hpp"
 #include "load/input_file.hpp"
 
 namespace vrda::load {

@@ -3,7 +3,6 @@
 #include <array>
 
 #include "core/error.hpp"
-#include "load/mesh_checks.hpp"
 #include "load/raw_mesh.hpp"
 #include "load/words.hpp"
 

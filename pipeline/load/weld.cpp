@@ -1,4 +1,4 @@
-#include "load/weld.hpp"
+#include "load/clean_mesh.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -9,9 +9,8 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 #include "load/words.hpp"
-#include "measured/opensim_names.hpp"
 
 namespace vrda::measured {
 namespace {

@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "measured/motion_convention.hpp"
@@ -48,5 +49,12 @@ MotionTable read_motion_table(const std::string& file, const TableColumns& colum
 /// The same from the text of a file. `columns.reference_file` is not read.
 MotionTable motion_table_from_text(const std::string& file, const std::string& text,
                                    const TableColumns& columns);
+
+/// The coordinate of an OpenSim column: "knee_flex_r" for "/jointset/knee_r/knee_flex_r/value".
+std::string coordinate_name(std::string_view column);
+
+/// `names`, then those of `vrda export` for every kind of joint and side: of "flex" knee_flex_r, knee_flex_l,
+/// hip_flex_r ...
+std::vector<std::string> with_opensim_names(std::vector<std::string> names, const std::string& coordinate);
 
 }  // namespace vrda::measured

@@ -1,4 +1,4 @@
-#include "measured/opensim_names.hpp"
+#include "measured/motion_table.hpp"
 
 namespace vrda::measured {
 

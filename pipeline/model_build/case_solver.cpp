@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 
 namespace vrda::model_build {
 namespace {

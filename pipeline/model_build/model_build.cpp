@@ -8,7 +8,7 @@
 #include "core/units.hpp"
 #include "model_build/case_solver.hpp"
 #include "store/compressed_rows.hpp"
-#include "store/contact_paths.hpp"
+#include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda::model_build {

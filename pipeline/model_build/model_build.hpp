@@ -9,6 +9,7 @@
 #include "load/case.hpp"
 #include "store/motion_model.hpp"
 #include "store/trace.hpp"
+#include "store/uncertain_motion.hpp"
 #include "sweep/sweep.hpp"
 
 namespace vrda::model_build {
@@ -31,5 +32,11 @@ void add_balance(store::MotionModel& model, const load::Case& job_case, const sw
 store::Trace trace_of(const load::Case& job_case, const std::string& job_key,
                       const std::map<StepKey, SearchTrace>& searches,
                       const std::vector<std::int32_t>& spine_column);
+
+/// Bands and shares of the spread from the solved samples of an uncertain job. `records`: of kind
+/// StepKind::sample, one for each flexion and sample, in any order. Clinical coordinates are about the
+/// rotation centre of the job, also where the samples' centres differ.
+store::UncertainMotion uncertain_motion_of(const load::Case& job_case,
+                                           const std::vector<StepRecord>& records);
 
 }  // namespace vrda::model_build

@@ -1,4 +1,4 @@
-#include "model_build/uncertain_motion.hpp"
+#include "model_build/model_build.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -59,7 +59,8 @@ class UncertainAssembly {
     motion_.status.assign(n_samples_ * n_flexion_, status_pending);
     motion_.n_solved.assign(n_flexion_, 0);
     for (std::vector<double>* column : columns_of_kinds()) column->assign(n_samples_ * n_flexion_ * 3, nan);
-    for (std::vector<double>* column : columns_of_motion(samples_motion_)) column->assign(n_samples_ * n_flexion_, nan);
+    for (std::vector<double>* column : columns_of_motion(samples_motion_))
+      column->assign(n_samples_ * n_flexion_, nan);
     tension_n_.assign(n_samples_ * n_flexion_ * n_fibres_, nan);
     std::vector<const StepRecord*> ordered;
     for (const StepRecord& record : records_) ordered.push_back(&record);
@@ -88,15 +89,16 @@ class UncertainAssembly {
     frame.rotation_centre_mm = centre_mm_;
     const Attitude attitude{r.coordinates ? r.flexion_rad : rad_from_deg(case_.grid.flexion_deg[flexion]),
                             r.varus_rad};
-    const ClinicalCoordinates clinical = clinical_coordinates(X_reference_moving(frame, attitude, r.pose), frame.side,
-                                                              case_.frame.rotation_centre_mm);
+    const ClinicalCoordinates clinical = clinical_coordinates(X_reference_moving(frame, attitude, r.pose),
+                                                              frame.side, case_.frame.rotation_centre_mm);
     set(motion_.rotation_deg, at, deg_from_rad(clinical.flexion_rad), deg_from_rad(clinical.varus_rad),
         deg_from_rad(clinical.internal_rotation_rad));
     set(motion_.translation_mm, at, clinical.anterior_mm, clinical.proximal_mm, clinical.lateral_mm);
     add_forces(r, at);
     add_world(r, at, attitude, frame);
     if (n_fibres_ == 0) return;
-    const auto states = ligament::fibre_states(ligament::solver_ligaments(ligaments_, frame), attitude, r.pose);
+    const auto states =
+        ligament::fibre_states(ligament::solver_ligaments(ligaments_, frame), attitude, r.pose);
     for (std::size_t k = 0; k < n_fibres_; ++k) tension_n_[at * n_fibres_ + k] = states[k].force_n;
   }
 
@@ -148,8 +150,7 @@ class UncertainAssembly {
         shifted.translation_mm += Eigen::Vector3d::Unit(k);
         slope.col(k) = relative_mm(of_job, shifted) - relative_mm(of_job, pose);
       }
-      pose.translation_mm +=
-          slope.inverse() * (relative_mm(frame, r.pose) - relative_mm(of_job, pose));
+      pose.translation_mm += slope.inverse() * (relative_mm(frame, r.pose) - relative_mm(of_job, pose));
     }
     const Eigen::Vector3d t_mm = world_translation_mm(of_job, pose);
     samples_motion_.tx_mm[at] = t_mm.x();
@@ -243,8 +244,8 @@ class UncertainAssembly {
   {
     const std::vector<int> group = uncertainty::jackknife_groups(n_samples_, case_.uncertainty->seed);
     const std::size_t n_draws = motion_.draw.size(), n_quantities = 3 * n_kinds;
-    for (std::vector<double>* table : {&motion_.rank_correlation, &motion_.first_order, &motion_.first_order_low,
-                                       &motion_.first_order_high})
+    for (std::vector<double>* table : {&motion_.rank_correlation, &motion_.first_order,
+                                       &motion_.first_order_low, &motion_.first_order_high})
       table->resize(n_flexion_ * n_quantities * n_draws);
     for (std::size_t i = 0; i < n_flexion_; ++i) {
       Eigen::MatrixXd results = results_at(i);

@@ -6,7 +6,6 @@
 #include "core/error.hpp"
 #include "core/side.hpp"
 #include "core/units.hpp"
-#include "motion/quantile_motion.hpp"
 
 namespace vrda::motion {
 namespace {

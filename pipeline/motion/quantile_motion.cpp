@@ -1,10 +1,9 @@
-#include "motion/quantile_motion.hpp"
+#include "motion/poses.hpp"
 
 #include <algorithm>
 #include <array>
 
 #include "core/error.hpp"
-#include "motion/poses.hpp"
 
 namespace vrda::motion {
 namespace {

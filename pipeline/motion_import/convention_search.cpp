@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/frames.hpp"
 #include "core/parallel.hpp"
-#include "core/solver_position.hpp"
 #include "proximity/gap_query.hpp"
 
 namespace vrda::motion_import {

@@ -6,7 +6,7 @@
 #include "audit/audit.hpp"
 #include "contact/contacts.hpp"
 #include "core/error.hpp"
-#include "core/solver_position.hpp"
+#include "core/frames.hpp"
 #include "core/units.hpp"
 #include "load/axis_map.hpp"
 #include "model_build/case_solver.hpp"

@@ -1,10 +1,9 @@
-#include "prepare/cartilage_gap.hpp"
+#include "prepare/slack_lengths.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/units.hpp"
-#include "prepare/slack_lengths.hpp"
 #include "proximity/gap_query.hpp"
 
 namespace vrda::prepare {

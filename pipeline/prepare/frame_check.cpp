@@ -9,7 +9,7 @@
 #include "load/axis_map.hpp"
 #include "prepare/template_joint.hpp"
 #include "registration/coarse_fit.hpp"
-#include "registration/generic_template.hpp"
+#include "registration/knee_surfaces.hpp"
 
 namespace vrda::prepare {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "load/case.hpp"
 #include "proximity/gap_query.hpp"
+#include "registration/knee_fit.hpp"
 
 namespace vrda::prepare {
 
@@ -46,5 +47,12 @@ struct SlackResult {
 /// fibres strained beyond the template's largest strain + 0.05. From the scan's pose, fibres were strained by
 /// 0.3 and more.
 SlackResult set_slack_lengths(load::Case& subject, const load::Case& reference, int n_threads);
+
+/// Where a scan shows bones only: mean over both compartments of the gap between the bones along the tibia's
+/// axis in the pose of the scan. NaN where a compartment has no bone above it.
+double scanned_gap_mm(const registration::KneeFit& fit, const registration::KneeSurfaces& subject);
+
+/// The part of that gap that is cartilage: both layers together are 1.5 to 5 mm thick.
+double cartilage_in_gap_mm(double gap_mm);
 
 }  // namespace vrda::prepare

@@ -2,7 +2,7 @@
 
 #include "core/error.hpp"
 #include "load/job.hpp"
-#include "registration/generic_template.hpp"
+#include "registration/knee_surfaces.hpp"
 
 namespace vrda::prepare {
 namespace {

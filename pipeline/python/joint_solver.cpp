@@ -5,7 +5,7 @@
 
 #include "core/clinical.hpp"
 #include "core/error.hpp"
-#include "core/solver_position.hpp"
+#include "core/frames.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "ligament/ligaments.hpp"

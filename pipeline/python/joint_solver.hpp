@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "core/solver_position.hpp"
+#include "core/frames.hpp"
 #include "load/case.hpp"
 #include "load/job.hpp"
 #include "model_build/case_solver.hpp"

@@ -1,4 +1,4 @@
-#include "registration/generic_template.hpp"
+#include "registration/knee_surfaces.hpp"
 
 #include "shapes/template_knee.hpp"
 

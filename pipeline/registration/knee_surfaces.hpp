@@ -48,4 +48,8 @@ struct JointRegion {
 };
 JointRegion joint_region(const Mesh& femur, const Mesh& tibia);
 
+/// The knee that is registered where no other template is given: the generated "knee-template", divided into
+/// bone and cartilage.
+TemplateKnee generic_template();
+
 }  // namespace vrda::registration

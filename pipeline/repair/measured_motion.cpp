@@ -1,6 +1,7 @@
 #include "repair/measured_motion.hpp"
 
 #include <algorithm>
+#include <boost/math/statistics/univariate_statistics.hpp>
 #include <cmath>
 #include <limits>
 
@@ -67,13 +68,6 @@ void require_pose(const MeasuredMotion& measured, std::size_t k)
                       "an orthogonal matrix with determinant 1"});
 }
 
-double median(std::vector<double> values)
-{
-  const std::size_t half = values.size() / 2;
-  std::sort(values.begin(), values.end());
-  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
-
 double squared(double value)
 {
   return value * value;
@@ -83,7 +77,7 @@ double squared(double value)
 double spread_of(std::vector<double> values, double middle)
 {
   for (double& value : values) value = std::abs(value - middle);
-  return normal_scale * median(values);
+  return normal_scale * boost::math::statistics::median(values);
 }
 
 }  // namespace
@@ -123,7 +117,7 @@ double supported_gap_mm(const std::vector<MeasuredGap>& gaps)
   // Independent errors have second differences with six times their variance; a gap that changes smoothly has
   // smaller ones, and its change is real.
   if (!differences.empty()) noise_sq_mm2 = std::min(noise_sq_mm2, squared(spread_of(differences, 0.0)) / 6.0);
-  const double middle = median(values);
+  const double middle = boost::math::statistics::median(values);
   const double real_sq_mm2 = squared(spread_of(values, middle)) - noise_sq_mm2;
   return std::max(0.0, middle) + 2.0 * std::sqrt(std::max(0.0, real_sq_mm2));
 }

@@ -7,7 +7,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "solve/joint.hpp"
-#include "store/contact_paths.hpp"
+#include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda::repair {

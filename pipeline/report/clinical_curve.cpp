@@ -13,7 +13,7 @@
 #include "core/side.hpp"
 #include "core/units.hpp"
 #include "exports/formats.hpp"
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 #include "load/words.hpp"
 #include "motion/poses.hpp"
 #include "score/statistics.hpp"

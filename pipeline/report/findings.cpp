@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <limits>
 
-#include "core/perceptible.hpp"
 #include "core/units.hpp"
 #include "reduce/reduce.hpp"
 #include "report/clinical_curve.hpp"

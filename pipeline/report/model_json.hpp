@@ -8,7 +8,7 @@
 
 #include "core/mesh.hpp"
 #include "report/report.hpp"
-#include "store/grid.hpp"
+#include "store/derived.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::report {
@@ -56,8 +56,8 @@ Json coordinates_json(const store::MotionModel& model);
 /// The measured and the repaired motion over the frames: gap, overlap, six coordinates; null unless repaired.
 Json repair_json(const store::MotionModel& model);
 
-/// By quantity over flexion: quantiles of the samples of an uncertain job, and the largest shares of the spread;
-/// null without samples.
+/// By quantity over flexion: quantiles of the samples of an uncertain job, and the largest shares of the
+/// spread; null without samples.
 Json uncertainty_json(const store::MotionModel& model);
 
 /// Spine data of the equilibrium: internal rotation under an extra moment, distinct equilibria; else null.

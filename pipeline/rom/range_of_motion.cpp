@@ -6,7 +6,7 @@
 #include <memory>
 #include <optional>
 
-#include "audit/mesh_border.hpp"
+#include "audit/pose_assessment.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"

@@ -1,4 +1,4 @@
-#include "solve/box_minimum.hpp"
+#include "solve/quadratic_program.hpp"
 
 #include <nlopt.h>
 

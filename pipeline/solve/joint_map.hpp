@@ -4,7 +4,6 @@
 #include "core/frames.hpp"
 #include "core/joint_coordinates.hpp"
 #include "core/solver_options.hpp"
-#include "core/solver_position.hpp"
 #include "solve/applied_loads.hpp"
 
 namespace vrda::solve {

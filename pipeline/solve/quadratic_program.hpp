@@ -53,4 +53,10 @@ using QpMatrix = QpMatrixOf<5>;
 using HalfSpace = HalfSpaceOf<5>;
 using QpSolution = QpSolutionOf<5>;
 
+/// Minimises, by NLopt (SLSQP), x' H x / 2 + g' x over low <= x <= high from x = 0, which must be in the box.
+/// `H` is symmetric and positive definite. All arguments have the same length, at least 1; use scaled
+/// unknowns.
+Eigen::VectorXd minimum_in_box(const Eigen::MatrixXd& H, const Eigen::VectorXd& g, const Eigen::VectorXd& low,
+                               const Eigen::VectorXd& high);
+
 }  // namespace vrda::solve

@@ -8,8 +8,6 @@
 #include <initializer_list>
 #include <memory>
 
-#include "store/sanitized.hpp"
-
 namespace vrda::store {
 namespace {
 

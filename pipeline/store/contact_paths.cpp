@@ -1,4 +1,4 @@
-#include "store/contact_paths.hpp"
+#include "store/motion_model.hpp"
 
 #include "core/frames.hpp"
 #include "core/mesh.hpp"

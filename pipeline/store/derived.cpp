@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/perceptible.hpp"
+#include "core/units.hpp"
 #include "store/evaluate_smoothed.hpp"
 
 namespace vrda::store {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/key_name.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 #include "store/registry.hpp"
 

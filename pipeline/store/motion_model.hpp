@@ -14,7 +14,6 @@
 #include "core/scaling.hpp"
 #include "core/step_record.hpp"
 #include "store/derived.hpp"
-#include "store/grid.hpp"
 #include "store/uncertain_motion.hpp"
 
 namespace vrda::store {
@@ -207,13 +206,13 @@ struct MotionModel {
 
   ClinicalSurfaces clinical;
   ContactRows contacts;
-  Body reference, moving;                ///< canonical, own side
-  std::vector<SmoothedSet> smoothed;     ///< by increasing degree
-  std::optional<TwoSided> two_sided;     ///< only with compartments
+  Body reference, moving;                      ///< canonical, own side
+  std::vector<SmoothedSet> smoothed;           ///< by increasing degree
+  std::optional<TwoSided> two_sided;           ///< only with compartments
   std::optional<UncertainMotion> uncertainty;  ///< if the job has [uncertainty], once it is solved
-  std::optional<RepairedFrames> repair;  ///< of a repaired measurement; only with frames
-  std::optional<ZeroVarus> zero_varus;   ///< after `reduce`
-  std::vector<AuditSet> audits;          ///< by name
+  std::optional<RepairedFrames> repair;        ///< of a repaired measurement; only with frames
+  std::optional<ZeroVarus> zero_varus;         ///< after `reduce`
+  std::vector<AuditSet> audits;                ///< by name
   JobRecord job;
 };
 
@@ -243,5 +242,16 @@ MotionModel with_pending_cells(MotionModel model);
 /// Returns `model` with `set` inserted or replacing the set of the same degree. If the motion changes, audits
 /// of the old set and a zero-varus motion derived from it are removed; an equal set changes nothing.
 MotionModel with_smoothed(MotionModel model, SmoothedSet set);
+
+/// Centres of contact. For each stable cell and compartment: the mean of the points of its contact forces,
+/// weighted by force magnitude; without an equilibrium the unweighted mean of its contacts. NaN without
+/// contacts. `model` must have poses, varus_solved_deg, push.delta, contacts and equilibrium->forces.
+ContactPaths contact_paths_of(const MotionModel& model);
+
+/// The model at a subject's size, without a new run: multiplies every length, energy and moment by `factor`
+/// (above 0) about the origin of the canonical axes. Angles, forces, strains, counts and the job record are
+/// unchanged. Pure contact has no length scale (schemas/scaling.md): the result equals a run at that scale,
+/// up to the position of the origin.
+MotionModel scaled_model(MotionModel model, double factor);
 
 }  // namespace vrda::store

@@ -1,4 +1,4 @@
-#include "store/scaled_model.hpp"
+#include "store/motion_model.hpp"
 
 #include <cmath>
 

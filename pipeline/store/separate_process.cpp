@@ -15,7 +15,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "store/sanitized.hpp"
+#include "store/confinement.hpp"
 
 namespace vrda::store {
 namespace {

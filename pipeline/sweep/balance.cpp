@@ -1,4 +1,4 @@
-#include "sweep/balance.hpp"
+#include "sweep/sweep.hpp"
 
 #include <cmath>
 #include <limits>

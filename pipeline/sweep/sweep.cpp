@@ -9,7 +9,6 @@
 #include <thread>
 
 #include "core/error.hpp"
-#include "sweep/balance.hpp"
 #include "sweep/seeds.hpp"
 
 namespace vrda::sweep {

@@ -88,4 +88,13 @@ struct SweepResult {
 /// Rethrows the first exception of `solve` or a hook after the other workers have finished their steps.
 SweepResult sweep(const SweepPlan& plan, const SolveStep& solve, const SweepHooks& hooks, int n_threads);
 
+/// Imbalance of the compartments, for the rule of the spine by search: |gap_medial - gap_lateral|; infinite
+/// if the record is not stable or a compartment has no gap.
+double imbalance_mm(const StepRecord& record);
+
+/// Whether `a` is the better spine cell: contact of both compartments first, then the smaller imbalance. If
+/// both cells have contact on both sides, the one further along Delta, which is where free varus would
+/// settle.
+bool is_better_balanced(const StepRecord& a, const StepRecord& b);
+
 }  // namespace vrda::sweep

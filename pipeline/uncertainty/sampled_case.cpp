@@ -9,7 +9,6 @@
 #include "core/frames.hpp"
 #include "registration/nearest_surface.hpp"
 #include "uncertainty/distribution.hpp"
-#include "uncertainty/sampling.hpp"
 
 namespace vrda::uncertainty {
 namespace {

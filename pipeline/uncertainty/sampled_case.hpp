@@ -1,11 +1,13 @@
 /// The case of each sample: draws of the uncertain inputs applied to the case of the job.
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "load/case.hpp"
+#include "load/uncertainty.hpp"
 
 namespace vrda::uncertainty {
 
@@ -37,5 +39,15 @@ class SampledCase {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// Number of dimensions of the Sobol sequence (Joe and Kuo, direction numbers of Boost).
+inline constexpr std::size_t most_sobol_dimensions = 3667;
+
+/// Samples of the unit cube, [n_samples, n_dimensions], above 0 and below 1: the same numbers for the same
+/// arguments on every machine. `sobol`: the sequence from its first point, with a random
+/// digital shift of each dimension; `latin_hypercube`: one sample in each of n_samples equal intervals of
+/// each dimension.
+Eigen::MatrixXd unit_samples(load::SampleSequence sequence, Eigen::Index n_samples, Eigen::Index n_dimensions,
+                             std::uint32_t seed);
 
 }  // namespace vrda::uncertainty

@@ -1,4 +1,4 @@
-#include "uncertainty/sampling.hpp"
+#include "uncertainty/sampled_case.hpp"
 
 #include <boost/random/sobol.hpp>
 #include <numeric>
@@ -45,8 +45,9 @@ Eigen::MatrixXd latin_samples(Eigen::Index n_samples, Eigen::Index n_dimensions,
     std::iota(order.begin(), order.end(), Eigen::Index{0});
     for (std::size_t k = order.size() - 1; k > 0; --k) std::swap(order[k], order[random() % (k + 1)]);
     for (Eigen::Index s = 0; s < n_samples; ++s)
-      samples(s, d) = (static_cast<double>(order[static_cast<std::size_t>(s)]) + inside_unit(random_bits(random))) /
-                      static_cast<double>(n_samples);
+      samples(s, d) =
+          (static_cast<double>(order[static_cast<std::size_t>(s)]) + inside_unit(random_bits(random))) /
+          static_cast<double>(n_samples);
   }
   return samples;
 }

@@ -18,8 +18,8 @@
 #include "loop/loop.hpp"
 #include "navigation/arguments.hpp"
 #include "navigation/gamepad.hpp"
+#include "store/motion_model.hpp"
 #include "store/motion_model_file.hpp"
-#include "store/scaled_model.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda::bench {

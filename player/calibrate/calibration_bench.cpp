@@ -9,7 +9,7 @@
 #include "devices/devices.hpp"
 #include "navigation/arguments.hpp"
 #include "settings/settings_text.hpp"
-#include "store/scaled_model.hpp"
+#include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
 #include "virtual_bench/operator.hpp"
 

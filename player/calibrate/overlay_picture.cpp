@@ -7,7 +7,7 @@
 
 #include "bench/window_check.hpp"
 #include "calibrate/calibration_bench.hpp"
-#include "store/scaled_model.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::calibrate {
 namespace {

@@ -1,6 +1,7 @@
 #include "calibration/viewport_fit.hpp"
 
 #include <algorithm>
+#include <boost/math/statistics/univariate_statistics.hpp>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -17,13 +18,6 @@ constexpr int least_side_px = 16;
 std::string px_text(double px)
 {
   return text(px, 2, "px");
-}
-
-double median(std::vector<double> values)
-{
-  std::ranges::sort(values);
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
 }
 
 double mean(const std::vector<double>& values)
@@ -56,10 +50,11 @@ void require_readings(const ViewportMarks& marks, Edge edge, const FitErrorConte
     if (readings.size() == 1) break;
     std::vector<double> others = readings;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-    if (std::abs(readings[k] - median(others)) > furthest_reading_px) {
+    const double about_px = boost::math::statistics::median(others);
+    if (std::abs(readings[k] - about_px) > furthest_reading_px) {
       context.fail(field,
                    "reading " + std::to_string(k + 1) + " at " + px_text(readings[k]) +
-                       ", the others at about " + px_text(median(others)),
+                       ", the others at about " + px_text(about_px),
                    "readings within " + px_text(furthest_reading_px) + " of each other; scan it again",
                    {indices[k]});
     }

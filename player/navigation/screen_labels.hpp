@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "render/renderer.hpp"
-#include "scene/labels.hpp"
+#include "scene/layers.hpp"
 
 namespace vrda::navigation {
 

@@ -1,4 +1,4 @@
-#include "scene/labels.hpp"
+#include "scene/layers.hpp"
 
 namespace vrda::scene {
 

@@ -9,6 +9,7 @@
 
 #include "core/clinical.hpp"
 #include "ligament/ligaments.hpp"
+#include "motion/joint_parts.hpp"
 #include "motion/poses.hpp"
 #include "proximity/box_tree.hpp"
 #include "scene/joint_layers.hpp"
@@ -185,5 +186,8 @@ class LigamentLayer {
   Pose X_reference_moving_ = Pose::Identity();  ///< at the last update
   bool is_made_ = false;
 };
+
+/// Where the name of a bone, ligament or compartment is drawn, world.
+Eigen::Vector3d place_of(const motion::JointLabel& label, const JointFrames& frames);
 
 }  // namespace vrda::scene

@@ -15,8 +15,8 @@ function(vrda_room_root out)
   set(${out} ${program} PARENT_SCOPE)
 endfunction()
 
-# Optimises for size: rooms of the player and rooms it shares with the pipeline that are not time-critical. Only in
-# release builds; Eigen's assertions, whose texts contain whole template names, remain under the sanitizers.
+# Optimises for size rooms that are not time-critical: compiled in two thirds of the time, and the player stays small.
+# Only in release builds; Eigen's assertions, whose texts contain whole template names, remain under the sanitizers.
 function(vrda_small target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-Os>)
   target_compile_definitions(${target} PRIVATE $<$<CONFIG:Release>:EIGEN_NO_DEBUG>)
@@ -72,9 +72,10 @@ endfunction()
 
 # add_room_test(contact SOURCES a_test.cpp USES pipeline::contact): one test program per room, run as one process or as
 # SHARDS parallel processes. TIMEOUT in seconds, for tests that may take longer than ten minutes under the sanitizers
-# on a busy machine. Tests with a higher COST (roughly seconds) start earlier.
+# on a busy machine. Tests with a higher COST (roughly seconds) start earlier. LIGHT: compiled without optimisation, in
+# half the time, since it computes little itself.
 function(add_room_test name)
-  cmake_parse_arguments(TEST "" "TIMEOUT;SHARDS;COST" "SOURCES;USES" ${ARGN})
+  cmake_parse_arguments(TEST "LIGHT" "TIMEOUT;SHARDS;COST" "SOURCES;USES" ${ARGN})
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 600)
   endif()
@@ -87,7 +88,12 @@ function(add_room_test name)
   set(target test_${name})
   add_executable(${target} ${TEST_SOURCES})
   target_link_libraries(${target} PRIVATE ${TEST_USES} test_support GTest::gmock GTest::gtest_main vrda_flags)
-  target_precompile_headers(${target} REUSE_FROM test_precompiled)
+  if(TEST_LIGHT)
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O0>)
+    target_precompile_headers(${target} REUSE_FROM test_precompiled_light)
+  else()
+    target_precompile_headers(${target} REUSE_FROM test_precompiled)
+  endif()
   foreach(shard RANGE 1 ${TEST_SHARDS})
     # scripts/count_tests replaces this test by the tests in its file.
     set(test room.${name}.${shard})

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::test {

@@ -7,7 +7,7 @@
 
 #include "cluster/case_spec.hpp"
 #include "cluster/sharded_case.hpp"
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 
 namespace vrda::missing_test {
 

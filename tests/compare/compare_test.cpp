@@ -8,7 +8,6 @@
 #include "compare/noisy_joint.hpp"
 #include "compare/recommend.hpp"
 #include "core/error.hpp"
-#include "core/perceptible.hpp"
 #include "core/units.hpp"
 #include "smooth/smooth.hpp"
 #include "support/refusal.hpp"

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "core/clinical.hpp"
-#include "core/solver_position.hpp"
 #include "core/units.hpp"
 #include "support/meshes.hpp"
 

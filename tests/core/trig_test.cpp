@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 namespace vrda::trig_test {
@@ -47,6 +48,12 @@ TEST(Trig, ExactAtTheAxesAndOdd)
     EXPECT_EQ(cosine(-x), cosine(x));
     EXPECT_EQ(arc_tangent2(-x, 0.7), -arc_tangent2(x, 0.7));
   }
+}
+
+TEST(Trig, OfNaNAndInfinityAreNaN)
+{
+  EXPECT_TRUE(std::isnan(sine(std::numeric_limits<double>::quiet_NaN())));
+  EXPECT_TRUE(std::isnan(cosine(std::numeric_limits<double>::infinity())));
 }
 
 }  // namespace vrda::trig_test

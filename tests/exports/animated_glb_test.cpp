@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <set>
@@ -65,11 +66,12 @@ const aiNodeAnim& channel_of(const aiScene& scene, const std::string& node)
   throw InternalError("no channel " + node);
 }
 
-/// The node's pose at a key, as computed by a glTF viewer.
+/// The node's pose at a key, as computed by a glTF viewer. A rotation without keys of its own is constant.
 Eigen::Matrix4d keyed(const aiNodeAnim& channel, unsigned key)
 {
   const aiVector3D place = channel.mPositionKeys[key].mValue;
-  const aiMatrix4x4 X(aiVector3D(1, 1, 1), channel.mRotationKeys[key].mValue, place);
+  const aiQuaternion turn = channel.mRotationKeys[std::min(key, channel.mNumRotationKeys - 1)].mValue;
+  const aiMatrix4x4 X(aiVector3D(1, 1, 1), turn, place);
   return matrix(X);
 }
 
@@ -208,10 +210,9 @@ store::LigamentRows two_fibres()
 Eigen::Matrix4d keyed_link(const aiNodeAnim& channel, unsigned key)
 {
   const aiVector3D scale = channel.mScalingKeys[key].mValue;
-  return keyed(channel, key) *
-         Eigen::Vector4d(static_cast<double>(scale.x), static_cast<double>(scale.y),
-                         static_cast<double>(scale.z), 1.0)
-             .asDiagonal();
+  return keyed(channel, key) * Eigen::Vector4d(static_cast<double>(scale.x), static_cast<double>(scale.y),
+                                               static_cast<double>(scale.z), 1.0)
+                                   .asDiagonal();
 }
 
 TEST(AnimatedGlb, LinksOfFibresFollowTheirPath)

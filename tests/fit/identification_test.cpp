@@ -11,7 +11,7 @@
 #include "core/units.hpp"
 #include "fit/fit_files.hpp"
 #include "fit/fit_journal.hpp"
-#include "load/laxity_job.hpp"
+#include "load/command_jobs.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 #include "load/mesh_text.hpp"
 #include "support/meshes.hpp"
 #include "support/real_knees.hpp"

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "load/case.hpp"
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 #include "load/ligament_table.hpp"
 #include "load/mesh_text.hpp"
 #include "load/wraps_file.hpp"

@@ -1,4 +1,4 @@
-#include "load/ply_file.hpp"
+#include "load/raw_mesh.hpp"
 
 #include <gtest/gtest.h>
 

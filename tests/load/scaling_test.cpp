@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 #include "load/mesh_text.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"

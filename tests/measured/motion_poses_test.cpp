@@ -197,7 +197,8 @@ TEST(MotionPoses, PositionsWithoutANumberAreRefused)
                 "flexion_deg,varus_deg,internal_deg,anterior_mm,proximal_mm,lateral_mm\n0,90,0,1,2,3\n"),
             measured::Convention{.lengths = LengthPoint::grood_suntay})}) {
     const measured::MotionTable table = table_of(text);
-    EXPECT_THAT(test::input_error([&] { measured::poses_of(table, convention, {}); }),
+    const measured::Convention& named = convention;  // clang 14 captures no structured binding
+    EXPECT_THAT(test::input_error([&] { measured::poses_of(table, named, {}); }),
                 test::refuses({"m.csv", "line 2", "1e9 mm", "1e9 mm"}));
   }
 }

@@ -9,7 +9,7 @@
 #include "core/trig.hpp"
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
-#include "store/scaled_model.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::poses_test {
 
@@ -342,7 +342,7 @@ TEST(Motion, TheSameQuestionGetsTheSameBits)
   }
 }
 
-// Poses of a model of another size (store/scaled_model.hpp).
+// Poses of a model of another size.
 
 constexpr double factor = 1.07;
 constexpr double rounding_mm = 1e-9;  // of numbers up to 200 mm, some tens of operations

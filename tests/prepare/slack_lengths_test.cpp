@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 
 #include "core/units.hpp"
-#include "prepare/cartilage_gap.hpp"
 #include "prepare/template_joint.hpp"
 #include "support/meshes.hpp"
 

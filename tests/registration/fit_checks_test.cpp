@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "core/units.hpp"
-#include "registration/generic_template.hpp"
+#include "registration/knee_surfaces.hpp"
 #include "shapes/template_knee.hpp"
 
 namespace vrda::fit_checks_test {

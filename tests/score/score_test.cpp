@@ -163,7 +163,7 @@ TEST(Score, RowsWithoutAPoseAreNamedByReason)
 {
   score::Sequence measured = test::moving_sequence(n);
   std::vector<score::Row> found = offset_rows(measured, some_offset);
-  for (const std::size_t k : {3, 7}) {
+  for (const std::size_t k : {3u, 7u}) {
     found[k].missing = "no_contact";
     found[k].value.fill(nan);
   }

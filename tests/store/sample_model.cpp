@@ -3,8 +3,8 @@
 #include "core/clinical.hpp"
 #include "core/frames.hpp"
 #include "core/units.hpp"
-#include "store/contact_paths.hpp"
 #include "store/evaluate_smoothed.hpp"
+#include "store/motion_model.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::test {

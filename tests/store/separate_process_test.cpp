@@ -27,7 +27,7 @@ using ::testing::HasSubstr;
 
 TEST(SeparateProcess, AnswersWithWhateverBytes)
 {
-  for (const std::size_t size : {0, 1, 5'000'000}) {
+  for (const std::size_t size : {0u, 1u, 5'000'000u}) {
     std::string text(size, '\0');
     for (std::size_t i = 0; i < size; ++i) text[i] = static_cast<char>(i % 251);
     const store::ProcessResult answer = store::run_separately([&] { return text; }, "x");

@@ -25,6 +25,12 @@ thread_local long of_thread = 0;
   if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
   throw std::bad_alloc();
 }
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept
+{
+  ++of_program;
+  ++of_thread;
+  return std::malloc(size);
+}
 [[gnu::noinline]] void operator delete(void* memory) noexcept
 {
   std::free(memory);

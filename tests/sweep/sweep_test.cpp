@@ -12,7 +12,6 @@
 #include <thread>
 
 #include "core/units.hpp"
-#include "sweep/balance.hpp"
 
 namespace vrda::sweep_test {
 

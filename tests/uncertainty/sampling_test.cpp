@@ -1,4 +1,4 @@
-#include "uncertainty/sampling.hpp"
+#include "uncertainty/sampled_case.hpp"
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,8 @@ TEST_P(Sampling, EachOfNEqualIntervalsHasOneOfNSamples)
   const Eigen::MatrixXd samples = uncertainty::unit_samples(GetParam(), n, 9, 3);
   for (Eigen::Index d = 0; d < samples.cols(); ++d) {
     std::set<int> intervals;
-    for (Eigen::Index s = 0; s < n; ++s) intervals.insert(static_cast<int>(samples(s, d) * static_cast<double>(n)));
+    for (Eigen::Index s = 0; s < n; ++s)
+      intervals.insert(static_cast<int>(samples(s, d) * static_cast<double>(n)));
     EXPECT_EQ(intervals.size(), static_cast<std::size_t>(n)) << "dimension " << d;
   }
 }

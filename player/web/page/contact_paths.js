@@ -1,4 +1,5 @@
 // Contact points of the compartments over flexion at one varus, and their plot seen from above the moving body.
+import { boxOf } from "./labels.js";
 
 /// Colour-blind safe, after Okabe and Ito (2008).
 export const compartmentColours = { medial: "#0b6aa8", lateral: "#c2500a" };
@@ -41,15 +42,6 @@ export function unbroken(path) {
   return pieces;
 }
 
-function bounds(part) {
-  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  part.vertices.forEach((x, k) => {
-    low[k % 3] = Math.min(low[k % 3], x);
-    high[k % 3] = Math.max(high[k % 3], x);
-  });
-  return { low, high };
-}
-
 /// Draws the moving body's contact parts from above (anterior up, the subject's right to the right) and both paths.
 export class PlateauPlot {
   constructor(canvas) {
@@ -59,7 +51,7 @@ export class PlateauPlot {
   setModel(model) {
     this.model = model;
     this.part = model.bodies.moving.parts[0];
-    this.bounds = bounds(this.part);
+    this.bounds = boxOf(model.bodies.moving);
     this.underlay = null;
   }
 

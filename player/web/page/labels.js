@@ -1,5 +1,5 @@
 // Names of bones, ligaments and sides over the picture; points as in player/scene/labels.
-import { Vector3 } from "three";
+import { Box3, Vector3 } from "three";
 
 const femurHeightMm = 38, tibiaDepthMm = 62, sideDistanceMm = 7;  // on a knee
 
@@ -8,10 +8,9 @@ const ligamentOf = (bundle) => ["ACL", "PCL", "MCL", "LCL"].find((known) => bund
 export const bodyNames = (model) => (model.joint === "knee" ? { reference: "femur", moving: "tibia" } : { reference: model.bodies.reference.name, moving: model.bodies.moving.name });
 
 /// The box of a body's contact parts.
-function boxOf(body) {
-  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  body.parts[0].vertices.forEach((x, k) => { low[k % 3] = Math.min(low[k % 3], x); high[k % 3] = Math.max(high[k % 3], x); });
-  return { low, high };
+export function boxOf(body) {
+  const { min, max } = new Box3().setFromArray(body.parts[0].vertices);
+  return { low: min.toArray(), high: max.toArray() };
 }
 
 /// [{ text, points: [{ body, point }] }]: a label is at the mean of its points; mm from the rotation centre.

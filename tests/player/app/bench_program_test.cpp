@@ -244,8 +244,7 @@ TEST_F(BenchProgram, GoesOnWithoutItsSimulatorAndFindsTheNextOne)
   simulator_.reset();  // killed
   ASSERT_TRUE(await(n_without, is_without_simulator)) << bench.said();
   // The display continues with the last valid poses, marked as stale.
-  const bench::BenchFrame& first = frames[frames.size() - n_without];
-  const bench::BenchFrame& last = frames.back();
+  const bench::BenchFrame first = frames[frames.size() - n_without], last = frames.back();
   EXPECT_TRUE(last.bodies[1].was_seen && last.bodies[2].was_seen);
   EXPECT_EQ(last.X_tracker_reference.matrix(), first.X_tracker_reference.matrix());
   EXPECT_EQ(last.X_tracker_moving.matrix(), first.X_tracker_moving.matrix());

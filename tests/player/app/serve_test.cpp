@@ -51,6 +51,7 @@ class Serve : public testing::Test {
   void start(std::vector<std::string> arguments)
   {
     const std::filesystem::path out = scratch_.path() / "address";
+    std::filesystem::remove(out);  // of an earlier start
     std::string line = "exec \"$0\" \"$@\" > \"" + out.string() + "\" 2>&1";
     arguments.insert(arguments.begin(), {"-c", line, VRDA_PLAYER_PROGRAM});
     program_ = std::make_unique<test::Process>(test::Command{"/bin/sh", arguments, {}, scratch_.path()});

@@ -54,7 +54,7 @@ bench_files::Calibration random_calibration(std::mt19937_64& random, const bench
   c.X_table_eyes = random_six(random);
   c.X_headbody_eyes = random_six(random);
   c.stage_direction_table = random_six(random).shift_mm.normalized();
-  for (const std::size_t role : {0, 1, 2}) c.X_body_model[role] = random_six(random);
+  for (const std::size_t role : {0u, 1u, 2u}) c.X_body_model[role] = random_six(random);
   return c;
 }
 
@@ -73,7 +73,7 @@ TEST(Calibration, ReadsBackWhatWasWritten)
     expect_near(read.X_tracker_table, made.X_tracker_table);
     expect_near(read.X_table_eyes, made.X_table_eyes);
     expect_near(read.X_headbody_eyes, made.X_headbody_eyes);
-    for (const std::size_t role : {0, 1, 2}) expect_near(read.X_body_model[role], made.X_body_model[role]);
+    for (const std::size_t role : {0u, 1u, 2u}) expect_near(read.X_body_model[role], made.X_body_model[role]);
   }
 }
 

@@ -109,7 +109,7 @@ TEST(FollowedRun, CellsOfAScaledJobToo)
 void follow_to_the_end(follow::RunWatch& watch, int& n_moves, int& n_looks_with_part)
 {
   for (int patience = 0; watch.phase() != follow::RunPhase::finished; ++patience) {
-    ASSERT_LT(patience, 3000) << "the run does not finish";
+    ASSERT_LT(patience, 30000) << "the run does not finish";
     for (const follow::RunStep& step : watch.poll().steps)
       n_moves += step.kind == follow::RunStepKind::move ? 1 : 0;
     n_looks_with_part += watch.n_done() > 0 && watch.n_done() < watch.n_cells() ? 1 : 0;

@@ -4,7 +4,6 @@
 #include "core/units.hpp"
 #include "player/scene/layer_models.hpp"
 #include "scene/joint_layers.hpp"
-#include "scene/labels.hpp"
 #include "scene/layers.hpp"
 #include "scene/solids.hpp"
 

@@ -3,12 +3,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <map>
+#include <string>
 #include <utility>
 
 #include "core/error.hpp"
 
 namespace vrda::statistics_test {
+
+constexpr int n_threads = 2;
 
 bench_files::BenchFile bench_of(bench_files::HeadKind head)
 {
@@ -44,22 +49,42 @@ std::map<std::string, Count> counts_of(const virtual_bench::VirtualStatistics& s
   return counts;
 }
 
+/// $VRDA_BENCHES: more benches, which limit the coverage more closely (400 took 3 minutes;
+/// results/calibration.md has 200).
+int n_benches_or(int fallback)
+{
+  const char* const given = std::getenv("VRDA_BENCHES");
+  return given == nullptr ? fallback : std::stoi(given);
+}
+
+/// Coverage of 95 % intervals: of each parameter within these standard deviations of chance, and of all
+/// together.
+void expect_coverage(const std::map<std::string, Count>& counts, double fewer_sds, double more_sds)
+{
+  double share = 0.0;
+  for (const auto& [name, count] : counts) {
+    const double expected = 0.95 * count.n, sd = std::sqrt(0.05 * expected);
+    EXPECT_GE(count.n_within, expected - fewer_sds * sd) << name;
+    EXPECT_LE(count.n_within, expected + more_sds * sd) << name;
+    share += count.n_within / static_cast<double>(count.n) / static_cast<double>(counts.size());
+  }
+  // Intervals that are a tenth too short contain the truth in 92.2 %, a fifth too long in 98.1 %.
+  EXPECT_GT(share, 0.935);
+  EXPECT_LT(share, 0.97);
+}
+
 class HonestIntervals : public testing::TestWithParam<bench_files::HeadKind> {};
 
 TEST_P(HonestIntervals, HoldTheTruthInNinetyToNinetyEightOfAHundredCases)
 {
-  // For 200 benches, chance takes the coverage of a valid 95 % interval above 98 % in 2.6 % of cases, and
-  // there are some fifty parameters; for 400 in 0.2 %.
-  constexpr int n_benches = 400, n_threads = 2;
+  const int n_benches = n_benches_or(100);
   const virtual_bench::VirtualStatistics statistics =
       virtual_bench::virtual_statistics(bench_of(GetParam()), {1, n_benches, n_threads});
   EXPECT_EQ(statistics.n_benches, n_benches);
   const std::map<std::string, Count> counts = counts_of(statistics);
   EXPECT_GT(counts.size(), 35u);
-  for (const auto& [name, count] : counts) {
-    EXPECT_GE(count.n_within, 0.90 * count.n) << name;
-    EXPECT_LE(count.n_within, 0.98 * count.n) << name;
-  }
+  // 90 to 98 % of 400 benches. There are some fifty parameters.
+  expect_coverage(counts, 4.6, 2.75);
   EXPECT_LT(median_mm(statistics.after), 2.0);
   EXPECT_GT(median_mm(statistics.before), 5.0 * median_mm(statistics.after));
 }
@@ -122,16 +147,12 @@ class OtherWays : public testing::TestWithParam<OtherWay> {};
 
 TEST_P(OtherWays, HoldTheTruthAsOften)
 {
-  // Of 200 valid 95 % intervals 90 to 99 % contain the truth except in 0.3 %; there are some fifty.
-  constexpr int n_benches = 200, n_threads = 2;
   const virtual_bench::VirtualStatistics statistics =
-      virtual_bench::virtual_statistics(GetParam().bench, {1, n_benches, n_threads});
+      virtual_bench::virtual_statistics(GetParam().bench, {1, n_benches_or(60), n_threads});
   const std::map<std::string, Count> counts = counts_of(statistics);
   for (const std::string& name : GetParam().numbers) EXPECT_TRUE(counts.contains(name)) << name;
-  for (const auto& [name, count] : counts) {
-    EXPECT_GE(count.n_within, 0.90 * count.n) << name;
-    EXPECT_LE(count.n_within, 0.99 * count.n) << name;
-  }
+  // 90 to 99 % of 200 benches.
+  expect_coverage(counts, 3.25, 2.6);
   EXPECT_LT(median_mm(statistics.after), 2.0);
 }
 
@@ -142,10 +163,8 @@ TEST(VirtualStatistics, AreTheSameForAnyNumberOfThreads)
 {
   const bench_files::BenchFile bench = bench_of(bench_files::HeadKind::stage);
   constexpr int n_benches = 5;
-  const virtual_bench::VirtualStatistics one =
-      virtual_bench::virtual_statistics(bench, {40, n_benches, 1});
-  const virtual_bench::VirtualStatistics three =
-      virtual_bench::virtual_statistics(bench, {40, n_benches, 3});
+  const virtual_bench::VirtualStatistics one = virtual_bench::virtual_statistics(bench, {40, n_benches, 1});
+  const virtual_bench::VirtualStatistics three = virtual_bench::virtual_statistics(bench, {40, n_benches, 3});
   ASSERT_EQ(one.numbers.size(), three.numbers.size());
   for (std::size_t k = 0; k < one.numbers.size(); ++k) {
     EXPECT_EQ(one.numbers[k].name, three.numbers[k].name);

@@ -58,7 +58,7 @@ TEST(VirtualOperator, WithoutNoiseEveryPartIsFoundToTheStepOfItsDials)
 {
   for (const bench_files::HeadKind head : {bench_files::HeadKind::stage, bench_files::HeadKind::tracker}) {
     const bench_files::BenchFile bench = bench_of(head);
-    for (const std::uint64_t seed : {1, 2, 3}) {
+    for (const std::uint64_t seed : {1u, 2u, 3u}) {
       const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(bench, seed);
       const bench_files::Calibration found = calibrated(bench, truth, no_noise);
       // Whole columns and rows.
@@ -228,7 +228,7 @@ TEST(RealThings, TheLegIsWhereAModelIsSeenThatIsPlacedRightly)
 TEST(RealThings, AScanLineIsBentAsTheEdgeIs)
 {
   const bench_files::BenchFile bench = bench_of(bench_files::HeadKind::stage);
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
     const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(bench, seed);
     const bench_files::Calibration nominal = bench_files::nominal_calibration(bench);
     int n_bent = 0;

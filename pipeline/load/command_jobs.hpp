@@ -1,4 +1,4 @@
-/// [laxity] of a job: the loads of `vrda laxity`; and a job over other flexions with free varus.
+/// Tables of a job for single commands: [fit] and [laxity].
 #pragma once
 
 #include <optional>
@@ -7,7 +7,12 @@
 
 namespace vrda::load {
 
-/// Absent if the job has none. Throws InputError naming the key: angles that do not ascend, no load.
+/// [fit]: what `vrda fit --to` may change. Absent if the job has none. Throws InputError naming the key: one
+/// that the quantity does not have or lacks, angles that do not ascend, no coordinate to fit.
+std::optional<FitJob> fit_of(const documents::Document& document);
+
+/// [laxity]: the loads of `vrda laxity`. Absent if the job has none. Throws InputError naming the key: angles
+/// that do not ascend, no load.
 std::optional<LaxityJob> laxity_of(const documents::Document& document);
 
 /// The job over these flexions (degrees, ascending) with varus free and nothing smoothed, whatever its grid.
