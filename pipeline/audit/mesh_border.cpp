@@ -1,3 +1,4 @@
+// Where the surface of a mesh ends.
 #include "audit/pose_assessment.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// The rule for names of the key of a sequence of frames ("time_s").
 #include "core/text.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// From a pose to the numbers of a motion step.
 #include "core/frames.hpp"
 
 #include "core/trig.hpp"

@@ -1,3 +1,4 @@
+// Warnings about the axes, the side and the rotation centre of a joint, judged from its geometry.
 #include "load/case_warnings.hpp"
 
 #include <algorithm>

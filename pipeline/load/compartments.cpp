@@ -1,3 +1,4 @@
+// Assigns the triangles of the moving object to compartments.
 #include "load/case_geometry.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Warnings about implausible ligament fibres at the pose of the meshes.
 #include "load/case_warnings.hpp"
 
 #include <algorithm>

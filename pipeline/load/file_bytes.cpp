@@ -1,3 +1,4 @@
+// Reads whole files with a size limit, and computes SHA-256.
 #include "load/input_file.hpp"
 
 #include <openssl/evp.h>

@@ -1,3 +1,4 @@
+// [fit] of a job: what `vrda fit --to` may change.
 #include "load/command_jobs.hpp"
 
 #include <algorithm>

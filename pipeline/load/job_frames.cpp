@@ -1,3 +1,4 @@
+// The frames of a job: of the joint and of a body (schemas/frames.md).
 #include "load/auto_frame.hpp"
 
 #include <tuple>

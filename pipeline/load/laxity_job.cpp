@@ -1,3 +1,4 @@
+// [laxity] of a job: the loads of `vrda laxity`; and a job over other flexions with free varus.
 #include "load/command_jobs.hpp"
 
 #include <algorithm>

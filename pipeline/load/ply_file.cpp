@@ -1,3 +1,5 @@
+// Parser for PLY: ASCII or binary of either byte order. assimp is not used because it hangs on some valid
+// files (lists of texture coordinates) and reduces doubles to floats.
 #include "load/raw_mesh.hpp"
 
 #include <algorithm>

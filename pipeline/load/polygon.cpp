@@ -1,3 +1,4 @@
+// Triangulation of polygons.
 #include "load/clean_mesh.hpp"
 
 #include <cmath>

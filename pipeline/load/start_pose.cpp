@@ -1,3 +1,4 @@
+// The start of a joint whose job gives none.
 #include "load/case_geometry.hpp"
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// Merges vertices with equal coordinates.
 #include "load/clean_mesh.hpp"
 
 #include <algorithm>

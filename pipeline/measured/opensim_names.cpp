@@ -1,3 +1,4 @@
+// Names of coordinates in OpenSim tables.
 #include "measured/motion_table.hpp"
 
 namespace vrda::measured {

@@ -1,3 +1,4 @@
+// From the solved samples of an uncertain job to bands and shares of the spread.
 #include "model_build/model_build.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// The motion over flexion of one sample of an uncertain job.
 #include "motion/poses.hpp"
 
 #include <algorithm>

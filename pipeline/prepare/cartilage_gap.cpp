@@ -1,3 +1,4 @@
+// Thickness of cartilage where a scan shows bones only.
 #include "prepare/slack_lengths.hpp"
 
 #include <algorithm>

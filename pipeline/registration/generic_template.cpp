@@ -1,3 +1,4 @@
+// The knee that is registered where no other template is given.
 #include "registration/knee_surfaces.hpp"
 
 #include "shapes/template_knee.hpp"

@@ -1,3 +1,4 @@
+// The minimum of a quadratic function in a box, by NLopt (SLSQP).
 #include "solve/quadratic_program.hpp"
 
 #include <nlopt.h>

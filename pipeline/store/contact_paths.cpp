@@ -1,3 +1,4 @@
+// Centre of contact of each compartment, from the contacts or the contact forces of a motion model.
 #include "store/motion_model.hpp"
 
 #include "core/frames.hpp"

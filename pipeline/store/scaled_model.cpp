@@ -1,3 +1,4 @@
+// Uniform scaling of a motion model to a subject's size, without a new run.
 #include "store/motion_model.hpp"
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// Balance of the compartments of a step: the rule of the spine by search.
 #include "sweep/sweep.hpp"
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// Samples of the unit cube: the same numbers for the same arguments on every machine.
 #include "uncertainty/sampled_case.hpp"
 
 #include <boost/random/sobol.hpp>

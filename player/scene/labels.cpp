@@ -1,3 +1,4 @@
+// Where the names of bones, ligaments and compartments are drawn.
 #include "scene/layers.hpp"
 
 namespace vrda::scene {
