@@ -267,8 +267,7 @@ class Refusals(unittest.TestCase):
 
 class Again(unittest.TestCase):
     def packed_again(self, generator, file, umask):
-        # On the same file system: cpack lists files of a Debian package in the order of the folder.
-        with tempfile.TemporaryDirectory(prefix="vrda pack ", dir=release.BUILD) as folder:
+        with tempfile.TemporaryDirectory(prefix="vrda pack ") as folder:
             environment = dict(os.environ, SOURCE_DATE_EPOCH=str(PACKED_AT), TZ="Asia/Tokyo", LC_ALL="C.UTF-8")
             release.run("cpack", "-G", generator, "--config", release.BUILD / "CPackConfig.cmake", "-B", folder,
                         "-D", "CPACK_COMPONENTS_ALL=pipeline", env=environment, umask=umask)
