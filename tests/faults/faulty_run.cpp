@@ -103,6 +103,12 @@ std::vector<Setting> one_method()
   return runs_full_set() ? every_method() : std::vector{traced_search()};
 }
 
+std::vector<Setting> untraced_or(const Setting& setting)
+{
+  if (runs_full_set()) return {search(), equilibrium()};
+  return {setting};
+}
+
 std::string name_of(const testing::TestParamInfo<Setting>& setting)
 {
   return setting.param.name;

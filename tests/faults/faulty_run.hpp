@@ -44,6 +44,8 @@ bool runs_full_set();
 std::vector<Setting> every_method();
 /// One setting, for tests that do not depend on the method.
 std::vector<Setting> one_method();
+/// `setting`, for files that do not depend on the method; search and equilibrium in the full set.
+std::vector<Setting> untraced_or(const Setting& setting);
 std::string name_of(const testing::TestParamInfo<Setting>& setting);
 std::ostream& operator<<(std::ostream& out, const Setting& setting);
 

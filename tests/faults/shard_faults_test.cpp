@@ -306,13 +306,7 @@ TEST_P(ShardFaults, AShardThatWaitsForTheSpineTakesItOverFromOneThatDies)
   }
 }
 
-std::vector<Setting> parted()
-{
-  if (runs_full_set()) return {search(), equilibrium()};
-  return {equilibrium()};
-}
-
-INSTANTIATE_TEST_SUITE_P(All, ShardFaults, testing::ValuesIn(parted()), name_of);
+INSTANTIATE_TEST_SUITE_P(All, ShardFaults, testing::ValuesIn(untraced_or(equilibrium())), name_of);
 INSTANTIATE_TEST_SUITE_P(All, ShardErrors, testing::Values(search()), name_of);
 
 }  // namespace vrda::test::shard_faults_test

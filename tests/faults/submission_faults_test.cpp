@@ -168,12 +168,6 @@ TEST_P(SubmissionFaults, AFileSystemWithoutLocksIsReportedInOneLine)
 }
 
 // What a submission writes does not depend on the method; the search is faster here.
-std::vector<Setting> submitted()
-{
-  if (runs_full_set()) return {search(), equilibrium()};
-  return {search()};
-}
-
-INSTANTIATE_TEST_SUITE_P(All, SubmissionFaults, testing::ValuesIn(submitted()), name_of);
+INSTANTIATE_TEST_SUITE_P(All, SubmissionFaults, testing::ValuesIn(untraced_or(search())), name_of);
 
 }  // namespace vrda::test::submission_faults_test

@@ -10,11 +10,15 @@ thread_local long of_thread = 0;
 }  // namespace
 
 // Not inlined: GCC would match malloc with delete, or new with free, and report a mismatch.
-[[gnu::noinline]] void* operator new(std::size_t size)
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept
 {
   ++of_program;
   ++of_thread;
-  if (void* memory = std::malloc(size)) return memory;
+  return std::malloc(size);
+}
+[[gnu::noinline]] void* operator new(std::size_t size)
+{
+  if (void* memory = operator new(size, std::nothrow)) return memory;
   throw std::bad_alloc();
 }
 [[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment)
@@ -24,12 +28,6 @@ thread_local long of_thread = 0;
   const auto step = static_cast<std::size_t>(alignment);
   if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
   throw std::bad_alloc();
-}
-[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept
-{
-  ++of_program;
-  ++of_thread;
-  return std::malloc(size);
 }
 [[gnu::noinline]] void operator delete(void* memory) noexcept
 {
