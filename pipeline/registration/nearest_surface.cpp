@@ -128,8 +128,24 @@ Mesh without_noise(Mesh mesh)
 }
 
 NearestSurface::NearestSurface(Mesh mesh)
-    : mesh_(std::move(mesh)), normals_(smoothed_normals(mesh_)), tree_(mesh_)
+    : mesh_(std::move(mesh)),
+      normals_(smoothed_normals(mesh_)),
+      tree_(mesh_),
+      normal_bounds_(tree_.nodes().size())
 {
+  for (std::size_t i = tree_.nodes().size(); i-- > 0;) {  // children come after their parent
+    const proximity::BoxTree::Node& node = tree_.nodes()[i];
+    NormalBounds& bounds = normal_bounds_[i];
+    if (!node.is_leaf()) {
+      bounds.add(normal_bounds_[i + 1]);
+      bounds.add(normal_bounds_[static_cast<std::size_t>(node.first)]);
+      continue;
+    }
+    for (std::int32_t k = node.first; k < node.first + node.count; ++k) {
+      const Eigen::Array3d normal = normals_.row(tree_.order()[static_cast<std::size_t>(k)]).transpose();
+      bounds.add({normal, normal});
+    }
+  }
 }
 
 SurfacePoint NearestSurface::nearest(const Eigen::Vector3d& p_mm, const NearestLimits& limits) const
@@ -146,7 +162,9 @@ SurfacePoint NearestSurface::nearest(const Eigen::Vector3d& p_mm, const NearestL
   stack[n_tasks++] = {0, distance_sq_mm2(p_mm, tree_.nodes()[0])};
   while (n_tasks > 0) {
     const Task task = stack[--n_tasks];
-    if (task.least_sq_mm2 > best_sq) continue;
+    if (task.least_sq_mm2 > best_sq ||
+        !normal_bounds_[static_cast<std::size_t>(task.node)].may_exceed(limits.least_cosine, limits.normal))
+      continue;
     const proximity::BoxTree::Node& node = tree_.nodes()[static_cast<std::size_t>(task.node)];
     if (!node.is_leaf()) {
       Task near{task.node + 1, distance_sq_mm2(p_mm, tree_.nodes()[static_cast<std::size_t>(task.node) + 1])};

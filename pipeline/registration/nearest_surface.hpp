@@ -3,6 +3,7 @@
 
 #include "core/mesh.hpp"
 #include "proximity/box_tree.hpp"
+#include "registration/surface_points.hpp"
 
 namespace vrda::registration {
 
@@ -39,6 +40,7 @@ class NearestSurface {
   Mesh mesh_;
   Points normals_;
   proximity::BoxTree tree_;
+  std::vector<NormalBounds> normal_bounds_;  // of the tree's nodes
 };
 
 }  // namespace vrda::registration

@@ -83,6 +83,19 @@ SurfacePoints joined(const SurfacePoints& a, const SurfacePoints& b)
   return both;
 }
 
+void NormalBounds::add(const NormalBounds& other)
+{
+  least = least.min(other.least);
+  most = most.max(other.most);
+}
+
+bool NormalBounds::may_exceed(double least_cosine, const Eigen::Vector3d& normal) const
+{
+  constexpr double rounding = 1e-12;
+  const Eigen::Array3d n = normal.array();
+  return (least * n).max(most * n).sum() + rounding > least_cosine;
+}
+
 PointTree::PointTree(SurfacePoints points) : points_(std::move(points))
 {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(points_.positions_mm.rows()));
@@ -90,21 +103,41 @@ PointTree::PointTree(SurfacePoints points) : points_(std::move(points))
   arrange(order, {0, points_.positions_mm.rows(), 0});
   SurfacePoints arranged{points_.positions_mm(order, Eigen::all), points_.normals(order, Eigen::all)};
   points_ = std::move(arranged);
+  bounds_.resize(order.size());
+  bound({0, points_.positions_mm.rows(), 0});
 }
 
 void PointTree::arrange(std::vector<Eigen::Index>& order, Range range) const
 {
-  if (range.end - range.begin < 2) return;
-  const Eigen::Index middle = (range.begin + range.end) / 2;
-  std::nth_element(order.begin() + range.begin, order.begin() + middle, order.begin() + range.end,
+  if (range.is_empty()) return;
+  std::nth_element(order.begin() + range.begin, order.begin() + range.middle(), order.begin() + range.end,
                    [&](Eigen::Index l, Eigen::Index r) {
                      const double a = points_.positions_mm(l, range.axis);
                      const double b = points_.positions_mm(r, range.axis);
                      return a != b ? a < b : l < r;
                    });
-  const int next = (range.axis + 1) % 3;
-  arrange(order, {range.begin, middle, next});
-  arrange(order, {middle + 1, range.end, next});
+  arrange(order, range.below());
+  arrange(order, range.above());
+}
+
+void PointTree::bound(Range range)
+{
+  if (range.is_empty()) return;
+  const Eigen::Index n = range.end - range.begin;
+  const auto positions_mm = points_.positions_mm.middleRows(range.begin, n);
+  const auto normals = points_.normals.middleRows(range.begin, n);
+  bounds_[static_cast<std::size_t>(range.middle())] = {
+      positions_mm.colwise().minCoeff(),
+      positions_mm.colwise().maxCoeff(),
+      {normals.colwise().minCoeff(), normals.colwise().maxCoeff()}};
+  bound(range.below());
+  bound(range.above());
+}
+
+double PointTree::Bounds::distance_sq_mm2(const Eigen::Vector3d& p_mm) const
+{
+  const Eigen::Array3d p = p_mm.array();
+  return (least_mm - p).max(p - most_mm).max(0.0).matrix().squaredNorm();
 }
 
 PointTree::Nearest PointTree::nearest(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& normal,
@@ -112,26 +145,31 @@ PointTree::Nearest PointTree::nearest(const Eigen::Vector3d& p_mm, const Eigen::
 {
   struct Task {
     Range range;
-    double least_sq_mm2;  // distance of the range's half-space
+    double least_sq_mm2;
   };
   std::array<Task, 64> stack;
   std::size_t n_tasks = 0;
-  stack[n_tasks++] = {{0, points_.positions_mm.rows(), 0}, 0.0};
   Nearest best{-1, std::numeric_limits<double>::infinity()};
+  const auto add = [&](const Range& range) {
+    if (range.is_empty()) return;
+    const Bounds& bounds = bounds_[static_cast<std::size_t>(range.middle())];
+    const double least_sq_mm2 = bounds.distance_sq_mm2(p_mm);
+    if (least_sq_mm2 < best.distance_sq_mm2 && bounds.normals.may_exceed(least_cosine, normal))
+      stack[n_tasks++] = {range, least_sq_mm2};
+  };
+  add({0, points_.positions_mm.rows(), 0});
   while (n_tasks > 0) {
     const Task task = stack[--n_tasks];
+    if (task.least_sq_mm2 >= best.distance_sq_mm2) continue;
     const Range& range = task.range;
-    if (range.begin >= range.end || task.least_sq_mm2 >= best.distance_sq_mm2) continue;
-    const Eigen::Index middle = (range.begin + range.end) / 2;
+    const Eigen::Index middle = range.middle();
     const double distance_sq = (points_.positions_mm.row(middle).transpose() - p_mm).squaredNorm();
     if (distance_sq < best.distance_sq_mm2 &&
         points_.normals.row(middle).dot(normal.transpose()) > least_cosine)
       best = {middle, distance_sq};
-    const double off = p_mm[range.axis] - points_.positions_mm(middle, range.axis);
-    const int next = (range.axis + 1) % 3;
-    const Range below{range.begin, middle, next}, above{middle + 1, range.end, next};
-    stack[n_tasks++] = {off < 0.0 ? above : below, off * off};
-    stack[n_tasks++] = {off < 0.0 ? below : above, task.least_sq_mm2};
+    const bool is_below = p_mm[range.axis] < points_.positions_mm(middle, range.axis);
+    add(is_below ? range.above() : range.below());
+    add(is_below ? range.below() : range.above());
   }
   return best;
 }

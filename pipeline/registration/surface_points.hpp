@@ -25,6 +25,16 @@ SurfacePoints mirrored_z(const SurfacePoints& points);
 
 SurfacePoints joined(const SurfacePoints& a, const SurfacePoints& b);
 
+/// A box around unit normals.
+struct NormalBounds {
+  Eigen::Array3d least = Eigen::Array3d::Constant(2.0);
+  Eigen::Array3d most = Eigen::Array3d::Constant(-2.0);
+
+  void add(const NormalBounds& other);
+  /// False: no normal within has a component above `least_cosine` along `normal`.
+  bool may_exceed(double least_cosine, const Eigen::Vector3d& normal) const;
+};
+
 /// Finds the nearest of a set of points by a k-d tree.
 class PointTree {
  public:
@@ -44,10 +54,24 @@ class PointTree {
   struct Range {
     Eigen::Index begin, end;
     int axis;
+
+    bool is_empty() const { return begin >= end; }
+    Eigen::Index middle() const { return (begin + end) / 2; }
+    Range below() const { return {begin, middle(), (axis + 1) % 3}; }
+    Range above() const { return {middle() + 1, end, (axis + 1) % 3}; }
+  };
+  // Of the positions and normals of a range.
+  struct Bounds {
+    Eigen::Array3d least_mm, most_mm;
+    NormalBounds normals;
+
+    double distance_sq_mm2(const Eigen::Vector3d& p_mm) const;
   };
   void arrange(std::vector<Eigen::Index>& order, Range range) const;
+  void bound(Range range);
 
-  SurfacePoints points_;  // in the order of the tree: the middle row of a range splits it
+  SurfacePoints points_;        // in the order of the tree: the middle row of a range splits it
+  std::vector<Bounds> bounds_;  // of the range with this middle
 };
 
 }  // namespace vrda::registration

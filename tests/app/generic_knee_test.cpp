@@ -6,6 +6,7 @@
 #include <cmath>
 #include <csignal>
 #include <iostream>
+#include <map>
 #include <random>
 #include <thread>
 
@@ -69,15 +70,29 @@ double mean_rotation_deg(const store::MotionModel& model, double from_deg, doubl
   return sum / n;
 }
 
-store::MotionModel solved(const test::Scratch& scratch, std::vector<std::string> words)
+const std::vector<std::string> search{contact_job}, equilibrium{ligament_job},
+    contact_equilibrium{contact_job, "--set", "solver.method=equilibrium"};
+
+// Solved by one thread, once for all tests of the process.
+fs::path solved_file(const std::vector<std::string>& words)
 {
-  const std::string output = (scratch.path() / "knee.h5").string();
-  words.insert(words.begin(), "run");
-  words.insert(words.end(), {"-o", output, "--replace", "--progress", "none"});
-  const test::Ended ended = test::run_vrda(words);
+  static const test::Scratch scratch;
+  static std::map<std::vector<std::string>, fs::path> files;
+  const auto known = files.find(words);
+  if (known != files.end()) return known->second;
+  const fs::path output = scratch.path() / (std::to_string(files.size()) + ".h5");
+  std::vector<std::string> run{"run", "-o", output, "--threads", "1", "--progress", "none"};
+  run.insert(run.end(), words.begin(), words.end());
+  const test::Ended ended = test::run_vrda(run);
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_THAT(store::validate_hdf5(output), testing::IsEmpty());
-  const store::MotionModel model = store::read_motion_model(output);
+  return files[words] = output;
+}
+
+store::MotionModel solved(const std::vector<std::string>& words)
+{
+  const fs::path file = solved_file(words);
+  EXPECT_THAT(store::validate_hdf5(file), testing::IsEmpty());
+  const store::MotionModel model = store::read_motion_model(file);
   EXPECT_EQ(model.status.rows(), 91);
   EXPECT_EQ(model.status.cols(), 21);
   EXPECT_EQ(job_run::unsolved_fraction(model), 0.0) << job_run::status_line(model);
@@ -105,8 +120,7 @@ void expect_screw_home(const store::MotionModel& model)
 
 TEST(GenericKnee, EveryAttitudeIsSolvedBalancedTouchingAndTurnsTheAnatomicalWay)
 {
-  const test::Scratch scratch;
-  const store::MotionModel model = solved(scratch, {contact_job});
+  const store::MotionModel model = solved(search);
   expect_balanced_spine(model);
   expect_screw_home(model);
   const double middle_deg = mean_rotation_deg(model, 45, 54);
@@ -120,12 +134,9 @@ constexpr double exact_mm = 1e-3;
 
 TEST(GenericKnee, ByEquilibriumEveryAttitudeTouchesExactlyAndIsBalanced)
 {
-  const test::Scratch scratch;
-  for (const std::vector<std::string>& words :
-       {std::vector<std::string>{ligament_job},
-        std::vector<std::string>{contact_job, "--set", "solver.method=equilibrium"}}) {
+  for (const std::vector<std::string>& words : {equilibrium, contact_equilibrium}) {
     SCOPED_TRACE(words.front());
-    const store::MotionModel model = solved(scratch, words);
+    const store::MotionModel model = solved(words);
     expect_screw_home(model);
     expect_no_overlap_and_gaps_below(exact_mm, model);
     EXPECT_LE(model.equilibrium->balance_residual_n.maxCoeff(), 0.01 * 20.0);
@@ -141,9 +152,7 @@ TEST(GenericKnee, ByEquilibriumEveryAttitudeTouchesExactlyAndIsBalanced)
 
 TEST(GenericKnee, TheEquilibriumGoesAtLeastAsFarAlongDeltaAsTheSearch)
 {
-  const test::Scratch scratch;
-  const store::MotionModel searched = solved(scratch, {contact_job});
-  const store::MotionModel exact = solved(scratch, {contact_job, "--set", "solver.method=equilibrium"});
+  const store::MotionModel searched = solved(search), exact = solved(contact_equilibrium);
   const auto falls_short = exact.ty_mm < searched.ty_mm - searched.contact_resolution_mm;
   // Other equilibria, if the start is in the basin of a lower one.
   EXPECT_LE(falls_short.count(), 0.01 * static_cast<double>(falls_short.size()));
@@ -225,13 +234,11 @@ class GenericKneeHash : public testing::TestWithParam<std::string> {};
 
 TEST_P(GenericKneeHash, IsOneForThreadsProcessorFeaturesAndKills)
 {
-  const std::string job = GetParam() == "equilibrium" ? ligament_job : contact_job;
+  const std::vector<std::string>& words = GetParam() == "equilibrium" ? equilibrium : search;
+  const std::string& job = words.front();
   const test::Scratch scratch;
-  const fs::path one = scratch.path() / "one.h5", two = scratch.path() / "two.h5",
-                 plain = scratch.path() / "plain.h5";
-  ASSERT_EQ(
-      test::run_vrda({"run", job, "-o", one.string(), "--threads", "1", "--progress", "none"}).exit_code, 0);
-  const std::string hash = test::sha256_of_file(one);
+  const fs::path two = scratch.path() / "two.h5", plain = scratch.path() / "plain.h5";
+  const std::string hash = test::sha256_of_file(solved_file(words));
 
   test::Command without_avx = test::vrda({"run", job, "-o", plain.string(), "--progress", "none"});
   without_avx.environment["GLIBC_TUNABLES"] = "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX2_Usable,-FMA_Usable";

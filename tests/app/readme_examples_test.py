@@ -85,6 +85,8 @@ SHORTER = [
     ("--flexion 45 --varus 3", "--flexion 30 --varus 0"),
     ("--flexion 45", "--flexion 30"),
     ("--flexion 0:90:10", "--flexion 0:90:45"),
+    ("--video knee.mp4", "--video knee.mp4 --fps 5 --speed 90"),
+    ("--offscreen film", "--offscreen film --size 320x240"),
     ("knee-generic-contact.toml", "knee-generic-contact.toml --set grid.flexion.step=30 --set grid.varus.step=5"),
 ]
 COARSE = ["--set", "grid.flexion.step=15", "--set", "grid.varus.step=4"]
@@ -112,6 +114,8 @@ def prepare(folder, programs):
     shutil.copytree(ROOT / "jobs", folder / "jobs")
     (folder / "scripts").symlink_to(ROOT / "scripts")
     environment = dict(os.environ, PATH=f"{tools}:{os.environ['PATH']}", DISPLAY="")
+    campaign = folder / "jobs/campaign-example.toml"
+    campaign.write_text(campaign.read_text().replace("step = 5 }", "step = 15 }"))
     coarse = (ROOT / "jobs/knee-generic.toml").read_text().replace("step = 1 }", "step = 5 }")
     (folder / "my-knee.toml").write_text(coarse.replace('"Generic knee"', '"My knee"'))
     shutil.copy(ROOT / "jobs/bench-desk.toml", folder / "bench.toml")

@@ -135,7 +135,8 @@ Command FaultyRun::command() const
   std::vector<std::string> words{"run",     job_.string(), "-o", (folder_ / "a.h5").string(),
                                  "--quiet", "--threads",   "1"};
   for (const std::string& value :
-       {"solver.method=\"" + GetParam().method + "\"", std::string("grid.flexion={from=0,to=4,step=2}"),
+       {"solver.method=\"" + GetParam().method + "\"",
+        std::string("grid.flexion={from=0,step=2,to=") + (GetParam().is_knee ? "2}" : "4}"),
         std::string("grid.varus={from=0,to=2,step=2}"), std::string("smooth.degrees=[1]")}) {
     words.insert(words.end(), {"--set", value});
   }

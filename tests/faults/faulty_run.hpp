@@ -27,7 +27,7 @@ Command with_fault(Command command, const Fault& fault);
 /// Number of calls of the fault's kind by all processes of a command.
 int n_calls_of(const Command& command, const Fault& fault, const std::filesystem::path& counts);
 
-/// A job of six attitudes and its method.
+/// A job of six attitudes, four for a knee, and its method.
 struct Setting {
   std::string name;
   std::string method;
