@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "core/error.hpp"
 #include "optics/viewport.hpp"
@@ -223,23 +224,31 @@ Eigen::Vector2d node_px(const Viewport& visible, const Cells& cells, double i, d
   return {visible.x + visible.width * (i / cells.across), visible.y + visible.height * (j / cells.down)};
 }
 
-/// Largest interpolation error at the midpoints of cell edges and diagonals.
-double largest_error_px(const Eye& eye, const Cells& cells)
+/// The interpolation error at the midpoints of cell edges and diagonals is at most `error_px`.
+bool is_fine_enough(const Eye& eye, const Cells& cells, double error_px)
 {
   const auto shown = [&](double i, double j) {
     return shown_px(eye.distortion, node_px(eye.visible, cells, i, j));
   };
-  double largest = 0.0;
+  const auto row = [&](int j) {
+    std::vector<Eigen::Vector2d> nodes;
+    for (int i = 0; i <= cells.across; ++i) nodes.push_back(shown(i, j));
+    return nodes;
+  };
+  std::vector<Eigen::Vector2d> upper = row(0);
   for (int j = 0; j < cells.down; ++j) {
+    std::vector<Eigen::Vector2d> lower = row(j + 1);
     for (int i = 0; i < cells.across; ++i) {
-      const Eigen::Vector2d a = shown(i, j), b = shown(i + 1, j), c = shown(i, j + 1),
-                            d = shown(i + 1, j + 1);
-      largest = std::max({largest, (shown(i + 0.5, j) - 0.5 * (a + b)).norm(),
-                          (shown(i, j + 0.5) - 0.5 * (a + c)).norm(),
-                          (shown(i + 0.5, j + 0.5) - 0.5 * (a + d)).norm()});
+      const auto k = static_cast<std::size_t>(i);
+      const Eigen::Vector2d& a = upper[k];
+      const double largest_px = std::max({(shown(i + 0.5, j) - 0.5 * (a + upper[k + 1])).norm(),
+                                          (shown(i, j + 0.5) - 0.5 * (a + lower[k])).norm(),
+                                          (shown(i + 0.5, j + 0.5) - 0.5 * (a + lower[k + 1])).norm()});
+      if (largest_px > error_px) return false;
     }
+    upper = std::move(lower);
   }
-  return largest;
+  return true;
 }
 
 Cells cells_for(const Eye& eye, double error_px)
@@ -250,7 +259,7 @@ Cells cells_for(const Eye& eye, double error_px)
     return Cells{across, std::max(1, static_cast<int>(std::ceil(across * shape)))};
   };
   int across = 1;
-  while (across < most && largest_error_px(eye, cells(across)) > error_px) across *= 2;
+  while (across < most && !is_fine_enough(eye, cells(across), error_px)) across *= 2;
   return cells(across);
 }
 
@@ -273,7 +282,7 @@ WarpMesh warp_mesh(const Eye& eye, const ShownBox& box, double error_px)
   for (std::uint32_t j = 0; j < static_cast<std::uint32_t>(cells.down); ++j) {
     for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(cells.across); ++i) {
       const std::uint32_t a = j * n + i;
-      // The diagonal is a-d, as in largest_error_px.
+      // The diagonal is a-d, as in is_fine_enough.
       mesh.triangles.insert(mesh.triangles.end(), {a, a + n, a + n + 1, a, a + n + 1, a + 1});
     }
   }
