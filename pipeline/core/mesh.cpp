@@ -144,11 +144,9 @@ Mesh transformed(const Mesh& mesh, const Pose& X_to_from)
 Mesh mirrored_z(const Mesh& mesh)
 {
   Mesh result = mesh;
-  if (mesh.vertices_mm.rows() == 0) return result;
-  result.vertices_mm.col(2) = -mesh.vertices_mm.col(2);
-  if (mesh.normals.rows() > 0) result.normals.col(2) = -mesh.normals.col(2);
-  result.triangles.col(1) = mesh.triangles.col(2);
-  result.triangles.col(2) = mesh.triangles.col(1);
+  for (auto row : result.vertices_mm.rowwise()) row[2] = -row[2];
+  for (auto row : result.normals.rowwise()) row[2] = -row[2];
+  for (auto row : result.triangles.rowwise()) std::swap(row[1], row[2]);
   return result;
 }
 

@@ -60,7 +60,7 @@ Eigen::Vector3d mean_within(const SurfacePoints& points, const Eigen::Vector3d& 
 
 void reverse_winding(Mesh& mesh)
 {
-  mesh.triangles.col(1).swap(mesh.triangles.col(2));
+  for (auto row : mesh.triangles.rowwise()) std::swap(row[1], row[2]);
   mesh.normals *= -1.0;
 }
 

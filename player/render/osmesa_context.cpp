@@ -7,18 +7,6 @@
 
 #include "core/error.hpp"
 
-#ifdef __SANITIZE_ADDRESS__
-// OSMesaMakeCurrent of Mesa 22.3 leaks about 200 bytes per context.
-extern "C" const char* __lsan_default_suppressions()
-{
-  return "leak:libOSMesa.so\n";
-}
-extern "C" const char* __lsan_default_options()
-{
-  return "print_suppressions=0";
-}
-#endif
-
 namespace vrda::render {
 namespace {
 
