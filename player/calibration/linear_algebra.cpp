@@ -16,11 +16,13 @@ PrincipalAxes principal_axes(const Eigen::MatrixXd& semi_definite)
 
 Eigen::MatrixXd product(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B)
 {
+  if (A.cols() == 0) return Eigen::MatrixXd::Zero(A.rows(), B.cols());  // Eigen would offset a null pointer
   return A.lazyProduct(B);
 }
 
 Eigen::VectorXd transformed(const Eigen::MatrixXd& A, const Eigen::VectorXd& x)
 {
+  if (A.cols() == 0) return Eigen::VectorXd::Zero(A.rows());
   return A.lazyProduct(x);
 }
 
