@@ -58,4 +58,11 @@ long allocations_of_thread()
   return of_thread;
 }
 
+bool are_allocations_counted()
+{
+  const long before = of_thread;
+  ::operator delete(::operator new(1));  // a call, which no compiler leaves out
+  return of_thread == before + 1;
+}
+
 }  // namespace vrda::test

@@ -7,5 +7,10 @@ namespace vrda::test {
 long allocations_of_program();
 /// Of the calling thread only: libraries may allocate in their own threads.
 long allocations_of_thread();
+/// False under the thread sanitizer, whose operators come first.
+bool are_allocations_counted();
 
 }  // namespace vrda::test
+
+#define VRDA_REQUIRE_ALLOCATION_COUNT() \
+  if (!vrda::test::are_allocations_counted()) GTEST_SKIP() << "another operator new is linked"

@@ -10,6 +10,7 @@ class RendererAllocation : public testing::TestWithParam<int> {
 
 TEST_P(RendererAllocation, AHundredFramesAllocateNothing)
 {
+  VRDA_REQUIRE_ALLOCATION_COUNT();
   scene::Scene scene = test::joint_scene();
   render::Overlay overlay;
   overlay.vertices.resize(3);
@@ -32,9 +33,6 @@ TEST_P(RendererAllocation, AHundredFramesAllocateNothing)
   const long n_before = test::allocations_of_thread();
   for (int i = 0; i < 20; ++i) draw_all_modes();
   EXPECT_EQ(test::allocations_of_thread(), n_before);
-  // The counter works.
-  const std::vector<int> counted(10);
-  EXPECT_EQ(test::allocations_of_thread(), n_before + 1);
 }
 
 INSTANTIATE_TEST_SUITE_P(OneAndMoreSamples, RendererAllocation, testing::Values(1, 4));
