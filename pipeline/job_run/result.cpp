@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <ctime>
-#include <future>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
@@ -117,62 +116,43 @@ store::MotionModel audited_model_of(const load::Case& job_case, const sweep::Swe
 }
 
 // Incomplete if stopped.
-std::vector<store::SmoothedSet> smoothed_sets(const store::MotionModel& model, const load::Case& job_case,
-                                              const std::string& output, int n_threads,
-                                              const IsStopped& is_stopped)
+void add_smoothed(store::MotionModel& model, const load::Case& job_case, const std::string& output,
+                  int n_threads, const IsStopped& is_stopped)
 {
-  std::vector<store::SmoothedSet> sets;
-  if (job_case.smooth_degrees.empty()) return sets;
+  if (job_case.smooth_degrees.empty()) return;
   const smooth::SmoothInput input = smooth::smooth_input(model, output);
   const int largest = smooth::largest_degree(
       input, *std::max_element(job_case.smooth_degrees.begin(), job_case.smooth_degrees.end()));
   for (const std::int32_t degree : job_case.smooth_degrees) {
-    if (is_stopped()) return sets;
+    if (is_stopped()) return;
     if (degree > largest) {
       console::log_warning("smooth.degrees: found " + std::to_string(degree) + ", wanted at most " +
                            std::to_string(std::max(largest, 0)) +
                            " on this grid with these solved cells; the degree is skipped");
       continue;
     }
-    sets.push_back(smooth::smooth(input, degree, {job_case.smooth_robust}));
-    if (job_case.smooth_recontact) sets.back().recontact_mm = audit::recontact(model, sets.back(), n_threads);
+    store::SmoothedSet set = smooth::smooth(input, degree, {job_case.smooth_robust});
+    if (job_case.smooth_recontact) set.recontact_mm = audit::recontact(model, set, n_threads);
+    model = store::with_smoothed(std::move(model), std::move(set));
   }
-  return sets;
 }
 
 // With the highest degree of the job, or the default.
-std::optional<store::TwoSided> two_sided_of(const store::MotionModel& model, const load::Case& job_case,
-                                            int n_threads)
+void add_two_sided(store::MotionModel& model, const load::Case& job_case, int n_threads)
 {
   reduce::TwoSidedOptions options;
   options.is_robust = job_case.smooth_robust;
   if (!job_case.smooth_degrees.empty())
     options.degree = *std::max_element(job_case.smooth_degrees.begin(), job_case.smooth_degrees.end());
-  return reduce::two_sided(model, options, n_threads);
+  model.two_sided = reduce::two_sided(model, options, n_threads);
 }
 
-// Empty for joints or results without such a motion.
-std::optional<store::ZeroVarus> zero_varus_of(const store::MotionModel& model)
+// From the raw poses; omitted for joints or results without such a motion.
+void add_zero_varus(store::MotionModel& model)
 {
-  if (!reduce::is_reducible(model)) return std::nullopt;
+  if (!reduce::is_reducible(model)) return;
   store::ZeroVarus zero_varus = reduce::reduce(model, "raw");
-  return reduce::n_reduced_flexions(zero_varus) > 0 ? std::optional(std::move(zero_varus)) : std::nullopt;
-}
-
-// All three depend on the raw poses only, and parts of each use one thread: with more, they run at the same
-// time.
-void add_derived(store::MotionModel& model, const load::Case& job_case, const std::string& output,
-                 int n_threads, const IsStopped& is_stopped)
-{
-  const store::MotionModel& raw = model;
-  const std::launch when = n_threads > 1 ? std::launch::async : std::launch::deferred;
-  std::future zero_varus = std::async(when, [&] { return zero_varus_of(raw); });
-  std::future two_sided = std::async(when, [&] { return two_sided_of(raw, job_case, n_threads); });
-  std::vector<store::SmoothedSet> sets = smoothed_sets(raw, job_case, output, n_threads, is_stopped);
-  zero_varus.wait();  // before the model changes
-  model.two_sided = two_sided.get();
-  model.zero_varus = zero_varus.get();
-  for (store::SmoothedSet& set : sets) model = store::with_smoothed(std::move(model), std::move(set));
+  if (reduce::n_reduced_flexions(zero_varus) > 0) model.zero_varus = std::move(zero_varus);
 }
 
 /// An error is only a warning: the model is complete.
@@ -242,8 +222,13 @@ std::optional<store::MotionModel> build_result(const load::Case& job_case, const
   }
   // Frames are points in time, not surfaces over flexion.
   if (model.frames) return is_stopped() ? std::nullopt : std::optional(std::move(model));
-  add_derived(model, job_case, output, n_threads, is_stopped);
-  record.end_phase("derived motions");
+  add_smoothed(model, job_case, output, n_threads, is_stopped);
+  record.end_phase("smoothing, recontact");
+  if (is_stopped()) return std::nullopt;
+  add_two_sided(model, job_case, n_threads);
+  if (is_stopped()) return std::nullopt;
+  add_zero_varus(model);
+  record.end_phase("two-sided, zero varus");
   return is_stopped() ? std::nullopt : std::optional(std::move(model));
 }
 
