@@ -1,6 +1,7 @@
 #include "core/mesh.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/error.hpp"
 

@@ -284,6 +284,8 @@ TEST_F(BenchReplay, ABenchFrameAllocatesNothingThoughTheCalibrationKeepsItsMarks
   const long before = test::allocations_of_thread();
   for (int k = 100; k < 200; ++k) round(k);
   EXPECT_EQ(test::allocations_of_thread() - before, 0);
+  const std::vector<int> counted(10);
+  EXPECT_EQ(test::allocations_of_thread() - before, 1) << "the count counts";
 }
 
 }  // namespace vrda::bench_show_test

@@ -33,6 +33,9 @@ TEST_P(RendererAllocation, AHundredFramesAllocateNothing)
   const long n_before = test::allocations_of_thread();
   for (int i = 0; i < 20; ++i) draw_all_modes();
   EXPECT_EQ(test::allocations_of_thread(), n_before);
+  // The counter works.
+  const std::vector<int> counted(10);
+  EXPECT_EQ(test::allocations_of_thread(), n_before + 1);
 }
 
 INSTANTIATE_TEST_SUITE_P(OneAndMoreSamples, RendererAllocation, testing::Values(1, 4));
