@@ -9,6 +9,7 @@ namespace vrda::allocation_test {
 
 TEST(MotionAllocation, AnEvaluationAllocatesNothing)
 {
+  VRDA_REQUIRE_ALLOCATION_COUNT();
   test::ModelPlan plan;
   plan.turning_delta = [](double flexion_deg) {
     return Eigen::Vector3d(0.001 * flexion_deg, 1.0, 0.0).normalized();

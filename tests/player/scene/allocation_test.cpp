@@ -7,6 +7,7 @@ namespace vrda::allocation_test {
 
 TEST(LayersAllocation, AFrameOfEveryLayerAllocatesNothing)
 {
+  VRDA_REQUIRE_ALLOCATION_COUNT();
   for (const std::string side : {"right", "left"}) {
     test::Stage stage(test::layered_model(side));
     const scene::LayerSet all = test::every_layer();

@@ -59,6 +59,7 @@ void run_frame(show::Session& session, render::Renderer& renderer)
 
 TEST(FrameLoop, AllocatesNothingAndKeepsItsMemory)
 {
+  VRDA_REQUIRE_ALLOCATION_COUNT();
   const std::string wanted = environment("VRDA_FRAMES");
   const long n_frames = wanted.empty() ? 2000 : std::stol(wanted);
   show::SessionOptions options;

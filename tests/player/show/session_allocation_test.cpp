@@ -20,6 +20,7 @@ render::InputEvent event_of(render::InputKind kind, double x_px, double y_px)
 
 TEST(SessionAllocation, PlayingTurningAndSwitchingSetsAllocateNothing)
 {
+  VRDA_REQUIRE_ALLOCATION_COUNT();
   test::ModelPlan plan;
   plan.motion = [](double flexion_deg, double) {
     return motion::PoseCoordinates{0, 0.01 * flexion_deg, 0, flexion_deg};
