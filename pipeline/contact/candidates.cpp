@@ -6,6 +6,8 @@
 #include <tuple>
 #include <utility>
 
+#include "contact/closest_points.hpp"
+
 namespace vrda::contact {
 namespace {
 
@@ -50,6 +52,7 @@ std::vector<Candidate> polygon_corners(const Scene& scene, const Candidate& pair
     corner.distance_mm = (on_moving - on_reference).norm();
     if (const double offset_mm = scene.offset_mm(pair.pair); offset_mm > 0.0)
       corner.distance_mm = std::max(0.0, corner.distance_mm - offset_mm);
+    corner.is_measured = true;
     result.push_back(with_features(scene, corner));
   };
   for (const Eigen::Vector3d& p : m) {
@@ -145,7 +148,32 @@ std::vector<Candidate> segment_ends(const Scene& scene, const Candidate& c)
   }
   return result;
 }
+
+// Negative within the tolerance of contact of overlapping pairs.
+TriangleDistance estimated(const Scene& scene, const proximity::Corners& r, const proximity::Corners& m)
+{
+  const std::optional<TriangleDistance> found = closest_points(r, m);
+  return found ? *found : scene.narrow_phase.measure(r, m);
+}
 }  // namespace
+
+Candidate measured(const Scene& scene, const Candidate& candidate)
+{
+  const TriangleDistance found = scene.narrow_phase.measure(scene.reference_corners(candidate.pair),
+                                                            scene.moving_corners(candidate.pair));
+  Candidate result = candidate;
+  result.distance_mm = std::max(0.0, found.distance_mm - scene.offset_mm(candidate.pair));
+  result.p_reference_mm = found.p_reference_mm;
+  result.p_moving_mm = found.p_moving_mm;
+  result.is_measured = true;
+  result = with_features(scene, result);
+  if (result.reference == candidate.reference && result.moving == candidate.moving) return result;
+  // Other points of the same distance, as along an edge in a face: those of the candidate's features stay.
+  Candidate same = candidate;
+  same.distance_mm = result.distance_mm;
+  same.is_measured = true;
+  return same;
+}
 
 std::vector<Candidate> close_pairs(const Scene& scene)
 {
@@ -154,8 +182,9 @@ std::vector<Candidate> close_pairs(const Scene& scene)
   const auto visit = [&](const proximity::TrianglePair& pair) {
     const proximity::Corners r = scene.reference_corners(pair), m = scene.moving_corners(pair);
     const double offset_mm = scene.offset_mm(pair);
-    if (is_certainly_separated(r, m, band_mm + offset_mm)) return false;
-    const TriangleDistance found = scene.narrow_phase.measure(r, m);
+    // Pairs of a gap query are screened already.
+    if (scene.candidates == nullptr && is_certainly_separated(r, m, band_mm + offset_mm)) return false;
+    const TriangleDistance found = estimated(scene, r, m);
     const double distance_mm = found.distance_mm - offset_mm;
     if (distance_mm < (offset_mm > 0.0 ? -rounded_touching_mm : -touching_mm) || distance_mm > band_mm)
       return false;
@@ -212,25 +241,30 @@ bool is_separate_contact(const Scene& scene, const std::vector<Candidate>& pairs
 std::vector<Candidate> touching_features(const Scene& scene, const std::vector<Candidate>& pairs)
 {
   std::vector<Candidate> all;
+  const auto add = [&all](const std::vector<Candidate>& some) {
+    all.insert(all.end(), some.begin(), some.end());
+  };
   for (const Candidate& pair : pairs) {
     const double cosine =
         unit_normal(scene.reference_corners(pair.pair)).dot(unit_normal(scene.moving_corners(pair.pair)));
-    if (cosine < flat_cosine) {
-      const std::vector<Candidate> corner = polygon_corners(scene, pair);
-      all.insert(all.end(), corner.begin(), corner.end());
-    }
+    const std::vector<Candidate> corner =
+        cosine < flat_cosine ? polygon_corners(scene, pair) : std::vector<Candidate>{};
+    add(corner);
     // Coplanar faces with a degenerate polygon keep their closest points.
-    if (cosine < flat_cosine && !all.empty() && all.back().pair == pair.pair) continue;
+    if (!corner.empty()) continue;
     const Candidate candidate = with_features(scene, pair);
-    const std::vector<Candidate> ends = segment_ends(scene, candidate);
-    if (ends.empty()) {
+    if (segment_ends(scene, candidate).empty()) {
       all.push_back(candidate);
     } else {
-      all.insert(all.end(), ends.begin(), ends.end());
+      add(segment_ends(scene, measured(scene, candidate)));
     }
   }
   all = unique_by_feature(std::move(all));
   std::erase_if(all, [&](const Candidate& c) { return !is_separate_contact(scene, pairs, c); });
+  // A feature is found through each of its triangles; the narrow phase measures one pair.
+  for (Candidate& c : all) {
+    if (!c.is_measured) c = measured(scene, c);
+  }
   return all;
 }
 }  // namespace vrda::contact

@@ -20,6 +20,7 @@ struct Candidate {
   Eigen::Vector3d p_moving_mm;
   Feature reference;
   Feature moving;
+  bool is_measured = false;  ///< by the narrow phase, or a corner of coplanar faces
 };
 
 /// Two objects in the reference's frame.
@@ -46,10 +47,13 @@ struct Scene {
     return place(corners(moving.tree_mesh.mesh, pair.moving));
   }
 };
-/// All pairs within the band with their distances, sorted by pair; their features are not set.
+/// All pairs within the band with their distances in closed form, sorted by pair; their features are not set.
 std::vector<Candidate> close_pairs(const Scene& scene);
 
-/// One candidate for each pair of features in contact, of the pairs of close_pairs.
+/// The candidate with the distance of the narrow phase, and its points where they lie on the same features.
+Candidate measured(const Scene& scene, const Candidate& candidate);
+
+/// One candidate for each pair of features in contact, of the pairs of close_pairs, by the narrow phase.
 std::vector<Candidate> touching_features(const Scene& scene, const std::vector<Candidate>& pairs);
 
 }  // namespace vrda::contact

@@ -13,8 +13,8 @@ namespace vrda::model_build {
 namespace {
 
 // Must change when the same job may give other bytes: journals of an older solver are then refused.
-constexpr const char* search_version = "stability-search 6";
-constexpr const char* equilibrium_version = "equilibrium 6";
+constexpr const char* search_version = "stability-search 7";
+constexpr const char* equilibrium_version = "equilibrium 7";
 
 // Flexion held, varus held or free, the rest free, Delta proximal: what the faster solver solves.
 bool is_plain(const load::CoordinateRows& coordinates, const SolverFrame& frame)

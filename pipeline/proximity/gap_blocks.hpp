@@ -100,6 +100,16 @@ struct PairPlacement {
   double cos, sin, x, y, z;  ///< of the moving object
 };
 
+/// Pairs of a batch after their objects are placed: bits of the exact kernel.
+struct alignas(64) PlacedPairs {
+  double reference[9][block_lanes], moving[9][block_lanes];
+  /// Candidates of the exact kernel that may be within the limit. Bit k: corner k of the moving triangle over
+  /// the reference; bit 3 + i: corner i of the reference; bit 6 + 3 i + k: edges from corners i and k.
+  long long candidates[block_lanes];
+};
+
+inline constexpr unsigned all_candidates = (1U << 15U) - 1U;
+
 /// A pair is close within its offset and a band in any direction; with a travel, if it comes so close within
 /// that travel.
 struct ApartLimits {
@@ -122,8 +132,8 @@ struct BlockFunctions {
   bool (*test_ahead)(const PlacedBlock& reference, const PlacedBlock& moving, BlockLimits, BlockPairs&);
   /// Keeps the hits whose triangles (not only their boxes) may overlap in projection within the limit.
   void (*screen)(const LeafPair&, BlockPairs&);
-  /// Bit k: pair k may touch within the limit, mm.
-  unsigned (*screen_pairs)(const PairBatch&, const PairPlacement&, double limit_mm);
+  /// Places the pairs. Bit k: pair k may touch within the limit, mm.
+  unsigned (*screen_pairs)(const PairBatch&, const PairPlacement&, double limit_mm, PlacedPairs&);
   /// Bit k: pair k, in any orientation, may be within the limits.
   unsigned (*screen_apart)(const PairBatch&, const PairPlacement&, const ApartLimits&);
 };

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "proximity/gap_blocks.hpp"
 #include "proximity/placement.hpp"
 
 namespace vrda::proximity {
@@ -126,17 +127,20 @@ inline bool edges_cross(const GapFace& r, unsigned i, const GapFace& m, unsigned
 }
 
 /// Calls `offer(candidate)` for every candidate of the pair in any orientation; masked edges are skipped.
+/// `wanted`: bits as of PlacedPairs::candidates.
 template <typename Offer>
-void visit_contact_candidates(const GapFace& r, const GapFace& m, const Offer& offer)
+void visit_contact_candidates(const GapFace& r, const GapFace& m, const Offer& offer,
+                              unsigned wanted = all_candidates)
 {
+  const auto is_wanted = [wanted](unsigned bit) { return (wanted >> bit & 1U) != 0; };
   double height = 0.0;
   for (unsigned k = 0; k < 3 && !r.is_vertical; ++k) {
-    if (height_over(r, m.corner[k], height)) {
+    if (is_wanted(k) && height_over(r, m.corner[k], height)) {
       offer(ContactCandidate{ContactCandidate::Kind::moving_vertex, 0, k, 0.0, height - m.corner[k].y()});
     }
   }
   for (unsigned i = 0; i < 3 && !m.is_vertical; ++i) {
-    if (height_over(m, r.corner[i], height)) {
+    if (is_wanted(3 + i) && height_over(m, r.corner[i], height)) {
       offer(ContactCandidate{ContactCandidate::Kind::reference_vertex, i, 0, 0.0, r.corner[i].y() - height});
     }
   }
@@ -144,7 +148,8 @@ void visit_contact_candidates(const GapFace& r, const GapFace& m, const Offer& o
     if ((r.edges >> i & 1U) == 0) continue;
     for (unsigned k = 0; k < 3; ++k) {
       ContactCandidate candidate;
-      if ((m.edges >> k & 1U) != 0 && edges_cross(r, i, m, k, candidate)) offer(candidate);
+      if (is_wanted(6 + 3 * i + k) && (m.edges >> k & 1U) != 0 && edges_cross(r, i, m, k, candidate))
+        offer(candidate);
     }
   }
 }

@@ -52,23 +52,37 @@ unsigned bits_of(const Mask4& mask)
   return bits;
 }
 
+void store_rows(const Triangles4& t, int at, double (&rows)[9][block_lanes])
+{
+  for (int k = 0; k < 3; ++k) {
+    *reinterpret_cast<Double4*>(rows[3 * k] + at) = t.x[k];
+    *reinterpret_cast<Double4*>(rows[3 * k + 1] + at) = t.y[k];
+    *reinterpret_cast<Double4*>(rows[3 * k + 2] + at) = t.z[k];
+  }
+}
+
 /// Bit k: pair `at` + k may touch within `limit_mm`. Slacks of 1e-9 of a triangle and 1e-6 mm of travel
 /// exceed the rounding of all but narrow, steep or near-parallel features, which are never rejected.
-unsigned screen_half(const PairBatch& batch, int at, const PairPlacement& place, double limit_mm)
+unsigned screen_half(const PairBatch& batch, int at, const PairPlacement& place, double limit_mm,
+                     PlacedPairs& out)
 {
   const auto row = [at](const double* from) -> const Double4& { return row_at(from, at); };
   const Double4 zero{}, slack = zero - 1e-9;
   const PlacedPairs4 placed = placed_pairs(batch, at, place);
+  store_rows(placed.reference, at, out.reference);
+  store_rows(placed.moving, at, out.moving);
   const auto& [rx, ry, rz] = placed.reference;
   const auto& [mx, my, mz] = placed.moving;
   // Edges in projection, and on which side of each the other triangle's corners are.
-  Double4 rex[3], rez[3], mex[3], mez[3], side_of_r[3][3], side_of_m[3][3];
+  Double4 rex[3], rez[3], mex[3], mez[3], r_end[3], m_size[3], side_of_r[3][3], side_of_m[3][3];
   for (int k = 0; k < 3; ++k) {
     const int next = (k + 1) % 3;
     rex[k] = rx[next] - rx[k];
     rez[k] = rz[next] - rz[k];
     mex[k] = mx[next] - mx[k];
     mez[k] = mz[next] - mz[k];
+    r_end[k] = 1e-9 * ((rex[k] < zero ? -rex[k] : rex[k]) + (rez[k] < zero ? -rez[k] : rez[k]));
+    m_size[k] = (mex[k] < zero ? -mex[k] : mex[k]) + (mez[k] < zero ? -mez[k] : mez[k]);
   }
   for (int k = 0; k < 3; ++k) {
     for (int j = 0; j < 3; ++j) {
@@ -80,35 +94,42 @@ unsigned screen_half(const PairBatch& batch, int at, const PairPlacement& place,
   const Double4 r_area = rez[0] * (rx[2] - rx[0]) - rex[0] * (rz[2] - rz[0]);
   const Double4 m_area = mez[0] * (mx[2] - mx[0]) - mex[0] * (mz[2] - mz[0]);
   const Double4 &r_least = row(batch.least_projected[0]), &m_least = row(batch.least_projected[1]);
-  Mask4 may_touch = ((r_area < r_least) & (-r_area < r_least)) | ((m_area < m_least) & (-m_area < m_least));
+  Mask4 candidates =
+      (((r_area < r_least) & (-r_area < r_least)) | ((m_area < m_least) & (-m_area < m_least))) &
+      static_cast<long long>(all_candidates);
   const Double4 limit = zero + (limit_mm + 1e-6), r_inverse = 1.0 / r_area, m_inverse = 1.0 / m_area;
   for (int j = 0; j < 3; ++j) {
     const Double4 u = side_of_r[1][j] * r_inverse, v = side_of_r[2][j] * r_inverse,
                   w = side_of_r[0][j] * r_inverse;
-    may_touch |=
-        (u >= slack) & (v >= slack) & (w >= slack) & (u * ry[0] + v * ry[1] + w * ry[2] - my[j] <= limit);
+    candidates |= (u >= slack) & (v >= slack) & (w >= slack) &
+                  (u * ry[0] + v * ry[1] + w * ry[2] - my[j] <= limit) & (1LL << j);
     const Double4 p = side_of_m[1][j] * m_inverse, q = side_of_m[2][j] * m_inverse,
                   s = side_of_m[0][j] * m_inverse;
-    may_touch |=
-        (p >= slack) & (q >= slack) & (s >= slack) & (ry[j] - (p * my[0] + q * my[1] + s * my[2]) <= limit);
+    candidates |= (p >= slack) & (q >= slack) & (s >= slack) &
+                  (ry[j] - (p * my[0] + q * my[1] + s * my[2]) <= limit) & (1LL << (3 + j));
   }
   for (int k = 0; k < 3; ++k) {
     const int r_next = (k + 1) % 3;
     for (int j = 0; j < 3; ++j) {
       const int m_next = (j + 1) % 3;
-      // A crossing at an end of an edge is a vertex over the other face.
-      const Mask4 crosses = ((side_of_r[k][j] > zero) ^ (side_of_r[k][m_next] > zero)) &
-                            ((side_of_m[j][k] > zero) ^ (side_of_m[j][r_next] > zero));
+      // At the ends the kernel allows more than 0 to 1.
+      const Double4 end = r_end[k] * m_size[j];
+      const Double4 &m_from = side_of_r[k][j], &m_to = side_of_r[k][m_next], &r_from = side_of_m[j][k],
+                    &r_to = side_of_m[j][r_next];
+      const Mask4 crosses = ((m_from <= end) | (m_to <= end)) & ((m_from >= -end) | (m_to >= -end)) &
+                            ((r_from <= end) | (r_to <= end)) & ((r_from >= -end) | (r_to >= -end));
       const Double4 cross = side_of_r[k][j] - side_of_r[k][m_next];
       const Double4 along_m = side_of_r[k][j] / cross;
       const Double4 along_r = side_of_m[j][k] / (side_of_m[j][k] - side_of_m[j][r_next]);
       const Double4 travel =
           (ry[k] + along_r * (ry[r_next] - ry[k])) - (my[j] + along_m * (my[m_next] - my[j]));
       const Double4 parallel = 1e-6 * (rex[k] * rex[k] + rez[k] * rez[k] + mex[j] * mex[j] + mez[j] * mez[j]);
-      may_touch |= crosses & ((travel <= limit) | ((cross < parallel) & (-cross < parallel)));
+      candidates |= crosses & ((travel <= limit) | ((cross < parallel) & (-cross < parallel))) &
+                    (1LL << (6 + 3 * k + j));
     }
   }
-  return bits_of(may_touch);
+  *reinterpret_cast<Mask4*>(out.candidates + at) = candidates;
+  return bits_of(candidates);
 }
 
 /// Square of the distance along an axis between two triangles, 0 where they overlap: at the pose, or, with a
@@ -186,9 +207,9 @@ unsigned screen_apart_half(const PairBatch& batch, int at, const PairPlacement& 
 }
 
 /// Both halves of the batch.
-unsigned screen_pairs(const PairBatch& batch, const PairPlacement& place, double limit_mm)
+unsigned screen_pairs(const PairBatch& batch, const PairPlacement& place, double limit_mm, PlacedPairs& out)
 {
-  return screen_half(batch, 0, place, limit_mm) | screen_half(batch, 4, place, limit_mm) << 4U;
+  return screen_half(batch, 0, place, limit_mm, out) | screen_half(batch, 4, place, limit_mm, out) << 4U;
 }
 
 unsigned screen_apart(const PairBatch& batch, const PairPlacement& place, const ApartLimits& limits)

@@ -21,9 +21,20 @@ constexpr std::size_t n_hints = 8;
 // Above the rounding of a RoundedPair's limit, so that ties are visited.
 constexpr double bound_slack_mm = 1e-6;
 
+// The least PlacedPairs::candidates with a pair of edges.
+constexpr unsigned first_edge_candidate = 1U << 6U;
+
 }  // namespace
 
 namespace {
+
+Corners corners_of(const double (&rows)[9][block_lanes], unsigned lane)
+{
+  const auto corner = [&](int k) {
+    return Eigen::Vector3d(rows[3 * k][lane], rows[3 * k + 1][lane], rows[3 * k + 2][lane]);
+  };
+  return {corner(0), corner(1), corner(2)};
+}
 
 // Pairs evaluated before the traversal, without duplicates, newest first.
 class Hints {
@@ -51,7 +62,10 @@ struct GapQuery::State {
   std::optional<DualTreeTraversal> signed_traversal, forward_traversal;  // built on first use
   Hints signed_hints, forward_hints;
   GapResult answer;
-  using FeatureKey = std::array<std::int32_t, 4>;
+  struct FeatureKey {
+    std::uint64_t of_reference, of_moving;
+    bool operator==(const FeatureKey&) const = default;
+  };
   struct NearCandidate {
     TrianglePair pair;
     ContactCandidate at;
@@ -59,6 +73,7 @@ struct GapQuery::State {
   std::vector<NearCandidate> near;  // possible features
   std::vector<FeatureKey> keys;     // of `near`
   PairBatch batch;                  // pairs that wait for the exact kernel
+  PlacedPairs placed;               // of `batch`, without offsets
   std::array<TrianglePair, block_lanes> waiting;
   std::size_t n_waiting = 0;
   std::vector<TrianglePair> close;
@@ -80,6 +95,10 @@ struct GapQuery::State {
   bool looks_down(std::int32_t row) const;
   template <typename Offer>
   void visit_pair(const TrianglePair& pair, const Placement& place, double limit_mm, const Offer& offer);
+  // The same for a pair of `batch`.
+  template <typename Offer>
+  void visit_waiting(unsigned lane, const Placement& place, double limit_mm, const Offer& offer);
+  void take(const TrianglePair& pair, double travel_mm);
   void try_pair(const TrianglePair& pair, const Placement& place);
   void try_touch(const TrianglePair& pair, const Placement& place, Gap& best) const;
   void reset_answer();
@@ -132,6 +151,14 @@ GapFace GapQuery::State::moving_face(std::int32_t row, const Placement& place) c
   return gap_face(place(own.corner), own.doubled_area);
 }
 
+void GapQuery::State::take(const TrianglePair& pair, double travel_mm)
+{
+  if (travel_mm < answer.travel_mm || (travel_mm == answer.travel_mm && pair < answer.pair)) {
+    answer.travel_mm = travel_mm;
+    answer.pair = pair;
+  }
+}
+
 template <typename Offer>
 void GapQuery::State::visit_pair(const TrianglePair& pair, const Placement& place, double limit_mm,
                                  const Offer& offer)
@@ -141,25 +168,50 @@ void GapQuery::State::visit_pair(const TrianglePair& pair, const Placement& plac
   r.edges = reference_edges(pair.reference);
   GapFace m = moving_face(pair.moving, place);
   m.edges = moving->up_edges[static_cast<std::size_t>(pair.moving)];
-  const auto take = [&](const ContactCandidate& at) {
-    if (at.travel_mm < answer.travel_mm || (at.travel_mm == answer.travel_mm && pair < answer.pair)) {
-      answer.travel_mm = at.travel_mm;
-      answer.pair = pair;
-    }
-    offer(r, m, at);
+  const auto take_and_offer = [&](const ContactCandidate& at) {
+    take(pair, at.travel_mm);
+    offer(pair, at);
   };
   const double offset_mm = offset_of_mm(pair);
   if (offset_mm > 0.0) {
-    RoundedPair(r, m, offset_mm, limit_mm).visit(take);
+    RoundedPair(r, m, offset_mm, limit_mm).visit(take_and_offer);
   } else {
-    visit_contact_candidates(r, m, take);
+    visit_contact_candidates(r, m, take_and_offer);
   }
+}
+
+template <typename Offer>
+void GapQuery::State::visit_waiting(unsigned lane, const Placement& place, double limit_mm,
+                                    const Offer& offer)
+{
+  const TrianglePair& pair = waiting[lane];
+  if (rounding_mm() > 0.0) {
+    visit_pair(pair, place, limit_mm, offer);
+    return;
+  }
+  const auto wanted = static_cast<unsigned>(placed.candidates[lane]);
+  GapFace r = gap_face(corners_of(placed.reference, lane),
+                       reference->faces[static_cast<std::size_t>(pair.reference)].doubled_area);
+  if (!r.faces_down()) return;
+  GapFace m = gap_face(corners_of(placed.moving, lane),
+                       moving->faces[static_cast<std::size_t>(pair.moving)].doubled_area);
+  if (wanted >= first_edge_candidate) {
+    r.edges = reference_edges(pair.reference);
+    m.edges = moving->up_edges[static_cast<std::size_t>(pair.moving)];
+  }
+  visit_contact_candidates(
+      r, m,
+      [&](const ContactCandidate& at) {
+        take(pair, at.travel_mm);
+        offer(pair, at);
+      },
+      wanted);
 }
 
 void GapQuery::State::try_pair(const TrianglePair& pair, const Placement& place)
 {
   visit_pair(pair, place, answer.travel_mm + bound_slack_mm,
-             [](const GapFace&, const GapFace&, const ContactCandidate&) {});
+             [](const TrianglePair&, const ContactCandidate&) {});
 }
 
 void GapQuery::State::reset_answer()
@@ -218,7 +270,7 @@ void GapQuery::State::run(DualTreeTraversal& pairs, const Limit& limit, const Sc
   const auto decide = [&] {
     unsigned kept = screen() & ((1U << n_waiting) - 1U);
     n_waiting = 0;
-    for (; kept != 0; kept &= kept - 1) visit(waiting[static_cast<std::size_t>(std::countr_zero(kept))]);
+    for (; kept != 0; kept &= kept - 1) visit(static_cast<unsigned>(std::countr_zero(kept)));
   };
   n_waiting = 0;
   pairs.run(limit, [&](const TrianglePair& pair) {
@@ -243,7 +295,7 @@ void GapQuery::State::run_signed(const MovingPose& pose, const Limit& limit, con
         visit);
   } else {
     run(
-        pairs, limit, [&] { return functions.screen_pairs(batch, at, limit()); }, visit);
+        pairs, limit, [&] { return functions.screen_pairs(batch, at, limit(), placed); }, visit);
   }
 }
 
@@ -251,7 +303,10 @@ void GapQuery::State::find_least(const MovingPose& pose, const Placement& place)
 {
   run_signed(
       pose, [this] { return answer.travel_mm; },
-      [this, &place](const TrianglePair& pair) { try_pair(pair, place); });
+      [this, &place](unsigned lane) {
+        visit_waiting(lane, place, answer.travel_mm + bound_slack_mm,
+                      [](const TrianglePair&, const ContactCandidate&) {});
+      });
 }
 
 // Collects candidates while the minimum travel decreases; those outside the final band are removed at the
@@ -261,11 +316,11 @@ void GapQuery::State::find_features(const MovingPose& pose, const Placement& pla
   near.clear();
   run_signed(
       pose, [this, band_mm] { return answer.travel_mm + band_mm; },
-      [&](const TrianglePair& pair) {
-        visit_pair(pair, place, answer.travel_mm + band_mm + bound_slack_mm,
-                   [&](const GapFace&, const GapFace&, const ContactCandidate& at) {
-                     if (at.travel_mm <= answer.travel_mm + band_mm) near.push_back({pair, at});
-                   });
+      [&](unsigned lane) {
+        visit_waiting(lane, place, answer.travel_mm + band_mm + bound_slack_mm,
+                      [&](const TrianglePair& pair, const ContactCandidate& at) {
+                        if (at.travel_mm <= answer.travel_mm + band_mm) near.push_back({pair, at});
+                      });
       });
   std::erase_if(
       near, [this, band_mm](const NearCandidate& n) { return n.at.travel_mm > answer.travel_mm + band_mm; });
@@ -280,35 +335,34 @@ void GapQuery::State::find_features(const MovingPose& pose, const Placement& pla
 // A vertex and a face, or two edges, of the moving and of the reference mesh.
 GapQuery::State::FeatureKey GapQuery::State::key_of(const NearCandidate& candidate) const
 {
+  const auto both = [](std::int32_t first, std::int32_t second) {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(first)) << 32U |
+           static_cast<std::uint32_t>(second);
+  };
   const auto vertex = [](const Mesh& mesh, std::int32_t row, unsigned corner) {
     return mesh.triangles(row, static_cast<Eigen::Index>(corner % 3));
   };
+  const auto edge = [&](const Mesh& mesh, std::int32_t row, unsigned corner) {
+    const auto [low, high] = std::minmax({vertex(mesh, row, corner), vertex(mesh, row, corner + 1)});
+    return both(low, high);
+  };
   const auto& [pair, at] = candidate;
   const Mesh &r = reference->surface.mesh, &m = moving->surface.mesh;
-  const auto edge = [&vertex](const Mesh& mesh, std::int32_t row, unsigned corner) {
-    return std::minmax({vertex(mesh, row, corner), vertex(mesh, row, corner + 1)});
-  };
   switch (at.kind) {
-    case ContactCandidate::Kind::moving_vertex:
-      return {pair.reference, -1, vertex(m, pair.moving, at.moving), -1};
-    case ContactCandidate::Kind::reference_vertex:
-      return {vertex(r, pair.reference, at.reference), -2, pair.moving, -2};
-    case ContactKind::reference_edge: {
-      const auto [low, high] = edge(r, pair.reference, at.reference);
-      return {low, high, vertex(m, pair.moving, at.moving), -3};
-    }
-    case ContactKind::moving_edge: {
-      const auto [low, high] = edge(m, pair.moving, at.moving);
-      return {vertex(r, pair.reference, at.reference), -4, low, high};
-    }
+    case ContactKind::moving_vertex:
+      return {both(pair.reference, -1), both(vertex(m, pair.moving, at.moving), -1)};
+    case ContactKind::reference_vertex:
+      return {both(vertex(r, pair.reference, at.reference), -2), both(pair.moving, -2)};
+    case ContactKind::reference_edge:
+      return {edge(r, pair.reference, at.reference), both(vertex(m, pair.moving, at.moving), -3)};
+    case ContactKind::moving_edge:
+      return {both(vertex(r, pair.reference, at.reference), -4), edge(m, pair.moving, at.moving)};
     case ContactKind::vertices:
-      return {vertex(r, pair.reference, at.reference), -5, vertex(m, pair.moving, at.moving), -5};
-    case ContactCandidate::Kind::edges:
+      return {both(vertex(r, pair.reference, at.reference), -5), both(vertex(m, pair.moving, at.moving), -5)};
+    case ContactKind::edges:
       break;
   }
-  const auto [r_low, r_high] = edge(r, pair.reference, at.reference);
-  const auto [m_low, m_high] = edge(m, pair.moving, at.moving);
-  return {r_low, r_high, m_low, m_high};
+  return {edge(r, pair.reference, at.reference), edge(m, pair.moving, at.moving)};
 }
 
 // A feature is found through each of its triangles: the first in the order of merge_features remains.
@@ -423,7 +477,7 @@ Gap GapQuery::next_contact(const MovingPose& pose)
       [&] {
         return traversal.functions().screen_apart(state.batch, at, {0.0, limit(), true});
       },
-      [&](const TrianglePair& pair) { state.try_touch(pair, place, best); });
+      [&](unsigned lane) { state.try_touch(state.waiting[lane], place, best); });
   state.forward_hints.remember(best.pair);
   return best;
 }
@@ -451,7 +505,7 @@ bool GapQuery::any_close_pair(const MovingPose& pose, double band_mm,
       [&] {
         return traversal.functions().screen_apart(state_->batch, at, {band_mm, 0.0, false});
       },
-      [&](const TrianglePair& pair) { is_found = is_found || visit(pair); });
+      [&](unsigned lane) { is_found = is_found || visit(state_->waiting[lane]); });
   return is_found;
 }
 

@@ -63,6 +63,18 @@ TEST(Contacts, ApexUnderFaceIsOneContactWithTheFacesNormal)
   EXPECT_NEAR(contacts[0].distance_mm, standoff_mm, exact_mm);
 }
 
+// The apex is found through each of its four faces: the narrow phase measures one pair.
+TEST(Contacts, AreMeasuredByTheNarrowPhaseOnceAFeature)
+{
+  const contact::Collider box = contact::make_collider(test::box({0, 5, 0}, {20, 10, 20}));
+  const contact::Collider apex = contact::make_collider(pyramid(3, 4));
+  contact::NarrowPhase narrow_phase;
+  const std::vector<contact::Contact> contacts = contact::find_contacts(
+      {box.tree_mesh, box.features, apex}, {{2, -standoff_mm, 3}, 0.3}, narrow_phase, {});
+  ASSERT_EQ(contacts.size(), 1u);
+  EXPECT_EQ(narrow_phase.n_measured(), 1);
+}
+
 TEST(Contacts, CrossingEdgesGiveTheirCrossProduct)
 {
   // Lower edge of a bar along X rolled by 45 degrees, over the upper edge of one along Z.

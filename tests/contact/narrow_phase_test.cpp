@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <optional>
 
+#include "contact/closest_points.hpp"
 #include "contact/random_triangles.hpp"
 #include "contact/triangle_closed_forms.hpp"
 #include "support/triangle_distance.hpp"
@@ -211,6 +213,53 @@ TEST(Separation, ChangesSignAtTheTouch)
   }
   EXPECT_GT(n_overlapping, 3000);
   EXPECT_GT(n_apart, 4000);
+}
+
+// The estimate answers only where it is right: never for overlapping pairs, and with the textbook's distance
+// from touching on.
+TEST(EstimatedClosestPoints, AreThoseOfTheTextbookOrEmpty)
+{
+  test::Random random(35);
+  int n_found = 0, n_near = 0, n_overlapping = 0;
+  for (const double flatness : flatnesses) {
+    for (const double size_mm : sizes_mm) {
+      for (int k = 0; k < 200; ++k) {
+        const Pair pair = touching_pair(random, size_mm, flatness);
+        for (const double above_mm : {-1e-2, -1e-4, -1e-7, 1e-6, 1e-4, 1e-2, 1.0}) {
+          const proximity::Corners b = raised(pair.b, pair.touch_mm + above_mm);
+          const std::optional<contact::TriangleDistance> found = contact::closest_points(pair.a, b);
+          const double expected_mm = test::triangle_distance_mm(pair.a, b);
+          if (expected_mm == 0.0) {
+            EXPECT_FALSE(found) << above_mm;
+            ++n_overlapping;
+            continue;
+          }
+          if (expected_mm > 1e-6) ++n_near;
+          if (!found) continue;
+          EXPECT_FALSE(found->is_overlapping);
+          EXPECT_NEAR(found->distance_mm, expected_mm, rounding_mm);
+          EXPECT_NEAR((found->p_moving_mm - found->p_reference_mm).norm(), found->distance_mm, rounding_mm);
+          EXPECT_LE(outside_mm(pair.a, found->p_reference_mm), rounding_mm);
+          EXPECT_LE(outside_mm(b, found->p_moving_mm), rounding_mm);
+          if (expected_mm > 1e-6) ++n_found;
+        }
+      }
+    }
+  }
+  EXPECT_GT(n_overlapping, 5000);
+  EXPECT_GT(n_found, 99 * n_near / 100) << "of " << n_near;
+}
+
+TEST(EstimatedClosestPoints, OfTrianglesWithoutAnEdgeOrAnAreaAreEmptyOrRight)
+{
+  const proximity::Corners face{Eigen::Vector3d(-2, 0, -2), Eigen::Vector3d(-2, 0, 2),
+                                Eigen::Vector3d(3, 0, 0)};
+  const Eigen::Vector3d p(0, 0.5, 0), q(0.5, 0.75, 0);
+  for (const proximity::Corners& degenerate :
+       {proximity::Corners{p, p, p}, proximity::Corners{p, q, q}, proximity::Corners{p, 0.5 * (p + q), q}}) {
+    const std::optional<contact::TriangleDistance> found = contact::closest_points(face, degenerate);
+    EXPECT_NEAR(found ? found->distance_mm : 0.5, 0.5, rounding_mm);
+  }
 }
 
 TEST(Separation, OfTrianglesInOnePlaneIsThatWithinThePlane)

@@ -2,7 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
+#include <cstring>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "proximity/gap_blocks.hpp"
 #include "proximity/gap_kernel.hpp"
@@ -26,13 +30,19 @@ const proximity::BlockFunctions& functions_of(proximity::InstructionSet set)
   return proximity::block_functions_baseline;
 }
 
-double least_travel_mm(const Corners& r, const Corners& m)
+// Bits of the candidates within the limit, as of PlacedPairs::candidates.
+unsigned candidates_within(const Corners& r, const Corners& m, double limit_mm)
 {
-  double least_mm = proximity::gap_rules::infinity;
-  visit_contact_candidates(
-      proximity::gap_face(r), proximity::gap_face(m),
-      [&](const proximity::ContactCandidate& at) { least_mm = std::min(least_mm, at.travel_mm); });
-  return least_mm;
+  unsigned bits = 0;
+  visit_contact_candidates(proximity::gap_face(r), proximity::gap_face(m),
+                           [&](const proximity::ContactCandidate& at) {
+                             const unsigned bit = at.kind == proximity::ContactKind::moving_vertex ? at.moving
+                                                  : at.kind == proximity::ContactKind::reference_vertex
+                                                      ? 3 + at.reference
+                                                      : 6 + 3 * at.reference + at.moving;
+                             if (at.travel_mm <= limit_mm) bits |= 1U << bit;
+                           });
+  return bits;
 }
 
 // Triangles of 0.01 to 30 mm, some narrow or steep, with common vertices and edges now and then.
@@ -74,34 +84,79 @@ void put(const std::pair<Corners, Corners>& pair, double offset_mm, int lane, pr
 
 constexpr proximity::PairPlacement still{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, 1, 0, 0, 0, 0};
 
-TEST(PairScreen, KeepsEveryPairThatTheKernelAcceptsAndFewOthers)
+TEST(PairScreen, KeepsEveryCandidateOfTheKernelAndFewOthers)
 {
   RandomPairs pairs;
-  int n_touching = 0, n_kept = 0, n_pairs = 0;
+  int n_touching = 0, n_kept = 0, n_candidates = 0, n_pairs = 0;
   for (int k = 0; k < 20000; ++k) {
     proximity::PairBatch batch{};
-    double travel_mm[8];
+    unsigned touching[8];
+    const double limit_mm = pairs.unit(pairs.random);
     for (int i = 0; i < 8; ++i) {
       const auto pair = pairs.pair();
       put(pair, 0.0, i, batch);
-      travel_mm[i] = least_travel_mm(pair.first, pair.second);
+      touching[i] = candidates_within(pair.first, pair.second, limit_mm);
     }
-    const double limit_mm = pairs.unit(pairs.random);
-    const unsigned kept = proximity::block_functions_baseline.screen_pairs(batch, still, limit_mm);
+    proximity::PlacedPairs placed{};
+    const unsigned kept = proximity::block_functions_baseline.screen_pairs(batch, still, limit_mm, placed);
     for (int i = 0; i < 8; ++i) {
-      const bool is_kept = (kept >> i & 1U) != 0, is_touching = travel_mm[i] <= limit_mm;
-      ASSERT_TRUE(is_kept || !is_touching) << k << ' ' << i << ' ' << travel_mm[i] - limit_mm;
-      n_touching += is_touching ? 1 : 0;
-      n_kept += is_kept ? 1 : 0;
+      const auto candidates = static_cast<unsigned>(placed.candidates[i]);
+      ASSERT_EQ(touching[i] & ~candidates, 0U) << k << ' ' << i;
+      ASSERT_EQ((kept >> i & 1U) != 0, candidates != 0);
+      n_touching += touching[i] != 0 ? 1 : 0;
+      n_kept += candidates != 0 ? 1 : 0;
+      // Narrow and steep triangles keep all.
+      n_candidates += candidates != proximity::all_candidates ? std::popcount(candidates & ~touching[i]) : 0;
       ++n_pairs;
     }
-    for (const proximity::InstructionSet set : proximity::instruction_sets())
-      ASSERT_EQ(functions_of(set).screen_pairs(batch, still, limit_mm), kept);
+    for (const proximity::InstructionSet set : proximity::instruction_sets()) {
+      proximity::PlacedPairs again{};
+      ASSERT_EQ(functions_of(set).screen_pairs(batch, still, limit_mm, again), kept);
+      ASSERT_EQ(std::memcmp(&again, &placed, sizeof placed), 0);
+    }
   }
   EXPECT_GT(n_touching, n_pairs / 10);
   EXPECT_LT(n_touching, n_pairs / 2);
   // A third of the triangles here is narrow or steep, and never rejected.
   EXPECT_LT(n_kept - n_touching, n_pairs / 2);
+  // A common corner is an end of up to four pairs of edges, which are kept.
+  EXPECT_LT(n_candidates, n_pairs / 10);
+}
+
+TEST(PairScreen, PlacesPairsAsTheKernelDoes)
+{
+  RandomPairs pairs;
+  const Attitude attitude{0.7, -0.1};
+  MovingPose pose;
+  pose.theta_rad = 0.3;
+  pose.translation_mm = Eigen::Vector3d(1.5, -20.25, 3.125);
+  const Eigen::Matrix3d R = reference_rotation(attitude);
+  const SinCos turn = sin_cos(pose.theta_rad);
+  proximity::PairPlacement at{{}, turn.cos, turn.sin, 1.5, -20.25, 3.125};
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) at.R[i][k] = R(i, k);
+  }
+  const proximity::Placement place(pose);
+  proximity::PairBatch batch{};
+  std::vector<std::pair<Corners, Corners>> all;
+  for (int i = 0; i < 8; ++i) {
+    all.push_back(pairs.pair());
+    put(all.back(), 0.0, i, batch);
+  }
+  for (const proximity::InstructionSet set : proximity::instruction_sets()) {
+    proximity::PlacedPairs placed{};
+    functions_of(set).screen_pairs(batch, at, 1.0, placed);
+    for (int i = 0; i < 8; ++i) {
+      for (int c = 0; c < 9; ++c) {
+        const auto corner = static_cast<std::size_t>(c / 3);
+        const Eigen::Vector3d& p = all[static_cast<std::size_t>(i)].first[corner];
+        // In the order of the kernel.
+        const double turned = R(c % 3, 0) * p.x() + R(c % 3, 1) * p.y() + R(c % 3, 2) * p.z();
+        EXPECT_EQ(placed.reference[c][i], turned);
+        EXPECT_EQ(placed.moving[c][i], place(all[static_cast<std::size_t>(i)].second[corner])[c % 3]);
+      }
+    }
+  }
 }
 
 // Of points of a grid on both triangles: not below the distance.
