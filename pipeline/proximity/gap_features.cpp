@@ -23,7 +23,59 @@ bool is_same(const GapFeature& a, const GapFeature& b)
          (a.normal - b.normal).cwiseAbs().maxCoeff() <= same_normal;
 }
 
+// A vertex and a face, or two edges, of the moving and of the reference mesh.
+FeatureKey key_of(const Mesh& r, const Mesh& m, const NearCandidate& candidate)
+{
+  const auto both = [](std::int32_t first, std::int32_t second) {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(first)) << 32U |
+           static_cast<std::uint32_t>(second);
+  };
+  const auto vertex = [](const Mesh& mesh, std::int32_t row, unsigned corner) {
+    return mesh.triangles(row, static_cast<Eigen::Index>(corner % 3));
+  };
+  const auto edge = [&](const Mesh& mesh, std::int32_t row, unsigned corner) {
+    const auto [low, high] = std::minmax({vertex(mesh, row, corner), vertex(mesh, row, corner + 1)});
+    return both(low, high);
+  };
+  const auto& [pair, at] = candidate;
+  switch (at.kind) {
+    case ContactKind::moving_vertex:
+      return {both(pair.reference, -1), both(vertex(m, pair.moving, at.moving), -1)};
+    case ContactKind::reference_vertex:
+      return {both(vertex(r, pair.reference, at.reference), -2), both(pair.moving, -2)};
+    case ContactKind::reference_edge:
+      return {edge(r, pair.reference, at.reference), both(vertex(m, pair.moving, at.moving), -3)};
+    case ContactKind::moving_edge:
+      return {both(vertex(r, pair.reference, at.reference), -4), edge(m, pair.moving, at.moving)};
+    case ContactKind::vertices:
+      return {both(vertex(r, pair.reference, at.reference), -5), both(vertex(m, pair.moving, at.moving), -5)};
+    case ContactKind::edges:
+      break;
+  }
+  return {edge(r, pair.reference, at.reference), edge(m, pair.moving, at.moving)};
+}
+
 }  // namespace
+
+void keep_one_candidate_per_feature(const Mesh& reference, const Mesh& moving,
+                                    std::vector<NearCandidate>& near, std::vector<FeatureKey>& keys)
+{
+  std::size_t n_kept = 0;
+  keys.clear();
+  for (const NearCandidate& candidate : near) {
+    const FeatureKey key = key_of(reference, moving, candidate);
+    const auto known = std::find(keys.begin(), keys.end(), key);
+    if (known == keys.end()) {
+      keys.push_back(key);
+      near[n_kept++] = candidate;
+      continue;
+    }
+    NearCandidate& other = near[static_cast<std::size_t>(known - keys.begin())];
+    if (std::tie(candidate.at.travel_mm, candidate.pair) < std::tie(other.at.travel_mm, other.pair))
+      other = candidate;
+  }
+  near.resize(n_kept);
+}
 
 GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const ContactCandidate& candidate,
                        const TrianglePair& pair, double offset_mm)

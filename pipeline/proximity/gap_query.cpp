@@ -62,16 +62,8 @@ struct GapQuery::State {
   std::optional<DualTreeTraversal> signed_traversal, forward_traversal;  // built on first use
   Hints signed_hints, forward_hints;
   GapResult answer;
-  struct FeatureKey {
-    std::uint64_t of_reference, of_moving;
-    bool operator==(const FeatureKey&) const = default;
-  };
-  struct NearCandidate {
-    TrianglePair pair;
-    ContactCandidate at;
-  };
   std::vector<NearCandidate> near;  // possible features
-  std::vector<FeatureKey> keys;     // of `near`
+  std::vector<FeatureKey> keys;     // scratch memory
   PairBatch batch;                  // pairs that wait for the exact kernel
   PlacedPairs placed;               // of `batch`, without offsets
   std::array<TrianglePair, block_lanes> waiting;
@@ -107,8 +99,6 @@ struct GapQuery::State {
   void start(const MovingPose& pose, const Placement& place);
   void find_least(const MovingPose& pose, const Placement& place);
   void find_features(const MovingPose& pose, const Placement& place, double band_mm);
-  void keep_one_candidate_per_feature();
-  FeatureKey key_of(const NearCandidate& candidate) const;
   DualTreeTraversal& traversal(GapKind kind);
   PairPlacement pair_placement(const MovingPose& pose) const;
   void wait(const TrianglePair& pair);
@@ -324,65 +314,12 @@ void GapQuery::State::find_features(const MovingPose& pose, const Placement& pla
       });
   std::erase_if(
       near, [this, band_mm](const NearCandidate& n) { return n.at.travel_mm > answer.travel_mm + band_mm; });
-  keep_one_candidate_per_feature();
+  keep_one_candidate_per_feature(reference->surface.mesh, moving->surface.mesh, near, keys);
   for (const NearCandidate& n : near) {
     answer.features.push_back(gap_feature(reference_face(n.pair.reference), moving_face(n.pair.moving, place),
                                           n.at, n.pair, offset_of_mm(n.pair)));
   }
   merge_features(answer.features);
-}
-
-// A vertex and a face, or two edges, of the moving and of the reference mesh.
-GapQuery::State::FeatureKey GapQuery::State::key_of(const NearCandidate& candidate) const
-{
-  const auto both = [](std::int32_t first, std::int32_t second) {
-    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(first)) << 32U |
-           static_cast<std::uint32_t>(second);
-  };
-  const auto vertex = [](const Mesh& mesh, std::int32_t row, unsigned corner) {
-    return mesh.triangles(row, static_cast<Eigen::Index>(corner % 3));
-  };
-  const auto edge = [&](const Mesh& mesh, std::int32_t row, unsigned corner) {
-    const auto [low, high] = std::minmax({vertex(mesh, row, corner), vertex(mesh, row, corner + 1)});
-    return both(low, high);
-  };
-  const auto& [pair, at] = candidate;
-  const Mesh &r = reference->surface.mesh, &m = moving->surface.mesh;
-  switch (at.kind) {
-    case ContactKind::moving_vertex:
-      return {both(pair.reference, -1), both(vertex(m, pair.moving, at.moving), -1)};
-    case ContactKind::reference_vertex:
-      return {both(vertex(r, pair.reference, at.reference), -2), both(pair.moving, -2)};
-    case ContactKind::reference_edge:
-      return {edge(r, pair.reference, at.reference), both(vertex(m, pair.moving, at.moving), -3)};
-    case ContactKind::moving_edge:
-      return {both(vertex(r, pair.reference, at.reference), -4), edge(m, pair.moving, at.moving)};
-    case ContactKind::vertices:
-      return {both(vertex(r, pair.reference, at.reference), -5), both(vertex(m, pair.moving, at.moving), -5)};
-    case ContactKind::edges:
-      break;
-  }
-  return {edge(r, pair.reference, at.reference), edge(m, pair.moving, at.moving)};
-}
-
-// A feature is found through each of its triangles: the first in the order of merge_features remains.
-void GapQuery::State::keep_one_candidate_per_feature()
-{
-  std::size_t n_kept = 0;
-  keys.clear();
-  for (const NearCandidate& candidate : near) {
-    const FeatureKey key = key_of(candidate);
-    const auto known = std::find(keys.begin(), keys.end(), key);
-    if (known == keys.end()) {
-      keys.push_back(key);
-      near[n_kept++] = candidate;
-      continue;
-    }
-    NearCandidate& other = near[static_cast<std::size_t>(known - keys.begin())];
-    if (std::tie(candidate.at.travel_mm, candidate.pair) < std::tie(other.at.travel_mm, other.pair))
-      other = candidate;
-  }
-  near.resize(n_kept);
 }
 
 void GapQuery::State::try_touch(const TrianglePair& pair, const Placement& place, Gap& best) const
