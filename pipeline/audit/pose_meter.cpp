@@ -128,8 +128,13 @@ bool PoseMeter::is_overlapping(double shift_mm, OverlapTest judge)
   if (judge == OverlapTest::sweep && is_reached_from_below(shift_mm)) return false;
   Pose X = X_zero_;
   X.translation() += shift_mm * delta_zero_;
-  const std::optional<proximity::TrianglePair> pair = contact::find_collision(
-      scene_.reference, scene_.moving, proximity::RigidPlacement(X), narrow_phase_, hint_);
+  const proximity::RigidPlacement place(X);
+  // Independent of the queries, or three times as fast.
+  const std::optional<proximity::TrianglePair> pair =
+      judge == OverlapTest::narrow_phase || tilted_query_
+          ? contact::find_collision(scene_.reference, scene_.moving, place, narrow_phase_, hint_)
+          : contact::find_collision(scene_.reference.mesh, scene_.moving.mesh, place, shifted(shift_mm), query_,
+                                    narrow_phase_, hint_);
   if (pair) hint_ = *pair;
   return pair.has_value();
 }

@@ -235,6 +235,16 @@ std::optional<proximity::TrianglePair> find_collision(const Mesh& reference, con
                          [&](const auto& overlaps) { pairs.any_close_pair(pose, 0.0, overlaps); });
 }
 
+std::optional<proximity::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
+                                                      const proximity::RigidPlacement& place,
+                                                      const MovingPose& pose, proximity::GapQuery& pairs,
+                                                      NarrowPhase& narrow_phase,
+                                                      const proximity::TrianglePair& hint)
+{
+  return first_collision(reference, moving, place, narrow_phase, hint,
+                         [&](const auto& overlaps) { pairs.any_close_pair(pose, 0.0, overlaps); });
+}
+
 std::vector<proximity::TrianglePair> find_self_overlaps(const proximity::TreeMesh& mesh,
                                                         NarrowPhase& narrow_phase, std::size_t limit)
 {

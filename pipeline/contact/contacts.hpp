@@ -59,6 +59,14 @@ std::optional<proximity::TrianglePair> find_collision(const Mesh& reference, con
                                                       NarrowPhase& narrow_phase,
                                                       const proximity::TrianglePair& hint = {});
 
+/// The same with the reference at zero attitude and the moving object placed there by `place`: `pose` is its
+/// pose at the attitude of `pairs`.
+std::optional<proximity::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
+                                                      const proximity::RigidPlacement& place,
+                                                      const MovingPose& pose, proximity::GapQuery& pairs,
+                                                      NarrowPhase& narrow_phase,
+                                                      const proximity::TrianglePair& hint = {});
+
 /// Pairs of triangles of one mesh that intersect without a common vertex, at most `limit`; each once, smaller
 /// row first. Neighbours in a welded mesh share vertices, so a valid mesh has none.
 std::vector<proximity::TrianglePair> find_self_overlaps(const proximity::TreeMesh& mesh,

@@ -25,7 +25,7 @@ constexpr std::size_t smallest_compressed_bytes = 4096;
 /// Chunks of at most this size fit the reader's cache (1 MiB by default).
 constexpr std::size_t largest_chunk_bytes = std::size_t{1} << 20;
 /// zlib's default.
-constexpr unsigned deflate_level = 6;
+constexpr unsigned deflate_level = 4;
 
 H5Id file_type(ValueKind kind)
 {
