@@ -429,9 +429,10 @@ double GapQuery::travel_of_mm(const MovingPose& pose, const TrianglePair& pair) 
 bool GapQuery::any_close_pair(const MovingPose& pose, double band_mm,
                               const std::function<bool(const TrianglePair&)>& visit)
 {
-  // Two points within the band differ by at most the band in height; on a plane of 60 degrees, the steepest
-  // bound, the offset across Delta adds at most 1.74 bands.
-  const double limit_mm = 3.0 * band_mm;
+  // Between two points within the band, h apart across Delta, the heights over a plane of slope s differ by
+  // at most sqrt(band^2 - h^2) + s h, so by sqrt(1 + s^2) bands: two for 60 degrees, the steepest plane of a
+  // bound. One is in the margin of place().
+  const double limit_mm = band_mm;
   DualTreeTraversal& traversal = state_->traversal(GapKind::non_negative);
   traversal.place(pose, state_->reach_mm(pose), {band_mm, state_->rounding_mm()});
   ++state_->n_queries;
