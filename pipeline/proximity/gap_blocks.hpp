@@ -108,7 +108,7 @@ struct alignas(64) PlacedPairs {
   long long candidates[block_lanes];
 };
 
-inline constexpr unsigned all_candidates = (1U << 15U) - 1U;
+inline constexpr unsigned n_candidates = 15, all_candidates = (1U << n_candidates) - 1U;
 
 /// A pair is close within its offset and a band in any direction; with a travel, if it comes so close within
 /// that travel.

@@ -68,6 +68,7 @@ unsigned screen_half(const PairBatch& batch, int at, const PairPlacement& place,
 {
   const auto row = [at](const double* from) -> const Double4& { return row_at(from, at); };
   const Double4 zero{}, slack = zero - 1e-9;
+  constexpr Mask4 one{1, 1, 1, 1};
   const PlacedPairs4 placed = placed_pairs(batch, at, place);
   store_rows(placed.reference, at, out.reference);
   store_rows(placed.moving, at, out.moving);
@@ -96,17 +97,17 @@ unsigned screen_half(const PairBatch& batch, int at, const PairPlacement& place,
   const Double4 &r_least = row(batch.least_projected[0]), &m_least = row(batch.least_projected[1]);
   Mask4 candidates =
       (((r_area < r_least) & (-r_area < r_least)) | ((m_area < m_least) & (-m_area < m_least))) &
-      static_cast<long long>(all_candidates);
+      ((one << n_candidates) - one);
   const Double4 limit = zero + (limit_mm + 1e-6), r_inverse = 1.0 / r_area, m_inverse = 1.0 / m_area;
   for (int j = 0; j < 3; ++j) {
     const Double4 u = side_of_r[1][j] * r_inverse, v = side_of_r[2][j] * r_inverse,
                   w = side_of_r[0][j] * r_inverse;
     candidates |= (u >= slack) & (v >= slack) & (w >= slack) &
-                  (u * ry[0] + v * ry[1] + w * ry[2] - my[j] <= limit) & (1LL << j);
+                  (u * ry[0] + v * ry[1] + w * ry[2] - my[j] <= limit) & (one << j);
     const Double4 p = side_of_m[1][j] * m_inverse, q = side_of_m[2][j] * m_inverse,
                   s = side_of_m[0][j] * m_inverse;
     candidates |= (p >= slack) & (q >= slack) & (s >= slack) &
-                  (ry[j] - (p * my[0] + q * my[1] + s * my[2]) <= limit) & (1LL << (3 + j));
+                  (ry[j] - (p * my[0] + q * my[1] + s * my[2]) <= limit) & (one << (3 + j));
   }
   for (int k = 0; k < 3; ++k) {
     const int r_next = (k + 1) % 3;
@@ -125,7 +126,7 @@ unsigned screen_half(const PairBatch& batch, int at, const PairPlacement& place,
           (ry[k] + along_r * (ry[r_next] - ry[k])) - (my[j] + along_m * (my[m_next] - my[j]));
       const Double4 parallel = 1e-6 * (rex[k] * rex[k] + rez[k] * rez[k] + mex[j] * mex[j] + mez[j] * mez[j]);
       candidates |= crosses & ((travel <= limit) | ((cross < parallel) & (-cross < parallel))) &
-                    (1LL << (6 + 3 * k + j));
+                    (one << (6 + 3 * k + j));
     }
   }
   *reinterpret_cast<Mask4*>(out.candidates + at) = candidates;
