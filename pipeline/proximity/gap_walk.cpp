@@ -87,35 +87,34 @@ void DualTreeTraversal::place(const MovingPose& pose, double reach_mm, const Mar
 bool DualTreeTraversal::test(const Task& task, float limit)
 {
   const auto r = static_cast<std::size_t>(task.reference), m = static_cast<std::size_t>(task.moving);
+  const Block &r_block = reference_.blocks[r], &m_block = moving_.blocks[m];
   if (reference_stamps_[r] != turn_stamp_) {
     reference_stamps_[r] = turn_stamp_;
-    const Block& block = reference_.blocks[r];
-    const auto slot = static_cast<std::size_t>(block.slot);
-    if (block.is_leaf()) {
+    const auto slot = static_cast<std::size_t>(r_block.slot);
+    if (r_block.is_leaf()) {
       functions_->rotate_leaf(reference_.leaves[slot], turn_, reference_placed_[r], reference_corners_[slot]);
     } else {
       functions_->rotate_inner(reference_.inner[slot], turn_, reference_placed_[r]);
     }
   }
+  // Each block against the other's own bound, stored in its parent: rejects most pairs of leaves. The moving
+  // block's first, since it may then need no placing.
+  if (m_block.parent >= 0) {
+    const PlacedBlock& parent = moving_placed_[static_cast<std::size_t>(m_block.parent)];
+    if (!functions_->reference_near(reference_placed_[r], lane_of(parent, m_block.lane), limit)) return false;
+  }
   if (moving_stamps_[m] != place_stamp_) {
     moving_stamps_[m] = place_stamp_;
-    const Block& block = moving_.blocks[m];
-    const auto slot = static_cast<std::size_t>(block.slot);
-    if (block.is_leaf()) {
+    const auto slot = static_cast<std::size_t>(m_block.slot);
+    if (m_block.is_leaf()) {
       functions_->place_leaf(moving_.leaves[slot], placement_, moving_placed_[m], moving_corners_[slot]);
     } else {
       functions_->place_inner(moving_.inner[slot], placement_, moving_placed_[m]);
     }
   }
-  // Each block against the other's own bound, stored in its parent: rejects most pairs of leaves.
-  const Block &r_block = reference_.blocks[r], &m_block = moving_.blocks[m];
   if (r_block.parent >= 0) {
     const PlacedBlock& parent = reference_placed_[static_cast<std::size_t>(r_block.parent)];
     if (!functions_->moving_near(moving_placed_[m], lane_of(parent, r_block.lane), limit)) return false;
-  }
-  if (m_block.parent >= 0) {
-    const PlacedBlock& parent = moving_placed_[static_cast<std::size_t>(m_block.parent)];
-    if (!functions_->reference_near(reference_placed_[r], lane_of(parent, m_block.lane), limit)) return false;
   }
   if (kind_ == GapKind::signed_facing) {
     return functions_->test(reference_placed_[r], moving_placed_[m], limit, pairs_);
