@@ -52,7 +52,6 @@ std::vector<Candidate> polygon_corners(const Scene& scene, const Candidate& pair
     corner.distance_mm = (on_moving - on_reference).norm();
     if (const double offset_mm = scene.offset_mm(pair.pair); offset_mm > 0.0)
       corner.distance_mm = std::max(0.0, corner.distance_mm - offset_mm);
-    corner.is_measured = true;
     result.push_back(with_features(scene, corner));
   };
   for (const Eigen::Vector3d& p : m) {
@@ -149,7 +148,11 @@ std::vector<Candidate> segment_ends(const Scene& scene, const Candidate& c)
   return result;
 }
 
-// Negative within the tolerance of contact of overlapping pairs.
+bool is_overlap(const Scene& scene, const proximity::TrianglePair& pair, double distance_mm)
+{
+  return distance_mm < (scene.offset_mm(pair) > 0.0 ? -rounded_touching_mm : -touching_mm);
+}
+
 TriangleDistance estimated(const Scene& scene, const proximity::Corners& r, const proximity::Corners& m)
 {
   const std::optional<TriangleDistance> found = closest_points(r, m);
@@ -157,22 +160,16 @@ TriangleDistance estimated(const Scene& scene, const proximity::Corners& r, cons
 }
 }  // namespace
 
-Candidate measured(const Scene& scene, const Candidate& candidate)
+std::optional<Candidate> measured(const Scene& scene, Candidate candidate)
 {
   const TriangleDistance found = scene.narrow_phase.measure(scene.reference_corners(candidate.pair),
                                                             scene.moving_corners(candidate.pair));
-  Candidate result = candidate;
-  result.distance_mm = std::max(0.0, found.distance_mm - scene.offset_mm(candidate.pair));
-  result.p_reference_mm = found.p_reference_mm;
-  result.p_moving_mm = found.p_moving_mm;
-  result.is_measured = true;
-  result = with_features(scene, result);
-  if (result.reference == candidate.reference && result.moving == candidate.moving) return result;
-  // Other points of the same distance, as along an edge in a face: those of the candidate's features stay.
-  Candidate same = candidate;
-  same.distance_mm = result.distance_mm;
-  same.is_measured = true;
-  return same;
+  const double distance_mm = found.distance_mm - scene.offset_mm(candidate.pair);
+  if (is_overlap(scene, candidate.pair, distance_mm)) return std::nullopt;
+  candidate.distance_mm = std::max(0.0, distance_mm);
+  candidate.p_reference_mm = found.p_reference_mm;
+  candidate.p_moving_mm = found.p_moving_mm;
+  return with_features(scene, candidate);
 }
 
 std::vector<Candidate> close_pairs(const Scene& scene)
@@ -186,8 +183,7 @@ std::vector<Candidate> close_pairs(const Scene& scene)
     if (scene.candidates == nullptr && is_certainly_separated(r, m, band_mm + offset_mm)) return false;
     const TriangleDistance found = estimated(scene, r, m);
     const double distance_mm = found.distance_mm - offset_mm;
-    if (distance_mm < (offset_mm > 0.0 ? -rounded_touching_mm : -touching_mm) || distance_mm > band_mm)
-      return false;
+    if (is_overlap(scene, pair, distance_mm) || distance_mm > band_mm) return false;
     result.push_back({pair, std::max(0.0, distance_mm), found.p_reference_mm, found.p_moving_mm, {}, {}});
     return false;
   };
@@ -217,6 +213,14 @@ std::vector<Candidate> unique_by_feature(std::vector<Candidate> all)
   return all;
 }
 
+// Whether both are of one segment of closest points, of which each may be an end.
+bool are_on_a_segment(const Candidate& c, const Candidate& other)
+{
+  const Eigen::Vector3d apart = c.p_moving_mm - c.p_reference_mm,
+                        along = other.p_reference_mm - c.p_reference_mm;
+  return along.norm() > same_point_mm && std::abs(apart.dot(along)) <= same_point_mm * apart.norm();
+}
+
 // Whether no neighbouring pair of triangles is clearly nearer: otherwise the candidate belongs to the flank
 // of another contact.
 bool is_separate_contact(const Scene& scene, const std::vector<Candidate>& pairs, const Candidate& candidate)
@@ -240,9 +244,13 @@ bool is_separate_contact(const Scene& scene, const std::vector<Candidate>& pairs
 
 std::vector<Candidate> touching_features(const Scene& scene, const std::vector<Candidate>& pairs)
 {
-  std::vector<Candidate> all;
+  std::vector<Candidate> near, all;
   const auto add = [&all](const std::vector<Candidate>& some) {
     all.insert(all.end(), some.begin(), some.end());
+  };
+  const auto keep_contacts = [&](std::vector<Candidate>& some) {
+    some = unique_by_feature(std::move(some));
+    std::erase_if(some, [&](const Candidate& c) { return !is_separate_contact(scene, pairs, c); });
   };
   for (const Candidate& pair : pairs) {
     const double cosine =
@@ -251,20 +259,18 @@ std::vector<Candidate> touching_features(const Scene& scene, const std::vector<C
         cosine < flat_cosine ? polygon_corners(scene, pair) : std::vector<Candidate>{};
     add(corner);
     // Coplanar faces with a degenerate polygon keep their closest points.
-    if (!corner.empty()) continue;
-    const Candidate candidate = with_features(scene, pair);
-    if (segment_ends(scene, candidate).empty()) {
-      all.push_back(candidate);
-    } else {
-      add(segment_ends(scene, measured(scene, candidate)));
-    }
+    if (corner.empty()) near.push_back(with_features(scene, pair));
   }
-  all = unique_by_feature(std::move(all));
-  std::erase_if(all, [&](const Candidate& c) { return !is_separate_contact(scene, pairs, c); });
   // A feature is found through each of its triangles; the narrow phase measures one pair.
-  for (Candidate& c : all) {
-    if (!c.is_measured) c = measured(scene, c);
+  keep_contacts(near);
+  for (const Candidate& each : near) {
+    const std::optional<Candidate> candidate = measured(scene, each);
+    if (!candidate) continue;
+    const std::vector<Candidate> ends = segment_ends(scene, *candidate);
+    add(ends.empty() ? std::vector<Candidate>{*candidate} : ends);
+    if (ends.empty() && are_on_a_segment(each, *candidate)) all.push_back(each);
   }
+  keep_contacts(all);
   return all;
 }
 }  // namespace vrda::contact

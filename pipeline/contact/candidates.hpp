@@ -2,6 +2,7 @@
 /// features.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "contact/contacts.hpp"
@@ -20,7 +21,6 @@ struct Candidate {
   Eigen::Vector3d p_moving_mm;
   Feature reference;
   Feature moving;
-  bool is_measured = false;  ///< by the narrow phase, or a corner of coplanar faces
 };
 
 /// Two objects in the reference's frame.
@@ -50,8 +50,8 @@ struct Scene {
 /// All pairs within the band with their distances in closed form, sorted by pair; their features are not set.
 std::vector<Candidate> close_pairs(const Scene& scene);
 
-/// The candidate with the distance of the narrow phase, and its points where they lie on the same features.
-Candidate measured(const Scene& scene, const Candidate& candidate);
+/// The candidate with distance, points and features of the narrow phase; empty if that finds an overlap.
+std::optional<Candidate> measured(const Scene& scene, Candidate candidate);
 
 /// One candidate for each pair of features in contact, of the pairs of close_pairs, by the narrow phase.
 std::vector<Candidate> touching_features(const Scene& scene, const std::vector<Candidate>& pairs);

@@ -187,7 +187,10 @@ std::vector<Contact> contacts_of(const Scene& scene, const Eigen::Vector3d& delt
   const std::vector<Candidate> pairs = close_pairs(scene);
   std::vector<Contact> contacts;
   if (scene.options.points == ContactPoints::triangle_centre) {
-    for (const Candidate& c : pairs) contacts.push_back(centre_contact(scene, measured(scene, c)));
+    for (const Candidate& pair : pairs) {
+      if (const std::optional<Candidate> c = measured(scene, pair))
+        contacts.push_back(centre_contact(scene, *c));
+    }
   } else {
     for (const Candidate& c : touching_features(scene, pairs)) contacts.push_back(exact_contact(scene, c));
   }

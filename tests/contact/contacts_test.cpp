@@ -200,6 +200,36 @@ TEST(Contacts, TwoParallelRidgesTouchAtTheEndsOfTheirCommonSegment)
   EXPECT_NEAR(most, 1.0, exact_mm);
 }
 
+// Any point of the ridge over the triangle is a closest one, and which the narrow phase finds depends on
+// rounding.
+TEST(Contacts, ARidgeAcrossATriangleTouchesAtBothEndsOfTheCommonSegment)
+{
+  Mesh table;  // a prism with a triangle on top
+  table.vertices_mm.resize(6, 3);
+  table.vertices_mm << -2, 0, -2, 0, 0, 2, 2, 0, -2, -2, -3, -2, 0, -3, 2, 2, -3, -2;
+  table.triangles.resize(8, 3);
+  table.triangles << 0, 1, 2, 3, 5, 4, 0, 3, 4, 0, 4, 1, 1, 4, 5, 1, 5, 2, 2, 5, 3, 2, 3, 0;
+  const Mesh ridge = transformed(roof(10.0), Pose(Eigen::AngleAxisd(pi, Eigen::Vector3d::UnitZ())));
+  for (int k = 0; k < 60; ++k) {
+    const MovingPose pose{{0.1, -standoff_mm, 0.3}, 0.05 + 0.1 * k};
+    const std::vector<contact::Contact> contacts = contacts_of(ridge, table, pose);
+    ASSERT_EQ(contacts.size(), 2U) << pose.theta_rad;
+    double low_mm = 10.0, high_mm = -10.0;  // where the triangle's border crosses the ridge, x = 0
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      const Eigen::Matrix3d R = rotation_y(pose.theta_rad);
+      const Eigen::Vector3d from = R * table.vertices_mm.row(i).transpose() + pose.translation_mm;
+      const Eigen::Vector3d to = R * table.vertices_mm.row((i + 1) % 3).transpose() + pose.translation_mm;
+      if ((from.x() > 0.0) == (to.x() > 0.0)) continue;
+      const double z_mm = from.z() + from.x() / (from.x() - to.x()) * (to.z() - from.z());
+      low_mm = std::min(low_mm, z_mm);
+      high_mm = std::max(high_mm, z_mm);
+    }
+    const double a_mm = contacts[0].point_mm.z(), b_mm = contacts[1].point_mm.z();
+    EXPECT_NEAR(std::min(a_mm, b_mm), low_mm, exact_mm);
+    EXPECT_NEAR(std::max(a_mm, b_mm), high_mm, exact_mm);
+  }
+}
+
 TEST(Contacts, NothingBeyondTheBand)
 {
   EXPECT_TRUE(contacts_of(test::box({0, 2, 0}, {4, 4, 4}), pyramid(1, 1), {{0, -0.11, 0}, 0}).empty());
