@@ -44,6 +44,12 @@ std::optional<proximity::TrianglePair> collision_of_trees(const proximity::TreeM
   });
 }
 
+// For first_collision: the pairs that a query finds at the pose.
+auto touching_pairs(proximity::GapQuery& pairs, const MovingPose& pose)
+{
+  return [&](const auto& overlaps) { pairs.any_close_pair(pose, 0.0, overlaps); };
+}
+
 Eigen::Vector3d feature_normal(const Mesh& mesh, const SurfaceFeatures& features, const Feature& feature)
 {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -235,7 +241,7 @@ std::optional<proximity::TrianglePair> find_collision(const Mesh& reference, con
                                                       const proximity::TrianglePair& hint)
 {
   return first_collision(reference, moving, proximity::Placement(pose), narrow_phase, hint,
-                         [&](const auto& overlaps) { pairs.any_close_pair(pose, 0.0, overlaps); });
+                         touching_pairs(pairs, pose));
 }
 
 std::optional<proximity::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
@@ -244,8 +250,7 @@ std::optional<proximity::TrianglePair> find_collision(const Mesh& reference, con
                                                       NarrowPhase& narrow_phase,
                                                       const proximity::TrianglePair& hint)
 {
-  return first_collision(reference, moving, place, narrow_phase, hint,
-                         [&](const auto& overlaps) { pairs.any_close_pair(pose, 0.0, overlaps); });
+  return first_collision(reference, moving, place, narrow_phase, hint, touching_pairs(pairs, pose));
 }
 
 std::vector<proximity::TrianglePair> find_self_overlaps(const proximity::TreeMesh& mesh,

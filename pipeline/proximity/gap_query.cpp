@@ -4,7 +4,6 @@
 #include <array>
 #include <bit>
 #include <optional>
-#include <tuple>
 #include <utility>
 
 #include "proximity/gap_features.hpp"
