@@ -96,7 +96,7 @@ Nearest nearest_of_simplex(const Vectors& simplex)
 }
 
 // Gilbert, Johnson and Keerthi (1988): adds the support point towards the origin to the simplex until none is
-// nearer. Zero when the hull contains the origin.
+// nearer. Zero when the hull contains the origin: then no plane has all points on its far side.
 Eigen::Vector3d nearest_of_hull(const Vectors& points)
 {
   Nearest nearest{points.front(), {points.front()}};
@@ -109,9 +109,11 @@ Eigen::Vector3d nearest_of_hull(const Vectors& points)
     if (support.dot(p) >= (1.0 - negligible) * distance_sq) return p;
     Vectors simplex = nearest.corners;
     simplex.push_back(support);
-    nearest = nearest_of_simplex(simplex);
-    // No progress: the simplex contains the origin.
-    if (nearest.point.squaredNorm() >= distance_sq) break;
+    const Nearest next = nearest_of_simplex(simplex);
+    // No progress: the simplex contains the origin, or what is left to gain is rounding.
+    if (next.point.squaredNorm() >= distance_sq)
+      return support.dot(p) > 0.0 ? p : Eigen::Vector3d(Eigen::Vector3d::Zero());
+    nearest = next;
   }
   return Eigen::Vector3d::Zero();
 }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <random>
 
@@ -199,6 +201,54 @@ TEST(PredictAscent, IsTheBestOfAllMotions)
   EXPECT_GT(n_ways, 150);
   EXPECT_GT(n_none, 150);
   EXPECT_GT(n_crowds, 50);
+}
+
+// Contacts whose slopes in x, moment and z are the given ones. Each acts on its line of action; points are
+// moved along these lines until their mean, the centre of rotation, is the origin.
+std::vector<contact::Contact> contacts_of_slopes(const std::vector<Eigen::Vector3d>& slopes, double lever_mm)
+{
+  std::vector<contact::Contact> contacts;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d spread = Eigen::Vector3d::UnitY().asDiagonal();
+  for (const Eigen::Vector3d& slope : slopes) {
+    const Eigen::Vector3d along(slope.x(), 0, slope.z());
+    contacts.push_back(
+        contact(slope.y() * lever_mm * along.cross(Eigen::Vector3d::UnitY()) / along.squaredNorm(),
+                {slope.x(), -1, slope.z()}));
+    sum += contacts.back().application_mm;
+    spread += along * along.transpose();
+  }
+  const Eigen::Vector3d shift = spread.inverse() * sum;
+  for (std::size_t k = 0; k < slopes.size(); ++k) {
+    const Eigen::Vector3d along(slopes[k].x(), 0, slopes[k].z());
+    contacts[k].application_mm -= along * along.dot(shift);
+  }
+  return contacts;
+}
+
+// The corners in a plane near the origin surround its foot and no slope is below the plane, so the rise is
+// the plane's distance. The last corner brings the estimate nearer by less than a squared distance's
+// rounding.
+TEST(PredictAscent, FindsASmallRiseAmongSteepSlopes)
+{
+  constexpr double lever_mm = 2.0;
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int k = 0; k < 20000; ++k) {
+    const Eigen::Vector3d normal = Eigen::Vector3d(unit(random), unit(random), unit(random)).normalized();
+    const Eigen::Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
+    const double distance = std::pow(10.0, -3.0 + unit(random)), turned = unit(random);
+    std::vector<Eigen::Vector3d> slopes;
+    for (int corner = 0; corner < 3; ++corner) {
+      const SinCos at = sin_cos(2.0 * pi * corner / 3.0 + turned);
+      slopes.push_back(distance * normal + (0.6 + 0.5 * unit(random)) * (at.cos * u + at.sin * v));
+    }
+    for (int n = 0; n < k % 8; ++n)
+      slopes.push_back((distance + std::pow(10.0, -9.0 + unit(random))) * normal + unit(random) * u +
+                       unit(random) * v);
+    std::shuffle(slopes.begin(), slopes.end(), random);
+    EXPECT_NEAR(solve::predict_ascent(contacts_of_slopes(slopes, lever_mm), lever_mm).rise, distance, 1e-9);
+  }
 }
 
 }  // namespace vrda::prediction_test
