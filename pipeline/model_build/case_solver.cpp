@@ -13,7 +13,7 @@ namespace vrda::model_build {
 namespace {
 
 // Must change when the same job may give other bytes: journals of an older solver are then refused.
-constexpr const char* search_version = "stability-search 7";
+constexpr const char* search_version = "stability-search 8";
 constexpr const char* equilibrium_version = "equilibrium 7";
 
 // Flexion held, varus held or free, the rest free, Delta proximal: what the faster solver solves.
