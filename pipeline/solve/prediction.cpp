@@ -111,8 +111,10 @@ Eigen::Vector3d nearest_of_hull(const Vectors& points)
     simplex.push_back(support);
     const Nearest next = nearest_of_simplex(simplex);
     // No progress: the simplex contains the origin, or what is left to gain is rounding.
-    if (next.point.squaredNorm() >= distance_sq)
-      return support.dot(p) > 0.0 ? p : Eigen::Vector3d(Eigen::Vector3d::Zero());
+    if (next.point.squaredNorm() >= distance_sq) {
+      if (support.dot(p) > 0.0) return p;
+      break;
+    }
     nearest = next;
   }
   return Eigen::Vector3d::Zero();
