@@ -1,4 +1,5 @@
-/// Command-line options of the commands for many cases: plan, submit, status, resume, index, task.
+/// Command-line options of `vrda run`, and of the commands for many cases: plan, submit, status, resume,
+/// index, task.
 #pragma once
 
 #include <functional>
@@ -6,6 +7,7 @@
 
 #include "app/cluster_commands.hpp"
 #include "console/console.hpp"
+#include "job_run/run_command.hpp"
 
 namespace CLI {
 class App;
@@ -38,5 +40,8 @@ class ClusterOptions {
   StatusOptions status_;
   TaskOptions task_;
 };
+
+/// Adds the options of `vrda run`.
+void add_run_options(CLI::App& command, job_run::RunOptions& options);
 
 }  // namespace vrda::app

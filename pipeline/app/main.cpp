@@ -17,7 +17,6 @@
 #include "app/model_commands.hpp"
 #include "app/repair_command.hpp"
 #include "app/rom_command.hpp"
-#include "app/run_options.hpp"
 #include "app/score_command.hpp"
 #include "app/usage.hpp"
 #include "console/console.hpp"

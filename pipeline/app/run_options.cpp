@@ -1,5 +1,5 @@
 // The options of `vrda run`.
-#include "app/run_options.hpp"
+#include "app/cluster_options.hpp"
 
 #include <CLI/CLI.hpp>
 

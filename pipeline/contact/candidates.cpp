@@ -6,7 +6,7 @@
 #include <tuple>
 #include <utility>
 
-#include "contact/closest_points.hpp"
+#include "contact/narrow_phase.hpp"
 
 namespace vrda::contact {
 namespace {

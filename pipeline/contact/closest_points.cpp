@@ -1,4 +1,5 @@
-#include "contact/closest_points.hpp"
+// Closest points of two triangles in closed form.
+#include "contact/narrow_phase.hpp"
 
 #include <algorithm>
 #include <array>

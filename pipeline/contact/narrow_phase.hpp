@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "proximity/placement.hpp"
 
@@ -54,5 +55,11 @@ class NarrowPhase {
 /// True when an axis or a face plane separates the triangles by more than `band_mm`. Conservative and cheap:
 /// rejects pairs before the narrow phase.
 bool is_certainly_separated(const proximity::Corners& a, const proximity::Corners& b, double band_mm);
+
+/// In closed form: distance and closest points of the bare triangles, by the pairs of their features. Empty
+/// where the line between the points does not prove the triangles apart by more than rounding: they overlap,
+/// are nearer than about 1e-8 mm or degenerate, and only the narrow phase decides.
+std::optional<TriangleDistance> closest_points(const proximity::Corners& reference,
+                                               const proximity::Corners& moving);
 
 }  // namespace vrda::contact

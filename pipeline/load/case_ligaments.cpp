@@ -90,7 +90,7 @@ void add_generated(const Job& job, LoadedLigaments& loaded)
   const GenerateJob& generate = *job.ligaments->generate;
   const std::string key = "ligaments.generate";
   const std::string source = job.document.source_of(key);
-  try {
+  with_job_key(job, key, generate, [&] {
     const shapes::ShapeRequest request{generate.shape, generate.numbers, generate.words};
     for (const shapes::ShapeFibre& fibre : shapes::generate_fibres(request)) {
       loaded.jobs.push_back({fibre.name, fibre.bundle, fibre.reference_mm, fibre.moving_mm, fibre.stiffness_n,
@@ -100,12 +100,7 @@ void add_generated(const Job& job, LoadedLigaments& loaded)
     }
     loaded.inputs.push_back(
         {shape_request_text(generate) + " ligaments", sha256_of(shapes::fibre_table(request))});
-  } catch (const InputError& error) {
-    const std::string& field = error.facts().field;
-    const bool is_parameter = generate.numbers.contains(field) || generate.words.contains(field);
-    throw InputError(
-        {source, is_parameter ? key + "." + field : key, error.facts().found, error.facts().wanted});
-  }
+  });
 }
 
 void add_wraps(const Job& job, const InputFile& file, const BodyMaps& maps, LoadedLigaments& loaded)

@@ -164,17 +164,10 @@ const shapes::Shape& ComponentLoader::shape_of(const ComponentJob& component)
   const GenerateJob& generate = *component.generate;
   const std::string request = shape_request_text(generate);
   if (const auto found = shapes_.find(request); found != shapes_.end()) return found->second;
-  try {
-    return shapes_
-        .emplace(request, shapes::generate_shape({generate.shape, generate.numbers, generate.words}))
-        .first->second;
-  } catch (const InputError& error) {
-    // Converts the field of the generator to a key of the job: it is a parameter if the job sets it.
-    const std::string& field = error.facts().field;
-    const bool is_parameter = generate.numbers.contains(field) || generate.words.contains(field);
-    const std::string key = component.key + ".generate" + (is_parameter ? "." + field : "");
-    throw InputError({job_.document.source_of(key), key, error.facts().found, error.facts().wanted});
-  }
+  shapes::Shape shape = with_job_key(job_, component.key + ".generate", generate, [&] {
+    return shapes::generate_shape({generate.shape, generate.numbers, generate.words});
+  });
+  return shapes_.emplace(request, std::move(shape)).first->second;
 }
 
 }  // namespace vrda::load

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 
+#include "core/error.hpp"
 #include "load/axis_map.hpp"
 #include "load/clean_mesh.hpp"
 #include "shapes/shapes.hpp"
@@ -19,6 +20,21 @@ struct LoadedComponent {
 
 /// The shape with its parameters in alphabetical order: "knee resolution=2 side=left".
 std::string shape_request_text(const GenerateJob& generate);
+
+/// Calls generate_it(), which generates `generate` for the job's table `key`. A generator's error names its
+/// own field: thrown again with the job's key, that of the parameter if the job sets it.
+template <typename Generate>
+auto with_job_key(const Job& job, const std::string& key, const GenerateJob& generate,
+                  const Generate& generate_it)
+{
+  try {
+    return generate_it();
+  } catch (const InputError& error) {
+    const InputError::Facts& facts = error.facts();
+    const bool is_parameter = generate.numbers.contains(facts.field) || generate.words.contains(facts.field);
+    job.document.refuse(is_parameter ? key + "." + facts.field : key, facts.found, facts.wanted);
+  }
+}
 
 /// Loads components one by one. A shape with several parts is generated once.
 class ComponentLoader {

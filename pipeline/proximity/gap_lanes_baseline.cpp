@@ -1,7 +1,7 @@
 // Four floats at a time: SSE2, available on every x86-64 processor.
 #include <emmintrin.h>
 
-#include "proximity/gap_lanes.hpp"
+#include "proximity/gap_test_lanes.hpp"
 
 namespace vrda::proximity {
 namespace {

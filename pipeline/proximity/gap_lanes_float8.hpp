@@ -4,7 +4,7 @@
 
 #include <immintrin.h>
 
-#include "proximity/gap_lanes.hpp"
+#include "proximity/gap_test_lanes.hpp"
 
 namespace vrda::proximity {
 namespace {

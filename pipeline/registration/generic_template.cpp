@@ -1,7 +1,7 @@
 // The knee that is registered where no other template is given.
 #include "registration/knee_surfaces.hpp"
 
-#include "shapes/template_knee.hpp"
+#include "shapes/knee.hpp"
 
 namespace vrda::registration {
 namespace {

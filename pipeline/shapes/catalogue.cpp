@@ -6,7 +6,6 @@
 #include "shapes/hip.hpp"
 #include "shapes/knee.hpp"
 #include "shapes/scenes.hpp"
-#include "shapes/template_knee.hpp"
 
 namespace vrda::shapes {
 namespace {

@@ -1,4 +1,4 @@
-#include "shapes/template_knee.hpp"
+// The right knee that `vrda prepare` registers.
 
 #include <vector>
 

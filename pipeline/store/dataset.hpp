@@ -1,4 +1,4 @@
-/// Description of one dataset in the registry (registry.hpp, trace_registry.hpp).
+/// Description of one dataset in the registry (registry.hpp, trace_registry.hpp), and a finding of a check.
 #pragma once
 
 #include <Eigen/Core>
@@ -191,5 +191,12 @@ void resize(Eigen::PlainObjectBase<Derived>& member, const std::vector<std::int6
 {
   member.resize(shape.at(0), shape.at(1));
 }
+
+/// One departure of an HDF5 file from its specification (schemas/motion-model.md, trace.md).
+struct Finding {
+  std::string where;  ///< path of the object in the file, "@name" for an attribute
+  std::string found;
+  std::string wanted;
+};
 
 }  // namespace vrda::store

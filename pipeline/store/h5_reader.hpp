@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "store/dataset.hpp"
-#include "store/finding.hpp"
 #include "store/h5_handle.hpp"
 #include "store/seal.hpp"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "store/finding.hpp"
+#include "store/dataset.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::store {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "store/finding.hpp"
+#include "store/dataset.hpp"
 #include "store/motion_model.hpp"
 #include "store/seal.hpp"
 #include "store/trace.hpp"

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "store/finding.hpp"
+#include "store/dataset.hpp"
 #include "store/h5_reader.hpp"
 #include "store/motion_model.hpp"
 #include "store/trace.hpp"

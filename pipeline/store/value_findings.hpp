@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "store/finding.hpp"
+#include "store/dataset.hpp"
 
 namespace vrda::store {
 

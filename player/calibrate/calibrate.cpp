@@ -10,10 +10,10 @@
 #include <thread>
 #include <utility>
 
+#include "calibrate/calibration_bench.hpp"
 #include "calibrate/calibration_mode.hpp"
 #include "calibrate/calibration_pictures.hpp"
 #include "calibrate/calibration_report.hpp"
-#include "calibrate/model_joint.hpp"
 #include "calibration_tasks/parts.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"

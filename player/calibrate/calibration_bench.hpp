@@ -10,6 +10,7 @@
 
 #include "bench/bench_show.hpp"
 #include "calibrate/calibrate.hpp"
+#include "calibration/joint_curve.hpp"
 
 namespace vrda::calibrate {
 
@@ -85,5 +86,10 @@ std::unique_ptr<CalibrationBench> open_live_bench(const BenchFile& bench);
 /// Virtual bench, drawn as its person sees it.
 std::unique_ptr<CalibrationBench> open_virtual_bench(const BenchFile& bench, const VirtualTruth& truth,
                                                      const VirtualNoise& noise);
+
+/// Motion of the file's model along its flexion, mm and rad, unscaled: poses at steps of about 2 degrees,
+/// each at the set's own or balanced varus. Throws InputError with the file: a sequence of frames, one
+/// flexion only, an unsolved pose.
+calibration::JointCurve joint_curve(const std::string& file, const std::string& set);
 
 }  // namespace vrda::calibrate

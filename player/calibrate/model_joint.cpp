@@ -1,4 +1,5 @@
-#include "calibrate/model_joint.hpp"
+// The motion of a model along its flexion, for functional registration.
+#include "calibrate/calibration_bench.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
-#include "web/qr_code.hpp"
+// QR codes for terminals.
+#include "web/server.hpp"
 
 #include <array>
 #include <qrcodegen/qrcodegen.hpp>

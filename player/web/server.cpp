@@ -17,7 +17,6 @@
 #include "core/error.hpp"
 #include "store/motion_model_file.hpp"
 #include "web/certificate.hpp"
-#include "web/qr_code.hpp"
 #include "web/response.hpp"
 #include "web/session.hpp"
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <optional>
 
-#include "contact/closest_points.hpp"
 #include "contact/random_triangles.hpp"
 #include "contact/triangle_closed_forms.hpp"
 #include "support/triangle_distance.hpp"

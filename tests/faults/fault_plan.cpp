@@ -34,7 +34,8 @@ struct Plan {
   long at = 1;
   bool is_repeated = false;  ///< every call from `at` on
   Action action = Action::count;
-  long clock_from = 0;  ///< reading from which clocks jump; 0: never
+  long clock_from = 0;    ///< reading from which clocks jump; 0: never
+  long clock_step_s = 0;  ///< added at each reading, over the real time
   const char* gate = nullptr;
   const char* once = nullptr;
   const char* count = nullptr;
@@ -88,9 +89,8 @@ Plan read_plan()
     plan.at = number_of("VRDA_FAULT_AT", word, plan.is_repeated ? "+" : "");
   }
   if (const char* word = set_or_null("VRDA_FAULT_CLOCK"))
-    plan.clock_from = number_of("VRDA_FAULT_CLOCK", word, "");
-  else if (plan.action == Action::clock)
-    plan.clock_from = plan.at;
+    plan.clock_step_s = number_of("VRDA_FAULT_CLOCK", word, "");
+  if (plan.action == Action::clock) plan.clock_from = plan.at;
   plan.is_repeated = plan.is_repeated || plan.action == Action::full;
   if (plan.action == Action::hold && plan.gate == nullptr) refuse("VRDA_FAULT_GATE", "nothing to hold until");
   return plan;
@@ -208,9 +208,10 @@ void kill_self()
 timespec with_clock_fault(timespec now)
 {
   const Plan& plan = plan_of_process();
-  if (plan.clock_from == 0) return now;
+  if (plan.clock_from == 0 && plan.clock_step_s == 0) return now;
   const long k = ++n_readings;
-  if (k < plan.clock_from) return now;
+  now.tv_sec += k * plan.clock_step_s;
+  if (plan.clock_from == 0 || k < plan.clock_from) return now;
   // From 12 hours ago to 12 hours ahead, alternating: 7 and 25 have no common factor.
   now.tv_sec += (k * 7 % 25 - 12) * 3600;
   return now;

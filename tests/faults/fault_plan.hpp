@@ -25,7 +25,7 @@ CallDecision decide_call(Call call, const char* path, const char* other_path = "
 
 [[noreturn]] void kill_self();
 
-/// The reading of a clock that jumps by hours; `now` without a clock fault.
+/// The reading of a clock that jumps or runs fast; `now` without a clock fault.
 timespec with_clock_fault(timespec now);
 
 }  // namespace vrda::test

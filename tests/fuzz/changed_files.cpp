@@ -1,4 +1,4 @@
-#include "fuzz/changed_files.hpp"
+// Motion models and traces as sealed HDF5 files, changed by a recipe.
 
 #include <hdf5.h>
 #include <unistd.h>
@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "fuzz/changed_content.hpp"
-#include "fuzz/changed_objects.hpp"
 #include "fuzz/small_models.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/seal.hpp"

@@ -1,4 +1,5 @@
-#include "fuzz/changed_objects.hpp"
+// Motion models changed through HDF5.
+#include "fuzz/changed_content.hpp"
 
 #include <hdf5.h>
 

@@ -1,4 +1,4 @@
-/// Cause of a crash from the report of the sanitizer.
+/// Processes forked by a fuzz target: coverage shared with them, and the cause of a crash.
 #pragma once
 
 #include <string>
@@ -13,5 +13,8 @@ std::string take_reports();
 
 /// "libhdf5 SEGV", or "VRDA ..." if the cause is not in HDF5.
 std::string cause_in(const std::string& report);
+
+/// From now on this process and its children count in shared memory. Exits on failure.
+void share_coverage();
 
 }  // namespace vrda::test

@@ -13,11 +13,10 @@
 #include <new>
 #include <utility>
 
-#include "fuzz/changed_files.hpp"
+#include "fuzz/changed_content.hpp"
 #include "fuzz/ending_cause.hpp"
 #include "fuzz/outcome.hpp"
-#include "fuzz/shared_coverage.hpp"
-#include "fuzz/use_model.hpp"
+#include "fuzz/small_models.hpp"
 #include "motion/film.hpp"
 #include "store/parse_hdf5.hpp"
 #include "store/read_separately.hpp"

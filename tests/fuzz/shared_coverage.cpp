@@ -1,4 +1,5 @@
-#include "fuzz/shared_coverage.hpp"
+// Coverage counters shared with forked processes.
+#include "fuzz/ending_cause.hpp"
 
 #include <sys/mman.h>
 #include <unistd.h>

@@ -1,6 +1,5 @@
 #include "fuzz/small_models.hpp"
 
-#include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "support/traces.hpp"
 

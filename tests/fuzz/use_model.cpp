@@ -1,4 +1,5 @@
-#include "fuzz/use_model.hpp"
+// The player's use of a motion model, up to drawing.
+#include "fuzz/small_models.hpp"
 
 #include <vector>
 

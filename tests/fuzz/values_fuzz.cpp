@@ -2,7 +2,6 @@
 #include "fuzz/changed_content.hpp"
 #include "fuzz/outcome.hpp"
 #include "fuzz/small_models.hpp"
-#include "fuzz/use_model.hpp"
 #include "motion/film.hpp"
 #include "store/serialize_models.hpp"
 

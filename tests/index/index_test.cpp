@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "store/motion_model_file.hpp"
-#include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"

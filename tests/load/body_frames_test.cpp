@@ -5,7 +5,7 @@
 #include "load/auto_frame.hpp"
 #include "load/case.hpp"
 #include "load/mesh_text.hpp"
-#include "shapes/template_knee.hpp"
+#include "shapes/knee.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"

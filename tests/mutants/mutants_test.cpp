@@ -16,7 +16,7 @@
 
 #include "app/scenes.hpp"
 #include "cluster/jobs.hpp"
-#include "fuzz/changed_files.hpp"
+#include "fuzz/changed_content.hpp"
 #include "fuzz/framed_checksums.hpp"
 #include "store/confinement.hpp"
 #include "support/process.hpp"

@@ -4,7 +4,7 @@
 
 #include "core/units.hpp"
 #include "registration/knee_surfaces.hpp"
-#include "shapes/template_knee.hpp"
+#include "shapes/knee.hpp"
 
 namespace vrda::fit_checks_test {
 

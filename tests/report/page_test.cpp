@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "report/model_json.hpp"
-#include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "support/meshes.hpp"
 

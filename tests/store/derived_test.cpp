@@ -6,8 +6,6 @@
 
 #include <cmath>
 
-#include "store/equal_models.hpp"
-#include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 
 namespace vrda::derived_test {

@@ -1,4 +1,5 @@
-#include "store/equal_models.hpp"
+// Exact comparison of motion models.
+#include "store/sample_model.hpp"
 
 #include <gtest/gtest.h>
 

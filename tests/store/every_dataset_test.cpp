@@ -10,7 +10,7 @@
 #include "store/motion_model_file.hpp"
 #include "store/parse_hdf5.hpp"
 #include "store/registry.hpp"
-#include "store/sample_derived.hpp"
+#include "store/sample_model.hpp"
 #include "store/values.hpp"
 #include "support/scratch.hpp"
 

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "store/h5_reader.hpp"
-#include "store/sample_index.hpp"
+#include "store/sample_model.hpp"
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 

@@ -5,7 +5,6 @@
 
 #include "store/changed_file.hpp"
 #include "store/motion_model_file.hpp"
-#include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "support/scratch.hpp"
 

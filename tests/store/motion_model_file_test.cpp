@@ -9,8 +9,6 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "store/equal_models.hpp"
-#include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"

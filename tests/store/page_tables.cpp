@@ -1,4 +1,4 @@
-#include "store/page_tables.hpp"
+// The tables of the pages in schemas/, from the registries.
 
 #include <algorithm>
 #include <limits>
@@ -7,7 +7,6 @@
 #include <sstream>
 
 #include "store/registry.hpp"
-#include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "store/trace_registry.hpp"
 

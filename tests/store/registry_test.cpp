@@ -7,8 +7,7 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "store/page_tables.hpp"
-#include "store/sample_derived.hpp"
+#include "store/sample_model.hpp"
 #include "store/trace_registry.hpp"
 #include "support/real_knees.hpp"
 #include "support/scratch.hpp"

@@ -1,4 +1,4 @@
-#include "store/sample_derived.hpp"
+// Sample models with derived data.
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
-#include "store/sample_index.hpp"
+// A sample index.
+#include "store/sample_model.hpp"
 
 #include <limits>
 

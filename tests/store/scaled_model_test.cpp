@@ -6,9 +6,8 @@
 #include <map>
 
 #include "core/error.hpp"
-#include "store/equal_models.hpp"
 #include "store/registry.hpp"
-#include "store/sample_derived.hpp"
+#include "store/sample_model.hpp"
 
 namespace vrda::scaled_model_test {
 

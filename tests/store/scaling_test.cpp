@@ -5,9 +5,7 @@
 
 #include "core/units.hpp"
 #include "store/changed_file.hpp"
-#include "store/equal_models.hpp"
 #include "store/motion_model_file.hpp"
-#include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "support/scratch.hpp"
 

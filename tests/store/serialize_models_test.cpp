@@ -6,8 +6,6 @@
 #include <random>
 
 #include "core/error.hpp"
-#include "store/equal_models.hpp"
-#include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "support/traces.hpp"
 

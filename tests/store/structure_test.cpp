@@ -10,7 +10,6 @@
 #include "core/error.hpp"
 #include "store/changed_file.hpp"
 #include "store/motion_model_file.hpp"
-#include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "store/seal.hpp"
 #include "support/refusal.hpp"

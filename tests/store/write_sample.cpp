@@ -7,9 +7,6 @@
 #include <string>
 
 #include "store/motion_model_file.hpp"
-#include "store/page_tables.hpp"
-#include "store/sample_derived.hpp"
-#include "store/sample_index.hpp"
 #include "store/sample_model.hpp"
 #include "store/trace_file.hpp"
 #include "support/scratch.hpp"

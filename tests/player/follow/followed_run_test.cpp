@@ -12,8 +12,8 @@
 #include "journal/run_files.hpp"
 #include "model_build/case_solver.hpp"
 #include "model_build/model_build.hpp"
-#include "store/equal_models.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/sample_model.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda::followed_run_test {
