@@ -94,6 +94,8 @@ void simulate(const SimulateOptions& options, const loop::Streams& streams)
     throw InputError(
         {options.bench, "tracker", "\"aruco\", a webcam", "a tracker of OpenIGTLink to simulate"});
   const simulation::Simulation simulation(bench.simulation, motion_of(options.model), options.bench);
+  if (const auto beyond = simulation.beyond_motion(options.bench))
+    streams.messages << "vrda-player: " << InputError(*beyond).what() << "\n";
   const std::vector<SentTool> sent = sent_tools(bench, simulation);
   loop::StopSignals stop;
   devices::TrackerServerOptions server_options;

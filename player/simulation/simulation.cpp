@@ -34,6 +34,12 @@ std::int64_t rounded(double value)
 
 constexpr double ns_a_second = 1e9;
 
+/// To thousandths.
+std::string degrees_text(double angle_rad)
+{
+  return shortest_decimal(std::round(1000.0 * deg_from_rad(angle_rad)) / 1000.0);
+}
+
 /// Adds noise to a body's pose: a rotation about its own axes and a translation.
 Pose with_noise(const Pose& X, const SimulationScript& script, RandomSequence& draws)
 {
@@ -64,7 +70,9 @@ tracking::LegAngles Simulation::scripted_angles(double time_s) const
   return {flexion_rad_.at(time_s), varus_rad_.at(time_s), 0.0};
 }
 
-void Simulation::require_solved(const std::string& file) const
+/// The first scripted attitude for whose pose is_wrong(pose), with its time.
+template <typename IsWrong>
+std::optional<std::string> Simulation::first_where(const IsWrong& is_wrong) const
 {
   // Samples more densely than patches between attitudes a degree apart.
   constexpr int n_times = 2000;
@@ -72,13 +80,38 @@ void Simulation::require_solved(const std::string& file) const
   for (int i = 0; i <= n_times; ++i) {
     const double time_s = first_s + (last_s - first_s) * i / n_times;
     const Attitude wanted = tracking::attitude_of(scripted_angles(time_s));
-    if (motion_->at(wanted).status == motion::PoseStatus::solved) continue;
-    throw InputError({file, "leg",
-                      "flexion " + shortest_decimal(deg_from_rad(wanted.flexion_rad)) + ", varus " +
-                          shortest_decimal(deg_from_rad(wanted.varus_rad)) + " at " +
-                          shortest_decimal(time_s) + " s, an attitude that the motion model has not solved",
-                      "solved attitudes"});
+    if (!is_wrong(motion_->at(wanted))) continue;
+    return "flexion " + degrees_text(wanted.flexion_rad) + ", varus " + degrees_text(wanted.varus_rad) +
+           " at " + shortest_decimal(time_s) + " s";
   }
+  return std::nullopt;
+}
+
+void Simulation::require_solved(const std::string& file) const
+{
+  const std::optional<std::string> unsolved =
+      first_where([](const motion::JointPose& pose) { return pose.status != motion::PoseStatus::solved; });
+  if (unsolved)
+    throw InputError(
+        {file, "leg", *unsolved + ", an attitude that the motion model has not solved", "solved attitudes"});
+}
+
+std::optional<InputError::Facts> Simulation::beyond_motion(const std::string& file) const
+{
+  if (!motion_) return std::nullopt;
+  const bool is_varus_free = motion_->is_varus_free();
+  const std::optional<std::string> beyond = first_where([&](const motion::JointPose& pose) {
+    return pose.is_flexion_clamped || (!is_varus_free && pose.is_varus_clamped);
+  });
+  if (!beyond) return std::nullopt;
+  const auto range = [](double first_rad, double last_rad) {
+    return degrees_text(first_rad) + " to " + degrees_text(last_rad);
+  };
+  std::string wanted =
+      "flexion " + range(motion_->first_flexion_rad(), motion_->last_flexion_rad()) + " degrees";
+  if (!is_varus_free)
+    wanted += ", varus " + range(motion_->first_varus_rad(), motion_->last_varus_rad()) + " degrees";
+  return InputError::Facts{file, "leg", *beyond, wanted + ", as the motion model; the leg stops at its ends"};
 }
 
 SimulatedTruth Simulation::truth(double time_s) const

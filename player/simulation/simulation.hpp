@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/error.hpp"
 #include "motion/poses.hpp"
 #include "simulation/script.hpp"
 #include "tracking/leg.hpp"
@@ -49,6 +50,10 @@ class Simulation {
   explicit Simulation(const SimulationScript& script, std::optional<motion::Motion> motion = {},
                       const std::string& file = "simulation");
 
+  /// A scripted attitude beyond the motion, whose nearest attitude the leg has instead: the first one, with
+  /// the motion's range as the wanted value. Empty without one, or without a motion.
+  std::optional<InputError::Facts> beyond_motion(const std::string& file) const;
+
   const std::vector<std::string>& tools() const { return tools_; }
   SimulatedTruth truth(double time_s) const;
   /// Tick k, at k / rate_hz seconds. Depends only on the script and k.
@@ -63,6 +68,8 @@ class Simulation {
 
  private:
   tracking::LegAngles scripted_angles(double time_s) const;
+  template <typename IsWrong>
+  std::optional<std::string> first_where(const IsWrong& is_wrong) const;
   void require_solved(const std::string& file) const;
   bool is_hidden(const std::string& tool, double time_s) const;
   void add_body(SimulatedFrame& frame, const SimulatedBody& body, RandomSequence& draws) const;

@@ -115,6 +115,37 @@ TEST(Simulation, AScriptThatLeavesTheSolvedMotionIsRefused)
               test::refuses({"bench.toml", "leg"}));
 }
 
+TEST(Simulation, AScriptBeyondTheMotionIsReportedWithTheMotionsRange)
+{
+  struct Row {
+    std::vector<double> flexion_deg, varus_deg;
+    std::function<double(double)> free_varus_deg;
+    const char* found;
+    const char* wanted;
+  };
+  // The script bends to 90 degrees by way of 45 with a varus of 2.
+  const std::vector<Row> rows{
+      {{0, 45, 90}, {-2, 0, 2}, {}, nullptr, nullptr},
+      {{0, 45}, {-2, 0, 2}, {}, "flexion 45", "flexion 0 to 45 degrees, varus -2 to 2 degrees"},
+      {{0, 45, 90}, {-1, 0, 1}, {}, "varus 1", "flexion 0 to 90 degrees, varus -1 to 1 degrees"},
+      {{0, 45, 90}, {0}, [](double) { return 0.5; }, nullptr, nullptr},
+  };
+  for (const Row& row : rows) {
+    test::ModelPlan plan;
+    plan.flexion_deg = row.flexion_deg;
+    plan.varus_deg = row.varus_deg;
+    plan.free_varus_deg = row.free_varus_deg;
+    const simulation::Simulation simulation({}, motion::Motion(test::model_of(plan), "raw"), "bench.toml");
+    const std::optional<InputError::Facts> beyond = simulation.beyond_motion("bench.toml");
+    ASSERT_EQ(beyond.has_value(), row.found != nullptr);
+    if (!beyond) continue;
+    EXPECT_EQ(beyond->field, "leg");
+    EXPECT_THAT(beyond->found, testing::HasSubstr(row.found));
+    EXPECT_THAT(beyond->wanted, testing::HasSubstr(row.wanted));
+  }
+  EXPECT_FALSE(simulation::Simulation(exact_script()).beyond_motion("bench.toml"));
+}
+
 TEST(Simulation, BodiesSitOnTheirBonesAndTheHeadOnTheStage)
 {
   simulation::SimulationScript script = exact_script();
