@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "audit/audit.hpp"
 #include "core/error.hpp"
 #include "core/open_file.hpp"
 #include "core/text.hpp"
@@ -224,6 +225,21 @@ Found found_motion(const ImportOptions& o, const load::Case& subject, const moti
   return found;
 }
 
+/// Of the imported poses, as measured by an audit; empty without overlap.
+std::string overlap_text(const store::MotionModel& model, int n_threads)
+{
+  const audit::AuditFigures figures = audit::figures_of(audit::audit(model, "raw", 1, n_threads));
+  if (figures.n_overlapping == 0) return "";
+  char text[160];
+  std::snprintf(
+      text, sizeof text,
+      "the bones overlap in %d of %d frames, by at most %.1f mm at %s %.4g; vrda repair finds the nearest "
+      "motion without overlap",
+      figures.n_overlapping, figures.n_poses, figures.largest_penetration.value_mm,
+      model.frames->key_name.c_str(), figures.largest_penetration.key);
+  return text;
+}
+
 }  // namespace
 
 console::ExitCode import_command(const ImportOptions& o)
@@ -247,12 +263,14 @@ console::ExitCode import_command(const ImportOptions& o)
   const std::optional<OutputLock> lock = job_run::lock_output(output, "vrda import");
   if (!lock) return console::ExitCode::interrupted;
   job_run::existing_result(import_case, output, o.may_replace);  // throws for another result
-  const store::MotionModel model =
-      motion_import::imported_model(import_case, found.motion, job_run::thread_count_or_all(o.n_threads));
+  const int n_threads = job_run::thread_count_or_all(o.n_threads);
+  const store::MotionModel model = motion_import::imported_model(import_case, found.motion, n_threads);
   store::write_motion_model(output, model);
   console::log_info(
       std::to_string(found.motion.key.size()) + " frames over " + found.motion.key_name + ": " +
       options_text(convention, {std::begin(motion_import::all_terms), std::end(motion_import::all_terms)}));
+  const std::string overlap = overlap_text(model, n_threads);
+  if (!overlap.empty()) console::log_warning(output + ": " + overlap);
   if (o.as_json) {
     Json json = json_of(found.search);
     json["convention"] = json_of(convention);

@@ -23,6 +23,7 @@
 #include "core/error.hpp"
 #include "job_run/merge_command.hpp"
 #include "job_run/run_command.hpp"
+#include "store/evaluate_smoothed.hpp"
 #include "store/read_separately.hpp"
 #include "store/seal.hpp"
 
@@ -171,7 +172,7 @@ struct Commands {
     c.add_option("file", smooth.file, "Motion model (HDF5)")->required();
     c.add_option("--degree", smooth.degree, "Total degree of the polynomials")
         ->required()
-        ->check(vrda::app::whole_number(1, 12));
+        ->check(vrda::app::whole_number(0, vrda::store::max_smoothed_degree));
     c.add_flag("--robust", smooth.is_robust, "Reduce the weight of outliers (Huber)");
     c.add_flag("--recontact", smooth.is_recontacted,
                "Also find the travel along Delta into contact at every attitude");

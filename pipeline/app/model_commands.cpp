@@ -350,7 +350,7 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
                 key.front(), key.back());
   }
   const JointKind& kind = joint_kind(model.joint);
-  print_angles(s, kind);
+  if ((model.status == status_stable).any()) print_angles(s, kind);
   std::printf("%s\n", job_run::status_line(model).c_str());
   if (model.uncertainty) std::printf("%s\n", job_run::samples_line(model).c_str());
   for (const StepStatus status : all_step_statuses) {
@@ -358,6 +358,10 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
     if (status != StepStatus::stable && n > 0) {
       std::printf("  %s: %s\n", name_of(status), meaning_of(status));
     }
+  }
+  if ((model.status != status_stable).all()) {
+    std::printf("no attitude is stable: there are no ranges to print\n");
+    return;
   }
   print_doubtful(model);
   std::printf("iterations: %s per step, at most %d; %s queries per step\n",

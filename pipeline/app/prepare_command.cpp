@@ -1,14 +1,14 @@
 // `vrda prepare`: a job from the meshes of two bones, or from landmarks alone, by a template knee.
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <set>
+#include <optional>
 
 #include "app/file_commands.hpp"
 #include "app/prepare_report.hpp"
+#include "app/prepare_subject.hpp"
 #include "app/staged_folder.hpp"
 #include "convert/mesh_writer.hpp"
 #include "core/atomic_file.hpp"
@@ -36,95 +36,6 @@ using registration::BoneSurfaces;
 using registration::KneeFit;
 using registration::KneeSurfaces;
 
-// A mesh file of the subject, in the axes and the unit of the scan.
-struct SubjectPart {
-  prepare::JobComponent component;
-  std::string file;
-  Mesh mesh;
-};
-
-struct Subject {
-  std::vector<SubjectPart> reference, moving;
-};
-
-// Closed shells are oriented when they are read; a few holes, such as a cut shaft, do not hide the outside
-// either.
-void orient_nearly_closed(Mesh& mesh)
-{
-  const Eigen::Index n_boundary = edge_counts(mesh).boundary;
-  if (n_boundary == 0 || n_boundary * n_boundary >= mesh.triangles.rows()) return;
-  Mesh centred = mesh;
-  centred.vertices_mm.rowwise() -= mesh.vertices_mm.colwise().mean().eval();
-  if (signed_volume_mm3(centred) < 0.0) registration::reverse_winding(mesh);
-}
-
-Mesh mesh_of(const std::string& file, const std::string& option)
-{
-  std::string bytes = load::file_bytes(file, {file, option, "", "a mesh file"}, load::largest_mesh_bytes);
-  load::CleanMesh clean =
-      load::clean_mesh(load::read_mesh(file, std::move(bytes)), load::Winding::outward, Side::right);
-  if (clean.mesh.triangles.rows() == 0) throw InputError({file, option, "no faces", "a mesh with faces"});
-  orient_nearly_closed(clean.mesh);
-  return clean.mesh;
-}
-
-// NAME, or NAME_1, NAME_2, ... for several files.
-void add_parts(std::vector<SubjectPart>& parts, const std::vector<std::string>& files,
-               const prepare::JobComponent& component, const std::string& option)
-{
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    SubjectPart part{component, files[i], mesh_of(files[i], option)};
-    if (files.size() > 1) part.component.name += "_" + std::to_string(i + 1);
-    parts.push_back(part);
-  }
-}
-
-std::vector<std::string> list_of(const std::string& file)
-{
-  return file.empty() ? std::vector<std::string>{} : std::vector<std::string>{file};
-}
-
-Subject subject_of(const PrepareOptions& options)
-{
-  for (const auto& [bone, cartilage, option] :
-       {std::tuple(&options.femur, &options.femur_cartilage, "--femur"),
-        std::tuple(&options.tibia, &options.tibia_cartilage, "--tibia")}) {
-    if (bone->empty() && cartilage->empty())
-      throw InputError({option, "", "nothing", "the mesh of the bone, or of its cartilage"});
-  }
-  if (options.tibia.empty() && options.has_ligaments)
-    throw InputError(
-        {"--tibia", "", "cartilage alone", "the tibia's bone, to which ligaments attach, or --no-ligaments"});
-  Subject subject;
-  add_parts(subject.reference, list_of(options.femur), {"femur", "bone"}, "--femur");
-  add_parts(subject.reference, options.femur_cartilage, {"femur_cartilage", "cartilage"},
-            "--femur-cartilage");
-  add_parts(subject.moving, list_of(options.tibia), {"tibia", "bone"}, "--tibia");
-  add_parts(subject.moving, options.tibia_cartilage, {"tibia_cartilage", "cartilage"}, "--tibia-cartilage");
-  add_parts(subject.moving, options.menisci, {"meniscus", "meniscus", false}, "--meniscus");
-  add_parts(subject.moving, list_of(options.fibula), {"fibula", "bone", false}, "--fibula");
-  return subject;
-}
-
-BoneSurfaces surfaces_of(const std::vector<SubjectPart>& parts)
-{
-  BoneSurfaces surfaces;
-  for (const SubjectPart& part : parts) {
-    if (part.component.name.starts_with("fibula")) continue;
-    if (part.component.material == "bone") append(surfaces.bone, part.mesh);
-    if (part.component.material == "cartilage") append(surfaces.cartilage, part.mesh);
-  }
-  return surfaces;
-}
-
-void move_to_frame(std::vector<SubjectPart>& parts, double unit_mm, const Pose& X_scan_bone)
-{
-  for (SubjectPart& part : parts) {
-    part.mesh.vertices_mm *= unit_mm;
-    part.mesh = transformed(part.mesh, X_scan_bone.inverse());
-  }
-}
-
 prepare::TemplateJoint template_of(const PrepareOptions& options)
 {
   if (options.template_job.empty()) return prepare::generic_template();
@@ -144,65 +55,6 @@ prepare::KneeLandmarks landmarks_of(const PrepareOptions& options)
     throw InputError({options.landmarks, "--landmarks", "no file", wanted});
   return prepare::read_knee_landmarks(options.landmarks,
                                       documents::read_document_text(options.landmarks, wanted));
-}
-
-// The components of a body of the template in its bone's frame, scaled.
-std::vector<SubjectPart> scaled_parts(const Body& body, const Eigen::Vector3d& scale,
-                                      const Eigen::Vector3d& origin_mm)
-{
-  std::vector<SubjectPart> parts;
-  for (const Part* part : {&body.contact, &body.visual}) {
-    const std::vector<std::vector<Eigen::Index>> rows = triangles_by_component(body, *part);
-    for (std::size_t c = 0; c < rows.size(); ++c) {
-      if (rows[c].empty()) continue;
-      const Component& component = body.components[c];
-      Mesh mesh = select_triangles(part->mesh, rows[c]);
-      mesh.vertices_mm = (mesh.vertices_mm.rowwise() - origin_mm.transpose()) * scale.asDiagonal();
-      parts.push_back({{component.name, component.material, part == &body.contact}, "", mesh});
-    }
-  }
-  return parts;
-}
-
-// Names of components are names of files, too; in the template's job they may be any text.
-void set_file_names(Subject& subject)
-{
-  std::set<std::string> used;
-  for (std::vector<SubjectPart>* parts : {&subject.reference, &subject.moving}) {
-    for (SubjectPart& part : *parts) {
-      std::string& name = part.component.name;
-      if (name.find("fibula") != std::string::npos) name = "fibula";
-      for (char& c : name) {
-        if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
-      }
-      while (!used.insert(name).second) name += "_";
-    }
-  }
-}
-
-// Thickens bones whose cartilage is not given.
-void add_cartilage(const PrepareOptions& options, const KneeFit& fit, const KneeSurfaces& surfaces,
-                   Subject& subject, Json& report, std::vector<std::string>& warnings)
-{
-  const bool is_femur_bare = surfaces.femur.cartilage.triangles.rows() == 0;
-  const bool is_tibia_bare = surfaces.tibia.cartilage.triangles.rows() == 0;
-  const bool is_auto = options.cartilage == "auto";
-  if (options.cartilage == "none" || (!is_femur_bare && !is_tibia_bare)) return;
-  if (!is_auto && std::stod(options.cartilage) == 0.0) return;
-  const double gap_mm = prepare::scanned_gap_mm(fit, surfaces);
-  const double half_mm =
-      0.5 * prepare::cartilage_in_gap_mm(is_femur_bare && is_tibia_bare ? gap_mm : 2.0 * gap_mm);
-  const double each_mm = std::round(100.0 * (is_auto ? half_mm : std::stod(options.cartilage))) / 100.0;
-  for (auto& [parts, is_bare, name] : {std::tuple(&subject.reference, is_femur_bare, "femur"),
-                                       std::tuple(&subject.moving, is_tibia_bare, "tibia")}) {
-    if (!is_bare) continue;
-    for (SubjectPart& part : *parts) {
-      if (part.component.name == name) part.component.inset_mm = -each_mm;
-    }
-    warnings.push_back(std::string(name) + ": no cartilage given; the bone is thickened by " +
-                       shortest_decimal(each_mm) + " mm" + (is_auto ? ", from the gap in the scan" : ""));
-  }
-  report["cartilage"] = {{"scanned_gap_mm", gap_mm}, {"thickness_mm", each_mm}};
 }
 
 class Preparation {
@@ -249,13 +101,18 @@ class Preparation {
     console::log_info("registering \"" + reference_.joint.title + "\" onto the bones");
     fit_ = registration::fit_knee(surfaces, reference_.knee, known);
     report_ = fit_json(fit_);
+    const std::optional<InputError::Facts> wrong_part =
+        app::wrong_part(subject_, surfaces, fit_.unit_mm, warnings_);
     move_to_frame(subject_.reference, fit_.unit_mm, fit_.X_scan_femur);
     move_to_frame(subject_.moving, fit_.unit_mm, fit_.X_scan_tibia);
-    refuse_other_objects(surfaces, known);
+    refuse_other_objects(surfaces, known, wrong_part);
+    if (wrong_part) throw InputError(*wrong_part);
     console::log_info("side " + side_name(fit_.side) + ", unit " + load::unit_of_mm(fit_.unit_mm) +
                       ", scanned at " + shortest_decimal(std::round(deg_from_rad(fit_.scanned.flexion_rad))) +
                       " degrees of flexion");
-    warnings_ = registration::fit_warnings(fit_, surfaces, known.side.has_value());
+    const std::vector<std::string> doubts =
+        registration::fit_warnings(fit_, surfaces, known.side.has_value());
+    warnings_.insert(warnings_.end(), doubts.begin(), doubts.end());
     check_fibula();
     if (reference_.joint.frame.side != fit_.side) reference_ = prepare::mirrored(reference_);
     add_landmarks();
@@ -347,12 +204,14 @@ class Preparation {
   }
 
   // The picture of a refused knee shows what went wrong.
-  void refuse_other_objects(const KneeSurfaces& surfaces, const registration::KneeFitOptions& known)
+  void refuse_other_objects(const KneeSurfaces& surfaces, const registration::KneeFitOptions& known,
+                            const std::optional<InputError::Facts>& wrong_part)
   {
     const std::vector<std::string> found = registration::rejection_reasons(fit_, surfaces);
     if (found.empty()) return;
     console::log_info("the bones do not fit; looking for the reason");
     std::string reason = registration::probable_cause(fit_, surfaces, reference_.knee, known);
+    if (reason.empty() && wrong_part) throw InputError(*wrong_part);
     if (reason.empty()) {
       for (const std::string& one : found) reason += (reason.empty() ? "" : "; ") + one;
     }

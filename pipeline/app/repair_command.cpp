@@ -214,11 +214,14 @@ console::ExitCode repair_command(const RepairCommandOptions& o)
     print(motion, figures);
   }
   const int n_failed = figures.n_of_status[static_cast<int>(store::RepairStatus::not_converged)];
-  if (n_failed == 0) return console::ExitCode::done;
-  console::log_warning(o.output + ": " + std::to_string(n_failed) +
-                       " frames still overlap or have a gap beyond the limit; increase the stated noise or "
-                       "the gap limit");
-  return console::ExitCode::incomplete;
+  if (n_failed > 0)
+    console::log_warning(o.output + ": " + std::to_string(n_failed) +
+                         " frames still overlap or have a gap beyond the limit; increase the stated noise "
+                         "or the gap limit");
+  if (!motion.is_converged)
+    console::log_warning(o.output + ": not converged after " + std::to_string(motion.n_iterations) +
+                         " iterations; a nearer motion may exist");
+  return n_failed == 0 && motion.is_converged ? console::ExitCode::done : console::ExitCode::incomplete;
 }
 
 }  // namespace vrda::app

@@ -175,7 +175,8 @@ std::string_view file_type_of(std::string_view head)
     std::string_view bytes, kind;
   };
   constexpr std::array magics{Magic{"\x89HDF\r\n\x1a\n"sv, "an HDF5 file"}, Magic{"\x89PNG"sv, "a PNG image"},
-                              Magic{"glTF"sv, "a glTF file"}, Magic{"VRDA"sv, "a journal or recording"}};
+                              Magic{"%PDF"sv, "a PDF file"}, Magic{"glTF"sv, "a glTF file"},
+                              Magic{"VRDA"sv, "a journal or recording"}};
   constexpr std::size_t n_head_bytes = 512;
   if (head.empty()) return "";
   head = head.substr(0, n_head_bytes);

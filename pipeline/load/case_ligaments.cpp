@@ -14,6 +14,8 @@
 namespace vrda::load {
 namespace {
 
+constexpr const char* generated_key = "ligaments.generate";
+
 [[noreturn]] void refuse(const FibreJob& fibre, const std::string& key, const std::string& found,
                          const std::string& wanted)
 {
@@ -88,7 +90,7 @@ Files files_of(const Job& job, const std::string& data_directory)
 void add_generated(const Job& job, LoadedLigaments& loaded)
 {
   const GenerateJob& generate = *job.ligaments->generate;
-  const std::string key = "ligaments.generate";
+  const std::string key = generated_key;
   const std::string source = job.document.source_of(key);
   with_job_key(job, key, generate, [&] {
     const shapes::ShapeRequest request{generate.shape, generate.numbers, generate.words};
@@ -157,6 +159,12 @@ void check_inside(const Eigen::Vector3d& p_mm, const FibreJob& fibre, const Body
   const bool is_inside = (p_mm.array() >= box.min_mm.array() - margin_mm).all() &&
                          (p_mm.array() <= box.max_mm.array() + margin_mm).all();
   if (is_inside) return;
+  if (fibre.field == generated_key)
+    throw InputError(
+        {fibre.source, generated_key,
+         "generated fibres, which fit the generated bones: \"" + fibre.name + "\" is attached at " +
+             in_mm(p_mm) + " mm, away from " + body.name,
+         "fibres = \"ligaments.csv\" of these bones (vrda prepare makes them), or no [ligaments]"});
   refuse(fibre, key, "fibre \"" + fibre.name + "\" attached at " + in_mm(p_mm) + " mm in canonical axes",
          "a point within " + shortest_decimal(margin_mm) + " mm of " + body.name + "'s bounding box, " +
              in_mm(box.min_mm) + " to " + in_mm(box.max_mm) + " mm");

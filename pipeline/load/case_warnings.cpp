@@ -44,6 +44,15 @@ bool is_given(const Job& job, const documents::DocumentValue& root, const std::s
   return documents::find_at(root, key) != nullptr;
 }
 
+constexpr const char* search_keys[] = {"approach_step_mm",
+                                       "translation_step_mm",
+                                       "translation_resolution_mm",
+                                       "rotation_step_deg",
+                                       "rotation_resolution_deg",
+                                       "points",
+                                       "normals",
+                                       "max_steps"};
+
 // Keys that the selected method ignores.
 void warn_of_other_method(const Job& job, const documents::DocumentValue& root, Warnings& warnings)
 {
@@ -51,11 +60,15 @@ void warn_of_other_method(const Job& job, const documents::DocumentValue& root, 
     if (is_given(job, root, key)) warnings.push_back(key + ": it has no effect on " + reason);
   };
   if (job.method == SolverMethod::equilibrium) {
-    for (const char* key :
-         {"approach_step_mm", "translation_step_mm", "translation_resolution_mm", "rotation_step_deg",
-          "rotation_resolution_deg", "points", "normals", "max_steps"}) {
-      warn(std::string("solver.search.") + key, "the equilibrium method");
+    std::vector<std::string> given;
+    for (const char* key : search_keys) {
+      if (is_given(job, root, std::string("solver.search.") + key)) given.push_back(key);
     }
+    // Every key: a resolved job, as `vrda fit` writes it.
+    const bool is_overridden = std::ranges::any_of(
+        job.document.overridden, [](const std::string& key) { return key.starts_with("solver.search"); });
+    if (given.size() == std::size(search_keys) && !is_overridden) return;
+    for (const std::string& key : given) warn("solver.search." + key, "the equilibrium method");
     return;
   }
   if (job.ligaments) {
@@ -214,12 +227,13 @@ void warn_of_grid(const Job& job, Warnings& warnings)
 
 void warn_of_free_rotation(const Job& job, Warnings& warnings)
 {
-  if (job.method != SolverMethod::equilibrium || job.ligaments || job.is_varus_free) return;
+  if (job.method != SolverMethod::equilibrium || job.ligaments) return;
+  if (job.is_varus_free && job.joint != "knee") return;  // congruent joints are held by their contact
   if (job.coordinates && (job.coordinates->coordinate[1].role == CoordinateRole::free ||
                           job.coordinates->coordinate[2].role != CoordinateRole::free))
     return;
   warnings.emplace_back(
-      "ligaments: found none; with given varus the rotation about push.delta is nearly free; give "
+      "ligaments: found none; the rotation about push.delta is nearly free; give "
       "[ligaments] with fibres = \"ligaments.csv\" (theta_determined marks where it is determined)");
 }
 

@@ -97,6 +97,44 @@ std::vector<std::string> fit_rejections(const KneeFit& fit)
   return found;
 }
 
+// Of at most some 5000 points of a part from a surface, ascending.
+std::vector<double> distances_mm(const Mesh& part, const Mesh& surface)
+{
+  constexpr Eigen::Index most = 5000;
+  const NearestSurface nearest(surface);
+  const Eigen::Index stride = 1 + part.vertices_mm.rows() / most;
+  std::vector<double> distances;
+  for (Eigen::Index row = 0; row < part.vertices_mm.rows(); row += stride)
+    distances.push_back(nearest.nearest(part.vertices_mm.row(row).transpose()).distance_mm);
+  std::sort(distances.begin(), distances.end());
+  return distances;
+}
+
+double quantile(const std::vector<double>& ascending, double share)
+{
+  return ascending.at(static_cast<std::size_t>(share * static_cast<double>(ascending.size() - 1)));
+}
+
+// A part whose middle point is far away has another place or unit; a tenth beyond `usual_mm` is doubtful.
+PartCheck distance_check(const std::vector<double>& distances, double usual_mm, const std::string& from)
+{
+  constexpr double elsewhere_mm = 30.0;
+  const double middle_mm = quantile(distances, 0.5), outer_mm = quantile(distances, 0.9);
+  if (middle_mm > elsewhere_mm)
+    return {"a mesh whose points are " + tenths(middle_mm) + " mm from the " + from + " (median)", ""};
+  if (outer_mm > usual_mm)
+    return {"", "a tenth of its points is more than " + tenths(outer_mm) + " mm from the " + from +
+                    " (usual: at most " + shortest_decimal(usual_mm) + "); check its place, side and unit"};
+  return {};
+}
+
+double mean(const std::vector<double>& values)
+{
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
 // Closed surfaces are oriented when they are read.
 bool is_open(const BoneSurfaces& surfaces)
 {
@@ -178,10 +216,34 @@ std::vector<std::string> fit_warnings(const KneeFit& fit, const KneeSurfaces& su
   return found;
 }
 
+PartCheck cartilage_check(const Mesh& part, const Mesh& own_bone, const Mesh& other_bone)
+{
+  // Up to 7 mm in the trial's knees.
+  constexpr double thick_mm = 8.0;
+  if (own_bone.triangles.rows() == 0) return {};
+  const std::vector<double> own = distances_mm(part, own_bone);
+  PartCheck check = distance_check(own, thick_mm, "bone");
+  if (!check.rejection.empty() || other_bone.triangles.rows() == 0) return check;
+  const double own_mm = mean(own), other_mm = mean(distances_mm(part, other_bone));
+  if (other_mm < own_mm)
+    return {"a mesh that is nearer to the other bone: " + tenths(other_mm) + " mm on average, to its own " +
+                tenths(own_mm) + " mm",
+            ""};
+  return check;
+}
+
+PartCheck meniscus_check(const Mesh& part, const Mesh& tibia)
+{
+  // Up to 7 mm in the trial's knees.
+  constexpr double high_mm = 15.0;
+  return distance_check(distances_mm(part, tibia), high_mm, "tibia");
+}
+
 std::string fibula_rejection(const Mesh& fibula, const Mesh& tibia)
 {
   // Below the rotation centre by the joint line's 20 mm and at most the length of a stump.
-  constexpr double highest_mm = -15.0, lowest_mm = -90.0, largest_distance_mm = 15.0;
+  constexpr double highest_mm = -15.0, lowest_mm = -90.0, largest_distance_mm = 15.0, same_mm = 0.1;
+  if (quantile(distances_mm(fibula, tibia), 0.5) < same_mm) return "the surface of the tibia";
   const double top_mm = bounding_box(fibula).max_mm.y();
   if (top_mm > highest_mm || top_mm < lowest_mm)
     return "a mesh that ends " + tenths(std::abs(top_mm)) + " mm " + (top_mm > 0.0 ? "above" : "below") +

@@ -20,8 +20,20 @@ std::string probable_cause(const KneeFit& fit, const KneeSurfaces& subject, cons
 /// Accepted, but doubtful: little bone, cartilage only, an uncertain side.
 std::vector<std::string> fit_warnings(const KneeFit& fit, const KneeSurfaces& subject, bool is_side_given);
 
-/// Why a mesh is not the fibula of a tibia: the height of its head, or its distance; empty: accepted. Both
-/// are in the tibia's anatomical frame, mm.
+/// Whether a mesh is the part that it is said to be.
+struct PartCheck {
+  std::string rejection;  ///< empty: accepted
+  std::string doubt;      ///< of an accepted part; empty: none
+};
+
+/// Cartilage lies on its own bone, not on the other. In the scan's axes, mm; either bone may be empty.
+PartCheck cartilage_check(const Mesh& part, const Mesh& own_bone, const Mesh& other_bone);
+
+/// A meniscus lies near the tibia (bone and cartilage). In the scan's axes, mm.
+PartCheck meniscus_check(const Mesh& part, const Mesh& tibia);
+
+/// Why a mesh is not the fibula of a tibia: a copy of the tibia, the height of its head, or its distance;
+/// empty: accepted. Both are in the tibia's anatomical frame, mm.
 std::string fibula_rejection(const Mesh& fibula, const Mesh& tibia);
 
 /// Whether the head of the fibula, its highest 20 mm, is lateral of the rotation centre. `fibula` is in the

@@ -31,16 +31,17 @@ CLI::App* add_serve(CLI::App& app, bench::ServeOptions& options)
   add(serve, "--rate", "HZ", options.rate_hz, "Frames a second")
       ->check(CLI::Range(1.0, 1000.0))
       ->capture_default_str();
-  add(serve, "--flexion", "DEG", options.flexion_deg,
-      "Held flexion (default: to and fro over the model's range)");
+  CLI::Option* held = add(serve, "--flexion", "DEG", options.flexion_deg,
+                          "Held flexion (default: to and fro over the model's range)");
   add(serve, "--varus", "DEG", options.varus_deg, "Held varus (default: balanced)");
   add(serve, "--period", "S", options.period_s, "Duration of a bend and a stretch")
       ->check(CLI::Range(0.1, 1e6))
+      ->excludes(held)
       ->capture_default_str();
   add(serve, "--bench", "BENCH.toml", options.bench,
       "Send the leg tracked by this bench (schemas/bench.md), without a picture");
   add(serve, "--calibration", "FILE.toml", options.calibration,
-      "Calibration file of the bench (default: nominal values)");
+      "Calibration file of the bench, which must exist (default: nominal values)");
   add(serve, "--seconds", "S", options.seconds, "Duration (default: until Ctrl-C)")
       ->check(CLI::Range(0.1, 1e6));
   serve->add_flag("--quiet", options.is_quiet, "Print only the address");

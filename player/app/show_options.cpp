@@ -137,9 +137,9 @@ void add_appearance_options(CLI::App& mode, navigation::AppearanceOptions& look)
   add(&mode, "--texture-scale", "MM", look.texture_scale_mm, "Width of one tile")->capture_default_str();
   add(&mode, "--lights", "FILE.toml", look.lights, "Lights and background (default: studio)");
   add(&mode, "--see-through", "NAME", look.see_through,
-      "Transparent objects: femur, tibia or both (of other joints reference, moving)");
+      "Transparent objects: one by its name (femur, talus, ... or reference, moving), or both");
   add(&mode, "--hide", "NAME", look.hidden,
-      "Object to hide, except its layers: femur or tibia (of other joints reference, moving)");
+      "Object to hide, except its layers: by its name (femur, talus, ... or reference, moving)");
 }
 
 CLI::App* add_follow(CLI::App& app, follow::FollowOptions& options)

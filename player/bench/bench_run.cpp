@@ -34,6 +34,7 @@ class BenchRun final : public loop::Mode {
   BenchRun(const BenchOptions& options, const BenchSetup& setup, const loop::Streams& streams)
       : options_(options),
         setup_(setup),
+        calibration_file_(setup.bench, options.calibration, setup.facts.calibration_text),
         streams_(streams),
         show_(options, setup),
         state_(setup.bench, setup.calibration, setup.motion, setup.frame),
@@ -195,15 +196,14 @@ class BenchRun final : public loop::Mode {
   void write_calibration()
   {
     if (options_.calibration.empty()) return show_status("not written: no --calibration FILE");
-    const auto refused = loop::catch_input_error([&] {
-      write_atomically(options_.calibration,
-                       {bench_files::calibration_text(state_.values().calibration, setup_.bench)});
-    });
+    const auto refused =
+        loop::catch_input_error([&] { calibration_file_.write(state_.values().calibration); });
     show_status(refused ? refused->what() : "written: " + options_.calibration);
   }
 
   const BenchOptions& options_;
   const BenchSetup& setup_;
+  bench_files::CalibrationFile calibration_file_;
   loop::Streams streams_;
   BenchOutput show_;
   BenchState state_;
@@ -252,7 +252,7 @@ void run_bench(const BenchOptions& options, const loop::Streams& streams)
     replay_bench(options, streams);
     return;
   }
-  const BenchSetup setup = read_bench_setup(options);
+  const BenchSetup setup = read_bench_setup(options, MissingCalibration::is_nominal);
   if (setup.facts.calibration_text.empty() && !options.is_quiet) {
     streams.messages << (options.calibration.empty() ? "no --calibration"
                                                      : options.calibration + ": does not exist")
@@ -336,7 +336,7 @@ BenchSetup build_setup(const Texts& texts, const ModelChoice& choice, bool has_p
 
 }  // namespace
 
-BenchSetup read_bench_setup(const BenchOptions& options)
+BenchSetup read_bench_setup(const BenchOptions& options, MissingCalibration missing)
 {
   if (options.bench.empty())
     throw InputError({"--bench", "", "nothing", std::string(wanted_bench) + ", or --replay"});
@@ -344,8 +344,9 @@ BenchSetup read_bench_setup(const BenchOptions& options)
   texts.bench_path = options.bench;
   texts.bench = documents::read_document_text(options.bench, wanted_bench);
   texts.calibration_path = options.calibration;
-  // A new calibration file starts with nominal values.
-  if (!options.calibration.empty() && std::filesystem::exists(options.calibration))
+  const bool is_new =
+      missing == MissingCalibration::is_nominal && !std::filesystem::exists(options.calibration);
+  if (!options.calibration.empty() && !is_new)
     texts.calibration =
         documents::read_document_text(options.calibration, "a calibration file (schemas/calibration.md)");
   return build_setup(texts, {options.file, options.set}, options.igtl.port.has_value());

@@ -69,8 +69,12 @@ struct BenchSetup {
   recording::RecordingFacts facts;  ///< header of a new recording
 };
 
+/// A file of --calibration that does not exist: an error, or nominal values where the command can write it.
+enum class MissingCalibration { is_refused, is_nominal };
+
 /// Reads the files of the options. Throws InputError.
-BenchSetup read_bench_setup(const BenchOptions& options);
+BenchSetup read_bench_setup(const BenchOptions& options,
+                            MissingCalibration missing = MissingCalibration::is_refused);
 
 /// Setup of a recording. The motion model of the options must be the recorded one. Throws InputError.
 BenchSetup recorded_setup(const recording::Recording& recording, const BenchOptions& options);

@@ -45,7 +45,7 @@ BenchView::BenchView(const store::MotionModel& model, const motion::Motion& moti
     : motion_(motion),
       file_(bench.path),
       display_(bench.display),
-      scene_(scene::scene_of(model.reference, model.moving, Eigen::Vector3d::Zero())),
+      scene_(scene::scene_of(model, Eigen::Vector3d::Zero())),
       eyes_(calibration.eyes),
       plan_(stereo::stereo_plan(calibration.eyes, bench.display.width, bench.display.height, bench.path,
                                 bench.display.reflection)),

@@ -53,15 +53,18 @@ void serve_motion(const ServeOptions& options, const loop::Streams& streams)
   const store::MotionModel model = store::read_motion_model(options.file);
   store::require_grid(model, options.file, "serve");
   const motion::Motion motion(model, navigation::chosen_set(model, options.file, options.set));
+  const auto attitude_at = [&](double s) -> Attitude {
+    const double flexion_rad = flexion_at(options, motion, s);
+    return {flexion_rad,
+            options.varus_deg ? rad_from_deg(*options.varus_deg) : motion.balanced_varus_rad(flexion_rad)};
+  };
+  navigation::report_clamped(motion, motion.at(attitude_at(0.0)), attitude_at(0.0), "sent", streams.messages);
   loop::StopSignals stop;
   JointStream stream(options.igtl, model);
   announce(stream, options, streams);
   StreamedFrame streamed;
   send_regularly(options, stop, [&](double s) {
-    const double flexion_rad = flexion_at(options, motion, s);
-    const double varus_rad =
-        options.varus_deg ? rad_from_deg(*options.varus_deg) : motion.balanced_varus_rad(flexion_rad);
-    streamed.frame.pose = motion.at({flexion_rad, varus_rad});
+    streamed.frame.pose = motion.at(attitude_at(s));
     streamed.frame.X_tracker_moving = streamed.frame.pose.X_reference_moving;
     streamed.utc_ns = utc_now_ns();
     stream.put(streamed);

@@ -36,4 +36,18 @@ Calibration parse_calibration(const std::string& text, const std::string& path, 
 /// Text of a calibration file; reading it gives equal numbers.
 std::string calibration_text(const Calibration& calibration, const BenchFile& bench);
 
+/// A calibration file that other programs may write too.
+class CalibrationFile {
+ public:
+  /// `text`: what was read from the file; empty without a file. `bench` must outlive this object.
+  CalibrationFile(const BenchFile& bench, std::string path, std::string text);
+  /// Throws InputError on a write error, and if the file no longer has the text that was read or last
+  /// written.
+  void write(const Calibration& calibration);
+
+ private:
+  const BenchFile& bench_;
+  std::string path_, text_;
+};
+
 }  // namespace vrda::bench_files

@@ -1,9 +1,12 @@
 // Reads and writes calibration files (TOML, schemas/calibration.schema.json); angles in degrees in the file.
 #include <cmath>
+#include <optional>
 #include <sstream>
+#include <utility>
 
 #include "bench_files/calibration.hpp"
 #include "bench_files/document_parts.hpp"
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "documents/schema.hpp"
@@ -204,6 +207,22 @@ std::string calibration_text(const Calibration& calibration, const BenchFile& be
   add_six(text, "femur", "pose of the femur model in the frame of its body", calibration.X_body_model[1]);
   add_six(text, "tibia", "pose of the tibia model in the frame of its body", calibration.X_body_model[2]);
   return text.str() + records_text(calibration.records);
+}
+
+CalibrationFile::CalibrationFile(const BenchFile& bench, std::string path, std::string text)
+    : bench_(bench), path_(std::move(path)), text_(std::move(text))
+{
+}
+
+void CalibrationFile::write(const Calibration& calibration)
+{
+  const std::optional<std::string> present = read_text_file(path_);
+  if (present && *present != text_)
+    throw InputError({path_, "", "a file that another program changed in the meantime",
+                      "the file as it was read; start again, which reads it, or move it away to keep both"});
+  std::string text = calibration_text(calibration, bench_);
+  write_atomically(path_, {text});
+  text_ = std::move(text);
 }
 
 }  // namespace vrda::bench_files

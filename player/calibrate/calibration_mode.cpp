@@ -159,10 +159,15 @@ KeyScript script_of(const CalibrateOptions& options)
 
 }  // namespace
 
+CalibrationWriter::CalibrationWriter(const BenchFile& bench, const std::string& path)
+{
+  if (!path.empty()) file_.emplace(bench, path, read_text_file(path).value_or(""));
+}
+
 void CalibrationWriter::write(const CalibrationSession& session)
 {
-  if (path_.empty() || session.revision() == revision_) return;
-  write_atomically(path_, {bench_files::calibration_text(session.calibration(), bench_)});
+  if (!file_ || session.revision() == revision_) return;
+  file_->write(session.calibration());
   revision_ = session.revision();
 }
 

@@ -46,13 +46,12 @@ class KeyScript {
 /// Writes the whole calibration file after each change of the session. With an empty path nothing is written.
 class CalibrationWriter {
  public:
-  CalibrationWriter(const BenchFile& bench, std::string path) : bench_(bench), path_(std::move(path)) {}
-  /// Throws InputError on a write error; the next call tries again.
+  CalibrationWriter(const BenchFile& bench, const std::string& path);
+  /// Throws InputError like CalibrationFile::write(); the next call tries again.
   void write(const CalibrationSession& session);
 
  private:
-  const BenchFile& bench_;
-  std::string path_;
+  std::optional<bench_files::CalibrationFile> file_;
   std::uint64_t revision_ = 0;  ///< last written revision
 };
 

@@ -76,9 +76,9 @@ Estimate solved_ipd(const PartInput& in)
                                " mm: adjust the arms");
   }
   estimate.remarks.push_back(
-      "an error of 1 mm (eyes further apart) shifts an object at " + settings::rounded_text(depth_mm, 0) +
-      " mm by " + settings::rounded_text(calibration::depth_error_mm(depth_mm, ipd_mm, ipd_mm + 1.0), 1) +
-      " mm away from the viewer");
+      "measured 1 mm too large, it shows an object at " + settings::rounded_text(depth_mm, 0) + " mm " +
+      settings::rounded_text(-calibration::depth_error_mm(depth_mm, ipd_mm + 1.0, ipd_mm), 1) +
+      " mm nearer to the viewer");
   return estimate;
 }
 

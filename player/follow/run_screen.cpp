@@ -16,7 +16,7 @@ constexpr std::size_t usual_contacts = 32;  // initial capacity; most steps have
 
 RunScene::RunScene(const store::MotionModel& model, const RunSceneOptions& options)
     : options_(options),
-      scene_(scene::scene_of(model.reference, model.moving, model.rotation_centre_mm)),
+      scene_(scene::scene_of(model, model.rotation_centre_mm)),
       raw_(model, "raw"),
       frame_{side_named(model.side), model.rotation_centre_mm, model.delta},
       scale_(scene::marker_scale(model))

@@ -37,30 +37,31 @@ void change_bodies(scene::Scene& scene, const std::string& object, void (*change
   }
 }
 
-/// "reference" and "moving", of a knee also "femur" and "tibia".
-std::string object_named(const std::string& name)
+/// "reference" or "moving" by this word or the displayed name; `more` is another accepted word. Throws
+/// InputError naming `option`.
+std::string object_named(const scene::Scene& scene, const std::string& name, const char* option,
+                         const std::string& more)
 {
-  return name == "femur" ? "reference" : name == "tibia" ? "moving" : name;
+  if (name == "reference" || name == scene.reference_name) return "reference";
+  if (name == "moving" || name == scene.moving_name) return "moving";
+  if (!more.empty() && name == more) return name;
+  throw InputError({option, "", "\"" + name + "\"",
+                    scene.reference_name + " or " + scene.moving_name + " (or reference, moving" +
+                        (more.empty() ? "" : ", " + more) + ")"});
 }
 
 void set_transparency(scene::Scene& scene, const std::string& name)
 {
   if (name.empty()) return;
-  const std::string object = object_named(name);
-  if (object != "reference" && object != "moving" && object != "both")
-    throw InputError({"--see-through", "", "\"" + name + "\"",
-                      "femur, tibia or both (of other joints reference, moving)"});
-  change_bodies(scene, object, [](scene::Drawable& body) { body.material.opacity *= transparent_opacity; });
+  change_bodies(scene, object_named(scene, name, "--see-through", "both"),
+                [](scene::Drawable& body) { body.material.opacity *= transparent_opacity; });
 }
 
 void set_hidden(scene::Scene& scene, const std::string& name)
 {
   if (name.empty()) return;
-  const std::string object = object_named(name);
-  if (object != "reference" && object != "moving")
-    throw InputError(
-        {"--hide", "", "\"" + name + "\"", "femur or tibia (of other joints reference or moving)"});
-  change_bodies(scene, object, [](scene::Drawable& body) { body.is_shown = false; });
+  change_bodies(scene, object_named(scene, name, "--hide", ""),
+                [](scene::Drawable& body) { body.is_shown = false; });
 }
 
 }  // namespace

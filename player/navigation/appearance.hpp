@@ -17,8 +17,8 @@ struct AppearanceOptions {
   std::string texture;             ///< PNG file for bone; empty: mottled
   double texture_scale_mm = 40.0;  ///< width of one tile
   std::string lights;              ///< TOML file (schemas/lights.md); empty: studio_lighting()
-  std::string see_through;         ///< "reference", "moving" or "both"; empty for none
-  std::string hidden;              ///< "reference" or "moving"; empty for none
+  std::string see_through;         ///< "reference", "moving", one's name, or "both"; empty for none
+  std::string hidden;              ///< "reference", "moving" or one's name; empty for none
 };
 
 /// What the cameras are fitted to.

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <ostream>
 
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "core/units.hpp"
 #include "motion/poses.hpp"
 #include "scene/camera.hpp"
 
@@ -44,6 +46,14 @@ int decimals_of(double angle_deg)
     if (std::abs(angle_deg * scale - std::round(angle_deg * scale)) < 1e-3 * scale * 0.5) return decimals;
   }
   return 3;
+}
+
+constexpr double same_angle_rad = rad_from_deg(1e-6);
+
+/// True if the clamping exceeds the rounding of degree conversion.
+bool is_beyond(double wanted_rad, double used_rad)
+{
+  return std::abs(wanted_rad - used_rad) > same_angle_rad;
 }
 
 }  // namespace
@@ -158,6 +168,37 @@ std::string angle_label(double angle_deg, const std::vector<double>& others_deg)
   char text[32];
   std::snprintf(text, sizeof text, "%0*.*f", width, decimals, angle_deg == 0.0 ? 0.0 : angle_deg);
   return text;
+}
+
+std::string plain_label(double angle_rad)
+{
+  const double angle_deg = deg_from_rad(angle_rad);
+  std::string text = angle_label(angle_deg, {});
+  const std::size_t first = text.find_first_not_of("-0");
+  const bool is_whole_zero = first == std::string::npos || text[first] == '.';
+  const std::string digits =
+      is_whole_zero ? "0" + (first == std::string::npos ? "" : text.substr(first)) : text.substr(first);
+  return (text[0] == '-' ? "-" : "") + digits;
+}
+
+void report_clamped(const motion::Motion& motion, const motion::JointPose& pose, const Attitude& wanted,
+                    const char* used, std::ostream& messages)
+{
+  if (pose.is_flexion_clamped && is_beyond(wanted.flexion_rad, pose.attitude.flexion_rad)) {
+    messages << "--flexion: found " << plain_label(wanted.flexion_rad) << ", wanted "
+             << plain_label(motion.first_flexion_rad()) << " to " << plain_label(motion.last_flexion_rad())
+             << " degrees: " << used << " at " << plain_label(pose.attitude.flexion_rad) << "\n";
+  }
+  if (pose.is_varus_clamped && motion.is_varus_free()) {
+    messages << "--varus: found " << plain_label(wanted.varus_rad)
+             << ", but this set has its own varus: " << used
+             << " at that; --set raw has the varus of the grid, unless it "
+                "was free\n";
+  } else if (pose.is_varus_clamped && is_beyond(wanted.varus_rad, pose.attitude.varus_rad)) {
+    messages << "--varus: found " << plain_label(wanted.varus_rad) << ", wanted "
+             << plain_label(motion.first_varus_rad()) << " to " << plain_label(motion.last_varus_rad())
+             << " degrees: " << used << " at " << plain_label(pose.attitude.varus_rad) << "\n";
+  }
 }
 
 }  // namespace vrda::navigation

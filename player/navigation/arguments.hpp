@@ -1,9 +1,11 @@
 /// Parsers of option values.
 #pragma once
 
+#include <iosfwd>
 #include <string>
 #include <vector>
 
+#include "motion/poses.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::navigation {
@@ -44,6 +46,14 @@ std::vector<std::string> parsed_views(const std::string& text);
 /// Returns `wanted`, which must be a set of the model; if empty, the default set. Throws InputError naming
 /// `file` and --set.
 std::string chosen_set(const store::MotionModel& model, const std::string& file, const std::string& wanted);
+
+/// The label of one angle without zero padding: "-5".
+std::string plain_label(double angle_rad);
+
+/// Reports, as options, the angles of `wanted` that the motion does not have at `pose`, the nearest one.
+/// `used`: "drawn", "sent".
+void report_clamped(const motion::Motion& motion, const motion::JointPose& pose, const Attitude& wanted,
+                    const char* used, std::ostream& messages);
 
 /// Formats the angle with the decimals (at most three) that it and `others_deg` need, zero-padded: "005",
 /// "-05", "007.5".

@@ -72,6 +72,14 @@ Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d&
   return scene;
 }
 
+Scene scene_of(const store::MotionModel& model, const Eigen::Vector3d& rotation_centre_mm)
+{
+  Scene scene = scene_of(model.reference, model.moving, rotation_centre_mm);
+  scene.reference_name = motion::displayed_name(model, motion::JointBody::reference);
+  scene.moving_name = motion::displayed_name(model, motion::JointBody::moving);
+  return scene;
+}
+
 void place(Scene& scene, const JointFrames& frames)
 {
   const Pose X_world_moving = frames.X_world_delta * frames.X_delta_moving;

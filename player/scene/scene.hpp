@@ -75,7 +75,8 @@ enum class DrawMode {
 
 struct Scene {
   std::vector<Drawable> drawables;
-  Texture texture;  ///< for bone in DrawMode::textured; if empty, bone is mottled
+  std::string reference_name, moving_name;  ///< displayed: "femur", "tibia"
+  Texture texture;                          ///< for bone in DrawMode::textured; if empty, bone is mottled
   DrawMode mode = DrawMode::textured;
   Lighting lighting = studio_lighting();
   /// Opaque surfaces are darkened where others within this distance cover the sky; 0: no ambient occlusion.
@@ -101,6 +102,8 @@ JointFrames frames_of(const motion::JointPose& pose, FixedObject held = FixedObj
 /// One drawable per component of each part that has triangles, placed in the meshes' frame with the rotation
 /// centre at the origin.
 Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d& rotation_centre_mm);
+/// The same of a model, whose objects have their displayed names.
+Scene scene_of(const store::MotionModel& model, const Eigen::Vector3d& rotation_centre_mm);
 
 /// Places every drawable in its parent's frame; those of the world are unchanged. Allocates nothing.
 void place(Scene& scene, const JointFrames& frames);

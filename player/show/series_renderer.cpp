@@ -62,7 +62,10 @@ std::unique_ptr<render::Renderer> warm_renderer(const ShowOptions& options)
   scene::place(scene, {});
   scene::CameraFit fit(scene::view_rotation(scene::View::oblique, Side::right));
   fit.include(navigation::framed_points(scene, navigation::Framing::all));
-  navigation::apply_appearance(scene, options.appearance);  // after fitting, since it may hide bodies
+  navigation::AppearanceOptions look = options.appearance;
+  look.see_through.clear();  // the names of the model's objects are not known yet
+  look.hidden.clear();
+  navigation::apply_appearance(scene, look);
   renderer->load(scene);
   const render::Shot shot{scene::with_depth_range(fit.camera(), scene),
                           {0, 0, 16, 12}};  // few pixels: only shader compilation matters
@@ -80,7 +83,7 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
       gaps_(model, set.name),
       rotation_centre_mm_(model.rotation_centre_mm),
       has_gaps_(set.has_gaps),
-      scene_(scene::scene_of(model.reference, model.moving, model.rotation_centre_mm)),
+      scene_(scene::scene_of(model, model.rotation_centre_mm)),
       layers_(model, scene_),
       renderer_(std::move(renderer))
 {

@@ -64,7 +64,7 @@ navigation::Timeline timeline_of(const motion::Motion& motion, const SessionOpti
 Session::Session(store::MotionModel model, const SessionOptions& options)
     : model_(std::move(model)),
       sets_(played_sets(model_)),
-      scene_(scene::scene_of(model_.reference, model_.moving, model_.rotation_centre_mm)),
+      scene_(scene::scene_of(model_, model_.rotation_centre_mm)),
       layers_(model_, scene_),
       labels_(motion::joint_labels(model_)),
       side_(side_named(model_.side)),

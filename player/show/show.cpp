@@ -31,18 +31,6 @@ constexpr int default_frames_per_s = 25, most_frames_per_s = 120;  // usual limi
 /// Attitudes closer than this share one image.
 constexpr double same_angle_rad = rad_from_deg(1e-6);
 
-/// The angle's label without zero padding.
-std::string plain(double angle_rad)
-{
-  const double angle_deg = deg_from_rad(angle_rad);
-  std::string text = navigation::angle_label(angle_deg, {});
-  const std::size_t first = text.find_first_not_of("-0");
-  const bool is_whole_zero = first == std::string::npos || text[first] == '.';
-  const std::string digits =
-      is_whole_zero ? "0" + (first == std::string::npos ? "" : text.substr(first)) : text.substr(first);
-  return (text[0] == '-' ? "-" : "") + digits;
-}
-
 struct LabelledPose {
   motion::JointPose pose;
   std::string label;  ///< part of the file name: VIEW_label.png
@@ -74,30 +62,6 @@ std::vector<Attitude> wanted_attitudes(const motion::Motion& motion, const ShowO
   return attitudes;
 }
 
-/// True if the clamping exceeds the rounding of degree conversion.
-bool is_beyond(double wanted_rad, double used_rad)
-{
-  return std::abs(wanted_rad - used_rad) > same_angle_rad;
-}
-
-void report_clamped(const motion::Motion& motion, const motion::JointPose& pose, const Attitude& wanted,
-                    std::ostream& messages)
-{
-  if (pose.is_flexion_clamped && is_beyond(wanted.flexion_rad, pose.attitude.flexion_rad)) {
-    messages << "--flexion: found " << plain(wanted.flexion_rad) << ", wanted "
-             << plain(motion.first_flexion_rad()) << " to " << plain(motion.last_flexion_rad())
-             << " degrees: drawn at " << plain(pose.attitude.flexion_rad) << "\n";
-  }
-  if (pose.is_varus_clamped && motion.is_varus_free()) {
-    messages << "--varus: found " << plain(wanted.varus_rad)
-             << ", but varus was free in the solver: drawn at the solved varus\n";
-  } else if (pose.is_varus_clamped && is_beyond(wanted.varus_rad, pose.attitude.varus_rad)) {
-    messages << "--varus: found " << plain(wanted.varus_rad) << ", wanted " << plain(motion.first_varus_rad())
-             << " to " << plain(motion.last_varus_rad()) << " degrees: drawn at "
-             << plain(pose.attitude.varus_rad) << "\n";
-  }
-}
-
 /// Collects the solved poses. Reports clamped angles, and unsolved attitudes if the plan is for images.
 Plan plan_of(const motion::Motion& motion, const ShowOptions& options, bool reports_unsolved,
              std::ostream& messages)
@@ -108,7 +72,7 @@ Plan plan_of(const motion::Motion& motion, const ShowOptions& options, bool repo
     motion::JointPose pose = motion.at(wanted);
     // A varus given by option is the same for every flexion: it is reported once.
     if (reported_varus_rad == wanted.varus_rad) pose.is_varus_clamped = false;
-    report_clamped(motion, pose, wanted, messages);
+    navigation::report_clamped(motion, pose, wanted, "drawn", messages);
     if (pose.is_varus_clamped) reported_varus_rad = wanted.varus_rad;
     const double flexion_rad = pose.attitude.flexion_rad;
     if (last_flexion_rad && flexion_rad - *last_flexion_rad < same_angle_rad) continue;
@@ -119,7 +83,8 @@ Plan plan_of(const motion::Motion& motion, const ShowOptions& options, bool repo
     }
     if (!reports_unsolved) continue;
     ++plan.n_unsolved;
-    messages << "flexion " << plain(flexion_rad) << ", varus " << plain(pose.attitude.varus_rad)
+    messages << "flexion " << navigation::plain_label(flexion_rad) << ", varus "
+             << navigation::plain_label(pose.attitude.varus_rad)
              << ": no image, a neighbouring cell is unsolved (" << motion::name_of(pose.status) << ")\n";
   }
   return plan;
@@ -267,8 +232,8 @@ PlayedMotion played_motion(const motion::Motion& motion, const ShowOptions& opti
   const auto report_interval = [&] {
     if (!first_rad) return;
     ++film.n_unsolved;
-    messages << "flexion " << plain(*first_rad);
-    if (last_rad > *first_rad) messages << " to " << plain(last_rad);
+    messages << "flexion " << navigation::plain_label(*first_rad);
+    if (last_rad > *first_rad) messages << " to " << navigation::plain_label(last_rad);
     messages << ": neighbouring cells are unsolved, "
              << (film.poses.empty() ? "omitted from the video\n" : "the video repeats the last frame\n");
     first_rad.reset();
@@ -367,8 +332,9 @@ ShowSummary show_trace(const ShowOptions& options, const store::MotionModel& mod
   if (!options.video.empty()) write_video(options, maker, poses_of(images), streams);
   const std::size_t n_images = options.folder.empty() ? 0 : images.size() * maker.look().views.size();
   if (!options.is_quiet) {
-    streams.messages << options.trace << ": search at flexion " << plain(film.attitude.flexion_rad)
-                     << ", varus " << plain(film.attitude.varus_rad) << ", "
+    streams.messages << options.trace << ": search at flexion "
+                     << navigation::plain_label(film.attitude.flexion_rad) << ", varus "
+                     << navigation::plain_label(film.attitude.varus_rad) << ", "
                      << loop::count_text(images.size(), "frame") << ", "
                      << loop::count_text(n_images, "image") << "\n";
   }
@@ -399,7 +365,8 @@ ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& mod
   const std::size_t n_views = has_images ? resolved_options(options, model).views.size() : 0;
   const ShowSummary summary{static_cast<int>(plan.poses.size() * n_views), plan.n_unsolved + film.n_unsolved};
   if (!motion.is_sequence() && !options.varus_deg && !motion.has_spine()) {
-    streams.messages << "no spine cell is solved: varus " << plain(motion.balanced_varus_rad(0.0))
+    streams.messages << "no spine cell is solved: varus "
+                     << navigation::plain_label(motion.balanced_varus_rad(0.0))
                      << " is used for every flexion\n";
   }
   const std::vector<motion::JointPose>& framed = plan.poses.empty() ? film.poses : plan.poses;

@@ -115,6 +115,13 @@ TEST_F(DerivedCommands, TheTableNamesSetsAndWhereTheirWorstIs)
   EXPECT_THAT(ended.out, test::reports("", "0.145 mm"));
 }
 
+TEST_F(DerivedCommands, EveryDegreeOfCompareCanBeSmoothed)
+{
+  EXPECT_EQ(run({"smooth", file_, "--degree", "0"}).exit_code, 0);
+  EXPECT_EQ(store::read_motion_model(file_).smoothed.front().degree, 0);
+  EXPECT_THAT(run({"smooth", file_, "--degree", "21"}), test::refuses({.found = "21", .wanted = "20"}));
+}
+
 TEST_F(DerivedCommands, ASecondTimeLeavesTheSameBytesForAnyNumberOfThreads)
 {
   const std::vector<std::vector<std::string>> commands{

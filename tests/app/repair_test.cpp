@@ -42,8 +42,10 @@ class RepairCommand : public testing::Test {
       text += "\n";
     }
     const std::string table = scratch_.write("walk.csv", text).string(), file = path("measured.h5");
-    succeed({"import", job, "--motion", table, "-o", file, "--unit", "mm", "--direction",
-             "moving-in-reference", "--axes", "canonical", "--side", side, "--replace"});
+    const test::Ended imported =
+        succeed({"import", job, "--motion", table, "-o", file, "--unit", "mm", "--direction",
+                 "moving-in-reference", "--axes", "canonical", "--side", side, "--replace"});
+    EXPECT_THAT(imported.err, testing::HasSubstr("of 8 frames, by at most 1.2 mm at time_s"));
     return file;
   }
 

@@ -117,8 +117,8 @@ TEST(WholeFile, OnlyAFileOfTheSameKindIsReplaced)
 {
   const test::Scratch scratch;
   const std::string hdf5 = "\x89HDF\r\n\x1a\n....", png = "\x89PNG....", json = "\n {\"a\": 1}",
-                    text = "a,b\n1,2\n", html = "<!DOCTYPE html>", gltf = "glTF....";
-  const std::vector<std::string> kinds{hdf5, png, json, text, html, gltf, std::string("\1\0\2", 3)};
+                    text = "a,b\n1,2\n", html = "<!DOCTYPE html>", gltf = "glTF....", pdf = "%PDF-1.4";
+  const std::vector<std::string> kinds{hdf5, png, json, text, html, gltf, pdf, std::string("\1\0\2", 3)};
   for (const std::string& old : kinds) {
     for (const std::string& made : kinds) {
       SCOPED_TRACE(testing::Message() << file_type_of(old) << " by " << file_type_of(made));

@@ -311,6 +311,18 @@ TEST(CaseLigaments, GeneratedOnesAreOfTheJobsSideAndSkipTheFrame)
               refuses({.field = "ligaments.generate"}));
 }
 
+TEST(CaseLigaments, GeneratedOnesAwayFromOtherBonesAreRefusedWithTheirKey)
+{
+  const test::Scratch scratch;
+  scratch.write("reference.stl", test::binary_stl(test::box({0, 300, 0}, {60, 40, 80})));
+  scratch.write("moving.stl", test::binary_stl(test::box({0, 250, 0}, {60, 40, 80})));
+  const std::string job =
+      scratch.write("job.toml", test::small_job("", "[ligaments]\ngenerate = { shape = \"knee\" }\n"))
+          .string();
+  EXPECT_THAT(test::input_error([&] { load::load_case(job); }),
+              refuses({.field = "ligaments.generate", .found = "generated", .wanted = "ligaments.csv"}));
+}
+
 TEST(CaseLigaments, TheGenericKneesJobHasThem)
 {
   // Generated with the job, and read from their table: the same fibres.

@@ -51,7 +51,17 @@ TEST(Warnings, StepsOfTheSearchHaveNoEffectOnTheEquilibrium)
 {
   EXPECT_THAT(
       warnings_of(test::small_job(), {equilibrium, "grid.varus=free", "solver.search.rotation_step_deg=0.5"}),
-      ElementsAre(AllOf(HasSubstr("solver.search.rotation_step_deg"), HasSubstr("equilibrium"))));
+      ElementsAre(AllOf(HasSubstr("solver.search.rotation_step_deg"), HasSubstr("equilibrium")),
+                  HasSubstr("nearly free")));
+  // A resolved job states every key.
+  const std::string every_key =
+      "[solver.search]\napproach_step_mm = 1\ntranslation_step_mm = 1\ntranslation_resolution_mm = 0.01\n"
+      "rotation_step_deg = 1\nrotation_resolution_deg = 0.01\npoints = \"exact\"\nnormals = \"reference\"\n"
+      "max_steps = 100\n";
+  EXPECT_THAT(warnings_of(test::small_job("", every_key), {equilibrium}),
+              ElementsAre(HasSubstr("nearly free")));
+  EXPECT_THAT(warnings_of(test::small_job("", every_key), {equilibrium, "solver.search.max_steps=99"}),
+              Contains(HasSubstr("solver.search.max_steps")));
 }
 
 TEST(Warnings, ACampaignIsNotRun)

@@ -5,6 +5,7 @@
 #include "core/units.hpp"
 #include "registration/knee_surfaces.hpp"
 #include "shapes/knee.hpp"
+#include "support/meshes.hpp"
 
 namespace vrda::fit_checks_test {
 
@@ -74,6 +75,28 @@ TEST(FitWarnings, AFibulaIsLateral)
   EXPECT_TRUE(is_fibula_lateral(fibula, Side::right));
   EXPECT_FALSE(is_fibula_lateral(fibula, Side::left));
   EXPECT_TRUE(is_fibula_lateral(mirrored_z(fibula), Side::left));
+}
+
+TEST(PartChecks, APartLiesOnItsOwnBone)
+{
+  // Flat bones 10 mm apart, with sheets of cartilage 2 mm from their own.
+  const auto at_height = [](double y_mm) {
+    Mesh sheet = test::sheet(40.0, 20);
+    sheet.vertices_mm.col(1).array() += y_mm;
+    return sheet;
+  };
+  const Mesh femur = at_height(10.0), tibia = at_height(0.0);
+  EXPECT_EQ(cartilage_check(at_height(8.0), femur, tibia).rejection, "");
+  EXPECT_EQ(cartilage_check(at_height(8.0), femur, tibia).doubt, "");
+  EXPECT_THAT(cartilage_check(at_height(2.0), femur, {}).doubt, IsEmpty());
+  EXPECT_THAT(cartilage_check(at_height(2.0), femur, tibia).rejection, HasSubstr("2 mm on average"));
+  EXPECT_THAT(cartilage_check(at_height(20.0), femur, tibia).doubt, HasSubstr("more than 10 mm"));
+  EXPECT_THAT(cartilage_check(at_height(45.0), femur, tibia).rejection, HasSubstr("35 mm from the bone"));
+  EXPECT_EQ(cartilage_check(at_height(45.0), {}, tibia).rejection, "");
+  EXPECT_EQ(meniscus_check(at_height(12.0), tibia).doubt, "");
+  EXPECT_THAT(meniscus_check(at_height(20.0), tibia).doubt, HasSubstr("more than 20 mm"));
+  EXPECT_THAT(meniscus_check(at_height(31.0), tibia).rejection, HasSubstr("31 mm from the tibia"));
+  EXPECT_THAT(fibula_rejection(at_height(-20.0), at_height(-20.0)), HasSubstr("the surface of the tibia"));
 }
 
 TEST(RejectionReasons, OtherBonesAreRefused)

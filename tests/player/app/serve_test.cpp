@@ -137,6 +137,25 @@ TEST_F(Serve, PosesAnglesAndMeshesAreThoseOfTheFile)
   }
 }
 
+TEST_F(Serve, AnglesBeyondTheModelAreReported)
+{
+  const test::Ended ended = test::run({VRDA_PLAYER_PROGRAM,
+                                       {"serve", file_, "--igtl", "0", "--set", "raw", "--flexion", "300",
+                                        "--varus", "45", "--seconds", "0.1"},
+                                       {},
+                                       scratch_.path()});
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_THAT(ended.err, HasSubstr("--flexion: found 300, wanted"));
+  EXPECT_THAT(ended.err, HasSubstr("--varus: found 45, wanted"));
+  EXPECT_EQ(
+      test::run({VRDA_PLAYER_PROGRAM,
+                 {"serve", file_, "--igtl", "0", "--flexion", "30", "--period", "3", "--seconds", "0.1"},
+                 {},
+                 scratch_.path()})
+          .exit_code,
+      2);
+}
+
 /// $VRDA_IGTL_SECONDS: a longer run; player/bench/README.md has the result of a minute.
 TEST_F(Serve, SixtyASecondArriveWithoutLoss)
 {

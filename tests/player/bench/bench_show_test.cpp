@@ -237,6 +237,16 @@ TEST_F(BenchReplay, WhatCalibrationAloneTracksIsNotWaitedFor)
   EXPECT_EQ(calibrated.bench.tracker->tools, setup_->bench.tracker->tools);
 }
 
+TEST_F(BenchReplay, ACalibrationFileThatDoesNotExistIsRefusedUnlessItCanBeWritten)
+{
+  bench::BenchOptions options = options_;
+  options.bench = scratch_.write("bench.toml", setup_->bench.text).string();
+  options.calibration = (scratch_.path() / "mistyped.toml").string();
+  EXPECT_EQ(test::input_error([&] { bench::read_bench_setup(options); }).file, options.calibration);
+  EXPECT_TRUE(
+      bench::read_bench_setup(options, bench::MissingCalibration::is_nominal).facts.calibration_text.empty());
+}
+
 TEST_F(BenchReplay, FromWithinAndAtAnySpeedShowsThePicturesOfAWholeOne)
 {
   const std::string log = in_scratch("a.log");

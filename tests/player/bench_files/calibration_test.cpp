@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <filesystem>
 #include <random>
 
 #include "bench_texts.hpp"
@@ -75,6 +76,27 @@ TEST(Calibration, ReadsBackWhatWasWritten)
     expect_near(read.X_headbody_eyes, made.X_headbody_eyes);
     for (const std::size_t role : {0u, 1u, 2u}) expect_near(read.X_body_model[role], made.X_body_model[role]);
   }
+}
+
+TEST(CalibrationFile, WhatAnotherProgramWroteInTheMeantimeIsKept)
+{
+  std::mt19937_64 random(83);
+  const bench_files::BenchFile bench = test::bench_of(test::bench_text());
+  const test::Scratch scratch;
+  const std::string path = (scratch.path() / "c.toml").string();
+  bench_files::CalibrationFile ours(bench, path, "");
+  ours.write(random_calibration(random, bench));  // a new file
+  ours.write(random_calibration(random, bench));
+  const std::string before = test::read_bytes(path);
+  bench_files::CalibrationFile theirs(bench, path, before);
+  theirs.write(random_calibration(random, bench));
+  const std::string after = test::read_bytes(path);
+  ASSERT_NE(after, before);
+  EXPECT_THAT(test::input_error([&] { ours.write(random_calibration(random, bench)); }),
+              test::refuses({.file = path, .found = "changed"}));
+  EXPECT_EQ(test::read_bytes(path), after);
+  std::filesystem::remove(path);
+  EXPECT_NO_THROW(ours.write(random_calibration(random, bench)));  // nothing is lost
 }
 
 bench_files::BenchFile bench_with(const std::string& layout)

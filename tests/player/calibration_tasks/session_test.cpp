@@ -164,8 +164,7 @@ TEST(CalibrationSession, TheWordsOfAWrongPupillaryDistanceHaveItsSign)
   EXPECT_GT(calibration::depth_error_mm(depth_mm, read_mm, read_mm + 1.0), 0.0);
   EXPECT_LT(calibration::depth_error_mm(depth_mm, read_mm + 1.0, read_mm), 0.0);
   EXPECT_NEAR(calibration::depth_error_mm(800.0, 65.0, 64.0), -12.3, 0.05);
-  EXPECT_THAT(ipd->remarks.back(), HasSubstr("eyes further apart"));
-  EXPECT_THAT(ipd->remarks.back(), testing::EndsWith(" mm away from the viewer"));
+  EXPECT_THAT(ipd->remarks.back(), testing::EndsWith(" mm nearer to the viewer"));
 }
 
 TEST(CalibrationSession, OnlyAnOutlyingPointIsRequestedAgain)

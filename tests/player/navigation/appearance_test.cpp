@@ -87,6 +87,37 @@ TEST(Look, AHiddenObjectLeavesTheJointWhereItIs)
   EXPECT_GT(scene::points_within(scene, {}).size(), 0U);
 }
 
+TEST(Look, AnObjectHasItsOwnName)
+{
+  // Of an ankle the tibia is the reference, of a hip the femur is the moving object.
+  struct Row {
+    const char *reference, *moving, *hidden;
+    scene::ParentFrame parent;
+  };
+  for (const Row& row : {Row{"tibia", "talus", "tibia", scene::ParentFrame::reference},
+                         Row{"tibia", "talus", "talus", scene::ParentFrame::moving},
+                         Row{"pelvis", "femur", "femur", scene::ParentFrame::moving},
+                         Row{"pelvis", "femur", "reference", scene::ParentFrame::reference},
+                         Row{"femur", "tibia", "tibia", scene::ParentFrame::moving}}) {
+    SCOPED_TRACE(row.hidden);
+    scene::Scene scene = some_scene();
+    scene.reference_name = row.reference;
+    scene.moving_name = row.moving;
+    navigation::AppearanceOptions look;
+    look.hidden = row.hidden;
+    navigation::apply_appearance(scene, look);
+    for (const scene::Drawable& drawable : scene.drawables)
+      EXPECT_EQ(drawable.is_shown, drawable.parent != row.parent) << drawable.name;
+  }
+  scene::Scene ankle = some_scene();
+  ankle.reference_name = "tibia";
+  ankle.moving_name = "talus";
+  navigation::AppearanceOptions look;
+  look.see_through = "femur";
+  EXPECT_THAT(test::input_error([&] { navigation::apply_appearance(ankle, look); }),
+              test::refuses({.file = "--see-through", .found = "femur", .wanted = "tibia or talus"}));
+}
+
 TEST(Look, WhatIsWrongIsNamed)
 {
   scene::Scene scene = some_scene();

@@ -1,0 +1,53 @@
+/// The meshes of a subject in `vrda prepare`.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/file_commands.hpp"
+#include "core/error.hpp"
+#include "prepare/job_files.hpp"
+#include "registration/knee_fit.hpp"
+
+namespace vrda::app {
+
+/// A mesh file, in the axes and the unit of the scan.
+struct SubjectPart {
+  prepare::JobComponent component;
+  std::string file;
+  Mesh mesh;
+};
+
+struct Subject {
+  std::vector<SubjectPart> reference, moving;
+};
+
+/// Reads the files of the options. Throws InputError.
+Subject subject_of(const PrepareOptions& options);
+
+/// What is registered: bone and cartilage, without the fibula.
+registration::BoneSurfaces surfaces_of(const std::vector<SubjectPart>& parts);
+
+/// The first part that is not what its option says, such as the cartilage of the other bone; doubtful ones
+/// are added to `warnings`. In the scan's axes and unit.
+std::optional<InputError::Facts> wrong_part(const Subject& subject,
+                                            const registration::KneeSurfaces& surfaces, double unit_mm,
+                                            std::vector<std::string>& warnings);
+
+void move_to_frame(std::vector<SubjectPart>& parts, double unit_mm, const Pose& X_scan_bone);
+
+/// Thickens bones whose cartilage is not given.
+void add_cartilage(const PrepareOptions& options, const registration::KneeFit& fit,
+                   const registration::KneeSurfaces& surfaces, Subject& subject,
+                   nlohmann::ordered_json& report, std::vector<std::string>& warnings);
+
+/// The components of a body of the template in its bone's frame, scaled.
+std::vector<SubjectPart> scaled_parts(const Body& body, const Eigen::Vector3d& scale,
+                                      const Eigen::Vector3d& origin_mm);
+
+/// Names of components are names of files, too; in the template's job they may be any text.
+void set_file_names(Subject& subject);
+
+}  // namespace vrda::app
