@@ -116,6 +116,9 @@ void add_virtual(CLI::App* calibrate, calibrate::CalibrateOptions& options)
                       "Use a simulated bench and person: in a window for training; with --headless (or "
                       "with neither screen nor --calibration) a simulated operator does every task");
   add(calibrate, "--seed", "N", options.seed, "Seed of the virtual bench; a calibration belongs to one seed")
+      ->check([](const std::string& text) {  // would wrap around
+        return text.starts_with('-') ? "found " + text + ", wanted a whole number from 0" : "";
+      })
       ->capture_default_str();
   add(calibrate, "--head", "stage|tracker", options.head,
       "Mount of the virtual bench's display, without --bench")

@@ -3,6 +3,7 @@
 #define GL_GLEXT_PROTOTYPES
 #include <GL/glcorearb.h>
 
+#include <algorithm>
 #include <array>
 #include <string>
 
@@ -107,9 +108,13 @@ Target framed(const GlTable& gl)
   return target;
 }
 
-void check_complete(const GlTable& gl)
+void require_complete(const GlTable& gl, const TargetPlan& plan)
 {
-  check(gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE, "a frame buffer is complete");
+  if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return;
+  throw InputError({"graphics driver", "",
+                    "no frame buffer of " + std::to_string(plan.width) + " x " + std::to_string(plan.height) +
+                        " pixels with " + std::to_string(std::max(plan.samples, 1)) + " samples each",
+                    "a smaller display or picture, or fewer --samples"});
 }
 
 }  // namespace
@@ -119,7 +124,7 @@ Target create_target(const GlTable& gl, const TargetPlan& plan)
   Target target = framed(gl);
   attach_colour(gl, plan, target);
   if (plan.has_depth) attach_depth(gl, plan, target);
-  check_complete(gl);
+  require_complete(gl, plan);
   return target;
 }
 
@@ -128,7 +133,7 @@ Target create_layer_target(const GlTable& gl, const TargetPlan& plan, const Targ
   Target target = framed(gl);
   gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, other.colour);
   attach_depth(gl, plan, target);
-  check_complete(gl);
+  require_complete(gl, plan);
   return target;
 }
 

@@ -105,14 +105,15 @@ void require_paths(const SimulationScript& script, const Checker& checker)
 
 void require_tools(const SimulationScript& script, const Checker& checker)
 {
-  std::vector<std::string> names = tool_names(script);
+  const std::vector<std::string> tools = tool_names(script);
+  std::vector<std::string> names = tools;
   std::ranges::sort(names);
   const auto twice = std::adjacent_find(names.begin(), names.end());
   checker.require(twice == names.end(), "tool", twice == names.end() ? "" : *twice + " twice",
                   "unique names");
   for (const Occlusion& occlusion : script.occlusions) {
-    checker.require(std::binary_search(names.begin(), names.end(), occlusion.tool), "occlusion tool",
-                    occlusion.tool, "a tool");
+    checker.require(std::ranges::find(tools, occlusion.tool) != tools.end(), "occlusion tool",
+                    "\"" + occlusion.tool + "\"", join_alternatives(tools));
     checker.require(occlusion.to_s >= occlusion.from_s, "occlusion to_s", shortest_decimal(occlusion.to_s),
                     "at least from_s = " + shortest_decimal(occlusion.from_s));
     checker.require(occlusion.every_s == 0.0 || occlusion.every_s >= occlusion.to_s - occlusion.from_s,
