@@ -230,7 +230,7 @@ std::string overlap_text(const store::MotionModel& model, int n_threads)
 {
   const audit::AuditFigures figures = audit::figures_of(audit::audit(model, "raw", 1, n_threads));
   if (figures.n_overlapping == 0) return "";
-  char text[160];
+  char text[256];
   std::snprintf(
       text, sizeof text,
       "the bones overlap in %d of %d frames, by at most %.1f mm at %s %.4g; vrda repair finds the nearest "

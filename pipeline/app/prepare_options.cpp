@@ -25,8 +25,9 @@ void add_prepare_options(CLI::App& c, PrepareOptions& o)
   c.add_option("--cartilage", o.cartilage, "auto, none, or mm: thickness added to a bone without cartilage")
       ->check(number(0.0, 10.0, {"auto", "none"}))
       ->capture_default_str();
-  c.add_option("--template", o.template_job, "Job of a knee with ligaments; default: the generic knee");
-  c.add_option("--data", o.data_directory, "Base folder of the template's file names");
+  CLI::Option* job =
+      c.add_option("--template", o.template_job, "Job of a knee with ligaments; default: the generic knee");
+  c.add_option("--data", o.data_directory, "Base folder of the template's file names")->needs(job);
   c.add_flag_callback(
       "--no-ligaments", [&o] { o.has_ligaments = false; }, "Write no ligaments");
   c.add_option("-o,--output", o.folder, "Output folder")->required();

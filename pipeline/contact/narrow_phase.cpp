@@ -33,6 +33,10 @@ constexpr double same_direction = 1e-9;
 constexpr double settled_mm = 1e-9;
 // One step for nearly all pairs.
 constexpr int most_steps = 10;
+// Bullet's GJK may end early, with points that are not the closest ones: by 6 mm for a corner 0.0008 mm from
+// the middle of an edge (NarrowPhase.ACornerAtTheMiddleOfAnEdge). The separation along its direction, a lower
+// bound, shows that; rounding and its end criterion are far below these.
+constexpr double unproved_mm = 1e-5, unproved_share = 1e-5;
 
 btVector3 to_bullet(const Eigen::Vector3d& p)
 {
@@ -85,7 +89,23 @@ struct NarrowPhase::Bullet {
       reference.m_vertices1[k] = to_bullet(scale * (a[k] - origin));
       moving.m_vertices1[k] = to_bullet(scale * (b[k] - origin + shift_mm));
     }
-    detector.setCachedSeparatingAxis(to_bullet(centre(b) - centre(a) + shift_mm));
+    Found found = from_axis(centre(b) - centre(a) + shift_mm, origin, scale);
+    if (is_proved(found, a, b, shift_mm)) return found;
+    for (const Eigen::Vector3d& axis :
+         {found.away, unit_normal(a), unit_normal(b), Eigen::Vector3d(Eigen::Vector3d::UnitX()),
+          Eigen::Vector3d(Eigen::Vector3d::UnitY()), Eigen::Vector3d(Eigen::Vector3d::UnitZ())}) {
+      for (const double sign : {1.0, -1.0}) {
+        found = from_axis(sign * axis, origin, scale);
+        if (is_proved(found, a, b, shift_mm)) return found;
+      }
+    }
+    return {};
+  }
+
+  // GJK from an initial axis, with the triangles in the shapes.
+  Found from_axis(const Eigen::Vector3d& axis, const Eigen::Vector3d& origin, double scale)
+  {
+    detector.setCachedSeparatingAxis(to_bullet(axis));
     btPointCollector collector;
     detector.getClosestPoints(input, collector, nullptr);
     if (!collector.m_hasResult) return {};
@@ -93,6 +113,20 @@ struct NarrowPhase::Bullet {
     const Eigen::Vector3d on_moving = origin + from_bullet(collector.m_pointInWorld) / scale;
     const Eigen::Vector3d away = -from_bullet(collector.m_normalOnBInWorld);
     return {false, distance_mm, on_moving - away * distance_mm, on_moving, away};
+  }
+
+  // Whether the triangles are as far apart along the direction as the points are. An overlap is not judged.
+  static bool is_proved(const Found& found, const proximity::Corners& a, const proximity::Corners& b,
+                        const Eigen::Vector3d& shift_mm)
+  {
+    if (found.is_overlapping) return true;
+    double last_of_a = found.away.dot(a[0]), first_of_b = found.away.dot(b[0]);
+    for (std::size_t k = 1; k < 3; ++k) {
+      last_of_a = std::max(last_of_a, found.away.dot(a[k]));
+      first_of_b = std::min(first_of_b, found.away.dot(b[k]));
+    }
+    const double separation_mm = first_of_b - last_of_a + found.away.dot(shift_mm);
+    return found.distance_mm - separation_mm <= unproved_mm + unproved_share * found.distance_mm;
   }
 
   // Initial axis for GJK; Bullet uses (0, 1, 0) when both centres coincide.

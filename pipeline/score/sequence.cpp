@@ -120,10 +120,12 @@ class OverFlexion {
   void require_ascending(const Sequence& found, const Row& row) const
   {
     if (rows_.empty() || rows_.back().value[at_flexion] < row.value[at_flexion]) return;
-    throw InputError({found.file, "flexion",
-                      shortest_decimal(deg_from_rad(row.value[at_flexion])) + " after " +
-                          shortest_decimal(deg_from_rad(rows_.back().value[at_flexion])) + " degrees",
-                      "flexions that ascend, or --match key; for a Delta other than +Y, --long-axis push"});
+    throw InputError(
+        {found.file, "flexion",
+         shortest_decimal(deg_from_rad(row.value[at_flexion])) + " after " +
+             shortest_decimal(deg_from_rad(rows_.back().value[at_flexion])) + " degrees",
+         "flexions that ascend; --match key if both motions have the same key, or --long-axis for a motion "
+         "that bends about other axes"});
   }
 
   std::vector<Row> rows_;

@@ -132,9 +132,11 @@ void add_appearance_options(CLI::App& mode, navigation::AppearanceOptions& look)
                                {"smooth", scene::DrawMode::smooth},
                                {"textured", scene::DrawMode::textured}},
                               "wire, hidden-line, flat, smooth or textured (default textured)");
-  add(&mode, "--texture", "FILE.png", look.texture,
-      "Tiled texture image for bone, with matching edges (default: mottled)");
-  add(&mode, "--texture-scale", "MM", look.texture_scale_mm, "Width of one tile")->capture_default_str();
+  CLI::Option* texture = add(&mode, "--texture", "FILE.png", look.texture,
+                             "Tiled texture image for bone, with matching edges (default: mottled)");
+  add(&mode, "--texture-scale", "MM", look.texture_scale_mm, "Width of one tile")
+      ->needs(texture)
+      ->capture_default_str();
   add(&mode, "--lights", "FILE.toml", look.lights, "Lights and background (default: studio)");
   add(&mode, "--see-through", "NAME", look.see_through,
       "Transparent objects: one by its name (femur, talus, ... or reference, moving), or both");

@@ -43,6 +43,36 @@ TEST(NarrowPhase, AgreesWithTheTextbookDistance)
   EXPECT_GT(n_overlapping, 1000);
 }
 
+// A pyramid's corner 0.0008 mm from the edge between two faces of its sink: Bullet's GJK ended at a distance
+// of 6.4 mm.
+TEST(NarrowPhase, ACornerAtTheMiddleOfAnEdge)
+{
+  const proximity::Corners sink{
+      Eigen::Vector3d(-0x1.d440a4ca4e34p+4, -0x1.500d0dfb0d41fp+4, -0x1.d440a4ca4e34p+3),
+      Eigen::Vector3d(-0x1.d440a4ca4e34p+3, -0x1.500d0dfb0d41fp+3, 0.0),
+      Eigen::Vector3d(-0x1.d440a4ca4e34p+4, -0x1.500d0dfb0d41fp+4, 0.0)};
+  const proximity::Corners pyramid{
+      Eigen::Vector3d(-0x1.b6c864621c28ap+4, -0x1.3aeadd38ec514p+4, -0x1p-49),
+      Eigen::Vector3d(-0x1.49164b49951e7p+4, -0x1.3aeadd38ec514p+4, 0x1.b6c864621c288p+2),
+      Eigen::Vector3d(-0x1.b6c864621c28ap+3, -0x1.972a7aa4cc824p+3, -0x1p-50)};
+  constexpr double near_contact_mm = 1e-9;
+  contact::NarrowPhase narrow_phase;
+  EXPECT_NEAR(narrow_phase.measure(sink, pyramid).distance_mm, test::triangle_distance_mm(sink, pyramid),
+              near_contact_mm);
+  // The same shape in other sizes, whose last digits differ.
+  test::Random random(19);
+  for (int k = 0; k < 20000; ++k) {
+    const double factor = 1.0 + 0.5 * random.unit();
+    proximity::Corners a = sink, b = pyramid;
+    for (proximity::Corners* t : {&a, &b})
+      for (Eigen::Vector3d& p : *t) p *= factor;
+    ASSERT_NEAR(narrow_phase.measure(a, b).distance_mm, test::triangle_distance_mm(a, b), near_contact_mm)
+        << factor;
+    ASSERT_NEAR(narrow_phase.measure(b, a).distance_mm, test::triangle_distance_mm(a, b), near_contact_mm)
+        << factor;
+  }
+}
+
 TEST(NarrowPhase, PointsLieOnTheTrianglesAtTheDistance)
 {
   test::Random random(12);
