@@ -57,7 +57,6 @@ std::vector<std::string> list_of(const std::string& file)
 using registration::BoneSurfaces;
 using registration::KneeFit;
 using registration::KneeSurfaces;
-using Json = nlohmann::ordered_json;
 
 Subject subject_of(const PrepareOptions& options)
 {
@@ -129,7 +128,7 @@ std::optional<InputError::Facts> wrong_part(const Subject& subject, const KneeSu
 }
 
 void add_cartilage(const PrepareOptions& options, const KneeFit& fit, const KneeSurfaces& surfaces,
-                   Subject& subject, Json& report, std::vector<std::string>& warnings)
+                   Subject& subject, nlohmann::ordered_json& report, std::vector<std::string>& warnings)
 {
   const bool is_femur_bare = surfaces.femur.cartilage.triangles.rows() == 0;
   const bool is_tibia_bare = surfaces.tibia.cartilage.triangles.rows() == 0;
