@@ -75,7 +75,7 @@ HERE = ("--offscreen", "--video", "--headless", "--dry-run", "--local")
 SHORTER = [
     (" --model $K &", " --model $K --seconds 60 &"),
     ("vrda-player bench", "vrda-player bench --headless --seconds 2"),
-    ("--replay monday.log --from 60", "--replay monday.log --from 1"),
+    ("--replay monday.log --from 5", "--replay monday.log --from 1"),
     ("--benches 200", "--benches 1"),
     ("vrda-player follow", "vrda-player follow --once --text"),
     ("--degree 8", "--degree 3"),
