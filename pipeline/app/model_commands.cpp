@@ -350,7 +350,8 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
                 key.front(), key.back());
   }
   const JointKind& kind = joint_kind(model.joint);
-  if ((model.status == status_stable).any()) print_angles(s, kind);
+  const bool has_stable = (model.status == status_stable).any();
+  if (has_stable) print_angles(s, kind);
   std::printf("%s\n", job_run::status_line(model).c_str());
   if (model.uncertainty) std::printf("%s\n", job_run::samples_line(model).c_str());
   for (const StepStatus status : all_step_statuses) {
@@ -359,7 +360,7 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
       std::printf("  %s: %s\n", name_of(status), meaning_of(status));
     }
   }
-  if ((model.status != status_stable).all()) {
+  if (!has_stable) {
     std::printf("no attitude is stable: there are no ranges to print\n");
     return;
   }

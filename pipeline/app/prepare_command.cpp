@@ -18,8 +18,6 @@
 #include "core/units.hpp"
 #include "job_run/summary.hpp"
 #include "load/axis_map.hpp"
-#include "load/clean_mesh.hpp"
-#include "load/input_file.hpp"
 #include "load/job.hpp"
 #include "picture/case_picture.hpp"
 #include "prepare/job_files.hpp"

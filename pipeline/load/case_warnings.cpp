@@ -56,19 +56,18 @@ constexpr const char* search_keys[] = {"approach_step_mm",
 // Keys that the selected method ignores.
 void warn_of_other_method(const Job& job, const documents::DocumentValue& root, Warnings& warnings)
 {
-  const auto warn = [&](const std::string& key, const char* reason) {
-    if (is_given(job, root, key)) warnings.push_back(key + ": it has no effect on " + reason);
-  };
   if (job.method == SolverMethod::equilibrium) {
     std::vector<std::string> given;
-    for (const char* key : search_keys) {
-      if (is_given(job, root, std::string("solver.search.") + key)) given.push_back(key);
+    for (const char* name : search_keys) {
+      const std::string key = std::string("solver.search.") + name;
+      if (is_given(job, root, key)) given.push_back(key);
     }
     // Every key: a resolved job, as `vrda fit` writes it.
     const bool is_overridden = std::ranges::any_of(
         job.document.overridden, [](const std::string& key) { return key.starts_with("solver.search"); });
     if (given.size() == std::size(search_keys) && !is_overridden) return;
-    for (const std::string& key : given) warn("solver.search." + key, "the equilibrium method");
+    for (const std::string& key : given)
+      warnings.push_back(key + ": it has no effect on the equilibrium method");
     return;
   }
   if (job.ligaments) {
@@ -76,7 +75,9 @@ void warn_of_other_method(const Job& job, const documents::DocumentValue& root, 
   }
   for (const char* key : {"push.force_n", "push.lateral_force_n", "push.moment_nmm", "push.varus_moment_nmm",
                           "push.point_mm", "push.load", "push.line", "solver.equilibrium"}) {
-    warn(key, "the stability search, which uses directions of forces only");
+    if (is_given(job, root, key))
+      warnings.push_back(std::string(key) +
+                         ": it has no effect on the stability search, which uses directions of forces only");
   }
 }
 

@@ -192,8 +192,7 @@ void report_clamped(const motion::Motion& motion, const motion::JointPose& pose,
   if (pose.is_varus_clamped && motion.is_varus_free()) {
     messages << "--varus: found " << plain_label(wanted.varus_rad)
              << ", but this set has its own varus: " << used
-             << " at that; --set raw has the varus of the grid, unless it "
-                "was free\n";
+             << " at that; --set raw has the varus of the grid, unless it was free\n";
   } else if (pose.is_varus_clamped && is_beyond(wanted.varus_rad, pose.attitude.varus_rad)) {
     messages << "--varus: found " << plain_label(wanted.varus_rad) << ", wanted "
              << plain_label(motion.first_varus_rad()) << " to " << plain_label(motion.last_varus_rad())

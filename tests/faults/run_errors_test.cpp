@@ -53,8 +53,8 @@ TEST_P(RunErrors, AnErrorIsOneLineAndTheSameCommandResumes)
 
 TEST_P(RunErrorsOneWay, AnErrorOfSynchronisingDuringTheRunIsReported)
 {
-  // With readings further apart than the journal's interval it synchronises at every record. Each is later, since
-  // a sanitizer reads the clock too.
+  // With readings further apart than the journal's interval it synchronises at every record. Each is later,
+  // since a sanitizer reads the clock too.
   Command command = this->command();
   command.environment["VRDA_FAULT_CLOCK"] = "10";
   clear();
