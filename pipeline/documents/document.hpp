@@ -33,10 +33,11 @@ struct Document {
 std::string read_document_text(const std::string& path, const std::string& wanted);
 
 /// Parses TOML; tables keep the order of the text. Throws InputError for a syntax error (with line and
-/// column), control characters, dates and NaN.
+/// column), control characters, dates, NaN and more than 40 levels.
 DocumentValue parse_toml(std::string_view text, const std::string& file);
 
-/// Parses JSON. Throws InputError for a syntax error (with line) and null; the message contains `wanted`.
+/// Parses JSON. Throws InputError for a syntax error (with line), null and more than 40 levels; the message
+/// contains `wanted` or the limit.
 DocumentValue parse_json(std::string_view text, const std::string& file, const std::string& wanted);
 
 /// Applies "key.path=value". The value is TOML or an unquoted word; a number in the path indexes a list.

@@ -4,15 +4,13 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "documents/depth.hpp"
 #include "documents/document.hpp"
 
 namespace vrda::documents {
 namespace {
 
 using Json = nlohmann::json;
-
-// A schema has about a dozen levels. The limit prevents a stack overflow in recursive functions.
-constexpr std::size_t max_depth = 40;
 
 // Builds the tree from parser events, because nlohmann::json values lose the order of keys.
 class TreeBuilder : public nlohmann::json_sax<Json> {
@@ -87,8 +85,6 @@ class TreeBuilder : public nlohmann::json_sax<Json> {
 
   bool open(DocumentValue value)
   {
-    if (open_.size() == max_depth)
-      refuse("", "more than " + std::to_string(max_depth) + " nested lists or tables", wanted_);
     open_.push_back(std::move(value));
     keys_.emplace_back();
     return true;
@@ -113,6 +109,7 @@ class TreeBuilder : public nlohmann::json_sax<Json> {
 
 DocumentValue parse_json(std::string_view text, const std::string& file, const std::string& wanted)
 {
+  require_shallow(text, file, Syntax::json);
   TreeBuilder builder(text, file, wanted);
   Json::sax_parse(text, &builder);
   return std::move(builder.root);

@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "documents/depth.hpp"
 #include "documents/document.hpp"
 
 namespace vrda::documents {
@@ -120,6 +121,7 @@ DocumentValue& step_into(DocumentValue& value, const std::string& name, const st
 
 DocumentValue parse_toml(std::string_view text, const std::string& file)
 {
+  require_shallow(text, file, Syntax::toml);
   try {
     const toml::table table = toml::parse(text);
     return table_of(table, {file, ""});
@@ -139,6 +141,7 @@ void apply_override(Document& document, const std::string& assignment)
   if (equals == std::string::npos || !has_key) {
     throw InputError({"--set", "", "\"" + assignment + "\"", "key.path=value"});
   }
+  require_shallow_override(key, assignment.substr(equals + 1));
   DocumentValue given = override_value(assignment.substr(equals + 1), key);
   DocumentValue* value = &document.root;
   std::istringstream names(key);

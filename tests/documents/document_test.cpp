@@ -98,6 +98,59 @@ TEST(Document, MissingAndHugeFilesAreRefused)
   EXPECT_EQ(documents::read_document_text(scratch.write("a.toml", "v = 1").string(), "x"), "v = 1");
 }
 
+// A parser or a tree of unlimited depth overflows the stack: 24 kB of one dotted key are enough.
+TEST(DocumentDepth, EveryWayToNestIsRefusedFromTheFortyFirstLevel)
+{
+  const auto times = [](int n, const std::string& text) {
+    std::string all;
+    for (int i = 0; i < n; ++i) all += text;
+    return all;
+  };
+  // `open` and `shut` give one level each; `before` and `between` as many as `fixed`.
+  struct Row {
+    std::string before, open, between, shut, after;
+    int fixed;
+  };
+  const std::vector<Row> rows{{"x = \"\"\"\n[\"\"\"\n", "a.", "a = 1", "", "", 1},
+                              {"\n\n", "\"a.b\" . ", "c = 1", "", "", 1},
+                              {"\n# [\n[", "a.", "a]\n", "", "", 1},
+                              {"\n\n[[", "a.", "a]]\n", "", "", 2},
+                              {"[b.c]\n\n", "a.", "a = 1", "", "", 3},
+                              {"\n\nb.c = ", "[", "1", "]", "", 1},
+                              {"\n\nb = ", "{a = ", "1", "}", "", 1},
+                              {"x = '['\n\n", "a.", "a = [1.5, [2.5]]", "", "", 2},
+                              {"x = [1.2, {y.z = 3}]\n\nb = ", "{a = ", "[1]", "}", "", 1}};
+  for (const Row& row : rows) {
+    SCOPED_TRACE(row.before + row.open + row.between);
+    const auto text = [&](int levels) {
+      const int n = levels - row.fixed;
+      return row.before + times(n, row.open) + row.between + times(n, row.shut) + row.after;
+    };
+    documents::parse_toml(text(40), "j.toml");
+    for (const int levels : {41, 12'000, 1'000'000}) {
+      EXPECT_THAT(test::input_error([&] { documents::parse_toml(text(levels), "j.toml"); }),
+                  test::refuses({.file = "j.toml",
+                                 .found = std::to_string(levels) + " nested keys, lists or tables",
+                                 .wanted = "at most 40"}));
+    }
+  }
+  for (const int levels : {41, 1'000'000}) {
+    const std::string json =
+        "{\"a\": \"[[\",\n\"b\": " + times(levels - 1, "[") + times(levels - 1, "]") + "}";
+    EXPECT_THAT(test::input_error([&] { documents::parse_json(json, "j.json", "a list"); }),
+                test::refuses({.file = "j.json",
+                               .field = "line 2",
+                               .found = std::to_string(levels) + " nested keys, lists or tables",
+                               .wanted = "at most 40"}));
+    documents::Document job{"j.toml", {documents::DocumentValue::Table{}}};
+    for (const std::string& set :
+         {times(levels - 1, "a.") + "a=1", "a.a=" + times(levels - 1, "[") + times(levels - 1, "]")})
+      EXPECT_THAT(test::input_error([&] { documents::apply_override(job, set); }),
+                  test::refuses({"--set", "a", std::to_string(levels) + " nested keys, lists or tables"}));
+  }
+  documents::parse_json(times(40, "[") + times(40, "]"), "j.json", "a list");
+}
+
 TEST(Override, ReplacesAddsAndStepsIntoLists)
 {
   documents::Document job = document();
