@@ -12,12 +12,11 @@
 #include "core/side.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "job_run/job_checks.hpp"
 #include "job_run/summary.hpp"
 #include "load/job.hpp"
 #include "model_build/case_solver.hpp"
 #include "picture/case_picture.hpp"
-#include "prepare/frame_check.hpp"
-#include "proximity/directional_gap.hpp"
 
 namespace vrda::app {
 namespace {
@@ -30,89 +29,12 @@ std::vector<double> numbers(const Eigen::Vector3d& v)
 }
 
 // Overlap and travel to contact at the initial pose of the job.
-Json initial_pose_of(const solve::Joint& joint, const sweep::SweepPlan& plan, const SearchOptions& search)
+Json initial_pose_of(const job_run::InitialContact& start, const load::Case& job_case)
 {
-  contact::NarrowPhase narrow_phase;
-  const proximity::TreeMesh reference =
-      proximity::rotated_reference(joint.reference.tree_mesh, {plan.flexion_rad.front(), 0.0});
-  const bool is_overlapping =
-      contact::find_collision(reference, joint.moving.tree_mesh, plan.initial, narrow_phase).has_value();
-  const proximity::Gap gap = proximity::directional_gap(
-      reference, joint.moving.tree_mesh.mesh, joint.moving.tree_mesh.tree, plan.initial,
-      {is_overlapping ? proximity::GapKind::signed_facing : proximity::GapKind::non_negative, {}});
-  Json result = {{"overlapping", is_overlapping},
-                 {"travel_along_delta_mm", std::isfinite(gap.travel_mm) ? Json(gap.travel_mm) : Json()},
-                 {"substep_mm", joint.substep_mm},
-                 {"approach_step_mm", search.approach_step_mm}};
-  return result;
-}
-
-std::string list_text(const Eigen::Vector3d& v)
-{
-  std::string text;
-  for (const double value : v)
-    text += (text.empty() ? "[" : ", ") + shortest_decimal(std::round(100.0 * value) / 100.0 + 0.0);
-  return text + "]";
-}
-
-// Signed coordinate axis nearest to the direction from the moving object to the reference.
-Eigen::Vector3d towards_reference(const load::Case& job_case)
-{
-  const Box reference = bounding_box(job_case.reference.contact.mesh);
-  const Box moving = bounding_box(job_case.moving.contact.mesh);
-  const Eigen::Vector3d offset_mm = reference.min_mm + reference.max_mm - moving.min_mm - moving.max_mm;
-  Eigen::Index k = 0;
-  offset_mm.cwiseAbs().maxCoeff(&k);
-  return Eigen::Vector3d::Unit(k) * (offset_mm[k] < 0.0 ? -1.0 : 1.0);
-}
-
-// Warns of an initial pose from which the first step cannot approach the reference.
-void warn_of_start(const load::Case& job_case, const Json& start, Json& warnings)
-{
-  const Json& travel = start["travel_along_delta_mm"];
-  const Eigen::Vector3d& delta = job_case.frame.delta;
-  if (start["overlapping"].get<bool>()) {
-    constexpr double clearance_mm = 5.0;
-    std::string remedy = "a larger shift against push.delta";
-    if (!travel.is_null()) {
-      const Eigen::Vector3d clear_mm =
-          job_case.initial.translation_mm + (travel.get<double>() - clearance_mm) * delta;
-      remedy = "moving.initial.translation_mm = " + list_text(clear_mm);
-    }
-    warnings.push_back(
-        "moving.initial.translation_mm: the objects overlap in the initial pose; to clear it, use " + remedy);
-  } else if (travel.is_null()) {
-    warnings.push_back(
-        "push.delta: the reference is not along Delta from the initial pose, so no attitude can be solved; "
-        "the direction to it is push.delta = " +
-        list_text(towards_reference(job_case)) +
-        "; also check moving.initial.translation_mm, and winding, which sets the outside of open sheets");
-  }
-}
-
-// Enough to identify a faulty component; the exact number is not needed.
-constexpr std::size_t most_overlaps = 100;
-
-// Warns of components whose triangles intersect each other: their thickness is undefined.
-void warn_of_self_overlaps(const Body& body, Json& warnings)
-{
-  contact::NarrowPhase narrow_phase;
-  for (std::size_t c = 0; c < body.components.size(); ++c) {
-    std::vector<Eigen::Index> rows;
-    for (std::size_t t = 0; t < body.contact.component.size(); ++t) {
-      if (body.contact.component[t] == static_cast<std::int32_t>(c))
-        rows.push_back(static_cast<Eigen::Index>(t));
-    }
-    if (rows.empty()) continue;
-    const std::size_t n =
-        contact::find_self_overlaps(proximity::make_tree_mesh(select_triangles(body.contact.mesh, rows)),
-                                    narrow_phase, most_overlaps)
-            .size();
-    if (n == 0) continue;
-    warnings.push_back(body.name + " component \"" + body.components[c].name +
-                       "\": its triangles intersect each other in " +
-                       (n == most_overlaps ? "at least " : "") + std::to_string(n) + " place(s)");
-  }
+  return {{"overlapping", start.is_overlapping},
+          {"travel_along_delta_mm", std::isfinite(start.travel_mm) ? Json(start.travel_mm) : Json()},
+          {"substep_mm", start.substep_mm},
+          {"approach_step_mm", job_case.search.approach_step_mm}};
 }
 
 Json component_json(const load::ComponentSurvey& c)
@@ -227,7 +149,7 @@ Json ligaments_json(const ligament::Ligaments& ligaments)
           {"transition_strain", ligaments.transition_strain}};
 }
 
-Json job_json(const load::Case& job_case, const load::PushJob& push)
+Json job_json(const load::Case& job_case, const job_run::InitialContact& start, const load::PushJob& push)
 {
   const sweep::SweepPlan plan = model_build::plan_of(job_case);
   Json components = Json::array();
@@ -244,8 +166,7 @@ Json job_json(const load::Case& job_case, const load::PushJob& push)
           {"scaling", job_run::scaling_json(job_case.scaling)},
           {"scaling_note", job_run::scaling_line(job_case)},
           {"components", components},
-          {"initial_pose",
-           initial_pose_of(model_build::joint_of(job_case, job_case.frame), plan, job_case.search)},
+          {"initial_pose", initial_pose_of(start, job_case)},
           {"ligaments", ligaments_json(job_case.ligaments)},
           {"push", push_json(push, job_case)},
           {"grid", grid_json(job_case, plan)},
@@ -377,20 +298,13 @@ void print(const Json& u)
   for (const Json& w : u["warnings"]) std::printf("warning: %s\n", w.get<std::string>().c_str());
 }
 
-bool has_mesh_file(const load::Job& job)
-{
-  const auto is_file = [](const load::ComponentJob& component) { return !component.generate; };
-  return std::any_of(job.reference.components.begin(), job.reference.components.end(), is_file) ||
-         std::any_of(job.moving.components.begin(), job.moving.components.end(), is_file);
-}
-
 void write_picture(const std::string& path, const load::Case& job_case, const load::Job& job,
                    std::size_t n_warnings)
 {
   picture::PictureNotes notes;
   notes.n_warnings = n_warnings;
   // Objects with frames of their own have no common axes of files.
-  if (has_mesh_file(job) && !job.reference.frame && !job.moving.frame)
+  if (load::has_mesh_file(job) && !job.reference.frame && !job.moving.frame)
     notes.file_axes = {job.frame.anterior, job.frame.proximal, job.frame.right};
   write_atomically(path, {picture::case_picture(job_case, notes)});
 }
@@ -399,19 +313,11 @@ void write_picture(const std::string& path, const load::Case& job_case, const lo
 
 nlohmann::ordered_json check_json(const CheckOptions& options)
 {
-  const load::Case job_case =
-      load::scaled_to_subject(load::load_case(options.job_file, {options.data_directory, options.overrides}));
-  const load::Job job = load::parse_job(options.job_file, job_case.job_text, options.overrides);
-  Json result = job_json(job_case, job.push);
-  warn_of_start(job_case, result["initial_pose"], result["warnings"]);
-  warn_of_self_overlaps(job_case.reference, result["warnings"]);
-  warn_of_self_overlaps(job_case.moving, result["warnings"]);
-  if (has_mesh_file(job)) {
-    const prepare::FrameKeys keys{frame_of(job, job.reference).key, frame_of(job, job.moving).key};
-    for (const std::string& warning : prepare::frame_warnings(job_case, keys))
-      result["warnings"].push_back(warning);
-  }
-  if (!options.picture.empty()) write_picture(options.picture, job_case, job, result["warnings"].size());
+  const load::Job job = load::read_job(options.job_file, options.overrides);
+  const job_run::CheckedCase checked = job_run::load_checked_case(job, options.data_directory);
+  const load::Case job_case = load::scaled_to_subject(checked.job_case);
+  const Json result = job_json(job_case, checked.initial, job.push);
+  if (!options.picture.empty()) write_picture(options.picture, job_case, job, job_case.warnings.size());
   return result;
 }
 

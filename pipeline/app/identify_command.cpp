@@ -16,6 +16,7 @@
 #include "core/units.hpp"
 #include "fit/fit_files.hpp"
 #include "fit/fit_journal.hpp"
+#include "job_run/job_checks.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "load/command_jobs.hpp"
@@ -259,7 +260,8 @@ console::ExitCode identify_command(const FitCommandOptions& o)
   require_question(o, given);
   score::Convention convention;
   // Frames that are found need the meshes.
-  const load::Case first_case = load::load_case(load::over_flexions(given, {0.0}), o.data_directory);
+  const load::Case first_case =
+      job_run::load_checked_case(load::over_flexions(given, {0.0}), o.data_directory).job_case;
   const load::Job job =
       first_case.found_frames ? load::with_found_frames(given, *first_case.found_frames) : given;
   convention.side = job.side;

@@ -9,6 +9,7 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/open_file.hpp"
+#include "job_run/job_checks.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "laxity/laxity_files.hpp"
@@ -93,7 +94,8 @@ console::ExitCode laxity_command(const LaxityOptions& o)
         {o.job_file, "laxity", "nothing", "[laxity] with flexion_deg and a load (schemas/laxity.md)"});
   const std::vector<laxity::PublishedValue> published = published_of(o.against);
   const load::Case job_case = load::scaled_to_subject(
-      load::load_case(load::over_flexions(job, job.laxity->flexion_deg), o.data_directory));
+      job_run::load_checked_case(load::over_flexions(job, job.laxity->flexion_deg), o.data_directory)
+          .job_case);
   for (const std::string& warning : job_case.warnings) console::log_warning(warning);
   const std::filesystem::path folder = o.folder;
   const std::string file = (folder / "laxity.json").string();

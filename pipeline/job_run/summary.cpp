@@ -9,6 +9,8 @@
 #include "console/console.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "job_run/job_checks.hpp"
+#include "load/job.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda::job_run {
@@ -147,7 +149,8 @@ std::string status_line(const store::MotionModel& model)
 
 load::Case load_and_report_case(const std::string& job_file, const load::LoadOptions& options)
 {
-  load::Case job_case = load::load_case(job_file, options);
+  load::Case job_case =
+      load_checked_case(load::read_job(job_file, options.overrides), options.data_directory).job_case;
   for (const std::string& line : job_case.warnings) console::log_warning(line);
   if (const std::string line = scaling_line(job_case); !line.empty()) console::log_info(line);
   return job_case;

@@ -43,7 +43,7 @@ std::vector<DoubtfulCell> doubtful_cells(const store::MotionModel& model);
 /// "2 nothing_ahead, 1 unstable_balance"; empty without any.
 std::string plausibility_line(const store::MotionModel& model);
 
-/// load_case(); prints its warnings and scaling.
+/// load_checked_case(); prints its warnings and scaling.
 load::Case load_and_report_case(const std::string& job_file, const load::LoadOptions& options);
 
 /// Reads a motion model. Throws InputError if the file is invalid, too new, or has no stable attitude.

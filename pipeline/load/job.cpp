@@ -440,6 +440,13 @@ Job with_found_frames(const Job& job, const FoundFrames& found)
   return numeric;
 }
 
+bool has_mesh_file(const Job& job)
+{
+  const auto is_file = [](const ComponentJob& component) { return !component.generate; };
+  return std::any_of(job.reference.components.begin(), job.reference.components.end(), is_file) ||
+         std::any_of(job.moving.components.begin(), job.moving.components.end(), is_file);
+}
+
 Job read_job(const std::string& file, const std::vector<std::string>& overrides)
 {
   return parse_job(file, file_bytes(file, {file, "", "", "a job file"}, largest_job_bytes), overrides);

@@ -239,6 +239,9 @@ inline const FrameJob& frame_of(const Job& job, const BodyJob& body)
   return body.frame ? *body.frame : job.frame;
 }
 
+/// Whether a component is read from a file; generated parts are in canonical axes.
+bool has_mesh_file(const Job& job);
+
 /// Parses a job and applies `overrides` ("key.path=value"); `file` is its name in messages. Opens no file.
 /// Throws InputError naming file, key, found and wanted.
 Job parse_job(const std::string& file, std::string text, const std::vector<std::string>& overrides = {});

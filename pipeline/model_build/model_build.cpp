@@ -95,7 +95,7 @@ store::MotionModel pending_model_at_size(const load::Case& job_case)
     model.frames = {job_case.coordinates->key_name, job_case.coordinates->key};
   model.reference = job_case.reference;
   model.moving = job_case.moving;
-  model.job = {job_case.job_text, job_case.resolved_job, {}, job_case.scaling};
+  model.job = {job_case.job_text, job_case.resolved_job, {}, job_case.scaling, job_case.warnings};
   for (const load::LoadedInput& input : job_case.inputs)
     model.job.inputs.push_back({input.name, input.sha256});
   if (job_case.method == "equilibrium") {

@@ -46,6 +46,7 @@ struct JobRecord {
   std::string resolved;  ///< every key with its value
   std::vector<InputFile> inputs;
   std::optional<Scaling> scaling = std::nullopt;  ///< if the job scales
+  std::vector<std::string> warnings = {};  ///< of `vrda check`, one sentence each; none before version 1.10
 };
 
 /// Forces at material points of the moving object, and moments. Their opposites act on the reference.

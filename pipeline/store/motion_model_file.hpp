@@ -10,8 +10,8 @@
 namespace vrda::store {
 
 inline constexpr const char* format_name = "vrda motion model";
-inline constexpr const char* format_version = "1.9";
-inline constexpr int format_minor_version = 9;
+inline constexpr const char* format_version = "1.10";
+inline constexpr int format_minor_version = 10;
 /// Smallest minor version that readers accept; later ones add objects, which are ignored.
 inline constexpr int least_minor_version = 7;
 

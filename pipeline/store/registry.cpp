@@ -197,6 +197,11 @@ void visit_rows(MotionModel& model, RowVisitor& visit)
   visit({"/job/resolved", {}, unit::none, rule(Rule::any), "every key of the job with its value"},
         model.job.resolved);
   visit_inputs(model.job.inputs, visit);
+  if (visit.has("/job/warnings", !model.job.warnings.empty())) {
+    visit.dimension("/job/warning", DimensionSize::counted(model.job.warnings.size()));
+    visit({"/job/warnings", {"/job/warning"}, unit::none, rule(Rule::names), "warnings about the job"},
+          model.job.warnings);
+  }
   if (has_optional(visit, "/job/scaling", model.job.scaling)) visit_scaling(*model.job.scaling, visit);
 }
 

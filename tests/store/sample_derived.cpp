@@ -268,6 +268,7 @@ store::MotionModel whole_model()
   add_loads(model);
   for (Mesh* mesh : {&model.reference.contact.mesh, &model.moving.contact.mesh})
     mesh->offset_mm.assign(static_cast<std::size_t>(mesh->triangles.rows()), 0.5);
+  model.job.warnings = {"side: the first warning", "a second one, in °"};
   Scaling& scaling = model.job.scaling.emplace();
   // 3 and 4 mm of model, 3.3 and 4 mm of subject.
   scaling.factor.setConstant(1.036);

@@ -1,0 +1,119 @@
+#include "job_run/job_checks.hpp"
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "core/text.hpp"
+#include "load/job.hpp"
+#include "model_build/case_solver.hpp"
+#include "prepare/frame_check.hpp"
+#include "proximity/directional_gap.hpp"
+
+namespace vrda::job_run {
+namespace {
+
+using Warnings = std::vector<std::string>;
+
+std::string list_text(const Eigen::Vector3d& v)
+{
+  std::string text;
+  for (const double value : v)
+    text += (text.empty() ? "[" : ", ") + shortest_decimal(std::round(100.0 * value) / 100.0 + 0.0);
+  return text + "]";
+}
+
+// Signed coordinate axis nearest to the direction from the moving object to the reference.
+Eigen::Vector3d towards_reference(const load::Case& job_case)
+{
+  const Box reference = bounding_box(job_case.reference.contact.mesh);
+  const Box moving = bounding_box(job_case.moving.contact.mesh);
+  const Eigen::Vector3d offset_mm = reference.min_mm + reference.max_mm - moving.min_mm - moving.max_mm;
+  Eigen::Index k = 0;
+  offset_mm.cwiseAbs().maxCoeff(&k);
+  return Eigen::Vector3d::Unit(k) * (offset_mm[k] < 0.0 ? -1.0 : 1.0);
+}
+
+// At the first flexion.
+InitialContact initial_contact(const load::Case& job_case)
+{
+  const solve::Joint joint = model_build::joint_of(job_case, job_case.frame);
+  const sweep::SweepPlan plan = model_build::plan_of(job_case);
+  contact::NarrowPhase narrow_phase;
+  const proximity::TreeMesh reference =
+      proximity::rotated_reference(joint.reference.tree_mesh, {plan.flexion_rad.front(), 0.0});
+  const bool is_overlapping =
+      contact::find_collision(reference, joint.moving.tree_mesh, plan.initial, narrow_phase).has_value();
+  const proximity::Gap gap = proximity::directional_gap(
+      reference, joint.moving.tree_mesh.mesh, joint.moving.tree_mesh.tree, plan.initial,
+      {is_overlapping ? proximity::GapKind::signed_facing : proximity::GapKind::non_negative, {}});
+  return {is_overlapping, gap.travel_mm, joint.substep_mm};
+}
+
+// An initial pose from which the first step cannot approach the reference.
+void warn_of_start(const load::Case& job_case, const InitialContact& start, Warnings& warnings)
+{
+  const Eigen::Vector3d& delta = job_case.frame.delta;
+  if (start.is_overlapping) {
+    constexpr double clearance_mm = 5.0;
+    std::string remedy = "a larger shift against push.delta";
+    if (std::isfinite(start.travel_mm)) {
+      const Eigen::Vector3d clear_mm =
+          job_case.initial.translation_mm + (start.travel_mm - clearance_mm) * delta;
+      remedy = "moving.initial.translation_mm = " + list_text(clear_mm);
+    }
+    warnings.push_back(
+        "moving.initial.translation_mm: the objects overlap in the initial pose; to clear it, use " + remedy);
+  } else if (!std::isfinite(start.travel_mm)) {
+    warnings.push_back(
+        "push.delta: the reference is not along Delta from the initial pose, so no attitude can be solved; "
+        "the direction to it is push.delta = " +
+        list_text(towards_reference(job_case)) +
+        "; also check moving.initial.translation_mm, and winding, which sets the outside of open sheets");
+  }
+}
+
+// Enough to identify a faulty component; the exact number is not needed.
+constexpr std::size_t most_overlaps = 100;
+
+// Components whose triangles intersect each other: their thickness is undefined.
+void warn_of_self_overlaps(const Body& body, Warnings& warnings)
+{
+  contact::NarrowPhase narrow_phase;
+  for (std::size_t c = 0; c < body.components.size(); ++c) {
+    std::vector<Eigen::Index> rows;
+    for (std::size_t t = 0; t < body.contact.component.size(); ++t) {
+      if (body.contact.component[t] == static_cast<std::int32_t>(c))
+        rows.push_back(static_cast<Eigen::Index>(t));
+    }
+    if (rows.empty()) continue;
+    const std::size_t n =
+        contact::find_self_overlaps(proximity::make_tree_mesh(select_triangles(body.contact.mesh, rows)),
+                                    narrow_phase, most_overlaps)
+            .size();
+    if (n == 0) continue;
+    warnings.push_back(body.name + " component \"" + body.components[c].name +
+                       "\": its triangles intersect each other in " +
+                       (n == most_overlaps ? "at least " : "") + std::to_string(n) + " place(s)");
+  }
+}
+
+}  // namespace
+
+CheckedCase load_checked_case(const load::Job& job, const std::string& data_directory)
+{
+  load::Case loaded = load::load_case(job, data_directory);
+  const load::Case at_size = load::scaled_to_subject(loaded);
+  const InitialContact initial = initial_contact(at_size);
+  Warnings& warnings = loaded.warnings;
+  warn_of_start(at_size, initial, warnings);
+  warn_of_self_overlaps(at_size.reference, warnings);
+  warn_of_self_overlaps(at_size.moving, warnings);
+  if (load::has_mesh_file(job)) {
+    const prepare::FrameKeys keys{frame_of(job, job.reference).key, frame_of(job, job.moving).key};
+    for (const std::string& warning : prepare::frame_warnings(at_size, keys)) warnings.push_back(warning);
+  }
+  return {std::move(loaded), initial};
+}
+
+}  // namespace vrda::job_run
