@@ -1,7 +1,9 @@
 #include "compare/raw_motion.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <utility>
 
@@ -94,6 +96,23 @@ RawJump largest_jump(const std::vector<double>& flexion_deg, const smooth::Smoot
     if (excess && *excess > largest.size) largest = {*excess, flexion_deg[row], flexion_deg[row + 1]};
   }
   return largest;
+}
+
+RawJump raw_jump(const store::MotionModel& model)
+{
+  if (model.frames || !(model.status == status_stable).any()) return {};
+  // Any degree has the raw values; a constant is determined by a single cell.
+  return largest_jump(model.flexion_deg, smooth::smooth_fit(smooth::smooth_input(model, model.title), 0));
+}
+
+std::string jump_text(const RawJump& jump)
+{
+  std::array<char, 160> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "the raw motion jumps by %.3g times the perceptible error between flexion %.3g and %.3g degrees",
+      jump.size, jump.from_deg, jump.to_deg);
+  return text.data();
 }
 
 double raw_variance(const smooth::SmoothFit& fit)

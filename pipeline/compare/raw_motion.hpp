@@ -3,6 +3,8 @@
 /// 0.27 degrees.
 #pragma once
 
+#include <string>
+
 #include "core/units.hpp"
 #include "smooth/leave_out.hpp"
 #include "store/motion_model.hpp"
@@ -32,6 +34,12 @@ inline constexpr double largest_raw_jump = 10.0;
 /// the median over the varus columns solved at its four neighbouring flexions, so that steps of single cells
 /// do not count. `fit` gives the raw values.
 RawJump largest_jump(const std::vector<double>& flexion_deg, const smooth::SmoothFit& fit);
+
+/// That of the model's raw poses; 0 for a sequence of frames or without solved cells.
+RawJump raw_jump(const store::MotionModel& model);
+
+/// "the raw motion jumps by 34 times the perceptible error between flexion 40 and 45 degrees".
+std::string jump_text(const RawJump& jump);
 
 /// Mean square of the raw pose about its mean, in squared perceptible errors, over the cells that are fitted.
 double raw_variance(const smooth::SmoothFit& fit);

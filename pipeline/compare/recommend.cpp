@@ -87,12 +87,6 @@ std::string text_of(double number)
   return text;
 }
 
-std::string jump_text(const RawJump& jump)
-{
-  return "the raw motion jumps by " + text_of(jump.size) + " times the perceptible error between flexion " +
-         text_of(jump.from_deg) + " and " + text_of(jump.to_deg) + " degrees";
-}
-
 std::string fault_text(Fault fault, const DegreeEvidence& evidence, double error, const RawEvidence& raw)
 {
   const auto mm = [](double length_mm) { return text_of(length_mm) + " mm"; };
@@ -219,15 +213,16 @@ Recommendation recommend(const std::vector<DegreeEvidence>& degrees, const RawEv
     check(k == 0 || degrees[k - 1].degree < degrees[k].degree, "degrees ascend");
     const std::vector<double>& errors_sq = degrees[k].left_out_sq;
     const double error = errors_sq.empty() ? nan : std::sqrt(mean(at_least_rounding(errors_sq)));
+    const Fault fault = fault_of(degrees, degrees[k], error, raw);
     r.ranked.push_back(
-        {degrees[k].degree, error, nan, nan, false, fault_of(degrees, degrees[k], error, raw)});
+        {degrees[k].degree, error, nan, nan, false, fault, fault_text(fault, degrees[k], error, raw)});
   }
   std::size_t best = smallest_error(r.ranked, true);
   const bool is_any_good = best < r.ranked.size();
   if (!is_any_good) best = smallest_error(r.ranked, false);
   if (best == r.ranked.size()) {
     r.fault = Fault::not_measurable;
-    r.reason = "for every degree " + fault_text(r.fault, {}, nan, raw);
+    r.reason = "for every degree " + r.ranked.front().fault_reason;
     return r;
   }
   r.best_degree = r.ranked[best].degree;
@@ -235,8 +230,7 @@ Recommendation recommend(const std::vector<DegreeEvidence>& degrees, const RawEv
   for (std::size_t k = 0; k < degrees.size(); ++k) compare_with_best(r.ranked[k], best_sq, degrees[k], raw);
   if (!is_any_good) {
     r.fault = r.ranked[best].fault;
-    r.reason = "of the best, degree " + std::to_string(r.best_degree) + ", " +
-               fault_text(r.fault, degrees[best], r.ranked[best].error, raw);
+    r.reason = "of the best, degree " + std::to_string(r.best_degree) + ", " + r.ranked[best].fault_reason;
     return r;
   }
   const auto chosen = std::find_if(r.ranked.begin(), r.ranked.end(), [](const RankedDegree& d) {

@@ -59,6 +59,7 @@ struct RankedDegree {
   double standard_error = 0.0;  ///< of excess_sq, paired: from the spread of the differences per block
   bool is_within = false;       ///< excess_sq <= 2 standard_error
   Fault fault = Fault::none;
+  std::string fault_reason;  ///< the fault with its figures, a part of a sentence; empty without a fault
 };
 
 struct Recommendation {

@@ -135,6 +135,25 @@ std::vector<std::string> set_names(const store::MotionModel& model)
   return listed;
 }
 
+store::DefaultMotion default_motion(const store::MotionModel& model)
+{
+  const std::vector<std::string> names = set_names(model);
+  const bool is_there =
+      model.default_motion && std::find(names.begin(), names.end(), model.default_motion->set) != names.end();
+  return is_there ? *model.default_motion : store::DefaultMotion{names.front(), ""};
+}
+
+std::string chosen_set(const store::MotionModel& model, const std::string& file, const std::string& set)
+{
+  if (set.empty()) return default_motion(model).set;
+  std::string known;
+  for (const std::string& name : all_set_names(model)) {
+    if (name == set) return name;
+    known += (known.empty() ? "" : ", ") + name;
+  }
+  throw InputError({file, "--set", set, known});
+}
+
 Motion::Motion(const store::MotionModel& model)
     : frame_{side_named(model.side), model.rotation_centre_mm, model.delta},
       R_world_solver_(rotation_world_solver(frame_)),

@@ -34,11 +34,18 @@ struct JointPose {
   PoseStatus status = PoseStatus::unsolved_cell;
 };
 
-/// Names of the sets that `Motion` accepts, in order of preference for display: "two_sided", which depends on
-/// flexion only; smoothed sets by descending
-/// degree, each after its recontacted variant without overlaps and gaps ("degree_6_recontacted", "degree_6",
-/// ...); then "raw"; last "zero_varus", which depends on flexion only.
+/// Names of the sets that `Motion` accepts, smoothed ones first: "two_sided", which depends on flexion only;
+/// smoothed sets by descending degree, each after its recontacted variant without overlaps and gaps
+/// ("degree_6_recontacted", "degree_6", ...); then "raw"; last "zero_varus", which depends on flexion only.
 std::vector<std::string> set_names(const store::MotionModel& model);
+
+/// The motion that is shown, exported and reported if none is named, and why it is not the smoothed one: as
+/// the model has it. The first of set_names without a reason if the model has none (a file before 1.10), or
+/// one that it no longer contains.
+store::DefaultMotion default_motion(const store::MotionModel& model);
+/// `set`, or that of default_motion() if `set` is empty. Throws InputError naming `file` and --set if it is
+/// not one of all_set_names(model).
+std::string chosen_set(const store::MotionModel& model, const std::string& file, const std::string& set);
 
 /// Of an uncertain job "quantile_0", "quantile_5", "quantile_50", "quantile_95" and "quantile_100", each the
 /// motion over flexion of the sample with that rank in internal rotation; of other models none.

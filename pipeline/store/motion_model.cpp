@@ -115,6 +115,7 @@ MotionModel with_pending_cells(MotionModel model)
   model.equilibrium.reset();
   model.smoothed.clear();
   model.two_sided.reset();
+  model.default_motion.reset();
   model.uncertainty.reset();
   model.repair.reset();
   model.zero_varus.reset();
@@ -156,6 +157,7 @@ MotionModel with_smoothed(MotionModel model, SmoothedSet set)
   };
   const bool is_reduction_stale = model.zero_varus && is_stale(model.zero_varus->set);
   if (is_reduction_stale) model.zero_varus.reset();
+  if (model.default_motion && is_stale(model.default_motion->set)) model.default_motion.reset();
   std::erase_if(model.audits, [&](const AuditSet& audit) {
     return is_stale(audit.name) || (is_reduction_stale && audit.name == "zero_varus");
   });

@@ -207,13 +207,14 @@ struct MotionModel {
 
   ClinicalSurfaces clinical;
   ContactRows contacts;
-  Body reference, moving;                      ///< canonical, own side
-  std::vector<SmoothedSet> smoothed;           ///< by increasing degree
-  std::optional<TwoSided> two_sided;           ///< only with compartments
-  std::optional<UncertainMotion> uncertainty;  ///< if the job has [uncertainty], once it is solved
-  std::optional<RepairedFrames> repair;        ///< of a repaired measurement; only with frames
-  std::optional<ZeroVarus> zero_varus;         ///< after `reduce`
-  std::vector<AuditSet> audits;                ///< by name
+  Body reference, moving;                       ///< canonical, own side
+  std::vector<SmoothedSet> smoothed;            ///< by increasing degree
+  std::optional<TwoSided> two_sided;            ///< only with compartments
+  std::optional<DefaultMotion> default_motion;  ///< as `run` decided it; files before 1.10 have none
+  std::optional<UncertainMotion> uncertainty;   ///< if the job has [uncertainty], once it is solved
+  std::optional<RepairedFrames> repair;         ///< of a repaired measurement; only with frames
+  std::optional<ZeroVarus> zero_varus;          ///< after `reduce`
+  std::vector<AuditSet> audits;                 ///< by name
   JobRecord job;
 };
 

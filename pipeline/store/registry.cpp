@@ -176,6 +176,11 @@ void visit_rows(MotionModel& model, RowVisitor& visit)
   if (has_optional(visit, "/uncertainty", model.uncertainty))
     visit_uncertainty(*model.uncertainty, model.ligaments.has_value(), visit);
   if (has_optional(visit, "/two_sided", model.two_sided)) visit_two_sided(*model.two_sided, visit);
+  if (has_optional(visit, "/default_motion", model.default_motion)) {
+    visit.group("/default_motion");
+    visit.attribute("/default_motion", "set", model.default_motion->set);
+    visit.attribute("/default_motion", "reason", model.default_motion->reason);
+  }
   if (has_optional(visit, "/repair", model.repair)) visit_repair(*model.repair, visit);
   if (has_optional(visit, "/zero_varus", model.zero_varus))
     visit_zero_varus(*model.zero_varus, model.has_compartments, visit);

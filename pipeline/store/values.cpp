@@ -72,6 +72,9 @@ class ModelRules {
     if (model_.zero_varus) check_zero_varus(*model_.zero_varus);
     for (const AuditSet& audit : model_.audits) check_audit(audit);
     if (model_.job.scaling) check_scaling(*model_.job.scaling);
+    if (model_.default_motion && !is_audit_name(model_.default_motion->set))
+      findings_.add("/default_motion@set", "\"" + model_.default_motion->set + "\"",
+                    allowed_group_names(AuditSet()));
   }
 
  private:

@@ -194,4 +194,19 @@ TEST(SetNames, ShowFirstWhatNeitherOverlapsNorGapes)
   EXPECT_THROW(motion::Motion(model, "zero_varus"), InternalError);
 }
 
+// Everything that names no set follows it; without it, files before 1.10 keep what they showed.
+TEST(DefaultMotion, IsTheModelsIfItStillHasTheSet)
+{
+  store::MotionModel model = recontacted_model({});
+  EXPECT_EQ(motion::default_motion(model).set, "degree_1_recontacted");
+  model.default_motion = store::DefaultMotion{"raw", "why"};
+  EXPECT_EQ(motion::default_motion(model).set, "raw");
+  EXPECT_EQ(motion::default_motion(model).reason, "why");
+  EXPECT_EQ(motion::chosen_set(model, "knee.h5", ""), "raw");
+  EXPECT_EQ(motion::chosen_set(model, "knee.h5", "degree_1"), "degree_1");
+  model.default_motion->set = "degree_9";
+  EXPECT_EQ(motion::default_motion(model).set, "degree_1_recontacted");
+  EXPECT_EQ(motion::default_motion(model).reason, "");
+}
+
 }  // namespace vrda::derived_sets_test

@@ -118,6 +118,8 @@ TEST(ModelRules, ZeroVarus)
 {
   expect_finding_in_whole(
       {"/zero_varus@set", "raws", "degree_N", [](store::MotionModel& m) { m.zero_varus->set = "raws"; }});
+  expect_finding_in_whole({"/default_motion@set", "\"smooth\"", "two_sided",
+                           [](store::MotionModel& m) { m.default_motion->set = "smooth"; }});
   expect_finding_in_whole({"/zero_varus/source", "free at entry 1", "one value",
                            [](store::MotionModel& m) { m.zero_varus->source[1] = 2; }});
   expect_finding_in_whole({"/zero_varus/varus", "-0.9 at entry 2", "the mean of varus_first and varus_last",

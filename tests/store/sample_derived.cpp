@@ -196,7 +196,8 @@ store::UncertainMotion sample_uncertainty(const store::MotionModel& model)
   for (std::size_t at = 0; at < store::band_probabilities.size() * n_flexion; ++at) {
     const double value = at == 2 * n_flexion ? nan : static_cast<double>(at);
     motion.quantile_status.push_back(at == 2 * n_flexion ? 3 : 0);
-    for (std::vector<double>* column : {&motion.tx_mm, &motion.ty_mm, &motion.tz_mm, &motion.theta_deg, &motion.varus_deg})
+    for (std::vector<double>* column :
+         {&motion.tx_mm, &motion.ty_mm, &motion.tz_mm, &motion.theta_deg, &motion.varus_deg})
       column->push_back(0.25 * value);
   }
   const std::size_t n_fibres = model.ligaments ? model.ligaments->name.size() : 0;
@@ -230,6 +231,7 @@ store::MotionModel with_derived(store::MotionModel model)
   }
   model.zero_varus = sample_zero_varus(model);
   if (model.has_compartments) model.two_sided = sample_two_sided(model);
+  model.default_motion = store::DefaultMotion{"raw", "degree_1 is rough"};
   if (model.equilibrium) model.uncertainty = sample_uncertainty(model);
   for (const char* name : {"raw", "degree_1", "zero_varus", "degree_1_recontacted"})
     model.audits = store::with_audit(model.audits, sample_audit(name, model));

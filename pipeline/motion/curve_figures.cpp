@@ -1,0 +1,97 @@
+#include "motion/curve_figures.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+
+namespace vrda::motion {
+namespace {
+
+double value_at(const FlexionCurve& curve, double flexion_deg)
+{
+  const auto& at = curve.flexion_deg;
+  const auto after = std::lower_bound(at.begin(), at.end(), flexion_deg);
+  const auto i = static_cast<std::size_t>(after - at.begin());
+  if (i == 0 || *after == flexion_deg) return curve.value_deg[i];
+  const double share = (flexion_deg - at[i - 1]) / (at[i] - at[i - 1]);
+  return curve.value_deg[i - 1] + share * (curve.value_deg[i] - curve.value_deg[i - 1]);
+}
+
+/// Of a polygon, the largest change within a window has a corner at one end, and at the other a corner or the
+/// width of the window.
+void set_largest_change(CurveFigures& figures, const FlexionCurve& curve)
+{
+  const auto& at = curve.flexion_deg;
+  const auto compare = [&](double from_deg, double to_deg) {
+    const double change_deg = value_at(curve, to_deg) - value_at(curve, from_deg);
+    const bool is_narrower = to_deg - from_deg < figures.change_to_deg - figures.change_from_deg;
+    const double least_deg = std::abs(figures.change_deg);  // the comparisons are false for NaN
+    if (std::abs(change_deg) < least_deg || (std::abs(change_deg) == least_deg && !is_narrower)) return;
+    figures.change_deg = change_deg;
+    figures.change_from_deg = from_deg;
+    figures.change_to_deg = to_deg;
+  };
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    for (std::size_t k = i + 1; k < at.size() && at[k] - at[i] <= change_window_deg; ++k)
+      compare(at[i], at[k]);
+    compare(at[i], std::min(at[i] + change_window_deg, at.back()));
+    compare(std::max(at[i] - change_window_deg, at.front()), at[i]);
+  }
+}
+
+}  // namespace
+
+CurveFigures curve_figures(const FlexionCurve& curve)
+{
+  FlexionCurve known;
+  for (std::size_t i = 0; i < curve.value_deg.size(); ++i) {
+    if (std::isnan(curve.value_deg[i])) continue;
+    known.flexion_deg.push_back(curve.flexion_deg[i]);
+    known.value_deg.push_back(curve.value_deg[i]);
+  }
+  CurveFigures figures;
+  if (known.value_deg.size() < 2) return figures;
+  figures.first_deg = known.flexion_deg.front();
+  figures.last_deg = known.flexion_deg.back();
+  figures.net_deg = known.value_deg.back() - known.value_deg.front();
+  for (std::size_t i = 0; i < known.value_deg.size(); ++i) {
+    const double turned_deg = known.value_deg[i] - known.value_deg.front();
+    if (std::abs(turned_deg) <= std::abs(figures.peak_deg)) continue;
+    figures.peak_deg = turned_deg;
+    figures.peak_at_deg = known.flexion_deg[i];
+  }
+  if (std::ranges::is_sorted(known.flexion_deg, std::ranges::less_equal{}))
+    set_largest_change(figures, known);
+  return figures;
+}
+
+FlexionCurve spine_rotation(const store::MotionModel& model)
+{
+  FlexionCurve curve;
+  for (Eigen::Index i = 0; i < model.is_spine.rows(); ++i) {
+    for (Eigen::Index j = 0; j < model.is_spine.cols(); ++j) {
+      if (model.is_spine(i, j) != 1) continue;
+      curve.flexion_deg.push_back(model.flexion_deg[static_cast<std::size_t>(i)]);
+      curve.value_deg.push_back(model.clinical.internal_rotation_deg(i, j));
+    }
+  }
+  return curve;
+}
+
+std::string text_of(const CurveFigures& figures)
+{
+  if (std::isnan(figures.net_deg)) return "none";
+  std::array<char, 240> text{};
+  int n = std::snprintf(text.data(), text.size(),
+                        "net %+.3g degrees from flexion %.4g to %.4g, peak %+.3g at %.4g", figures.net_deg,
+                        figures.first_deg, figures.last_deg, figures.peak_deg, figures.peak_at_deg);
+  if (!std::isnan(figures.change_deg))
+    std::snprintf(text.data() + n, text.size() - static_cast<std::size_t>(n),
+                  ", largest change %+.3g per %g degrees of flexion (%.4g to %.4g)", figures.change_deg,
+                  change_window_deg, figures.change_from_deg, figures.change_to_deg);
+  return text.data();
+}
+
+}  // namespace vrda::motion
