@@ -11,8 +11,8 @@
 #include "compare/compare.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "job_run/default_motion.hpp"
 #include "job_run/summary.hpp"
-#include "reduce/two_sided.hpp"
 
 namespace vrda::app {
 namespace {
@@ -199,44 +199,6 @@ Json json_of(const compare::Comparison& comparison)
 
 namespace {
 
-compare::ContactFigures two_sided_figures(const std::optional<store::TwoSided>& motion)
-{
-  compare::ContactFigures figures;
-  figures.sides.emplace();
-  if (!motion) return figures;
-  for (std::size_t i = 0; i < motion->contact.size(); ++i) {
-    const auto contact = static_cast<store::TwoSidedContact>(motion->contact[i]);
-    if (contact == store::TwoSidedContact::no_pose) continue;
-    const double medial_mm = motion->gap_medial_mm[i], lateral_mm = motion->gap_lateral_mm[i];
-    figures.sides->include(medial_mm, lateral_mm);
-    ++figures.n_poses;
-    figures.n_lifted_off += contact == store::TwoSidedContact::both ? 0 : 1;
-    for (const auto& [gap_mm, lifted] : {std::pair{medial_mm, store::TwoSidedContact::lateral},
-                                         std::pair{lateral_mm, store::TwoSidedContact::medial}}) {
-      if (contact != lifted) figures.largest_gap_mm = std::max(figures.largest_gap_mm, gap_mm);
-      figures.largest_overlap_mm = std::max(figures.largest_overlap_mm, -gap_mm);
-    }
-  }
-  return figures;
-}
-
-compare::ContactFigures recontacted_figures(store::MotionModel model, store::SmoothedSet set, int n_threads)
-{
-  constexpr int refine = 2;
-  set.recontact_mm = audit::recontact(model, set, n_threads);
-  model.smoothed = {set};
-  const std::string name = "degree_" + std::to_string(set.degree) + "_recontacted";
-  const compare::MotionAuditTotals totals =
-      compare::motion_audit_totals(model, audit::audit(model, name, refine, n_threads));
-  compare::ContactFigures figures;
-  for (const compare::AuditTotals& part : {totals.at_grid, totals.between}) {
-    figures.n_poses += part.n_attitudes - part.n_nothing_ahead;
-    figures.largest_gap_mm = std::fmax(figures.largest_gap_mm, part.largest_gap_mm);
-    figures.largest_overlap_mm = std::fmax(figures.largest_overlap_mm, part.largest_penetration_mm);
-  }
-  return figures;
-}
-
 [[noreturn]] void refuse(const std::string& text)
 {
   throw InputError({"vrda compare", "--degrees", "\"" + text + "\"",
@@ -268,8 +230,8 @@ compare::CompareOptions compare_options(const CompareCommandOptions& options)
     };
   }
   if (options.refine > 0) {
-    compare.contact = [measure = contact_measure(n_threads), hook](const store::MotionModel& model,
-                                                                   const store::SmoothedSet& set) {
+    compare.contact = [measure = job_run::contact_measure(n_threads), hook](const store::MotionModel& model,
+                                                                            const store::SmoothedSet& set) {
       if (hook) hook();
       return measure(model, set);
     };
@@ -297,14 +259,6 @@ void report_skipped_degrees(const std::string& file, const compare::Comparison& 
 }
 
 }  // namespace
-
-compare::MeasureContact contact_measure(int n_threads)
-{
-  return [n_threads](const store::MotionModel& model, const store::SmoothedSet& set) {
-    if (!model.has_compartments) return recontacted_figures(model, set, n_threads);
-    return two_sided_figures(reduce::two_sided(model, {set.degree, set.is_robust}, n_threads));
-  };
-}
 
 std::vector<int> parse_degrees(const std::string& text)
 {

@@ -102,7 +102,7 @@ exports::FlexionPlan plan_of(const ExportOptions& options, const store::MotionMo
   if (!options.flexion.empty()) plan.flexion_deg = angle_range({"vrda export", "--flexion", options.flexion});
   if (options.format == "osim" && options.flexion.empty() && !model.frames)
     plan.flexion_deg = exports::osim_flexions_deg(model, options.set);
-  plan.varus = exports::default_varus(model);
+  plan.varus = exports::default_varus(model, options.set);
   if (options.varus == driven_varus) {
     if (plan.set.empty()) plan.set = smoothed_set(model, options.file);
     plan.flexion_deg.clear();
@@ -176,7 +176,7 @@ std::vector<std::string> write_series(const store::MotionModel& model, const exp
     const std::string contacts = motion.set == "raw" ? exports::contacts_vtp(model, frame) : "";
     if (!contacts.empty()) write(frame, 1, piece_name(output, "_contacts", k), contacts);
   }
-  write_atomically(output.string(), {exports::series_pvd(entries)});
+  write_atomically(output.string(), {exports::series_pvd(motion, entries)});
   files.insert(files.begin(), output.string());
   return files;
 }
@@ -237,6 +237,7 @@ nlohmann::ordered_json report_of(const ExportOptions& options, const exports::Fl
   nlohmann::ordered_json json{{"to", options.format}, {"files", files}};
   if (motion == nullptr) return json;
   json["set"] = motion->set;
+  if (!motion->reason.empty()) json["reason"] = motion->reason;
   json["attitudes"] = motion->frames.size();
   json["left_out"] = nlohmann::ordered_json::array();
   for (const exports::OmittedFlexion& out : motion->omitted) {
@@ -276,6 +277,9 @@ nlohmann::ordered_json write_export(const ExportOptions& options)
     write_atomically(options.output, {bytes});
   }
   warn_of_left_out(motion);
+  const store::DefaultMotion shown = motion::default_motion(model);
+  if (options.set.empty() && !shown.reason.empty())
+    console::log_warning(options.file + ": " + motion.set + " is exported; " + shown.reason);
   console::log_info(motion.set + ": " + std::to_string(motion.frames.size()) + " attitudes");
   return report_of(options, &motion, files);
 }

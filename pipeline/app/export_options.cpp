@@ -14,11 +14,12 @@ void add_export_options(CLI::App& c, ExportOptions& e)
       ->required()
       ->check(one_of({"sto", "mot", "osim", "csv", "gltf", "vtk"}));
   c.add_option("-o,--output", e.output, "Output file, with the extension of the format")->required();
-  c.add_option("--set", e.set, "two_sided, raw, degree_N, ...; default: the default set of vrda-player");
+  c.add_option("--set", e.set,
+               "two_sided, raw, degree_N, ...; default: the default motion of the model (vrda info)");
   c.add_option("--flexion", e.flexion, "FROM:TO:STEP, degrees; default: the flexions of the model");
   c.add_option("--varus", e.varus,
-               "Degrees, spine (balanced) or zero (the zero-varus table); default: zero if the table exists, "
-               "else spine; in osim also driven: a second coordinate of the joint");
+               "Degrees, spine (balanced) or zero (the zero-varus table); default: spine for the raw poses, "
+               "else zero if the table exists; in osim also driven: a second coordinate of the joint");
   c.add_option("--coordinate", e.coordinates,
                "COORDINATE=NAME: column name of flexion, varus, internal, tx, ty or tz in sto and mot, "
                "coordinate name of flexion in osim; may be repeated")

@@ -10,7 +10,9 @@
 #include "core/error.hpp"
 #include "core/joint_kind.hpp"
 #include "core/mesh.hpp"
+#include "job_run/default_motion.hpp"
 #include "job_run/summary.hpp"
+#include "motion/curve_figures.hpp"
 #include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
 #include "store/motion_model_file.hpp"
@@ -41,19 +43,42 @@ Json range_json(const store::GridD& surface)
 // Internal rotation along the spine: the screw-home motion of the joint.
 Json screw_home(const store::MotionModel& model)
 {
-  Range range;
+  const motion::FlexionCurve rotation = motion::spine_rotation(model);
+  const motion::CurveFigures f = motion::curve_figures(rotation);
   Json curve = Json::array();
-  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
-    for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
-      if (model.is_spine(i, j) != 1) continue;
-      const double internal_deg = model.clinical.internal_rotation_deg(i, j);
-      range.include(internal_deg);
-      curve.push_back({{"flexion_deg", model.flexion_deg[static_cast<std::size_t>(i)]},
-                       {"varus_deg", model.varus_deg[static_cast<std::size_t>(j)]},
-                       {"internal_rotation_deg", internal_deg}});
-    }
+  std::size_t row = 0;
+  for (Eigen::Index cell = 0; cell < model.is_spine.size(); ++cell) {
+    if (model.is_spine.data()[cell] != 1) continue;
+    const auto varus = static_cast<std::size_t>(cell % model.is_spine.cols());
+    curve.push_back({{"flexion_deg", rotation.flexion_deg[row]},
+                     {"varus_deg", model.varus_deg[varus]},
+                     {"internal_rotation_deg", rotation.value_deg[row]}});
+    ++row;
   }
-  return {{"range_deg", range.largest - range.least}, {"spine", curve}};
+  return {{"net", {{"deg", f.net_deg}, {"from_flexion_deg", f.first_deg}, {"to_flexion_deg", f.last_deg}}},
+          {"peak", {{"deg", f.peak_deg}, {"flexion_deg", f.peak_at_deg}}},
+          {"largest_change",
+           {{"deg", f.change_deg},
+            {"within_deg", motion::change_window_deg},
+            {"from_flexion_deg", f.change_from_deg},
+            {"to_flexion_deg", f.change_to_deg}}},
+          {"spine", curve}};
+}
+
+// Null unless no polynomial follows the raw motion.
+Json jump_json(const store::MotionModel& model)
+{
+  const compare::RawJump jump = compare::raw_jump(model);
+  if (jump.size <= compare::largest_raw_jump) return {};
+  return {{"perceptible_errors", jump.size},
+          {"from_flexion_deg", jump.from_deg},
+          {"to_flexion_deg", jump.to_deg}};
+}
+
+Json default_motion_json(const store::MotionModel& model)
+{
+  const store::DefaultMotion shown = motion::default_motion(model);
+  return {{"set", shown.set}, {"reason", shown.reason}, {"is_compared", model.default_motion.has_value()}};
 }
 
 // Attitudes that are not stable, in attitude order.
@@ -239,7 +264,9 @@ Json summary_of(const store::MotionModel& model, const audit::AuditFigures& meas
            {{"flexion_deg", range_json(model.clinical.flexion_deg)},
             {"varus_deg", range_json(model.clinical.varus_deg)},
             {"internal_rotation_deg", range_json(model.clinical.internal_rotation_deg)}}},
+          {"default_motion", default_motion_json(model)},
           {"screw_home", screw_home(model)},
+          {"jump", jump_json(model)},
           {"remeasured",
            {{"overlapping_attitudes", measured.n_overlapping},
             {"attitudes", n_stable},
@@ -373,10 +400,9 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
     std::printf("  %-10s %s to %s\n", name.c_str(), short_text(range["min"]).c_str(),
                 short_text(range["max"]).c_str());
   }
-  if (model.joint == "knee") {
-    std::printf("screw-home along the spine: internal rotation over a range of %s degrees\n",
-                short_text(s["screw_home"]["range_deg"]).c_str());
-  }
+  std::printf("%s\n", job_run::default_motion_line(model).c_str());
+  for (const std::string& line : {job_run::screw_home_line(model), job_run::jump_line(model)})
+    if (!line.empty()) std::printf("%s\n", line.c_str());
   const Json& r = s["remeasured"];
   std::printf(
       "measured again at every stable attitude: largest penetration %s mm (%d overlapping), largest gap %s "

@@ -48,10 +48,6 @@ nlohmann::ordered_json two_sided_json(const store::TwoSidedFigures& figures);
 /// One row per motion with compartments; prints nothing without any.
 void print_two_sided(const std::vector<std::pair<std::string, store::TwoSidedFigures>>& motions);
 
-/// Measures the motion of a degree in contact: two-sided with compartments, else after recontact along Delta,
-/// at and halfway between the attitudes of the grid.
-compare::MeasureContact contact_measure(int n_threads);
-
 /// One row per degree: lengths of the translation vector, angles per surface. Ends with a line feed.
 std::string comparison_table(const compare::Comparison& comparison);
 
@@ -105,7 +101,8 @@ struct SmoothCommandOptions {
   bool as_json = false;
 };
 
-/// Writes /smoothed/degree_N and replaces an existing one. Drops audits of a changed set. Empty when
+/// Writes /smoothed/degree_N and replaces an existing one. Drops audits of a changed set; without a two-sided
+/// motion decides on the default motion again. Empty when
 /// interrupted while another process writes the file.
 std::optional<store::SmoothedSet> add_smoothed(const SmoothCommandOptions& options);
 

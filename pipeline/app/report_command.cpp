@@ -21,6 +21,7 @@
 #include "compare/compare.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "job_run/default_motion.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "load/input_file.hpp"
@@ -202,7 +203,7 @@ std::optional<compare::Comparison> comparison_of(const store::MotionModel& model
   compare::CompareOptions compare_with;
   compare_with.name = options.files.front();
   if (!options.is_quick) {
-    compare_with.contact = contact_measure(job_run::thread_count_or_all(0));
+    compare_with.contact = job_run::contact_measure(job_run::thread_count_or_all(0));
     compare_with.audit = [](const store::MotionModel& smoothed, const std::string& set) {
       return audit::audit(smoothed, set, 1, job_run::thread_count_or_all(0));
     };

@@ -10,6 +10,7 @@
 #include "audit/audit.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "job_run/default_motion.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "motion/poses.hpp"
@@ -117,8 +118,13 @@ std::optional<store::SmoothedSet> add_smoothed(const SmoothCommandOptions& optio
     set.recontact_mm = audit::recontact(model, set, job_run::thread_count_or_all(options.n_threads));
   const std::vector<store::AuditSet> audits = model.audits;
   model = store::with_smoothed(std::move(model), set);
+  // `run` compared the two-sided motion, which this set does not change.
+  if (!model.two_sided)
+    model.default_motion = job_run::evaluated_default_motion(model, model.smoothed.back().is_robust,
+                                                             job_run::thread_count_or_all(options.n_threads));
   store::write_motion_model(options.file, model);
   report_dropped_audits(audits, model.audits);
+  console::log_info(job_run::default_motion_line(model));
   return set;
 }
 

@@ -465,7 +465,7 @@ std::string animated_glb(const store::MotionModel& model, const FlexionMotion& m
                          {"extras", {{"rotation_centre_mm", {centre_mm.x(), centre_mm.y(), centre_mm.z()}}}},
                          {"children", children}});
   Json json;
-  json["asset"] = {{"version", "2.0"}, {"generator", "vrda"}};
+  json["asset"] = {{"version", "2.0"}, {"generator", "vrda"}, {"extras", {{"set", set_text(motion)}}}};
   json["scene"] = 0;
   json["scenes"][0]["nodes"][0] = scene.nodes.size() - 1;
   json["nodes"] = scene.nodes;

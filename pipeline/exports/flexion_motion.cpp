@@ -11,18 +11,6 @@
 namespace vrda::exports {
 namespace {
 
-std::string chosen_set(const store::MotionModel& model, const std::string& file, const std::string& set)
-{
-  const std::vector<std::string> names = motion::all_set_names(model);
-  if (set.empty()) return names.front();
-  std::string known;
-  for (const std::string& name : names) {
-    if (name == set) return name;
-    known += (known.empty() ? "" : ", ") + name;
-  }
-  throw InputError({file, "--set", set, known});
-}
-
 void require_varus(const store::MotionModel& model, const motion::Motion& motion, const std::string& file,
                    const FlexionPlan& plan)
 {
@@ -129,9 +117,10 @@ const char* name_of(VarusRule rule)
   throw InternalError("an unknown varus rule");
 }
 
-VarusRule default_varus(const store::MotionModel& model)
+VarusRule default_varus(const store::MotionModel& model, const std::string& set)
 {
-  return model.zero_varus ? VarusRule::zero : VarusRule::spine;
+  const bool is_raw = (set.empty() ? motion::default_motion(model).set : set) == "raw";
+  return model.zero_varus && !is_raw ? VarusRule::zero : VarusRule::spine;
 }
 
 FlexionMotion flexion_motion(const store::MotionModel& model, const std::string& file,
@@ -139,7 +128,8 @@ FlexionMotion flexion_motion(const store::MotionModel& model, const std::string&
 {
   FlexionMotion result;
   result.title = model.title;
-  result.set = chosen_set(model, file, plan.set);
+  result.set = motion::chosen_set(model, file, plan.set);
+  if (plan.set.empty()) result.reason = motion::default_motion(model).reason;
   result.side = side_named(model.side);
   result.rotation_centre_mm = model.rotation_centre_mm;
   const motion::Motion motion(model, result.set);
@@ -156,6 +146,11 @@ FlexionMotion flexion_motion(const store::MotionModel& model, const std::string&
     throw InputError({file, result.set, "no attitude with a pose", "at least one to export"});
   }
   return result;
+}
+
+std::string set_text(const FlexionMotion& motion)
+{
+  return motion.set + (motion.reason.empty() ? "" : ": " + motion.reason);
 }
 
 double abscissa(const FlexionMotion& motion, const FlexionFrame& frame)

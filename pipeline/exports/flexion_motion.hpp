@@ -21,7 +21,7 @@ enum class VarusRule {
 const char* name_of(VarusRule rule);
 
 struct FlexionPlan {
-  std::string set;                  ///< one of all_set_names(model); empty: the first
+  std::string set;                  ///< one of all_set_names(model); empty: motion::default_motion
   std::vector<double> flexion_deg;  ///< ascending; empty: the model's
   VarusRule varus = VarusRule::spine;
   double varus_deg = 0.0;  ///< of VarusRule::given
@@ -42,6 +42,7 @@ struct OmittedFlexion {
 struct FlexionMotion {
   std::string title;  ///< of the model
   std::string set;
+  std::string reason;  ///< why the default motion is not the smoothed one; empty if the plan names a set
   Side side = Side::right;
   Eigen::Vector3d rotation_centre_mm = Eigen::Vector3d::Zero();  ///< canonical
   std::string key_name;                                          ///< of a sequence; else empty
@@ -49,8 +50,9 @@ struct FlexionMotion {
   std::vector<OmittedFlexion> omitted;                           ///< flexions without a pose
 };
 
-/// `zero` if the model has a zero-varus table, otherwise `spine`.
-VarusRule default_varus(const store::MotionModel& model);
+/// `zero` if the model has a zero-varus table, otherwise `spine`; of the raw poses `spine`, as they are shown
+/// everywhere else. `set` as in FlexionPlan.
+VarusRule default_varus(const store::MotionModel& model, const std::string& set);
 
 /// The poses of `plan`. Flexions without a pose are omitted and listed: poses are not clamped to the measured
 /// range or interpolated across a hole. Throws InputError naming `file` if the model does not have the set,
@@ -58,6 +60,9 @@ VarusRule default_varus(const store::MotionModel& model);
 /// A sequence of frames is exported whole: throws InputError if the plan chooses flexions or varus.
 FlexionMotion flexion_motion(const store::MotionModel& model, const std::string& file,
                              const FlexionPlan& plan);
+
+/// "raw", with the reason if there is one: "raw: two_sided (degree 4) does not meet ...".
+std::string set_text(const FlexionMotion& motion);
 
 /// Flexion in degrees, or the key in a sequence.
 double abscissa(const FlexionMotion& motion, const FlexionFrame& frame);

@@ -66,8 +66,8 @@ struct SeriesEntry {
   std::string file;   ///< relative to the .pvd file
 };
 
-/// The .pvd collection file, with the flexion in degrees or the key as time.
-std::string series_pvd(const std::vector<SeriesEntry>& entries);
+/// The .pvd collection file, with the flexion in degrees or the key as time and the set in a comment.
+std::string series_pvd(const FlexionMotion& motion, const std::vector<SeriesEntry>& entries);
 
 /// Numbers are written to binary files in little-endian byte order.
 static_assert(std::endian::native == std::endian::little, "numbers are copied from memory");

@@ -349,7 +349,8 @@ std::string text_of(const pugi::xml_node& node, unsigned flags)
 
 std::vector<double> osim_flexions_deg(const store::MotionModel& model, const std::string& set)
 {
-  const bool has_own = model.two_sided && (set.empty() || set == "two_sided");
+  const bool has_own =
+      model.two_sided && (set.empty() ? motion::default_motion(model).set : set) == "two_sided";
   const std::vector<double>& at_deg = has_own ? model.two_sided->flexion_deg : model.flexion_deg;
   const double smallest_deg = has_own ? smallest_smooth_step_deg : smallest_knot_step_deg;
   std::vector<double> shares;  // from the middle to an end
@@ -392,7 +393,7 @@ OsimModel osim_model(const store::MotionModel& model, const FlexionMotion& motio
   root.append_attribute("Version") = document_version;
   Node osim = add_named(root, "Model", component_name(model.title));
   add_text(osim, "credits",
-           "Exported by vrda, set " + motion.set + ". Masses and inertias are not those of a subject.");
+           "Exported by vrda, set " + set_text(motion) + ". Masses and inertias are not those of a subject.");
   add_text(osim, "length_units", "meters");
   add_text(osim, "force_units", "N");
   add_named(osim, "Ground", "ground");

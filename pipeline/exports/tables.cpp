@@ -227,14 +227,14 @@ namespace {
 std::string name_line(const FlexionMotion& motion)
 {
   std::string line = "vrda: ";
-  for (const char c : motion.title) {
+  for (const char c : motion.title + ", " + set_text(motion)) {
     const bool is_plain = static_cast<unsigned char>(c) >= 0x20 && c != '=' && c != 0x7f;
     line += is_plain ? c : ' ';
   }
   for (std::size_t at = line.find("endheader"); at != std::string::npos; at = line.find("endheader")) {
     line.insert(at + 3, 1, ' ');
   }
-  return line + ", " + motion.set + "\n";
+  return line + "\n";
 }
 
 std::string header(const FlexionMotion& motion, const OpenSimOptions& options)

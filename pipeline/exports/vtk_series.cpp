@@ -215,9 +215,12 @@ std::string contacts_vtp(const store::MotionModel& model, const FlexionFrame& fr
   return text + closing(appended);
 }
 
-std::string series_pvd(const std::vector<SeriesEntry>& entries)
+std::string series_pvd(const FlexionMotion& motion, const std::vector<SeriesEntry>& entries)
 {
-  std::string text = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n";
+  std::string set = escape_markup(set_text(motion));
+  for (std::size_t at = set.find("--"); at != std::string::npos; at = set.find("--")) set.erase(at, 1);
+  std::string text = "<?xml version=\"1.0\"?>\n<!-- set " + set +
+                     " -->\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n";
   for (const SeriesEntry& entry : entries) {
     text += "<DataSet timestep=\"" + shortest_decimal(entry.time) + "\" part=\"" +
             std::to_string(entry.part) + "\" file=\"" + escape_markup(entry.file) + "\"/>\n";

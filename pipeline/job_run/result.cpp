@@ -15,10 +15,12 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "job_run/default_motion.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "model_build/case_solver.hpp"
 #include "model_build/model_build.hpp"
+#include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
 #include "reduce/two_sided.hpp"
 #include "smooth/smooth.hpp"
@@ -177,6 +179,20 @@ void warn_of_doubtful(const store::MotionModel& model, const std::string& output
                        " degrees; vrda info explains them, vrda info --json lists the attitudes");
 }
 
+/// The default motion, the rotation of a knee and its jumps.
+void report_motion(const store::MotionModel& model, const std::string& output)
+{
+  if (model.frames || !(model.status == status_stable).any()) return;
+  const std::string line = default_motion_line(model);
+  if (motion::default_motion(model).reason.empty()) {
+    console::log_info(line);
+  } else {
+    console::log_warning(output + ": " + line);
+  }
+  if (const std::string jump = jump_line(model); !jump.empty()) console::log_warning(output + ": " + jump);
+  if (const std::string rotation = screw_home_line(model); !rotation.empty()) console::log_info(rotation);
+}
+
 /// Too few stable samples for a band at a flexion.
 bool lacks_bands(const store::MotionModel& model)
 {
@@ -192,6 +208,7 @@ console::ExitCode outcome_of(const load::Case& job_case, const store::MotionMode
 {
   console::log_info(status_line(model));
   warn_of_doubtful(model, output);
+  report_motion(model, output);
   const std::string cut_off = model.zero_varus ? reduce::cut_off_warning(*model.zero_varus) : "";
   if (!cut_off.empty()) console::log_warning(output + ": /zero_varus/is_cut_off: " + cut_off);
   if (model.uncertainty) console::log_info(job_run::samples_line(model));
@@ -229,6 +246,9 @@ std::optional<store::MotionModel> build_result(const load::Case& job_case, const
   if (is_stopped()) return std::nullopt;
   add_zero_varus(model);
   record.end_phase("two-sided, zero varus");
+  if (is_stopped()) return std::nullopt;
+  model.default_motion = evaluated_default_motion(model, job_case.smooth_robust, n_threads);
+  record.end_phase("default motion");
   return is_stopped() ? std::nullopt : std::optional(std::move(model));
 }
 

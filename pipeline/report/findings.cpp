@@ -5,9 +5,9 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
 #include "core/units.hpp"
+#include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
 #include "report/clinical_curve.hpp"
 
@@ -39,17 +39,6 @@ std::string line(const char* format, Values... values)
   char text[400];
   std::snprintf(text, sizeof text, format, values...);
   return text;
-}
-
-double range_of(const std::vector<double>& values)
-{
-  double least = std::numeric_limits<double>::infinity(), most = -least;
-  for (const double value : values) {
-    if (!std::isfinite(value)) continue;
-    least = std::min(least, value);
-    most = std::max(most, value);
-  }
-  return most >= least ? most - least : nan;
 }
 
 double largest_jump(const store::MotionModel& model)
@@ -139,9 +128,13 @@ void add_audits(const store::MotionModel& model, Lines& lines)
 
 void add_comparison(const ReportModel& entry, Lines& lines)
 {
-  if (entry.comparison && entry.comparison->recommendation.degree < 0)
+  const store::DefaultMotion shown = motion::default_motion(entry.model);
+  if (!shown.reason.empty()) {
+    lines.push_back("The solved poses are shown and exported: " + shown.reason + ".");
+  } else if (entry.comparison && entry.comparison->recommendation.degree < 0) {
     lines.push_back("No smoothing degree meets the criteria: " + entry.comparison->recommendation.reason +
                     ".");
+  }
 }
 
 void add_rotation(const store::MotionModel& model, const MotionSummary& numbers, Lines& lines)
@@ -209,12 +202,7 @@ MotionSummary motion_summary(const store::MotionModel& model)
   if (numbers.n_stable > 0)
     numbers.theta_undetermined_share =
         static_cast<double>(n_undetermined) / static_cast<double>(numbers.n_stable);
-  const std::vector<Eigen::Index> spine = solved_spine(model);
-  std::vector<double> internal_deg;
-  for (const Eigen::Index cell : spine) {
-    if (cell >= 0) internal_deg.push_back(model.clinical.internal_rotation_deg.data()[cell]);
-  }
-  numbers.screw_home_range_deg = range_of(internal_deg);
+  numbers.rotation = motion::curve_figures(motion::spine_rotation(model));
   numbers.largest_spine_jump_deg = largest_jump(model);
   numbers.balance_residual_n = numbers.worst_gap_mm = numbers.push_n = nan;
   numbers.largest_optima_spread_deg = nan;

@@ -47,6 +47,18 @@ Json plausibilities_json()
   return list;
 }
 
+Json rotation_json(const motion::CurveFigures& f)
+{
+  return {{"net_deg", short_number(f.net_deg)},
+          {"first_deg", short_number(f.first_deg)},
+          {"last_deg", short_number(f.last_deg)},
+          {"peak_deg", short_number(f.peak_deg)},
+          {"peak_at_deg", short_number(f.peak_at_deg)},
+          {"change_deg", short_number(f.change_deg)},
+          {"change_from_deg", short_number(f.change_from_deg)},
+          {"change_to_deg", short_number(f.change_to_deg)}};
+}
+
 Json numbers_json(const ReportModel& entry)
 {
   const MotionSummary n = motion_summary(entry.model);
@@ -57,7 +69,7 @@ Json numbers_json(const ReportModel& entry)
           {"largest_gap_mm", short_number(entry.raw.largest_gap_mm)},
           {"contact_resolution_mm", short_number(entry.model.contact_resolution_mm)},
           {"theta_undetermined_share", short_number(n.theta_undetermined_share)},
-          {"screw_home_range_deg", short_number(n.screw_home_range_deg)},
+          {"rotation", rotation_json(n.rotation)},
           {"largest_spine_jump_deg", short_number(n.largest_spine_jump_deg)},
           {"several_optima", n.n_several_optima},
           {"optima_spread_deg", short_number(n.largest_optima_spread_deg)},
@@ -94,6 +106,7 @@ Json head_json(const ReportModel& entry)
                {"varus", short_numbers(model.varus_deg)},
                {"statuses", statuses_json(model)},
                {"numbers", numbers_json(entry)},
+               {"default_motion", motion::default_motion(model).set},
                {"warnings", warnings_of(entry)}};
   if (const Json words = words_json(joint_kind(model.joint)); !words.is_null()) head["words"] = words;
   return head;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "compare/compare.hpp"
+#include "motion/curve_figures.hpp"
 #include "report/clinical_curve.hpp"
 #include "store/motion_model.hpp"
 
@@ -51,7 +52,7 @@ struct Report {
 struct MotionSummary {
   std::int64_t n_cells = 0, n_stable = 0;
   double theta_undetermined_share = 0.0;   ///< of the stable cells
-  double screw_home_range_deg = 0.0;       ///< range of internal rotation along the spine
+  motion::CurveFigures rotation;           ///< internal rotation along the spine
   double largest_spine_jump_deg = 0.0;     ///< of theta, between neighbouring flexions of the spine
   std::int64_t n_several_optima = 0;       ///< number of flexions; equilibrium only
   double largest_optima_spread_deg = 0.0;  ///< of theta between them

@@ -84,7 +84,8 @@ TEST(FlexionMotion, NothingIsBridgedOrClamped)
 TEST(FlexionMotion, ZeroVarusIsLinearBetweenTheFlexionsThatHaveOne)
 {
   const store::MotionModel model = with_zero_varus(test::model_of(tilted_plan()), {0, 1, 2, 2, 0, -1, -2}, 4);
-  EXPECT_EQ(exports::default_varus(model), exports::VarusRule::zero);
+  EXPECT_EQ(exports::default_varus(model, "zero_varus"), exports::VarusRule::zero);
+  EXPECT_EQ(exports::default_varus(model, "raw"), exports::VarusRule::spine) << "as it is shown";
   exports::FlexionPlan plan;
   plan.flexion_deg = {7.5, 15, 40, 50, 60, 70, 75, 80};
   plan.varus = exports::VarusRule::zero;
@@ -100,7 +101,7 @@ TEST(FlexionMotion, ZeroVarusIsLinearBetweenTheFlexionsThatHaveOne)
 TEST(FlexionMotion, ARuleThatCannotBeKeptIsRefused)
 {
   const store::MotionModel model = test::model_of(tilted_plan());
-  EXPECT_EQ(exports::default_varus(model), exports::VarusRule::spine);
+  EXPECT_EQ(exports::default_varus(model, "zero_varus"), exports::VarusRule::spine);
   exports::FlexionPlan plan;
   plan.varus = exports::VarusRule::zero;
   EXPECT_THAT(refused(model, plan), test::refuses({.field = "--varus", .wanted = "vrda reduce"}));

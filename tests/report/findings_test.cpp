@@ -183,7 +183,8 @@ TEST(Findings, NumbersAreThoseOfTheModel)
   EXPECT_TRUE(std::isnan(search.balance_residual_n));
   EXPECT_TRUE(std::isnan(search.largest_strain));
   // theta is 0.2 degrees per degree of flexion
-  EXPECT_NEAR(search.screw_home_range_deg, 0.6, 1e-12);
+  EXPECT_NEAR(search.rotation.net_deg, 0.6, 1e-12);
+  EXPECT_NEAR(search.rotation.change_deg, 0.6, 1e-12);
   EXPECT_NEAR(search.largest_spine_jump_deg, 0.2, 1e-12);
 }
 

@@ -4,14 +4,14 @@ import { curvePlots } from "./curves.js";
 import { decimal, motionName, wordOf } from "./format.js";
 import { abscissaName } from "./plot.js";
 
-// Of the smoothed sets only the recommended or the first (highest) one is visible initially.
+// Of the smoothed sets only the recommended or the first (highest) one is visible initially, and the two-sided motion only as the default.
 function shownCurves(model) {
   const smoothed = model.curves.filter((curve) => curve.name.startsWith("degree_"));
   const shown = smoothed.find((curve) => curve.name === `degree_${model.comparison?.recommended}`) ?? smoothed[0];
   return model.curves.map((curve) => ({
     ...curve,
     label: motionName(curve.name),
-    isOff: smoothed.includes(curve) && curve !== shown,
+    isOff: (smoothed.includes(curve) && curve !== shown) || (curve.name === "two_sided" && model.default_motion !== "two_sided"),
     width: curve.name === "raw" ? 1.4 : 2.4,
     band: curve.name === "raw" ? bandOf(model) : undefined,
   }));
@@ -23,7 +23,7 @@ function bandOf(model) {
 }
 
 function numbersTable(model) {
-  const curve = model.curves[0];
+  const curve = model.curves.find(({ name }) => name === model.default_motion) ?? model.curves[0];
   const keys = ["internal", "varus", "anterior", "proximal", "lateral"];
   const rows = curve.flexion.map((flexion, k) => [decimal(flexion, model.key_name ? 3 : 1), ...keys.map((key) => decimal(curve[key][k], 2))]);
   const headings = [model.key_name ? abscissaName() : `${wordOf(model, "flexion")}, °`, "internal rotation, °", `${wordOf(model, "varus")}, °`, "anterior, mm", "proximal, mm", "lateral, mm"];

@@ -1,6 +1,6 @@
 // Summary: warnings, key numbers, statuses.
 import { el, section, table } from "./dom.js";
-import { decimal, length, number, percent, wordOf } from "./format.js";
+import { decimal, length, motionName, number, percent, wordOf } from "./format.js";
 
 function card(value, label) {
   return el("div", { class: "card" }, el("span", { class: "value" }, value), el("span", { class: "label" }, label));
@@ -32,7 +32,7 @@ function axesText(model) {
 
 /** The line below the title. */
 export function leadText(model) {
-  return `${model.side} ${model.joint === "knee" ? "knee" : "joint"}, ${model.moving.name} on ${model.reference.name}, by ${methodName(model)}; ${gridText(model)}.${axesText(model)}`;
+  return `${model.side} ${model.joint === "knee" ? "knee" : "joint"}, ${model.moving.name} on ${model.reference.name}, by ${methodName(model)}; ${gridText(model)}. Default motion: ${motionName(model.default_motion)}.${axesText(model)}`;
 }
 
 /** A box with the warnings, or with "No warnings". */
@@ -57,16 +57,26 @@ function twoSidedCard(model) {
   return [card(`${f.both_in_contact} of ${f.poses}`, `flexions of the two-sided motion with both compartments in contact; at most ${sides.join("; ")}`)];
 }
 
+function signed(value, digits = 1) {
+  return value === null ? "–" : `${value < 0 ? "−" : "+"}${decimal(Math.abs(value), digits)}°`;
+}
+
+// Net rotation along the spine, its peak and its largest change.
+function rotationCard(model) {
+  const r = model.numbers.rotation, name = model.joint === "knee" ? "screw-home: net internal" : "net axial";
+  const change = r.change_deg === null ? "" : `; largest change ${signed(r.change_deg)} per 5° of flexion, from ${number(r.change_from_deg)}° to ${number(r.change_to_deg)}°`;
+  return card(signed(r.net_deg), r.net_deg === null ? `${name} rotation along the spine` : `${name} rotation along the spine from ${number(r.first_deg)}° to ${number(r.last_deg)}° of flexion; peak ${signed(r.peak_deg)} at ${number(r.peak_at_deg)}°${change}`);
+}
+
 function cards(model) {
   const n = model.numbers;
   const fibres = n.fibres > 0 ? [card(`${number(100 * n.largest_strain)} %`, `largest strain of ${n.fibres} fibres, any attitude`)] : [];
-  const rotation = model.joint === "knee" ? "screw-home: range of internal rotation along the spine" : "range of axial rotation along the spine";
   return el("div", { class: "cards" },
     card(`${n.stable} of ${n.cells}`, "attitudes solved"),
     card(length(n.largest_penetration_mm), `largest penetration; ${n.overlapping} attitudes overlap`),
     card(n.largest_gap_mm === null ? "unbounded" : length(n.largest_gap_mm), "largest gap along Δ"),
     card(percent(n.theta_undetermined_share), "of the solved attitudes have undetermined rotation"),
-    card(`${decimal(n.screw_home_range_deg, 1)}°`, rotation),
+    rotationCard(model),
     ...twoSidedCard(model), ...equilibriumCards(n), ...fibres);
 }
 
@@ -84,9 +94,9 @@ export function summarySection(model) {
 export function summariesSection(models) {
   const rows = models.map((model) => {
     const n = model.numbers;
-    return [model.name, model.title, methodName(model), model.side, `${n.stable} of ${n.cells}`, number(n.largest_penetration_mm), number(n.largest_gap_mm), decimal(n.screw_home_range_deg, 1), percent(n.theta_undetermined_share)];
+    return [model.name, model.title, methodName(model), model.side, `${n.stable} of ${n.cells}`, number(n.largest_penetration_mm), number(n.largest_gap_mm), decimal(n.rotation.net_deg, 1), percent(n.theta_undetermined_share)];
   });
-  const headings = ["file", "title", "method", "side", "attitudes solved", "largest penetration, mm", "largest gap, mm", "range of internal rotation, °", "rotation undetermined"];
+  const headings = ["file", "title", "method", "side", "attitudes solved", "largest penetration, mm", "largest gap, mm", "net internal rotation, °", "rotation undetermined"];
   const boxes = models.filter((model) => model.warnings.length > 0).map((model) => warningBox(model.warnings, model.name));
   return section("summary", "Summary", ...(boxes.length > 0 ? boxes : [warningBox([])]),
     table("The motion models, raw motion", headings, rows, { kinds: ["", "text", "word", "word"] }));
