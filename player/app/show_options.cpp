@@ -102,8 +102,7 @@ CLI::App* add_show(CLI::App& app, show::ShowOptions& options)
       "at each flexion, interpolated linearly between solved flexions)");
   add(show, "--set", "SET", options.set,
       "two_sided, raw, degree_N, degree_N_recontacted, zero_varus, or quantile_0, 5, 50, 95 or 100 of an "
-      "uncertain job (default: two_sided if available, then the highest degree, recontacted if available; "
-      "otherwise raw)");
+      "uncertain job (default: the model's default motion, which vrda info names)");
   add(show, "--views", "VIEW,...", options.views,
       "front, back, left, right, medial, lateral (or side), top, oblique, inverted (oblique and "
       "upside down); default: the views of the job's [player], else oblique");

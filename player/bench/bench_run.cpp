@@ -324,7 +324,7 @@ BenchSetup build_setup(const Texts& texts, const ModelChoice& choice, bool has_p
   store::MotionModel model =
       store::scaled_model(store::read_motion_model(model_path), calibration.subject_scale);
   store::require_grid(model, model_path, "the bench");
-  const std::string chosen = navigation::chosen_set(model, model_path, choice.set);
+  const std::string chosen = motion::chosen_set(model, model_path, choice.set);
   motion::Motion motion(model, chosen);
   const SolverFrame frame = store::solver_frame(model, 0);
   recording::RecordingFacts facts{

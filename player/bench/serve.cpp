@@ -52,7 +52,7 @@ void serve_motion(const ServeOptions& options, const loop::Streams& streams)
 {
   const store::MotionModel model = store::read_motion_model(options.file);
   store::require_grid(model, options.file, "serve");
-  const motion::Motion motion(model, navigation::chosen_set(model, options.file, options.set));
+  const motion::Motion motion(model, motion::chosen_set(model, options.file, options.set));
   const auto attitude_at = [&](double s) -> Attitude {
     const double flexion_rad = flexion_at(options, motion, s);
     return {flexion_rad,

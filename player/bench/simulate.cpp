@@ -68,7 +68,7 @@ std::optional<motion::Motion> motion_of(const std::string& path)
   if (path.empty()) return std::nullopt;
   const store::MotionModel model = store::read_motion_model(path);
   store::require_grid(model, path, "a simulated bench");
-  return motion::Motion(model, motion::set_names(model).front());
+  return motion::Motion(model, motion::default_motion(model).set);
 }
 
 std::unique_ptr<devices::PtyBoard> open_board(const bench_files::BenchFile& bench,

@@ -52,7 +52,7 @@ ModelOnBench::ModelOnBench(const BenchFile& bench, const Calibration& calibratio
 
 AdjustedModel::AdjustedModel(const BenchFile& bench, store::MotionModel model, const std::string& file,
                              const std::string& set)
-    : bench_(bench), model_(std::move(model)), set_(navigation::chosen_set(model_, file, set))
+    : bench_(bench), model_(std::move(model)), set_(motion::chosen_set(model_, file, set))
 {
 }
 

@@ -314,7 +314,7 @@ std::string write_overlay(const PictureRequest& request, const CalibrateOptions&
 {
   const store::MotionModel model = store::read_motion_model(options.model);
   store::require_grid(model, options.model, "a calibration");
-  const OverlayPictureOptions plan{navigation::chosen_set(model, options.model, options.set), 560};
+  const OverlayPictureOptions plan{motion::chosen_set(model, options.model, options.set), 560};
   const render::Image before = overlay_picture(
       request.bench, request.truth, virtual_bench::uncalibrated(request.bench, request.truth), model, plan);
   const render::Image after = overlay_picture(request.bench, request.truth, request.found, model, plan);

@@ -16,13 +16,15 @@
 namespace vrda::calibrate {
 namespace {
 
-calibration::JointCurve::Knot knot_at(const motion::Motion& motion, double flexion_rad, const std::string& file)
+calibration::JointCurve::Knot knot_at(const motion::Motion& motion, double flexion_rad,
+                                      const std::string& file)
 {
   const motion::JointPose pose = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
   if (pose.status != motion::PoseStatus::solved) {
-    throw InputError({file, "flexion",
-                      "no solved pose at " + settings::rounded_text(deg_from_rad(flexion_rad), 1) + " degrees",
-                      "a motion solved at all flexions; choose another --set, as degree_6"});
+    throw InputError(
+        {file, "flexion",
+         "no solved pose at " + settings::rounded_text(deg_from_rad(flexion_rad), 1) + " degrees",
+         "a motion solved at all flexions; choose another --set, as degree_6"});
   }
   calibration::JointCurve::Knot knot;
   knot << pose.X_reference_moving.translation(), tracking::turn_of(pose.X_reference_moving.linear());
@@ -35,10 +37,11 @@ calibration::JointCurve joint_curve(const std::string& file, const std::string& 
 {
   const store::MotionModel model = store::read_motion_model(file);
   store::require_grid(model, file, "a functional registration");
-  const motion::Motion motion(model, navigation::chosen_set(model, file, set));
+  const motion::Motion motion(model, motion::chosen_set(model, file, set));
   const double range_rad = motion.last_flexion_rad() - motion.first_flexion_rad();
   if (!(range_rad > 0.0))
-    throw InputError({file, "flexion", "one flexion", "a range of flexions, to compare with the leg's motion"});
+    throw InputError(
+        {file, "flexion", "one flexion", "a range of flexions, to compare with the leg's motion"});
   constexpr double step_rad = rad_from_deg(2.0);
   const int n_steps = std::max(1, static_cast<int>(std::lround(range_rad / step_rad)));
   calibration::JointCurve curve;

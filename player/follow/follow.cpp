@@ -30,7 +30,7 @@ constexpr double play_s = 1.0;
 /// Playback of the finished motion, forwards and backwards; without a window its middle pose.
 struct Playback {
   Playback(const store::MotionModel& result, bool is_played)
-      : set(motion::set_names(result).front()), motion(result, set)
+      : set(motion::default_motion(result).set), motion(result, set)
   {
     timeline.first = motion.first_flexion_rad();
     timeline.last = motion.last_flexion_rad();

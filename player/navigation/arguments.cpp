@@ -148,18 +148,6 @@ std::vector<std::string> parsed_views(const std::string& text)
   return views;
 }
 
-std::string chosen_set(const store::MotionModel& model, const std::string& file, const std::string& wanted)
-{
-  const std::vector<std::string> names = motion::all_set_names(model);
-  if (wanted.empty()) return names.front();
-  std::string known;
-  for (const std::string& name : names) {
-    if (name == wanted) return name;
-    known += (known.empty() ? "" : ", ") + name;
-  }
-  throw InputError({file, "--set", wanted, known});
-}
-
 std::string angle_label(double angle_deg, const std::vector<double>& others_deg)
 {
   int decimals = decimals_of(angle_deg);

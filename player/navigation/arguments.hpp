@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "motion/poses.hpp"
-#include "store/motion_model.hpp"
 
 namespace vrda::navigation {
 
@@ -42,10 +41,6 @@ PictureSize parsed_size(const std::string& text);
 
 /// Parses view names separated by commas. Throws InputError for an unknown, repeated or missing one.
 std::vector<std::string> parsed_views(const std::string& text);
-
-/// Returns `wanted`, which must be a set of the model; if empty, the default set. Throws InputError naming
-/// `file` and --set.
-std::string chosen_set(const store::MotionModel& model, const std::string& file, const std::string& wanted);
 
 /// The label of one angle without zero padding: "-5".
 std::string plain_label(double angle_rad);

@@ -77,6 +77,11 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
 {
   check(!scene_.drawables.empty(), "a validated motion model has triangles");
   state_.set = row_of(model_, options.set);
+  const store::DefaultMotion shown = motion::default_motion(model_);
+  if (!shown.reason.empty()) {
+    remark_ = "The solved poses are shown: " + shown.reason;
+    remarked_set_ = row_of(model_, shown.set);
+  }
   state_.timeline = timeline_of(sets_[state_.set].motion, options);
   state_.varus_rad = options.varus_rad;
   state_.backdrop = options.backdrop;
@@ -260,7 +265,9 @@ void Session::draw_interface(double elapsed_s)
   frame.key = gui::colour_key(layers_, state_.layers);
   frame.labels = placed_labels();
   message_left_s_ -= elapsed_s;
-  readout_.message = message_left_s_ > 0.0 ? message_.c_str() : nullptr;
+  readout_.message = message_left_s_ > 0.0         ? message_.c_str()
+                     : state_.set == remarked_set_ ? remark_.c_str()
+                                                   : nullptr;
   const gui::GuiResult answer = gui_.frame(frame, state_, range_, readout_);
   pointer_.wheel = 0.0;
   was_left_pressed_ = false;
@@ -434,7 +441,7 @@ bool ShownModel::open(const std::string& file)
     store::MotionModel model = store::read_motion_model(file);
     SessionOptions own = options_;
     const std::vector<std::string> names = motion::all_set_names(model);
-    if (std::ranges::find(names, own.set) == names.end()) own.set = names.front();
+    if (std::ranges::find(names, own.set) == names.end()) own.set = motion::default_motion(model).set;
     show(std::move(model), own);
     file_ = file;
   });

@@ -344,7 +344,10 @@ ShowSummary show_trace(const ShowOptions& options, const store::MotionModel& mod
 ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& model,
                        std::unique_ptr<render::Renderer> renderer, const loop::Streams& streams)
 {
-  const std::string set = navigation::chosen_set(model, options.file, options.set);
+  const std::string set = motion::chosen_set(model, options.file, options.set);
+  if (const store::DefaultMotion shown = motion::default_motion(model);
+      shown.set == set && !shown.reason.empty())
+    streams.messages << options.file << ": " << set << " is shown; " << shown.reason << "\n";
   const motion::Motion motion(model, set);
   const bool has_images = !options.folder.empty(), has_video = !options.video.empty();
   const bool is_played = has_video && (options.speed_deg_s || !options.flexion);
@@ -427,7 +430,7 @@ ShowSummary show(const ShowOptions& options, const loop::Streams& streams)
   std::unique_ptr<render::Renderer> renderer = has_window ? nullptr : warm_renderer(options);
   store::MotionModel model = reading.model();
   if (has_window) {
-    const std::string set = navigation::chosen_set(model, options.file, options.set);
+    const std::string set = motion::chosen_set(model, options.file, options.set);
     require_own_options(motion::Motion(model, set), options);
     show_in_window(options, std::move(model), set);
     return {};

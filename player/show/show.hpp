@@ -22,7 +22,7 @@ struct ShowOptions {
   std::optional<std::string> flexion;  ///< A:B:STEP; default: the grid's range in six steps
   std::optional<std::string> frame;    ///< A:B:STEP of keys, of a sequence of frames; default: all of them
   std::optional<double> varus_deg;     ///< default: the balanced varus of each flexion
-  std::string set;                     ///< default: the first of set_names()
+  std::string set;                     ///< default: motion::default_motion
   std::string views;                   ///< default: those of the job's [player], else oblique
   std::string size;                    ///< default: that of the job's [player], else 1280x960
   /// Per pixel; 1 is fastest and has jagged edges. 0: four for images; in a window as in render/window.hpp.

@@ -73,6 +73,7 @@ function noteOf(pose) {
   if (isBeyond(player.flexion, model.flexion)) notes.push(`Flexion ${formatNumber(player.flexion, 1)}° is outside the grid's range ${range(model.flexion, "°")}: drawn at ${formatNumber(pose.attitude.flexion / degree, 1)}°.`);
   if (player.motion().isVarusFree) notes.push(["two_sided", "zero_varus"].includes(player.set) ? "Varus is determined by this motion." : "Varus was free: the solved varus is shown.");
   else if (!player.isBalanced && isBeyond(player.varus, model.varus)) notes.push(`Varus ${formatNumber(player.varus, 1)}° is outside the grid's range ${range(model.varus, "°")}: drawn at ${formatNumber(pose.attitude.varus / degree, 1)}°.`);
+  if (player.reason && player.set === "raw") notes.push(`The solved poses are shown: ${player.reason}.`);
   if (!pose.isSolved) notes.push("No pose: a neighbouring attitude is not solved. The last pose is shown.");
   return notes.join(" ");
 }

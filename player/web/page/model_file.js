@@ -107,6 +107,8 @@ function readFlexionTable(file, group, state, n) {
 }
 
 function readMotionsOverFlexion(file, model) {
+  const [set, reason] = file.hasGroup("/default_motion") ? ["set", "reason"].map((name) => file.attribute(name, "/default_motion")?.[0]) : [];
+  if (typeof set === "string") model.defaultMotion = { set, reason: reason ?? "" };
   if (file.hasGroup("/two_sided")) {
     const flexion = axis(file, "/two_sided/flexion");
     model.twoSided = { flexion, ...readFlexionTable(file, "/two_sided", "contact", flexion.length) };

@@ -7,7 +7,7 @@ export const stable = 0;  // status of a solved attitude
 const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
 const radians = (angles) => Array.from(angles, (x) => x * degree);
 
-/// Set names in order of preference: two_sided; smoothed sets by decreasing degree, recontacted ones first; then raw; zero_varus; last the samples of an uncertain job.
+/// Set names: two_sided; smoothed sets by decreasing degree, recontacted ones first; then raw; zero_varus; last the samples of an uncertain job.
 export function setNames(model) {
   const names = model.twoSided ? ["two_sided"] : [];
   for (const set of [...model.smoothed].sort((a, b) => b.degree - a.degree)) {
@@ -17,6 +17,12 @@ export function setNames(model) {
   names.push("raw");
   if (model.zeroVarus && model.zeroVarus.source.some((s) => s !== -1)) names.push("zero_varus");
   return [...names, ...(model.quantiles ?? []).map(({ name }) => name)];
+}
+
+/// The motion shown at first, and why it is not the smoothed one; as motion::default_motion of the pipeline.
+export function defaultMotion(model) {
+  const names = setNames(model);
+  return names.includes(model.defaultMotion?.set) ? model.defaultMotion : { set: names[0], reason: "" };
 }
 
 /// A grid with unsolved nodes set to 0. `columns` have one value per node; `factors` convert degrees to radians.

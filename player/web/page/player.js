@@ -1,6 +1,6 @@
 // The state of the player, independent of the page: requested attitude, set, and resulting pose.
 import { rows, degree } from "./frames.js";
-import { Motion, setNames } from "./motion.js";
+import { Motion, defaultMotion, setNames } from "./motion.js";
 
 export class Player {
   constructor(model) {
@@ -8,7 +8,7 @@ export class Player {
     this.sets = setNames(model);
     this.motions = new Map();
     this.raw = this.motion("raw");
-    this.set = this.sets[0];
+    ({ set: this.set, reason: this.reason } = defaultMotion(model));
     this.isBalanced = this.raw.spine.length > 0;
     this.flexion = Math.min(Math.max(0, model.flexion[0]), model.flexion.at(-1));
     this.varus = Math.min(Math.max(0, model.varus[0]), model.varus.at(-1));

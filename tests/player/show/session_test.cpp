@@ -160,6 +160,20 @@ TEST_F(AtWindow, PosesAreThoseOfTheChosenSet)
   }
 }
 
+// Solved poses that stand for a rejected smoothed motion have the reason on the screen, other sets have not.
+TEST_F(AtWindow, ARejectedSmoothedMotionIsOnTheScreenWithTheSolvedPoses)
+{
+  const auto n_vertices = [](const std::string& set, const std::string& reason) {
+    store::MotionModel model = small_model();
+    model.default_motion = store::DefaultMotion{"raw", reason};
+    show::Session session(std::move(model), small_options(set));
+    for (int i = 0; i < 4; ++i) session.advance(frame_s);
+    return session.overlay().vertices.size();
+  };
+  EXPECT_GT(n_vertices("raw", "degree_1 is rough"), n_vertices("raw", ""));
+  EXPECT_EQ(n_vertices("degree_1", "degree_1 is rough"), n_vertices("degree_1", ""));
+}
+
 TEST_F(AtWindow, WhereNothingIsSolvedTheJointStaysAsItStood)
 {
   key(render::Key::up);

@@ -116,6 +116,18 @@ class WebPage(unittest.TestCase):
                 self.assertEqual((False, False) in outcomes, name == "holes")
             self.is_quiet(page)
 
+    def test_the_default_motion_is_shown_with_its_reason(self):
+        sets = {}
+        with Page(CHROMIUM) as page:
+            for name in ("grid", "holes"):
+                self.opened(page, name)
+                with h5py.File(self.models[name]) as file:
+                    sets[name], reason = (file["default_motion"].attrs[key][0] for key in ("set", "reason"))
+                self.assertEqual(page.shown()["set"], sets[name])
+                self.assertIn(reason, page.text("note"))
+                self.assertEqual("criteria" in page.text("note"), bool(reason))
+        self.assertEqual(sets, {"grid": "two_sided", "holes": "raw"})
+
     def test_band_of_an_uncertain_job(self):
         with Page(CHROMIUM) as page:
             self.opened(page, "grid")
