@@ -213,7 +213,7 @@ function show(model, name) {
   byId("ligaments-choice").hidden = !joint.ligaments;
   if (joint.ligaments) byId("strain-highest").textContent = `${Math.round(100 * joint.ligaments.highest)} %`;
   viewer.show(joint);
-  useSet(player.sets.includes(live?.stream.bench?.set) ? live.stream.bench.set : player.sets[0]);
+  useSet(player.sets.includes(live?.stream.bench?.set) ? live.stream.bench.set : player.set);
   fitCamera();
   draw();
 }
