@@ -20,7 +20,6 @@
 #include "job_run/summary.hpp"
 #include "model_build/case_solver.hpp"
 #include "model_build/model_build.hpp"
-#include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
 #include "reduce/two_sided.hpp"
 #include "smooth/smooth.hpp"
@@ -180,17 +179,11 @@ void warn_of_doubtful(const store::MotionModel& model, const std::string& output
 }
 
 /// The default motion, the rotation of a knee and its jumps.
-void report_motion(const store::MotionModel& model, const std::string& output)
+void report_motion(const store::MotionModel& model)
 {
   if (model.frames || !(model.status == status_stable).any()) return;
-  const std::string line = default_motion_line(model);
-  if (motion::default_motion(model).reason.empty()) {
-    console::log_info(line);
-  } else {
-    console::log_warning(output + ": " + line);
-  }
-  if (const std::string jump = jump_line(model); !jump.empty()) console::log_warning(output + ": " + jump);
-  if (const std::string rotation = screw_home_line(model); !rotation.empty()) console::log_info(rotation);
+  for (const std::string& line : {default_motion_line(model), screw_home_line(model), jump_line(model)})
+    if (!line.empty()) console::log_info(line);
 }
 
 /// Too few stable samples for a band at a flexion.
@@ -208,7 +201,7 @@ console::ExitCode outcome_of(const load::Case& job_case, const store::MotionMode
 {
   console::log_info(status_line(model));
   warn_of_doubtful(model, output);
-  report_motion(model, output);
+  report_motion(model);
   const std::string cut_off = model.zero_varus ? reduce::cut_off_warning(*model.zero_varus) : "";
   if (!cut_off.empty()) console::log_warning(output + ": /zero_varus/is_cut_off: " + cut_off);
   if (model.uncertainty) console::log_info(job_run::samples_line(model));
