@@ -65,6 +65,14 @@ Json screw_home(const store::MotionModel& model)
           {"spine", curve}};
 }
 
+// Null where theta does not jump along the spine.
+Json spine_jump_json(const store::MotionModel& model)
+{
+  const motion::SpineJump jump = motion::spine_jump(model);
+  if (motion::text_of(jump).empty() || store::has_turned_axes(model)) return {};
+  return {{"deg", jump.change_deg}, {"from_flexion_deg", jump.from_deg}, {"to_flexion_deg", jump.to_deg}};
+}
+
 // Null unless no polynomial follows the raw motion.
 Json jump_json(const store::MotionModel& model)
 {
@@ -266,6 +274,7 @@ Json summary_of(const store::MotionModel& model, const audit::AuditFigures& meas
             {"internal_rotation_deg", range_json(model.clinical.internal_rotation_deg)}}},
           {"default_motion", default_motion_json(model)},
           {"screw_home", screw_home(model)},
+          {"spine_jump", spine_jump_json(model)},
           {"jump", jump_json(model)},
           {"remeasured",
            {{"overlapping_attitudes", measured.n_overlapping},
@@ -401,8 +410,9 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
                 short_text(range["max"]).c_str());
   }
   std::printf("%s\n", job_run::default_motion_line(model).c_str());
-  for (const std::string& line : {job_run::screw_home_line(model), job_run::jump_line(model)})
-    if (!line.empty()) std::printf("%s\n", line.c_str());
+  const std::string rotation = job_run::screw_home_line(model);
+  if (!rotation.empty()) std::printf("%s\n", rotation.c_str());
+  for (const std::string& jump : job_run::jump_lines(model)) std::printf("%s\n", jump.c_str());
   const Json& r = s["remeasured"];
   std::printf(
       "measured again at every stable attitude: largest penetration %s mm (%d overlapping), largest gap %s "

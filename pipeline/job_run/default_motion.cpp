@@ -118,13 +118,16 @@ std::string screw_home_line(const store::MotionModel& model)
          motion::text_of(motion::curve_figures(motion::spine_rotation(model)));
 }
 
-std::string jump_line(const store::MotionModel& model)
+std::vector<std::string> jump_lines(const store::MotionModel& model)
 {
+  std::vector<std::string> lines;
+  const std::string spine = motion::text_of(motion::spine_jump(model));
+  if (!spine.empty() && !store::has_turned_axes(model)) lines.push_back(spine);
   const compare::RawJump jump = compare::raw_jump(model);
-  if (jump.size <= compare::largest_raw_jump) return "";
   const std::string line = compare::jump_text(jump);
   const bool is_named = motion::default_motion(model).reason.find(line) != std::string::npos;
-  return is_named ? "" : line;
+  if (jump.size > compare::largest_raw_jump && !is_named) lines.push_back(line);
+  return lines;
 }
 
 }  // namespace vrda::job_run

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "compare/compare.hpp"
 #include "store/motion_model.hpp"
@@ -27,8 +28,8 @@ std::string default_motion_line(const store::MotionModel& model);
 /// Empty for other joints.
 std::string screw_home_line(const store::MotionModel& model);
 
-/// The raw motion's jump, if it is too large for any polynomial and the default motion's reason does not name
-/// it; else empty.
-std::string jump_line(const store::MotionModel& model);
+/// The raw motion's jumps: of theta along the spine (motion/curve_figures.hpp), and of the pose if it is too
+/// large for any polynomial and the default motion's reason does not name it. May be empty.
+std::vector<std::string> jump_lines(const store::MotionModel& model);
 
 }  // namespace vrda::job_run

@@ -182,8 +182,9 @@ void warn_of_doubtful(const store::MotionModel& model, const std::string& output
 void report_motion(const store::MotionModel& model)
 {
   if (model.frames || !(model.status == status_stable).any()) return;
-  for (const std::string& line : {default_motion_line(model), screw_home_line(model), jump_line(model)})
-    if (!line.empty()) console::log_info(line);
+  console::log_info(default_motion_line(model));
+  if (const std::string rotation = screw_home_line(model); !rotation.empty()) console::log_info(rotation);
+  for (const std::string& jump : jump_lines(model)) console::log_info(jump);
 }
 
 /// Too few stable samples for a band at a flexion.

@@ -80,6 +80,33 @@ FlexionCurve spine_rotation(const store::MotionModel& model)
   return curve;
 }
 
+SpineJump spine_jump(const store::MotionModel& model)
+{
+  SpineJump jump;
+  double before_deg = nan;
+  for (Eigen::Index i = 0; i < model.is_spine.rows(); ++i) {
+    double here_deg = nan;
+    for (Eigen::Index j = 0; j < model.is_spine.cols(); ++j)
+      if (model.is_spine(i, j) == 1 && model.status(i, j) == status_stable) here_deg = model.theta_deg(i, j);
+    const double change_deg = std::abs(here_deg - before_deg);
+    before_deg = here_deg;
+    if (std::isnan(change_deg) || change_deg <= jump.change_deg) continue;  // the second is false for NaN
+    const auto row = static_cast<std::size_t>(i);
+    jump = {change_deg, model.flexion_deg[row - 1], model.flexion_deg[row]};
+  }
+  return jump;
+}
+
+std::string text_of(const SpineJump& jump)
+{
+  if (!(jump.change_deg > spine_jump_deg)) return "";
+  std::array<char, 120> text{};
+  std::snprintf(text.data(), text.size(),
+                "theta jumps by %.3g degrees between flexion %.4g and %.4g of the spine", jump.change_deg,
+                jump.from_deg, jump.to_deg);
+  return text.data();
+}
+
 std::string text_of(const CurveFigures& figures)
 {
   if (std::isnan(figures.net_deg)) return "none";

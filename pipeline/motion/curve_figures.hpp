@@ -30,6 +30,18 @@ CurveFigures curve_figures(const FlexionCurve& curve);
 /// Internal rotation at the spine cell of each flexion that has one.
 FlexionCurve spine_rotation(const store::MotionModel& model);
 
+/// The largest change of theta between neighbouring flexions of the spine that are both solved; NaN without.
+struct SpineJump {
+  double change_deg = nan;  ///< absolute
+  double from_deg = nan, to_deg = nan;
+};
+/// A larger change is a discontinuity.
+inline constexpr double spine_jump_deg = 3.0;
+SpineJump spine_jump(const store::MotionModel& model);
+
+/// "theta jumps by 12.6 degrees between flexion 5 and 10 of the spine"; empty up to spine_jump_deg.
+std::string text_of(const SpineJump& jump);
+
 /// "net +2.1 degrees from flexion 0 to 90, peak +9.8 at 38, largest change +11.8 per 5 degrees of flexion (40
 /// to 45)"; "none" without two values.
 std::string text_of(const CurveFigures& figures);

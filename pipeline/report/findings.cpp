@@ -16,8 +16,6 @@ namespace {
 
 // The certificate of an equilibrium (solve/equilibrium_record.cpp) allows this share of the push.
 constexpr double residual_share = 1e-2;
-// A larger change of theta between neighbouring flexions of the spine is a discontinuity.
-constexpr double jump_deg = 3.0;
 
 double largest(const double* values, Eigen::Index n)
 {
@@ -39,18 +37,6 @@ std::string line(const char* format, Values... values)
   char text[400];
   std::snprintf(text, sizeof text, format, values...);
   return text;
-}
-
-double largest_jump(const store::MotionModel& model)
-{
-  const std::vector<Eigen::Index> spine = solved_spine(model);
-  double result = nan;
-  for (std::size_t i = 1; i < spine.size(); ++i) {
-    if (spine[i - 1] < 0 || spine[i] < 0) continue;
-    const double jump = std::fabs(model.theta_deg.data()[spine[i]] - model.theta_deg.data()[spine[i - 1]]);
-    if (!(jump <= result)) result = jump;
-  }
-  return result;
 }
 
 void add_equilibrium(const store::MotionModel& model, MotionSummary& numbers)
@@ -150,10 +136,9 @@ void add_rotation(const store::MotionModel& model, const MotionSummary& numbers,
              "lowest energy is used.",
              static_cast<long long>(numbers.n_several_optima), model.flexion_deg.size(),
              numbers.largest_optima_spread_deg));
-  // Theta about turned axes also follows the other rotations.
-  if (numbers.largest_spine_jump_deg > jump_deg && !store::has_turned_axes(model))
-    lines.push_back(line("Theta jumps by %.3g degrees between neighbouring flexions of the spine.",
-                         numbers.largest_spine_jump_deg));
+  const std::string jump = motion::text_of(numbers.spine_jump);
+  if (!jump.empty() && !store::has_turned_axes(model))  // theta then also follows the other rotations
+    lines.push_back(static_cast<char>(std::toupper(jump.front())) + jump.substr(1) + ".");
 }
 
 void add_spine_at_border(const store::MotionModel& model, Lines& lines)
@@ -203,7 +188,7 @@ MotionSummary motion_summary(const store::MotionModel& model)
     numbers.theta_undetermined_share =
         static_cast<double>(n_undetermined) / static_cast<double>(numbers.n_stable);
   numbers.rotation = motion::curve_figures(motion::spine_rotation(model));
-  numbers.largest_spine_jump_deg = largest_jump(model);
+  numbers.spine_jump = motion::spine_jump(model);
   numbers.balance_residual_n = numbers.worst_gap_mm = numbers.push_n = nan;
   numbers.largest_optima_spread_deg = nan;
   if (model.equilibrium) add_equilibrium(model, numbers);

@@ -70,7 +70,7 @@ Json numbers_json(const ReportModel& entry)
           {"contact_resolution_mm", short_number(entry.model.contact_resolution_mm)},
           {"theta_undetermined_share", short_number(n.theta_undetermined_share)},
           {"rotation", rotation_json(n.rotation)},
-          {"largest_spine_jump_deg", short_number(n.largest_spine_jump_deg)},
+          {"largest_spine_jump_deg", short_number(n.spine_jump.change_deg)},
           {"several_optima", n.n_several_optima},
           {"optima_spread_deg", short_number(n.largest_optima_spread_deg)},
           {"balance_residual_n", short_number(n.balance_residual_n)},

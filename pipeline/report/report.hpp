@@ -51,9 +51,9 @@ struct Report {
 /// Summary of a motion model. NaN: unknown or not applicable.
 struct MotionSummary {
   std::int64_t n_cells = 0, n_stable = 0;
-  double theta_undetermined_share = 0.0;   ///< of the stable cells
-  motion::CurveFigures rotation;           ///< internal rotation along the spine
-  double largest_spine_jump_deg = 0.0;     ///< of theta, between neighbouring flexions of the spine
+  double theta_undetermined_share = 0.0;  ///< of the stable cells
+  motion::CurveFigures rotation;          ///< internal rotation along the spine
+  motion::SpineJump spine_jump;
   std::int64_t n_several_optima = 0;       ///< number of flexions; equilibrium only
   double largest_optima_spread_deg = 0.0;  ///< of theta between them
   double balance_residual_n = 0.0;         ///< largest

@@ -11,6 +11,7 @@
 namespace vrda::default_motion_test {
 
 using Json = nlohmann::json;
+using testing::AllOf;
 using testing::HasSubstr;
 
 constexpr double table_digits_deg = 1e-9;
@@ -97,7 +98,21 @@ TEST(DefaultMotion, OfSolvedPosesIsTheSpineAndItsJumpsAreNamed)
   EXPECT_GT(info.at("jump").at("perceptible_errors"), 10.0);
   EXPECT_LT(info.at("jump").at("from_flexion_deg"), info.at("jump").at("to_flexion_deg"));
   for (const std::string& text : {run.err, test::run_vrda({"info", file}).out})
-    EXPECT_THAT(text, HasSubstr("the raw motion jumps by"));
+    EXPECT_THAT(text, AllOf(HasSubstr("the raw motion jumps by"), HasSubstr("theta jumps by")));
+  EXPECT_GT(info.at("spine_jump").at("deg"), 3.0);
+}
+
+// Without a two-sided motion the set that `smooth` adds is the new candidate.
+TEST(DefaultMotion, IsDecidedAgainBySmooth)
+{
+  const test::Scratch scratch;
+  const std::string file = (scratch.path() / "ball.h5").string();
+  ASSERT_EQ(test::run_vrda({"run", test::small_job(scratch).string(), "-o", file}).exit_code, 0);
+  EXPECT_THAT(json_of({"info", file}).at("default_motion").at("reason").get<std::string>(),
+              testing::StartsWith("degree_1_recontacted "));
+  ASSERT_EQ(test::run_vrda({"smooth", file, "--degree", "2"}).exit_code, 0);
+  EXPECT_THAT(json_of({"info", file}).at("default_motion").at("reason").get<std::string>(),
+              testing::StartsWith("degree_2 "));
 }
 
 }  // namespace vrda::default_motion_test

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
+#include "motion/support/models.hpp"
 
 namespace vrda::curve_figures_test {
 
@@ -38,6 +39,27 @@ TEST(CurveFigures, MatchTheClosedForms)
     EXPECT_THAT(f.change_from_deg, NanSensitiveDoubleEq(row.expected.change_from_deg));
     EXPECT_THAT(f.change_to_deg, NanSensitiveDoubleEq(row.expected.change_to_deg));
   }
+}
+
+// A hole is no jump; the step of 4 degrees is.
+TEST(SpineJump, IsBetweenSolvedNeighbours)
+{
+  test::ModelPlan plan;
+  plan.flexion_deg = {0, 10, 20, 30, 40};
+  plan.varus_deg = {0};
+  plan.motion = [](double flexion_deg, double) {
+    return motion::PoseCoordinates{0, 0, 0, flexion_deg < 15 ? 20.0 : flexion_deg < 35 ? 0.0 : 4.0};
+  };
+  store::MotionModel model = test::model_of(plan);
+  EXPECT_NEAR(motion::spine_jump(model).change_deg, 20.0, 1e-12);
+  test::unsolve(model, 1, 0);
+  const motion::SpineJump jump = motion::spine_jump(model);
+  EXPECT_NEAR(jump.change_deg, 4.0, 1e-12);
+  EXPECT_EQ(jump.from_deg, 30.0);
+  EXPECT_EQ(jump.to_deg, 40.0);
+  EXPECT_EQ(motion::text_of(jump), "theta jumps by 4 degrees between flexion 30 and 40 of the spine");
+  model.theta_deg(4, 0) = 3.0;
+  EXPECT_EQ(motion::text_of(motion::spine_jump(model)), "");
 }
 
 }  // namespace vrda::curve_figures_test

@@ -185,7 +185,7 @@ TEST(Findings, NumbersAreThoseOfTheModel)
   // theta is 0.2 degrees per degree of flexion
   EXPECT_NEAR(search.rotation.net_deg, 0.6, 1e-12);
   EXPECT_NEAR(search.rotation.change_deg, 0.6, 1e-12);
-  EXPECT_NEAR(search.largest_spine_jump_deg, 0.2, 1e-12);
+  EXPECT_NEAR(search.spine_jump.change_deg, 0.2, 1e-12);
 }
 
 }  // namespace vrda::findings_test
