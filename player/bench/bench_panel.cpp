@@ -159,6 +159,7 @@ void BenchPanel::add_panel(const optics::Viewport& area, const BenchState& state
   line(std::string("filter ") + (state.is_filtered() ? "on" : "off") + ", prediction " +
        tenths(state.values().prediction_ms) + " ms");
   line(device_text("tracker", content.tracker), content.tracker.link == devices::LinkState::up ? ink : amber);
+  for (const std::string& note : content.tracker.notes) line(note, amber);
   for (std::size_t k = 0; k < bench_files::n_body_roles; ++k) {
     const auto role = static_cast<bench_files::BodyRole>(k);
     const tracking::PoseFit* const fit = state.fit(role);

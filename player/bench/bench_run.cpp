@@ -6,6 +6,7 @@
 #include <fstream>
 #include <memory>
 #include <ostream>
+#include <set>
 #include <sstream>
 
 #include "bench/bench_show.hpp"
@@ -142,6 +143,9 @@ class BenchRun final : public loop::Mode {
     next_report_s_ = now_s() + report_interval_s;
     show_.panel().tracker = devices_.report(devices::DeviceId::tracker);
     show_.panel().board = devices_.report(devices::DeviceId::board);
+    for (const std::string& note : show_.panel().tracker.notes) {
+      if (noted_.insert(note).second) warn("tracker: " + note);
+    }
     sum_watches();
   }
 
@@ -224,6 +228,7 @@ class BenchRun final : public loop::Mode {
   BenchTiming timing_;
   std::int64_t finished_ns_ = 0;
   double next_report_s_ = 0.0;
+  std::set<std::string> noted_;  ///< notes of the tracker, each said once
   bool is_over_ = false;
 };
 

@@ -71,6 +71,7 @@ void write_report(std::ostream& out, const std::string& name, const devices::Dev
   if (report.n_refused > 0) out << "  " << report.n_refused << " rejected";
   if (!report.error_message.empty()) out << "  (" << report.error_message << ")";
   out << "\n";
+  for (const std::string& note : report.notes) out << "  note: " << note << "\n";
 }
 
 void write_monitors(std::ostream& out, const std::vector<render::Monitor>& monitors)
@@ -120,13 +121,16 @@ void write_table(std::ostream& out, const bench_files::BenchFile& bench, const d
 /// JSON and TOML strings have the same escapes, so quoted_text() is valid here.
 std::string json_of(const devices::DeviceReport& report)
 {
+  std::string notes;
+  for (const std::string& note : report.notes)
+    notes += (notes.empty() ? "" : ", ") + settings::quoted_text(note);
   return "\"peer\": " + settings::quoted_text(report.peer) +
          ", \"answers\": " + (report.link == devices::LinkState::up ? "true" : "false") +
          ", \"rate_hz\": " + settings::rounded_text(report.rate_hz, 2) +
          ", \"samples\": " + std::to_string(report.n_samples) +
          ", \"refused\": " + std::to_string(report.n_refused) +
          ", \"lost\": " + std::to_string(report.n_lost) +
-         ", \"trouble\": " + settings::quoted_text(report.error_message);
+         ", \"trouble\": " + settings::quoted_text(report.error_message) + ", \"notes\": [" + notes + "]";
 }
 
 std::string json_of(bench_files::BodyRole role, const tracking::PoseFit& fit)

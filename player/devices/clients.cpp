@@ -23,6 +23,7 @@
 #include <csignal>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 
 #include "devices/board_protocol.hpp"
 #include "devices/tracker_protocol.hpp"
@@ -306,6 +307,9 @@ struct TrackerClient::State {
   void begin_reading()
   {
     stream = igtl::IgtlStream();
+    protocol.begin_connection();
+    is_reading = true;
+    has_received = false;
     said.clear();
     // A program is up once it has sent something: a missing camera ends it before.
     if (!child) outlet.set_link(LinkState::up, "");
@@ -347,19 +351,33 @@ struct TrackerClient::State {
       socket = std::move(connecting);
       connecting = tcp::socket(socket.get_executor());
       begin_reading();
-      ask_for_tdata();
+      ask();
     });
   }
 
-  void ask_for_tdata()
+  /// A STATUS of header version 2 first. PlusServer answers each client in the highest header version that
+  /// the client has sent, version 1 until then (PlusLib, src/PlusServer/vtkPlusOpenIGTLinkServer.cxx,
+  /// DataReceiverThread: SetClientHeaderVersion), and only version 2 states which tools are hidden. A STATUS
+  /// has no other effect there ("used as a keep-alive"), nor has it in OpenIGTLink.
+  void ask()
   {
-    if (settings.tdata_interval_ms <= 0.0) return;
+    request.clear();
+    const auto add = [this](const igtl::IgtlMessage& message) {
+      const std::vector<std::uint8_t> more = igtl::bytes_of(message);
+      request.insert(request.end(), more.begin(), more.end());
+    };
     igtl::IgtlMessage message;
+    message.kind = igtl::IgtlKind::status;
+    message.header_version = 2;
+    message.device = "vrda-player";
+    if (asks_for_version_2) add(message);
+    message = {};
     message.kind = igtl::IgtlKind::start_tdata;
     message.interval_ms = std::max(1, static_cast<int>(std::lround(settings.tdata_interval_ms)));
-    request = igtl::bytes_of(message);
+    if (settings.tdata_interval_ms > 0.0) add(message);
     // A failed write also shows up as a read error.
-    asio::async_write(socket, asio::buffer(request), [](const error_code&, std::size_t) {});
+    if (!request.empty())
+      asio::async_write(socket, asio::buffer(request), [](const error_code&, std::size_t) {});
   }
 
   void read()
@@ -372,10 +390,19 @@ struct TrackerClient::State {
       outlet.count_rejected(stream.n_malformed() - n_malformed,
                             "found a message of the wrong size for its type");
       n_malformed = stream.n_malformed();
+      set_notes();
       if (!stream.is_broken()) return read();
       outlet.count_rejected(1, stream.error_message());
       reconnect(stream.error_message());
     });
+  }
+
+  void set_notes()
+  {
+    std::vector<std::string> notes = protocol.notes();
+    if (stream.n_unchecked() > 0)
+      notes.emplace_back("messages have the checksum 0: damaged ones are not recognised");
+    outlet.set_notes(std::move(notes));
   }
 
   /// What a program said last explains its end.
@@ -387,6 +414,7 @@ struct TrackerClient::State {
 
   void take(const igtl::IgtlMessage& message, std::int64_t now_ns)
   {
+    has_received = true;
     said = child && message.kind == igtl::IgtlKind::status ? message.text : error_text_of(message);
     if (child && said.empty() && !is_child_up) {
       is_child_up = true;
@@ -410,6 +438,8 @@ struct TrackerClient::State {
   void reconnect(const std::string& error_message)
   {
     is_connecting = false;
+    // A server that ends the connection without a message may not know version 2: it is not asked next time.
+    if (std::exchange(is_reading, false)) asks_for_version_2 = has_received || !asks_for_version_2;
     n_malformed = 0;
     const std::string why = error_message;  // close() may end its owner
     close();
@@ -444,6 +474,8 @@ struct TrackerClient::State {
   asio::steady_timer timer;  ///< of the connect timeout, or of the back-off
   asio::steady_timer watch;
   bool is_connecting = false;
+  bool is_reading = false, has_received = false;  ///< connected; a message came since
+  bool asks_for_version_2 = true;
   TrackerProtocol protocol;
   Backoff backoff;
   igtl::IgtlStream stream;

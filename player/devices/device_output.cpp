@@ -78,6 +78,12 @@ void DeviceOutput::count_rejected(std::uint64_t n, const std::string& error_mess
   if (!error_message.empty()) report_.error_message = error_message;
 }
 
+void DeviceOutput::set_notes(std::vector<std::string> notes)
+{
+  const std::scoped_lock lock(mutex_);
+  report_.notes = std::move(notes);
+}
+
 void DeviceOutput::set_error_message(const std::string& error_message)
 {
   const std::scoped_lock lock(mutex_);

@@ -54,6 +54,7 @@ class DeviceOutput {
   void set_link(LinkState link, const std::string& error_message);
   /// Counts rejected input. An empty `error_message` leaves the last one unchanged.
   void count_rejected(std::uint64_t n, const std::string& error_message);
+  void set_notes(std::vector<std::string> notes);
   /// Sets `error_message` without counting anything.
   void set_error_message(const std::string& error_message);
 

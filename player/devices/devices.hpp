@@ -36,8 +36,9 @@ struct BoardSettings {
 
 struct DeviceReport {
   LinkState link = LinkState::closed;
-  std::string peer;           ///< "127.0.0.1:18944", "/dev/ttyUSB0"
-  std::string error_message;  ///< why the link is not up, or the last rejected input; may be empty
+  std::string peer;                ///< "127.0.0.1:18944", "/dev/ttyUSB0"
+  std::string error_message;       ///< why the link is not up, or the last rejected input; may be empty
+  std::vector<std::string> notes;  ///< what is odd about the input that is used (TrackerProtocol::notes)
   std::uint64_t n_connects = 0, n_samples = 0;
   std::uint64_t n_refused = 0;  ///< rejected messages or frames: wrong checksum, garbage, wrong size
   std::uint64_t n_lost = 0;     ///< samples dropped because the queue was full

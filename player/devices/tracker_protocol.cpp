@@ -29,6 +29,29 @@ bool ToolMonitor::becomes_stale(std::int64_t now_ns)
   return true;
 }
 
+PoseMonitor::PoseCheck PoseMonitor::receive(const ToolPose& pose, std::int64_t now_ns)
+{
+  const bool is_same = has_last_ && std::ranges::equal(pose.position_mm, last_.position_mm) &&
+                       std::ranges::equal(pose.rotation, last_.rotation);
+  if (!is_same) {
+    has_changed_ = has_last_;
+    has_last_ = true;
+    last_ = pose;
+    changed_ns_ = now_ns;
+  }
+  if (now_ns - changed_ns_ < frozen_after_ns) return PoseCheck::changing;
+  const bool is_identity = pose_of(pose).isApprox(Pose::Identity(), 0.0);
+  return has_changed_ || is_identity ? PoseCheck::frozen : PoseCheck::constant;
+}
+
+bool PoseMonitor::has_moved(const ToolPose& pose) const
+{
+  constexpr double rounding_mm = 1e-3, rounding_rad = 1e-5;
+  const Pose X_last_pose = pose_of(last_).inverse() * pose_of(pose);
+  return has_last_ && (X_last_pose.translation().norm() > rounding_mm ||
+                       Eigen::AngleAxisd(X_last_pose.linear()).angle() > rounding_rad);
+}
+
 namespace {
 
 bool has_places(const igtl::IgtlMessage& message)
@@ -57,19 +80,49 @@ Sample TrackerProtocol::sample_of(const Tool& tool, ToolVisibility state, std::i
   return sample;
 }
 
+/// A stamp that does not advance counts against the clock if the pose moves: 8 in a row, or a share above a
+/// ninth of all messages, and the arrival counts instead. One clock set back costs 7. `place`: of a seen
+/// tool.
+ToolMonitor::StampCheck TrackerProtocol::check_stamp(Tool& tool, const ToolPose* place,
+                                                     std::int64_t device_ns, std::int64_t now_ns)
+{
+  constexpr int step = 8, most_doubt = step * ToolMonitor::n_to_accept_clock;
+  has_no_stamps_ = has_no_stamps_ || device_ns == 0;
+  if (!uses_arrival_) {
+    const ToolMonitor::StampCheck how = tool.watch.receive_stamp(device_ns, now_ns);
+    const bool has_moved = place != nullptr && tool.pose.has_moved(*place);
+    has_gone_back_ = has_gone_back_ || (how == ToolMonitor::StampCheck::behind && has_moved);
+    if (how == ToolMonitor::StampCheck::accepted)
+      tool.doubt = std::max(0, tool.doubt - 1);
+    else if (has_moved)
+      tool.doubt += step;
+    uses_arrival_ = tool.doubt >= most_doubt;
+    if (!uses_arrival_) return how;
+  }
+  return tool.watch.receive_stamp(0, now_ns);
+}
+
 /// A repeated time stamp yields no sample: `kind` remains `link`.
 Sample TrackerProtocol::observed_sample(Tool& tool, const igtl::IgtlTool* observed,
                                         const igtl::IgtlMessage& message, std::int64_t now_ns)
 {
-  Sample sample;
-  const ToolMonitor::StampCheck how = tool.watch.receive_stamp(message.device_ns, now_ns);
-  if (how == ToolMonitor::StampCheck::repeated) return sample;
-  if (how == ToolMonitor::StampCheck::accepted) last_news_ns_ = now_ns;
+  using StampCheck = ToolMonitor::StampCheck;
   const ToolVisibility found = observed == nullptr ? ToolVisibility::missing : observed->visibility;
-  const bool is_old = found == ToolVisibility::seen && how == ToolMonitor::StampCheck::behind;
-  sample = sample_of(tool, is_old ? ToolVisibility::stale : found, now_ns);
-  if (found == ToolVisibility::seen) sample.tool_pose = place_of(observed->X_tracker_tool);
-  sample.device_ns = message.device_ns;
+  const bool is_seen = found == ToolVisibility::seen;
+  const ToolPose place = is_seen ? place_of(observed->X_tracker_tool) : ToolPose{};
+  const StampCheck how = check_stamp(tool, is_seen ? &place : nullptr, message.device_ns, now_ns);
+  // The rounding of two message types must not look like a change.
+  if (is_seen && (how == StampCheck::accepted || tool.pose.has_moved(place))) {
+    tool.numbers = tool.pose.receive(place, now_ns);
+    tool.is_stated = observed->is_stated;
+  }
+  if (how == StampCheck::repeated) return {};
+  if (how == StampCheck::accepted) last_news_ns_ = now_ns;
+  const bool is_frozen = tool.numbers == PoseMonitor::PoseCheck::frozen && !tool.is_stated;
+  const bool is_old = is_seen && (how == StampCheck::behind || is_frozen);
+  Sample sample = sample_of(tool, is_old ? ToolVisibility::stale : found, now_ns);
+  if (is_seen) sample.tool_pose = place;
+  sample.device_ns = uses_arrival_ ? 0 : message.device_ns;
   return sample;
 }
 
@@ -103,6 +156,38 @@ std::vector<Sample> TrackerProtocol::stale_samples(std::int64_t now_ns)
       samples.push_back(sample_of(tool, has_news ? ToolVisibility::missing : ToolVisibility::stale, now_ns));
   }
   return samples;
+}
+
+void TrackerProtocol::begin_connection()
+{
+  for (Tool& tool : tools_) {
+    tool.pose = {};
+    tool.numbers = PoseMonitor::PoseCheck::changing;
+    tool.doubt = 0;
+  }
+  uses_arrival_ = has_gone_back_ = has_no_stamps_ = false;
+}
+
+std::vector<std::string> TrackerProtocol::notes() const
+{
+  std::vector<std::string> notes;
+  if (uses_arrival_)
+    notes.emplace_back("the time stamps do not advance with the poses: arrival times are used");
+  else if (has_gone_back_)
+    notes.emplace_back("the time stamps went back: poses are used again once 8 in a row advance");
+  if (has_no_stamps_) notes.emplace_back("the messages have no time stamps: arrival times are used");
+  for (const Tool& tool : tools_) {
+    if (tool.numbers == PoseMonitor::PoseCheck::frozen)
+      notes.push_back(tool.name +
+                      ": its numbers stay bit-identical for more than 0.5 s while messages arrive: " +
+                      (tool.is_stated ? "the server states that it is visible, so it is shown"
+                                      : "taken as hidden, because a measured pose jitters"));
+    if (tool.numbers == PoseMonitor::PoseCheck::constant && !tool.is_stated)
+      notes.push_back(tool.name +
+                      ": its numbers have not changed since the connection began: a fixed or "
+                      "simulated tool, or a hidden one (the server states no TransformStatus)");
+  }
+  return notes;
 }
 
 std::string error_text_of(const igtl::IgtlMessage& message)

@@ -39,6 +39,27 @@ class ToolMonitor {
   int n_behind_ = 0;  ///< in a row, each later than the one before
 };
 
+/// Tracks the numbers of one tool. A measured pose always jitters; a server that states no visibility repeats
+/// the last pose of a hidden tool, or sends the identity, with new time stamps.
+class PoseMonitor {
+ public:
+  enum class PoseCheck {
+    changing,
+    constant,  ///< bit-identical since the first one: a fixed reference, a simulated tracker, or hidden
+    frozen     ///< bit-identical after it has changed, or the identity: hidden
+  };
+  static constexpr std::int64_t frozen_after_ns = 500'000'000;
+
+  PoseCheck receive(const ToolPose& pose, std::int64_t now_ns);
+  /// Whether `pose` differs from the last one by more than float32 rounding: 1e-3 mm, 1e-5 rad.
+  bool has_moved(const ToolPose& pose) const;
+
+ private:
+  ToolPose last_;
+  std::int64_t changed_ns_ = 0;  ///< when `last_` was received first
+  bool has_last_ = false, has_changed_ = false;
+};
+
 /// Pure: times are passed in.
 /// - Tools are matched by name: the device of a TRANSFORM or POSITION, or an element of TDATA and QTDATA.
 /// - `missing`: there is news of the tracker, but not of the tool. A tool absent from a list is missing at
@@ -47,6 +68,9 @@ class ToolMonitor {
 ///   after `stale_after_ms`.
 /// - `stale`: no news of any tool for that time. A message of a repeated time stamp is no news, whatever its
 ///   type and whether or not it contains the tool.
+/// - `stale`: also a tool whose numbers stay bit-identical for PoseMonitor::frozen_after_ns while messages
+///   arrive, unless their meta data state that it is visible.
+/// - Time stamps that do not advance while the poses move are not used: the samples have stamp 0.
 /// - A STATUS other than OK from a tool marks it missing; from another device it is reported as an error.
 class TrackerProtocol {
  public:
@@ -55,6 +79,10 @@ class TrackerProtocol {
   std::vector<Sample> receive(const igtl::IgtlMessage& message, std::int64_t now_ns);
   /// Samples of the tools that became stale, or missing while others have news.
   std::vector<Sample> stale_samples(std::int64_t now_ns);
+  /// A new connection: what was learnt about the sender's stamps and poses is forgotten.
+  void begin_connection();
+  /// What is odd about the messages of this connection: stamps that are not used, numbers that do not change.
+  std::vector<std::string> notes() const;
 
  private:
   struct Tool {
@@ -62,7 +90,13 @@ class TrackerProtocol {
     ToolMonitor watch;
     bool was_received = false;
     std::optional<std::string> list = std::nullopt;  ///< device of the list that last contained it
+    PoseMonitor pose = {};
+    PoseMonitor::PoseCheck numbers = PoseMonitor::PoseCheck::changing;
+    bool is_stated = false;  ///< the sender states the visibility
+    int doubt = 0;           ///< about the stamps, see check_stamp()
   };
+  ToolMonitor::StampCheck check_stamp(Tool& tool, const ToolPose* place, std::int64_t device_ns,
+                                      std::int64_t now_ns);
   Sample sample_of(const Tool& tool, ToolVisibility state, std::int64_t now_ns) const;
   Sample observed_sample(Tool& tool, const igtl::IgtlTool* observed, const igtl::IgtlMessage& message,
                          std::int64_t now_ns);
@@ -70,6 +104,8 @@ class TrackerProtocol {
   std::int64_t stale_after_ns_;
   std::int64_t last_news_ns_;  ///< of any tool
   std::vector<Tool> tools_;
+  bool uses_arrival_ = false;  ///< the stamps do not follow the poses
+  bool has_gone_back_ = false, has_no_stamps_ = false;
 };
 
 /// Error text of a STATUS or RTS_TDATA message; empty if OK or another message.

@@ -4,6 +4,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <boost/asio/io_context.hpp>
@@ -57,6 +58,8 @@ class Session : public std::enable_shared_from_this<Session> {
   }
 
   bool is_done() const { return is_done_; }
+  /// The highest one that the client has sent, as PlusServer does it: version 2 states what is visible.
+  int header_version() const { return header_version_; }
 
   void end()
   {
@@ -114,6 +117,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
   void answer(const igtl::IgtlMessage& request)
   {
+    header_version_ = std::max(header_version_, request.header_version);
     if (request.kind != igtl::IgtlKind::start_tdata && request.kind != igtl::IgtlKind::stop_tdata) return;
     interval_ms_.reset();
     if (request.kind == igtl::IgtlKind::start_tdata) interval_ms_ = request.interval_ms;
@@ -142,6 +146,7 @@ class Session : public std::enable_shared_from_this<Session> {
   igtl::IgtlStream requests_;
   Bytes pending_, writing_;
   std::size_t most_pending_;
+  int header_version_ = 1;
   std::optional<double> interval_ms_;  ///< requested by STT_TDATA
   std::optional<double> sent_ms_;
 };
@@ -271,17 +276,18 @@ struct TrackerServer::State {
       if (fault == FaultInjection::close_connections) {
         session->end();
       } else {
-        session->send(corrupted(bytes_for(messages, takes_lists), fault));
+        session->send(corrupted(bytes_for(messages, *session, takes_lists), fault));
       }
     }
     clients.remove_ended();
   }
 
-  static Bytes bytes_for(const std::vector<igtl::IgtlMessage>& messages, bool takes_lists)
+  static Bytes bytes_for(std::vector<igtl::IgtlMessage> messages, const Session& session, bool takes_lists)
   {
     Bytes bytes;
-    for (const igtl::IgtlMessage& message : messages) {
+    for (igtl::IgtlMessage& message : messages) {
       if (igtl::is_list(message) && !takes_lists) continue;
+      message.header_version = std::max(message.header_version, session.header_version());
       const Bytes more = igtl::bytes_of(message);
       bytes.insert(bytes.end(), more.begin(), more.end());
     }

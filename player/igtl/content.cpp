@@ -58,7 +58,8 @@ std::int64_t ns_of(std::uint64_t timestamp)
 /// A body without the extended header and meta data of header version 2.
 struct Stripped {
   ByteView content;
-  bool is_seen = true;  ///< according to the meta data
+  bool is_seen = true;     ///< according to the meta data
+  bool is_stated = false;  ///< the meta data say so
 };
 
 /// PLUS states for every transform whether its tool was visible; a pressed switch also counts as visible.
@@ -69,24 +70,23 @@ bool is_visible_value(const std::string& key, const std::string& value)
   return value == "OK" || value.starts_with("SWITCH");
 }
 
-/// The number of entries, entries of 8 bytes (key size, encoding, value size), then keys and values
-/// concatenated. nullopt if the sizes do not fit.
-std::optional<bool> visible_by_meta_data(ByteView entries, ByteView values)
+/// Adds what the meta data state about the visibility. Layout: the number of entries, entries of 8 bytes (key
+/// size, encoding, value size), then keys and values concatenated. False if the sizes do not fit.
+bool read_meta_data(ByteView entries, ByteView values, Stripped& message)
 {
   if (entries.empty()) return true;
-  if (entries.size() < 2) return std::nullopt;
+  if (entries.size() < 2) return false;
   const std::size_t n = number_at(entries, 0, 2);
-  if (entries.size() < 2 + 8 * n) return std::nullopt;
-  bool is_seen = true;
+  if (entries.size() < 2 + 8 * n) return false;
   for (std::size_t k = 0, at = 0; k < n; ++k) {
     const std::size_t n_key = number_at(entries, 2 + 8 * k, 2), n_value = number_at(entries, 6 + 8 * k, 4);
-    if (n_key + n_value > values.size() - at) return std::nullopt;
-    is_seen =
-        is_visible_value(text_of(values.subspan(at, n_key)), text_of(values.subspan(at + n_key, n_value))) &&
-        is_seen;
+    if (n_key + n_value > values.size() - at) return false;
+    const std::string key = text_of(values.subspan(at, n_key));
+    message.is_stated = message.is_stated || key == "TransformStatus" || key == "TransformValid";
+    message.is_seen = is_visible_value(key, text_of(values.subspan(at + n_key, n_value))) && message.is_seen;
     at += n_key + n_value;
   }
-  return is_seen;
+  return true;
 }
 
 /// Layout: extended header, content, meta data entries, meta data.
@@ -101,9 +101,9 @@ std::optional<Stripped> stripped(int version, ByteView body)
   ByteView rest = body.subspan(n_extended);
   const ByteView values = rest.last(n_values);
   rest = rest.first(rest.size() - n_values);
-  const std::optional<bool> is_seen = visible_by_meta_data(rest.last(n_entries), values);
-  if (!is_seen) return std::nullopt;
-  return Stripped{rest.first(rest.size() - n_entries), *is_seen};
+  Stripped message{rest.first(rest.size() - n_entries)};
+  if (!read_meta_data(rest.last(n_entries), values, message)) return std::nullopt;
+  return message;
 }
 
 /// Far beyond the volume of any tracker.
@@ -302,8 +302,9 @@ std::optional<IgtlMessage> message_of(const IgtlHeader& head, ByteView body)
   message.device = head.device;
   message.device_ns = head.device_ns;
   if (!type->read(inner->content, message)) return std::nullopt;
-  if (!inner->is_seen) {
-    for (IgtlTool& tool : message.tools) tool.visibility = ToolVisibility::missing;
+  for (IgtlTool& tool : message.tools) {
+    tool.is_stated = inner->is_stated;
+    if (!inner->is_seen) tool.visibility = ToolVisibility::missing;
   }
   return message;
 }

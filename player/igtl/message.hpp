@@ -38,6 +38,7 @@ struct IgtlTool {
   std::string name;  ///< at most 20 bytes are sent
   ToolVisibility visibility = ToolVisibility::seen;
   Pose X_tracker_tool = Pose::Identity();  ///< mm; sent as float32
+  bool is_stated = false;  ///< received with meta data that state the visibility (header version 2)
 };
 
 constexpr int igtl_status_ok = 1;

@@ -39,7 +39,19 @@ bool IgtlStream::parse_header()
   return true;
 }
 
-/// Skips the available part of the body; true when it is complete and its checksum is right.
+/// Of the complete body. Some senders write 0 instead of a checksum: their messages are counted.
+bool IgtlStream::accepts_checksum(std::uint64_t crc)
+{
+  if (crc == head_->crc) return true;
+  if (head_->crc == 0) {
+    ++n_unchecked_;
+    return true;
+  }
+  set_broken(head_->type + " with a wrong checksum", "CRC64 of its body");
+  return false;
+}
+
+/// Skips the available part of the body; true when it is complete and its checksum is accepted.
 bool IgtlStream::skip_body()
 {
   const std::uint64_t n = std::min<std::uint64_t>(head_->body_bytes - skipped_, unparsed().size());
@@ -47,10 +59,7 @@ bool IgtlStream::skip_body()
   skipped_ += n;
   begin_ += n;
   if (skipped_ < head_->body_bytes) return false;
-  if (skipped_crc_ != head_->crc) {
-    set_broken(head_->type + " with a wrong checksum", "CRC64 of its body");
-    return false;
-  }
+  if (!accepts_checksum(skipped_crc_)) return false;
   ++n_skipped_;
   head_.reset();
   return true;
@@ -66,10 +75,7 @@ std::optional<IgtlMessage> IgtlStream::next()
     }
     if (!has(head_->body_bytes)) return std::nullopt;
     const std::span<const std::uint8_t> body = unparsed().first(head_->body_bytes);
-    if (igtl_crc(body) != head_->crc) {
-      set_broken(head_->type + " with a wrong checksum", "CRC64 of its body");
-      return std::nullopt;
-    }
+    if (!accepts_checksum(igtl_crc(body))) return std::nullopt;
     std::optional<IgtlMessage> message = message_of(*head_, body);
     begin_ += body.size();
     head_.reset();

@@ -12,7 +12,8 @@
 
 namespace vrda::igtl {
 
-/// The protocol has no start marker: after an invalid header or a wrong checksum the rest cannot be parsed.
+/// The protocol has no start marker: after an invalid header or a wrong checksum the rest cannot be parsed. A
+/// checksum of 0 is none.
 /// The stream is then broken, and the connection must be reopened.
 class IgtlStream {
  public:
@@ -31,21 +32,26 @@ class IgtlStream {
   {
     return error_message_;
   }                                                           ///< "found ..., wanted ..."; empty while intact
-  std::uint64_t n_skipped() const { return n_skipped_; }      ///< messages of other types, checksum right
+  std::uint64_t n_skipped() const { return n_skipped_; }      ///< messages of other types, checksum accepted
   std::uint64_t n_malformed() const { return n_malformed_; }  ///< right checksum, but a wrong size
+  std::uint64_t n_unchecked() const
+  {
+    return n_unchecked_;
+  }  ///< checksum 0, which some senders never compute
 
  private:
   bool has(std::uint64_t n) const { return buffer_.size() - begin_ >= n; }
   std::span<const std::uint8_t> unparsed() const { return std::span(buffer_).subspan(begin_); }
   bool parse_header();
   bool skip_body();
+  bool accepts_checksum(std::uint64_t crc);
   void set_broken(const std::string& found, const std::string& wanted);
 
   std::vector<std::uint8_t> buffer_;
   std::size_t begin_ = 0;                        ///< start of the unprocessed bytes
   std::optional<IgtlHeader> head_;               ///< of the message whose body is incomplete
   std::uint64_t skipped_ = 0, skipped_crc_ = 0;  ///< of a body that is being skipped
-  std::uint64_t n_skipped_ = 0, n_malformed_ = 0;
+  std::uint64_t n_skipped_ = 0, n_malformed_ = 0, n_unchecked_ = 0;
   std::string error_message_;
 };
 

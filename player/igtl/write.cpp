@@ -10,6 +10,7 @@
 #include <bit>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "core/error.hpp"
 #include "igtl/message.hpp"
@@ -143,24 +144,30 @@ Bytes content_of(const IgtlMessage& message)
   return bytes;
 }
 
-/// Header version 2 puts the extended header before the content and the meta data after it.
+/// Header version 2 puts the extended header before the content and the meta data after it. Without tools
+/// there is no status to state.
 Bytes wrapped(const IgtlMessage& message, const Bytes& content)
 {
+  const bool has_tools = is_list(message) || !message.tools.empty();
   const bool is_missing = message.tools.size() == 1 && message.tools[0].visibility == ToolVisibility::missing;
   const std::string key = "TransformStatus", value = is_missing ? "MISSING" : "OK";
-  constexpr std::uint64_t extended_bytes = 12, entries_bytes = 2 + 8, us_ascii = 3;
+  constexpr std::uint64_t extended_bytes = 12, us_ascii = 3;
+  Bytes entries, values;
+  append_number(entries, has_tools ? 1 : 0, 2);
+  if (has_tools) {
+    append_number(entries, key.size(), 2);
+    append_number(entries, us_ascii, 2);
+    append_number(entries, value.size(), 4);
+    values.insert(values.end(), key.begin(), key.end());
+    values.insert(values.end(), value.begin(), value.end());
+  }
   Bytes bytes;
   append_number(bytes, extended_bytes, 2);
-  append_number(bytes, entries_bytes, 2);
-  append_number(bytes, key.size() + value.size(), 4);
+  append_number(bytes, entries.size(), 2);
+  append_number(bytes, values.size(), 4);
   append_number(bytes, 0, 4);  // no message identifier
-  bytes.insert(bytes.end(), content.begin(), content.end());
-  append_number(bytes, 1, 2);
-  append_number(bytes, key.size(), 2);
-  append_number(bytes, us_ascii, 2);
-  append_number(bytes, value.size(), 4);
-  bytes.insert(bytes.end(), key.begin(), key.end());
-  bytes.insert(bytes.end(), value.begin(), value.end());
+  for (const Bytes* part : {&content, &std::as_const(entries), &std::as_const(values)})
+    bytes.insert(bytes.end(), part->begin(), part->end());
   return bytes;
 }
 

@@ -44,6 +44,8 @@ igtl::IgtlMessage tdata_of(const std::vector<FoundBody>& bodies, const std::vect
 {
   igtl::IgtlMessage message;
   message.kind = igtl::IgtlKind::tdata;
+  // States that the listed bodies are visible: those of a still film do not jitter.
+  message.header_version = 2;
   message.device = "webcam";
   message.device_ns = taken_ns;
   for (std::size_t k = 0; k < bodies.size(); ++k) {

@@ -1,5 +1,6 @@
 #include "devices/tracker_protocol.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace vrda::tracker_protocol_test {
@@ -20,7 +21,11 @@ igtl::IgtlMessage message(igtl::IgtlKind kind, const std::string& device, std::i
   message.kind = kind;
   message.device = device;
   message.device_ns = device_ns;
-  for (const std::string& name : tools) message.tools.push_back({name});
+  for (const std::string& name : tools) {
+    message.tools.push_back({name});
+    // A pose that is measured again with each stamp.
+    message.tools.back().X_tracker_tool.translation().x() = 1e-6 * static_cast<double>(device_ns);
+  }
   return message;
 }
 
@@ -205,6 +210,99 @@ TEST(TrackerProtocol, AFrozenListIsStaleForAToolThatItLacks)
             "0 seen 1 missing");
   EXPECT_EQ(summary(protocol.receive(message(igtl::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 50 * ms)), "");
   EXPECT_EQ(summary(protocol.stale_samples(100 * ms)), "0 stale 1 stale");
+}
+
+/// One message of the femur every 10 ms from `from_ms`, with advancing stamps; the state of the last sample.
+std::string last_state(devices::TrackerProtocol& protocol, igtl::IgtlMessage said, std::int64_t from_ms,
+                       std::int64_t n, bool is_jittering)
+{
+  std::string state;
+  for (std::int64_t k = 0; k < n; ++k) {
+    said.device_ns = (from_ms + 10 * k + 1) * ms;
+    if (is_jittering) said.tools[0].X_tracker_tool.translation().y() = 0.01 * static_cast<double>(k % 7);
+    state = summary(protocol.receive(said, (from_ms + 10 * k) * ms));
+  }
+  return state;
+}
+
+/// What a server does with a hidden tool in header version 1: it repeats the last pose, or sends the
+/// identity.
+TEST(TrackerProtocol, ATrackedPoseThatFreezesIsHiddenUnlessTheServerStatesIt)
+{
+  struct Row {
+    const char* name;
+    bool has_jittered, becomes_identity, is_stated;
+    const char *after_400_ms, *after_600_ms, *note;
+  };
+  for (const Row& row :
+       {Row{"frozen", true, false, false, "0 seen", "0 stale", "taken as hidden"},
+        Row{"identity", true, true, false, "0 seen", "0 stale", "taken as hidden"},
+        Row{"identity from the start", false, true, false, "0 seen", "0 stale", "taken as hidden"},
+        Row{"fixed from the start", false, false, false, "0 seen", "0 seen", "have not changed"},
+        Row{"stated as seen", true, false, true, "0 seen", "0 seen", "the server states"},
+        Row{"fixed and stated", false, false, true, "0 seen", "0 seen", nullptr}}) {
+    for (const igtl::IgtlKind kind : {igtl::IgtlKind::transform, igtl::IgtlKind::position,
+                                      igtl::IgtlKind::tdata, igtl::IgtlKind::qtdata}) {
+      SCOPED_TRACE(row.name);
+      devices::TrackerProtocol protocol(settings(), 0);
+      igtl::IgtlMessage said = message(kind, "Femur", 1, {"Femur"});
+      said.tools[0].is_stated = row.is_stated;
+      said.tools[0].X_tracker_tool.translation() = Eigen::Vector3d(10.0, 20.0, 30.0);
+      last_state(protocol, said, 0, row.has_jittered ? 100 : 0, true);
+      EXPECT_TRUE(protocol.notes().empty());
+      if (row.becomes_identity) said.tools[0].X_tracker_tool.setIdentity();
+      EXPECT_THAT(last_state(protocol, said, 1000, 40, false), testing::StartsWith(row.after_400_ms));
+      EXPECT_THAT(last_state(protocol, said, 1400, 20, false), testing::StartsWith(row.after_600_ms));
+      EXPECT_THAT(protocol.notes(), row.note == nullptr
+                                        ? testing::Matcher<std::vector<std::string>>(testing::IsEmpty())
+                                        : testing::ElementsAre(testing::HasSubstr(row.note)));
+      EXPECT_THAT(last_state(protocol, said, 1600, 3, true), testing::StartsWith("0 seen"));
+      EXPECT_TRUE(protocol.notes().empty());
+    }
+  }
+}
+
+/// 3 s of a moving tool at 30 Hz, with stamps that do not follow it.
+TEST(TrackerProtocol, StampsThatDoNotFollowThePosesAreReplacedByArrivals)
+{
+  struct Row {
+    const char* name;
+    std::int64_t (*stamp_ms)(std::int64_t now_ms);
+    int least_seen;  ///< of 90
+    bool uses_stamps;
+    const char* note;
+  };
+  for (const Row& row :
+       {Row{"good", [](std::int64_t t) { return t; }, 90, true, nullptr},
+        Row{"since the start", [](std::int64_t t) { return t - 999; }, 90, true, nullptr},
+        Row{"ahead", [](std::int64_t t) { return t + 3'600'000; }, 90, true, nullptr},
+        Row{"zero", [](std::int64_t) { return std::int64_t{0}; }, 90, false, "no time stamps"},
+        Row{"same", [](std::int64_t) { return std::int64_t{1000}; }, 80, false, "do not advance"},
+        Row{"whole seconds", [](std::int64_t t) { return t / 1000 * 1000; }, 80, false, "do not advance"},
+        Row{"tenths", [](std::int64_t t) { return t / 100 * 100; }, 70, false, "do not advance"},
+        Row{"each twice", [](std::int64_t t) { return t / 66 * 66; }, 70, false, "do not advance"},
+        Row{"back and forth", [](std::int64_t t) { return t % 2 == 0 ? t : t - 500; }, 70, false,
+            "do not advance"},
+        Row{"set back", [](std::int64_t t) { return t < 2500 ? t : t - 1500; }, 80, true, "went back"}}) {
+    SCOPED_TRACE(row.name);
+    devices::TrackerProtocol protocol(settings(), 0);
+    int n_seen = 0;
+    std::int64_t stamp_ns = 0;
+    for (std::int64_t k = 0; k < 90; ++k) {
+      const std::int64_t now_ms = 1000 + 33 * k;
+      igtl::IgtlMessage said = femur(row.stamp_ms(now_ms) * ms);
+      said.tools[0].X_tracker_tool.translation().x() = static_cast<double>(k);
+      for (const devices::Sample& sample : protocol.receive(said, now_ms * ms)) {
+        n_seen += sample.is(devices::ToolVisibility::seen) ? 1 : 0;
+        stamp_ns = sample.device_ns;
+      }
+    }
+    EXPECT_GE(n_seen, row.least_seen);
+    EXPECT_EQ(stamp_ns != 0, row.uses_stamps);
+    EXPECT_THAT(protocol.notes(), row.note == nullptr
+                                      ? testing::Matcher<std::vector<std::string>>(testing::IsEmpty())
+                                      : testing::ElementsAre(testing::HasSubstr(row.note)));
+  }
 }
 
 }  // namespace vrda::tracker_protocol_test

@@ -7,7 +7,9 @@
 #include <atomic>
 #include <optional>
 
+#include "core/open_file.hpp"
 #include "devices/tracker_server.hpp"
+#include "igtl/stream.hpp"
 #include "player/devices/waiting.hpp"
 #include "support/refusal.hpp"
 
@@ -157,30 +159,97 @@ std::vector<std::uint8_t> message_of_type(const std::string& type, const std::ve
   return bytes;
 }
 
+/// A server by hand.
+class Listener {
+ public:
+  Listener() : socket_(socket(AF_INET, SOCK_STREAM, 0))
+  {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t n = sizeof address;
+    auto* const generic = reinterpret_cast<sockaddr*>(&address);
+    EXPECT_EQ(bind(socket_.get(), generic, n), 0);
+    EXPECT_EQ(listen(socket_.get(), 1), 0);
+    EXPECT_EQ(getsockname(socket_.get(), generic, &n), 0);
+    settings.port = ntohs(address.sin_port);
+    settings.tools = {"Femur"};
+    settings.retry_ms = 1.0;
+  }
+  OpenFile next_client() const { return OpenFile(accept(socket_.get(), nullptr, nullptr)); }
+
+  devices::TrackerSettings settings;
+
+ private:
+  OpenFile socket_;
+};
+
+/// The next message that a client sends.
+std::optional<igtl::IgtlMessage> next_request(const OpenFile& client)
+{
+  igtl::IgtlStream stream;
+  for (std::uint8_t byte = 0; recv(client.get(), &byte, 1, 0) == 1;) {
+    stream.add({&byte, 1});
+    if (std::optional<igtl::IgtlMessage> message = stream.next()) return message;
+  }
+  return std::nullopt;
+}
+
+/// PlusServer states what is hidden only to clients that have sent a message of header version 2. A server
+/// that ends such a connection at once is not asked again.
+TEST(Tracker, AsksForHeaderVersion2UnlessTheServerEndsTheConnection)
+{
+  Listener listener;
+  listener.settings.tdata_interval_ms = 30.0;
+  const devices::Devices devices(listener.settings, std::nullopt);
+  using igtl::IgtlKind;
+  for (const auto& [first, version] : {std::pair{IgtlKind::status, 2}, std::pair{IgtlKind::start_tdata, 1},
+                                       std::pair{IgtlKind::status, 2}}) {
+    const OpenFile client = listener.next_client();
+    const std::optional<igtl::IgtlMessage> request = next_request(client);
+    ASSERT_TRUE(request);
+    EXPECT_EQ(request->kind, first);
+    EXPECT_EQ(request->header_version, version);
+  }
+}
+
+/// The simulated tracker states what is visible, so poses without noise are not taken as hidden.
+TEST(Tracker, TheSimulatedOneAnswersInTheVersionThatWasAsked)
+{
+  const devices::TrackerServer server({}, femur);
+  const OpenFile client(socket(AF_INET, SOCK_STREAM, 0));
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(server.port());
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(connect(client.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  std::optional<igtl::IgtlMessage> said = next_request(client);
+  ASSERT_TRUE(said);
+  EXPECT_FALSE(said->tools.at(0).is_stated);
+  igtl::IgtlMessage request;
+  request.kind = igtl::IgtlKind::status;
+  request.header_version = 2;
+  const std::vector<std::uint8_t> bytes = igtl::bytes_of(request);
+  ASSERT_EQ(send(client.get(), bytes.data(), bytes.size(), 0), static_cast<ssize_t>(bytes.size()));
+  while (said && !said->tools.at(0).is_stated) said = next_request(client);
+  ASSERT_TRUE(said);
+  EXPECT_EQ(said->header_version, 2);
+}
+
 /// PLUS sends images and strings between the poses.
 TEST(Tracker, IgnoresTypesThatItDoesNotUse)
 {
-  const int listener = socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t n = sizeof address;
-  ASSERT_EQ(bind(listener, reinterpret_cast<const sockaddr*>(&address), n), 0);
-  ASSERT_EQ(listen(listener, 1), 0);
-  ASSERT_EQ(getsockname(listener, reinterpret_cast<sockaddr*>(&address), &n), 0);
-  devices::TrackerSettings settings;
-  settings.port = ntohs(address.sin_port);
-  settings.tools = {"Femur"};
-  devices::Devices devices(settings, std::nullopt);
-  const int client = accept(listener, nullptr, nullptr);
-  ASSERT_GE(client, 0);
+  const Listener listener;
+  devices::Devices devices(listener.settings, std::nullopt);
+  const OpenFile client = listener.next_client();
+  ASSERT_TRUE(client.is_open());
   std::vector<std::uint8_t> bytes;
   for (const auto& part : {message_of_type("STRING", {0, 3, 0, 2, 'O', 'K'}),
                            message_of_type("IMAGE", std::vector<std::uint8_t>(70'000, 9)),
                            igtl::bytes_of(tdata_of(7, {"Femur"}))})
     bytes.insert(bytes.end(), part.begin(), part.end());
   for (std::size_t sent = 0; sent < bytes.size();) {
-    const ssize_t more = send(client, bytes.data() + sent, bytes.size() - sent, 0);
+    const ssize_t more = send(client.get(), bytes.data() + sent, bytes.size() - sent, 0);
     ASSERT_GT(more, 0);
     sent += static_cast<std::size_t>(more);
   }
@@ -188,8 +257,6 @@ TEST(Tracker, IgnoresTypesThatItDoesNotUse)
   EXPECT_TRUE(take_until(devices, seen, is_seen));
   EXPECT_EQ(devices.report(devices::DeviceId::tracker).n_refused, 0U);
   EXPECT_EQ(devices.report(devices::DeviceId::tracker).error_message, "");
-  close(client);
-  close(listener);
 }
 
 /// A tracker whose ticks a test can change.
@@ -199,16 +266,15 @@ struct Script {
 
   std::vector<igtl::IgtlMessage> operator()(std::uint64_t tick)
   {
-    igtl::IgtlMessage message =
-        tdata_of(tick, is_hidden ? std::vector<std::string>{} : std::vector<std::string>{"Femur"});
-    message.device_ns = is_frozen ? last_ns_ : message.device_ns + clock_ns;
-    last_ns_ = message.device_ns;
     if (is_silent) return {};
-    return {message};
+    if (is_frozen) return {last_};
+    last_ = tdata_of(tick, is_hidden ? std::vector<std::string>{} : std::vector<std::string>{"Femur"});
+    last_.device_ns += clock_ns;
+    return {last_};
   }
 
  private:
-  std::int64_t last_ns_ = 0;
+  igtl::IgtlMessage last_;  ///< sent again while frozen
 };
 
 class Scripted : public testing::Test {

@@ -106,6 +106,22 @@ TEST(IgtlStream, AWrongChecksumOfAMessageThatIsPassedOverBreaksItToo)
   EXPECT_EQ(stream.error_message(), "found IMAGE with a wrong checksum, wanted CRC64 of its body");
 }
 
+TEST(IgtlStream, AChecksumOfZeroIsAcceptedAndCounted)
+{
+  const auto unchecked = [](Bytes bytes) {
+    std::fill(bytes.begin() + 50, bytes.begin() + 58, std::uint8_t{0});
+    return bytes;
+  };
+  Bytes bytes = unchecked(igtl::bytes_of(transform(1)));
+  bytes += unchecked(message_of_type("IMAGE", Bytes(5000, 7)));
+  bytes += message_of_type("GET_STATUS", {});
+  bytes += igtl::bytes_of(transform(2));
+  igtl::IgtlStream stream;
+  EXPECT_EQ(stamps(stream, bytes, 100), (std::vector<std::int64_t>{1, 2}));
+  EXPECT_EQ(stream.n_unchecked(), 2U);
+  EXPECT_FALSE(stream.is_broken());
+}
+
 TEST(IgtlStream, HeadersThatCannotBeOneBreakIt)
 {
   struct Row {
