@@ -55,6 +55,9 @@ class Line {
     error_code ignored;
     // The protocol only matters for opening.
     socket_.assign(tcp::v4(), handle, ignored);
+    // An answer is written in pieces: otherwise a short last one waits for an acknowledgement, 45 ms with
+    // TLS.
+    socket_.set_option(tcp::no_delay(true), ignored);
     if (tls != nullptr) tls_.emplace(socket_, *tls);
   }
 
@@ -367,7 +370,6 @@ class Connection final : public Session, public std::enable_shared_from_this<Con
     phase_ = Phase::live;
     timer_.cancel();
     error_code ignored;
-    line_.socket().set_option(tcp::no_delay(true), ignored);
     line_.socket().set_option(asio::socket_base::send_buffer_size(live_send_buffer), ignored);
     socket_.emplace(line_);
     socket_->set_option(websocket::stream_base::timeout{request_limit, longest_silence, true});
