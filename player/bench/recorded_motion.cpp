@@ -1,8 +1,8 @@
 #include "bench/recorded_motion.hpp"
 
+#include <algorithm>
 #include <sstream>
 
-#include "bench/body_tracker.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
 
@@ -16,34 +16,55 @@ std::string hundredths(double value)
 
 }  // namespace
 
+MotionCollector::MotionCollector(const bench_files::BenchFile& bench) : bodies_(bench) {}
+
+void MotionCollector::end_message(BodyTracker& tracker)
+{
+  if (!tracker.end_message()) return;
+  for (std::size_t role = 0; role < motions_.size(); ++role) {
+    std::vector<tracking::TimedPose>& motion = motions_[role];
+    const std::optional<BodyTracker>& own = bodies_[static_cast<bench_files::BodyRole>(role)];
+    if (!own || &*own != &tracker || motion.size() == most_poses) continue;
+    if (motion.empty() || tracker.seen_s() > motion.back().time_s)
+      motion.push_back({tracker.seen_s(), tracker.last()});
+  }
+}
+
+void MotionCollector::take(const recording::RecordedFrame& frame)
+{
+  for (const devices::Sample& sample : frame.samples) {
+    if (sample.kind == devices::SampleKind::tool_pose)
+      bodies_.take(sample, [this](BodyTracker& tracker) { end_message(tracker); });
+  }
+}
+
+bool MotionCollector::is_full() const
+{
+  return std::ranges::any_of(
+      motions_, [](const std::vector<tracking::TimedPose>& motion) { return motion.size() == most_poses; });
+}
+
+const std::vector<tracking::TimedPose>& MotionCollector::motion(bench_files::BodyRole role)
+{
+  if (std::optional<BodyTracker>& own = bodies_[role]) end_message(*own);
+  return motions_[static_cast<std::size_t>(role)];
+}
+
 std::vector<tracking::TimedPose> recorded_motion(const recording::Recording& recording,
                                                  const bench_files::BenchFile& bench,
                                                  bench_files::BodyRole role)
 {
-  std::vector<tracking::TimedPose> motion;
-  TrackedBodies bodies(bench);
-  if (!bodies[role]) return motion;
-  const BodyTracker& own = *bodies[role];
-  const auto end_message = [&](BodyTracker& tracker) {
-    if (!tracker.end_message() || &tracker != &own) return;
-    if (motion.empty() || own.seen_s() > motion.back().time_s) motion.push_back({own.seen_s(), own.last()});
-  };
-  for (const recording::RecordedFrame& picture : recording.frames) {
-    for (const devices::Sample& sample : picture.samples) {
-      if (sample.kind == devices::SampleKind::tool_pose) bodies.take(sample, end_message);
-    }
-  }
-  end_message(*bodies[role]);
-  return motion;
+  MotionCollector collector(bench);
+  for (const recording::RecordedFrame& frame : recording.frames) collector.take(frame);
+  return collector.motion(role);
 }
 
-std::vector<BodyPrediction> recorded_predictions(const recording::Recording& recording,
-                                                 const bench_files::BenchFile& bench)
+std::vector<BodyPrediction> predictions_of(MotionCollector& collector)
 {
   std::vector<BodyPrediction> predictions;
   for (std::size_t role = 0; role < bench_files::n_body_roles; ++role) {
-    const std::vector<tracking::TimedPose> motion =
-        recorded_motion(recording, bench, static_cast<bench_files::BodyRole>(role));
+    const std::vector<tracking::TimedPose>& motion =
+        collector.motion(static_cast<bench_files::BodyRole>(role));
     if (motion.size() < 2) continue;
     for (const double horizon_ms : {16.0, 33.0, 50.0}) {
       predictions.push_back({static_cast<bench_files::BodyRole>(role), horizon_ms,
@@ -51,6 +72,14 @@ std::vector<BodyPrediction> recorded_predictions(const recording::Recording& rec
     }
   }
   return predictions;
+}
+
+std::vector<BodyPrediction> recorded_predictions(const recording::Recording& recording,
+                                                 const bench_files::BenchFile& bench)
+{
+  MotionCollector collector(bench);
+  for (const recording::RecordedFrame& frame : recording.frames) collector.take(frame);
+  return predictions_of(collector);
 }
 
 std::string prediction_text(const std::vector<BodyPrediction>& predictions)

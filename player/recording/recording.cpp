@@ -1,12 +1,20 @@
 #include "recording/recording.hpp"
 
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <optional>
+#include <utility>
 
 #include "core/error.hpp"
+#include "core/open_file.hpp"
+#include "core/units.hpp"
 #include "journal/frame_bytes.hpp"
 #include "journal/little_endian.hpp"
 
@@ -18,8 +26,11 @@ constexpr journal::FrameFormat format{"VRDABREC", 1, std::uint32_t{1} << 24, "fr
 constexpr const char* file_key = "bench recording";
 
 constexpr std::size_t key_bytes = 5, sample_bytes = 80;
-/// Hours at 60 frames a second; a larger file is not a recording.
-constexpr std::int64_t most_file_bytes = std::int64_t{1} << 32;
+/// Read at once; a frame that is longer is read whole.
+constexpr std::size_t block_bytes = std::size_t{1} << 20;
+/// 10 hours at 60 frames a second have an entry for every 256th frame; 16 bytes each.
+constexpr std::size_t most_index_entries = 16384;
+constexpr const char* wanted_recording = "a recording of vrda-player bench --record, format version 1";
 
 void append_i64(std::string& bytes, std::int64_t value)
 {
@@ -185,43 +196,170 @@ std::string bytes_of(const RecordingFacts& facts)
   return bytes;
 }
 
+namespace {
+
+RecordingReader::ByteSource source_of(const std::string& path, const std::shared_ptr<OpenFile>& file)
+{
+  return [path, file](std::uint64_t at, std::size_t n) {
+    std::string bytes(n, '\0');
+    std::size_t n_read = 0;
+    while (n_read < n) {
+      const ssize_t more =
+          pread(file->get(), bytes.data() + n_read, n - n_read, static_cast<off_t>(at + n_read));
+      if (more < 0 && errno == EINTR) continue;
+      if (more < 0)
+        throw InputError({path, "", std::string("a read error (") + std::strerror(errno) + ")",
+                          "a recording that can be read"});
+      if (more == 0) break;
+      n_read += static_cast<std::size_t>(more);
+    }
+    bytes.resize(n_read);
+    return bytes;
+  };
+}
+
+Recording whole_of(RecordingReader& reader)
+{
+  Recording recording{reader.facts(), {}, reader.dropped_bytes(), reader.dropped_why()};
+  for (std::size_t k = 0; k < reader.n_frames(); ++k) recording.frames.push_back(reader.frame(k));
+  return recording;
+}
+
+}  // namespace
+
+RecordingReader::RecordingReader(const std::string& path) : path_(path)
+{
+  const auto file = std::make_shared<OpenFile>(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  struct stat facts {};
+  if (!file->is_open() || fstat(file->get(), &facts) != 0)
+    throw InputError(
+        {path, "", std::string("no access (") + std::strerror(errno) + ")", "a recording that can be read"});
+  n_bytes_ = static_cast<std::uint64_t>(facts.st_size);
+  source_ = source_of(path, file);
+  scan();
+}
+
+RecordingReader::RecordingReader(const std::string& path, std::uint64_t n_bytes, ByteSource bytes)
+    : path_(path), n_bytes_(n_bytes), source_(std::move(bytes))
+{
+  scan();
+}
+
+/// At least `n` bytes of the file, or what there is.
+std::string_view RecordingReader::bytes_from(std::uint64_t at, std::size_t n)
+{
+  n = static_cast<std::size_t>(std::min<std::uint64_t>(n, n_bytes_ - at));
+  if (at < block_at_ || at + n > block_at_ + block_.size()) {
+    block_ = source_(
+        at, static_cast<std::size_t>(std::min<std::uint64_t>(std::max(n, block_bytes), n_bytes_ - at)));
+    block_at_ = at;
+  }
+  return std::string_view(block_).substr(static_cast<std::size_t>(at - block_at_));
+}
+
+journal::ParsedFrame RecordingReader::frame_from(std::uint64_t at)
+{
+  const journal::ParsedFrame parsed = journal::parse_frame(bytes_from(at, journal::frame_head_bytes), format);
+  return parsed.n_bytes_needed == 0 ? parsed
+                                    : journal::parse_frame(bytes_from(at, parsed.n_bytes_needed), format);
+}
+
+void RecordingReader::add_to_index(const IndexEntry& entry)
+{
+  if (n_frames_ % stride_ != 0) return;
+  if (index_.size() == most_index_entries) {
+    stride_ *= 2;
+    for (std::size_t k = 0; 2 * k < index_.size(); ++k) index_[k] = index_[2 * k];
+    index_.resize(index_.size() / 2);
+  }
+  if (n_frames_ % stride_ == 0) index_.push_back(entry);
+}
+
+void RecordingReader::scan()
+{
+  const journal::FrameHeader header =
+      journal::parse_header(bytes_from(0, journal::longest_header_bytes), format);
+  if (header.n_bytes == 0) throw InputError({path_, header.field, header.found, wanted_recording});
+  std::uint64_t at = header.n_bytes;
+  bool has_facts = false;
+  while (at < n_bytes_) {
+    const journal::ParsedFrame parsed = frame_from(at);
+    dropped_why_ = parsed.invalid_reason;
+    if (!dropped_why_.empty()) break;
+    if (!has_facts) {
+      std::optional<RecordingFacts> facts = facts_of(parsed.content);
+      if (!facts) {
+        dropped_why_ = "an invalid header record";
+        break;
+      }
+      facts_ = std::move(*facts);
+      has_facts = true;
+    } else if (const std::optional<RecordedFrame> frame = recorded_frame(parsed.content)) {
+      add_to_index({at, frame->now_ns});
+      ++n_frames_;
+    } else {
+      dropped_why_ = "an invalid frame record";
+      break;
+    }
+    at += parsed.n_bytes;
+  }
+  if (!has_facts)
+    throw InputError({path_, "", dropped_why_.empty() ? "no record after the file header" : dropped_why_,
+                      wanted_recording});
+  dropped_bytes_ = n_bytes_ - at;
+}
+
+const RecordedFrame& RecordingReader::frame(std::size_t k)
+{
+  check(k < n_frames_, "the frame is in the recording");
+  if (next_ == k + 1) return frame_;
+  if (next_ == 0 || k < next_ || k / stride_ > next_ / stride_) {
+    next_ = k / stride_ * stride_;
+    next_at_ = index_[k / stride_].at;
+  }
+  for (; next_ <= k; ++next_) {
+    const journal::ParsedFrame parsed = frame_from(next_at_);
+    std::optional<RecordedFrame> read;
+    if (parsed.invalid_reason.empty()) read = recorded_frame(parsed.content);
+    if (!read) {
+      next_ = 0;
+      throw InputError({path_, "", "a frame that has changed since it was opened", "a recording at rest"});
+    }
+    next_at_ += parsed.n_bytes;
+    frame_ = std::move(*read);
+  }
+  return frame_;
+}
+
+double RecordingReader::seconds(std::size_t k)
+{
+  const std::int64_t now_ns = k % stride_ == 0 ? index_[k / stride_].now_ns : frame(k).now_ns;
+  return static_cast<double>(now_ns - index_.front().now_ns) * s_per_ns;
+}
+
+std::size_t RecordingReader::index_at(double s)
+{
+  const auto later = std::ranges::partition_point(index_, [&](const IndexEntry& entry) {
+    return static_cast<double>(entry.now_ns - index_.front().now_ns) * s_per_ns < s;
+  });
+  std::size_t k =
+      later == index_.begin() ? 0 : static_cast<std::size_t>(later - index_.begin() - 1) * stride_;
+  while (k < n_frames_ && seconds(k) < s) ++k;
+  return k;
+}
+
 Recording parsed_recording(const std::string& path, std::string_view bytes)
 {
-  constexpr const char* wanted = "a recording of vrda-player bench --record, format version 1";
-  // Checked before parse_frames(), whose messages are about journals of a run.
-  if (const journal::FrameHeader header = journal::parse_header(bytes, format); header.n_bytes == 0)
-    throw InputError({path, header.field, header.found, wanted});
-  Recording recording;
-  bool has_facts = false;
-  const journal::FrameFileSummary frames =
-      journal::parse_frames(path, bytes, format, [&](std::string_view frame) -> std::string {
-        if (!has_facts) {
-          std::optional<RecordingFacts> facts = facts_of(frame);
-          if (!facts) return "an invalid header record";
-          recording.facts = std::move(*facts);
-          has_facts = true;
-          return {};
-        }
-        std::optional<RecordedFrame> picture = recorded_frame(frame);
-        if (!picture) return "an invalid frame record";
-        recording.frames.push_back(std::move(*picture));
-        return {};
-      });
-  if (!has_facts)
-    throw InputError(
-        {path, "", frames.dropped_reason.empty() ? "no record after the file header" : frames.dropped_reason,
-         wanted});
-  recording.dropped_bytes = frames.dropped_bytes;
-  recording.dropped_why = frames.dropped_reason;
-  return recording;
+  RecordingReader reader(path, bytes.size(), [bytes](std::uint64_t at, std::size_t n) {
+    return std::string(bytes.substr(static_cast<std::size_t>(at), n));
+  });
+  return whole_of(reader);
 }
 
 Recording read_recording(const std::string& path)
 {
-  struct stat facts {};
-  if (stat(path.c_str(), &facts) == 0 && facts.st_size > most_file_bytes)
-    throw InputError({path, "", std::to_string(facts.st_size) + " bytes", "a recording of at most 4 GiB"});
-  return parsed_recording(path, journal::read_frame_file(path));
+  RecordingReader reader(path);
+  return whole_of(reader);
 }
 
 }  // namespace vrda::recording

@@ -197,4 +197,39 @@ TEST(Recording, WhatWasAddedIsThereWithoutAnEnd)
   }
 }
 
+/// A recording of any length is read in blocks, and any frame is reached without reading those before it.
+TEST(RecordingReader, ReachesEveryFrameAndKeepsABoundedPart)
+{
+  constexpr std::size_t n_frames = 40'000, most_bytes = std::size_t{1} << 20;  // the index is thinned twice
+  const std::vector<recording::RecordedFrame> made = test::sample_pictures(40);
+  std::string bytes = test::recording_bytes(test::sample_facts(), {});
+  const auto frame_at = [&made](std::size_t k) {
+    recording::RecordedFrame frame = made[k % made.size()];
+    frame.now_ns = static_cast<std::int64_t>(k) * 16'666'667;
+    return frame;
+  };
+  for (std::size_t k = 0; k < n_frames; ++k) {
+    const recording::RecordedFrame frame = frame_at(k);
+    bytes += journal::frame_of(recording::bytes_of(frame.now_ns, frame.keys, frame.samples));
+  }
+  std::size_t n_read = 0;
+  recording::RecordingReader reader("a.log", bytes.size(), [&](std::uint64_t at, std::size_t n) {
+    EXPECT_LE(n, most_bytes);
+    n_read += n;
+    return bytes.substr(static_cast<std::size_t>(at), n);
+  });
+  ASSERT_EQ(reader.n_frames(), n_frames);
+  EXPECT_EQ(reader.facts(), test::sample_facts());
+  EXPECT_LT(n_read, 2 * bytes.size());
+  for (const std::size_t k : {0UL, 39'999UL, 20'000UL, 19'999UL, 20'001UL, 7UL, 8UL, 9UL, 39'998UL}) {
+    n_read = 0;
+    EXPECT_TRUE(test::is_same(reader.frame(k), frame_at(k))) << k;
+    EXPECT_LE(n_read, most_bytes) << k;
+    const double s = reader.seconds(k);
+    EXPECT_EQ(reader.index_at(s), k);
+    EXPECT_EQ(reader.index_at(s + 1e-3), k + 1);
+    EXPECT_TRUE(test::is_same(reader.frame(k), frame_at(k))) << k;
+  }
+}
+
 }  // namespace vrda::recording_test
