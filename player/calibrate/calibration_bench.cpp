@@ -92,6 +92,8 @@ void fit_into_window(DrawnLine& line, const optics::Eye& eye)
   for (Eigen::Vector2d& p : line.points_px) p = to + scale * (p - from);
 }
 
+using Deviation = virtual_bench::VirtualOperator::Deviation;
+
 class LiveBench final : public CalibrationBench {
  public:
   explicit LiveBench(const BenchFile& bench) : bench_(bench), devices_(bench.tracker, bench.board) {}
@@ -114,11 +116,15 @@ class LiveBench final : public CalibrationBench {
     };
     const bool wants_tracker = !task.tool.empty() || task.kind == TaskKind::model_pose;
     const bool wants_board = task.kind == TaskKind::stop || task.kind == TaskKind::bullseye;
-    if (wants_tracker && bench_.tracker) add("tracker", devices::DeviceId::tracker);
+    if (wants_tracker && bench_.tracker) {
+      add("tracker", devices::DeviceId::tracker);
+      for (const std::string& note : devices_.report(devices::DeviceId::tracker).notes)
+        if (note.starts_with(task.tool + ":")) lines.push_back(note);
+    }
     if (wants_board && bench_.board) add("board", devices::DeviceId::board);
     return lines;
   }
-  std::string deviation_text(const CalibrationSession&) const override { return {}; }
+  std::optional<Deviation> deviation(const CalibrationSession&) const override { return std::nullopt; }
   CalibrationView view(const CalibrationSession& session) const override
   {
     return {calibration_tasks::task_lines(session), std::nullopt, {}};
@@ -143,12 +149,9 @@ class VirtualBench final : public CalibrationBench {
   std::int64_t now_ns() const override { return 0; }
   void zero_stage() override {}
   std::vector<std::string> device_problems(const Task&) const override { return {}; }
-  std::string deviation_text(const CalibrationSession& session) const override
+  std::optional<Deviation> deviation(const CalibrationSession& session) const override
   {
-    const std::optional<VirtualOperator::Deviation> off = operator_.deviation(session);
-    if (!off) return {};
-    return "You were " + settings::rounded_text(off->value, off->unit.empty() ? 3 : 1) +
-           (off->unit.empty() ? "" : " " + off->unit) + " from the truth.";
+    return operator_.deviation(session);
   }
   CalibrationView view(const CalibrationSession& session) const override
   {

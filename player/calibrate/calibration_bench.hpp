@@ -11,6 +11,7 @@
 #include "bench/bench_show.hpp"
 #include "calibrate/calibrate.hpp"
 #include "calibration/joint_curve.hpp"
+#include "virtual_bench/operator.hpp"
 
 namespace vrda::calibrate {
 
@@ -75,8 +76,9 @@ class CalibrationBench {
   virtual void zero_stage() = 0;
   /// Problems of the devices that the task needs; empty: none.
   virtual std::vector<std::string> device_problems(const Task& task) const = 0;
-  /// How far the dials are from the truth, in words; empty if the truth is unknown or there are no dials.
-  virtual std::string deviation_text(const CalibrationSession& session) const = 0;
+  /// How far the dials are from the truth; empty if the truth is unknown or there are no dials.
+  virtual std::optional<virtual_bench::VirtualOperator::Deviation> deviation(
+      const CalibrationSession& session) const = 0;
   /// View of the current task.
   virtual CalibrationView view(const CalibrationSession& session) const = 0;
 };

@@ -13,6 +13,7 @@
 #include "documents/document.hpp"
 #include "loop/loop.hpp"
 #include "navigation/arguments.hpp"
+#include "settings/settings_text.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda::calibrate {
@@ -144,6 +145,13 @@ std::string task_name(const CalibrationSession& session)
   return std::string(bench_files::name_of(session.progress().part)) + " " + session.task()->name;
 }
 
+std::string text_of(const virtual_bench::VirtualOperator::Deviation& off)
+{
+  return "You were " + settings::rounded_text(off.value, off.unit.empty() ? 3 : 1) +
+         (off.unit.empty() ? "" : " " + off.unit) + " from the truth" +
+         (off.value > large_deviation ? ": again. Backspace takes it back." : ".");
+}
+
 loop::Sink sink_of(const CalibrateOptions& options, const BenchFile& bench)
 {
   if (!options.is_headless) return bench::bench_window(bench, bench.title + " - calibrate", options.samples);
@@ -245,7 +253,7 @@ void CalibrationMode::press_in_task(const navigation::KeyPress& press)
   if (is_confirmed) {
     content_.deviation.clear();
     awaited_ = {task_name(session_), calibration_tasks::typical_s(*session_.task()),
-                calibration_bench_->deviation_text(session_)};
+                calibration_bench_->deviation(session_)};
   }
   session_.take(press);
 }
@@ -256,9 +264,11 @@ void CalibrationMode::note_task_end()
   if (awaited_.name.empty() || session_.progress().is_sampling) return;
   if (task_name(session_) != awaited_.name) {
     pace_.typical_s += awaited_.typical_s;
-    content_.deviation = awaited_.deviation;
-    if (!options_.is_quiet && !awaited_.deviation.empty())
-      streams_.messages << awaited_.name << ": " << awaited_.deviation << "\n";
+    if (awaited_.deviation) {
+      content_.deviation = text_of(*awaited_.deviation);
+      content_.deviation_value = awaited_.deviation->value;
+      if (!options_.is_quiet) streams_.messages << awaited_.name << ": " << content_.deviation << "\n";
+    }
   }
   awaited_ = {};
 }

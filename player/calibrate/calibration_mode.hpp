@@ -107,7 +107,7 @@ class CalibrationMode final : public loop::Mode {
   struct AwaitedTask {
     std::string name;
     double typical_s = 0.0;
-    std::string deviation;
+    std::optional<virtual_bench::VirtualOperator::Deviation> deviation;
   };
   AwaitedTask awaited_;
   calibration_tasks::Pace pace_;

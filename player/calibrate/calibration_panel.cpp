@@ -62,6 +62,12 @@ scene::VertexColour colour_of(DiagramInk drawn_with)
   return colours.at(static_cast<std::size_t>(drawn_with));
 }
 
+/// Twice what a careful hand is off, and ten: repeat it.
+scene::VertexColour colour_of_deviation(double value)
+{
+  return value > large_deviation ? gui::red : value > fair_deviation ? gui::amber : gui::green;
+}
+
 int decimals_of_step(double step)
 {
   constexpr int most = 6;
@@ -182,13 +188,22 @@ std::vector<CalibrationPanel::TextLine> CalibrationPanel::lines_of(const Calibra
     add_wrapped(lines, "All requested parts are done. Enter: quit", gui::green, width_px);
   }
   const CalibrationProgress& progress = session.progress();
-  if (!content.deviation.empty()) add_wrapped(lines, content.deviation, gui::green, width_px);
+  if (!content.deviation.empty())
+    add_wrapped(lines, content.deviation, colour_of_deviation(content.deviation_value), width_px);
   for (const std::string& line : progress.messages)
     add_wrapped(lines, line, progress.has_error ? gui::amber : gui::green, width_px);
   for (const std::string& note : content.notes) add_wrapped(lines, note, ink, width_px);
   for (const std::string& error_message : content.error_messages)
     add_wrapped(lines, error_message, gui::amber, width_px);
   if (!content.message.empty()) add_wrapped(lines, content.message, gui::amber, width_px);
+  if (session.task() == nullptr) {
+    add_wrapped(lines, "To repeat a part: vrda-player calibrate PART --anew", faint, width_px);
+  } else {
+    add_wrapped(lines,
+                progress.is_sampling ? "Backspace: stop sampling. R: take back this part"
+                                     : "Backspace: take back the previous task. R: take back this part",
+                faint, width_px);
+  }
   add_wrapped(lines, "H: keys", faint, width_px);
   return lines;
 }

@@ -21,11 +21,16 @@ struct CalibrationPanelContent {
   std::vector<std::string> notes;           ///< simulated readings
   std::vector<std::string> error_messages;  ///< problems of required devices
   std::string message;                      ///< error outside the procedure
-  std::string deviation;                    ///< of the last task from the truth
+  /// Of the last task from the truth, and how far it is: in px, mm or another unit of the task.
+  std::string deviation;
+  double deviation_value = 0.0;
   double time_left_s = 0.0;
   std::optional<Diagram> diagram;  ///< of the task; drawn if the layout has an operator's area
   bool has_help = false;
 };
+
+/// Deviations from the truth, px or mm: above the first amber, above the second red, and to be done again.
+inline constexpr double fair_deviation = 2.0, large_deviation = 10.0;
 
 class CalibrationPanel {
  public:

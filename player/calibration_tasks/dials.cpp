@@ -31,6 +31,7 @@ Dials::Dials(const Task& task)
       filter_(potentiometer_options)
 {
   for (const Dial& dial : dials_) values_.push_back(std::clamp(dial.value, dial.minimum, dial.maximum));
+  touched_.resize(values_.size());
 }
 
 void Dials::select(std::size_t dial)
@@ -48,6 +49,7 @@ void Dials::change(std::size_t dial, double steps)
 void Dials::set(std::size_t dial, double value)
 {
   select(dial);
+  touched_[dial] = true;
   values_[dial] = std::clamp(rounded_value(value), dials_[dial].minimum, dials_[dial].maximum);
   // The potentiometer continues from the value that was set.
   start_count_.reset();
@@ -104,6 +106,7 @@ void Dials::turn(int count, double time_s)
   const double steps = std::round((filtered - *start_count_) / most_count * steps_a_turn);
   if (steps == last_steps_) return;
   last_steps_ = steps;
+  touched_[selected_] = true;
   const Dial& limits = dials_[selected_];
   values_[selected_] =
       std::clamp(rounded_value(start_value_ + steps * limits.step), limits.minimum, limits.maximum);

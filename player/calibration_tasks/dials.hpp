@@ -25,6 +25,8 @@ class Dials {
 
   std::span<const double> values() const { return values_; }
   std::size_t selected() const { return selected_; }
+  /// Whether each dial was changed by the operator, also if it is back at its start value.
+  const std::vector<bool>& touched() const { return touched_; }
 
   /// Handles arrow keys (calibration_tasks/session.hpp); ignores others.
   void press(const navigation::KeyPress& press);
@@ -46,6 +48,7 @@ class Dials {
   bool is_cross_ = false;  ///< Up decreases y
   bool is_row_ = false;    ///< a scan line that moves vertically
   std::vector<double> values_;
+  std::vector<bool> touched_;
   std::vector<double> drag_start_;  ///< empty: no drag
   std::size_t selected_ = 0;
   tracking::OneEuroFilter filter_;

@@ -15,7 +15,14 @@ constexpr double dial_step_px = 0.25, dial_step_mm = 0.05;
 
 Dial dial(const char* name, const char* unit, double value, double least, double most, double step)
 {
-  return {name, unit, value, least, most, step};
+  return {.name = name, .unit = unit, .value = value, .minimum = least, .maximum = most, .step = step};
+}
+
+Dial within(Dial dial, double least_plausible, double most_plausible)
+{
+  dial.least_plausible = least_plausible;
+  dial.most_plausible = most_plausible;
+  return dial;
 }
 
 /// Name with a number counted from 1.
@@ -42,8 +49,12 @@ Task scan_task(const optics::Viewport& window, bool is_right, calibration::Edge 
                      " of which at least half is visible. Approach from alternating sides.";
   // The window's border is hidden: the line starts a quarter of the window inside it, where it is seen.
   const double inside = std::floor(0.25 * (most - least));
-  task.dials = {dial(task.is_column ? "column" : "row", "px", is_first ? least + inside : most - inside, least,
-                     most, 1.0)};
+  // Less than a third of an image is hidden at one side, or the display is unusable.
+  const double third = (most - least) / 3.0;
+  task.dials = {within(dial(task.is_column ? "column" : "row", "px",
+                            is_first ? least + inside : most - inside, least, most, 1.0),
+                       is_first ? least : std::ceil(most - third),
+                       is_first ? std::floor(least + third) : most)};
   return task;
 }
 
@@ -60,7 +71,9 @@ Task screen_task(const optics::Viewport& window, bool is_right, bool is_height)
   task.instruction = "Measure with a ruler on the screen of the " + eye_text(is_right) + " the " + what +
                      "\nof the visible part, from edge to edge.";
   const double begin_mm = usual_pixel_mm * (is_height ? window.height : window.width);
-  task.dials = {dial(what, "mm", begin_mm, 1.0, most_mm, dial_step_mm)};
+  // Pixels of 0.02 mm (head-mounted) to 1 mm (projected).
+  task.dials = {
+      within(dial(what, "mm", begin_mm, 1.0, most_mm, dial_step_mm), 0.2 * begin_mm, 10.0 * begin_mm)};
   return task;
 }
 
@@ -222,6 +235,7 @@ std::vector<Task> ipd_tasks(const BenchFile& bench)
 {
   // Adults: 45 to 80 mm (Dodgson 2004, Proc SPIE 5291); arms that are set a little beyond.
   constexpr double usual_ipd_mm = 64.0, least_ipd_mm = 40.0, most_ipd_mm = 90.0;
+  constexpr double least_adult_mm = 45.0, most_adult_mm = 80.0;
   constexpr double usual_image_mm = 800.0, most_image_mm = 10000.0;
   std::vector<Task> tasks;
   if (bench.calibration.has_pupillometer) {
@@ -229,7 +243,8 @@ std::vector<Task> ipd_tasks(const BenchFile& bench)
         number_task("pupillary distance", 0,
                     "Measure the distance between the pupils with the pupillometer, set to the image "
                     "distance.",
-                    dial("distance", "mm", usual_ipd_mm, least_ipd_mm, most_ipd_mm, dial_step_mm)));
+                    within(dial("distance", "mm", usual_ipd_mm, least_ipd_mm, most_ipd_mm, dial_step_mm),
+                           least_adult_mm, most_adult_mm)));
   }
   const auto arm = [&](const char* name, int index, const char* side) {
     return number_task(
@@ -237,12 +252,15 @@ std::vector<Task> ipd_tasks(const BenchFile& bench)
         std::string("Move the ") + side +
             " arm until its optical axis is in front of the pupil:\nhalf the pupillary distance "
             "from the middle. Read its scale.",
-        dial("from the middle", "mm", 0.5 * usual_ipd_mm, 0.0, most_ipd_mm, dial_step_mm));
+        within(dial("from the middle", "mm", 0.5 * usual_ipd_mm, 0.0, most_ipd_mm, dial_step_mm),
+               0.5 * least_adult_mm, 0.5 * most_adult_mm));
   };
   tasks.push_back(arm("left arm", 1, "left"));
   tasks.push_back(arm("right arm", 2, "right"));
-  tasks.push_back(number_task("image distance", 3, "Set the distance of the virtual image. Nominal: 800 mm.",
-                              dial("distance", "mm", usual_image_mm, 100.0, most_image_mm, 1.0)));
+  tasks.push_back(
+      number_task("image distance", 3, "Set the distance of the virtual image. Nominal: 800 mm.",
+                  within(dial("distance", "mm", usual_image_mm, 100.0, most_image_mm, 1.0), 200.0, 5000.0)));
+  tasks.back().is_start_valid = true;
   Task look;
   look.kind = TaskKind::depth_check;
   look.name = "look";
@@ -262,7 +280,8 @@ std::vector<Task> subject_tasks(const BenchFile& bench)
         landmarks[k].name.c_str(), static_cast<int>(k),
         "Measure on the subject: " + landmarks[k].name +
             ".\nDistance in the model: " + settings::rounded_text(landmarks[k].model_mm, 1) + " mm.",
-        dial("distance", "mm", landmarks[k].model_mm, 0.1, 10.0 * landmarks[k].model_mm, dial_step_mm));
+        within(dial("distance", "mm", landmarks[k].model_mm, 0.1, 10.0 * landmarks[k].model_mm, dial_step_mm),
+               0.5 * landmarks[k].model_mm, 2.0 * landmarks[k].model_mm));
     tasks.push_back(task);
   }
   return tasks;

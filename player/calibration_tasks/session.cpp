@@ -6,6 +6,7 @@
 
 #include "calibration_tasks/marks.hpp"
 #include "calibration_tasks/parts.hpp"
+#include "calibration_tasks/plausible.hpp"
 #include "calibration_tasks/solve_part.hpp"
 #include "settings/settings_text.hpp"
 
@@ -83,6 +84,7 @@ void CalibrationSession::next_task_of_part()
   progress_.is_sampling = false;
   collector_.end();
   dials_ = Dials(tasks_[at_task_]);
+  implausible_.clear();
   looked_at_.reset();
   if (tasks_[at_task_].kind != TaskKind::depth_check) return;
   // A look checks the result before the part is confirmed, so the part is solved here for drawing only.
@@ -125,6 +127,22 @@ void CalibrationSession::show_error(const std::string& why)
   ++revision_;
 }
 
+/// To the dials as they are; empty: none. Crossed edges are refused with both edges later.
+std::string CalibrationSession::objection_to(const Task& current) const
+{
+  if (const std::string untouched = untouched_text(current, dials_.touched()); !untouched.empty())
+    return untouched;
+  if (std::ranges::equal(implausible_, dials_.values()) || current.n_samples > 0) return {};
+  try {
+    CalibrationRecord tried = record_so_far();
+    insert_mark(tried, tasks_, {current.name, {mark_row(current, dials_.values(), calibration_)}});
+    require_edge_order(tasks_, tried, at_task_, options_.path);
+  } catch (const PartRefusal&) {
+    return {};
+  }
+  return implausible_text(current, dials_.values());
+}
+
 void CalibrationSession::confirm()
 {
   const Task& current = *task();
@@ -135,6 +153,11 @@ void CalibrationSession::confirm()
       return show_error(
           "The stage was not zeroed since its board was switched on: push the stage against its stop and "
           "press Z.");
+  }
+  if (!current.dials.empty()) {
+    const std::string objection = objection_to(current);
+    implausible_.assign(dials_.values().begin(), dials_.values().end());
+    if (!objection.empty()) return show_error(objection);
   }
   if (current.n_samples > 0) {
     if (current.kind == TaskKind::bullseye) {
@@ -196,6 +219,10 @@ void CalibrationSession::finish(std::vector<std::vector<double>> rows)
   const CalibrationMark mark{task()->name, std::move(rows)};
   show({});
   ++revision_;
+  if (const std::string same = same_place_text(tasks_, record_so_far(), *task(), mark); !same.empty()) {
+    progress_.n_samples = 0;
+    return show_error(same);
+  }
   try {
     require_static(progress_.part, *task(), mark, options_.path);
   } catch (const PartRefusal& refusal) {
@@ -229,7 +256,16 @@ void CalibrationSession::validate_and_solve(std::size_t done)
 void CalibrationSession::solve()
 {
   try {
-    calibration_ = solve_part(progress_.part, input());
+    Calibration solved = solve_part(progress_.part, input());
+    const CalibrationRecord& done = solved.records.at(progress_.part);
+    const std::string unexpected =
+        unexpected_text(tasks_, done, *done.estimate, bench_files::nominal_calibration(bench_));
+    if (!unexpected.empty() && asked_once_more_.insert(progress_.part).second) {
+      record().marks.clear();
+      next_task_of_part();
+      return show_error(unexpected);
+    }
+    calibration_ = std::move(solved);
     record().is_outdated = false;
     outdate_dependents(calibration_, progress_.part, bench_);
     ++revision_;
@@ -259,7 +295,10 @@ void CalibrationSession::erase_mark(const std::string& task)
 void CalibrationSession::previous_task()
 {
   if (progress_.is_sampling) return next_task_of_part();
-  if (at_task_ == 0 || is_fresh_) return;
+  if (at_task_ == 0 || is_fresh_)
+    return show(
+        {std::string("This is the first task of the part. An earlier part is repeated by "
+                     "`vrda-player calibrate PART --anew`.")});
   erase_mark(tasks_[at_task_ - 1].name);
   show({});
   ++revision_;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -98,6 +99,7 @@ class CalibrationSession {
   double typical_left_s() const;
   void confirm();
   void take_row();
+  std::string objection_to(const Task& current) const;
   void put(CalibrationMark mark);
   void finish(std::vector<std::vector<double>> rows);
   void validate_and_solve(std::size_t done);
@@ -121,7 +123,9 @@ class CalibrationSession {
   bool is_fresh_ = false;  ///< the first new mark will replace all old marks of the part
   Dials dials_;
   std::optional<Calibration> looked_at_;  ///< calibration for drawing a depth check
-  std::optional<Eigen::Vector3d> cross_;  ///< bull's-eye being sampled: x, y as drawn, stage mm
+  std::vector<double> implausible_;  ///< dial values that were refused: confirmed again, they are accepted
+  std::set<CalibrationPart> asked_once_more_;  ///< parts whose agreeing readings were refused as unexpected
+  std::optional<Eigen::Vector3d> cross_;       ///< bull's-eye being sampled: x, y as drawn, stage mm
   CalibrationProgress progress_;
   std::uint64_t revision_ = 0;
   bool must_zero_ = false, has_quit_ = false;

@@ -3,6 +3,7 @@
 /// after pre-distortion as stated; tracker poses are in the tracker's frame, mm and unit quaternions.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -38,11 +39,11 @@ enum class TaskKind {
   point,      ///< cross in the frame buffer; one row {x_px, y_px} as drawn
   rectangle_sides,  ///< two vertical pre-distorted lines; one row {x, y of the left line, x, y of the right
                     ///< one}, as drawn, at the height of the optical axis
-  grid,      ///< pre-distorted grid; one row {k1, k2, centre_x, centre_y, at_x, at_y, spacing, turn_rad}
-  number,    ///< number to be measured; one row {value}
-  sweep,     ///< poses of a moving tool; rows {x, y, z, qw, qx, qy, qz, stage_mm}
-  bend,      ///< the moving leg; a row per sample {pose of the femur's body (7), pose of the tibia's body (7)}
-  hold,      ///< static tools; a row per sample {pose of probe or marker (7), pose of the body (7)}
+  grid,    ///< pre-distorted grid; one row {k1, k2, centre_x, centre_y, at_x, at_y, spacing, turn_rad}
+  number,  ///< number to be measured; one row {value}
+  sweep,   ///< poses of a moving tool; rows {x, y, z, qw, qx, qy, qz, stage_mm}
+  bend,    ///< the moving leg; a row per sample {pose of the femur's body (7), pose of the tibia's body (7)}
+  hold,    ///< static tools; a row per sample {pose of probe or marker (7), pose of the body (7)}
   bullseye,  ///< pre-distorted cross on the marker, one eye; first row {x_px, y_px as drawn, stage_mm}, then
              ///< a row per sample {position of the marker (3), pose of the head (7) if tracked}
   model_pose,  ///< pose of the model; one row {shift_mm (3), turn_rad (3)} in the body frame
@@ -54,6 +55,9 @@ enum class TaskKind {
 struct Dial {
   std::string name, unit;
   double value = 0.0, minimum = 0.0, maximum = 0.0, step = 0.0;
+  /// A reading outside is refused once.
+  double least_plausible = -std::numeric_limits<double>::infinity();
+  double most_plausible = std::numeric_limits<double>::infinity();
 };
 
 struct Task {
@@ -62,13 +66,14 @@ struct Task {
   std::string instruction;  ///< for the screen, up to three lines
   bool is_right = false;    ///< eye, for tasks of one eye
   bool is_column = false;   ///< scan_line: a column; else a row
-  /// Start values; empty for sweep, bend, hold, stop, depth_check. scan_line: line; point: x, y as drawn (px);
-  /// rectangle_sides: x of left and right line, as displayed; bullseye: x, y as displayed; grid: k1, k2,
-  /// centre x, y (px as drawn), at x, y, spacing (px as displayed), turn (deg); number: value; model_pose:
-  /// mm, degrees.
+  /// Start values; empty for sweep, bend, hold, stop, depth_check. scan_line: line; point: x, y as drawn
+  /// (px); rectangle_sides: x of left and right line, as displayed; bullseye: x, y as displayed; grid: k1,
+  /// k2, centre x, y (px as drawn), at x, y, spacing (px as displayed), turn (deg); number: value;
+  /// model_pose: mm, degrees.
   std::vector<Dial> dials;
-  int n_samples = 0;  ///< sweep, bend, hold, bullseye: number of tracker samples
-  std::string tool;   ///< sweep, bend, hold, bullseye: tracker tool
+  bool is_start_valid = false;  ///< the start values may be confirmed as they are: a setting, not a reading
+  int n_samples = 0;            ///< sweep, bend, hold, bullseye: number of tracker samples
+  std::string tool;             ///< sweep, bend, hold, bullseye: tracker tool
   /// grid: columns and rows; point: column and row of the node relative to the grid centre.
   Eigen::Vector2d node = Eigen::Vector2d::Zero();
   int index = 0;  ///< index of the rectangle, model point or marker position

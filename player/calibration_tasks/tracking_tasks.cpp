@@ -51,8 +51,12 @@ Task bullseye_task(CalibrationPart part, const BenchFile& bench, const Calibrati
       "\nWith the " + eye_text(is_right) +
       ", align the cross with it and press Enter. Keep still until sampling is done.";
   const optics::ShownBox box = optics::shown_box(eye);
-  task.dials = {{"x", "px", eye.sight_px.x(), box.low_px.x(), box.high_px.x(), step_px},
-                {"y", "px", eye.sight_px.y(), box.low_px.y(), box.high_px.y(), step_px}};
+  const auto dial = [](const char* name, double value, double least, double most) {
+    return Dial{
+        .name = name, .unit = "px", .value = value, .minimum = least, .maximum = most, .step = step_px};
+  };
+  task.dials = {dial("x", eye.sight_px.x(), box.low_px.x(), box.high_px.x()),
+                dial("y", eye.sight_px.y(), box.low_px.y(), box.high_px.y())};
   return task;
 }
 
@@ -69,13 +73,20 @@ Task place_task(const char* model, const tracking::PoseParameters& begin, int re
                      "Up and Down select, Left and Right change.";
   const std::array<const char*, 3> axes{"x", "y", "z"};
   for (std::size_t k = 0; k < 3; ++k) {
-    task.dials.push_back({std::string("shift ") + axes[k], "mm", begin.shift_mm[static_cast<Eigen::Index>(k)],
-                          -most_mm, most_mm, step_mm});
+    task.dials.push_back({.name = std::string("shift ") + axes[k],
+                          .unit = "mm",
+                          .value = begin.shift_mm[static_cast<Eigen::Index>(k)],
+                          .minimum = -most_mm,
+                          .maximum = most_mm,
+                          .step = step_mm});
   }
   for (std::size_t k = 0; k < 3; ++k) {
-    task.dials.push_back({std::string("turn ") + axes[k], "deg",
-                          deg_from_rad(begin.turn_rad[static_cast<Eigen::Index>(k)]), -360.0, 360.0,
-                          step_deg});
+    task.dials.push_back({.name = std::string("turn ") + axes[k],
+                          .unit = "deg",
+                          .value = deg_from_rad(begin.turn_rad[static_cast<Eigen::Index>(k)]),
+                          .minimum = -360.0,
+                          .maximum = 360.0,
+                          .step = step_deg});
   }
   return task;
 }
@@ -164,7 +175,8 @@ std::vector<Task> model_tasks(CalibrationPart part, const BenchFile& bench, cons
 
 std::vector<Task> bend_tasks(const BenchFile& bench)
 {
-  const std::optional<bench_files::BodySettings>& tibia = bench.bodies[static_cast<std::size_t>(BodyRole::tibia)];
+  const std::optional<bench_files::BodySettings>& tibia =
+      bench.bodies[static_cast<std::size_t>(BodyRole::tibia)];
   std::vector<Task> tasks;
   for (int bend = 0; bend < bench.calibration.bends; ++bend) {
     Task task;
@@ -174,8 +186,10 @@ std::vector<Task> bend_tasks(const BenchFile& bench)
     task.tool = tibia->tool.empty() ? tibia->markers.front() : tibia->tool;
     task.n_samples = bench.calibration.bend_samples;
     task.instruction =
-        "Stretch the leg and press Enter. Bend it slowly as far as the model reaches and stretch it again, evenly\n"
-        "until sampling is done, without pressing it sideways. Both bodies must be visible and must not slip.";
+        "Stretch the leg and press Enter. Bend it slowly as far as the model reaches and stretch it again, "
+        "evenly\n"
+        "until sampling is done, without pressing it sideways. Both bodies must be visible and must not "
+        "slip.";
     tasks.push_back(task);
   }
   return tasks;

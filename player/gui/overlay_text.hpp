@@ -31,7 +31,7 @@ OverlayBox overlay_box(const optics::Viewport& v);
 inline constexpr double panel_text_px = 15.0;
 inline constexpr float margin_px = 12.0F;
 inline constexpr scene::VertexColour paper{24, 27, 32, 255}, ink{226, 230, 235, 255},
-    faint{150, 157, 166, 255}, amber{255, 176, 46, 255}, green{96, 200, 120, 255};
+    faint{150, 157, 166, 255}, amber{255, 176, 46, 255}, green{96, 200, 120, 255}, red{240, 92, 84, 255};
 
 /// One size of the program's font.
 class OverlayText {
@@ -68,8 +68,8 @@ class OverlayReflector {
       : windows_{windows.left, windows.right}, reflection_(reflection)
   {
   }
-  /// Moves triangles whose centre is in a window, and boxes that clip to a part of one. Does not allocate once
-  /// an overlay of this size was reflected.
+  /// Moves triangles whose centre is in a window, and boxes that clip to a part of one. Does not allocate
+  /// once an overlay of this size was reflected.
   void reflect(render::Overlay& overlay);
 
  private:

@@ -57,6 +57,14 @@ void set_dial(CalibrationSession& session, const Task& task, std::size_t k, doub
   navigation::Key up = is_selected || k == 0 ? navigation::Key::right : navigation::Key::up,
                   down = is_selected || k == 0 ? navigation::Key::left : navigation::Key::down;
   const double step = task.dials[k].step;
+  // A hand tries the dial even if it is right as it is.
+  if (const double before = session.values()[k]; std::llround((wanted - before) / step) == 0) {
+    const bool has_room = before + step <= task.dials[k].maximum;
+    const bool is_y = task.kind == TaskKind::point || task.kind == TaskKind::bullseye;
+    const bool is_up = has_room != (is_y && k == 1);
+    press(session, is_up ? up : down);
+    press(session, is_up ? down : up);
+  }
   constexpr int most_presses = 1000;
   for (int n = 0; n < most_presses; ++n) {
     const double before = session.values()[k];

@@ -257,7 +257,7 @@ TEST_F(Calibrate, TheNextPersonBeginsWithTheBenchAndNothingOfThePersonBefore)
   EXPECT_EQ(calibrated(anna).end, calibrate::CalibrateEnd::finished);
 
   // One task of the first part per person, by a script.
-  bob.script = written("script.txt", "press Enter\nwait 0.1\n");
+  bob.script = written("script.txt", "press Left 4\npress Down 4\npress Enter\nwait 0.1\n");
   EXPECT_EQ(calibrated(bob).end, calibrate::CalibrateEnd::quit);
   const std::string annas = test::read_bytes(anna.calibration), bobs = test::read_bytes(bob.calibration);
   EXPECT_EQ(between(bobs, "[per_bench", "[per_person"), between(annas, "[per_bench", "[per_person"));

@@ -32,6 +32,9 @@ void set_dials(calibrate::CalibrationSession& session, const std::vector<double>
 {
   for (std::size_t k = 0; k < wanted.size(); ++k) {
     const calibrate::Dial dial = session.task()->dials[k];
+    // A number that is right as it is must be touched.
+    session.take(navigation::KeyPress{k == 0 ? navigation::Key::right : navigation::Key::up});
+    session.take(navigation::KeyPress{k == 0 ? navigation::Key::left : navigation::Key::down});
     const bool is_cross = session.task()->kind == calibrate::TaskKind::point ||
                           session.task()->kind == calibrate::TaskKind::bullseye;
     for (long n = std::lround((wanted[k] - session.values()[k]) / dial.step); n != 0;) {

@@ -287,6 +287,7 @@ TEST(CalibrationSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
   trial.session->take(stage_sample(3.0, trial.bench, 0));
   trial.press(navigation::Key::enter);
   EXPECT_THAT(trial.words(), HasSubstr("not zeroed"));
+  trial.press(navigation::Key::right);
   trial.session->take(stage_sample(3.0, trial.bench, devices::stage_zeroed));
   trial.press(navigation::Key::enter);
   ASSERT_TRUE(trial.session->progress().is_sampling);
@@ -321,6 +322,7 @@ TEST(CalibrationSession, AStageThatLostItsZeroIsZeroedByKeyAndEveryMarkIsKept)
   EXPECT_EQ(trial.record(bench_files::CalibrationPart::bullseye).marks.size(), n_marks);
   EXPECT_EQ(trial.record(bench_files::CalibrationPart::stop).marks.at(0).rows, stop.marks.at(0).rows);
   EXPECT_FALSE(trial.record(bench_files::CalibrationPart::bullseye).is_outdated);
+  trial.press(navigation::Key::right);
   trial.press(navigation::Key::enter);
   EXPECT_TRUE(trial.session->progress().is_sampling);
 }

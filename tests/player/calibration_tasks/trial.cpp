@@ -99,6 +99,10 @@ void Trial::do_all()
 void Trial::do_badly()
 {
   virtual_operator.send_samples(*session);
+  // Touched, or it would not be taken.
+  for (const navigation::Key key :
+       {navigation::Key::right, navigation::Key::left, navigation::Key::up, navigation::Key::down})
+    press(key);
   press(navigation::Key::enter);
   while (session->progress().is_sampling) virtual_operator.send_samples(*session);
 }
