@@ -50,7 +50,11 @@ void Dials::set(std::size_t dial, double value)
 {
   select(dial);
   touched_[dial] = true;
-  values_[dial] = std::clamp(rounded_value(value), dials_[dial].minimum, dials_[dial].maximum);
+  // A step and back gives exactly the start value.
+  const Dial& limits = dials_[dial];
+  const double rounded = rounded_value(value);
+  values_[dial] = std::clamp(rounded == rounded_value(limits.value) ? limits.value : rounded, limits.minimum,
+                             limits.maximum);
   // The potentiometer continues from the value that was set.
   start_count_.reset();
 }

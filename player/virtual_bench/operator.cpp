@@ -49,34 +49,36 @@ void select_dial(CalibrationSession& session, std::size_t k)
   check(session.selected_dial() == k, "the down key must select every dial in turn");
 }
 
-/// Presses keys until dial `k` is within half a step of `wanted`, or at the limit of its range.
-void set_dial(CalibrationSession& session, const Task& task, std::size_t k, double wanted)
+/// Presses keys until dial `k` is within half a step of `wanted`, or at the limit of its range. Whether a key
+/// was needed.
+bool set_dial(CalibrationSession& session, const Task& task, std::size_t k, double wanted)
 {
   const bool is_selected = task.dials.size() > 2;
   if (is_selected) select_dial(session, k);
   navigation::Key up = is_selected || k == 0 ? navigation::Key::right : navigation::Key::up,
                   down = is_selected || k == 0 ? navigation::Key::left : navigation::Key::down;
   const double step = task.dials[k].step;
-  // A hand tries the dial even if it is right as it is.
-  if (const double before = session.values()[k]; std::llround((wanted - before) / step) == 0) {
-    const bool has_room = before + step <= task.dials[k].maximum;
-    const bool is_y = task.kind == TaskKind::point || task.kind == TaskKind::bullseye;
-    const bool is_up = has_room != (is_y && k == 1);
-    press(session, is_up ? up : down);
-    press(session, is_up ? down : up);
-  }
   constexpr int most_presses = 1000;
   for (int n = 0; n < most_presses; ++n) {
     const double before = session.values()[k];
     const long long n_steps = std::llround((wanted - before) / step);
-    if (n_steps == 0) return;
+    if (n_steps == 0) return n > 0;
     press_towards(session, n_steps > 0 ? up : down, std::llabs(n_steps));
     const double moved = session.values()[k] - before;
-    if (moved == 0.0) return;
+    if (moved == 0.0) return true;
     // For crosses the up key decreases y.
     if ((moved > 0.0) != (n_steps > 0)) std::swap(up, down);
   }
-  check(false, "a dial must reach the required value");
+  throw InternalError("a dial must reach the required value");
+}
+
+/// A step and back: a dial that is right as it is must be touched, or the reading is refused.
+void touch_dial(CalibrationSession& session, const Task& task, std::size_t k)
+{
+  const double wanted = session.values()[k];
+  const double step = task.dials[k].step;
+  set_dial(session, task, k, wanted + step <= task.dials[k].maximum ? wanted + step : wanted - step);
+  set_dial(session, task, k, wanted);
 }
 
 std::string key_of(const CalibrationSession& session)
@@ -405,7 +407,13 @@ void VirtualOperator::do_task(CalibrationSession& session)
   const TaskContext context{task, session.progress().part, session.calibration(), bench_, truth_, noise_,
                             draws};
   const std::vector<double> wanted = dial_values(context);
-  for (std::size_t k = 0; k < wanted.size(); ++k) set_dial(session, task, k, wanted[k]);
+  std::size_t n_moved = 0;
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    const bool is_moved = set_dial(session, task, k, wanted[k]);
+    if (!is_moved && task.kind == TaskKind::rectangle_sides) touch_dial(session, task, k);
+    n_moved += is_moved ? 1 : 0;
+  }
+  if (!wanted.empty() && n_moved == 0) touch_dial(session, task, 0);
   const bool wants_samples = task.n_samples > 0;
   if (wants_samples || task.kind == TaskKind::stop) send_frame(session, standing(session));
   press(session, navigation::Key::enter);
