@@ -150,6 +150,17 @@ std::string without_indices(const std::string& path)
   return out;
 }
 
+// Beyond what any quantity needs, where the schema itself has no limit in this direction.
+bool is_beyond_all(const Node& schema, const DocumentValue& value)
+{
+  constexpr double largest = 1e12;
+  if (!value.is_number()) return false;
+  const double number = number_at(value, "");
+  if (!std::isfinite(number) || std::abs(number) <= largest) return false;
+  if (number > 0.0) return schema.find("maximum") == nullptr;
+  return schema.find("minimum") == nullptr && schema.find("exclusiveMinimum") == nullptr;
+}
+
 }  // namespace
 
 struct DocumentSchema::Compiled {
@@ -264,7 +275,8 @@ std::string DocumentSchema::Compiled::nearest_key(const std::string& path, const
   return best;
 }
 
-// Unknown keys in document order, and infinite numbers. The messages are clearer than those of the validator.
+// Unknown keys in document order, infinite numbers, and numbers whose squares could overflow. The messages
+// are clearer than those of the validator.
 void DocumentSchema::Compiled::check_known(const Document& document, const Node& node,
                                            const DocumentValue& value, const std::string& path) const
 {
@@ -273,6 +285,8 @@ void DocumentSchema::Compiled::check_known(const Document& document, const Node&
     const bool is_permitted = std::isfinite(*number) || schema.find("infinite") != nullptr;
     if (!is_permitted) document.refuse(path, shown(value), "a finite number");
   }
+  if (&schema != &any_value && is_beyond_all(schema, value))
+    document.refuse(path, shown(value), "a number of at most 1e12 in size");
   if (const DocumentValue::List* list = value.list()) {
     for (std::size_t i = 0; i < list->size(); ++i)
       check_known(document, schema_of_item(schema, i), (*list)[i], joined(path, std::to_string(i)));

@@ -157,6 +157,8 @@ class Walk {
     if (is_whole) refuse(put({example_number(node) + 0.5}), path);
     if (const Node* excluded = node.find("not")) refuse(put(documents::value_at(*excluded, "const")), path);
     if (node.find("infinite") == nullptr) refuse(put({infinite}), path);
+    refuse(put({1e300}), path);
+    refuse(put({-1e300}), path);
     refuse(put({std::string("a word")}), path);
     refuse(put({true}), path);
   }
