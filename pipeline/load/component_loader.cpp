@@ -167,6 +167,15 @@ const shapes::Shape& ComponentLoader::shape_of(const ComponentJob& component)
   shapes::Shape shape = with_job_key(job_, component.key + ".generate", generate, [&] {
     return shapes::generate_shape({generate.shape, generate.numbers, generate.words});
   });
+  constexpr Eigen::Index most_generated = 5'000'000;
+  for (const std::vector<shapes::ShapePart>* parts : {&shape.reference, &shape.moving}) {
+    for (const shapes::ShapePart& part : *parts) n_generated_ += part.mesh.triangles.rows();
+  }
+  if (n_generated_ > most_generated) {
+    job_.document.refuse(component.key + ".generate",
+                         "generated shapes of " + std::to_string(n_generated_) + " triangles in all",
+                         "at most " + std::to_string(most_generated));
+  }
   return shapes_.emplace(request, std::move(shape)).first->second;
 }
 

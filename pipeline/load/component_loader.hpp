@@ -55,6 +55,7 @@ class ComponentLoader {
   const Job& job_;
   std::string data_directory_;
   std::map<std::string, shapes::Shape> shapes_;  // by name and parameters
+  Eigen::Index n_generated_ = 0;                 // triangles of all shapes
 };
 
 }  // namespace vrda::load

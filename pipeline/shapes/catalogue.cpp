@@ -153,7 +153,7 @@ Entry ball_in_dish_entry()
        word("section", "profile of the dish", {"bowl", "cone", "wave"}),
        whole("ball_edges", "edges along an edge of the icosahedron; 20 n^2 triangles", plan.ball_edges,
              {1, 200}),
-       whole("dish_edges", "edges along half the block's width", plan.dish_edges, {1, 500}),
+       whole("dish_edges", "edges along half the block's width", plan.dish_edges, {1, 350}),
        number("turn", "rotation of the ellipsoid about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
        number("offset_x", "X of the ball from the dish's axis", "mm", 0.0, {-500.0, 500.0}),
        number("offset_z", "Z of the ball from the dish's axis", "mm", 0.0, {-500.0, 500.0}),

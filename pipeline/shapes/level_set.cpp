@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "shapes/mesh_size.hpp"
 
 namespace vrda::shapes {
 namespace {
@@ -47,10 +48,18 @@ void for_each_node(const Index3& first, const Index3& end, const Visit& visit)
   }
 }
 
+// A surface in a box has seldom more triangles than the box's own surface, and samples grow with its volume.
+void require_moderate_grid(const Box& box_mm, double cell_mm)
+{
+  const Eigen::Vector3d n = (box_mm.max_mm - box_mm.min_mm) / cell_mm;
+  require_moderate_size(4.0 * (n.x() * n.y() + n.y() * n.z() + n.z() * n.x()), "resolution");
+}
+
 // Blocks that cannot contain the surface, by the gradient bound, take the value of their middle.
 Samples sample(const Field& field, const Box& box_mm, double cell_mm, double steepest_slope)
 {
   constexpr int block = 6;
+  require_moderate_grid(box_mm, cell_mm);
   Samples samples;
   samples.origin_mm = box_mm.min_mm.array() - cell_mm;
   samples.cell_mm = cell_mm;

@@ -78,6 +78,14 @@ TEST(Shapes, WhatMakesNoShapeIsRefused)
            // a bowl too small for its block.
            {{"hip", {{"clearance", 0.1}, {"depth", 10.0}}, {}}, {"shape hip", "depth", "10.000000"}},
            {{"hip", {{"radius", 10.0}, {"depth", -15.0}}, {}}, {"shape hip", "depth", "-15.000000"}},
+           // Meshes and grids that would take gigabytes.
+           {{"hip", {{"resolution", 12.0}}, {}}, {"shape", "resolution", "triangles", "2 million"}},
+           {{"hip", {{"resolution", 12.0}, {"radius", 5.0}, {"wall", 50.0}, {"clearance", 20.0}}, {}},
+            {"shape", "resolution", "triangles", "2 million"}},
+           {{"ankle", {{"resolution", 12.0}, {"radius", 10.0}}, {}},
+            {"shape", "resolution", "triangles", "2 million"}},
+           {{"ball-in-dish", {{"dish_edges", 351.0}}, {}},
+            {"shape ball-in-dish", "dish_edges", "351", "350"}},
            {{"ball-in-dish", {{"hole", 36.0}}, {}}, {"shape ball-in-dish", "hole", "36.000000"}},
            {{"ball-in-dish", {{"dish_width", 60.0}}, {}}, {"shape ball-in-dish", "dish_width", "60.000000"}},
        })
