@@ -78,6 +78,7 @@ class Preparation {
     } else {
       prepare_scaled_template();
     }
+    if (console::is_interrupted()) return console::ExitCode::interrupted;
     const load::Case prepared = options_.has_ligaments ? case_with_ligaments() : written_case(false);
     if (console::is_interrupted()) return console::ExitCode::interrupted;
     write(prepared);
@@ -97,13 +98,16 @@ class Preparation {
     known.femur_points = prepare::known_points(landmarks_, reference_, prepare::Bone::femur);
     known.tibia_points = prepare::known_points(landmarks_, reference_, prepare::Bone::tibia);
     console::log_info("registering \"" + reference_.joint.title + "\" onto the bones");
+    known.is_stopped = console::is_interrupted;
     fit_ = registration::fit_knee(surfaces, reference_.knee, known);
+    if (console::is_interrupted()) return;
     report_ = fit_json(fit_);
     const std::optional<InputError::Facts> wrong_part =
         app::wrong_part(subject_, surfaces, fit_.unit_mm, warnings_);
     move_to_frame(subject_.reference, fit_.unit_mm, fit_.X_scan_femur);
     move_to_frame(subject_.moving, fit_.unit_mm, fit_.X_scan_tibia);
     refuse_other_objects(surfaces, known, wrong_part);
+    if (console::is_interrupted()) return;
     if (wrong_part) throw InputError(*wrong_part);
     console::log_info("side " + side_name(fit_.side) + ", unit " + load::unit_of_mm(fit_.unit_mm) +
                       ", scanned at " + shortest_decimal(std::round(deg_from_rad(fit_.scanned.flexion_rad))) +
@@ -209,6 +213,7 @@ class Preparation {
     if (found.empty()) return;
     console::log_info("the bones do not fit; looking for the reason");
     std::string reason = registration::probable_cause(fit_, surfaces, reference_.knee, known);
+    if (console::is_interrupted()) return;
     if (reason.empty() && wrong_part) throw InputError(*wrong_part);
     if (reason.empty()) {
       for (const std::string& one : found) reason += (reason.empty() ? "" : "; ") + one;
@@ -291,8 +296,10 @@ class Preparation {
     load::Case prepared = written_case(true);
     console::log_info("slack lengths of " + std::to_string(transferred.ligaments.fibres.size()) +
                       " fibres: the knee is solved at 10 flexions, at most 5 times");
-    const prepare::SlackResult slack = prepare::set_slack_lengths(
-        prepared, reference_.joint, job_run::thread_count_or_all(options_.n_threads));
+    const prepare::SlackResult slack =
+        prepare::set_slack_lengths(prepared, reference_.joint,
+                                   job_run::thread_count_or_all(options_.n_threads), console::is_interrupted);
+    if (console::is_interrupted()) return prepared;
     write_ligaments(prepared.ligaments);
     report_["fibres"] = fibres_json(transferred, slack);
     report_["bundles"] = bundles_json(prepared.ligaments, slack, warnings_);

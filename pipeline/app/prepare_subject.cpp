@@ -32,6 +32,8 @@ Mesh mesh_of(const std::string& file, const std::string& option)
   load::CleanMesh clean =
       load::clean_mesh(load::read_mesh(file, std::move(bytes)), load::Winding::outward, Side::right);
   if (clean.mesh.triangles.rows() == 0) throw InputError({file, option, "no faces", "a mesh with faces"});
+  if (const std::string tangle = registration::tangle_in(clean.mesh); !tangle.empty())
+    throw InputError({file, option, tangle, "the surface of one part"});
   orient_nearly_closed(clean.mesh);
   return clean.mesh;
 }

@@ -43,7 +43,11 @@ BoneSurfaces native_surfaces(const Job& job, const BodyJob& body, ComponentLoade
 void require_surface(const Job& job, const std::string& key, const BoneSurfaces& surfaces,
                      const std::string& body)
 {
-  if (joined(surfaces).triangles.rows() > 0) return;
+  const Mesh all = joined(surfaces);
+  const std::string tangle = registration::tangle_in(all);
+  if (!tangle.empty())
+    job.document.refuse(key, "\"auto\" with [" + body + "]: " + tangle, "surfaces of bones, or numbers");
+  if (all.triangles.rows() > 0) return;
   job.document.refuse(key, "\"auto\", and no mesh file of bone or cartilage in [" + body + "]",
                       "mesh files of both bones, or numbers");
 }

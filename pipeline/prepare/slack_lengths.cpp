@@ -63,7 +63,7 @@ std::vector<double> fibre_lengths_mm(const load::Case& joint, const SettledPose&
   return lengths;
 }
 
-FibreLoads solved_loads(const load::Case& joint, int n_threads)
+FibreLoads solved_loads(const load::Case& joint, int n_threads, const std::function<bool()>& is_stopped)
 {
   load::Case coarse = joint;
   coarse.grid = {{}, {0.0}};
@@ -77,7 +77,8 @@ FibreLoads solved_loads(const load::Case& joint, int n_threads)
   coarse.spine = {0, 0.0};
   model_build::CaseSolver solver(coarse, n_threads);
   const sweep::SweepResult result = sweep::sweep(
-      model_build::plan_of(coarse), [&](const sweep::StepTask& task) { return solver(task); }, {}, n_threads);
+      model_build::plan_of(coarse), [&](const sweep::StepTask& task) { return solver(task); },
+      {{}, {}, is_stopped}, n_threads);
   const ligament::Ligaments ligaments = ligament::solver_ligaments(joint.ligaments, joint.frame);
   FibreLoads loads;
   loads.largest_strain.assign(ligaments.fibres.size(), -1.0);
@@ -98,7 +99,8 @@ FibreLoads solved_loads(const load::Case& joint, int n_threads)
   return loads;
 }
 
-SlackResult set_slack_lengths(load::Case& subject, const load::Case& reference, int n_threads)
+SlackResult set_slack_lengths(load::Case& subject, const load::Case& reference, int n_threads,
+                              const std::function<bool()>& is_stopped)
 {
   constexpr double allowed_excess = 0.05;
   constexpr double tolerance = 0.005;  // of strain
@@ -111,8 +113,8 @@ SlackResult set_slack_lengths(load::Case& subject, const load::Case& reference, 
   const std::vector<double> template_mm = fibre_lengths_mm(reference, settled_pose(reference));
   for (std::size_t i = 0; i < fibres.size(); ++i)
     fibres[i].slack_length_mm = reference.ligaments.fibres[i].slack_length_mm * own_mm[i] / template_mm[i];
-  result.template_strain = solved_loads(reference, n_threads).largest_strain;
-  result.loads = solved_loads(subject, n_threads);
+  result.template_strain = solved_loads(reference, n_threads, is_stopped).largest_strain;
+  result.loads = solved_loads(subject, n_threads, is_stopped);
   for (int k = 0; k < most_solutions; ++k) {
     std::int32_t n = 0;
     for (std::size_t i = 0; i < fibres.size(); ++i) {
@@ -123,7 +125,7 @@ SlackResult set_slack_lengths(load::Case& subject, const load::Case& reference, 
     }
     result.lengthenings.push_back(n);
     if (n == 0) break;
-    result.loads = solved_loads(subject, n_threads);
+    result.loads = solved_loads(subject, n_threads, is_stopped);
   }
   return result;
 }

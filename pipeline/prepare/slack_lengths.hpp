@@ -1,6 +1,7 @@
 /// Slack lengths of transferred fibres, from both knees at the neutral pose.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "load/case.hpp"
@@ -33,7 +34,7 @@ struct FibreLoads {
   int n_flexions = 0;
 };
 /// Solves the joint with free varus at 0, 10, ... 90 degrees of flexion.
-FibreLoads solved_loads(const load::Case& joint, int n_threads);
+FibreLoads solved_loads(const load::Case& joint, int n_threads, const std::function<bool()>& is_stopped = {});
 
 struct SlackResult {
   SettledPose settled;
@@ -46,7 +47,9 @@ struct SlackResult {
 /// template's times the ratio of lengths at the settled poses. Then at most four solutions lengthen the
 /// fibres strained beyond the template's largest strain + 0.05. From the scan's pose, fibres were strained by
 /// 0.3 and more.
-SlackResult set_slack_lengths(load::Case& subject, const load::Case& reference, int n_threads);
+/// `is_stopped` is polled; if it is true, the result means nothing.
+SlackResult set_slack_lengths(load::Case& subject, const load::Case& reference, int n_threads,
+                              const std::function<bool()>& is_stopped = {});
 
 /// Where a scan shows bones only: mean over both compartments of the gap between the bones along the tibia's
 /// axis in the pose of the scan. NaN where a compartment has no bone above it.

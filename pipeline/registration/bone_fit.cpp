@@ -57,10 +57,13 @@ double weight_at_border(const Eigen::Vector3d& off_mm, const Eigen::Vector3d& no
   return std::clamp(2.0 - 2.0 * across_mm / (base_mm + slope * off_mm.norm()), 0.0, 1.0);
 }
 
-std::vector<Pair> all_pairs(const SurfacePoints& points, const NearestSurface& subject, const BoneFit& fit)
+// None if stopped.
+std::vector<Pair> all_pairs(const SurfacePoints& points, const NearestSurface& subject, const BoneFit& fit,
+                            const BoneFitOptions& options)
 {
   std::vector<Pair> pairs;
   for (Eigen::Index i = 0; i < points.positions_mm.rows(); ++i) {
+    if (options.is_stopped && options.is_stopped()) return {};
     const Eigen::Vector3d from_mm = points.positions_mm.row(i), at_mm = fit(from_mm);
     const SurfacePoint nearest = subject.nearest(
         at_mm, {farthest_pair_mm, least_pair_cosine, fit.normal(points.normals.row(i).transpose())});
@@ -89,7 +92,7 @@ void keep_nearest(std::vector<Pair>& pairs, double kept)
 void set_residuals(BoneFit& fit, const SurfacePoints& points, const NearestSurface& subject,
                    const BoneFitOptions& options)
 {
-  std::vector<Pair> pairs = all_pairs(points, subject, fit);
+  std::vector<Pair> pairs = all_pairs(points, subject, fit, options);
   const auto n = static_cast<double>(points.positions_mm.rows());
   double sum = capped_mm * capped_mm * (n - static_cast<double>(pairs.size()));
   for (const Pair& pair : pairs) sum += std::min(pair.distance_sq_mm2, capped_mm * capped_mm);
@@ -172,7 +175,7 @@ void iterate(BoneFit& fit, const SurfacePoints& points, const NearestSurface& su
   const Eigen::Vector3d start = fit.scale;
   constexpr std::size_t fewest_pairs = 50;
   for (int i = 0; i < n; ++i) {
-    std::vector<Pair> pairs = all_pairs(points, subject, fit);
+    std::vector<Pair> pairs = all_pairs(points, subject, fit, options);
     keep_nearest(pairs, options.kept);
     if (pairs.size() < fewest_pairs) break;
     add_known(pairs, options.known, fit);

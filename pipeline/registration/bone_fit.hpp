@@ -1,6 +1,7 @@
 /// The precise fit of one bone, from a start within some degrees and millimetres.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "registration/coarse_fit.hpp"
@@ -50,6 +51,7 @@ struct BoneFitOptions {
   /// Each weighs as much as a hundredth of the surface, so it matters where the surface does not
   /// determine the fit. One that stays 15 mm off weighs a quarter of that, and less beyond.
   std::vector<KnownPoint> known = {};
+  std::function<bool()> is_stopped = {};  ///< polled; true: returns a fit that means nothing
 };
 
 /// Point-to-plane fit of the template's points, from the best of several starts. The points are fixed for a

@@ -163,9 +163,11 @@ std::string probable_cause(const KneeFit& fit, const KneeSurfaces& subject, cons
                            const KneeFitOptions& known)
 {
   if (fit_rejections(fit).empty()) return "";
+  KneeFitOptions free;
+  free.is_stopped = known.is_stopped;
   std::optional<KneeFit> found;
   const auto fits = [&](const KneeSurfaces& other) {
-    KneeFit one = fit_knee(other, reference);
+    KneeFit one = fit_knee(other, reference, free);
     if (!rejection_reasons(one, other).empty()) return false;
     found = one;
     return true;
@@ -214,6 +216,19 @@ std::vector<std::string> fit_warnings(const KneeFit& fit, const KneeSurfaces& su
   if (is_side_given && fit.side_margin < 1.0)
     found.push_back("side: the other side fits better (margin " + thousandths(fit.side_margin) + ")");
   return found;
+}
+
+std::string tangle_in(const Mesh& mesh)
+{
+  // A real bone has about the area of its box; one with all the walls of its spongy bone some ten times it.
+  constexpr double most_boxes = 20.0;
+  const Box box = bounding_box(mesh);
+  const Eigen::Vector3d size_mm = box.max_mm - box.min_mm;
+  const double box_mm2 =
+      2.0 * (size_mm.x() * size_mm.y() + size_mm.y() * size_mm.z() + size_mm.z() * size_mm.x());
+  const double own_mm2 = area_mm2(mesh);
+  if (own_mm2 <= most_boxes * box_mm2) return "";
+  return "triangles with " + tenths(own_mm2 / box_mm2) + " times the area of their box";
 }
 
 PartCheck cartilage_check(const Mesh& part, const Mesh& own_bone, const Mesh& other_bone)

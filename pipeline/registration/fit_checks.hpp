@@ -20,6 +20,10 @@ std::string probable_cause(const KneeFit& fit, const KneeSurfaces& subject, cons
 /// Accepted, but doubtful: little bone, cartilage only, an uncertain side.
 std::vector<std::string> fit_warnings(const KneeFit& fit, const KneeSurfaces& subject, bool is_side_given);
 
+/// What shows that a mesh is no surface, such as random triangles; empty: none. A search of the nearest point
+/// visits all of its triangles, so a fit takes minutes. In any unit.
+std::string tangle_in(const Mesh& mesh);
+
 /// Whether a mesh is the part that it is said to be.
 struct PartCheck {
   std::string rejection;  ///< empty: accepted

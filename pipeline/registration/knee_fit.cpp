@@ -41,6 +41,7 @@ struct BoneTask {
   double radius_mm = 0.0;
   double kept = 0.0;
   std::vector<KnownPoint> known = {};  // mm
+  std::function<bool()> is_stopped = {};
 };
 
 // The template turned about its flexion axis: the coarse fit takes both bones as one.
@@ -67,7 +68,7 @@ BoneFit bone_fit(const BoneTask& task, const Eigen::Vector3d& centre_mm, const s
   const SurfacePoints points = sample_surface(cropped(surface, centre_mm, task.radius_mm), n_points);
   const NearestSurface subject(
       without_noise(cropped(joined(task.of_subject), starts.front()(centre_mm), subject_radius_mm)));
-  return fit_bone(points, subject, starts, {freedom, task.kept, task.known});
+  return fit_bone(points, subject, starts, {freedom, task.kept, task.known, task.is_stopped});
 }
 
 // The template with its femur turned about the flexion axis.
@@ -120,9 +121,11 @@ void fit_bones(KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& ow
   const bool is_left = fit.side == Side::left;
   const Eigen::Vector3d& axis_mm = own_side.origin_mm;
   const BoneTask femur{of_template.femur, subject.femur, start_of(coarse, coarse.flexion_rad, axis_mm),
-                       femur_radius_mm,   femur_kept,    scaled(options.femur_points, fit.unit_mm, is_left)};
+                       femur_radius_mm,   femur_kept,    scaled(options.femur_points, fit.unit_mm, is_left),
+                       options.is_stopped};
   const BoneTask tibia{of_template.tibia, subject.tibia, start_of(coarse, 0.0, axis_mm),
-                       tibia_radius_mm,   tibia_kept,    scaled(options.tibia_points, fit.unit_mm, is_left)};
+                       tibia_radius_mm,   tibia_kept,    scaled(options.tibia_points, fit.unit_mm, is_left),
+                       options.is_stopped};
   const auto free = [&](const BoneTask& task) {
     return bone_fit(task, centre_mm, flexed_starts(task.start, axis_mm), ScaleFreedom::axes);
   };

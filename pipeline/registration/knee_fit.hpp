@@ -1,6 +1,7 @@
 /// Registers a subject's knee with a template: unit, side, and the frame of each bone.
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "core/clinical.hpp"
@@ -13,6 +14,7 @@ struct KneeFitOptions {
   std::optional<double> unit_mm;  ///< known unit; absent: found
   /// Points known of each bone; the subject's in its own unit.
   std::vector<KnownPoint> femur_points = {}, tibia_points = {};
+  std::function<bool()> is_stopped = {};  ///< polled; true: returns a fit that means nothing
 };
 
 /// Between the bones of one knee with 5 mm of cartilage, with room for flexed scans.

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <random>
+
 #include "core/units.hpp"
 #include "registration/knee_surfaces.hpp"
 #include "shapes/knee.hpp"
@@ -51,6 +53,26 @@ TEST(RejectionReasons, EachLimitIsNamed)
   KneeSurfaces stump = knee;
   stump.tibia.bone.vertices_mm.col(1) = stump.tibia.bone.vertices_mm.col(1).cwiseMax(-55.0);
   EXPECT_THAT(rejection_reasons(good_fit(), stump), ElementsAre(HasSubstr("tibia: 35 mm of bone")));
+}
+
+// A search of the nearest point visits all of such triangles: 8,000 took minutes.
+TEST(TangleIn, RandomTrianglesAreNoSurfaceAndNestedWallsAre)
+{
+  const Mesh ball = test::ball(20.0);
+  Mesh walls = ball;
+  for (int k = 1; k < 10; ++k) append(walls, test::ball(20.0 - k));
+  EXPECT_EQ(tangle_in(Mesh()), "");
+  EXPECT_EQ(tangle_in(ball), "");
+  EXPECT_EQ(tangle_in(walls), "");
+  Mesh tangle = ball;
+  std::mt19937 random(1);  // its numbers are the standard's
+  tangle.vertices_mm =
+      tangle.vertices_mm.unaryExpr([&](double) { return 0.01 * static_cast<double>(random() % 4096); });
+  Mesh all = tangle;
+  for (int k = 0; k < 5; ++k) append(all, tangle);
+  EXPECT_THAT(tangle_in(all), HasSubstr("times the area"));
+  all.vertices_mm *= 1000.0;
+  EXPECT_THAT(tangle_in(all), HasSubstr("times the area"));
 }
 
 TEST(FitWarnings, ShortBonesCartilageOnlyAndAnUncertainSide)

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "core/units.hpp"
+#include "registration/fit_checks.hpp"
 #include "registration/generated_knee.hpp"
 #include "support/meshes.hpp"
 
@@ -152,6 +153,20 @@ TEST(KneeFit, AKnownPointDrawsItsBoneAndOneFarOffDoesNot)
   EXPECT_LT(angle_between_rad(Pose::Identity(), drawn.X_scan_tibia), fit_rad);
   const KneeFit other = fit_with(Eigen::Vector3d(300, 0, 0));
   EXPECT_LT(angle_between_rad(Pose::Identity(), other.X_scan_femur), rad_from_deg(0.1));
+}
+
+// A fit of thousands of overlapping triangles takes minutes, so each of its searches asks.
+TEST(KneeFit, EndsSoonAfterItIsStopped)
+{
+  int n_asked = 0;
+  KneeFitOptions options;
+  options.is_stopped = [&] { return ++n_asked > 1000; };
+  const KneeFit fit = fit_knee(generated_knee(), generated_template(), options);
+  EXPECT_GT(n_asked, 1000);
+  EXPECT_LT(n_asked, 1100);  // once more for each of the fits that were left
+  const int n_before = n_asked;
+  EXPECT_EQ(probable_cause(fit, generated_knee(), generated_template(), options), "");
+  EXPECT_LT(n_asked, n_before + 500);
 }
 
 }  // namespace vrda::knee_fit_test
