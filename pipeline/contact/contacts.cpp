@@ -265,14 +265,13 @@ std::vector<proximity::TrianglePair> find_self_overlaps(const proximity::TreeMes
     }
     return false;
   };
-  proximity::visit_close_pairs(
-      mesh.tree, mesh.tree, proximity::Placement({}), 0.0, [&](const proximity::TrianglePair& pair) {
-        if (pair.reference >= pair.moving || shares_a_vertex(pair)) return false;
-        const proximity::Corners a = corners(mesh.mesh, pair.reference), b = corners(mesh.mesh, pair.moving);
-        if (is_certainly_separated(a, b, 0.0) || !narrow_phase.overlap(a, b)) return false;
-        found.push_back(pair);
-        return found.size() >= limit;
-      });
+  proximity::visit_own_pairs(mesh.tree, [&](const proximity::TrianglePair& pair) {
+    if (shares_a_vertex(pair)) return false;
+    const proximity::Corners a = corners(mesh.mesh, pair.reference), b = corners(mesh.mesh, pair.moving);
+    if (is_certainly_separated(a, b, 0.0) || !narrow_phase.overlap(a, b)) return false;
+    found.push_back(pair);
+    return found.size() >= limit;
+  });
   return found;
 }
 

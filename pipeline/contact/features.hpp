@@ -4,6 +4,7 @@
 #include <array>
 #include <compare>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/mesh.hpp"
@@ -36,17 +37,31 @@ class SurfaceFeatures {
     return edge_vertices_[static_cast<std::size_t>(edge)];
   }
 
-  /// Triangles that share the feature.
+  /// Triangles that share the feature, ascending.
   std::vector<std::int32_t> star(const Feature& feature) const;
+  std::span<const std::int32_t> edge_star(std::int32_t edge) const { return edge_triangles_.of(edge); }
 
   /// Largest bend around the feature; 0 for a face.
   double bend(const Feature& feature) const;
 
  private:
+  // Lists of triangles, one for each edge or vertex, in one array.
+  struct Stars {
+    std::vector<std::int32_t> triangles;
+    std::vector<std::size_t> begin;  // [n + 1]
+    std::span<const std::int32_t> of(std::int32_t i) const
+    {
+      const std::size_t first = begin[static_cast<std::size_t>(i)];
+      return {triangles.data() + first, begin[static_cast<std::size_t>(i) + 1] - first};
+    }
+  };
+  using Corners3 = std::array<std::int32_t, 3>;
+  static Stars stars_of(const std::vector<Corners3>& rows, std::size_t n);
+  void number_edges(const Mesh& mesh);
+
   std::vector<std::array<std::int32_t, 3>> edge_of_triangle_;
   std::vector<std::array<std::int32_t, 2>> edge_vertices_;
-  std::vector<std::vector<std::int32_t>> edge_triangles_;
-  std::vector<std::vector<std::int32_t>> vertex_triangles_;
+  Stars edge_triangles_, vertex_triangles_;
   std::vector<double> edge_bend_;
   std::vector<double> vertex_bend_;
 };

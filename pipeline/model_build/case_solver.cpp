@@ -55,6 +55,15 @@ solve::Joint joint_of(const load::Case& job_case, const SolverFrame& frame)
                            job_case.compartment_of_triangle);
 }
 
+InitialBodies initial_bodies_of(const load::Case& job_case)
+{
+  solve::SolverBody reference = solver_body(job_case.reference, job_case.frame);
+  solve::SolverBody moving = solver_body(job_case.moving, job_case.frame);
+  const double substep_mm = solve::substep_mm(reference, moving);
+  return {proximity::make_tree_mesh(std::move(reference.mesh)),
+          proximity::make_tree_mesh(std::move(moving.mesh)), substep_mm};
+}
+
 sweep::SweepPlan plan_of(const load::Case& job_case)
 {
   sweep::SweepPlan plan;

@@ -28,13 +28,46 @@ void grow(BoxTree::Node& node, const Eigen::Vector3d& p)
   }
 }
 
-BoxTree::Node box_of(const Mesh& mesh, const std::vector<std::int32_t>& order, Range range)
+BoxTree::Node empty_box()
 {
   BoxTree::Node node;
   node.min_mm.fill(std::numeric_limits<double>::infinity());
   node.max_mm.fill(-std::numeric_limits<double>::infinity());
+  return node;
+}
+
+BoxTree::Node box_of(const Mesh& mesh, const std::vector<std::int32_t>& order, Range range)
+{
+  BoxTree::Node node = empty_box();
   for (std::int32_t k = range.begin; k < range.end; ++k) {
     for (const Eigen::Vector3d& p : corners(mesh, order[static_cast<std::size_t>(k)])) grow(node, p);
+  }
+  return node;
+}
+
+// A triangle's box and the sum of its corners.
+struct Bounds {
+  Eigen::Vector3d min_mm, max_mm, sum_mm;
+};
+
+std::vector<Bounds> bounds_of(const Mesh& mesh)
+{
+  std::vector<Bounds> bounds;
+  bounds.reserve(static_cast<std::size_t>(mesh.triangles.rows()));
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const auto [a, b, c] = corners(mesh, t);
+    bounds.push_back({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c), a + b + c});
+  }
+  return bounds;
+}
+
+BoxTree::Node box_of(const std::vector<Bounds>& bounds, const std::vector<std::int32_t>& order, Range range)
+{
+  BoxTree::Node node = empty_box();
+  for (std::int32_t k = range.begin; k < range.end; ++k) {
+    const Bounds& one = bounds[static_cast<std::size_t>(order[static_cast<std::size_t>(k)])];
+    grow(node, one.min_mm);
+    grow(node, one.max_mm);
   }
   return node;
 }
@@ -65,14 +98,8 @@ BoxTree::BoxTree(const Mesh& mesh, const std::vector<std::int32_t>& triangles) :
 void BoxTree::build(const Mesh& mesh)
 {
   if (order_.empty()) return;
-  const Points centres = [&] {
-    Points sums(mesh.triangles.rows(), 3);
-    for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-      const auto [a, b, c] = corners(mesh, t);
-      sums.row(t) = (a + b + c).transpose();
-    }
-    return sums;
-  }();
+  const std::vector<Bounds> bounds = bounds_of(mesh);
+  nodes_.reserve(2 * order_.size() - 1);
   // Right children are stacked, so that the left child always follows its parent.
   struct Task {
     Range range;
@@ -84,7 +111,7 @@ void BoxTree::build(const Mesh& mesh)
     tasks.pop_back();
     const auto index = static_cast<std::int32_t>(nodes_.size());
     if (task.parent >= 0) nodes_[static_cast<std::size_t>(task.parent)].first = index;
-    Node node = box_of(mesh, order_, task.range);
+    Node node = box_of(bounds, order_, task.range);
     const std::int32_t n = task.range.end - task.range.begin;
     if (n <= leaf_size) {
       node.first = task.range.begin;
@@ -98,7 +125,8 @@ void BoxTree::build(const Mesh& mesh)
     // Ties by row, so that the tree does not depend on the library's partition.
     std::nth_element(order_.begin() + task.range.begin, order_.begin() + middle,
                      order_.begin() + task.range.end, [&](std::int32_t l, std::int32_t r) {
-                       const double cl = centres(l, axis), cr = centres(r, axis);
+                       const double cl = bounds[static_cast<std::size_t>(l)].sum_mm[axis],
+                                    cr = bounds[static_cast<std::size_t>(r)].sum_mm[axis];
                        return cl != cr ? cl < cr : l < r;
                      });
     tasks.push_back({{middle, task.range.end}, index});

@@ -214,4 +214,38 @@ bool visit_close_pairs(const BoxTree& reference, const BoxTree& moving, const Tr
   return false;
 }
 
+/// The same for the pairs of triangles of one mesh whose boxes touch: each pair once, smaller row first.
+template <typename Visit>
+bool visit_own_pairs(const BoxTree& tree, const Visit& visit)
+{
+  if (tree.is_empty()) return false;
+  const auto node = [&](std::int32_t i) -> const BoxTree::Node& {
+    return tree.nodes()[static_cast<std::size_t>(i)];
+  };
+  const auto visit_ordered = [&](const TrianglePair& pair) {
+    return pair.reference != pair.moving &&
+           visit(TrianglePair{std::min(pair.reference, pair.moving), std::max(pair.reference, pair.moving)});
+  };
+  std::vector<std::array<std::int32_t, 2>> tasks{{0, 0}};
+  while (!tasks.empty()) {
+    const auto [i, k] = tasks.back();
+    tasks.pop_back();
+    const BoxTree::Node &a = node(i), &b = node(k);
+    bool is_apart = false;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      is_apart = is_apart || a.min_mm[axis] > b.max_mm[axis] || b.min_mm[axis] > a.max_mm[axis];
+    if (is_apart) continue;
+    if (a.is_leaf() && b.is_leaf()) {
+      if (visit_leaves(tree, a, tree, b, visit_ordered)) return true;
+    } else if (i == k) {
+      tasks.insert(tasks.end(), {{i + 1, a.first}, {a.first, a.first}, {i + 1, i + 1}});
+    } else if (b.is_leaf() || (!a.is_leaf() && edge_sum_mm(a) >= edge_sum_mm(b))) {
+      tasks.insert(tasks.end(), {{a.first, k}, {i + 1, k}});
+    } else {
+      tasks.insert(tasks.end(), {{i, b.first}, {i, k + 1}});
+    }
+  }
+  return false;
+}
+
 }  // namespace vrda::proximity

@@ -36,6 +36,11 @@ double thinnest_part_mm(const SolverBody& body)
   return least;
 }
 
+double substep_mm(const SolverBody& reference, const SolverBody& moving)
+{
+  return 0.5 * std::min(thinnest_part_mm(reference), thinnest_part_mm(moving));
+}
+
 Joint make_joint(const SolverBody& reference, const SolverBody& moving,
                  const std::vector<Compartment>& compartment_of_triangle)
 {
@@ -56,7 +61,7 @@ Joint make_joint(const SolverBody& reference, const SolverBody& moving,
   joint.reference_protrudes =
       contact::protruding_vertices(joint.reference.tree_mesh.mesh, joint.reference.features);
   joint.moving_protrudes = contact::protruding_vertices(joint.moving.tree_mesh.mesh, joint.moving.features);
-  joint.substep_mm = 0.5 * std::min(thinnest_part_mm(reference), thinnest_part_mm(moving));
+  joint.substep_mm = substep_mm(reference, moving);
   return joint;
 }
 

@@ -41,6 +41,9 @@ double extent_along_delta_mm(const Mesh& mesh);
 /// Thickness of the thinnest component: twice volume over area if closed, else its mean edge length.
 double thinnest_part_mm(const SolverBody& body);
 
+/// Joint::substep_mm of two bodies.
+double substep_mm(const SolverBody& reference, const SolverBody& moving);
+
 /// The record of a contact; its compartment is that of the moving triangle.
 ContactRecord contact_record(const Joint& joint, const contact::Contact& contact);
 
