@@ -175,7 +175,7 @@ TEST(WrapErrors, NameTheWrapAndTheKey)
            {"[]", "", "[]", "1"},
            {"{}", "", "{}"},
            {"[3]", "wrap.0", "3"},
-           {std::string(1000000, '['), "", "nested lists"},
+           {std::string(1000000, '['), "", "1000000 nested keys, lists or tables"},
            {"[{\"name\": 1e999}]", "", "beyond the range"},
            {twice.substr(0, twice.size() - 1) + "," + twice.substr(1), "wrap.1.name"},
            {one_wrap("type", "\"WrapTorus\""), "wrap.0.type", "WrapTorus", "WrapCylinder"},
