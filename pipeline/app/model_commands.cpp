@@ -254,6 +254,7 @@ Json summary_of(const store::MotionModel& model, const audit::AuditFigures& meas
           {"grid", grid_json(model)},
           {"frames", frames_json(model)},
           {"scaling", job_run::scaling_json(model.job.scaling)},
+          {"warnings", model.job.warnings},
           {"status", statuses},
           {"triangles",
            {{"reference", model.reference.contact.mesh.triangles.rows()},
@@ -375,6 +376,7 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
 {
   std::printf("%s: %s, %s side, %s\n", model.title.c_str(), model.joint.c_str(), model.side.c_str(),
               model.method.c_str());
+  for (const std::string& warning : model.job.warnings) std::printf("warning: %s\n", warning.c_str());
   job_run::print_scaling(s["scaling"]);
   if (!s["scaling"].is_null()) {
     std::printf("  steps solved %s\n",

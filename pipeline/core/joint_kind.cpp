@@ -14,16 +14,34 @@ constexpr CoordinateWords internal{"internal rotation", "external rotation"};
 constexpr CoordinateWords plantarflexion{"plantarflexion", "dorsiflexion"};
 constexpr CoordinateWords inversion{"inversion", "eversion"};
 
+constexpr AngleRange any_angle{-360.0, 360.0};
+
 constexpr std::array<JointKind, joint_kind_names.size()> kinds{{
-    {"knee", {{{"flexion", "extension"}, {"varus", "valgus"}, internal, anterior, proximal, lateral}}, true},
+    {"knee",
+     {{{"flexion", "extension"}, {"varus", "valgus"}, internal, anterior, proximal, lateral}},
+     {-15.0, 145.0},
+     {-25.0, 25.0},
+     true},
     // The same rotation about Z that bends a knee swings a thigh backwards.
     {"hip",
      {{{"extension", "flexion"}, {"adduction", "abduction"}, internal, anterior, proximal, lateral}},
+     {-140.0, 30.0},
+     {-60.0, 45.0},
      false},
-    {"ankle", {{plantarflexion, inversion, internal, anterior, proximal, lateral}}, false},
-    {"subtalar", {{plantarflexion, inversion, internal, anterior, proximal, lateral}}, false},
+    {"ankle",
+     {{plantarflexion, inversion, internal, anterior, proximal, lateral}},
+     {-35.0, 60.0},
+     {-40.0, 40.0},
+     false},
+    {"subtalar",
+     {{plantarflexion, inversion, internal, anterior, proximal, lateral}},
+     {-30.0, 30.0},
+     {-40.0, 40.0},
+     false},
     {"other",
      {{{"flexion", "extension"}, {"varus", "valgus"}, internal, anterior, proximal, lateral}},
+     any_angle,
+     any_angle,
      false},
 }};
 

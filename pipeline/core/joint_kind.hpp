@@ -18,9 +18,16 @@ struct CoordinateWords {
   const char* negative;
 };
 
+/// Angles in degrees, from `least` to `most`.
+struct AngleRange {
+  double least_deg, most_deg;
+};
+
 struct JointKind {
   const char* name;  ///< as in jobs and files
   std::array<CoordinateWords, n_joint_coordinates> words;
+  /// Healthy joints stay within these (schemas/clinical.md).
+  AngleRange usual_flexion, usual_varus;
   bool has_compartments = false;  ///< medial and lateral, where the job names none
 };
 

@@ -4,7 +4,9 @@
 #include <utility>
 #include <vector>
 
+#include "core/side.hpp"
 #include "core/text.hpp"
+#include "load/case_warnings.hpp"
 #include "load/job.hpp"
 #include "model_build/case_solver.hpp"
 #include "prepare/frame_check.hpp"
@@ -98,6 +100,23 @@ void warn_of_self_overlaps(const Body& body, Warnings& warnings)
   }
 }
 
+// Collaterals on the wrong side are those of the other knee, unless the bones also say that the side is
+// wrong: then a warning says so.
+void require_table_of_side(const load::Job& job, const load::Case& job_case)
+{
+  const std::optional<Side> found = load::collateral_side(job_case);
+  if (!found || *found == job.side) return;
+  for (const std::string& warning : job_case.warnings)
+    if (warning.starts_with("side: ")) return;
+  const std::string side = side_name(job.side), other = side_name(*found);
+  job.document.refuse(
+      "ligaments", "MCL and LCL where a " + other + " knee has them, and side = \"" + side + "\"",
+      "the fibres of a " + side + " knee: in a table of a " + other +
+          " knee the coordinate along frame.right of both attachments changes its sign; or side "
+          "= \"" +
+          other + "\" if the bones are of a " + other + " knee");
+}
+
 }  // namespace
 
 CheckedCase load_checked_case(const load::Job& job, const std::string& data_directory)
@@ -113,6 +132,7 @@ CheckedCase load_checked_case(const load::Job& job, const std::string& data_dire
     const prepare::FrameKeys keys{frame_of(job, job.reference).key, frame_of(job, job.moving).key};
     for (const std::string& warning : prepare::frame_warnings(at_size, keys)) warnings.push_back(warning);
   }
+  require_table_of_side(job, loaded);
   return {std::move(loaded), initial};
 }
 

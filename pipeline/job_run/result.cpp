@@ -127,6 +127,10 @@ void add_smoothed(store::MotionModel& model, const load::Case& job_case, const s
   for (const std::int32_t degree : job_case.smooth_degrees) {
     if (is_stopped()) return;
     if (degree > largest) {
+      // Too few angles: load/case_warnings.cpp says so before the run.
+      const bool is_said =
+          !job_case.coordinates && static_cast<std::size_t>(degree) >= n_fitted_angles(job_case.grid);
+      if (is_said) continue;
       console::log_warning("smooth.degrees: found " + std::to_string(degree) + ", wanted at most " +
                            std::to_string(std::max(largest, 0)) +
                            " on this grid with these solved cells; the degree is skipped");
@@ -187,6 +191,25 @@ void report_motion(const store::MotionModel& model)
   for (const std::string& jump : jump_lines(model)) console::log_info(jump);
 }
 
+// Warns of attitudes so far past the first contact at a border that they count as unsolved.
+void warn_of_past_border(const store::MotionModel& model, const std::string& output)
+{
+  std::string flexions;
+  Eigen::Index n = 0;
+  const store::GridB past = is_past_border(model);
+  for (Eigen::Index i = 0; i < past.rows(); ++i) {
+    if (!past.row(i).any()) continue;
+    n += past.row(i).count();
+    if (flexions.empty()) flexions = shortest_decimal(model.flexion_deg[static_cast<std::size_t>(i)]);
+  }
+  if (n == 0) return;
+  console::log_warning(output + ": /plausibility: " + std::to_string(n) + " border_contact more than " +
+                       shortest_decimal(border_margin_deg) +
+                       " degrees past the first contact at a border, the first at flexion " + flexions +
+                       " degrees: the surfaces end there, and these attitudes count as unsolved; use meshes "
+                       "that reach further, or a smaller grid.flexion");
+}
+
 /// Too few stable samples for a band at a flexion.
 bool lacks_bands(const store::MotionModel& model)
 {
@@ -202,6 +225,7 @@ console::ExitCode outcome_of(const load::Case& job_case, const store::MotionMode
 {
   console::log_info(status_line(model));
   warn_of_doubtful(model, output);
+  warn_of_past_border(model, output);
   report_motion(model);
   const std::string cut_off = model.zero_varus ? reduce::cut_off_warning(*model.zero_varus) : "";
   if (!cut_off.empty()) console::log_warning(output + ": /zero_varus/is_cut_off: " + cut_off);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -93,9 +94,35 @@ std::map<std::string, int> cells_by_status(const store::MotionModel& model)
   return counts;
 }
 
+store::GridB is_past_border(const store::MotionModel& model)
+{
+  store::GridB past = store::GridB::Zero(model.status.rows(), model.status.cols());
+  const std::vector<double>& flexion_deg = model.flexion_deg;
+  const double start_deg = *std::min_element(flexion_deg.begin(), flexion_deg.end(),
+                                             [](double a, double b) { return std::abs(a) < std::abs(b); });
+  for (Eigen::Index j = 0; j < past.cols(); ++j) {
+    for (const double sign : {1.0, -1.0}) {
+      const auto is_at_border = [&](Eigen::Index i) {
+        return model.plausibility(i, j) == static_cast<std::int8_t>(Plausibility::border_contact);
+      };
+      const auto beyond_start_deg = [&](Eigen::Index i) {
+        return sign * (flexion_deg[static_cast<std::size_t>(i)] - start_deg);
+      };
+      double first_deg = std::numeric_limits<double>::infinity();
+      for (Eigen::Index i = 0; i < past.rows(); ++i) {
+        if (is_at_border(i) && beyond_start_deg(i) >= 0.0)
+          first_deg = std::min(first_deg, beyond_start_deg(i));
+      }
+      for (Eigen::Index i = 0; i < past.rows(); ++i)
+        if (is_at_border(i) && beyond_start_deg(i) > first_deg + border_margin_deg) past(i, j) = 1;
+    }
+  }
+  return past;
+}
+
 double unsolved_fraction(const store::MotionModel& model)
 {
-  const auto stable = (model.status == status_stable).count();
+  const auto stable = (model.status == status_stable && is_past_border(model) == 0).count();
   return 1.0 - static_cast<double>(stable) / static_cast<double>(model.status.size());
 }
 

@@ -24,7 +24,16 @@ void print_scaling(const nlohmann::ordered_json& scaling);
 /// Number of cells of each status that occurs, by name.
 std::map<std::string, int> cells_by_status(const store::MotionModel& model);
 
-/// Share of cells that are not stable.
+/// A contact at a border so far in flexion past the first one of its column has left the surface that the
+/// mesh has: the pose is not usable. A mesh's edge is first touched by a few mm of its rim, and 10 degrees of
+/// flexion move the contact of a knee by 3 to 5 mm.
+inline constexpr double border_margin_deg = 10.0;
+
+/// Stable cells with Plausibility::border_contact more than border_margin_deg further in flexion than the
+/// first one of their column, from the flexion nearest to zero on, in either direction.
+store::GridB is_past_border(const store::MotionModel& model);
+
+/// Share of cells that are not stable, or past a border.
 double unsolved_fraction(const store::MotionModel& model);
 
 /// "1911 attitudes: 1900 stable, 11 no_contact".

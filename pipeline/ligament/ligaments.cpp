@@ -103,6 +103,18 @@ Potential symmetric(Potential sum)
 
 }  // namespace
 
+std::string ligament_of(const std::string& bundle)
+{
+  std::string name = bundle;
+  for (char& c : name) {
+    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+  }
+  for (const char* known : knee_ligaments) {
+    if (name.find(known) != std::string::npos) return known;
+  }
+  return bundle;
+}
+
 Ligaments solver_ligaments(const Ligaments& canonical, const SolverFrame& frame)
 {
   const ToSolver map = to_solver(frame);

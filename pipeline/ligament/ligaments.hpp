@@ -36,6 +36,13 @@ struct Fibre {
   int wrap = -1;                 ///< row of Ligaments::wraps, or -1
 };
 
+/// The ligaments of a knee that names of bundles are recognised by.
+inline constexpr const char* knee_ligaments[] = {"ACL", "PCL", "MCL", "LCL"};
+
+/// The ligament of a bundle: one of `knee_ligaments` if the name contains it, in either case ("ACLam",
+/// "sMCL", "lcl_2"), otherwise the name itself.
+std::string ligament_of(const std::string& bundle);
+
 /// Attachments are canonical as loaded; for the solver, in the objects' frames in S at zero attitude.
 struct Ligaments {
   std::vector<Fibre> fibres;

@@ -92,6 +92,8 @@ Body loaded_body(const Job& job, const BodyJob& body_job, ComponentLoader& sourc
     loaded.inputs.push_back(part.input);
     if (part.normals) loaded.inputs.push_back(*part.normals);
     loaded.survey.push_back(part.survey);
+    const std::string coordinates = coordinate_warning(part.survey, part.native, map.unit_mm);
+    if (!coordinates.empty()) loaded.warnings.push_back(coordinates);
   }
   return body;
 }
@@ -257,12 +259,14 @@ Case load_case(const Job& given, const std::string& data_directory)
   LoadedUncertainty uncertainty = load_uncertainty(job, data_directory, loaded, ligaments);
   loaded.uncertainty = std::move(uncertainty.uncertainty);
   loaded.inputs.insert(loaded.inputs.end(), uncertainty.inputs.begin(), uncertainty.inputs.end());
+  const Warnings meshes = mesh_warnings(job, loaded);
   const Warnings anatomy = anatomy_warnings(job, loaded);
-  const Warnings fibres = fibre_warnings(ligaments, loaded.reference, loaded.moving);
+  const Warnings fibres = fibre_warnings(ligaments, loaded);
   apply_scaling(loaded, job, scaling);
+  const Warnings coordinates_of_files = loaded.warnings;
   loaded.warnings = case_warnings(job, scaled_to_subject(loaded));
   const Warnings frames = found ? found->warnings : Warnings{};
-  for (const Warnings& more : {frames, anatomy, fibres, scaling.warnings})
+  for (const Warnings& more : {frames, coordinates_of_files, meshes, anatomy, fibres, scaling.warnings})
     loaded.warnings.insert(loaded.warnings.end(), more.begin(), more.end());
   return loaded;
 }

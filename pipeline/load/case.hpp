@@ -1,6 +1,7 @@
 /// A loaded job: two bodies in canonical axes and all settings in internal units.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -29,6 +30,14 @@ struct GridAxes {
   std::vector<double> flexion_deg;  ///< [n_flexion], at least one
   std::vector<double> varus_deg;    ///< [n_varus], at least one
 };
+
+/// Angles that bound the degree of smoothing: a degree is below their number. An axis with one angle is not
+/// fitted: only its constant term is used.
+inline std::size_t n_fitted_angles(const GridAxes& grid)
+{
+  const std::size_t n_flexion = grid.flexion_deg.size(), n_varus = grid.varus_deg.size();
+  return n_varus == 1 ? n_flexion : n_flexion == 1 ? n_varus : std::min(n_flexion, n_varus);
+}
 
 /// Roles of the joint's six coordinates, and their values where they are driven or given.
 struct CoordinateRows {

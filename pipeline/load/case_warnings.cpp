@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/joint_kind.hpp"
 #include "core/text.hpp"
 #include "load/unit_check.hpp"
 
@@ -107,11 +108,7 @@ void warn_of_unused(const Job& job, Warnings& warnings)
   if (job.coordinates) return;  // their number of attitudes is known after loading
   const std::size_t n_flexion = job.grid.flexion_deg.size(), n_varus = job.grid.varus_deg.size();
   for (const std::int32_t degree : job.smooth_degrees) {
-    // An axis with one angle is not fitted: only its constant term is used.
-    const std::size_t n_angles = n_varus == 1     ? n_flexion
-                                 : n_flexion == 1 ? n_varus
-                                                  : std::min(n_flexion, n_varus);
-    if (static_cast<std::size_t>(degree) < n_angles) continue;
+    if (static_cast<std::size_t>(degree) < n_fitted_angles(job.grid)) continue;
     warnings.push_back("smooth.degrees: degree " + std::to_string(degree) + " needs " +
                        std::to_string(degree + 1) + " angles on each axis; the grid has " +
                        std::to_string(n_flexion) + " of flexion and " + std::to_string(n_varus) +
@@ -238,6 +235,30 @@ void warn_of_free_rotation(const Job& job, Warnings& warnings)
       "[ligaments] with fibres = \"ligaments.csv\" (theta_determined marks where it is determined)");
 }
 
+void warn_of_range(const std::string& axis, const std::vector<double>& angles_deg, const AngleRange& usual,
+                   const Job& job, Warnings& warnings)
+{
+  const auto [least, most] = std::minmax_element(angles_deg.begin(), angles_deg.end());
+  const bool is_above = *most > usual.most_deg;
+  if (!is_above && *least >= usual.least_deg) return;
+  const bool has_grid = job.document.root.find("grid") != nullptr;
+  warnings.push_back((has_grid ? "grid." : "coordinates.") + axis + ": " +
+                     shortest_decimal(is_above ? *most : *least) + " degrees, no " + job.joint +
+                     " goes there: it has " + shortest_decimal(usual.least_deg) + " to " +
+                     shortest_decimal(usual.most_deg) +
+                     " degrees (schemas/clinical.md), and contact beyond is where the surfaces end; " +
+                     (is_above ? "to = " + shortest_decimal(usual.most_deg)
+                               : "from = " + shortest_decimal(usual.least_deg)));
+}
+
+// The grid's angles, or those of a sequence's frames.
+void warn_of_ranges(const Job& job, const Case& loaded, Warnings& warnings)
+{
+  const JointKind& kind = joint_kind(job.joint);
+  warn_of_range("flexion", loaded.grid.flexion_deg, kind.usual_flexion, job, warnings);
+  warn_of_range("varus", loaded.grid.varus_deg, kind.usual_varus, job, warnings);
+}
+
 std::vector<const ComponentJob*> all_components(const Job& job)
 {
   std::vector<const ComponentJob*> all;
@@ -300,6 +321,7 @@ std::vector<std::string> case_warnings(const Job& job, const Case& loaded)
   warn_of_unused(job, warnings);
   warn_of_lateral_force(job, warnings);
   warn_of_grid(job, warnings);
+  warn_of_ranges(job, loaded, warnings);
   warn_of_free_rotation(job, warnings);
   warn_of_generated_parts(job, warnings);
   warn_of_equal_files(job, loaded, warnings);

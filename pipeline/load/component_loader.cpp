@@ -140,6 +140,7 @@ CleanMesh ComponentLoader::from_file(const ComponentJob& component, const AxisMa
     out.normals = {fs::path(component.file).replace_extension(".normals").string(), sha256_of(bytes)};
   }
   CleanMesh clean = clean_mesh(mesh, component.winding, job_.side);
+  out.native = clean.mesh.vertices_mm;
   clean.mesh = canonical(clean.mesh, map);
   return clean;
 }

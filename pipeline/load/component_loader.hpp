@@ -15,6 +15,7 @@ struct LoadedComponent {
   CleanMesh clean;  ///< canonical axes, mm
   LoadedInput input;
   std::optional<LoadedInput> normals;  ///< the file of a Vertices-Faces mesh's normals, where there is one
+  Points native;                       ///< vertices of a file, in its axes and unit; else empty
   ComponentSurvey survey;              ///< without the name of the body
 };
 

@@ -13,11 +13,6 @@ namespace {
 
 constexpr double infinity_mm = std::numeric_limits<double>::infinity();
 
-std::string rounded_text(double value, double steps_per_unit)
-{
-  return shortest_decimal(std::round(value * steps_per_unit) / steps_per_unit);
-}
-
 double to_segment_mm(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b)
 {
   const Eigen::Vector3d along = b - a;
@@ -135,58 +130,206 @@ std::string strain_remedy(const FibreJob& fibre, double strain, double length_mm
   return "; a strain is a fraction, 3 % is reference_strain = 0.03";
 }
 
-void warn_of_strains(const LoadedLigaments& loaded, std::vector<std::string>& warnings)
+// [n_fibres] at the pose of the meshes.
+std::vector<double> strains_of(const LoadedLigaments& loaded)
 {
+  std::vector<double> strains;
   const std::vector<ligament::FibreState> states = ligament::fibre_states(loaded.ligaments, {}, {});
+  for (std::size_t i = 0; i < states.size(); ++i)
+    strains.push_back(states[i].length_mm / loaded.ligaments.fibres[i].slack_length_mm - 1.0);
+  return strains;
+}
+
+void warn_of_strains(const LoadedLigaments& loaded, const std::vector<double>& strains,
+                     std::vector<std::string>& warnings)
+{
   std::size_t first = 0, n_implausible = 0;
-  const auto strain_of = [&](std::size_t i) {
-    return states[i].length_mm / loaded.ligaments.fibres[i].slack_length_mm - 1.0;
-  };
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    const double strain = strain_of(i);
-    if (strain >= least_strain && strain <= largest_strain) continue;
+  for (std::size_t i = 0; i < strains.size(); ++i) {
+    if (strains[i] >= least_strain && strains[i] <= largest_strain) continue;
     if (n_implausible++ == 0) first = i;
   }
   if (n_implausible == 0) return;
   const FibreJob& fibre = loaded.jobs[first];
   warnings.push_back(place_of(fibre, fibre.reference_strain ? "reference_strain" : "slack_length_mm") +
-                     "has a strain of " + rounded_text(strain_of(first), 1000.0) +
+                     "has a strain of " + rounded_text(strains[first], 1000.0) +
                      " at the pose of the meshes" + and_more(n_implausible) + "; ligaments have " +
                      shortest_decimal(least_strain) + " to " + shortest_decimal(largest_strain) +
-                     strain_remedy(fibre, strain_of(first), states[first].length_mm));
+                     strain_remedy(fibre, strains[first],
+                                   (1.0 + strains[first]) * loaded.ligaments.fibres[first].slack_length_mm));
 }
 
-// The softest bundle of the real knees has 1800 N per unit strain. Stiffnesses in N/mm are 50 to 200.
-void warn_of_stiffnesses(const LoadedLigaments& loaded, std::vector<std::string>& warnings)
+// The four ligaments of a knee that the names of its bundles mention, each with its largest strain.
+std::map<std::string, double> largest_strains(const LoadedLigaments& loaded,
+                                              const std::vector<double>& strains)
 {
-  constexpr double least_n = 300.0;
+  std::map<std::string, double> largest;
+  for (std::size_t i = 0; i < strains.size(); ++i) {
+    const std::string name = ligament::ligament_of(loaded.ligaments.fibres[i].bundle);
+    if (std::ranges::find(ligament::knee_ligaments, name) == std::end(ligament::knee_ligaments)) continue;
+    const auto [at, is_new] = largest.emplace(name, strains[i]);
+    if (!is_new) at->second = std::max(at->second, strains[i]);
+  }
+  return largest;
+}
+
+std::string joined_names(const std::vector<std::string>& names)
+{
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  return text;
+}
+
+void warn_of_missing_ligaments(const std::map<std::string, double>& found, std::vector<std::string>& warnings)
+{
+  std::vector<std::string> missing;
+  for (const char* name : ligament::knee_ligaments) {
+    if (!found.contains(name)) missing.emplace_back(name);
+  }
+  if (found.empty() || missing.empty()) return;
+  warnings.push_back("ligaments: no bundle is named " + joined_names(missing) +
+                     ": the knee is solved as if it were cut; add its fibres, or leave it out on purpose");
+}
+
+// Of published knees, each ligament has a fibre with a strain of at least -0.03 at the reference pose
+// (schemas/ligaments.md). A table whose slack lengths are 1.2 times too long has -0.12 at most.
+constexpr double slack_strain = -0.08;
+
+void warn_of_slack_ligaments(const std::map<std::string, double>& largest, const std::vector<double>& strains,
+                             std::vector<std::string>& warnings)
+{
+  if (largest.empty()) return;
+  const double most = *std::max_element(strains.begin(), strains.end());
+  std::vector<std::string> slack;
+  for (const auto& [name, strain] : largest) {
+    if (strain < slack_strain) slack.push_back(name + " (" + rounded_text(strain, 1000.0) + ")");
+  }
+  const std::string remedy =
+      "; their slack lengths are probably too long, or the pose of the meshes is not that of the table: "
+      "reference_strain instead of slack_length_mm gives the strain at this pose";
+  if (most < 0.0) {
+    warnings.push_back("ligaments: every fibre is slack at the pose of the meshes, the largest strain is " +
+                       rounded_text(most, 1000.0) + remedy);
+  } else if (!slack.empty()) {
+    warnings.push_back("ligaments: slack at the pose of the meshes: " + joined_names(slack) +
+                       ", by the largest strain of their fibres; wanted at least " +
+                       shortest_decimal(slack_strain) + remedy);
+  }
+}
+
+// Per unit strain (schemas/ligaments.md): the bundles of published knees have 1500 to 5700 N and the
+// stiffest tendon 35,000 N. In N/mm a bundle has 40 to 250; times its length once more, 45,000 and more.
+constexpr double least_bundle_n = 300.0, most_bundle_n = 25000.0, most_tendon_n = 60000.0;
+// In one bundle; published fibres of a bundle are equally stiff.
+constexpr double most_uneven = 5.0;
+
+double largest_of_bundle_n(const std::string& bundle)
+{
+  const bool is_named = std::ranges::find(ligament::knee_ligaments, ligament::ligament_of(bundle)) !=
+                        std::end(ligament::knee_ligaments);
+  return is_named ? most_bundle_n : most_tendon_n;
+}
+
+// The sums of the bundles.
+bool warn_of_bundle_stiffness(const LoadedLigaments& loaded, std::vector<std::string>& warnings)
+{
   std::map<std::string, double> sum_n;
   for (const ligament::Fibre& fibre : loaded.ligaments.fibres) sum_n[fibre.bundle] += fibre.stiffness_n;
   for (std::size_t i = 0; i < loaded.jobs.size(); ++i) {
     const ligament::Fibre& fibre = loaded.ligaments.fibres[i];
-    if (sum_n[fibre.bundle] >= least_n) continue;
+    const double all_n = sum_n[fibre.bundle], most_n = largest_of_bundle_n(fibre.bundle);
+    const bool is_soft = all_n < least_bundle_n;
+    if (!is_soft && (all_n <= most_n || fibre.bundle.empty())) continue;
+    std::string remedy = "most " + shortest_decimal(most_n) +
+                         "; values that are in N already are not multiplied by a length: stiffness_n = " +
+                         rounded_text(fibre.stiffness_n / fibre.slack_length_mm, 1.0);
+    if (is_soft) {
+      const bool is_per_mm = all_n * fibre.slack_length_mm >= least_bundle_n;
+      const double stiffness_n = fibre.stiffness_n * (is_per_mm ? fibre.slack_length_mm : 1000.0);
+      remedy = "least " + shortest_decimal(least_bundle_n) + "; " +
+               (is_per_mm ? "N/mm times the slack length in mm" : "kN times 1000") +
+               " gives N: stiffness_n = " + rounded_text(stiffness_n, 1.0);
+    }
     warnings.push_back(place_of(loaded.jobs[i], "stiffness_n") + "and its bundle have " +
-                       rounded_text(sum_n[fibre.bundle], 10.0) + " N per unit strain, wanted at least " +
-                       shortest_decimal(least_n) + "; N/mm times the slack length in mm gives N: " +
-                       "stiffness_n = " + rounded_text(fibre.stiffness_n * fibre.slack_length_mm, 1.0));
+                       rounded_text(all_n, 10.0) + " N per unit strain, wanted at " + remedy);
+    return true;
+  }
+  return false;
+}
+
+double median(std::vector<double> values)
+{
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
+  return 0.5 * (values[(n - 1) / 2] + values[n / 2]);
+}
+
+void warn_of_uneven_bundles(const LoadedLigaments& loaded, std::vector<std::string>& warnings)
+{
+  std::map<std::string, std::vector<double>> of_bundle;
+  for (const ligament::Fibre& fibre : loaded.ligaments.fibres)
+    of_bundle[fibre.bundle].push_back(fibre.stiffness_n);
+  for (std::size_t i = 0; i < loaded.jobs.size(); ++i) {
+    const ligament::Fibre& fibre = loaded.ligaments.fibres[i];
+    const std::vector<double>& all = of_bundle[fibre.bundle];
+    if (fibre.bundle.empty() || all.size() < 2) continue;
+    // Of two fibres the other one.
+    const double usual_n = all.size() == 2 ? all[0] + all[1] - fibre.stiffness_n : median(all);
+    const double ratio = fibre.stiffness_n / usual_n;
+    if (ratio <= most_uneven && ratio >= 1.0 / most_uneven) continue;
+    warnings.push_back(place_of(loaded.jobs[i], "stiffness_n") + "has " +
+                       rounded_text(fibre.stiffness_n, 10.0) + " N per unit strain, the other fibres of \"" +
+                       fibre.bundle + "\" have " + rounded_text(usual_n, 10.0) + "; wanted at most " +
+                       shortest_decimal(most_uneven) + " times less or more: N/mm times the slack length " +
+                       "in mm gives N");
     return;
   }
 }
 
 }  // namespace
 
-std::vector<std::string> fibre_warnings(const LoadedLigaments& loaded, const Body& reference,
-                                        const Body& moving)
+std::string rounded_text(double value, double steps_per_unit)
+{
+  return shortest_decimal(std::round(value * steps_per_unit) / steps_per_unit);
+}
+
+std::vector<std::string> fibre_warnings(const LoadedLigaments& loaded, const Case& job_case)
 {
   std::vector<std::string> warnings;
-  for (const End& end : {End{"reference_mm", &ligament::Fibre::reference_mm, &reference},
-                         End{"moving_mm", &ligament::Fibre::moving_mm, &moving}}) {
+  if (loaded.jobs.empty()) return warnings;
+  for (const End& end : {End{"reference_mm", &ligament::Fibre::reference_mm, &job_case.reference},
+                         End{"moving_mm", &ligament::Fibre::moving_mm, &job_case.moving}}) {
     warn_of_far_attachments(loaded, end, warnings);
     warn_of_scattered_bundles(loaded, end, warnings);
   }
-  warn_of_strains(loaded, warnings);
-  warn_of_stiffnesses(loaded, warnings);
+  const std::vector<double> strains = strains_of(loaded);
+  warn_of_strains(loaded, strains, warnings);
+  if (job_case.joint == "knee" && job_case.method == "equilibrium") {
+    const std::map<std::string, double> found = largest_strains(loaded, strains);
+    warn_of_missing_ligaments(found, warnings);
+    warn_of_slack_ligaments(found, strains, warnings);
+  }
+  if (!warn_of_bundle_stiffness(loaded, warnings)) warn_of_uneven_bundles(loaded, warnings);
   return warnings;
+}
+
+std::optional<Side> collateral_side(const Case& job_case)
+{
+  constexpr double least_mm = 15.0;  // the collaterals of real knees are 30 to 45 mm from the middle
+  std::map<std::string, std::pair<double, double>> sums;  // of z at both ends, and their number
+  for (const ligament::Fibre& fibre : job_case.ligaments.fibres) {
+    auto& [sum_mm, n] = sums[ligament::ligament_of(fibre.bundle)];
+    sum_mm += fibre.reference_mm.z() + fibre.moving_mm.z();
+    n += 2.0;
+  }
+  const Box box = bounding_box(job_case.moving.contact.mesh);
+  const double middle_mm = 0.5 * (box.min_mm.z() + box.max_mm.z());
+  const bool has_medial = sums.contains("MCL"), has_lateral = sums.contains("LCL");
+  if (job_case.joint != "knee" || (!has_medial && !has_lateral)) return std::nullopt;
+  const double medial_mm = has_medial ? sums["MCL"].first / sums["MCL"].second : middle_mm;
+  const double lateral_mm = has_lateral ? sums["LCL"].first / sums["LCL"].second : middle_mm;
+  if (std::abs(lateral_mm - medial_mm) < least_mm) return std::nullopt;
+  return lateral_mm > medial_mm ? Side::right : Side::left;
 }
 
 }  // namespace vrda::load

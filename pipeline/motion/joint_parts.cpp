@@ -11,29 +11,20 @@ namespace {
 /// Distances of the labels from the rotation centre, and from the plateau's sides, on a knee.
 constexpr double femur_height_mm = 38.0, tibia_depth_mm = 62.0, side_distance_mm = 7.0;
 
-/// The ligament of a bundle: "ACLam" gives "ACL".
-std::string ligament_of(const std::string& bundle)
-{
-  for (const char* known : {"ACL", "PCL", "MCL", "LCL"}) {
-    if (bundle.starts_with(known)) return known;
-  }
-  return bundle;
-}
-
 void add_ligaments(const store::MotionModel& model, std::vector<JointLabel>& labels)
 {
   if (!model.ligaments) return;
   const store::LigamentRows& rows = *model.ligaments;
   std::vector<std::string> found;
   for (const std::string& bundle : rows.bundle) {
-    const std::string name = ligament_of(bundle);
+    const std::string name = ligament::ligament_of(bundle);
     if (!name.empty() && std::ranges::find(found, name) == found.end()) found.push_back(name);
   }
   for (const std::string& name : found) {
     JointLabel label{name, JointBody::reference, JointBody::moving};
     double n = 0.0;
     for (std::size_t i = 0; i < rows.bundle.size(); ++i) {
-      if (ligament_of(rows.bundle[i]) != name) continue;
+      if (ligament::ligament_of(rows.bundle[i]) != name) continue;
       label.first_mm += rows.reference_mm.row(static_cast<Eigen::Index>(i)).transpose();
       label.second_mm += rows.moving_mm.row(static_cast<Eigen::Index>(i)).transpose();
       n += 1.0;

@@ -25,7 +25,7 @@ struct JointLabel {
   Eigen::Vector3d first_mm = Eigen::Vector3d::Zero(), second_mm = Eigen::Vector3d::Zero();
 };
 
-/// Both bodies, each ligament (ACL, PCL, MCL, LCL: bundles whose names begin so count as one) at the middle
+/// Both bodies, each ligament (ligament::ligament_of: the bundles of one count as one) at the middle
 /// of its fibres, and medial and lateral if the joint has compartments.
 std::vector<JointLabel> joint_labels(const store::MotionModel& model);
 

@@ -201,7 +201,7 @@ std::vector<std::string> warnings_of(const ReportModel& entry)
 {
   const store::MotionModel& model = entry.model;
   const MotionSummary numbers = motion_summary(model);
-  Lines lines;
+  Lines lines = model.job.warnings;
   add_unsolved(model, lines);
   add_doubtful(model, lines);
   add_raw_extremes(entry, lines);

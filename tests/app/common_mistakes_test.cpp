@@ -2,97 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstring>
-#include <functional>
-
-#include "app/scenes.hpp"
-#include "support/messages.hpp"
+#include "app/newcomer.hpp"
 
 namespace vrda::newcomer_test {
-
-namespace fs = std::filesystem;
-
-constexpr const char* sound_job = R"(title = "My knee"
-joint = "knee"
-side = "right"
-[frame]
-unit = "mm"
-origin = [0, 0, 0]
-[reference]
-name = "femur"
-[[reference.component]]
-name = "femur"
-file = "femur.stl"
-[moving]
-name = "tibia"
-[[moving.component]]
-name = "tibia"
-file = "tibia.stl"
-[[moving.component]]
-name = "meniscus_medial"
-file = "meniscus_medial.stl"
-[[moving.component]]
-name = "meniscus_lateral"
-file = "meniscus_lateral.stl"
-[push]
-delta = [0, 1, 0]
-[ligaments]
-fibres = "ligaments.csv"
-[grid]
-flexion = { from = 0, to = 90, step = 10 }
-varus = { from = -9, to = 9, step = 3 }
-[smooth]
-degrees = [3]
-)";
-
-// The files of a generated knee in the folder of the job.
-struct Folder {
-  test::Scratch scratch;
-  fs::path job = scratch.write("my-knee.toml", sound_job);
-
-  Folder()
-  {
-    EXPECT_EQ(test::run_vrda({"shape", "knee", "--ligaments", "-o", scratch.path().string()}).exit_code, 0);
-  }
-  fs::path file(const std::string& name) const { return scratch.path() / name; }
-  void set(const std::string& from, const std::string& to) const { test::edit(job, from, to); }
-
-  void scale_mesh(const std::string& name, float factor) const
-  {
-    std::string bytes = test::read_bytes(file(name));
-    for (std::size_t at = 84; at < bytes.size(); at += 50) {
-      for (std::size_t k = 3; k < 12; ++k) {
-        float value = 0;
-        std::memcpy(&value, bytes.data() + at + 4 * k, 4);
-        value *= factor;
-        std::memcpy(bytes.data() + at + 4 * k, &value, 4);
-      }
-    }
-    scratch.write(name, bytes);
-  }
-  void scale_meshes(float factor) const
-  {
-    for (const char* name : {"femur.stl", "tibia.stl", "meniscus_medial.stl", "meniscus_lateral.stl"})
-      scale_mesh(name, factor);
-  }
-  // Replaces the table by one fibre.
-  void one_fibre(const std::string& values) const
-  {
-    scratch.write(
-        "ligaments.csv",
-        "name,bundle,reference_x_mm,reference_y_mm,reference_z_mm,moving_x_mm,moving_y_mm,moving_z_mm,"
-        "stiffness_n," +
-            values);
-  }
-};
-
-struct Mistake {
-  const char* name;
-  std::function<void(const Folder&)> make;
-  int exit_code;
-  const char* key;      // where the message has a key of its own
-  test::Values values;  // of what was found, and of the remedy
-};
 
 const std::string lcl = "LCL1,LCL,-2,0,41.5,-15,-42.5,44,2400,";
 
@@ -316,13 +228,7 @@ class NewcomerMistake : public testing::TestWithParam<Mistake> {};
 
 TEST_P(NewcomerMistake, IsAnsweredWithKeyAndRemedy)
 {
-  const Folder folder;
-  GetParam().make(folder);
-  const test::Ended ended = test::run_vrda({"check", folder.job.string()});
-  EXPECT_EQ(ended.exit_code, GetParam().exit_code) << ended.err;
-  // A single line must name all values.
-  EXPECT_THAT(ended.out + ended.err,
-              test::has_line(test::Message{GetParam().key, GetParam().values, ended.exit_code == 0}));
+  expect_answer(GetParam());
 }
 
 INSTANTIATE_TEST_SUITE_P(Each, NewcomerMistake, testing::ValuesIn(mistakes),

@@ -76,7 +76,8 @@ class WholeFile {
 
 bool is_optional(const std::string& path)
 {
-  return path.ends_with("/normals") || path.ends_with("/offset") || path.ends_with("/recontact");
+  return path.ends_with("/normals") || path.ends_with("/offset") || path.ends_with("/recontact") ||
+         path == "/job/warnings";
 }
 
 TEST(EveryDataset, IsNeeded)

@@ -1,0 +1,183 @@
+// Warnings about meshes that are too coarse, too noisy or too full of holes for a pose. The thresholds follow
+// from measured errors of the pose (schemas/frames.md).
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "core/text.hpp"
+#include "load/case_warnings.hpp"
+
+namespace vrda::load {
+namespace {
+
+// The shipped knee has 4.8 mm; real ones have 0.7 to 3.3 mm.
+constexpr double largest_edge_mm = 5.5;
+// Standard deviation; the shipped femur has 0.16 mm by its curvature, real ones 0.07. Menisci and plates of
+// cartilage are thinner than this: they curve over few edges, which looks like noise.
+constexpr double largest_noise_mm = 0.25, thinnest_mm = 20.0;
+constexpr double largest_hole_share = 0.01;
+// A larger boundary is the border of a sheet.
+constexpr double sheet_share = 0.1;
+
+// Where contact with the other object is.
+Box joint_space(const Body& other)
+{
+  constexpr double margin_mm = 15.0;
+  const Box box = bounding_box(other.contact.mesh);
+  return {box.min_mm.array() - margin_mm, box.max_mm.array() + margin_mm};
+}
+
+bool is_in(const Box& box, const Eigen::Vector3d& p_mm)
+{
+  return (p_mm.array() >= box.min_mm.array()).all() && (p_mm.array() <= box.max_mm.array()).all();
+}
+
+Mesh part_in(const Box& box, const Mesh& mesh)
+{
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const auto [a, b, c] = corners(mesh, t);
+    if (is_in(box, (a + b + c) / 3.0)) rows.push_back(t);
+  }
+  return select_triangles(mesh, rows);
+}
+
+// Each vertex minus the mean of its neighbours in the mesh.
+Points laplacian(const Points& values, const Triangles& triangles)
+{
+  Points sums = Points::Zero(values.rows(), 3);
+  Eigen::VectorXd n = Eigen::VectorXd::Zero(values.rows());
+  for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Index v = triangles(t, k);
+      sums.row(v) += values.row(triangles(t, (k + 1) % 3)) + values.row(triangles(t, (k + 2) % 3));
+      n[v] += 2.0;
+    }
+  }
+  return values - (sums.array().colwise() / n.array().max(1.0)).matrix();
+}
+
+// Standard deviation of the vertices across the surface: applied twice, the Laplacian keeps noise and takes
+// away curvature that changes slowly. By the median, which edges of bones do not change.
+double noise_mm(const Mesh& mesh)
+{
+  if (mesh.triangles.rows() == 0) return 0.0;
+  const Points twice = laplacian(laplacian(mesh.vertices_mm, mesh.triangles), mesh.triangles);
+  const Points normals = vertex_normals(mesh);
+  std::vector<bool> is_used(static_cast<std::size_t>(twice.rows()), false);
+  for (Eigen::Index k = 0; k < mesh.triangles.size(); ++k)
+    is_used[static_cast<std::size_t>(mesh.triangles.data()[k])] = true;
+  std::vector<double> across_mm;
+  for (Eigen::Index v = 0; v < twice.rows(); ++v)
+    if (is_used[static_cast<std::size_t>(v)]) across_mm.push_back(std::abs(twice.row(v).dot(normals.row(v))));
+  const auto middle = across_mm.begin() + static_cast<std::ptrdiff_t>(across_mm.size() / 2);
+  std::nth_element(across_mm.begin(), middle, across_mm.end());
+  constexpr double median_of_normal = 0.6745;  // of the absolute value, in standard deviations
+  return *middle / median_of_normal;
+}
+
+// Areas of the boundary loops of a component, each by its vector area, where their middle is in the joint
+// space. Loops that share a vertex count as one.
+double hole_area_mm2(const Mesh& mesh, const Box& space)
+{
+  std::map<std::pair<std::int32_t, std::int32_t>, int> directed;
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k) ++directed[{mesh.triangles(t, k), mesh.triangles(t, (k + 1) % 3)}];
+  std::map<std::int32_t, std::int32_t> next;
+  for (const auto& [edge, n] : directed)
+    if (!directed.contains({edge.second, edge.first})) next[edge.first] = edge.second;
+  const double all_mm2 = area_mm2(mesh);
+  double sum_mm2 = 0.0;
+  while (!next.empty()) {
+    const Eigen::Vector3d first_mm = mesh.vertices_mm.row(next.begin()->first).transpose();
+    Eigen::Vector3d area = Eigen::Vector3d::Zero(), middle_mm = Eigen::Vector3d::Zero();
+    double n = 0.0;
+    for (auto at = next.begin(); at != next.end();) {
+      const Eigen::Vector3d p_mm = mesh.vertices_mm.row(at->first).transpose(),
+                            q_mm = mesh.vertices_mm.row(at->second).transpose();
+      area += 0.5 * (p_mm - first_mm).cross(q_mm - first_mm);
+      middle_mm += p_mm;
+      n += 1.0;
+      const std::int32_t end = at->second;
+      next.erase(at);
+      at = next.find(end);
+    }
+    middle_mm /= n;
+    if (is_in(space, middle_mm) && area.norm() < sheet_share * all_mm2) sum_mm2 += area.norm();
+  }
+  return sum_mm2;
+}
+
+void warn_of_component(const std::string& name, const Box& box, const Mesh& whole, const Box& space,
+                       std::vector<std::string>& warnings)
+{
+  const Mesh near = part_in(space, whole);
+  // With fewer it is no bone, but a block or a plate.
+  constexpr Eigen::Index fewest_triangles = 100;
+  const double edge_mm = near.triangles.rows() >= fewest_triangles ? mean_edge_length_mm(near) : 0.0;
+  const bool is_thick = (box.max_mm - box.min_mm).minCoeff() >= thinnest_mm;
+  if (edge_mm > largest_edge_mm)
+    warnings.push_back(name + ": its edges in the joint space are " + rounded_text(edge_mm, 10.0) +
+                       " mm long (mean), wanted at most " + shortest_decimal(largest_edge_mm) +
+                       "; meshes so coarse changed the pose by up to 2 degrees and 1 mm "
+                       "(schemas/frames.md); use a finer mesh");
+  else if (const double found_mm = is_thick ? noise_mm(near) : 0.0; found_mm > largest_noise_mm)
+    warnings.push_back(name + ": its surface is rough: vertices are " + rounded_text(found_mm, 100.0) +
+                       " mm off it (standard deviation), wanted at most " +
+                       shortest_decimal(largest_noise_mm) +
+                       "; noise of 0.2 mm changed the pose by up to 4 degrees and 1 mm, of 0.5 mm by 2 mm "
+                       "(schemas/frames.md); smooth the mesh");
+  const double share = hole_area_mm2(whole, space) / area_mm2(whole);
+  if (share > largest_hole_share)
+    warnings.push_back(name + ": holes of " + rounded_text(100.0 * share, 10.0) +
+                       " % of its surface in the joint space, wanted at most " +
+                       shortest_decimal(100.0 * largest_hole_share) +
+                       " %; where contact falls into one, the pose changed by up to 2 degrees and 0.5 mm "
+                       "(schemas/frames.md); close them");
+}
+
+}  // namespace
+
+std::vector<std::string> mesh_warnings(const Job& job, const Case& loaded)
+{
+  std::vector<std::string> warnings;
+  if (job.joint == "other") return warnings;
+  std::size_t row = 0;  // of the survey
+  for (const bool is_reference : {true, false}) {
+    const Body& body = is_reference ? loaded.reference : loaded.moving;
+    const Box space = joint_space(is_reference ? loaded.moving : loaded.reference);
+    const std::vector<ComponentJob>& parts = (is_reference ? job.reference : job.moving).components;
+    for (std::size_t c = 0; c < parts.size(); ++c, ++row) {
+      if (parts[c].generate || !parts[c].has_contact) continue;
+      std::vector<Eigen::Index> rows;
+      for (std::size_t t = 0; t < body.contact.component.size(); ++t)
+        if (body.contact.component[t] == static_cast<std::int32_t>(c))
+          rows.push_back(static_cast<Eigen::Index>(t));
+      const ComponentSurvey& survey = loaded.survey[row];
+      warn_of_component(survey.body + " component \"" + survey.name + "\" (" + survey.source + ")",
+                        survey.box, select_triangles(body.contact.mesh, rows), space, warnings);
+    }
+  }
+  return warnings;
+}
+
+std::string coordinate_warning(const ComponentSurvey& survey, const Points& native, double unit_mm)
+{
+  constexpr double largest_step_mm = 0.03;
+  const bool is_single = (native.array() == native.cast<float>().cast<double>().array()).all();
+  if (!is_single || native.rows() == 0) return "";
+  const auto largest = static_cast<float>(native.cwiseAbs().maxCoeff());
+  const double step_mm =
+      unit_mm * static_cast<double>(std::nextafter(largest, std::numeric_limits<float>::max()) - largest);
+  if (!(step_mm > largest_step_mm)) return "";
+  return survey.body + " component \"" + survey.name + "\" (" + survey.source + "): it is " +
+         rounded_text(static_cast<double>(largest) * unit_mm, 1.0) +
+         " mm from the files' origin, where numbers in single precision have steps of " +
+         rounded_text(step_mm, 1000.0) + " mm, wanted at most " + shortest_decimal(largest_step_mm) +
+         "; steps of 0.06 mm changed the pose by 0.2 degrees, of 1 mm by 2 degrees and 1 mm "
+         "(schemas/frames.md); save the meshes near their origin";
+}
+
+}  // namespace vrda::load
