@@ -13,10 +13,12 @@ namespace vrda::load {
 namespace {
 
 // The shipped knee has 4.8 mm; real ones have 0.7 to 3.3 mm.
-constexpr double largest_edge_mm = 5.5;
+constexpr double largest_edge_mm = 6.5;
 // Standard deviation; the shipped femur has 0.16 mm by its curvature, real ones 0.07. Menisci and plates of
 // cartilage are thinner than this: they curve over few edges, which looks like noise.
 constexpr double largest_noise_mm = 0.25, thinnest_mm = 20.0;
+// Longer edges make curvature look like noise.
+constexpr double longest_judged_edge_mm = 5.5;
 constexpr double largest_hole_share = 0.01;
 // A larger boundary is the border of a sheet.
 constexpr double sheet_share = 0.1;
@@ -117,13 +119,14 @@ void warn_of_component(const std::string& name, const Box& box, const Mesh& whol
   // With fewer it is no bone, but a block or a plate.
   constexpr Eigen::Index fewest_triangles = 100;
   const double edge_mm = near.triangles.rows() >= fewest_triangles ? mean_edge_length_mm(near) : 0.0;
-  const bool is_thick = (box.max_mm - box.min_mm).minCoeff() >= thinnest_mm;
+  const bool is_judged =
+      (box.max_mm - box.min_mm).minCoeff() >= thinnest_mm && edge_mm <= longest_judged_edge_mm;
   if (edge_mm > largest_edge_mm)
     warnings.push_back(name + ": its edges in the joint space are " + rounded_text(edge_mm, 10.0) +
                        " mm long (mean), wanted at most " + shortest_decimal(largest_edge_mm) +
                        "; meshes so coarse changed the pose by up to 2 degrees and 1 mm "
                        "(schemas/frames.md); use a finer mesh");
-  else if (const double found_mm = is_thick ? noise_mm(near) : 0.0; found_mm > largest_noise_mm)
+  else if (const double found_mm = is_judged ? noise_mm(near) : 0.0; found_mm > largest_noise_mm)
     warnings.push_back(name + ": its surface is rough: vertices are " + rounded_text(found_mm, 100.0) +
                        " mm off it (standard deviation), wanted at most " +
                        shortest_decimal(largest_noise_mm) +

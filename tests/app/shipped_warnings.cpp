@@ -31,7 +31,7 @@ const Warning warnings[] = {
     {"knee-jam-smith2019", "", "", {"\"femur_cartilage\"", "open sheet"}, open_sheet},
     {"knee-jam-smith2019", "", "", {"\"tibia_cartilage\"", "open sheet"}, open_sheet},
     {"knee-jam-smith2019", "run", "/plausibility", {"1 border_contact", "9"}, open_sheet},
-    {"knee-jam-smith2019", "check", "", {"\"meniscus_lateral\"", "intersect", "2"}, as_segmented},
+    {"knee-jam-smith2019", "", "", {"\"meniscus_lateral\"", "intersect", "2"}, as_segmented},
     {"knee-jam-smith2019-ligaments", "", "", {"\"femur_cartilage\"", "open sheet"}, open_sheet},
     {"knee-jam-smith2019-ligaments", "", "", {"\"tibia_cartilage\"", "open sheet"}, open_sheet},
     {"knee-pymskt-dess", "", "", {"\"tibia_bone\"", "holes"}, as_segmented},
