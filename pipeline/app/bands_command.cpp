@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "documents/json_file.hpp"
 #include "store/motion_model_file.hpp"
 #include "uncertainty/spread.hpp"
 
@@ -84,8 +85,9 @@ class BandTables {
       one["shares"] = std::move(shares);
       quantities.push_back(std::move(one));
     }
-    return {{"samples", motion_.n_samples()}, {"sequence", motion_.sequence}, {"seed", motion_.seed},
-            {key_name_, key_},                {"solved", motion_.n_solved},   {"quantities", quantities}};
+    return {{"samples", motion_.n_samples()}, {"sequence", motion_.sequence},
+            {"seed", motion_.seed},           {key_name_, key_},
+            {"solved", motion_.n_solved},     {"quantities", quantities}};
   }
 
  private:
@@ -109,7 +111,8 @@ class BandTables {
   {
     std::printf("fibre,%s,tension_min_n,tension_p05_n,tension_p50_n,tension_p95_n,tension_max_n\n",
                 key_name_.c_str());
-    const std::vector<std::string> names = model_.ligaments ? model_.ligaments->name : std::vector<std::string>{};
+    const std::vector<std::string> names =
+        model_.ligaments ? model_.ligaments->name : std::vector<std::string>{};
     for (std::size_t k = 0; k < names.size(); ++k) {
       for (std::size_t i = 0; i < key_.size(); ++i) {
         std::printf("%s,%s", quoted(names[k]).c_str(), cell(key_[i]).c_str());
@@ -127,7 +130,8 @@ class BandTables {
     for (const BandQuantity& quantity : quantities_) {
       for (std::size_t d = 0; d < motion_.draw.size(); ++d) {
         for (std::size_t i = 0; i < key_.size(); ++i) {
-          const std::size_t at = (i * store::uncertain_quantities.size() + quantity.row) * motion_.draw.size() + d;
+          const std::size_t at =
+              (i * store::uncertain_quantities.size() + quantity.row) * motion_.draw.size() + d;
           std::printf("%s,%s,%s,%s,%s,%s,%s\n", quantity.name, quoted(motion_.draw[d]).c_str(),
                       cell(key_[i]).c_str(), cell(motion_.rank_correlation[at]).c_str(),
                       cell(motion_.first_order[at]).c_str(), cell(motion_.first_order_low[at]).c_str(),
@@ -140,8 +144,8 @@ class BandTables {
   void print_samples() const
   {
     std::printf("sample,%s,status", key_name_.c_str());
-    for (const char* name : {"flexion_deg", "varus_deg", "internal_deg", "anterior_mm", "proximal_mm", "lateral_mm",
-                             "contact_force_n"})
+    for (const char* name : {"flexion_deg", "varus_deg", "internal_deg", "anterior_mm", "proximal_mm",
+                             "lateral_mm", "contact_force_n"})
       std::printf(",%s", std::string(name) == key_name_ ? "solved_flexion_deg" : name);
     for (const std::string& draw : motion_.draw) std::printf(",%s", quoted(draw).c_str());
     std::printf("\n");
@@ -174,10 +178,11 @@ console::ExitCode bands_command(const BandsOptions& options)
 {
   const store::MotionModel model = store::read_motion_model(options.file);
   if (!model.uncertainty)
-    throw InputError({options.file, "/uncertainty", "no samples", "the motion model of a job with [uncertainty]"});
+    throw InputError(
+        {options.file, "/uncertainty", "no samples", "the motion model of a job with [uncertainty]"});
   const BandTables tables(model);
   if (options.as_json) {
-    std::printf("%s\n", tables.json().dump(1).c_str());
+    std::printf("%s\n", documents::json_text(tables.json(), 1).c_str());
   } else {
     tables.print(options.table);
   }

@@ -8,11 +8,12 @@
 #include <nlohmann/json.hpp>
 
 #include "app/check_push.hpp"
-#include "core/atomic_file.hpp"
 #include "core/side.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "documents/json_file.hpp"
 #include "job_run/job_checks.hpp"
+#include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "load/job.hpp"
 #include "model_build/case_solver.hpp"
@@ -306,7 +307,7 @@ void write_picture(const std::string& path, const load::Case& job_case, const lo
   // Objects with frames of their own have no common axes of files.
   if (load::has_mesh_file(job) && !job.reference.frame && !job.moving.frame)
     notes.file_axes = {job.frame.anterior, job.frame.proximal, job.frame.right};
-  write_atomically(path, {picture::case_picture(job_case, notes)});
+  job_run::publish(path, "vrda check", picture::case_picture(job_case, notes));
 }
 
 }  // namespace
@@ -325,7 +326,7 @@ console::ExitCode check_command(const CheckOptions& options)
 {
   const Json result = check_json(options);
   if (options.as_json) {
-    std::printf("%s\n", result.dump(2).c_str());
+    std::printf("%s\n", documents::json_text(result, 2).c_str());
   } else {
     print(result);
   }

@@ -11,6 +11,7 @@
 #include "compare/compare.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "documents/json_file.hpp"
 #include "job_run/default_motion.hpp"
 #include "job_run/summary.hpp"
 
@@ -299,7 +300,7 @@ console::ExitCode compare_command(const CompareCommandOptions& options)
                                  {"recontacted", options.is_recontacted},
                                  {"refine", options.refine}};
   json.update(json_of(comparison));
-  std::printf("%s\n", json.dump(2).c_str());
+  std::printf("%s\n", documents::json_text(json, 2).c_str());
   return console::ExitCode::done;
 }
 

@@ -4,12 +4,13 @@
 #include <charconv>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
+#include <utility>
 
 #include "app/file_commands.hpp"
 #include "convert/job_text.hpp"
 #include "convert/mesh_writer.hpp"
 #include "convert/object_set.hpp"
-#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "job_run/run_output.hpp"
 #include "load/axis_map.hpp"
@@ -43,11 +44,22 @@ void print_table(const std::vector<TableRow>& rows)
   }
 }
 
-TableRow written_component(const convert::ObjectComponent& component, const fs::path& folder)
+/// The paths and contents of a result's files; the first is its main file.
+using ResultFiles = std::vector<std::pair<std::string, std::string>>;
+
+console::ExitCode publish(const std::string& folder, const std::string& command, const ResultFiles& files)
 {
-  const std::string stem = (folder / component.name).string();
-  write_atomically(stem + ".obj", {convert::vertices_faces_bytes(component.mesh)});
-  write_atomically(stem + ".normals", {convert::vertex_normals_bytes(component.mesh)});
+  check(!files.empty(), "a result has a file");
+  job_run::make_folder(folder);
+  std::optional<Publication> result = job_run::begin_result(files.front().first, command);
+  if (!result) return console::ExitCode::interrupted;
+  for (std::size_t k = 1; k < files.size(); ++k) result->add(files[k].first, files[k].second);
+  result->publish(files.front().second);
+  return console::ExitCode::done;
+}
+
+TableRow counted_component(const convert::ObjectComponent& component, const std::string& stem)
+{
   const load::CleanMesh clean = load::clean_mesh(component.mesh, load::Winding::outward, Side::right);
   console::log_info(stem + ".obj, " + stem + ".normals: " + std::to_string(component.mesh.vertices.rows()) +
                     " vertices");
@@ -83,13 +95,17 @@ console::ExitCode convert_object_command(const ConvertObjectOptions& options)
 {
   const std::vector<convert::ObjectComponent> components =
       convert::parse_object_set(convert::read_object_set(options.prefix));
-  job_run::make_folder(options.folder);
   std::vector<TableRow> rows;
-  rows.reserve(components.size());
-  for (const convert::ObjectComponent& component : components)
-    rows.push_back(written_component(component, options.folder));
+  ResultFiles files;
+  for (const convert::ObjectComponent& component : components) {
+    const std::string stem = (fs::path(options.folder) / component.name).string();
+    files.emplace_back(stem + ".obj", convert::vertices_faces_bytes(component.mesh));
+    files.emplace_back(stem + ".normals", convert::vertex_normals_bytes(component.mesh));
+    rows.push_back(counted_component(component, stem));
+  }
+  const console::ExitCode code = publish(options.folder, "vrda convert", files);
   print_table(rows);
-  return console::ExitCode::done;
+  return code;
 }
 
 console::ExitCode convert_mesh_command(const ConvertMeshOptions& options)
@@ -100,15 +116,17 @@ console::ExitCode convert_mesh_command(const ConvertMeshOptions& options)
   std::string bytes =
       load::file_bytes(options.input, {options.input, "", "", "a mesh file"}, load::largest_mesh_bytes);
   const load::RawMesh mesh = convert::merge_equal_vertices(load::read_mesh(options.input, std::move(bytes)));
-  write_atomically(options.output, {convert::mesh_bytes(options.output, mesh)});
+  const console::ExitCode code =
+      job_run::publish(options.output, "vrda convert", convert::mesh_bytes(options.output, mesh));
   std::printf("%s\n", options.output.c_str());
   console::log_info(std::to_string(mesh.vertices.rows()) + " vertices, " + std::to_string(mesh.size.size()) +
                     " faces");
-  return console::ExitCode::done;
+  return code;
 }
 
 console::ExitCode convert_config_command(const ConvertConfigOptions& options)
 {
+  job_run::require_plain_text("file", options.file);
   const convert::NamedText source = convert::read_configuration(options.file);
   const convert::KeywordConfiguration configuration =
       convert::parse_configuration(source, load::mm_per_unit(options.unit));
@@ -123,10 +141,10 @@ console::ExitCode convert_config_command(const ConvertConfigOptions& options)
                       models.lexically_relative(job_folder).generic_string(), options.unit});
   load::checked_job(
       {options.output, documents::parse_toml(text, options.output), {}});  // a name may be invalid UTF-8
-  write_atomically(options.output, {text});
+  const console::ExitCode code = job_run::publish(options.output, "vrda convert", text);
   std::printf("%s\n", options.output.c_str());
   warn_of_missing_models(configuration, models);
-  return console::ExitCode::done;
+  return code;
 }
 
 namespace {
@@ -160,23 +178,22 @@ console::ExitCode shape_command(const ShapeOptions& options)
   // A shape without ligaments is refused before anything is written.
   const std::string table = options.has_ligaments ? shapes::fibre_table(request) : "";
   const shapes::Shape shape = shapes::generate_shape(request);
-  job_run::make_folder(options.folder);
+  ResultFiles files;
   for (const std::vector<shapes::ShapePart>* parts : {&shape.reference, &shape.moving}) {
     for (const shapes::ShapePart& part : *parts) {
-      const fs::path path = fs::path(options.folder) / (part.name + ".stl");
-      write_atomically(path.string(), {convert::stl_bytes(part.mesh, "vrda shape, mm")});
-      std::printf("%s\n", path.c_str());
+      files.emplace_back((fs::path(options.folder) / (part.name + ".stl")).string(),
+                         convert::stl_bytes(part.mesh, "vrda shape, mm"));
       console::log_info(part.name + ": " + std::to_string(part.mesh.triangles.rows()) + " triangles, " +
                         part.material + (part.has_contact ? "" : ", drawn only"));
     }
   }
   if (options.has_ligaments) {
-    const fs::path path = fs::path(options.folder) / "ligaments.csv";
-    write_atomically(path.string(), {table});
-    std::printf("%s\n", path.c_str());
+    files.emplace_back((fs::path(options.folder) / "ligaments.csv").string(), table);
     console::log_info("ligaments: " + std::to_string(shapes::generate_fibres(request).size()) + " fibres");
   }
-  return console::ExitCode::done;
+  const console::ExitCode code = publish(options.folder, "vrda shape", files);
+  for (const auto& [path, bytes] : files) std::printf("%s\n", path.c_str());
+  return code;
 }
 
 std::string shape_help()

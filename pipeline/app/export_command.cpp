@@ -11,9 +11,9 @@
 
 #include "app/angle_range.hpp"
 #include "convert/mesh_writer.hpp"
-#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "documents/json_file.hpp"
 #include "exports/formats.hpp"
 #include "exports/osim_model.hpp"
 #include "job_run/run_output.hpp"
@@ -157,15 +157,32 @@ std::string piece_name(const fs::path& output, const char* kind, std::size_t fra
   return stem + "/" + stem + kind + number;
 }
 
+/// Empty when interrupted.
+std::optional<Publication> begin_export(const std::string& output)
+{
+  job_run::make_parent_folder(output);
+  return job_run::begin_result(output, "vrda export");
+}
+
+std::vector<std::string> write_single(const std::string& output, const std::string& bytes)
+{
+  std::optional<Publication> result = begin_export(output);
+  if (!result) return {};
+  result->publish(bytes);
+  return {output};
+}
+
 std::vector<std::string> write_series(const store::MotionModel& model, const exports::FlexionMotion& motion,
                                       const fs::path& output)
 {
+  std::optional<Publication> result = begin_export(output.string());
+  if (!result) return {};
   std::vector<std::string> files;
   std::vector<exports::SeriesEntry> entries;
   const auto write = [&](const exports::FlexionFrame& frame, int part, const std::string& name,
                          const std::string& bytes) {
     const std::string path = (output.parent_path() / name).string();
-    write_atomically(path, {bytes});
+    result->add(path, bytes);
     files.push_back(path);
     entries.push_back({exports::abscissa(motion, frame), part, name});
   };
@@ -176,7 +193,7 @@ std::vector<std::string> write_series(const store::MotionModel& model, const exp
     const std::string contacts = motion.set == "raw" ? exports::contacts_vtp(model, frame) : "";
     if (!contacts.empty()) write(frame, 1, piece_name(output, "_contacts", k), contacts);
   }
-  write_atomically(output.string(), {exports::series_pvd(motion, entries)});
+  result->publish(exports::series_pvd(motion, entries));
   files.insert(files.begin(), output.string());
   return files;
 }
@@ -191,20 +208,17 @@ std::vector<std::string> write_osim(const ExportOptions& options, const store::M
     osim.surfaces = exports::osim_surfaces(model, options.file, motion.set);
     osim.varus_coordinate = names[1];
   }
-  if (options.only_joint) {
-    const std::string joint = exports::osim_joint(model, motion, osim);
-    if (output.has_parent_path()) job_run::make_folder(output.parent_path().string());
-    write_atomically(options.output, {joint});
-    return {options.output};
-  }
+  if (options.only_joint) return write_single(options.output, exports::osim_joint(model, motion, osim));
   const exports::OsimModel exported = exports::osim_model(model, motion, osim);
+  std::optional<Publication> result = begin_export(options.output);
+  if (!result) return {};
   job_run::make_folder(folder.string());
   std::vector<std::string> files{options.output};
   for (const exports::OsimMesh& mesh : exported.meshes) {
     files.push_back((folder / mesh.file).string());
-    write_atomically(files.back(), {convert::stl_bytes(mesh.mesh_m, "vrda export, metres")});
+    result->add(files.back(), convert::stl_bytes(mesh.mesh_m, "vrda export, metres"));
   }
-  write_atomically(options.output, {exported.xml});
+  result->publish(exported.xml);
   return files;
 }
 
@@ -256,25 +270,22 @@ nlohmann::ordered_json write_export(const ExportOptions& options)
   require_output(options);
   const store::MotionModel model = store::read_motion_model(options.file);
   const fs::path output = options.output;
-  const fs::path folder = output.parent_path();
   if (options.every_cell) {
     if (!(model.status == status_stable).any()) {
       throw InputError({options.file, "status", "no stable cell", "at least one to export"});
     }
-    if (!folder.empty()) job_run::make_folder(folder.string());
-    write_atomically(options.output, {exports::cells_csv(model)});
-    return report_of(options, nullptr, {options.output});
+    return report_of(options, nullptr, write_single(options.output, exports::cells_csv(model)));
   }
   const exports::FlexionMotion motion = exports::flexion_motion(model, options.file, plan_of(options, model));
-  std::vector<std::string> files{options.output};
+  std::vector<std::string> files;
+  if (options.format == "vtk" || options.format == "osim")
+    job_run::require_plain_text("--output", output.filename().string());
   if (options.format == "vtk") {
     files = write_series(model, motion, output);
   } else if (options.format == "osim") {
     files = write_osim(options, model, motion);
   } else {
-    const std::string bytes = file_of(options, model, motion);
-    if (!folder.empty()) job_run::make_folder(folder.string());
-    write_atomically(options.output, {bytes});
+    files = write_single(options.output, file_of(options, model, motion));
   }
   warn_of_left_out(motion);
   const store::DefaultMotion shown = motion::default_motion(model);
@@ -288,11 +299,11 @@ console::ExitCode export_command(const ExportOptions& options)
 {
   const nlohmann::ordered_json report = write_export(options);
   if (options.as_json) {
-    std::printf("%s\n", report.dump(2).c_str());
+    std::printf("%s\n", documents::json_text(report, 2).c_str());
   } else {
     for (const auto& file : report["files"]) std::printf("%s\n", file.get<std::string>().c_str());
   }
-  return console::ExitCode::done;
+  return report["files"].empty() ? console::ExitCode::interrupted : console::ExitCode::done;
 }
 
 }  // namespace vrda::app

@@ -7,11 +7,12 @@
 #include <optional>
 
 #include "app/score_command.hpp"
-#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/side.hpp"
 #include "core/text.hpp"
+#include "documents/json_file.hpp"
 #include "fit/offset_fit.hpp"
+#include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "load/job.hpp"
 #include "measured/motion_poses.hpp"
@@ -100,7 +101,7 @@ void print(const Report& r, const FitCommandOptions& o)
                           {"travel_per_mm", number_json(found.travel_per_mm)},
                           {"training_frames", r.n_training},
                           {"frames_with_gap", found.n_frames}};
-    std::printf("%s\n", json.dump(2).c_str());
+    std::printf("%s\n", documents::json_text(json, 2).c_str());
     return;
   }
   for (const std::string& key : r.keys) std::printf("%s\n", key.c_str());
@@ -132,22 +133,22 @@ double rms_over(const std::vector<double>& gaps)
 
 }  // namespace
 
-void require_absent(const FitCommandOptions& o, const std::vector<std::string>& files)
+void require_absent(const Publication& result, const FitCommandOptions& o,
+                    const std::vector<std::string>& files)
 {
-  if (o.may_replace) return;
-  for (const std::string& file : files) {
-    std::error_code error;
-    if (std::filesystem::exists(file, error))
-      throw InputError(
-          {file, "--output", "a file that is not a result of this job", "another --output, or --replace"});
-  }
+  if (!o.may_replace)
+    result.require_absent(
+        files, {"", "--output", "a file that is not a result of this job", "another --output, or --replace"});
 }
 
 console::ExitCode fit_command(const FitCommandOptions& o)
 {
   if (!o.to_files.empty()) return identify_command(o);
   if (o.motion.empty()) throw InputError({"vrda fit", "--to", "nothing", "--to TABLE, or --motion POSES"});
-  if (!o.output.empty()) require_absent(o, {o.output});
+  std::optional<Publication> result =
+      o.output.empty() ? std::nullopt : job_run::begin_result(o.output, "vrda fit");
+  if (!result && !o.output.empty()) return console::ExitCode::interrupted;
+  if (result) require_absent(*result, o, {o.output});
   Report report;
   OffsetFitInput input;
   report.keys = fitted_keys(load::read_job(o.job_file, o.overrides), input);
@@ -170,11 +171,10 @@ console::ExitCode fit_command(const FitCommandOptions& o)
     report.other_gap_rms_mm = rms_over(fit::gaps_at_offset(subject, others, report.fit.offset_mm));
   print(report, o);
   if (report.fit.status != FitStatus::converged) return console::ExitCode::incomplete;
-  if (o.output.empty()) return console::ExitCode::done;
+  if (!result) return console::ExitCode::done;
   const load::Job found = load::read_job(o.job_file, with_offset_of(o, report.keys, report.fit.offset_mm));
-  write_atomically(
-      o.output, {job_case.found_frames ? load::with_found_frames(found, *job_case.found_frames).resolved_text
-                                       : found.resolved_text});
+  result->publish(job_case.found_frames ? load::with_found_frames(found, *job_case.found_frames).resolved_text
+                                        : found.resolved_text);
   return console::ExitCode::done;
 }
 

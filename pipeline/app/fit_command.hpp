@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "console/console.hpp"
+#include "core/publication.hpp"
 
 namespace CLI {
 class App;
@@ -31,8 +32,9 @@ struct FitCommandOptions {
   void add_to(CLI::App& command);
 };
 
-/// Throws InputError unless `may_replace` if one of the files exists: it could be an input.
-void require_absent(const FitCommandOptions& options, const std::vector<std::string>& files);
+/// Throws InputError unless `may_replace` if one of the files of `result` exists: it could be an input.
+void require_absent(const Publication& result, const FitCommandOptions& options,
+                    const std::vector<std::string>& files);
 
 /// With `to_files` identify(); else prints the offset with its standard error and the gaps of training and
 /// other frames. Exit code 3 if it is not determined.

@@ -30,7 +30,8 @@ void FitCommandOptions::add_to(CLI::App& command)
   command.add_option(
       "-o,--output", output,
       "Write the resolved job with the numbers found; with --to also JOB.ligaments.csv and JOB.fit.json");
-  command.add_flag("--replace", may_replace, "Replace existing files that are not results of this job");
+  command.add_flag("--replace", may_replace,
+                   "Replace existing files that are not results of this job and these measurements");
   command.add_option("--data", data_directory, "Base folder of relative mesh file names");
   add_overrides(command, overrides);
   command.add_flag("--fresh", is_fresh, "With --to: discard the journal of an interrupted fit");

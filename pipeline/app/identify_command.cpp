@@ -9,9 +9,7 @@
 
 #include "app/fit_command.hpp"
 #include "app/score_command.hpp"
-#include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "core/open_file.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "fit/fit_files.hpp"
@@ -176,6 +174,11 @@ std::string stem_of(const std::string& output)
   return (path.parent_path() / path.stem()).string();
 }
 
+std::string journal_of(const FitCommandOptions& o)
+{
+  return o.output + ".journal";
+}
+
 // The job itself, or the bytes of one of its files.
 bool is_input(const std::string& file, const FitCommandOptions& o,
               const std::vector<load::LoadedInput>& inputs)
@@ -189,8 +192,20 @@ bool is_input(const std::string& file, const FitCommandOptions& o,
                      [&](const load::LoadedInput& input) { return input.sha256 == sha256; });
 }
 
-// A result of the same job may be replaced, unless the job reads it.
-void require_replaceable_output(const FitCommandOptions& o, const load::Job& job,
+bool is_same_fit(const nlohmann::json& earlier, const load::Job& job,
+                 const std::vector<load::LoadedInput>& inputs)
+{
+  using Json = nlohmann::json;
+  if (!earlier.is_object() || earlier.value("job", Json()) != job.resolved_text) return false;
+  const Json found = earlier.value("inputs", Json());
+  return found.is_array() && std::equal(found.begin(), found.end(), inputs.begin(), inputs.end(),
+                                        [](const Json& a, const auto& b) {
+                                          return a.is_object() && a.value("sha256", Json()) == b.sha256;
+                                        });
+}
+
+// A result of the same job and measurements may be replaced, unless the job reads it.
+void require_replaceable_output(const Publication& result, const FitCommandOptions& o, const load::Job& job,
                                 const std::vector<load::LoadedInput>& inputs)
 {
   const std::string stem = stem_of(o.output), facts = stem + ".fit.json";
@@ -201,14 +216,13 @@ void require_replaceable_output(const FitCommandOptions& o, const load::Job& job
   if (!is_read && std::filesystem::exists(facts, error)) {
     const std::string text =
         load::file_bytes(facts, {facts, "", "", "the facts of an earlier fit"}, largest_measurement_bytes);
-    const nlohmann::json earlier = nlohmann::json::parse(text, nullptr, false);
-    if (earlier.is_object() && earlier.contains("job") && earlier["job"] == job.resolved_text) return;
+    if (is_same_fit(nlohmann::json::parse(text, nullptr, false), job, inputs)) return;
   }
-  require_absent(o, files);
+  require_absent(result, o, files);
 }
 
-void write_fitted(const FitCommandOptions& o, const load::Job& job, const load::Case& job_case,
-                  const fit::FitDocument& document)
+void write_fitted(Publication& result, const FitCommandOptions& o, const load::Job& job,
+                  const load::Case& job_case, const fit::FitDocument& document)
 {
   const std::string stem = stem_of(o.output);
   std::string table;
@@ -217,10 +231,11 @@ void write_fitted(const FitCommandOptions& o, const load::Job& job, const load::
   if (has_fibres) {
     const std::string path = stem + ".ligaments.csv";
     table = std::filesystem::path(path).filename().string();
-    write_atomically(path, {fit::fitted_ligaments_csv(job, job_case, document.unknowns, document.found)});
+    result.add(path, fit::fitted_ligaments_csv(job, job_case, document.unknowns, document.found));
   }
-  write_atomically(stem + ".fit.json", {fit::fit_json(document)});
-  write_atomically(o.output, {fit::fitted_job_text(job, table, document.unknowns, document.found.change())});
+  result.add(stem + ".fit.json", fit::fit_json(document));
+  result.publish(fit::fitted_job_text(job, table, document.unknowns, document.found.change()));
+  job_run::remove_obsolete_files({journal_of(o)});
 }
 
 fit::Identification identified(const FitCommandOptions& o, const fit::FitData& data, fit::IdentifyPlan& plan,
@@ -230,10 +245,9 @@ fit::Identification identified(const FitCommandOptions& o, const fit::FitData& d
   for (const load::LoadedInput& input : inputs) hashes.push_back(input.sha256);
   for (const double noise : plan.fit.noise)
     hashes.push_back(std::isfinite(noise) ? shortest_decimal(noise) : "inf");
-  const std::string journal_path = o.output.empty() ? "" : o.output + ".journal";
   std::optional<journal::FrameWriter> journal;
-  if (!journal_path.empty()) {
-    journal.emplace(fit::open_evaluations(journal_path, fit::identification_key(data, plan, hashes),
+  if (!o.output.empty()) {
+    journal.emplace(fit::open_evaluations(journal_of(o), fit::identification_key(data, plan, hashes),
                                           o.is_fresh, plan.known));
     plan.keep = [&](const fit::Evaluation& evaluation) {
       journal->append(fit::evaluation_bytes(evaluation));
@@ -244,11 +258,7 @@ fit::Identification identified(const FitCommandOptions& o, const fit::FitData& d
   fit::Identification found = fit::identify(data, plan);
   if (!journal) return found;
   journal->close();
-  if (found.is_stopped) {
-    console::log_info(journal_path + ": repeat the command to resume");
-  } else {
-    job_run::remove_obsolete_files({journal_path});
-  }
+  if (found.is_stopped) console::log_info(journal_of(o) + ": repeat the command to resume");
   return found;
 }
 
@@ -256,6 +266,7 @@ fit::Identification identified(const FitCommandOptions& o, const fit::FitData& d
 
 console::ExitCode identify_command(const FitCommandOptions& o)
 {
+  job_run::require_plain_text("--output", std::filesystem::path(o.output).filename().string());
   const load::Job given = load::read_job(o.job_file, o.overrides);
   require_question(o, given);
   score::Convention convention;
@@ -286,7 +297,10 @@ console::ExitCode identify_command(const FitCommandOptions& o)
   }
   std::vector<load::LoadedInput> inputs = first_case.inputs;
   inputs.insert(inputs.end(), measured.inputs.begin(), measured.inputs.end());
-  if (!o.output.empty()) require_replaceable_output(o, job, inputs);
+  std::optional<Publication> result =
+      o.output.empty() ? std::nullopt : job_run::begin_result(o.output, "vrda fit");
+  if (!result && !o.output.empty()) return console::ExitCode::interrupted;
+  if (result) require_replaceable_output(*result, o, job, inputs);
   data.trials = std::move(measured.trials);
   data.laxities = std::move(measured.laxities);
   for (const std::string& warning : first_case.warnings) console::log_warning(warning);
@@ -294,9 +308,6 @@ console::ExitCode identify_command(const FitCommandOptions& o)
   plan.fit = *job.fit;
   plan.unknowns = fit::unknowns_of(job, first_case);
   plan.n_threads = job_run::thread_count_or_all(o.n_threads);
-  const std::optional<OutputLock> lock =
-      o.output.empty() ? std::nullopt : job_run::lock_output(o.output, "vrda fit");
-  if (!lock && !o.output.empty()) return console::ExitCode::interrupted;
   const bool is_shown = console::progress_style_of(o.progress) != console::ProgressStyle::none;
   std::atomic<int> n_done = 0;
   plan.on_progress = [&] {
@@ -307,7 +318,7 @@ console::ExitCode identify_command(const FitCommandOptions& o)
       "vrda " VRDA_VERSION, model_build::solver_version_of(first_case), job.title, job.resolved_text, inputs,
       plan.unknowns,        identified(o, data, plan, measured.inputs)};
   if (document.found.is_stopped) return console::ExitCode::interrupted;
-  if (!o.output.empty()) write_fitted(o, job, first_case, document);
+  if (result) write_fitted(*result, o, job, first_case, document);
   if (o.as_json) {
     std::printf("%s", fit::fit_json(document).c_str());
   } else {

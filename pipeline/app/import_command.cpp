@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "core/open_file.hpp"
 #include "core/text.hpp"
+#include "documents/json_file.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "load/input_file.hpp"
@@ -244,6 +245,8 @@ std::string overlap_text(const store::MotionModel& model, int n_threads)
 
 console::ExitCode import_command(const ImportOptions& o)
 {
+  job_run::require_plain_text("--motion", o.motion);
+  job_run::require_plain_text("--reference-motion", o.reference_motion);
   const load::LoadOptions where{o.data_directory, o.overrides};
   const load::Case job_case =
       load::with_one_delta(job_run::load_and_report_case(o.job_file, where), o.job_file);
@@ -252,7 +255,8 @@ console::ExitCode import_command(const ImportOptions& o)
       motion_import::import_frame(load::read_job(o.job_file, o.overrides), job_case);
   const Found found = found_motion(o, subject, frame);
   if (!o.as_json) print(found.search);
-  if (o.as_json && found.search.n_best != 1) std::printf("%s\n", json_of(found.search).dump(2).c_str());
+  if (o.as_json && found.search.n_best != 1)
+    std::printf("%s\n", documents::json_text(json_of(found.search), 2).c_str());
   require_decided(found.search, o.motion);
 
   const measured::Convention& convention = found.search.candidates.front().convention;
@@ -277,7 +281,7 @@ console::ExitCode import_command(const ImportOptions& o)
     json["frames"] = found.motion.key.size();
     json["key_name"] = found.motion.key_name;
     json["output"] = output;
-    std::printf("%s\n", json.dump(2).c_str());
+    std::printf("%s\n", documents::json_text(json, 2).c_str());
   } else {
     std::printf("%s\n", output.c_str());
   }

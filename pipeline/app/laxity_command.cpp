@@ -4,11 +4,10 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
-#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/open_file.hpp"
+#include "documents/json_file.hpp"
 #include "job_run/job_checks.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
@@ -27,10 +26,10 @@ void require_same_job(const std::string& file, const std::string& job)
 {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return;
-  const nlohmann::json found = nlohmann::json::parse(
-      load::file_bytes(file, {file, "", "no such file", "laxity.json of vrda laxity"}, largest_laxity_bytes),
-      nullptr, false);
-  if (found.is_object() && found.value("job", "") == job) return;
+  const std::string wanted = "laxity.json of vrda laxity";
+  const documents::JsonFile found(
+      file, load::file_bytes(file, {file, "", "no such file", wanted}, largest_laxity_bytes), wanted);
+  if (found.text("job") == job) return;
   throw InputError({file, "job", "the result of another job", "this one's, another --output, or --replace"});
 }
 
@@ -100,8 +99,8 @@ console::ExitCode laxity_command(const LaxityOptions& o)
   const std::filesystem::path folder = o.folder;
   const std::string file = (folder / "laxity.json").string();
   job_run::make_folder(folder.string());
-  const std::optional<OutputLock> lock = job_run::lock_output(file, "vrda laxity");
-  if (!lock) return console::ExitCode::interrupted;
+  std::optional<Publication> output = job_run::begin_result(file, "vrda laxity");
+  if (!output) return console::ExitCode::interrupted;
   if (!o.may_replace) require_same_job(file, job_case.resolved_job);
   laxity::LaxityPlan plan;
   plan.loads = *job.laxity;
@@ -117,11 +116,10 @@ console::ExitCode laxity_command(const LaxityOptions& o)
       job_case.inputs,      laxity::laxity_of(job_case, plan),         {}};
   if (document.result.curves.empty()) return console::ExitCode::interrupted;
   document.compared = laxity::compared(document.result, published);
-  const std::pair<const char*, std::string> outputs[] = {{"index.html", laxity::laxity_page(document)},
-                                                         {"laxity.csv", laxity::laxity_csv(document)},
-                                                         {"share.csv", laxity::share_csv(document)},
-                                                         {"laxity.json", laxity::laxity_json(document)}};
-  for (const auto& [name, text] : outputs) write_atomically((folder / name).string(), {text});
+  output->add((folder / "index.html").string(), laxity::laxity_page(document));
+  output->add((folder / "laxity.csv").string(), laxity::laxity_csv(document));
+  output->add((folder / "share.csv").string(), laxity::share_csv(document));
+  output->publish(laxity::laxity_json(document));
   if (o.as_json) {
     std::printf("%s", laxity::laxity_json(document).c_str());
   } else {

@@ -20,6 +20,7 @@
 #include "app/score_command.hpp"
 #include "app/usage.hpp"
 #include "console/console.hpp"
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "job_run/merge_command.hpp"
 #include "job_run/run_command.hpp"
@@ -440,6 +441,12 @@ void require_printed()
   throw vrda::InputError({"standard output", "", "a write error", "a writable output"});
 }
 
+int refused(const vrda::InputError& error)
+{
+  std::fprintf(stderr, "vrda: %s\n", error.what());
+  return as_int(ExitCode::bad_input);
+}
+
 int run_program(int argc, char** argv)
 {
   Commands commands;
@@ -472,8 +479,9 @@ int main(int argc, char** argv)
   try {
     return run_program(argc, argv);
   } catch (const vrda::InputError& error) {
-    std::fprintf(stderr, "vrda: %s\n", error.what());
-    return as_int(ExitCode::bad_input);
+    return refused(error);
+  } catch (const std::filesystem::filesystem_error& error) {
+    return refused(vrda::input_error_of(error));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "vrda: internal error: %s\nPlease report this with the command and the job file.\n",
                  error.what());

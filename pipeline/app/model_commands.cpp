@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/joint_kind.hpp"
 #include "core/mesh.hpp"
+#include "documents/json_file.hpp"
 #include "job_run/default_motion.hpp"
 #include "job_run/summary.hpp"
 #include "motion/curve_figures.hpp"
@@ -446,7 +447,7 @@ console::ExitCode info_command(const InfoOptions& options)
   const TwoSidedByMotion motions = two_sided_by_motion(model, measured);
   const Json summary = summary_of(model, measured, motions);
   if (options.as_json) {
-    std::printf("%s\n", summary.dump(2).c_str());
+    std::printf("%s\n", documents::json_text(summary, 2).c_str());
   } else {
     print(model, summary, motions);
   }
@@ -462,7 +463,7 @@ console::ExitCode validate_command(const InfoOptions& options)
     // Formatted like an error: one printable line, whatever the file contains.
     if (!options.as_json) std::puts(InputError({options.file, f.where, f.found, f.wanted}).what());
   }
-  if (options.as_json) std::printf("%s\n", list.dump(2).c_str());
+  if (options.as_json) std::printf("%s\n", documents::json_text(list, 2).c_str());
   if (findings.empty()) console::log_info(options.file + ": valid");
   return findings.empty() ? console::ExitCode::done : console::ExitCode::bad_input;
 }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cluster/jobs.hpp"
+#include "documents/json_file.hpp"
 
 namespace vrda::app {
 namespace {
@@ -34,8 +35,7 @@ ShardCost cost_of_shard(const PlannedCase& planned, const journal::Shard& shard)
   sweep::SweepPlan plan = planned.plan;
   plan.rows = cluster::rows_of(shard, static_cast<std::int32_t>(plan.flexion_rad.size()));
   cluster::CaseSize size = planned.size;
-  size.n_samples =
-      std::ssize(cluster::rows_of(shard, static_cast<std::int32_t>(planned.size.n_samples)));
+  size.n_samples = std::ssize(cluster::rows_of(shard, static_cast<std::int32_t>(planned.size.n_samples)));
   const cluster::CaseCost cost = cluster::cost_of(size, cluster::step_counts(plan));
   const auto n_rows = static_cast<std::int64_t>(plan.rows->size());
   return {n_rows, size.n_samples, n_rows * planned.size.n_varus, cost.load_s + cost.rows_s};
@@ -208,8 +208,8 @@ void print_cases(const std::vector<PlannedCase>& cases, int n_shards)
 void print_shards(const PlannedCase& planned, int n_shards)
 {
   const std::vector<ShardCost> shards = shards_of(planned, n_shards);
-  const auto n_idle =
-      std::count_if(shards.begin(), shards.end(), [](const ShardCost& s) { return s.n_rows + s.n_samples == 0; });
+  const auto n_idle = std::count_if(shards.begin(), shards.end(),
+                                    [](const ShardCost& s) { return s.n_rows + s.n_samples == 0; });
   std::printf("spine: %lld steps, %s; %lld of them in sequence\n", as_long(planned.cost.steps.spine()),
               duration(planned.cost.spine_s).c_str(), as_long(planned.cost.steps.chain));
   for (std::size_t i = 0; i < shards.size(); ++i) {
@@ -284,7 +284,7 @@ console::ExitCode plan_command(const PlanOptions& options)
   report_shared_steps(cases);
   warn_of_large_spines(cases, options.n_shards);
   if (options.as_json) {
-    std::printf("%s\n", plan_json(campaign, cases, options.n_shards).dump(2).c_str());
+    std::printf("%s\n", documents::json_text(plan_json(campaign, cases, options.n_shards), 2).c_str());
   } else {
     print(campaign, cases, options.n_shards);
   }

@@ -16,6 +16,8 @@
 #include "core/side.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "documents/json_file.hpp"
+#include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "load/axis_map.hpp"
 #include "load/job.hpp"
@@ -60,7 +62,7 @@ class Preparation {
   explicit Preparation(const PrepareOptions& options)
       : options_(options),
         folder_(options.folder),
-        files_(options.folder),
+        files_(options.folder, "knee.toml", "vrda prepare"),
         reference_(template_of(options)),
         landmarks_(landmarks_of(options))
   {
@@ -69,6 +71,7 @@ class Preparation {
 
   console::ExitCode run()
   {
+    if (!files_.is_locked()) return console::ExitCode::interrupted;
     const std::array all{options_.femur, options_.tibia, options_.fibula};
     const bool has_meshes = std::any_of(all.begin(), all.end(), [](const auto& f) { return !f.empty(); }) ||
                             !options_.femur_cartilage.empty() || !options_.tibia_cartilage.empty() ||
@@ -319,12 +322,12 @@ class Preparation {
     write_picture(prepared, "prepare.png");
     report_["template"] = reference_.joint.title;
     report_["warnings"] = warnings_;
-    write_atomically(file("prepare.json"), {report_.dump(2) + "\n"});
+    write_atomically(file("prepare.json"), {documents::json_text(report_, 2) + "\n"});
     write_atomically(file("knee.toml"), {prepared.job_text});
-    files_.publish_all("knee.toml", {"ligaments.csv", "wraps.json", "refused.png"});
+    files_.publish_all({"ligaments.csv", "wraps.json", "refused.png"});
     for (const std::string& warning : warnings_) console::log_warning(warning);
     if (options_.as_json) {
-      std::printf("%s\n", report_.dump(2).c_str());
+      std::printf("%s\n", documents::json_text(report_, 2).c_str());
     } else {
       std::printf("%s\n", (folder_ / "knee.toml").c_str());
     }
@@ -345,6 +348,7 @@ class Preparation {
 
 console::ExitCode prepare_command(const PrepareOptions& options)
 {
+  job_run::require_plain_text("--output", fs::path(options.folder).stem().string());
   console::install_signal_handlers();
   return Preparation(options).run();
 }

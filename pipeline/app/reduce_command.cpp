@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
+#include "documents/json_file.hpp"
 #include "job_run/run_output.hpp"
 #include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
@@ -117,7 +118,7 @@ void print_json(const store::MotionModel& model, const store::ZeroVarus& z, cons
                     {"rotation_centre_mm", {centre_mm.x(), centre_mm.y(), centre_mm.z()}},
                     {"flexions", flexions},
                     {"steps", steps}};
-  std::printf("%s\n", all.dump(2).c_str());
+  std::printf("%s\n", documents::json_text(all, 2).c_str());
 }
 
 void print_names(const std::vector<Column>& columns)

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/open_file.hpp"
 #include "core/units.hpp"
+#include "documents/json_file.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "load/words.hpp"
@@ -197,11 +198,11 @@ console::ExitCode repair_command(const RepairCommandOptions& o)
   const store::MotionModel model = store::read_motion_model(o.file);
   const repair::MeasuredMotion measured = repair::measured_motion(model, o.file);
   job_run::make_parent_folder(o.output);
+  const std::optional<Publication> result = job_run::begin_result(o.output, "vrda repair");
+  if (!result) return console::ExitCode::interrupted;
   job_run::require_replaceable(o.output, "a motion model");
-  if (!o.may_replace && std::filesystem::exists(o.output))
-    throw InputError({o.output, "", "an existing file", "another --output, or --replace"});
-  const std::optional<OutputLock> lock = job_run::lock_output(o.output, "vrda repair");
-  if (!lock) return console::ExitCode::interrupted;
+  if (!o.may_replace)
+    result->require_absent({o.output}, {"", "", "an existing file", "another --output, or --replace"});
   const repair::RepairedMotion motion = repair::repair(repair::scene_of(model), measured, options);
   store::write_motion_model(o.output, repair::repaired_model(model, measured, motion, options.noise));
   if (model.ligaments)
@@ -209,7 +210,7 @@ console::ExitCode repair_command(const RepairCommandOptions& o)
                       ", which belong to the measured poses");
   const RepairFigures figures = figures_of(motion, options.noise);
   if (o.as_json) {
-    std::printf("%s\n", json_of(motion, measured, figures).dump(2).c_str());
+    std::printf("%s\n", documents::json_text(json_of(motion, measured, figures), 2).c_str());
   } else {
     print(motion, figures);
   }

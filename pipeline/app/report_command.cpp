@@ -19,7 +19,6 @@
 #include "audit/audit.hpp"
 #include "cluster/child.hpp"
 #include "compare/compare.hpp"
-#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "job_run/default_motion.hpp"
 #include "job_run/run_output.hpp"
@@ -290,9 +289,9 @@ console::ExitCode report_command(const ReportOptions& options)
   }
   job_run::make_folder(options.folder);
   const std::string file = (std::filesystem::path(options.folder) / "index.html").string();
-  write_atomically(file, {report::report_page(report)});
+  const console::ExitCode code = job_run::publish(file, "vrda report", report::report_page(report));
   std::printf("%s\n", options.as_json ? report::report_json(report).c_str() : file.c_str());
-  return console::ExitCode::done;
+  return code;
 }
 
 }  // namespace vrda::app

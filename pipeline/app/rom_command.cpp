@@ -10,10 +10,9 @@
 
 #include "app/angle_range.hpp"
 #include "cluster/jobs.hpp"
-#include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "core/open_file.hpp"
 #include "core/units.hpp"
+#include "documents/json_file.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "load/input_file.hpp"
@@ -162,7 +161,7 @@ void print(const rom::RomDocument& document, const std::vector<std::string>& fil
                        {"in_range", volume_json(volume)},
                        {"neutral_ends", ends_json(document)},
                        {"files", files}};
-    std::printf("%s\n", json.dump(2).c_str());
+    std::printf("%s\n", documents::json_text(json, 2).c_str());
     return;
   }
   std::string counts;
@@ -221,14 +220,18 @@ std::optional<rom::RangeOfMotion> solved(const RomOptions& o, const std::string&
   return range;
 }
 
-// Writes the files into the folder; returns their paths.
-std::vector<std::string> written(const fs::path& folder,
-                                 const std::vector<std::pair<const char*, std::string>>& outputs)
+// Publishes the files in the folder, the last one as the main file; returns their paths.
+std::vector<std::string> published(Publication& result, const fs::path& folder,
+                                   const std::vector<std::pair<const char*, std::string>>& outputs)
 {
   std::vector<std::string> files;
   for (const auto& [name, text] : outputs) {
     files.push_back((folder / name).string());
-    write_atomically(files.back(), {text});
+    if (name == outputs.back().first) {
+      result.publish(text);
+    } else {
+      result.add(files.back(), text);
+    }
   }
   return files;
 }
@@ -240,9 +243,13 @@ console::ExitCode compare(const RomOptions& o)
   std::vector<std::string> files;
   if (!o.folder.empty()) {
     job_run::make_folder(o.folder);
-    files = written(o.folder, {{"comparison.html", rom::comparison_page(a, b)},
-                               {"comparison.png", rom::comparison_picture(a, b)},
-                               {"comparison.csv", rom::comparison_csv(a, b)}});
+    std::optional<Publication> result =
+        job_run::begin_result((fs::path(o.folder) / "comparison.csv").string(), "vrda rom --compare");
+    if (!result) return console::ExitCode::interrupted;
+    files = published(*result, o.folder,
+                      {{"comparison.html", rom::comparison_page(a, b)},
+                       {"comparison.png", rom::comparison_picture(a, b)},
+                       {"comparison.csv", rom::comparison_csv(a, b)}});
   }
   const std::pair<const char*, const rom::RomVolume&> rows[] = {{"first", found.a},
                                                                 {"second", found.b},
@@ -253,7 +260,7 @@ console::ExitCode compare(const RomOptions& o)
     Json json = Json::object();
     for (const auto& [name, volume] : rows) json[name] = volume_json(volume);
     if (!files.empty()) json["files"] = files;
-    std::printf("%s\n", json.dump(2).c_str());
+    std::printf("%s\n", documents::json_text(json, 2).c_str());
     return console::ExitCode::done;
   }
   std::printf("%-12s %10s %16s %10s\n", "", "attitudes",
@@ -289,19 +296,20 @@ console::ExitCode rom_command(const RomOptions& o)
   job_run::make_folder(folder.string());
   if (!o.shard.empty()) plan.shard = cluster::shard_of(o.shard);
   // Shards run in parallel, each with its own journal.
-  const std::optional<OutputLock> lock =
-      job_run::lock_output(plan.shard ? journal::shard_journal_of(file, *plan.shard) : file, "vrda rom");
-  if (!lock) return console::ExitCode::interrupted;
+  std::optional<Publication> result =
+      job_run::begin_result(plan.shard ? journal::shard_journal_of(file, *plan.shard) : file, "vrda rom");
+  if (!result) return console::ExitCode::interrupted;
   if (!o.may_replace) require_same_or_absent(file, job_case, plan);
   const std::optional<rom::RangeOfMotion> range = solved(o, file, job_case, plan);
   if (!range) return console::ExitCode::interrupted;
   if (plan.shard) return console::ExitCode::done;
   const rom::RomDocument document = rom::rom_document(job_case, *range, "vrda " VRDA_VERSION);
-  const std::vector<std::string> files = written(folder, {{"index.html", rom::rom_page(document)},
-                                                          {"rom.png", rom::rom_picture(document)},
-                                                          {"rom.csv", rom::rom_csv(document)},
-                                                          {"boundary.csv", rom::boundary_csv(document)},
-                                                          {"rom.json", rom::rom_json(document)}});
+  const std::vector<std::string> files = published(*result, folder,
+                                                   {{"index.html", rom::rom_page(document)},
+                                                    {"rom.png", rom::rom_picture(document)},
+                                                    {"rom.csv", rom::rom_csv(document)},
+                                                    {"boundary.csv", rom::boundary_csv(document)},
+                                                    {"rom.json", rom::rom_json(document)}});
   job_run::remove_obsolete_files(journals_of(file));
   print(document, files, o.as_json);
   return console::ExitCode::done;

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "documents/json_file.hpp"
 #include "job_run/summary.hpp"
 #include "measured/motion_poses.hpp"
 #include "motion/poses.hpp"
@@ -390,7 +391,7 @@ console::ExitCode score_command(const ScoreCommandOptions& options)
   if (outcome.score.rigid && !outcome.score.rigid->is_converged)
     console::log_warning("the rigid alignment did not converge within its iteration limit");
   if (options.as_json) {
-    std::printf("%s\n", json_of(outcome).dump(2).c_str());
+    std::printf("%s\n", documents::json_text(json_of(outcome), 2).c_str());
   } else {
     print(outcome);
   }

@@ -10,6 +10,7 @@
 #include "audit/audit.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "documents/json_file.hpp"
 #include "job_run/default_motion.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
@@ -133,7 +134,7 @@ console::ExitCode smooth_command(const SmoothCommandOptions& options)
   const std::optional<store::SmoothedSet> set = add_smoothed(options);
   if (!set) return console::ExitCode::interrupted;
   if (options.as_json) {
-    std::printf("%s\n", json_of(*set).dump(2).c_str());
+    std::printf("%s\n", documents::json_text(json_of(*set), 2).c_str());
   } else {
     print(*set);
   }
@@ -307,7 +308,7 @@ console::ExitCode audit_command(const AuditOptions& options)
   Json list = Json::array();
   for (const store::AuditSet& set : measured) list.push_back(json_of(set));
   if (model.frames) list.front()["travel"] = travel_json(model);
-  std::printf("%s\n", list.dump(2).c_str());
+  std::printf("%s\n", documents::json_text(list, 2).c_str());
   return console::ExitCode::done;
 }
 

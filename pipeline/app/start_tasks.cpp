@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 
 std::string dumped(const Json& json)
 {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace);
+  return documents::json_text(json, 2);
 }
 
 console::ExitCode run_here(const std::string& folder, const cluster::Submission& submission,

@@ -8,6 +8,7 @@
 #include "cluster/status.hpp"
 #include "cluster/submission.hpp"
 #include "cluster/task_state.hpp"
+#include "documents/json_file.hpp"
 #include "index/index.hpp"
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
@@ -103,7 +104,7 @@ void print_json(const cluster::StatusView& status, const std::string& folder,
   const Json json = {{"folder", folder},        {"summary", cluster::summary_of(status, submission)},
                      {"remark", status.remark}, {"shards", submission.n_shards},
                      {"cases", cases},          {"index", status.index ? json_of(*status.index) : Json()}};
-  std::printf("%s\n", json.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+  std::printf("%s\n", documents::json_text(json, 2).c_str());
 }
 
 void print_tasks(const cluster::CaseView& view, const cluster::Submission& submission)
@@ -211,7 +212,7 @@ console::ExitCode write_submission_index(const IndexOptions& options, const clus
     json["files"].push_back(folder + "/" + name);
     if (!options.as_json) std::printf("%s/%s\n", folder.c_str(), name);
   }
-  if (options.as_json) std::printf("%s\n", json.dump(2).c_str());
+  if (options.as_json) std::printf("%s\n", documents::json_text(json, 2).c_str());
   return console::ExitCode::done;
 }
 

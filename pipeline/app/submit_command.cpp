@@ -13,6 +13,7 @@
 #include "cluster/slurm_scripts.hpp"
 #include "cluster/status.hpp"
 #include "core/error.hpp"
+#include "documents/json_file.hpp"
 #include "job_run/run_output.hpp"
 #include "load/case.hpp"
 #include "load/job.hpp"
@@ -210,7 +211,7 @@ console::ExitCode say_nothing_is_missing(const std::string& folder, const cluste
 {
   if (as_json) {
     const nlohmann::ordered_json json = {{"folder", folder}, {"jobs", nlohmann::ordered_json::array()}};
-    std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
+    std::printf("%s\n", documents::json_text(json, 2).c_str());
   }
   const std::string rest = missing.n_active == 0
                                ? "all results are complete"

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/step_record.hpp"
+#include "documents/json_file.hpp"
 #include "store/trace_file.hpp"
 
 namespace vrda::app {
@@ -139,7 +140,7 @@ void print_summary(const store::Trace& trace, const std::vector<std::size_t>& se
   }
   const Json summary = {
       {"title", trace.title}, {"job_key", trace.job_key}, {"all", json_of(all)}, {"searches", list}};
-  std::printf("%s\n", summary.dump(2).c_str());
+  std::printf("%s\n", documents::json_text(summary, 2).c_str());
 }
 
 void print_csv(const store::Trace& trace, const std::vector<std::size_t>& searches, bool contact_only)

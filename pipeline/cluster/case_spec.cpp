@@ -37,20 +37,6 @@ void name_fields(const Fields& fields, CaseFile& file)
   fields("merged_sha256", file.merged_sha256);
 }
 
-namespace {
-
-// Empty if the text is not a case file.
-std::optional<CaseFile> parsed(const std::string& text)
-{
-  try {
-    return nlohmann::ordered_json::parse(text).get<CaseFile>();
-  } catch (const nlohmann::json::exception&) {
-    return std::nullopt;
-  }
-}
-
-}  // namespace
-
 void write_case_file(const std::string& path, const CaseFile& content)
 {
   const nlohmann::ordered_json json = content;
@@ -63,9 +49,7 @@ CaseFile read_case_file(const std::string& path)
   constexpr const char* wanted = "the case file that vrda run --spine or --shard wrote, or --job";
   const std::optional<std::string> text = read_text_file(path);
   if (!text) throw InputError({path, "", "no file", wanted});
-  std::optional<CaseFile> content = parsed(*text);
-  if (!content) throw InputError({path, "", "content that is not a case file", wanted});
-  return std::move(*content);
+  return value_in<CaseFile>(documents::JsonFile(path, *text, wanted), path);
 }
 
 InputError error_of_case_file(const std::string& path, const CaseSpec& spec, const InputError& error)
@@ -90,6 +74,20 @@ std::string sha256_of_model(const std::string& output)
 {
   return load::sha256_of(load::file_bytes(output, {output, "", "", "a motion model"}, largest_model_bytes));
 }
+
+namespace {
+
+// Empty if the text is not a case file.
+std::optional<CaseFile> parsed(const std::string& text)
+{
+  try {
+    return nlohmann::ordered_json::parse(text).get<CaseFile>();
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
 
 bool is_cleanup_pending(const std::string& output)
 {

@@ -3,6 +3,11 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <type_traits>
+#include <utility>
+
+#include "core/error.hpp"
+#include "documents/json_file.hpp"
 
 namespace vrda::cluster {
 
@@ -22,21 +27,65 @@ struct JsonWriter {
   }
 };
 
-/// Throws nlohmann::json::exception for a missing key or a value of another type.
+/// A key that is missing or has a value of another type.
+struct FieldError : nlohmann::json::exception {
+  FieldError(std::string key, std::string what, std::string kind)
+      : nlohmann::json::exception(501, "a field"),
+        field(std::move(key)),
+        found(std::move(what)),
+        wanted(std::move(kind))
+  {
+  }
+  std::string field, found, wanted;
+};
+
+template <typename Value>
+std::string kind_of()
+{
+  if constexpr (std::is_same_v<Value, std::string>) {
+    return "text";
+  } else if constexpr (std::is_arithmetic_v<Value>) {
+    return "a number";
+  } else {
+    return "a list or table";
+  }
+}
+
+/// Throws FieldError.
 struct JsonReader {
   const nlohmann::ordered_json& json;
 
   template <typename Value>
   void operator()(const char* key, Value& value) const
   {
-    value = json.at(key).template get<Value>();
+    if (!json.contains(key)) throw FieldError(key, "nothing", kind_of<Value>());
+    try {
+      value = json.at(key).template get<Value>();
+    } catch (FieldError& error) {
+      error.field = std::string(key) + '.' + error.field;
+      throw;
+    } catch (const nlohmann::json::exception&) {
+      throw FieldError(key, documents::shown(json.at(key)), kind_of<Value>());
+    }
   }
   template <typename Value>
   void optional(const char* key, Value& value) const
   {
-    value = json.value(key, Value{});
+    value = Value{};
+    if (json.contains(key)) (*this)(key, value);
   }
 };
+
+/// The value of the file `path`. Throws InputError naming it and the field.
+template <typename Value>
+Value value_in(const documents::JsonFile& file, const std::string& path)
+{
+  try {
+    return file.root().get<Value>();
+  } catch (const FieldError& error) {
+    throw InputError({path, error.field, error.found, error.wanted});
+  }
+}
 
 /// Called by the JSON library for every type with name_fields().
 template <typename Value>

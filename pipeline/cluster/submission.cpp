@@ -23,8 +23,9 @@ constexpr std::array<const char*, 5> kind_names{"spine", "shard", "merge", "run"
 bool is_valid(const Submission& s)
 {
   return s.n_shards >= 1 && s.slurm.cpus >= 1 && !s.cases.empty() &&
-         std::all_of(s.cases.begin(), s.cases.end(),
-                     [](const SubmittedCase& c) { return c.n_flexion >= 1 && c.n_varus >= 1 && c.n_samples >= 0; });
+         std::all_of(s.cases.begin(), s.cases.end(), [](const SubmittedCase& c) {
+           return c.n_flexion >= 1 && c.n_varus >= 1 && c.n_samples >= 0;
+         });
 }
 
 }  // namespace
@@ -160,14 +161,10 @@ Submission read_submission(const std::string& folder)
   const std::string wanted = "the folder of a submission, created by vrda submit";
   const std::optional<std::string> text = read_text_file(path);
   if (!text) throw InputError({path, "", "no file", wanted});
-  try {
-    const Json json = Json::parse(*text);
-    const std::string found = json.at("format");
-    if (found != format) throw InputError({path, "format", found, format});
-    const auto submission = json.get<Submission>();
-    if (is_valid(submission)) return submission;
-  } catch (const Json::exception&) {
-  }
+  const documents::JsonFile file(path, *text, wanted);
+  if (file.text("format") != format) file.refuse("format", file.text("format"), format);
+  const auto submission = value_in<Submission>(file, path);
+  if (is_valid(submission)) return submission;
   throw InputError({path, "", "content that is not a submission", wanted});
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/stop_signals.hpp"
 #include "core/text.hpp"
 
 namespace vrda::console {
@@ -63,15 +64,16 @@ static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only
 extern "C" void on_signal(int signal)
 {
   interrupted = true;
-  if (signal != SIGTERM || !ignores_repeated_terms) std::signal(signal, SIG_DFL);
+  // A closed terminal sends SIGHUP twice: by the shell and by the system.
+  const bool is_repeated_harmlessly = signal == SIGHUP || (signal == SIGTERM && ignores_repeated_terms);
+  if (!is_repeated_harmlessly) std::signal(signal, SIG_DFL);
 }
 
 }  // namespace
 
 void install_signal_handlers()
 {
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
+  for (const int signal : stop_signals()) std::signal(signal, on_signal);
 }
 
 void ignore_repeated_sigterm()

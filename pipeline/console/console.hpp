@@ -26,7 +26,8 @@ void log_warning(const std::string& line);
 /// Receives the lines instead of standard error, from any thread; before the first of them.
 void set_log_receiver(std::function<void(bool is_warning, const std::string& line)> receiver);
 
-/// Installs handlers: the first SIGINT or SIGTERM sets the flag; a second one ends the process.
+/// Installs handlers: the first SIGINT, SIGTERM or SIGHUP sets the flag; a second SIGINT or SIGTERM ends the
+/// process. SIGHUP stays ignored under nohup.
 void install_signal_handlers();
 
 /// Makes a second SIGTERM harmless: a batch system signals all processes of a task, and the task's script

@@ -10,11 +10,9 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 
-#include "core/error.hpp"
 #include "core/open_file.hpp"
 
 namespace vrda::inline core {
@@ -28,64 +26,6 @@ namespace fs = std::filesystem;
   throw InputError(
       {path, "", what + " (" + std::strerror(errno) + ")", "a folder that can be written and free space"});
 }
-
-/// A uniquely named temporary file, locked while its writer runs. The destructor removes it unless it was
-/// renamed.
-class Temporary {
- public:
-  /// Several processes may write one target concurrently; temporaries of dead writers are removed.
-  explicit Temporary(const std::string& target)
-  {
-    constexpr int n_names = 8;
-    for (int n = 0; n < n_names; ++n) remove_abandoned(name_of(target, n));
-    for (int n = 0; n < n_names; ++n) {
-      path_ = name_of(target, n);
-      file_.emplace(open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-      if (!file_->is_open() && errno != EEXIST) fail(target, "an output that cannot be created");
-      // Between creation and lock another writer may have removed it as abandoned. Without lock support
-      // (some network file systems) no file is considered abandoned.
-      const bool is_locked = file_->is_open() &&
-                             (flock(file_->get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) &&
-                             is_open_file_at(file_->get(), path_);
-      if (is_locked) return;
-      file_.reset();
-    }
-    throw InputError(
-        {target, "", std::to_string(n_names) + " processes writing it", "fewer concurrent writers"});
-  }
-  ~Temporary()
-  {
-    if (!is_renamed_) std::remove(path_.c_str());
-  }
-  Temporary(const Temporary&) = delete;
-  Temporary& operator=(const Temporary&) = delete;
-
-  int descriptor() const { return file_->get(); }
-  bool rename_to(const std::string& target)
-  {
-    is_renamed_ = std::rename(path_.c_str(), target.c_str()) == 0;
-    return is_renamed_;
-  }
-
- private:
-  static std::string name_of(const std::string& target, int n)
-  {
-    return target + ".partial" + (n == 0 ? "" : "-" + std::to_string(n));
-  }
-
-  static void remove_abandoned(const std::string& path)
-  {
-    const OpenFile file(open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
-    if (!file.is_open() || flock(file.get(), LOCK_EX | LOCK_NB) != 0 || !is_open_file_at(file.get(), path))
-      return;
-    // Repeated after an error, since this target may never be written again.
-    if (std::remove(path.c_str()) != 0) std::remove(path.c_str());
-  }
-
-  std::string path_;
-  std::optional<OpenFile> file_;
-  bool is_renamed_ = false;
-};
 
 void write_pieces(int descriptor, const std::string& path, std::initializer_list<std::string_view> pieces)
 {
@@ -155,6 +95,69 @@ void write_through(const std::string& path, std::initializer_list<std::string_vi
 
 }  // namespace
 
+/// A uniquely named temporary file, locked while its writer runs. The destructor removes it unless it was
+/// renamed.
+class NewFile::Temporary {
+ public:
+  /// Several processes may write one target concurrently; temporaries of dead writers are removed.
+  explicit Temporary(const std::string& target)
+  {
+    constexpr int n_names = 8;
+    for (int n = 0; n < n_names; ++n) remove_abandoned(name_of(target, n));
+    for (int n = 0; n < n_names; ++n) {
+      path_ = name_of(target, n);
+      file_.emplace(open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+      if (!file_->is_open() && errno != EEXIST) fail(target, "an output that cannot be created");
+      // Between creation and lock another writer may have removed it as abandoned. Without lock support
+      // (some network file systems) no file is considered abandoned.
+      const bool is_locked = file_->is_open() &&
+                             (flock(file_->get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) &&
+                             is_open_file_at(file_->get(), path_);
+      if (is_locked) return;
+      file_.reset();
+    }
+    throw InputError(
+        {target, "", std::to_string(n_names) + " processes writing it", "fewer concurrent writers"});
+  }
+  ~Temporary()
+  {
+    if (!is_renamed_) std::remove(path_.c_str());
+  }
+  Temporary(const Temporary&) = delete;
+  Temporary& operator=(const Temporary&) = delete;
+
+  int descriptor() const { return file_->get(); }
+  bool rename_to(const std::string& target)
+  {
+    is_renamed_ = std::rename(path_.c_str(), target.c_str()) == 0;
+    return is_renamed_;
+  }
+
+ private:
+  static std::string name_of(const std::string& target, int n)
+  {
+    return target + ".partial" + (n == 0 ? "" : "-" + std::to_string(n));
+  }
+
+  static void remove_abandoned(const std::string& path)
+  {
+    const OpenFile file(open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+    if (!file.is_open() || flock(file.get(), LOCK_EX | LOCK_NB) != 0 || !is_open_file_at(file.get(), path))
+      return;
+    // Repeated after an error, since this target may never be written again.
+    if (std::remove(path.c_str()) != 0) std::remove(path.c_str());
+  }
+
+  std::string path_;
+  std::optional<OpenFile> file_;
+  bool is_renamed_ = false;
+};
+
+InputError input_error_of(const fs::filesystem_error& error)
+{
+  return InputError({error.path1().string(), "", error.code().message(), "a path that can be used"});
+}
+
 std::string resolve_links(const std::string& path)
 {
   constexpr int most_links = 40;  // as the system
@@ -204,22 +207,39 @@ void require_same_file_type(const std::string& path, std::string_view head)
   if (stat(target.c_str(), &old) == 0 && S_ISREG(old.st_mode)) require_replaceable(path, target, old, head);
 }
 
+NewFile::NewFile(const std::string& path, std::initializer_list<std::string_view> pieces)
+    : path_(path), target_(resolve_links(path))
+{
+  struct stat old {};
+  const bool exists = stat(target_.c_str(), &old) == 0;
+  if (exists && S_ISDIR(old.st_mode)) throw InputError({path, "", "a folder", "a name for a file"});
+  if (exists && !S_ISREG(old.st_mode)) {
+    write_through(path, pieces);
+    return;
+  }
+  if (exists) require_replaceable(path, target_, old, pieces.size() == 0 ? "" : *pieces.begin());
+
+  temporary_ = std::make_unique<Temporary>(target_);
+  const int descriptor = temporary_->descriptor();
+  if (exists) keep_owner_and_mode(descriptor, path, old);
+  write_pieces(descriptor, path, pieces);
+  if (fsync(descriptor) != 0 || !is_closed_well(descriptor)) fail(path, "an output that cannot be written");
+}
+
+NewFile::NewFile(NewFile&&) noexcept = default;
+NewFile::~NewFile() = default;
+
+void NewFile::swap_in()
+{
+  if (!temporary_) return;
+  if (!temporary_->rename_to(target_)) fail(path_, "a file that cannot be replaced");
+  sync_parent_directory(target_);
+  temporary_.reset();
+}
+
 void write_atomically(const std::string& path, std::initializer_list<std::string_view> pieces)
 {
-  const std::string target = resolve_links(path);
-  struct stat old {};
-  const bool exists = stat(target.c_str(), &old) == 0;
-  if (exists && S_ISDIR(old.st_mode)) throw InputError({path, "", "a folder", "a name for a file"});
-  if (exists && !S_ISREG(old.st_mode)) return write_through(path, pieces);
-  if (exists) require_replaceable(path, target, old, pieces.size() == 0 ? "" : *pieces.begin());
-
-  Temporary temporary(target);
-  if (exists) keep_owner_and_mode(temporary.descriptor(), path, old);
-  write_pieces(temporary.descriptor(), path, pieces);
-  if (fsync(temporary.descriptor()) != 0 || !is_closed_well(temporary.descriptor()))
-    fail(path, "an output that cannot be written");
-  if (!temporary.rename_to(target)) fail(path, "a file that cannot be replaced");
-  sync_parent_directory(target);
+  NewFile(path, pieces).swap_in();
 }
 
 }  // namespace vrda::inline core

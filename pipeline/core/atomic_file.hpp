@@ -1,12 +1,19 @@
 /// Atomic file replacement: a reader finds the old file or the complete new one.
 #pragma once
 
+#include <filesystem>
 #include <initializer_list>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "core/error.hpp"
+
 namespace vrda::inline core {
+
+/// The error of a path that the system refuses: too long, a cycle of links, without permission.
+InputError input_error_of(const std::filesystem::filesystem_error& error);
 
 /// `path` with symbolic links resolved; the target need not exist. Throws InputError on a cycle of links.
 std::string resolve_links(const std::string& path);
@@ -20,6 +27,23 @@ void require_same_file_type(const std::string& path, std::string_view head);
 
 /// The content of a small file; empty where it cannot be opened.
 std::optional<std::string> read_text_file(const std::string& path);
+
+/// A complete new file beside `path`, which keeps its old content until swap_in(). Throws InputError as
+/// write_atomically. The destructor removes the new file unless it was swapped in.
+class NewFile {
+ public:
+  NewFile(const std::string& path, std::initializer_list<std::string_view> pieces);
+  NewFile(NewFile&&) noexcept;
+  ~NewFile();
+
+  /// Renames the file to its target.
+  void swap_in();
+
+ private:
+  class Temporary;
+  std::string path_, target_;
+  std::unique_ptr<Temporary> temporary_;  ///< none for a device, which was written directly
+};
 
 /// Writes the concatenated pieces to a unique temporary file in the same folder, flushes and renames it.
 /// Links are followed; a replaced file's mode, owner and group are kept. Temporary files of dead writers are

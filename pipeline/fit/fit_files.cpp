@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "documents/json_file.hpp"
 #include "load/axis_map.hpp"
 
 namespace vrda::fit {
@@ -180,7 +181,7 @@ std::string fit_json(const FitDocument& document)
                          {"covariance", covariance},
                          {"trials", trials},
                          {"laxities", laxities}};
-  return json.dump(1) + '\n';
+  return documents::json_text(json, 1) + '\n';
 }
 
 std::string fitted_ligaments_csv(const load::Job& job, const load::Case& job_case,

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "console/console.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "journal/run_files.hpp"
 #include "model_build/case_solver.hpp"
 #include "store/motion_model_file.hpp"
@@ -167,6 +167,12 @@ bool has_start_file(const std::string& output, const std::string& resolved_job)
   }
 }
 
+void require_plain_text(const std::string& option, const std::string& part)
+{
+  if (is_utf8(part) && !has_control_characters(part)) return;
+  throw InputError({option, "", part, "a name in UTF-8 without control characters"});
+}
+
 void make_parent_folder(const std::string& file)
 {
   const fs::path folder = fs::path(file).parent_path();
@@ -190,12 +196,34 @@ void require_replaceable(const std::string& output, const std::string& what)
     throw InputError({output, "output", "a file without write permission", wanted});
 }
 
+namespace {
+
+OutputLock::WaitOptions waiting_for(const std::string& output)
+{
+  return {[output](const std::string& holder) {
+            console::log_info(output + ": waiting for " + holder + ", which is writing it");
+          },
+          console::is_interrupted};
+}
+
+}  // namespace
+
 std::optional<OutputLock> lock_output(const std::string& output, const std::string& command)
 {
-  const auto say_holder = [&](const std::string& holder) {
-    console::log_info(output + ": waiting for " + holder + ", which is writing it");
-  };
-  return OutputLock::acquire(output, command, {say_holder, console::is_interrupted});
+  return OutputLock::acquire(output, command, waiting_for(output));
+}
+
+std::optional<Publication> begin_result(const std::string& output, const std::string& command)
+{
+  return Publication::begin(output, command, waiting_for(output));
+}
+
+console::ExitCode publish(const std::string& output, const std::string& command, const std::string& bytes)
+{
+  std::optional<Publication> result = begin_result(output, command);
+  if (!result) return console::ExitCode::interrupted;
+  result->publish(bytes);
+  return console::ExitCode::done;
 }
 
 bool may_add_to(const std::string& file)

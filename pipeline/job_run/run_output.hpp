@@ -5,8 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "console/console.hpp"
 #include "core/error.hpp"
 #include "core/open_file.hpp"
+#include "core/publication.hpp"
 #include "load/case.hpp"
 #include "store/motion_model.hpp"
 
@@ -50,6 +52,10 @@ std::string run_record_of(const std::string& output);
 /// joint, even if its journal can be resumed.
 bool has_start_file(const std::string& output, const std::string& resolved_job);
 
+/// Throws InputError naming `option` if a part of its path that the result contains has control characters or
+/// is not UTF-8: the result could not be read again.
+void require_plain_text(const std::string& option, const std::string& part);
+
 /// Makes the parent folder of `file`. Throws InputError.
 void make_parent_folder(const std::string& file);
 
@@ -60,6 +66,12 @@ void require_replaceable(const std::string& output, const std::string& what);
 /// Takes the lock of `output` for `command` ("vrda smooth"), held while the file is read, changed and
 /// written. Reports the process that it waits for. Empty when interrupted.
 std::optional<OutputLock> lock_output(const std::string& output, const std::string& command);
+
+/// Begins the publication of `output` in the same way.
+std::optional<Publication> begin_result(const std::string& output, const std::string& command);
+
+/// Writes `bytes` to `output`, over an earlier result, as one publication. Returns interrupted or done.
+console::ExitCode publish(const std::string& output, const std::string& command, const std::string& bytes);
 
 /// Whether a command that adds to the motion model `file` may replace it: the file and its folder are
 /// writable. Warns otherwise that the command's result is printed only.

@@ -5,6 +5,7 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "documents/json_file.hpp"
 
 namespace vrda::laxity {
 namespace {
@@ -111,7 +112,7 @@ std::string laxity_json(const LaxityDocument& document)
                      {"states", document.result.states},
                      {"curves", curves},
                      {"published", compared}};
-  return json.dump(1) + '\n';
+  return documents::json_text(json, 1) + '\n';
 }
 
 std::string laxity_csv(const LaxityDocument& document)

@@ -8,6 +8,7 @@
 #include "core/joint_kind.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "documents/json_file.hpp"
 
 namespace vrda::rom {
 namespace {
@@ -59,74 +60,7 @@ std::string name_at(const std::vector<std::string>& names, std::int32_t row)
   return row >= 0 && static_cast<std::size_t>(row) < names.size() ? names[static_cast<std::size_t>(row)] : "";
 }
 
-/// Reads the values of one document; every failure names file and key.
-class RomReader {
- public:
-  RomReader(std::string file, const Json& root) : file_(std::move(file)), root_(root) {}
-
-  const Json& at(const std::string& pointer) const
-  {
-    const Json::json_pointer path("/" + pointer);
-    if (!root_.contains(path)) fail(pointer, "nothing", "a value");
-    return root_.at(path);
-  }
-
-  double number(const std::string& pointer) const
-  {
-    const Json& value = at(pointer);
-    if (!value.is_number()) fail(pointer, value.dump(), "a number");
-    return value.get<double>();
-  }
-
-  std::string text(const std::string& pointer) const
-  {
-    const Json& value = at(pointer);
-    if (!value.is_string()) fail(pointer, value.type_name(), "text");
-    return value.get<std::string>();
-  }
-
-  std::vector<double> numbers(const std::string& pointer, std::size_t n, double if_null) const
-  {
-    std::vector<double> values;
-    for (const Json& value : list(pointer, n)) {
-      if (!value.is_number() && !(value.is_null() && std::isnan(if_null)))
-        fail(pointer, value.dump(), "numbers");
-      values.push_back(value.is_null() ? if_null : value.get<double>());
-    }
-    return values;
-  }
-
-  std::vector<std::string> texts(const std::string& pointer) const
-  {
-    std::vector<std::string> values;
-    for (const Json& value : list(pointer, 0)) {
-      if (!value.is_string()) fail(pointer, value.dump(), "a list of texts");
-      values.push_back(value.get<std::string>());
-    }
-    return values;
-  }
-
-  /// `n`: number of entries; 0: any.
-  const Json& list(const std::string& pointer, std::size_t n) const
-  {
-    const Json& value = at(pointer);
-    if (!value.is_array()) fail(pointer, value.type_name(), "a list");
-    if (n > 0 && value.size() != n)
-      fail(pointer, std::to_string(value.size()) + " entries", std::to_string(n));
-    return value;
-  }
-
-  [[noreturn]] void fail(const std::string& key, const std::string& found, const std::string& wanted) const
-  {
-    throw InputError({file_, key, found, wanted});
-  }
-
- private:
-  std::string file_;
-  const Json& root_;
-};
-
-RomAxes axes_of(const RomReader& reader)
+RomAxes axes_of(const documents::JsonFile& reader)
 {
   RomAxes axes;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -134,23 +68,24 @@ RomAxes axes_of(const RomReader& reader)
     for (const double deg : reader.numbers(key, 0, 0.0)) {
       const double rad = rad_from_deg(deg);
       if (!axes.rad[a].empty() && !(rad > axes.rad[a].back()))
-        reader.fail(key, "not ascending", "ascending angles");
+        reader.refuse(key, "not ascending", "ascending angles");
       axes.rad[a].push_back(rad);
     }
-    if (axes.rad[a].empty()) reader.fail(key, "an empty list", "at least one angle");
+    if (axes.rad[a].empty()) reader.refuse(key, "an empty list", "at least one angle");
   }
-  if (axes.n_cells() > most_cells) reader.fail("axes", "more cells", std::to_string(most_cells) + " at most");
+  if (axes.n_cells() > most_cells)
+    reader.refuse("axes", "more cells", std::to_string(most_cells) + " at most");
   return axes;
 }
 
-std::int32_t row_in(const RomReader& reader, const std::string& key, double value, std::size_t n)
+std::int32_t row_in(const documents::JsonFile& reader, const std::string& key, double value, std::size_t n)
 {
   if (!(value >= -1.0 && value < static_cast<double>(n)) || value != std::floor(value))
-    reader.fail(key, shortest_decimal(value), "a row below " + std::to_string(n) + ", or -1");
+    reader.refuse(key, shortest_decimal(value), "a row below " + std::to_string(n) + ", or -1");
   return static_cast<std::int32_t>(value);
 }
 
-std::vector<RomCell> cells_of(const RomReader& reader, const RomDocument& document, std::size_t n)
+std::vector<RomCell> cells_of(const documents::JsonFile& reader, const RomDocument& document, std::size_t n)
 {
   const std::vector<double> status = reader.numbers("cells/status", n, 0.0);
   const std::vector<double> opening = reader.numbers("cells/opening_mm", n, nan);
@@ -164,7 +99,7 @@ std::vector<RomCell> cells_of(const RomReader& reader, const RomDocument& docume
   for (std::size_t k = 0; k < n; ++k) {
     RomCell& cell = cells[k];
     const std::int32_t code = row_in(reader, "cells/status", status[k], std::size(all_rom_statuses));
-    if (code < 0) reader.fail("cells/status", "-1", "0 to 5");
+    if (code < 0) reader.refuse("cells/status", "-1", "0 to 5");
     cell.status = static_cast<RomStatus>(code);
     cell.opening_mm = opening[k];
     cell.largest_strain = strain[k];
@@ -278,23 +213,21 @@ std::string rom_json(const RomDocument& document)
         {"component_reference", reference},
         {"component_moving", moving},
         {"fibre", fibre}}}};
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return documents::json_text(json, -1) + "\n";
 }
 
 RomDocument parse_rom(const std::string& file, const std::string& text)
 {
-  const Json root = Json::parse(text, nullptr, false);
-  if (!root.is_object() || !root.contains("format") || root["format"] != format_name)
-    throw InputError({file, "", "another kind of file", "rom.json of vrda rom"});
-  const RomReader reader(file, root);
+  const documents::JsonFile reader(file, text, "rom.json of vrda rom");
+  if (reader.text("format") != format_name) reader.refuse("format", reader.text("format"), format_name);
   if (reader.number("version") != rom_version)
-    reader.fail("version", root["version"].dump(), std::to_string(rom_version));
+    reader.refuse("version", documents::shown(reader.at("version")), std::to_string(rom_version));
   RomDocument document;
   document.program = reader.text("program");
   document.title = reader.text("title");
   document.joint = reader.text("joint");
   if (std::find(joint_kind_names.begin(), joint_kind_names.end(), document.joint) == joint_kind_names.end())
-    reader.fail("joint", '"' + document.joint + '"', "a kind of joint");
+    reader.refuse("joint", '"' + document.joint + '"', "a kind of joint");
   document.side = reader.text("side");
   document.job = reader.text("job");
   document.reference_names = reader.texts("components/reference");
@@ -311,7 +244,7 @@ RomDocument parse_rom(const std::string& file, const std::string& text)
   const std::vector<double> neutral = reader.numbers("neutral/cell", 3, 0.0);
   for (std::size_t a = 0; a < 3; ++a) {
     const std::int32_t row = row_in(reader, "neutral/cell", neutral[a], range.axes.rad[a].size());
-    if (row < 0) reader.fail("neutral/cell", "-1", "a row");
+    if (row < 0) reader.refuse("neutral/cell", "-1", "a row");
     range.neutral[a] = static_cast<std::size_t>(row);
   }
   const std::vector<double> pose = reader.numbers("neutral/X_reference_moving", 16, 0.0);

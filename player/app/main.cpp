@@ -11,6 +11,7 @@
 #include "app/options.hpp"
 #include "bench/live_bench.hpp"
 #include "calibrate/rehearsal.hpp"
+#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "navigation/arguments.hpp"
 #include "store/read_separately.hpp"
@@ -116,6 +117,12 @@ int run(int argc, char** argv)
   return bad_input;
 }
 
+int refused(const vrda::InputError& error)
+{
+  std::cerr << "vrda-player: " << error.what() << "\n";
+  return bad_input;
+}
+
 }  // namespace
 
 int main(int argc, char** argv)
@@ -123,8 +130,9 @@ int main(int argc, char** argv)
   try {
     return run(argc, argv);
   } catch (const vrda::InputError& error) {
-    std::cerr << "vrda-player: " << error.what() << "\n";
-    return bad_input;
+    return refused(error);
+  } catch (const std::filesystem::filesystem_error& error) {
+    return refused(vrda::input_error_of(error));
   } catch (const std::exception& error) {
     std::cerr << "vrda-player: internal error: " << error.what()
               << "\nPlease report it with the command line and the file.\n";

@@ -6,8 +6,8 @@
 
 #include "bench_files/calibration.hpp"
 #include "bench_files/document_parts.hpp"
-#include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/publication.hpp"
 #include "core/units.hpp"
 #include "documents/schema.hpp"
 #include "settings/settings_text.hpp"
@@ -216,12 +216,13 @@ CalibrationFile::CalibrationFile(const BenchFile& bench, std::string path, std::
 
 void CalibrationFile::write(const Calibration& calibration)
 {
+  std::optional<Publication> result = Publication::begin(path_, "vrda-player");
   const std::optional<std::string> present = read_text_file(path_);
   if (present && *present != text_)
     throw InputError({path_, "", "a file that another program changed in the meantime",
                       "the file as it was read; start again, which reads it, or move it away to keep both"});
   std::string text = calibration_text(calibration, bench_);
-  write_atomically(path_, {text});
+  result->publish(text);
   text_ = std::move(text);
 }
 

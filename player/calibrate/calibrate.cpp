@@ -15,8 +15,8 @@
 #include "calibrate/calibration_pictures.hpp"
 #include "calibrate/calibration_report.hpp"
 #include "calibration_tasks/parts.hpp"
-#include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/publication.hpp"
 #include "navigation/arguments.hpp"
 
 namespace vrda::calibrate {
@@ -98,16 +98,17 @@ void require_options(const CalibrateOptions& options)
 }
 
 /// Starts a file from the per-bench parts of another person's file, or resumes a file started that way.
-Calibration begun_from_other(const CalibrateOptions& options, const BenchFile& bench, bool is_there)
+Calibration begun_from_other(const CalibrateOptions& options, const BenchFile& bench)
 {
   const Calibration other = bench_files::read_calibration(options.bench_from, bench);
-  if (is_there) {
+  std::optional<Publication> result = Publication::begin(options.calibration, "vrda-player calibrate");
+  if (std::filesystem::exists(options.calibration)) {
     const Calibration begun = bench_files::read_calibration(options.calibration, bench);
     calibration_tasks::require_same_bench_parts(begun, options.calibration, other, options.bench_from);
     return begun;
   }
   const Calibration begun = calibration_tasks::start_calibration_from(other, bench, options.bench_from);
-  write_atomically(options.calibration, {bench_files::calibration_text(begun, bench)});
+  result->publish(bench_files::calibration_text(begun, bench));
   return begun;
 }
 
@@ -140,7 +141,7 @@ CalibrateSetup read_setup(const CalibrateOptions& options)
   if (!is_there && is_file_step(options))
     throw InputError({options.calibration, "", "no file", "an existing calibration file"});
   if (!options.bench_from.empty()) {
-    setup.begun = begun_from_other(options, setup.bench, is_there);
+    setup.begun = begun_from_other(options, setup.bench);
     return setup;
   }
   setup.begun = is_there ? bench_files::read_calibration(options.calibration, setup.bench)
@@ -353,8 +354,10 @@ CalibrateEnd calibrate(const CalibrateOptions& options, const loop::Streams& str
     return CalibrateEnd::finished;
   }
   if (options.step == "solve") {
-    setup.begun = calibration_tasks::solve_again(setup.bench, setup.begun, options.calibration);
-    write_atomically(options.calibration, {bench_files::calibration_text(setup.begun, setup.bench)});
+    std::optional<Publication> result = Publication::begin(options.calibration, "vrda-player calibrate");
+    setup.begun = calibration_tasks::solve_again(
+        setup.bench, bench_files::read_calibration(options.calibration, setup.bench), options.calibration);
+    result->publish(bench_files::calibration_text(setup.begun, setup.bench));
   }
   if (is_file_step(options)) {
     write_parts(options, setup, setup.begun, streams.data);

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "core/stop_signals.hpp"
+
 namespace vrda::loop {
 
 StopSignals::StopSignals()
 {
   sigemptyset(&signals_);
-  sigaddset(&signals_, SIGINT);
-  sigaddset(&signals_, SIGTERM);
+  for (const int signal : stop_signals()) sigaddset(&signals_, signal);
   pthread_sigmask(SIG_BLOCK, &signals_, &before_);
 }
 

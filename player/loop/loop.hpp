@@ -18,7 +18,7 @@
 
 namespace vrda::loop {
 
-/// Blocks SIGINT and SIGTERM during its lifetime; threads started meanwhile inherit the mask.
+/// Blocks SIGINT, SIGTERM and SIGHUP during its lifetime; threads started meanwhile inherit the mask.
 class StopSignals {
  public:
   StopSignals();

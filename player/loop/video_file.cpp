@@ -11,7 +11,9 @@
 #include <csignal>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "core/atomic_file.hpp"
@@ -79,6 +81,15 @@ std::vector<std::string> arguments_for(const VideoOptions& options, const std::s
   throw InputError({path, "--video", found, "a video written by ffmpeg"});
 }
 
+OutputLock locked(const std::string& path)
+{
+  std::string holder;
+  std::optional<OutputLock> lock = OutputLock::acquire(
+      path, "vrda-player", {[&](const std::string& found) { holder = found; }, [] { return true; }});
+  if (!lock) throw InputError({path, "--video", holder + ", which is writing it", "another name"});
+  return std::move(*lock);
+}
+
 }  // namespace
 
 void require_video_name(const std::string& path)
@@ -87,7 +98,7 @@ void require_video_name(const std::string& path)
 }
 
 VideoFile::VideoFile(const VideoOptions& options)
-    : options_(options), unfinished_path_(options.path + ".part")
+    : options_(options), unfinished_path_(options.path + ".part"), lock_(locked(options.path))
 {
   require_video_name(options.path);
   constexpr std::string_view binary("\0", 1);  // every video is binary

@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "core/open_file.hpp"
 #include "render/image.hpp"
 
 namespace vrda::loop {
@@ -19,7 +20,8 @@ struct VideoOptions {
 void require_video_name(const std::string& path);
 
 /// Sends frames to ffmpeg through a socket; the output is renamed to `path` when complete. Throws InputError
-/// for an unknown suffix, if ffmpeg is not installed, or if it fails (with its error output).
+/// for an unknown suffix, if another process writes the video, if ffmpeg is not installed, or if it fails
+/// (with its error output).
 class VideoFile {
  public:
   explicit VideoFile(const VideoOptions& options);
@@ -40,6 +42,7 @@ class VideoFile {
 
   VideoOptions options_;
   std::string unfinished_path_;
+  OutputLock lock_;
   pid_t ffmpeg_ = -1;
   int frames_ = -1;    ///< local end of the socket
   int messages_ = -1;  ///< ffmpeg's output, a file in memory

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/stop_signals.hpp"
 #include "store/motion_model_file.hpp"
 #include "web/certificate.hpp"
 #include "web/response.hpp"
@@ -148,9 +149,10 @@ class Server {
   int port() const { return site_.port; }
   const std::optional<Certificate>& certificate() const { return certificate_; }
 
-  /// Runs until SIGINT or SIGTERM.
+  /// Runs until SIGINT, SIGTERM or SIGHUP.
   void run()
   {
+    for (const int signal : stop_signals()) signals_.add(signal);
     signals_.async_wait([this](const error_code&, int) { io_.stop(); });
     accept();
     if (feed_) {
@@ -254,7 +256,7 @@ class Server {
   LiveMessage greeting_;
   std::vector<std::weak_ptr<Session>> sessions_;
   asio::io_context io_{1};
-  asio::signal_set signals_{io_, SIGINT, SIGTERM};
+  asio::signal_set signals_{io_};
   tcp::acceptor acceptor_{io_};
   asio::steady_timer pause_{io_}, tick_{io_};
 };

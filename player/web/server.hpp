@@ -28,8 +28,8 @@ struct LiveFeed {
   double interval_s = 1.0 / 60.0;
 };
 
-/// Listens, writes the page's address to `data` (one line) and serves until SIGINT or SIGTERM.
-/// The file is read for each request, so that a reload shows a new version.
+/// Listens, writes the page's address to `data` (one line) and serves until SIGINT, SIGTERM
+/// or SIGHUP. The file is read for each request, so that a reload shows a new version.
 /// Throws InputError for an invalid motion model, address or certificate, or a port in use.
 void serve_web(const WebOptions& options, const std::optional<LiveFeed>& feed, std::ostream& data,
                std::ostream& messages);

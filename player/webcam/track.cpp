@@ -4,8 +4,8 @@
 #include <ostream>
 
 #include "bench_files/bench_file.hpp"
-#include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/publication.hpp"
 #include "core/units.hpp"
 #include "igtl/message.hpp"
 #include "settings/settings_text.hpp"
@@ -92,7 +92,7 @@ std::string error_message(const std::string& text)
 void write_sheets(const std::string& bench_path, const std::string& pdf)
 {
   const bench_files::BenchFile bench = read_bench(bench_path);
-  write_atomically(pdf, {sheets_pdf(bench.tracker->tools)});
+  Publication::begin(pdf, "vrda-webcam")->publish(sheets_pdf(bench.tracker->tools));
 }
 
 void calibrate(const CalibrateOptions& options, std::ostream& messages)
@@ -109,7 +109,7 @@ void calibrate(const CalibrateOptions& options, std::ostream& messages)
     last = said;
   }
   const Camera camera = fit.camera(output);
-  write_atomically(output, {camera_text(camera)});
+  Publication::begin(output, "vrda-webcam")->publish(camera_text(camera));
   messages << output << ": focal length " << settings::rounded_text(camera.focal_px.x(), 1) << " px, error "
            << settings::rounded_text(camera.rms_px, 2) << " px in " << camera.n_views << " views\n";
 }

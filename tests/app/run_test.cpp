@@ -106,7 +106,8 @@ TEST(Run, AnInterruptFinishesTheStepsInHandAndIsResumable)
   const test::Scratch scratch;
   const std::string job = test::longer_knee_job(scratch).string();
   const fs::path output = scratch.path() / "knee.h5", journal = output.string() + ".journal";
-  for (const int signal : {SIGINT, SIGTERM}) {
+  std::signal(SIGHUP, SIG_DFL);  // as if not under nohup
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     test::Process process(test::vrda({"run", job, "-o", output.string()}));
     test::wait_for_bytes(process, journal, (fs::exists(journal) ? fs::file_size(journal) : 0) + 2000);
     process.send(signal);
