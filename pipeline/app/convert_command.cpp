@@ -95,15 +95,19 @@ console::ExitCode convert_object_command(const ConvertObjectOptions& options)
 {
   const std::vector<convert::ObjectComponent> components =
       convert::parse_object_set(convert::read_object_set(options.prefix));
-  std::vector<TableRow> rows;
+  const auto stem_of = [&](const convert::ObjectComponent& component) {
+    return (fs::path(options.folder) / component.name).string();
+  };
   ResultFiles files;
   for (const convert::ObjectComponent& component : components) {
-    const std::string stem = (fs::path(options.folder) / component.name).string();
+    const std::string stem = stem_of(component);
     files.emplace_back(stem + ".obj", convert::vertices_faces_bytes(component.mesh));
     files.emplace_back(stem + ".normals", convert::vertex_normals_bytes(component.mesh));
-    rows.push_back(counted_component(component, stem));
   }
   const console::ExitCode code = publish(options.folder, "vrda convert", files);
+  std::vector<TableRow> rows;
+  for (const convert::ObjectComponent& component : components)
+    rows.push_back(counted_component(component, stem_of(component)));
   print_table(rows);
   return code;
 }
@@ -179,20 +183,22 @@ console::ExitCode shape_command(const ShapeOptions& options)
   const std::string table = options.has_ligaments ? shapes::fibre_table(request) : "";
   const shapes::Shape shape = shapes::generate_shape(request);
   ResultFiles files;
+  std::vector<std::string> remarks;
   for (const std::vector<shapes::ShapePart>* parts : {&shape.reference, &shape.moving}) {
     for (const shapes::ShapePart& part : *parts) {
       files.emplace_back((fs::path(options.folder) / (part.name + ".stl")).string(),
                          convert::stl_bytes(part.mesh, "vrda shape, mm"));
-      console::log_info(part.name + ": " + std::to_string(part.mesh.triangles.rows()) + " triangles, " +
+      remarks.push_back(part.name + ": " + std::to_string(part.mesh.triangles.rows()) + " triangles, " +
                         part.material + (part.has_contact ? "" : ", drawn only"));
     }
   }
   if (options.has_ligaments) {
     files.emplace_back((fs::path(options.folder) / "ligaments.csv").string(), table);
-    console::log_info("ligaments: " + std::to_string(shapes::generate_fibres(request).size()) + " fibres");
+    remarks.push_back("ligaments: " + std::to_string(shapes::generate_fibres(request).size()) + " fibres");
   }
   const console::ExitCode code = publish(options.folder, "vrda shape", files);
   for (const auto& [path, bytes] : files) std::printf("%s\n", path.c_str());
+  for (const std::string& remark : remarks) console::log_info(remark);
   return code;
 }
 

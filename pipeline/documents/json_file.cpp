@@ -7,6 +7,7 @@
 #include "documents/depth.hpp"
 
 namespace vrda::documents {
+
 JsonFile::JsonFile(std::string file, std::string_view text, const std::string& wanted)
     : file_(std::move(file))
 {
