@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "audit/audit.hpp"
+#include "core/clinical.hpp"
 #include "core/error.hpp"
 #include "core/joint_kind.hpp"
 #include "core/mesh.hpp"
@@ -17,6 +18,7 @@
 #include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/solved_cells.hpp"
 
 namespace vrda::app {
 namespace {
@@ -38,6 +40,20 @@ Json range_json(const store::GridD& surface)
 {
   Range range;
   for (Eigen::Index c = 0; c < surface.size(); ++c) range.include(surface.data()[c]);
+  return {{"min", range.least}, {"max", range.largest}};
+}
+
+std::vector<double> values_of(const store::GridD& surface)
+{
+  return {surface.data(), surface.data() + surface.size()};
+}
+
+// Of frames, whose theta is found from their poses.
+Json theta_json(const store::MotionModel& model)
+{
+  if (!model.frames) return range_json(model.theta_deg);
+  Range range;
+  for (const double theta_deg : unwrapped(values_of(model.theta_deg), 360.0)) range.include(theta_deg);
   return {{"min", range.least}, {"max", range.largest}};
 }
 
@@ -170,13 +186,20 @@ Json equilibrium_json(const store::MotionModel& model)
 }
 
 // For free varus reports the range of solved angles; the grid then has a single column.
-Json grid_json(const store::MotionModel& model)
+Json grid_json(const store::MotionModel& model, const store::ClinicalSurfaces& clinical)
 {
   const bool is_varus_free = motion::Motion(model, "raw").is_varus_free();
+  // The attitudes of frames are found from their poses, like the joint's own angles.
+  const bool has_own_axes = model.frames && !store::has_turned_axes(model);
   const auto axis = [](const std::vector<double>& values) {
     return Json{values.front(), values.back(), values.size()};
   };
-  const auto flexion = std::minmax_element(model.flexion_deg.begin(), model.flexion_deg.end());
+  const std::vector<double> flexions = has_own_axes   ? values_of(clinical.flexion_deg)
+                                       : model.frames ? unwrapped(model.flexion_deg, 360.0)
+                                                      : model.flexion_deg;
+  Range flexion;
+  for (const double flexion_deg : flexions) flexion.include(flexion_deg);
+  const store::GridD& varus = has_own_axes ? clinical.varus_deg : model.varus_solved_deg;
   const auto role = [&](std::size_t c) {
     return model.coordinates          ? name_of(static_cast<CoordinateRole>(model.coordinates->role[c]))
            : model.method == "import" ? "measured"
@@ -194,10 +217,10 @@ Json grid_json(const store::MotionModel& model)
   }
   return {{"roles", roles},
           {"undetermined", undetermined},
-          {"flexion_deg", Json{*flexion.first, *flexion.second, model.flexion_deg.size()}},
+          {"flexion_deg", Json{flexion.least, flexion.largest, model.flexion_deg.size()}},
           {"varus_deg", is_varus_free ? Json() : axis(model.varus_deg)},
           {"varus_is_free", is_varus_free},
-          {"varus_found_deg", is_varus_free ? range_json(model.varus_solved_deg) : Json()}};
+          {"varus_found_deg", is_varus_free ? range_json(varus) : Json()}};
 }
 
 Json samples_json(const store::MotionModel& model)
@@ -246,13 +269,14 @@ Json summary_of(const store::MotionModel& model, const audit::AuditFigures& meas
 {
   const auto n_stable = (model.status == status_stable).count();
   const bool has_gap = n_stable > 0 && measured.n_nothing_ahead == 0;
+  const store::ClinicalCurves clinical = store::clinical_curves(model);
   Json statuses = Json::object();
   for (const auto& [name, n] : job_run::cells_by_status(model)) statuses[name] = n;
   return {{"title", model.title},
           {"joint", model.joint},
           {"side", model.side},
           {"method", model.method},
-          {"grid", grid_json(model)},
+          {"grid", grid_json(model, clinical.surfaces)},
           {"frames", frames_json(model)},
           {"scaling", job_run::scaling_json(model.job.scaling)},
           {"warnings", model.job.warnings},
@@ -268,12 +292,13 @@ Json summary_of(const store::MotionModel& model, const audit::AuditFigures& meas
            {{"tx_mm", range_json(model.tx_mm)},
             {"ty_mm", range_json(model.ty_mm)},
             {"tz_mm", range_json(model.tz_mm)},
-            {"theta_deg", range_json(model.theta_deg)}}},
+            {"theta_deg", theta_json(model)}}},
           {"axes_are_turned", store::has_turned_axes(model)},
           {"clinical",
-           {{"flexion_deg", range_json(model.clinical.flexion_deg)},
-            {"varus_deg", range_json(model.clinical.varus_deg)},
-            {"internal_rotation_deg", range_json(model.clinical.internal_rotation_deg)}}},
+           {{"flexion_deg", range_json(clinical.surfaces.flexion_deg)},
+            {"varus_deg", range_json(clinical.surfaces.varus_deg)},
+            {"internal_rotation_deg", range_json(clinical.surfaces.internal_rotation_deg)}}},
+          {"gimbal_lock_poses", clinical.n_locked},
           {"default_motion", default_motion_json(model)},
           {"screw_home", screw_home(model)},
           {"spine_jump", spine_jump_json(model)},
@@ -391,6 +416,8 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
   const JointKind& kind = joint_kind(model.joint);
   const bool has_stable = (model.status == status_stable).any();
   if (has_stable) print_angles(s, kind);
+  const std::string lock = gimbal_lock_text(s["gimbal_lock_poses"].get<int>());
+  if (!lock.empty()) std::printf("  %s\n", lock.c_str());
   std::printf("%s\n", job_run::status_line(model).c_str());
   if (model.uncertainty) std::printf("%s\n", job_run::samples_line(model).c_str());
   for (const StepStatus status : all_step_statuses) {

@@ -5,6 +5,12 @@
 #include "core/trig.hpp"
 
 namespace vrda::inline core {
+namespace {
+
+/// Of varus: below it rounding (1e-16) turns flexion and internal rotation by more than 1e-9 rad.
+constexpr double least_cosine = 1e-7;
+
+}  // namespace
 
 ClinicalCoordinates clinical_coordinates(const Pose& X_reference_moving, Side side,
                                          const Eigen::Vector3d& rotation_centre_mm)
@@ -23,6 +29,12 @@ ClinicalCoordinates clinical_coordinates(const Pose& X_reference_moving, Side si
   result.varus_rad = arc_sine(R(2, 1));
   result.flexion_rad = arc_tangent2(R(0, 1), R(1, 1));
   result.internal_rotation_rad = arc_tangent2(-R(2, 0), R(2, 2));
+  if (R(0, 1) * R(0, 1) + R(1, 1) * R(1, 1) < least_cosine * least_cosine) {
+    // Gimbal lock: f is any, and f - i (varus 90 degrees) or f + i (-90) gives i.
+    const double i = R(2, 1) > 0.0 ? result.flexion_rad - arc_tangent2(-R(1, 0) - R(0, 2), R(0, 0) - R(1, 2))
+                                   : arc_tangent2(R(0, 2) - R(1, 0), R(0, 0) + R(1, 2)) - result.flexion_rad;
+    result.internal_rotation_rad = nearest_turn(i, 0.0);
+  }
   // Axes of Grood-Suntay: e1 the femoral flexion axis (Z), e3 the tibial long axis (R's column 1),
   // e2 = e3 x e1, floating and anterior.
   const Eigen::Vector3d e1 = Eigen::Vector3d::UnitZ();
@@ -32,6 +44,100 @@ ClinicalCoordinates clinical_coordinates(const Pose& X_reference_moving, Side si
   result.anterior_mm = t.dot(e2);
   result.proximal_mm = t.dot(e3);
   return result;
+}
+
+double nearest_turn(double angle, double near, double turn)
+{
+  const double n = std::round((near - angle) / turn);
+  return n == 0.0 ? angle : angle + n * turn;
+}
+
+std::vector<double> unwrapped(std::vector<double> angles, double turn)
+{
+  double before = nan;
+  for (double& angle : angles) {
+    if (std::isfinite(before) && std::isfinite(angle)) angle = nearest_turn(angle, before, turn);
+    if (std::isfinite(angle)) before = angle;
+  }
+  return angles;
+}
+
+namespace {
+
+/// Plus whole turns, near `before`.
+ClinicalCoordinates with_turns(ClinicalCoordinates c, const ClinicalCoordinates& before)
+{
+  c.flexion_rad = nearest_turn(c.flexion_rad, before.flexion_rad);
+  c.varus_rad = nearest_turn(c.varus_rad, before.varus_rad);
+  c.internal_rotation_rad = nearest_turn(c.internal_rotation_rad, before.internal_rotation_rad);
+  return c;
+}
+
+/// The other numbers of the same orientation. The floating axis points the other way.
+ClinicalCoordinates other_numbers(ClinicalCoordinates c)
+{
+  c.flexion_rad += pi;
+  c.varus_rad = pi - c.varus_rad;
+  c.internal_rotation_rad += pi;
+  c.anterior_mm = -c.anterior_mm;
+  return c;
+}
+
+double change_sq(const ClinicalCoordinates& c, const ClinicalCoordinates& before)
+{
+  const Eigen::Vector3d change_rad(c.flexion_rad - before.flexion_rad, c.varus_rad - before.varus_rad,
+                                   c.internal_rotation_rad - before.internal_rotation_rad);
+  return change_rad.squaredNorm();
+}
+
+bool is_at_lock(const ClinicalCoordinates& c)
+{
+  return std::abs(cosine(c.varus_rad)) < least_cosine;
+}
+
+}  // namespace
+
+ClinicalCoordinates nearest_numbers(const ClinicalCoordinates& found, const ClinicalCoordinates& before)
+{
+  const ClinicalCoordinates other = with_turns(other_numbers(found), before);
+  ClinicalCoordinates c = with_turns(found, before);
+  if (change_sq(other, before) < change_sq(c, before)) c = other;
+  if (!is_at_lock(c)) return c;
+  // Varus of 90 degrees: the orientation depends on f - i, of -90 degrees on f + i.
+  const double sign = sine(c.varus_rad) > 0.0 ? -1.0 : 1.0;
+  const double before_rad = before.flexion_rad + sign * before.internal_rotation_rad;
+  const double half_rad =
+      0.5 * (nearest_turn(c.flexion_rad + sign * c.internal_rotation_rad, before_rad) - before_rad);
+  c.flexion_rad = before.flexion_rad + half_rad;
+  c.internal_rotation_rad = before.internal_rotation_rad + sign * half_rad;
+  return c;
+}
+
+ContinuousCoordinates::ContinuousCoordinates(Side side, const Eigen::Vector3d& rotation_centre_mm)
+    : side_(side), rotation_centre_mm_(rotation_centre_mm)
+{
+}
+
+ClinicalCoordinates ContinuousCoordinates::next(const Pose& X_reference_moving)
+{
+  const ClinicalCoordinates found = clinical_coordinates(X_reference_moving, side_, rotation_centre_mm_);
+  ClinicalCoordinates c = before_ ? nearest_numbers(found, *before_) : found;
+  if (before_ && is_at_lock(c)) {
+    const Eigen::Vector3d t = X_reference_moving * rotation_centre_mm_ - rotation_centre_mm_;
+    const SinCos f = sin_cos(c.flexion_rad);
+    c.anterior_mm = f.cos * t.x() - f.sin * t.y();
+  }
+  n_locked_ += cosine(c.varus_rad) < least_cosine ? 1 : 0;
+  return before_.emplace(c);
+}
+
+std::string gimbal_lock_text(int n_locked)
+{
+  if (n_locked == 0) return "";
+  return "varus reaches or passes 90 degrees at " + std::to_string(n_locked) +
+         " poses: flexion and internal rotation are not unique there (gimbal lock); the curves have those "
+         "that "
+         "change least from the pose before";
 }
 
 namespace {

@@ -3,9 +3,12 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "core/frames.hpp"
 #include "core/mesh.hpp"
+#include "core/units.hpp"
 
 namespace vrda::inline core {
 
@@ -26,6 +29,40 @@ struct ClinicalCoordinates {
 /// Source: Grood and Suntay (1983) J Biomech Eng 105:136-144.
 ClinicalCoordinates clinical_coordinates(const Pose& X_reference_moving, Side side,
                                          const Eigen::Vector3d& rotation_centre_mm);
+
+/// `angle` plus whole turns, within half a turn of `near`; the same bits where none is added.
+double nearest_turn(double angle, double near, double turn = 2.0 * pi);
+
+/// The angles plus whole turns: each is within half a turn of the one before it. NaN is skipped.
+std::vector<double> unwrapped(std::vector<double> angles, double turn = 2.0 * pi);
+
+/// Of the numbers (f, v, i) and (f + pi, pi - v, i + pi) of one orientation, plus whole turns, those that
+/// change least from `before`; the latter point the floating axis, and anterior, the other way. At gimbal
+/// lock, where only f - i or f + i is defined, both change equally; anterior is then undefined.
+ClinicalCoordinates nearest_numbers(const ClinicalCoordinates& c, const ClinicalCoordinates& before);
+
+/// The coordinates of successive poses as continuous curves, beyond the ranges of clinical_coordinates():
+/// nearest_numbers() of each pose to those of the pose before.
+class ContinuousCoordinates {
+ public:
+  ContinuousCoordinates(Side side, const Eigen::Vector3d& rotation_centre_mm);
+
+  /// Of the next pose. The first has the numbers of clinical_coordinates(), and so has every pose, with equal
+  /// bits, whose numbers need no change.
+  ClinicalCoordinates next(const Pose& X_reference_moving);
+
+  /// Poses so far at gimbal lock, or beyond it.
+  int n_locked() const { return n_locked_; }
+
+ private:
+  Side side_;
+  Eigen::Vector3d rotation_centre_mm_;
+  std::optional<ClinicalCoordinates> before_;
+  int n_locked_ = 0;
+};
+
+/// A warning about poses at gimbal lock; empty without any.
+std::string gimbal_lock_text(int n_locked);
 
 /// Smallest rotation with a defined axis: below it, rounding of coordinates of some 100 mm (1e-13 mm) shifts
 /// the axis by more than 1e-7 mm.

@@ -1,6 +1,7 @@
 #include "exports/flexion_motion.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "core/error.hpp"
@@ -82,8 +83,6 @@ void add_frame(FlexionMotion& result, const motion::Motion& motion, double flexi
     result.omitted.push_back({flexion_deg, nan, motion::name_of(frame.pose.status)});
     return;
   }
-  frame.clinical =
-      clinical_coordinates(frame.pose.X_reference_moving, result.side, result.rotation_centre_mm);
   result.frames.push_back(frame);
 }
 
@@ -96,9 +95,25 @@ void add_frames(FlexionMotion& result, const store::MotionModel& model, const mo
       result.omitted.push_back({frame.flexion_deg, frame.pose.key, "no pose"});
       continue;
     }
-    frame.clinical =
-        clinical_coordinates(frame.pose.X_reference_moving, result.side, result.rotation_centre_mm);
     result.frames.push_back(frame);
+  }
+}
+
+void make_continuous(FlexionMotion& motion)
+{
+  ContinuousCoordinates along(motion.side, motion.rotation_centre_mm);
+  for (FlexionFrame& frame : motion.frames) frame.clinical = along.next(frame.pose.X_reference_moving);
+  motion.n_locked = along.n_locked();
+  // The attitudes of a sequence have any number of turns.
+  for (std::size_t k = 1; k < motion.frames.size() && !motion.key_name.empty(); ++k) {
+    const motion::JointPose& before = motion.frames[k - 1].pose;
+    FlexionFrame& frame = motion.frames[k];
+    Attitude& attitude = frame.pose.attitude;
+    attitude.flexion_rad = nearest_turn(attitude.flexion_rad, before.attitude.flexion_rad);
+    frame.pose.theta_rad = nearest_turn(frame.pose.theta_rad, before.theta_rad);
+    constexpr double rounding_deg = 1e-6;
+    const double flexion_deg = deg_from_rad(attitude.flexion_rad);
+    if (std::abs(flexion_deg - frame.flexion_deg) > rounding_deg) frame.flexion_deg = flexion_deg;
   }
 }
 
@@ -142,6 +157,7 @@ FlexionMotion flexion_motion(const store::MotionModel& model, const std::string&
     for (const double flexion_deg : plan.flexion_deg.empty() ? model.flexion_deg : plan.flexion_deg)
       add_frame(result, motion, flexion_deg, varus_deg_at(model, motion, plan, flexion_deg));
   }
+  make_continuous(result);
   if (result.frames.empty()) {
     throw InputError({file, result.set, "no attitude with a pose", "at least one to export"});
   }

@@ -30,7 +30,7 @@ struct FlexionPlan {
 struct FlexionFrame {
   double flexion_deg = 0.0;      ///< as requested; of a sequence that of the frame
   motion::JointPose pose;        ///< solved; with the key in a sequence
-  ClinicalCoordinates clinical;  ///< of pose.X_reference_moving
+  ClinicalCoordinates clinical;  ///< of pose.X_reference_moving; continuous over the frames
 };
 
 struct OmittedFlexion {
@@ -48,6 +48,7 @@ struct FlexionMotion {
   std::string key_name;                                          ///< of a sequence; else empty
   std::vector<FlexionFrame> frames;                              ///< in ascending flexion or key
   std::vector<OmittedFlexion> omitted;                           ///< flexions without a pose
+  int n_locked = 0;                                              ///< frames at gimbal lock or beyond
 };
 
 /// `zero` if the model has a zero-varus table, otherwise `spine`; of the raw poses `spine`, as they are shown

@@ -46,8 +46,10 @@ Values values_at(const store::MotionModel& model, const motion::Motion& motion, 
   const Eigen::Vector3d& centre_mm = model.rotation_centre_mm;
   const Pose& X = pose.X_reference_moving;
   const Eigen::Vector3d t_m = metres_per_mm * (X * centre_mm - centre_mm);
-  return {clinical_coordinates(X, side_named(model.side), centre_mm).internal_rotation_rad, t_m.x(), t_m.y(),
-          t_m.z()};
+  // About Delta = +Y theta is the internal rotation, without its wraps.
+  const double internal_rad =
+      clinical_coordinates(X, side_named(model.side), centre_mm).internal_rotation_rad;
+  return {nearest_turn(internal_rad, pose.theta_rad), t_m.x(), t_m.y(), t_m.z()};
 }
 
 /// Discrete Chebyshev transform of the values at all pairs of points.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/clinical.hpp"
 #include "core/mesh.hpp"
 #include "core/units.hpp"
 #include "index/index.hpp"
@@ -88,9 +89,11 @@ std::vector<double> along_curve(const Subject& s, const OfZero& of_zero, const O
 
 std::vector<double> internal_rotation(const Subject& s)
 {
-  return along_curve(
-      s, [](const store::ZeroVarus& zero, std::size_t i) { return zero.internal_rotation_deg[i]; },
-      [&](Eigen::Index c) { return s.model.clinical.internal_rotation_deg.data()[c]; });
+  return unwrapped(
+      along_curve(
+          s, [](const store::ZeroVarus& zero, std::size_t i) { return zero.internal_rotation_deg[i]; },
+          [&](Eigen::Index c) { return s.model.clinical.internal_rotation_deg.data()[c]; }),
+      360.0);
 }
 
 std::vector<double> balanced_varus(const Subject& s)

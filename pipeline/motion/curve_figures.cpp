@@ -6,6 +6,9 @@
 #include <cstddef>
 #include <cstdio>
 
+#include "core/clinical.hpp"
+#include "store/solved_cells.hpp"
+
 namespace vrda::motion {
 namespace {
 
@@ -70,11 +73,12 @@ CurveFigures curve_figures(const FlexionCurve& curve)
 FlexionCurve spine_rotation(const store::MotionModel& model)
 {
   FlexionCurve curve;
+  const store::ClinicalCurves clinical = store::clinical_curves(model);
   for (Eigen::Index i = 0; i < model.is_spine.rows(); ++i) {
     for (Eigen::Index j = 0; j < model.is_spine.cols(); ++j) {
       if (model.is_spine(i, j) != 1) continue;
       curve.flexion_deg.push_back(model.flexion_deg[static_cast<std::size_t>(i)]);
-      curve.value_deg.push_back(model.clinical.internal_rotation_deg(i, j));
+      curve.value_deg.push_back(clinical.surfaces.internal_rotation_deg(i, j));
     }
   }
   return curve;
@@ -88,7 +92,7 @@ SpineJump spine_jump(const store::MotionModel& model)
     double here_deg = nan;
     for (Eigen::Index j = 0; j < model.is_spine.cols(); ++j)
       if (model.is_spine(i, j) == 1 && model.status(i, j) == status_stable) here_deg = model.theta_deg(i, j);
-    const double change_deg = std::abs(here_deg - before_deg);
+    const double change_deg = std::abs(nearest_turn(here_deg, before_deg, 360.0) - before_deg);
     before_deg = here_deg;
     if (std::isnan(change_deg) || change_deg <= jump.change_deg) continue;  // the second is false for NaN
     const auto row = static_cast<std::size_t>(i);

@@ -270,33 +270,38 @@ void Motion::use_flexion_table(const std::vector<double>& flexion_rad, const std
   set_slopes(*by_flexion_);
 }
 
-/// Adds full turns to each angle so that it is nearest to the one before.
+/// Of the numbers of each attitude those nearest to the ones before.
 void Motion::use_frames(const store::MotionModel& model)
 {
   key_name_ = model.frames->key_name;
   keys_ = model.frames->key;
   track_ = HermiteGrid<6>{keys_, {0.0}, {}};
-  const HermiteNode<6>* before = nullptr;
+  std::optional<ClinicalCoordinates> before;
+  constexpr double rounding_rad = 1e-9;
   track_->nodes.resize(keys_.size());
   for (std::size_t i = 0; i < keys_.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     if (model.status(row, 0) != status_stable) continue;
     HermiteNode<6>& node = track_->nodes[i];
     node.is_solved = true;
-    node.value = {model.tx_mm(row, 0),
-                  model.ty_mm(row, 0),
-                  model.tz_mm(row, 0),
-                  rad_from_deg(model.theta_deg(row, 0)),
-                  rad_from_deg(model.varus_solved_deg(row, 0)),
-                  rad_from_deg(model.flexion_deg[i])};
-    for (const std::size_t angle : {3u, 5u}) {
-      if (before == nullptr) continue;
-      node.value[angle] -= 2.0 * pi * std::round((node.value[angle] - before->value[angle]) / (2.0 * pi));
+    ClinicalCoordinates c;
+    c.flexion_rad = rad_from_deg(model.flexion_deg[i]);
+    c.varus_rad = rad_from_deg(model.varus_solved_deg(row, 0));
+    c.internal_rotation_rad = rad_from_deg(model.theta_deg(row, 0));
+    Eigen::Vector3d shift_mm(model.tx_mm(row, 0), model.ty_mm(row, 0), model.tz_mm(row, 0));
+    if (before) {
+      c = nearest_numbers(c, *before);
+      // Past gimbal lock another theta turns W about Delta.
+      const double turn_rad = c.internal_rotation_rad - rad_from_deg(model.theta_deg(row, 0));
+      const Eigen::Matrix3d R = R_world_solver(delta_on(keys_, keys_[i]));
+      if (std::abs(nearest_turn(turn_rad, 0.0)) > rounding_rad)
+        shift_mm = R * rotation_y(turn_rad) * R.transpose() * shift_mm;
     }
-    const double varus_rad = node.value[4];
-    first_varus_rad_ = before == nullptr ? varus_rad : std::min(first_varus_rad_, varus_rad);
-    last_varus_rad_ = before == nullptr ? varus_rad : std::max(last_varus_rad_, varus_rad);
-    before = &node;
+    node.value = {shift_mm.x(), shift_mm.y(), shift_mm.z(), c.internal_rotation_rad,
+                  c.varus_rad,  c.flexion_rad};
+    first_varus_rad_ = before ? std::min(first_varus_rad_, c.varus_rad) : c.varus_rad;
+    last_varus_rad_ = before ? std::max(last_varus_rad_, c.varus_rad) : c.varus_rad;
+    before = c;
   }
   set_slopes(*track_);
 }

@@ -42,13 +42,15 @@ ClinicalCurve empty_curve(const store::MotionModel& model, std::string name)
 struct TrackedModel {
   const store::MotionModel& model;
   Eigen::Vector3d point_mm;
+
+  ContinuousCoordinates start() const { return {side_of(model), point_mm}; }
 };
 
+/// `along` is that of the rows before.
 void set_row(ClinicalCurve& curve, std::size_t row, const Pose& X_reference_moving,
-             const TrackedModel& tracked)
+             const store::MotionModel& model, ContinuousCoordinates& along)
 {
-  const store::MotionModel& model = tracked.model;
-  const ClinicalCoordinates c = clinical_coordinates(X_reference_moving, side_of(model), tracked.point_mm);
+  const ClinicalCoordinates c = along.next(X_reference_moving);
   const Eigen::Vector3d origin_mm = X_reference_moving.translation();
   if (store::has_turned_axes(model)) curve.flexion_deg[row] = deg_from_rad(c.flexion_rad);
   curve.values_of(Quantity::internal)[row] = deg_from_rad(c.internal_rotation_rad);
@@ -66,11 +68,12 @@ ClinicalCurve raw_curve(const TrackedModel& tracked)
 {
   const store::MotionModel& model = tracked.model;
   ClinicalCurve curve = empty_curve(model, "raw");
+  ContinuousCoordinates along = tracked.start();
   const std::vector<Eigen::Index> spine = solved_spine(model);
   for (std::size_t i = 0; i < spine.size(); ++i) {
     if (spine[i] >= 0)
-      set_row(curve, i, store::pose_in(model.X_reference_moving, static_cast<std::size_t>(spine[i])),
-              tracked);
+      set_row(curve, i, store::pose_in(model.X_reference_moving, static_cast<std::size_t>(spine[i])), model,
+              along);
   }
   return curve;
 }
@@ -79,9 +82,10 @@ ClinicalCurve zero_varus_curve(const TrackedModel& tracked)
 {
   const store::MotionModel& model = tracked.model;
   ClinicalCurve curve = empty_curve(model, "zero_varus");
+  ContinuousCoordinates along = tracked.start();
   for (std::size_t i = 0; i < curve.flexion_deg.size(); ++i) {
     if (model.zero_varus->source[i] == static_cast<std::int8_t>(store::ZeroVarusSource::none)) continue;
-    set_row(curve, i, store::pose_in(model.zero_varus->X_reference_moving, i), tracked);
+    set_row(curve, i, store::pose_in(model.zero_varus->X_reference_moving, i), model, along);
   }
   return curve;
 }
@@ -99,11 +103,12 @@ ClinicalCurve curve_of_set(const TrackedModel& tracked, const std::string& set)
 {
   const store::MotionModel& model = tracked.model;
   ClinicalCurve curve = empty_curve(model, set);
+  ContinuousCoordinates along = tracked.start();
   const motion::Motion motion(model, set);
   for (std::size_t i = 0; i < curve.flexion_deg.size(); ++i) {
     const motion::JointPose pose =
         motion.at({rad_from_deg(curve.flexion_deg[i]), varus_rad(model, motion, i)});
-    if (pose.status == motion::PoseStatus::solved) set_row(curve, i, pose.X_reference_moving, tracked);
+    if (pose.status == motion::PoseStatus::solved) set_row(curve, i, pose.X_reference_moving, model, along);
   }
   return curve;
 }
@@ -182,7 +187,7 @@ CurveDifference difference(const ClinicalCurve& curve, const ClinicalCurve& othe
   for (const auto& [flexion_deg, value] : points_of(other, quantity)) {
     const double here = value_at(points, flexion_deg);
     if (!std::isfinite(here)) continue;
-    found.push_back(here);
+    found.push_back(quantity == Quantity::internal ? nearest_turn(here, value, 360.0) : here);
     measured.push_back(value);
   }
   const score::Statistics s = score::statistics(found, measured);
@@ -263,6 +268,8 @@ class CurveReader {
     if (result_.point_mm && !result_.point_mm->allFinite())
       refuse("header", "a part of centre_x_mm, centre_y_mm, centre_z_mm", "all three, or none");
     if (result_.curve.flexion_deg.empty()) refuse("", "no rows", "rows of numbers below the header");
+    std::vector<double>& internal_deg = result_.curve.values_of(Quantity::internal);
+    internal_deg = unwrapped(std::move(internal_deg), 360.0);
     return std::move(result_);
   }
 

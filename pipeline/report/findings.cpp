@@ -6,10 +6,12 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/clinical.hpp"
 #include "core/units.hpp"
 #include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
 #include "report/clinical_curve.hpp"
+#include "store/solved_cells.hpp"
 
 namespace vrda::report {
 namespace {
@@ -211,6 +213,8 @@ std::vector<std::string> warnings_of(const ReportModel& entry)
              "%.3g N.",
              numbers.balance_residual_n, numbers.push_n));
   add_rotation(model, numbers, lines);
+  if (const std::string lock = gimbal_lock_text(store::clinical_curves(model).n_locked); !lock.empty())
+    lines.push_back(static_cast<char>(std::toupper(lock.front())) + lock.substr(1) + ".");
   add_spine_at_border(model, lines);
   add_comparison(entry, lines);
   add_audits(model, lines);

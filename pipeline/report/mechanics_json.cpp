@@ -10,6 +10,7 @@
 #include "core/units.hpp"
 #include "report/clinical_curve.hpp"
 #include "report/model_json.hpp"
+#include "store/solved_cells.hpp"
 
 namespace vrda::report {
 
@@ -327,11 +328,11 @@ Json branches_json(const store::MotionModel& model)
 
 // The band is of theta about Delta. For Delta = +Y internal rotation differs from it by the same offset
 // within the band; otherwise it is that of the pose turned by theta at the attitude of the spine.
-double internal_in_band_deg(const store::MotionModel& model, std::size_t flexion, Eigen::Index cell,
-                            double theta_deg)
+double internal_in_band_deg(const store::MotionModel& model, const store::ClinicalSurfaces& clinical,
+                            std::size_t flexion, Eigen::Index cell, double theta_deg)
 {
   if (cell < 0) return nan;
-  const double internal_deg = model.clinical.internal_rotation_deg.data()[cell];
+  const double internal_deg = clinical.internal_rotation_deg.data()[cell];
   const store::FreeSpine& spine = model.equilibrium->spine;
   if (!store::has_turned_axes(model)) return theta_deg + (internal_deg - spine.theta_deg[flexion]);
   const SolverFrame frame{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm,
@@ -341,7 +342,8 @@ double internal_in_band_deg(const store::MotionModel& model, std::size_t flexion
     const Pose X = X_reference_moving(frame, attitude, {Eigen::Vector3d::Zero(), rad_from_deg(at_deg)});
     return deg_from_rad(clinical_coordinates(X, frame.side, frame.rotation_centre_mm).internal_rotation_rad);
   };
-  return internal_deg + internal_at_deg(theta_deg) - internal_at_deg(spine.theta_deg[flexion]);
+  const double chosen_deg = internal_at_deg(spine.theta_deg[flexion]);
+  return internal_deg + nearest_turn(internal_at_deg(theta_deg), chosen_deg, 360.0) - chosen_deg;
 }
 
 }  // namespace
@@ -351,10 +353,11 @@ Json spine_json(const store::MotionModel& model)
   if (!model.equilibrium) return nullptr;
   const store::FreeSpine& spine = model.equilibrium->spine;
   const std::vector<Eigen::Index> cells = solved_spine(model);
+  const store::ClinicalCurves clinical = store::clinical_curves(model);
   std::vector<double> low_deg, high_deg;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    low_deg.push_back(internal_in_band_deg(model, i, cells[i], spine.theta_low_deg[i]));
-    high_deg.push_back(internal_in_band_deg(model, i, cells[i], spine.theta_high_deg[i]));
+    low_deg.push_back(internal_in_band_deg(model, clinical.surfaces, i, cells[i], spine.theta_low_deg[i]));
+    high_deg.push_back(internal_in_band_deg(model, clinical.surfaces, i, cells[i], spine.theta_high_deg[i]));
   }
   return {{"band_moment_nmm", short_number(model.equilibrium->band_moment_nmm)},
           {"internal_low", short_numbers(low_deg)},

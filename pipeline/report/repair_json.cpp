@@ -14,10 +14,10 @@ Json motion_json(const store::MotionModel& model, const std::vector<double>& pos
                  const FrameLengths& lengths)
 {
   const Side side = model.side == "left" ? Side::left : Side::right;
+  ContinuousCoordinates along(side, model.rotation_centre_mm);
   std::vector<double> flexion, varus, internal, anterior, proximal, lateral;
   for (std::size_t k = 0; k < model.flexion_deg.size(); ++k) {
-    const ClinicalCoordinates c =
-        clinical_coordinates(store::pose_in(poses, k), side, model.rotation_centre_mm);
+    const ClinicalCoordinates c = along.next(store::pose_in(poses, k));
     flexion.push_back(deg_from_rad(c.flexion_rad));
     varus.push_back(deg_from_rad(c.varus_rad));
     internal.push_back(deg_from_rad(c.internal_rotation_rad));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/clinical.hpp"
 #include "core/error.hpp"
 
 namespace vrda::score {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <iterator>
 
+#include "core/clinical.hpp"
 #include "core/error.hpp"
 #include "core/step_record.hpp"
 #include "core/text.hpp"

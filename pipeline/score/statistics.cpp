@@ -87,16 +87,4 @@ double rms_of(const Line& line, const std::vector<double>& x, const std::vector<
   return rms_about(differences, 0.0);
 }
 
-double nearest_turn(double angle_rad, double near_rad)
-{
-  return near_rad + std::remainder(angle_rad - near_rad, 2.0 * pi);
-}
-
-std::vector<double> unwrapped(std::vector<double> angles_rad)
-{
-  for (std::size_t k = 1; k < angles_rad.size(); ++k)
-    angles_rad[k] = nearest_turn(angles_rad[k], angles_rad[k - 1]);
-  return angles_rad;
-}
-
 }  // namespace vrda::score

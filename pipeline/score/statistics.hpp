@@ -38,10 +38,4 @@ Line straight_line(const std::vector<double>& x, const std::vector<double>& valu
 /// RMS of the line's values minus the values; NaN without values.
 double rms_of(const Line& line, const std::vector<double>& x, const std::vector<double>& values);
 
-/// The angles plus whole turns: each is within half a turn of the one before it.
-std::vector<double> unwrapped(std::vector<double> angles_rad);
-
-/// `angle_rad` plus whole turns, within half a turn of `near_rad`.
-double nearest_turn(double angle_rad, double near_rad);
-
 }  // namespace vrda::score

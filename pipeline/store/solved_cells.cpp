@@ -1,5 +1,6 @@
 #include "store/solved_cells.hpp"
 
+#include <cmath>
 #include <span>
 
 #include "core/clinical.hpp"
@@ -50,7 +51,56 @@ void set_pose(MotionModel& model, const StepRecord& r)
   model.clinical.lateral_mm(i, j) = clinical.lateral_mm;
 }
 
+/// Replaces a number only where it differs by more than rounding, so that the others keep their bits.
+void replace(double& number, double by)
+{
+  constexpr double rounding = 1e-6;  // degrees or mm
+  if (std::abs(by - number) > rounding) number = by;
+}
+
+void set_next(ClinicalSurfaces& surfaces, const MotionModel& model, Eigen::Index cell,
+              ContinuousCoordinates& along)
+{
+  const ClinicalCoordinates c = along.next(pose_in(model.X_reference_moving, static_cast<std::size_t>(cell)));
+  replace(surfaces.flexion_deg.data()[cell], deg_from_rad(c.flexion_rad));
+  replace(surfaces.varus_deg.data()[cell], deg_from_rad(c.varus_rad));
+  replace(surfaces.internal_rotation_deg.data()[cell], deg_from_rad(c.internal_rotation_rad));
+  replace(surfaces.anterior_mm.data()[cell], c.anterior_mm);
+}
+
+/// The stable cell of a row from which the others follow: that of the spine, else the first; -1 without any.
+Eigen::Index first_of_row(const MotionModel& model, Eigen::Index i)
+{
+  Eigen::Index found = -1;
+  for (Eigen::Index j = model.status.cols() - 1; j >= 0; --j) {
+    if (model.status(i, j) != status_stable) continue;
+    if (model.is_spine(i, j) == 1) return j;
+    found = j;
+  }
+  return found;
+}
+
 }  // namespace
+
+ClinicalCurves clinical_curves(const MotionModel& model)
+{
+  ClinicalCurves curves{model.clinical};
+  ContinuousCoordinates over_rows(side_named(model.side), model.rotation_centre_mm);
+  const Eigen::Index n = model.status.cols();
+  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
+    const Eigen::Index first = first_of_row(model, i);
+    if (first < 0) continue;
+    set_next(curves.surfaces, model, i * n + first, over_rows);
+    for (const Eigen::Index step : {1, -1}) {
+      ContinuousCoordinates along = over_rows;
+      for (Eigen::Index j = first + step; j >= 0 && j < n; j += step)
+        if (model.status(i, j) == status_stable) set_next(curves.surfaces, model, i * n + j, along);
+      curves.n_locked += along.n_locked() - over_rows.n_locked();
+    }
+  }
+  curves.n_locked += over_rows.n_locked();
+  return curves;
+}
 
 SolverFrame solver_frame(const MotionModel& model, std::int32_t flexion)
 {

@@ -117,14 +117,4 @@ TEST(Baseline, OverAConstantTheLineIsTheConstant)
   EXPECT_NEAR(score::straight_line(x, values).at(17.0), 3.0, rounding);
 }
 
-TEST(ScoreStatistics, AnglesContinueAcrossHalfATurn)
-{
-  const std::vector<double> turned = score::unwrapped({3.0, -3.0, -2.5, 3.1});
-  EXPECT_NEAR(turned[1], 2 * pi - 3.0, rounding);
-  EXPECT_NEAR(turned[2], 2 * pi - 2.5, rounding);
-  EXPECT_NEAR(turned[3], 3.1, rounding);
-  EXPECT_NEAR(score::nearest_turn(-3.1, 3.1), 2 * pi - 3.1, rounding);
-  EXPECT_NEAR(score::nearest_turn(0.2, 0.1), 0.2, rounding);
-}
-
 }  // namespace vrda::statistics_test
