@@ -17,6 +17,7 @@
 #include "exports/formats.hpp"
 #include "exports/osim_model.hpp"
 #include "job_run/run_output.hpp"
+#include "measured/motion_convention.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda::app {
@@ -130,15 +131,22 @@ exports::OpenSimOptions opensim_options(const ExportOptions& options, const std:
 {
   exports::OpenSimOptions opensim{exports::opensim_columns(joint, side), options.in_degrees,
                                   options.degrees_per_second, options.translations == "mesh-origin"};
-  for (const std::string& assignment : options.coordinates) {
-    const std::size_t equals = std::min(assignment.find('='), assignment.size());
-    const auto* found = std::find(exports::opensim_coordinates.begin(), exports::opensim_coordinates.end(),
-                                  assignment.substr(0, equals));
-    const std::string name = equals < assignment.size() ? assignment.substr(equals + 1) : "";
+  const bool has_two = options.varus == driven_varus;
+  for (const auto& [coordinate, column] :
+       measured::names_by_coordinate("vrda export", "--coordinate", options.coordinates)) {
+    const auto* found =
+        std::find(exports::opensim_coordinates.begin(), exports::opensim_coordinates.end(), coordinate);
+    const bool has_sign = column[0] == '-' || column[0] == '+';
+    const std::string name = has_sign ? column.substr(1) : column;
     if (found == exports::opensim_coordinates.end() || !is_column_name(name)) {
-      refuse("--coordinate", assignment, "COORDINATE=NAME, one of flexion, varus, internal, tx, ty, tz");
+      refuse("--coordinate", coordinate + "=" + column,
+             "COORDINATE=NAME, one of flexion, varus, internal, tx, ty, tz; -NAME negates it");
     }
-    opensim.columns[static_cast<std::size_t>(found - exports::opensim_coordinates.begin())] = name;
+    if (options.format == "osim" && coordinate != "flexion" && !(has_two && coordinate == "varus"))
+      refuse("--coordinate", coordinate + " with --to osim", "flexion, and varus with --varus driven");
+    const auto k = static_cast<std::size_t>(found - exports::opensim_coordinates.begin());
+    opensim.columns[k] = name;
+    if (column[0] == '-') opensim.sign[k] = -1.0;
   }
   for (std::size_t k = 0; k < opensim.columns.size(); ++k) {
     const auto rest = opensim.columns.begin() + static_cast<std::ptrdiff_t>(k) + 1;
@@ -202,11 +210,13 @@ std::vector<std::string> write_osim(const ExportOptions& options, const store::M
                                     const exports::FlexionMotion& motion)
 {
   const fs::path output = options.output, folder = output.parent_path() / "Geometry";
-  const std::array<std::string, 6> names = opensim_options(options, model.joint, motion.side).columns;
-  exports::OsimOptions osim{options.file, names[0], output.stem().string()};
+  const exports::OpenSimOptions opensim = opensim_options(options, model.joint, motion.side);
+  exports::OsimOptions osim{options.file, opensim.columns[0], output.stem().string()};
+  osim.flexion_sign = opensim.sign[0];
   if (options.varus == driven_varus) {
     osim.surfaces = exports::osim_surfaces(model, options.file, motion.set);
-    osim.varus_coordinate = names[1];
+    osim.varus_coordinate = opensim.columns[1];
+    osim.varus_sign = opensim.sign[1];
   }
   if (options.only_joint) return write_single(options.output, exports::osim_joint(model, motion, osim));
   const exports::OsimModel exported = exports::osim_model(model, motion, osim);
@@ -291,6 +301,8 @@ nlohmann::ordered_json write_export(const ExportOptions& options)
   const store::DefaultMotion shown = motion::default_motion(model);
   if (options.set.empty() && !shown.reason.empty())
     console::log_warning(options.file + ": " + motion.set + " is exported; " + shown.reason);
+  const std::string lock = gimbal_lock_text(motion.n_locked);
+  if (!lock.empty()) console::log_warning(lock);
   console::log_info(motion.set + ": " + std::to_string(motion.frames.size()) + " attitudes");
   return report_of(options, &motion, files);
 }

@@ -22,7 +22,7 @@ void add_export_options(CLI::App& c, ExportOptions& e)
                "else zero if the table exists; in osim also driven: a second coordinate of the joint");
   c.add_option("--coordinate", e.coordinates,
                "COORDINATE=NAME: column name of flexion, varus, internal, tx, ty or tz in sto and mot, "
-               "coordinate name of flexion in osim; may be repeated")
+               "coordinate name of flexion in osim; -NAME negates it; may be repeated")
       ->allow_extra_args(false)
       ->take_all();
   c.add_flag("--degrees", e.in_degrees, "Angles of sto and mot in degrees; default: radians");

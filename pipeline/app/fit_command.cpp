@@ -62,7 +62,10 @@ std::vector<Pose> poses_at(const FitCommandOptions& o, const load::Job& job, con
   if (!o.motion.ends_with(".h5")) {
     measured::MotionConvention of_table;
     of_table.joint = motion_import::import_frame(job, job_case).joint;
-    poses = measured::read_motion(o.motion, of_table).X_reference_moving;
+    of_table.stated.angles = measured::angle_unit_named(o.angles);
+    const measured::MotionSequence motion = measured::read_motion(o.motion, of_table);
+    for (const std::string& line : motion.warnings) console::log_warning(line);
+    poses = motion.X_reference_moving;
   } else {
     const store::MotionModel model = job_run::read_solved_model(o.motion);
     if (side_named(model.side) != job.side)

@@ -19,9 +19,10 @@ struct FitCommandOptions {
   std::string motion;                 ///< poses in contact, table or motion model, for offset_mm = "fit"
   std::string rows;  ///< training frames of each motion: A:B, first-half or second-half; empty: all
   std::string translations = "rotation-centre";  ///< of `to_files`, or "mesh-origin"
-  std::string output;                            ///< resolved job with the number; empty: none
-  bool may_replace = false;                      ///< existing files at the output
-  std::string data_directory;                    ///< as of a run
+  std::string angles;          ///< of the tables: deg or rad; empty: as they state, else degrees
+  std::string output;          ///< resolved job with the number; empty: none
+  bool may_replace = false;    ///< existing files at the output
+  std::string data_directory;  ///< as of a run
   std::vector<std::string> overrides;
   bool is_fresh = false;
   int n_threads = 0;  ///< 0: one per processor

@@ -27,6 +27,10 @@ void FitCommandOptions::add_to(CLI::App& command)
                   "reference's axes")
       ->check(one_of({"rotation-centre", "mesh-origin"}))
       ->capture_default_str();
+  command
+      .add_option("--angles", angles,
+                  "Unit of the angles of the tables: deg or rad; default: as they state, else deg")
+      ->check(one_of({"deg", "rad"}));
   command.add_option(
       "-o,--output", output,
       "Write the resolved job with the numbers found; with --to also JOB.ligaments.csv and JOB.fit.json");

@@ -10,6 +10,7 @@
 #include "app/fit_command.hpp"
 #include "app/score_command.hpp"
 #include "core/error.hpp"
+#include "core/joint_kind.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "fit/fit_files.hpp"
@@ -43,7 +44,8 @@ bool is_laxity_table(const std::string& file, const std::string& text)
   return std::find(columns.begin(), columns.end(), "test") != columns.end();
 }
 
-Measurements measurements_of(const FitCommandOptions& o, const score::Convention& convention)
+Measurements measurements_of(const FitCommandOptions& o, const score::Convention& convention,
+                             const std::string& joint)
 {
   Measurements all;
   for (const std::string& file : o.to_files) {
@@ -58,7 +60,10 @@ Measurements measurements_of(const FitCommandOptions& o, const score::Convention
     measured::MotionConvention of_table;
     of_table.joint.side = convention.side;
     of_table.joint.rotation_centre_mm = convention.rotation_centre_mm;
+    of_table.joint.has_large_flexion = joint_kind(joint).has_large_flexion;
+    of_table.stated.angles = measured::angle_unit_named(o.angles);
     const measured::MotionSequence motion = measured::read_motion(file, of_table);
+    for (const std::string& line : motion.warnings) console::log_warning(line);
     score::Sequence trial =
         score::sequence_of(file, motion.key_name, motion.key, motion.X_reference_moving, convention);
     const score::RowRange rows = rows_of({"vrda fit", "--rows"}, o.rows, trial.rows.size());
@@ -278,7 +283,7 @@ console::ExitCode identify_command(const FitCommandOptions& o)
   convention.side = job.side;
   convention.rotation_centre_mm = first_case.frame.rotation_centre_mm;
   if (o.translations == "mesh-origin") convention.translations = score::Translations::mesh_origin;
-  Measurements measured = measurements_of(o, convention);
+  Measurements measured = measurements_of(o, convention, job.joint);
   if (!measured.laxities.empty() && !job.laxity)
     throw InputError({o.job_file, "laxity", "nothing", "[laxity] with the loads of the measured laxities"});
   fit::FitData data;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "audit/audit.hpp"
+#include "core/clinical.hpp"
 #include "core/error.hpp"
 #include "core/open_file.hpp"
 #include "core/text.hpp"
@@ -16,11 +17,13 @@
 #include "job_run/run_output.hpp"
 #include "job_run/summary.hpp"
 #include "load/input_file.hpp"
+#include "measured/angle_plausibility.hpp"
 #include "measured/motion_poses.hpp"
 #include "model_build/case_solver.hpp"
 #include "motion_import/convention_search.hpp"
 #include "motion_import/imported_model.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/solved_cells.hpp"
 
 namespace vrda::app {
 namespace {
@@ -48,7 +51,7 @@ motion_import::SearchRequest request_of(const ImportOptions& o)
   motion_import::SearchRequest request;
   StatedConvention& stated = request.stated;
   stated.length_mm = value_named(o.unit, {1.0, 10.0, 1000.0}, length_unit_name);
-  stated.angles = value_named(o.angles, {AngleUnit::degrees, AngleUnit::radians}, name);
+  stated.angles = angle_unit_named(o.angles);
   stated.order = value_named(
       o.order,
       {AngleOrder::xyz, AngleOrder::xzy, AngleOrder::yxz, AngleOrder::yzx, AngleOrder::zxy, AngleOrder::zyx},
@@ -71,13 +74,7 @@ motion_import::SearchRequest request_of(const ImportOptions& o)
 measured::TableColumns columns_of(const ImportOptions& o)
 {
   measured::TableColumns columns;
-  for (const std::string& assignment : o.columns) {
-    const std::size_t equals = assignment.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == assignment.size())
-      throw InputError(
-          {"vrda import", "--column", assignment, "COORDINATE=COLUMN, such as flexion=knee_angle_r"});
-    columns.of_coordinate[assignment.substr(0, equals)] = assignment.substr(equals + 1);
-  }
+  columns.of_coordinate = measured::names_by_coordinate("vrda import", "--column", o.columns);
   columns.key = o.key;
   columns.moving_prefix = o.moving_prefix;
   columns.reference_prefix = o.reference_prefix;
@@ -221,8 +218,15 @@ Found found_motion(const ImportOptions& o, const load::Case& subject, const moti
   Found found;
   found.search = motion_import::find_convention(table, request, frame.joint, scene,
                                                 job_run::thread_count_or_all(o.n_threads));
-  found.motion = {table.key_name, table.key,
-                  measured::poses_of(table, found.search.candidates.front().convention, frame.joint)};
+  const measured::Convention& convention = found.search.candidates.front().convention;
+  const bool is_searched = request.automatic.count(Term::angles) > 0 || !table.stated.angles;
+  const measured::UnitSource source = request.stated.angles ? measured::UnitSource::option
+                                      : is_searched         ? measured::UnitSource::found
+                                                            : measured::UnitSource::file;
+  found.motion = {
+      table.key_name, table.key, measured::poses_of(table, convention, frame.joint), {}, table.warnings};
+  for (const std::string& line : measured::unit_warnings(table, convention.angles, source, frame.joint))
+    found.motion.warnings.push_back(line);
   return found;
 }
 
@@ -257,6 +261,7 @@ console::ExitCode import_command(const ImportOptions& o)
   if (!o.as_json) print(found.search);
   if (o.as_json && found.search.n_best != 1)
     std::printf("%s\n", documents::json_text(json_of(found.search), 2).c_str());
+  for (const std::string& line : found.motion.warnings) console::log_warning(line);
   require_decided(found.search, o.motion);
 
   const measured::Convention& convention = found.search.candidates.front().convention;
@@ -273,6 +278,8 @@ console::ExitCode import_command(const ImportOptions& o)
   console::log_info(
       std::to_string(found.motion.key.size()) + " frames over " + found.motion.key_name + ": " +
       options_text(convention, {std::begin(motion_import::all_terms), std::end(motion_import::all_terms)}));
+  const std::string gimbal_lock = gimbal_lock_text(store::clinical_curves(model).n_locked);
+  if (!gimbal_lock.empty()) console::log_warning(output + ": " + gimbal_lock);
   const std::string overlap = overlap_text(model, n_threads);
   if (!overlap.empty()) console::log_warning(output + ": " + overlap);
   if (o.as_json) {

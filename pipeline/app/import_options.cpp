@@ -34,8 +34,8 @@ void add_import_options(CLI::App& c, ImportOptions& o)
            "Lengths of the moving origin, of the rotation centre, or along the Grood-Suntay axes");
   c.add_option("--key", o.key, "Column of the frames' keys; default: time, frame, gait_percent, ...");
   add_repeated("--column", o.columns,
-               "COORDINATE=COLUMN: column of flexion, varus, internal, rx, ry, rz, tx, ty, tz, ...; may be "
-               "repeated");
+               "COORDINATE=COLUMN: column of flexion, varus, internal, rx, ry, rz, tx, ty, tz, ...; "
+               "COORDINATE=-COLUMN: with the opposite sign; may be repeated");
   c.add_option("--moving-prefix", o.moving_prefix, "Before T11 to T34 of the moving object: tibia_");
   c.add_option("--reference-prefix", o.reference_prefix,
                "The same of the reference, where both are posed in a common frame");

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/error.hpp"
+#include "core/joint_kind.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "documents/json_file.hpp"
@@ -21,10 +22,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// One of the two motions: a model, or a table to be read.
+/// One of the two motions: a model, or a table.
 struct Source {
   std::string file;
   std::optional<store::MotionModel> model;
+  measured::MotionSequence table = {};
 };
 
 [[noreturn]] void refuse_score(const std::string& option, const std::string& found, const std::string& wanted)
@@ -34,8 +36,8 @@ struct Source {
 
 Source source_of(const std::string& file)
 {
-  if (!file.ends_with(".h5")) return {file, {}};
-  return {file, job_run::read_solved_model(file)};
+  if (!file.ends_with(".h5")) return {file, {}, {}};
+  return {file, job_run::read_solved_model(file), {}};
 }
 
 Side side_of(const store::MotionModel& model)
@@ -107,11 +109,32 @@ void require_set(const Source& found, const std::string& set)
 score::Sequence sequence_of(const Source& source, const std::string& set, const score::Convention& convention)
 {
   if (source.model) return score::sequence_of(source.file, *source.model, set, convention);
+  const measured::MotionSequence& table = source.table;
+  return score::sequence_of(source.file, table.key_name, table.key, table.X_reference_moving, convention);
+}
+
+/// Of two tables each --column must be in one.
+void read_tables(Source& found, Source& against, const ScoreCommandOptions& options,
+                 const score::Convention& convention)
+{
   measured::MotionConvention of_table;
   of_table.joint.side = convention.side;
   of_table.joint.rotation_centre_mm = convention.rotation_centre_mm;
-  const measured::MotionSequence table = measured::read_motion(source.file, of_table);
-  return score::sequence_of(source.file, table.key_name, table.key, table.X_reference_moving, convention);
+  const Source& known = found.model ? found : against;
+  if (known.model) of_table.joint.has_large_flexion = joint_kind(known.model->joint).has_large_flexion;
+  of_table.stated.angles = measured::angle_unit_named(options.angles);
+  of_table.columns.of_coordinate = measured::names_by_coordinate("vrda score", "--column", options.columns);
+  of_table.columns.may_be_absent = !found.model && !against.model;
+  for (Source* source : {&found, &against}) {
+    if (source->model) continue;
+    source->table = measured::read_motion(source->file, of_table);
+    for (const std::string& line : source->table.warnings) console::log_warning(line);
+  }
+  const std::vector<std::string>& absent = against.table.absent_columns;
+  for (const std::string& column : found.table.absent_columns) {
+    if (std::find(absent.begin(), absent.end(), column) != absent.end())
+      throw InputError({against.file, "--column", "no column " + column, "it, here or in " + found.file});
+  }
 }
 
 std::string match_of(const Source& found, const ScoreCommandOptions& options)
@@ -378,9 +401,10 @@ void print(const Outcome& o)
 
 console::ExitCode score_command(const ScoreCommandOptions& options)
 {
-  const Source found = source_of(options.model), against = source_of(options.against);
+  Source found = source_of(options.model), against = source_of(options.against);
   require_set(found, options.set);
   const score::Convention convention = convention_of(found, against, options);
+  read_tables(found, against, options, convention);
   const score::Sequence measured = sequence_of(against, "raw", convention);
   const std::string match = match_of(found, options);
   const std::vector<score::Row> rows = matched_rows(found, measured, match, options, convention);

@@ -23,9 +23,11 @@ struct ScoreCommandOptions {
   std::string rows, fit_rows;  ///< A:B, first-half or second-half; empty: all, and those scored
   std::string line;            ///< flexion or key; empty: what the rows are matched by
   std::string translations = "rotation-centre";
-  std::string long_axis;          ///< push, or X,Y,Z; empty: the joint's own axes
-  std::string side;               ///< of two tables; empty: right
-  std::vector<double> centre_mm;  ///< three numbers, canonical; empty: that of the model, else the origin
+  std::string long_axis;             ///< push, or X,Y,Z; empty: the joint's own axes
+  std::string side;                  ///< of two tables; empty: right
+  std::string angles;                ///< of the tables: deg or rad; empty: as they state, else degrees
+  std::vector<std::string> columns;  ///< COORDINATE=COLUMN of the tables
+  std::vector<double> centre_mm;     ///< three numbers, canonical; empty: that of the model, else the origin
   bool bridges = false;
   bool as_json = false;
 

@@ -47,6 +47,16 @@ void ScoreCommandOptions::add_to(CLI::App& command)
       "is the long axis; default: the joint's own axes");
   command.add_option("--side", side, "Side of two tables: right (default) or left; a model states its side")
       ->check(one_of({"right", "left"}));
+  command
+      .add_option("--angles", angles,
+                  "Unit of the angles of a table: deg or rad; default: as it states, else deg")
+      ->check(one_of({"deg", "rad"}));
+  command
+      .add_option("--column", columns,
+                  "COORDINATE=COLUMN of a table, as of vrda import: flexion=-knee_angle_r has the opposite "
+                  "sign; may be repeated")
+      ->allow_extra_args(false)
+      ->take_all();
   command.add_flag("--bridge", bridges,
                    "Score frames across unsolved flexions too, on the line between the "
                    "nearest solved ones");

@@ -37,11 +37,13 @@ constexpr std::array<JointKind, joint_kind_names.size()> kinds{{
      {{plantarflexion, inversion, internal, anterior, proximal, lateral}},
      {-30.0, 30.0},
      {-40.0, 40.0},
+     false,
      false},
     {"other",
      {{{"flexion", "extension"}, {"varus", "valgus"}, internal, anterior, proximal, lateral}},
      any_angle,
      any_angle,
+     false,
      false},
 }};
 

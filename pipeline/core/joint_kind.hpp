@@ -29,6 +29,7 @@ struct JointKind {
   /// Healthy joints stay within these (schemas/clinical.md).
   AngleRange usual_flexion, usual_varus;
   bool has_compartments = false;  ///< medial and lateral, where the job names none
+  bool has_large_flexion = true;  ///< false: it may turn more about its other axes
 };
 
 inline constexpr std::array<const char*, 5> joint_kind_names{"knee", "hip", "ankle", "subtalar", "other"};

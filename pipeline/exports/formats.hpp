@@ -40,6 +40,7 @@ struct OpenSimOptions {
   double degrees_per_second = 30.0;    ///< flexion rate that defines time; not used for a sequence
   /// The translations are those of the moving mesh's origin: for joints without offset frames.
   bool has_origin_translations = false;
+  std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  ///< of each column; the header names those of -1
 };
 
 /// knee_flex_r, knee_add_r, knee_rot_r, knee_tx_r, knee_ty_r, knee_tz_r: the knee of Lenhart (2015) and Smith

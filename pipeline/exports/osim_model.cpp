@@ -6,6 +6,7 @@
 #include <pugixml.hpp>
 #include <set>
 #include <sstream>
+#include <tuple>
 
 #include "core/error.hpp"
 #include "core/render_mesh.hpp"
@@ -150,11 +151,19 @@ std::vector<AxisFunction> axis_functions(const FlexionMotion& motion)
           {"translation3", {0, 0, 1}, [=](const FlexionFrame& f) { return translation_m(f, 2); }}};
 }
 
-void add_spline(Node axis, const FlexionMotion& motion, const AxisFunction& function)
+/// 0 stays 0.
+double signed_value(double value, double sign)
 {
+  return sign < 0.0 ? 0.0 - value : value;
+}
+
+void add_spline(Node axis, const FlexionMotion& motion, const AxisFunction& function, double sign)
+{
+  std::vector<FlexionFrame> frames = motion.frames;
+  if (sign < 0.0) std::reverse(frames.begin(), frames.end());  // x must ascend
   std::string x, y;
-  for (const FlexionFrame& frame : motion.frames) {
-    x += (x.empty() ? "" : " ") + shortest_decimal(frame.clinical.flexion_rad);
+  for (const FlexionFrame& frame : frames) {
+    x += (x.empty() ? "" : " ") + shortest_decimal(signed_value(frame.clinical.flexion_rad, sign));
     y += (y.empty() ? "" : " ") + shortest_decimal(function.value(frame));
   }
   Node spline = add_named(axis, "SimmSpline", "function");
@@ -162,19 +171,28 @@ void add_spline(Node axis, const FlexionMotion& motion, const AxisFunction& func
   add_text(spline, "y", y);
 }
 
-void add_polynomial(Node axis, const BivariatePolynomial& polynomial)
+/// Of coordinates with the given signs: odd powers of a negated one change theirs.
+void add_polynomial(Node axis, const BivariatePolynomial& polynomial, const OsimOptions& options)
 {
   std::string coefficients;
-  for (const double value : polynomial.coefficients)
-    coefficients += (coefficients.empty() ? "" : " ") + shortest_decimal(value);
+  std::size_t k = 0;
+  for (int i = 0; i <= polynomial.order; ++i) {
+    for (int j = 0; i + j <= polynomial.order; ++j) {
+      const double sign = (i % 2 == 0 ? 1.0 : options.flexion_sign) * (j % 2 == 0 ? 1.0 : options.varus_sign);
+      coefficients += (coefficients.empty() ? "" : " ") +
+                      shortest_decimal(signed_value(polynomial.coefficients[k++], sign));
+    }
+  }
   Node function = add_named(axis, "MultivariatePolynomialFunction", "function");
   add_text(function, "coefficients", coefficients);
   add_text(function, "dimension", "2");
   add_text(function, "order", std::to_string(polynomial.order));
 }
 
-void add_coordinate(Node coordinates, const std::string& name, double first_rad, double last_rad)
+void add_coordinate(Node coordinates, const std::string& name, double first_rad, double last_rad, double sign)
 {
+  if (sign < 0.0)
+    std::tie(first_rad, last_rad) = std::pair(signed_value(last_rad, sign), signed_value(first_rad, sign));
   Node coordinate = add_named(coordinates, "Coordinate", name);
   add_text(coordinate, "default_value", numbers({std::clamp(0.0, first_rad, last_rad)}));
   add_text(coordinate, "range", numbers({first_rad, last_rad}));
@@ -186,12 +204,12 @@ void add_coordinates(Node joint, const FlexionMotion& motion, const OsimOptions&
   Node coordinates = joint.append_child("coordinates");
   if (!options.surfaces) {
     add_coordinate(coordinates, options.coordinate, motion.frames.front().clinical.flexion_rad,
-                   motion.frames.back().clinical.flexion_rad);
+                   motion.frames.back().clinical.flexion_rad, options.flexion_sign);
     return;
   }
   const auto& [flexion_rad, varus_rad, internal, translation] = *options.surfaces;
-  add_coordinate(coordinates, options.coordinate, flexion_rad[0], flexion_rad[1]);
-  add_coordinate(coordinates, options.varus_coordinate, varus_rad[0], varus_rad[1]);
+  add_coordinate(coordinates, options.coordinate, flexion_rad[0], flexion_rad[1], options.flexion_sign);
+  add_coordinate(coordinates, options.varus_coordinate, varus_rad[0], varus_rad[1], options.varus_sign);
 }
 
 /// The function of one axis of the SpatialTransform, counted from 0, and the coordinates that it depends on.
@@ -207,12 +225,14 @@ void add_function(Node axis, std::size_t index, const AxisFunction& function, co
                                                 : both);
   add_text(axis, "axis", vector_text(function.axis));
   if (is_coordinate) {
-    add_text(add_named(axis, "LinearFunction", "function"), "coefficients", "1 0");
+    const double sign = is_varus ? options.varus_sign : options.flexion_sign;
+    add_text(add_named(axis, "LinearFunction", "function"), "coefficients", sign < 0.0 ? "-1 0" : "1 0");
   } else if (options.surfaces) {
     add_polynomial(axis,
-                   index == 2 ? options.surfaces->internal_rad : options.surfaces->translation_m[index - 3]);
+                   index == 2 ? options.surfaces->internal_rad : options.surfaces->translation_m[index - 3],
+                   options);
   } else {
-    add_spline(axis, motion, function);
+    add_spline(axis, motion, function, options.flexion_sign);
   }
 }
 

@@ -18,6 +18,8 @@ struct OsimOptions {
   /// The functions, instead of splines over flexion; the joint then has a second coordinate of this name.
   std::optional<OsimSurfaces> surfaces = std::nullopt;
   std::string varus_coordinate = {};
+  /// Of both coordinates: -1 for one that grows in extension (gait2392), or in abduction.
+  double flexion_sign = 1.0, varus_sign = 1.0;
 };
 
 struct OsimMesh {

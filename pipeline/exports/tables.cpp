@@ -10,6 +10,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "exports/formats.hpp"
+#include "store/solved_cells.hpp"
 
 namespace vrda::exports {
 namespace {
@@ -73,14 +74,13 @@ void add_attitude(Columns& columns, const store::MotionModel& model)
                      }});
 }
 
-void add_raw(Columns& columns, const store::MotionModel& model)
+void add_raw(Columns& columns, const store::MotionModel& model, const store::ClinicalSurfaces& clinical)
 {
   add(columns, "varus_solved_deg", model.varus_solved_deg);
   add(columns, "tx_mm", model.tx_mm);
   add(columns, "ty_mm", model.ty_mm);
   add(columns, "tz_mm", model.tz_mm);
   add(columns, "theta_deg", model.theta_deg);
-  const store::ClinicalSurfaces& clinical = model.clinical;
   add(columns, "clinical_flexion_deg", clinical.flexion_deg);
   add(columns, "clinical_varus_deg", clinical.varus_deg);
   add(columns, "internal_rotation_deg", clinical.internal_rotation_deg);
@@ -198,9 +198,10 @@ std::string flexion_csv(const FlexionMotion& motion)
 
 std::string cells_csv(const store::MotionModel& model)
 {
+  const store::ClinicalCurves curves = store::clinical_curves(model);
   Columns columns;
   add_attitude(columns, model);
-  add_raw(columns, model);
+  add_raw(columns, model, curves.surfaces);
   add_mechanics(columns, model);
   add_smoothed(columns, model);
   if (model.frames) {
@@ -244,6 +245,10 @@ std::string header(const FlexionMotion& motion, const OpenSimOptions& options)
   text += "nRows=" + std::to_string(motion.frames.size()) + "\n";
   text += "nColumns=" + std::to_string(1 + options.columns.size()) + "\n";
   text += std::string("inDegrees=") + (options.in_degrees ? "yes" : "no") + "\n";
+  std::string negated;
+  for (std::size_t k = 0; k < options.columns.size(); ++k)
+    if (options.sign[k] < 0.0) negated += (negated.empty() ? "" : " ") + options.columns[k];
+  if (!negated.empty()) text += "negated=" + negated + "\n";
   if (options.has_origin_translations) {
     text += "translations=mesh-origin\n\n";
   } else {
@@ -274,6 +279,8 @@ std::array<double, 6> numbers_of(const FlexionMotion& motion, const FlexionFrame
   std::array<double, 6> numbers{c.flexion_rad, c.varus_rad, c.internal_rotation_rad,
                                 t_m.x(),       t_m.y(),     t_m.z()};
   for (std::size_t k = 0; options.in_degrees && k < 3; ++k) numbers[k] = deg_from_rad(numbers[k]);
+  for (std::size_t k = 0; k < numbers.size(); ++k)
+    if (options.sign[k] < 0.0) numbers[k] = 0.0 - numbers[k];  // 0 stays 0
   return numbers;
 }
 

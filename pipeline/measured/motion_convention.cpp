@@ -61,6 +61,28 @@ const char* name_of_side(Side side)
   return side == Side::left ? "left" : "right";
 }
 
+std::optional<AngleUnit> angle_unit_named(const std::string& word)
+{
+  for (const AngleUnit unit : {AngleUnit::degrees, AngleUnit::radians})
+    if (word == name_of(unit)) return unit;
+  return std::nullopt;
+}
+
+std::map<std::string, std::string> names_by_coordinate(const std::string& command, const std::string& option,
+                                                       const std::vector<std::string>& texts)
+{
+  std::map<std::string, std::string> names;
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    const bool has_sign = equals != std::string::npos && text.find_first_of("+-", equals) == equals + 1;
+    if (equals == std::string::npos || equals == 0 || equals + (has_sign ? 2 : 1) >= text.size())
+      throw InputError({command, option, text, "COORDINATE=NAME, such as flexion=knee_angle_r"});
+    if (!names.emplace(text.substr(0, equals), text.substr(equals + 1)).second)
+      throw InputError({command, option, text.substr(0, equals) + " twice", "once"});
+  }
+  return names;
+}
+
 Convention completed(const StatedConvention& stated, const StatedConvention& file, Side joint_side)
 {
   const auto chosen = [](const auto& first, const auto& second, auto otherwise) {

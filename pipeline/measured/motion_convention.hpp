@@ -60,12 +60,16 @@ struct JointFrame {
   Eigen::Vector3d rotation_centre_mm = Eigen::Vector3d::Zero();  ///< canonical
   Pose X_canonical_reference = Pose::Identity();
   Pose X_canonical_moving = Pose::Identity();
+  bool has_large_flexion = true;  ///< false for a joint that may turn more about its other axes
 };
 
 /// Columns of a table that its names do not state.
 struct TableColumns {
   /// Column of a coordinate: flexion, varus, internal, rx, ry, rz, tx, ty, tz, anterior, proximal, lateral.
+  /// After an optional sign, by which its numbers are multiplied: "-knee_angle_r". Without one the sign is
+  /// the one that the header states.
   std::map<std::string, std::string> of_coordinate;
+  bool may_be_absent = false;  ///< a column of `of_coordinate`: its coordinate then has the usual names
   std::string key;  ///< empty: time, time_s, frame, gait_percent or stance_percent, else the frames' numbers
   std::string moving_prefix;     ///< of T11 to T34: "tibia_proximal_r_"
   std::string reference_prefix;  ///< if set, both poses are in a common frame, e.g. of a scanner
@@ -89,6 +93,14 @@ const char* name_of(Direction direction);
 const char* name_of(TableAxes axes);
 const char* name_of(LengthPoint point);
 const char* name_of_side(Side side);
+
+/// "deg" or "rad"; empty for another word.
+std::optional<AngleUnit> angle_unit_named(const std::string& word);
+
+/// NAME by COORDINATE of texts "COORDINATE=NAME". Throws InputError naming `command` and `option` for another
+/// text and for a coordinate that is given twice.
+std::map<std::string, std::string> names_by_coordinate(const std::string& command, const std::string& option,
+                                                       const std::vector<std::string>& texts);
 
 /// `stated`, else `file`, else the default of Convention; the side's default is that of the joint.
 Convention completed(const StatedConvention& stated, const StatedConvention& file, Side joint_side);

@@ -7,7 +7,9 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "core/trig.hpp"
 #include "core/units.hpp"
+#include "measured/angle_plausibility.hpp"
 
 namespace vrda::measured {
 namespace {
@@ -64,10 +66,12 @@ Eigen::Matrix3d about(char axis, const Eigen::Vector3d& angle_rad)
                        : rotation_z(angle_rad.z());
 }
 
-/// Displacement from Grood-Suntay translations, on a right joint (schemas/clinical.md, Remarks).
-Eigen::Vector3d displacement_mm(const Eigen::Matrix3d& R, const Eigen::Vector3d& q_mm)
+/// Displacement from Grood-Suntay translations, on a right joint (schemas/clinical.md, Remarks). With a varus
+/// beyond 90 degrees the floating axis stays that of the flexion, (cf, -sf, 0).
+Eigen::Vector3d displacement_mm(const Eigen::Matrix3d& R, const Eigen::Vector3d& q_mm, bool is_beyond)
 {
-  const Eigen::Vector3d e1 = Eigen::Vector3d::UnitZ(), e3 = R.col(1), e2 = e3.cross(e1).normalized();
+  const Eigen::Vector3d e1 = Eigen::Vector3d::UnitZ(), e3 = R.col(1);
+  const Eigen::Vector3d e2 = (is_beyond ? -1.0 : 1.0) * e3.cross(e1).normalized();
   const double sv = e3.z(), cv_sq = 1.0 - sv * sv;
   return q_mm.x() * e2 + ((q_mm.z() - q_mm.y() * sv) * e1 + (q_mm.y() - q_mm.z() * sv) * e3) / cv_sq;
 }
@@ -91,7 +95,9 @@ Numbers numbers_of(const MotionTable& table, const PoseCoordinates& row, const C
   const bool flips_angles = table.are_angles_clinical ? c.side == Side::left : c.side != joint_side;
   const bool flips_lengths = table.are_lengths_clinical ? c.side == Side::left : c.side != joint_side;
   const Eigen::Vector3d d_mm =
-      c.lengths == LengthPoint::grood_suntay ? displacement_mm(R, length_mm) : length_mm;
+      c.lengths == LengthPoint::grood_suntay
+          ? displacement_mm(R, length_mm, table.are_angles_clinical && cosine(angle_rad.x()) < 0.0)
+          : length_mm;
   return {flips_angles ? mirrored(R) : R, flips_lengths ? mirrored(d_mm) : d_mm};
 }
 
@@ -159,7 +165,14 @@ MotionSequence read_motion(const std::string& file, const MotionConvention& conv
 {
   const MotionTable table = read_motion_table(file, convention.columns);
   const Convention complete = completed(convention.stated, table.stated, convention.joint.side);
-  return {table.key_name, table.key, poses_of(table, complete, convention.joint)};
+  const UnitSource source = convention.stated.angles ? UnitSource::option
+                            : table.stated.angles    ? UnitSource::file
+                                                     : UnitSource::assumed;
+  std::vector<std::string> warnings = table.warnings;
+  for (std::string& line : unit_warnings(table, complete.angles, source, convention.joint))
+    warnings.push_back(std::move(line));
+  return {table.key_name, table.key, poses_of(table, complete, convention.joint), table.absent_columns,
+          std::move(warnings)};
 }
 
 }  // namespace vrda::measured

@@ -11,9 +11,11 @@ namespace vrda::measured {
 
 /// A measured motion: one pose per frame.
 struct MotionSequence {
-  std::string key_name;                  ///< as store::FrameSequence
-  std::vector<double> key;               ///< [n] strictly ascending
-  std::vector<Pose> X_reference_moving;  ///< [n] canonical, stored vertices, as in a motion model
+  std::string key_name;                          ///< as store::FrameSequence
+  std::vector<double> key;                       ///< [n] strictly ascending
+  std::vector<Pose> X_reference_moving;          ///< [n] canonical, stored vertices, as in a motion model
+  std::vector<std::string> absent_columns = {};  ///< as MotionTable
+  std::vector<std::string> warnings = {};        ///< one line each: of the table, and unit_warnings()
 };
 
 /// The poses of the table's frames under `convention`. Throws InputError naming file and line for a matrix
@@ -21,7 +23,7 @@ struct MotionSequence {
 std::vector<Pose> poses_of(const MotionTable& table, const Convention& convention, const JointFrame& joint);
 
 /// Reads a motion. What neither `convention` nor the file states has the default of Convention. Throws
-/// InputError as read_motion_table() and poses_of().
+/// InputError as read_motion_table(), unit_warnings() and poses_of().
 MotionSequence read_motion(const std::string& file, const MotionConvention& convention = {});
 
 }  // namespace vrda::measured

@@ -11,6 +11,7 @@
 #include "core/text.hpp"
 #include "load/input_file.hpp"
 #include "load/words.hpp"
+#include "measured/table_header.hpp"
 
 namespace vrda::measured {
 namespace {
@@ -36,9 +37,7 @@ struct FieldTable {
   int name_line = 0;
   std::vector<std::string> names;  ///< empty in a .tra file
   std::vector<Row> rows;
-  StatedConvention stated;
-  std::string key_name;                     ///< stated by the header
-  std::optional<Eigen::Vector3d> point_mm;  ///< stated by the header
+  TableHeader header = {};
 
   [[noreturn]] void refuse(int line, const std::string& column, const std::string& found,
                            const std::string& wanted) const
@@ -66,23 +65,6 @@ std::string lower_case(std::string text)
   for (char& c : text)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   return text;
-}
-
-/// The keys of an export's header that state the point of its translations.
-void read_point(FieldTable& table, int line, const std::string& word, const std::string& value)
-{
-  if (word == "translations") {
-    table.stated.lengths = value == "mesh-origin" ? LengthPoint::origin : LengthPoint::centre;
-    if (table.stated.lengths == LengthPoint::centre && value != "rotation-centre")
-      table.refuse(line, word, '"' + value + '"', "rotation-centre or mesh-origin");
-  }
-  if (word != "rotation_centre_mm") return;
-  std::vector<double> mm;
-  for (const std::string_view field : load::split_words(value))
-    mm.push_back(load::parse_real(field).value_or(HUGE_VAL));
-  if (mm.size() != 3 || !(Eigen::Map<Eigen::Array3d>(mm.data()).abs() <= largest_number).all())
-    table.refuse(line, word, '"' + value + '"', "three numbers of magnitude up to 1e9");
-  table.point_mm = Eigen::Vector3d(mm[0], mm[1], mm[2]);
 }
 
 std::string extension_of(const std::string& file)
@@ -124,7 +106,7 @@ void set_names(FieldTable& table, const load::TableLine& line, const Fields& nam
 
 FieldTable csv_table(const std::string& file, std::string_view text)
 {
-  FieldTable table{file, 0, {}, {}, {}, {}, {}};
+  FieldTable table{file, 0, {}, {}};
   const std::vector<load::TableLine> lines = load::table_lines(text);
   if (lines.empty())
     table.refuse(0, "", "no line except comments", "column names, then one row for each frame");
@@ -135,19 +117,12 @@ FieldTable csv_table(const std::string& file, std::string_view text)
 
 FieldTable opensim_table(const std::string& file, std::string_view text)
 {
-  FieldTable table{file, 0, {}, {}, {}, {}, {}};
+  FieldTable table{file, 0, {}, {}};
   const std::vector<load::TableLine> lines = load::table_lines(text);
   std::size_t i = 0;
-  for (; i < lines.size() && lower_case(std::string(lines[i].text)) != "endheader"; ++i) {
-    const std::string line(lines[i].text);
-    const std::string word = lower_case(line.substr(0, line.find('=')));
-    const std::string value = line.find('=') == std::string::npos ? "" : line.substr(line.find('=') + 1);
-    if (word == "indegrees")
-      table.stated.angles = lower_case(value).starts_with("y") ? AngleUnit::degrees : AngleUnit::radians;
-    if (word == "key") table.key_name = std::string(load::trimmed(value));
-    read_point(table, static_cast<int>(lines[i].number), word, std::string(load::trimmed(value)));
-  }
+  while (i < lines.size() && lower_case(std::string(lines[i].text)) != "endheader") ++i;
   if (i >= lines.size()) table.refuse(0, "", "no line \"endheader\"", "the header of an OpenSim table");
+  table.header = table_header(file, text, lines[i].number);
   if (i + 1 >= lines.size())
     table.refuse(0, "", "no line after endheader", "column names, then one row for each frame");
   set_names(table, lines[i + 1], load::split_words(lines[i + 1].text));
@@ -162,7 +137,7 @@ Fields comma_or_blank_fields(std::string_view line)
 
 FieldTable autoscoper_table(const std::string& file, std::string_view text)
 {
-  FieldTable table{file, 0, {}, {}, {}, {}, {}};
+  FieldTable table{file, 0, {}, {}};
   add_rows(table, load::table_lines(text), 0, comma_or_blank_fields);
   const std::size_t n = table.rows[0].fields.size();
   if (n != 16 && n != 12)
@@ -244,19 +219,36 @@ struct Unit {
 constexpr Unit angle_units[] = {{"_deg", 0.0}, {"_rad", 1.0}};
 constexpr Unit length_units[] = {{"_mm", 1.0}, {"_cm", 10.0}, {"_m", 1000.0}};
 
-/// The columns of a family, and the unit in their names.
+/// The columns of a family, their signs, and the unit in their names.
 struct FoundFamily {
   const Family* family = nullptr;
   std::array<std::size_t, 3> column{};
+  std::array<double, 3> sign{};
   std::optional<double> unit;
 };
+
+std::string without_sign(const std::string& column)
+{
+  return column.starts_with('-') || column.starts_with('+') ? column.substr(1) : column;
+}
+
+/// The sign that the user gives, else that of the header.
+double sign_of(const FieldTable& table, const TableColumns& columns, const char* coordinate,
+               std::size_t column)
+{
+  const auto named = columns.of_coordinate.find(coordinate);
+  if (named != columns.of_coordinate.end() && without_sign(named->second) != named->second)
+    return named->second[0] == '-' ? -1.0 : 1.0;
+  const std::vector<std::string>& negated = table.header.negated_columns;
+  return std::find(negated.begin(), negated.end(), table.names[column]) == negated.end() ? 1.0 : -1.0;
+}
 
 template <typename Units>
 std::optional<std::size_t> column_of(const FieldTable& table, const TableColumns& columns,
                                      const Family& family, std::size_t axis, const Units& units)
 {
   const auto named = columns.of_coordinate.find(family.coordinate[axis]);
-  if (named != columns.of_coordinate.end()) return required_column(table, named->second);
+  if (named != columns.of_coordinate.end()) return required_column(table, without_sign(named->second));
   for (const std::string& base : family.base_names[axis]) {
     if (const auto column = column_named(table, base)) return column;
     for (const Unit& unit : units)
@@ -289,12 +281,13 @@ FoundFamily found_family(const FieldTable& table, const TableColumns& columns,
 {
   std::string missing;
   for (const Family& family : families) {
-    FoundFamily found{&family, {}, {}};
+    FoundFamily found{&family, {}, {}, {}};
     std::size_t n = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::optional<std::size_t> column = column_of(table, columns, family, axis, units);
       if (column) {
         found.column[axis] = *column;
+        found.sign[axis] = sign_of(table, columns, family.coordinate[axis], *column);
         ++n;
       } else if (missing.empty() && n > 0) {
         missing = family.base_names[axis].front();
@@ -350,8 +343,9 @@ void add_coordinates(MotionTable& motion, const FieldTable& table, const TableCo
   StatedConvention& stated = motion.stated;
   if (angles.unit) stated.angles = *angles.unit == 0.0 ? AngleUnit::degrees : AngleUnit::radians;
   if (lengths.unit) stated.length_mm = lengths.unit;
-  stated.lengths = table.stated.lengths ? table.stated.lengths : lengths.family->point;
-  motion.point_mm = table.point_mm ? table.point_mm : point_of_columns(table);
+  stated.lengths = table.header.lengths ? table.header.lengths : lengths.family->point;
+  motion.point_mm = table.header.point_mm ? table.header.point_mm : point_of_columns(table);
+  for (std::size_t axis = 0; axis < 3; ++axis) motion.angle_columns[axis] = table.names[angles.column[axis]];
   if (motion.are_angles_clinical) {
     stated.order = AngleOrder::zxy;
     stated.direction = Direction::moving_in_reference;
@@ -360,8 +354,8 @@ void add_coordinates(MotionTable& motion, const FieldTable& table, const TableCo
   for (const Row& row : table.rows) {
     PoseCoordinates& pose = motion.coordinates.emplace_back();
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      pose.angle[axis] = table.number(row, angles.column[axis]);
-      pose.length[axis] = table.number(row, lengths.column[axis]);
+      pose.angle[axis] = angles.sign[axis] * table.number(row, angles.column[axis]);
+      pose.length[axis] = lengths.sign[axis] * table.number(row, lengths.column[axis]);
     }
     // Flexion is a rotation about -Z.
     if (motion.are_angles_clinical) pose.angle[2] = -pose.angle[2];
@@ -420,7 +414,8 @@ void add_keys(MotionTable& motion, const FieldTable& table, const TableColumns& 
 {
   const std::optional<std::size_t> column = key_column(table, columns);
   motion.key_name =
-      column ? key_name_of(table.key_name.empty() ? table.names[*column] : table.key_name) : "frame";
+      column ? key_name_of(table.header.key_name.empty() ? table.names[*column] : table.header.key_name)
+             : "frame";
   // An export puts key_ before the name of a key that is also a coordinate's.
   constexpr std::string_view taken = "key_";
   if (motion.key_name.starts_with(taken) && column_named(table, motion.key_name.substr(taken.size())))
@@ -453,12 +448,20 @@ FieldTable fields_of(const std::string& file, const std::string& text)
 }  // namespace
 
 MotionTable motion_table_from_text(const std::string& file, const std::string& text,
-                                   const TableColumns& columns)
+                                   const TableColumns& all_columns)
 {
   const FieldTable table = fields_of(file, text);
   MotionTable motion;
   motion.file = file;
-  motion.stated = table.stated;
+  motion.stated.angles = table.header.angles;
+  motion.stated.lengths = table.header.lengths;
+  motion.warnings = table.header.warnings;
+  TableColumns columns = all_columns;
+  for (const auto& [coordinate, column] : all_columns.of_coordinate) {
+    if (!columns.may_be_absent || column_named(table, without_sign(column))) continue;
+    columns.of_coordinate.erase(coordinate);
+    motion.absent_columns.push_back(without_sign(column));
+  }
   add_keys(motion, table, columns);
   const bool has_matrices = table.names.empty() || !columns.moving_prefix.empty() ||
                             (columns.of_coordinate.empty() && column_named(table, "T11"));

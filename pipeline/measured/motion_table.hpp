@@ -35,6 +35,9 @@ struct MotionTable {
   StatedConvention stated;            ///< by names and header
   /// The point of the lengths `centre` and `grood_suntay` that the file names, canonical; else the job's.
   std::optional<Eigen::Vector3d> point_mm;
+  std::array<std::string, 3> angle_columns;  ///< of `coordinates`
+  std::vector<std::string> absent_columns;   ///< with TableColumns::may_be_absent
+  std::vector<std::string> warnings;         ///< one line each
 
   bool has_matrices() const { return !matrices.empty(); }
 };

@@ -7,6 +7,7 @@
 #include "contact/contacts.hpp"
 #include "core/error.hpp"
 #include "core/frames.hpp"
+#include "core/joint_kind.hpp"
 #include "core/units.hpp"
 #include "load/axis_map.hpp"
 #include "model_build/case_solver.hpp"
@@ -78,7 +79,7 @@ ImportFrame import_frame(const load::Job& job, const load::Case& job_case)
   const load::Case subject = load::scaled_to_subject(job_case);
   ImportFrame frame;
   frame.joint = {subject.frame.side, subject.frame.rotation_centre_mm, maps.reference.X_canonical_native,
-                 maps.moving.X_canonical_native};
+                 maps.moving.X_canonical_native, joint_kind(job.joint).has_large_flexion};
   frame.has_file_axes = !job_case.scaling;
   return frame;
 }

@@ -121,19 +121,29 @@ TEST_F(Import, ReversesAnExport)
   for (const std::string side : {"right", "left"}) {
     const std::string file = imported_walk(side);
     const store::MotionModel model = store::read_motion_model(file);
-    const std::vector<std::vector<std::string>> exports{{"csv", ".csv"},
-                                                        {"mot", ".mot"},
-                                                        {"sto", ".sto"},
-                                                        {"mot", ".mot", "--degrees"},
-                                                        {"sto", ".sto", "--translations", "mesh-origin"},
-                                                        {"csv", ".csv", "--full"}};
+    const std::vector<std::vector<std::string>> exports{
+        {"csv", ".csv"},
+        {"mot", ".mot"},
+        {"sto", ".sto"},
+        {"mot", ".mot", "--degrees"},
+        {"sto", ".sto", "--translations", "mesh-origin"},
+        {"csv", ".csv", "--full"},
+        {"mot", ".mot", "--coordinate", "flexion=-knee_angle_r", "--coordinate", "varus=-v", "--coordinate",
+         "tz=-z"}};
+    const std::vector<std::string> signs{"--column", "flexion=-knee_angle_r",
+                                         "--column", "varus=-v",
+                                         "--column", "tz=-z",
+                                         "--column", "tx=knee_tx_" + side.substr(0, 1),
+                                         "--column", "ty=knee_ty_" + side.substr(0, 1)};
     for (const std::vector<std::string>& how : exports) {
       SCOPED_TRACE(side + testing::PrintToString(how));
       const std::string table = path("exported_" + side + how[1]), again = path("again_" + side + ".h5");
       std::vector<std::string> words{"export", file, "--to", how[0], "-o", table};
       words.insert(words.end(), how.begin() + 2, how.end());
       succeed(words);
-      succeed({"import", job_, "--motion", table, "-o", again, "--replace"});
+      std::vector<std::string> import{"import", job_, "--motion", table, "-o", again, "--replace"};
+      if (how.size() > 4) import.insert(import.end(), signs.begin(), signs.end());
+      succeed(import);
       const store::MotionModel back = store::read_motion_model(again);
       expect_equal_poses(model, back);
       EXPECT_EQ(back.frames->key, model.frames->key);
@@ -211,9 +221,58 @@ TEST_F(Import, BadTablesAndOptionsAreRefused)
   test::expect_refused({"import", job_, "--motion", path("absent.csv"), "-o", file},
                        {"absent.csv", "", {}, "one pose per frame"});
   test::expect_refused({"import", job_, "--motion", table, "-o", file, "--column", "flexion"},
-                       {"vrda import", "--column", "flexion", "COORDINATE=COLUMN"});
+                       {"vrda import", "--column", "flexion", "COORDINATE=NAME"});
+  test::expect_refused(
+      {"import", job_, "--motion", table, "-o", file, "--column", "rz=a", "--column", "rz=-b"},
+      {"vrda import", "--column", "rz twice", "once"});
+  // Flexion in radians among degrees; the unit may be stated.
+  const std::string mixed =
+      scratch_.write("mixed.csv", names + "0,0.1,2,3,0,0,0\n1,1.5,2,9,0,0,0\n").string();
+  test::expect_refused({"import", job_, "--motion", mixed, "-o", file},
+                       {"mixed.csv", "column flexion_deg", {"1.5", "57.2958"}, "--angles rad"});
+  EXPECT_THAT(succeed({"import", job_, "--motion", mixed, "-o", path("mixed.h5"), "--angles", "deg"}).err,
+              HasSubstr("57.2958"));
   test::expect_refused({"import", job_, "--motion", table, "-o", file, "--key", "cycle"},
                        {"walk_right.csv", "line 1", "cycle", {}});
+}
+
+// Internal rotation of 179.05, then -179.95 degrees; varus past 90 degrees.
+TEST_F(Import, WrappedAnglesAreOneCurve)
+{
+  solved_knee("right");
+  struct Row {
+    double varus_deg, varus_step, internal_deg, internal_step;
+    bool is_locked;
+  };
+  for (const Row& row : {Row{1, 0, 175.05, 1, false}, Row{85, 1, 5, 0, true}}) {
+    SCOPED_TRACE(row.varus_deg);
+    std::string text = "time,flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n";
+    for (int k = 0; k <= 10; ++k) {
+      const double internal_deg = std::remainder(row.internal_deg + k * row.internal_step, 360.0);
+      text += std::to_string(k) + ",10," + shortest_decimal(row.varus_deg + k * row.varus_step) + "," +
+              shortest_decimal(internal_deg) + ",0,-60,0\n";
+    }
+    const std::string file = path("wrapped.h5"), table = path("wrapped.mot");
+    const std::string motion = scratch_.write("wrapped.csv", text).string();
+    const test::Ended ended = succeed({"import", job_, "--motion", motion, "-o", file, "--replace"});
+    EXPECT_EQ(ended.err.find("gimbal lock") != std::string::npos, row.is_locked) << ended.err;
+    const json info = json::parse(succeed({"info", file, "--json"}).out);
+    EXPECT_EQ(info["gimbal_lock_poses"], row.is_locked ? 6 : 0);
+    EXPECT_NEAR(info["screw_home"]["range_deg"].get<double>(), 10 * row.internal_step, same_pose);
+    EXPECT_NEAR(info["clinical"]["varus_deg"]["max"].get<double>(), row.varus_deg + 10 * row.varus_step,
+                1e-5);
+    EXPECT_NEAR(info["grid"]["flexion_deg"][0].get<double>(), 10, same_pose);
+    EXPECT_NEAR(info["surfaces"]["theta_deg"]["max"].get<double>(), row.internal_deg + 10 * row.internal_step,
+                row.is_locked ? 360.0 : same_pose);
+    // An export has the curve, and gives the same poses.
+    succeed({"export", file, "--to", "mot", "--degrees", "-o", table});
+    EXPECT_THAT(test::text_of(table), HasSubstr(row.is_locked ? "\t94" : "\t185.05"));
+    succeed({"import", job_, "--motion", table, "-o", path("again.h5"), "--replace"});
+    expect_equal_poses(store::read_motion_model(file), store::read_motion_model(path("again.h5")));
+    const json report = json::parse(succeed({"report", file, "-o", path("report"), "--quick", "--json"}).out);
+    const json& internal = report["models"][0]["curves"][0]["internal"];
+    EXPECT_NEAR(internal.back().get<double>() - internal.front().get<double>(), 10 * row.internal_step, 1e-3);
+  }
 }
 
 TEST_F(Import, DeltaMustBeOneDirection)

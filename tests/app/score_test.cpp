@@ -175,6 +175,36 @@ TEST_F(ScoreCommand, ATableWithoutUsableNumbersIsRefused)
                  {.file = "far.csv", .field = "rows to score", .found = {"1", "outside_range"}});
 }
 
+TEST_F(ScoreCommand, ColumnsAndUnitsMayBeStated)
+{
+  const std::string model = solved_knee("right"), table = path("signed.mot"), bare = path("bare.mot");
+  const test::Ended ended =
+      test::run_vrda({"export", model, "--to", "mot", "-o", table, "--set", "raw", "--varus", "1",
+                      "--coordinate", "flexion=-knee_angle_r", "--quiet"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  std::string text = test::text_of(table);
+  text.erase(text.find("negated="), text.find('\n', text.find("negated=")) - text.find("negated="));
+  text.replace(text.find("inDegrees=no"), 12, "inRadians=yes");
+  written("bare.mot", text);
+  const auto rms = [](const json& found) {
+    return found.at("coordinates").at("flexion").at("rms").get<double>();
+  };
+  EXPECT_LT(rms(scored({model, "--against", table, "--column", "flexion=knee_angle_r"})), table_digits);
+  EXPECT_LT(rms(scored({model, "--against", bare, "--column", "flexion=-knee_angle_r", "--angles", "rad"})),
+            table_digits);
+  // Of two tables each column must be in one.
+  EXPECT_LT(rms(scored({exported(model, "1"), "--against", table, "--column", "flexion=knee_angle_r",
+                        "--match", "flexion"})),
+            table_digits);
+  const std::string usual = exported(model, "1");
+  expect_refused({usual, "--against", usual, "--column", "flexion=-knee"},
+                 {.file = "motion-1.csv", .field = "--column", .found = "knee", .wanted = "motion-1.csv"});
+  // Without a unit: small as degrees, which are assumed.
+  expect_refused(
+      {model, "--against", bare, "--column", "flexion=-knee_angle_r"},
+      {.file = "bare.mot", .field = "column knee_angle_r", .found = "57.2958", .wanted = "--angles rad"});
+}
+
 TEST_F(ScoreCommand, MotionsOfDifferentKeysAreNotMatchedInSilence)
 {
   const std::string columns = ",flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n1,10,0,0,0,0,0\n";

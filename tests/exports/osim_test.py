@@ -152,15 +152,16 @@ class Osim(unittest.TestCase):
         return output, xml.etree.ElementTree.parse(output).getroot()
 
     def test_the_joint_has_the_poses_of_the_motion_model(self):
-        for side, chosen in (("right", "two_sided"), ("left", "two_sided"), ("right", "degree_6")):
-            _, root = self.exported(side, "--set", chosen)
+        for side, chosen, sign in (("right", "two_sided", 1), ("left", "two_sided", 1), ("right", "degree_6", 1), ("left", "degree_6", -1)):
+            _, root = self.exported(side, "--set", chosen, "--coordinate", "flexion=" + "-" * (sign < 0) + "knee_angle")
             joint = Joint(root.find("Model/JointSet/objects/CustomJoint"))
-            numpy.testing.assert_allclose(joint.range, [numpy.radians([0, 90])], atol=1e-12)
+            self.assertEqual(joint.names, ["knee_angle"])
+            numpy.testing.assert_allclose(joint.range, [numpy.radians([0, 90] if sign > 0 else [-90, 0])], atol=1e-12)
             rows = exported_rows(self.model[side], "0:90:1.25", "--set", chosen)
             self.assertEqual(len(rows), 73)
             for row in rows:
                 q, R, t = row_pose(row, side)
-                found_R, found_t = joint.pose(q)
+                found_R, found_t = joint.pose(sign * q)
                 numpy.testing.assert_allclose(found_R, R, atol=RAD)
                 numpy.testing.assert_allclose(found_t, t, atol=M)
 
@@ -174,19 +175,20 @@ class Osim(unittest.TestCase):
             numpy.testing.assert_allclose(found_t, t, atol=M)
 
     def test_flexion_and_varus_drive_a_joint_of_polynomials(self):
-        for side in ("right", "left"):
+        for side, sign in (("right", "+"), ("left", "-")):
             grid = self.root / f"grid_{side}.h5"
             run("run", ROOT / "jobs/knee-generic.toml", "-o", grid, "--set", f"side={side}", "--set", "grid.flexion={from=0,to=90,step=10}",
                 "--set", "grid.varus={from=-6,to=6,step=2}", "--set", "smooth.degrees=[4]", "-q", "--progress", "none")
             output = self.root / f"grid_{side}.osim"
-            run("export", grid, "--to", "osim", "-o", output, "--varus", "driven", "--joint-only", "--coordinate", "varus=knee_varus")
+            run("export", grid, "--to", "osim", "-o", output, "--varus", "driven", "--joint-only", "--coordinate", f"varus={sign}knee_varus",
+                "--coordinate", f"flexion={sign}knee_flex")
             joint = Joint(xml.etree.ElementTree.parse(output).getroot())
-            self.assertEqual(joint.names, ["knee_flex_" + side[0], "knee_varus"])
-            numpy.testing.assert_allclose(joint.range, numpy.radians([[0, 90], [-6, 6]]), atol=1e-12)
+            self.assertEqual(joint.names, ["knee_flex", "knee_varus"])
+            numpy.testing.assert_allclose(joint.range, numpy.radians([[0, 90] if sign == "+" else [-90, 0], [-6, 6]]), atol=1e-12)
             for varus in (-6, -3.3, 0, 2, 5.9):
                 for row in exported_rows(grid, "0:90:4.5", "--set", "degree_4", "--varus", varus):
                     z, R, t = row_pose(row, side)
-                    found_R, found_t = joint.pose([z, numpy.radians(varus)])
+                    found_R, found_t = joint.pose(float(sign + "1") * numpy.array([z, numpy.radians(varus)]))
                     numpy.testing.assert_allclose(found_R, R, atol=RAD)
                     numpy.testing.assert_allclose(found_t, t, atol=M)
         for more, reason in ((("--set", "raw"), "smooth"), (("--set", "two_sided"), "flexion only"), (("--flexion", "0:90:5"), "driven")):

@@ -9,6 +9,7 @@
 
 #include "core/clinical.hpp"
 #include "core/units.hpp"
+#include "measured/angle_plausibility.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
@@ -255,6 +256,80 @@ TEST(MotionPoses, AStatementOfTheUserReplacesThatOfTheFile)
   EXPECT_EQ(c.order, AngleOrder::xyz);
   EXPECT_EQ(c.side, Side::left);
   EXPECT_EQ(c.length_mm, 1.0);
+}
+
+// Flexion, varus and internal rotation of a walk, from `first` to `last`, in the unit of the file.
+std::string walk(const std::array<double, 3>& first, const std::array<double, 3>& last)
+{
+  std::string text = "flexion,varus,internal,tx,ty,tz\n";
+  for (int k = 0; k <= 4; ++k) {
+    for (std::size_t c = 0; c < 3; ++c) text += std::to_string(first[c] + k * (last[c] - first[c]) / 4) + ",";
+    text += "0,0,0\n";
+  }
+  return text;
+}
+
+TEST(UnitWarnings, AnImplausibleUnitIsRefusedOrNamed)
+{
+  using enum measured::AngleUnit;
+  struct Row {
+    std::array<double, 3> first, last;  // flexion, varus, internal
+    measured::AngleUnit unit;
+    bool has_large_flexion;
+    int expected;  // warnings; -1: refused
+  };
+  for (const Row& row :
+       {Row{{0, 0.01, 0}, {1.57, 0.06, 0.3}, degrees, true, -1},       // all in radians
+        Row{{0, 0.01, 0}, {1.57, 0.06, 0.3}, degrees, false, -1},      //
+        Row{{0, 0.01, 0}, {2.44, 0.06, 0.3}, degrees, true, 1},        // or a motion of two degrees
+        Row{{0, 1, 0}, {1.57, 3, 15}, degrees, true, -1},              // flexion in radians
+        Row{{0, 1, 0}, {1.57, 3, 15}, degrees, false, 0},              // a subtalar joint
+        Row{{-2.2, -13, -8}, {0.5, -1.7, -3.3}, degrees, false, 0},    // subtalar 04
+        Row{{0, 0.01, 0}, {90, 0.06, 15}, degrees, true, 1},           // varus in radians
+        Row{{0, 1, 0}, {90, 3, 0.26}, degrees, true, 1},               // internal rotation in radians
+        Row{{5.3, 0.55, -0.2}, {16.2, -1.1, -4.3}, degrees, true, 0},  // a replaced knee
+        Row{{0, 0, 0}, {120, 0, 0}, degrees, true, 0},                 // a hinge
+        Row{{0, -0.5, 0}, {90, 3.2, 3}, degrees, true, 0},             // small, but measured so
+        Row{{0.5, 0.02, 0.1}, {0.5, 0.02, 0.1}, degrees, true, 1},     // a posture, perhaps in radians
+        Row{{0, 0, 0}, {0, 0, 0}, degrees, true, 0},                   // meshes in their pose
+        Row{{0, 1, 0}, {90, 3, 15}, radians, true, -1},                // all in degrees
+        Row{{0, 0.01, 0}, {1.57, 0.06, 15}, radians, true, -1},        // internal rotation in degrees
+        Row{{0, 0.01, 0}, {5, 0.06, 0.2}, radians, true, 1},           // five degrees?
+        Row{{0, 0.01, 0}, {2.4, 0.06, 0.3}, radians, true, 0}}) {
+    SCOPED_TRACE(testing::PrintToString(row.last) + measured::name_of(row.unit));
+    const measured::MotionTable table = table_of(walk(row.first, row.last));
+    measured::JointFrame joint;
+    joint.has_large_flexion = row.has_large_flexion;
+    const auto warnings = [&](measured::UnitSource source) {
+      return static_cast<int>(measured::unit_warnings(table, row.unit, source, joint).size());
+    };
+    int found = -1;
+    try {
+      found = warnings(measured::UnitSource::file);
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.facts(), test::refuses({"m.csv",
+                                                row.unit == radians ? "column internal" : "column flexion",
+                                                "57.2958",
+                                                {"--angles rad", "--angles deg"}}));
+    }
+    EXPECT_EQ(found, row.expected);
+    // Whoever states the unit is believed, with a warning.
+    EXPECT_EQ(warnings(measured::UnitSource::option) > 0, row.expected != 0);
+    EXPECT_EQ(warnings(measured::UnitSource::found) > 0, row.expected != 0);
+  }
+}
+
+TEST(UnitWarnings, AnAssumedUnitIsSaid)
+{
+  const measured::MotionTable table = table_of(walk({0, 1, 0}, {90, 3, 15}));
+  EXPECT_EQ(
+      measured::unit_warnings(table, measured::AngleUnit::degrees, measured::UnitSource::assumed, {}).size(),
+      1u);
+  measured::MotionTable stated = table;
+  stated.stated.angles = measured::AngleUnit::radians;  // but the user says otherwise
+  EXPECT_EQ(
+      measured::unit_warnings(stated, measured::AngleUnit::degrees, measured::UnitSource::option, {}).size(),
+      1u);
 }
 
 }  // namespace vrda::motion_poses_test

@@ -106,6 +106,96 @@ TEST(MotionTable, OpenSimHeadersStateTheUnits)
   EXPECT_EQ(states.coordinates.at(0).angle, (std::array<double, 3>{2, 3, -1}));
 }
 
+constexpr const char* opensim_rows =
+    "endheader\ntime\tknee_flex_r\tknee_add_r\tknee_rot_r\tknee_tx_r\tknee_ty_r\tknee_tz_"
+    "r\n0\t30\t2\t3\t1\t2\t3\n";
+
+TEST(MotionTable, AHeaderIsReadHoweverItIsSpelled)
+{
+  using enum AngleUnit;
+  struct Row {
+    const char* header;
+    AngleUnit angles;
+    std::size_t n_warnings;
+  };
+  for (const Row& row :
+       {Row{"inDegrees = no", radians, 0}, Row{"inDegrees =no", radians, 0}, Row{"in degrees=no", radians, 0},
+        Row{"IN_DEGREES\t=\tNo\t", radians, 0}, Row{"in-degrees: off", radians, 0},
+        Row{"inDegrees no", radians, 0}, Row{"inDegrees=0,,,", radians, 0}, Row{"inDegrees= yes", degrees, 0},
+        Row{"inDegrees=true;", degrees, 0}, Row{"inDegrees='1'", degrees, 0},
+        Row{"\"inDegrees=yes\"", degrees, 0}, Row{"inDegrees=y\ninDegrees=Yes", degrees, 0},
+        Row{"# inDegrees=no", radians, 1}, Row{"# inDegrees=no\ninDegrees=yes", degrees, 0},
+        Row{"# Key: blue is left\nUnits are S.I. units: m, "
+            "s\nnRows=1\nnColumns=7\nversion=1\nDataType=double\n"
+            "OpenSimVersion=4.3\nname=a walk\nIf the header has 'inDegrees', angles are in "
+            "degrees.\ninDegrees=no",
+            radians, 0}}) {
+    SCOPED_TRACE(row.header);
+    const MotionTable table = table_of(row.header + std::string("\n") + opensim_rows, "m.mot");
+    EXPECT_EQ(table.stated.angles, row.angles);
+    EXPECT_EQ(table.warnings.size(), row.n_warnings);
+  }
+  const MotionTable table =
+      table_of("Translations = Rotation Center\nrotation-center (mm) = (1, -2.5, 3)\nKEY = cycle\n" +
+                   std::string(opensim_rows),
+               "m.mot");
+  EXPECT_EQ(table.stated.lengths, LengthPoint::centre);
+  EXPECT_EQ(table.point_mm, Eigen::Vector3d(1, -2.5, 3));
+  EXPECT_EQ(table.key_name, "cycle");
+}
+
+TEST(MotionTable, AHeaderKeyWithASlipIsNotLostInSilence)
+{
+  for (const char* slip : {"inDegress=no", "indegree=no", "degrees: no", "translation=mesh-origin",
+                           "rotation_centre=1 2 3", "keys=cycle", "key: cycle"}) {
+    SCOPED_TRACE(slip);
+    const MotionTable table = table_of(slip + std::string("\n") + opensim_rows, "m.mot");
+    ASSERT_EQ(table.warnings.size(), 1u);
+    EXPECT_EQ(table.warnings[0].find("m.mot: line 1: \""), 0u) << table.warnings[0];
+    EXPECT_FALSE(table.stated.angles);
+  }
+  struct Row {
+    const char *header, *key, *found, *wanted;
+  };
+  for (const Row& row :
+       {Row{"inDegrees=maybe", "line 1, inDegrees", "maybe", "yes or no"},
+        Row{"inDegrees=", "line 1, inDegrees", "", "yes or no"},
+        Row{"a walk\ninDegrees=yes\nin degrees=no", "line 3, inDegrees", "line 2", "one value"},
+        Row{"translations=origin\ntranslations=centre", "line 2, translations", "line 1", "one"},
+        Row{"rotation_centre_mm=1 2 3\nrotation_center_mm=1 2 4", "line 2, rotation_centre_mm", "line 1",
+            "one"},
+        Row{"key=", "line 1, key", "nothing", "name"}}) {
+    SCOPED_TRACE(row.header);
+    EXPECT_THAT(refusal(row.header + std::string("\n") + opensim_rows, "m.mot"),
+                test::refuses({"m.mot", row.key, row.found, row.wanted}));
+  }
+}
+
+TEST(MotionTable, AColumnMayHaveTheOppositeSign)
+{
+  const std::string rows = "endheader\ntime a knee_add_r knee_rot_r knee_tx_r knee_ty_r z\n0 30 2 3 4 5 6\n";
+  struct Row {
+    const char *header, *flexion, *tz;
+    double rz, length;  // a rotation about Z is -flexion
+  };
+  for (const Row& row : {Row{"", "a", "z", -30, 6}, Row{"", "-a", "-z", 30, -6}, Row{"", "+a", "z", -30, 6},
+                         // The user's sign replaces that of the header.
+                         Row{"negated=a z\n", "a", "z", 30, -6}, Row{"negated=a z\n", "-a", "+z", 30, 6}}) {
+    SCOPED_TRACE(row.header + std::string(row.flexion));
+    TableColumns columns;
+    columns.of_coordinate = {
+        {"flexion", row.flexion}, {"tx", "knee_tx_r"}, {"ty", "knee_ty_r"}, {"tz", row.tz}};
+    const MotionTable table = table_of(row.header + rows, "m.mot", columns);
+    EXPECT_EQ(table.coordinates.at(0).angle, (std::array<double, 3>{2, 3, row.rz}));
+    EXPECT_EQ(table.coordinates.at(0).length, (std::array<double, 3>{4, 5, row.length}));
+  }
+  // Of two tables the one without the column has its usual names.
+  TableColumns columns;
+  columns.of_coordinate = {{"flexion", "-absent"}};
+  columns.may_be_absent = true;
+  EXPECT_EQ(table_of(opensim_rows, "m.mot", columns).absent_columns, std::vector<std::string>{"absent"});
+}
+
 TEST(MotionTable, ColumnsAreNamedByTheUser)
 {
   TableColumns columns;
