@@ -63,7 +63,7 @@ std::size_t flexion_axis(const MotionTable& table, const std::array<Extent, 3>& 
 }
 
 std::vector<Doubt> doubts_of_degrees(const std::array<Extent, 3>& extents, std::size_t flexion,
-                                     bool has_large_flexion)
+                                     std::optional<bool> has_large_flexion)
 {
   const Extent& main = extents[flexion];
   double others = 0.0;
@@ -71,9 +71,11 @@ std::vector<Doubt> doubts_of_degrees(const std::array<Extent, 3>& extents, std::
     if (axis != flexion) others = std::max(others, extents[axis].largest());
   const bool is_small_throughout = std::max(others, main.largest()) <= usual_flexion;
   if (main.span() >= least_span && main.largest() <= largest_flexion) {
-    const bool is_certain = main.largest() <= usual_flexion && (has_large_flexion || is_small_throughout);
+    const bool is_certain =
+        main.largest() <= usual_flexion && (has_large_flexion.value_or(true) || is_small_throughout);
     // A joint that flexes little may turn more about the other axes.
-    if (is_certain || has_large_flexion || others <= usual_flexion) return {{flexion, is_certain}};
+    if (is_certain || has_large_flexion.value_or(false) || others <= usual_flexion)
+      return {{flexion, is_certain}};
   } else if (main.span() < least_span && is_small_throughout &&
              std::max(others, main.largest()) >= least_angle) {
     return {{main.largest() >= others ? flexion : flexion == 0 ? std::size_t{1} : std::size_t{0}, false}};

@@ -60,7 +60,7 @@ struct JointFrame {
   Eigen::Vector3d rotation_centre_mm = Eigen::Vector3d::Zero();  ///< canonical
   Pose X_canonical_reference = Pose::Identity();
   Pose X_canonical_moving = Pose::Identity();
-  bool has_large_flexion = true;  ///< false for a joint that may turn more about its other axes
+  std::optional<bool> has_large_flexion;  ///< false: it may turn more about its other axes; empty: unknown
 };
 
 /// Columns of a table that its names do not state.

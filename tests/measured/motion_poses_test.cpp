@@ -275,7 +275,7 @@ TEST(UnitWarnings, AnImplausibleUnitIsRefusedOrNamed)
   struct Row {
     std::array<double, 3> first, last;  // flexion, varus, internal
     measured::AngleUnit unit;
-    bool has_large_flexion;
+    std::optional<bool> has_large_flexion;
     int expected;  // warnings; -1: refused
   };
   for (const Row& row :
@@ -283,7 +283,10 @@ TEST(UnitWarnings, AnImplausibleUnitIsRefusedOrNamed)
         Row{{0, 0.01, 0}, {1.57, 0.06, 0.3}, degrees, false, -1},      //
         Row{{0, 0.01, 0}, {2.44, 0.06, 0.3}, degrees, true, 1},        // or a motion of two degrees
         Row{{0, 1, 0}, {1.57, 3, 15}, degrees, true, -1},              // flexion in radians
+        Row{{0, 1, 0}, {1.57, 3, 15}, degrees, {}, -1},                // the joint is not known
+        Row{{0, 1, 0}, {2.44, 3, 15}, degrees, true, 1},               //
         Row{{0, 1, 0}, {1.57, 3, 15}, degrees, false, 0},              // a subtalar joint
+        Row{{-2.2, -13, -8}, {0.5, -1.7, -3.3}, degrees, {}, 0},       // 04, against another table
         Row{{-2.2, -13, -8}, {0.5, -1.7, -3.3}, degrees, false, 0},    // subtalar 04
         Row{{0, 0.01, 0}, {90, 0.06, 15}, degrees, true, 1},           // varus in radians
         Row{{0, 1, 0}, {90, 3, 0.26}, degrees, true, 1},               // internal rotation in radians
