@@ -60,7 +60,8 @@ struct JointFrame {
   Eigen::Vector3d rotation_centre_mm = Eigen::Vector3d::Zero();  ///< canonical
   Pose X_canonical_reference = Pose::Identity();
   Pose X_canonical_moving = Pose::Identity();
-  std::optional<bool> has_large_flexion;  ///< false: it may turn more about its other axes; empty: unknown
+  /// False: it may turn more about its other axes; empty: unknown.
+  std::optional<bool> has_large_flexion = {};
 };
 
 /// Columns of a table that its names do not state.

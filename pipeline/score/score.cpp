@@ -47,32 +47,48 @@ struct Series {
   std::vector<double> found, measured, x;
 };
 
-/// The measured series is continuous over all rows, so that a baseline has no jumps by whole turns.
-std::vector<double> measured_series(const Sequence& measured, std::size_t c)
+/// The row's numbers nearest to those of another; `anterior` is along the floating axis or not.
+Row nearest_row(Row row, const Row& to, Translations translations)
 {
-  std::vector<double> values, known;
-  for (const Row& row : measured.rows) {
-    if (row.missing.empty()) known.push_back(row.value[c]);
+  const auto numbers = [](const Row& r) {
+    ClinicalCoordinates c;
+    c.flexion_rad = r.value[at_flexion];
+    c.varus_rad = r.value[at_varus];
+    c.internal_rotation_rad = r.value[at_internal];
+    c.anterior_mm = r.value[n_angles];
+    return c;
+  };
+  const ClinicalCoordinates c = nearest_numbers(numbers(row), numbers(to));
+  row.value[at_flexion] = c.flexion_rad;
+  row.value[at_varus] = c.varus_rad;
+  row.value[at_internal] = c.internal_rotation_rad;
+  if (translations == Translations::rotation_centre) row.value[n_angles] = c.anterior_mm;
+  return row;
+}
+
+/// Both motions as curves: the measured one is continuous over its rows with a pose, so that a baseline has
+/// no jumps, and each found row is nearest to the measured one.
+void make_continuous(std::vector<Row>& found, std::vector<Row>& measured, Translations translations)
+{
+  const Row* before = nullptr;
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    if (!measured[k].missing.empty()) continue;
+    if (before) measured[k] = nearest_row(measured[k], *before, translations);
+    before = &measured[k];
+    if (found[k].missing.empty()) found[k] = nearest_row(found[k], measured[k], translations);
   }
-  if (c < n_angles) known = unwrapped(std::move(known));
-  auto next = known.begin();
-  for (const Row& row : measured.rows) values.push_back(row.missing.empty() ? *next++ : nan);
-  return values;
 }
 
 Series series_of(const std::vector<Row>& found, const Sequence& measured, std::size_t c,
                  const std::vector<std::size_t>& rows, LineOver over)
 {
-  const std::vector<double> all = measured_series(measured, c);
-  const std::vector<double> flexions = measured_series(measured, at_flexion);
   Series series;
   for (const std::size_t k : rows) {
     if (!found[k].is_determined[c] || !measured.rows[k].is_determined[c]) continue;
-    const double value = found[k].value[c];
     series.rows.push_back(k);
-    series.measured.push_back(all[k]);
-    series.found.push_back(c < n_angles ? nearest_turn(value, all[k]) : value);
-    series.x.push_back(over == LineOver::flexion ? flexions[k] : measured.key[k]);
+    series.measured.push_back(measured.rows[k].value[c]);
+    series.found.push_back(found[k].value[c]);
+    series.x.push_back(over == LineOver::flexion ? measured.rows[k].value[at_flexion] : measured.key[k]);
   }
   return series;
 }
@@ -135,9 +151,11 @@ Score score(const std::vector<Row>& found, const Sequence& measured, const Score
   std::vector<Row> aligned = found;
   if (options.align == Alignment::rigid)
     result.rigid = align_rigidly(aligned, measured, fit, options.convention);
+  Sequence curve = measured;
+  make_continuous(aligned, curve.rows, options.convention.translations);
   for (std::size_t c = 0; c < n_scored; ++c) {
-    const Series of_fit = series_of(aligned, measured, c, fit, options.line_over);
-    const Series of_scored = series_of(aligned, measured, c, scored, options.line_over);
+    const Series of_fit = series_of(aligned, curve, c, fit, options.line_over);
+    const Series of_scored = series_of(aligned, curve, c, scored, options.line_over);
     result.coordinates[c] = coordinate_score(of_fit, of_scored, options.align);
     std::set_difference(scored.begin(), scored.end(), of_scored.rows.begin(), of_scored.rows.end(),
                         std::back_inserter(result.coordinates[c].undetermined));

@@ -214,6 +214,29 @@ TEST(Score, WholeTurnsDoNotCount)
   EXPECT_NEAR(s.coordinates[0].line_rms, 0.0, rounding);
 }
 
+// Past gimbal lock the same pose has numbers half a turn away; a found pose on this side of it is near.
+TEST(Score, TheOtherNumbersOfAPoseDoNotCount)
+{
+  score::Sequence measured = test::moving_sequence(n);
+  std::vector<score::Row> found = measured.rows;
+  for (int k = 0; k < n; ++k) {
+    // Varus from 60 to 99 degrees: past 90 as clinical_coordinates() has it.
+    score::Coordinates& m = measured.rows[static_cast<std::size_t>(k)].value;
+    m = {0.2, rad_from_deg(60.0 + k), 0.1, 4.0, 0.0, 0.0};
+    score::Coordinates& f = found[static_cast<std::size_t>(k)].value;
+    f = m;
+    f[score::at_varus] -= 0.01;
+    for (score::Coordinates* row : {&m, &f}) {
+      if ((*row)[score::at_varus] < pi / 2) continue;
+      *row = {(*row)[0] - pi, pi - (*row)[1], (*row)[2] - pi, -(*row)[3], 0.0, 0.0};
+    }
+  }
+  const score::Score of = score::score(found, measured, options_of(Alignment::none));
+  const score::Coordinates wanted{0.0, 0.01, 0.0, 0.0, 0.0, 0.0};
+  for (std::size_t c = 0; c < score::n_scored; ++c)
+    EXPECT_NEAR(of.coordinates[c].statistics.largest, wanted[c], rounding) << c;
+}
+
 TEST(Score, NothingInCommonIsRefused)
 {
   const score::Sequence measured = test::moving_sequence(4);
