@@ -67,11 +67,6 @@ std::string lower_case(std::string text)
   return text;
 }
 
-std::string extension_of(const std::string& file)
-{
-  return lower_case(std::filesystem::path(file).extension().string());
-}
-
 void add_rows(FieldTable& table, const std::vector<load::TableLine>& lines, std::size_t first,
               Fields (*split)(std::string_view))
 {
@@ -229,7 +224,7 @@ struct FoundFamily {
 
 std::string without_sign(const std::string& column)
 {
-  return column.starts_with('-') || column.starts_with('+') ? column.substr(1) : column;
+  return column.find_first_of("+-") == 0 ? column.substr(1) : column;
 }
 
 /// The sign that the user gives, else that of the header.
@@ -240,7 +235,7 @@ double sign_of(const FieldTable& table, const TableColumns& columns, const char*
   if (named != columns.of_coordinate.end() && without_sign(named->second) != named->second)
     return named->second[0] == '-' ? -1.0 : 1.0;
   const std::vector<std::string>& negated = table.header.negated_columns;
-  return std::find(negated.begin(), negated.end(), table.names[column]) == negated.end() ? 1.0 : -1.0;
+  return std::count(negated.begin(), negated.end(), table.names[column]) == 0 ? 1.0 : -1.0;
 }
 
 template <typename Units>
@@ -342,6 +337,9 @@ void add_coordinates(MotionTable& motion, const FieldTable& table, const TableCo
   motion.are_lengths_clinical = lengths.family->is_clinical;
   StatedConvention& stated = motion.stated;
   if (angles.unit) stated.angles = *angles.unit == 0.0 ? AngleUnit::degrees : AngleUnit::radians;
+  if (table.header.angles && table.header.angles != stated.angles)
+    motion.warnings.push_back(table.file + ": header and column names differ in the unit of angles: it is " +
+                              name_of(*stated.angles));
   if (lengths.unit) stated.length_mm = lengths.unit;
   stated.lengths = table.header.lengths ? table.header.lengths : lengths.family->point;
   motion.point_mm = table.header.point_mm ? table.header.point_mm : point_of_columns(table);
@@ -440,7 +438,7 @@ std::string text_of_file(const std::string& file)
 
 FieldTable fields_of(const std::string& file, const std::string& text)
 {
-  const std::string extension = extension_of(file);
+  const std::string extension = lower_case(std::filesystem::path(file).extension().string());
   if (extension == ".tra") return autoscoper_table(file, text);
   return extension == ".sto" || extension == ".mot" ? opensim_table(file, text) : csv_table(file, text);
 }

@@ -135,6 +135,11 @@ TEST(MotionTable, AHeaderIsReadHoweverItIsSpelled)
     EXPECT_EQ(table.stated.angles, row.angles);
     EXPECT_EQ(table.warnings.size(), row.n_warnings);
   }
+  // Names with a unit are nearer to the numbers.
+  const MotionTable both = table_of(
+      "inDegrees=no\nendheader\nflexion_deg varus_deg internal_deg tx ty tz\n1 2 3 4 5 6\n", "m.mot");
+  EXPECT_EQ(both.stated.angles, degrees);
+  EXPECT_EQ(both.warnings.size(), 1u);
   const MotionTable table =
       table_of("Translations = Rotation Center\nrotation-center (mm) = (1, -2.5, 3)\nKEY = cycle\n" +
                    std::string(opensim_rows),
