@@ -51,6 +51,7 @@ Json component_json(const load::ComponentSurvey& c)
           {"non_manifold_edges", c.n_non_manifold_edges},
           {"vertices_welded", c.n_welded},
           {"degenerate_faces_dropped", c.n_degenerate},
+          {"identical_triangles_dropped", c.n_identical},
           {"turned_outward", c.was_flipped},
           {"box_min_mm", numbers(c.box.min_mm)},
           {"box_max_mm", numbers(c.box.max_mm)},
@@ -195,6 +196,8 @@ void print_component(const Json& c)
   if (c["degenerate_faces_dropped"].get<long>() > 0) {
     std::printf(", %ld degenerate faces dropped", c["degenerate_faces_dropped"].get<long>());
   }
+  if (c["identical_triangles_dropped"].get<long>() > 0)
+    std::printf(", %ld identical triangles dropped", c["identical_triangles_dropped"].get<long>());
   if (c["turned_outward"].get<bool>()) std::printf(", turned outward");
   std::printf("\n");
 }

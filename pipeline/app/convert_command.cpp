@@ -67,6 +67,10 @@ TableRow counted_component(const convert::ObjectComponent& component, const std:
     console::log_warning(component.name + ": " + std::to_string(clean.n_degenerate) +
                          " faces or triangles without area are not counted as triangles");
   }
+  if (clean.n_identical > 0) {
+    console::log_warning(component.name + ": " + std::to_string(clean.n_identical) +
+                         " identical triangles are counted once");
+  }
   return {component.name, component.mesh.size.size(), clean.mesh.triangles.rows()};
 }
 

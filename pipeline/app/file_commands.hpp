@@ -40,6 +40,7 @@ struct PrepareOptions {
   std::string template_job;        ///< empty: the generic knee
   std::string data_directory;      ///< of the template
   bool has_ligaments = true;
+  bool keeps_specks = false;  ///< keep small separate pieces in the joint space
   std::string folder;
   bool may_replace = false;
   int n_threads = 0;  ///< 0: one per processor

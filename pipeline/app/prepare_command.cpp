@@ -91,9 +91,9 @@ class Preparation {
  private:
   void prepare_meshes()
   {
-    subject_ = subject_of(options_);
+    subject_ = subject_of(options_, warnings_);
     check_output();
-    const KneeSurfaces surfaces{surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
+    KneeSurfaces surfaces{surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
     registration::KneeFitOptions known;
     if (!options_.side.empty()) known.side = side_named(options_.side);
     if (!options_.unit.empty()) known.unit_mm = load::mm_per_unit(options_.unit);
@@ -104,7 +104,14 @@ class Preparation {
     known.is_stopped = console::is_interrupted;
     fit_ = registration::fit_knee(surfaces, reference_.knee, known);
     if (console::is_interrupted()) return;
+    Json specks = Json::object();
+    if (leave_specks_out(subject_, fit_, options_, specks, warnings_)) {
+      surfaces = {surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
+      fit_ = registration::fit_knee(surfaces, reference_.knee, known);
+      if (console::is_interrupted()) return;
+    }
     report_ = fit_json(fit_);
+    report_.update(specks);
     const std::optional<InputError::Facts> wrong_part =
         app::wrong_part(subject_, surfaces, fit_.unit_mm, warnings_);
     move_to_frame(subject_.reference, fit_.unit_mm, fit_.X_scan_femur);
@@ -119,6 +126,7 @@ class Preparation {
         registration::fit_warnings(fit_, surfaces, known.side.has_value());
     warnings_.insert(warnings_.end(), doubts.begin(), doubts.end());
     check_fibula();
+    warn_of_one_compartment(subject_, warnings_);
     if (reference_.joint.frame.side != fit_.side) reference_ = prepare::mirrored(reference_);
     add_landmarks();
     add_cartilage(options_, fit_, surfaces, subject_, report_, warnings_);

@@ -30,6 +30,8 @@ void add_prepare_options(CLI::App& c, PrepareOptions& o)
   c.add_option("--data", o.data_directory, "Base folder of the template's file names")->needs(job);
   c.add_flag_callback(
       "--no-ligaments", [&o] { o.has_ligaments = false; }, "Write no ligaments");
+  c.add_flag("--keep-specks", o.keeps_specks,
+             "Keep small separate pieces in the joint space; default: they are left out, with a warning");
   c.add_option("-o,--output", o.folder, "Output folder")->required();
   c.add_flag("--replace", o.may_replace, "Replace existing files, such as those of an earlier preparation");
   add_threads(c, o.n_threads);

@@ -1,7 +1,9 @@
 #include "app/prepare_subject.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <map>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -9,41 +11,42 @@
 #include "core/text.hpp"
 #include "load/clean_mesh.hpp"
 #include "load/input_file.hpp"
+#include "load/shells.hpp"
+#include "load/surface_warnings.hpp"
 #include "prepare/slack_lengths.hpp"
 #include "registration/fit_checks.hpp"
 
 namespace vrda::app {
 namespace {
 
-// Closed shells are oriented when they are read; a few holes, such as a cut shaft, do not hide the outside
-// either.
-void orient_nearly_closed(Mesh& mesh)
-{
-  const Eigen::Index n_boundary = edge_counts(mesh).boundary;
-  if (n_boundary == 0 || n_boundary * n_boundary >= mesh.triangles.rows()) return;
-  Mesh centred = mesh;
-  centred.vertices_mm.rowwise() -= mesh.vertices_mm.colwise().mean().eval();
-  if (signed_volume_mm3(centred) < 0.0) registration::reverse_winding(mesh);
-}
-
-Mesh mesh_of(const std::string& file, const std::string& option)
+Mesh mesh_of(const std::string& file, const std::string& option, std::vector<std::string>& warnings)
 {
   std::string bytes = load::file_bytes(file, {file, option, "", "a mesh file"}, load::largest_mesh_bytes);
-  load::CleanMesh clean =
+  const load::CleanMesh clean =
       load::clean_mesh(load::read_mesh(file, std::move(bytes)), load::Winding::outward, Side::right);
   if (clean.mesh.triangles.rows() == 0) throw InputError({file, option, "no faces", "a mesh with faces"});
   if (const std::string tangle = registration::tangle_in(clean.mesh); !tangle.empty())
     throw InputError({file, option, tangle, "the surface of one part"});
-  orient_nearly_closed(clean.mesh);
-  return clean.mesh;
+  Mesh outer = load::outer_surface(clean.mesh);
+  const Eigen::Index n_enclosed = clean.mesh.triangles.rows() - outer.triangles.rows();
+  const std::string named = file + ": " + option + ": left out: ";
+  if (clean.n_identical > 0)
+    warnings.push_back(named + std::to_string(clean.n_identical) + " copies of other triangles");
+  if (n_enclosed > 0)
+    warnings.push_back(named + std::to_string(n_enclosed) +
+                       " triangles of surfaces inside another (an inner wall or a void)");
+  return outer;
 }
 
 // NAME, or NAME_1, NAME_2, ... for several files.
 void add_parts(std::vector<SubjectPart>& parts, const std::vector<std::string>& files,
-               const prepare::JobComponent& component, const std::string& option)
+               const prepare::JobComponent& component, const std::string& option,
+               std::vector<std::string>& warnings)
 {
   for (std::size_t i = 0; i < files.size(); ++i) {
-    SubjectPart part{component, files[i], mesh_of(files[i], option)};
+    SubjectPart part{component, files[i], mesh_of(files[i], option, warnings), {}};
+    const std::vector<load::Shell> shells = load::shells_of(part.mesh);
+    part.small_shells = load::small_shells(shells, load::outermost_shells(part.mesh, shells));
     if (files.size() > 1) part.component.name += "_" + std::to_string(i + 1);
     parts.push_back(part);
   }
@@ -60,7 +63,7 @@ using registration::BoneSurfaces;
 using registration::KneeFit;
 using registration::KneeSurfaces;
 
-Subject subject_of(const PrepareOptions& options)
+Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warnings)
 {
   for (const auto& [bone, cartilage, option] :
        {std::tuple(&options.femur, &options.femur_cartilage, "--femur"),
@@ -72,13 +75,15 @@ Subject subject_of(const PrepareOptions& options)
     throw InputError(
         {"--tibia", "", "cartilage alone", "the tibia's bone, to which ligaments attach, or --no-ligaments"});
   Subject subject;
-  add_parts(subject.reference, list_of(options.femur), {"femur", "bone"}, "--femur");
-  add_parts(subject.reference, options.femur_cartilage, {"femur_cartilage", "cartilage"},
-            "--femur-cartilage");
-  add_parts(subject.moving, list_of(options.tibia), {"tibia", "bone"}, "--tibia");
-  add_parts(subject.moving, options.tibia_cartilage, {"tibia_cartilage", "cartilage"}, "--tibia-cartilage");
-  add_parts(subject.moving, options.menisci, {"meniscus", "meniscus", false}, "--meniscus");
-  add_parts(subject.moving, list_of(options.fibula), {"fibula", "bone", false}, "--fibula");
+  const auto add = [&](std::vector<SubjectPart>& parts, const std::vector<std::string>& files,
+                       const prepare::JobComponent& component,
+                       const char* option) { add_parts(parts, files, component, option, warnings); };
+  add(subject.reference, list_of(options.femur), {"femur", "bone"}, "--femur");
+  add(subject.reference, options.femur_cartilage, {"femur_cartilage", "cartilage"}, "--femur-cartilage");
+  add(subject.moving, list_of(options.tibia), {"tibia", "bone"}, "--tibia");
+  add(subject.moving, options.tibia_cartilage, {"tibia_cartilage", "cartilage"}, "--tibia-cartilage");
+  add(subject.moving, options.menisci, {"meniscus", "meniscus", false}, "--meniscus");
+  add(subject.moving, list_of(options.fibula), {"fibula", "bone", false}, "--fibula");
   return subject;
 }
 
@@ -101,29 +106,134 @@ void move_to_frame(std::vector<SubjectPart>& parts, double unit_mm, const Pose& 
   }
 }
 
+namespace {
+
+std::string option_of(const SubjectPart& part)
+{
+  const std::string& name = part.component.name;
+  if (part.component.material == "meniscus") return "--meniscus";
+  if (part.component.material != "cartilage") return "--" + name;
+  return name.starts_with("femur") ? "--femur-cartilage" : "--tibia-cartilage";
+}
+
+Mesh in_mm(Mesh mesh, double unit_mm)
+{
+  mesh.vertices_mm *= unit_mm;
+  return mesh;
+}
+
+// An earlier part of which this one is a copy or a piece; null: none.
+const SubjectPart* original_of(const std::vector<SubjectPart>& parts, std::size_t part, double unit_mm)
+{
+  const auto is_original = [&](const SubjectPart& earlier) {
+    return registration::is_part_of(in_mm(parts[part].mesh, unit_mm), in_mm(earlier.mesh, unit_mm));
+  };
+  const auto end = parts.begin() + static_cast<std::ptrdiff_t>(part);
+  const auto found = std::find_if(parts.begin(), end, is_original);
+  return found == end ? nullptr : &*found;
+}
+
+// The parts in contact as one mesh in the scan's axes, mm, with their small shells.
+struct ScannedBody {
+  Mesh mesh;
+  std::vector<std::vector<Eigen::Index>> small_shells;
+  std::vector<std::pair<std::size_t, std::size_t>> shell_of_part;  // part and row, of each small shell
+};
+
+ScannedBody scanned_body(const std::vector<SubjectPart>& parts, double unit_mm)
+{
+  ScannedBody body;
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    if (!parts[p].component.has_contact) continue;
+    for (std::size_t s = 0; s < parts[p].small_shells.size(); ++s) {
+      std::vector<Eigen::Index> shell = parts[p].small_shells[s];
+      for (Eigen::Index& t : shell) t += body.mesh.triangles.rows();
+      body.small_shells.push_back(std::move(shell));
+      body.shell_of_part.emplace_back(p, s);
+    }
+    append(body.mesh, in_mm(parts[p].mesh, unit_mm));
+  }
+  return body;
+}
+
+}  // namespace
+
+bool leave_specks_out(Subject& subject, const KneeFit& fit, const PrepareOptions& options,
+                      nlohmann::ordered_json& report, std::vector<std::string>& warnings)
+{
+  const std::vector<double> flexions_deg{0, 10, 20, 30, 40, 50, 60, 70, 80, 90};  // of the job
+  bool has_changed = false;
+  const ScannedBody femur = scanned_body(subject.reference, fit.unit_mm);
+  const ScannedBody tibia = scanned_body(subject.moving, fit.unit_mm);
+  for (const auto& [parts, body, other, X_body, X_other, sign] :
+       {std::tuple(&subject.reference, &femur, &tibia, fit.X_scan_femur, fit.X_scan_tibia, 1.0),
+        std::tuple(&subject.moving, &tibia, &femur, fit.X_scan_tibia, fit.X_scan_femur, -1.0)}) {
+    std::vector<Pose> poses = load::flexed_poses(Eigen::Vector3d::Zero(), flexions_deg, sign);
+    for (Pose& X : poses) X = X_other * X * X_body.inverse();
+    std::map<std::size_t, std::vector<std::vector<Eigen::Index>>> dropped;  // of each part
+    for (const load::Speck& speck :
+         load::specks_of({body->mesh, body->small_shells}, {other->mesh, other->small_shells}, poses)) {
+      const auto [p, s] = body->shell_of_part[speck.shell];
+      const std::vector<Eigen::Index>& shell = (*parts)[p].small_shells[s];
+      dropped[p].push_back(shell);
+      warnings.push_back((*parts)[p].file + ": " + option_of((*parts)[p]) +
+                         (options.keeps_specks ? ": kept: " : ": left out: ") + "a separate piece of " +
+                         load::speck_text(speck, shell.size(), speck.centre_mm) + ", in the joint space" +
+                         (options.keeps_specks ? "; it changes the motion" : "; --keep-specks keeps it"));
+      report["specks"].push_back({{"file", (*parts)[p].file},
+                                  {"triangles", shell.size()},
+                                  {"size_mm", speck.size_mm},
+                                  {"at_mm", {speck.centre_mm.x(), speck.centre_mm.y(), speck.centre_mm.z()}},
+                                  {"left_out", !options.keeps_specks}});
+    }
+    for (const auto& [p, shells] : dropped) {
+      if (options.keeps_specks) continue;
+      Mesh& mesh = (*parts)[p].mesh;
+      mesh = load::compacted(mesh, load::others_than(mesh, shells));
+      has_changed = true;
+    }
+  }
+  return has_changed;
+}
+
+void warn_of_one_compartment(const Subject& subject, std::vector<std::string>& warnings)
+{
+  for (const auto& [parts, option, facing] : {std::tuple(&subject.reference, "--femur-cartilage", -1.0),
+                                              std::tuple(&subject.moving, "--tibia-cartilage", 1.0)}) {
+    const Mesh cartilage = surfaces_of(*parts).cartilage;
+    if (cartilage.triangles.rows() == 0 ||
+        load::lesser_side_share(cartilage, facing, 0.0) >= load::least_side_share)
+      continue;
+    warnings.push_back(
+        std::string(option) +
+        ": cartilage of one compartment only; the knee tilts to the bare one: give the cartilage of "
+        "both (the option may be repeated), or leave it out, so that the bone is thickened");
+  }
+}
+
 std::optional<InputError::Facts> wrong_part(const Subject& subject, const KneeSurfaces& surfaces,
                                             double unit_mm, std::vector<std::string>& warnings)
 {
-  const auto in_mm = [unit_mm](Mesh mesh) {
-    mesh.vertices_mm *= unit_mm;
-    return mesh;
-  };
-  const Mesh femur = in_mm(surfaces.femur.bone), tibia = in_mm(surfaces.tibia.bone);
-  for (const auto& [parts, own, other] :
-       {std::tuple(&subject.reference, &femur, &tibia), std::tuple(&subject.moving, &tibia, &femur)}) {
-    for (const SubjectPart& part : *parts) {
-      const std::string& name = part.component.name;
+  const std::string wanted = "this part in the scan of the bones";
+  const Mesh femur = in_mm(surfaces.femur.bone, unit_mm), tibia = in_mm(surfaces.tibia.bone, unit_mm);
+  for (const auto& [parts, bone, own, other] :
+       {std::tuple(&subject.reference, registration::CartilageOf::femur, &femur, &tibia),
+        std::tuple(&subject.moving, registration::CartilageOf::tibia, &tibia, &femur)}) {
+    for (std::size_t p = 0; p < parts->size(); ++p) {
+      const SubjectPart& part = (*parts)[p];
+      if (const SubjectPart* original = original_of(*parts, p, unit_mm))
+        return InputError::Facts{part.file, option_of(part),
+                                 "the surface of " + option_of(*original) + " (" + original->file + ")",
+                                 wanted};
       registration::PartCheck check;
       if (part.component.material == "cartilage")
-        check = registration::cartilage_check(in_mm(part.mesh), *own, *other);
+        check = registration::cartilage_check(in_mm(part.mesh, unit_mm), bone, *own, *other);
       if (part.component.material == "meniscus")
-        check = registration::meniscus_check(in_mm(part.mesh), in_mm(joined(surfaces.tibia)));
-      const std::string option = part.component.material == "meniscus" ? "--meniscus"
-                                 : name.starts_with("femur")           ? "--femur-cartilage"
-                                                                       : "--tibia-cartilage";
+        check =
+            registration::meniscus_check(in_mm(part.mesh, unit_mm), in_mm(joined(surfaces.tibia), unit_mm));
       if (!check.rejection.empty())
-        return InputError::Facts{part.file, option, check.rejection, "this part in the scan of the bones"};
-      if (!check.doubt.empty()) warnings.push_back(part.file + ": " + option + ": " + check.doubt);
+        return InputError::Facts{part.file, option_of(part), check.rejection, wanted};
+      if (!check.doubt.empty()) warnings.push_back(part.file + ": " + option_of(part) + ": " + check.doubt);
     }
   }
   return std::nullopt;
@@ -172,7 +282,7 @@ std::vector<SubjectPart> scaled_parts(const Body& body, const Eigen::Vector3d& s
       const Component& component = body.components[c];
       Mesh mesh = select_triangles(part->mesh, rows[c]);
       mesh.vertices_mm = (mesh.vertices_mm.rowwise() - origin_mm.transpose()) * scale.asDiagonal();
-      parts.push_back({{component.name, component.material, part == &body.contact}, "", mesh});
+      parts.push_back({{component.name, component.material, part == &body.contact}, "", mesh, {}});
     }
   }
   return parts;

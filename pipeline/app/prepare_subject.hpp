@@ -18,14 +18,24 @@ struct SubjectPart {
   prepare::JobComponent component;
   std::string file;
   Mesh mesh;
+  std::vector<std::vector<Eigen::Index>> small_shells;  ///< of load/shells.hpp
 };
 
 struct Subject {
   std::vector<SubjectPart> reference, moving;
 };
 
-/// Reads the files of the options. Throws InputError.
-Subject subject_of(const PrepareOptions& options);
+/// Reads the files of the options, without surfaces that are inside others; `warnings` name what is left out.
+/// Throws InputError.
+Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warnings);
+
+/// The small shells in the joint space (load/surface_warnings.hpp), each with a warning. Unless they are
+/// kept, the meshes are left without them: then true. In the scan's axes and unit.
+bool leave_specks_out(Subject& subject, const registration::KneeFit& fit, const PrepareOptions& options,
+                      nlohmann::ordered_json& report, std::vector<std::string>& warnings);
+
+/// Warns of cartilage of one compartment only. In the frames of the bones, mm.
+void warn_of_one_compartment(const Subject& subject, std::vector<std::string>& warnings);
 
 /// What is registered: bone and cartilage, without the fibula.
 registration::BoneSurfaces surfaces_of(const std::vector<SubjectPart>& parts);

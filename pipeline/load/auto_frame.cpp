@@ -5,6 +5,7 @@
 #include "core/text.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
+#include "load/shells.hpp"
 #include "registration/fit_checks.hpp"
 #include "registration/knee_surfaces.hpp"
 
@@ -35,7 +36,8 @@ BoneSurfaces native_surfaces(const Job& job, const BodyJob& body, ComponentLoade
     if (component.generate) continue;
     component.inset_mm = 0.0;
     component.shift_mm.setZero();
-    append(is_bone ? surfaces.bone : surfaces.cartilage, source.load(component, to_mm).clean.mesh);
+    append(is_bone ? surfaces.bone : surfaces.cartilage,
+           outer_surface(source.load(component, to_mm).clean.mesh));
   }
   return surfaces;
 }

@@ -15,6 +15,7 @@
 #include "load/job.hpp"
 #include "load/push_job.hpp"
 #include "load/scaling.hpp"
+#include "load/surface_warnings.hpp"
 #include "load/uncertainty_job.hpp"
 #include "load/unit_check.hpp"
 
@@ -78,7 +79,9 @@ void append_part(Part& part, const Mesh& mesh, std::int32_t component)
   part.component.insert(part.component.end(), static_cast<std::size_t>(mesh.triangles.rows()), component);
 }
 
-Body loaded_body(const Job& job, const BodyJob& body_job, ComponentLoader& source, Case& loaded)
+// `small_shells`: those of the mesh files in contact, as triangles of the body.
+Body loaded_body(const Job& job, const BodyJob& body_job, ComponentLoader& source, Case& loaded,
+                 std::vector<std::vector<Eigen::Index>>& small_shells)
 {
   const AxisMap map = body_map(job, body_job);
   Body body;
@@ -87,6 +90,12 @@ Body loaded_body(const Job& job, const BodyJob& body_job, ComponentLoader& sourc
     LoadedComponent part = source.load(component, map);
     part.survey.body = body.name;
     const auto index = static_cast<std::int32_t>(body.components.size());
+    if (component.has_contact && !component.generate) {
+      for (std::vector<Eigen::Index>& shell : part.clean.small_shells) {
+        for (Eigen::Index& t : shell) t += body.contact.mesh.triangles.rows();
+        small_shells.push_back(std::move(shell));
+      }
+    }
     append_part(component.has_contact ? body.contact : body.visual, part.clean.mesh, index);
     body.components.push_back({component.name, component.material});
     loaded.inputs.push_back(part.input);
@@ -246,8 +255,9 @@ Case load_case(const Job& given, const std::string& data_directory)
   if (found) loaded.found_frames = found->frames;
   const LoadedLigaments ligaments = load_ligaments(job, data_directory, body_maps(job));
   const RequestedScaling scaling = load_scaling(job, data_directory, axis_map(job));
-  loaded.reference = loaded_body(job, job.reference, source, loaded);
-  loaded.moving = loaded_body(job, job.moving, source, loaded);
+  SmallShells small_shells;
+  loaded.reference = loaded_body(job, job.reference, source, loaded, small_shells.reference);
+  loaded.moving = loaded_body(job, job.moving, source, loaded, small_shells.moving);
   check_unit(job, loaded.survey);  // before the fibres: a wrong unit also misplaces attachments
   check_attachments(ligaments, loaded.reference, loaded.moving);
   loaded.ligaments = ligaments.ligaments;
@@ -261,12 +271,14 @@ Case load_case(const Job& given, const std::string& data_directory)
   loaded.inputs.insert(loaded.inputs.end(), uncertainty.inputs.begin(), uncertainty.inputs.end());
   const Warnings meshes = mesh_warnings(job, loaded);
   const Warnings anatomy = anatomy_warnings(job, loaded);
+  const Warnings surfaces = surface_warnings(job, loaded, small_shells);
   const Warnings fibres = fibre_warnings(ligaments, loaded);
   apply_scaling(loaded, job, scaling);
   const Warnings coordinates_of_files = loaded.warnings;
   loaded.warnings = case_warnings(job, scaled_to_subject(loaded));
   const Warnings frames = found ? found->warnings : Warnings{};
-  for (const Warnings& more : {frames, coordinates_of_files, meshes, anatomy, fibres, scaling.warnings})
+  for (const Warnings& more :
+       {frames, coordinates_of_files, meshes, anatomy, surfaces, fibres, scaling.warnings})
     loaded.warnings.insert(loaded.warnings.end(), more.begin(), more.end());
   return loaded;
 }

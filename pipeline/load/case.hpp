@@ -93,9 +93,11 @@ struct ComponentSurvey {
   Eigen::Index n_triangles = 0;
   Eigen::Index n_welded = 0;      ///< vertices merged
   Eigen::Index n_degenerate = 0;  ///< faces dropped
+  Eigen::Index n_identical = 0;   ///< copies of triangles dropped
   Eigen::Index n_boundary_edges = 0;
   Eigen::Index n_non_manifold_edges = 0;
   bool was_flipped = false;  ///< at least one shell was reversed to point outward
+  bool has_sheet = false;    ///< at least one shell is an open sheet, whose winding defines its outside
   Box box;                   ///< canonical
   double mean_edge_mm = 0.0;
   double area_mm2 = 0.0;

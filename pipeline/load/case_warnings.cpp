@@ -124,15 +124,14 @@ std::string named(const ComponentSurvey& component)
 void warn_of_edges(const ComponentSurvey& component, Warnings& warnings)
 {
   if (component.n_boundary_edges > 0) {
-    // A sheet of n triangles has about sqrt(n) boundary edges; a closed surface with holes has fewer.
-    const bool has_small_holes =
-        component.n_boundary_edges * component.n_boundary_edges < component.n_triangles;
+    const std::string edges = "(boundary edges: " + std::to_string(component.n_boundary_edges) + "); ";
     warnings.push_back(
         named(component) +
-        (has_small_holes ? ": nearly closed, with small holes (boundary edges: "
-                         : ": an open sheet, which is valid (boundary edges: ") +
-        std::to_string(component.n_boundary_edges) +
-        "); the winding of its triangles defines its outside; winding = \"inward\" reverses it");
+        (component.has_sheet
+             ? ": an open sheet, which is valid " + edges +
+                   "the winding of its triangles defines its outside; winding = \"inward\" "
+                   "reverses it"
+             : ": nearly closed, with small holes " + edges + "its outside is found by its volume"));
   }
   if (component.n_non_manifold_edges > 0) {
     warnings.push_back(named(component) + ": edges with more than two faces or inconsistent winding: " +

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "load/shells.hpp"
 
@@ -22,44 +23,88 @@ std::vector<std::int32_t> distinct_corners(const std::vector<std::int32_t>& of_r
   return corners;
 }
 
-bool has_area(const Points& vertices, const std::array<std::int32_t, 3>& t)
+using Triangle = std::array<std::int32_t, 3>;
+
+bool has_area(const Points& vertices, const Triangle& t)
 {
   const Eigen::Vector3d a = vertices.row(t[0]), b = vertices.row(t[1]), c = vertices.row(t[2]);
   return (b - a).cross(c - a).squaredNorm() > 0.0;
 }
 
-Triangles triangles_of(const RawMesh& raw, const WeldedVertices& merged, Eigen::Index& n_degenerate)
+// Polygons by their corners from the smallest on, in the direction of its smaller neighbour; with the
+// triangles of the first one. A copy must not be divided along other diagonals.
+class Polygons {
+ public:
+  const std::vector<Triangle>& triangles_of(const std::vector<std::int32_t>& face, const Points& vertices)
+  {
+    std::vector<std::int32_t> key = face;
+    std::rotate(key.begin(), std::min_element(key.begin(), key.end()), key.end());
+    const bool is_reversed = key.back() < key[1];
+    if (is_reversed) std::reverse(key.begin() + 1, key.end());
+    const auto [at, is_new] = first_.try_emplace(std::move(key), First{is_reversed, {}});
+    if (is_new) at->second.triangles = triangulated(face, vertices);
+    triangles_ = at->second.triangles;
+    if (at->second.is_reversed == is_reversed) return triangles_;
+    for (Triangle& triangle : triangles_) std::swap(triangle[1], triangle[2]);
+    return triangles_;
+  }
+
+  static std::vector<Triangle> triangulated(const std::vector<std::int32_t>& face, const Points& vertices)
+  {
+    Points corners(static_cast<Eigen::Index>(face.size()), 3);
+    for (std::size_t k = 0; k < face.size(); ++k)
+      corners.row(static_cast<Eigen::Index>(k)) = vertices.row(face[k]);
+    std::vector<Triangle> triangles = triangulate(corners);
+    for (Triangle& triangle : triangles) {
+      for (std::int32_t& corner : triangle) corner = face[static_cast<std::size_t>(corner)];
+    }
+    return triangles;
+  }
+
+ private:
+  struct First {
+    bool is_reversed = false;
+    std::vector<Triangle> triangles;
+  };
+  std::map<std::vector<std::int32_t>, First> first_;
+  std::vector<Triangle> triangles_;
+};
+
+std::vector<Triangle> triangles_of(const RawMesh& raw, const WeldedVertices& merged,
+                                   Eigen::Index& n_degenerate)
 {
-  std::vector<std::array<std::int32_t, 3>> kept;
+  std::vector<Triangle> kept;
+  Polygons polygons;
   std::size_t first = 0;
   for (const std::int32_t size : raw.size) {
     const std::vector<std::int32_t> face =
         distinct_corners(merged.index_of_raw, raw.corner.data() + first, size);
     first += static_cast<std::size_t>(size);
     const std::size_t n_before = kept.size();
-    if (face.size() >= 3) {
-      Points corners_mm(static_cast<Eigen::Index>(face.size()), 3);
-      for (std::size_t k = 0; k < face.size(); ++k)
-        corners_mm.row(static_cast<Eigen::Index>(k)) = merged.vertices.row(face[k]);
-      for (const std::array<std::int32_t, 3>& t : triangulate(corners_mm)) {
-        const std::array<std::int32_t, 3> triangle{face[static_cast<std::size_t>(t[0])],
-                                                   face[static_cast<std::size_t>(t[1])],
-                                                   face[static_cast<std::size_t>(t[2])]};
+    const auto keep = [&](const std::vector<Triangle>& triangles) {
+      for (const Triangle& triangle : triangles) {
         if (has_area(merged.vertices, triangle)) kept.push_back(triangle);
       }
-    }
+    };
+    if (face.size() == 3) keep(Polygons::triangulated(face, merged.vertices));
+    if (face.size() > 3) keep(polygons.triangles_of(face, merged.vertices));
     // A polygon of n corners has n - 2 triangles. If none is kept, one degenerate face is counted.
     if (kept.size() == n_before)
       ++n_degenerate;
     else
       n_degenerate += static_cast<Eigen::Index>(face.size() - 2 - (kept.size() - n_before));
   }
-  Triangles triangles(static_cast<Eigen::Index>(kept.size()), 3);
-  for (std::size_t t = 0; t < kept.size(); ++t) {
-    for (int k = 0; k < 3; ++k)
-      triangles(static_cast<Eigen::Index>(t), k) = kept[t][static_cast<std::size_t>(k)];
+  return kept;
+}
+
+Triangles matrix_of(const std::vector<Triangle>& triangles)
+{
+  Triangles matrix(static_cast<Eigen::Index>(triangles.size()), 3);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k)
+      matrix(static_cast<Eigen::Index>(t), static_cast<Eigen::Index>(k)) = triangles[t][k];
   }
-  return triangles;
+  return matrix;
 }
 
 // Vertices in the order of first use; unused vertices are removed.
@@ -87,19 +132,21 @@ Mesh renumbered(const Mesh& mesh, Side side)
   return out;
 }
 
-// Reverses shells to point outward. Returns whether any was reversed.
-bool turn_outward(Mesh& mesh, Winding winding)
+// Reverses shells to point outward and lists the small ones.
+void survey_shells(CleanMesh& out, Mesh& mesh, Winding winding)
 {
   const std::vector<Shell> shells = shells_of(mesh);
-  const std::vector<bool> is_inward = inward_shells(mesh, shells);
-  bool was_flipped = false;
+  const std::vector<std::size_t> outermost = outermost_shells(mesh, shells);
+  out.small_shells = small_shells(shells, outermost);
   for (std::size_t s = 0; s < shells.size(); ++s) {
-    const bool is_reversed = shells[s].is_closed ? is_inward[s] : winding == Winding::inward;
+    const Shell& shell = shells[s];
+    if (!shell.has_inside) out.has_sheet = true;
+    const bool is_reversed =
+        shell.has_inside ? shells[outermost[s]].signed_volume < 0.0 : winding == Winding::inward;
     if (!is_reversed) continue;
-    was_flipped = true;
-    for (const Eigen::Index t : shells[s].triangles) std::swap(mesh.triangles(t, 1), mesh.triangles(t, 2));
+    out.was_flipped = true;
+    for (const Eigen::Index t : shell.triangles) std::swap(mesh.triangles(t, 1), mesh.triangles(t, 2));
   }
-  return was_flipped;
 }
 
 // The file's normals as outward unit vectors; computed normals if any of the file's is zero or not finite.
@@ -123,10 +170,13 @@ CleanMesh clean_mesh(const RawMesh& raw, Winding winding, Side side)
   WeldedVertices merged = weld_vertices(raw);
   out.n_welded = raw.vertices.rows() - merged.vertices.rows();
   Mesh mesh;
-  mesh.triangles = triangles_of(raw, merged, out.n_degenerate);
+  const std::vector<Triangle> all = triangles_of(raw, merged, out.n_degenerate);
+  const std::vector<Triangle> each_once = without_copies(all);
+  out.n_identical = static_cast<Eigen::Index>(all.size() - each_once.size());
+  mesh.triangles = matrix_of(each_once);
   mesh.vertices_mm = std::move(merged.vertices);
   mesh.normals = std::move(merged.normal_sums);
-  out.was_flipped = turn_outward(mesh, winding);
+  survey_shells(out, mesh, winding);
   out.mesh = renumbered(mesh, side);
   out.mesh.normals = outward_normals(out.mesh);
   return out;

@@ -78,9 +78,11 @@ ComponentSurvey survey_of(const ComponentJob& component, const CleanMesh& clean,
   survey.n_triangles = clean.mesh.triangles.rows();
   survey.n_welded = clean.n_welded;
   survey.n_degenerate = clean.n_degenerate;
+  survey.n_identical = clean.n_identical;
   survey.n_boundary_edges = edges.boundary;
   survey.n_non_manifold_edges = edges.non_manifold;
   survey.was_flipped = clean.was_flipped;
+  survey.has_sheet = clean.has_sheet;
   survey.box = bounding_box(clean.mesh);
   survey.mean_edge_mm = mean_edge_length_mm(clean.mesh);
   survey.area_mm2 = area_mm2(clean.mesh);

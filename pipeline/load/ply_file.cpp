@@ -93,6 +93,12 @@ bool is_corners(std::string_view name)
   return name == "vertex_indices" || name == "vertex_index";
 }
 
+// Surfaces that are read: polygons, and strips of triangles that a negative index ends.
+bool is_surface(std::string_view element)
+{
+  return element == "face" || element == "tristrips";
+}
+
 class HeaderReader {
  public:
   HeaderReader(const std::string& file, const std::string& bytes) : file_(file), bytes_(bytes) {}
@@ -163,7 +169,7 @@ class HeaderReader {
     if (!given || *given < 0) refuse("\"" + count + "\"", "the number of elements");
     const auto n = static_cast<std::size_t>(*given);
     // At most three unshared vertices for each face.
-    const std::size_t largest = name == "face" ? largest_face_count : 3 * largest_face_count;
+    const std::size_t largest = is_surface(name) ? largest_face_count : 3 * largest_face_count;
     if (n > largest) refuse(count + " of " + name, "at most " + std::to_string(largest));
     for (const Element& earlier : header_.elements) {
       if (earlier.name == name) refuse("\"" + name + "\" a second time", "each element once");
@@ -204,6 +210,15 @@ class Values {
     }
     at_ += n;
     return number_of(type, bits);
+  }
+
+  /// Bytes after the last value, without white space and padding.
+  std::size_t n_left() const
+  {
+    const auto is_padding = [](char c) { return is_space(c) || c == '\0'; };
+    std::size_t end = bytes_.size();
+    while (end > at_ && is_padding(bytes_[end - 1])) --end;
+    return end - at_;
   }
 
  private:
@@ -261,6 +276,8 @@ class PlyBody {
     }
   }
 
+  std::size_t n_left() const { return values_.n_left(); }
+
   RawMesh mesh(bool has_normals) &&
   {
     const auto n = static_cast<Eigen::Index>(vertices_.size() / 3);
@@ -270,13 +287,14 @@ class PlyBody {
   }
 
  private:
-  enum class Sink { none, x, y, z, nx, ny, nz, corners };
+  enum class Sink { none, x, y, z, nx, ny, nz, corners, strip };
 
   static Sink sink_of(const Element& element, const Property& property)
   {
     constexpr std::array<std::string_view, 6> axes{"x", "y", "z", "nx", "ny", "nz"};
     const bool is_list = property.count != Type::none;
-    if (element.name == "face") return is_list && is_corners(property.name) ? Sink::corners : Sink::none;
+    if (is_surface(element.name) && is_list && is_corners(property.name))
+      return element.name == "face" ? Sink::corners : Sink::strip;
     if (element.name != "vertex" || is_list) return Sink::none;
     const auto* const found = std::find(axes.begin(), axes.end(), property.name);
     return found == axes.end() ? Sink::none : static_cast<Sink>(1 + (found - axes.begin()));
@@ -295,15 +313,33 @@ class PlyBody {
     const std::optional<double> given = values_.take(property.count);
     if (!given || *given < 0.0 || *given > static_cast<double>(n_bytes_)) return false;
     const auto n = static_cast<std::size_t>(*given);
-    // Points and lines are not faces.
-    const bool is_face = sink == Sink::corners && n >= 3;
+    std::vector<std::int32_t> corners;
     for (std::size_t k = 0; k < n; ++k) {
       const std::optional<double> value = values_.take(property.item);
-      if (!value || (is_face && std::abs(*value) > largest_index)) return false;
-      if (is_face) mesh_.corner.push_back(static_cast<std::int32_t>(*value));
+      if (!value || (sink != Sink::none && std::abs(*value) > largest_index)) return false;
+      if (sink != Sink::none) corners.push_back(static_cast<std::int32_t>(*value));
     }
-    if (is_face) mesh_.size.push_back(static_cast<std::int32_t>(n));
+    if (sink == Sink::strip) add_strips(corners);
+    if (sink == Sink::corners && n >= 3) add_face(corners);  // points and lines are not faces
     return true;
+  }
+
+  void add_face(const std::vector<std::int32_t>& corners)
+  {
+    mesh_.corner.insert(mesh_.corner.end(), corners.begin(), corners.end());
+    mesh_.size.push_back(static_cast<std::int32_t>(corners.size()));
+  }
+
+  // Each corner from the third on makes a triangle with the two before it; every second one is turned.
+  void add_strips(const std::vector<std::int32_t>& corners)
+  {
+    std::size_t first = 0;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      if (corners[k] < 0) first = k + 1;
+      if (k < first + 2) continue;
+      const std::size_t odd = (k - first) % 2;
+      add_face({corners[k - 2 + odd], corners[k - 1 - odd], corners[k]});
+    }
   }
 
   [[noreturn]] void refuse(const Element& element, std::size_t i) const
@@ -329,7 +365,7 @@ const Property* property_named(const Header& header, const std::string& element,
   for (const Element& e : header.elements) {
     if (e.name != element) continue;
     for (const Property& property : e.properties) {
-      if (property.name == name || (element == "face" && is_corners(name) && is_corners(property.name)))
+      if (property.name == name || (is_surface(element) && is_corners(name) && is_corners(property.name)))
         return &property;
     }
   }
@@ -343,10 +379,26 @@ void check_properties(const std::string& file, const Header& header)
     if (property != nullptr && property->count == Type::none) continue;
     throw InputError({file, "header", std::string("no property ") + axis + " of a vertex", "x, y and z"});
   }
-  const Property* corners = property_named(header, "face", "vertex_indices");
-  if (corners == nullptr || corners->count == Type::none || !is_whole(corners->item)) {
-    throw InputError({file, "header", "no list vertex_indices of a face", "a list of whole numbers"});
+  bool has_surface = false;
+  for (const Element& element : header.elements) {
+    const Property* corners = property_named(header, element.name, "vertex_indices");
+    const auto n_lists = std::count_if(element.properties.begin(), element.properties.end(),
+                                       [](const Property& p) { return is_corners(p.name); });
+    const auto refuse = [&](const std::string& found, const std::string& wanted) {
+      throw InputError({file, "header", found, wanted});
+    };
+    if (is_surface(element.name)) {
+      if (corners == nullptr || corners->count == Type::none || !is_whole(corners->item))
+        refuse("no list vertex_indices of a " + element.name, "a list of whole numbers");
+      if (n_lists > 1) refuse("two lists of vertices in " + element.name, "one list vertex_indices");
+      has_surface = true;
+    } else if (n_lists > 0 && element.n > 0) {
+      refuse("vertices of \"" + element.name + "\", which is not read",
+             "surfaces as face or tristrips: export the mesh as polygons");
+    }
   }
+  if (!has_surface)
+    throw InputError({file, "header", "no list vertex_indices of a face", "a list of whole numbers"});
 }
 
 }  // namespace
@@ -357,6 +409,9 @@ RawMesh read_ply(const std::string& file, const std::string& bytes)
   check_properties(file, header);
   PlyBody body(file, bytes, header);
   for (const Element& element : header.elements) body.read(element);
+  if (body.n_left() > 0)
+    throw InputError({file, "header", std::to_string(body.n_left()) + " bytes after the last element",
+                      "counts of all elements of the file"});
   bool has_normals = true;
   for (const char* axis : {"nx", "ny", "nz"}) {
     const Property* property = property_named(header, "vertex", axis);

@@ -32,8 +32,9 @@ RawMesh read_mesh(const std::string& file, std::string bytes);
 
 /// PLY, ASCII or binary of either byte order. assimp is not used because it hangs on some valid files (lists
 /// of texture coordinates) and reduces doubles to floats. Reads vertices with x, y, z (and normals nx, ny,
-/// nz) and faces with a list of vertex indices. Other data named in the header must be complete and is
-/// skipped. Throws InputError naming file and line or element.
+/// nz), faces with a list of vertex indices, and strips of triangles (tristrips). Other data named in the
+/// header must be complete and is skipped, unless it has vertex indices. Throws InputError naming file and
+/// line or element.
 RawMesh read_ply(const std::string& file, const std::string& bytes);
 
 // Checks before assimp parses, which accepts truncated files and is unsafe with damaged ones. Both throw

@@ -43,7 +43,9 @@ class Checker {
       const bool is_continued = !text.empty() && text.back() == '\\';
       if (is_continued) text.remove_suffix(1);
       joined += text;
-      if (is_continued) continue;
+      if (is_continued) joined += ' ';  // it ends a word, too
+      if (is_continued && begin < bytes_.size()) continue;
+      if (is_continued) refuse("a backslash at the end of the file", "the rest of the line");
       const WordList words = split_words(joined);
       if (!words.empty()) read(words);
       joined.clear();

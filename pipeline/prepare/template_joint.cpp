@@ -2,6 +2,7 @@
 
 #include "core/error.hpp"
 #include "load/job.hpp"
+#include "load/shells.hpp"
 #include "registration/knee_surfaces.hpp"
 
 namespace vrda::prepare {
@@ -79,9 +80,9 @@ registration::BoneSurfaces surfaces_of(const Body& body)
     for (std::size_t c = 0; c < rows.size(); ++c) {
       const Component& component = body.components[c];
       if (rows[c].empty() || is_fibula(component.name)) continue;
-      if (component.material == "bone") append(surfaces.bone, select_triangles(part->mesh, rows[c]));
-      if (component.material == "cartilage")
-        append(surfaces.cartilage, select_triangles(part->mesh, rows[c]));
+      const Mesh mesh = load::outer_surface(select_triangles(part->mesh, rows[c]));
+      if (component.material == "bone") append(surfaces.bone, mesh);
+      if (component.material == "cartilage") append(surfaces.cartilage, mesh);
     }
   }
   return surfaces;

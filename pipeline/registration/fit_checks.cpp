@@ -231,19 +231,51 @@ std::string tangle_in(const Mesh& mesh)
   return "triangles with " + tenths(own_mm2 / box_mm2) + " times the area of their box";
 }
 
-PartCheck cartilage_check(const Mesh& part, const Mesh& own_bone, const Mesh& other_bone)
+bool is_part_of(const Mesh& part, const Mesh& surface)
+{
+  // Cartilage is at least 1 mm thick over most of its area, so a closed layer is half as far from its bone.
+  constexpr double same_mm = 0.5, same_share = 0.005;  // of the part's size
+  const Box inner = bounding_box(part), outer = bounding_box(surface);
+  const double limit_mm = std::min(same_mm, same_share * (inner.max_mm - inner.min_mm).norm());
+  const bool is_within = ((inner.min_mm - outer.min_mm).array() > -limit_mm).all() &&
+                         ((outer.max_mm - inner.max_mm).array() > -limit_mm).all();
+  return is_within && quantile(distances_mm(part, surface), 0.9) < limit_mm;
+}
+
+PartCheck cartilage_check(const Mesh& part, CartilageOf bone, const Mesh& own_bone, const Mesh& other_bone)
 {
   // Up to 7 mm in the trial's knees.
   constexpr double thick_mm = 8.0;
-  if (own_bone.triangles.rows() == 0) return {};
+  // Menisci are within 8 mm of the tibia, cartilage of a femur reaches 32 mm and more. Their mean distance
+  // from the femur is at least 0.6 of that from the tibia, that of cartilage at most 0.1.
+  constexpr double near_mm = 12.0, femur_share = 0.35;
+  // On the tibia: at least 0.8 of that from the femur, with no more than a tenth of a meniscus within 1.1 mm;
+  // cartilage 0.3 (0.5 from a femur with cartilage), with a tenth within 0.4 mm.
+  constexpr double tibia_share = 0.6, touching_mm = 0.8;
+  const std::vector<double> other =
+      other_bone.triangles.rows() == 0 ? std::vector<double>{} : distances_mm(part, other_bone);
+  const bool is_near_other = !other.empty() && quantile(other, 0.9) < near_mm;
+  const auto as_meniscus = [&](const std::string& detail) {
+    return PartCheck{"a mesh between both bones, as a meniscus is: nine tenths of it within " +
+                         tenths(quantile(other, 0.9)) + " mm of the other bone" + detail,
+                     ""};
+  };
+  if (own_bone.triangles.rows() == 0)
+    return bone == CartilageOf::femur && is_near_other ? as_meniscus("") : PartCheck{};
   const std::vector<double> own = distances_mm(part, own_bone);
   PartCheck check = distance_check(own, thick_mm, "bone");
-  if (!check.rejection.empty() || other_bone.triangles.rows() == 0) return check;
-  const double own_mm = mean(own), other_mm = mean(distances_mm(part, other_bone));
+  if (!check.rejection.empty() || other.empty()) return check;
+  const double own_mm = mean(own), other_mm = mean(other);
   if (other_mm < own_mm)
     return {"a mesh that is nearer to the other bone: " + tenths(other_mm) + " mm on average, to its own " +
                 tenths(own_mm) + " mm",
             ""};
+  const bool is_meniscus = bone == CartilageOf::femur
+                               ? own_mm > femur_share * other_mm
+                               : own_mm > tibia_share * other_mm && quantile(own, 0.1) > touching_mm;
+  if (is_near_other && is_meniscus)
+    return as_meniscus(", on average " + tenths(other_mm) + " mm from it and " + tenths(own_mm) +
+                       " mm from its own");
   return check;
 }
 

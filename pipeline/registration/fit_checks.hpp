@@ -30,8 +30,15 @@ struct PartCheck {
   std::string doubt;      ///< of an accepted part; empty: none
 };
 
-/// Cartilage lies on its own bone, not on the other. In the scan's axes, mm; either bone may be empty.
-PartCheck cartilage_check(const Mesh& part, const Mesh& own_bone, const Mesh& other_bone);
+enum class CartilageOf { femur, tibia };
+
+/// Cartilage lies on its own bone, not on the other nor, as a meniscus does, between both. In the scan's
+/// axes, mm; either bone may be empty.
+PartCheck cartilage_check(const Mesh& part, CartilageOf bone, const Mesh& own_bone, const Mesh& other_bone);
+
+/// Whether nine tenths of the points of `part` are on `surface`, within 0.5 mm or less for small parts: the
+/// same surface, a copy with other triangles, or a piece of it. Meshes in mm without unused vertices.
+bool is_part_of(const Mesh& part, const Mesh& surface);
 
 /// A meniscus lies near the tibia (bone and cartilage). In the scan's axes, mm.
 PartCheck meniscus_check(const Mesh& part, const Mesh& tibia);

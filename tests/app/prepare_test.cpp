@@ -189,6 +189,74 @@ TEST_F(Prepare, ABoneWithAHoleIsOrientedByItsVolume)
             0);
 }
 
+// Left-overs in the joint space, inner walls and copies of triangles: said, left out, and the rest is the
+// same.
+TEST_F(Prepare, WhatDoesNotBelongToASurfaceIsLeftOut)
+{
+  const Mesh femur = joined(prepare::mirrored(prepare::generic_template()).knee.surfaces.femur);
+  Mesh speck = test::ball(1.0, 6, 8), wall = test::box({5, 10, 0}, {8, 12, 20}), doubled = femur;
+  speck.vertices_mm.rowwise() += Eigen::RowVector3d(0, -25.5, 20);
+  append(doubled, select_triangles(femur, {3, 200, 4000}));
+  const auto with = [&](const Mesh& extra) {
+    Mesh mesh = femur;
+    append(mesh, extra);
+    return mesh;
+  };
+  const auto prepared = [&](const std::string& file, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> words{"prepare", "--femur",        file,          "--tibia",
+                                   tibia_,    "--no-ligaments", "--cartilage", "none",
+                                   "-o",      folder_.string(), "--replace"};
+    words.insert(words.end(), more.begin(), more.end());
+    test::Ended ended = test::run_vrda(words);
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return ended;
+  };
+  prepared(femur_);
+  std::map<std::string, std::string> expected = contents(folder_);
+  expected.erase("prepare.json");  // has the warnings
+  expected.erase("prepare.png");
+  struct Row {
+    Mesh mesh;
+    const char* said;
+  };
+  for (const Row& row : {Row{with(speck), "2 mm across"}, Row{with(wall), "inside another"},
+                         Row{doubled, "3 copies of other triangles"}}) {
+    const test::Ended ended = prepared(written("changed.stl", row.mesh));
+    EXPECT_THAT(ended.err, test::warns("--femur: left out", row.said));
+    std::map<std::string, std::string> found = contents(folder_);
+    found.erase("prepare.json");
+    found.erase("prepare.png");
+    EXPECT_TRUE(found == expected) << row.said;
+  }
+  prepared(written("changed.stl", with(speck)), {"--keep-specks"});
+  EXPECT_NE(contents(folder_).at("femur.stl"), expected.at("femur.stl"));
+  EXPECT_EQ(report().at("specks").at(0).at("left_out"), false);
+}
+
+TEST_F(Prepare, CartilageThatDoesNotBelongIsRefusedOrWarnedOf)
+{
+  const auto prepared = [&](const std::string& option, const std::string& file) {
+    return test::run_vrda({"prepare", "--femur", femur_, "--tibia", tibia_, option, file, "--no-ligaments",
+                           "-o", folder_.string()});
+  };
+  const std::string copy =
+      written("copy.stl", joined(prepare::mirrored(prepare::generic_template()).knee.surfaces.femur));
+  EXPECT_THAT(prepared("--femur-cartilage", copy), test::refuses({copy, "--femur-cartilage", "--femur"}));
+  EXPECT_THAT(prepared("--tibia-cartilage", tibia_), test::refuses({tibia_, "--tibia-cartilage", "--tibia"}));
+  // Of a left knee: its lateral half.
+  const Mesh femur = joined(prepare::mirrored(prepare::generic_template()).knee.surfaces.femur);
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index t = 0; t < femur.triangles.rows(); ++t) {
+    const Eigen::Vector3d p = corners(femur, t)[0];
+    if (p.z() < -5.0 && p.y() < 5.0) kept.push_back(t);
+  }
+  Mesh half = select_triangles(femur, kept);
+  half.vertices_mm += 2.0 * half.normals;
+  const test::Ended ended = prepared("--femur-cartilage", written("half.stl", half));
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_THAT(ended.err, test::warns("--femur-cartilage", "one compartment only"));
+}
+
 TEST_F(Prepare, AFibulaThatIsNotLateralIsWarnedOf)
 {
   const std::string medial = written("medial.stl", prepare::generic_template().fibula);

@@ -141,6 +141,91 @@ TEST(CleanMesh, ASolidWithinASolidStaysASolid)
       72.0);
 }
 
+// Copies of triangles (the same three vertices) say nothing new, in either winding and wherever they are.
+TEST(CleanMesh, CopiesOfTrianglesGo)
+{
+  const Mesh ball = test::ball(10, 8, 12);
+  const load::CleanMesh clean = load::clean_mesh(soup_of(ball), load::Winding::outward, Side::right);
+  const Mesh some = select_triangles(ball, {3, 4, 5, 50, 90}), all = ball;
+  const auto joined = [](Mesh first, const Mesh& second) {
+    append(first, second);
+    return first;
+  };
+  struct Row {
+    const char* name;
+    Mesh mesh;
+    Eigen::Index n_copies;
+  };
+  for (const Row& row : {Row{"same", joined(ball, some), 5}, Row{"reversed", joined(ball, reversed(some)), 5},
+                         Row{"reversed ones first", joined(reversed(some), ball), 5},
+                         Row{"twice", joined(joined(ball, reversed(some)), some), 10},
+                         Row{"all reversed", joined(ball, reversed(all)), all.triangles.rows()}}) {
+    SCOPED_TRACE(row.name);
+    const load::CleanMesh found = load::clean_mesh(soup_of(row.mesh), load::Winding::outward, Side::right);
+    EXPECT_EQ(found.n_identical, row.n_copies);
+    EXPECT_EQ(found.mesh.vertices_mm, clean.mesh.vertices_mm);
+    EXPECT_EQ(found.mesh.triangles, clean.mesh.triangles);
+    EXPECT_EQ(found.mesh.normals, clean.mesh.normals);
+  }
+}
+
+// A copy of a polygon that begins with another corner would be divided along the other diagonal.
+TEST(CleanMesh, CopiesOfPolygonsGo)
+{
+  load::RawMesh raw;
+  raw.vertices.resize(4, 3);
+  raw.vertices << 0, 0, 0, 1, 0, 0, 1, 0, -1, 0, 0, -1;
+  raw.corner = {0, 1, 2, 3, 1, 2, 3, 0, 3, 2, 1, 0};
+  raw.size = {4, 4, 4};
+  const load::CleanMesh clean = load::clean_mesh(raw, load::Winding::outward, Side::right);
+  EXPECT_EQ(clean.n_identical, 4);
+  EXPECT_EQ(clean.mesh.triangles.rows(), 2);
+  EXPECT_EQ(clean.mesh.normals.row(0), Eigen::RowVector3d(0, 1, 0));
+}
+
+// One hole or one odd face does not hide the outside: the volume decides, whatever the job says.
+TEST(CleanMesh, AShellWithADefectIsTurnedOutward)
+{
+  const Mesh ball = test::ball(10, 16, 24);
+  std::vector<Eigen::Index> around;  // all but a cap of an eighth of the height
+  for (Eigen::Index t = 0; t < ball.triangles.rows(); ++t) {
+    if (corners(ball, t)[0].y() < 7.5) around.push_back(t);
+  }
+  Mesh odd = ball;
+  std::swap(odd.triangles(100, 1), odd.triangles(100, 2));
+  std::vector<Eigen::Index> all_but_one = load::others_than(ball, {{77}});
+  for (const Mesh& mesh : {select_triangles(ball, all_but_one), select_triangles(ball, around), odd}) {
+    for (const load::Winding winding : {load::Winding::outward, load::Winding::inward}) {
+      const load::CleanMesh kept = load::clean_mesh(raw_of(mesh), winding, Side::right);
+      const load::CleanMesh turned = load::clean_mesh(raw_of(reversed(mesh)), winding, Side::right);
+      EXPECT_FALSE(kept.was_flipped || kept.has_sheet);
+      EXPECT_TRUE(turned.was_flipped);
+      EXPECT_GT(signed_volume_mm3(turned.mesh), 0.0);
+    }
+  }
+}
+
+// An inner wall of either winding, also of bodies with a hole, cannot be reached; what lies outside can.
+TEST(Shells, TheOuterSurfaceIsWithoutInnerWalls)
+{
+  const Mesh outer = test::ball(10, 16, 24), wall = test::ball(7, 16, 24);
+  Mesh beside = test::ball(3);
+  beside.vertices_mm.col(0).array() += 20.0;
+  const Mesh torn = load::compacted(outer, load::others_than(outer, {{77}}));
+  for (const Mesh& body : {outer, torn}) {
+    for (const Mesh& inner :
+         {wall, reversed(wall), load::compacted(wall, load::others_than(wall, {{5, 6, 7}}))}) {
+      Mesh mesh = body, expected = body;
+      append(mesh, inner);
+      append(mesh, beside);
+      append(expected, beside);
+      const Mesh found = load::outer_surface(mesh);
+      EXPECT_EQ(found.vertices_mm, expected.vertices_mm);
+      EXPECT_EQ(found.triangles, expected.triangles);
+    }
+  }
+}
+
 TEST(CleanMesh, FileNormalsAreKeptAveragedAndTurnedOutward)
 {
   const Mesh ball = test::ball(10, 8, 12);

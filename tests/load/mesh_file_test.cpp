@@ -201,6 +201,17 @@ TEST(MeshFile, WavefrontTakesWhatTheFormatAllows)
   EXPECT_EQ(mesh.normals.row(3), Eigen::RowVector3d(0, 0, 1));
 }
 
+// A backslash ends a word: "1 2\" and "3 4" are the corners 1, 2, 3 and 4, not 1, 23 and 4.
+TEST(MeshFile, AContinuedWavefrontLineKeepsItsWordsApart)
+{
+  std::string bytes;
+  for (int k = 0; k < 24; ++k)
+    bytes += "v " + std::to_string(k) + " " + std::to_string(k * k) + "\\\n" + std::to_string(k % 3) + "\n";
+  const Mesh mesh = read("a.obj", bytes + "f 1 2\\\n3 4\nf 5\\\r\n6\\\n7\n");
+  EXPECT_EQ(mesh.triangles.rows(), 3);
+  EXPECT_EQ(mesh.vertices_mm.rows(), 7);
+}
+
 TEST(MeshFileErrors, WavefrontLines)
 {
   const std::string three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
@@ -211,6 +222,7 @@ TEST(MeshFileErrors, WavefrontLines)
   expect_refused({"a.obj", three + "f 1 2 -4\n", "line 4", "\"-4\"", "3"});
   expect_refused({"a.obj", three + "f 1//1 2//1 3//1\n", "line 4", "1", "0"});
   expect_refused({"a.obj", three + "curv2 1 2\n", "line 4", "\"curv2\""});
+  expect_refused({"a.obj", three + "f 1 2 3\nf 1 2 3\\", "line 5", "backslash"});
 }
 
 TEST(MeshFileErrors, AsciiStlLines)

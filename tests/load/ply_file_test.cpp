@@ -82,6 +82,19 @@ TEST(PlyFile, TakesVerticesNormalsAndFacesOutOfWhatIsThere)
   }
 }
 
+// A strip turns every second triangle; a negative index begins another one.
+TEST(PlyFile, StripsOfTrianglesAreReadBesideFaces)
+{
+  const std::string bytes =
+      "ply\nformat ascii 1.0\nelement vertex 7\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uchar int vertex_indices\n"
+      "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+      "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n1 2 0\n2 2 0\n3 4 5 6\n9 0 1 2 3 -1 1 3 2 5\n";
+  const load::RawMesh mesh = load::read_ply("a.ply", bytes);
+  EXPECT_EQ(mesh.size, std::vector<std::int32_t>(5, 3));
+  EXPECT_EQ(mesh.corner, (std::vector<std::int32_t>{4, 5, 6, 0, 1, 2, 2, 1, 3, 1, 3, 2, 2, 3, 5}));
+}
+
 TEST(PlyFile, DoublesKeepEveryDigit)
 {
   const std::string bytes =
@@ -122,6 +135,12 @@ TEST(PlyFile, RefusesWhatItCannotMean)
       {head + vertex + face + body + "3 0 1 1.5", "face 0", "damaged"},
       {head + vertex + face + body + "3 0 1 99999999999", "face 0", "damaged"},
       {head + vertex + face + body + "4000000000 0 1 2", "face 0", "damaged"},
+      {head + vertex + face + "element trifans 1\nproperty list uchar int vertex_index\n" + body +
+           "3 0 1 2 3 0 1 2",
+       "header", "\"trifans\""},
+      {head + vertex + face + "property list uchar int vertex_index\n" + body + "3 0 1 2 3 0 1 2", "header",
+       "two lists"},
+      {head + vertex + face + body + "3 0 1 2\n3 2 1 0\n", "header", "8 bytes after"},
   };
   for (const Row& row : rows) {
     SCOPED_TRACE(row.bytes);

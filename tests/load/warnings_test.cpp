@@ -222,4 +222,62 @@ TEST(Warnings, NamesThatContradictTheSide)
       ElementsAre(AllOf(HasSubstr("side: "), HasSubstr("\"left\""), HasSubstr("side = \"right\""))));
 }
 
+Mesh with_ball(Mesh mesh, const Eigen::Vector3d& centre_mm, double radius_mm)
+{
+  Mesh ball = test::ball(radius_mm, 6, 8);
+  ball.vertices_mm.rowwise() += centre_mm.transpose();
+  append(mesh, ball);
+  return mesh;
+}
+
+// A left-over of a segmentation between the bones changes the motion; other small parts are legitimate.
+TEST(Warnings, SpecksInTheJointSpace)
+{
+  const Mesh femur = condyles(),
+             tibia = test::box({0, -45, 0}, {50, 30, 70});  // the joint space is from -22 to -30
+  const auto found = [&](const Mesh& reference, const Mesh& moving) {
+    std::vector<std::string> specks;
+    for (const std::string& warning : warnings_of(test::small_job(), {}, reference, moving)) {
+      if (warning.find("a separate piece") != std::string::npos) specks.push_back(warning);
+    }
+    return specks;
+  };
+  EXPECT_THAT(
+      found(with_ball(femur, {0, -26, 25}, 1.0), tibia),
+      ElementsAre(AllOf(HasSubstr("upper"), HasSubstr("reference.stl"), HasSubstr(", 2 mm across"),
+                        HasSubstr("[0, -26, 25] mm in the axes of the file"), HasSubstr("3 mm from"))));
+  EXPECT_THAT(found(femur, with_ball(tibia, {10, -28, -20}, 1.5)), ElementsAre(HasSubstr("moving.stl")));
+  // At the back of a condyle, which comes to the tibia in flexion.
+  EXPECT_THAT(warnings_of(test::small_job(), {"grid.flexion={from=0,to=90,step=10}"},
+                          with_ball(femur, {-25, 0, 25}, 1.0), test::box({0, -40, 0}, {50, 30, 70})),
+              Contains(HasSubstr("a separate piece")));
+  // Far from the other bone, a part of some size, a void of the bone.
+  EXPECT_THAT(found(with_ball(femur, {0, 60, 0}, 4.0), tibia), ElementsAre());
+  EXPECT_THAT(found(with_ball(femur, {0, -18, 0}, 10.0), tibia), ElementsAre());
+  EXPECT_THAT(found(femur, with_ball(tibia, {10, -40, -20}, 1.5)), ElementsAre());
+}
+
+// The bare compartment stands back by the thickness of the cartilage, so the knee tilts.
+TEST(Warnings, CartilageOfOneCompartmentAndASurfaceTwice)
+{
+  const Mesh tibia = test::box({0, -60, 0}, {50, 30, 70});
+  const auto with = [&](const Mesh& cartilage) {
+    const test::Scratch scratch;
+    scratch.write("reference.stl", test::binary_stl(condyles()));
+    scratch.write("moving.stl", test::binary_stl(tibia));
+    scratch.write("cartilage.stl", test::binary_stl(cartilage));
+    const std::string more =
+        "[[moving.component]]\nname = \"cover\"\nfile = \"cartilage.stl\"\nmaterial = \"cartilage\"\n";
+    return load::load_case(scratch.write("job.toml", test::small_job("", more)).string(), {"", {search}})
+        .warnings;
+  };
+  EXPECT_THAT(with(test::box({0, -44, 18}, {40, 2, 30})),
+              ElementsAre(AllOf(HasSubstr("one compartment only (\"cover\")"), HasSubstr("inset_mm"))));
+  EXPECT_THAT(with(test::box({0, -44, 0}, {40, 2, 66})), ElementsAre());
+  // The tibia with other triangles, as its own cartilage.
+  Mesh copy = test::box({0, -60, 0}, {50, 30, 70});
+  copy.triangles = copy.triangles.colwise().reverse().eval();
+  EXPECT_THAT(with(copy), Contains(AllOf(HasSubstr("same surface"), HasSubstr("moving.component.1.file"))));
+}
+
 }  // namespace vrda::warnings_test

@@ -108,17 +108,53 @@ TEST(PartChecks, APartLiesOnItsOwnBone)
     return sheet;
   };
   const Mesh femur = at_height(10.0), tibia = at_height(0.0);
-  EXPECT_EQ(cartilage_check(at_height(8.0), femur, tibia).rejection, "");
-  EXPECT_EQ(cartilage_check(at_height(8.0), femur, tibia).doubt, "");
-  EXPECT_THAT(cartilage_check(at_height(2.0), femur, {}).doubt, IsEmpty());
-  EXPECT_THAT(cartilage_check(at_height(2.0), femur, tibia).rejection, HasSubstr("2 mm on average"));
-  EXPECT_THAT(cartilage_check(at_height(20.0), femur, tibia).doubt, HasSubstr("more than 10 mm"));
-  EXPECT_THAT(cartilage_check(at_height(45.0), femur, tibia).rejection, HasSubstr("35 mm from the bone"));
-  EXPECT_EQ(cartilage_check(at_height(45.0), {}, tibia).rejection, "");
+  EXPECT_EQ(cartilage_check(at_height(8.0), CartilageOf::femur, femur, tibia).rejection, "");
+  EXPECT_EQ(cartilage_check(at_height(8.0), CartilageOf::femur, femur, tibia).doubt, "");
+  EXPECT_THAT(cartilage_check(at_height(2.0), CartilageOf::femur, femur, {}).doubt, IsEmpty());
+  EXPECT_THAT(cartilage_check(at_height(2.0), CartilageOf::femur, femur, tibia).rejection,
+              HasSubstr("2 mm on average"));
+  EXPECT_THAT(cartilage_check(at_height(20.0), CartilageOf::femur, femur, tibia).doubt,
+              HasSubstr("more than 10 mm"));
+  EXPECT_THAT(cartilage_check(at_height(45.0), CartilageOf::femur, femur, tibia).rejection,
+              HasSubstr("35 mm from the bone"));
+  EXPECT_EQ(cartilage_check(at_height(45.0), CartilageOf::femur, {}, tibia).rejection, "");
   EXPECT_EQ(meniscus_check(at_height(12.0), tibia).doubt, "");
   EXPECT_THAT(meniscus_check(at_height(20.0), tibia).doubt, HasSubstr("more than 20 mm"));
   EXPECT_THAT(meniscus_check(at_height(31.0), tibia).rejection, HasSubstr("31 mm from the tibia"));
   EXPECT_THAT(fibula_rejection(at_height(-20.0), at_height(-20.0)), HasSubstr("the surface of the tibia"));
+}
+
+// Between the bones, near both.
+TEST(PartChecks, AMeniscusIsNoCartilage)
+{
+  const shapes::Shape knee = shapes::generate_shape({"knee", {}, {}});
+  const Mesh &femur = knee.reference.front().mesh, &tibia = knee.moving.front().mesh;
+  int n_menisci = 0;
+  for (const shapes::ShapePart& part : knee.moving) {
+    if (!part.name.starts_with("meniscus")) continue;
+    ++n_menisci;
+    EXPECT_THAT(cartilage_check(part.mesh, CartilageOf::femur, femur, tibia).rejection, HasSubstr("bone"));
+    EXPECT_THAT(cartilage_check(part.mesh, CartilageOf::femur, {}, tibia).rejection, HasSubstr("meniscus"));
+  }
+  EXPECT_EQ(n_menisci, 2);
+  // Nearer to a femur with cartilage than to the tibia, and yet no part of it.
+  const auto at_height = [](double y_mm) {
+    Mesh sheet = test::sheet(40.0, 20);
+    sheet.vertices_mm.col(1).array() += y_mm;
+    return sheet;
+  };
+  EXPECT_THAT(cartilage_check(at_height(4.0), CartilageOf::femur, at_height(6.5), at_height(0.0)).rejection,
+              HasSubstr("as a meniscus is"));
+  EXPECT_THAT(cartilage_check(at_height(3.5), CartilageOf::tibia, at_height(0.0), at_height(8.0)).rejection,
+              HasSubstr("as a meniscus is"));
+  // A closed layer of 2 mm on a condyle is none.
+  Mesh layer = test::ball(22), bone = test::ball(20);
+  append(layer, bone);
+  Mesh below = test::sheet(60, 20);
+  below.vertices_mm.col(1).array() -= 26.0;
+  EXPECT_EQ(cartilage_check(layer, CartilageOf::femur, bone, below).rejection, "");
+  EXPECT_FALSE(is_part_of(layer, bone));
+  EXPECT_TRUE(is_part_of(cropped(bone, {0, -20, 0}, 10.0), test::ball(20, 32, 64)));
 }
 
 TEST(RejectionReasons, OtherBonesAreRefused)
