@@ -75,8 +75,10 @@ void add_framing(CLI::App* show, show::ShowOptions& options)
       {{"tibia", scene::FixedObject::moving},
        {"femur", scene::FixedObject::reference},
        {"moving", scene::FixedObject::moving},
-       {"reference", scene::FixedObject::reference}},
-      "Object fixed on screen: tibia or femur (of other joints moving, reference; default tibia)");
+       {"reference", scene::FixedObject::reference},
+       {"push", scene::FixedObject::push}},
+      "Fixed on screen: tibia or femur (of other joints moving, reference), which then does not move at all; "
+      "or push, the direction of push (default tibia)");
   add_choice<navigation::Framing>(show, "--frame", "NAME", options.framing,
                                   {{"joint", navigation::Framing::joint}, {"all", navigation::Framing::all}},
                                   "What the image contains: joint, or all of both objects (default joint)");

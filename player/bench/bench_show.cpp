@@ -27,14 +27,10 @@ scene::LayerSet bench_layers(const std::string& text)
   return layers;
 }
 
-/// `frame` as frames of Delta, for the layers.
-scene::JointFrames delta_frames(const BenchFrame& frame)
+scene::JointFrames joint_frames(const BenchFrame& frame)
 {
-  scene::JointFrames frames;
-  frames.X_world_reference = frame.X_tracker_reference;
-  frames.X_world_delta = frame.X_tracker_reference * frame.pose.X_world_reference.inverse();
-  frames.X_delta_moving = frame.pose.X_world_moving;
-  return frames;
+  return {frame.X_tracker_reference, frame.X_tracker_moving,
+          frame.X_tracker_reference * frame.pose.X_world_reference.inverse()};
 }
 
 }  // namespace
@@ -70,16 +66,14 @@ void BenchView::load_into(render::Renderer& renderer) const
 
 void BenchView::place(const BenchFrame& frame, const bench_files::Calibration& calibration)
 {
-  scene::JointFrames frames;
-  frames.X_world_reference = frame.X_tracker_reference;
-  frames.X_world_delta = frame.X_tracker_moving;
+  const scene::JointFrames frames = joint_frames(frame);
   vrda::scene::place(scene_, frames);
   for (std::size_t k = 0; k < materials_.size(); ++k) {
     Material& material = scene_.drawables[k].material;
     material = materials_[k];
     if (frame.leg.is_wrong()) material.colour = scene::linear_from_srgb(gui::amber);
   }
-  if (layers_) layers_->update(scene_, motion_, {frame.pose, delta_frames(frame), shown_layers_});
+  if (layers_) layers_->update(scene_, motion_, {frame.pose, frames, shown_layers_});
   shots_ = stereo::shots_of(plan_, calibration.eyes, frame.X_tracker_eyes, scene_);
 }
 

@@ -80,7 +80,9 @@ struct Gui::Inner {
   std::string title;
   std::string joint;
   std::vector<std::string> set_labels;
-  std::array<std::string, 2> held_labels;  ///< in the order of scene::FixedObject
+  std::array<std::string, 3> held_labels;  ///< in the order of scene::FixedObject
+  std::vector<std::string> warnings;
+  bool has_doubtful_poses = false;
   GuiLayout layout;
   render::OverlayFont font;
   render::Overlay overlay;
@@ -96,7 +98,9 @@ Gui::Gui(const GuiOptions& options) : inner_(std::make_unique<Inner>())
   io.LogFilename = nullptr;
   io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
   inner_->title = options.title;
-  inner_->held_labels = {options.moving + " fixed", options.reference + " fixed"};
+  inner_->held_labels = {options.moving + " fixed", options.reference + " fixed", "direction of push fixed"};
+  inner_->warnings = options.warnings;
+  inner_->has_doubtful_poses = options.has_doubtful_poses;
   inner_->joint = options.joint;
   for (const std::string& set : options.sets) inner_->set_labels.push_back(set_label(set));
   inner_->layout.em_px = static_cast<float>(std::round(text_px * options.scale));
@@ -134,8 +138,11 @@ GuiResult Gui::frame(const GuiFrame& frame, const navigation::PlayerState& state
                        inner_->title,
                        inner_->set_labels,
                        inner_->held_labels,
-                       joint_kind(inner_->joint)};
+                       joint_kind(inner_->joint),
+                       inner_->warnings,
+                       free_area(frame.width, frame.height, state, frame.has_controls)};
   GuiResult answer{state, navigation::Action::none};
+  draw_warnings(view);
   draw_labels(view);
   if (state.shows_numbers) draw_numbers(view, state);
   draw_legends(view, state);
@@ -171,10 +178,15 @@ const render::Overlay& Gui::overlay() const
 optics::Viewport Gui::free_area(int width, int height, const navigation::PlayerState& state,
                                 bool has_controls) const
 {
-  if (!state.shows_panel || !has_controls) return {0, 0, width, height};
+  ImGui::SetCurrentContext(inner_->context);
   const auto covered = [](float px) { return static_cast<int>(std::ceil(px)); };
-  return {0, 0, std::max(1, width - covered(inner_->layout.panel_width_px)),
-          std::max(1, height - covered(inner_->layout.bar_height_px))};
+  optics::Viewport area{0, 0, width, height};
+  if (state.shows_panel && has_controls)
+    area = {0, 0, std::max(1, width - covered(inner_->layout.panel_width_px)),
+            std::max(1, height - covered(inner_->layout.bar_height_px))};
+  const int strip_px =
+      covered(warnings_height_px(inner_->layout, inner_->warnings, inner_->has_doubtful_poses, area));
+  return {0, strip_px, area.width, std::max(1, area.height - strip_px)};
 }
 
 ColourKey colour_key(const scene::JointLayers& layers, const scene::LayerSet& shown)

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/clinical.hpp"
+#include "navigation/doubts.hpp"
 #include "navigation/gap_reading.hpp"
 #include "navigation/player_state.hpp"
 #include "navigation/screen_labels.hpp"
@@ -26,6 +27,8 @@ struct GuiOptions {
   double scale = 1.0;             ///< of text and controls: the monitor's content scale
   std::string reference = "femur", moving = "tibia";  ///< names of the bodies on screen
   std::string joint = "knee";                         ///< kind, whose words the numbers have
+  std::vector<std::string> warnings = {};             ///< of the model, above the picture
+  bool has_doubtful_poses = false;                    ///< leaves room for Readout::doubt
 };
 
 /// The pointer, in pixels from the top left corner of the window.
@@ -43,6 +46,7 @@ struct Readout {
   /// The joint's own angles, if those of the attitude are about turned axes and the pose is solved.
   std::optional<ClinicalCoordinates> clinical = std::nullopt;
   navigation::GapReading gap;
+  const char* doubt = nullptr;    ///< what is wrong with the pose, or null
   const char* message = nullptr;  ///< temporary message, or null
 };
 
@@ -62,6 +66,7 @@ struct GuiFrame {
   GuiPointer pointer;
   ColourKey key;
   std::span<const navigation::ScreenLabel> labels;  ///< of the joint
+  std::span<const navigation::MarkedSpan> marks;    ///< on the timeline
   bool has_controls = true;                         ///< false: only readouts and legends, as for a video
 };
 
@@ -88,7 +93,7 @@ class Gui {
   /// The overlay of the last frame.
   const render::Overlay& overlay() const;
 
-  /// The area of the window not covered by panel and timeline.
+  /// The area of the window not covered by warnings, panel and timeline.
   optics::Viewport free_area(int width, int height, const navigation::PlayerState& state,
                              bool has_controls = true) const;
 

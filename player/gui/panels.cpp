@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cfloat>
 #include <cmath>
 #include <span>
 
@@ -88,7 +89,8 @@ scene::FixedObject chosen_held(const PanelView& view, scene::FixedObject held)
   };
   ImGui::SetNextItemWidth(-1.0F);
   if (!ImGui::BeginCombo("##held", label(held))) return held;
-  for (const scene::FixedObject one : {scene::FixedObject::moving, scene::FixedObject::reference}) {
+  for (const scene::FixedObject one :
+       {scene::FixedObject::moving, scene::FixedObject::reference, scene::FixedObject::push}) {
     if (ImGui::Selectable(label(one), one == held)) held = one;
   }
   ImGui::EndCombo();
@@ -178,6 +180,24 @@ void draw_help_lines(const PanelView& view, const char* title, std::span<const n
   }
 }
 
+constexpr ImU32 doubtful_mark = IM_COL32(255, 176, 46, 255), missing_mark = IM_COL32(235, 90, 60, 255);
+
+/// Doubtful and missing poses along the lower edge of the slider that was drawn last.
+void draw_marks(const PanelView& view, const navigation::Timeline& timeline)
+{
+  if (timeline.last <= timeline.first) return;
+  const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
+  const float inset = 2.0F + 0.5F * ImGui::GetStyle().GrabMinSize, left = low.x + inset;
+  const float width = high.x - inset - left, thick = 0.27F * view.layout.em_px;
+  const auto x_of = [&](double position) {
+    return left + width * static_cast<float>((position - timeline.first) / (timeline.last - timeline.first));
+  };
+  for (const navigation::MarkedSpan& span : view.frame.marks)
+    ImGui::GetWindowDrawList()->AddRectFilled(ImVec2(x_of(span.first), high.y - thick),
+                                              ImVec2(x_of(span.last), high.y),
+                                              span.has_pose ? doubtful_mark : missing_mark);
+}
+
 navigation::Timeline with_timeline_slider(const PanelView& view, navigation::Timeline timeline, float em)
 {
   const auto steps = [&timeline](double position) {
@@ -192,8 +212,10 @@ navigation::Timeline with_timeline_slider(const PanelView& view, navigation::Tim
   }
   ImGui::SameLine(8.0F * em);
   ImGui::SetNextItemWidth(-1.0F);
-  if (!ImGui::SliderFloat("##flexion", &at, steps(timeline.first), steps(timeline.last), "", sliding))
-    return timeline;
+  const bool is_moved =
+      ImGui::SliderFloat("##flexion", &at, steps(timeline.first), steps(timeline.last), "", sliding);
+  draw_marks(view, timeline);
+  if (!is_moved) return timeline;
   return navigation::moved_to(timeline,
                               navigation::position_of_steps(timeline.axis, static_cast<double>(at)));
 }
@@ -249,12 +271,12 @@ GuiResult with_panel(const PanelView& view, GuiResult answer)
   navigation::PlayerState& state = answer.state;
   state.set = chosen_set(view, state.set);
   state = with_varus(view, state);
-  heading("draw mode (M)");
-  state.mode = choice("##mode", state.mode, scene::DrawMode::textured);
-  state = with_layers(view, state);
-  heading("background (K), fixed (O)");
-  state.backdrop = choice("##backdrop", state.backdrop, scene::Backdrop::black, 6.0F * view.layout.em_px);
+  heading("draw mode (M), background (K)");
+  state.mode = choice("##mode", state.mode, scene::DrawMode::textured, 8.4F * view.layout.em_px);
   ImGui::SameLine();
+  state.backdrop = choice("##backdrop", state.backdrop, scene::Backdrop::black);
+  state = with_layers(view, state);
+  heading("fixed on screen (O)");
   state.fixed_object = chosen_held(view, state.fixed_object);
   for (const navigation::Action action : {pressed_view(), pressed_tool()}) {
     if (action != navigation::Action::none) answer.action = action;
@@ -454,7 +476,7 @@ void draw_axis_labels(const PanelView& view, std::span<const scene::Label> label
 void draw_numbers(const PanelView& view, const navigation::PlayerState& state)
 {
   const motion::JointPose& pose = view.readout.pose;
-  ImGui::SetNextWindowPos(ImVec2(0.0F, 0.0F));
+  ImGui::SetNextWindowPos(ImVec2(0.0F, static_cast<float>(view.picture.y)));
   ImGui::SetNextWindowBgAlpha(backing);
   ImGui::Begin("numbers", nullptr, text_only | ImGuiWindowFlags_AlwaysAutoResize);
   if (!view.title.empty()) ImGui::Text("%s", view.title.c_str());
@@ -465,7 +487,7 @@ void draw_numbers(const PanelView& view, const navigation::PlayerState& state)
     if (view.readout.joint) draw_joint(*view.readout.joint);
     draw_gap(view);
   } else {
-    ImGui::TextColored(warning_colour, "unsolved: a neighbouring cell has no pose");
+    ImGui::TextColored(warning_colour, "no pose");
   }
   label(view, "set");
   ImGui::Text("%s", view.set_labels[state.set].c_str());
@@ -475,6 +497,46 @@ void draw_numbers(const PanelView& view, const navigation::PlayerState& state)
     ImGui::PopTextWrapPos();
   }
   ImGui::End();
+}
+
+namespace {
+
+constexpr float strip_margin_em = 0.5F, highest_strip_part = 0.35F;
+constexpr float pose_lines = 2.0F;  // of the longest reason at 800 pixels
+
+}  // namespace
+
+float warnings_height_px(const GuiLayout& layout, const std::vector<std::string>& warnings,
+                         bool has_doubtful_poses, const optics::Viewport& area)
+{
+  if (warnings.empty() && !has_doubtful_poses) return 0.0F;
+  const float em = layout.em_px, margin = strip_margin_em * em;
+  const float spacing = ImGui::GetStyle().ItemSpacing.y,
+              wrap = static_cast<float>(area.width) - 2.0F * margin;
+  const ImFont& font = *ImGui::GetIO().Fonts->Fonts[0];
+  float height = 2.0F * margin + (has_doubtful_poses ? pose_lines * em + spacing : 0.0F);
+  for (const std::string& warning : warnings)
+    height += font.CalcTextSizeA(em, FLT_MAX, wrap, warning.c_str()).y + spacing;
+  return std::min(height, highest_strip_part * static_cast<float>(area.height));
+}
+
+void draw_warnings(const PanelView& view)
+{
+  if (view.picture.y == 0) return;
+  const float margin = strip_margin_em * view.layout.em_px;
+  ImGui::SetNextWindowPos(ImVec2(0.0F, 0.0F));
+  ImGui::SetNextWindowSize(
+      ImVec2(static_cast<float>(view.picture.width), static_cast<float>(view.picture.y)));
+  ImGui::SetNextWindowBgAlpha(1.0F);
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(margin, margin));
+  ImGui::Begin("warnings", nullptr, text_only);
+  ImGui::PushStyleColor(ImGuiCol_Text, warning_colour);
+  if (view.readout.doubt != nullptr) ImGui::TextWrapped("%s", view.readout.doubt);
+  ImGui::SetCursorPosY(std::max(ImGui::GetCursorPosY(), margin));
+  for (const std::string& warning : view.warnings) ImGui::TextWrapped("%s", warning.c_str());
+  ImGui::PopStyleColor();
+  ImGui::End();
+  ImGui::PopStyleVar();
 }
 
 void draw_legends(const PanelView& view, const navigation::PlayerState& state)

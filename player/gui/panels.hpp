@@ -21,9 +21,16 @@ struct PanelView {
   const Readout& readout;
   const std::string& title;
   const std::vector<std::string>& set_labels;
-  const std::array<std::string, 2>& held_labels;  ///< in the order of scene::FixedObject
+  const std::array<std::string, 3>& held_labels;  ///< in the order of scene::FixedObject
   const JointKind& kind;
+  const std::vector<std::string>& warnings;
+  optics::Viewport picture;  ///< below the warnings
 };
+
+/// Height of the strip of warnings above a picture of this width; 0 without warnings.
+float warnings_height_px(const GuiLayout& layout, const std::vector<std::string>& warnings,
+                         bool has_doubtful_poses, const optics::Viewport& area);
+void draw_warnings(const PanelView& view);
 
 void draw_numbers(const PanelView& view, const navigation::PlayerState& state);
 void draw_labels(const PanelView& view);

@@ -191,7 +191,7 @@ PlayerState apply_action(PlayerState state, Action action, const PlayerRange& ra
       state.backdrop = next_of(state.backdrop, scene::Backdrop::black);
       break;
     case Action::next_fixed_object:
-      state.fixed_object = next_of(state.fixed_object, scene::FixedObject::reference);
+      state.fixed_object = next_of(state.fixed_object, scene::FixedObject::push);
       break;
     case Action::show_contacts:
     case Action::show_normals:

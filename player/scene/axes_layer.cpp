@@ -92,16 +92,16 @@ void AxesLayer::update(Scene& scene, const motion::Motion& motion, const Display
   const Eigen::Vector3d delta = motion.delta_of(shown.pose);
   // Flexion axis: Z of the solver frame rotated by the varus; varus axis: X of the solver frame.
   const SolverFrame frame{side_, rotation_centre_mm_, delta};
-  const Eigen::Matrix3d R_world_delta = shown.frames.X_world_delta.linear();
+  const Eigen::Matrix3d R_world_push = shown.frames.X_world_push.linear();
   const auto on_screen = [&](const Eigen::Vector3d& v_solver) {
-    return Eigen::Vector3d(R_world_delta * world_from_solver(frame, v_solver));
+    return Eigen::Vector3d(R_world_push * world_from_solver(frame, v_solver));
   };
   std::array<Eigen::Vector3d, 6> along;
   for (const AxisRow row : {anterior, proximal, right})
     along[row] = X_world_reference.linear() * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(row));
   along[flexion] = on_screen(rotation_x(-shown.pose.attitude.varus_rad) * Eigen::Vector3d::UnitZ());
   along[varus] = on_screen(Eigen::Vector3d::UnitX());
-  along[push] = R_world_delta * delta;
+  along[push] = R_world_push * delta;
   for (std::size_t row = 0; row < along.size(); ++row) {
     Drawable& drawable = scene.drawables[first_drawable_ + row];
     drawable.is_shown = true;

@@ -7,7 +7,7 @@ Eigen::Vector3d place_of(const motion::JointLabel& label, const JointFrames& fra
 {
   const auto placed = [&](motion::JointBody body, const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
     return body == motion::JointBody::reference ? frames.X_world_reference * p_mm
-                                                : frames.X_world_delta * (frames.X_delta_moving * p_mm);
+                                                : frames.X_world_moving * p_mm;
   };
   return 0.5 * (placed(label.first, label.first_mm) + placed(label.second, label.second_mm));
 }

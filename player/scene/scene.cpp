@@ -47,14 +47,18 @@ Eigen::AlignedBox3d extent_of(const Scene& scene, ParentFrame parent)
 
 }  // namespace
 
-JointFrames frames_of(const motion::JointPose& pose, FixedObject held)
+JointFrames frames_of(const motion::JointPose& pose, FixedObject fixed,
+                      const Eigen::Vector3d& rotation_centre_mm)
 {
-  JointFrames frames{pose.X_world_reference, Pose::Identity(), pose.X_world_moving};
-  if (held == FixedObject::moving) return frames;
-  // Remove the attitude's rotation from both objects: the reference is then only recentred.
-  frames.X_world_delta.linear() = pose.X_world_reference.linear().transpose();
-  frames.X_world_reference = frames.X_world_delta * pose.X_world_reference;
-  return frames;
+  if (fixed == FixedObject::push) return {pose.X_world_reference, pose.X_world_moving, Pose::Identity()};
+  // The fixed object is only recentred; all motion is that of the other one.
+  Pose X_world_fixed = Pose::Identity();
+  X_world_fixed.translation() = -rotation_centre_mm;
+  if (fixed == FixedObject::reference)
+    return {X_world_fixed, X_world_fixed * pose.X_reference_moving,
+            X_world_fixed * pose.X_world_reference.inverse()};
+  return {X_world_fixed * pose.X_reference_moving.inverse(), X_world_fixed,
+          X_world_fixed * pose.X_world_moving.inverse()};
 }
 
 Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d& rotation_centre_mm)
@@ -82,10 +86,10 @@ Scene scene_of(const store::MotionModel& model, const Eigen::Vector3d& rotation_
 
 void place(Scene& scene, const JointFrames& frames)
 {
-  const Pose X_world_moving = frames.X_world_delta * frames.X_delta_moving;
   for (Drawable& drawable : scene.drawables) {
     if (drawable.parent == ParentFrame::world) continue;
-    place(drawable, drawable.parent == ParentFrame::reference ? frames.X_world_reference : X_world_moving);
+    place(drawable,
+          drawable.parent == ParentFrame::reference ? frames.X_world_reference : frames.X_world_moving);
   }
 }
 

@@ -86,18 +86,21 @@ struct Scene {
   Background background = background_of(Backdrop::studio);
 };
 
-/// The object that is fixed on screen.
-enum class FixedObject { moving, reference };
+/// What is fixed on screen: an object, whose canonical axes are then those of the screen's world, or the
+/// direction of push (world W), in which the reference has its attitude and the moving object theta and
+/// translation.
+enum class FixedObject { moving, reference, push };
 
-/// The frames of a displayed joint: the reference at its attitude, and the moving object (theta and
-/// translation) in Delta's frame.
+/// The frames of a displayed joint. The frame of a fixed object is the same for every pose, bit for bit.
 struct JointFrames {
   Pose X_world_reference = Pose::Identity();
-  Pose X_world_delta = Pose::Identity();
-  Pose X_delta_moving = Pose::Identity();
+  Pose X_world_moving = Pose::Identity();
+  Pose X_world_push = Pose::Identity();  ///< world W of the pose, for Delta and the axes
 };
 
-JointFrames frames_of(const motion::JointPose& pose, FixedObject held = FixedObject::moving);
+/// A fixed object is drawn relative to the rotation centre, as the world W of the poses is.
+JointFrames frames_of(const motion::JointPose& pose, FixedObject fixed = FixedObject::push,
+                      const Eigen::Vector3d& rotation_centre_mm = Eigen::Vector3d::Zero());
 
 /// One drawable per component of each part that has triangles, placed in the meshes' frame with the rotation
 /// centre at the origin.

@@ -1,5 +1,6 @@
 #include "show/series_renderer.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/error.hpp"
@@ -10,12 +11,12 @@ namespace vrda::show {
 namespace {
 
 /// The viewport of view `row` of `n` views tiled side by side.
-optics::Viewport column(const navigation::PictureSize& size, std::size_t row, std::size_t n)
+optics::Viewport column(const optics::Viewport& area, std::size_t row, std::size_t n)
 {
   const auto edge = [&](std::size_t i) {
-    return static_cast<int>(static_cast<std::size_t>(size.width) * i / n);
+    return static_cast<int>(static_cast<std::size_t>(area.width) * i / n);
   };
-  return {edge(row), 0, edge(row + 1) - edge(row), size.height};
+  return {edge(row), area.y, edge(row + 1) - edge(row), area.height};
 }
 
 double aspect_of(const optics::Viewport& viewport)
@@ -83,6 +84,7 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
       gaps_(model, set.name),
       rotation_centre_mm_(model.rotation_centre_mm),
       has_gaps_(set.has_gaps),
+      doubts_(model),
       scene_(scene::scene_of(model, model.rotation_centre_mm)),
       layers_(model, scene_),
       renderer_(std::move(renderer))
@@ -94,14 +96,31 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
   labels_ = motion::joint_labels(model);
   if (options.appearance.layers != navigation::AppearanceOptions{}.layers)
     require_layers(options.file, wanted_, layers_.available());
-  const optics::Viewport whole{0, 0, look_.size.width, look_.size.height};
+  area_ = {0, 0, look_.size.width, look_.size.height};
+  make_interface(model, set, poses);
   renderer_->resize(look_.size.width, look_.size.height);
-  single_ = cameras_for(poses, aspect_of(whole));
-  tiled_ = cameras_for(poses, aspect_of(column(look_.size, 0, look_.views.size())));
+  single_ = cameras_for(poses, aspect_of(area_));
+  tiled_ = cameras_for(poses, aspect_of(column(area_, 0, look_.views.size())));
   renderer_->load(scene_);
-  if (!options.has_numbers && !wanted_.has(scene::Layer::labels)) return;
-  gui_.emplace(gui::GuiOptions{.title = model.title, .sets = {set.name}, .joint = model.joint});
-  renderer_->load(gui_->font());
+  if (gui_) renderer_->load(gui_->font());
+}
+
+/// The warnings of a model whose poses are not doubtful belong to the numbers.
+void SeriesRenderer::make_interface(const store::MotionModel& model, const PosedSet& set,
+                                    const std::vector<motion::JointPose>& poses)
+{
+  const bool is_doubtful_drawn = set.has_gaps && std::ranges::any_of(poses, [&](const auto& pose) {
+                                   return navigation::doubt_text(pose, doubts_.at(pose), "")[0] != 0;
+                                 });
+  if (!options_.has_numbers && !wanted_.has(scene::Layer::labels) && !is_doubtful_drawn) return;
+  gui::GuiOptions interface;
+  interface.title = model.title;
+  interface.sets = {set.name};
+  interface.joint = model.joint;
+  interface.has_doubtful_poses = is_doubtful_drawn;
+  if (options_.has_numbers || is_doubtful_drawn) interface.warnings = navigation::model_warnings(model);
+  gui_.emplace(interface);
+  area_ = gui_->free_area(look_.size.width, look_.size.height, {}, false);
 }
 
 std::vector<scene::Camera> SeriesRenderer::cameras_for(const std::vector<motion::JointPose>& poses,
@@ -113,7 +132,7 @@ std::vector<scene::Camera> SeriesRenderer::cameras_for(const std::vector<motion:
   for (const navigation::CameraView& view : look_.views)
     fits.emplace_back(view.R_world_camera, frame_options);
   for (const motion::JointPose& pose : poses) {
-    scene::place(scene_, scene::frames_of(pose, options_.fixed_object));
+    scene::place(scene_, scene::frames_of(pose, options_.fixed_object, rotation_centre_mm_));
     const std::vector<Eigen::Vector3d> points = navigation::framed_points(scene_, options_.framing);
     for (scene::CameraFit& fit : fits) fit.include(points);
   }
@@ -148,6 +167,8 @@ const render::Overlay* SeriesRenderer::overlay_for(const motion::JointPose& pose
   range.is_varus_free = motion_.is_varus_free();
   gui::Readout readout;
   readout.pose = pose;
+  if (has_gaps_) doubt_ = navigation::doubt_text(pose, doubts_.at(pose), "");
+  readout.doubt = doubt_[0] != 0 ? doubt_.data() : nullptr;
   readout.is_varus_balanced = !options_.varus_deg.has_value();
   readout.clinical = motion_.own_coordinates(pose);
   if (pose.status == motion::PoseStatus::solved)
@@ -161,7 +182,7 @@ const render::Overlay* SeriesRenderer::overlay_for(const motion::JointPose& pose
 
 const render::Image& SeriesRenderer::drawn(const motion::JointPose& pose)
 {
-  const scene::JointFrames frames = scene::frames_of(pose, options_.fixed_object);
+  const scene::JointFrames frames = scene::frames_of(pose, options_.fixed_object, rotation_centre_mm_);
   scene::place(scene_, frames);
   layers_.update(scene_, motion_, {pose, frames, wanted_});
   for (render::Shot& shot : shots_) shot.camera = scene::with_depth_range(shot.camera, scene_);
@@ -170,7 +191,7 @@ const render::Image& SeriesRenderer::drawn(const motion::JointPose& pose)
 
 const render::Image& SeriesRenderer::draw_single(std::size_t view, const motion::JointPose& pose)
 {
-  shots_.assign({render::Shot{single_[view], {0, 0, look_.size.width, look_.size.height}}});
+  shots_.assign({render::Shot{single_[view], area_}});
   return drawn(pose);
 }
 
@@ -179,7 +200,7 @@ const render::Image& SeriesRenderer::draw_tiled(const motion::JointPose& pose)
   shots_.clear();
   for (std::size_t view = 0; view < look_.views.size(); ++view) {
     render::Shot& shot =
-        shots_.emplace_back(render::Shot{tiled_[view], column(look_.size, view, look_.views.size())});
+        shots_.emplace_back(render::Shot{tiled_[view], column(area_, view, look_.views.size())});
     shot.camera.aspect = aspect_of(shot.viewport);
   }
   return drawn(pose);

@@ -45,6 +45,8 @@ class SeriesRenderer {
   const render::Image& draw_tiled(const motion::JointPose& pose);
 
  private:
+  void make_interface(const store::MotionModel& model, const PosedSet& set,
+                      const std::vector<motion::JointPose>& poses);
   std::vector<scene::Camera> cameras_for(const std::vector<motion::JointPose>& poses, double aspect);
   const render::Overlay* overlay_for(const motion::JointPose& pose, const scene::JointFrames& frames);
   std::span<const navigation::ScreenLabel> labels_of(const scene::JointFrames& frames);
@@ -57,13 +59,16 @@ class SeriesRenderer {
   navigation::GapReader gaps_;
   Eigen::Vector3d rotation_centre_mm_;
   bool has_gaps_ = true;
+  navigation::DoubtReader doubts_;
   scene::Scene scene_;
   scene::JointLayers layers_;
   scene::LayerSet wanted_;
   std::vector<motion::JointLabel> labels_;
   std::vector<navigation::ScreenLabel> screen_labels_;
   std::unique_ptr<render::Renderer> renderer_;
-  std::optional<gui::Gui> gui_;  ///< with --numbers or labels
+  navigation::DoubtText doubt_{};  ///< of the drawn pose
+  std::optional<gui::Gui> gui_;    ///< with --numbers, labels or doubtful poses
+  optics::Viewport area_;          ///< of the picture, below the warnings
   std::vector<scene::Camera> single_, tiled_;
   std::vector<render::Shot> shots_;
 };

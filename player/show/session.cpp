@@ -34,7 +34,8 @@ std::size_t row_of(const store::MotionModel& model, const std::string& set)
 
 /// The points to be framed over the whole motion, world.
 std::vector<Eigen::Vector3d> points_over(scene::Scene& scene, const motion::Motion& motion,
-                                         const SessionOptions& options)
+                                         navigation::Framing framing, scene::FixedObject fixed,
+                                         const Eigen::Vector3d& rotation_centre_mm)
 {
   std::vector<Eigen::Vector3d> all;
   const navigation::Timeline range = navigation::timeline_over(motion);
@@ -44,8 +45,8 @@ std::vector<Eigen::Vector3d> points_over(scene::Scene& scene, const motion::Moti
     const double varus_rad = motion.is_sequence() ? 0.0 : motion.balanced_varus_rad(position);
     const motion::JointPose pose = navigation::pose_at(motion, position, varus_rad);
     if (pose.status != motion::PoseStatus::solved) continue;
-    scene::place(scene, scene::frames_of(pose, options.fixed_object));
-    const std::vector<Eigen::Vector3d> points = navigation::framed_points(scene, options.framing);
+    scene::place(scene, scene::frames_of(pose, fixed, rotation_centre_mm));
+    const std::vector<Eigen::Vector3d> points = navigation::framed_points(scene, framing);
     all.insert(all.end(), points.begin(), points.end());
   }
   return all.empty() ? navigation::framed_points(scene, navigation::Framing::joint) : all;
@@ -70,7 +71,8 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
       side_(side_named(model_.side)),
       gui_({options.title, motion::all_set_names(model_), options.scale,
             motion::displayed_name(model_, motion::JointBody::reference),
-            motion::displayed_name(model_, motion::JointBody::moving), model_.joint}),
+            motion::displayed_name(model_, motion::JointBody::moving), model_.joint,
+            navigation::model_warnings(model_), navigation::has_doubtful_poses(model_)}),
       view_(options.view),
       width_(options.width),
       height_(options.height)
@@ -94,12 +96,21 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
   backdrop_ = options.backdrop;
   scene_.background = scene::background_of(options.backdrop);
   navigation::apply_appearance(scene_, options.appearance);
-  framed_points_ = points_over(scene_, sets_[state_.set].motion, options);
+  for (const scene::Drawable& drawable : scene_.drawables) shown_bodies_.push_back(drawable.is_shown);
+  framing_ = options.framing;
   range_ = range_now();
   job_view_ = options.job_view;
   zoom_ = options.zoom;
-  frame_joint();
+  frame_fixed_object();
   advance(0.0);
+}
+
+void Session::frame_fixed_object()
+{
+  framed_object_ = state_.fixed_object;
+  framed_points_ =
+      points_over(scene_, sets_[state_.set].motion, framing_, framed_object_, model_.rotation_centre_mm);
+  frame_joint();
 }
 
 void Session::load_into(render::Renderer& renderer) const
@@ -234,16 +245,43 @@ void Session::place_joint()
   if (readout_.pose.status == motion::PoseStatus::solved)
     readout_.joint = clinical_coordinates(readout_.pose.X_reference_moving, side_, model_.rotation_centre_mm);
   readout_.gap = sets_[state_.set].gaps.at(readout_.pose);
-  // At an unsolved attitude the joint keeps its last pose; the readout reports it.
-  const scene::JointFrames frames = scene::frames_of(readout_.pose, state_.fixed_object);
-  if (readout_.pose.status == motion::PoseStatus::solved) {
-    scene::place(scene_, frames);
-    frames_ = frames;
-  }
-  layers_.update(scene_, sets_[state_.set].motion, {readout_.pose, frames, state_.layers});
+  place_bodies();
+  const bool is_moving_fixed = state_.fixed_object == scene::FixedObject::moving;
+  doubt_ = navigation::doubt_text(readout_.pose, doubts_.at(readout_.pose),
+                                  (is_moving_fixed ? scene_.moving_name : scene_.reference_name).c_str());
+  readout_.doubt = doubt_[0] != 0 ? doubt_.data() : nullptr;
+  layers_.update(scene_, sets_[state_.set].motion, {readout_.pose, frames_, state_.layers});
   scene_.mode = state_.mode;
   if (state_.backdrop != backdrop_) scene_.background = scene::background_of(state_.backdrop);
   backdrop_ = state_.backdrop;
+}
+
+/// Without a pose the bodies have no relative place: only the fixed one is drawn, or the reference.
+void Session::place_bodies()
+{
+  const bool is_solved = readout_.pose.status == motion::PoseStatus::solved;
+  const motion::Motion& motion = sets_[state_.set].motion;
+  const motion::JointPose pose =
+      is_solved || motion.is_sequence() ? readout_.pose : motion.joint_pose(readout_.pose.attitude, {});
+  frames_ = scene::frames_of(pose, state_.fixed_object, model_.rotation_centre_mm);
+  scene::place(scene_, frames_);
+  const scene::ParentFrame missing = state_.fixed_object == scene::FixedObject::moving
+                                         ? scene::ParentFrame::reference
+                                         : scene::ParentFrame::moving;
+  for (std::size_t k = 0; k < scene_.drawables.size(); ++k) {
+    scene::Drawable& drawable = scene_.drawables[k];
+    if (drawable.layer != scene::Layer::bodies) continue;
+    drawable.is_shown = shown_bodies_[k] && (is_solved || drawable.parent != missing);
+  }
+}
+
+/// Computed when the set or the varus changes.
+void Session::update_marks()
+{
+  if (marked_set_ == state_.set && marked_varus_rad_ == state_.varus_rad) return;
+  marked_set_ = state_.set;
+  marked_varus_rad_ = state_.varus_rad;
+  marks_ = doubts_.marks(sets_[state_.set].motion, state_.varus_rad);
 }
 
 std::span<const navigation::ScreenLabel> Session::placed_labels()
@@ -264,6 +302,8 @@ void Session::draw_interface(double elapsed_s)
   if (drag_) frame.pointer.is_left_down = false;
   frame.key = gui::colour_key(layers_, state_.layers);
   frame.labels = placed_labels();
+  update_marks();
+  frame.marks = marks_;
   message_left_s_ -= elapsed_s;
   readout_.message = message_left_s_ > 0.0         ? message_.c_str()
                      : state_.set == remarked_set_ ? remark_.c_str()
@@ -295,6 +335,7 @@ void Session::advance(double elapsed_s)
   scene_.occlusion_radius_mm = is_plain() ? 0.0 : occlusion_radius_mm_;
   scene_.has_vertex_lighting = is_plain();
   state_.timeline = navigation::advanced(state_.timeline, std::min(elapsed_s, most_elapsed_s));
+  if (framed_object_ != state_.fixed_object) frame_fixed_object();
   place_joint();
   draw_interface(elapsed_s);
   aim(area());
@@ -317,10 +358,10 @@ bool Session::consume_full_screen_request()
 
 const render::Image& Session::draw_screenshot(render::Renderer& renderer)
 {
-  aim({0, 0, renderer.width(), renderer.height()});
+  aim(gui_.free_area(renderer.width(), renderer.height(), state_, false));
   scene_.occlusion_radius_mm = occlusion_radius_mm_;  // until the next frame
   scene_.has_vertex_lighting = false;
-  if (!state_.shows_numbers && !state_.layers.has(scene::Layer::labels))
+  if (!state_.shows_numbers && !state_.layers.has(scene::Layer::labels) && shot_.viewport.y == 0)
     return renderer.draw(scene_, shots(), nullptr);
   gui::GuiFrame frame;
   frame.width = renderer.width();

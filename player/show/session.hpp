@@ -88,6 +88,8 @@ class Session {
   const render::Overlay& overlay() const { return gui_.overlay(); }
   const navigation::PlayerState& state() const { return state_; }
   const motion::JointPose& pose() const { return readout_.pose; }
+  /// What is wrong with the pose; empty if nothing is.
+  const char* doubt() const { return doubt_.data(); }
   bool is_varus_free() const { return range_.is_varus_free; }
   /// The latest message, also after its display time.
   const std::string& last_message() const { return message_; }
@@ -111,6 +113,9 @@ class Session {
   optics::Viewport area() const { return gui_.free_area(width_, height_, state_); }
   navigation::PlayerRange range_now() const;
   void place_joint();
+  void place_bodies();
+  void frame_fixed_object();
+  void update_marks();
   std::span<const navigation::ScreenLabel> placed_labels();
   void draw_interface(double elapsed_s);
   void aim(const optics::Viewport& viewport);
@@ -123,7 +128,15 @@ class Session {
   std::vector<navigation::ScreenLabel> screen_labels_;
   std::vector<Eigen::Vector3d> framed_points_;  ///< over the whole motion, world
   Side side_ = Side::right;
-  scene::JointFrames frames_;  ///< of the drawn pose
+  navigation::DoubtReader doubts_{model_};
+  navigation::DoubtText doubt_{};              ///< of the present pose
+  std::vector<navigation::MarkedSpan> marks_;  ///< on the timeline
+  std::optional<double> marked_varus_rad_;     ///< that of the marks
+  std::optional<std::size_t> marked_set_;
+  std::vector<bool> shown_bodies_;  ///< of the drawables, without --hide
+  navigation::Framing framing_ = navigation::Framing::joint;
+  scene::FixedObject framed_object_ = scene::FixedObject::moving;  ///< that of framed_points_
+  scene::JointFrames frames_;                                      ///< of the drawn pose
   gui::Gui gui_;
   navigation::PlayerState state_;
   navigation::PlayerRange range_;

@@ -37,8 +37,10 @@ export class CurvePlot {
 
   #size() { return { width: Math.max(this.container.clientWidth, 100), height: 230 }; }
 
-  /// `curves`: [{ label, motion, colour, dash }]; `varusOf(flexion)` in radians; `band`: of the samples of an uncertain job, at the model's flexions.
-  setCurves(model, curves, varusOf, quantity, band) {
+  /// `curves`: [{ label, motion, colour, dash }]; `varusOf(flexion)` in radians; `band`: of the samples of an uncertain job, at the model's flexions;
+  /// `spans`: of doubtful flexions.
+  setCurves(model, curves, varusOf, quantity, band, spans) {
+    this.spans = spans;
     const flexion = sampledFlexion(model);
     const ends = band ? [band.high, band.low].map((values) => flexion.map((f) => between(model.flexion, values, f))) : [];
     const data = [flexion, ...curves.map(({ motion }) => valuesOf(motion, flexion, varusOf, quantity)), ...ends];
@@ -61,11 +63,21 @@ export class CurvePlot {
       series: [{ label: "flexion" }, ...curves.map(({ label, colour, dash }) => ({ label, stroke: colour, dash, width: 2, points: { show: hasFewPoints } })),
         ...(hasBand ? ["95 % of the samples", "5 %"].map((label) => ({ label, stroke: bandInk, width: 1, points: { show: false } })) : [])],
       bands: hasBand ? [{ series: [curves.length + 1, curves.length + 2], fill: bandFill }] : [],
-      hooks: { draw: [(plot) => this.#drawMark(plot)] },
+      hooks: { drawClear: [(plot) => this.#drawSpans(plot)], draw: [(plot) => this.#drawMark(plot)] },
     }, data, this.container);
     const select = (event) => { if (event.buttons === 1) this.onSelect(this.plot.posToVal(event.clientX - this.plot.over.getBoundingClientRect().left, "x")); };
     this.plot.over.addEventListener("pointerdown", select);
     this.plot.over.addEventListener("pointermove", select);
+  }
+
+  /// Doubtful flexions in amber, those without a pose in red, behind the curves.
+  #drawSpans(plot) {
+    const { ctx, bbox } = plot;
+    for (const { first, last, hasPose } of this.spans ?? []) {
+      const from = plot.valToPos(first, "x", true), to = plot.valToPos(last, "x", true);
+      ctx.fillStyle = hasPose ? "#ffb02e55" : "#eb5a3c55";
+      ctx.fillRect(from, bbox.top, to - from, bbox.height);
+    }
   }
 
   #drawMark(plot) {

@@ -3,7 +3,7 @@
 import { BufferAttribute, BufferGeometry, CatmullRomCurve3, Group, Mesh, MeshBasicMaterial, SphereGeometry, TubeGeometry, Vector3 } from "three";
 import { compartmentColours, pathAlong, unbroken } from "./contact_paths.js";
 import { drawMesh } from "./draw_mesh.js";
-import { product, rows, sum, transposed, turned } from "./frames.js";
+import { rows, sum, transposed, turned } from "./frames.js";
 import { GapLayer } from "./gap_layer.js";
 import { LigamentLayer } from "./ligament_layer.js";
 import { labelsOf } from "./labels.js";
@@ -29,6 +29,13 @@ function meshesOf(body, origin) {
     meshes.push(mesh);
   }));
   return meshes;
+}
+
+/// The pose of a body in the other one's frame.
+function relative(referenceMoving, name) {
+  if (name === "moving") return referenceMoving;
+  const R = transposed(referenceMoving.R);
+  return { R, t: turned(R, referenceMoving.t).map((x) => -x) };
 }
 
 export class Joint {
@@ -100,15 +107,24 @@ export class Joint {
     this.gaps.update(pose.referenceMoving, motion.delta(pose.attitude.flexion));
   }
 
-  /// `held`: the body that is fixed on screen.
+  /// `held`: what is fixed on screen. A fixed body, "reference" or "moving", has the same place at every pose, bit for bit; "push" is
+  /// the world of the poses. Without a pose only the fixed body is drawn, or the reference.
   place(pose, held) {
-    const back = held === "reference" ? transposed(pose.reference.R) : null;
+    const still = held === "push" ? null : held, other = held === "moving" ? "reference" : "moving";
     for (const name of ["reference", "moving"]) {
-      const { R, t } = pose[name], shift = sum(turned(R, this.model.rotationCentre), t);
-      const drawn = back ? { R: product(back, R), t: turned(back, shift) } : { R, t: shift };
-      this.bodies[name].matrix.set(...rows(drawn));
+      this.bodies[name].visible = pose.isSolved || name !== other;
+      if (name === still) this.bodies[name].matrix.identity();
+      else if (pose.isSolved) this.bodies[name].matrix.set(...rows(this.#aboutCentre(still ? relative(pose.referenceMoving, name) : pose[name], still)));
     }
+    // The layers between the bodies have no place without a pose.
+    for (const group of [this.ligamentGroup, this.gapGroup, ...this.ghosts.map((ghost) => ghost.group)]) if (!pose.isSolved) group.visible = false;
     this.group.updateMatrixWorld(true);
+  }
+
+  /// Of meshes relative to the rotation centre, to the other body's meshes or to the world, which has its origin there.
+  #aboutCentre({ R, t }, isToBody) {
+    const centre = this.model.rotationCentre, shift = sum(turned(R, centre), t);
+    return { R, t: isToBody ? shift.map((x, k) => x - centre[k]) : shift };
   }
 
   /// Shows the contact paths on the moving body (one varus column per flexion) and dots at the current contacts.

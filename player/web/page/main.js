@@ -2,6 +2,7 @@
 import { clinicalNumbers, clinicalOf } from "./clinical.js";
 import { columnsAlong, PlateauPlot } from "./contact_paths.js";
 import { CurvePlot } from "./curves.js";
+import { doubtfulSpans, doubtText, modelWarnings } from "./doubts.js";
 import { degree } from "./frames.js";
 import { Joint } from "./joint.js";
 import { Maps } from "./maps.js";
@@ -67,6 +68,10 @@ function fitCamera() {
   for (const button of byId("views").children) button.setAttribute("aria-pressed", String(button.value === view));
 }
 
+/// The body that is drawn where there is no pose.
+const drawnAlone = () => bodyNames(player.model)[heldNow() === "moving" ? "moving" : "reference"];
+const heldNow = () => (xr.session ? "reference" : byId("held").value);
+
 function noteOf(pose) {
   const notes = [], range = (axis, unit) => `${formatNumber(axis[0], 1)} to ${formatNumber(axis.at(-1), 1)}${unit}`;
   const { model } = player, isBeyond = (x, axis) => x < axis[0] || x > axis.at(-1);
@@ -74,7 +79,8 @@ function noteOf(pose) {
   if (player.motion().isVarusFree) notes.push(["two_sided", "zero_varus"].includes(player.set) ? "Varus is determined by this motion." : "Varus was free: the solved varus is shown.");
   else if (!player.isBalanced && isBeyond(player.varus, model.varus)) notes.push(`Varus ${formatNumber(player.varus, 1)}° is outside the grid's range ${range(model.varus, "°")}: drawn at ${formatNumber(pose.attitude.varus / degree, 1)}°.`);
   if (player.reason && player.set === "raw") notes.push(`The solved poses are shown: ${player.reason}.`);
-  if (!pose.isSolved) notes.push("No pose: a neighbouring attitude is not solved. The last pose is shown.");
+  const doubt = doubtText(model, pose, drawnAlone());
+  if (doubt) notes.push(`${doubt[0].toUpperCase()}${doubt.slice(1)}.`);
   return notes.join(" ");
 }
 
@@ -110,6 +116,7 @@ function writeNumbers(pose) {
   const shown = { flexion: pose.attitude.flexion / degree, varus: pose.attitude.varus / degree };
   byId("shown").textContent = `${player.model.hasTurnedAxes ? "attitude, about axes turned with Delta: " : ""}${angleText(0, shown.flexion)}, ${angleText(1, shown.varus)}${wordsOf(pose)}; ${setLabel(player.set)}`;
   byId("note").textContent = noteOf(pose);
+  byId("doubt").textContent = byId("doubt").title = doubtText(player.model, pose, drawnAlone());
   byId("numbers").tBodies[0].replaceChildren(...rowsOf(pose).map(([label, value], k) => {
     const row = document.createElement("tr"), name = document.createElement("th"), number = document.createElement("td");
     name.textContent = label;
@@ -127,8 +134,8 @@ function writeNumbers(pose) {
 
 /// Places the joint and its layers; in space it is drawn there.
 function place(pose) {
+  joint.place(pose, heldNow());
   if (!pose.isSolved) return;
-  joint.place(pose, xr.session ? "reference" : byId("held").value);
   joint.showLayers(pose, player.motion(), { hasLigaments: byId("ligaments").checked, hasGaps: byId("gaps").checked, hasBand: byId("band").checked });
 }
 
@@ -153,10 +160,19 @@ function draw() {
 
 const quantity = () => quantities.find(({ name }) => name === byId("quantity").value) ?? quantities[0];
 
+/// Doubtful flexions in amber and those without a pose in red, under the slider.
+function markSlider(spans) {
+  const [low, high] = [player.model.flexion[0], player.model.flexion.at(-1)], share = (x) => `${(100 * (x - low)) / (high - low)}%`;
+  const stops = spans.flatMap(({ first, last, hasPose }) => ["transparent", hasPose ? "#ffb02e" : "#eb5a3c"].flatMap((colour, k) => (k === 0 ? [`${colour} ${share(first)}`] : [`${colour} ${share(first)}`, `${colour} ${share(last)}`, `transparent ${share(last)}`])));
+  byId("flexion-marks").style.background = spans.length > 0 ? `linear-gradient(to right, ${stops.join(", ")})` : "none";
+}
+
 function drawCurves() {
+  const spans = doubtfulSpans(player.model, (f) => player.motion().at({ flexion: f * degree, varus: player.varusAt(f * degree) }));
+  markSlider(spans);
   const raw = { label: "raw", motion: player.raw, colour: "#c2500a", dash: player.set === "raw" ? undefined : [5, 3] };
   const own = { label: setLabel(player.set), motion: player.motion(), colour: "#0b6aa8" };
-  curve.setCurves(player.model, player.set === "raw" ? [raw] : [own, raw], (flexion) => player.varusAt(flexion), quantity(), player.model.bands?.[quantity().name.replace("clinical_", "")]);
+  curve.setCurves(player.model, player.set === "raw" ? [raw] : [own, raw], (flexion) => player.varusAt(flexion), quantity(), player.model.bands?.[quantity().name.replace("clinical_", "")], spans);
 }
 
 function drawPlots() {
@@ -197,6 +213,11 @@ function show(model, name) {
     const word = kindWords[model.joint]?.[k][0] ?? angle;
     byId(`${angle}-word`).textContent = word[0].toUpperCase() + word.slice(1);
   });
+  const warnings = modelWarnings(model), hasDoubtfulPoses = warnings.length > model.warnings.length;
+  byId("warnings").hidden = warnings.length === 0;
+  byId("warnings").replaceChildren(...warnings.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
+  byId("doubt").hidden = !hasDoubtfulPoses;
+  byId("picture").classList.toggle("marked-poses", hasDoubtfulPoses);
   byId("welcome").hidden = byId("message").hidden = true;
   byId("player").hidden = false;
   setRange("flexion", model.flexion[0], model.flexion.at(-1));
@@ -204,7 +225,7 @@ function show(model, name) {
   setRange("varus", Math.min(own[0], model.varus[0]), Math.max(own[1], model.varus.at(-1)));
   options(byId("set"), player.sets, player.sets.map(setLabel));
   const names = bodyNames(model);
-  options(byId("held"), ["moving", "reference"], [names.moving, names.reference]);
+  options(byId("held"), ["moving", "reference", "push"], [names.moving, names.reference, "direction of push"]);
   labels.show(joint);
   quantities = quantitiesOf(model, player.raw.isVarusFree);
   options(byId("quantity"), quantities.map((q) => q.name), quantities.map((q) => `${q.label}, ${q.unit}`));
@@ -323,7 +344,7 @@ function stepSpeed(by) {
   byId("speed").selectedIndex = Math.min(Math.max(byId("speed").selectedIndex + by, 0), byId("speed").length - 1);
 }
 function nextHeld() {
-  byId("held").value = byId("held").value === "moving" ? "reference" : "moving";
+  byId("held").selectedIndex = (byId("held").selectedIndex + 1) % byId("held").length;
   useView(view);
 }
 
@@ -353,7 +374,7 @@ const xr = connectXr(byId, viewer, {
   advance: (now) => {
     if (live?.apply() || lastFrame !== null) { advance(now); draw(); }
   },
-  marks: () => [...(live?.stream.marks() ?? []), ...(player.pose().isSolved ? [] : ["no pose at this flexion: the last one is shown"])],
+  marks: () => [...(live?.stream.marks() ?? []), ...[doubtText(player.model, player.pose(), drawnAlone())].filter(Boolean)],
   landmarks: () => landmarksOf(player.model, joint.scale, live?.stream.bench?.points),
   onStart: () => { joint.group.matrix.identity(); document.documentElement.dataset.space = "on"; draw(); },
   onEnd: () => { delete document.documentElement.dataset.space; stop(); draw(); },
@@ -362,6 +383,7 @@ const xr = connectXr(byId, viewer, {
 watchControls();
 byId("usdz").addEventListener("click", async () => {
   try {
+    if (!player.pose().isSolved) throw new Error(doubtText(player.model, player.pose(), drawnAlone()));
     save(await usdzOf(joint, byId("ligaments").checked), `${byId("title").textContent}.usdz`, "model/vnd.usdz+zip");
   } catch (error) {
     showError(`USDZ: cannot be made (${error.message})`);
@@ -378,6 +400,9 @@ window.vrda = {
   pose: (set, flexion, varus) => player.poseOf(set, flexion, varus),
   shown: () => ({ ...player.poseOf(player.set, player.flexion, player.varusAt(player.flexion * degree) / degree), set: player.set, flexion: player.flexion }),
   sets: () => player.sets,
+  /// For tests: where the bodies are drawn, and the marked spans of the slider and the curves.
+  drawn: () => Object.fromEntries(Object.entries(joint.bodies).map(([name, { matrix, visible }]) => [name, { matrix: [...matrix.elements], visible }])),
+  spans: () => curve.spans,
   /// For tests: abscissae and values of the curves, and which pairs are bands.
   curve: () => ({ values: curve.plot.data.map((values) => Array.from(values)), bands: (curve.plot.bands ?? []).map(({ series }) => series) }),
   /// For tests: strains at a pose { R, t } of the moving body in the reference, and the present gaps.

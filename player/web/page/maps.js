@@ -1,7 +1,9 @@
 // Maps over flexion and varus: raw, the chosen set, their difference, and the status of each attitude.
 import { AttitudeMap } from "./attitude_map.js";
 import { empty, scales, statuses } from "./colours.js";
+import { plausibilities } from "./doubts.js";
 import { degree } from "./frames.js";
+import { stable } from "./motion.js";
 import { formatNumber } from "./quantities.js";
 
 const barStops = 9;
@@ -61,13 +63,17 @@ export class Maps {
   #fillStatus(model) {
     const { caption, key, map } = this.panels.status, n = model.varus.length;
     const known = new Map(statuses.map((status) => [status.code, status]));
+    const doubtful = new Map(plausibilities.map((one) => [one.code, one]));
     caption.textContent = "Status of each attitude";
-    map.setCells(model, (i, j) => known.get(model.status[i * n + j])?.colour ?? empty);
+    map.setCells(model, (i, j) => doubtful.get(model.plausibility?.[i * n + j])?.colour ?? known.get(model.status[i * n + j])?.colour ?? empty);
     key.className = "legend";
-    key.replaceChildren(...statuses.filter(({ code }) => model.status.includes(code)).map(({ code, label, colour }) => {
+    const countOf = (code, values) => values.reduce((count, found) => count + (found === code), 0);
+    const doubts = plausibilities.map(({ code, name, colour }) => ({ label: name, colour, count: countOf(code, model.plausibility ?? []) }));
+    const kinds = statuses.map(({ code, label, colour }) => ({ label, colour, count: countOf(code, model.status) - (code === stable ? doubts.reduce((sum, { count }) => sum + count, 0) : 0) }));
+    key.replaceChildren(...[...kinds, ...doubts].filter(({ count }) => count > 0).map(({ label, colour, count }) => {
       const item = document.createElement("span");
       item.style.setProperty("--c", `rgb(${colour.join(" ")})`);
-      item.textContent = `${label}: ${model.status.reduce((count, found) => count + (found === code), 0)}`;
+      item.textContent = `${label}: ${count}`;
       return item;
     }));
   }

@@ -52,6 +52,7 @@ function readSurfaces(file, model) {
   const size = [model.flexion.length, model.varus.length];
   for (const name of ["tx", "ty", "tz", "theta"]) model[name] = file.numbers(`/${name}`, size);
   model.status = file.numbers("/status", size, "int8");
+  if (file.hasDataset("/plausibility")) model.plausibility = file.numbers("/plausibility", size, "int8");
   model.isSpine = file.numbers("/is_spine", size, "int8");
   const onAxis = () => Float64Array.from(model.status, (_, k) => model.varus[k % size[1]]);
   model.varusSolved = file.hasDataset("/varus_solved") ? file.numbers("/varus_solved", size) : onAxis();
@@ -159,6 +160,7 @@ function readAll(file) {
   readMotionsOverFlexion(file, model);
   readUncertainty(file, model);
   readContactPaths(file, model);
+  model.warnings = file.hasDataset("/job/warnings") ? file.texts("/job/warnings") : [];
   model.ligaments = readLigaments(file, [model.flexion.length, model.varus.length]);
   model.bodies = { reference: readBodies(file, "reference"), moving: readBodies(file, "moving") };
   return model;

@@ -161,7 +161,7 @@ Stage::Stage(store::MotionModel made)
 
 void Stage::show(const motion::JointPose& pose, const scene::LayerSet& wanted)
 {
-  const scene::JointFrames frames = scene::frames_of(pose, held);
+  const scene::JointFrames frames = scene::frames_of(pose, held, model.rotation_centre_mm);
   scene::place(scene, frames);
   layers.update(scene, motion, {pose, frames, wanted});
 }

@@ -31,7 +31,7 @@ struct Stage {
   scene::Scene scene;
   scene::JointLayers layers;
   motion::Motion motion;
-  scene::FixedObject held = scene::FixedObject::moving;
+  scene::FixedObject held = scene::FixedObject::push;
 };
 
 scene::LayerSet set_of(std::initializer_list<scene::Layer> layers);

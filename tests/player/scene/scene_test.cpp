@@ -65,10 +65,11 @@ TEST(Scene, TheRelativePoseIsXReferenceMovingWhicheverObjectIsFixed)
     const store::MotionModel model = moving_model(side);
     const motion::Motion motion(model, "raw");
     scene::Scene scene = scene_of(model);
-    for (const scene::FixedObject held : {scene::FixedObject::moving, scene::FixedObject::reference}) {
+    for (const scene::FixedObject held :
+         {scene::FixedObject::moving, scene::FixedObject::reference, scene::FixedObject::push}) {
       for (const double flexion_deg : {0.0, 40.0, 90.0}) {
         const motion::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(1.5)});
-        scene::place(scene, scene::frames_of(pose, held));
+        scene::place(scene, scene::frames_of(pose, held, model.rotation_centre_mm));
         // mesh = stored - origin, for both objects
         Pose X_stored_mesh = Pose::Identity();
         X_stored_mesh.translation() = model.rotation_centre_mm;
@@ -81,17 +82,35 @@ TEST(Scene, TheRelativePoseIsXReferenceMovingWhicheverObjectIsFixed)
   }
 }
 
-TEST(Scene, TheFixedReferenceIsCentredAndNotRotated)
+TEST(Scene, AFixedObjectStaysWhereItIsBitForBit)
 {
-  const store::MotionModel model = moving_model("left");
-  const motion::Motion motion(model, "raw");
-  for (const double flexion_deg : {0.0, 33.0, 90.0}) {
-    const scene::JointFrames frames = scene::frames_of(
-        motion.at({rad_from_deg(flexion_deg), rad_from_deg(-2.0)}), scene::FixedObject::reference);
-    Pose expected = Pose::Identity();
-    expected.translation() = -model.rotation_centre_mm;
-    EXPECT_LT(difference(frames.X_world_reference, expected), rounding);
+  struct Row {
+    scene::FixedObject fixed;
+    std::size_t body, other;  // rows of the drawables
+  };
+  for (const std::string side : {"right", "left"}) {
+    const store::MotionModel model = moving_model(side);
+    const motion::Motion motion(model, "raw");
+    scene::Scene scene = scene_of(model);
+    for (const Row& row : {Row{scene::FixedObject::moving, 1, 0}, Row{scene::FixedObject::reference, 0, 1}}) {
+      for (const double flexion_deg : {0.0, 7.3, 33.0, 61.9, 90.0}) {
+        const motion::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(-2.0)});
+        scene::place(scene, scene::frames_of(pose, row.fixed, model.rotation_centre_mm));
+        // The mesh is relative to the rotation centre, which is the origin of the screen's world.
+        EXPECT_EQ(scene.drawables[row.body].X_world_mesh.matrix(), Eigen::Matrix4d::Identity())
+            << flexion_deg;
+        EXPECT_GT(difference(scene.drawables[row.other].X_world_mesh, Pose::Identity()), 1e-3);
+      }
+    }
   }
+}
+
+TEST(Scene, WithAFixedPushTheObjectsHaveTheirPosesInItsFrame)
+{
+  const motion::JointPose pose = motion::Motion(moving_model("left"), "raw").at({rad_from_deg(33.0), 0.0});
+  const scene::JointFrames frames = scene::frames_of(pose, scene::FixedObject::push);
+  EXPECT_EQ(frames.X_world_reference.matrix(), pose.X_world_reference.matrix());
+  EXPECT_EQ(frames.X_world_moving.matrix(), pose.X_world_moving.matrix());
 }
 
 TEST(Scene, TheJointSphereLiesWhereTheObjectsMeet)

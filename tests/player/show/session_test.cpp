@@ -174,16 +174,41 @@ TEST_F(AtWindow, ARejectedSmoothedMotionIsOnTheScreenWithTheSolvedPoses)
   EXPECT_EQ(n_vertices("degree_1", "degree_1 is rough"), n_vertices("degree_1", ""));
 }
 
-TEST_F(AtWindow, WhereNothingIsSolvedTheJointStaysAsItStood)
+TEST_F(AtWindow, WithoutAPoseOnlyTheFixedObjectIsDrawnAndTheTextSaysSo)
 {
   key(render::Key::up);
   key(render::Key::right, true);
-  const Pose moving = session_.scene().drawables[1].X_world_mesh;
+  EXPECT_TRUE(session_.scene().drawables[0].is_shown && session_.scene().drawables[1].is_shown);
   key(render::Key::right, true);
   EXPECT_EQ(session_.pose().status, motion::PoseStatus::unsolved_cell);
-  EXPECT_EQ(session_.scene().drawables[1].X_world_mesh.matrix(), moving.matrix());
+  EXPECT_FALSE(session_.scene().drawables[0].is_shown);
+  EXPECT_TRUE(session_.scene().drawables[1].is_shown);
+  EXPECT_STREQ(session_.doubt(),
+               "no pose at 20 degrees: a neighbouring attitude is unsolved; only the tibia is drawn");
+  key('O');
+  session_.advance(frame_s);
+  EXPECT_TRUE(session_.scene().drawables[0].is_shown);
+  EXPECT_FALSE(session_.scene().drawables[1].is_shown);
   key(render::Key::down);
   EXPECT_EQ(session_.pose().status, motion::PoseStatus::solved);
+  EXPECT_TRUE(session_.scene().drawables[1].is_shown);
+  EXPECT_STREQ(session_.doubt(), "");
+}
+
+TEST_F(AtWindow, TheNamedObjectDoesNotMoveOnTheScreen)
+{
+  const std::vector<std::pair<std::size_t, std::size_t>> fixed_and_other{{1, 0}, {0, 1}};
+  for (const auto& [fixed, other] : fixed_and_other) {
+    key(render::Key::home);
+    const Eigen::Matrix4d before = session_.scene().drawables[fixed].X_world_mesh.matrix();
+    const Eigen::Matrix4d other_before = session_.scene().drawables[other].X_world_mesh.matrix();
+    for (int i = 0; i < 9; ++i) {
+      key(render::Key::right);
+      EXPECT_EQ(session_.scene().drawables[fixed].X_world_mesh.matrix(), before);
+      EXPECT_NE(session_.scene().drawables[other].X_world_mesh.matrix(), other_before);
+    }
+    key('O');
+  }
 }
 
 TEST_F(AtWindow, ButtonsMoveTurnAndPushTheObject)
