@@ -71,7 +71,7 @@ TEST(PlayerState, CyclesComeRound)
     int n;
   };
   for (const Row row : {Row{Action::next_mode, 5}, Row{Action::next_loop, 3}, Row{Action::next_backdrop, 3},
-                        Row{Action::next_fixed_object, 2}}) {
+                        Row{Action::next_fixed_object, 3}}) {
     navigation::PlayerState turned = state;
     for (int i = 0; i < row.n; ++i) {
       turned = navigation::apply_action(turned, row.action, sample_range());
