@@ -31,6 +31,8 @@ struct PanelView {
 float warnings_height_px(const GuiLayout& layout, const std::vector<std::string>& warnings,
                          bool has_doubtful_poses, const optics::Viewport& area);
 void draw_warnings(const PanelView& view);
+/// Doubtful and missing poses along the lower edge of the slider that was drawn last.
+void draw_marks(const PanelView& view, const navigation::Timeline& timeline);
 
 void draw_numbers(const PanelView& view, const navigation::PlayerState& state);
 void draw_labels(const PanelView& view);

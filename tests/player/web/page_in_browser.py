@@ -297,9 +297,24 @@ class WebPage(unittest.TestCase):
             page.set("set", "raw", "change")
             page.set("flexion", hole["flexion"])
             page.set("varus", hole["varus"])
-            self.assertIn("not solved", page.text("note"))
+            self.assertRegex(page.text("doubt"), r"^no pose at [0-9.]+ degrees: .* only the tibia is drawn$")
+            self.assertIn("have no pose", page.text("warnings"))
+            self.assertIn(False, [span["hasPose"] for span in page.browser.value("window.vrda.spans()")])
+            self.assertEqual({name: body["visible"] for name, body in page.browser.value("window.vrda.drawn()").items()}, {"reference": False, "moving": True})
             self.assertIn("iteration limit", page.text("maps"))
             self.whole(page, "holes")
+            self.is_quiet(page)
+
+    def test_the_named_body_does_not_move(self):
+        with Page(CHROMIUM) as page:
+            self.opened(page, "left")
+            for held, still in (("moving", ["moving"]), ("reference", ["reference"]), ("push", [])):
+                page.set("held", held, "change")
+                drawn = []
+                for flexion in (3, 27.7, 61):
+                    page.set("flexion", flexion)
+                    drawn.append(page.browser.value("window.vrda.drawn()"))
+                self.assertEqual([name for name in ("reference", "moving") if all(d[name] == drawn[0][name] for d in drawn)], still)
             self.is_quiet(page)
 
     def test_joint_slider_and_play_are_visible_together_on_a_phone(self):
