@@ -39,17 +39,17 @@ Eigen::Vector3d towards_reference(const load::Case& job_case)
 // At the first flexion.
 InitialContact initial_contact(const load::Case& job_case)
 {
-  const solve::Joint joint = model_build::joint_of(job_case, job_case.frame);
+  const model_build::InitialBodies bodies = model_build::initial_bodies_of(job_case);
   const sweep::SweepPlan plan = model_build::plan_of(job_case);
   contact::NarrowPhase narrow_phase;
   const proximity::TreeMesh reference =
-      proximity::rotated_reference(joint.reference.tree_mesh, {plan.flexion_rad.front(), 0.0});
+      proximity::rotated_reference(bodies.reference, {plan.flexion_rad.front(), 0.0});
   const bool is_overlapping =
-      contact::find_collision(reference, joint.moving.tree_mesh, plan.initial, narrow_phase).has_value();
+      contact::find_collision(reference, bodies.moving, plan.initial, narrow_phase).has_value();
   const proximity::Gap gap = proximity::directional_gap(
-      reference, joint.moving.tree_mesh.mesh, joint.moving.tree_mesh.tree, plan.initial,
+      reference, bodies.moving.mesh, bodies.moving.tree, plan.initial,
       {is_overlapping ? proximity::GapKind::signed_facing : proximity::GapKind::non_negative, {}});
-  return {is_overlapping, gap.travel_mm, joint.substep_mm};
+  return {is_overlapping, gap.travel_mm, bodies.substep_mm};
 }
 
 // An initial pose from which the first step cannot approach the reference.
