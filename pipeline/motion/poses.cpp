@@ -137,10 +137,10 @@ std::vector<std::string> set_names(const store::MotionModel& model)
 
 store::DefaultMotion default_motion(const store::MotionModel& model)
 {
-  const std::vector<std::string> names = set_names(model);
+  const std::vector<std::string> sets = set_names(model);
   const bool is_there =
-      model.default_motion && std::find(names.begin(), names.end(), model.default_motion->set) != names.end();
-  return is_there ? *model.default_motion : store::DefaultMotion{names.front(), ""};
+      model.default_motion && std::find(sets.begin(), sets.end(), model.default_motion->set) != sets.end();
+  return is_there ? *model.default_motion : store::DefaultMotion{sets.front(), ""};
 }
 
 std::string chosen_set(const store::MotionModel& model, const std::string& file, const std::string& set)

@@ -397,8 +397,8 @@ std::string cut_off_warning(const store::ZeroVarus& zero_varus)
   const auto n = std::count(zero_varus.is_cut_off.begin(), zero_varus.is_cut_off.end(), 1);
   if (n == 0) return "";
   return "zero varus at " + std::to_string(n) + " of " + std::to_string(zero_varus.is_cut_off.size()) +
-         " flexions: the band with both contacts reaches the border of the grid; widen grid.varus or use the "
-         "two-sided motion";
+         " flexions: the band with both contacts reaches the border of the grid; widen "
+         "grid.varus";
 }
 
 int n_reduced_flexions(const store::ZeroVarus& zero_varus)

@@ -100,6 +100,8 @@ class Server {
  public:
   Server(const WebOptions& options, const std::optional<LiveFeed>& feed) : feed_(feed)
   {
+    // Before the address is printed: whoever reads it may send one at once.
+    for (const int signal : stop_signals()) signals_.add(signal);
     const asio::ip::address address = address_of(options);
     certificate_ = certificate_of(options, address);
     listen(options, address);
@@ -152,7 +154,6 @@ class Server {
   /// Runs until SIGINT, SIGTERM or SIGHUP.
   void run()
   {
-    for (const int signal : stop_signals()) signals_.add(signal);
     signals_.async_wait([this](const error_code&, int) { io_.stop(); });
     accept();
     if (feed_) {
