@@ -14,7 +14,8 @@ constexpr std::uintmax_t largest_configuration_bytes = 1U << 20U;  // the thesis
 constexpr double longest_mm = 1e6;                                 // 1 km: more is probably a mistake
 constexpr double longest_step_mm = 1000.0;                         // limit of a job
 constexpr double largest_step_deg = 90.0;                          // limit of a job
-constexpr double max_attitudes = 1e6;                              // limit of a job
+constexpr double whole_turn_deg = 360.0;
+constexpr double max_attitudes = 1e6;  // limit of a job
 
 // A product rounded to short decimals: 0.0003 m gives 0.3 mm.
 double in_mm(double length, double unit_mm)
@@ -261,6 +262,8 @@ class Reader {
     range.step_deg = lines_.words().size() > 4 ? lines_.real(4, "a step in degrees")
                      : is_falling              ? -1.0
                                                : 1.0;
+    if (std::abs(range.step_deg) > whole_turn_deg)
+      lines_.refuse("a step of " + shortest_decimal(range.step_deg), "one of at most 360 degrees");
     if (range.step_deg == 0.0 || (range.from_deg != range.to_deg && (range.step_deg < 0.0) != is_falling)) {
       lines_.refuse("a step of " + shortest_decimal(range.step_deg),
                     "a step that goes from " + shortest_decimal(range.from_deg) + " to " +

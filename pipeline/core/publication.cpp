@@ -49,7 +49,7 @@ Publication::Publication(std::string main, std::optional<OutputLock> lock)
 }
 
 // Lists the files from before the first swap until after the last one. While `main` is absent, they belong to
-// nobody.
+// no process.
 std::string Publication::note() const
 {
   return resolve_links(main_) + ".publishing";

@@ -218,7 +218,7 @@ void warn_of_slack_ligaments(const std::map<std::string, double>& largest, const
 }
 
 // Per unit strain (schemas/ligaments.md): the bundles of published knees have 1500 to 5700 N and the
-// stiffest tendon 35,000 N. In N/mm a bundle has 40 to 250; times its length once more, 45,000 and more.
+// stiffest tendon 35,000 N. In N/mm a bundle has 40 to 250; times its length again, 45,000 and more.
 constexpr double least_bundle_n = 300.0, most_bundle_n = 25000.0, most_tendon_n = 60000.0;
 // In one bundle; published fibres of a bundle are equally stiff.
 constexpr double most_uneven = 5.0;

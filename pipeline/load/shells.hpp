@@ -28,7 +28,7 @@ std::vector<std::size_t> outermost_shells(const Mesh& mesh, const std::vector<Sh
 std::vector<std::vector<Eigen::Index>> small_shells(const std::vector<Shell>& shells,
                                                     const std::vector<std::size_t>& outermost);
 
-/// The mesh without enclosed shells and their vertices; unchanged if there are none. For what depends on the
+/// The mesh without enclosed shells and their vertices; unchanged without any. For what depends on the
 /// outer shape alone: registration and thickness. Cost: a sort of the edges.
 Mesh outer_surface(const Mesh& mesh);
 

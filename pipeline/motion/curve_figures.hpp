@@ -1,4 +1,4 @@
-/// Figures of a curve over flexion: what a reader is told of a rotation along the spine (screw-home).
+/// Figures of a curve over flexion: those of a rotation along the spine (screw-home) that are printed.
 #pragma once
 
 #include <string>

@@ -93,8 +93,8 @@ std::string same_place_text(const std::vector<Task>& tasks, const CalibrationRec
 std::string unexpected_text(const std::vector<Task>& tasks, const CalibrationRecord& record,
                             const Estimate& estimate, const Calibration& nominal)
 {
-  const std::string once_more =
-      ". The readings agree with each other, so they are asked for once more: check the instrument, its unit "
+  const std::string again =
+      ". The readings agree with each other, so they must be measured again: check the instrument, its unit "
       "and what is measured. The same readings are then accepted.";
   for (const Task& task : tasks) {
     const CalibrationMark* const mark = find_mark(record, task.name);
@@ -102,7 +102,7 @@ std::string unexpected_text(const std::vector<Task>& tasks, const CalibrationRec
     if (!has_reading || mark == nullptr || implausible_text(task, mark->rows[0]).empty()) continue;
     return task.name + ": " + with_unit(mark->rows[0][0], task.dials[0].unit) + " is far from the expected " +
            with_unit(task.dials[0].least_plausible, "") + " to " +
-           with_unit(task.dials[0].most_plausible, task.dials[0].unit) + once_more;
+           with_unit(task.dials[0].most_plausible, task.dials[0].unit) + again;
   }
   struct Expected {
     const char* name;
@@ -126,7 +126,7 @@ std::string unexpected_text(const std::vector<Task>& tasks, const CalibrationRec
     const double value = estimate.values[static_cast<Eigen::Index>(k)];
     if (value >= e.least && value <= e.most) continue;
     return std::string(e.name) + " " + with_unit(value, estimate.units[k]) + " is far from the expected " +
-           with_unit(e.least, "") + " to " + with_unit(e.most, estimate.units[k]) + once_more;
+           with_unit(e.least, "") + " to " + with_unit(e.most, estimate.units[k]) + again;
   }
   return {};
 }

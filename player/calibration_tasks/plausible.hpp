@@ -22,7 +22,7 @@ std::string implausible_text(const Task& task, std::span<const double> values);
 std::string same_place_text(const std::vector<Task>& tasks, const CalibrationRecord& record, const Task& task,
                             const CalibrationMark& mark);
 
-/// Why the readings of a part, which agree with each other, must be taken once more: its estimate, or
+/// Why the readings of a part, which agree with each other, must be measured again: its estimate, or
 /// readings of `tasks` that were confirmed although implausible, are far from what the tasks start from.
 std::string unexpected_text(const std::vector<Task>& tasks, const CalibrationRecord& record,
                             const Estimate& estimate, const Calibration& nominal);

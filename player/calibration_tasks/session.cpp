@@ -260,7 +260,7 @@ void CalibrationSession::solve()
     const CalibrationRecord& done = solved.records.at(progress_.part);
     const std::string unexpected =
         unexpected_text(tasks_, done, *done.estimate, bench_files::nominal_calibration(bench_));
-    if (!unexpected.empty() && asked_once_more_.insert(progress_.part).second) {
+    if (!unexpected.empty() && repeated_parts_.insert(progress_.part).second) {
       record().marks.clear();
       next_task_of_part();
       return show_error(unexpected);

@@ -124,8 +124,8 @@ class CalibrationSession {
   Dials dials_;
   std::optional<Calibration> looked_at_;  ///< calibration for drawing a depth check
   std::vector<double> implausible_;  ///< dial values that were refused: confirmed again, they are accepted
-  std::set<CalibrationPart> asked_once_more_;  ///< parts whose agreeing readings were refused as unexpected
-  std::optional<Eigen::Vector3d> cross_;       ///< bull's-eye being sampled: x, y as drawn, stage mm
+  std::set<CalibrationPart> repeated_parts_;  ///< parts whose agreeing readings were refused as unexpected
+  std::optional<Eigen::Vector3d> cross_;      ///< bull's-eye being sampled: x, y as drawn, stage mm
   CalibrationProgress progress_;
   std::uint64_t revision_ = 0;
   bool must_zero_ = false, has_quit_ = false;

@@ -438,7 +438,8 @@ struct TrackerClient::State {
   void reconnect(const std::string& error_message)
   {
     is_connecting = false;
-    // A server that ends the connection without a message may not know version 2: it is not asked next time.
+    // A server that ends the connection without a message may not know version 2: the next connection sends
+    // no request.
     if (std::exchange(is_reading, false)) asks_for_version_2 = has_received || !asks_for_version_2;
     n_malformed = 0;
     const std::string why = error_message;  // close() may end its owner

@@ -13,7 +13,7 @@
 namespace vrda::igtl {
 
 /// The protocol has no start marker: after an invalid header or a wrong checksum the rest cannot be parsed. A
-/// checksum of 0 is none.
+/// checksum of 0 means that the sender computes no checksum.
 /// The stream is then broken, and the connection must be reopened.
 class IgtlStream {
  public:

@@ -79,7 +79,7 @@ class RecordingReader {
   const RecordedFrame& frame(std::size_t k);
   /// Time of frame `k` since the first one.
   double seconds(std::size_t k);
-  /// The first frame at `s` or later; n_frames() if there is none.
+  /// The first frame at `s` or later; n_frames() if all are earlier.
   std::size_t index_at(double s);
 
  private:

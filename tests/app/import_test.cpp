@@ -258,7 +258,7 @@ TEST_F(Import, WrappedAnglesAreOneCurve)
     EXPECT_EQ(ended.err.find("gimbal lock") != std::string::npos, row.is_locked) << ended.err;
     const json info = json::parse(succeed({"info", file, "--json"}).out);
     EXPECT_EQ(info["gimbal_lock_poses"], row.is_locked ? 6 : 0);
-    EXPECT_NEAR(info["screw_home"]["range_deg"].get<double>(), 10 * row.internal_step, same_pose);
+    EXPECT_NEAR(std::abs(info["screw_home"]["peak"]["deg"].get<double>()), 10 * row.internal_step, same_pose);
     EXPECT_NEAR(info["clinical"]["varus_deg"]["max"].get<double>(), row.varus_deg + 10 * row.varus_step,
                 1e-5);
     EXPECT_NEAR(info["grid"]["flexion_deg"][0].get<double>(), 10, same_pose);

@@ -257,7 +257,7 @@ TEST(Warnings, SpecksInTheJointSpace)
   EXPECT_THAT(found(femur, with_ball(tibia, {10, -40, -20}, 1.5)), ElementsAre());
 }
 
-// The bare compartment stands back by the thickness of the cartilage, so the knee tilts.
+// The bare compartment is lower by the thickness of the cartilage, so the knee tilts.
 TEST(Warnings, CartilageOfOneCompartmentAndASurfaceTwice)
 {
   const Mesh tibia = test::box({0, -60, 0}, {50, 30, 70});

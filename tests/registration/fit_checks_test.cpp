@@ -147,7 +147,7 @@ TEST(PartChecks, AMeniscusIsNoCartilage)
               HasSubstr("as a meniscus is"));
   EXPECT_THAT(cartilage_check(at_height(3.5), CartilageOf::tibia, at_height(0.0), at_height(8.0)).rejection,
               HasSubstr("as a meniscus is"));
-  // A closed layer of 2 mm on a condyle is none.
+  // A closed layer of 2 mm on a condyle is no copy.
   Mesh layer = test::ball(22), bone = test::ball(20);
   append(layer, bone);
   Mesh below = test::sheet(60, 20);

@@ -158,15 +158,15 @@ TEST(KneeFit, AKnownPointDrawsItsBoneAndOneFarOffDoesNot)
 // A fit of thousands of overlapping triangles takes minutes, so each of its searches asks.
 TEST(KneeFit, EndsSoonAfterItIsStopped)
 {
-  int n_asked = 0;
+  int n_polls = 0;
   KneeFitOptions options;
-  options.is_stopped = [&] { return ++n_asked > 1000; };
+  options.is_stopped = [&] { return ++n_polls > 1000; };
   const KneeFit fit = fit_knee(generated_knee(), generated_template(), options);
-  EXPECT_GT(n_asked, 1000);
-  EXPECT_LT(n_asked, 1100);  // once more for each of the fits that were left
-  const int n_before = n_asked;
+  EXPECT_GT(n_polls, 1000);
+  EXPECT_LT(n_polls, 1100);  // one for each of the fits that were left
+  const int n_before = n_polls;
   EXPECT_EQ(probable_cause(fit, generated_knee(), generated_template(), options), "");
-  EXPECT_LT(n_asked, n_before + 500);
+  EXPECT_LT(n_polls, n_before + 500);
 }
 
 }  // namespace vrda::knee_fit_test

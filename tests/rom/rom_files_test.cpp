@@ -99,7 +99,7 @@ TEST(RomFiles, ADamagedDocumentIsRefusedByKey)
         << damage.pointer;
   }
   EXPECT_THAT(test::input_error([] { rom::parse_rom("a/rom.json", "{}"); }),
-              test::refuses({.file = "a/rom.json"}));
+              test::refuses({.file = "a/rom.json", .field = "format"}));
 }
 
 // Trapezoidal weights of 5, 10, 5 and 7.5, 12.5, 17.5, 12.5 degrees.

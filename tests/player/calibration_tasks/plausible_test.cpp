@@ -73,8 +73,8 @@ TEST(Plausible, BothLinesOfARectangleAreTouched)
   expect_refused(trial, "the other line was not touched");
 }
 
-/// A set that agrees with itself and not with the start is asked for once more, and then accepted.
-TEST(Plausible, AnUnexpectedSetIsMeasuredOnceMore)
+/// A set that agrees with itself and not with the start must be measured again, and then accepted.
+TEST(Plausible, AnUnexpectedSetIsMeasuredAgain)
 {
   constexpr double share = 0.6;  // of a child
   Trial trial(bench(), "subject");
@@ -87,14 +87,14 @@ TEST(Plausible, AnUnexpectedSetIsMeasuredOnceMore)
       trial.press(navigation::Key::enter);
     }
     EXPECT_EQ(trial.session->progress().has_error, !is_again) << trial.words();
-    EXPECT_EQ(trial.words().find("asked for once more") != std::string::npos, !is_again);
+    EXPECT_EQ(trial.words().find("must be measured again") != std::string::npos, !is_again);
     EXPECT_EQ(trial.record(CalibrationPart::subject).marks.empty(), !is_again);
   }
   EXPECT_NEAR(trial.session->calibration().subject_scale, share, 0.01);
 }
 
 /// A number that is confirmed although implausible makes its part unexpected.
-TEST(Plausible, AnImplausibleNumberIsConfirmedAndItsPartMeasuredOnceMore)
+TEST(Plausible, AnImplausibleNumberIsConfirmedAndItsPartMeasuredAgain)
 {
   constexpr double pupils_mm = 42.0;
   Trial trial(bench(), all_done(), restarted("ipd"));
@@ -108,7 +108,7 @@ TEST(Plausible, AnImplausibleNumberIsConfirmedAndItsPartMeasuredOnceMore)
     while (trial.session->task() != nullptr && !trial.session->progress().has_error &&
            !trial.is_requested(CalibrationPart::ipd, "pupillary distance"))
       trial.do_task();
-    EXPECT_EQ(trial.words().find("asked for once more") != std::string::npos, !is_again) << trial.words();
+    EXPECT_EQ(trial.words().find("must be measured again") != std::string::npos, !is_again) << trial.words();
   }
   EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), CalibrationPart::ipd));
 }

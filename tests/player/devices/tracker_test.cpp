@@ -196,7 +196,7 @@ std::optional<igtl::IgtlMessage> next_request(const OpenFile& client)
 }
 
 /// PlusServer states what is hidden only to clients that have sent a message of header version 2. A server
-/// that ends such a connection at once is not asked again.
+/// that ends such a connection at once gets no second request.
 TEST(Tracker, AsksForHeaderVersion2UnlessTheServerEndsTheConnection)
 {
   Listener listener;
@@ -214,7 +214,7 @@ TEST(Tracker, AsksForHeaderVersion2UnlessTheServerEndsTheConnection)
 }
 
 /// The simulated tracker states what is visible, so poses without noise are not taken as hidden.
-TEST(Tracker, TheSimulatedOneAnswersInTheVersionThatWasAsked)
+TEST(Tracker, TheSimulatedOneAnswersInTheRequestedVersion)
 {
   const devices::TrackerServer server({}, femur);
   const OpenFile client(socket(AF_INET, SOCK_STREAM, 0));

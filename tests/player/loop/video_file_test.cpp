@@ -98,12 +98,12 @@ TEST_F(Video, AFullDiskIsAnErrorInEachFormAndTheOldFilmStays)
     SCOPED_TRACE(name);
     const std::string before("\0the film before", 16);
     scratch_.write(name, before);
-    loop::VideoFile video({path(name), 160, 120, 25});
     // Noise is incompressible; the disk fills up before the end, for some formats only at the end.
     std::mt19937 random(3);
     render::Image image = plain_image(160, 120, 0);
     EXPECT_THROW(
         {
+          loop::VideoFile video({path(name), 160, 120, 25});
           for (int i = 0; i < 40; ++i) {
             for (std::uint8_t& byte : image.rgba) byte = static_cast<std::uint8_t>(random());
             video.add(image);

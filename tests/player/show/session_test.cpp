@@ -160,7 +160,8 @@ TEST_F(AtWindow, PosesAreThoseOfTheChosenSet)
   }
 }
 
-// Solved poses that stand for a rejected smoothed motion have the reason on the screen, other sets have not.
+// Solved poses shown in place of a rejected smoothed motion have the reason on the screen, other sets have
+// not.
 TEST_F(AtWindow, ARejectedSmoothedMotionIsOnTheScreenWithTheSolvedPoses)
 {
   const auto n_vertices = [](const std::string& set, const std::string& reason) {
