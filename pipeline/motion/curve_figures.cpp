@@ -77,7 +77,9 @@ FlexionCurve spine_rotation(const store::MotionModel& model)
   for (Eigen::Index i = 0; i < model.is_spine.rows(); ++i) {
     for (Eigen::Index j = 0; j < model.is_spine.cols(); ++j) {
       if (model.is_spine(i, j) != 1) continue;
-      curve.flexion_deg.push_back(model.flexion_deg[static_cast<std::size_t>(i)]);
+      // Past gimbal lock the measured flexion of a frame turns over; its curve does not.
+      curve.flexion_deg.push_back(model.frames ? clinical.surfaces.flexion_deg(i, j)
+                                               : model.flexion_deg[static_cast<std::size_t>(i)]);
       curve.value_deg.push_back(clinical.surfaces.internal_rotation_deg(i, j));
     }
   }
@@ -87,6 +89,7 @@ FlexionCurve spine_rotation(const store::MotionModel& model)
 SpineJump spine_jump(const store::MotionModel& model)
 {
   SpineJump jump;
+  if (model.frames) return jump;
   double before_deg = nan;
   for (Eigen::Index i = 0; i < model.is_spine.rows(); ++i) {
     double here_deg = nan;
@@ -114,14 +117,17 @@ std::string text_of(const SpineJump& jump)
 std::string text_of(const CurveFigures& figures)
 {
   if (std::isnan(figures.net_deg)) return "none";
+  const auto tenths = [](double deg) { return std::round(10.0 * deg) / 10.0 + 0.0; };
   std::array<char, 240> text{};
   int n = std::snprintf(text.data(), text.size(),
-                        "net %+.3g degrees from flexion %.4g to %.4g, peak %+.3g at %.4g", figures.net_deg,
-                        figures.first_deg, figures.last_deg, figures.peak_deg, figures.peak_at_deg);
+                        "net %+.3g degrees from flexion %.4g to %.4g, peak %+.3g at %.4g",
+                        tenths(figures.net_deg), tenths(figures.first_deg), tenths(figures.last_deg),
+                        tenths(figures.peak_deg), tenths(figures.peak_at_deg));
   if (!std::isnan(figures.change_deg))
     std::snprintf(text.data() + n, text.size() - static_cast<std::size_t>(n),
-                  ", largest change %+.3g per %g degrees of flexion (%.4g to %.4g)", figures.change_deg,
-                  change_window_deg, figures.change_from_deg, figures.change_to_deg);
+                  ", largest change %+.3g per %g degrees of flexion (%.4g to %.4g)",
+                  tenths(figures.change_deg), change_window_deg, tenths(figures.change_from_deg),
+                  tenths(figures.change_to_deg));
   return text.data();
 }
 

@@ -30,7 +30,8 @@ CurveFigures curve_figures(const FlexionCurve& curve);
 /// Internal rotation at the spine cell of each flexion that has one.
 FlexionCurve spine_rotation(const store::MotionModel& model);
 
-/// The largest change of theta between neighbouring flexions of the spine that are both solved; NaN without.
+/// The largest change of theta between neighbouring flexions of the spine that are both solved; NaN without,
+/// and for a sequence of frames.
 struct SpineJump {
   double change_deg = nan;  ///< absolute
   double from_deg = nan, to_deg = nan;
