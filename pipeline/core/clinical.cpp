@@ -136,8 +136,7 @@ std::string gimbal_lock_text(int n_locked)
   if (n_locked == 0) return "";
   return "varus reaches or passes 90 degrees at " + std::to_string(n_locked) +
          " poses: flexion and internal rotation are not unique there (gimbal lock); the curves have those "
-         "that "
-         "change least from the pose before";
+         "that change least from the pose before";
 }
 
 namespace {

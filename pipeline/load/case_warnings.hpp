@@ -9,7 +9,7 @@
 
 namespace vrda::load {
 
-/// The value in steps of 1 / steps_per_unit.
+/// The value in steps of 1 / steps_per_unit, without a negative zero.
 std::string rounded_text(double value, double steps_per_unit);
 
 /// One sentence each, in a fixed order: settings, then components.

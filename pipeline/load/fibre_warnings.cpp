@@ -290,7 +290,7 @@ void warn_of_uneven_bundles(const LoadedLigaments& loaded, std::vector<std::stri
 
 std::string rounded_text(double value, double steps_per_unit)
 {
-  return shortest_decimal(std::round(value * steps_per_unit) / steps_per_unit);
+  return shortest_decimal(std::round(value * steps_per_unit) / steps_per_unit + 0.0);
 }
 
 std::vector<std::string> fibre_warnings(const LoadedLigaments& loaded, const Case& job_case)

@@ -7,6 +7,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "load/axis_map.hpp"
+#include "load/case_warnings.hpp"
 #include "load/shells.hpp"
 #include "registration/fit_checks.hpp"
 #include "registration/nearest_surface.hpp"
@@ -20,11 +21,6 @@ using registration::NearestSurface;
 constexpr double joint_space_mm = 8.0;
 // Epiphyses, sesamoids and pieces of cartilage are larger.
 constexpr double largest_speck_mm = 15.0;
-
-std::string tenths(double mm)
-{
-  return shortest_decimal(std::round(10.0 * mm) / 10.0 + 0.0);
-}
 
 // At most some 300 vertices of a shell.
 std::vector<Eigen::Vector3d> samples_of(const Mesh& mesh, const std::vector<Eigen::Index>& shell)
@@ -91,7 +87,8 @@ void warn_of_specks(const Job& job, const Case& loaded, const BodySide& side, co
         side.body.name + " component \"" + side.body.components[c].name + "\" (" +
         side.job.components[c].file + "): a separate piece of " +
         speck_text(specks[k], shell.size(), X_file_canonical * specks[k].centre_mm) +
-        ", is in the joint space, " + tenths(specks[k].distance_mm) + " mm from \"" + other.body.name +
+        ", is in the joint space, " + rounded_text(specks[k].distance_mm, 10.0) + " mm from \"" +
+        other.body.name +
         "\"; probably a left-over of the segmentation, which changes the motion: remove it from "
         "the mesh (vrda prepare leaves such pieces out)");
   }
@@ -192,9 +189,9 @@ std::vector<Pose> flexed_poses(const Eigen::Vector3d& centre_mm, const std::vect
 
 std::string speck_text(const Speck& speck, std::size_t n_triangles, const Eigen::Vector3d& file_mm)
 {
-  return std::to_string(n_triangles) + " triangles, " + tenths(speck.size_mm) + " mm across, at [" +
-         tenths(file_mm.x()) + ", " + tenths(file_mm.y()) + ", " + tenths(file_mm.z()) +
-         "] mm in the axes of the file";
+  return std::to_string(n_triangles) + " triangles, " + rounded_text(speck.size_mm, 10.0) +
+         " mm across, at [" + rounded_text(file_mm.x(), 10.0) + ", " + rounded_text(file_mm.y(), 10.0) +
+         ", " + rounded_text(file_mm.z(), 10.0) + "] mm in the axes of the file";
 }
 
 double lesser_side_share(const Mesh& mesh, double sign, double centre_z_mm)
