@@ -120,10 +120,13 @@ exports::FlexionPlan plan_of(const ExportOptions& options, const store::MotionMo
   return plan;
 }
 
+/// Not "--knee" nor a typographic minus before the name, which would be a sign lost in it.
 bool is_column_name(const std::string& name)
 {
+  for (const char* sign : {"-", "+", "\u2212", "\u2010", "\u2013", "\u2014"})
+    if (name.starts_with(sign)) return false;
   return !name.empty() && name != "time" && std::none_of(name.begin(), name.end(), [](char c) {
-    return static_cast<unsigned char>(c) <= 0x20 || c == 0x7f;
+    return static_cast<unsigned char>(c) <= 0x20 || c == 0x7f || c == ',' || c == ';';
   });
 }
 

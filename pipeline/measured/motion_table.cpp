@@ -105,6 +105,7 @@ FieldTable csv_table(const std::string& file, std::string_view text)
   const std::vector<load::TableLine> lines = load::table_lines(text);
   if (lines.empty())
     table.refuse(0, "", "no line except comments", "column names, then one row for each frame");
+  table.header = table_header(file, text, lines[0].number);  // of comments
   set_names(table, lines[0], load::split_fields(lines[0].text));
   add_rows(table, lines, 1, load::split_fields);
   return table;
@@ -234,8 +235,9 @@ double sign_of(const FieldTable& table, const TableColumns& columns, const char*
   const auto named = columns.of_coordinate.find(coordinate);
   if (named != columns.of_coordinate.end() && without_sign(named->second) != named->second)
     return named->second[0] == '-' ? -1.0 : 1.0;
-  const std::vector<std::string>& negated = table.header.negated_columns;
-  return std::count(negated.begin(), negated.end(), table.names[column]) == 0 ? 1.0 : -1.0;
+  for (const std::string& negated : table.header.negated_columns)
+    if (required_column(table, negated) == column) return -1.0;
+  return 1.0;
 }
 
 template <typename Units>

@@ -1,7 +1,6 @@
 #include "measured/table_header.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -49,9 +48,11 @@ std::string_view bare_value(std::string_view text)
   return text.substr(first, text.find_last_not_of(marks) - first + 1);
 }
 
-std::optional<bool> truth_of(std::string_view value)
+/// "No" is a truth value; "-1" and "n/o" are not.
+std::optional<bool> truth_of(std::string_view text)
 {
-  const std::string word = plain_word(value);
+  const std::string word = plain_word(text);
+  if (word.size() != bare_value(text).size()) return std::nullopt;
   for (const char* yes : {"yes", "y", "true", "t", "1", "on"})
     if (word == yes) return true;
   for (const char* no : {"no", "n", "false", "f", "0", "off"})
@@ -69,12 +70,19 @@ std::optional<LengthPoint> point_named(std::string_view value)
   return std::nullopt;
 }
 
-std::optional<Eigen::Vector3d> point_of(std::string value)
+/// The words of a list, separated by blanks and `marks`.
+std::vector<std::string> list_of(std::string value, std::string_view marks)
 {
   for (char& c : value)
-    if (std::string_view(",;()[]").find(c) != std::string_view::npos) c = ' ';
+    if (marks.find(c) != std::string_view::npos) c = ' ';
+  const std::vector<std::string_view> words = load::split_words(value);
+  return {words.begin(), words.end()};
+}
+
+std::optional<Eigen::Vector3d> point_of(const std::string& value)
+{
   std::vector<double> mm;
-  for (const std::string_view word : load::split_words(value))
+  for (const std::string& word : list_of(value, ",;()[]"))
     mm.push_back(load::parse_real(word).value_or(HUGE_VAL));
   if (mm.size() != 3 || !(Eigen::Map<Eigen::Array3d>(mm.data()).abs() <= largest_coordinate_mm).all())
     return {};
@@ -89,24 +97,45 @@ struct Statement {
   bool has_equals = false;
 };
 
-/// Empty for text. Without "=" or ":" only "inDegrees yes" is one.
+/// Text in which a program finds no value.
+bool is_comment(std::string_view trimmed)
+{
+  return trimmed.starts_with("//") ||
+         (!trimmed.empty() && std::string_view("#%;!").find(trimmed[0]) != std::string_view::npos);
+}
+
+/// Empty for text. Without "=" or ":" only a line that begins with inDegrees is one ("inDegrees yes").
 std::optional<Statement> statement_of(std::string_view line, std::size_t number)
 {
+  line = load::trimmed(line);
   Statement statement;
   statement.line = number;
-  statement.is_comment = load::trimmed(line).starts_with('#');
+  statement.is_comment = is_comment(line);
   std::size_t at = line.find('=');
   statement.has_equals = at != std::string_view::npos;
   if (at == std::string_view::npos) at = line.find(':');
   if (at == std::string_view::npos) {
-    at = load::trimmed(line).find_first_of(" \t");
-    if (at == std::string_view::npos) return {};
-    line = load::trimmed(line);
-    if (plain_word(line.substr(0, at)) != key_names[0].plain || !truth_of(line.substr(at))) return {};
+    if (!plain_word(line).starts_with(key_names[0].plain)) return {};
+    at = line.find_first_of(" \t,;");
+    if (at == std::string_view::npos || !truth_of(line.substr(at))) {
+      statement.key = std::string(line);
+      return statement;
+    }
   }
   statement.key = std::string(bare_value(line.substr(0, at)));
   statement.value = std::string(bare_value(line.substr(at + 1)));
   return statement;
+}
+
+/// Of an unknown key: whether it may be meant to state the unit of angles.
+bool is_about_angles(const Statement& statement)
+{
+  const std::string key = plain_word(statement.key), value = plain_word(statement.value);
+  for (const char* unit : {"deg", "degree", "degrees", "rad", "radian", "radians"})
+    if (value == unit) return true;
+  return key.find("degree") != std::string::npos || key.find("radian") != std::string::npos ||
+         (truth_of(statement.value) && (key == "indeg" || key == "inrad")) ||
+         value.find(key_names[0].plain) != std::string::npos;
 }
 
 /// The name that `word` is but for a typing slip; a short name has fewer.
@@ -131,6 +160,7 @@ class HeaderReader {
     if (name == std::end(key_names)) {
       const KeyName* meant = s.is_comment ? nullptr : slip_of(word);
       if (meant) warn(s, "is not used: no such key; " + std::string(meant->written) + " is one");
+      if (!meant && is_about_angles(s)) unused_units_.push_back(s);
       return;
     }
     const auto before = stated_.find(name->key);
@@ -149,7 +179,14 @@ class HeaderReader {
     stated_.emplace(name->key, Stated{s.line, meaning});
   }
 
-  TableHeader finish() { return std::move(header_); }
+  TableHeader finish()
+  {
+    if (!header_.angles) {
+      for (const Statement& s : unused_units_)
+        warn(s, "is not used: a line inDegrees=yes or inDegrees=no states the unit of angles");
+    }
+    return std::move(header_);
+  }
 
  private:
   struct Stated {
@@ -194,9 +231,7 @@ class HeaderReader {
         header_.key_name = s.value;
         return s.value;
       case Key::negated:
-        header_.negated_columns.clear();
-        for (const std::string_view word : load::split_words(s.value))
-          header_.negated_columns.emplace_back(word);
+        header_.negated_columns = list_of(s.value, ",;");
         return s.value;
     }
     throw InternalError("a key of a header without a meaning");
@@ -205,6 +240,7 @@ class HeaderReader {
   std::string file_;
   TableHeader header_;
   std::map<Key, Stated> stated_;
+  std::vector<Statement> unused_units_;
 };
 
 }  // namespace

@@ -118,18 +118,30 @@ TEST(MotionTable, AHeaderIsReadHoweverItIsSpelled)
     AngleUnit angles;
     std::size_t n_warnings;
   };
-  for (const Row& row :
-       {Row{"inDegrees = no", radians, 0}, Row{"inDegrees =no", radians, 0}, Row{"in degrees=no", radians, 0},
-        Row{"IN_DEGREES\t=\tNo\t", radians, 0}, Row{"in-degrees: off", radians, 0},
-        Row{"inDegrees no", radians, 0}, Row{"inDegrees=0,,,", radians, 0}, Row{"inDegrees= yes", degrees, 0},
-        Row{"inDegrees=true;", degrees, 0}, Row{"inDegrees='1'", degrees, 0},
-        Row{"\"inDegrees=yes\"", degrees, 0}, Row{"inDegrees=y\ninDegrees=Yes", degrees, 0},
-        Row{"# inDegrees=no", radians, 1}, Row{"# inDegrees=no\ninDegrees=yes", degrees, 0},
-        Row{"# Key: blue is left\nUnits are S.I. units: m, "
-            "s\nnRows=1\nnColumns=7\nversion=1\nDataType=double\n"
-            "OpenSimVersion=4.3\nname=a walk\nIf the header has 'inDegrees', angles are in "
-            "degrees.\ninDegrees=no",
-            radians, 0}}) {
+  for (const Row& row : {Row{"inDegrees = no", radians, 0},
+                         Row{"inDegrees =no", radians, 0},
+                         Row{"in degrees=no", radians, 0},
+                         Row{"IN_DEGREES\t=\tNo\t", radians, 0},
+                         Row{"in-degrees: off", radians, 0},
+                         Row{"inDegrees no", radians, 0},
+                         Row{"inDegrees=0,,,", radians, 0},
+                         Row{"inDegrees= yes", degrees, 0},
+                         Row{"inDegrees=true;", degrees, 0},
+                         Row{"inDegrees='1'", degrees, 0},
+                         Row{"\"inDegrees=yes\"", degrees, 0},
+                         Row{"inDegrees=y\ninDegrees=Yes", degrees, 0},
+                         Row{"inDegrees,no", radians, 0},
+                         Row{"inDegrees; no", radians, 0},
+                         Row{"// inDegrees=no", radians, 1},
+                         Row{"; inDegrees=no\n%inDegrees=yes\ninDegrees=y", degrees, 0},
+                         Row{"Units: rad\ninDegrees=yes", degrees, 0},
+                         Row{"# inDegrees=no", radians, 1},
+                         Row{"# inDegrees=no\ninDegrees=yes", degrees, 0},
+                         Row{"# Key: blue is left\nUnits are S.I. units: m, "
+                             "s\nnRows=1\nnColumns=7\nversion=1\nDataType=double\n"
+                             "OpenSimVersion=4.3\nname=a walk\nIf the header has 'inDegrees', angles are in "
+                             "degrees.\ninDegrees=no",
+                             radians, 0}}) {
     SCOPED_TRACE(row.header);
     const MotionTable table = table_of(row.header + std::string("\n") + opensim_rows, "m.mot");
     EXPECT_EQ(table.stated.angles, row.angles);
@@ -152,7 +164,10 @@ TEST(MotionTable, AHeaderIsReadHoweverItIsSpelled)
 TEST(MotionTable, AHeaderKeyWithASlipIsNotLostInSilence)
 {
   for (const char* slip : {"inDegress=no", "indegree=no", "degrees: no", "translation=mesh-origin",
-                           "rotation_centre=1 2 3", "keys=cycle", "key: cycle"}) {
+                           "rotation_centre=1 2 3", "keys=cycle", "key: cycle",
+                           // No slips, but about the unit of angles.
+                           "Units: rad", "units = Degrees", "angle_unit=\"radians\"", "inRadians=yes",
+                           "inDeg=no", "nRows=1 inDegrees=no", "inDegrees->no"}) {
     SCOPED_TRACE(slip);
     const MotionTable table = table_of(slip + std::string("\n") + opensim_rows, "m.mot");
     ASSERT_EQ(table.warnings.size(), 1u);
@@ -164,6 +179,8 @@ TEST(MotionTable, AHeaderKeyWithASlipIsNotLostInSilence)
   };
   for (const Row& row :
        {Row{"inDegrees=maybe", "line 1, inDegrees", "maybe", "yes or no"},
+        Row{"inDegrees=-1", "line 1, inDegrees", "-1", "yes or no"},
+        Row{"inDegrees=no/yes", "line 1, inDegrees", "no/yes", "yes or no"},
         Row{"inDegrees=", "line 1, inDegrees", "", "yes or no"},
         Row{"a walk\ninDegrees=yes\nin degrees=no", "line 3, inDegrees", "line 2", "one value"},
         Row{"translations=origin\ntranslations=centre", "line 2, translations", "line 1", "one"},
@@ -176,6 +193,16 @@ TEST(MotionTable, AHeaderKeyWithASlipIsNotLostInSilence)
   }
 }
 
+TEST(MotionTable, ACommentOfACsvStatesTheUnitWithAWarning)
+{
+  const std::string rows = "flexion,varus,internal,tx,ty,tz\n1,2,3,4,5,6\n";
+  const MotionTable table = table_of("# inDegrees = no\n# convention: ISB\n" + rows);
+  EXPECT_EQ(table.stated.angles, AngleUnit::radians);
+  EXPECT_EQ(table.warnings.size(), 1u);
+  EXPECT_TRUE(table_of("# convention: ISB (deg)\n" + rows).warnings.empty());
+  EXPECT_EQ(table_of("# angles: rad\n" + rows).warnings.size(), 1u);
+}
+
 TEST(MotionTable, AColumnMayHaveTheOppositeSign)
 {
   const std::string rows = "endheader\ntime a knee_add_r knee_rot_r knee_tx_r knee_ty_r z\n0 30 2 3 4 5 6\n";
@@ -185,7 +212,8 @@ TEST(MotionTable, AColumnMayHaveTheOppositeSign)
   };
   for (const Row& row : {Row{"", "a", "z", -30, 6}, Row{"", "-a", "-z", 30, -6}, Row{"", "+a", "z", -30, 6},
                          // The user's sign replaces that of the header.
-                         Row{"negated=a z\n", "a", "z", 30, -6}, Row{"negated=a z\n", "-a", "+z", 30, 6}}) {
+                         Row{"negated=a z\n", "a", "z", 30, -6}, Row{"negated=a z\n", "-a", "+z", 30, 6},
+                         Row{"Negated = a, z;\n", "a", "z", 30, -6}}) {
     SCOPED_TRACE(row.header + std::string(row.flexion));
     TableColumns columns;
     columns.of_coordinate = {
@@ -194,6 +222,8 @@ TEST(MotionTable, AColumnMayHaveTheOppositeSign)
     EXPECT_EQ(table.coordinates.at(0).angle, (std::array<double, 3>{2, 3, row.rz}));
     EXPECT_EQ(table.coordinates.at(0).length, (std::array<double, 3>{4, 5, row.length}));
   }
+  EXPECT_THAT(refusal("negated=knee_flexion\n" + std::string(opensim_rows), "m.mot"),
+              test::refuses({"m.mot", "line 3", "no column knee_flexion", "knee_flex_r"}));
   // Of two tables the one without the column has its usual names.
   TableColumns columns;
   columns.of_coordinate = {{"flexion", "-absent"}};
