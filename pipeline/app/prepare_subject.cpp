@@ -162,6 +162,7 @@ bool leave_specks_out(Subject& subject, const KneeFit& fit, const PrepareOptions
                       nlohmann::ordered_json& report, std::vector<std::string>& warnings)
 {
   const std::vector<double> flexions_deg{0, 10, 20, 30, 40, 50, 60, 70, 80, 90};  // of the job
+  constexpr std::size_t most_named = 10;                                          // of each bone
   bool has_changed = false;
   const ScannedBody femur = scanned_body(subject.reference, fit.unit_mm);
   const ScannedBody tibia = scanned_body(subject.moving, fit.unit_mm);
@@ -171,20 +172,29 @@ bool leave_specks_out(Subject& subject, const KneeFit& fit, const PrepareOptions
     std::vector<Pose> poses = load::flexed_poses(Eigen::Vector3d::Zero(), flexions_deg, sign);
     for (Pose& X : poses) X = X_other * X * X_body.inverse();
     std::map<std::size_t, std::vector<std::vector<Eigen::Index>>> dropped;  // of each part
+    std::size_t n_specks = 0;
     for (const load::Speck& speck :
          load::specks_of({body->mesh, body->small_shells}, {other->mesh, other->small_shells}, poses)) {
       const auto [p, s] = body->shell_of_part[speck.shell];
       const std::vector<Eigen::Index>& shell = (*parts)[p].small_shells[s];
       dropped[p].push_back(shell);
-      warnings.push_back((*parts)[p].file + ": " + option_of((*parts)[p]) +
-                         (options.keeps_specks ? ": kept: " : ": left out: ") + "a separate piece of " +
-                         load::speck_text(speck, shell.size(), speck.centre_mm) + ", in the joint space" +
-                         (options.keeps_specks ? "; it changes the motion" : "; --keep-specks keeps it"));
+      if (++n_specks <= most_named) {
+        warnings.push_back((*parts)[p].file + ": " + option_of((*parts)[p]) +
+                           (options.keeps_specks ? ": kept: " : ": left out: ") + "a separate piece of " +
+                           load::speck_text(speck, shell.size(), speck.centre_mm) + ", in the joint space" +
+                           (options.keeps_specks ? "; it changes the motion" : "; --keep-specks keeps it"));
+      }
       report["specks"].push_back({{"file", (*parts)[p].file},
                                   {"triangles", shell.size()},
                                   {"size_mm", speck.size_mm},
                                   {"at_mm", {speck.centre_mm.x(), speck.centre_mm.y(), speck.centre_mm.z()}},
                                   {"left_out", !options.keeps_specks}});
+    }
+    if (n_specks > most_named) {
+      warnings.push_back((*parts)[0].file + ": " + option_of((*parts)[0]) +
+                         (options.keeps_specks ? ": kept: " : ": left out: ") +
+                         std::to_string(n_specks - most_named) +
+                         " more separate pieces in the joint space, listed in prepare.json");
     }
     for (const auto& [p, shells] : dropped) {
       if (options.keeps_specks) continue;

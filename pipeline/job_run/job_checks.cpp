@@ -1,6 +1,8 @@
 #include "job_run/job_checks.hpp"
 
 #include <cmath>
+#include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -8,9 +10,11 @@
 #include "core/text.hpp"
 #include "load/case_warnings.hpp"
 #include "load/job.hpp"
+#include "load/shells.hpp"
 #include "model_build/case_solver.hpp"
 #include "prepare/frame_check.hpp"
 #include "proximity/directional_gap.hpp"
+#include "registration/fit_checks.hpp"
 
 namespace vrda::job_run {
 namespace {
@@ -100,10 +104,81 @@ void warn_of_self_overlaps(const Body& body, Warnings& warnings)
   }
 }
 
+// The contact triangles of bones, without those of `left_out`.
+Mesh bones_of(const Body& body, std::size_t left_out)
+{
+  const std::vector<std::vector<Eigen::Index>> rows = triangles_by_component(body, body.contact);
+  std::vector<Eigen::Index> kept;
+  for (std::size_t c = 0; c < rows.size(); ++c) {
+    if (c != left_out && body.components[c].material == "bone")
+      kept.insert(kept.end(), rows[c].begin(), rows[c].end());
+  }
+  return load::compacted(body.contact.mesh, kept);
+}
+
+// "the mesh of moving.component.0" with the same file as a cartilage, if that is of the other body or no
+// cartilage; empty: none.
+std::string same_file_as(const load::ComponentJob& cartilage, bool is_reference, const load::Job& job,
+                         const load::Case& job_case)
+{
+  std::map<std::string, std::string> sha256;
+  for (const load::LoadedInput& input : job_case.inputs) sha256[input.name] = input.sha256;
+  for (const bool is_other_reference : {true, false}) {
+    for (const load::ComponentJob& part : (is_other_reference ? job.reference : job.moving).components) {
+      const bool may_be_same = is_reference == is_other_reference && part.material == cartilage.material;
+      if (!may_be_same && !part.generate && sha256[part.file] == sha256[cartilage.file])
+        return "the mesh of " + part.key + " (\"" + part.name + "\")";
+    }
+  }
+  return "";
+}
+
+// The cartilage of a knee is neither its bone nor a meniscus. Both bones are compared where their meshes have
+// common axes.
+void require_own_cartilage(const load::Job& job, const load::Case& job_case)
+{
+  const bool is_one_scan = !job.reference.frame && !job.moving.frame;
+  for (const bool is_femur : {true, false}) {
+    const Body& body = is_femur ? job_case.reference : job_case.moving;
+    const Body& other = is_femur ? job_case.moving : job_case.reference;
+    const std::vector<load::ComponentJob>& parts = (is_femur ? job.reference : job.moving).components;
+    const std::vector<std::vector<Eigen::Index>> rows = triangles_by_component(body, body.contact);
+    for (std::size_t c = 0; c < rows.size(); ++c) {
+      // A bone with an offset may be its own cartilage.
+      if (rows[c].empty() || body.components[c].material != "cartilage" || parts[c].generate ||
+          parts[c].is_offset_fitted || parts[c].offset_mm != 0.0 || parts[c].inset_mm != 0.0)
+        continue;
+      const Mesh part = load::compacted(body.contact.mesh, rows[c]), own = bones_of(body, c);
+      std::string found = same_file_as(parts[c], is_femur, job, job_case);
+      if (found.empty() && own.triangles.rows() > 0 && registration::is_part_of(part, own))
+        found = "the surface of its bone";
+      if (found.empty() && is_one_scan) {
+        found = registration::cartilage_check(
+                    part, is_femur ? registration::CartilageOf::femur : registration::CartilageOf::tibia, own,
+                    bones_of(other, other.components.size()))
+                    .rejection;
+      }
+      if (!found.empty())
+        job.document.refuse(parts[c].key + ".file", found,
+                            "the mesh of the cartilage \"" + parts[c].name +
+                                "\", in the scan of the bones; or another material");
+    }
+  }
+}
+
 // Collaterals on the wrong side are those of the other knee, unless the bones also say that the side is
 // wrong: then a warning says so.
 void require_table_of_side(const load::Job& job, const load::Case& job_case)
 {
+  const std::string misplaced = load::misplaced_collateral(job_case, job.side);
+  if (!misplaced.empty()) {
+    const std::string place = misplaced == "MCL" ? "lateral" : "medial";
+    job.document.refuse("ligaments",
+                        misplaced + " on the " + place + " side of a " + side_name(job.side) +
+                            " knee, as its other collateral",
+                        misplaced + " on the " + (misplaced == "MCL" ? "medial" : "lateral") +
+                            " side: check the sign of its coordinate along frame.right");
+  }
   const std::optional<Side> found = load::collateral_side(job_case);
   if (!found || *found == job.side) return;
   for (const std::string& warning : job_case.warnings)
@@ -133,6 +208,7 @@ CheckedCase load_checked_case(const load::Job& job, const std::string& data_dire
     for (const std::string& warning : prepare::frame_warnings(at_size, keys)) warnings.push_back(warning);
   }
   require_table_of_side(job, loaded);
+  if (job.joint == "knee") require_own_cartilage(job, loaded);
   return {std::move(loaded), initial};
 }
 

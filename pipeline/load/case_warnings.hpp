@@ -25,6 +25,10 @@ std::vector<std::string> fibre_warnings(const LoadedLigaments& loaded, const Cas
 /// (ligament::ligament_of). Empty for other joints, without collaterals, and for less than 15 mm of distance.
 std::optional<Side> collateral_side(const Case& job_case);
 
+/// "MCL" or "LCL" if both are on one side of a knee, at least 15 mm from its middle: the one that is not on
+/// its own side. Else empty.
+std::string misplaced_collateral(const Case& job_case, Side side);
+
 /// Components of a joint's mesh files that are too coarse, too noisy or too full of holes in the joint space
 /// for a pose (schemas/frames.md): one sentence each, with the number and its effect. None of joint "other".
 std::vector<std::string> mesh_warnings(const Job& job, const Case& loaded);

@@ -313,23 +313,54 @@ std::vector<std::string> fibre_warnings(const LoadedLigaments& loaded, const Cas
   return warnings;
 }
 
-std::optional<Side> collateral_side(const Case& job_case)
+namespace {
+
+constexpr double least_collateral_mm = 15.0;  // those of real knees are 30 to 45 mm from the middle
+
+// Mean z of the attachments of each ligament.
+std::map<std::string, double> mean_z_mm(const Case& job_case)
 {
-  constexpr double least_mm = 15.0;  // the collaterals of real knees are 30 to 45 mm from the middle
   std::map<std::string, std::pair<double, double>> sums;  // of z at both ends, and their number
   for (const ligament::Fibre& fibre : job_case.ligaments.fibres) {
     auto& [sum_mm, n] = sums[ligament::ligament_of(fibre.bundle)];
     sum_mm += fibre.reference_mm.z() + fibre.moving_mm.z();
     n += 2.0;
   }
+  std::map<std::string, double> means;
+  for (const auto& [name, sum] : sums) means[name] = sum.first / sum.second;
+  return means;
+}
+
+double middle_z_mm(const Case& job_case)
+{
   const Box box = bounding_box(job_case.moving.contact.mesh);
-  const double middle_mm = 0.5 * (box.min_mm.z() + box.max_mm.z());
-  const bool has_medial = sums.contains("MCL"), has_lateral = sums.contains("LCL");
+  return 0.5 * (box.min_mm.z() + box.max_mm.z());
+}
+
+}  // namespace
+
+std::optional<Side> collateral_side(const Case& job_case)
+{
+  std::map<std::string, double> z_mm = mean_z_mm(job_case);
+  const double middle_mm = middle_z_mm(job_case);
+  const bool has_medial = z_mm.contains("MCL"), has_lateral = z_mm.contains("LCL");
   if (job_case.joint != "knee" || (!has_medial && !has_lateral)) return std::nullopt;
-  const double medial_mm = has_medial ? sums["MCL"].first / sums["MCL"].second : middle_mm;
-  const double lateral_mm = has_lateral ? sums["LCL"].first / sums["LCL"].second : middle_mm;
-  if (std::abs(lateral_mm - medial_mm) < least_mm) return std::nullopt;
+  const double medial_mm = has_medial ? z_mm["MCL"] : middle_mm;
+  const double lateral_mm = has_lateral ? z_mm["LCL"] : middle_mm;
+  if (std::abs(lateral_mm - medial_mm) < least_collateral_mm) return std::nullopt;
   return lateral_mm > medial_mm ? Side::right : Side::left;
+}
+
+std::string misplaced_collateral(const Case& job_case, Side side)
+{
+  std::map<std::string, double> z_mm = mean_z_mm(job_case);
+  if (job_case.joint != "knee" || !z_mm.contains("MCL") || !z_mm.contains("LCL")) return "";
+  const double middle_mm = middle_z_mm(job_case);
+  const double medial_mm = z_mm["MCL"] - middle_mm, lateral_mm = z_mm["LCL"] - middle_mm;
+  if (medial_mm * lateral_mm < 0.0 ||
+      std::min(std::abs(medial_mm), std::abs(lateral_mm)) < least_collateral_mm)
+    return "";
+  return (lateral_mm > 0.0) == (side == Side::right) ? "MCL" : "LCL";
 }
 
 }  // namespace vrda::load

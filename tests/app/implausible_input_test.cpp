@@ -43,6 +43,14 @@ const std::vector<Mistake> mistakes{
      2,
      "ligaments",
      {"left knee", "side = \"right\"", "changes its sign"}},
+    {"OneCollateralOnTheOtherSide",
+     [](const Folder& f) {
+       f.scale_fibres("MCL", "reference_z_mm", -1.0);
+       f.scale_fibres("MCL", "moving_z_mm", -1.0);
+     },
+     2,
+     "ligaments",
+     {"MCL on the lateral side", "frame.right"}},
     {"NoLateralCollateral",
      [](const Folder& f) { f.change_fibres("LCL", [](Folder::Row& row) { row.clear(); }); },
      0,

@@ -1,0 +1,57 @@
+// Parts of a job that are refused because they are other parts.
+#include "job_run/job_checks.hpp"
+
+#include <gtest/gtest.h>
+
+#include "load/job.hpp"
+#include "load/mesh_text.hpp"
+#include "support/meshes.hpp"
+#include "support/refusal.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda::job_checks_test {
+
+// A block of femur above a block of tibia with a sheet of cartilage 5 mm below the femur.
+class WrongParts : public testing::Test {
+ protected:
+  void SetUp() override
+  {
+    scratch_.write("reference.stl", test::binary_stl(test::box({0, 0, 0}, {50, 40, 70})));
+    scratch_.write("moving.stl", test::binary_stl(test::box({0, -60, 0}, {50, 30, 70})));
+    scratch_.write("cover.stl", test::binary_stl(test::box({0, -43, 0}, {40, 4, 60})));
+    Mesh copy = test::box({0, -60, 0}, {50, 30, 70});
+    copy.triangles = copy.triangles.colwise().reverse().eval();
+    scratch_.write("copy.stl", test::binary_stl(copy));
+  }
+
+  job_run::CheckedCase checked(const std::string& body, const std::string& file, const std::string& more = "")
+  {
+    const std::string part = "[[" + body + ".component]]\nname = \"cover\"\nfile = \"" + file +
+                             "\"\nmaterial = \"cartilage\"\n" + more;
+    const std::string job = scratch_.write("job.toml", test::small_job("", part)).string();
+    return job_run::load_checked_case(load::read_job(job), "");
+  }
+
+  test::Scratch scratch_;
+};
+
+TEST_F(WrongParts, TheBoneAsItsOwnCartilageIsRefused)
+{
+  EXPECT_THAT(test::input_error([&] { checked("moving", "moving.stl"); }),
+              test::refuses({"job.toml", "moving.component.1.file", "moving.component.0", "cartilage"}));
+  EXPECT_THAT(test::input_error([&] { checked("moving", "copy.stl"); }),
+              test::refuses({"job.toml", "moving.component.1.file", "surface of its bone", "cartilage"}));
+  EXPECT_NO_THROW(checked("moving", "copy.stl", "offset_mm = 1\n"));  // a thickened bone
+  EXPECT_NO_THROW(checked("moving", "cover.stl"));
+}
+
+TEST_F(WrongParts, CartilageOfTheOtherBoneIsRefused)
+{
+  EXPECT_THAT(
+      test::input_error([&] { checked("reference", "cover.stl"); }),
+      test::refuses({"job.toml", "reference.component.1.file", "nearer to the other bone", "cartilage"}));
+  EXPECT_THAT(test::input_error([&] { checked("reference", "moving.stl"); }),
+              test::refuses({"job.toml", "reference.component.1.file", "moving.component.0", "cartilage"}));
+}
+
+}  // namespace vrda::job_checks_test
