@@ -48,6 +48,7 @@ Json component_json(const load::ComponentSurvey& c)
           {"vertices", c.n_vertices},
           {"closed", c.n_boundary_edges == 0},
           {"boundary_edges", c.n_boundary_edges},
+          {"open_sheet", c.has_sheet},
           {"non_manifold_edges", c.n_non_manifold_edges},
           {"vertices_welded", c.n_welded},
           {"degenerate_faces_dropped", c.n_degenerate},
@@ -193,6 +194,10 @@ void print_component(const Json& c)
               c["box_max_mm"][2].get<double>());
   if (c["boundary_edges"].get<long>() > 0)
     std::printf(", %ld boundary edges", c["boundary_edges"].get<long>());
+  if (c["open_sheet"].get<bool>())
+    std::printf(
+        ", an open sheet: the winding of its triangles defines its outside (winding = \"inward\" reverses "
+        "it)");
   if (c["degenerate_faces_dropped"].get<long>() > 0) {
     std::printf(", %ld degenerate faces dropped", c["degenerate_faces_dropped"].get<long>());
   }

@@ -123,15 +123,10 @@ std::string named(const ComponentSurvey& component)
 
 void warn_of_edges(const ComponentSurvey& component, Warnings& warnings)
 {
-  if (component.n_boundary_edges > 0) {
-    const std::string edges = "(boundary edges: " + std::to_string(component.n_boundary_edges) + "); ";
-    warnings.push_back(
-        named(component) +
-        (component.has_sheet
-             ? ": an open sheet, which is valid " + edges +
-                   "the winding of its triangles defines its outside; winding = \"inward\" "
-                   "reverses it"
-             : ": nearly closed, with small holes " + edges + "its outside is found by its volume"));
+  // The border of an open sheet is no fault; vrda check states it.
+  if (component.n_boundary_edges > 0 && !component.has_sheet) {
+    warnings.push_back(named(component) + ": nearly closed, with small holes (boundary edges: " +
+                       std::to_string(component.n_boundary_edges) + "); its outside is found by its volume");
   }
   if (component.n_non_manifold_edges > 0) {
     warnings.push_back(named(component) + ": edges with more than two faces or inconsistent winding: " +

@@ -12,13 +12,14 @@
 namespace vrda::load {
 namespace {
 
-// The shipped knee has 4.8 mm; real ones have 0.7 to 3.3 mm.
-constexpr double largest_edge_mm = 6.5;
-// Standard deviation; the shipped femur has 0.16 mm by its curvature, real ones 0.07. Menisci and plates of
-// cartilage are thinner than this: they curve over few edges, which looks like noise.
-constexpr double largest_noise_mm = 0.25, thinnest_mm = 20.0;
-// Longer edges make curvature look like noise.
-constexpr double longest_judged_edge_mm = 5.5;
+// Each limit is where the measured error of the pose reaches one degree. The shipped femur has 0.11 mm, real
+// bones have at most 0.05 mm.
+constexpr double largest_sagitta_mm = 0.17;
+// Standard deviation; real bones and cartilage have at most 0.03 mm. Longer edges than these make curvature
+// look like noise: of shipped and coarser bones up to 0.12 mm.
+constexpr double largest_noise_mm = 0.07, largest_noise_of_long_edges_mm = 0.14, long_edge_mm = 3.0;
+// Longer edges are not judged, of thin plates and menisci sooner.
+constexpr double longest_judged_edge_mm = 5.5, thinnest_mm = 20.0, longest_judged_of_thin_mm = 1.5;
 constexpr double largest_hole_share = 0.01;
 // A larger boundary is the border of a sheet.
 constexpr double sheet_share = 0.1;
@@ -61,9 +62,38 @@ Points laplacian(const Points& values, const Triangles& triangles)
   return values - (sums.array().colwise() / n.array().max(1.0)).matrix();
 }
 
+double median_of(std::vector<double> values)
+{
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Height of a surface's arc above its edges, e^2 / 8R (median over the edges of two triangles): of
+// equilateral triangles whose centres are d apart, e^2 = 3 d^2, and their normals differ by d / R.
+double sagitta_mm(const Mesh& mesh)
+{
+  std::map<std::pair<std::int32_t, std::int32_t>, Eigen::Index> triangle_of;  // by directed edge
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k) triangle_of[{mesh.triangles(t, k), mesh.triangles(t, (k + 1) % 3)}] = t;
+  const auto centre_mm = [&](Eigen::Index t) {
+    const auto [a, b, c] = corners(mesh, t);
+    return Eigen::Vector3d((a + b + c) / 3.0);
+  };
+  std::vector<double> all_mm;
+  for (const auto& [edge, t] : triangle_of) {
+    const auto other = triangle_of.find({edge.second, edge.first});
+    if (edge.first > edge.second || other == triangle_of.end()) continue;
+    const double turn = (face_normal(mesh, t) - face_normal(mesh, other->second)).norm();
+    all_mm.push_back(3.0 / 8.0 * (centre_mm(t) - centre_mm(other->second)).norm() * turn);
+  }
+  return median_of(std::move(all_mm));
+}
+
 // Standard deviation of the vertices across the surface: applied twice, the Laplacian keeps noise and takes
 // away curvature that changes slowly. By the median, which edges of bones do not change.
-double noise_mm(const Mesh& mesh)
+double noise_mm(const Mesh& mesh, double sagitta_mm)
 {
   if (mesh.triangles.rows() == 0) return 0.0;
   const Points twice = laplacian(laplacian(mesh.vertices_mm, mesh.triangles), mesh.triangles);
@@ -74,10 +104,10 @@ double noise_mm(const Mesh& mesh)
   std::vector<double> across_mm;
   for (Eigen::Index v = 0; v < twice.rows(); ++v)
     if (is_used[static_cast<std::size_t>(v)]) across_mm.push_back(std::abs(twice.row(v).dot(normals.row(v))));
-  const auto middle = across_mm.begin() + static_cast<std::ptrdiff_t>(across_mm.size() / 2);
-  std::nth_element(across_mm.begin(), middle, across_mm.end());
   constexpr double median_of_normal = 0.6745;  // of the absolute value, in standard deviations
-  return *middle / median_of_normal;
+  // Of independent vertices with six neighbours; what curvature leaves, measured on decimated bones.
+  constexpr double gain = 1.36, share_of_sagitta = 0.7;
+  return median_of(std::move(across_mm)) / (median_of_normal * gain) - share_of_sagitta * sagitta_mm;
 }
 
 // Areas of the boundary loops of a component, each by its vector area, where their middle is in the joint
@@ -117,21 +147,26 @@ void warn_of_component(const std::string& name, const Box& box, const Mesh& whol
 {
   const Mesh near = part_in(space, whole);
   // With fewer it is no bone, but a block or a plate.
-  constexpr Eigen::Index fewest_triangles = 100;
-  const double edge_mm = near.triangles.rows() >= fewest_triangles ? mean_edge_length_mm(near) : 0.0;
-  const bool is_judged =
-      (box.max_mm - box.min_mm).minCoeff() >= thinnest_mm && edge_mm <= longest_judged_edge_mm;
-  if (edge_mm > largest_edge_mm)
-    warnings.push_back(name + ": its edges in the joint space are " + rounded_text(edge_mm, 10.0) +
-                       " mm long (mean), wanted at most " + shortest_decimal(largest_edge_mm) +
-                       "; meshes so coarse changed the pose by up to 2 degrees and 1 mm "
-                       "(schemas/frames.md); use a finer mesh");
-  else if (const double found_mm = is_judged ? noise_mm(near) : 0.0; found_mm > largest_noise_mm)
-    warnings.push_back(name + ": its surface is rough: vertices are " + rounded_text(found_mm, 100.0) +
-                       " mm off it (standard deviation), wanted at most " +
-                       shortest_decimal(largest_noise_mm) +
-                       "; noise of 0.2 mm changed the pose by up to 4 degrees and 1 mm, of 0.5 mm by 2 mm "
-                       "(schemas/frames.md); smooth the mesh");
+  constexpr Eigen::Index fewest_triangles = 50;
+  const bool is_bone = near.triangles.rows() >= fewest_triangles;
+  const double edge_mm = is_bone ? mean_edge_length_mm(near) : 0.0;
+  const double arc_mm = is_bone ? sagitta_mm(near) : 0.0;
+  const bool is_thin = (box.max_mm - box.min_mm).minCoeff() < thinnest_mm;
+  const bool is_judged = is_bone && edge_mm <= (is_thin ? longest_judged_of_thin_mm : longest_judged_edge_mm);
+  const double most_noise_mm = edge_mm > long_edge_mm ? largest_noise_of_long_edges_mm : largest_noise_mm;
+  if (const double found_mm = is_judged ? noise_mm(near, arc_mm) : 0.0; found_mm > most_noise_mm)
+    warnings.push_back(
+        name + ": its surface is rough: vertices are about " + rounded_text(found_mm, 1000.0) +
+        " mm off it (standard deviation), wanted at most " + shortest_decimal(most_noise_mm) +
+        "; noise of 0.1 mm changed the pose by up to 2 degrees and 1 mm, of 0.5 mm by 8 degrees "
+        "and 4 mm (schemas/frames.md); smooth the mesh");
+  else if (arc_mm > largest_sagitta_mm)
+    warnings.push_back(name + ": it is coarse: between the vertices its edges in the joint space, " +
+                       rounded_text(edge_mm, 10.0) + " mm long (mean), are " + rounded_text(arc_mm, 100.0) +
+                       " mm off a smooth surface (median), wanted at most " +
+                       shortest_decimal(largest_sagitta_mm) +
+                       " mm; bones so coarse, 500 to 1,000 triangles, changed the pose by up to 2 degrees "
+                       "and 1 mm (schemas/frames.md); use a finer mesh");
   const double share = hole_area_mm2(whole, space) / area_mm2(whole);
   if (share > largest_hole_share)
     warnings.push_back(name + ": holes of " + rounded_text(100.0 * share, 10.0) +

@@ -146,6 +146,38 @@ TEST(ImplausiblePoses, ARidgeHeldOnARidgeByFibresIsNotDoubted)
   EXPECT_THAT(run.err, Not(test::warns("/plausibility")));
 }
 
+// Two barrels on one axis that end 15 degrees from their lowest points, in a trough: beyond 15 degrees of
+// flexion their border carries.
+TEST(ImplausiblePoses, FarPastTheFirstContactAtABorderTheRunIsIncomplete)
+{
+  constexpr double radius_mm = 20.0;
+  Mesh barrels = test::sheet(40, 40), trough = test::sheet(60, 24);
+  barrels.triangles.col(1).swap(barrels.triangles.col(2));
+  for (Eigen::Index v = 0; v < barrels.vertices_mm.rows(); ++v) {
+    const double angle = barrels.vertices_mm(v, 0) / 20.0 * rad_from_deg(15.0);
+    barrels.vertices_mm(v, 0) = radius_mm * std::sin(angle);
+    barrels.vertices_mm(v, 1) =
+        -radius_mm * std::cos(angle) + std::pow(std::abs(barrels.vertices_mm(v, 2)) - 12.0, 2) / 60.0;
+  }
+  for (Eigen::Index v = 0; v < trough.vertices_mm.rows(); ++v)
+    trough.vertices_mm(v, 1) = std::pow(trough.vertices_mm(v, 0), 2) / 80.0;
+  const test::Scratch scratch;
+  const std::string job = job_of(scratch, barrels, trough, "[0.5, -40, 0]");
+  const auto run_to = [&](const char* last_deg) {
+    const std::string grid = std::string("grid.flexion={from=0, to=") + last_deg + ", step=5}";
+    return test::run_vrda({"run", job, "-o", (scratch.path() / "out.h5").string(), "--replace", "--set", grid,
+                           "--set", "grid.varus={from=0, to=0, step=1}", "--set",
+                           "limits.unsolved_fraction=0"});
+  };
+  const test::Ended near = run_to("25");
+  EXPECT_EQ(near.exit_code, 0) << near.err;
+  EXPECT_THAT(near.err, test::warns("/plausibility", "3 border_contact"));
+  const test::Ended far = run_to("35");
+  EXPECT_EQ(far.exit_code, 3) << far.err;
+  EXPECT_THAT(far.err, test::warns("/plausibility", "2 border_contact more than 10 degrees"));
+  EXPECT_THAT(far.err, test::warns("limits.unsolved_fraction", "0.250000"));
+}
+
 TEST(ImplausiblePoses, ABallInADishIsNotDoubted)
 {
   const test::Scratch scratch;

@@ -3,7 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <regex>
+
 #include "motion/support/models.hpp"
+#include "support/real_knees.hpp"
+#include "support/scratch.hpp"
 
 namespace vrda::doubts_test {
 
@@ -77,6 +81,23 @@ TEST(Doubts, OfTheModelAreCountedWithTheirReasonsBeforeTheWarningsOfTheJob)
                           "1 of 15 attitudes have no pose", "the femur is coarse"));
   EXPECT_TRUE(navigation::has_doubtful_poses(doubtful_model()));
   EXPECT_THAT(navigation::model_warnings(test::model_of({})), ElementsAre());
+}
+
+// The page has its own copy of the reasons, in the same order.
+TEST(Doubts, ThePageHasTheCodesAndReasonsOfTheCore)
+{
+  const std::string page = test::read_bytes(test::source_directory() / "player/web/page/doubts.js");
+  const std::regex row("\\{ code: (\\d+), name: \"([a-z ]+)\",.* meaning: \"([^\"]+)\" \\}");
+  std::vector<std::string> found, wanted;
+  for (std::sregex_iterator it(page.begin(), page.end(), row); it != std::sregex_iterator(); ++it)
+    found.push_back((*it)[1].str() + " " + (*it)[2].str() + ": " + (*it)[3].str());
+  for (const Plausibility plausibility : doubtful_plausibilities) {
+    std::string name = name_of(plausibility);
+    std::ranges::replace(name, '_', ' ');
+    wanted.push_back(std::to_string(static_cast<int>(plausibility)) + " " + name + ": " +
+                     meaning_of(plausibility));
+  }
+  EXPECT_EQ(found, wanted);
 }
 
 }  // namespace vrda::doubts_test
