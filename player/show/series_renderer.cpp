@@ -92,6 +92,7 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
   check(!scene_.drawables.empty(), "a validated motion model has triangles");
   scene_.background = scene::background_of(options.backdrop);
   navigation::apply_appearance(scene_, look_.appearance);
+  for (const scene::Drawable& drawable : scene_.drawables) shown_bodies_.push_back(drawable.is_shown);
   wanted_ = navigation::parsed_layers(options.appearance.layers);
   labels_ = motion::joint_labels(model);
   if (options.appearance.layers != navigation::AppearanceOptions{}.layers)
@@ -109,9 +110,11 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
 void SeriesRenderer::make_interface(const store::MotionModel& model, const PosedSet& set,
                                     const std::vector<motion::JointPose>& poses)
 {
-  const bool is_doubtful_drawn = set.has_gaps && std::ranges::any_of(poses, [&](const auto& pose) {
-                                   return navigation::doubt_text(pose, doubts_.at(pose), "")[0] != 0;
-                                 });
+  const auto is_doubtful = [&](const motion::JointPose& pose) {
+    return navigation::doubt_text(pose, doubts_.at(pose), "")[0] != 0;
+  };
+  const bool is_doubtful_drawn = set.has_gaps && (std::ranges::any_of(poses, is_doubtful) ||
+                                                  std::ranges::any_of(set.played, is_doubtful));
   if (!options_.has_numbers && !wanted_.has(scene::Layer::labels) && !is_doubtful_drawn) return;
   gui::GuiOptions interface;
   interface.title = model.title;
@@ -167,7 +170,9 @@ const render::Overlay* SeriesRenderer::overlay_for(const motion::JointPose& pose
   range.is_varus_free = motion_.is_varus_free();
   gui::Readout readout;
   readout.pose = pose;
-  if (has_gaps_) doubt_ = navigation::doubt_text(pose, doubts_.at(pose), "");
+  const bool is_moving_fixed = options_.fixed_object == scene::FixedObject::moving;
+  const std::string& fixed = is_moving_fixed ? scene_.moving_name : scene_.reference_name;
+  if (has_gaps_) doubt_ = navigation::doubt_text(pose, doubts_.at(pose), fixed.c_str());
   readout.doubt = doubt_[0] != 0 ? doubt_.data() : nullptr;
   readout.is_varus_balanced = !options_.varus_deg.has_value();
   readout.clinical = motion_.own_coordinates(pose);
@@ -180,10 +185,27 @@ const render::Overlay* SeriesRenderer::overlay_for(const motion::JointPose& pose
   return &gui_->static_overlay(frame, state, range, readout);
 }
 
+/// As Session::place_bodies.
+void SeriesRenderer::place_bodies(const motion::JointPose& pose, const scene::JointFrames& frames)
+{
+  scene::place(scene_, frames);
+  const bool is_solved = pose.status == motion::PoseStatus::solved;
+  const scene::ParentFrame missing = options_.fixed_object == scene::FixedObject::moving
+                                         ? scene::ParentFrame::reference
+                                         : scene::ParentFrame::moving;
+  for (std::size_t k = 0; k < shown_bodies_.size(); ++k) {
+    scene::Drawable& drawable = scene_.drawables[k];
+    if (drawable.layer == scene::Layer::bodies)
+      drawable.is_shown = shown_bodies_[k] && (is_solved || drawable.parent != missing);
+  }
+}
+
 const render::Image& SeriesRenderer::drawn(const motion::JointPose& pose)
 {
-  const scene::JointFrames frames = scene::frames_of(pose, options_.fixed_object, rotation_centre_mm_);
-  scene::place(scene_, frames);
+  const bool is_placed = pose.status == motion::PoseStatus::solved || motion_.is_sequence();
+  const scene::JointFrames frames = scene::frames_of(is_placed ? pose : motion_.joint_pose(pose.attitude, {}),
+                                                     options_.fixed_object, rotation_centre_mm_);
+  place_bodies(pose, frames);
   layers_.update(scene_, motion_, {pose, frames, wanted_});
   for (render::Shot& shot : shots_) shot.camera = scene::with_depth_range(shot.camera, scene_);
   return renderer_->draw(scene_, shots_, overlay_for(pose, frames));

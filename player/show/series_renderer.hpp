@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ namespace vrda::show {
 struct PosedSet {
   std::string name;      ///< one of set_names(model)
   bool has_gaps = true;  ///< false for intermediate search poses, which have no gap data
+  std::span<const motion::JointPose> played = {};  ///< of a video
 };
 
 /// Returns a renderer of the size in `options` whose shaders are compiled: it has drawn triangles with the
@@ -33,12 +35,13 @@ std::unique_ptr<render::Renderer> warm_renderer(const ShowOptions& options);
 class SeriesRenderer {
  public:
   /// `model` and `options` must outlive it; `renderer` has the size given in `options`. The cameras are
-  /// fitted to all of `poses`.
+  /// fitted to all of `poses`, which are solved.
   SeriesRenderer(const ShowOptions& options, const store::MotionModel& model, const PosedSet& set,
                  const std::vector<motion::JointPose>& poses, std::unique_ptr<render::Renderer> renderer);
 
   const ResolvedShowOptions& look() const { return look_; }
 
+  /// Of a pose that is not solved only the fixed object is drawn, with the reason.
   /// Renders one view (index into look().views) at full size. The result is valid until the next call.
   const render::Image& draw_single(std::size_t view, const motion::JointPose& pose);
   /// Renders all views side by side. The result is valid until the next call.
@@ -50,6 +53,7 @@ class SeriesRenderer {
   std::vector<scene::Camera> cameras_for(const std::vector<motion::JointPose>& poses, double aspect);
   const render::Overlay* overlay_for(const motion::JointPose& pose, const scene::JointFrames& frames);
   std::span<const navigation::ScreenLabel> labels_of(const scene::JointFrames& frames);
+  void place_bodies(const motion::JointPose& pose, const scene::JointFrames& frames);
   const render::Image& drawn(const motion::JointPose& pose);
 
   const ShowOptions& options_;
@@ -61,6 +65,7 @@ class SeriesRenderer {
   bool has_gaps_ = true;
   navigation::DoubtReader doubts_;
   scene::Scene scene_;
+  std::vector<bool> shown_bodies_;  ///< [n_drawables] by the appearance
   scene::JointLayers layers_;
   scene::LayerSet wanted_;
   std::vector<motion::JointLabel> labels_;

@@ -216,12 +216,18 @@ motion::FilmOptions film_options(const ShowOptions& options)
   return film;
 }
 
+bool is_solved(const motion::JointPose& pose)
+{
+  return pose.status == motion::PoseStatus::solved;
+}
+
 struct PlayedMotion {
   std::vector<motion::JointPose> poses;  ///< one per frame
   int n_unsolved = 0;                    ///< unsolved intervals
 };
 
-/// The motion at the requested speed. Unsolved attitudes repeat the last frame; each interval is reported.
+/// The motion at the requested speed, with unsolved attitudes; each interval of these is reported. Empty if
+/// no attitude is solved.
 PlayedMotion played_motion(const motion::Motion& motion, const ShowOptions& options, std::ostream& messages)
 {
   navigation::AngleRange range = wanted_range(motion, options);
@@ -234,22 +240,21 @@ PlayedMotion played_motion(const motion::Motion& motion, const ShowOptions& opti
     ++film.n_unsolved;
     messages << "flexion " << navigation::plain_label(*first_rad);
     if (last_rad > *first_rad) messages << " to " << navigation::plain_label(last_rad);
-    messages << ": neighbouring cells are unsolved, "
-             << (film.poses.empty() ? "omitted from the video\n" : "the video repeats the last frame\n");
+    messages << ": neighbouring cells are unsolved, the video shows only the fixed object\n";
     first_rad.reset();
   };
   for (const Attitude& wanted : wanted_attitudes(motion, options, range)) {
     const motion::JointPose pose = motion.at(wanted);
+    film.poses.push_back(pose);
     if (pose.status == motion::PoseStatus::solved) {
       report_interval();
-      film.poses.push_back(pose);
       continue;
     }
     last_rad = pose.attitude.flexion_rad;
     if (!first_rad) first_rad = last_rad;
-    if (!film.poses.empty()) film.poses.push_back(film.poses.back());
   }
   report_interval();
+  if (std::ranges::none_of(film.poses, is_solved)) film.poses.clear();
   return film;
 }
 
@@ -372,9 +377,10 @@ ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& mod
                      << navigation::plain_label(motion.balanced_varus_rad(0.0))
                      << " is used for every flexion\n";
   }
-  const std::vector<motion::JointPose>& framed = plan.poses.empty() ? film.poses : plan.poses;
+  std::vector<motion::JointPose> framed = plan.poses.empty() ? film.poses : plan.poses;
   if (framed.empty()) return summary;
-  SeriesRenderer maker(options, model, {set, true}, framed, std::move(renderer));
+  std::erase_if(framed, [](const motion::JointPose& pose) { return !is_solved(pose); });
+  SeriesRenderer maker(options, model, {set, true, film.poses}, framed, std::move(renderer));
   if (has_images) write_images(options, maker, labelled_poses(plan.poses), streams.data);
   if (has_video) write_video(options, maker, film.poses, streams);
   if (!options.is_quiet) {

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "motion/support/models.hpp"
+#include "show/series_renderer.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
@@ -248,7 +249,7 @@ TEST_F(Show, AFilmWithoutAnyAnswerOnItsWayHasThePosesOfTheStills)
   EXPECT_THAT(messages_.str(), HasSubstr("film.gif: 1 frame,"));
 }
 
-TEST_F(Show, AVideoReportsWhereItIsPaused)
+TEST_F(Show, AVideoShowsWhereThereIsNoPose)
 {
   store::MotionModel model = small_model();
   test::unsolve(model, 1, 1);
@@ -262,8 +263,20 @@ TEST_F(Show, AVideoReportsWhereItIsPaused)
   given.frames_per_s = 10;
   given.video = (scratch_.path() / "film.gif").string();
   EXPECT_EQ(run(given).n_unsolved, 1);
-  EXPECT_THAT(messages_.str(), HasSubstr("flexion 2.5 to 17.5:"));
+  EXPECT_THAT(messages_.str(), HasSubstr("flexion 2.5 to 17.5: neighbouring cells are unsolved, the video "
+                                         "shows only the fixed object"));
   EXPECT_THAT(messages_.str(), HasSubstr("film.gif: 13 frames"));
+  // There the tibia, which is fixed, is drawn alone: the flexion does not change the frame.
+  const motion::Motion motion(model, "raw");
+  const show::ShowOptions still = options();
+  show::SeriesRenderer maker(still, model, {"raw", false, {}}, {motion.at({0.0, 0.0})},
+                             show::warm_renderer(still));
+  const auto drawn_at = [&](double flexion_deg) {
+    return maker.draw_tiled(motion.at({rad_from_deg(flexion_deg), 0.0})).rgba;
+  };
+  EXPECT_TRUE(drawn_at(5.0) == drawn_at(15.0));
+  EXPECT_TRUE(drawn_at(5.0) != drawn_at(0.0));
+  EXPECT_TRUE(drawn_at(20.0) != drawn_at(0.0));
 }
 
 TEST_F(Show, StillsAndAFilmComeTogether)
