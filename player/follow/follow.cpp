@@ -11,6 +11,8 @@
 #include "follow/run_state.hpp"
 #include "follow/run_watch.hpp"
 #include "loop/loop.hpp"
+#include "motion/joint_parts.hpp"
+#include "navigation/doubts.hpp"
 #include "navigation/orbit_camera.hpp"
 #include "navigation/player_state.hpp"
 
@@ -30,7 +32,10 @@ constexpr double play_s = 1.0;
 /// Playback of the finished motion, forwards and backwards; without a window its middle pose.
 struct Playback {
   Playback(const store::MotionModel& result, bool is_played)
-      : set(motion::default_motion(result).set), motion(result, set)
+      : set(motion::default_motion(result).set),
+        motion(result, set),
+        doubts(result),
+        reference_name(motion::displayed_name(result, motion::JointBody::reference))
   {
     timeline.first = motion.first_flexion_rad();
     timeline.last = motion.last_flexion_rad();
@@ -42,8 +47,19 @@ struct Playback {
     return motion.at({timeline.position, motion.balanced_varus_rad(timeline.position)});
   }
 
+  /// Of the panel, whose lines are short: the set, and what is wrong with the pose without its explanation.
+  std::vector<std::string> lines(const motion::JointPose& pose) const
+  {
+    const std::string doubt = navigation::doubt_text(pose, doubts.at(pose), reference_name.c_str()).data();
+    std::vector<std::string> lines{"set " + set};
+    if (!doubt.empty()) lines.push_back(doubt.substr(0, doubt.find(':')));
+    return lines;
+  }
+
   std::string set;
   motion::Motion motion;
+  navigation::DoubtReader doubts;
+  std::string reference_name;
   navigation::Timeline timeline;
 };
 
@@ -207,6 +223,10 @@ class FollowedRun final : public loop::Mode {
     playback_.emplace(*result_, is_in_window());
     if (screen_) screen_->finish(*result_);
     progress_.report_line(output_ + ": " + state_.progress_text());
+    for (const std::string& warning : navigation::model_warnings(*result_))
+      streams_.messages << "warning: " << output_ << ": " << warning << "\n";
+    if (const std::string reason = motion::default_motion(*result_).reason; !reason.empty())
+      progress_.report_line(output_ + ": " + playback_->set + " is shown; " + reason);
     play_result(0.0);
     is_due_ = true;
     is_over_ = !is_in_window();
@@ -216,8 +236,7 @@ class FollowedRun final : public loop::Mode {
   {
     playback_->timeline = navigation::advanced(playback_->timeline, elapsed_s);
     const motion::JointPose pose = playback_->pose();
-    if (screen_ && pose.status == motion::PoseStatus::solved)
-      screen_->show(state_, {"set " + playback_->set}, pose, playback_->motion);
+    if (screen_) screen_->show(state_, playback_->lines(pose), pose, playback_->motion);
   }
 
   void end_now()

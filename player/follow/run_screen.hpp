@@ -36,7 +36,8 @@ class RunScene {
 
   /// Shows the pose of a step; the attitude rotates the reference, as in the search.
   void show(const RunStep& step);
-  /// Shows a pose of `motion`, a set of the result that the scene was made from.
+  /// Shows a pose of `motion`, a set of the result that the scene was made from; of one that is not solved
+  /// only the reference.
   void show(const motion::JointPose& pose, const motion::Motion& motion);
 
   const scene::Scene& scene() const { return scene_; }
@@ -64,6 +65,7 @@ class RunScene {
   std::optional<scene::JointLayers> layers_;              // all layers except contacts and normals of steps
   std::optional<scene::ContactMarkers> points_, arrows_;  // of steps
   motion::JointPose pose_;
+  std::vector<bool> shown_bodies_;  // [n_drawables] by the appearance
   std::uint64_t n_layouts_ = 1;
 };
 

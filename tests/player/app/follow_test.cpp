@@ -112,6 +112,18 @@ TEST_F(Follow, EndsWithTheRunAndShowsItsResult)
   EXPECT_EQ(again.out, output_ + ": 9/9 attitudes, finished\n");
 }
 
+TEST_F(Follow, SaysWhatIsWrongWithTheResult)
+{
+  model_.plausibility = store::GridB::Constant(3, 3, static_cast<std::int8_t>(Plausibility::nothing_found));
+  model_.plausibility(1, 1) = static_cast<std::int8_t>(Plausibility::dislocated);
+  model_.job.warnings = {"the femur is coarse"};
+  finish();
+  const test::Ended ended = follow({"--text"});
+  EXPECT_EQ(ended.exit_code, 0);
+  EXPECT_THAT(ended.err, testing::HasSubstr("warning: " + output_ + ": 1 of 9 poses: dislocated: further"));
+  EXPECT_THAT(ended.err, EndsWith("warning: " + output_ + ": the femur is coarse\n"));
+}
+
 TEST_F(Follow, StopsWhenItIsInterrupted)
 {
   add_steps(0);

@@ -166,4 +166,25 @@ TEST_F(Screen, AnotherSizeAndAnotherRunAreLoadedAgain)
   EXPECT_GT(count(image, {160, 0, 160, 240}, follow::colour_of(StepStatus::stable)), 1000);
 }
 
+TEST_F(Screen, WithoutAPoseOfTheResultTheReferenceIsDrawnAlone)
+{
+  store::MotionModel model = model_;
+  test::unsolve(model, 0, 0);
+  screen_.finish(model);
+  const motion::Motion motion(model, "raw");
+  const auto n_moving = [&](const motion::JointPose& pose) {
+    screen_.show(state_, {}, pose, motion);
+    return std::ranges::count_if(screen_.scene().drawables, [](const scene::Drawable& drawable) {
+      return drawable.layer == scene::Layer::bodies && drawable.is_shown &&
+             drawable.parent == scene::ParentFrame::moving;
+    });
+  };
+  const motion::JointPose missing = motion.at({motion.first_flexion_rad(), motion.first_varus_rad()}),
+                          solved = motion.at({motion.last_flexion_rad(), motion.last_varus_rad()});
+  ASSERT_EQ(missing.status, motion::PoseStatus::unsolved_cell);
+  EXPECT_GT(n_moving(solved), 0);
+  EXPECT_EQ(n_moving(missing), 0);
+  EXPECT_GT(n_moving(solved), 0);
+}
+
 }  // namespace vrda::run_screen_test
