@@ -20,6 +20,7 @@
 #include "job_run/run_command.hpp"
 #include "job_run/run_output.hpp"
 #include "load/job.hpp"
+#include "python/errors.hpp"
 #include "python/joint_solver.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/seal.hpp"
@@ -30,36 +31,6 @@ namespace vrda::python {
 namespace {
 
 using namespace pybind11::literals;
-
-// --- errors ---
-
-/// An interrupted command, reported as KeyboardInterrupt.
-struct Interrupted {};
-
-/// Raises vrda.`name` with the facts as attributes.
-void raise_input_error(const InputError& error)
-{
-  const py::object type = py::module_::import("vrda._errors").attr("InputError");
-  const InputError::Facts& f = error.facts();
-  const py::object raised = type(error.what(), f.file, f.field, f.found, f.wanted, f.line);
-  PyErr_SetObject(type.ptr(), raised.ptr());
-}
-
-void register_errors()
-{
-  py::register_exception_translator([](std::exception_ptr thrown) {
-    try {
-      if (thrown) std::rethrow_exception(thrown);
-    } catch (const InputError& error) {
-      raise_input_error(error);
-    } catch (const InternalError& error) {
-      const py::object type = py::module_::import("vrda._errors").attr("InternalError");
-      PyErr_SetString(type.ptr(), error.what());
-    } catch (const Interrupted&) {
-      PyErr_SetNone(PyExc_KeyboardInterrupt);
-    }
-  });
-}
 
 // --- messages ---
 
@@ -100,7 +71,8 @@ py::object attribute(const py::object& owner, const char* name)
   return py::getattr(owner, py::reinterpret_steal<py::str>(PyUnicode_InternFromString(name)));
 }
 
-/// Needs the interpreter lock. A handler of the logger that fails is reported by Python; Ctrl-C stays pending.
+/// Needs the interpreter lock. A handler of the logger that fails is reported by Python; Ctrl-C stays
+/// pending.
 void log_waiting_messages()
 {
   bool is_interrupted = false;

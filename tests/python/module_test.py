@@ -199,6 +199,7 @@ class Errors(unittest.TestCase):
         self.refused(lambda: vrda.Job(KNEE, set={"grid.flexionn": 1}), field="grid.flexionn", wanted="flexion")
         self.refused(lambda: vrda.Job("absent.toml"), file="absent.toml")
         self.refused(lambda: vrda.Job(KNEE, set={"side": "top"}), field="side", found="top")
+        self.refused(lambda: vrda.Job(KNEE).run("x" * 300 + ".h5"), file="x" * 300, found="too long")
         self.assertIsInstance(self.refused(lambda: vrda.open("absent.h5"), file="absent.h5"), ValueError)
 
     def test_arguments_are_named(self):
