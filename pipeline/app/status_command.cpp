@@ -197,10 +197,10 @@ console::ExitCode write_submission_index(const IndexOptions& options, const clus
 {
   const std::string& folder = options.folder;
   // Locked before the cases are read: an older table must not replace a newer one.
-  const std::optional<OutputLock> lock = job_run::lock_output(folder + "/index.h5", "vrda index");
-  if (!lock) return console::ExitCode::interrupted;
+  std::optional<Publication> result = job_run::begin_result(index::index_file_of(folder), "vrda index");
+  if (!result) return console::ExitCode::interrupted;
   const std::vector<index::IndexRow> rows = rows_of_submission(options, submission);
-  index::write_index(folder, submission.title, submission.axes, rows);
+  index::publish_index(*result, folder, submission.title, submission.axes, rows);
   nlohmann::ordered_json json;
   std::string line = std::to_string(rows.size()) + " cases:";
   for (const auto& [status, n] : counts_of(rows)) {

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "cluster/case_spec.hpp"
-#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "journal/run_files.hpp"
@@ -196,6 +195,11 @@ const char* name_of(CaseStatus status)
   return names.at(static_cast<std::size_t>(status));
 }
 
+std::string index_file_of(const std::string& folder)
+{
+  return folder + "/index.h5";
+}
+
 std::vector<IndexRow> index_rows(const std::vector<IndexedCase>& cases, int n_processes)
 {
   std::vector<IndexRow> rows;
@@ -212,14 +216,14 @@ std::vector<IndexRow> index_rows(const std::vector<IndexedCase>& cases, int n_pr
   return rows;
 }
 
-void write_index(const std::string& folder, const std::string& title, const std::vector<std::string>& axes,
-                 const std::vector<IndexRow>& rows)
+void publish_index(Publication& publication, const std::string& folder, const std::string& title,
+                   const std::vector<std::string>& axes, const std::vector<IndexRow>& rows)
 {
   const fs::path root = fs::absolute(folder).lexically_normal();
   const store::IndexTable table = table_of(root, title, axes, rows);
-  store::write_index_file((root / "index.h5").string(), table);
-  write_atomically((root / "index.csv").string(), {store::index_csv(table)});
-  write_atomically((root / "index.times.csv").string(), {store::index_csv(times_of(rows))});
+  publication.add((root / "index.csv").string(), store::index_csv(table));
+  publication.add((root / "index.times.csv").string(), store::index_csv(times_of(rows)));
+  publication.publish(store::index_bytes(index_file_of(root.string()), table));
 }
 
 }  // namespace vrda::index

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/publication.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::index {
@@ -69,9 +70,13 @@ struct IndexedCase {
 /// `n_processes` separate processes read models (store/read_separately.hpp); no other thread may use HDF5.
 std::vector<IndexRow> index_rows(const std::vector<IndexedCase>& cases, int n_processes);
 
-/// Writes folder/index.csv and folder/index.h5, equal bytes for equal results, and folder/index.times.csv.
-/// File names are written relative to the folder. Throws InputError when a file cannot be written.
-void write_index(const std::string& folder, const std::string& title, const std::vector<std::string>& axes,
-                 const std::vector<IndexRow>& rows);
+/// The main file of the result.
+std::string index_file_of(const std::string& folder);
+
+/// Publishes folder/index.csv and folder/index.h5, equal bytes for equal results, and folder/index.times.csv.
+/// `publication`: of index_file_of(folder), locked while the rows are read. File names are written relative
+/// to the folder. Throws InputError when a file cannot be written.
+void publish_index(Publication& publication, const std::string& folder, const std::string& title,
+                   const std::vector<std::string>& axes, const std::vector<IndexRow>& rows);
 
 }  // namespace vrda::index

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <sstream>
 
-#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "store/h5_visitors.hpp"
@@ -59,7 +58,7 @@ std::string field_of(const IndexColumn& column, std::size_t row)
 
 }  // namespace
 
-void write_index_file(const std::string& path, const IndexTable& table)
+std::string index_bytes(const std::string& path, const IndexTable& table)
 {
   const std::string dimension = "/" + table.columns.front().name;
   H5Writer writer(path);
@@ -69,8 +68,7 @@ void write_index_file(const std::string& path, const IndexTable& table)
   write.dimension(dimension, DimensionSize::counted(n_rows_of(table)));
   for (const IndexColumn& column : table.columns)
     std::visit([&](const auto& values) { write(dataset_of(column, dimension), values); }, column.values);
-  const std::string content = writer.bytes();
-  write_atomically(path, {content});
+  return writer.bytes();
 }
 
 std::string index_csv(const IndexTable& table)

@@ -28,9 +28,9 @@ struct IndexTable {
 inline constexpr const char* index_format_name = "vrda campaign index";
 inline constexpr const char* index_format_version = "1.0";
 
-/// Writes `table` as a netCDF-4 file whose one dimension is the first column. Equal tables give equal bytes.
-/// Throws InputError when the file cannot be written.
-void write_index_file(const std::string& path, const IndexTable& table);
+/// `table` as a netCDF-4 file whose one dimension is the first column. Equal tables give equal bytes. `path`:
+/// its future name, for errors.
+std::string index_bytes(const std::string& path, const IndexTable& table);
 
 /// The table as CSV (RFC 4180): a heading, then one line per row; codes as words, NaN as an empty field.
 std::string index_csv(const IndexTable& table);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <optional>
 
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"
@@ -141,6 +142,21 @@ TEST(IndexRow, SaysHowFarACaseIs)
   EXPECT_THAT(cut.numbers, IsEmpty());
 }
 
+TEST(Index, ATableThatCannotBeReplacedLeavesTheOldIndex)
+{
+  const test::Scratch scratch;
+  scratch.write("index.h5", "\x89HDF\r\n\x1a\n old");
+  std::filesystem::create_directory(scratch.path() / "index.times.csv");
+  std::optional<Publication> publication =
+      Publication::begin(index::index_file_of(scratch.path()), "the test");
+  const auto publish = [&] {
+    index::publish_index(*publication, scratch.path(), "One", {}, {index_row("b", scratch.path() / "b.h5")});
+  };
+  EXPECT_EQ(test::input_error(publish).found, "a folder");
+  EXPECT_EQ(test::read_bytes(scratch.path() / "index.h5"), "\x89HDF\r\n\x1a\n old");
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() / "index.csv"));
+}
+
 TEST(Index, EqualResultsGiveEqualBytesWhereverTheyAreAndWheneverTheyWereMade)
 {
   const test::Scratch one, other;
@@ -153,8 +169,10 @@ TEST(Index, EqualResultsGiveEqualBytesWhereverTheyAreAndWheneverTheyWereMade)
                                           (is_second ? "2.5" : "7") +
                                           ", \"solving_processor_seconds\": 4.5, \"threads\": 2, "
                                           "\"steps_recalled\": 0, \"host\": \"n1\", \"processors\": 4}");
-    index::write_index(
-        scratch->path(), "Two", {"method"},
+    std::optional<Publication> publication =
+        Publication::begin(index::index_file_of(scratch->path()), "the test");
+    index::publish_index(
+        *publication, scratch->path(), "Two", {"method"},
         {index_row("a", output, {"rest"}), index_row("b", scratch->path() / "b" / "b.h5", {"search"})});
   }
   for (const char* name : {"index.csv", "index.h5"})

@@ -7,9 +7,9 @@
 #include <fstream>
 #include <limits>
 
+#include "core/atomic_file.hpp"
 #include "store/h5_reader.hpp"
 #include "store/sample_model.hpp"
-#include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::index_table_test {
@@ -29,7 +29,7 @@ TEST(IndexTable, TheFileGivesBackEveryColumn)
   const test::Scratch scratch;
   const std::string path = scratch.path() / "index.h5";
   const store::IndexTable table = test::sample_index();
-  store::write_index_file(path, table);
+  write_atomically(path, {store::index_bytes(path, table)});
   const store::H5Reader reader({path, test::read_bytes(path)});
   EXPECT_THAT(reader.rejected(), testing::IsEmpty());
   EXPECT_THAT(read_back<std::string>(reader, "/case", 3), ElementsAre("a_rest", "a_search", "b_rest"));
@@ -50,10 +50,8 @@ TEST(IndexTable, TheFileGivesBackEveryColumn)
 
 TEST(IndexTable, EqualTablesGiveEqualBytes)
 {
-  const test::Scratch scratch;
-  store::write_index_file(scratch.path() / "a.h5", test::sample_index());
-  store::write_index_file(scratch.path() / "b.h5", test::sample_index());
-  EXPECT_EQ(test::read_bytes(scratch.path() / "a.h5"), test::read_bytes(scratch.path() / "b.h5"));
+  EXPECT_EQ(store::index_bytes("a.h5", test::sample_index()),
+            store::index_bytes("b.h5", test::sample_index()));
 }
 
 TEST(IndexTable, CsvHasWordsEmptyFieldsAndQuotes)
@@ -63,13 +61,6 @@ TEST(IndexTable, CsvHasWordsEmptyFieldsAndQuotes)
             "a_rest,done,,0.125\n"
             "a_search,failed,\"a \"\"quoted\"\", longer\nremark\",\n"
             "b_rest,missing,,-1e-05\n");
-}
-
-TEST(IndexTable, AFolderThatIsNotThereIsNamed)
-{
-  const test::Scratch scratch;
-  const std::string path = scratch.path() / "nowhere" / "index.h5";
-  EXPECT_EQ(test::input_error([&] { store::write_index_file(path, test::sample_index()); }).file, path);
 }
 
 }  // namespace vrda::index_table_test

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <string>
 
+#include "core/atomic_file.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"
 #include "store/trace_file.hpp"
@@ -25,7 +26,7 @@ int main(int argc, char** argv)
       return 0;
     }
     if (which == "index") {
-      vrda::store::write_index_file(argv[1], vrda::test::sample_index());
+      vrda::write_atomically(argv[1], {vrda::store::index_bytes(argv[1], vrda::test::sample_index())});
       return 0;
     }
     vrda::test::SampleOptions options;
