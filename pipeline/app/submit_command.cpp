@@ -225,8 +225,10 @@ console::ExitCode say_nothing_is_missing(const std::string& folder, const cluste
 console::ExitCode resume_command(const ResumeOptions& options)
 {
   const std::string folder = cluster::absolute_folder(options.folder);
-  cluster::Submission submission = cluster::read_submission(folder);
+  cluster::read_submission(folder);  // refuses another folder before a lock file is made
   const OpenFile lock = cluster::locked_submission(folder);
+  // Read under the lock: another resume may have changed its options meanwhile.
+  cluster::Submission submission = cluster::read_submission(folder);
   const cluster::SubmissionSnapshot snapshot = cluster::take_snapshot(folder, submission);
   if (!snapshot.remark.empty())
     throw InputError(
