@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "bench/controls.hpp"
 #include "core/error.hpp"
@@ -191,11 +190,13 @@ void BenchOutput::show(BenchState& state, const BenchFrame& frame, std::uint64_t
 void BenchOutput::save_screenshot(BenchState& state, const BenchFrame& frame)
 {
   std::string name;
-  for (std::size_t number = 1; name.empty() || std::filesystem::exists(name); ++number)
-    name = loop::padded_name("bench_", number, digits_of_pictures) + ".png";
   const loop::Frame last = drawn(state, frame);
-  const auto refused = loop::catch_input_error(
-      [&] { render::write_png(sink_.renderer().draw(last.scene, last.shots, last.overlay), name); });
+  const auto refused = loop::catch_input_error([&] {
+    const render::Image& image = sink_.renderer().draw(last.scene, last.shots, last.overlay);
+    name = loop::write_with_free_name(
+        [](std::size_t number) { return loop::padded_name("bench_", number, digits_of_pictures) + ".png"; },
+        [&](const std::string& free) { render::write_png(image, free); });
+  });
   panel_.message = refused ? refused->what() : "screenshot written: " + name;
 }
 

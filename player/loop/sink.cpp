@@ -1,10 +1,16 @@
 #include "loop/sink.hpp"
 
+#include <fcntl.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <system_error>
 
 #include "core/error.hpp"
+#include "core/open_file.hpp"
 #include "render/image.hpp"
 
 namespace vrda::loop {
@@ -66,6 +72,25 @@ std::string padded_name(const std::string& stem, std::size_t number, std::size_t
   std::string digits = std::to_string(number);
   digits.insert(0, width - std::min(width, digits.size()), '0');
   return stem + digits;
+}
+
+std::string write_with_free_name(const std::function<std::string(std::size_t)>& name_of,
+                                 const std::function<void(const std::string&)>& write)
+{
+  for (std::size_t number = 1;; ++number) {
+    const std::string name = name_of(number);
+    const OpenFile reserved(open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    if (!reserved.is_open() && errno == EEXIST) continue;
+    if (!reserved.is_open())
+      throw InputError({name, "", std::strerror(errno), "a folder that exists and can be written"});
+    try {
+      write(name);
+    } catch (...) {
+      std::remove(name.c_str());
+      throw;
+    }
+    return name;
+  }
 }
 
 std::string count_text(std::size_t n, const std::string& what)

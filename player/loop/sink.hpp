@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -64,6 +65,11 @@ void make_folder(const std::string& folder, const std::string& option);
 
 /// "task_0012": the number zero-padded to `width` digits, so that names sort.
 std::string padded_name(const std::string& stem, std::size_t number, std::size_t width);
+
+/// Runs `write` with the first of name_of(1), name_of(2), ... that does not exist, and returns that name. Two
+/// processes never get the same one: an empty file takes the name first. Throws InputError if that fails.
+std::string write_with_free_name(const std::function<std::string(std::size_t)>& name_of,
+                                 const std::function<void(const std::string&)>& write);
 
 /// "2 frames", "1 frame"
 std::string count_text(std::size_t n, const std::string& what);

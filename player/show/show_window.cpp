@@ -53,14 +53,12 @@ SessionOptions session_options(const ShowOptions& options, const store::MotionMo
   return session;
 }
 
-/// An unused file name in the current folder: knee_flexion_040.png, then knee_flexion_040_2.png.
-std::string free_name(const std::string& file, double flexion_rad)
+/// In the current folder: knee_flexion_040.png, then knee_flexion_040_2.png.
+std::string picture_name(const std::string& file, double flexion_rad, std::size_t number)
 {
   const std::string stem = std::filesystem::path(file).stem().string() + "_flexion_" +
                            navigation::angle_label(std::round(deg_from_rad(flexion_rad)), {});
-  std::string name = stem + ".png";
-  for (int n = 2; std::filesystem::exists(name); ++n) name = stem + "_" + std::to_string(n) + ".png";
-  return name;
+  return stem + (number == 1 ? "" : "_" + std::to_string(number)) + ".png";
 }
 
 render::WindowOptions window_options(const ShowOptions& options, const SessionOptions& session)
@@ -127,9 +125,14 @@ class ShowMode final : public loop::Mode {
   {
     Session& session = shown_.session();
     if (has_moving_quality_) sink_.renderer().set_samples(samples_at_rest);
-    const std::string name = free_name(shown_.file(), session.pose().attitude.flexion_rad);
-    const auto refused =
-        loop::catch_input_error([&] { render::write_png(session.draw_screenshot(sink_.renderer()), name); });
+    std::string name;
+    const auto refused = loop::catch_input_error([&] {
+      const render::Image& image = session.draw_screenshot(sink_.renderer());
+      const double flexion_rad = session.pose().attitude.flexion_rad;
+      name = loop::write_with_free_name(
+          [&](std::size_t number) { return picture_name(shown_.file(), flexion_rad, number); },
+          [&](const std::string& free) { render::write_png(image, free); });
+    });
     session.show_message(refused ? refused->what() : "image written: " + name);
   }
 

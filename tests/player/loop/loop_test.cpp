@@ -111,4 +111,20 @@ TEST(Numbered, NamesSortAndNumbersThatAreLongerStay)
   EXPECT_EQ(loop::count_text(0, "frame"), "0 frames");
 }
 
+TEST(FreeName, TwoWritersNeverGetTheSame)
+{
+  const test::Scratch scratch;
+  const auto name_of = [&](std::size_t number) { return (scratch.path() / std::to_string(number)).string(); };
+  std::string other;
+  // The second writer begins while the first one has its name and has written nothing.
+  const std::string name = loop::write_with_free_name(name_of, [&](const std::string&) {
+    other = loop::write_with_free_name(name_of, [](const std::string&) {});
+  });
+  EXPECT_EQ(name, name_of(1));
+  EXPECT_EQ(other, name_of(2));
+  const auto fail = [](const std::string&) { throw InputError({"a", "", "b", "c"}); };
+  EXPECT_THROW(loop::write_with_free_name(name_of, fail), InputError);
+  EXPECT_FALSE(std::filesystem::exists(name_of(3)));
+}
+
 }  // namespace vrda::loop_test
