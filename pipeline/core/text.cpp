@@ -132,6 +132,14 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   return best == known.end() ? "" : *best;
 }
 
+std::string lower_case(std::string text)
+{
+  for (char& c : text) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return text;
+}
+
 std::string join_alternatives(const std::vector<std::string>& words)
 {
   std::string text;

@@ -30,6 +30,9 @@ std::size_t edit_distance(std::string_view a, std::string_view b);
 /// The word of `known` nearest to `word`, the first of equals; empty when `known` is empty.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& known);
 
+/// With the letters A to Z as a to z.
+std::string lower_case(std::string text);
+
 /// "a, b or c".
 std::string join_alternatives(const std::vector<std::string>& words);
 

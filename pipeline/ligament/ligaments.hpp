@@ -39,6 +39,9 @@ struct Fibre {
 /// The ligaments of a knee that names of bundles are recognised by.
 inline constexpr const char* knee_ligaments[] = {"ACL", "PCL", "MCL", "LCL"};
 
+/// The bundles into which the generic and the template knee divide them; the LCL is one.
+inline constexpr const char* divided_bundles[] = {"ACLam", "ACLpl", "PCLal", "PCLpm", "MCLs", "MCLd", "MCLp"};
+
 /// The ligament of a bundle: one of `knee_ligaments` if the name contains it, in either case ("ACLam",
 /// "sMCL", "lcl_2"), otherwise the name itself.
 std::string ligament_of(const std::string& bundle);

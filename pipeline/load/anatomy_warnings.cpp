@@ -13,14 +13,6 @@
 namespace vrda::load {
 namespace {
 
-std::string lower_case(std::string text)
-{
-  for (char& c : text) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return text;
-}
-
 bool mentions(const std::string& name, const std::string& word)
 {
   return lower_case(name).find(word) != std::string::npos;

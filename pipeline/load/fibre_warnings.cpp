@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "core/text.hpp"
 
@@ -191,6 +192,38 @@ void warn_of_missing_ligaments(const std::map<std::string, double>& found, std::
                      ": the knee is solved as if it were cut; add its fibres, or leave it out on purpose");
 }
 
+// The bundles of divided ligaments of which another bundle is there. A ligament with a bundle of another name
+// is divided otherwise. The posterior MCL of some published tables is part of the capsule ("pMC").
+void warn_of_missing_bundles(const LoadedLigaments& loaded, std::vector<std::string>& warnings)
+{
+  std::set<std::string> found, divided_otherwise;
+  bool has_posteromedial_capsule = false;
+  for (const ligament::Fibre& fibre : loaded.ligaments.fibres) {
+    const auto known = std::ranges::find_if(ligament::divided_bundles, [&](const std::string& name) {
+      return lower_case(fibre.bundle) == lower_case(name);
+    });
+    if (known != std::end(ligament::divided_bundles)) {
+      found.emplace(*known);
+    } else {
+      divided_otherwise.insert(ligament::ligament_of(fibre.bundle));
+      has_posteromedial_capsule |= lower_case(fibre.bundle).starts_with("pmc");
+    }
+  }
+  std::vector<std::string> missing;
+  for (const std::string name : ligament::divided_bundles) {
+    const std::string ligament = ligament::ligament_of(name);
+    const bool is_divided = std::ranges::any_of(
+        found, [&](const std::string& other) { return ligament::ligament_of(other) == ligament; });
+    if (found.contains(name) || !is_divided || divided_otherwise.contains(ligament)) continue;
+    if (name == "MCLp" && has_posteromedial_capsule) continue;
+    missing.push_back(name);
+  }
+  if (missing.empty()) return;
+  warnings.push_back("ligaments: no bundle is named " + joined_names(missing) +
+                     ", but others of the same ligament are there: the knee is solved as if it were cut; add "
+                     "its fibres, or leave it out on purpose");
+}
+
 // Of published knees, each ligament has a fibre with a strain of at least -0.03 at the reference pose
 // (schemas/ligaments.md). A table whose slack lengths are 1.2 times too long has -0.12 at most.
 constexpr double slack_strain = -0.08;
@@ -230,8 +263,9 @@ double largest_of_bundle_n(const std::string& bundle)
   return is_named ? most_bundle_n : most_tendon_n;
 }
 
-// The sums of the bundles.
-bool warn_of_bundle_stiffness(const LoadedLigaments& loaded, std::vector<std::string>& warnings)
+// The sums of the bundles; that of an uneven bundle is decided by the fibre that is warned of.
+void warn_of_bundle_stiffness(const LoadedLigaments& loaded, const std::string& uneven_bundle,
+                              std::vector<std::string>& warnings)
 {
   std::map<std::string, double> sum_n;
   for (const ligament::Fibre& fibre : loaded.ligaments.fibres) sum_n[fibre.bundle] += fibre.stiffness_n;
@@ -239,6 +273,7 @@ bool warn_of_bundle_stiffness(const LoadedLigaments& loaded, std::vector<std::st
     const ligament::Fibre& fibre = loaded.ligaments.fibres[i];
     const double all_n = sum_n[fibre.bundle], most_n = largest_of_bundle_n(fibre.bundle);
     const bool is_soft = all_n < least_bundle_n;
+    if (!fibre.bundle.empty() && fibre.bundle == uneven_bundle) continue;
     if (!is_soft && (all_n <= most_n || fibre.bundle.empty())) continue;
     std::string remedy = "most " + shortest_decimal(most_n) +
                          "; values that are in N already are not multiplied by a length: stiffness_n = " +
@@ -252,9 +287,8 @@ bool warn_of_bundle_stiffness(const LoadedLigaments& loaded, std::vector<std::st
     }
     warnings.push_back(place_of(loaded.jobs[i], "stiffness_n") + "and its bundle have " +
                        rounded_text(all_n, 10.0) + " N per unit strain, wanted at " + remedy);
-    return true;
+    return;
   }
-  return false;
 }
 
 double median(std::vector<double> values)
@@ -264,7 +298,8 @@ double median(std::vector<double> values)
   return 0.5 * (values[(n - 1) / 2] + values[n / 2]);
 }
 
-void warn_of_uneven_bundles(const LoadedLigaments& loaded, std::vector<std::string>& warnings)
+// Returns the bundle that it warns of, or an empty name.
+std::string warn_of_uneven_bundles(const LoadedLigaments& loaded, std::vector<std::string>& warnings)
 {
   std::map<std::string, std::vector<double>> of_bundle;
   for (const ligament::Fibre& fibre : loaded.ligaments.fibres)
@@ -282,8 +317,9 @@ void warn_of_uneven_bundles(const LoadedLigaments& loaded, std::vector<std::stri
                        fibre.bundle + "\" have " + rounded_text(usual_n, 10.0) + "; wanted at most " +
                        shortest_decimal(most_uneven) + " times less or more: N/mm times the slack length " +
                        "in mm gives N");
-    return;
+    return fibre.bundle;
   }
+  return "";
 }
 
 }  // namespace
@@ -307,9 +343,10 @@ std::vector<std::string> fibre_warnings(const LoadedLigaments& loaded, const Cas
   if (job_case.joint == "knee" && job_case.method == "equilibrium") {
     const std::map<std::string, double> found = largest_strains(loaded, strains);
     warn_of_missing_ligaments(found, warnings);
+    warn_of_missing_bundles(loaded, warnings);
     warn_of_slack_ligaments(found, strains, warnings);
   }
-  if (!warn_of_bundle_stiffness(loaded, warnings)) warn_of_uneven_bundles(loaded, warnings);
+  warn_of_bundle_stiffness(loaded, warn_of_uneven_bundles(loaded, warnings), warnings);
   return warnings;
 }
 

@@ -60,13 +60,6 @@ struct FieldTable {
   }
 };
 
-std::string lower_case(std::string text)
-{
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
-
 void add_rows(FieldTable& table, const std::vector<load::TableLine>& lines, std::size_t first,
               Fields (*split)(std::string_view))
 {

@@ -6,6 +6,7 @@
 #include "core/frames.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
+#include "ligament/ligaments.hpp"
 #include "shapes/knee.hpp"
 #include "support/refusal.hpp"
 
@@ -52,6 +53,7 @@ TEST(KneeLigaments, HaveTheStiffnessAndReferenceStrainsOfTheirSource)
     EXPECT_TRUE(names.insert(fibre.name).second);
   }
   ASSERT_EQ(stiffness_n.size(), source.size());
+  for (const char* bundle : ligament::divided_bundles) EXPECT_TRUE(stiffness_n.contains(bundle)) << bundle;
   for (const auto& [bundle, total_n] : stiffness_n) EXPECT_NEAR(total_n, source.at(bundle).first, 1e-9);
 }
 
