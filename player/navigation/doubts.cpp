@@ -140,6 +140,12 @@ std::vector<std::string> model_warnings(const store::MotionModel& model)
   return warnings;
 }
 
+std::string default_motion_remark(const store::MotionModel& model, const std::string& set)
+{
+  const store::DefaultMotion shown = motion::default_motion(model);
+  return shown.set != set || shown.reason.empty() ? "" : "The solved poses are shown: " + shown.reason;
+}
+
 bool has_doubtful_poses(const store::MotionModel& model)
 {
   return model_warnings(model).size() > model.job.warnings.size();

@@ -45,6 +45,9 @@ DoubtText doubt_text(const motion::JointPose& pose, const PoseDoubt& doubt, cons
 
 /// The counts of doubtful and missing poses with their reasons, then the warnings about the job.
 std::vector<std::string> model_warnings(const store::MotionModel& model);
+/// Why the solved poses of `set` are shown; empty unless it is the default motion in place of the smoothed
+/// one.
+std::string default_motion_remark(const store::MotionModel& model, const std::string& set);
 /// Whether a cell is doubtful or has no pose.
 bool has_doubtful_poses(const store::MotionModel& model);
 

@@ -122,6 +122,7 @@ void SeriesRenderer::make_interface(const store::MotionModel& model, const Posed
   interface.joint = model.joint;
   interface.has_doubtful_poses = is_doubtful_drawn;
   if (options_.has_numbers || is_doubtful_drawn) interface.warnings = navigation::model_warnings(model);
+  if (set.has_gaps) remark_ = navigation::default_motion_remark(model, set.name);
   gui_.emplace(interface);
   area_ = gui_->free_area(look_.size.width, look_.size.height, {}, false);
 }
@@ -174,6 +175,7 @@ const render::Overlay* SeriesRenderer::overlay_for(const motion::JointPose& pose
   const std::string& fixed = is_moving_fixed ? scene_.moving_name : scene_.reference_name;
   if (has_gaps_) doubt_ = navigation::doubt_text(pose, doubts_.at(pose), fixed.c_str());
   readout.doubt = doubt_[0] != 0 ? doubt_.data() : nullptr;
+  if (!remark_.empty()) readout.message = remark_.c_str();
   readout.is_varus_balanced = !options_.varus_deg.has_value();
   readout.clinical = motion_.own_coordinates(pose);
   if (pose.status == motion::PoseStatus::solved)

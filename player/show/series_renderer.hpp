@@ -72,6 +72,7 @@ class SeriesRenderer {
   std::vector<navigation::ScreenLabel> screen_labels_;
   std::unique_ptr<render::Renderer> renderer_;
   navigation::DoubtText doubt_{};  ///< of the drawn pose
+  std::string remark_;             ///< why the solved poses are the default motion, or empty
   std::optional<gui::Gui> gui_;    ///< with --numbers, labels or doubtful poses
   optics::Viewport area_;          ///< of the picture, below the warnings
   std::vector<scene::Camera> single_, tiled_;

@@ -79,11 +79,9 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
 {
   check(!scene_.drawables.empty(), "a validated motion model has triangles");
   state_.set = row_of(model_, options.set);
-  const store::DefaultMotion shown = motion::default_motion(model_);
-  if (!shown.reason.empty()) {
-    remark_ = "The solved poses are shown: " + shown.reason;
-    remarked_set_ = row_of(model_, shown.set);
-  }
+  const std::string shown = motion::default_motion(model_).set;
+  remark_ = navigation::default_motion_remark(model_, shown);
+  if (!remark_.empty()) remarked_set_ = row_of(model_, shown);
   state_.timeline = timeline_of(sets_[state_.set].motion, options);
   state_.varus_rad = options.varus_rad;
   state_.backdrop = options.backdrop;

@@ -124,8 +124,15 @@ std::vector<double> wanted_keys(const motion::Motion& motion, const ShowOptions&
   return wanted;
 }
 
-/// The solved poses of a sequence. Reports keys beyond its ends and frames without a pose.
-Plan plan_of_frames(const motion::Motion& motion, const std::vector<double>& keys, std::ostream& messages)
+bool is_solved(const motion::JointPose& pose)
+{
+  return pose.status == motion::PoseStatus::solved;
+}
+
+/// The solved poses of a sequence; for a video also those that are not. Reports keys beyond its ends and
+/// frames without a pose.
+Plan plan_of_frames(const motion::Motion& motion, const std::vector<double>& keys, bool is_video,
+                    std::ostream& messages)
 {
   Plan plan;
   for (const double key : keys) {
@@ -139,12 +146,15 @@ Plan plan_of_frames(const motion::Motion& motion, const std::vector<double>& key
     if (pose.status == motion::PoseStatus::solved) {
       plan.poses.push_back(pose);
     } else {
+      if (is_video) plan.poses.push_back(pose);
       ++plan.n_unsolved;
       const bool is_frame = std::binary_search(motion.keys().begin(), motion.keys().end(), pose.key);
-      messages << motion.key_name() << " " << shortest_decimal(pose.key) << ": no image, "
-               << (is_frame ? "the" : "a neighbouring") << " frame has no pose\n";
+      messages << motion.key_name() << " " << shortest_decimal(pose.key) << (is_video ? ": " : ": no image, ")
+               << (is_frame ? "the" : "a neighbouring") << " frame has no pose"
+               << (is_video ? ", the video shows only the fixed object" : "") << "\n";
     }
   }
+  if (std::ranges::none_of(plan.poses, is_solved)) plan.poses.clear();
   return plan;
 }
 
@@ -214,11 +224,6 @@ motion::FilmOptions film_options(const ShowOptions& options)
     throw InputError({"--flexion", "", *options.flexion, "one angle: --trace shows one cell"});
   film.cell.flexion_deg = range.first_deg;
   return film;
-}
-
-bool is_solved(const motion::JointPose& pose)
-{
-  return pose.status == motion::PoseStatus::solved;
 }
 
 struct PlayedMotion {
@@ -359,11 +364,11 @@ ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& mod
   require_own_options(motion, options);
   const Plan plan =
       motion.is_sequence()
-          ? plan_of_frames(motion, wanted_keys(motion, options, n_default_images), streams.messages)
+          ? plan_of_frames(motion, wanted_keys(motion, options, n_default_images), false, streams.messages)
           : plan_of(motion, options, has_images || !is_played, streams.messages);
   PlayedMotion film;
   if (motion.is_sequence() && has_video) {
-    Plan frames = plan_of_frames(motion, video_keys(motion, options), streams.messages);
+    Plan frames = plan_of_frames(motion, video_keys(motion, options), true, streams.messages);
     film = {std::move(frames.poses), frames.n_unsolved};
   } else if (is_played) {
     film = played_motion(motion, options, streams.messages);

@@ -279,6 +279,38 @@ TEST_F(Show, AVideoShowsWhereThereIsNoPose)
   EXPECT_TRUE(drawn_at(20.0) != drawn_at(0.0));
 }
 
+TEST_F(Show, AVideoOfASequenceShowsWhereThereIsNoPose)
+{
+  store::MotionModel column =
+      test::model_of({"right", {0, 10, 20, 30}, {0}, {0, 0, 0}, {0, 1, 0}, {}, {}, {}});
+  test::add_bodies(column);
+  test::unsolve(column, 2, 0);
+  store::write_motion_model(file_, test::frames_of(column, {0, 1, 2, 3}, {0, 1, 2, 3}));
+  show::ShowOptions given = options();
+  given.folder.clear();
+  given.video = (scratch_.path() / "film.gif").string();
+  given.frames_per_s = 1;
+  run(given);
+  EXPECT_THAT(messages_.str(), HasSubstr("time_s 2: the frame has no pose, the video shows only the fixed"));
+  EXPECT_THAT(messages_.str(), HasSubstr("film.gif: 4 frames"));
+}
+
+TEST_F(Show, NumbersSayWhyTheSolvedPosesAreTheDefaultMotion)
+{
+  const auto drawn = [&](const std::string& set, const std::string& reason) {
+    store::MotionModel model = small_model();
+    model.default_motion = store::DefaultMotion{"raw", reason};
+    show::ShowOptions given = options();
+    given.size = "480x360";
+    given.has_numbers = true;
+    const motion::JointPose pose = motion::Motion(model, set).at({0.0, 0.0});
+    show::SeriesRenderer maker(given, model, {set, true, {}}, {pose}, show::warm_renderer(given));
+    return maker.draw_single(0, pose).rgba;
+  };
+  EXPECT_TRUE(drawn("raw", "degree_1 is rough") != drawn("raw", ""));
+  EXPECT_TRUE(drawn("degree_1", "degree_1 is rough") == drawn("degree_1", ""));
+}
+
 TEST_F(Show, StillsAndAFilmComeTogether)
 {
   show::ShowOptions given = options();
