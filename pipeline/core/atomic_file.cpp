@@ -119,6 +119,14 @@ class NewFile::Temporary {
     throw InputError(
         {target, "", std::to_string(n_names) + " processes writing it", "fewer concurrent writers"});
   }
+  struct Written {
+    const std::string& file;
+  };
+  explicit Temporary(const Written& written) : path_(written.file)
+  {
+    file_.emplace(open(path_.c_str(), O_RDWR | O_NOFOLLOW | O_CLOEXEC));
+    if (!file_->is_open()) fail(path_, "an output that cannot be opened");
+  }
   ~Temporary()
   {
     if (!is_renamed_) std::remove(path_.c_str());
@@ -224,6 +232,27 @@ NewFile::NewFile(const std::string& path, std::initializer_list<std::string_view
   if (exists) keep_owner_and_mode(descriptor, path, old);
   write_pieces(descriptor, path, pieces);
   if (fsync(descriptor) != 0 || !is_closed_well(descriptor)) fail(path, "an output that cannot be written");
+}
+
+NewFile::NewFile(const std::string& path) : path_(path), target_(resolve_links(path)) {}
+
+NewFile NewFile::of_written(const std::string& path, const std::string& file)
+{
+  NewFile made(path);
+  auto temporary = std::make_unique<Temporary>(Temporary::Written{file});
+  struct stat old {};
+  const bool exists = stat(made.target_.c_str(), &old) == 0;
+  if (exists && !S_ISREG(old.st_mode)) {
+    write_through(path, {read_text_file(file).value_or("")});
+    return made;
+  }
+  if (exists) {
+    require_replaceable(path, made.target_, old, head_of(file));
+    keep_owner_and_mode(temporary->descriptor(), path, old);
+  }
+  if (fsync(temporary->descriptor()) != 0) fail(path, "an output that cannot be written");
+  made.temporary_ = std::move(temporary);
+  return made;
 }
 
 NewFile::NewFile(NewFile&&) noexcept = default;

@@ -33,6 +33,8 @@ std::optional<std::string> read_text_file(const std::string& path);
 class NewFile {
  public:
   NewFile(const std::string& path, std::initializer_list<std::string_view> pieces);
+  /// Takes `file`, which another program has written in the folder of the target.
+  static NewFile of_written(const std::string& path, const std::string& file);
   NewFile(NewFile&&) noexcept;
   ~NewFile();
 
@@ -41,6 +43,7 @@ class NewFile {
 
  private:
   class Temporary;
+  explicit NewFile(const std::string& path);
   std::string path_, target_;
   std::unique_ptr<Temporary> temporary_;  ///< none for a device, which was written directly
 };

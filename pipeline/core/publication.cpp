@@ -97,7 +97,16 @@ void Publication::swap_added()
 
 void Publication::publish(std::string_view main_bytes, const std::vector<std::string>& obsolete)
 {
-  NewFile main(main_, {main_bytes});
+  publish(NewFile(main_, {main_bytes}), obsolete);
+}
+
+void Publication::publish_written(const std::string& file)
+{
+  publish(NewFile::of_written(main_, file), {});
+}
+
+void Publication::publish(NewFile main, const std::vector<std::string>& obsolete)
+{
   const bool is_one_of_several = !names_.empty() || !obsolete.empty();
   if (is_one_of_several) {
     swap_added();

@@ -32,11 +32,15 @@ class Publication {
   /// Writes `main` and swaps all files in; removes those of `obsolete` that were not added.
   void publish(std::string_view main_bytes, const std::vector<std::string>& obsolete = {});
 
+  /// The same with `file`, which another program has written in the folder of `main`, as `main`.
+  void publish_written(const std::string& file);
+
  private:
   Publication(std::string main, std::optional<OutputLock> lock);
 
   std::string note() const;
   std::string name_in_note(const std::string& file) const;
+  void publish(NewFile main, const std::vector<std::string>& obsolete);
   void start_swap();
   void swap_added();
 

@@ -81,13 +81,13 @@ std::vector<std::string> arguments_for(const VideoOptions& options, const std::s
   throw InputError({path, "--video", found, "a video written by ffmpeg"});
 }
 
-OutputLock locked(const std::string& path)
+Publication begun(const std::string& path)
 {
   std::string holder;
-  std::optional<OutputLock> lock = OutputLock::acquire(
+  std::optional<Publication> publication = Publication::begin(
       path, "vrda-player", {[&](const std::string& found) { holder = found; }, [] { return true; }});
-  if (!lock) throw InputError({path, "--video", holder + ", which is writing it", "another name"});
-  return std::move(*lock);
+  if (!publication) throw InputError({path, "--video", holder + ", which is writing it", "another name"});
+  return std::move(*publication);
 }
 
 }  // namespace
@@ -98,7 +98,9 @@ void require_video_name(const std::string& path)
 }
 
 VideoFile::VideoFile(const VideoOptions& options)
-    : options_(options), unfinished_path_(options.path + ".part"), lock_(locked(options.path))
+    : options_(options),
+      unfinished_path_(resolve_links(options.path) + ".part"),
+      publication_(begun(options.path))
 {
   require_video_name(options.path);
   constexpr std::string_view binary("\0", 1);  // every video is binary
@@ -202,9 +204,7 @@ void VideoFile::finish()
   frames_ = -1;
   const int status = wait_for_ffmpeg();
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) fail(status);
-  std::error_code error;
-  std::filesystem::rename(unfinished_path_, options_.path, error);
-  if (error) refuse(options_.path, error.message());
+  publication_.publish_written(unfinished_path_);
 }
 
 }  // namespace vrda::loop

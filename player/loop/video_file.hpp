@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "core/open_file.hpp"
+#include "core/publication.hpp"
 #include "render/image.hpp"
 
 namespace vrda::loop {
@@ -19,9 +19,9 @@ struct VideoOptions {
 /// Throws InputError for an unknown suffix.
 void require_video_name(const std::string& path);
 
-/// Sends frames to ffmpeg through a socket; the output is renamed to `path` when complete. Throws InputError
-/// for an unknown suffix, if another process writes the video, if ffmpeg is not installed, or if it fails
-/// (with its error output).
+/// Sends frames to ffmpeg through a socket; the output is published as `path` when complete. Throws
+/// InputError for an unknown suffix, if another process writes the video, if ffmpeg is not installed, or if
+/// it fails (with its error output).
 class VideoFile {
  public:
   explicit VideoFile(const VideoOptions& options);
@@ -41,8 +41,8 @@ class VideoFile {
   int wait_for_ffmpeg();
 
   VideoOptions options_;
-  std::string unfinished_path_;
-  OutputLock lock_;
+  std::string unfinished_path_;  ///< beside the target of a link
+  Publication publication_;
   pid_t ffmpeg_ = -1;
   int frames_ = -1;    ///< local end of the socket
   int messages_ = -1;  ///< ffmpeg's output, a file in memory

@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+
 #include <cstdlib>
+#include <future>
 #include <random>
 
 #include "core/error.hpp"
@@ -138,6 +141,38 @@ TEST_F(Video, GetsItsNameWhenItIsWhole)
     EXPECT_FALSE(std::filesystem::exists(path("film.mp4")));
   }
   EXPECT_EQ(n_files(), 0u);
+}
+
+/// Published as any result: the target of a link is replaced, with the mode of the old film.
+TEST_F(Video, ALinkAndTheModeOfTheOldFilmStay)
+{
+  std::filesystem::create_directory(path("films"));
+  const std::filesystem::path target = scratch_.write("films/before.mp4", std::string("\0a film", 7));
+  std::filesystem::permissions(target,
+                               std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+  std::filesystem::create_symlink("films/before.mp4", path("film.mp4"));
+  {
+    loop::VideoFile video({path("film.mp4"), 64, 48, 25});
+    for (int i = 0; i < 3; ++i) video.add(plain_image(64, 48, 100));
+    video.finish();
+  }
+  EXPECT_TRUE(std::filesystem::is_symlink(path("film.mp4")));
+  EXPECT_THAT(test::read_bytes(target.string()), HasSubstr("ftyp"));
+  EXPECT_EQ(std::filesystem::status(target).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+}
+
+/// A pipe stays a pipe; its reader gets the film.
+TEST_F(Video, APipeGetsTheFilm)
+{
+  const std::string pipe = path("film.mp4");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  std::future<std::string> read = std::async(std::launch::async, [&] { return test::read_bytes(pipe); });
+  loop::VideoFile video({pipe, 64, 48, 25});
+  for (int i = 0; i < 3; ++i) video.add(plain_image(64, 48, 100));
+  video.finish();
+  EXPECT_TRUE(std::filesystem::is_fifo(pipe));
+  EXPECT_THAT(read.get(), HasSubstr("ftyp"));
 }
 
 TEST_F(Video, AFileOfAnotherKindStays)
