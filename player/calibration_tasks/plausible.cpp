@@ -55,9 +55,11 @@ std::string untouched_text(const Task& task, const std::vector<bool>& touched)
   if (is_done) return {};
   const bool is_part = std::ranges::any_of(touched, std::identity());
   const std::string thing = is_part ? "other line" : thing_of(task.kind);
-  return "Not taken: the " + thing +
-         " was not touched. Follow the instruction above, then press Enter. If the " + thing +
-         " is right where it is, move it by a step and back first.";
+  const bool is_plural = !is_part && task.kind == TaskKind::rectangle_sides;
+  return "Not taken: the " + thing + (is_plural ? " were" : " was") +
+         " not touched. Follow the instruction above, then press Enter. If the " + thing +
+         (is_plural ? " are right where they are, move each" : " is right where it is, move it") +
+         " by a step and back first.";
 }
 
 std::string implausible_text(const Task& task, std::span<const double> values)

@@ -56,7 +56,8 @@ TEST(Plausible, WhatWasNotTouchedIsRefused)
         trial.virtual_operator.send_samples(*trial.session);
         if (task.kind == TaskKind::bullseye) trial.press('Z');
         trial.virtual_operator.send_samples(*trial.session);
-        expect_refused(trial, "was not touched");
+        expect_refused(trial,
+                       task.kind == TaskKind::rectangle_sides ? "lines were not touched" : "was not touched");
       }
       trial.do_task();
       ASSERT_FALSE(trial.session->progress().has_error) << trial.words();
