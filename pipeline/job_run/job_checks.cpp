@@ -6,9 +6,11 @@
 #include <utility>
 #include <vector>
 
+#include "console/console.hpp"
 #include "core/side.hpp"
 #include "core/text.hpp"
 #include "load/case_warnings.hpp"
+#include "load/input_file.hpp"
 #include "load/job.hpp"
 #include "load/shells.hpp"
 #include "model_build/case_solver.hpp"
@@ -194,8 +196,12 @@ void require_table_of_side(const load::Job& job, const load::Case& job_case)
 
 }  // namespace
 
-CheckedCase load_checked_case(const load::Job& job, const std::string& data_directory)
+CheckedCase load_checked_case(const load::Job& job, const std::string& data_directory,
+                              std::uintmax_t large_bytes)
 {
+  constexpr std::uintmax_t bytes_per_mb = 1'000'000;
+  if (const std::uintmax_t n_bytes = load::mesh_bytes(job, data_directory); n_bytes >= large_bytes)
+    console::log_info("reading and checking meshes of " + std::to_string(n_bytes / bytes_per_mb) + " MB");
   load::Case loaded = load::load_case(job, data_directory);
   const load::Case at_size = load::scaled_to_subject(loaded);
   const InitialContact initial = initial_contact(at_size);

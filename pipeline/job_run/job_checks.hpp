@@ -2,6 +2,7 @@
 /// warnings, and /job/warnings of the motion model holds them.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "load/case.hpp"
@@ -22,7 +23,9 @@ struct CheckedCase {
 
 /// load_case(), whose warnings (load/case_warnings.hpp) come first; then the initial pose, triangles that
 /// intersect each other, and unit, side and frame by registration. They depend on the job and its files only.
-/// Cost beside load_case(): 20 ms for the generic knee, 0.3 s for bones of 40,000 triangles.
-CheckedCase load_checked_case(const load::Job& job, const std::string& data_directory);
+/// Cost beside load_case(): 20 ms for the generic knee, 0.3 s for bones of 40,000 triangles. Mesh files of
+/// together at least `large_bytes` are announced on standard error.
+CheckedCase load_checked_case(const load::Job& job, const std::string& data_directory,
+                              std::uintmax_t large_bytes = 50'000'000);
 
 }  // namespace vrda::job_run

@@ -175,9 +175,15 @@ void require_plain_text(const std::string& option, const std::string& part)
 
 void make_parent_folder(const std::string& file)
 {
+  std::error_code error;
+  const std::string target = resolve_links(file);
+  const fs::path target_folder = fs::path(target).parent_path();
+  if (target != file && !target_folder.empty() && !fs::is_directory(target_folder, error)) {
+    throw InputError(
+        {file, "", "a link to \"" + target + "\"", "a link into a folder that exists, or another name"});
+  }
   const fs::path folder = fs::path(file).parent_path();
   if (folder.empty()) return;
-  std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw InputError({file, "folder", error.message(), "a folder that can be written"});
 }

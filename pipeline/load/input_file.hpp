@@ -26,6 +26,9 @@ struct InputFile {
 /// Throws InputError naming job, key and file if the file is missing or unreadable.
 InputFile input_file(const Job& job, const std::string& data_directory, const FileReference& named);
 
+/// Size of all mesh files of the job in bytes; a missing file counts as none.
+std::uintmax_t mesh_bytes(const Job& job, const std::string& data_directory);
+
 /// The content of `file`. Throws InputError for a missing file, a folder, an unreadable file and one larger
 /// than `largest_bytes`; `facts` supplies file, field and wanted of the message.
 std::string file_bytes(const std::string& file, const InputError::Facts& facts, std::uintmax_t largest_bytes);

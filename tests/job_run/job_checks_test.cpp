@@ -1,8 +1,12 @@
-// Parts of a job that are refused because they are other parts.
+// Parts of a job that are refused because they are other parts; large meshes; outputs that are links.
 #include "job_run/job_checks.hpp"
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
+#include "job_run/run_output.hpp"
+#include "load/input_file.hpp"
 #include "load/job.hpp"
 #include "load/mesh_text.hpp"
 #include "support/meshes.hpp"
@@ -52,6 +56,34 @@ TEST_F(WrongParts, CartilageOfTheOtherBoneIsRefused)
       test::refuses({"job.toml", "reference.component.1.file", "nearer to the other bone", "cartilage"}));
   EXPECT_THAT(test::input_error([&] { checked("reference", "moving.stl"); }),
               test::refuses({"job.toml", "reference.component.1.file", "moving.component.0", "cartilage"}));
+}
+
+/// Large meshes take long to read: a line on standard error says so first.
+TEST_F(WrongParts, LargeMeshesAreAnnounced)
+{
+  const load::Job job = load::read_job(scratch_.write("job.toml", test::small_job("", "")).string());
+  const std::uintmax_t n_bytes = load::mesh_bytes(job, "");
+  EXPECT_EQ(n_bytes, std::filesystem::file_size(scratch_.path() / "reference.stl") +
+                         std::filesystem::file_size(scratch_.path() / "moving.stl"));
+  const auto announced = [&](std::uintmax_t large_bytes) {
+    testing::internal::CaptureStderr();
+    job_run::load_checked_case(job, "", large_bytes);
+    return testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(announced(n_bytes + 1), "");
+  EXPECT_EQ(announced(n_bytes), "reading and checking meshes of 0 MB\n");
+}
+
+/// Refused before the run writes its journal beside the link.
+TEST(ParentFolder, ALinkIntoNoFolderIsRefused)
+{
+  const test::Scratch scratch;
+  const std::filesystem::path link = scratch.path() / "knee.h5";
+  std::filesystem::create_symlink("nowhere/knee.h5", link);
+  EXPECT_THAT(test::input_error([&] { job_run::make_parent_folder(link.string()); }),
+              test::refuses({"knee.h5", "", "nowhere", "folder that exists"}));
+  std::filesystem::create_directory(scratch.path() / "nowhere");
+  EXPECT_NO_THROW(job_run::make_parent_folder(link.string()));
 }
 
 }  // namespace vrda::job_checks_test
