@@ -110,15 +110,15 @@ degrees = [1]
 )");
 }
 
-std::filesystem::path small_knee_job(const Scratch& scratch, const std::string& side)
+std::filesystem::path small_knee_job(const Scratch& scratch, const std::string& side, const BallEdges& edges)
 {
   // Two dents 40 mm apart, the lateral one shallower; below them two balls of different radii.
   const Mesh plate = ceiling(90, 18, [](double x, double z) {
     const double s = z < 0.0 ? z + 20.0 : z - 20.0;
     return -(x * x + s * s) / (z < 0.0 ? 50.0 : 90.0);
   });
-  Mesh moving = shifted(ball(8, 12, 16), {0, -10, -20});
-  append(moving, shifted(ball(7, 12, 16), {0, -9, 20}));
+  Mesh moving = shifted(ball(8, edges.n_rings, edges.n_sectors), {0, -10, -20});
+  append(moving, shifted(ball(7, edges.n_rings, edges.n_sectors), {0, -9, 20}));
   const bool is_left = side == "left";
   const std::string reference_name = "plate_" + side + ".stl", moving_name = "balls_" + side + ".stl";
   scratch.write(reference_name, stl_bytes(is_left ? mirrored_z(plate) : plate));

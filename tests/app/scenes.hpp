@@ -17,8 +17,14 @@ Ended run_vrda(const std::vector<std::string>& words);
 /// under a second. Returns the job file.
 std::filesystem::path small_job(const Scratch& scratch);
 
+/// Edges of a ball from pole to pole and around. Coarser balls are warned of.
+struct BallEdges {
+  int n_rings = 12, n_sectors = 16;
+};
+
 /// A right or left knee of two balls under a plate with two dents, 7 x 5 attitudes; the left one is mirrored.
-std::filesystem::path small_knee_job(const Scratch& scratch, const std::string& side);
+std::filesystem::path small_knee_job(const Scratch& scratch, const std::string& side,
+                                     const BallEdges& edges = {});
 
 /// small_knee_job with some hundred attitudes: long enough to be interrupted.
 std::filesystem::path longer_knee_job(const Scratch& scratch);
