@@ -112,6 +112,7 @@ void BenchPanel::add_marks(const optics::Viewport& visible, const BenchFrame& fr
     add(input_status_text(bench_files::name_of(static_cast<bench_files::BodyRole>(role)),
                           frame.bodies[role]));
   add(leg_check_text(frame.leg));
+  if (frame.is_pose_held) add("the model has no pose here: the last one is drawn");
   if (frame.is_moved_aside) add("moved off the leg by the pointer: R puts it back");
   add(stage_status_text(frame));
   add(input_status_text("potentiometer", frame.potentiometer));

@@ -245,9 +245,10 @@ void BenchState::place_model(double time_s)
   shown_.leg = angles_ ? check_leg(motion_, angles_->angles, exchanged_)
                        : check_leg(motion_, {attitude.flexion_rad, attitude.varus_rad, 0.0}, {});
   const motion::JointPose pose = motion_.at(attitude);
-  // At an unsolved cell the last solved pose is kept.
-  if (pose.status == motion::PoseStatus::solved || shown_.pose.status != motion::PoseStatus::solved)
-    shown_.pose = pose;
+  // At an unsolved cell the last solved pose is kept, which is said.
+  const bool is_solved = pose.status == motion::PoseStatus::solved;
+  if (is_solved || shown_.pose.status != motion::PoseStatus::solved) shown_.pose = pose;
+  shown_.is_pose_held = !is_solved;
   const bench_files::BodyRole role = is_rigid ? bench_files::BodyRole::leg : bench_files::BodyRole::femur;
   shown_.X_tracker_reference =
       trackers_[role]->at(time_s) *

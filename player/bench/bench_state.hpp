@@ -26,8 +26,9 @@ struct InputStatus {
 
 /// Poses and input states of one displayed frame.
 struct BenchFrame {
-  motion::JointPose pose;  ///< motion model at the leg's attitude
-  LegCheck leg;            ///< whether that is the tracked leg's
+  motion::JointPose pose;     ///< motion model at the leg's attitude
+  bool is_pose_held = false;  ///< the model has no pose there: `pose` is the last one
+  LegCheck leg;               ///< whether that is the tracked leg's
   Pose X_tracker_reference = Pose::Identity();
   Pose X_tracker_moving = Pose::Identity();
   Pose X_tracker_eyes = Pose::Identity();

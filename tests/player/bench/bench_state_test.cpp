@@ -257,7 +257,7 @@ TEST(BenchState, MarkersThatAreHiddenLoseTheBodyFromTwoOn)
   EXPECT_TRUE(is_live_with(4, 50 * ms_in_ns));
 }
 
-TEST(BenchState, ACellWithoutAnAnswerKeepsTheLastPose)
+TEST(BenchState, ACellWithoutAnAnswerKeepsTheLastPoseAndSaysSo)
 {
   store::MotionModel model = test::bench_model("right");
   test::unsolve(model, 3, 2);
@@ -268,9 +268,11 @@ TEST(BenchState, ACellWithoutAnAnswerKeepsTheLastPose)
   state.values().varus_rad = 0.0;
   const bench::BenchFrame solved = state.frame(0);
   EXPECT_EQ(solved.pose.status, motion::PoseStatus::solved);
+  EXPECT_FALSE(solved.is_pose_held);
   state.values().flexion_rad = rad_from_deg(45.0);
   EXPECT_EQ(motion.at({rad_from_deg(45.0), 0.0}).status, motion::PoseStatus::unsolved_cell);
   EXPECT_EQ(state.frame(1).X_tracker_moving.matrix(), solved.X_tracker_moving.matrix());
+  EXPECT_TRUE(state.frame(2).is_pose_held);
 }
 
 /// One second of all inputs, with a gap.
