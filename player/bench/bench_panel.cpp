@@ -89,15 +89,15 @@ const render::Overlay& BenchPanel::drawn(const BenchState& state, const BenchFra
       add_panel(eyes.left.visible, state, frame, content);
     }
   }
-  add_marks(eyes.left.visible, frame, content.error_message);
-  add_marks(eyes.right.visible, frame, content.error_message);
+  add_marks(eyes.left.visible, frame, content);
+  add_marks(eyes.right.visible, frame, content);
   gui::finish_overlay(overlay_);
   reflector_.reflect(overlay_);
   return overlay_;
 }
 
 void BenchPanel::add_marks(const optics::Viewport& visible, const BenchFrame& frame,
-                           const std::string& error_message)
+                           const PanelContent& content)
 {
   float bottom_px = static_cast<float>(visible.y + visible.height) - margin_px - text_.line_px();
   const auto add = [&](const std::string& words) {
@@ -116,7 +116,8 @@ void BenchPanel::add_marks(const optics::Viewport& visible, const BenchFrame& fr
   if (frame.is_moved_aside) add("moved off the leg by the pointer: R puts it back");
   add(stage_status_text(frame));
   add(input_status_text("potentiometer", frame.potentiometer));
-  add(error_message);
+  add(content.doubt.data());
+  add(content.error_message);
 }
 
 std::string joint_text(const ClinicalCoordinates& joint)

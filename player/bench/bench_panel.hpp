@@ -8,6 +8,7 @@
 #include "bench/bench_state.hpp"
 #include "bench/timing.hpp"
 #include "gui/overlay_text.hpp"
+#include "navigation/doubts.hpp"
 
 namespace vrda::bench {
 
@@ -16,8 +17,9 @@ struct PanelContent {
   devices::DeviceReport tracker, board;
   bool has_board = false;
   const BenchTiming* timing = nullptr;
-  std::string error_message;  ///< problem of the display; may be empty
-  std::string message;        ///< newest message, shown for some seconds
+  std::string error_message;      ///< problem of the display; may be empty
+  std::string message;            ///< newest message, shown for some seconds
+  navigation::DoubtText doubt{};  ///< what is wrong with the model's pose; may be empty
 };
 
 class BenchPanel {
@@ -29,7 +31,7 @@ class BenchPanel {
   const render::Overlay& drawn(const BenchState& state, const BenchFrame& frame, const PanelContent& content);
 
  private:
-  void add_marks(const optics::Viewport& visible, const BenchFrame& frame, const std::string& error_message);
+  void add_marks(const optics::Viewport& visible, const BenchFrame& frame, const PanelContent& content);
   void add_panel(const optics::Viewport& area, const BenchState& state, const BenchFrame& frame,
                  const PanelContent& content);
   void add_histogram(const optics::Viewport& area, float top_px, const TimeHistogram& times);

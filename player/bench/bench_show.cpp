@@ -147,7 +147,8 @@ BenchOutput::BenchOutput(const BenchOptions& options, const BenchSetup& setup)
       view_(setup.model, setup.motion, setup.bench, setup.calibration, options.look),
       sink_(sink_of(options, setup)),
       video_per_s_(video_rate(setup.bench.display, options.every)),
-      watch_(setup.bench)
+      watch_(setup.bench),
+      doubts_(setup.model)
 {
   view_.load_into(sink_.renderer());
   panel_.has_panel = options.has_panel.value_or(!options.is_headless);
@@ -175,6 +176,8 @@ void BenchOutput::show(BenchState& state, const BenchFrame& frame, std::uint64_t
   if (view_.take(state.values().calibration.eyes)) sink_.renderer().load(view_.warp());
   view_.place(frame, state.values().calibration);
   panel_.error_message = watch_.error_message(sink_);
+  panel_.doubt = frame.is_pose_held ? navigation::DoubtText{}
+                                    : navigation::doubt_text(frame.pose, doubts_.at(frame.pose), "");
   const bool is_picture =
       !options_.pictures.empty() && number % static_cast<std::uint64_t>(options_.every) == 0;
   const std::int64_t n_video = due_video_frames(at_s);

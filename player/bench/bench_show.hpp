@@ -97,6 +97,7 @@ class BenchOutput {
   double video_per_s_;
   WindowCheck watch_;
   PanelContent panel_;
+  navigation::DoubtReader doubts_;
   double message_until_s_ = 0.0;
   std::optional<double> video_start_s_;
   std::int64_t n_video_ = 0;  ///< frames of the video so far

@@ -123,7 +123,10 @@ TEST_F(Panel, WhatIsNotLiveOrHasNoZeroIsMarkedBeforeBothEyes)
   EXPECT_GT(n_stage, 50);
   EXPECT_EQ(n_amber(right_), n_stage);
   bench_.state.take(test::hidden_sample(0, ms_in_ns));
-  EXPECT_GT(n_amber(left_), n_stage);
+  const int n_hidden = n_amber(left_);
+  EXPECT_GT(n_hidden, n_stage);
+  content_.doubt = navigation::DoubtText{"dislocated: ..."};
+  EXPECT_GT(n_amber(left_), n_hidden);
 }
 
 TEST_F(Panel, AnErrorOfTheDisplayIsALineOfThePanel)

@@ -247,6 +247,21 @@ TEST_F(BenchReplay, ACalibrationFileThatDoesNotExistIsRefusedUnlessItCanBeWritte
       bench::read_bench_setup(options, bench::MissingCalibration::is_nominal).facts.calibration_text.empty());
 }
 
+TEST_F(BenchReplay, ADoubtfulPoseIsNamed)
+{
+  const auto doubt = [&] {
+    bench::BenchState state(setup_->bench, setup_->calibration, setup_->motion, setup_->frame);
+    bench::BenchOutput output(options_, *setup_);
+    output.show(state, state.frame(0), 0, 0.0);
+    return std::string(output.panel().doubt.data());
+  };
+  EXPECT_EQ(doubt(), "");
+  store::GridB& plausibility = setup_->model.plausibility;
+  plausibility = store::GridB::Constant(setup_->model.status.rows(), setup_->model.status.cols(),
+                                        static_cast<std::int8_t>(Plausibility::dislocated));
+  EXPECT_THAT(doubt(), testing::StartsWith("dislocated: "));
+}
+
 TEST_F(BenchReplay, FromWithinAndAtAnySpeedShowsThePicturesOfAWholeOne)
 {
   const std::string log = in_scratch("a.log");
