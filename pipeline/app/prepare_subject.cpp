@@ -173,16 +173,20 @@ bool leave_specks_out(Subject& subject, const KneeFit& fit, const PrepareOptions
     for (Pose& X : poses) X = X_other * X * X_body.inverse();
     std::map<std::size_t, std::vector<std::vector<Eigen::Index>>> dropped;  // of each part
     std::size_t n_specks = 0;
+    const auto warn = [&](const auto& part, const std::string& what) {
+      warnings.push_back(part.file + ": " + option_of(part) +
+                         (options.keeps_specks ? ": kept: " : ": left out: ") + what);
+    };
     for (const load::Speck& speck :
          load::specks_of({body->mesh, body->small_shells}, {other->mesh, other->small_shells}, poses)) {
       const auto [p, s] = body->shell_of_part[speck.shell];
       const std::vector<Eigen::Index>& shell = (*parts)[p].small_shells[s];
       dropped[p].push_back(shell);
       if (++n_specks <= most_named) {
-        warnings.push_back((*parts)[p].file + ": " + option_of((*parts)[p]) +
-                           (options.keeps_specks ? ": kept: " : ": left out: ") + "a separate piece of " +
-                           load::speck_text(speck, shell.size(), speck.centre_mm) + ", in the joint space" +
-                           (options.keeps_specks ? "; it changes the motion" : "; --keep-specks keeps it"));
+        warn((*parts)[p],
+             "a separate piece of " + load::speck_text(speck, shell.size(), speck.centre_mm) +
+                 ", in the joint space" +
+                 (options.keeps_specks ? "; it changes the motion" : "; --keep-specks keeps it"));
       }
       report["specks"].push_back({{"file", (*parts)[p].file},
                                   {"triangles", shell.size()},
@@ -191,10 +195,8 @@ bool leave_specks_out(Subject& subject, const KneeFit& fit, const PrepareOptions
                                   {"left_out", !options.keeps_specks}});
     }
     if (n_specks > most_named) {
-      warnings.push_back((*parts)[0].file + ": " + option_of((*parts)[0]) +
-                         (options.keeps_specks ? ": kept: " : ": left out: ") +
-                         std::to_string(n_specks - most_named) +
-                         " more separate pieces in the joint space, listed in prepare.json");
+      warn((*parts)[0], std::to_string(n_specks - most_named) +
+                            " more separate pieces in the joint space, listed in prepare.json");
     }
     for (const auto& [p, shells] : dropped) {
       if (options.keeps_specks) continue;

@@ -115,11 +115,7 @@ void check_mesh(const std::string& file, const RawMesh& mesh)
 
 std::string lower_extension(const std::string& file)
 {
-  std::string extension = std::filesystem::path(file).extension().string();
-  for (char& c : extension) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return extension;
+  return lower_case(std::filesystem::path(file).extension().string());
 }
 
 RawMesh read_by_extension(const std::string& file, std::string bytes)

@@ -25,7 +25,7 @@ RunScene::RunScene(const store::MotionModel& model, const RunSceneOptions& optio
     deltas_.emplace_back(model.push.delta.row(i).transpose());
   scene_.background = scene::background_of(options.backdrop);
   if (options.apply_appearance) options.apply_appearance(scene_);
-  for (const scene::Drawable& drawable : scene_.drawables) shown_bodies_.push_back(drawable.is_shown);
+  shown_bodies_ = scene::shown_drawables(scene_);
   points_.emplace(scene_, scene::Layer::contacts, scene::ParentFrame::world, "contacts");
   arrows_.emplace(scene_, scene::Layer::normals, scene::ParentFrame::world, "contact normals");
   layers_.emplace(model, scene_);
@@ -45,14 +45,9 @@ void RunScene::show(const RunStep& step)
 
 void RunScene::show(const motion::JointPose& pose, const motion::Motion& motion)
 {
-  const bool is_solved = pose.status == motion::PoseStatus::solved;
   place_bodies(pose, motion, options_.layers);
-  if (!is_solved) scene::place(scene_, scene::frames_of(motion.joint_pose(pose.attitude, {})));
-  for (std::size_t k = 0; k < shown_bodies_.size(); ++k) {
-    scene::Drawable& drawable = scene_.drawables[k];
-    if (drawable.layer == scene::Layer::bodies && drawable.parent == scene::ParentFrame::moving)
-      drawable.is_shown = shown_bodies_[k] && is_solved;
-  }
+  scene::show_bodies(scene_, shown_bodies_, scene::FixedObject::push,
+                     pose.status == motion::PoseStatus::solved);
   points_->show(scene_, false);
   arrows_->show(scene_, false);
 }
@@ -70,7 +65,7 @@ void RunScene::place_bodies(const motion::JointPose& pose, const motion::Motion&
                             const scene::LayerSet& layers)
 {
   pose_ = pose;
-  const scene::JointFrames frames = scene::frames_of(pose);
+  const scene::JointFrames frames = scene::frames_of(motion, pose);
   scene::place(scene_, frames);
   layers_->update(scene_, motion, {pose, frames, layers});
 }

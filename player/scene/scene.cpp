@@ -61,6 +61,13 @@ JointFrames frames_of(const motion::JointPose& pose, FixedObject fixed,
           X_world_fixed * pose.X_world_moving.inverse()};
 }
 
+JointFrames frames_of(const motion::Motion& motion, const motion::JointPose& pose, FixedObject fixed,
+                      const Eigen::Vector3d& rotation_centre_mm)
+{
+  const bool is_placed = pose.status == motion::PoseStatus::solved || motion.is_sequence();
+  return frames_of(is_placed ? pose : motion.joint_pose(pose.attitude, {}), fixed, rotation_centre_mm);
+}
+
 Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d& rotation_centre_mm)
 {
   Scene scene;
@@ -90,6 +97,23 @@ void place(Scene& scene, const JointFrames& frames)
     if (drawable.parent == ParentFrame::world) continue;
     place(drawable,
           drawable.parent == ParentFrame::reference ? frames.X_world_reference : frames.X_world_moving);
+  }
+}
+
+std::vector<bool> shown_drawables(const Scene& scene)
+{
+  std::vector<bool> shown;
+  for (const Drawable& drawable : scene.drawables) shown.push_back(drawable.is_shown);
+  return shown;
+}
+
+void show_bodies(Scene& scene, const std::vector<bool>& shown, FixedObject fixed, bool has_pose)
+{
+  const ParentFrame missing = fixed == FixedObject::moving ? ParentFrame::reference : ParentFrame::moving;
+  for (std::size_t k = 0; k < shown.size(); ++k) {
+    Drawable& drawable = scene.drawables[k];
+    if (drawable.layer == Layer::bodies)
+      drawable.is_shown = shown[k] && (has_pose || drawable.parent != missing);
   }
 }
 

@@ -101,6 +101,10 @@ struct JointFrames {
 /// A fixed object is drawn relative to the rotation centre, as the world W of the poses is.
 JointFrames frames_of(const motion::JointPose& pose, FixedObject fixed = FixedObject::push,
                       const Eigen::Vector3d& rotation_centre_mm = Eigen::Vector3d::Zero());
+/// Where a grid has no pose, the frames of its attitude without coordinates.
+JointFrames frames_of(const motion::Motion& motion, const motion::JointPose& pose,
+                      FixedObject fixed = FixedObject::push,
+                      const Eigen::Vector3d& rotation_centre_mm = Eigen::Vector3d::Zero());
 
 /// One drawable per component of each part that has triangles, placed in the meshes' frame with the rotation
 /// centre at the origin.
@@ -110,6 +114,12 @@ Scene scene_of(const store::MotionModel& model, const Eigen::Vector3d& rotation_
 
 /// Places every drawable in its parent's frame; those of the world are unchanged. Allocates nothing.
 void place(Scene& scene, const JointFrames& frames);
+
+/// [n_drawables] as the appearance has set them.
+std::vector<bool> shown_drawables(const Scene& scene);
+/// Shows the bodies that `shown` says; without a pose only the fixed one, or the reference. Allocates
+/// nothing.
+void show_bodies(Scene& scene, const std::vector<bool>& shown, FixedObject fixed, bool has_pose);
 
 /// Places the drawable of a body whose meshes' frame is at `X_world_body`.
 void place(Drawable& drawable, const Pose& X_world_body);

@@ -92,7 +92,7 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
   check(!scene_.drawables.empty(), "a validated motion model has triangles");
   scene_.background = scene::background_of(options.backdrop);
   navigation::apply_appearance(scene_, look_.appearance);
-  for (const scene::Drawable& drawable : scene_.drawables) shown_bodies_.push_back(drawable.is_shown);
+  shown_bodies_ = scene::shown_drawables(scene_);
   wanted_ = navigation::parsed_layers(options.appearance.layers);
   labels_ = motion::joint_labels(model);
   if (options.appearance.layers != navigation::AppearanceOptions{}.layers)
@@ -187,27 +187,12 @@ const render::Overlay* SeriesRenderer::overlay_for(const motion::JointPose& pose
   return &gui_->static_overlay(frame, state, range, readout);
 }
 
-/// As Session::place_bodies.
-void SeriesRenderer::place_bodies(const motion::JointPose& pose, const scene::JointFrames& frames)
-{
-  scene::place(scene_, frames);
-  const bool is_solved = pose.status == motion::PoseStatus::solved;
-  const scene::ParentFrame missing = options_.fixed_object == scene::FixedObject::moving
-                                         ? scene::ParentFrame::reference
-                                         : scene::ParentFrame::moving;
-  for (std::size_t k = 0; k < shown_bodies_.size(); ++k) {
-    scene::Drawable& drawable = scene_.drawables[k];
-    if (drawable.layer == scene::Layer::bodies)
-      drawable.is_shown = shown_bodies_[k] && (is_solved || drawable.parent != missing);
-  }
-}
-
 const render::Image& SeriesRenderer::drawn(const motion::JointPose& pose)
 {
-  const bool is_placed = pose.status == motion::PoseStatus::solved || motion_.is_sequence();
-  const scene::JointFrames frames = scene::frames_of(is_placed ? pose : motion_.joint_pose(pose.attitude, {}),
-                                                     options_.fixed_object, rotation_centre_mm_);
-  place_bodies(pose, frames);
+  const scene::JointFrames frames =
+      scene::frames_of(motion_, pose, options_.fixed_object, rotation_centre_mm_);
+  scene::place(scene_, frames);
+  scene::show_bodies(scene_, shown_bodies_, options_.fixed_object, pose.status == motion::PoseStatus::solved);
   layers_.update(scene_, motion_, {pose, frames, wanted_});
   for (render::Shot& shot : shots_) shot.camera = scene::with_depth_range(shot.camera, scene_);
   return renderer_->draw(scene_, shots_, overlay_for(pose, frames));

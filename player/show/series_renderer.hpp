@@ -53,7 +53,6 @@ class SeriesRenderer {
   std::vector<scene::Camera> cameras_for(const std::vector<motion::JointPose>& poses, double aspect);
   const render::Overlay* overlay_for(const motion::JointPose& pose, const scene::JointFrames& frames);
   std::span<const navigation::ScreenLabel> labels_of(const scene::JointFrames& frames);
-  void place_bodies(const motion::JointPose& pose, const scene::JointFrames& frames);
   const render::Image& drawn(const motion::JointPose& pose);
 
   const ShowOptions& options_;

@@ -94,7 +94,7 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
   backdrop_ = options.backdrop;
   scene_.background = scene::background_of(options.backdrop);
   navigation::apply_appearance(scene_, options.appearance);
-  for (const scene::Drawable& drawable : scene_.drawables) shown_bodies_.push_back(drawable.is_shown);
+  shown_bodies_ = scene::shown_drawables(scene_);
   framing_ = options.framing;
   range_ = range_now();
   job_view_ = options.job_view;
@@ -257,20 +257,11 @@ void Session::place_joint()
 /// Without a pose the bodies have no relative place: only the fixed one is drawn, or the reference.
 void Session::place_bodies()
 {
-  const bool is_solved = readout_.pose.status == motion::PoseStatus::solved;
-  const motion::Motion& motion = sets_[state_.set].motion;
-  const motion::JointPose pose =
-      is_solved || motion.is_sequence() ? readout_.pose : motion.joint_pose(readout_.pose.attitude, {});
-  frames_ = scene::frames_of(pose, state_.fixed_object, model_.rotation_centre_mm);
+  frames_ = scene::frames_of(sets_[state_.set].motion, readout_.pose, state_.fixed_object,
+                             model_.rotation_centre_mm);
   scene::place(scene_, frames_);
-  const scene::ParentFrame missing = state_.fixed_object == scene::FixedObject::moving
-                                         ? scene::ParentFrame::reference
-                                         : scene::ParentFrame::moving;
-  for (std::size_t k = 0; k < scene_.drawables.size(); ++k) {
-    scene::Drawable& drawable = scene_.drawables[k];
-    if (drawable.layer != scene::Layer::bodies) continue;
-    drawable.is_shown = shown_bodies_[k] && (is_solved || drawable.parent != missing);
-  }
+  scene::show_bodies(scene_, shown_bodies_, state_.fixed_object,
+                     readout_.pose.status == motion::PoseStatus::solved);
 }
 
 /// Computed when the set or the varus changes.

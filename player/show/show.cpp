@@ -143,7 +143,7 @@ Plan plan_of_frames(const motion::Motion& motion, const std::vector<double>& key
                << ": drawn at " << shortest_decimal(pose.key) << "\n";
     }
     if (!plan.poses.empty() && plan.poses.back().key == pose.key) continue;
-    if (pose.status == motion::PoseStatus::solved) {
+    if (is_solved(pose)) {
       plan.poses.push_back(pose);
     } else {
       if (is_video) plan.poses.push_back(pose);
